@@ -1,0 +1,85 @@
+/// Result<T>: a value or an Error. The only way a recoverable failure leaves a module.
+///
+/// Our own because C++20 has no std::expected; it keeps the same member names so that it can be
+/// replaced by the standard one later.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "core/base/check.h"
+
+namespace core {
+
+/// What went wrong, seen from the person who asked. Each code has one HTTP status (api/errors.cpp).
+enum class ErrorCode {
+  kBadSyntax,            ///< not JSON at all, a broken query string: 400
+  kUnauthorized,         ///< 401
+  kForbidden,            ///< 403
+  kNotFound,             ///< 404
+  kNotAcceptable,        ///< 406
+  kConflict,             ///< 409
+  kGone,                 ///< 410
+  kPreconditionFailed,   ///< 412
+  kTooLarge,             ///< 413
+  kUnsupportedMedia,     ///< 415
+  kRangeNotSatisfiable,  ///< 416
+  kMisdirected,          ///< 421
+  kInvalidArgument,      ///< well-formed, but a value is wrong or not available: 422
+  kMissingFiles,         ///< 424
+  kTooManyRequests,      ///< 429
+  kInternal,             ///< 500
+  kUnavailable,          ///< 503
+  kNoSpace,              ///< 507
+  kCancelled             ///< the caller asked to stop; never leaves the process
+};
+
+struct Error {
+  ErrorCode code = ErrorCode::kInternal;
+  std::string message;  ///< One sentence for the caller; says the value seen and what is allowed.
+  std::string where;    ///< JSON pointer or file path the message is about; empty if none.
+};
+
+template <typename T>
+class [[nodiscard]] Result {
+ public:
+  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
+  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
+
+  bool has_value() const noexcept { return state_.index() == 0; }
+  explicit operator bool() const noexcept { return has_value(); }
+
+  /// Pre: has_value().
+  const T& value() const& {
+    CHECK(has_value());
+    return *std::get_if<0>(&state_);
+  }
+  T& value() & {
+    CHECK(has_value());
+    return *std::get_if<0>(&state_);
+  }
+  T&& value() && {
+    CHECK(has_value());
+    return std::move(*std::get_if<0>(&state_));
+  }
+  const T& operator*() const& { return value(); }
+  T& operator*() & { return value(); }
+  T&& operator*() && { return std::move(*this).value(); }
+  const T* operator->() const { return &value(); }
+  T* operator->() { return &value(); }
+  /// Pre: !has_value().
+  const Error& error() const {
+    CHECK(!has_value());
+    return *std::get_if<1>(&state_);
+  }
+
+ private:
+  std::variant<T, Error> state_;
+};
+
+/// Success without a value.
+using Status = Result<std::monostate>;
+inline Status ok_status() { return Status(std::monostate{}); }
+
+}  // namespace core

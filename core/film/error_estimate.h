@@ -1,0 +1,51 @@
+/// How wrong a picture still is.
+///
+/// relative RMSE = sqrt(mean over pixels and channels of Var / (mu^2 + 0.01)), Var being the
+/// variance of the pixel's mean, estimated from the two halves as (A - B)^2 / 4, and mu the expected value. Both are
+/// pooled over a window that grows until mu is known well enough: dividing by a pixel's own noisy
+/// mean cannot exceed 1 and reads low where fireflies are.
+#pragma once
+
+#include <vector>
+
+#include "core/film/film.h"
+
+namespace core {
+
+struct ErrorInterval {
+  double relative_rmse = 0;  ///< NaN when there is only one half
+  double low = 0;            ///< of the confidence interval
+  double high = 0;
+  bool unreliable = false;  ///< too few distinct events
+};
+
+struct PixelError {
+  Rgb standard_error;  ///< of the mean, pooled; NaN with one half
+  Rgb low;             ///< 95 % interval
+  Rgb high;
+};
+
+class ErrorEstimate {
+ public:
+  /// Looks at the whole snapshot at once; O(pixels).
+  explicit ErrorEstimate(const FilmSnapshot& film);
+
+  bool valid() const noexcept { return valid_; }
+  ErrorInterval image(double confidence) const;
+  /// rect in pixels of the full film, inside the snapshot.
+  ErrorInterval region(PixelRect rect, double confidence) const;
+  PixelError pixel(int x, int y) const;
+  /// sqrt(mean over channels of pooled Var / (mu^2 + 0.01)) of one pixel: the `error` layer.
+  float relative_error(int x, int y) const;
+
+ private:
+  std::size_t index(int x, int y) const noexcept;
+  PixelRect rect_;
+  bool valid_ = false;
+  std::vector<Rgb> mean_;
+  std::vector<Rgb> pooled_variance_;
+  std::vector<float> raw_ratio_;     ///< mean over channels of (A-B)^2/4 / (mu_w^2 + 0.01)
+  std::vector<float> pooled_ratio_;
+};
+
+}  // namespace core

@@ -1,0 +1,153 @@
+/// Film: the statistics of a picture, tile by tile.
+///
+/// Tiles are 32x32, anchored at the full film's origin and cut by the crop. Per pixel and replicate:
+/// sample count, running mean (linear RGB and alpha) and M2 of the luminance (Welford), fed strictly in
+/// the order of the sample index. The content is therefore a function of the job and of the number
+/// of samples of each tile, whatever the slices, threads and restarts were.
+/// Replicate r of sample s is s % R; half A is the even replicates, half B the odd ones.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/mutex.h"
+#include "core/base/result.h"
+#include "core/color/rgb.h"
+#include "core/image_io/image.h"
+#include "core/math/vec.h"
+#include "core/render/settings.h"
+
+namespace core {
+
+inline constexpr int kTileSize = 32;
+
+/// 24 bytes. mean_alpha is the share of samples that did not see through to a hidden environment.
+struct ReplicatePixel {
+  float mean_r = 0;
+  float mean_g = 0;
+  float mean_b = 0;
+  float mean_alpha = 0;
+  float m2_luminance = 0;
+  std::uint32_t count = 0;
+};
+
+/// Means over the samples that hit something; `hits` counts them. depth in metres from the eye.
+struct AuxPixel {
+  Rgb albedo;
+  Vec3 normal_world;
+  float depth_m = 0;
+  std::uint32_t hits = 0;
+};
+
+/// What one camera path found.
+struct PathSample {
+  Rgb radiance;
+  float alpha = 1;
+  Rgb albedo;
+  Vec3 normal_world;
+  float depth_m = 0;
+  bool hit = false;
+};
+
+/// One tile's statistics. Copyable: a slice works on a copy and commits it.
+struct TileState {
+  PixelRect rect;                          ///< in pixels of the full film
+  int samples = 0;                         ///< per pixel, all replicates together
+  std::vector<ReplicatePixel> pixels;      ///< [pixel * R + replicate]
+  std::vector<AuxPixel> aux;               ///< [pixel]; empty when no auxiliary layer is recorded
+  std::uint64_t rejected_samples = 0;      ///< non-finite ones, counted as zero
+  std::uint64_t rays = 0;
+  double cpu_seconds = 0;
+};
+
+/// A frozen copy of the statistics of a rectangle.
+struct FilmSnapshot {
+  PixelRect rect;
+  int replicates = 2;
+  bool has_aux = false;
+  std::vector<ReplicatePixel> pixels;  ///< [pixel * R + replicate], row by row over rect
+  std::vector<AuxPixel> aux;
+  std::uint32_t revision = 0;
+
+  std::size_t pixel_count() const noexcept {
+    return static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
+  }
+};
+
+/// Thread-safe: any thread may read; a tile is written by the one thread that has its slice.
+class Film {
+ public:
+  Film(const FilmSettings& settings, int replicates);
+
+  PixelRect crop() const noexcept { return crop_; }
+  int full_width() const noexcept { return full_width_; }
+  int full_height() const noexcept { return full_height_; }
+  int replicates() const noexcept { return replicates_; }
+  bool has_aux() const noexcept { return has_aux_; }
+  int tile_count() const noexcept { return static_cast<int>(tiles_.size()); }
+  PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
+
+  TileState tile(int tile) const;
+  int tile_samples(int tile) const;
+  std::uint32_t tile_revision(int tile) const;
+  /// Replaces a tile and gives it the next revision of the film, which is returned.
+  std::uint32_t commit(int tile, TileState state);
+  std::uint32_t revision() const;
+  /// Only when a film is loaded: later commits continue above `revision`.
+  void restore(int tile, TileState state, std::uint32_t tile_revision);
+
+  /// Pre: rect lies inside crop().
+  FilmSnapshot snapshot(PixelRect rect) const;
+  FilmSnapshot snapshot() const { return snapshot(crop_); }
+
+  std::uint64_t rejected_samples() const;
+  std::uint64_t rays() const;
+  double cpu_seconds() const;
+  std::size_t bytes() const noexcept;
+
+  /// sha256 (hex) of the exact content: geometry of the film, counts, means, M2, auxiliary values.
+  /// Not of rays and CPU seconds.
+  std::string digest() const;
+
+ private:
+  struct Slot {
+    TileState state;
+    std::uint32_t revision = 0;
+  };
+  PixelRect crop_;
+  int full_width_;
+  int full_height_;
+  int replicates_;
+  bool has_aux_;
+  std::vector<PixelRect> rects_;
+  mutable Mutex mutex_;
+  std::vector<Slot> tiles_ GUARDED_BY(mutex_);
+  std::uint32_t revision_ GUARDED_BY(mutex_) = 0;
+};
+
+/// The tiles that cover `crop`, row by row.
+std::vector<PixelRect> tile_rects(PixelRect crop);
+
+/// Per-pixel values of half A (half = 0) and half B (1): mean over its replicates weighted by count.
+/// count is 0 where the half has no sample.
+struct HalfValue {
+  Rgb mean;
+  float alpha = 0;
+  std::uint32_t count = 0;
+};
+HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half);
+/// The picture's value: both halves by count (they are equal, or B is empty). Alpha in [0,1].
+HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel);
+
+/// Layer `name` (a row of layers()) as a float image. Unknown errors are NaN. Errors: kInvalidArgument when the layer
+/// is unknown or was not recorded.
+Result<FloatImage> layer_image(const FilmSnapshot& film, const std::string& name);
+/// All recorded layers in one image: R G B A, albedo.R ..., normal.X ..., depth.Z, samples.Y,
+/// variance.R ..., error.Y. For EXR.
+FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settings);
+
+}  // namespace core

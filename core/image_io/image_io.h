@@ -1,0 +1,59 @@
+/// Image files to and from memory. The only home of OpenImageIO, which never touches a path here.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/image_io/image.h"
+
+namespace core {
+
+struct ImageLimits {
+  int side_max = 16384;
+  std::size_t decoded_bytes_max = std::size_t{1} << 30;
+};
+
+/// Width, height and channels from the header alone. Formats by magic bytes: PNG, JPEG, WebP, EXR,
+/// HDR (Radiance), TIFF. Errors: kInvalidArgument, kTooLarge.
+Result<Image> read_image_header(std::span<const std::byte> file);
+
+/// Decodes to 8-bit, 16-bit or float as the file has it (half becomes float), 1 to 4 channels.
+/// Errors: kInvalidArgument with the reason, kTooLarge before any pixel memory is taken.
+Result<Image> decode_image(std::span<const std::byte> file, const ImageLimits& limits);
+
+enum class ToneMap { kSrgb, kLinear, kAces, kAgx, kKhronosNeutral };
+
+struct ImageFormat {
+  std::string_view extension;  ///< "png"
+  std::string_view mime;       ///< "image/png"
+  bool high_dynamic_range;     ///< written linear, tone map and exposure do not apply
+  bool has_alpha;
+};
+/// png jpg webp exr hdr tif.
+std::span<const ImageFormat> image_formats();
+struct ToneMapEntry {
+  std::string_view name;  ///< "srgb" "linear" "aces" "agx" "khronos-neutral"
+  ToneMap tone_map;
+};
+std::span<const ToneMapEntry> tone_maps();
+
+struct EncodeOptions {
+  ToneMap tone_map = ToneMap::kSrgb;
+  float exposure_stops = 0;  ///< multiplies by 2^stops before tone mapping
+  bool is_color = true;      ///< false: data (normals, depth, samples); no tone curve
+  int quality = 92;          ///< jpg, webp
+  std::map<std::string, std::string> metadata;  ///< text attributes where the format has them
+};
+
+/// Display formats take 1, 3 or 4 channels (R, G, B[, A] with alpha associated in `image`; written
+/// unassociated in PNG and WebP, associated in EXR). EXR takes any channels. NaN is written as is in float
+/// formats and as 0 in display formats. Errors: kInternal with the library's words.
+Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,
+                                            const EncodeOptions& options);
+
+}  // namespace core

@@ -1,0 +1,31 @@
+/// Bounds: an axis-aligned box in metres; empty until something is added.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "core/math/vec.h"
+
+namespace core {
+
+struct Bounds {
+  static constexpr float kInf = std::numeric_limits<float>::infinity();
+  Vec3 min = {kInf, kInf, kInf};
+  Vec3 max = {-kInf, -kInf, -kInf};
+
+  constexpr bool empty() const noexcept { return !(min.x <= max.x); }
+  constexpr void add(Vec3 p) noexcept {
+    min = {std::min(min.x, p.x), std::min(min.y, p.y), std::min(min.z, p.z)};
+    max = {std::max(max.x, p.x), std::max(max.y, p.y), std::max(max.z, p.z)};
+  }
+  constexpr void add(const Bounds& b) noexcept {
+    if (!b.empty()) {
+      add(b.min);
+      add(b.max);
+    }
+  }
+  constexpr Vec3 center() const noexcept { return (min + max) * 0.5F; }
+  constexpr Vec3 diagonal() const noexcept { return max - min; }
+};
+
+}  // namespace core

@@ -1,0 +1,47 @@
+/// The tables of what this build can do: names in requests, GET /v1/server and the OpenAPI page
+/// all come from here. A row is the registration.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "core/render/settings.h"
+
+namespace core {
+
+/// bias: "none", "consistent" or "biased".
+struct IntegratorEntry {
+  std::string_view name;
+  std::string_view bias;
+  std::string_view summary;
+};
+std::span<const IntegratorEntry> integrators();
+
+template <typename Enum>
+struct NamedValue {
+  std::string_view name;
+  Enum value;
+  std::string_view summary;
+  std::string_view bias = "none";
+};
+
+std::span<const NamedValue<SamplerType>> samplers();
+std::span<const NamedValue<LightSamplerType>> light_samplers();
+std::span<const NamedValue<Strategy>> strategies();
+std::span<const NamedValue<MisType>> mis_types();
+std::span<const NamedValue<RouletteType>> roulette_types();
+std::span<const NamedValue<FilterType>> filters();
+
+/// Layers a film can show. beauty albedo normal depth alpha samples variance error.
+struct LayerEntry {
+  std::string_view name;
+  std::string_view summary;
+  bool is_color;  ///< tone curve applies
+  int channels;
+};
+std::span<const LayerEntry> layers();
+
+/// What a sample count becomes under the sampler's rule (sobol: even counts, except 1).
+int rounded_samples(SamplerType sampler, int replicates, int samples_per_pixel);
+
+}  // namespace core

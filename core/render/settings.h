@@ -1,0 +1,98 @@
+/// What a picture is made with: plain values, checked by api::parse before they come here.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/color/rgb.h"
+#include "core/math/vec.h"
+
+namespace core {
+
+/// Pixels of the full film; half-open.
+struct PixelRect {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+  friend constexpr bool operator==(const PixelRect&, const PixelRect&) = default;
+};
+
+enum class FilterType { kBox, kTent, kGaussian, kMitchell, kBlackmanHarris };
+
+struct FilterSettings {
+  FilterType type = FilterType::kBlackmanHarris;
+  float radius_px = 1.5F;
+};
+
+struct FilmSettings {
+  int width = 960;
+  int height = 540;
+  std::optional<PixelRect> crop;
+  FilterSettings filter;
+  /// Auxiliary layers that are recorded: albedo, normal, depth. The others cost nothing.
+  bool albedo = true;
+  bool normal = true;
+  bool depth = true;
+};
+
+/// Overrides of the file's camera; empty members are the file's own values.
+struct CameraSettings {
+  std::optional<std::string> name;
+  std::optional<int> index;
+  std::optional<Vec3> position;
+  std::optional<Vec3> target;
+  std::optional<Vec3> up;
+  std::optional<float> vertical_fov_degrees;
+  std::optional<float> aperture_radius_m;
+  std::optional<float> focus_distance_m;
+};
+
+enum class Strategy { kMis, kLight, kBsdf, kCosine, kUniform };
+enum class MisType { kBalance, kPower, kMaximum };
+enum class RouletteType { kNone, kThroughput };
+enum class SamplerType { kIndependent, kSobol };
+enum class LightSamplerType { kUniform, kPower, kTree };
+
+struct EstimatorSettings {
+  Strategy strategy = Strategy::kMis;
+  MisType mis = MisType::kPower;
+  float mis_exponent = 2;
+  RouletteType roulette = RouletteType::kThroughput;
+};
+
+struct RenderSettings {
+  FilmSettings film;
+  std::string integrator = "path";
+  int max_depth = 16;
+  EstimatorSettings estimator;
+  SamplerType sampler = SamplerType::kSobol;
+  int replicates = 2;  ///< even, at least 2
+  LightSamplerType light_sampler = LightSamplerType::kTree;
+  std::uint64_t seed = 0;
+};
+
+/// When to stop; the first rule met ends the job.
+struct StopRules {
+  std::optional<int> samples_per_pixel;
+  std::optional<double> relative_error;
+  double confidence = 0.95;
+  bool worst_tile = false;
+  std::optional<double> seconds;              ///< rendering time without pauses and downtime
+  std::optional<double> deadline_unix_seconds;
+};
+
+enum class StopReason { kNone, kSamples, kRelativeError, kSeconds, kDeadline, kLimit, kCancelled, kFailed };
+
+/// Environment of a job; pixels come from a decoded image or are constant.
+struct EnvironmentSettings {
+  Rgb color = {1, 1, 1};
+  float intensity = 1;
+  float rotation_degrees = 0;
+  bool visible = true;
+};
+
+}  // namespace core

@@ -1,0 +1,20 @@
+/// View: everything a renderer needs to make one picture.
+#pragma once
+
+#include <memory>
+
+#include "core/base/result.h"
+#include "core/lights/environment.h"
+#include "core/render/settings.h"
+#include "core/scene/scene.h"
+
+namespace core {
+
+struct View {
+  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const Environment> environment;  ///< null: black
+  CameraSettings camera;
+  RenderSettings settings;
+};
+
+}  // namespace core

@@ -1,0 +1,54 @@
+/// Reads glTF 2.0 (GLB or JSON with side files) into a SceneDescription.
+///
+/// Never touches the file system: side files come from `resolve`. Every count and size is checked
+/// before memory is taken. Error::where is a JSON pointer into the glTF document
+/// ("/meshes/0/primitives/1/indices"), or empty for the container.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/scene/scene_description.h"
+
+namespace core {
+
+using Bytes = std::vector<std::byte>;
+using SharedBytes = std::shared_ptr<const Bytes>;
+
+struct GltfLimits {
+  std::size_t json_bytes_max = std::size_t{256} << 20;
+  int json_depth_max = 64;
+  std::size_t triangles_max = 200'000'000;
+  std::size_t instances_max = 10'000'000;
+  std::size_t decoded_bytes_max = std::size_t{8} << 30;  ///< geometry and images together
+  int image_side_max = 16384;
+};
+
+struct GltfOptions {
+  double time_seconds = 0;             ///< animation time
+  std::optional<std::string> variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
+  int scene_index = -1;                ///< -1: the file's own choice
+  GltfLimits limits;
+};
+
+/// Looks up a side file by the uri in the glTF (percent-decoded); empty when it was not uploaded.
+using ResolveUri = std::function<SharedBytes(std::string_view uri)>;
+
+/// Errors: kInvalidArgument (broken or unsupported content, with the place), kTooLarge,
+/// kMissingFiles (message lists every uri that `resolve` did not have).
+Result<SceneDescription> load_gltf(std::span<const std::byte> file, const ResolveUri& resolve,
+                                   const GltfOptions& options);
+
+/// The side files that a glTF document names, in document order, without repeats; data URIs are
+/// left out. Errors as load_gltf.
+Result<std::vector<std::string>> gltf_uris(std::span<const std::byte> file);
+
+}  // namespace core

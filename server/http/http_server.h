@@ -1,0 +1,97 @@
+/// The HTTP/1.1 server: listens, reads requests strictly, calls routes, writes answers.
+///
+/// Every connection has a thread of its own from an elastic pool; every size, count and wait has a
+/// limit. A request that is not understood exactly, or whose body was not read to its end, closes its
+/// connection, so that no byte of one request can be taken for another.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "server/http/message.h"
+#include "server/http/router.h"
+#include "server/http/stream_gate.h"
+
+namespace server {
+
+struct HttpLimits {
+  std::size_t header_bytes = 32U << 10U;       ///< Request line and headers; 431 beyond.
+  std::size_t header_lines = 100;              ///< 431 beyond.
+  std::size_t target_bytes = 8U << 10U;        ///< 414 beyond.
+  std::chrono::milliseconds header_deadline{5000};   ///< From first byte to last; 408.
+  std::chrono::milliseconds body_idle{10000};        ///< Longest wait for the next piece; 408.
+  std::uint64_t body_min_bytes_per_second = 1024;    ///< Over the time spent waiting, after body_idle.
+  std::chrono::milliseconds write_stall{10000};      ///< Longest wait for a client that does not read.
+  std::chrono::milliseconds keep_alive_idle{20000};  ///< Between requests; less when nearly full.
+  std::size_t drain_bytes = 64U << 10U;        ///< An ignored body is read past up to this, else close.
+  int max_connections = 4096;                  ///< 503 with Retry-After beyond; probes still answered.
+  int backlog = 4096;                          ///< Connections not yet accepted.
+};
+
+/// How an exchange ended, for logs and metrics.
+struct Outcome {
+  int status = 0;
+  double seconds = 0;            ///< From the first byte of the request to the last of the answer.
+  std::uint64_t bytes_received = 0;  ///< Of the body.
+  std::uint64_t bytes_sent = 0;      ///< Of the body.
+  bool client_gone = false;      ///< The answer could not be sent completely.
+  std::string internal_error;    ///< Text of an exception; never sent.
+};
+
+struct HttpHooks {
+  /// Host, Origin and key checks; runs before routing errors, `request.route` is known. An answer
+  /// ends the request. May fill `request.principal`.
+  std::function<std::optional<Response>(Request&)> before;
+  /// Last look at every answer: common headers.
+  std::function<void(const Request&, Response&)> decorate;
+  /// After the answer was sent. A request that could not be parsed has empty members.
+  std::function<void(const Request&, const Outcome&)> after;
+};
+
+struct HttpOptions {
+  std::string host = "127.0.0.1";
+  int port = 8080;  ///< 0: any free one.
+  HttpLimits limits = {};
+  HttpHooks hooks = {};
+};
+
+class HttpServer {
+ public:
+  /// streams must outlive the server.
+  HttpServer(HttpOptions options, std::vector<Route> routes, StreamGate& streams);
+  /// Stops with no grace, then waits for handlers to return.
+  ~HttpServer();
+  HttpServer(const HttpServer&) = delete;
+  HttpServer& operator=(const HttpServer&) = delete;
+
+  /// Takes the port; connections queue from here on. The real port, or why not.
+  core::Result<int> bind();
+  /// Serves until stop(). Once, after bind().
+  void run();
+  /// From any thread but a handler's: takes no more requests, asks streams and waits to end, and cuts
+  /// what is left just before the grace time is over. True if all handlers have returned.
+  bool stop(std::chrono::milliseconds grace);
+
+  struct Stats {
+    int connections = 0;
+    int threads = 0;
+    std::uint64_t connections_accepted = 0;
+    std::uint64_t connections_refused = 0;
+    std::uint64_t requests = 0;
+  };
+  Stats stats() const;
+  const std::vector<Route>& routes() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace server

@@ -1,0 +1,299 @@
+#include "server/config.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cstdio>
+#include <cstdlib>
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+Error refuse(std::string message) { return Error{ErrorCode::kInvalidArgument, std::move(message), ""}; }
+
+template <typename Number>
+core::Result<Number> parse_number(std::string_view text, Number min, Number max) {
+  Number value{};
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc() || end != text.data() + text.size()) {
+    return refuse("\"" + std::string(text) + "\" is not a number");
+  }
+  if (!(value >= min && value <= max)) {
+    return refuse(std::string(text) + " is outside [" + std::to_string(min) + ", " +
+                  std::to_string(max) + "]");
+  }
+  return value;
+}
+
+/// "4096", "512M", "2G": powers of 1024.
+core::Result<std::uint64_t> parse_bytes(std::string_view text) {
+  std::uint64_t unit = 1;
+  if (!text.empty()) {
+    const std::string_view units = "KMGT";
+    const auto found = units.find(static_cast<char>(std::toupper(static_cast<unsigned char>(text.back()))));
+    if (found != std::string_view::npos) {
+      unit = std::uint64_t{1} << (10U * (static_cast<unsigned>(found) + 1U));
+      text.remove_suffix(1);
+    }
+  }
+  const auto count = parse_number<std::uint64_t>(text, 0, (std::uint64_t{1} << 62U) / unit);
+  if (!count) {
+    return count.error();
+  }
+  return *count * unit;
+}
+
+std::vector<std::string> split_commas(std::string_view text) {
+  std::vector<std::string> parts;
+  while (!text.empty()) {
+    const auto comma = text.find(',');
+    const std::string_view part = text.substr(0, comma);
+    if (!part.empty()) {
+      parts.emplace_back(part);
+    }
+    text = comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
+  }
+  return parts;
+}
+
+template <int Config::*member, int min, int max>
+Status set_int(Config& config, std::string_view text) {
+  const auto value = parse_number<int>(text, min, max);
+  if (!value) {
+    return value.error();
+  }
+  config.*member = *value;
+  return core::ok_status();
+}
+
+template <std::uint64_t Config::*member>
+Status set_bytes(Config& config, std::string_view text) {
+  const auto value = parse_bytes(text);
+  if (!value) {
+    return value.error();
+  }
+  config.*member = *value;
+  return core::ok_status();
+}
+
+template <double Config::*member, int min, int max>
+Status set_seconds(Config& config, std::string_view text) {
+  const auto value = parse_number<double>(text, min, max);
+  if (!value) {
+    return value.error();
+  }
+  config.*member = *value;
+  return core::ok_status();
+}
+
+template <std::string Config::*member>
+Status set_text(Config& config, std::string_view text) {
+  config.*member = std::string(text);
+  return core::ok_status();
+}
+
+template <std::vector<std::string> Config::*member>
+Status set_list(Config& config, std::string_view text) {
+  config.*member = split_commas(text);
+  return core::ok_status();
+}
+
+Status set_disk_limit(Config& config, std::string_view text) {
+  if (!text.empty() && text.back() == '%') {
+    const auto percent = parse_number<double>(text.substr(0, text.size() - 1), 1, 100);
+    if (!percent) {
+      return percent.error();
+    }
+    config.disk_limit_percent = *percent;
+    config.disk_limit_bytes = 0;
+    return core::ok_status();
+  }
+  return set_bytes<&Config::disk_limit_bytes>(config, text);
+}
+
+constexpr std::array<std::pair<std::string_view, LogLevel>, 5> kLogLevels = {{
+    {"debug", LogLevel::kDebug},
+    {"info", LogLevel::kInfo},
+    {"warning", LogLevel::kWarning},
+    {"error", LogLevel::kError},
+    {"off", LogLevel::kOff},
+}};
+
+Status set_log_level(Config& config, std::string_view text) {
+  for (const auto& [name, level] : kLogLevels) {
+    if (name == text) {
+      config.log_level = level;
+      return core::ok_status();
+    }
+  }
+  return refuse("\"" + std::string(text) + "\" is none of debug, info, warning, error, off");
+}
+
+Status set_demo(Config& config, std::string_view text) {
+  if (text != "1" && text != "true" && text != "0" && text != "false") {
+    return refuse("\"" + std::string(text) + "\" is neither true nor false");
+  }
+  config.demo = text == "1" || text == "true";
+  return core::ok_status();
+}
+
+struct Flag {
+  std::string_view name;
+  std::string_view value;  ///< What stands for the value in the help; empty: a switch.
+  std::string_view text;
+  Status (*set)(Config&, std::string_view);
+};
+
+constexpr std::array kFlags = {
+    Flag{"listen", "ADDRESS", "Address to listen on (127.0.0.1). Any other than loopback needs a key.",
+         &set_text<&Config::listen>},
+    Flag{"port", "N", "Port (8080); 0 takes a free one.", &set_int<&Config::port, 0, 65535>},
+    Flag{"data", "DIR", "Where jobs, assets and films live ($XDG_DATA_HOME/tessera).",
+         &set_text<&Config::data_dir>},
+    Flag{"threads", "N", "Render threads (0: as many as the machine has).",
+         &set_int<&Config::threads, 0, 1024>},
+    Flag{"key", "TEXT", "Key that every request must bring; without one only loopback is served.",
+         &set_text<&Config::key>},
+    Flag{"hosts", "A,B", "Host names accepted besides the loopback ones.",
+         &set_list<&Config::hosts>},
+    Flag{"origins", "A,B", "Origins of other pages that may call this server (CORS).",
+         &set_list<&Config::origins>},
+    Flag{"demo", "", "Submit a demo job when the store has none yet.", &set_demo},
+    Flag{"grace", "SECONDS", "Longest time from SIGTERM to the end (10).",
+         &set_seconds<&Config::grace_seconds, 0, 3600>},
+    Flag{"log-level", "LEVEL", "debug, info (default), warning, error or off.", &set_log_level},
+    Flag{"max-queue", "N", "Jobs waiting (1000); 429 beyond.", &set_int<&Config::queue_max, 0, 1000000>},
+    Flag{"max-running", "N", "Jobs rendering at a time (16).", &set_int<&Config::running_max, 1, 1024>},
+    Flag{"max-streams", "N", "Open event and tile streams (2048).",
+         &set_int<&Config::streams_max, 1, 60000>},
+    Flag{"max-samples", "N", "Samples per pixel of any job (65536).",
+         &set_int<&Config::samples_max, 1, 65536>},
+    Flag{"max-upload", "BYTES", "Largest upload (2G).", &set_bytes<&Config::upload_bytes_max>},
+    Flag{"scene-cache", "BYTES", "Memory for loaded scenes (4G).",
+         &set_bytes<&Config::scene_cache_bytes>},
+    Flag{"film-cache", "BYTES", "Memory for finished films (512M).",
+         &set_bytes<&Config::film_cache_bytes>},
+    Flag{"checkpoint", "SECONDS", "Between checkpoints of a rendering job (10).",
+         &set_seconds<&Config::checkpoint_seconds, 0, 3600>},
+    Flag{"disk-limit", "BYTES|N%", "Finished films are evicted, oldest first, above this (80%).",
+         &set_disk_limit},
+};
+
+std::string variable_name(std::string_view flag) {
+  std::string name = "TESSERA_";
+  for (const char c : flag) {
+    name += c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  }
+  return name;
+}
+
+const Flag* find_flag(std::string_view name) {
+  const auto* found = std::find_if(kFlags.begin(), kFlags.end(),
+                                   [name](const Flag& flag) { return flag.name == name; });
+  return found == kFlags.end() ? nullptr : found;
+}
+
+Status set_flag(const Flag& flag, Config& config, std::string_view value, std::string where) {
+  auto status = flag.set(config, value);
+  if (!status) {
+    Error error = status.error();
+    error.where = std::move(where);
+    return error;
+  }
+  return status;
+}
+
+Status apply_args(std::span<const std::string_view> args, Config& config) {
+  for (std::size_t i = 0; i < args.size(); ++i) {
+    std::string_view arg = args[i];
+    if (arg.substr(0, 2) != "--") {
+      return Error{ErrorCode::kInvalidArgument, "not a flag", std::string(arg)};
+    }
+    arg.remove_prefix(2);
+    std::optional<std::string_view> value;
+    if (const auto equals = arg.find('='); equals != std::string_view::npos) {
+      value = arg.substr(equals + 1);
+      arg = arg.substr(0, equals);
+    }
+    const std::string where = "--" + std::string(arg);
+    const Flag* flag = find_flag(arg);
+    if (flag == nullptr) {
+      return Error{ErrorCode::kInvalidArgument, "unknown flag", where};
+    }
+    if (!value && flag->value.empty()) {
+      value = "1";
+    }
+    if (!value) {
+      if (++i == args.size()) {
+        return Error{ErrorCode::kInvalidArgument, "needs a value", where};
+      }
+      value = args[i];
+    }
+    if (auto status = set_flag(*flag, config, *value, where); !status) {
+      return status;
+    }
+  }
+  return core::ok_status();
+}
+
+std::string default_data_dir(const Environ& environ) {
+  if (const auto data = environ("XDG_DATA_HOME"); data && !data->empty()) {
+    return *data + "/tessera";
+  }
+  if (const auto home = environ("HOME"); home && !home->empty()) {
+    return *home + "/.local/share/tessera";
+  }
+  return "tessera-data";
+}
+
+}  // namespace
+
+std::optional<std::string> process_environ(const std::string& name) {
+  const char* value = std::getenv(name.c_str());  // NOLINT(concurrency-mt-unsafe): before threads.
+  return value == nullptr ? std::nullopt : std::optional<std::string>(value);
+}
+
+core::Result<Config> parse_config(std::span<const std::string_view> args, const Environ& environ) {
+  Config config;
+  for (const Flag& flag : kFlags) {
+    const std::string name = variable_name(flag.name);
+    if (const auto value = environ(name)) {
+      if (auto status = set_flag(flag, config, *value, name); !status) {
+        return status.error();
+      }
+    }
+  }
+  if (auto status = apply_args(args, config); !status) {
+    return status.error();
+  }
+  if (config.data_dir.empty()) {
+    config.data_dir = default_data_dir(environ);
+  }
+  return config;
+}
+
+std::string config_help() {
+  std::string text =
+      "tessera serve: render jobs over HTTP\n\n"
+      "Every flag has an environment variable; a flag wins over its variable.\n\n";
+  for (const Flag& flag : kFlags) {
+    std::string head = "  --" + std::string(flag.name);
+    if (!flag.value.empty()) {
+      head += " " + std::string(flag.value);
+    }
+    head.resize(std::max<std::size_t>(head.size() + 2, 26), ' ');
+    text += head + std::string(flag.text) + " [" + variable_name(flag.name) + "]\n";
+  }
+  return text;
+}
+
+bool is_loopback(std::string_view host) {
+  return host == "localhost" || host == "::1" || host == "[::1]" || host.substr(0, 4) == "127.";
+}
+
+}  // namespace server

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/color/tone_map.h"
 #include "core/image_io/image.h"
 
 namespace core {
@@ -26,8 +27,6 @@ Result<Image> read_image_header(std::span<const std::byte> file);
 /// Errors: kInvalidArgument with the reason, kTooLarge before any pixel memory is taken.
 Result<Image> decode_image(std::span<const std::byte> file, const ImageLimits& limits);
 
-enum class ToneMap { kSrgb, kLinear, kAces, kAgx, kKhronosNeutral };
-
 struct ImageFormat {
   std::string_view extension;  ///< "png"
   std::string_view mime;       ///< "image/png"
@@ -36,11 +35,6 @@ struct ImageFormat {
 };
 /// png jpg webp exr hdr tif.
 std::span<const ImageFormat> image_formats();
-struct ToneMapEntry {
-  std::string_view name;  ///< "srgb" "linear" "aces" "agx" "khronos-neutral"
-  ToneMap tone_map;
-};
-std::span<const ToneMapEntry> tone_maps();
 
 struct EncodeOptions {
   ToneMap tone_map = ToneMap::kSrgb;
@@ -50,6 +44,8 @@ struct EncodeOptions {
   std::map<std::string, std::string> metadata;  ///< text attributes where the format has them
 };
 
+/// Colour channels of EXR (R G B A, and those of the layers "beauty" and "albedo") are half floats,
+/// finite values held within +-65504; all others, and all when is_color is false, are float.
 /// Display formats take 1, 3 or 4 channels (R, G, B[, A] with alpha associated in `image`; written
 /// unassociated in PNG and WebP, associated in EXR). EXR takes any channels. NaN is written as is in float
 /// formats and as 0 in display formats. Errors: kInternal with the library's words.

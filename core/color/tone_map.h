@@ -1,0 +1,34 @@
+/// From linear Rec.709 to values for a display, each in [0,1].
+///
+/// srgb            clips and applies the sRGB curve (IEC 61966-2-1).
+/// linear          clips; no curve.
+/// aces            Stephen Hill's fit of the ACES RRT and sRGB ODT (BakingLab), then the sRGB curve.
+/// agx             Troy Sobotka's AgX, base look, by Benjamin Wrensch's sixth-order polynomial.
+/// khronos-neutral Khronos PBR Neutral, the formula of its specification, then the sRGB curve.
+///
+/// A NaN or negative component counts as 0, an infinite one as very bright.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "core/color/rgb.h"
+
+namespace core {
+
+enum class ToneMap { kSrgb, kLinear, kAces, kAgx, kKhronosNeutral };
+
+struct ToneMapEntry {
+  std::string_view name;  ///< "srgb" "linear" "aces" "agx" "khronos-neutral"
+  ToneMap tone_map;
+};
+std::span<const ToneMapEntry> tone_maps();
+
+/// The display value of a linear colour, curve included.
+Rgb apply_tone_map(ToneMap tone_map, Rgb linear) noexcept;
+
+/// The sRGB curve and its inverse, for values in [0,1]; others are clipped.
+float srgb_from_linear(float linear) noexcept;
+float linear_from_srgb(float encoded) noexcept;
+
+}  // namespace core

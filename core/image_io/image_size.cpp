@@ -1,0 +1,122 @@
+#include "core/image_io/image_size.h"
+
+#include <array>
+#include <cstring>
+
+namespace core {
+namespace {
+
+using Span = std::span<const std::byte>;
+
+bool starts_with(Span file, std::string_view magic, std::size_t at = 0) noexcept {
+  return file.size() >= at + magic.size() &&
+         std::memcmp(file.data() + at, magic.data(), magic.size()) == 0;
+}
+
+std::uint32_t u8(Span file, std::size_t at) noexcept { return std::to_integer<std::uint32_t>(file[at]); }
+std::uint32_t u16_big(Span file, std::size_t at) noexcept {
+  return u8(file, at) << 8U | u8(file, at + 1);
+}
+std::uint32_t u16_little(Span file, std::size_t at) noexcept {
+  return u8(file, at + 1) << 8U | u8(file, at);
+}
+std::uint32_t u32_big(Span file, std::size_t at) noexcept {
+  return u16_big(file, at) << 16U | u16_big(file, at + 2);
+}
+std::uint32_t u24_little(Span file, std::size_t at) noexcept {
+  return u8(file, at + 2) << 16U | u16_little(file, at);
+}
+
+std::optional<PixelSize> png_size(Span file) noexcept {
+  if (file.size() < 24 || !starts_with(file, "IHDR", 12)) {
+    return std::nullopt;
+  }
+  return PixelSize{u32_big(file, 16), u32_big(file, 20)};
+}
+
+// Markers FF xx with a 16-bit length, until a start-of-frame (C0 to CF except C4, C8, CC).
+std::optional<PixelSize> jpeg_size(Span file) noexcept {
+  std::size_t at = 2;
+  while (at + 9 <= file.size()) {
+    if (u8(file, at) != 0xFF) {
+      return std::nullopt;
+    }
+    const std::uint32_t marker = u8(file, at + 1);
+    if (marker == 0xFF) {
+      ++at;
+      continue;
+    }
+    if (marker == 0x01 || (marker >= 0xD0 && marker <= 0xD8)) {
+      at += 2;
+      continue;
+    }
+    if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) {
+      return PixelSize{u16_big(file, at + 7), u16_big(file, at + 5)};
+    }
+    const std::uint32_t length = u16_big(file, at + 2);
+    if (length < 2 || marker == 0xD9 || marker == 0xDA) {
+      return std::nullopt;
+    }
+    at += 2 + length;
+  }
+  return std::nullopt;
+}
+
+std::optional<PixelSize> webp_size(Span file) noexcept {
+  if (file.size() < 30) {
+    return std::nullopt;
+  }
+  if (starts_with(file, "VP8X", 12)) {
+    return PixelSize{u24_little(file, 24) + 1, u24_little(file, 27) + 1};
+  }
+  if (starts_with(file, "VP8L", 12)) {
+    const std::uint32_t low = u16_little(file, 21);
+    const std::uint32_t high = u16_little(file, 23);
+    return PixelSize{(low & 0x3FFFU) + 1, ((high << 2U | low >> 14U) & 0x3FFFU) + 1};
+  }
+  if (starts_with(file, "VP8 ", 12)) {
+    return PixelSize{u16_little(file, 26) & 0x3FFFU, u16_little(file, 28) & 0x3FFFU};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string_view image_kind(Span file) noexcept {
+  if (starts_with(file, "\x89PNG\r\n\x1a\n")) {
+    return "png";
+  }
+  if (starts_with(file, "\xff\xd8\xff")) {
+    return "jpg";
+  }
+  if (starts_with(file, "RIFF") && starts_with(file, "WEBP", 8)) {
+    return "webp";
+  }
+  if (starts_with(file, "\x76\x2f\x31\x01")) {
+    return "exr";
+  }
+  if (starts_with(file, "#?RADIANCE") || starts_with(file, "#?RGBE")) {
+    return "hdr";
+  }
+  if (starts_with(file, std::string_view("II*\0", 4)) ||
+      starts_with(file, std::string_view("MM\0*", 4))) {
+    return "tif";
+  }
+  return {};
+}
+
+std::optional<PixelSize> peek_image_size(Span file) noexcept {
+  const std::string_view kind = image_kind(file);
+  if (kind == "png") {
+    return png_size(file);
+  }
+  if (kind == "jpg") {
+    return jpeg_size(file);
+  }
+  if (kind == "webp") {
+    return webp_size(file);
+  }
+  return std::nullopt;
+}
+
+}  // namespace core

@@ -1,0 +1,25 @@
+/// What a file's first bytes say: its format, and its size where a decoder would take memory for
+/// the picture before it tells.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace core {
+
+/// "png" "jpg" "webp" "exr" "hdr" "tif" by magic bytes; empty for anything else.
+std::string_view image_kind(std::span<const std::byte> file) noexcept;
+
+struct PixelSize {
+  std::uint64_t width = 0;
+  std::uint64_t height = 0;
+};
+
+/// Width and height of a PNG, JPEG or WebP, read without its decoder. Empty for other formats and
+/// for headers that are cut or malformed.
+std::optional<PixelSize> peek_image_size(std::span<const std::byte> file) noexcept;
+
+}  // namespace core

@@ -1,0 +1,36 @@
+/// Error codes, their HTTP status and their problem type: one table.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "api/problem.h"
+#include "core/base/result.h"
+
+namespace api {
+
+struct ErrorRow {
+  core::ErrorCode code;
+  int status;
+  std::string_view slug;   ///< the type is "/docs#problem-" + slug
+  std::string_view title;  ///< short, the same for every problem of the type
+};
+std::span<const ErrorRow> error_table();
+const ErrorRow& error_row(core::ErrorCode code);
+/// HTTP status of a code.
+int error_status(core::ErrorCode code);
+
+/// A problem without field errors.
+Problem make_problem(core::ErrorCode code, std::string detail);
+/// detail is made from the errors: the first one, and how many more there are. Pre: not empty.
+Problem make_problem(core::ErrorCode code, std::vector<FieldError> errors);
+/// The one step from a Result to a response. `where` becomes a field error if it is a JSON pointer
+/// ("/..."), else it is put before the message. kInternal keeps its message.
+Problem from_error(const core::Error& error);
+
+/// The body, application/problem+json. instance: path of the request; empty keeps problem.instance.
+std::string problem_json(const Problem& problem, std::string_view instance);
+
+}  // namespace api

@@ -1,0 +1,44 @@
+/// Payloads of the event stream: the text behind `data:`.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "api/job_view.h"
+#include "core/render/settings.h"
+
+namespace api {
+
+enum class EventType { kSnapshot, kState, kProgress, kTile, kWarning, kEnd, kReset, kOverloaded };
+/// "snapshot" "state" "progress" "tile" "warning" "end" "reset" "overloaded".
+std::string_view to_text(EventType type);
+/// state, warning and end survive a restart.
+bool is_durable(EventType type);
+
+/// The job, as GET shows it.
+std::string snapshot_event(const JobView& job);
+/// {"state", "stop_reason", "queue_position", "spec_version"}.
+std::string state_event(const JobView& job);
+/// {"state", "progress", "error", "statistics", "revision"}.
+std::string progress_event(const JobView& job);
+
+struct TileEvent {
+  core::PixelRect rect;  ///< pixels of the full film
+  std::uint32_t revision = 0;
+  double samples = 0;  ///< per pixel
+  double error = 0;    ///< relative RMSE of the tile; NaN: unknown
+};
+/// {"x", "y", "width", "height", "revision", "samples", "error", "url"}; url: the tile's part of the image.
+std::string tile_event(std::string_view job_id, const TileEvent& tile);
+
+/// {"message"}.
+std::string warning_event(std::string_view message);
+/// {"state", "stop_reason", "film_digest", "revision", "error", "failure"}.
+std::string end_event(const JobView& job);
+/// {"reason"}: what was lost; a snapshot follows.
+std::string reset_event(std::string_view reason);
+/// {"detail", "retry_after_seconds"}.
+std::string overloaded_event(int retry_after_seconds);
+
+}  // namespace api

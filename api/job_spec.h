@@ -1,0 +1,72 @@
+/// JobSpec: a job request with every member in force.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "api/json.h"
+#include "api/problem.h"
+#include "core/render/settings.h"
+#include "core/scene/scene.h"
+
+namespace api {
+
+enum class JobClass { kNormal, kPreview };
+
+/// What the request said about the environment. kAutomatic (key absent) lasts until the scene is
+/// known: settle_environment() turns it into kGiven (white) or kBlack.
+enum class EnvironmentChoice { kAutomatic, kBlack, kGiven };
+
+struct JobSpec {
+  std::string scene;  ///< scene id or name of a built-in scene
+  std::string name;
+  std::map<std::string, std::string> labels;
+  int priority = 0;
+  core::CameraSettings camera;
+  std::optional<std::string> variant;
+  double time_seconds = 0;
+  JobClass job_class = JobClass::kNormal;
+  std::optional<std::string> preview_key;
+  EnvironmentChoice environment_choice = EnvironmentChoice::kAutomatic;
+  core::EnvironmentSettings environment;         ///< counts when kGiven
+  std::optional<std::string> environment_asset;  ///< sha256 (hex) of an asset; empty: constant
+  /// Recorded layers as asked for, in the order of core::layers(); render.film has the switches.
+  std::vector<std::string> layers = {"albedo", "normal", "depth"};
+  core::RenderSettings render;
+  core::StopRules stop = {.samples_per_pixel = 256,
+                          .relative_error = {},
+                          .confidence = 0.95,
+                          .worst_tile = false,
+                          .seconds = {},
+                          .deadline_unix_seconds = {}};
+};
+
+struct ParsedJob {
+  JobSpec spec;
+  std::vector<std::string> warnings;  ///< values that are in force instead of what was asked
+};
+
+/// POST /v1/jobs. Whether the scene, camera, variant and asset exist is not checked here.
+/// Problems: 400, 413 (film too large, body too large), 422 with every wrong member.
+Parsed<ParsedJob> parse_job(std::string_view body);
+
+/// The whole spec in the shape of the request; parse_job(dump(to_json(spec))) gives spec back,
+/// without warnings. `environment` is left out while it is kAutomatic.
+Json to_json(const JobSpec& spec);
+
+/// True when both say the same, member by member.
+bool same_spec(const JobSpec& a, const JobSpec& b);
+
+/// The rule for an absent `environment`: white, unless the scene has a punctual light or a material
+/// with emissive strength above 1. Returns the warning that says so; empty if it was settled before.
+std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSummary& scene);
+
+/// RFC 3339 with any offset to seconds since 1970, to the microsecond; empty if it is none.
+std::optional<double> parse_rfc3339(std::string_view text);
+/// UTC, "2026-01-31T12:00:00.5Z"; as many digits of the fraction as are needed, at most six.
+std::string rfc3339(double unix_seconds);
+
+}  // namespace api

@@ -1,0 +1,112 @@
+/// What GET answers: jobs, scenes, convergence, pixels, comparisons, and the server itself.
+///
+/// Everything returns the text of the body. NaN and infinity are null.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "api/job_spec.h"
+#include "api/problem.h"
+#include "core/film/error_estimate.h"
+#include "core/render/render_task.h"
+#include "core/render/settings.h"
+#include "core/scene/scene.h"
+
+namespace api {
+
+enum class JobState { kQueued, kLoading, kRendering, kPaused, kFinished, kFailed, kCancelled };
+
+/// "queued" ... "cancelled".
+std::string_view to_text(JobState state);
+std::optional<JobState> job_state_from_text(std::string_view text);
+/// finished, failed or cancelled.
+bool is_final(JobState state);
+/// "samples_per_pixel" "relative_error" "seconds" "deadline" "limit" "cancelled" "failed"; "" for kNone.
+std::string_view to_text(core::StopReason reason);
+std::optional<core::StopReason> stop_reason_from_text(std::string_view text);
+
+/// A job as the server knows it at one moment.
+struct JobView {
+  std::string id;
+  JobState state = JobState::kQueued;
+  core::StopReason stop_reason = core::StopReason::kNone;
+  double created_at_unix_seconds = 0;
+  std::optional<double> started_at_unix_seconds;
+  std::optional<double> finished_at_unix_seconds;
+  JobSpec spec;
+  std::uint32_t spec_version = 1;  ///< counts the changes of spec; part of the ETag
+  /// Its revision is the job's. Default: nothing rendered yet (error.relative_rmse NaN).
+  core::Progress progress = nothing_rendered();
+  std::optional<Problem> failure;
+  std::optional<int> queue_position;  ///< 0 is next
+  std::uint64_t peak_bytes = 0;       ///< 0: unknown
+  std::string film_digest;            ///< empty until finished
+  std::vector<std::string> warnings;
+
+  static core::Progress nothing_rendered();
+};
+
+std::string job_json(const JobView& job);
+/// Covers state, spec and revision: `"s3-r120-rendering"` with its quotes.
+std::string job_etag(const JobView& job);
+/// The spec_version in an ETag made by job_etag(), strong or weak; empty for any other text.
+std::optional<std::uint32_t> etag_spec_version(std::string_view etag);
+
+/// next: cursor of the next page; empty: this was the last one.
+std::string job_list_json(std::span<const JobView> jobs, const std::optional<std::string>& next);
+
+std::string scene_json(std::string_view id, const core::SceneSummary& summary);
+/// scenes: texts made by scene_json().
+std::string scene_list_json(std::span<const std::string> scenes,
+                            const std::optional<std::string>& next);
+
+/// {"id", "bytes"} of an asset.
+std::string asset_json(std::string_view id, std::uint64_t bytes);
+
+/// A line through (log samples_per_pixel, log relative_rmse) by least squares, with its 95 % interval
+/// (Student's t, n - 2 degrees). NaN: too few points. Points without an error are left out. The points
+/// of one run are not independent, so that the interval is a guide.
+struct Slope {
+  double value = 0;
+  double low = 0;
+  double high = 0;
+};
+Slope fit_slope(std::span<const core::ConvergencePoint> points);
+std::string convergence_json(std::span<const core::ConvergencePoint> points);
+
+struct PixelLayer {
+  std::string name;
+  std::vector<double> mean;            ///< as many as the layer has channels
+  std::vector<double> standard_error;  ///< NaN: unknown
+  std::vector<double> low;             ///< 95 % interval
+  std::vector<double> high;
+  std::vector<std::vector<double>> halves;  ///< A and B; empty for a layer that has none
+};
+struct PixelView {
+  int x = 0;
+  int y = 0;
+  std::uint64_t samples = 0;
+  std::vector<PixelLayer> layers;
+};
+std::string pixel_json(const PixelView& pixel);
+
+struct ComparisonView {
+  std::string id;
+  double mse = 0;
+  double relmse = 0;
+  double flip = 0;
+  double bias = 0;
+  double bias_low = 0;
+  double bias_high = 0;
+  double z_mean = 0;
+  double z_variance = 0;
+  double z_share_above_3 = 0;
+};
+std::string comparison_json(const ComparisonView& comparison);
+
+}  // namespace api

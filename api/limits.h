@@ -1,0 +1,71 @@
+/// Every maximum of the service that is fixed by the contract, in one table: used by the parsers,
+/// shown by GET /v1/server. What an operator can set (streams, queue, upload size) is handed to
+/// server_json() beside it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace api {
+
+enum class Limit {
+  kBodyBytes,
+  kJsonDepth,
+  kJsonKeyBytes,
+  kSeed,
+  kPriority,
+  kNameCharacters,
+  kLabels,
+  kLabelKeyCharacters,
+  kLabelValueCharacters,
+  kFilmSide,
+  kFilmPixels,
+  kFilterRadius,
+  kMaxDepth,
+  kReplicates,
+  kSamplesPerPixel,
+  kStopSeconds,
+  kWaitSeconds,
+  kPageSize,
+  kSceneFiles,
+  kMergeFilms,
+  kExposureStops,
+  kErrorsShown,
+  kCount
+};
+
+struct LimitRow {
+  Limit limit;
+  std::string_view name;  ///< as in GET /v1/server
+  std::int64_t value;
+  std::string_view summary;
+};
+std::span<const LimitRow> limit_table();
+
+namespace limits {
+inline constexpr std::int64_t kBodyBytes = std::int64_t{1} << 20;
+inline constexpr std::int64_t kJsonDepth = 32;
+inline constexpr std::int64_t kJsonKeyBytes = 1024;
+inline constexpr std::int64_t kSeed = (std::int64_t{1} << 53) - 1;
+inline constexpr std::int64_t kPriority = 100;
+inline constexpr std::int64_t kNameCharacters = 255;
+inline constexpr std::int64_t kLabels = 16;
+inline constexpr std::int64_t kLabelKeyCharacters = 63;
+inline constexpr std::int64_t kLabelValueCharacters = 255;
+inline constexpr std::int64_t kFilmSide = 16384;
+inline constexpr std::int64_t kFilmPixels = 64'000'000;
+inline constexpr std::int64_t kFilterRadius = 8;
+inline constexpr std::int64_t kMaxDepth = 1024;
+inline constexpr std::int64_t kReplicates = 64;
+inline constexpr std::int64_t kSamplesPerPixel = 65536;
+inline constexpr std::int64_t kStopSeconds = 604800;
+inline constexpr std::int64_t kWaitSeconds = 60;
+inline constexpr std::int64_t kPageSize = 200;
+inline constexpr std::int64_t kSceneFiles = 4096;
+inline constexpr std::int64_t kMergeFilms = 1024;
+inline constexpr std::int64_t kExposureStops = 30;
+inline constexpr std::int64_t kErrorsShown = 32;
+}  // namespace limits
+
+}  // namespace api

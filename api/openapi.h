@@ -1,0 +1,15 @@
+/// The OpenAPI 3.1 document, made from the tables that validate requests and name routes.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "api/json.h"
+#include "api/server_view.h"
+
+namespace api {
+
+/// Only operations that are available. version: of the program.
+Json openapi_document(const Capabilities& capabilities, std::string_view version);
+
+}  // namespace api

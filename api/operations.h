@@ -1,0 +1,48 @@
+/// The operations of the HTTP interface, one row each: the route table of the server, the OpenAPI
+/// document and the documentation page all come from here.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace api {
+
+/// Where a parameter stands, as in OpenAPI.
+struct ParameterRow {
+  std::string_view name;
+  std::string_view in;      ///< "query" or "header"; those in the path follow from the path
+  std::string_view schema;  ///< JSON text of its schema
+  std::string_view summary;
+};
+
+struct ContentRow {
+  std::string_view media_type;
+  std::string_view schema;  ///< name in components/schemas; "" for bytes; a schema as JSON text if it begins with '{'
+};
+
+struct ResponseRow {
+  int status;
+  std::string_view summary;
+  std::span<const ContentRow> content;
+};
+
+struct Operation {
+  std::string_view id;      ///< operationId; the server finds its handler by it
+  std::string_view method;  ///< "GET"; a GET also answers HEAD
+  std::string_view path;    ///< with {name} for a segment
+  std::string_view tag;
+  std::string_view summary;
+  std::string_view description;
+  std::string_view scope;   ///< "", "read" or "write": what a key needs; "" needs none
+  std::span<const ParameterRow> parameters;
+  std::span<const ContentRow> request;
+  std::span<const ResponseRow> responses;
+  std::span<const int> problems;  ///< statuses of problem responses besides 401 403 429 503
+  bool available;                 ///< false: named by the contract, answers 404 until it exists
+};
+
+std::span<const Operation> operations();
+/// Null when there is none.
+const Operation* find_operation(std::string_view id);
+
+}  // namespace api

@@ -1,0 +1,122 @@
+/// The requests other than the job itself: bodies and query strings.
+///
+/// Bodies: 400 broken JSON, 413 too large, 422 with pointers. Query strings come decoded; a repeated or
+/// unknown parameter is refused. A query parameter `limit` is named by the pointer "/limit".
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "api/job_spec.h"
+#include "api/job_view.h"
+#include "api/problem.h"
+#include "core/render/settings.h"
+
+namespace api {
+
+/// PATCH /v1/jobs/{id}: priority, labels, name, stop, paused. An RFC 7396 merge patch: labels and rules
+/// that are not named stay, null removes one.
+struct JobPatch {
+  JobSpec spec;                ///< the current one with the changes
+  std::optional<bool> paused;  ///< as asked for; empty: not mentioned
+  bool stop_named = false;     ///< the body has `stop` (409 on a final job)
+  std::vector<std::string> warnings;
+};
+Parsed<JobPatch> parse_job_patch(std::string_view body, const JobSpec& current);
+
+/// POST /v1/jobs/{id}/extend: {"stop": {...}}. The rules replace the old ones.
+struct ExtendRequest {
+  core::StopRules stop;
+  std::vector<std::string> warnings;
+};
+Parsed<ExtendRequest> parse_extend(std::string_view body, const JobSpec& current);
+
+/// POST /v1/scenes with application/json.
+struct SceneFromAssets {
+  std::string gltf;                          ///< asset id
+  std::map<std::string, std::string> files;  ///< uri in the glTF -> asset id
+};
+Parsed<SceneFromAssets> parse_scene_from_assets(std::string_view body);
+
+/// POST /v1/comparisons: ids of a job (UUID) or an asset (sha256).
+struct ComparisonRequest {
+  std::string a;
+  std::string b;
+};
+Parsed<ComparisonRequest> parse_comparison(std::string_view body);
+
+/// POST /v1/films/merge: at least one job or asset id, none twice.
+struct MergeRequest {
+  std::vector<std::string> films;
+};
+Parsed<MergeRequest> parse_merge(std::string_view body);
+
+/// Decoded, in order of appearance.
+using QueryParams = std::span<const std::pair<std::string, std::string>>;
+
+/// GET /v1/jobs?state=&label=&cursor=&limit=. state and label may be repeated or hold a list with
+/// commas (state only): any of the states, all of the labels. label: `key=value`, or `key` for any value.
+/// Wrong values are 400.
+struct LabelFilter {
+  std::string key;
+  std::optional<std::string> value;
+};
+struct ListQuery {
+  std::vector<JobState> states;  ///< empty: all
+  std::vector<LabelFilter> labels;
+  std::string cursor;  ///< empty: from the newest; [A-Za-z0-9_-], at most 256
+  int limit = 50;
+};
+Parsed<ListQuery> parse_job_list_query(QueryParams query);
+/// GET /v1/scenes?cursor=&limit=.
+Parsed<ListQuery> parse_scene_list_query(QueryParams query);
+
+/// POST /v1/jobs?dry_run=1.
+struct SubmitQuery {
+  bool dry_run = false;
+};
+Parsed<SubmitQuery> parse_submit_query(QueryParams query);
+
+/// GET /v1/jobs/{id}?wait=20. Seconds, 0 to 60; 422 beyond.
+struct WaitQuery {
+  double wait_seconds = 0;
+};
+Parsed<WaitQuery> parse_wait_query(QueryParams query);
+
+/// Seconds of `Prefer: wait=N` (RFC 7240), at most 60; empty when the header does not ask for it.
+std::optional<int> prefer_wait_seconds(std::string_view prefer_header);
+
+/// GET /v1/jobs/{id}/tiles?after=REVISION.
+struct TilesQuery {
+  std::uint32_t after = 0;
+};
+Parsed<TilesQuery> parse_tiles_query(QueryParams query);
+
+/// GET /v1/jobs/{id}/image?layer=&exposure=&tonemap=&revision=&x=&y=&width=&height=&max_size=. 422 for
+/// wrong values. A path extension is the server's business.
+struct ImageQuery {
+  std::optional<std::string> layer;  ///< empty: beauty, or all layers for EXR
+  float exposure_stops = 0;
+  std::string tone_map = "srgb";
+  std::optional<std::uint32_t> revision;  ///< this one or newer
+  std::optional<core::PixelRect> rect;    ///< pixels of the full film
+  std::optional<int> max_size;            ///< longest side of the answer
+};
+/// tone_maps: the names that are allowed.
+Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps);
+
+/// For paths that take no parameter: any is 422.
+Parsed<std::monostate> parse_no_query(QueryParams query);
+
+/// 8-4-4-4-12 hex digits, any case.
+bool is_uuid(std::string_view text);
+/// 64 lower-case hex digits.
+bool is_sha256(std::string_view text);
+
+}  // namespace api

@@ -1,0 +1,167 @@
+/** Shapes of the HTTP contract. Members that a server may leave out are optional. */
+
+export type JobState = 'queued' | 'loading' | 'rendering' | 'paused' | 'finished' | 'failed' | 'cancelled';
+
+export interface ProblemItem {
+  pointer: string;
+  detail: string;
+}
+
+export interface Problem {
+  type?: string;
+  title: string;
+  status: number;
+  detail?: string;
+  errors?: ProblemItem[];
+}
+
+export interface Choice {
+  type: string;
+  bias?: string;
+  summary?: string;
+  accepts?: string[];
+}
+
+export interface NamedScene {
+  name: string;
+  summary?: string;
+}
+
+export interface ServerInfo {
+  version: string;
+  build?: { id?: string; commit?: string; compiler?: string; isa?: string; embree?: string };
+  limits?: Record<string, number>;
+  integrators?: Choice[];
+  samplers?: Choice[];
+  light_samplers?: Choice[];
+  adaptive?: Choice[];
+  options?: { name: string; bias?: string; summary?: string; patch: unknown }[];
+  layers?: (string | { name: string })[];
+  image_formats?: (string | { name: string })[];
+  tone_maps?: (string | { name: string })[];
+  filters?: (string | { name: string; type?: string })[];
+  scenes?: NamedScene[];
+  experiments?: (string | { name: string; summary?: string })[];
+}
+
+export interface SceneInfo {
+  id: string;
+  name?: string;
+  bytes?: number;
+  bounds?: { min: number[]; max: number[] };
+  triangles?: number;
+  instances?: number;
+  cameras?: ({ name?: string | null; type?: string } | string)[] | number;
+  lights?: unknown[] | number;
+  materials?: unknown[] | number;
+  variants?: (string | { name: string })[];
+  animations?: unknown[] | number;
+  warnings?: Warning[];
+}
+
+export type Warning = string | { code?: string; detail?: string; message?: string; pointer?: string };
+
+export interface ErrorEstimate {
+  relative_rmse: number | null;
+  low: number | null;
+  high: number | null;
+  confidence?: number;
+  bias?: string;
+  unreliable?: boolean;
+}
+
+export interface Progress {
+  fraction: number;
+  samples_per_pixel?: { min: number; mean: number; max: number };
+  elapsed_seconds?: number;
+  cpu_seconds?: number;
+  eta_seconds?: number | null;
+}
+
+export interface StopRule {
+  samples_per_pixel?: number;
+  relative_error?: number;
+  confidence?: number;
+  seconds?: number;
+  deadline?: string;
+}
+
+export interface JobSpec {
+  scene: string;
+  name?: string;
+  seed?: number;
+  film: { width: number; height: number; crop?: unknown; layers?: string[] };
+  camera?: { name?: string | null };
+  integrator?: { type: string; max_depth?: number };
+  sampler?: { type: string };
+  adaptive?: { type: string };
+  stop?: StopRule;
+  class?: string;
+  priority?: number;
+  labels?: Record<string, string>;
+}
+
+export interface Job {
+  id: string;
+  state: JobState;
+  stop_reason?: string | null;
+  created_at?: string;
+  started_at?: string | null;
+  finished_at?: string | null;
+  spec: JobSpec;
+  progress?: Progress;
+  error?: ErrorEstimate | null;
+  failure?: Problem | null;
+  queue_position?: number | null;
+  statistics?: { rays?: number; rays_per_second?: number; efficiency?: number | null; rejected_samples?: number; peak_bytes?: number };
+  revision?: number;
+  film_digest?: string | null;
+  warnings?: Warning[];
+}
+
+export interface ConvergencePoint {
+  samples_per_pixel: number;
+  elapsed_seconds: number;
+  cpu_seconds?: number;
+  rays?: number;
+  relative_rmse: number | null;
+  low: number | null;
+  high: number | null;
+}
+
+export interface Convergence {
+  points: ConvergencePoint[];
+  slope?: { value: number | null; low: number | null; high: number | null } | null;
+}
+
+export interface PixelLayer {
+  mean: number[] | number;
+  standard_error?: number[] | number | null;
+  low?: number[] | number | null;
+  high?: number[] | number | null;
+  halves?: number[][] | number[] | null;
+}
+
+export interface PixelReport {
+  x: number;
+  y: number;
+  samples: number;
+  layers: Record<string, PixelLayer>;
+}
+
+export interface Comparison {
+  id: string;
+  mse: number;
+  relmse: number;
+  flip: number;
+  bias: { value: number; low: number; high: number };
+  z: { mean: number; variance: number; share_above_3: number };
+}
+
+export const isFinal = (state: JobState): boolean => state === 'finished' || state === 'failed' || state === 'cancelled';
+
+/** Entries of the server's lists are strings or objects with a name; both read the same here. */
+export const nameOf = (entry: string | { name?: string | null; type?: string }): string =>
+  typeof entry === 'string' ? entry : entry.name ?? entry.type ?? '';
+
+export const warningText = (w: Warning): string => (typeof w === 'string' ? w : w.detail ?? w.message ?? w.code ?? '');

@@ -1,0 +1,225 @@
+#!/usr/bin/env python3
+"""Checks the rules a compiler cannot: who may include whom, file length, banned words.
+
+Run from the repository root; exits 1 and lists every fault. --self-test plants one fault of each kind
+and exits 1 if one is not seen. Standard library only.
+"""
+import pathlib
+import re
+import sys
+
+BASICS = ["core/base", "core/math", "core/color"]
+# What several parts of the core agree on; plain values.
+VALUES = ["core/render/settings.h", "core/image_io/image.h"]
+# Folder -> folders (or headers) it may include besides itself. The longest folder that fits counts.
+LAYERS = {
+    "core/base": [],
+    "core/math": ["core/base"],
+    "core/color": ["core/base", "core/math"],
+    "core/sampling": BASICS,
+    "core/samplers": BASICS + ["core/sampling"],
+    "core/textures": BASICS + ["core/image_io/image.h", "core/scene/scene_description.h"],
+    "core/bsdf": BASICS + ["core/sampling"],
+    "core/geometry": BASICS + ["core/sampling"],
+    "core/camera": BASICS + VALUES + ["core/sampling", "core/samplers",
+                                      "core/scene/scene_description.h"],
+    "core/image_io": BASICS,
+    "core/film": BASICS + VALUES + ["core/sampling"],
+    "core/materials": BASICS + ["core/bsdf", "core/textures", "core/geometry", "core/sampling",
+                                "core/scene/scene_description.h"],
+    "core/lights": BASICS + VALUES + ["core/sampling", "core/textures", "core/geometry",
+                                      "core/scene/scene_description.h", "core/scene/scene_data.h"],
+    "core/accel": BASICS + ["core/geometry"],
+    "core/scene": BASICS + VALUES + ["core/textures", "core/bsdf", "core/geometry", "core/materials",
+                                     "core/lights", "core/accel", "core/sampling"],
+    "core/scene_io": BASICS + ["core/scene/scene_description.h", "core/image_io"],
+    "core/integrators": ["core"],
+    "core/render": ["core"],
+    "api": ["api", "core"],
+    "server/http": ["server/http", "core/base"],
+    "server/observe": ["server/observe", "core/base"],
+    "server/store": ["server/store", "core"],
+    "server/scenes": ["server/scenes", "server/store", "server/observe", "api", "core"],
+    "server/jobs": ["server/jobs", "server/scenes", "server/store", "server/observe", "api", "core"],
+    "server/routes": ["server", "api", "core"],
+    "server": ["server", "clients/cli", "clients/web", "api", "core"],
+    "clients/cli": ["clients/cli", "api", "core"],
+    "clients/web": ["clients/web", "core/base"],
+    "tests": ["tests", "clients/cli", "clients/web", "server", "api", "core"],
+}
+# Folder -> what it never includes although the table above would let it.
+NEVER = {
+    "core/integrators": ["core/scene_io", "core/image_io/image_io.h"],
+    "core/render": ["core/scene_io", "core/image_io/image_io.h"],
+    "api": ["core/accel", "core/scene_io"],
+}
+# Only these files of the client may link the renderer: the others start without its libraries.
+RENDERS_LOCALLY = {"clients/cli/render.cpp", "clients/cli/render_job.cpp", "clients/cli/render_job.h"}
+# Third-party header -> the only folders (or files) that may include it.
+CONFINED = {
+    "httplib.h": ["server/http", "clients/cli", "tests"],
+    "nlohmann/": ["api", "clients/cli", "server", "tests"],
+    "CLI/": ["clients/cli"],
+    "embree": ["core/accel"],
+    "tbb/": ["core/accel"],
+    "tiny_gltf.h": ["core/scene_io"],
+    "draco/": ["core/scene_io"],
+    "meshoptimizer.h": ["core/scene_io"],
+    "OpenImageIO/": ["core/image_io"],
+    "sqlite3.h": ["server/store", "tests"],
+    "gtest/": ["tests"],
+}
+# nlohmann inside core: sources of scene_io only, which check glTF before tinygltf sees it.
+CONFINED_SOURCES = {"nlohmann/": ["core/scene_io"]}
+LINES_MAX = 500
+BANNED = {
+    r"\busing namespace std\b": "using namespace std",
+    r"\bstd::rand\b|(?<![\w:.>])rand\(\)": "rand(): use a Sampler",
+    r"\b(TODO|FIXME|XXX)\b": "unfinished work left in",
+    r"#\s*if 0\b": "code switched off with #if 0",
+    r"\bDISABLED_": "a disabled test",
+    r"-ffast-math": "fast-math",
+}
+BANNED_IN = {
+    "core": {
+        r"\bstd::random_device\b": "random_device: seeds come from the job",
+        r"\bstd::(cout|cerr)\b|(?<!std::f)(?<!sn)\bprintf\(": "core does not print",
+        r"\bfloat pdf\b(?!_)": "pdf without its measure",
+    },
+    "api": {r"\bstd::(cout|cerr)\b": "api does not print"},
+}
+# May print: stops the process when our own code is wrong.
+PRINTS = {"core/base/check.h"}
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
+ROOTS = ("core", "api", "server", "clients/cli", "tests")
+TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "server", "core", "api",
+             "clients", "tests", "docker", "build"}
+
+
+def inside(path: str, place: str) -> bool:
+    return path == place or path.startswith(place.rstrip("/") + "/")
+
+
+def owner(path: str) -> str:
+    fits = [k for k in LAYERS if inside(path, k)]
+    return max(fits, key=len) if fits else ""
+
+
+def confined_homes(path: str, name: str):
+    for head, homes in CONFINED.items():
+        if name.startswith(head):
+            more = CONFINED_SOURCES.get(head, []) if path.endswith(".cpp") else []
+            return homes + more
+    return None
+
+
+def include_faults(path: str, text: str):
+    me = owner(path)
+    if not me:
+        yield f"{path}: in no layer; add its folder to LAYERS"
+        return
+    for kind, name in INCLUDE.findall(text):
+        homes = confined_homes(path, name)
+        if homes is not None and not any(inside(path, h) for h in homes):
+            yield f"{path}: <{name}> belongs to {', '.join(homes)}"
+        if kind != '"':
+            continue
+        barred = any(inside(name, n) for n in NEVER.get(me, []))
+        if barred or not any(inside(name, a) for a in [me] + LAYERS[me]):
+            yield f"{path}: may not include \"{name}\" ({me} -> {', '.join(LAYERS[me]) or 'nothing'})"
+        if me == "clients/cli" and path not in RENDERS_LOCALLY:
+            if inside(name, "core") and not inside(name, "core/base"):
+                yield f"{path}: only the local render may include \"{name}\""
+
+
+def faults_in(path: str, text: str):
+    lines = text.count("\n")
+    if lines > LINES_MAX:
+        yield f"{path}: {lines} lines; at most {LINES_MAX}"
+    if path.endswith(".h"):
+        if "#pragma once" not in text:
+            yield f"{path}: no #pragma once"
+        if not text.startswith("///"):
+            yield f"{path}: the first line must say what the header is (///)"
+    banned = dict(BANNED)
+    for root, patterns in BANNED_IN.items():
+        if inside(path, root) and path not in PRINTS:
+            banned.update(patterns)
+    for pattern, why in banned.items():
+        if re.search(pattern, text):
+            yield f"{path}: {why}"
+    yield from include_faults(path, text)
+
+
+def top_level_faults(names):
+    for name in sorted(names):
+        if not name.startswith(".") and name not in TOP_LEVEL:
+            yield f"{name}: does not belong to the top level"
+
+
+def all_faults():
+    found = list(top_level_faults(p.name for p in pathlib.Path(".").iterdir()))
+    for root in ROOTS:
+        for file in sorted(pathlib.Path(root).rglob("*")):
+            if file.suffix in (".h", ".cpp") and "node_modules" not in file.parts:
+                found += faults_in(file.as_posix(), file.read_text(encoding="utf-8"))
+    return found
+
+
+HEADER = "/// A header.\n#pragma once\n"
+# One planted fault each: path, text, words that the report must hold.
+PLANTED = [
+    ("core/math/a.h", HEADER + '#include "core/bsdf/bsdf.h"\n', 'may not include "core/bsdf/bsdf.h"'),
+    ("core/film/a.h", HEADER + '#include "core/render/render_task.h"\n', "may not include"),
+    ("core/render/a.cpp", '#include "core/scene_io/gltf_load.h"\n', "may not include"),
+    ("api/a.cpp", '#include "server/app.h"\n', "may not include"),
+    ("server/http/a.cpp", '#include "api/json.h"\n', "may not include"),
+    ("clients/cli/watch.cpp", '#include "core/film/film.h"\n', "only the local render"),
+    ("clients/cli/watch.cpp", '#include "server/app.h"\n', "may not include"),
+    ("api/a.cpp", "#include <httplib.h>\n", "<httplib.h> belongs to"),
+    ("core/film/a.cpp", "#include <nlohmann/json.hpp>\n", "belongs to"),
+    ("core/scene_io/a.h", HEADER + "#include <nlohmann/json.hpp>\n", "belongs to"),
+    ("core/lights/a.cpp", "#include <embree3/rtcore.h>\n", "belongs to core/accel"),
+    ("core/scene/a.cpp", "#include <OpenImageIO/imageio.h>\n", "belongs to core/image_io"),
+    ("server/jobs/a.cpp", "#include <sqlite3.h>\n", "belongs to server/store"),
+    ("core/new_folder/a.cpp", "int x;\n", "in no layer"),
+    ("core/math/a.h", "/// A header.\nint x;\n", "no #pragma once"),
+    ("core/math/a.h", "#pragma once\n", "the first line must say"),
+    ("core/math/a.cpp", "int x;\n" * (LINES_MAX + 1), "lines; at most"),
+    ("core/math/a.cpp", "using namespace std;\n", "using namespace std"),
+    ("core/math/a.cpp", "int x = std::rand();\n", "use a Sampler"),
+    ("core/math/a.cpp", "std::random_device d;\n", "seeds come from the job"),
+    ("core/math/a.cpp", "// TO" + "DO: later\n", "unfinished"),
+    ("core/math/a.cpp", "#if 0\n#endif\n", "switched off"),
+    ("core/math/a.cpp", 'void f() { std::cout << "x"; }\n', "does not print"),
+    ("core/math/a.h", HEADER + "float pdf(int x);\n", "without its measure"),
+    ("tests/unit/core/a.cpp", "TEST(A, DISA" + "BLED_B) {}\n", "disabled test"),
+]
+CLEAN = [
+    ("core/bsdf/a.h", HEADER + '#include "core/math/vec.h"\nfloat pdf_solid_angle(int x);\n'),
+    ("core/scene_io/a.cpp", "#include <nlohmann/json.hpp>\n#include <tiny_gltf.h>\n"),
+    ("clients/cli/render.cpp", '#include "core/render/render_task.h"\n'),
+    ("server/routes/a.cpp", '#include "api/job_spec.h"\n#include "server/http/message.h"\n'),
+]
+
+
+def self_test() -> int:
+    missed = [f"not seen in {path}: {words}" for path, text, words in PLANTED
+              if not any(words in fault for fault in faults_in(path, text))]
+    missed += [f"false alarm: {fault}" for path, text in CLEAN for fault in faults_in(path, text)]
+    if not any(top_level_faults(["notes.txt"])):
+        missed.append("not seen: a stray file on the top level")
+    print("\n".join(missed) or f"tidy self-test: {len(PLANTED) + 1} planted faults seen")
+    return 1 if missed else 0
+
+
+def main() -> int:
+    if "--self-test" in sys.argv[1:]:
+        return self_test()
+    found = all_faults()
+    print("\n".join(found) or "tidy: ok")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

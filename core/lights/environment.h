@@ -29,7 +29,10 @@ class Environment {
   static Result<std::shared_ptr<const Environment>> create(const Image* image,
                                                            const EnvironmentSettings& settings);
 
+  /// Constant over each texel, so that light sampling matches it exactly.
   Rgb radiance(Vec3 direction_world) const noexcept;
+  /// Bilinear between texels: what the eye sees directly, or in mirrors and clear glass.
+  Rgb background(Vec3 direction_world) const noexcept;
   EnvironmentSample sample(Vec2 u) const noexcept;
   float pdf_solid_angle(Vec3 direction_world) const noexcept;
   /// Integral of luminance over the sphere [W/m^2].

@@ -1,0 +1,179 @@
+#include "core/accel/accel.h"
+
+#include <atomic>
+#include <cmath>
+#include <string>
+
+#include <xmmintrin.h>
+
+#include "core/accel/embree_bridge.h"
+
+namespace core {
+
+struct Accel::Impl {
+  RTCDevice device = nullptr;
+  RTCScene top = nullptr;
+  std::vector<RTCScene> groups;
+  std::uint32_t top_geometries = 0;
+  std::atomic<std::ptrdiff_t> bytes{0};
+
+  Impl() = default;
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+  ~Impl() {
+    if (top != nullptr) {
+      rtcReleaseScene(top);
+    }
+    for (RTCScene group : groups) {
+      rtcReleaseScene(group);
+    }
+    if (device != nullptr) {
+      rtcReleaseDevice(device);
+    }
+  }
+};
+
+namespace {
+
+bool count_memory(void* user, ssize_t bytes, bool /*post*/) {
+  static_cast<std::atomic<std::ptrdiff_t>*>(user)->fetch_add(bytes, std::memory_order_relaxed);
+  return true;
+}
+
+void attach_mesh(RTCDevice device, RTCScene scene, const AccelGeometry& mesh, std::uint32_t id) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                             mesh.positions.data(), 0, sizeof(Vec3), mesh.positions.size());
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                             mesh.indices.data(), 0, 3 * sizeof(std::uint32_t),
+                             mesh.indices.size() / 3);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene, geometry, id);
+  rtcReleaseGeometry(geometry);
+}
+
+RTCScene new_scene(RTCDevice device) {
+  RTCScene scene = rtcNewScene(device);
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  // Robust: edges are watertight, so that closed furnaces leak nothing.
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  return scene;
+}
+
+RTCRay to_embree(const Ray& ray) {
+  RTCRay out;
+  out.org_x = ray.origin.x;
+  out.org_y = ray.origin.y;
+  out.org_z = ray.origin.z;
+  out.tnear = ray.t_min;
+  out.dir_x = ray.direction.x;
+  out.dir_y = ray.direction.y;
+  out.dir_z = ray.direction.z;
+  out.time = 0;
+  out.tfar = ray.t_max;
+  out.mask = 0xffffffffU;
+  out.id = 0;
+  out.flags = 0;
+  return out;
+}
+
+bool traceable(const Ray& ray) {
+  // Debian's Embree aborts the process on NaN; a sum is finite only when all of it is.
+  const Vec3 sum = ray.origin + ray.direction;
+  return std::isfinite(sum.x + sum.y + sum.z) && ray.t_max >= ray.t_min;
+}
+
+}  // namespace
+
+Accel::Accel() : impl_(std::make_unique<Impl>()) {}
+Accel::~Accel() = default;
+
+Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_level,
+                                            std::span<const std::vector<AccelGeometry>> groups,
+                                            std::span<const AccelInstance> instances,
+                                            int threads) {
+  std::unique_ptr<Accel> accel(new Accel());
+  Impl& impl = *accel->impl_;
+  const std::string config = "threads=" + std::to_string(threads) + ",set_affinity=0";
+  impl.device = rtcNewDevice(config.c_str());
+  if (impl.device == nullptr) {
+    return Error{ErrorCode::kInternal, "Embree could not make a device", ""};
+  }
+  rtcSetDeviceMemoryMonitorFunction(impl.device, &count_memory, &impl.bytes);
+  for (const auto& group : groups) {
+    RTCScene scene = new_scene(impl.device);
+    impl.groups.push_back(scene);
+    for (std::uint32_t id = 0; id < group.size(); ++id) {
+      attach_mesh(impl.device, scene, group[id], id);
+    }
+    rtcCommitScene(scene);
+  }
+  impl.top = new_scene(impl.device);
+  impl.top_geometries = static_cast<std::uint32_t>(top_level.size());
+  for (std::uint32_t id = 0; id < top_level.size(); ++id) {
+    attach_mesh(impl.device, impl.top, top_level[id], id);
+  }
+  for (std::uint32_t i = 0; i < instances.size(); ++i) {
+    RTCGeometry geometry = rtcNewGeometry(impl.device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, impl.groups[instances[i].group]);
+    const Transform& m = instances[i].to_world;
+    const float columns[12] = {m.x.x, m.x.y, m.x.z, m.y.x, m.y.y, m.y.z,
+                               m.z.x, m.z.y, m.z.z, m.t.x, m.t.y, m.t.z};
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(impl.top, geometry, impl.top_geometries + i);
+    rtcReleaseGeometry(geometry);
+  }
+  rtcCommitScene(impl.top);
+  const RTCError error = rtcGetDeviceError(impl.device);
+  if (error == RTC_ERROR_OUT_OF_MEMORY) {
+    return Error{ErrorCode::kTooLarge, "not enough memory for the acceleration structure", ""};
+  }
+  if (error != RTC_ERROR_NONE) {
+    return Error{ErrorCode::kInternal, "Embree error " + std::to_string(static_cast<int>(error)), ""};
+  }
+  return accel;
+}
+
+bool Accel::intersect(const Ray& ray, RawHit& hit) const noexcept {
+  if (!traceable(ray)) {
+    return false;
+  }
+  RTCRayHit rayhit;
+  rayhit.ray = to_embree(ray);
+  rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  embree::intersect1(impl_->top, &rayhit);
+  if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
+    return false;
+  }
+  hit.t = rayhit.ray.tfar;
+  hit.instance = rayhit.hit.instID[0] == RTC_INVALID_GEOMETRY_ID
+                     ? kNoInstance
+                     : rayhit.hit.instID[0] - impl_->top_geometries;
+  hit.geometry = rayhit.hit.geomID;
+  hit.primitive = rayhit.hit.primID;
+  return true;
+}
+
+bool Accel::occluded(const Ray& ray) const noexcept {
+  if (!traceable(ray)) {
+    return true;
+  }
+  RTCRay shadow = to_embree(ray);
+  embree::occluded1(impl_->top, &shadow);
+  return shadow.tfar < 0;
+}
+
+std::size_t Accel::bytes() const noexcept {
+  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(impl_->bytes.load(), 0));
+}
+
+const char* embree_version() noexcept { return RTC_VERSION_STRING; }
+
+void prepare_tracing_thread() noexcept {
+  // Bits 15 and 6 of MXCSR; the header's macros trip over our sign-conversion warning.
+  _mm_setcsr(_mm_getcsr() | 0x8040U);
+}
+
+}  // namespace core

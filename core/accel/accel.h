@@ -1,0 +1,75 @@
+/// Rays against triangles: a thin face over Embree 3.13 or 4.3, which stays inside core/accel.
+///
+/// Two levels: geometries (triangle meshes) stand in the top level or in a group; groups are placed
+/// by instances. Embree picks the primitive; callers recompute the hit point from the vertices.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/math/bounds.h"
+#include "core/math/transform.h"
+#include "core/math/vec.h"
+
+namespace core {
+
+struct Ray {
+  Vec3 origin;
+  Vec3 direction;  ///< need not be unit; t is in its lengths
+  float t_min = 0;
+  float t_max = 3.4e38F;
+};
+
+inline constexpr std::uint32_t kNoInstance = 0xffffffffU;
+
+struct RawHit {
+  float t = 0;
+  std::uint32_t instance = kNoInstance;  ///< index of the instance, or kNoInstance for the top level
+  std::uint32_t geometry = 0;            ///< index within the top level or the group
+  std::uint32_t primitive = 0;
+};
+
+struct AccelGeometry {
+  std::span<const Vec3> positions;  ///< with at least 16 readable bytes after the last but one float
+  std::span<const std::uint32_t> indices;
+};
+
+struct AccelInstance {
+  std::uint32_t group = 0;
+  Transform to_world;
+};
+
+class Accel {
+ public:
+  /// The spans are used in place: they must outlive the Accel, and each vertex buffer must have
+  /// four readable bytes past its end. threads: for building.
+  /// Errors: kTooLarge when memory runs out, kInternal with Embree's words.
+  static Result<std::unique_ptr<Accel>> build(std::span<const AccelGeometry> top_level,
+                                              std::span<const std::vector<AccelGeometry>> groups,
+                                              std::span<const AccelInstance> instances, int threads);
+  ~Accel();
+  Accel(const Accel&) = delete;
+  Accel& operator=(const Accel&) = delete;
+
+  /// Nearest hit in [t_min, t_max].
+  bool intersect(const Ray& ray, RawHit& hit) const noexcept;
+  /// Is there any hit in [t_min, t_max]?
+  bool occluded(const Ray& ray) const noexcept;
+  std::size_t bytes() const noexcept;
+
+ private:
+  Accel();
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// "4.3.3", as linked.
+const char* embree_version() noexcept;
+/// Sets flush-to-zero for the calling thread, as Embree asks of every thread that traces.
+void prepare_tracing_thread() noexcept;
+
+}  // namespace core

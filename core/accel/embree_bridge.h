@@ -1,0 +1,28 @@
+/// The differences between Embree 3.13 and 4.3, and nothing else.
+#pragma once
+
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+namespace core::embree {
+
+#if RTC_VERSION_MAJOR >= 4
+inline void intersect1(RTCScene scene, RTCRayHit* rayhit) { rtcIntersect1(scene, rayhit); }
+inline void occluded1(RTCScene scene, RTCRay* ray) { rtcOccluded1(scene, ray); }
+#else
+inline void intersect1(RTCScene scene, RTCRayHit* rayhit) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene, &context, rayhit);
+}
+inline void occluded1(RTCScene scene, RTCRay* ray) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, ray);
+}
+#endif
+
+}  // namespace core::embree

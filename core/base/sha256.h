@@ -1,0 +1,27 @@
+/// SHA-256 of bytes that come in pieces.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+
+namespace core {
+
+class Sha256 {
+ public:
+  Sha256();
+  ~Sha256();
+  Sha256(const Sha256&) = delete;
+  Sha256& operator=(const Sha256&) = delete;
+  void add(const void* data, std::size_t bytes);
+  /// 64 hex digits. Only once.
+  std::string hex();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+std::string sha256_hex(const void* data, std::size_t bytes);
+
+}  // namespace core

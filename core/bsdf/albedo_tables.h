@@ -1,0 +1,84 @@
+/// Directional albedos of GGX lobes, tabulated when the project is built (albedo_tables_gen.cpp).
+///
+/// With F = f0 (1 - w) + f90 w and w = (1 - cos)^5, the directional albedo of the single-scattering
+/// lobe is f0 * (e - e5) + f90 * e5. Nodes: mu = t^2 over t = i/(N-1); perceptual roughness j/(N-1).
+/// Source: Kulla and Conty, Revisiting Physically Based Shading at Imageworks, 2017.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace core {
+
+inline constexpr int kAlbedoNodes = 48;
+inline constexpr int kGlassNodes = 16;
+
+struct AlbedoTables {
+  float e[kAlbedoNodes][kAlbedoNodes];   ///< [roughness][mu], F = 1
+  float e5[kAlbedoNodes][kAlbedoNodes];  ///< weighted by w
+  float e_average[kAlbedoNodes];         ///< 2 * integral of e * mu
+  float e5_average[kAlbedoNodes];
+  /// Reflection plus refraction of a rough dielectric; [ior][roughness][mu]; ior = 1 + 2 (k/(N-1))^2
+  /// seen from outside, and its inverse seen from inside.
+  float glass_outside[kGlassNodes][kGlassNodes][kGlassNodes];
+  float glass_inside[kGlassNodes][kGlassNodes][kGlassNodes];
+};
+
+extern const AlbedoTables kAlbedoTables;
+
+struct SpecularAlbedo {
+  float e = 1;
+  float e5 = 0;
+};
+
+/// mu = cos(theta) in [0,1]; roughness perceptual, in [0,1].
+inline SpecularAlbedo specular_albedo(float mu, float roughness) noexcept {
+  constexpr float kLast = kAlbedoNodes - 1;
+  const float x = std::sqrt(std::clamp(mu, 0.0F, 1.0F)) * kLast;
+  const float y = std::clamp(roughness, 0.0F, 1.0F) * kLast;
+  const int i = std::min(static_cast<int>(x), kAlbedoNodes - 2);
+  const int j = std::min(static_cast<int>(y), kAlbedoNodes - 2);
+  const float a = x - static_cast<float>(i);
+  const float b = y - static_cast<float>(j);
+  const auto at = [&](const float(&t)[kAlbedoNodes][kAlbedoNodes]) {
+    const float low = t[j][i] + (t[j][i + 1] - t[j][i]) * a;
+    const float high = t[j + 1][i] + (t[j + 1][i + 1] - t[j + 1][i]) * a;
+    return low + (high - low) * b;
+  };
+  return {at(kAlbedoTables.e), at(kAlbedoTables.e5)};
+}
+
+inline SpecularAlbedo specular_albedo_average(float roughness) noexcept {
+  const float y = std::clamp(roughness, 0.0F, 1.0F) * (kAlbedoNodes - 1);
+  const int j = std::min(static_cast<int>(y), kAlbedoNodes - 2);
+  const float b = y - static_cast<float>(j);
+  const auto at = [&](const float(&t)[kAlbedoNodes]) { return t[j] + (t[j + 1] - t[j]) * b; };
+  return {at(kAlbedoTables.e_average), at(kAlbedoTables.e5_average)};
+}
+
+/// ior of the solid side over the outer side, above 1; inside: wo is in the solid.
+inline float glass_albedo(float mu, float roughness, float ior, bool inside) noexcept {
+  constexpr float kLast = kGlassNodes - 1;
+  const float at[3] = {std::sqrt(std::clamp((ior - 1) * 0.5F, 0.0F, 1.0F)) * kLast,
+                       std::clamp(roughness, 0.0F, 1.0F) * kLast,
+                       std::sqrt(std::clamp(mu, 0.0F, 1.0F)) * kLast};
+  int n[3];
+  float f[3];
+  for (int k = 0; k < 3; ++k) {
+    n[k] = std::min(static_cast<int>(at[k]), kGlassNodes - 2);
+    f[k] = at[k] - static_cast<float>(n[k]);
+  }
+  const auto& table = inside ? kAlbedoTables.glass_inside : kAlbedoTables.glass_outside;
+  float sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int c[3] = {corner & 1, (corner >> 1) & 1, corner >> 2};
+    float weight = 1;
+    for (int k = 0; k < 3; ++k) {
+      weight *= c[k] != 0 ? f[k] : 1 - f[k];
+    }
+    sum += weight * table[n[0] + c[0]][n[1] + c[1]][n[2] + c[2]];
+  }
+  return sum;
+}
+
+}  // namespace core

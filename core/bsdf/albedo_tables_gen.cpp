@@ -1,0 +1,167 @@
+// Writes the directional-albedo tables as C++ source. Runs when the project is built, so that
+// neither start-up nor the first picture waits for it.
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+
+#include "core/bsdf/albedo_tables.h"
+#include "core/bsdf/fresnel.h"
+#include "core/bsdf/ggx.h"
+
+namespace {
+
+using core::Ggx;
+using core::Vec2;
+using core::Vec3;
+
+constexpr int kSide = 64;  // points: a kSide x kSide midpoint grid over the visible normals
+
+Vec3 direction(float mu) { return {core::safe_sqrt(1 - mu * mu), 0, mu}; }
+
+float mu_of(int node, int nodes) {
+  const float t = static_cast<float>(node) / static_cast<float>(nodes - 1);
+  return std::max(t * t, 1e-4F);
+}
+
+float alpha_of(int node, int nodes) {
+  const float r = static_cast<float>(node) / static_cast<float>(nodes - 1);
+  return std::max(r * r, 1e-4F);
+}
+
+template <typename Weight>
+void over_normals(const Ggx& ggx, Vec3 wo, Weight&& weight) {
+  for (int a = 0; a < kSide; ++a) {
+    for (int b = 0; b < kSide; ++b) {
+      const Vec2 u = {(static_cast<float>(a) + 0.5F) / kSide, (static_cast<float>(b) + 0.5F) / kSide};
+      weight(ggx.sample_visible(wo, u));
+    }
+  }
+}
+
+void fill_reflection(core::AlbedoTables& t) {
+  for (int j = 0; j < core::kAlbedoNodes; ++j) {
+    const float alpha = alpha_of(j, core::kAlbedoNodes);
+    const Ggx ggx = {alpha, alpha};
+    for (int i = 0; i < core::kAlbedoNodes; ++i) {
+      const Vec3 wo = direction(mu_of(i, core::kAlbedoNodes));
+      double e = 0;
+      double e5 = 0;
+      over_normals(ggx, wo, [&](Vec3 h) {
+        const float cos_oh = dot(wo, h);
+        const Vec3 wi = h * (2 * cos_oh) - wo;
+        if (wi.z > 0) {
+          // f cos / pdf with F = 1 is G2 / G1.
+          const double w = static_cast<double>(ggx.g2(wo, wi) / ggx.g1(wo));
+          e += w;
+          e5 += w * static_cast<double>(core::schlick_weight(cos_oh));
+        }
+      });
+      t.e[j][i] = static_cast<float>(e / (kSide * kSide));
+      t.e5[j][i] = static_cast<float>(e5 / (kSide * kSide));
+    }
+    // 2 * integral over mu of e(mu) mu, mu = t^2: 4 * integral over t of e t^3; the
+    // interpolant is linear in t, so a fine midpoint rule is exact to rounding.
+    constexpr int kFine = 4096;
+    double sum = 0;
+    double sum5 = 0;
+    for (int k = 0; k < kFine; ++k) {
+      const double x = (k + 0.5) / kFine;
+      const double at = x * (core::kAlbedoNodes - 1);
+      const int n = static_cast<int>(at);
+      const double f = at - n;
+      const double cube = x * x * x;
+      sum += cube * (static_cast<double>(t.e[j][n]) * (1 - f) + static_cast<double>(t.e[j][n + 1]) * f);
+      sum5 += cube * (static_cast<double>(t.e5[j][n]) * (1 - f) + static_cast<double>(t.e5[j][n + 1]) * f);
+    }
+    t.e_average[j] = static_cast<float>(4 * sum / kFine);
+    t.e5_average[j] = static_cast<float>(4 * sum5 / kFine);
+  }
+}
+
+float glass(const Ggx& ggx, Vec3 wo, float eta) {
+  double sum = 0;
+  over_normals(ggx, wo, [&](Vec3 h) {
+    const float cos_o = dot(wo, h);
+    const float fresnel = core::fresnel_dielectric(cos_o, eta);
+    const Vec3 reflected = h * (2 * cos_o) - wo;
+    if (reflected.z > 0) {
+      sum += static_cast<double>(fresnel * ggx.g2(wo, reflected) / ggx.g1(wo));
+    }
+    if (fresnel < 1) {
+      const float cos_t = core::safe_sqrt(1 - (1 - cos_o * cos_o) / (eta * eta));
+      const Vec3 refracted = h * (cos_o / eta - cos_t) - wo * (1 / eta);
+      if (refracted.z < 0) {
+        const Vec3 flipped = {refracted.x, refracted.y, -refracted.z};
+        sum += static_cast<double>((1 - fresnel) * ggx.g2(wo, flipped) / ggx.g1(wo));
+      }
+    }
+  });
+  return static_cast<float>(sum / (kSide * kSide));
+}
+
+void fill_glass(core::AlbedoTables& t) {
+  for (int k = 0; k < core::kGlassNodes; ++k) {
+    const float x = static_cast<float>(k) / (core::kGlassNodes - 1);
+    const float ior = 1 + 2 * x * x;
+    for (int j = 0; j < core::kGlassNodes; ++j) {
+      const float alpha = alpha_of(j, core::kGlassNodes);
+      for (int i = 0; i < core::kGlassNodes; ++i) {
+        const Vec3 wo = direction(mu_of(i, core::kGlassNodes));
+        t.glass_outside[k][j][i] = glass({alpha, alpha}, wo, ior);
+        t.glass_inside[k][j][i] = glass({alpha, alpha}, wo, 1 / ior);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: albedo_tables_gen FILE\n");
+    return 2;
+  }
+  const auto tables = std::make_unique<core::AlbedoTables>();
+  fill_reflection(*tables);
+  fill_glass(*tables);
+  std::ofstream out(argv[1]);
+  out << "#include \"core/bsdf/albedo_tables.h\"\nnamespace core {\n"
+      << "extern const AlbedoTables kAlbedoTables;\nconst AlbedoTables kAlbedoTables = {\n";
+  const auto write = [&out](const float* values, int count) {
+    out << "{";
+    for (int i = 0; i < count; ++i) {
+      char text[40];
+      std::snprintf(text, sizeof(text), "%.9eF,", static_cast<double>(values[i]));
+      out << text << (i % 8 == 7 ? "\n" : "");
+    }
+    out << "}";
+  };
+  const auto write2 = [&](const float* values, int rows, int columns) {
+    out << "{";
+    for (int r = 0; r < rows; ++r) {
+      write(values + r * columns, columns);
+      out << ",";
+    }
+    out << "}";
+  };
+  constexpr int kN = core::kAlbedoNodes;
+  constexpr int kG = core::kGlassNodes;
+  write2(&tables->e[0][0], kN, kN);
+  out << ",\n";
+  write2(&tables->e5[0][0], kN, kN);
+  out << ",\n";
+  write(tables->e_average, kN);
+  out << ",\n";
+  write(tables->e5_average, kN);
+  for (const auto* cube : {&tables->glass_outside, &tables->glass_inside}) {
+    out << ",\n{";
+    for (const auto& plane : *cube) {
+      write2(&plane[0][0], kG, kG);
+      out << ",";
+    }
+    out << "}";
+  }
+  out << "};\n}  // namespace core\n";
+  return out.good() ? 0 : 1;
+}

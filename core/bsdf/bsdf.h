@@ -1,0 +1,109 @@
+/// Bsdf: the layered glTF surface at one point, seen from one direction.
+///
+/// Frame: local shading frame, n = (0,0,1) on the viewer's side, so wo.z > 0. wo points to the viewer, wi
+/// to the light; both unit, away from the surface; wi.z < 0 is transmission.
+/// Layers: a GGX lobe (Schlick Fresnel, multiple scattering by Kulla and Conty 2017) over Lambert and thin
+/// transmission, coupled reciprocally by (1 - E(wo)) (1 - E(wi)) / (1 - E_avg); metal by weight; solid glass as a lobe of its
+/// own (Walter et al. 2007 with exact Fresnel, scaled by its tabulated albedo).
+/// Terminator: directions that the shading frame puts on one side of the surface and the geometry on
+/// the other are mirrored at the geometric plane, in evaluation, density and sampling alike, so a
+/// lossless surface stays lossless and nothing leaks through.
+#pragma once
+
+#include "core/bsdf/ggx.h"
+#include "core/color/rgb.h"
+#include "core/math/vec.h"
+
+namespace core {
+
+/// glTF's parameters after textures. Colours in [0,1].
+struct BsdfParameters {
+  Rgb base_color = {1, 1, 1};
+  float metallic = 0;
+  float roughness = 1;  ///< perceptual
+  float alpha_x = 1;    ///< GGX widths; equal unless anisotropic
+  float alpha_y = 1;
+  Rgb f0 = {0.04F, 0.04F, 0.04F};  ///< of the dielectric, KHR_materials_ior and _specular applied
+  float f90 = 1;                   ///< of the dielectric
+  float transmission = 0;
+  bool thin = true;  ///< transmission passes straight through
+  float ior = 1.5F;  ///< of the solid
+  bool inside = false;  ///< wo is in the solid
+};
+
+struct BsdfEval {
+  Rgb value_cos;               ///< f * |cos theta_i| [1/sr]
+  float pdf_solid_angle = 0;   ///< density of sample() at wi; delta lobes left out
+};
+
+struct BsdfSample {
+  Vec3 wi_local;
+  Rgb weight;                 ///< f * |cos| / density
+  float pdf_solid_angle = 0;  ///< 0 when is_delta
+  bool is_delta = false;
+  bool transmitted = false;  ///< wi is on the other side of the geometric plane
+  float eta = 1;             ///< n(wi) / n(wo); 1 unless refracted
+};
+
+class Bsdf {
+ public:
+  /// wo_local.z > 0; ng_local: geometric normal on wo's side, unit.
+  Bsdf(const BsdfParameters& parameters, Vec3 wo_local, Vec3 ng_local) noexcept;
+
+  BsdfEval evaluate(Vec3 wi_local) const noexcept;
+  /// weight 0 and pdf 0: nothing was sampled (absorbed). u_lobe, u_dir in [0,1).
+  BsdfSample sample(float u_lobe, Vec2 u_dir) const noexcept;
+  /// One of the delta lobes, chosen among them alone; weight as if they were the whole.
+  BsdfSample sample_delta(float u_lobe, Vec2 u_dir) const noexcept;
+  /// Probability with which sample() takes a delta lobe.
+  float prob_delta() const noexcept;
+  /// Does any lobe spread over solid angle, so that light sampling makes sense?
+  bool has_spread() const noexcept { return has_spread_; }
+  bool transmits() const noexcept { return prob_thin_ + prob_glass_ > 0; }
+  /// Share of light reflected or transmitted from wo, per channel, for the albedo layer.
+  Rgb albedo() const noexcept;
+
+ private:
+  BsdfEval evaluate_raw(Vec3 wi) const noexcept;
+  void add_diffuse(Vec3 wi, BsdfEval& out) const noexcept;
+  void add_specular(Vec3 wi, BsdfEval& out) const noexcept;
+  void add_thin(Vec3 wi, BsdfEval& out) const noexcept;
+  void add_glass(Vec3 wi, BsdfEval& out) const noexcept;
+  bool sample_specular(Vec2 u, BsdfSample& s) const noexcept;
+  bool sample_thin(Vec2 u, BsdfSample& s) const noexcept;
+  bool sample_glass(float u_lobe, Vec2 u, BsdfSample& s) const noexcept;
+  void respect_geometry(BsdfSample& s) const noexcept;
+
+  Vec3 wo_;
+  Vec3 ng_;
+  Ggx ggx_;
+  float roughness_ = 1;
+  bool is_flat_ = true;     ///< shading and geometric normal agree
+  bool has_specular_ = false;
+  bool is_smooth_ = false;  ///< the GGX lobes are delta
+  bool has_spread_ = false;
+  Rgb diffuse_;             ///< Lambert albedo times weight
+  Rgb f0_;                  ///< of the whole specular lobe, weighted
+  Rgb f90_;
+  float e_wo_ = 1;          ///< single-scattering albedo with F = 1
+  float ms_scale_ = 0;      ///< (1 - E(wo)) / (pi (1 - E_avg))
+  Rgb ms_color_;
+  Rgb cover_f0_;            ///< dielectric cover over the substrate, unweighted
+  float cover_f90_ = 0;
+  Rgb cover_ms_;
+  Rgb cover_wo_ = {1, 1, 1};       ///< 1 - E_cover(wo)
+  Rgb cover_norm_ = {1, 1, 1};     ///< 1 / (1 - E_cover_avg)
+  Rgb thin_;                ///< weight of thin transmission, cover included
+  float thin_scale_ = 1;
+  Rgb glass_color_;
+  float glass_weight_ = 0;
+  float glass_scale_ = 1;
+  float eta_ = 1;           ///< n(other side) / n(wo's side)
+  float prob_diffuse_ = 0;
+  float prob_specular_ = 0;
+  float prob_thin_ = 0;
+  float prob_glass_ = 0;
+  Rgb albedo_;
+};
+
+}  // namespace core

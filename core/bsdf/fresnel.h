@@ -1,0 +1,38 @@
+/// Fresnel reflectance: exact for dielectrics, Schlick's form for glTF's F0 and F90.
+#pragma once
+
+#include <cmath>
+
+#include "core/color/rgb.h"
+#include "core/math/numbers.h"
+
+namespace core {
+
+/// Unpolarised reflectance of a smooth dielectric boundary. cos_i in [0,1] on the incident side;
+/// eta = n_transmitted / n_incident > 0. 1 under total internal reflection.
+/// Source: PBR 4th ed. 9.3.5.
+inline float fresnel_dielectric(float cos_i, float eta) noexcept {
+  const float sin2_t = (1 - cos_i * cos_i) / (eta * eta);
+  if (sin2_t >= 1) {
+    return 1;
+  }
+  const float cos_t = std::sqrt(1 - sin2_t);
+  const float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  const float perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+  return 0.5F * (parallel * parallel + perpendicular * perpendicular);
+}
+
+/// (1 - cos)^5
+inline float schlick_weight(float cos_i) noexcept {
+  const float m = clamp01(1 - cos_i);
+  const float m2 = m * m;
+  return m2 * m2 * m;
+}
+
+/// Source: glTF 2.0 specification, appendix B.3.4, with f90 of KHR_materials_specular.
+inline Rgb fresnel_schlick(Rgb f0, Rgb f90, float cos_i) noexcept {
+  const float w = schlick_weight(cos_i);
+  return f0 * (1 - w) + f90 * w;
+}
+
+}  // namespace core

@@ -1,0 +1,140 @@
+#include "core/camera/camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/math/numbers.h"
+#include "core/sampling/warp.h"
+
+namespace core {
+namespace {
+
+constexpr float kDegree = kPi / 180;
+
+Result<const CameraDescription*> choose(const CameraSettings& settings,
+                                        const std::vector<CameraDescription>& cameras) {
+  if (settings.name && settings.index) {
+    return Error{ErrorCode::kInvalidArgument, "give a camera's name or its index, not both", "/camera/index"};
+  }
+  if (settings.name) {
+    for (const CameraDescription& camera : cameras) {
+      if (camera.name == *settings.name) {
+        return &camera;
+      }
+    }
+    std::string names;
+    for (const CameraDescription& camera : cameras) {
+      names += (names.empty() ? "" : ", ") + ("'" + camera.name + "'");
+    }
+    return Error{ErrorCode::kInvalidArgument,
+                 "the scene has no camera '" + *settings.name + "'; it has " +
+                     (names.empty() ? std::string("none") : names), "/camera/name"};
+  }
+  if (settings.index) {
+    if (*settings.index < 0 || *settings.index >= static_cast<int>(cameras.size())) {
+      return Error{ErrorCode::kInvalidArgument,
+                   std::to_string(*settings.index) + " is not one of the scene's " +
+                       std::to_string(cameras.size()) + " cameras", "/camera/index"};
+    }
+    return &cameras[static_cast<std::size_t>(*settings.index)];
+  }
+  return cameras.empty() ? nullptr : &cameras.front();
+}
+
+}  // namespace
+
+Result<Camera> Camera::create(const CameraSettings& settings,
+                              const std::vector<CameraDescription>& cameras, const Bounds& bounds,
+                              int width, int height) {
+  const auto chosen = choose(settings, cameras);
+  if (!chosen) {
+    return chosen.error();
+  }
+  const CameraDescription* file = *chosen;
+  if (settings.position.has_value() != settings.target.has_value()) {
+    return Error{ErrorCode::kInvalidArgument, "position and target come together",
+                 settings.position ? "/camera/target" : "/camera/position"};
+  }
+  Camera camera;
+  camera.width_px_ = static_cast<float>(width);
+  camera.height_px_ = static_cast<float>(height);
+  const float aspect = camera.width_px_ / camera.height_px_;
+  const bool posed = settings.position.has_value();
+  camera.orthographic_ = !posed && file != nullptr && file->orthographic;
+  if (camera.orthographic_ && settings.vertical_fov_degrees) {
+    return Error{ErrorCode::kInvalidArgument, "an orthographic camera has no field of view",
+                 "/camera/vertical_fov_degrees"};
+  }
+  float fov = 45 * kDegree;
+  if (settings.vertical_fov_degrees) {
+    fov = *settings.vertical_fov_degrees * kDegree;
+  } else if (!posed && file != nullptr && !file->orthographic) {
+    fov = file->vertical_fov_rad;
+  }
+  Vec3 up_hint = settings.up.value_or(Vec3{0, 1, 0});
+  if (posed) {
+    camera.eye_ = *settings.position;
+    camera.forward_ = *settings.target - *settings.position;
+  } else if (file != nullptr) {
+    camera.eye_ = file->to_world.t;
+    camera.forward_ = -file->to_world.z;
+    up_hint = settings.up.value_or(file->to_world.y);
+  } else {
+    const Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
+    const float radius = bounds.empty() ? 1.0F : std::max(0.5F * length(bounds.diagonal()), 1e-6F);
+    const float horizontal = 2 * std::atan(std::tan(fov * 0.5F) * aspect);
+    const float narrow = std::min(fov, horizontal);
+    camera.eye_ = center + normalize(Vec3{0, 0.25F, 1}) * (radius / std::sin(narrow * 0.5F));
+    camera.forward_ = center - camera.eye_;
+  }
+  if (!(length_squared(camera.forward_) > 0)) {
+    return Error{ErrorCode::kInvalidArgument, "position and target are the same point", "/camera/target"};
+  }
+  camera.forward_ = normalize(camera.forward_);
+  const Vec3 right = cross(camera.forward_, up_hint);
+  if (!(length_squared(right) > 1e-12F * std::max(length_squared(up_hint), 1e-20F))) {
+    return Error{ErrorCode::kInvalidArgument, "up is parallel to the direction of view", "/camera/up"};
+  }
+  camera.right_ = normalize(right);
+  camera.up_ = cross(camera.right_, camera.forward_);
+  if (camera.orthographic_) {
+    // Magnifications are half sizes. Where the film's shape differs, the height is kept, as the
+    // perspective camera keeps its vertical field of view.
+    camera.half_height_ = file->y_magnification;
+    camera.half_width_ = file->y_magnification * aspect;
+  } else {
+    camera.half_height_ = std::tan(fov * 0.5F);
+    camera.half_width_ = camera.half_height_ * aspect;
+  }
+  camera.aperture_radius_m_ = settings.aperture_radius_m.value_or(0);
+  camera.focus_distance_m_ = settings.focus_distance_m.value_or(
+      posed ? length(*settings.target - *settings.position)
+            : std::max(dot((bounds.empty() ? Vec3{} : bounds.center()) - camera.eye_, camera.forward_), 1e-3F));
+  return camera;
+}
+
+Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
+  const float x = (2 * film_px.x / width_px_ - 1) * half_width_;
+  const float y = (1 - 2 * film_px.y / height_px_) * half_height_;
+  CameraRay out;
+  if (orthographic_) {
+    out.ray.origin = eye_ + right_ * x + up_ * y;
+    out.ray.direction = forward_;
+    out.width_m = 2 * half_height_ / height_px_;
+  } else {
+    out.ray.origin = eye_;
+    out.ray.direction = normalize(forward_ + right_ * x + up_ * y);
+    out.spread_rad = 2 * half_height_ / height_px_;
+  }
+  if (aperture_radius_m_ > 0) {
+    const float to_plane = focus_distance_m_ / dot(out.ray.direction, forward_);
+    const Vec3 focus = out.ray.origin + out.ray.direction * to_plane;
+    const Vec2 d = concentric_disk(lens) * aperture_radius_m_;
+    out.ray.origin += right_ * d.x + up_ * d.y;
+    out.ray.direction = normalize(focus - out.ray.origin);
+  }
+  return out;
+}
+
+}  // namespace core

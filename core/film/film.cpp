@@ -1,0 +1,208 @@
+#include "core/film/film.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/sha256.h"
+#include "core/math/numbers.h"
+
+namespace core {
+namespace {
+
+static_assert(sizeof(ReplicatePixel) == 24);
+static_assert(sizeof(AuxPixel) == 32);
+
+std::size_t area(const PixelRect& r) {
+  return static_cast<std::size_t>(r.width) * static_cast<std::size_t>(r.height);
+}
+
+}  // namespace
+
+std::vector<PixelRect> tile_rects(PixelRect crop) {
+  std::vector<PixelRect> rects;
+  const int x1 = crop.x + crop.width;
+  const int y1 = crop.y + crop.height;
+  for (int y = crop.y - crop.y % kTileSize; y < y1; y += kTileSize) {
+    for (int x = crop.x - crop.x % kTileSize; x < x1; x += kTileSize) {
+      const int left = std::max(x, crop.x);
+      const int top = std::max(y, crop.y);
+      rects.push_back({left, top, std::min(x + kTileSize, x1) - left, std::min(y + kTileSize, y1) - top});
+    }
+  }
+  return rects;
+}
+
+Film::Film(const FilmSettings& settings, int replicates)
+    : crop_(settings.crop.value_or(PixelRect{0, 0, settings.width, settings.height})),
+      full_width_(settings.width),
+      full_height_(settings.height),
+      replicates_(replicates),
+      has_aux_(settings.albedo || settings.normal || settings.depth),
+      rects_(tile_rects(crop_)),
+      tiles_(rects_.size()) {
+  for (std::size_t i = 0; i < rects_.size(); ++i) {
+    tiles_[i].state.rect = rects_[i];
+  }
+}
+
+TileState Film::tile(int tile) const {
+  TileState state;
+  {
+    MutexLock lock(mutex_);
+    state = tiles_[static_cast<std::size_t>(tile)].state;
+  }
+  if (state.pixels.empty()) {
+    state.pixels.resize(area(state.rect) * static_cast<std::size_t>(replicates_));
+    if (has_aux_) {
+      state.aux.resize(area(state.rect));
+    }
+  }
+  return state;
+}
+
+int Film::tile_samples(int tile) const {
+  MutexLock lock(mutex_);
+  return tiles_[static_cast<std::size_t>(tile)].state.samples;
+}
+
+std::uint32_t Film::tile_revision(int tile) const {
+  MutexLock lock(mutex_);
+  return tiles_[static_cast<std::size_t>(tile)].revision;
+}
+
+std::uint32_t Film::commit(int tile, TileState state) {
+  MutexLock lock(mutex_);
+  Slot& slot = tiles_[static_cast<std::size_t>(tile)];
+  std::swap(slot.state, state);
+  slot.revision = ++revision_;
+  return slot.revision;
+}
+
+std::uint32_t Film::revision() const {
+  MutexLock lock(mutex_);
+  return revision_;
+}
+
+void Film::restore(int tile, TileState state, std::uint32_t tile_revision) {
+  MutexLock lock(mutex_);
+  Slot& slot = tiles_[static_cast<std::size_t>(tile)];
+  slot.state = std::move(state);
+  slot.revision = tile_revision;
+  revision_ = std::max(revision_, tile_revision);
+}
+
+FilmSnapshot Film::snapshot(PixelRect rect) const {
+  FilmSnapshot out;
+  out.rect = rect;
+  out.replicates = replicates_;
+  out.has_aux = has_aux_;
+  const auto r = static_cast<std::size_t>(replicates_);
+  out.pixels.resize(area(rect) * r);
+  if (has_aux_) {
+    out.aux.resize(area(rect));
+  }
+  MutexLock lock(mutex_);
+  out.revision = revision_;
+  for (const Slot& slot : tiles_) {
+    const PixelRect& t = slot.state.rect;
+    const int x0 = std::max(t.x, rect.x);
+    const int x1 = std::min(t.x + t.width, rect.x + rect.width);
+    const int y0 = std::max(t.y, rect.y);
+    const int y1 = std::min(t.y + t.height, rect.y + rect.height);
+    if (x0 >= x1 || slot.state.pixels.empty()) {
+      continue;
+    }
+    for (int y = y0; y < y1; ++y) {
+      const auto from = static_cast<std::size_t>(y - t.y) * static_cast<std::size_t>(t.width) +
+                        static_cast<std::size_t>(x0 - t.x);
+      const auto to = static_cast<std::size_t>(y - rect.y) * static_cast<std::size_t>(rect.width) +
+                      static_cast<std::size_t>(x0 - rect.x);
+      const auto n = static_cast<std::size_t>(x1 - x0);
+      std::copy_n(&slot.state.pixels[from * r], n * r, &out.pixels[to * r]);
+      if (has_aux_) {
+        std::copy_n(&slot.state.aux[from], n, &out.aux[to]);
+      }
+    }
+  }
+  return out;
+}
+
+std::uint64_t Film::rejected_samples() const {
+  MutexLock lock(mutex_);
+  std::uint64_t sum = 0;
+  for (const Slot& slot : tiles_) {
+    sum += slot.state.rejected_samples;
+  }
+  return sum;
+}
+
+std::uint64_t Film::rays() const {
+  MutexLock lock(mutex_);
+  std::uint64_t sum = 0;
+  for (const Slot& slot : tiles_) {
+    sum += slot.state.rays;
+  }
+  return sum;
+}
+
+double Film::cpu_seconds() const {
+  MutexLock lock(mutex_);
+  double sum = 0;
+  for (const Slot& slot : tiles_) {
+    sum += slot.state.cpu_seconds;
+  }
+  return sum;
+}
+
+std::size_t Film::bytes() const noexcept {
+  return area(crop_) * (static_cast<std::size_t>(replicates_) * sizeof(ReplicatePixel) +
+                        (has_aux_ ? sizeof(AuxPixel) : 0)) +
+         rects_.size() * (sizeof(Slot) + sizeof(PixelRect));
+}
+
+std::string Film::digest() const {
+  Sha256 hash;
+  const std::int32_t header[] = {crop_.x, crop_.y, crop_.width, crop_.height, full_width_,
+                                 full_height_, replicates_, has_aux_ ? 1 : 0};
+  hash.add(header, sizeof(header));
+  MutexLock lock(mutex_);
+  for (const Slot& slot : tiles_) {
+    const std::int32_t tile[] = {slot.state.rect.x, slot.state.rect.y, slot.state.samples};
+    hash.add(tile, sizeof(tile));
+    hash.add(slot.state.pixels.data(), slot.state.pixels.size() * sizeof(ReplicatePixel));
+    hash.add(slot.state.aux.data(), slot.state.aux.size() * sizeof(AuxPixel));
+  }
+  return hash.hex();
+}
+
+HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half) {
+  HalfValue out;
+  const auto r = static_cast<std::size_t>(film.replicates);
+  for (auto k = static_cast<std::size_t>(half); k < r; k += 2) {
+    const ReplicatePixel& p = film.pixels[pixel * r + k];
+    if (p.count == 0) {
+      continue;
+    }
+    out.count += p.count;
+    const float w = static_cast<float>(p.count) / static_cast<float>(out.count);
+    out.mean = lerp(out.mean, {p.mean_r, p.mean_g, p.mean_b}, w);
+    out.alpha = lerp(out.alpha, p.mean_alpha, w);
+  }
+  return out;
+}
+
+HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel) {
+  const HalfValue a = half_value(film, pixel, 0);
+  const HalfValue b = half_value(film, pixel, 1);
+  HalfValue out;
+  out.count = a.count + b.count;
+  if (out.count == 0) {
+    return out;
+  }
+  const float w = static_cast<float>(b.count) / static_cast<float>(out.count);
+  out.mean = lerp(a.mean, b.mean, w);
+  out.alpha = lerp(a.alpha, b.alpha, w);
+  return out;
+}
+
+}  // namespace core

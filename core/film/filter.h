@@ -1,0 +1,31 @@
+/// Reconstruction filters, importance sampled: a sample's position is drawn from the filter of its
+/// pixel, so it counts for that pixel alone and neighbours stay independent.
+#pragma once
+
+#include "core/math/vec.h"
+#include "core/render/settings.h"
+#include "core/sampling/distribution.h"
+
+namespace core {
+
+class FilterSampler {
+ public:
+  explicit FilterSampler(const FilterSettings& settings);
+
+  struct Offset {
+    Vec2 offset_px;    ///< from the pixel's centre
+    float weight = 1;  ///< -1 or +1 times a constant; 1 for filters without negative lobes
+  };
+  Offset sample(Vec2 u) const noexcept;
+  /// The filter itself, one axis, x in pixels; not normalised. Exposed for tests.
+  float evaluate(float x) const noexcept;
+
+ private:
+  Vec2 axis(float u) const noexcept;  ///< x: offset, y: sign
+
+  FilterSettings settings_;
+  Distribution1D table_;  ///< of |f| over [-radius, radius]
+  float scale_ = 1;       ///< integral of |f| over integral of f
+};
+
+}  // namespace core

@@ -1,0 +1,330 @@
+#include "core/integrators/path.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/numbers.h"
+#include "core/math/offset_ray.h"
+#include "core/samplers/dimensions.h"
+#include "core/sampling/warp.h"
+
+namespace core {
+namespace {
+
+/// Holes and index-matched boundaries do not count as scattering; this bounds a path that meets
+/// nothing else.
+constexpr int kPassThroughMax = 4096;
+constexpr float kFar = 3.0e38F;
+
+Rgb absorbed(Rgb sigma_a, float distance_m) {
+  return {std::exp(-sigma_a.r * distance_m), std::exp(-sigma_a.g * distance_m),
+          std::exp(-sigma_a.b * distance_m)};
+}
+
+}  // namespace
+
+/// What a path carries from vertex to vertex.
+struct PathIntegrator::State {
+  const PathSampler& sampler;
+  std::uint64_t& rays;
+  PathSample out{};
+  Ray ray{};
+  Rgb beta = {1, 1, 1};
+  int depth = 0;             ///< scattering events so far
+  float pdf_bsdf = 0;        ///< density of the last direction; 0: camera or delta
+  Vec3 last_point{};
+  Vec3 last_normal{};          ///< as given to the light sampler at the last vertex
+  float eta_scale = 1;       ///< product of eta^2: radiance against importance
+  float cone_width_m = 0;
+  float cone_spread_rad = 0;
+  const Material* medium = nullptr;  ///< the solid that the path is in
+  std::uint32_t pass_through = 0;
+};
+
+struct PathIntegrator::Vertex {
+  SurfacePoint point;
+  Vec3 wo_world;
+  float distance_m = 0;
+  Shading shading;
+};
+
+PathIntegrator::PathIntegrator(const IntegratorInput& input)
+    : scene_(input.scene),
+      environment_(input.environment),
+      lights_(input.scene, input.environment, input.settings.light_sampler),
+      mis_{input.settings.estimator.mis, input.settings.estimator.mis_exponent},
+      strategy_(input.settings.estimator.strategy),
+      roulette_(input.settings.estimator.roulette),
+      max_depth_(input.settings.max_depth) {}
+
+/// Follows the ray to a surface that is there (holes of MASK and BLEND are passed at random, with
+/// the right probability). False: it left the scene.
+bool PathIntegrator::find_surface(State& path, Vertex& vertex) const noexcept {
+  RawHit hit;
+  Ray ray = path.ray;
+  float travelled = 0;
+  for (int pass = 0; pass < kPassThroughMax; ++pass) {
+    ++path.rays;
+    if (!scene_.accel->intersect(ray, hit)) {
+      return false;
+    }
+    if (scene_.has_alpha) {
+      const float coverage = scene_.coverage(hit, ray);
+      if (coverage < 1 &&
+          !(coverage > 0 && path.sampler.extra_1d(path.depth, path.pass_through++) < coverage)) {
+        const SurfacePoint hole = scene_.surface_point(hit, ray);
+        const float side = dot(hole.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
+        travelled += length(hole.position - ray.origin);
+        ray.origin = offset_ray(hole.position, hole.normal_geometric * side);
+        continue;
+      }
+    }
+    vertex.point = scene_.surface_point(hit, ray);
+    vertex.wo_world = -ray.direction;
+    vertex.distance_m = travelled + length(vertex.point.position - ray.origin);
+    return true;
+  }
+  return false;
+}
+
+void PathIntegrator::add_background(State& path) const noexcept {
+  const bool seen = path.depth == 0 && !path.out.hit;
+  if (seen && environment_ != nullptr && !environment_->visible()) {
+    path.out.alpha = 0;
+    return;
+  }
+  if (environment_ == nullptr) {
+    return;
+  }
+  if (!(path.pdf_bsdf > 0)) {
+    path.out.radiance += path.beta * environment_->background(path.ray.direction);
+    return;
+  }
+  if (strategy_ == Strategy::kLight) {
+    return;
+  }
+  float weight = 1;
+  if (strategy_ == Strategy::kMis) {
+    weight = mis_.weight(path.pdf_bsdf, lights_.pdf_environment(path.ray.direction));
+  }
+  path.out.radiance += path.beta * environment_->radiance(path.ray.direction) * weight;
+}
+
+void PathIntegrator::add_emission(State& path, const Vertex& vertex) const noexcept {
+  const Rgb radiance = emitted(scene_, vertex.point, vertex.wo_world);
+  if (is_black(radiance)) {
+    return;
+  }
+  float weight = 1;
+  if (path.pdf_bsdf > 0 && vertex.point.light != kNoLight) {
+    if (strategy_ == Strategy::kLight) {
+      return;
+    }
+    if (strategy_ == Strategy::kMis) {
+      const Vec3 d = vertex.point.position - path.last_point;
+      const float cos_light = std::fabs(dot(vertex.point.normal_geometric, vertex.wo_world));
+      weight = mis_.weight(path.pdf_bsdf, lights_.pdf_triangle(vertex.point.light, path.last_point,
+                                                               path.last_normal, length(d), cos_light));
+    }
+  }
+  path.out.radiance += path.beta * radiance * weight;
+}
+
+/// Share of light that gets along the ray: 0 behind surfaces, the product of (1 - alpha) through
+/// BLEND, its expected value rather than a throw of dice.
+Rgb PathIntegrator::transmittance(State& path, const Ray& shadow) const noexcept {
+  ++path.rays;
+  if (!scene_.has_alpha) {
+    return scene_.accel->occluded(shadow) ? Rgb{} : Rgb(1);
+  }
+  float open = 1;
+  Ray ray = shadow;
+  const Vec3 end = shadow.origin + shadow.direction;
+  const bool far = shadow.t_max > 1;
+  for (int pass = 0; pass < kPassThroughMax; ++pass) {
+    RawHit hit;
+    if (!scene_.accel->intersect(ray, hit)) {
+      return Rgb(open);
+    }
+    open *= 1 - scene_.coverage(hit, ray);
+    if (!(open > 0)) {
+      return {};
+    }
+    ++path.rays;
+    const SurfacePoint hole = scene_.surface_point(hit, ray);
+    const float side = dot(hole.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
+    ray.origin = offset_ray(hole.position, hole.normal_geometric * side);
+    if (!far) {
+      ray.direction = end - ray.origin;
+    }
+  }
+  return {};
+}
+
+void PathIntegrator::add_direct(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept {
+  const bool all = strategy_ == Strategy::kMis || strategy_ == Strategy::kLight;
+  if (!bsdf.has_spread() || lights_.empty() || (!all && !lights_.has_delta())) {
+    return;
+  }
+  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
+  const Vec3 p = vertex.point.position;
+  const LightSample light = all ? lights_.sample(p, path.last_normal, u.x, {u.y, u.z})
+                                : lights_.sample_delta(p, u.x);
+  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
+    return;
+  }
+  const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));
+  if (is_black(f.value_cos)) {
+    return;
+  }
+  float weight = 1;
+  if (!light.is_delta && strategy_ == Strategy::kMis) {
+    weight = mis_.weight(light.pdf_solid_angle, f.pdf_solid_angle);
+  }
+  const Vec3 n = vertex.shading.normal_geometric;
+  const float side = dot(n, light.wi_world) >= 0 ? 1.0F : -1.0F;
+  Ray shadow;
+  shadow.origin = offset_ray(p, n * side);
+  shadow.direction = light.is_far ? light.wi_world : light.target - shadow.origin;
+  shadow.t_max = light.is_far ? kFar : 1.0F;
+  const Rgb open = transmittance(path, shadow);
+  if (is_black(open)) {
+    return;
+  }
+  Rgb add = path.beta * f.value_cos * light.radiance * open * (weight / light.pdf_solid_angle);
+  if (path.medium != nullptr && side > 0 && !light.is_far) {
+    add *= absorbed(path.medium->sigma_a, length(shadow.direction));
+  }
+  path.out.radiance += add;
+}
+
+/// By the BSDF, or for study by the cosine or uniformly: delta lobes always by the BSDF.
+BsdfSample PathIntegrator::sample_direction(State& path, const Bsdf& bsdf) const noexcept {
+  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
+  if (strategy_ != Strategy::kCosine && strategy_ != Strategy::kUniform) {
+    return bsdf.sample(u.x, {u.y, u.z});
+  }
+  const float prob_delta = bsdf.prob_delta();
+  if (u.w < prob_delta) {
+    BsdfSample s = bsdf.sample_delta(u.x, {u.y, u.z});
+    s.weight = s.weight / prob_delta;
+    return s;
+  }
+  BsdfSample s;
+  const bool cosine = strategy_ == Strategy::kCosine;
+  s.wi_local = cosine ? cosine_hemisphere({u.y, u.z}) : uniform_hemisphere({u.y, u.z});
+  float pdf = (1 - prob_delta) * (cosine ? cosine_hemisphere_pdf_solid_angle(s.wi_local.z) : 0.5F * kInvPi);
+  if (bsdf.transmits()) {
+    pdf *= 0.5F;
+    if (u.x < 0.5F) {
+      s.wi_local.z = -s.wi_local.z;
+    }
+  }
+  const BsdfEval f = bsdf.evaluate(s.wi_local);
+  if (pdf > 0) {
+    s.weight = f.value_cos / pdf;
+    s.pdf_solid_angle = pdf;
+  }
+  return s;
+}
+
+bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept {
+  const BsdfSample s = sample_direction(path, bsdf);
+  if (is_black(s.weight)) {
+    return false;
+  }
+  const Vec3 n = vertex.shading.normal_geometric;
+  const Vec3 wi = normalize(vertex.shading.frame.to_world(s.wi_local));
+  const bool through = dot(wi, n) < 0;
+  path.beta *= s.weight;
+  path.pdf_bsdf = s.is_delta ? 0.0F : s.pdf_solid_angle;
+  path.eta_scale *= s.eta * s.eta;
+  path.ray.origin = offset_ray(vertex.point.position, through ? -n : n);
+  path.ray.direction = wi;
+  path.last_point = vertex.point.position;
+  if (through && scene_.has_volumes) {
+    const Material& material = scene_.materials[vertex.point.material];
+    if (material.is_volume) {
+      path.medium = vertex.shading.front ? &material : nullptr;
+    }
+  }
+  if (!s.is_delta) {
+    path.cone_spread_rad += 0.1F * std::max(vertex.shading.bsdf.alpha_x, vertex.shading.bsdf.alpha_y);
+  }
+  if (roulette_ == RouletteType::kThroughput && path.depth >= 1) {
+    // eta_scale takes the n^2 of radiance in denser media out: it comes back when the path leaves.
+    const float survive = std::min(max_component(path.beta) * path.eta_scale, 1.0F);
+    if (survive < 0.95F) {
+      const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
+      if (u.w >= survive) {
+        return false;
+      }
+      path.beta *= 1 / survive;
+    }
+  }
+  ++path.depth;
+  return true;
+}
+
+void PathIntegrator::record_first(State& path, const Vertex& vertex, Rgb albedo) noexcept {
+  path.out.hit = true;
+  path.out.albedo = albedo;
+  path.out.normal_world = vertex.shading.frame.n;
+  path.out.depth_m = vertex.distance_m;
+}
+
+PathSample PathIntegrator::trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                                 std::uint64_t& rays) const noexcept {
+  State path{.sampler = sampler, .rays = rays};
+  path.ray = camera_ray.ray;
+  path.cone_width_m = camera_ray.width_m;
+  path.cone_spread_rad = camera_ray.spread_rad;
+  Vertex vertex;
+  while (true) {
+    if (!find_surface(path, vertex)) {
+      add_background(path);
+      return path.out;
+    }
+    path.cone_width_m += path.cone_spread_rad * vertex.distance_m;
+    const Material& material = scene_.materials[vertex.point.material];
+    const bool inner = dot(vertex.point.normal_geometric, vertex.wo_world) < 0;
+    const Material* medium = path.medium != nullptr ? path.medium
+                             : (inner && material.is_volume ? &material : nullptr);
+    if (medium != nullptr) {
+      path.beta *= absorbed(medium->sigma_a, vertex.distance_m);
+    }
+    if (material.factors.unlit) {
+      const Rgb color = unlit_color(scene_, vertex.point, path.cone_width_m);
+      if (!path.out.hit) {
+        vertex.shading.frame.n = vertex.point.normal_shading;
+        record_first(path, vertex, color);
+      }
+      path.out.radiance += path.beta * color;
+      return path.out;
+    }
+    vertex.shading = shade(scene_, vertex.point, vertex.wo_world, path.cone_width_m);
+    const Shading& shading = vertex.shading;
+    const Bsdf bsdf(shading.bsdf, shading.frame.to_local(vertex.wo_world),
+                    shading.frame.to_local(shading.normal_geometric));
+    if (!path.out.hit) {
+      record_first(path, vertex, bsdf.albedo());
+    }
+    if (material.is_emissive) {
+      add_emission(path, vertex);
+    }
+    if (path.depth >= max_depth_) {
+      return path.out;
+    }
+    path.last_normal = bsdf.transmits() ? Vec3{} : shading.normal_geometric;
+    add_direct(path, vertex, bsdf);
+    if (!scatter(path, vertex, bsdf)) {
+      return path.out;
+    }
+  }
+}
+
+std::unique_ptr<const Integrator> make_integrator(const IntegratorInput& input) {
+  return std::make_unique<PathIntegrator>(input);
+}
+
+}  // namespace core

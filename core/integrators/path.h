@@ -1,0 +1,39 @@
+/// Path tracing with next-event estimation and BSDF sampling combined by MIS.
+/// Source: Kajiya 1986; Veach 1997, chapters 9 and 10.
+#pragma once
+
+#include "core/integrators/integrator.h"
+#include "core/lights/light_sampler.h"
+#include "core/materials/shade.h"
+#include "core/sampling/mis.h"
+
+namespace core {
+
+class PathIntegrator final : public Integrator {
+ public:
+  explicit PathIntegrator(const IntegratorInput& input);
+  PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                   std::uint64_t& rays) const noexcept override;
+
+ private:
+  struct State;
+  struct Vertex;
+  bool find_surface(State& path, Vertex& vertex) const noexcept;
+  void add_background(State& path) const noexcept;
+  void add_emission(State& path, const Vertex& vertex) const noexcept;
+  void add_direct(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
+  BsdfSample sample_direction(State& path, const Bsdf& bsdf) const noexcept;
+  bool scatter(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
+  Rgb transmittance(State& path, const Ray& ray) const noexcept;
+  static void record_first(State& path, const Vertex& vertex, Rgb albedo) noexcept;
+
+  const SceneData& scene_;
+  const Environment* environment_;
+  LightSampler lights_;
+  MisRule mis_;
+  Strategy strategy_;
+  RouletteType roulette_;
+  int max_depth_;
+};
+
+}  // namespace core

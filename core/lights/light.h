@@ -1,0 +1,41 @@
+/// Lights that can be sampled: emissive triangles, and punctual lights.
+#pragma once
+
+#include <cstdint>
+
+#include "core/color/rgb.h"
+#include "core/math/vec.h"
+#include "core/scene/scene_description.h"
+
+namespace core {
+
+/// An emissive triangle in world space.
+struct TriangleLight {
+  Vec3 p0;
+  Vec3 edge1;  ///< p1 - p0
+  Vec3 edge2;  ///< p2 - p0
+  Vec3 normal;  ///< unit, front side
+  float area_m2 = 0;
+  Rgb radiance;  ///< mean over the triangle; exact when the material has no emissive texture
+  std::uint32_t placed = 0;  ///< PlacedMesh
+  std::uint32_t triangle = 0;
+  bool two_sided = false;
+  bool textured = false;
+};
+
+/// KHR_lights_punctual in world space. Delta: never hit by rays.
+struct PunctualLight {
+  PunctualType type = PunctualType::kPoint;
+  Vec3 position;
+  Vec3 direction;  ///< unit, the way the light shines (spot, directional)
+  Rgb intensity;   ///< W/sr, or W/m^2 for directional
+  float range_m = 0;
+  float cos_inner = 1;
+  float cos_outer = 0;
+
+  /// Light that arrives at `to` [W/(m^2 sr) integrated over the delta, i.e. W/m^2 facing the light];
+  /// wi_world and distance_m are set. Formulas: KHR_lights_punctual.
+  Rgb arriving(Vec3 to, Vec3& wi_world, float& distance_m) const noexcept;
+};
+
+}  // namespace core

@@ -1,0 +1,198 @@
+#include "core/lights/light_sampler.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/numbers.h"
+#include "core/math/offset_ray.h"
+#include "core/sampling/warp.h"
+
+namespace core {
+
+LightSampler::LightSampler(const SceneData& scene, const Environment* environment,
+                           LightSamplerType type)
+    : scene_(scene),
+      environment_(environment != nullptr && !environment->is_black() ? environment : nullptr),
+      type_(type),
+      triangles_(scene.triangle_lights.size()) {
+  const auto& punctual = scene.punctual_lights;
+  local_punctual_ = static_cast<std::size_t>(
+      std::count_if(punctual.begin(), punctual.end(),
+                    [](const PunctualLight& l) { return l.type != PunctualType::kDirectional; }));
+  light_count_ = triangles_ + punctual.size() + (environment_ != nullptr ? 1 : 0);
+  const std::size_t far = light_count_ - triangles_ - local_punctual_;
+  const bool has_tree = triangles_ + local_punctual_ > 0;
+  prob_tree_ = has_tree ? 1.0F / static_cast<float>(far + 1) : 0.0F;
+  prob_far_each_ = far > 0 ? (1 - prob_tree_) / static_cast<float>(far) : 0.0F;
+  if (type_ == LightSamplerType::kPower && light_count_ > 0) {
+    // Luminous power; far lights by what they send through the scene's cross-section.
+    const float section = kPi * square(std::max(scene.radius_m, 1e-6F));
+    std::vector<float> weights;
+    for (const TriangleLight& t : scene.triangle_lights) {
+      weights.push_back(std::max(luminance(t.radiance), t.textured ? 1e-6F : 0.0F) * t.area_m2 * kPi *
+                        (t.two_sided ? 2.0F : 1.0F));
+    }
+    for (const PunctualLight& p : punctual) {
+      const float y = luminance(p.intensity);
+      weights.push_back(p.type == PunctualType::kDirectional ? y * section
+                        : p.type == PunctualType::kSpot      ? y * kTwoPi * (1 - p.cos_outer)
+                                                             : y * 4 * kPi);
+    }
+    if (environment_ != nullptr) {
+      weights.push_back(environment_->power_luminance() * section);
+    }
+    power_ = Distribution1D(weights);
+  }
+}
+
+LightSample LightSampler::from_triangle(std::uint32_t light, Vec3 point, float prob, Vec2 u) const noexcept {
+  LightSample s;
+  const TriangleLight& t = scene_.triangle_lights[light];
+  const Vec2 b = uniform_triangle(u);
+  const Vec3 on_light = t.p0 + t.edge1 * b.x + t.edge2 * b.y;
+  const Vec3 d = on_light - point;
+  const float distance2 = dot(d, d);
+  if (!(distance2 > 0) || !(t.area_m2 > 0)) {
+    return s;
+  }
+  s.wi_world = d * (1 / std::sqrt(distance2));
+  float cos_light = -dot(t.normal, s.wi_world);
+  Vec3 towards = t.normal;
+  if (t.two_sided && cos_light < 0) {
+    cos_light = -cos_light;
+    towards = -towards;
+  }
+  if (!(cos_light > 1e-7F)) {
+    return s;
+  }
+  s.target = offset_ray(on_light, towards);
+  s.pdf_solid_angle = prob * area_to_solid_angle(1 / t.area_m2, distance2, cos_light);
+  s.radiance = t.radiance;
+  if (t.textured) {
+    const MeshData& mesh = scene_.meshes[scene_.placed[t.placed].mesh];
+    const TextureSlot& slot = scene_.materials[mesh.material].emissive;
+    const TextureDescription& m = slot.description;
+    const auto& uv = mesh.uv[static_cast<std::size_t>(m.uv_set)];
+    Vec2 p;
+    if (!uv.empty()) {
+      const std::size_t at = 3 * std::size_t{t.triangle};
+      p = uv[mesh.indices[at]] * (1 - b.x - b.y) + uv[mesh.indices[at + 1]] * b.x +
+          uv[mesh.indices[at + 2]] * b.y;
+    }
+    const auto& x = m.uv_transform;
+    const Vec4 c = slot.texture->sample({.uv = {x[0] * p.x + x[1] * p.y + x[2], x[3] * p.x + x[4] * p.y + x[5]},
+                                         .wrap_u = m.wrap_u, .wrap_v = m.wrap_v, .nearest = m.nearest});
+    s.radiance = scene_.materials[mesh.material].factors.emissive * Rgb{c.x, c.y, c.z};
+  }
+  return s;
+}
+
+LightSample LightSampler::from_punctual(std::size_t light, Vec3 point, float prob) const noexcept {
+  LightSample s;
+  const PunctualLight& p = scene_.punctual_lights[light];
+  float distance_m = 0;
+  s.radiance = p.arriving(point, s.wi_world, distance_m);
+  if (is_black(s.radiance)) {
+    return s;
+  }
+  s.is_delta = true;
+  s.is_far = p.type == PunctualType::kDirectional;
+  s.target = s.is_far ? Vec3{} : p.position;
+  s.pdf_solid_angle = prob;
+  return s;
+}
+
+LightSample LightSampler::from_environment(Vec3 /*point*/, float prob, Vec2 u) const noexcept {
+  LightSample s;
+  const EnvironmentSample e = environment_->sample(u);
+  s.wi_world = e.wi_world;
+  s.radiance = e.radiance;
+  s.is_far = true;
+  s.pdf_solid_angle = prob * e.pdf_solid_angle;
+  return s;
+}
+
+LightSample LightSampler::sample(Vec3 point, Vec3 normal_world, float u_pick, Vec2 u) const noexcept {
+  if (light_count_ == 0) {
+    return {};
+  }
+  std::size_t light = 0;
+  float prob = 0;
+  switch (type_) {
+    case LightSamplerType::kUniform:
+      light = std::min(static_cast<std::size_t>(u_pick * static_cast<float>(light_count_)), light_count_ - 1);
+      prob = 1 / static_cast<float>(light_count_);
+      break;
+    case LightSamplerType::kPower: {
+      const auto pick = power_.sample(u_pick);
+      light = pick.cell;
+      prob = power_.prob_cell(light);
+      break;
+    }
+    case LightSamplerType::kTree: {
+      if (u_pick < prob_tree_) {
+        const auto pick = scene_.light_tree.pick(point, normal_world, std::min(u_pick / prob_tree_, kOneMinusEpsilon));
+        if (!(pick.prob_light > 0)) {
+          return {};
+        }
+        light = pick.light;
+        prob = prob_tree_ * pick.prob_light;
+      } else {
+        const float rest = (u_pick - prob_tree_) / prob_far_each_;
+        const std::size_t far = light_count_ - triangles_ - local_punctual_;
+        light = triangles_ + local_punctual_ + std::min(static_cast<std::size_t>(std::max(rest, 0.0F)), far - 1);
+        prob = prob_far_each_;
+      }
+      break;
+    }
+  }
+  if (light < triangles_) {
+    return from_triangle(static_cast<std::uint32_t>(light), point, prob, u);
+  }
+  if (light < triangles_ + scene_.punctual_lights.size()) {
+    return from_punctual(light - triangles_, point, prob);
+  }
+  return from_environment(point, prob, u);
+}
+
+LightSample LightSampler::sample_delta(Vec3 point, float u_pick) const noexcept {
+  const std::size_t n = scene_.punctual_lights.size();
+  if (n == 0) {
+    return {};
+  }
+  const std::size_t light = std::min(static_cast<std::size_t>(u_pick * static_cast<float>(n)), n - 1);
+  return from_punctual(light, point, 1 / static_cast<float>(n));
+}
+
+float LightSampler::pdf_triangle(std::uint32_t light, Vec3 point, Vec3 normal_world, float distance_m,
+                                 float cos_light) const noexcept {
+  float prob = 0;
+  switch (type_) {
+    case LightSamplerType::kUniform:
+      prob = 1 / static_cast<float>(light_count_);
+      break;
+    case LightSamplerType::kPower:
+      prob = power_.prob_cell(light);
+      break;
+    case LightSamplerType::kTree:
+      prob = prob_tree_ * scene_.light_tree.prob_light(point, normal_world, light);
+      break;
+  }
+  const float area = scene_.triangle_lights[light].area_m2;
+  return area > 0 ? prob * area_to_solid_angle(1 / area, distance_m * distance_m, cos_light) : 0.0F;
+}
+
+float LightSampler::pdf_environment(Vec3 direction_world) const noexcept {
+  if (environment_ == nullptr) {
+    return 0;
+  }
+  float prob = prob_far_each_;
+  if (type_ == LightSamplerType::kUniform) {
+    prob = 1 / static_cast<float>(light_count_);
+  } else if (type_ == LightSamplerType::kPower) {
+    prob = power_.prob_cell(light_count_ - 1);
+  }
+  return prob * environment_->pdf_solid_angle(direction_world);
+}
+
+}  // namespace core

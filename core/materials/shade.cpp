@@ -1,0 +1,140 @@
+#include "core/materials/shade.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/numbers.h"
+
+namespace core {
+namespace {
+
+Vec2 transformed(const TextureDescription& d, const SurfacePoint& p) {
+  const Vec2 uv = p.uv[static_cast<std::size_t>(d.uv_set)];
+  const auto& m = d.uv_transform;
+  return {m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]};
+}
+
+Vec4 read(const TextureSlot& slot, const SurfacePoint& p, float footprint_m) {
+  if (slot.texture == nullptr) {
+    return {1, 1, 1, 1};
+  }
+  const TextureDescription& d = slot.description;
+  const float side = static_cast<float>(std::max(slot.texture->width(), slot.texture->height()));
+  const auto& m = d.uv_transform;
+  const float scale = std::sqrt(std::fabs(m[0] * m[4] - m[1] * m[3]));
+  return slot.texture->sample({.uv = transformed(d, p),
+                               .texels = footprint_m * p.texels_per_m * side * scale,
+                               .wrap_u = d.wrap_u,
+                               .wrap_v = d.wrap_v,
+                               .nearest = d.nearest});
+}
+
+/// The normal map's normal in world space, on the front side like point.normal_shading.
+Vec3 mapped_normal(const Material& material, const SurfacePoint& p, float footprint_m) {
+  if (material.normal.texture == nullptr || length_squared(p.tangent) == 0) {
+    return p.normal_shading;
+  }
+  const Vec4 texel = read(material.normal, p, footprint_m);
+  const float scale = material.factors.normal_scale;
+  const Vec3 n = {(2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1};
+  const Vec3 bitangent = cross(p.normal_shading, p.tangent) * p.tangent_sign;
+  return normalize_or(p.tangent * n.x + bitangent * n.y + p.normal_shading * n.z, p.normal_shading);
+}
+
+/// A shading normal the viewer can see: turned, where it faces away, just as far as needed.
+Vec3 facing(Vec3 n, Vec3 wo) {
+  constexpr float kLeast = 1e-3F;
+  const float cos_o = dot(n, wo);
+  if (cos_o >= kLeast) {
+    return n;
+  }
+  return normalize_or(n + wo * (kLeast - cos_o), wo);
+}
+
+Rgb clamp01_rgb(Rgb c) { return {clamp01(c.r), clamp01(c.g), clamp01(c.b)}; }
+
+}  // namespace
+
+Shading shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, float footprint_m) noexcept {
+  const Material& material = scene.materials[point.material];
+  const MaterialDescription& f = material.factors;
+  Shading s;
+  s.front = dot(point.normal_geometric, wo_world) >= 0;
+  const float side = s.front ? 1.0F : -1.0F;
+  s.normal_geometric = point.normal_geometric * side;
+  Vec3 n = point.normal_shading;
+  float metallic = f.metallic;
+  float roughness = f.roughness;
+  float specular = f.specular;
+  float transmission = f.transmission;
+  Rgb specular_color = f.specular_color;
+  Rgb base = f.base_color * Rgb{point.color.x, point.color.y, point.color.z};
+  if (material.has_texture) {
+    const Vec4 c = read(material.base_color, point, footprint_m);
+    base = base * Rgb{c.x, c.y, c.z};
+    const Vec4 mr = read(material.metallic_roughness, point, footprint_m);
+    roughness *= mr.y;
+    metallic *= mr.z;
+    specular *= read(material.specular, point, footprint_m).w;
+    const Vec4 sc = read(material.specular_color, point, footprint_m);
+    specular_color = specular_color * Rgb{sc.x, sc.y, sc.z};
+    transmission *= read(material.transmission, point, footprint_m).x;
+    n = mapped_normal(material, point, footprint_m);
+  }
+  n = facing(n * side, wo_world);
+  s.frame = frame_from_normal(n);
+
+  BsdfParameters& b = s.bsdf;
+  b.base_color = clamp01_rgb(base);
+  s.base_color = b.base_color;
+  b.metallic = clamp01(metallic);
+  b.roughness = clamp01(roughness);
+  b.transmission = clamp01(transmission);
+  const float alpha = std::max(b.roughness * b.roughness, 1e-4F);
+  b.alpha_x = alpha;
+  b.alpha_y = alpha;
+  if (f.anisotropy > 0 && length_squared(point.tangent) > 0) {
+    float strength = f.anisotropy;
+    Vec2 direction = {std::cos(f.anisotropy_rotation_rad), std::sin(f.anisotropy_rotation_rad)};
+    if (material.anisotropy.texture != nullptr) {
+      const Vec4 t = read(material.anisotropy, point, footprint_m);
+      const Vec2 d = {2 * t.x - 1, 2 * t.y - 1};
+      direction = {direction.x * d.x - direction.y * d.y, direction.y * d.x + direction.x * d.y};
+      strength *= t.z;
+    }
+    // KHR_materials_anisotropy: wider along the direction.
+    b.alpha_x = std::max(lerp(alpha, 1.0F, strength * strength), 1e-4F);
+    const Vec3 bitangent = cross(point.normal_shading, point.tangent) * point.tangent_sign;
+    s.frame = frame_from_normal_tangent(n, point.tangent * direction.x + bitangent * direction.y);
+  }
+  // KHR_materials_ior and KHR_materials_specular. An ior of 0 asks for full reflection.
+  const float r0 = f.ior == 0 ? 1.0F : square((f.ior - 1) / (f.ior + 1));
+  b.f0 = clamp01_rgb(specular_color * r0) * specular;
+  b.f90 = clamp01(specular);
+  b.ior = std::max(f.ior, 1.0F);
+  b.thin = !material.is_volume;
+  b.inside = !s.front;
+  return s;
+}
+
+Rgb emitted(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world) noexcept {
+  const Material& material = scene.materials[point.material];
+  if (!material.is_emissive ||
+      (!material.factors.double_sided && dot(point.normal_geometric, wo_world) <= 0)) {
+    return {};
+  }
+  if (material.emissive.texture == nullptr) {
+    return material.factors.emissive;
+  }
+  // The finest level always: light sampling and rays that hit must see the same function.
+  const Vec4 c = read(material.emissive, point, 0);
+  return material.factors.emissive * Rgb{c.x, c.y, c.z};
+}
+
+Rgb unlit_color(const SceneData& scene, const SurfacePoint& point, float footprint_m) noexcept {
+  const Material& material = scene.materials[point.material];
+  const Vec4 c = read(material.base_color, point, footprint_m);
+  return material.factors.base_color * Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z};
+}
+
+}  // namespace core

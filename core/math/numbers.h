@@ -1,0 +1,20 @@
+/// Numbers used by light transport.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace core {
+
+inline constexpr float kPi = 3.14159265358979F;
+inline constexpr float kInvPi = 0.318309886183791F;
+inline constexpr float kTwoPi = 6.28318530717959F;
+/// The largest float below 1.
+inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1F;
+
+constexpr float square(float x) noexcept { return x * x; }
+inline float safe_sqrt(float x) noexcept { return std::sqrt(std::max(x, 0.0F)); }
+constexpr float clamp01(float x) noexcept { return x < 0 ? 0.0F : (x > 1 ? 1.0F : x); }
+constexpr float lerp(float a, float b, float t) noexcept { return a + (b - a) * t; }
+
+}  // namespace core

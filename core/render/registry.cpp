@@ -1,0 +1,85 @@
+#include "core/render/registry.h"
+
+#include <array>
+
+namespace core {
+namespace {
+
+constexpr std::array kIntegrators = {
+    IntegratorEntry{"path", "none",
+                    "Path tracing with next-event estimation and BSDF sampling combined by MIS."},
+};
+
+constexpr std::array kSamplers = {
+    NamedValue<SamplerType>{"independent", SamplerType::kIndependent,
+                            "Independent uniform numbers; error falls as N^-1/2."},
+    NamedValue<SamplerType>{"sobol", SamplerType::kSobol,
+                            "Owen-scrambled Sobol points in groups of four dimensions; even sample counts."},
+};
+
+constexpr std::array kLightSamplers = {
+    NamedValue<LightSamplerType>{"uniform", LightSamplerType::kUniform, "Every light alike."},
+    NamedValue<LightSamplerType>{"power", LightSamplerType::kPower, "By emitted power."},
+    NamedValue<LightSamplerType>{"tree", LightSamplerType::kTree,
+                                 "A tree of lights, by what each can contribute at the point."},
+};
+
+constexpr std::array kStrategies = {
+    NamedValue<Strategy>{"mis", Strategy::kMis, "Light and BSDF sampling combined."},
+    NamedValue<Strategy>{"light", Strategy::kLight, "Next-event estimation alone."},
+    NamedValue<Strategy>{"bsdf", Strategy::kBsdf, "BSDF sampling alone."},
+    NamedValue<Strategy>{"cosine", Strategy::kCosine, "Cosine-weighted directions, whatever the BSDF."},
+    NamedValue<Strategy>{"uniform", Strategy::kUniform, "Uniform directions over the hemisphere."},
+};
+
+constexpr std::array kMisTypes = {
+    NamedValue<MisType>{"balance", MisType::kBalance, "Balance heuristic."},
+    NamedValue<MisType>{"power", MisType::kPower, "Power heuristic with `exponent`."},
+    NamedValue<MisType>{"maximum", MisType::kMaximum, "All weight to the larger density."},
+};
+
+constexpr std::array kRouletteTypes = {
+    NamedValue<RouletteType>{"none", RouletteType::kNone, "Paths end at max_depth only."},
+    NamedValue<RouletteType>{"throughput", RouletteType::kThroughput,
+                             "Paths go on with the probability of their throughput."},
+};
+
+constexpr std::array kFilters = {
+    NamedValue<FilterType>{"box", FilterType::kBox, "Constant."},
+    NamedValue<FilterType>{"tent", FilterType::kTent, "Linear."},
+    NamedValue<FilterType>{"gaussian", FilterType::kGaussian, "Gaussian, sigma = radius / 3, truncated."},
+    NamedValue<FilterType>{"mitchell", FilterType::kMitchell,
+                           "Mitchell-Netravali with B = C = 1/3; has negative lobes."},
+    NamedValue<FilterType>{"blackman-harris", FilterType::kBlackmanHarris, "Blackman-Harris window."},
+};
+
+constexpr std::array kLayers = {
+    LayerEntry{"beauty", "The picture: radiance and coverage.", true, 4},
+    LayerEntry{"albedo", "Share of light that the first surface reflects or transmits.", true, 3},
+    LayerEntry{"normal", "Shading normal of the first surface, world space, in [-1, 1].", false, 3},
+    LayerEntry{"depth", "Distance from the eye to the first surface in metres, mean over hits.", false, 1},
+    LayerEntry{"alpha", "Coverage; below 1 where a hidden environment shows.", false, 1},
+    LayerEntry{"samples", "Samples taken.", false, 1},
+    LayerEntry{"variance", "Variance of the mean, raw estimate from the two halves.", false, 3},
+    LayerEntry{"error", "Relative error of the pixel, pooled over its neighbourhood.", false, 1},
+};
+
+}  // namespace
+
+std::span<const IntegratorEntry> integrators() { return kIntegrators; }
+std::span<const NamedValue<SamplerType>> samplers() { return kSamplers; }
+std::span<const NamedValue<LightSamplerType>> light_samplers() { return kLightSamplers; }
+std::span<const NamedValue<Strategy>> strategies() { return kStrategies; }
+std::span<const NamedValue<MisType>> mis_types() { return kMisTypes; }
+std::span<const NamedValue<RouletteType>> roulette_types() { return kRouletteTypes; }
+std::span<const NamedValue<FilterType>> filters() { return kFilters; }
+std::span<const LayerEntry> layers() { return kLayers; }
+
+int rounded_samples(SamplerType sampler, int /*replicates*/, int samples_per_pixel) {
+  if (sampler == SamplerType::kSobol && samples_per_pixel > 1) {
+    return samples_per_pixel + samples_per_pixel % 2;
+  }
+  return samples_per_pixel;
+}
+
+}  // namespace core

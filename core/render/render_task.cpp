@@ -1,0 +1,503 @@
+#include "core/render/render_task.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <thread>
+#include <utility>
+
+#include "core/render/pass_plan.h"
+#include "core/render/registry.h"
+
+namespace core {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Below this nothing is said about an error target: rare events have not had their chance.
+constexpr int kSamplesBeforeErrorStop = 32;
+
+double unix_seconds() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+ErrorInterval unknown_error() {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  return {nan, nan, nan, false};
+}
+
+/// Does the look at `estimate` end the job? alpha is shared by all looks, and by tiles for worst_tile.
+bool meets_error_target(const ErrorEstimate& estimate, const Film& film, const StopRules& stop,
+                        int looks) {
+  const double alpha = (1 - stop.confidence) / looks;
+  const double target = *stop.relative_error;
+  if (!stop.worst_tile) {
+    return estimate.image(1 - 2 * alpha).high <= target;
+  }
+  const double alpha_tile = alpha / film.tile_count();
+  for (int t = 0; t < film.tile_count(); ++t) {
+    if (!(estimate.region(film.tile_rect(t), 1 - 2 * alpha_tile).high <= target)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+struct RenderTask::Impl {
+  std::shared_ptr<const Renderer> renderer;
+  std::shared_ptr<Film> film;
+  TaskOptions options;
+  RenderSink& sink;
+  std::stop_source stop_source;
+
+  mutable Mutex mutex;
+  StopRules stop GUARDED_BY(mutex);
+  std::vector<int> done GUARDED_BY(mutex);             // samples a tile has
+  std::vector<char> busy GUARDED_BY(mutex);            // a slice of the tile is out
+  std::map<int, TileState> pass_base GUARDED_BY(mutex);  // tiles before this pass; clock rules only
+  std::vector<ConvergencePoint> points GUARDED_BY(mutex);
+  ErrorInterval error GUARDED_BY(mutex) = unknown_error();
+  std::size_t cursor GUARDED_BY(mutex) = 0;
+  int pass_target GUARDED_BY(mutex) = 0;
+  int base_samples GUARDED_BY(mutex) = 0;  // what every tile had at the last complete pass
+  int in_flight GUARDED_BY(mutex) = 0;
+  int last_reported GUARDED_BY(mutex) = -1;
+  bool deciding GUARDED_BY(mutex) = false;
+  bool paused GUARDED_BY(mutex) = false;
+  bool cancelled GUARDED_BY(mutex) = false;
+  bool expired GUARDED_BY(mutex) = false;
+  StopReason expired_reason GUARDED_BY(mutex) = StopReason::kNone;
+  StopReason reason GUARDED_BY(mutex) = StopReason::kNone;
+  bool over GUARDED_BY(mutex) = false;
+  double elapsed GUARDED_BY(mutex) = 0;
+  std::optional<Clock::time_point> running_since GUARDED_BY(mutex);
+
+  Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> f, TaskOptions o, RenderSink& s)
+      : renderer(std::move(r)), film(std::move(f)), options(std::move(o)), sink(s) {
+    MutexLock lock(mutex);
+    stop = options.stop;
+    elapsed = options.elapsed_before;
+    points = options.points_before;
+    if (!points.empty()) {
+      error = points.back().error;
+      last_reported = points.back().samples_per_pixel;
+    }
+    const auto n = static_cast<std::size_t>(film->tile_count());
+    busy.assign(n, 0);
+    for (int t = 0; t < film->tile_count(); ++t) {
+      done.push_back(film->tile_samples(t));
+      pass_target = std::max(pass_target, done.back());
+    }
+    base_samples = *std::min_element(done.begin(), done.end());
+  }
+
+  bool has_clock() const REQUIRES(mutex) { return stop.seconds || stop.deadline_unix_seconds; }
+
+  double elapsed_now() const REQUIRES(mutex) {
+    return elapsed + (running_since
+                          ? std::chrono::duration<double>(Clock::now() - *running_since).count()
+                          : 0.0);
+  }
+
+  int samples_max() const REQUIRES(mutex) {
+    int most = options.samples_limit;
+    if (stop.samples_per_pixel) {
+      const RenderSettings& settings = renderer->view().settings;
+      most = std::min(most, rounded_samples(settings.sampler, settings.replicates, *stop.samples_per_pixel));
+    }
+    return std::max(most, 1);
+  }
+
+  /// No tile goes beyond this before everything else is there too.
+  int barrier() const REQUIRES(mutex) {
+    if (has_clock()) {
+      return pass_target;
+    }
+    const int replicates = renderer->view().settings.replicates;
+    return std::max(std::min(next_look(base_samples, replicates), samples_max()), pass_target);
+  }
+
+  bool pass_complete() const REQUIRES(mutex) {
+    return in_flight == 0 &&
+           std::all_of(done.begin(), done.end(), [this](int n) REQUIRES(mutex) { return n >= pass_target; });
+  }
+
+  void note_clock() REQUIRES(mutex) {
+    if (expired || base_samples < 1 || !has_clock()) {
+      return;
+    }
+    if (stop.seconds && elapsed_now() >= *stop.seconds) {
+      expired = true;
+      expired_reason = StopReason::kSeconds;
+    } else if (stop.deadline_unix_seconds && unix_seconds() >= *stop.deadline_unix_seconds) {
+      expired = true;
+      expired_reason = StopReason::kDeadline;
+    }
+    if (expired) {
+      stop_source.request_stop();
+    }
+  }
+
+  std::optional<Slice> find_slice() REQUIRES(mutex) {
+    const std::size_t n = done.size();
+    for (std::size_t step = 0; step < n; ++step) {
+      const std::size_t t = (cursor + step) % n;
+      if (busy[t] == 0 && done[t] < pass_target) {
+        cursor = (t + 1) % n;
+        return Slice{static_cast<int>(t), done[t], pass_target};
+      }
+    }
+    return std::nullopt;
+  }
+
+  void after_slice() EXCLUDES(mutex);
+  void decide() EXCLUDES(mutex);
+  void finish(StopReason why) EXCLUDES(mutex);
+  ConvergencePoint look(const ErrorEstimate& estimate, int samples) const EXCLUDES(mutex);
+};
+
+RenderTask::RenderTask(std::shared_ptr<const Renderer> renderer, std::shared_ptr<Film> film,
+                       TaskOptions options, RenderSink& sink)
+    : impl_(std::make_unique<Impl>(std::move(renderer), std::move(film), std::move(options), sink)) {}
+
+RenderTask::~RenderTask() = default;
+
+std::optional<Slice> RenderTask::take() {
+  Impl& m = *impl_;
+  bool complete = false;
+  {
+    MutexLock lock(m.mutex);
+    if (m.over || m.paused || m.cancelled || m.deciding) {
+      return std::nullopt;
+    }
+    if (!m.running_since) {
+      m.running_since = Clock::now();
+    }
+    m.note_clock();
+    if (!m.expired) {
+      auto slice = m.find_slice();
+      while (!slice && m.pass_target < m.barrier()) {
+        m.pass_target = std::min(pass_end(m.pass_target, m.samples_max(), m.renderer->view().settings.replicates),
+                                 m.barrier());
+        slice = m.find_slice();
+      }
+      if (slice) {
+        const auto t = static_cast<std::size_t>(slice->tile);
+        m.busy[t] = 1;
+        ++m.in_flight;
+        return slice;
+      }
+    }
+    complete = m.in_flight == 0;
+  }
+  if (complete) {  // nothing was out: a restored film that is whole, or a clock that ran out
+    m.after_slice();
+  }
+  return std::nullopt;
+}
+
+void RenderTask::run(const Slice& slice) {
+  Impl& m = *impl_;
+  const auto t = static_cast<std::size_t>(slice.tile);
+  TileState state = m.film->tile(slice.tile);
+  const double area = static_cast<double>(state.rect.width) * state.rect.height;
+  const double per_sample = state.samples > 0 ? state.cpu_seconds / state.samples : area * 1.5e-6;
+  const int step = std::max(1, static_cast<int>(m.options.slice_target_seconds / std::max(per_sample, 1e-9)));
+  const int last = std::min(slice.last_sample, state.samples + step);
+  {
+    MutexLock lock(m.mutex);
+    if (m.has_clock()) {
+      m.pass_base.try_emplace(slice.tile, state);
+    }
+  }
+  const bool whole = m.renderer->render(state, last, m.stop_source.get_token());
+  std::uint32_t revision = 0;
+  if (whole) {
+    revision = m.film->commit(slice.tile, std::move(state));
+  }
+  {
+    MutexLock lock(m.mutex);
+    m.busy[t] = 0;
+    if (whole) {
+      m.done[t] = last;
+    }
+  }
+  if (whole) {
+    m.sink.on_tile(slice.tile, revision);
+  }
+  {
+    MutexLock lock(m.mutex);
+    --m.in_flight;
+    m.note_clock();
+  }
+  m.after_slice();
+}
+
+/// Takes the decisions that are due when no slice is out.
+void RenderTask::Impl::after_slice() {
+  bool cancel_now = false;
+  bool expire_now = false;
+  {
+    MutexLock lock(mutex);
+    if (over || deciding || in_flight > 0) {
+      return;
+    }
+    cancel_now = cancelled;
+    expire_now = expired && !cancelled;
+    if (!cancel_now && !expire_now) {
+      if (!pass_complete() || (pass_target < barrier())) {
+        return;
+      }
+    }
+    deciding = true;
+  }
+  if (cancel_now) {
+    finish(StopReason::kCancelled);
+    return;
+  }
+  if (expire_now) {
+    std::map<int, TileState> base;
+    StopReason why = StopReason::kSeconds;
+    {
+      MutexLock lock(mutex);
+      why = expired_reason;
+      if (!pass_complete()) {
+        base.swap(pass_base);
+      }
+    }
+    for (auto& [tile, state] : base) {  // back to the last complete pass
+      const int samples = state.samples;
+      const std::uint32_t revision = film->commit(tile, std::move(state));
+      {
+        MutexLock lock(mutex);
+        done[static_cast<std::size_t>(tile)] = samples;
+      }
+      sink.on_tile(tile, revision);
+    }
+    finish(why);
+    return;
+  }
+  decide();
+}
+
+ConvergencePoint RenderTask::Impl::look(const ErrorEstimate& estimate, int samples) const {
+  ConvergencePoint point;
+  point.samples_per_pixel = samples;
+  point.cpu_seconds = film->cpu_seconds();
+  point.rays = film->rays();
+  MutexLock lock(mutex);
+  point.elapsed_seconds = elapsed_now();
+  point.error = estimate.image(stop.confidence);
+  return point;
+}
+
+void RenderTask::Impl::decide() {
+  StopRules rules;
+  int samples = 0;
+  int most = 0;
+  bool looks_now = false;
+  const int replicates = renderer->view().settings.replicates;
+  {
+    MutexLock lock(mutex);
+    base_samples = pass_target;
+    pass_base.clear();
+    rules = stop;
+    samples = base_samples;
+    most = samples_max();
+    looks_now = samples >= most || next_look(samples - 1, replicates) == samples;
+    looks_now = looks_now && samples != last_reported;
+  }
+  StopReason why = StopReason::kNone;
+  if (samples >= most) {
+    why = rules.samples_per_pixel && most < options.samples_limit ? StopReason::kSamples : StopReason::kLimit;
+    if (rules.samples_per_pixel && *rules.samples_per_pixel >= options.samples_limit &&
+        most == options.samples_limit) {
+      why = StopReason::kSamples;
+    }
+  }
+  const bool may_stop = rules.relative_error && samples >= std::min(kSamplesBeforeErrorStop, most);
+  if (why == StopReason::kNone && !rules.relative_error && looks_now) {
+    // Only a report: the other threads go on while this one computes it.
+    const FilmSnapshot snapshot = film->snapshot();
+    {
+      MutexLock lock(mutex);
+      deciding = false;
+      last_reported = samples;
+    }
+    const ErrorEstimate estimate(snapshot);
+    const ConvergencePoint point = look(estimate, samples);
+    {
+      MutexLock lock(mutex);
+      error = point.error;
+      points.push_back(point);
+    }
+    sink.on_pass(point);
+    return;
+  }
+  if (looks_now) {
+    const ErrorEstimate estimate(film->snapshot());
+    const ConvergencePoint point = look(estimate, samples);
+    if (may_stop && estimate.valid() &&
+        meets_error_target(estimate, *film, rules, look_count(most, replicates))) {
+      why = StopReason::kRelativeError;
+    }
+    {
+      MutexLock lock(mutex);
+      error = point.error;
+      points.push_back(point);
+      last_reported = samples;
+    }
+    sink.on_pass(point);
+  }
+  if (why != StopReason::kNone) {
+    finish(why);
+    return;
+  }
+  MutexLock lock(mutex);
+  deciding = false;
+}
+
+void RenderTask::Impl::finish(StopReason why) {
+  // A job that its clock or its owner ended has an error estimate too.
+  if (why != StopReason::kFailed) {
+    const ErrorEstimate estimate(film->snapshot());
+    int samples = 0;
+    bool fresh = false;
+    {
+      MutexLock lock(mutex);
+      samples = *std::min_element(done.begin(), done.end());
+      fresh = samples == last_reported;
+    }
+    if (!fresh && samples > 0) {
+      const ConvergencePoint point = look(estimate, samples);
+      {
+        MutexLock lock(mutex);
+        error = point.error;
+        points.push_back(point);
+        last_reported = samples;
+      }
+      sink.on_pass(point);
+    }
+  }
+  {
+    MutexLock lock(mutex);
+    elapsed = elapsed_now();
+    running_since.reset();
+    reason = why;
+    over = true;
+    deciding = false;
+  }
+  sink.on_finished(why);
+}
+
+void RenderTask::cancel() {
+  Impl& m = *impl_;
+  {
+    MutexLock lock(m.mutex);
+    if (m.over || m.cancelled) {
+      return;
+    }
+    m.cancelled = true;
+  }
+  m.stop_source.request_stop();
+  m.after_slice();
+}
+
+void RenderTask::set_paused(bool paused) {
+  Impl& m = *impl_;
+  MutexLock lock(m.mutex);
+  if (paused && !m.paused) {
+    m.elapsed = m.elapsed_now();
+    m.running_since.reset();
+  }
+  m.paused = paused;
+}
+
+void RenderTask::set_stop(const StopRules& stop) {
+  MutexLock lock(impl_->mutex);
+  impl_->stop = stop;
+}
+
+bool RenderTask::finished() const {
+  MutexLock lock(impl_->mutex);
+  return impl_->over;
+}
+
+StopReason RenderTask::stop_reason() const {
+  MutexLock lock(impl_->mutex);
+  return impl_->reason;
+}
+
+std::vector<ConvergencePoint> RenderTask::points() const {
+  MutexLock lock(impl_->mutex);
+  return impl_->points;
+}
+
+const Film& RenderTask::film() const noexcept { return *impl_->film; }
+const Renderer& RenderTask::renderer() const noexcept { return *impl_->renderer; }
+
+Progress RenderTask::progress() const {
+  const Impl& m = *impl_;
+  Progress p;
+  p.cpu_seconds = m.film->cpu_seconds();
+  p.rays = m.film->rays();
+  p.rejected_samples = m.film->rejected_samples();
+  p.revision = m.film->revision();
+  double area = 0;
+  double sum = 0;
+  MutexLock lock(m.mutex);
+  p.samples_min = *std::min_element(m.done.begin(), m.done.end());
+  p.samples_max = *std::max_element(m.done.begin(), m.done.end());
+  for (std::size_t t = 0; t < m.done.size(); ++t) {
+    const PixelRect r = m.film->tile_rect(static_cast<int>(t));
+    const double pixels = static_cast<double>(r.width) * r.height;
+    area += pixels;
+    sum += pixels * m.done[t];
+  }
+  p.samples_mean = sum / area;
+  p.elapsed_seconds = m.elapsed_now();
+  p.rays_per_second = p.elapsed_seconds > 0 ? static_cast<double>(p.rays) / p.elapsed_seconds : 0;
+  p.error = m.error;
+  const double e = p.error.relative_rmse;
+  p.efficiency = e > 0 && p.cpu_seconds > 0 ? 1 / (e * e * p.cpu_seconds)
+                                            : std::numeric_limits<double>::quiet_NaN();
+  double share = p.samples_mean / m.samples_max();
+  if (m.stop.relative_error && e > 0 && !m.points.empty()) {
+    // The variance falls as 1/N.
+    const double needed = m.points.back().samples_per_pixel * (e / *m.stop.relative_error) * (e / *m.stop.relative_error);
+    share = std::max(share, p.samples_mean / std::max(needed, 1.0));
+  }
+  if (m.stop.seconds) {
+    share = std::max(share, p.elapsed_seconds / *m.stop.seconds);
+  }
+  if (m.stop.deadline_unix_seconds) {
+    const double left = *m.stop.deadline_unix_seconds - unix_seconds();
+    share = std::max(share, p.elapsed_seconds / std::max(p.elapsed_seconds + left, 1e-9));
+  }
+  p.fraction = m.over && m.reason != StopReason::kCancelled ? 1.0 : std::clamp(share, 0.0, 0.999);
+  if (!m.over && share > 0 && p.elapsed_seconds > 0.05) {
+    p.eta_seconds = p.elapsed_seconds * (1 - p.fraction) / std::max(p.fraction, 1e-9);
+  }
+  return p;
+}
+
+void run_to_end(RenderTask& task, int threads) {
+  std::vector<std::jthread> pool;
+  for (int i = 0; i < threads; ++i) {
+    pool.emplace_back([&task] {
+      while (!task.finished()) {
+        if (const auto slice = task.take()) {
+          task.run(*slice);
+        } else {
+          std::this_thread::sleep_for(std::chrono::microseconds(100));
+        }
+      }
+    });
+  }
+}
+
+}  // namespace core

@@ -1,0 +1,122 @@
+/// PathSampler: the random numbers of one camera path, by named dimension.
+///
+/// A number is a pure function of (seed, pixel, sample, dimension). With `sobol`, sample s belongs to
+/// replicate s % R and is point s / R of that replicate's own Owen-scrambled Sobol set: groups of four
+/// dimensions are one scrambled 4-D Sobol sequence, groups are decorrelated by shuffling the index.
+/// Sources: Burley, Practical Hash-based Owen Scrambling, JCGT 2020; the hash is Laine and Karras' form with
+/// Vegdahl's constants; direction numbers of Joe and Kuo, 2008.
+#pragma once
+
+#include <cstdint>
+
+#include "core/math/vec.h"
+#include "core/render/settings.h"
+#include "core/samplers/hash.h"
+
+namespace core {
+
+/// Tables for dimensions 2 and 3 of the Sobol sequence, one byte of the index at a time, in
+/// bit-reversed form: reversed(sobol(index)) = xor of four entries.
+struct SobolTables {
+  std::uint32_t dimension2[4][256];
+  std::uint32_t dimension3[4][256];
+};
+extern const SobolTables kSobolTables;
+
+constexpr std::uint32_t reverse_bits(std::uint32_t x) noexcept {
+  x = __builtin_bswap32(x);
+  x = ((x & 0x0f0f0f0fU) << 4) | ((x >> 4) & 0x0f0f0f0fU);
+  x = ((x & 0x33333333U) << 2) | ((x >> 2) & 0x33333333U);
+  return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
+}
+
+/// Nested uniform (Owen) scramble of a value whose bits are reversed; the result is reversed too.
+constexpr std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) noexcept {
+  x ^= x * 0x3d20adeaU;
+  x += seed;
+  x *= (seed >> 16) | 1U;
+  x ^= x * 0x05526c56U;
+  x ^= x * 0x53a22864U;
+  return x;
+}
+
+/// reversed(second Sobol dimension of index): the Pascal matrix modulo 2 is a Kronecker power of
+/// [[1,1],[0,1]], so the product is five butterfly steps.
+constexpr std::uint32_t sobol1_reversed(std::uint32_t index) noexcept {
+  std::uint32_t x = index;
+  x ^= (x >> 1) & 0x55555555U;
+  x ^= (x >> 2) & 0x33333333U;
+  x ^= (x >> 4) & 0x0f0f0f0fU;
+  x ^= (x >> 8) & 0x00ff00ffU;
+  x ^= (x >> 16) & 0x0000ffffU;
+  return x;
+}
+
+class PathSampler {
+ public:
+  PathSampler(SamplerType type, int replicates, std::uint64_t seed) noexcept
+      : type_(type), replicates_(static_cast<std::uint32_t>(replicates)), seed_(mix_bits(seed)) {}
+
+  /// x, y: pixel of the full film. sample >= 0.
+  void start(int x, int y, int sample) noexcept {
+    const auto pixel = (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) |
+                       static_cast<std::uint32_t>(x);
+    const auto s = static_cast<std::uint32_t>(sample);
+    if (type_ == SamplerType::kIndependent) {
+      base_ = hash_combine(hash_combine(seed_, pixel), s);
+      return;
+    }
+    index_ = s / replicates_;
+    base_ = hash_combine(hash_combine(seed_, pixel), s % replicates_);
+  }
+
+  /// Four numbers in [0,1).
+  Vec4 get_4d(int group) const noexcept {
+    const std::uint64_t h = hash_combine(base_, static_cast<std::uint64_t>(group));
+    const std::uint64_t h2 = mix_bits(h + 0x632be59bd9b4e019ULL);
+    if (type_ == SamplerType::kIndependent) {
+      return {to_unit_float(static_cast<std::uint32_t>(h)), to_unit_float(static_cast<std::uint32_t>(h >> 32)),
+              to_unit_float(static_cast<std::uint32_t>(h2)), to_unit_float(static_cast<std::uint32_t>(h2 >> 32))};
+    }
+    return sobol_4d(index_, h, h2);
+  }
+
+  /// A number for decisions whose count is not known beforehand (holes along a ray): independent of
+  /// the named dimensions.
+  float extra_1d(int bounce, std::uint32_t index) const noexcept {
+    const auto key = (std::uint64_t{0xa1b2} << 48) | (static_cast<std::uint64_t>(bounce) << 32) | index;
+    return to_unit_float(static_cast<std::uint32_t>(hash_combine(base_ ^ (std::uint64_t{index_} << 1), key) >> 32));
+  }
+
+  /// Point `index` of the scrambled 4-D sequence that (h, h2) name. Public for tests and the laboratory.
+  static Vec4 sobol_4d(std::uint32_t index, std::uint64_t h, std::uint64_t h2) noexcept {
+    // An Owen scramble of the index keeps every block [m 2^k, (m + 1) 2^k) together, so that each
+    // prefix of 2^k points remains a net. Reversed, dimension 0 is the index itself.
+    const std::uint32_t shuffled =
+        reverse_bits(scramble_reversed(reverse_bits(index), static_cast<std::uint32_t>(h)));
+    const std::uint32_t d2 = kSobolTables.dimension2[0][shuffled & 255U] ^
+                             kSobolTables.dimension2[1][(shuffled >> 8) & 255U] ^
+                             kSobolTables.dimension2[2][(shuffled >> 16) & 255U] ^
+                             kSobolTables.dimension2[3][shuffled >> 24];
+    const std::uint32_t d3 = kSobolTables.dimension3[0][shuffled & 255U] ^
+                             kSobolTables.dimension3[1][(shuffled >> 8) & 255U] ^
+                             kSobolTables.dimension3[2][(shuffled >> 16) & 255U] ^
+                             kSobolTables.dimension3[3][shuffled >> 24];
+    // Four 32-bit seeds from 128 bits of hash; the first is reused through another multiplier.
+    const auto seed0 = static_cast<std::uint32_t>((h * 0xd1342543de82ef95ULL) >> 32);
+    const auto finish = [](std::uint32_t reversed, std::uint32_t seed) {
+      return to_unit_float(reverse_bits(scramble_reversed(reversed, seed)));
+    };
+    return {finish(shuffled, seed0), finish(sobol1_reversed(shuffled), static_cast<std::uint32_t>(h >> 32)),
+            finish(d2, static_cast<std::uint32_t>(h2)), finish(d3, static_cast<std::uint32_t>(h2 >> 32))};
+  }
+
+ private:
+  SamplerType type_;
+  std::uint32_t replicates_;
+  std::uint64_t seed_;
+  std::uint64_t base_ = 0;
+  std::uint32_t index_ = 0;
+};
+
+}  // namespace core

@@ -1,0 +1,72 @@
+#include "core/sampling/distribution.h"
+
+#include <algorithm>
+
+#include "core/math/numbers.h"
+
+namespace core {
+
+Distribution1D::Distribution1D(const std::vector<float>& weights) {
+  const std::size_t n = weights.size();
+  std::vector<double> sums(n + 1, 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    sums[i + 1] = sums[i] + static_cast<double>(weights[i]);
+  }
+  total_ = sums[n];
+  cdf_.resize(n + 1);
+  for (std::size_t i = 0; i <= n; ++i) {
+    cdf_[i] = static_cast<float>(total_ > 0 ? sums[i] / total_
+                                            : static_cast<double>(i) / static_cast<double>(n));
+  }
+  cdf_[n] = 1;
+}
+
+Distribution1D::Sample Distribution1D::sample(float u) const noexcept {
+  const auto after = std::upper_bound(cdf_.begin(), cdf_.end(), u);
+  std::size_t cell = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - cdf_.begin() - 1, 0));
+  cell = std::min(cell, size() - 1);
+  const float width = cdf_[cell + 1] - cdf_[cell];
+  const float within = width > 0 ? (u - cdf_[cell]) / width : 0.5F;
+  const auto n = static_cast<float>(size());
+  const float x = std::min((static_cast<float>(cell) + within) / n, kOneMinusEpsilon);
+  return {x, width * n, cell};
+}
+
+float Distribution1D::pdf_unit(float x) const noexcept {
+  const auto n = static_cast<float>(size());
+  const std::size_t cell = std::min(static_cast<std::size_t>(std::max(x, 0.0F) * n), size() - 1);
+  return prob_cell(cell) * n;
+}
+
+float Distribution1D::prob_cell(std::size_t cell) const noexcept {
+  return cdf_[cell + 1] - cdf_[cell];
+}
+
+Distribution2D::Distribution2D(const std::vector<float>& weights, int width, int height) {
+  const auto w = static_cast<std::size_t>(width);
+  std::vector<float> sums;
+  for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
+    const auto begin = weights.begin() + static_cast<std::ptrdiff_t>(y * w);
+    rows_.emplace_back(std::vector<float>(begin, begin + width));
+    sums.push_back(static_cast<float>(rows_.back().total()));
+  }
+  marginal_ = Distribution1D(sums);
+}
+
+Distribution2D::Sample Distribution2D::sample(Vec2 u) const noexcept {
+  const auto row = marginal_.sample(u.y);
+  const auto column = rows_[row.cell].sample(u.x);
+  return {{column.x, row.x}, row.pdf_unit * column.pdf_unit};
+}
+
+float Distribution2D::pdf_unit(Vec2 uv) const noexcept {
+  const auto n = static_cast<float>(rows_.size());
+  const std::size_t row = std::min(static_cast<std::size_t>(std::max(uv.y, 0.0F) * n), rows_.size() - 1);
+  return marginal_.prob_cell(row) * n * rows_[row].pdf_unit(uv.x);
+}
+
+std::size_t Distribution2D::bytes() const noexcept {
+  return rows_.empty() ? 0 : (rows_.size() + 1) * (rows_[0].size() + 1) * sizeof(float);
+}
+
+}  // namespace core

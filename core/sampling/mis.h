@@ -1,0 +1,36 @@
+/// Multiple importance sampling weights for two techniques of one sample each.
+/// Source: Veach, Robust Monte Carlo Methods for Light Transport Simulation, 1997, section 9.2.
+#pragma once
+
+#include <cmath>
+
+#include "core/render/settings.h"
+
+namespace core {
+
+struct MisRule {
+  MisType type = MisType::kPower;
+  float exponent = 2;
+
+  /// Weight of a sample of technique a whose densities (same measure) are pdf_a > 0 and pdf_b >= 0.
+  float weight(float pdf_a, float pdf_b) const noexcept {
+    if (!(pdf_b > 0)) {
+      return 1;
+    }
+    const float ratio = pdf_b / pdf_a;
+    switch (type) {
+      case MisType::kBalance:
+        return 1 / (1 + ratio);
+      case MisType::kMaximum:
+        return ratio < 1 ? 1.0F : (ratio > 1 ? 0.0F : 0.5F);
+      case MisType::kPower:
+        break;
+    }
+    if (exponent == 2) {
+      return 1 / (1 + ratio * ratio);
+    }
+    return 1 / (1 + std::pow(ratio, exponent));
+  }
+};
+
+}  // namespace core

@@ -1,0 +1,142 @@
+#include <cmath>
+
+#include "core/math/numbers.h"
+#include "core/scene/scene_data.h"
+
+namespace core {
+namespace {
+
+struct Corners {
+  Vec3 p[3];
+  std::uint32_t v[3];
+};
+
+Corners corners(const MeshData& mesh, const Transform* to_world, std::uint32_t triangle) {
+  Corners c;
+  for (std::size_t k = 0; k < 3; ++k) {
+    c.v[k] = mesh.indices[3 * std::size_t{triangle} + k];
+    const Vec3 p = mesh.positions[c.v[k]];
+    c.p[k] = to_world == nullptr ? p : to_world->point(p);
+  }
+  return c;
+}
+
+/// Barycentric weights of where the ray meets the triangle's plane, clamped into the triangle.
+/// n: cross of the edges, not normalised.
+Vec3 barycentrics(const Corners& c, Vec3 n, const Ray& ray) {
+  const Vec3 e1 = c.p[1] - c.p[0];
+  const Vec3 e2 = c.p[2] - c.p[0];
+  const Vec3 from = ray.origin - c.p[0];
+  const Vec3 q = cross(from, ray.direction);
+  const float d = dot(n, ray.direction);
+  if (d == 0) {
+    return {1, 0, 0};
+  }
+  // Moeller and Trumbore 1997, with the plane's normal shared by all three.
+  float b1 = -dot(e2, q) / d;
+  float b2 = dot(e1, q) / d;
+  b1 = clamp01(b1 == b1 ? b1 : 0.0F);
+  b2 = clamp01(b2 == b2 ? b2 : 0.0F);
+  const float sum = b1 + b2;
+  if (sum > 1) {
+    b1 /= sum;
+    b2 /= sum;
+  }
+  return {1 - b1 - b2, b1, b2};
+}
+
+template <typename T>
+T blend(const std::vector<T>& values, const Corners& c, Vec3 b) {
+  return values[c.v[0]] * b.x + values[c.v[1]] * b.y + values[c.v[2]] * b.z;
+}
+
+Vec4 blend(const std::vector<Vec4>& values, const Corners& c, Vec3 b) {
+  const Vec4 v0 = values[c.v[0]];
+  const Vec4 v1 = values[c.v[1]];
+  const Vec4 v2 = values[c.v[2]];
+  return {v0.x * b.x + v1.x * b.y + v2.x * b.z, v0.y * b.x + v1.y * b.y + v2.y * b.z,
+          v0.z * b.x + v1.z * b.y + v2.z * b.z, v0.w * b.x + v1.w * b.y + v2.w * b.z};
+}
+
+}  // namespace
+
+SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const noexcept {
+  const Transform* to_world = hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
+  const PlacedMesh& here = placed_mesh(hit);
+  const MeshData& mesh = meshes[here.mesh];
+  const Corners c = corners(mesh, to_world, hit.primitive);
+  const Vec3 n = cross(c.p[1] - c.p[0], c.p[2] - c.p[0]);
+  const Vec3 b = barycentrics(c, n, ray);
+  const bool mirrored = to_world != nullptr && to_world->determinant() < 0;
+
+  SurfacePoint s;
+  s.position = c.p[0] * b.x + c.p[1] * b.y + c.p[2] * b.z;
+  const float twice_area = length(n);
+  s.normal_geometric = twice_area > 0 ? n * ((mirrored ? -1.0F : 1.0F) / twice_area) : -normalize(ray.direction);
+  s.normal_shading = s.normal_geometric;
+  if (!mesh.normals.empty()) {
+    const Vec3 blended = blend(mesh.normals, c, b);
+    s.normal_shading = normalize_or(to_world == nullptr ? blended : to_world->normal(blended),
+                                    s.normal_geometric);
+  }
+  const Material& material = materials[mesh.material];
+  if (material.has_texture || material.is_emissive) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (!mesh.uv[k].empty()) {
+        s.uv[k] = blend(mesh.uv[k], c, b);
+      }
+    }
+    const auto& uv = mesh.uv[0].empty() ? mesh.uv[1] : mesh.uv[0];
+    if (!uv.empty()) {
+      const Vec2 d1 = uv[c.v[1]] - uv[c.v[0]];
+      const Vec2 d2 = uv[c.v[2]] - uv[c.v[0]];
+      const float uv_area = std::fabs(d1.x * d2.y - d1.y * d2.x);
+      s.texels_per_m = twice_area > 0 ? std::sqrt(uv_area / twice_area) : 0.0F;
+    }
+  }
+  if (!mesh.colors.empty()) {
+    s.color = blend(mesh.colors, c, b);
+  }
+  if (!mesh.tangents.empty()) {
+    const Vec4 t = blend(mesh.tangents, c, b);
+    const Vec3 moved = to_world == nullptr ? Vec3{t.x, t.y, t.z} : to_world->vector({t.x, t.y, t.z});
+    s.tangent = normalize_or(moved, {0, 0, 0});
+    s.tangent_sign = (t.w < 0) != mirrored ? -1.0F : 1.0F;
+  }
+  s.material = mesh.material;
+  s.light = here.first_light == kNoLight ? kNoLight : here.first_light + hit.primitive;
+  return s;
+}
+
+float SceneData::coverage(const RawHit& hit, const Ray& ray) const noexcept {
+  const PlacedMesh& here = placed_mesh(hit);
+  const MeshData& mesh = meshes[here.mesh];
+  const Material& material = materials[mesh.material];
+  if (!material.has_alpha) {
+    return 1;
+  }
+  const Transform* to_world = hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
+  const Corners c = corners(mesh, to_world, hit.primitive);
+  const Vec3 b = barycentrics(c, cross(c.p[1] - c.p[0], c.p[2] - c.p[0]), ray);
+  float alpha = material.factors.base_alpha;
+  if (!mesh.colors.empty()) {
+    alpha *= blend(mesh.colors, c, b).w;
+  }
+  const TextureSlot& slot = material.base_color;
+  if (slot.texture != nullptr) {
+    const TextureDescription& d = slot.description;
+    const auto& uv = mesh.uv[static_cast<std::size_t>(d.uv_set)];
+    const Vec2 p = uv.empty() ? Vec2{} : blend(uv, c, b);
+    const auto& m = d.uv_transform;
+    alpha *= slot.texture->sample({.uv = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]},
+                                   .wrap_u = d.wrap_u,
+                                   .wrap_v = d.wrap_v,
+                                   .nearest = d.nearest}).w;
+  }
+  if (material.factors.alpha_mode == AlphaMode::kMask) {
+    return alpha >= material.factors.alpha_cutoff ? 1.0F : 0.0F;
+  }
+  return clamp01(alpha);
+}
+
+}  // namespace core

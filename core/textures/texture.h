@@ -1,0 +1,57 @@
+/// Texture: decoded pixels with a mip pyramid, sampled in linear light.
+///
+/// 8-bit images stay 8-bit (sRGB decoded by table at each tap); others are floats. Level 0 is the
+/// image; each next level halves it by a box filter in linear light, alpha-unweighted as glTF's
+/// textures are not premultiplied. Read-only after creation, so no locks.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/image_io/image.h"
+#include "core/math/vec.h"
+#include "core/scene/scene_description.h"
+
+namespace core {
+
+class Texture {
+ public:
+  /// srgb: 8- and 16-bit RGB values are sRGB-encoded; alpha never is. Grey is spread to RGB.
+  static std::shared_ptr<const Texture> create(const Image& image, bool srgb);
+
+  struct Lookup {
+    Vec2 uv = {0, 0};       ///< v = 0 at the top row
+    float texels = 0;       ///< width of the footprint in texels of level 0; 0: the finest level
+    TextureWrap wrap_u = TextureWrap::kRepeat;
+    TextureWrap wrap_v = TextureWrap::kRepeat;
+    bool nearest = false;
+  };
+  /// Trilinear; nearest when asked and the texture is magnified.
+  Vec4 sample(const Lookup& at) const noexcept;
+
+  int width() const noexcept { return levels_[0].width; }
+  int height() const noexcept { return levels_[0].height; }
+  std::size_t bytes() const noexcept;
+  /// Mean over level 0.
+  Vec4 mean() const noexcept { return mean_; }
+
+ private:
+  struct Level {
+    int width = 0;
+    int height = 0;
+    std::vector<std::uint32_t> rgba8;
+    std::vector<Vec4> floats;
+  };
+  Texture() = default;
+  Vec4 texel(const Level& level, int x, int y) const noexcept;
+  Vec4 bilinear(const Level& level, const Lookup& at) const noexcept;
+
+  std::vector<Level> levels_;
+  bool srgb_ = false;
+  Vec4 mean_;
+};
+
+}  // namespace core

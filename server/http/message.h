@@ -150,7 +150,10 @@ struct StreamBody {
 /// A piece of an open file. The descriptor is owned.
 class FileBody {
  public:
-  FileBody(int fd, std::uint64_t offset, std::uint64_t size) : fd_(fd), offset_(offset), size_(size) {}
+  FileBody(int fd, std::uint64_t offset, std::uint64_t size)
+      : fd_(fd), offset_(offset), size_(size) {}
+  /// The same file, another piece of it.
+  FileBody part(std::uint64_t offset, std::uint64_t size) &&;
   FileBody(FileBody&& other) noexcept
       : fd_(std::exchange(other.fd_, -1)), offset_(other.offset_), size_(other.size_) {}
   FileBody& operator=(FileBody&& other) noexcept;

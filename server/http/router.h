@@ -53,9 +53,10 @@ class Router {
 
   using Params = std::vector<std::pair<std::string, std::string>>;
   struct Match {
-    const Route* route = nullptr;   ///< Null: see allow.
+    const Route* route = nullptr;  ///< Null: see allow.
     Params params;
-    std::string allow;  ///< Methods that the path has, "GET, HEAD, OPTIONS"; empty: unknown path.
+    /// Without a route: the methods that the path has, "GET, HEAD, OPTIONS"; empty: unknown path.
+    std::string allow;
   };
   /// raw_path: of the request target, without query, not decoded, well-formed.
   Match match(std::string_view method, std::string_view raw_path) const;
@@ -73,6 +74,7 @@ class Router {
 
   static Pattern parse_pattern(std::string_view pattern);
   static int compare(const Pattern& a, const Pattern& b);
+  static bool matches(const Pattern& pattern, const std::vector<std::string>& path, Params& params);
 
   std::vector<Route> routes_;
   std::vector<std::pair<Pattern, const Route*>> table_;  ///< Most special pattern first.

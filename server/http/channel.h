@@ -1,0 +1,71 @@
+/// Bytes to and from one client, with a limit on every wait.
+///
+/// An interface because TLS will be a second implementation.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <string_view>
+
+namespace server {
+
+using Clock = std::chrono::steady_clock;
+
+/// When a client that does not read is given up.
+struct WritePace {
+  std::chrono::milliseconds stall{10000};       ///< Longest single wait.
+  std::uint64_t min_bytes_per_second = 1024;    ///< Over the time spent waiting, after one stall.
+};
+
+class Channel {
+ public:
+  enum class Status : std::uint8_t { kOk, kClosed, kTimeout };
+  struct Read {
+    Status status = Status::kOk;
+    std::size_t bytes = 0;  ///< At least 1 when status is kOk.
+  };
+
+  virtual ~Channel() = default;
+
+  /// Waits for some bytes, until the deadline.
+  virtual Read read(char* into, std::size_t capacity, Clock::time_point deadline) = 0;
+  /// The same for a client that is expected to be idle: one system call when bytes come in time.
+  virtual Read read_idle(char* into, std::size_t capacity, std::chrono::milliseconds timeout) = 0;
+  /// All pieces (at most 4), in order. False: the client is gone or too slow; never write again.
+  virtual bool write(std::initializer_list<std::string_view> pieces) = 0;
+  /// size bytes of a file from offset on. False also when the file ends early.
+  virtual bool write_file(int file_fd, std::uint64_t offset, std::uint64_t size) = 0;
+  /// Forgets the time spent waiting so far; for each answer.
+  virtual void restart_pace() = 0;
+  /// No more will be written.
+  virtual void finish_writing() = 0;
+  virtual int fd() const = 0;
+};
+
+/// Plain TCP. The descriptor is borrowed.
+class SocketChannel final : public Channel {
+ public:
+  SocketChannel(int fd, WritePace pace) : fd_(fd), pace_(pace) {}
+
+  Read read(char* into, std::size_t capacity, Clock::time_point deadline) override;
+  Read read_idle(char* into, std::size_t capacity, std::chrono::milliseconds timeout) override;
+  bool write(std::initializer_list<std::string_view> pieces) override;
+  bool write_file(int file_fd, std::uint64_t offset, std::uint64_t size) override;
+  void restart_pace() override;
+  void finish_writing() override;
+  int fd() const override { return fd_; }
+
+ private:
+  /// True when the socket takes bytes again, within the pace.
+  bool wait_writable();
+
+  int fd_;
+  WritePace pace_;
+  Clock::duration write_waited_ = {};
+  std::uint64_t written_bytes_ = 0;  ///< Since restart_pace().
+  std::chrono::milliseconds idle_timeout_{0};  ///< Set on the socket; 0: not yet.
+};
+
+}  // namespace server

@@ -1,0 +1,77 @@
+/// One connection from its first byte to its last: reads requests, calls routes, sends answers.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "server/http/channel.h"
+#include "server/http/client_watch.h"
+#include "server/http/http_server.h"
+#include "server/http/inbox.h"
+#include "server/http/request_body.h"
+#include "server/http/request_head.h"
+#include "server/http/response_writer.h"
+
+namespace server {
+
+/// What all connections of a server share. Everything outlives them.
+struct ConnectionContext {
+  const HttpOptions& options;
+  const Router& router;
+  StreamGate& streams;
+  ClientWatch& watch;
+  std::atomic<int>& connection_count;
+  std::atomic<std::uint64_t>& request_count;
+  std::uint64_t request_id_seed = 0;
+};
+
+class Connection {
+ public:
+  enum class Service : std::uint8_t {
+    kFull,
+    kProbesOnly  ///< The server is full: one request; 503 unless its route is a probe.
+  };
+
+  /// fd is borrowed; it must stay open until run() has returned.
+  Connection(const ConnectionContext& context, int fd, Service service);
+  void run();
+  /// From another thread, after ClientWatch::stop_all(): ends it if it waits for a request.
+  void stop_if_idle();
+  /// From another thread: ends it now. The handler notices at its next write or read.
+  void cut();
+
+ private:
+  /// False: nothing came, or the client is gone.
+  bool wait_for_request();
+  /// Fills request and framing; false: refused, and the answer was sent.
+  bool read_head(Request& request, ParsedHead& parsed);
+  /// True: the connection is in order for the next request.
+  bool serve_one();
+  /// What becomes of the connection after an answer.
+  enum class Next : std::uint8_t { kReuse, kClose, kDiscardAndClose };
+  Next serve(Request& request, const ParsedHead& parsed, Outcome& outcome);
+  Response make_response(Request& request, const ParsedHead& parsed, RequestBody& body,
+                         Outcome& outcome);
+  std::optional<Response> read_json_body(Request& request, RequestBody& body) const;
+  void prepare(Request& request, Response& response) const;
+  void refuse(Request& request, const Refusal& refusal);
+  void close_politely();
+  ClientWatch::State& watch_client();
+  std::chrono::milliseconds idle_timeout() const;
+  std::string make_request_id(std::uint64_t number) const;
+
+  const ConnectionContext& context_;
+  const HttpLimits& limits_;
+  const Service service_;
+  SocketChannel channel_;
+  Inbox inbox_;
+  std::string remote_addr_;
+  std::optional<ClientWatch::Registration> registration_;  ///< Since the first wait.
+  std::atomic<bool> is_idle_ = false;
+  bool is_first_request_ = true;
+  Clock::time_point request_start_ = {};
+};
+
+}  // namespace server

@@ -1,0 +1,68 @@
+/// The body of one request: counts it, limits it, and knows whether all of it has been read.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "server/http/inbox.h"
+#include "server/http/message.h"
+#include "server/http/request_head.h"
+
+namespace server {
+
+struct BodyPace {
+  std::chrono::milliseconds idle{10000};        ///< Longest single wait.
+  std::uint64_t min_bytes_per_second = 1024;    ///< Over the time spent waiting, after one idle.
+};
+
+class RequestBody final : public BodyReader {
+ public:
+  /// limit_bytes: of content; what the client declares beyond it fails at the first read.
+  RequestBody(Channel& channel, Inbox& inbox, Framing framing, BodyPace pace)
+      : channel_(channel), inbox_(inbox), framing_(framing), pace_(pace), left_(framing.length) {}
+
+  enum class Failure : std::uint8_t { kNone, kTooLarge, kTimeout, kMalformed, kDisconnected };
+
+  void set_limit(std::uint64_t limit_bytes) { limit_bytes_ = limit_bytes; }
+  bool read(const Sink& sink) override;
+  std::uint64_t bytes_read() const override { return bytes_read_; }
+  std::optional<std::uint64_t> declared_bytes() const override;
+
+  /// Reads past what is left, if that is at most so many bytes and no client waits for a 100.
+  bool drain(std::uint64_t max_bytes);
+  /// Whether drain() can be expected to work: to be known before the answer is sent.
+  bool is_drainable(std::uint64_t max_bytes) const;
+  bool is_complete() const { return is_complete_ || framing_.body == Framing::Body::kNone; }
+  Failure failure() const { return failure_; }
+  std::uint64_t limit_bytes() const { return limit_bytes_; }
+
+ private:
+  /// The next bytes of content, empty at the end and after a failure.
+  std::string_view next_piece();
+  std::string_view next_content(std::uint64_t max_bytes);
+  /// Reads up to the content of the next chunk; sets left_. False: end or failure.
+  bool begin_chunk();
+  /// Without its CRLF; empty optional: failure.
+  std::optional<std::string> take_line();
+  bool read_trailers();
+  bool fill();
+  void fail(Failure failure) { failure_ = failure; }
+
+  Channel& channel_;
+  Inbox& inbox_;
+  Framing framing_;
+  BodyPace pace_;
+  std::uint64_t limit_bytes_ = 0;
+  std::uint64_t left_;  ///< Of the body, or of the current chunk.
+  std::uint64_t bytes_read_ = 0;
+  std::uint64_t received_bytes_ = 0;  ///< With framing, since the first wait.
+  Clock::duration waited_ = {};
+  bool is_complete_ = false;
+  bool is_inside_chunk_ = false;
+  bool has_begun_ = false;
+  Failure failure_ = Failure::kNone;
+};
+
+}  // namespace server

@@ -12,6 +12,14 @@ constexpr std::string_view kCrlf = "\r\n";
 
 Refusal bad_request(std::string detail) { return {.status = 400, .detail = std::move(detail)}; }
 
+Refusal over_limit(int status, std::string_view what, std::size_t limit, std::string_view unit) {
+  std::string detail(what);
+  detail += ' ';
+  detail += std::to_string(limit);
+  detail += unit;
+  return {.status = status, .detail = std::move(detail)};
+}
+
 Refusal bad_field(std::string_view name, std::string_view complaint) {
   std::string detail("the header ");
   detail += name;
@@ -112,9 +120,7 @@ std::optional<Refusal> parse_request_line(std::string_view line, HeadLimits limi
   }
   request.method = method;
   if (target.size() > limits.target_bytes) {
-    return Refusal{.status = 414,
-                   .detail = "the request target is longer than " +
-                             std::to_string(limits.target_bytes) + " bytes"};
+    return over_limit(414, "the request target is longer than", limits.target_bytes, " bytes");
   }
   request.target = target;
   framing.is_http_1_1 = version == "HTTP/1.1";
@@ -220,40 +226,38 @@ std::optional<Refusal> check_host(Request& request, const Framing& framing,
 }  // namespace
 
 HeadScanner::Progress HeadScanner::scan(std::string_view received) {
-  const auto refuse = [](int status, std::string detail) {
-    return Progress{.refusal = Refusal{.status = status, .detail = std::move(detail)}};
-  };
+  const auto refuse = [](Refusal refusal) { return Progress{.refusal = std::move(refusal)}; };
   while (true) {
     const std::size_t newline = received.find('\n', scanned_);
     const std::size_t line_bytes = std::min(newline, received.size()) - line_begin_;
     // Method, version and spaces around the target are short.
     constexpr std::size_t kLineExtraBytes = 64;
     if (lines_ == 0 && line_bytes > limits_.target_bytes + kLineExtraBytes) {
-      return refuse(414, "the request target is longer than " +
-                             std::to_string(limits_.target_bytes) + " bytes");
+      return refuse(
+          over_limit(414, "the request target is longer than", limits_.target_bytes, " bytes"));
     }
     if (std::min(newline, received.size()) >= limits_.bytes) {
-      return refuse(431, "the headers are longer than " + std::to_string(limits_.bytes) + " bytes");
+      return refuse(over_limit(431, "the headers are longer than", limits_.bytes, " bytes"));
     }
     if (newline == std::string_view::npos) {
       scanned_ = received.size();
       const bool is_text = line_begin_ == received.size() || lines_ > 0 ||
                            is_visible_ascii(received[line_begin_]) || received == "\r";
-      return is_text ? Progress{} : refuse(400, "this is not HTTP");
+      return is_text ? Progress{} : refuse(bad_request("this is not HTTP"));
     }
     if (line_bytes == 0 || received[newline - 1] != '\r') {
-      return refuse(400, "lines must end in CR LF");
+      return refuse(bad_request("lines must end in CR LF"));
     }
     scanned_ = newline + 1;
     line_begin_ = scanned_;
     if (line_bytes == 1) {
       if (lines_ == 0) {
-        return refuse(400, "the request line is empty");
+        return refuse(bad_request("the request line is empty"));
       }
       return {.head_bytes = scanned_, .refusal = std::nullopt};
     }
     if (++lines_ > limits_.lines + 1) {
-      return refuse(431, "there are more than " + std::to_string(limits_.lines) + " headers");
+      return refuse(over_limit(431, "there are more than", limits_.lines, " headers"));
     }
   }
 }

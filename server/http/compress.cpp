@@ -25,7 +25,9 @@ GzipEncoder::GzipEncoder() : state_(std::make_unique<State>()) {
 
 GzipEncoder::~GzipEncoder() { deflateEnd(&state_->stream); }
 
-void GzipEncoder::encode(std::string_view bytes, std::string& out) { run(bytes, Z_SYNC_FLUSH, out); }
+void GzipEncoder::encode(std::string_view bytes, std::string& out) {
+  run(bytes, Z_SYNC_FLUSH, out);
+}
 
 void GzipEncoder::finish(std::string_view last_bytes, std::string& out) {
   run(last_bytes, Z_FINISH, out);

@@ -1,7 +1,7 @@
 /// Entity tags and conditional requests (RFC 9110 section 13).
 ///
-/// Tags are given with their quotes: `"abc"` or weak `W/"abc"`. The server appends `-gzip` inside the
-/// quotes when it compresses a body; comparisons see through that.
+/// Tags are given with their quotes: `"abc"` or weak `W/"abc"`. The server appends `-gzip` inside
+/// the quotes when it compresses a body; comparisons see through that.
 #pragma once
 
 #include <string>

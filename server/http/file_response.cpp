@@ -95,8 +95,9 @@ Response file_response(const Request& request, const FileSource& source) {
       break;
     case RangeRequest::Kind::kPart: {
       response.status = 206;
+      const std::uint64_t last = range.offset + range.size - 1;
       response.headers.add("Content-Range", "bytes " + std::to_string(range.offset) + "-" +
-                                                std::to_string(range.offset + range.size - 1) + "/" +
+                                                std::to_string(last) + "/" +
                                                 std::to_string(total_bytes));
       response.body = std::move(whole).part(range.offset, range.size);
       break;

@@ -224,10 +224,11 @@ class HttpServer::Impl {
       return;
     }
     const bool is_full = connection_count_.fetch_add(1) >= options_.limits.max_connections;
+    const auto service =
+        is_full ? Connection::Service::kProbesOnly : Connection::Service::kFull;
     {
       ::fcntl(fd, F_SETFD, FD_CLOEXEC);
-      Connection connection(context_, fd,
-                            is_full ? Connection::Service::kProbesOnly : Connection::Service::kFull);
+      Connection connection(context_, fd, service);
       {
         core::MutexLock lock(mutex_);
         connections_.insert(&connection);

@@ -1,8 +1,8 @@
 /// The HTTP/1.1 server: listens, reads requests strictly, calls routes, writes answers.
 ///
 /// Every connection has a thread of its own from an elastic pool; every size, count and wait has a
-/// limit. A request that is not understood exactly, or whose body was not read to its end, closes its
-/// connection, so that no byte of one request can be taken for another.
+/// limit. A request that is not understood exactly, or whose body was not read to its end, closes
+/// its connection, so that no byte of one request can be taken for another.
 #pragma once
 
 #include <chrono>
@@ -22,17 +22,19 @@
 namespace server {
 
 struct HttpLimits {
-  std::size_t header_bytes = 32U << 10U;       ///< Request line and headers; 431 beyond.
-  std::size_t header_lines = 100;              ///< 431 beyond.
-  std::size_t target_bytes = 8U << 10U;        ///< 414 beyond.
-  std::chrono::milliseconds header_deadline{5000};   ///< From first byte to last; 408.
-  std::chrono::milliseconds body_idle{10000};        ///< Longest wait for the next piece; 408.
-  std::uint64_t body_min_bytes_per_second = 1024;    ///< Over the time spent waiting, after body_idle.
-  std::chrono::milliseconds write_stall{10000};      ///< Longest wait for a client that does not read.
+  std::size_t header_bytes = 32U << 10U;  ///< Request line and headers; 431 beyond.
+  std::size_t header_lines = 100;         ///< 431 beyond.
+  std::size_t target_bytes = 8U << 10U;   ///< 414 beyond.
+  std::chrono::milliseconds header_deadline{5000};  ///< From first byte to last; 408 after.
+  std::chrono::milliseconds body_idle{10000};       ///< Longest wait for the next piece; 408.
+  /// Over the time spent waiting for the body, once that exceeds body_idle; 408 below.
+  std::uint64_t body_min_bytes_per_second = 1024;
+  std::chrono::milliseconds write_stall{10000};  ///< Longest wait for a client that does not read.
   std::chrono::milliseconds keep_alive_idle{20000};  ///< Between requests; less when nearly full.
-  std::size_t drain_bytes = 64U << 10U;        ///< An ignored body is read past up to this, else close.
-  int max_connections = 4096;                  ///< 503 with Retry-After beyond; probes still answered.
-  int backlog = 4096;                          ///< Connections not yet accepted.
+  /// What is left of a body after the answer is read past up to this size; else the connection ends.
+  std::size_t drain_bytes = 64U << 10U;
+  int max_connections = 4096;  ///< 503 with Retry-After beyond; probes are still answered.
+  int backlog = 4096;          ///< Connections not yet accepted; the system may lower it.
 };
 
 /// How an exchange ended, for logs and metrics.
@@ -75,8 +77,8 @@ class HttpServer {
   core::Result<int> bind();
   /// Serves until stop(). Once, after bind().
   void run();
-  /// From any thread but a handler's: takes no more requests, asks streams and waits to end, and cuts
-  /// what is left just before the grace time is over. True if all handlers have returned.
+  /// From any thread but a handler's: takes no more requests, asks streams and waits to end, and
+  /// cuts what is left just before the grace time is over. True if all handlers have returned.
   bool stop(std::chrono::milliseconds grace);
 
   struct Stats {

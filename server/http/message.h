@@ -1,4 +1,4 @@
-/// One HTTP exchange as routes see it: Request, BodyReader, Response, StreamWriter. No library types.
+/// One HTTP exchange as routes see it: Request, BodyReader, Response, StreamWriter.
 ///
 /// A handler is called on its connection's thread and may block, but every wait in it must end when
 /// Request::stop_token() asks for it. What it throws becomes a 500 without its text.
@@ -51,9 +51,9 @@ class BodyReader {
 
   virtual ~BodyReader() = default;
 
-  /// Reads to the end of the body, piece by piece (each at most 64 KiB). True: the sink has seen all
-  /// of it. False: the sink refused, or the body was too large, too slow, malformed or cut off; in
-  /// these other cases the server answers by itself (413, 408, 400) whatever the handler returns.
+  /// Reads to the end of the body, piece by piece (each at most 64 KiB). True: the sink has seen
+  /// all of it. False: the sink refused, or the body was too large, too slow, malformed or cut off;
+  /// in these other cases the server answers 413, 408 or 400 whatever the handler returns.
   virtual bool read(const Sink& sink) = 0;
 
   /// Body bytes handed out so far, without transfer framing.
@@ -80,11 +80,11 @@ struct Request {
   std::string target;  ///< As received: "/v1/jobs?limit=5".
   std::string path;    ///< Without query; percent-decoded.
   std::vector<std::pair<std::string, std::string>> query_params;  ///< Decoded, in order.
-  std::vector<std::pair<std::string, std::string>> path_params;   ///< Decoded; filled by the router.
+  std::vector<std::pair<std::string, std::string>> path_params;  ///< Decoded; from the router.
   Headers headers;
   std::string remote_addr;  ///< Numeric address of the peer, without port.
   std::string request_id;   ///< The client's X-Request-Id if it is well-formed, else a fresh one.
-  std::string route;        ///< Pattern of the matched route, for metrics and rights; empty if none.
+  std::string route;        ///< Pattern of the matched route, for metrics; empty if none.
   std::string principal;    ///< Who asks; left to the before-hook to fill.
   std::string body;         ///< The whole body on routes with BodyPolicy::json.
   BodyReader* body_reader = nullptr;  ///< Set on routes with BodyPolicy::stream.
@@ -187,7 +187,8 @@ Response json_response(int status, std::string json);
 Response text_response(int status, std::string_view content_type, std::string text);
 Response bytes_response(int status, std::string_view content_type, SharedBytes bytes);
 /// Cache-Control: no-store and X-Accel-Buffering: no are added.
-Response stream_response(std::string_view content_type, StreamProducer producer, StreamSlot slot = {});
+Response stream_response(std::string_view content_type, StreamProducer producer,
+                         StreamSlot slot = {});
 /// 204 without a body.
 Response empty_response(int status = 204);
 

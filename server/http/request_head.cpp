@@ -56,7 +56,8 @@ bool is_authority(std::string_view text) {
 
 /// Takes `http://authority` off an absolute target, giving it to authority. False: malformed.
 bool take_authority(std::string_view& target, std::string& authority) {
-  for (const std::string_view scheme : {std::string_view("http://"), std::string_view("https://")}) {
+  constexpr std::array<std::string_view, 2> kSchemes = {"http://", "https://"};
+  for (const std::string_view scheme : kSchemes) {
     if (!equal_ignoring_case(target.substr(0, scheme.size()), scheme)) {
       continue;
     }
@@ -77,7 +78,7 @@ std::optional<Refusal> parse_target(Request& request, std::string_view& raw_path
     return bad_request("the request target holds a character that must be percent-encoded");
   }
   if (target == "*" && request.method == "OPTIONS") {
-    request.path = "*";
+    request.path = target;
     raw_path = target;
     return std::nullopt;
   }

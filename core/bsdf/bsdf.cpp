@@ -65,8 +65,10 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local) noexcept
   if (has_specular_) {
     e_wo_ = e.e;
     ms_scale_ = is_smooth_ ? 0.0F : (1 - e.e) * kInvPi / std::max(1 - average.e, 1e-4F);
-    const float weight = metal + cover;
-    ms_color_ = multiple_scattering(f0_ / weight, f90_ / weight, average.e) * weight;
+    ms_color_ = cover_ms_ * cover;
+    if (metal > 0) {
+      ms_color_ += multiple_scattering(p.base_color, Rgb(1), average.e) * metal;
+    }
     specular_albedo_wo = is_smooth_ ? fresnel_schlick(f0_, f90_, wo_.z)
                                     : f0_ * (e.e - e.e5) + f90_ * e.e5;
   }

@@ -1,0 +1,50 @@
+/// Small scenes made in code, straight as SceneDescription: no file format between a test and the
+/// renderer.
+#pragma once
+
+#include <memory>
+
+#include "core/lights/environment.h"
+#include "core/render/render_task.h"
+#include "core/scene/scene.h"
+
+namespace test_support {
+
+/// A sphere of stacks x 2 stacks quads with smooth normals. inward: normals and front side point in.
+core::PrimitiveDescription sphere(core::Vec3 center, float radius_m, int stacks, bool inward, int material);
+/// A parallelogram; front side towards cross(edge1, edge2).
+core::PrimitiveDescription quad(core::Vec3 corner, core::Vec3 edge1, core::Vec3 edge2, int material);
+/// Lambert: no specular layer.
+core::MaterialDescription lambert(core::Rgb albedo);
+core::MaterialDescription emitter(core::Rgb radiance);
+/// Everything in one mesh, placed once.
+core::SceneDescription scene_of(std::vector<core::MaterialDescription> materials,
+                                std::vector<core::PrimitiveDescription> primitives);
+
+/// The Cornell box with round numbers, 1 m wide: red left, green right, light in the ceiling.
+core::SceneDescription cornell();
+
+std::shared_ptr<const core::Scene> build(core::SceneDescription description);
+std::shared_ptr<const core::Environment> constant_sky(core::Rgb radiance);
+
+/// A view with box filter and no auxiliary layers.
+core::View view_of(std::shared_ptr<const core::Scene> scene, int width, int height);
+void look_at(core::View& view, core::Vec3 from, core::Vec3 to, float fov_degrees);
+
+struct Picture {
+  std::shared_ptr<core::Film> film;
+  core::FilmSnapshot snapshot;
+  core::StopReason reason = core::StopReason::kNone;
+  core::Progress progress;
+  std::vector<core::ConvergencePoint> points;
+
+  core::Rgb mean() const;
+  /// Standard error of mean(), from the halves of all pixels.
+  core::Rgb standard_error() const;
+};
+
+/// Renders to the end on two threads; aborts the test program on errors.
+Picture render(const core::View& view, const core::StopRules& stop, int threads = 2);
+Picture render(const core::View& view, int samples_per_pixel, int threads = 2);
+
+}  // namespace test_support

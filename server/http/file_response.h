@@ -23,8 +23,8 @@ RangeRequest parse_range(std::string_view range, std::uint64_t total_bytes);
 struct FileSource {
   std::string path;  ///< A symbolic link as its last part is refused.
   std::string content_type = "application/octet-stream";
-  std::string etag;           ///< With quotes; may be empty.
-  std::string cache_control;  ///< May be empty.
+  std::string etag = {};           ///< With quotes; may be empty.
+  std::string cache_control = {};  ///< May be empty.
 };
 /// 200, 206, 304, 404 (not there, not a regular file) or 416. Reads nothing yet: the file is opened
 /// here and may be unlinked before it has been sent.

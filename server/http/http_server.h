@@ -31,7 +31,7 @@ struct HttpLimits {
   std::uint64_t body_min_bytes_per_second = 1024;
   std::chrono::milliseconds write_stall{10000};  ///< Longest wait for a client that does not read.
   std::chrono::milliseconds keep_alive_idle{20000};  ///< Between requests; less when nearly full.
-  /// What is left of a body after the answer is read past up to this size; else the connection ends.
+  /// What is left of a body after the answer is read past up to this size; else it is closed.
   std::size_t drain_bytes = 64U << 10U;
   int max_connections = 4096;  ///< 503 with Retry-After beyond; probes are still answered.
   int backlog = 4096;          ///< Connections not yet accepted; the system may lower it.
@@ -40,11 +40,11 @@ struct HttpLimits {
 /// How an exchange ended, for logs and metrics.
 struct Outcome {
   int status = 0;
-  double seconds = 0;            ///< From the first byte of the request to the last of the answer.
+  double seconds = 0;                ///< From the first byte of the request to the last of the answer.
   std::uint64_t bytes_received = 0;  ///< Of the body.
   std::uint64_t bytes_sent = 0;      ///< Of the body.
-  bool client_gone = false;      ///< The answer could not be sent completely.
-  std::string internal_error;    ///< Text of an exception; never sent.
+  bool client_gone = false;          ///< The answer could not be sent completely.
+  std::string internal_error = {};   ///< Text of an exception; never sent.
 };
 
 struct HttpHooks {

@@ -144,7 +144,7 @@ using StreamProducer = std::function<void(StreamWriter&)>;
 
 struct StreamBody {
   StreamProducer producer;  ///< Not called for HEAD.
-  StreamSlot slot;          ///< Taken by the server itself if empty; 503 if there is none.
+  StreamSlot slot = {};     ///< Taken by the server itself if empty; 503 if there is none.
 };
 
 /// A piece of an open file. The descriptor is owned.

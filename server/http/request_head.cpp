@@ -78,7 +78,7 @@ std::optional<Refusal> parse_target(Request& request, std::string_view& raw_path
     return bad_request("the request target holds a character that must be percent-encoded");
   }
   if (target == "*" && request.method == "OPTIONS") {
-    request.path = target;
+    request.path.assign(1, '*');
     raw_path = target;
     return std::nullopt;
   }

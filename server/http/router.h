@@ -38,11 +38,11 @@ struct BodyPolicy {
 using Handler = std::function<Response(Request&)>;
 
 struct Route {
-  std::string method;   ///< "GET" answers HEAD too; OPTIONS is made by the server.
+  std::string method;  ///< "GET" answers HEAD too; OPTIONS is made by the server.
   std::string pattern;
   Handler handler;
   BodyPolicy body = {};
-  std::string summary;  ///< One line, for the API page.
+  std::string summary = {};  ///< One line, for the API page.
   bool is_probe = false;  ///< Answered even when the server is full.
 };
 

@@ -11,10 +11,10 @@
 namespace server {
 
 struct SseEvent {
-  std::string_view id;     ///< Empty: none. No line breaks, no NUL.
-  std::string_view event;  ///< Empty: "message". No line breaks.
-  std::string_view data;   ///< Line breaks of any kind make several `data:` lines.
-  std::optional<std::uint32_t> retry_ms;
+  std::string_view id = {};     ///< Empty: none. No line breaks, no NUL.
+  std::string_view event = {};  ///< Empty: "message". No line breaks.
+  std::string_view data = {};   ///< Line breaks of any kind make several `data:` lines.
+  std::optional<std::uint32_t> retry_ms = {};
 };
 /// Ready to send, with the empty line at its end. Line breaks in id and event are dropped.
 std::string format_sse(const SseEvent& event);

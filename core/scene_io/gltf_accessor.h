@@ -1,0 +1,45 @@
+/// Values of accessors: any component type, stride, normalisation, sparse substitution.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/math/vec.h"
+#include "core/scene_io/gltf_source.h"
+
+namespace core {
+
+/// accessor.count * shape.values() floats, matrices column by column. Normalised integers become
+/// [0,1] or [-1,1] by the specification's formulas, other integers keep their value.
+/// Errors at `where`: kInvalidArgument (also for values that are not finite), kTooLarge.
+Result<std::vector<float>> read_floats(GltfSource& source, int accessor, const std::string& where);
+
+/// The same for unsigned integer accessors, without normalisation.
+Result<std::vector<std::uint32_t>> read_integers(GltfSource& source, int accessor, const std::string& where);
+
+/// Floats as Vec2, Vec3 or Vec4. Pre: floats.size() is a multiple of the vector's.
+template <typename V>
+std::vector<V> to_vectors(std::span<const float> floats) {
+  constexpr std::size_t kRows = sizeof(V) / sizeof(float);
+  std::vector<V> vectors(floats.size() / kRows);
+  for (std::size_t i = 0; i < vectors.size(); ++i) {
+    const float* f = floats.data() + i * kRows;
+    if constexpr (std::is_same_v<V, Vec2>) {
+      vectors[i] = {f[0], f[1]};
+    } else if constexpr (std::is_same_v<V, Vec3>) {
+      vectors[i] = {f[0], f[1], f[2]};
+    } else {
+      vectors[i] = {f[0], f[1], f[2], f[3]};
+    }
+  }
+  return vectors;
+}
+
+/// kInvalidArgument at `where` unless elements of the accessor have this shape.
+Status check_shape(const GltfSource& source, int accessor, ElementShape shape, const std::string& where);
+
+}  // namespace core

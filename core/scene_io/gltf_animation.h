@@ -1,0 +1,30 @@
+/// Animations of a glTF file at one moment: what they put in the place of the nodes' own values.
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/math/vec.h"
+#include "core/scene_io/gltf_source.h"
+
+namespace core {
+
+struct AnimatedNode {
+  std::optional<Vec3> translation;
+  std::optional<Vec4> rotation;  ///< unit quaternion x, y, z, w
+  std::optional<Vec3> scale;
+  std::vector<float> weights;  ///< empty: not animated
+};
+
+/// By node. Before its first and after its last key an animation holds that key, as glTF 2.0 asks.
+/// All animations play at once; one that moves what an earlier one moves is left out with a warning.
+/// Errors: kInvalidArgument with a JSON pointer.
+Result<std::map<int, AnimatedNode>> evaluate_animations(const tinygltf::Model& model, GltfSource& source,
+                                                        double time_seconds,
+                                                        std::vector<std::string>& warnings);
+
+}  // namespace core

@@ -1,0 +1,119 @@
+#include "core/scene_io/gltf_container.h"
+
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+namespace core {
+namespace {
+
+constexpr std::uint32_t kMagic = 0x46546C67;      // "glTF"
+constexpr std::uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
+constexpr std::uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
+constexpr std::size_t kHeaderBytes = 12;
+constexpr std::size_t kChunkHeaderBytes = 8;
+
+Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
+
+// glTF is little-endian, and so is every machine that this builds for.
+std::uint32_t u32(std::span<const std::byte> file, std::size_t at) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, file.data() + at, sizeof(value));
+  return value;
+}
+
+Status check_json(std::string_view json, const GltfLimits& limits) {
+  if (json.size() > limits.json_bytes_max) {
+    return Error{ErrorCode::kTooLarge,
+                 "JSON of " + std::to_string(json.size()) + " bytes; at most " +
+                     std::to_string(limits.json_bytes_max) + " are allowed",
+                 ""};
+  }
+  int depth = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (in_string) {
+      if (c == '\\') {
+        ++i;
+      } else if (c == '"') {
+        in_string = false;
+      }
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '{' || c == '[') {
+      if (++depth > limits.json_depth_max) {
+        return invalid("JSON is nested deeper than " + std::to_string(limits.json_depth_max) +
+                       " levels");
+      }
+    } else if (c == '}' || c == ']') {
+      --depth;
+    }
+  }
+  return ok_status();
+}
+
+Result<GltfContainer> open_glb(std::span<const std::byte> file) {
+  if (file.size() < kHeaderBytes + kChunkHeaderBytes) {
+    return invalid("a GLB of " + std::to_string(file.size()) + " bytes is cut within its header");
+  }
+  if (const std::uint32_t version = u32(file, 4); version != 2) {
+    return invalid("GLB container version " + std::to_string(version) + "; only 2 is read");
+  }
+  const std::size_t length = u32(file, 8);
+  if (length > file.size()) {
+    return invalid("the GLB says that it has " + std::to_string(length) + " bytes, but only " +
+                   std::to_string(file.size()) + " are there");
+  }
+  GltfContainer container;
+  bool has_json = false;
+  for (std::size_t at = kHeaderBytes; at < length;) {
+    if (length - at < kChunkHeaderBytes) {
+      return invalid("the GLB is cut within a chunk header");
+    }
+    const std::size_t bytes = u32(file, at);
+    const std::uint32_t type = u32(file, at + 4);
+    at += kChunkHeaderBytes;
+    if (bytes > length - at) {
+      return invalid("a GLB chunk of " + std::to_string(bytes) + " bytes does not fit in the " +
+                     std::to_string(length - at) + " bytes that are left");
+    }
+    const auto chunk = file.subspan(at, bytes);
+    if (!has_json) {
+      if (type != kJsonChunk) {
+        return invalid("the first chunk of a GLB has to be JSON");
+      }
+      has_json = true;
+      container.json = {reinterpret_cast<const char*>(chunk.data()), chunk.size()};
+    } else if (type == kBinChunk && !container.has_bin) {
+      container.bin = chunk;
+      container.has_bin = true;
+    }
+    at += bytes;
+  }
+  if (!has_json) {
+    return invalid("the GLB has no JSON chunk");
+  }
+  return container;
+}
+
+}  // namespace
+
+Result<GltfContainer> open_container(std::span<const std::byte> file, const GltfLimits& limits) {
+  GltfContainer container;
+  if (file.size() >= 4 && u32(file, 0) == kMagic) {
+    auto glb = open_glb(file);
+    if (!glb) {
+      return glb;
+    }
+    container = *glb;
+  } else {
+    container.json = {reinterpret_cast<const char*>(file.data()), file.size()};
+  }
+  if (auto status = check_json(container.json, limits); !status) {
+    return status.error();
+  }
+  return container;
+}
+
+}  // namespace core

@@ -1,0 +1,25 @@
+/// Morph targets and skins, applied to a primitive's vertices.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "core/base/result.h"
+#include "core/math/transform.h"
+#include "core/scene_io/gltf_primitive.h"
+
+namespace core {
+
+/// Adds weight times target to the base; targets without a weight count as 0.
+void apply_morph_targets(GltfPrimitive& primitive, std::span<const float> weights);
+
+/// Moves the vertices by their joints. joint_matrices: joint to world times inverse bind matrix, so
+/// that the result is in world space. Weights are used relative to their sum; a vertex without
+/// weight follows the first joint. Errors: kInvalidArgument for a joint that the skin does not have.
+Status apply_skin(GltfPrimitive& primitive, std::span<const Transform> joint_matrices, const std::string& where);
+
+/// Moves the vertices, normals and tangents by one transform, which may be singular; turns the
+/// triangles when it mirrors.
+void apply_transform(PrimitiveDescription& primitive, const Transform& transform);
+
+}  // namespace core

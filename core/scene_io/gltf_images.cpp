@@ -1,0 +1,125 @@
+#include "core/scene_io/gltf_images.h"
+
+#include <cmath>
+#include <utility>
+
+#include "core/image_io/image_io.h"
+#include "core/scene_io/gltf_model.h"
+#include "core/scene_io/gltf_uri.h"
+
+namespace core {
+namespace {
+
+bool is_there(const GltfImage& image, const ResolveUri& resolve) {
+  return !image.uri || is_data_uri(*image.uri) || (resolve && resolve(percent_decode(*image.uri)) != nullptr);
+}
+
+TextureWrap wrap_mode(int mode) noexcept {
+  if (mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) {
+    return TextureWrap::kClampToEdge;
+  }
+  return mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? TextureWrap::kMirroredRepeat : TextureWrap::kRepeat;
+}
+
+// translation * rotation * scale. "Rotate the UVs counter-clockwise": as seen on the picture, whose
+// v points down.
+std::array<float, 6> uv_matrix(const tinygltf::Value& transform) {
+  const auto pair = [&transform](const char* name, float otherwise) {
+    if (!transform.Has(name) || transform.Get(name).ArrayLen() != 2) {
+      return Vec2{otherwise, otherwise};
+    }
+    const tinygltf::Value& v = transform.Get(name);
+    return Vec2{static_cast<float>(v.Get(0).GetNumberAsDouble()), static_cast<float>(v.Get(1).GetNumberAsDouble())};
+  };
+  const Vec2 offset = pair("offset", 0);
+  const Vec2 scale = pair("scale", 1);
+  const float angle = value_number(transform, "rotation", 0);
+  const float c = std::cos(angle);
+  const float s = std::sin(angle);
+  return {c * scale.x, s * scale.y, offset.x, -s * scale.x, c * scale.y, offset.y};
+}
+
+}  // namespace
+
+Result<std::vector<int>> choose_texture_images(const tinygltf::Model& model, const GltfTables& tables,
+                                               const ResolveUri& resolve) {
+  std::vector<int> chosen;
+  for (std::size_t i = 0; i < model.textures.size(); ++i) {
+    const tinygltf::Texture& texture = model.textures[i];
+    int image = texture.source;
+    if (const auto* webp = find_extension(texture.extensions, "EXT_texture_webp")) {
+      const int webp_image = value_integer(*webp, "source", -1);
+      if (image < 0 || is_there(tables.images[static_cast<std::size_t>(webp_image)], resolve)) {
+        image = webp_image;
+      }
+    }
+    if (image < 0 && find_extension(texture.extensions, "KHR_texture_basisu") != nullptr) {
+      return Error{ErrorCode::kInvalidArgument,
+                   "the texture has only a KTX2 image (KHR_texture_basisu), which is not available; convert "
+                   "it to PNG, JPEG or WebP",
+                   "/textures/" + std::to_string(i)};
+    }
+    chosen.push_back(image);
+  }
+  return chosen;
+}
+
+int GltfImages::add(Image image) {
+  scene_.images.push_back(std::make_shared<const Image>(std::move(image)));
+  return static_cast<int>(scene_.images.size()) - 1;
+}
+
+Result<int> GltfImages::decoded(int image) {
+  if (const auto it = by_file_index_.find(image); it != by_file_index_.end()) {
+    return it->second;
+  }
+  const std::string where = "/images/" + std::to_string(image);
+  auto file = source_.image_file(image);
+  if (!file) {
+    return file.error();
+  }
+  auto pixels = decode_image(*file, {limits_.image_side_max, source_.budget().left()});
+  if (!pixels) {
+    return Error{pixels.error().code, pixels.error().message, where};
+  }
+  if (auto status = source_.budget().take(pixels->bytes.size(), where); !status) {
+    return status.error();
+  }
+  return by_file_index_[image] = add(*std::move(pixels));
+}
+
+Result<TextureDescription> GltfImages::texture(const TextureReference& reference) {
+  TextureDescription description;
+  if (reference.texture < 0) {
+    return description;
+  }
+  const auto texture = static_cast<std::size_t>(reference.texture);
+  if (texture_images_[texture] < 0) {
+    scene_.warnings.push_back("texture " + std::to_string(reference.texture) + " has no image and counts as white");
+    return description;
+  }
+  auto image = decoded(texture_images_[texture]);
+  if (!image) {
+    return image.error();
+  }
+  description.image = *image;
+  description.uv_set = reference.uv_set;
+  if (reference.transform != nullptr) {
+    description.uv_transform = uv_matrix(*reference.transform);
+    description.uv_set = value_integer(*reference.transform, "texCoord", reference.uv_set);
+  }
+  if (description.uv_set > 1) {
+    scene_.warnings.push_back("texture coordinate set " + std::to_string(description.uv_set) +
+                              " is not read (0 and 1 are); set 0 takes its place");
+    description.uv_set = 0;
+  }
+  if (const int sampler = model_.textures[texture].sampler; sampler >= 0) {
+    const tinygltf::Sampler& s = model_.samplers[static_cast<std::size_t>(sampler)];
+    description.wrap_u = wrap_mode(s.wrapS);
+    description.wrap_v = wrap_mode(s.wrapT);
+    description.nearest = s.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
+  }
+  return description;
+}
+
+}  // namespace core

@@ -1,0 +1,134 @@
+#include "core/scene_io/gltf_load.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/scene_io/gltf_check.h"
+#include "core/scene_io/gltf_container.h"
+#include "core/scene_io/gltf_images.h"
+#include "core/scene_io/gltf_materials.h"
+#include "core/scene_io/gltf_meshes.h"
+#include "core/scene_io/gltf_model.h"
+#include "core/scene_io/gltf_place.h"
+#include "core/scene_io/gltf_source.h"
+#include "core/scene_io/gltf_uri.h"
+
+namespace core {
+namespace {
+
+constexpr std::size_t kWarningsMax = 100;
+
+void read_names(const tinygltf::Model& model, SceneDescription& scene) {
+  const int own = model.defaultScene;
+  if (own >= 0 && own < static_cast<int>(model.scenes.size())) {
+    scene.name = model.scenes[static_cast<std::size_t>(own)].name;
+  }
+  scene.extensions = model.extensionsUsed;
+  for (const tinygltf::Animation& animation : model.animations) {
+    scene.animations.push_back(animation.name);
+  }
+  if (const auto* variants = find_extension(model.extensions, "KHR_materials_variants")) {
+    const tinygltf::Value& list = variants->Get("variants");
+    for (int i = 0; i < static_cast<int>(list.ArrayLen()); ++i) {
+      scene.variants.push_back(list.Get(i).Get("name").Get<std::string>());
+    }
+  }
+}
+
+Result<int> find_variant(const SceneDescription& scene, const std::optional<std::string>& name) {
+  if (!name) {
+    return -1;
+  }
+  const auto it = std::find(scene.variants.begin(), scene.variants.end(), *name);
+  if (it != scene.variants.end()) {
+    return static_cast<int>(it - scene.variants.begin());
+  }
+  std::string list;
+  for (const std::string& variant : scene.variants) {
+    list += (list.empty() ? "" : ", ") + variant;
+  }
+  return Error{ErrorCode::kInvalidArgument,
+               "the scene has no variant \"" + *name + "\"" + (list.empty() ? "" : "; it has " + list), "/variant"};
+}
+
+void keep_warnings_short(std::vector<std::string>& warnings) {
+  if (warnings.size() > kWarningsMax) {
+    const std::size_t more = warnings.size() - kWarningsMax;
+    warnings.resize(kWarningsMax);
+    warnings.push_back("and " + std::to_string(more) + " more warnings");
+  }
+}
+
+}  // namespace
+
+Result<SceneDescription> load_gltf(std::span<const std::byte> file, const ResolveUri& resolve,
+                                   const GltfOptions& options) {
+  auto container = open_container(file, options.limits);
+  if (!container) {
+    return container.error();
+  }
+  auto checked = check_gltf(*container);
+  if (!checked) {
+    return checked.error();
+  }
+  auto model = parse_model(checked->model_json);
+  if (!model) {
+    return model.error();
+  }
+  auto texture_images = choose_texture_images(*model, checked->tables, resolve);
+  if (!texture_images) {
+    return texture_images.error();
+  }
+  std::vector<int> needed_images = *texture_images;
+  std::erase(needed_images, -1);
+  auto source = GltfSource::open(checked->tables, *container, resolve, needed_images, options.limits);
+  if (!source) {
+    return source.error();
+  }
+  SceneDescription scene;
+  scene.warnings = std::move(checked->warnings);
+  read_names(*model, scene);
+  auto variant = find_variant(scene, options.variant);
+  if (!variant) {
+    return variant.error();
+  }
+  GltfImages images(*model, *source, *texture_images, options.limits, scene);
+  if (auto status = read_materials(*model, images, scene); !status) {
+    return status.error();
+  }
+  GltfMeshes meshes(*model, *source, options.limits, *variant, scene);
+  if (auto status = place_nodes(*model, *source, meshes, options, scene); !status) {
+    return status.error();
+  }
+  keep_warnings_short(scene.warnings);
+  return scene;
+}
+
+Result<std::vector<std::string>> gltf_uris(std::span<const std::byte> file) {
+  auto container = open_container(file, GltfLimits{});
+  if (!container) {
+    return container.error();
+  }
+  auto checked = check_gltf(*container);
+  if (!checked) {
+    return checked.error();
+  }
+  std::vector<std::string> uris;
+  const auto add = [&uris](const std::optional<std::string>& uri) {
+    if (uri && !is_data_uri(*uri)) {
+      const std::string name = percent_decode(*uri);
+      if (std::find(uris.begin(), uris.end(), name) == uris.end()) {
+        uris.push_back(name);
+      }
+    }
+  };
+  for (const GltfBuffer& buffer : checked->tables.buffers) {
+    add(buffer.uri);
+  }
+  for (const GltfImage& image : checked->tables.images) {
+    add(image.uri);
+  }
+  return uris;
+}
+
+}  // namespace core

@@ -1,0 +1,242 @@
+#include "core/scene_io/gltf_materials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "core/scene_io/gltf_model.h"
+
+namespace core {
+namespace {
+
+Rgb rgb_of(const std::vector<double>& v, Rgb otherwise) {
+  return v.size() < 3 ? otherwise
+                      : Rgb{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+template <typename Info>
+TextureReference reference_of(const Info& info) {
+  return {info.index, info.texCoord, find_extension(info.extensions, "KHR_texture_transform")};
+}
+
+TextureReference reference_of(const tinygltf::Value& extension, const char* name) {
+  if (!extension.Has(name)) {
+    return {};
+  }
+  const tinygltf::Value& info = extension.Get(name);
+  TextureReference reference = {value_integer(info, "index", -1), value_integer(info, "texCoord", 0), nullptr};
+  if (info.Has("extensions") && info.Get("extensions").Has("KHR_texture_transform")) {
+    reference.transform = &info.Get("extensions").Get("KHR_texture_transform");
+  }
+  return reference;
+}
+
+float component(const Image& image, std::size_t pixel, int channel) {
+  const std::size_t i = pixel * static_cast<std::size_t>(image.channels) + static_cast<std::size_t>(channel);
+  switch (image.type) {
+    case PixelType::kU8:
+      return static_cast<float>(std::to_integer<int>(image.bytes[i])) / 255.0F;
+    case PixelType::kU16: {
+      std::uint16_t value = 0;
+      std::memcpy(&value, image.bytes.data() + i * sizeof(value), sizeof(value));
+      return static_cast<float>(value) / 65535.0F;
+    }
+    case PixelType::kF32:
+      break;
+  }
+  float value = 0;
+  std::memcpy(&value, image.bytes.data() + i * sizeof(value), sizeof(value));
+  return value;
+}
+
+// Green holds 1 - glossiness, blue 0 (no metal).
+Image roughness_from_glossiness(const Image& source, float glossiness) {
+  Image image{source.width, source.height, 3, PixelType::kU8, {}};
+  image.bytes.resize(image.value_count());
+  const std::size_t pixels = image.value_count() / 3;
+  const bool has_alpha = source.channels == 4 || source.channels == 2;
+  for (std::size_t p = 0; p < pixels; ++p) {
+    const float gloss = glossiness * (has_alpha ? component(source, p, source.channels - 1) : 1.0F);
+    image.bytes[p * 3 + 1] = static_cast<std::byte>(std::lround(std::clamp(1 - gloss, 0.0F, 1.0F) * 255.0F));
+  }
+  return image;
+}
+
+/// Reads one material; the first error of a texture is kept and ends the work at the next step.
+class MaterialReader {
+ public:
+  MaterialReader(const tinygltf::Material& in, GltfImages& images, SceneDescription& scene)
+      : in_(in), images_(images), scene_(scene) {}
+
+  Result<MaterialDescription> read() {
+    read_core();
+    read_surface_extensions();
+    read_layers();
+    read_interior();
+    if (const auto* e = extension("KHR_materials_pbrSpecularGlossiness")) {
+      read_specular_glossiness(*e);
+    }
+    if (!status_) {
+      return status_.error();
+    }
+    return m_;
+  }
+
+ private:
+  const tinygltf::Value* extension(const char* name) const { return find_extension(in_.extensions, name); }
+
+  void texture(TextureDescription& to, const TextureReference& reference) {
+    if (!status_) {
+      return;
+    }
+    auto description = images_.texture(reference);
+    if (description) {
+      to = *description;
+    } else {
+      status_ = description.error();
+    }
+  }
+
+  void read_core() {
+    const tinygltf::PbrMetallicRoughness& pbr = in_.pbrMetallicRoughness;
+    m_.name = in_.name;
+    m_.base_color = rgb_of(pbr.baseColorFactor, {1, 1, 1});
+    m_.base_alpha = pbr.baseColorFactor.size() == 4 ? static_cast<float>(pbr.baseColorFactor[3]) : 1.0F;
+    texture(m_.base_color_texture, reference_of(pbr.baseColorTexture));
+    m_.metallic = static_cast<float>(pbr.metallicFactor);
+    m_.roughness = static_cast<float>(pbr.roughnessFactor);
+    texture(m_.metallic_roughness_texture, reference_of(pbr.metallicRoughnessTexture));
+    texture(m_.normal_texture, reference_of(in_.normalTexture));
+    m_.normal_scale = static_cast<float>(in_.normalTexture.scale);
+    texture(m_.occlusion_texture, reference_of(in_.occlusionTexture));
+    m_.occlusion_strength = static_cast<float>(in_.occlusionTexture.strength);
+    m_.emissive = rgb_of(in_.emissiveFactor, {0, 0, 0});
+    texture(m_.emissive_texture, reference_of(in_.emissiveTexture));
+    m_.alpha_mode = in_.alphaMode == "MASK"    ? AlphaMode::kMask
+                    : in_.alphaMode == "BLEND" ? AlphaMode::kBlend
+                                               : AlphaMode::kOpaque;
+    m_.alpha_cutoff = static_cast<float>(in_.alphaCutoff);
+    m_.double_sided = in_.doubleSided;
+  }
+
+  void read_surface_extensions() {
+    m_.unlit = extension("KHR_materials_unlit") != nullptr;
+    if (const auto* e = extension("KHR_materials_emissive_strength")) {
+      const float strength = value_number(*e, "emissiveStrength", 1);
+      m_.emissive = m_.emissive * strength;
+      scene_.has_emissive_strength = scene_.has_emissive_strength || strength > 1;
+    }
+    if (const auto* e = extension("KHR_materials_ior")) {
+      m_.ior = value_number(*e, "ior", 1.5F);
+      if (m_.ior != 0 && m_.ior < 1) {
+        status_ = Error{ErrorCode::kInvalidArgument, "an ior is 0, or 1 and above",
+                        "/materials/" + std::to_string(scene_.materials.size()) + "/extensions/KHR_materials_ior/ior"};
+      }
+    }
+    if (const auto* e = extension("KHR_materials_specular")) {
+      m_.specular = value_number(*e, "specularFactor", 1);
+      texture(m_.specular_texture, reference_of(*e, "specularTexture"));
+      m_.specular_color = value_rgb(*e, "specularColorFactor", {1, 1, 1});
+      texture(m_.specular_color_texture, reference_of(*e, "specularColorTexture"));
+    }
+    if (const auto* e = extension("KHR_materials_anisotropy")) {
+      m_.anisotropy = value_number(*e, "anisotropyStrength", 0);
+      m_.anisotropy_rotation_rad = value_number(*e, "anisotropyRotation", 0);
+      texture(m_.anisotropy_texture, reference_of(*e, "anisotropyTexture"));
+    }
+  }
+
+  void read_layers() {
+    if (const auto* e = extension("KHR_materials_clearcoat")) {
+      m_.clearcoat = value_number(*e, "clearcoatFactor", 0);
+      texture(m_.clearcoat_texture, reference_of(*e, "clearcoatTexture"));
+      m_.clearcoat_roughness = value_number(*e, "clearcoatRoughnessFactor", 0);
+      texture(m_.clearcoat_roughness_texture, reference_of(*e, "clearcoatRoughnessTexture"));
+      texture(m_.clearcoat_normal_texture, reference_of(*e, "clearcoatNormalTexture"));
+      if (e->Has("clearcoatNormalTexture")) {
+        m_.clearcoat_normal_scale = value_number(e->Get("clearcoatNormalTexture"), "scale", 1);
+      }
+    }
+    if (const auto* e = extension("KHR_materials_sheen")) {
+      m_.sheen_color = value_rgb(*e, "sheenColorFactor", {0, 0, 0});
+      texture(m_.sheen_color_texture, reference_of(*e, "sheenColorTexture"));
+      m_.sheen_roughness = value_number(*e, "sheenRoughnessFactor", 0);
+      texture(m_.sheen_roughness_texture, reference_of(*e, "sheenRoughnessTexture"));
+    }
+    if (const auto* e = extension("KHR_materials_iridescence")) {
+      m_.iridescence = value_number(*e, "iridescenceFactor", 0);
+      texture(m_.iridescence_texture, reference_of(*e, "iridescenceTexture"));
+      m_.iridescence_ior = value_number(*e, "iridescenceIor", 1.3F);
+      m_.iridescence_thickness_min_nm = value_number(*e, "iridescenceThicknessMinimum", 100);
+      m_.iridescence_thickness_max_nm = value_number(*e, "iridescenceThicknessMaximum", 400);
+      texture(m_.iridescence_thickness_texture, reference_of(*e, "iridescenceThicknessTexture"));
+    }
+  }
+
+  void read_interior() {
+    if (const auto* e = extension("KHR_materials_transmission")) {
+      m_.transmission = value_number(*e, "transmissionFactor", 0);
+      texture(m_.transmission_texture, reference_of(*e, "transmissionTexture"));
+    }
+    if (const auto* e = extension("KHR_materials_volume")) {
+      m_.thickness = value_number(*e, "thicknessFactor", 0);
+      texture(m_.thickness_texture, reference_of(*e, "thicknessTexture"));
+      m_.attenuation_distance = value_number(*e, "attenuationDistance", 0);
+      m_.attenuation_color = value_rgb(*e, "attenuationColor", {1, 1, 1});
+    }
+    if (const auto* e = extension("KHR_materials_dispersion")) {
+      m_.dispersion = value_number(*e, "dispersion", 0);
+    }
+    if (const auto* e = extension("KHR_materials_diffuse_transmission")) {
+      m_.diffuse_transmission = value_number(*e, "diffuseTransmissionFactor", 0);
+      texture(m_.diffuse_transmission_texture, reference_of(*e, "diffuseTransmissionTexture"));
+      m_.diffuse_transmission_color = value_rgb(*e, "diffuseTransmissionColorFactor", {1, 1, 1});
+      texture(m_.diffuse_transmission_color_texture, reference_of(*e, "diffuseTransmissionColorTexture"));
+    }
+  }
+
+  void read_specular_glossiness(const tinygltf::Value& e) {
+    m_.base_color = value_rgb(e, "diffuseFactor", {1, 1, 1});
+    m_.base_alpha = e.Has("diffuseFactor") && e.Get("diffuseFactor").ArrayLen() == 4
+                        ? static_cast<float>(e.Get("diffuseFactor").Get(3).GetNumberAsDouble())
+                        : 1.0F;
+    m_.base_color_texture = {};
+    texture(m_.base_color_texture, reference_of(e, "diffuseTexture"));
+    m_.metallic = 0;
+    m_.ior = 0;
+    m_.specular = 1;
+    m_.specular_color = value_rgb(e, "specularFactor", {1, 1, 1});
+    texture(m_.specular_color_texture, reference_of(e, "specularGlossinessTexture"));
+    const float glossiness = value_number(e, "glossinessFactor", 1);
+    m_.roughness = 1 - glossiness;
+    m_.metallic_roughness_texture = {};
+    if (status_ && m_.specular_color_texture.image >= 0) {
+      const auto image = static_cast<std::size_t>(m_.specular_color_texture.image);
+      m_.metallic_roughness_texture = m_.specular_color_texture;
+      m_.metallic_roughness_texture.image = images_.add(roughness_from_glossiness(*scene_.images[image], glossiness));
+      m_.roughness = 1;
+    }
+  }
+
+  const tinygltf::Material& in_;
+  GltfImages& images_;
+  SceneDescription& scene_;
+  MaterialDescription m_;
+  Status status_ = ok_status();
+};
+
+}  // namespace
+
+Status read_materials(const tinygltf::Model& model, GltfImages& images, SceneDescription& scene) {
+  for (const tinygltf::Material& in : model.materials) {
+    auto material = MaterialReader(in, images, scene).read();
+    if (!material) {
+      return material.error();
+    }
+    scene.materials.push_back(*std::move(material));
+  }
+  return ok_status();
+}
+
+}  // namespace core

@@ -1,0 +1,18 @@
+/// glTF materials with all KHR_materials extensions to MaterialDescription.
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include "core/base/result.h"
+#include "core/scene/scene_description.h"
+#include "core/scene_io/gltf_images.h"
+
+namespace core {
+
+/// Fills scene.materials, one for each of the file's, and scene.has_emissive_strength.
+///
+/// KHR_materials_pbrSpecularGlossiness becomes a dielectric of ior 0 (KHR_materials_ior: F0 is the
+/// specular colour alone), without loss; a glossiness texture becomes a roughness texture.
+Status read_materials(const tinygltf::Model& model, GltfImages& images, SceneDescription& scene);
+
+}  // namespace core

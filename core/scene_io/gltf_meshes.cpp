@@ -1,0 +1,131 @@
+#include "core/scene_io/gltf_meshes.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "core/scene_io/gltf_deform.h"
+#include "core/scene_io/gltf_model.h"
+#include "core/scene_io/gltf_primitive.h"
+#include "core/scene_io/tangent_space.h"
+
+namespace core {
+namespace {
+
+// The texture coordinates that tangents follow, or -1 when the material has no use for tangents.
+int tangent_uv_set(const MaterialDescription& material) {
+  for (const TextureDescription* texture : {&material.normal_texture, &material.clearcoat_normal_texture}) {
+    if (texture->image >= 0) {
+      return texture->uv_set;
+    }
+  }
+  return material.anisotropy != 0 ? material.anisotropy_texture.uv_set : -1;
+}
+
+// Unit normals; where a file has none that can be used, the mean of the triangles around.
+void repair_normals(PrimitiveDescription& p) {
+  std::vector<bool> unusable(p.normals.size(), false);
+  bool any = false;
+  for (std::size_t i = 0; i < p.normals.size(); ++i) {
+    unusable[i] = !(length_squared(p.normals[i]) > 1e-12F);
+    any = any || unusable[i];
+    p.normals[i] = unusable[i] ? Vec3{0, 0, 0} : normalize_or(p.normals[i], {0, 0, 1});
+  }
+  if (!any) {
+    return;
+  }
+  for (std::size_t t = 0; t + 2 < p.indices.size(); t += 3) {
+    const Vec3 a = p.positions[p.indices[t]];
+    const Vec3 n = cross(p.positions[p.indices[t + 1]] - a, p.positions[p.indices[t + 2]] - a);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t v = p.indices[t + i];
+      if (unusable[v]) {
+        p.normals[v] += n;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < p.normals.size(); ++i) {
+    p.normals[i] = unusable[i] ? normalize_or(p.normals[i], {0, 0, 1}) : p.normals[i];
+  }
+}
+
+}  // namespace
+
+Result<int> GltfMeshes::mesh_for(const MeshUse& use) {
+  const auto key = std::make_tuple(use.mesh, use.weights, use.node);
+  if (const auto it = known_.find(key); it != known_.end()) {
+    return it->second;
+  }
+  auto made = make(use);
+  if (made) {
+    known_[key] = *made;
+  }
+  return made;
+}
+
+Result<int> GltfMeshes::make(const MeshUse& use) {
+  const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(use.mesh)];
+  MeshDescription description;
+  description.name = mesh.name;
+  for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
+    const std::string where = "/meshes/" + std::to_string(use.mesh) + "/primitives/" + std::to_string(i);
+    auto read = read_primitive(mesh.primitives[i], source_, where, scene_.warnings);
+    if (!read) {
+      return read.error();
+    }
+    if (!read->has_value()) {
+      continue;
+    }
+    GltfPrimitive primitive = std::move(**read);
+    primitive.base.material = material_of(mesh.primitives[i]);
+    apply_morph_targets(primitive, use.weights);
+    if (!use.joint_matrices.empty() && !primitive.joint_sets.empty()) {
+      if (auto status = apply_skin(primitive, use.joint_matrices, where); !status) {
+        return status.error();
+      }
+    } else if (use.baked != nullptr) {
+      apply_transform(primitive.base, *use.baked);
+    }
+    triangles_ += primitive.base.indices.size() / 3;
+    if (triangles_ > limits_.triangles_max) {
+      return Error{ErrorCode::kTooLarge,
+                   "more than " + std::to_string(limits_.triangles_max) + " triangles in the scene", where};
+    }
+    finish(primitive.base);
+    description.primitives.push_back(std::move(primitive.base));
+  }
+  if (description.primitives.empty()) {
+    return -1;
+  }
+  scene_.meshes.push_back(std::move(description));
+  return static_cast<int>(scene_.meshes.size()) - 1;
+}
+
+int GltfMeshes::material_of(const tinygltf::Primitive& primitive) const {
+  const auto* extension = find_extension(primitive.extensions, "KHR_materials_variants");
+  if (variant_ < 0 || extension == nullptr) {
+    return primitive.material;
+  }
+  const tinygltf::Value& mappings = extension->Get("mappings");
+  for (int m = 0; m < static_cast<int>(mappings.ArrayLen()); ++m) {
+    const tinygltf::Value& variants = mappings.Get(m).Get("variants");
+    for (int v = 0; v < static_cast<int>(variants.ArrayLen()); ++v) {
+      if (variants.Get(v).GetNumberAsInt() == variant_) {
+        return value_integer(mappings.Get(m), "material", -1);
+      }
+    }
+  }
+  return primitive.material;
+}
+
+void GltfMeshes::finish(PrimitiveDescription& primitive) const {
+  repair_normals(primitive);
+  if (primitive.tangents.empty() && primitive.material >= 0) {
+    const int uv_set = tangent_uv_set(scene_.materials[static_cast<std::size_t>(primitive.material)]);
+    if (uv_set >= 0) {
+      make_tangents(primitive, uv_set);
+    }
+  }
+}
+
+}  // namespace core

@@ -1,0 +1,28 @@
+/// The structure of a glTF document as tinygltf sees it, after check_gltf(); and small readers for
+/// extension objects.
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include <string>
+#include <string_view>
+
+#include "core/base/result.h"
+#include "core/color/rgb.h"
+
+namespace core {
+
+/// Parses the reduced document and checks what no schema row can say: the nodes form a forest, a
+/// node has a matrix or its parts, cameras and spots have their objects, channels their samplers.
+/// Errors: kInvalidArgument with a JSON pointer.
+Result<tinygltf::Model> parse_model(const std::string& model_json);
+
+/// The object of an extension, or null.
+const tinygltf::Value* find_extension(const tinygltf::ExtensionMap& extensions, const char* name);
+
+/// Members of an extension object; types were checked by the schemas.
+float value_number(const tinygltf::Value& object, const char* name, float otherwise);
+int value_integer(const tinygltf::Value& object, const char* name, int otherwise);
+Rgb value_rgb(const tinygltf::Value& object, const char* name, Rgb otherwise);
+
+}  // namespace core

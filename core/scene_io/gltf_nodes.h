@@ -1,0 +1,38 @@
+/// The node hierarchy at one moment: world matrices in double precision.
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include <array>
+#include <map>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/math/transform.h"
+#include "core/scene_io/gltf_animation.h"
+
+namespace core {
+
+/// An affine map like Transform, in double: deep hierarchies keep their last bits.
+struct Affine {
+  /// Columns x, y, z, t.
+  std::array<std::array<double, 3>, 4> column = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
+
+  Transform to_transform() const noexcept;
+  bool is_finite() const noexcept;  ///< as floats
+};
+Affine operator*(const Affine& a, const Affine& b) noexcept;
+
+/// translation * rotation * scale.
+Affine affine_from_parts(Vec3 translation, Vec4 rotation, Vec3 scale) noexcept;
+
+/// World matrices of all nodes. Pre: parse_model() accepted the nodes.
+/// Errors: kInvalidArgument at the node whose matrix does not fit in floats.
+Result<std::vector<Affine>> world_matrices(const tinygltf::Model& model,
+                                           const std::map<int, AnimatedNode>& animated);
+
+/// Nodes below the roots of a scene, parents first. scene_index -1: the file's own choice, or all
+/// roots when the file has no scenes. Errors: kInvalidArgument at "/scene_index".
+Result<std::vector<int>> nodes_of_scene(const tinygltf::Model& model, int scene_index);
+
+}  // namespace core

@@ -1,0 +1,282 @@
+#include "core/scene_io/gltf_place.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/scene_io/gltf_accessor.h"
+#include "core/scene_io/gltf_animation.h"
+#include "core/scene_io/gltf_model.h"
+#include "core/scene_io/gltf_nodes.h"
+
+namespace core {
+namespace {
+
+Error invalid(std::string where, std::string message) {
+  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
+}
+
+std::vector<float> narrowed(const std::vector<double>& values) {
+  std::vector<float> out;
+  for (const double v : values) {
+    out.push_back(static_cast<float>(v));
+  }
+  return out;
+}
+
+// A map that squeezes space into a plane or less cannot be inverted, and Embree instances have to be.
+bool is_singular(const Transform& m) {
+  const float lengths = length(m.x) * length(m.y) * length(m.z);
+  return !(std::abs(m.determinant()) > 1e-9F * lengths);
+}
+
+class NodePlacer {
+ public:
+  NodePlacer(const tinygltf::Model& model, GltfSource& source, GltfMeshes& meshes, const GltfOptions& options,
+             SceneDescription& scene)
+      : model_(model), source_(source), meshes_(meshes), options_(options), scene_(scene) {}
+
+  Status run() {
+    auto animated = evaluate_animations(model_, source_, options_.time_seconds, scene_.warnings);
+    if (!animated) {
+      return animated.error();
+    }
+    animated_ = *std::move(animated);
+    auto world = world_matrices(model_, animated_);
+    auto order = nodes_of_scene(model_, options_.scene_index);
+    if (!world || !order) {
+      return world ? order.error() : world.error();
+    }
+    world_ = *std::move(world);
+    for (const int node : *order) {
+      place_camera(node);
+      place_light(node);
+      if (auto status = place_mesh(node); !status) {
+        return status;
+      }
+    }
+    return ok_status();
+  }
+
+ private:
+  const tinygltf::Node& node_at(int node) const { return model_.nodes[static_cast<std::size_t>(node)]; }
+  Transform transform_of(int node) const { return world_[static_cast<std::size_t>(node)].to_transform(); }
+
+  void place_camera(int node) {
+    const int index = node_at(node).camera;
+    if (index < 0) {
+      return;
+    }
+    const tinygltf::Camera& in = model_.cameras[static_cast<std::size_t>(index)];
+    CameraDescription& camera = scene_.cameras.emplace_back();
+    camera.name = in.name.empty() ? node_at(node).name : in.name;
+    camera.orthographic = in.type == "orthographic";
+    if (camera.orthographic) {
+      camera.x_magnification = static_cast<float>(std::abs(in.orthographic.xmag));
+      camera.y_magnification = static_cast<float>(std::abs(in.orthographic.ymag));
+    } else {
+      camera.vertical_fov_rad = static_cast<float>(in.perspective.yfov);
+      camera.aspect_ratio = static_cast<float>(in.perspective.aspectRatio);
+    }
+    camera.to_world = transform_of(node);
+  }
+
+  void place_light(int node) {
+    const auto* extension = find_extension(node_at(node).extensions, "KHR_lights_punctual");
+    if (extension == nullptr) {
+      return;
+    }
+    const tinygltf::Light& in = model_.lights[static_cast<std::size_t>(value_integer(*extension, "light", 0))];
+    PunctualLightDescription& light = scene_.lights.emplace_back();
+    light.name = in.name.empty() ? node_at(node).name : in.name;
+    light.type = in.type == "directional" ? PunctualType::kDirectional
+                 : in.type == "spot"      ? PunctualType::kSpot
+                                          : PunctualType::kPoint;
+    const auto intensity = static_cast<float>(in.intensity);
+    const std::vector<float> color = narrowed(in.color);
+    light.intensity = color.size() == 3 ? Rgb{color[0], color[1], color[2]} * intensity : Rgb(intensity);
+    light.range_m = static_cast<float>(in.range);
+    light.inner_cone_rad = static_cast<float>(in.spot.innerConeAngle);
+    light.outer_cone_rad = static_cast<float>(in.spot.outerConeAngle);
+    light.to_world = transform_of(node);
+  }
+
+  std::vector<float> weights_of(int node) const {
+    const tinygltf::Node& n = node_at(node);
+    const auto it = animated_.find(node);
+    if (it != animated_.end() && !it->second.weights.empty()) {
+      return it->second.weights;
+    }
+    const auto& own = n.weights.empty() ? model_.meshes[static_cast<std::size_t>(n.mesh)].weights : n.weights;
+    return narrowed(own);
+  }
+
+  Status place_mesh(int node) {
+    const tinygltf::Node& n = node_at(node);
+    if (n.mesh < 0) {
+      return ok_status();
+    }
+    MeshUse use;
+    use.mesh = n.mesh;
+    use.weights = weights_of(node);
+    if (n.skin >= 0) {
+      return place_skinned(node, use);
+    }
+    if (const auto* extension = find_extension(n.extensions, "EXT_mesh_gpu_instancing")) {
+      return place_many(node, use, extension->Get("attributes"));
+    }
+    return place(node, use, transform_of(node));
+  }
+
+  Status place(int node, MeshUse& use, const Transform& to_world) {
+    if (!is_singular(to_world)) {
+      return add_instance(use, to_world, node);
+    }
+    const bool nothing_left = is_zero(cross(to_world.x, to_world.y)) && is_zero(cross(to_world.y, to_world.z)) &&
+                              is_zero(cross(to_world.z, to_world.x));
+    if (nothing_left) {
+      return ok_status();  // Scaled to a point or a line: this is how animations hide things.
+    }
+    use.node = node;
+    use.baked = &to_world;
+    return add_instance(use, Transform{}, node);
+  }
+
+  static bool is_zero(Vec3 v) { return !(length_squared(v) > 0); }
+
+  Status add_instance(const MeshUse& use, const Transform& to_world, int node) {
+    auto mesh = meshes_.mesh_for(use);
+    if (!mesh) {
+      return mesh.error();
+    }
+    if (*mesh < 0) {
+      return ok_status();
+    }
+    if (scene_.instances.size() >= options_.limits.instances_max) {
+      return Error{ErrorCode::kTooLarge,
+                   "more than " + std::to_string(options_.limits.instances_max) + " instances in the scene",
+                   "/nodes/" + std::to_string(node)};
+    }
+    scene_.instances.push_back({*mesh, to_world});
+    return ok_status();
+  }
+
+  // The vertices follow the joints in the world; the node's own transform does not count.
+  Status place_skinned(int node, MeshUse& use) {
+    const int skin_index = node_at(node).skin;
+    const tinygltf::Skin& skin = model_.skins[static_cast<std::size_t>(skin_index)];
+    const std::string where = "/skins/" + std::to_string(skin_index);
+    std::vector<float> inverse_bind;
+    if (skin.inverseBindMatrices >= 0) {
+      const std::string place = where + "/inverseBindMatrices";
+      if (auto status = check_shape(source_, skin.inverseBindMatrices, {4, 4}, place); !status) {
+        return status;
+      }
+      auto read = read_floats(source_, skin.inverseBindMatrices, place);
+      if (!read) {
+        return read.error();
+      }
+      inverse_bind = *std::move(read);
+      if (inverse_bind.size() < skin.joints.size() * 16) {
+        return invalid(place, std::to_string(inverse_bind.size() / 16) + " matrices for " +
+                                  std::to_string(skin.joints.size()) + " joints");
+      }
+    }
+    std::vector<Transform> joints;
+    for (std::size_t j = 0; j < skin.joints.size(); ++j) {
+      Affine matrix = world_[static_cast<std::size_t>(skin.joints[j])];
+      if (!inverse_bind.empty()) {
+        Affine inverse;
+        for (std::size_t c = 0; c < 4; ++c) {
+          const float* column = inverse_bind.data() + j * 16 + c * 4;
+          inverse.column[c] = {static_cast<double>(column[0]), static_cast<double>(column[1]),
+                               static_cast<double>(column[2])};
+        }
+        matrix = matrix * inverse;
+      }
+      if (!matrix.is_finite()) {
+        return invalid(where + "/joints/" + std::to_string(j), "the joint's matrix is too large for a 32-bit float");
+      }
+      joints.push_back(matrix.to_transform());
+    }
+    use.node = node;
+    use.joint_matrices = joints;
+    return add_instance(use, Transform{}, node);
+  }
+
+  Status place_many(int node, MeshUse& use, const tinygltf::Value& attributes) {
+    const std::string where = "/nodes/" + std::to_string(node) + "/extensions/EXT_mesh_gpu_instancing/attributes";
+    std::vector<Vec3> translations;
+    std::vector<Vec4> rotations;
+    std::vector<Vec3> scales;
+    std::optional<std::size_t> count;
+    Status status = read_instances(translations, attributes, "TRANSLATION", where, count);
+    status = status ? read_instances(rotations, attributes, "ROTATION", where, count) : status;
+    status = status ? read_instances(scales, attributes, "SCALE", where, count) : status;
+    if (!status) {
+      return status;
+    }
+    for (std::size_t i = 0; i < count.value_or(0); ++i) {
+      const Affine local = affine_from_parts(translations.empty() ? Vec3{} : translations[i],
+                                             rotations.empty() ? Vec4{0, 0, 0, 1} : rotations[i],
+                                             scales.empty() ? Vec3{1, 1, 1} : scales[i]);
+      const Affine to_world = world_[static_cast<std::size_t>(node)] * local;
+      if (!to_world.is_finite()) {
+        return invalid(where, "instance " + std::to_string(i) + " is too large for a 32-bit float");
+      }
+      // Flattened instances are rare and would each need a mesh of their own.
+      if (is_singular(to_world.to_transform())) {
+        continue;
+      }
+      if (status = add_instance(use, to_world.to_transform(), node); !status) {
+        return status;
+      }
+    }
+    return ok_status();
+  }
+
+  template <typename V>
+  Status read_instances(std::vector<V>& to, const tinygltf::Value& attributes, const char* name,
+                        const std::string& attributes_where, std::optional<std::size_t>& count) {
+    if (!attributes.Has(name)) {
+      return ok_status();
+    }
+    const std::string where = attributes_where + "/" + name;
+    const int accessor = attributes.Get(name).GetNumberAsInt();
+    if (auto status = check_shape(source_, accessor, {static_cast<int>(sizeof(V) / sizeof(float)), 1}, where);
+        !status) {
+      return status;
+    }
+    auto floats = read_floats(source_, accessor, where);
+    if (!floats) {
+      return floats.error();
+    }
+    to = to_vectors<V>(*floats);
+    count = count.value_or(to.size());
+    if (to.size() != *count) {
+      return invalid(where, std::to_string(to.size()) + " elements, but there are " + std::to_string(*count) +
+                                " instances");
+    }
+    return ok_status();
+  }
+
+  const tinygltf::Model& model_;
+  GltfSource& source_;
+  GltfMeshes& meshes_;
+  const GltfOptions& options_;
+  SceneDescription& scene_;
+  std::map<int, AnimatedNode> animated_;
+  std::vector<Affine> world_;
+};
+
+}  // namespace
+
+Status place_nodes(const tinygltf::Model& model, GltfSource& source, GltfMeshes& meshes,
+                   const GltfOptions& options, SceneDescription& scene) {
+  return NodePlacer(model, source, meshes, options, scene).run();
+}
+
+}  // namespace core

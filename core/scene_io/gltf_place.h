@@ -1,0 +1,18 @@
+/// Places the meshes, lights and cameras of a scene's nodes in the world.
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include "core/base/result.h"
+#include "core/scene/scene_description.h"
+#include "core/scene_io/gltf_load.h"
+#include "core/scene_io/gltf_meshes.h"
+#include "core/scene_io/gltf_source.h"
+
+namespace core {
+
+/// Fills scene.instances, lights and cameras. Errors: kInvalidArgument, kTooLarge with a pointer.
+Status place_nodes(const tinygltf::Model& model, GltfSource& source, GltfMeshes& meshes,
+                   const GltfOptions& options, SceneDescription& scene);
+
+}  // namespace core

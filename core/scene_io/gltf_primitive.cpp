@@ -1,0 +1,273 @@
+#include "core/scene_io/gltf_primitive.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "core/scene_io/gltf_accessor.h"
+#include "core/scene_io/gltf_draco.h"
+#include "core/scene_io/gltf_model.h"
+
+namespace core {
+namespace {
+
+Error invalid(std::string where, std::string message) {
+  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
+}
+
+using Indices = std::vector<std::uint32_t>;
+
+// Triangle lists of strips and fans, glTF 2.0 section 3.7.2.1. Repeated vertices, which join strips,
+// give no triangle.
+Indices triangle_list(const Indices& in, int mode) {
+  if (mode == TINYGLTF_MODE_TRIANGLES) {
+    return Indices(in.begin(), in.begin() + static_cast<std::ptrdiff_t>(in.size() / 3 * 3));
+  }
+  Indices out;
+  for (std::size_t i = 0; i + 2 < in.size(); ++i) {
+    const bool strip = mode == TINYGLTF_MODE_TRIANGLE_STRIP;
+    const std::array<std::uint32_t, 3> t = strip ? std::array{in[i], in[i + 1 + i % 2], in[i + 2 - i % 2]}
+                                                 : std::array{in[i + 1], in[i + 2], in[0]};
+    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) {
+      out.insert(out.end(), t.begin(), t.end());
+    }
+  }
+  return out;
+}
+
+/// Reads the attributes of one primitive from wherever they are.
+class AttributeReader {
+ public:
+  AttributeReader(GltfSource& source, std::optional<DracoPrimitive> draco, std::string where)
+      : source_(source), draco_(std::move(draco)), where_(std::move(where)) {}
+
+  /// Vectors of an attribute, as many as there are vertices (any number for the first one read).
+  template <typename V>
+  Status read(std::vector<V>& to, const std::map<std::string, int>& attributes, const std::string& name,
+              const std::string& place) {
+    const auto it = attributes.find(name);
+    if (it == attributes.end()) {
+      return ok_status();
+    }
+    const std::string where = where_ + place + "/" + name;
+    if (auto status = check_shape(source_, it->second, {static_cast<int>(sizeof(V) / sizeof(float)), 1}, where);
+        !status) {
+      return status;
+    }
+    auto floats = values(name, it->second, place, where);
+    if (!floats) {
+      return floats.error();
+    }
+    to = to_vectors<V>(*floats);
+    return check_count(to.size(), where);
+  }
+
+  /// COLOR_0: three values get an alpha of `alpha`.
+  Status read_color(std::vector<Vec4>& to, const std::map<std::string, int>& attributes, float alpha,
+                    const std::string& place) {
+    const auto it = attributes.find("COLOR_0");
+    if (it == attributes.end()) {
+      return ok_status();
+    }
+    const auto& accessor = source_.tables().accessors[static_cast<std::size_t>(it->second)];
+    if (accessor.shape.rows != 3) {
+      return read(to, attributes, "COLOR_0", place);
+    }
+    std::vector<Vec3> rgb;
+    if (auto status = read(rgb, attributes, "COLOR_0", place); !status) {
+      return status;
+    }
+    to.clear();
+    for (const Vec3 c : rgb) {
+      to.push_back(Vec4{c.x, c.y, c.z, alpha});
+    }
+    return ok_status();
+  }
+
+  const std::optional<DracoPrimitive>& draco() const noexcept { return draco_; }
+  std::size_t vertex_count() const noexcept { return vertex_count_.value_or(0); }
+
+ private:
+  Result<std::vector<float>> values(const std::string& name, int accessor, const std::string& place,
+                                    const std::string& where) {
+    if (draco_ && place == "/attributes") {
+      const auto it = draco_->attributes.find(name);
+      if (it != draco_->attributes.end()) {
+        return it->second;
+      }
+    }
+    return read_floats(source_, accessor, where);
+  }
+
+  Status check_count(std::size_t count, const std::string& where) {
+    if (!vertex_count_) {
+      vertex_count_ = count;
+    }
+    if (count != *vertex_count_) {
+      return invalid(where, std::to_string(count) + " elements, but the primitive has " +
+                                std::to_string(*vertex_count_) + " vertices");
+    }
+    return ok_status();
+  }
+
+  GltfSource& source_;
+  std::optional<DracoPrimitive> draco_;
+  std::string where_;
+  std::optional<std::size_t> vertex_count_;
+};
+
+Result<std::optional<DracoPrimitive>> read_draco(const tinygltf::Primitive& primitive, GltfSource& source,
+                                                 const std::string& where) {
+  const auto* extension = find_extension(primitive.extensions, "KHR_draco_mesh_compression");
+  if (extension == nullptr) {
+    return std::optional<DracoPrimitive>();
+  }
+  const std::string extension_where = where + "/extensions/KHR_draco_mesh_compression";
+  const tinygltf::Value& ids = extension->Get("attributes");
+  std::map<std::string, DracoAttribute> attributes;
+  for (const std::string& name : ids.Keys()) {
+    const auto it = primitive.attributes.find(name);
+    if (it == primitive.attributes.end()) {
+      return invalid(extension_where + "/attributes/" + name, "the primitive has no such attribute");
+    }
+    attributes[name] = {ids.Get(name).GetNumberAsInt(), it->second};
+  }
+  auto draco = decode_draco(source, value_integer(*extension, "bufferView", -1), attributes, extension_where);
+  if (!draco) {
+    return draco.error();
+  }
+  return std::optional<DracoPrimitive>(*std::move(draco));
+}
+
+Result<Indices> read_indices(const tinygltf::Primitive& primitive, GltfSource& source, std::size_t vertices,
+                             const std::string& where) {
+  Indices indices;
+  if (primitive.indices < 0) {
+    if (auto status = source.budget().take(vertices * sizeof(std::uint32_t), where); !status) {
+      return status.error();
+    }
+    indices.resize(vertices);
+    std::iota(indices.begin(), indices.end(), 0U);
+    return indices;
+  }
+  if (auto status = check_shape(source, primitive.indices, {1, 1}, where + "/indices"); !status) {
+    return status.error();
+  }
+  auto read = read_integers(source, primitive.indices, where + "/indices");
+  if (!read) {
+    return read.error();
+  }
+  const auto beyond = std::find_if(read->begin(), read->end(), [vertices](std::uint32_t i) { return i >= vertices; });
+  if (beyond != read->end()) {
+    return invalid(where + "/indices", "index " + std::to_string(*beyond) + " at place " +
+                                           std::to_string(beyond - read->begin()) + " is not below the " +
+                                           std::to_string(vertices) + " vertices");
+  }
+  return read;
+}
+
+Status read_targets(const tinygltf::Primitive& primitive, AttributeReader& reader, GltfPrimitive& out) {
+  for (std::size_t t = 0; t < primitive.targets.size(); ++t) {
+    const auto& attributes = primitive.targets[t];
+    const std::string place = "/targets/" + std::to_string(t);
+    MorphTarget target;
+    Status status = reader.read(target.positions, attributes, "POSITION", place);
+    status = status ? reader.read(target.normals, attributes, "NORMAL", place) : status;
+    status = status ? reader.read(target.tangents, attributes, "TANGENT", place) : status;
+    status = status ? reader.read(target.uv[0], attributes, "TEXCOORD_0", place) : status;
+    status = status ? reader.read(target.uv[1], attributes, "TEXCOORD_1", place) : status;
+    status = status ? reader.read_color(target.colors, attributes, 0, place) : status;
+    if (!status) {
+      return status;
+    }
+    out.targets.push_back(std::move(target));
+  }
+  return ok_status();
+}
+
+Status read_joints(const tinygltf::Primitive& primitive, AttributeReader& reader, GltfPrimitive& out,
+                   const std::string& where) {
+  for (int set = 0;; ++set) {
+    const std::string joints_name = "JOINTS_" + std::to_string(set);
+    const std::string weights_name = "WEIGHTS_" + std::to_string(set);
+    const bool has_joints = primitive.attributes.contains(joints_name);
+    if (has_joints != primitive.attributes.contains(weights_name)) {
+      return invalid(where + "/attributes", joints_name + " and " + weights_name + " come together");
+    }
+    if (!has_joints) {
+      return ok_status();
+    }
+    JointSet joint_set;
+    std::vector<Vec4> joints;
+    Status status = reader.read(joints, primitive.attributes, joints_name, "/attributes");
+    status = status ? reader.read(joint_set.weights, primitive.attributes, weights_name, "/attributes") : status;
+    if (!status) {
+      return status;
+    }
+    joint_set.joints.reserve(joints.size());
+    for (const Vec4 j : joints) {
+      // 16-bit numbers are exact in a float; anything else ends up beyond the skin's joints.
+      const auto whole = [](float v) { return v >= 0 && v <= 65535 ? static_cast<std::uint32_t>(v) : ~0U; };
+      joint_set.joints.push_back({whole(j.x), whole(j.y), whole(j.z), whole(j.w)});
+    }
+    out.joint_sets.push_back(std::move(joint_set));
+  }
+}
+
+}  // namespace
+
+Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
+                                                    GltfSource& source, const std::string& where,
+                                                    std::vector<std::string>& warnings) {
+  const std::optional<GltfPrimitive> nothing;
+  const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
+  if (mode < TINYGLTF_MODE_TRIANGLES) {
+    warnings.push_back(where + ": points and lines are not drawn");
+    return nothing;
+  }
+  if (!primitive.attributes.contains("POSITION")) {
+    warnings.push_back(where + ": a primitive without positions is not drawn");
+    return nothing;
+  }
+  auto draco = read_draco(primitive, source, where);
+  if (!draco) {
+    return draco.error();
+  }
+  AttributeReader reader(source, *std::move(draco), where);
+  GltfPrimitive out;
+  const auto& attributes = primitive.attributes;
+  Status status = reader.read(out.base.positions, attributes, "POSITION", "/attributes");
+  status = status ? reader.read(out.base.normals, attributes, "NORMAL", "/attributes") : status;
+  status = status ? reader.read(out.base.tangents, attributes, "TANGENT", "/attributes") : status;
+  status = status ? reader.read(out.base.uv[0], attributes, "TEXCOORD_0", "/attributes") : status;
+  status = status ? reader.read(out.base.uv[1], attributes, "TEXCOORD_1", "/attributes") : status;
+  status = status ? reader.read_color(out.base.colors, attributes, 1, "/attributes") : status;
+  status = status ? read_targets(primitive, reader, out) : status;
+  status = status ? read_joints(primitive, reader, out, where) : status;
+  if (!status) {
+    return status.error();
+  }
+  if (out.base.normals.empty()) {
+    out.base.tangents.clear();  // "When normals are not specified, provided tangents are ignored."
+  }
+  if (reader.draco()) {
+    out.base.indices = reader.draco()->triangles;
+  } else {
+    auto indices = read_indices(primitive, source, reader.vertex_count(), where);
+    if (!indices) {
+      return indices.error();
+    }
+    if (mode == TINYGLTF_MODE_TRIANGLES && indices->size() % 3 != 0) {
+      warnings.push_back(where + ": the last, incomplete triangle is not drawn");
+    }
+    out.base.indices = triangle_list(*indices, mode);
+  }
+  if (out.base.indices.empty()) {
+    warnings.push_back(where + ": a primitive without a triangle is not drawn");
+    return nothing;
+  }
+  return std::optional<GltfPrimitive>(std::move(out));
+}
+
+}  // namespace core

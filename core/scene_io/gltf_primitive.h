@@ -1,0 +1,46 @@
+/// One glTF primitive: accessors or Draco data to a triangle list, with morph targets and joints
+/// still apart.
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/scene/scene_description.h"
+#include "core/scene_io/gltf_source.h"
+
+namespace core {
+
+/// Differences to the base; arrays are empty or as long as the base's.
+struct MorphTarget {
+  std::vector<Vec3> positions;
+  std::vector<Vec3> normals;
+  std::vector<Vec3> tangents;
+  std::array<std::vector<Vec2>, 2> uv;
+  std::vector<Vec4> colors;
+};
+
+/// JOINTS_n and WEIGHTS_n.
+struct JointSet {
+  std::vector<std::array<std::uint32_t, 4>> joints;
+  std::vector<Vec4> weights;
+};
+
+struct GltfPrimitive {
+  PrimitiveDescription base;  ///< material is left at -1
+  std::vector<MorphTarget> targets;
+  std::vector<JointSet> joint_sets;
+};
+
+/// Empty for points and lines, and for primitives without a whole triangle (a warning is added).
+/// Errors at `where` or below it: kInvalidArgument, kTooLarge.
+Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
+                                                    GltfSource& source, const std::string& where,
+                                                    std::vector<std::string>& warnings);
+
+}  // namespace core

@@ -1,0 +1,52 @@
+/// What members a glTF object has, as data: one row a member.
+///
+/// The rows come from the JSON schemas of glTF 2.0 and of the extensions that are read. Members
+/// that no row names are allowed and ignored, as the specification asks.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string_view>
+
+namespace core {
+
+enum class JsonKind : std::uint8_t {
+  kInteger,
+  kNumber,
+  kString,
+  kBoolean,
+  kObject,      ///< of schema `child`
+  kIntegers,    ///< array; range and refers_to hold for each element
+  kNumbers,     ///< array
+  kStrings,     ///< array
+  kObjects,     ///< array of objects of schema `child`
+  kIntegerMap,  ///< object whose every member is an integer
+  kIntegerMaps  ///< array of these
+};
+
+struct SchemaMember {
+  std::string_view name;
+  JsonKind kind = JsonKind::kNumber;
+  bool required = false;
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  /// Top-level array that an integer is an index into: "accessors"; or "lights", "variants".
+  std::string_view refers_to = {};
+  std::size_t count_min = 0;  ///< of an array
+  std::size_t count_max = std::numeric_limits<std::size_t>::max();
+  std::string_view child = {};
+  std::string_view one_of = {};  ///< allowed values of a string or integer, "A|B|C"
+};
+
+/// The rows of schema `name`, e.g. "material", or "material/KHR_materials_sheen" for the object of
+/// an extension. Null when there is none.
+const std::span<const SchemaMember>* find_schema(std::string_view name);
+
+/// Whether files may require this extension.
+bool is_supported_extension(std::string_view name);
+/// In alphabetical order.
+std::span<const std::string_view> supported_extensions();
+
+}  // namespace core

@@ -1,0 +1,148 @@
+#include "core/scene_io/gltf_source.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/scene_io/gltf_meshopt.h"
+#include "core/scene_io/gltf_uri.h"
+
+namespace core {
+
+Status DecodeBudget::take(std::uint64_t bytes, const std::string& where) {
+  if (bytes > bytes_max_ - used_) {
+    return Error{ErrorCode::kTooLarge,
+                 std::to_string(bytes) + " bytes when decoded, after " + std::to_string(used_) +
+                     "; the whole scene may have " + std::to_string(bytes_max_),
+                 where};
+  }
+  used_ += bytes;
+  return ok_status();
+}
+
+Result<SharedBytes> GltfSource::fetch(const std::string& uri, const ResolveUri& resolve,
+                                      const std::string& where) {
+  if (is_data_uri(uri)) {
+    if (auto status = budget_.take(uri.size() / 4 * 3, where); !status) {
+      return status.error();
+    }
+    auto bytes = decode_data_uri(uri);
+    if (!bytes) {
+      return Error{bytes.error().code, bytes.error().message, where + "/uri"};
+    }
+    return SharedBytes(std::make_shared<const Bytes>(*std::move(bytes)));
+  }
+  if (has_scheme(uri)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "\"" + uri.substr(0, 100) + "\" is not relative; only files that come with the scene are read",
+                 where + "/uri"};
+  }
+  return resolve ? resolve(percent_decode(uri)) : SharedBytes();
+}
+
+Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContainer& container,
+                                    const ResolveUri& resolve, std::span<const int> needed_images,
+                                    const GltfLimits& limits) {
+  GltfSource source(tables, limits);
+  std::vector<std::string> missing;
+  const auto note_missing = [&missing](const std::string& uri) {
+    const std::string name = percent_decode(uri);
+    if (std::find(missing.begin(), missing.end(), name) == missing.end()) {
+      missing.push_back(name);
+    }
+  };
+  for (std::size_t i = 0; i < tables.buffers.size(); ++i) {
+    const GltfBuffer& buffer = tables.buffers[i];
+    const std::string where = "/buffers/" + std::to_string(i);
+    source.buffers_.emplace_back();
+    if (!buffer.uri) {
+      if (!buffer.is_meshopt_fallback) {
+        source.buffers_[i] = container.bin.first(buffer.bytes);
+      }
+      continue;
+    }
+    auto bytes = source.fetch(*buffer.uri, resolve, where);
+    if (!bytes) {
+      return bytes.error();
+    }
+    if (*bytes == nullptr) {
+      if (!buffer.is_meshopt_fallback) {
+        note_missing(*buffer.uri);
+      }
+      continue;
+    }
+    if ((*bytes)->size() < buffer.bytes) {
+      return Error{ErrorCode::kInvalidArgument,
+                   std::to_string(buffer.bytes) + " bytes, but the file has only " +
+                       std::to_string((*bytes)->size()),
+                   where + "/byteLength"};
+    }
+    source.buffers_[i] = std::span(**bytes).first(buffer.bytes);
+    source.owned_.push_back(*std::move(bytes));
+  }
+  for (const int i : needed_images) {
+    const GltfImage& image = tables.images[static_cast<std::size_t>(i)];
+    if (!image.uri || source.image_files_.contains(i)) {
+      continue;
+    }
+    auto bytes = source.fetch(*image.uri, resolve, "/images/" + std::to_string(i));
+    if (!bytes) {
+      return bytes.error();
+    }
+    if (*bytes == nullptr) {
+      note_missing(*image.uri);
+    }
+    source.image_files_[i] = *std::move(bytes);
+  }
+  if (!missing.empty()) {
+    std::string list;
+    for (const std::string& name : missing) {
+      list += (list.empty() ? "" : ", ") + name;
+    }
+    return Error{ErrorCode::kMissingFiles, "files that the scene names are missing: " + list, ""};
+  }
+  return source;
+}
+
+Result<std::span<const std::byte>> GltfSource::view(int index) {
+  const GltfView& view = tables_->views[static_cast<std::size_t>(index)];
+  if (!view.meshopt) {
+    const auto buffer = buffers_[static_cast<std::size_t>(view.buffer)];
+    if (buffer.size() < view.offset + view.bytes) {
+      return Error{ErrorCode::kInvalidArgument, "the view reads a buffer without content",
+                   "/bufferViews/" + std::to_string(index)};
+    }
+    return buffer.subspan(view.offset, view.bytes);
+  }
+  auto& decompressed = decompressed_[index];
+  if (decompressed == nullptr) {
+    const std::string where = "/bufferViews/" + std::to_string(index) + "/extensions/EXT_meshopt_compression";
+    const GltfMeshopt& meshopt = *view.meshopt;
+    const auto buffer = buffers_[static_cast<std::size_t>(meshopt.buffer)];
+    if (buffer.size() < meshopt.offset + meshopt.bytes) {
+      return Error{ErrorCode::kInvalidArgument, "the view reads a buffer without content", where};
+    }
+    if (auto status = budget_.take(view.bytes, where); !status) {
+      return status.error();
+    }
+    auto bytes = decode_meshopt(meshopt, buffer.subspan(meshopt.offset, meshopt.bytes), view.bytes, where);
+    if (!bytes) {
+      return bytes.error();
+    }
+    decompressed = std::make_shared<Bytes>(*std::move(bytes));
+  }
+  return std::span<const std::byte>(*decompressed);
+}
+
+Result<std::span<const std::byte>> GltfSource::image_file(int index) {
+  const GltfImage& image = tables_->images[static_cast<std::size_t>(index)];
+  if (image.view >= 0) {
+    return view(image.view);
+  }
+  const auto it = image_files_.find(index);
+  if (it == image_files_.end() || it->second == nullptr) {
+    return Error{ErrorCode::kMissingFiles, "the image file is missing", "/images/" + std::to_string(index)};
+  }
+  return std::span<const std::byte>(*it->second);
+}
+
+}  // namespace core

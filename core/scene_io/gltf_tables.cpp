@@ -1,0 +1,182 @@
+#include "core/scene_io/gltf_tables.h"
+
+#include <utility>
+
+namespace core {
+namespace {
+
+Error invalid(std::string where, std::string message) {
+  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
+}
+
+std::string at(const char* collection, std::size_t i) {
+  return std::string("/") + collection + "/" + std::to_string(i);
+}
+
+// All numbers are integers below 2^53 here, so that sums of two cannot overflow.
+bool fits(std::uint64_t offset, std::uint64_t bytes, std::uint64_t whole) {
+  return offset <= whole && bytes <= whole - offset;
+}
+
+std::string span_text(std::uint64_t offset, std::uint64_t bytes) {
+  return "bytes " + std::to_string(offset) + " to " + std::to_string(offset + bytes);
+}
+
+Status check_buffer(const GltfTables& tables, std::size_t i, const GltfContainer& container) {
+  const GltfBuffer& buffer = tables.buffers[i];
+  if (buffer.uri || buffer.is_meshopt_fallback) {
+    return ok_status();
+  }
+  if (i != 0 || !container.has_bin) {
+    return invalid(at("buffers", i), "the buffer has neither a uri nor the binary chunk of a GLB");
+  }
+  if (buffer.bytes > container.bin.size()) {
+    return invalid(at("buffers", i) + "/byteLength",
+                   std::to_string(buffer.bytes) + " bytes, but the binary chunk of the GLB has only " +
+                       std::to_string(container.bin.size()));
+  }
+  return ok_status();
+}
+
+Status check_meshopt(const GltfTables& tables, const GltfView& view, const std::string& where) {
+  const GltfMeshopt& m = *view.meshopt;
+  const GltfBuffer& source = tables.buffers[static_cast<std::size_t>(m.buffer)];
+  if (source.is_meshopt_fallback) {
+    return invalid(where + "/buffer", "compressed data in a buffer that is marked as fallback");
+  }
+  if (!fits(m.offset, m.bytes, source.bytes)) {
+    return invalid(where, span_text(m.offset, m.bytes) + " lie outside of the buffer of " +
+                              std::to_string(source.bytes) + " bytes");
+  }
+  if (m.mode == MeshoptMode::kAttributes) {
+    if (m.stride % 4 != 0) {
+      return invalid(where + "/byteStride", std::to_string(m.stride) + " is not a multiple of 4");
+    }
+  } else if (m.stride != 2 && m.stride != 4) {
+    return invalid(where + "/byteStride", std::to_string(m.stride) + " is neither 2 nor 4");
+  }
+  if (m.mode == MeshoptMode::kTriangles && m.count % 3 != 0) {
+    return invalid(where + "/count", std::to_string(m.count) + " is not a multiple of 3");
+  }
+  if (m.mode != MeshoptMode::kAttributes && m.filter != MeshoptFilter::kNone) {
+    return invalid(where + "/filter", "indices cannot have a filter");
+  }
+  if (m.filter == MeshoptFilter::kOctahedral && m.stride != 4 && m.stride != 8) {
+    return invalid(where + "/byteStride", "an octahedral filter takes 4 or 8 bytes");
+  }
+  if (m.filter == MeshoptFilter::kQuaternion && m.stride != 8) {
+    return invalid(where + "/byteStride", "a quaternion filter takes 8 bytes");
+  }
+  // count < 2^53 / 256 keeps the product exact; more than the view holds is refused anyway.
+  if (m.count > view.bytes || m.count * m.stride > view.bytes) {
+    return invalid(where + "/count", std::to_string(m.count) + " elements of " + std::to_string(m.stride) +
+                                         " bytes do not fit in the view of " + std::to_string(view.bytes));
+  }
+  return ok_status();
+}
+
+Status check_view(const GltfTables& tables, std::size_t i) {
+  const GltfView& view = tables.views[i];
+  const GltfBuffer& buffer = tables.buffers[static_cast<std::size_t>(view.buffer)];
+  if (!fits(view.offset, view.bytes, buffer.bytes)) {
+    return invalid(at("bufferViews", i), span_text(view.offset, view.bytes) +
+                                             " lie outside of the buffer of " +
+                                             std::to_string(buffer.bytes) + " bytes");
+  }
+  if (buffer.is_meshopt_fallback && !buffer.uri && !view.meshopt) {
+    return invalid(at("bufferViews", i), "the view reads a buffer without content");
+  }
+  return view.meshopt
+             ? check_meshopt(tables, view, at("bufferViews", i) + "/extensions/EXT_meshopt_compression")
+             : ok_status();
+}
+
+struct Elements {
+  std::uint64_t offset = 0;
+  std::uint64_t count = 0;
+  std::uint64_t bytes = 0;   // of one
+  std::uint64_t stride = 0;  // from one to the next
+};
+
+Status check_elements(const GltfView& view, const Elements& e, const std::string& where) {
+  const bool fit = e.count <= view.bytes && fits(e.offset, (e.count - 1) * e.stride + e.bytes, view.bytes);
+  if (!fit) {
+    return invalid(where, std::to_string(e.count) + " elements of " + std::to_string(e.bytes) +
+                              " bytes at stride " + std::to_string(e.stride) + " and offset " +
+                              std::to_string(e.offset) + " do not fit in the view of " +
+                              std::to_string(view.bytes) + " bytes");
+  }
+  return ok_status();
+}
+
+Status check_accessor(const GltfTables& tables, std::size_t i) {
+  const GltfAccessor& accessor = tables.accessors[i];
+  const std::uint64_t bytes = element_bytes(accessor.component, accessor.shape);
+  if (accessor.view >= 0) {
+    const GltfView& view = tables.views[static_cast<std::size_t>(accessor.view)];
+    if (view.stride != 0 && view.stride < bytes) {
+      return invalid(at("bufferViews", static_cast<std::size_t>(accessor.view)) + "/byteStride",
+                     std::to_string(view.stride) + " is less than an element of accessor " +
+                         std::to_string(i) + ", " + std::to_string(bytes) + " bytes");
+    }
+    const Elements elements = {accessor.offset, accessor.count, bytes, view.stride == 0 ? bytes : view.stride};
+    if (auto status = check_elements(view, elements, at("accessors", i)); !status) {
+      return status;
+    }
+  }
+  if (!accessor.sparse) {
+    return ok_status();
+  }
+  const GltfSparse& sparse = *accessor.sparse;
+  const std::string where = at("accessors", i) + "/sparse";
+  if (sparse.count > accessor.count) {
+    return invalid(where + "/count", std::to_string(sparse.count) + " is more than the accessor's " +
+                                         std::to_string(accessor.count));
+  }
+  const std::uint64_t index_bytes = component_bytes(sparse.indices_type);
+  if (auto status = check_elements(tables.views[static_cast<std::size_t>(sparse.indices_view)],
+                                   {sparse.indices_offset, sparse.count, index_bytes, index_bytes},
+                                   where + "/indices");
+      !status) {
+    return status;
+  }
+  return check_elements(tables.views[static_cast<std::size_t>(sparse.values_view)],
+                        {sparse.values_offset, sparse.count, bytes, bytes}, where + "/values");
+}
+
+Status check_image(const GltfTables& tables, std::size_t i) {
+  const GltfImage& image = tables.images[i];
+  if (image.uri.has_value() == (image.view >= 0)) {
+    return invalid(at("images", i), image.uri ? "an image has a uri or a bufferView, not both"
+                                              : "the image has neither a uri nor a bufferView");
+  }
+  return ok_status();
+}
+
+}  // namespace
+
+Status check_tables(const GltfTables& tables, const GltfContainer& container) {
+  for (std::size_t i = 0; i < tables.buffers.size(); ++i) {
+    if (auto status = check_buffer(tables, i, container); !status) {
+      return status;
+    }
+  }
+  for (std::size_t i = 0; i < tables.views.size(); ++i) {
+    if (auto status = check_view(tables, i); !status) {
+      return status;
+    }
+  }
+  for (std::size_t i = 0; i < tables.accessors.size(); ++i) {
+    if (auto status = check_accessor(tables, i); !status) {
+      return status;
+    }
+  }
+  for (std::size_t i = 0; i < tables.images.size(); ++i) {
+    if (auto status = check_image(tables, i); !status) {
+      return status;
+    }
+  }
+  return ok_status();
+}
+
+}  // namespace core

@@ -1,0 +1,109 @@
+/// The parts of a glTF document that name bytes: buffers, views, accessors, images. Filled by
+/// check_gltf(), which makes sure (by check_tables) that every view lies in its buffer and every
+/// accessor in its view.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/scene_io/gltf_container.h"
+
+namespace core {
+
+struct GltfBuffer {
+  std::uint64_t bytes = 0;
+  std::optional<std::string> uri;  ///< none: the binary chunk of the GLB, or a meshopt fallback
+  bool is_meshopt_fallback = false;  ///< without content; its views are made by decoding
+};
+
+enum class MeshoptMode : std::uint8_t { kAttributes, kTriangles, kIndices };
+enum class MeshoptFilter : std::uint8_t { kNone, kOctahedral, kQuaternion, kExponential };
+
+/// EXT_meshopt_compression of a view.
+struct GltfMeshopt {
+  int buffer = -1;
+  std::uint64_t offset = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t stride = 0;
+  std::uint64_t count = 0;
+  MeshoptMode mode = MeshoptMode::kAttributes;
+  MeshoptFilter filter = MeshoptFilter::kNone;
+};
+
+struct GltfView {
+  int buffer = -1;
+  std::uint64_t offset = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t stride = 0;  ///< 0: tightly packed
+  std::optional<GltfMeshopt> meshopt;
+};
+
+/// Values are the numbers that glTF uses.
+enum class ComponentType : std::uint16_t {
+  kI8 = 5120,
+  kU8 = 5121,
+  kI16 = 5122,
+  kU16 = 5123,
+  kU32 = 5125,
+  kF32 = 5126
+};
+constexpr std::uint64_t component_bytes(ComponentType type) noexcept {
+  return type == ComponentType::kI8 || type == ComponentType::kU8     ? 1
+         : type == ComponentType::kI16 || type == ComponentType::kU16 ? 2
+                                                                      : 4;
+}
+
+/// Rows and columns of an element; vectors and scalars have one column.
+struct ElementShape {
+  int rows = 1;
+  int columns = 1;
+  constexpr int values() const noexcept { return rows * columns; }
+};
+
+/// Bytes of one element: columns of matrices start at multiples of four.
+constexpr std::uint64_t element_bytes(ComponentType type, ElementShape shape) noexcept {
+  const std::uint64_t column = component_bytes(type) * static_cast<std::uint64_t>(shape.rows);
+  const std::uint64_t padded = shape.columns > 1 ? (column + 3) / 4 * 4 : column;
+  return padded * static_cast<std::uint64_t>(shape.columns);
+}
+
+struct GltfSparse {
+  std::uint64_t count = 0;
+  int indices_view = -1;
+  std::uint64_t indices_offset = 0;
+  ComponentType indices_type = ComponentType::kU16;
+  int values_view = -1;
+  std::uint64_t values_offset = 0;
+};
+
+struct GltfAccessor {
+  int view = -1;  ///< -1: zeros, or filled by Draco
+  std::uint64_t offset = 0;
+  std::uint64_t count = 0;
+  ComponentType component = ComponentType::kF32;
+  ElementShape shape;
+  bool normalized = false;
+  std::optional<GltfSparse> sparse;
+};
+
+struct GltfImage {
+  std::string name;
+  std::optional<std::string> uri;
+  int view = -1;
+};
+
+struct GltfTables {
+  std::vector<GltfBuffer> buffers;
+  std::vector<GltfView> views;
+  std::vector<GltfAccessor> accessors;
+  std::vector<GltfImage> images;
+};
+
+/// Ranges of everything in the tables: views in buffers, accessors and sparse parts in views.
+/// Pre: indices between the tables are valid. Errors: kInvalidArgument with a JSON pointer.
+Status check_tables(const GltfTables& tables, const GltfContainer& container);
+
+}  // namespace core

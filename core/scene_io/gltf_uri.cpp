@@ -1,0 +1,103 @@
+#include "core/scene_io/gltf_uri.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+
+namespace core {
+namespace {
+
+int hex_digit(char c) noexcept {
+  if (c >= '0' && c <= '9') {
+    return c - '0';
+  }
+  const char lower = static_cast<char>(c | 0x20);
+  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+}
+
+int base64_digit(char c) noexcept {
+  if (c >= 'A' && c <= 'Z') {
+    return c - 'A';
+  }
+  if (c >= 'a' && c <= 'z') {
+    return c - 'a' + 26;
+  }
+  if (c >= '0' && c <= '9') {
+    return c - '0' + 52;
+  }
+  return c == '+' || c == '-' ? 62 : (c == '/' || c == '_' ? 63 : -1);
+}
+
+Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
+
+Result<Bytes> decode_base64(std::string_view text) {
+  while (!text.empty() && text.back() == '=') {
+    text.remove_suffix(1);
+  }
+  Bytes bytes;
+  bytes.reserve(text.size() / 4 * 3 + 2);
+  std::uint32_t bits = 0;
+  int held = 0;
+  for (const char c : text) {
+    const int digit = base64_digit(c);
+    if (digit < 0) {
+      return invalid("a data URI holds a character that is not base64");
+    }
+    bits = bits << 6U | static_cast<std::uint32_t>(digit);
+    held += 6;
+    if (held >= 8) {
+      held -= 8;
+      bytes.push_back(static_cast<std::byte>(bits >> static_cast<std::uint32_t>(held) & 0xFFU));
+    }
+  }
+  if (text.size() % 4 == 1) {
+    return invalid("the base64 of a data URI is cut");
+  }
+  return bytes;
+}
+
+}  // namespace
+
+bool is_data_uri(std::string_view uri) noexcept { return uri.starts_with("data:"); }
+
+Result<Bytes> decode_data_uri(std::string_view uri) {
+  const std::size_t comma = uri.find(',');
+  if (!is_data_uri(uri) || comma == std::string_view::npos) {
+    return invalid("a data URI without a comma");
+  }
+  const std::string_view content = uri.substr(comma + 1);
+  if (uri.substr(0, comma).ends_with(";base64")) {
+    return decode_base64(content);
+  }
+  const std::string text = percent_decode(content);
+  const auto* first = reinterpret_cast<const std::byte*>(text.data());
+  return Bytes(first, first + text.size());
+}
+
+std::string percent_decode(std::string_view text) {
+  std::string decoded;
+  decoded.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '%' && i + 2 < text.size()) {
+      const int high = hex_digit(text[i + 1]);
+      const int low = hex_digit(text[i + 2]);
+      if (high >= 0 && low >= 0) {
+        decoded.push_back(static_cast<char>(high * 16 + low));
+        i += 2;
+        continue;
+      }
+    }
+    decoded.push_back(text[i]);
+  }
+  return decoded;
+}
+
+bool has_scheme(std::string_view uri) noexcept {
+  const std::size_t colon = uri.find(':');
+  return colon != std::string_view::npos && colon > 1 &&
+         std::all_of(uri.begin(), uri.begin() + static_cast<std::ptrdiff_t>(colon), [](char c) {
+           return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '+' || c == '-' || c == '.';
+         });
+}
+
+}  // namespace core

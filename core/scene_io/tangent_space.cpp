@@ -1,0 +1,275 @@
+#include "core/scene_io/tangent_space.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <tuple>
+#include <utility>
+
+namespace core {
+namespace {
+
+using Index = std::uint32_t;
+constexpr Index kNone = 0xFFFFFFFFU;
+
+struct Face {
+  Vec3 tangent;              // unit direction of growing u, the same for mirrored faces
+  bool preserves = false;    // handedness: signed texture area above 0
+  bool any_group = false;    // no texture area: joins the group of a neighbour
+  bool degenerate = false;   // no area at all: takes no part
+  std::array<Index, 3> neighbor = {kNone, kNone, kNone};  // across the edge from corner i to i + 1
+  std::array<Index, 3> group = {kNone, kNone, kNone};     // of each corner
+};
+
+Vec3 in_plane(Vec3 v, Vec3 n) { return v - n * dot(n, v); }
+
+// The attributes of `from` at the places named by `corners`, one vertex for each.
+template <typename V>
+void pick(std::vector<V>& values, const std::vector<Index>& from) {
+  if (values.empty()) {
+    return;
+  }
+  std::vector<V> picked(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    picked[i] = values[from[i]];
+  }
+  values = std::move(picked);
+}
+
+void rearrange(PrimitiveDescription& p, const std::vector<Index>& from) {
+  pick(p.positions, from);
+  pick(p.normals, from);
+  pick(p.uv[0], from);
+  pick(p.uv[1], from);
+  pick(p.colors, from);
+}
+
+void make_flat_normals(PrimitiveDescription& p) {
+  rearrange(p, std::vector<Index>(p.indices));
+  p.normals.resize(p.positions.size());
+  for (Index i = 0; i < p.indices.size(); ++i) {
+    p.indices[i] = i;
+  }
+  for (std::size_t i = 0; i + 2 < p.positions.size(); i += 3) {
+    const Vec3 n = normalize_or(cross(p.positions[i + 1] - p.positions[i], p.positions[i + 2] - p.positions[i]), {0, 0, 1});
+    p.normals[i] = p.normals[i + 1] = p.normals[i + 2] = n;
+  }
+}
+
+class TangentMaker {
+ public:
+  TangentMaker(PrimitiveDescription& p, const std::vector<Vec2>& uv) : p_(p), uv_(uv), faces_(p.indices.size() / 3) {}
+
+  void run() {
+    weld();
+    measure_faces();
+    find_neighbors();
+    make_groups();
+    average_groups();
+    write();
+  }
+
+ private:
+  Index corner(std::size_t face, std::size_t i) const { return welded_[p_.indices[face * 3 + i]]; }
+
+  // Vertices that agree in position, normal and texture coordinate become one.
+  void weld() {
+    std::vector<Index> order(p_.positions.size());
+    for (Index i = 0; i < order.size(); ++i) {
+      order[i] = i;
+    }
+    const auto key = [this](Index i) {
+      const Vec3 a = p_.positions[i];
+      const Vec3 n = p_.normals[i];
+      return std::make_tuple(a.x, a.y, a.z, n.x, n.y, n.z, uv_[i].x, uv_[i].y);
+    };
+    std::sort(order.begin(), order.end(), [&key](Index a, Index b) {
+      const auto ka = key(a);
+      const auto kb = key(b);
+      return ka != kb ? ka < kb : a < b;
+    });
+    welded_.resize(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      welded_[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? welded_[order[i - 1]] : order[i];
+    }
+  }
+
+  void measure_faces() {
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+      const Index a = corner(f, 0);
+      const Index b = corner(f, 1);
+      const Index c = corner(f, 2);
+      Face& face = faces_[f];
+      const Vec3 d1 = p_.positions[b] - p_.positions[a];
+      const Vec3 d2 = p_.positions[c] - p_.positions[a];
+      const Vec2 t1 = uv_[b] - uv_[a];
+      const Vec2 t2 = uv_[c] - uv_[a];
+      face.degenerate = p_.positions[a] == p_.positions[b] || p_.positions[b] == p_.positions[c] ||
+                        p_.positions[c] == p_.positions[a];
+      const float area = t1.x * t2.y - t1.y * t2.x;
+      face.preserves = area > 0;
+      const Vec3 u_direction = (d1 * t2.y - d2 * t1.y) * (face.preserves ? 1.0F : -1.0F);
+      face.any_group = !(std::abs(area) > 0) || !(length_squared(u_direction) > 0);
+      face.tangent = normalize_or(u_direction, {0, 0, 0});
+    }
+  }
+
+  void find_neighbors() {
+    std::map<std::pair<Index, Index>, std::vector<std::pair<Index, Index>>> open;  // edge: face, side
+    for (Index f = 0; f < faces_.size(); ++f) {
+      if (faces_[f].degenerate) {
+        continue;
+      }
+      for (Index i = 0; i < 3; ++i) {
+        const Index from = corner(f, i);
+        const Index to = corner(f, (i + 1) % 3);
+        const auto other = open.find({to, from});
+        if (other != open.end() && !other->second.empty()) {
+          const auto [face, side] = other->second.front();
+          other->second.erase(other->second.begin());
+          faces_[f].neighbor[i] = face;
+          faces_[face].neighbor[side] = f;
+        } else {
+          open[{from, to}].emplace_back(f, i);
+        }
+      }
+    }
+  }
+
+  // All faces around a vertex that are reached over shared edges without changing handedness.
+  void make_groups() {
+    for (Index f = 0; f < faces_.size(); ++f) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (!faces_[f].degenerate && !faces_[f].any_group && faces_[f].group[i] == kNone) {
+          grow_group(f, corner(f, i));
+        }
+      }
+    }
+  }
+
+  void grow_group(Index first, Index vertex) {
+    const auto group = static_cast<Index>(groups_.size());
+    groups_.push_back({vertex, faces_[first].preserves, {}, {}});
+    std::vector<Index> open = {first};
+    while (!open.empty()) {
+      const Index f = open.back();
+      open.pop_back();
+      Face& face = faces_[f];
+      const std::size_t i = side_of(f, vertex);
+      if (i == 3 || face.group[i] != kNone) {
+        continue;
+      }
+      if (face.any_group && face.group == std::array{kNone, kNone, kNone}) {
+        face.preserves = groups_[group].preserves;
+      }
+      if (face.preserves != groups_[group].preserves) {
+        continue;
+      }
+      face.group[i] = group;
+      groups_[group].faces.push_back(f);
+      for (const Index next : {face.neighbor[i], face.neighbor[(i + 2) % 3]}) {
+        if (next != kNone) {
+          open.push_back(next);
+        }
+      }
+    }
+  }
+
+  std::size_t side_of(Index face, Index vertex) const {
+    std::size_t i = 0;
+    while (i < 3 && corner(face, i) != vertex) {
+      ++i;
+    }
+    return i;
+  }
+
+  void average_groups() {
+    for (Group& group : groups_) {
+      const Vec3 n = p_.normals[group.vertex];
+      const Vec3 here = p_.positions[group.vertex];
+      for (const Index f : group.faces) {
+        if (faces_[f].any_group) {
+          continue;
+        }
+        const std::size_t i = side_of(f, group.vertex);
+        const Vec3 next = normalize_or(in_plane(p_.positions[corner(f, (i + 1) % 3)] - here, n), {0, 0, 0});
+        const Vec3 previous = normalize_or(in_plane(p_.positions[corner(f, (i + 2) % 3)] - here, n), {0, 0, 0});
+        const float angle = std::acos(std::clamp(dot(next, previous), -1.0F, 1.0F));
+        group.tangent += normalize_or(in_plane(faces_[f].tangent, n), {0, 0, 0}) * angle;
+      }
+      group.tangent = normalize_or(group.tangent, {0, 0, 0});
+    }
+  }
+
+  // One vertex for each pair of original vertex and tangent.
+  void write() {
+    std::map<std::pair<Index, Index>, Index> known;
+    std::map<Index, Index> group_at;  // of a welded vertex, for faces that are in no group
+    for (Index f = 0; f < faces_.size(); ++f) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (faces_[f].group[i] != kNone) {
+          group_at.emplace(corner(f, i), faces_[f].group[i]);
+        }
+      }
+    }
+    std::vector<Index> from;
+    std::vector<Vec4> tangents;
+    for (std::size_t c = 0; c < p_.indices.size(); ++c) {
+      const Index vertex = p_.indices[c];
+      Index group = faces_[c / 3].group[c % 3];
+      if (group == kNone) {
+        const auto it = group_at.find(welded_[vertex]);
+        group = it == group_at.end() ? kNone : it->second;
+      }
+      const auto [it, is_new] = known.try_emplace({vertex, group}, static_cast<Index>(from.size()));
+      if (is_new) {
+        from.push_back(vertex);
+        tangents.push_back(tangent_of(group, p_.normals[vertex]));
+      }
+      p_.indices[c] = it->second;
+    }
+    rearrange(p_, from);
+    p_.tangents = std::move(tangents);
+  }
+
+  Vec4 tangent_of(Index group, Vec3 n) const {
+    const Vec3 axis = std::abs(n.x) < 0.9F ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+    const Vec3 any = normalize_or(in_plane(axis, n), {1, 0, 0});
+    if (group == kNone) {
+      return {any.x, any.y, any.z, 1};
+    }
+    const Vec3 t = groups_[group].tangent;
+    const Vec3 usable = length_squared(t) > 0 ? t : any;
+    return {usable.x, usable.y, usable.z, groups_[group].preserves ? -1.0F : 1.0F};
+  }
+
+  struct Group {
+    Index vertex = 0;
+    bool preserves = false;
+    std::vector<Index> faces;
+    Vec3 tangent;
+  };
+
+  PrimitiveDescription& p_;
+  const std::vector<Vec2>& uv_;
+  std::vector<Face> faces_;
+  std::vector<Index> welded_;
+  std::vector<Group> groups_;
+};
+
+}  // namespace
+
+void make_tangents(PrimitiveDescription& primitive, int uv_set) {
+  if (primitive.uv[static_cast<std::size_t>(uv_set)].empty()) {
+    return;
+  }
+  if (primitive.normals.empty()) {
+    make_flat_normals(primitive);
+  }
+  const std::vector<Vec2> uv = primitive.uv[static_cast<std::size_t>(uv_set)];
+  TangentMaker(primitive, uv).run();
+}
+
+}  // namespace core

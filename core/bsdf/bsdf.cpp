@@ -31,6 +31,14 @@ Rgb multiple_scattering(Rgb f0, Rgb f90, float e_average) {
 Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local) noexcept
     : wo_(wo_local), ng_(ng_local), ggx_{p.alpha_x, p.alpha_y}, roughness_(p.roughness) {
   is_flat_ = ng_.z > 0.9999995F;
+  if (p.f90 == 0 && p.metallic == 0 && p.transmission == 0 && is_black(p.f0)) {
+    is_lambert_ = true;
+    diffuse_ = p.base_color;
+    albedo_ = p.base_color;
+    has_spread_ = !is_black(diffuse_);
+    prob_diffuse_ = has_spread_ ? 1.0F : 0.0F;
+    return;
+  }
   const float metal = p.metallic;
   const float dielectric = 1 - metal;
   const float solid = p.thin ? 0.0F : dielectric * p.transmission;
@@ -178,6 +186,13 @@ void Bsdf::add_glass(Vec3 wi, BsdfEval& out) const noexcept {
 
 BsdfEval Bsdf::evaluate_raw(Vec3 wi) const noexcept {
   BsdfEval out;
+  if (is_lambert_) {
+    if (wi.z > 0) {
+      out.value_cos = diffuse_ * (wi.z * kInvPi);
+      out.pdf_solid_angle = wi.z * kInvPi;
+    }
+    return out;
+  }
   if (wi.z > 0) {
     add_diffuse(wi, out);
     add_specular(wi, out);
@@ -263,6 +278,12 @@ bool Bsdf::sample_glass(float u_lobe, Vec2 u, BsdfSample& s) const noexcept {
 
 BsdfSample Bsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
   BsdfSample s;
+  if (is_lambert_ && is_flat_) {
+    s.wi_local = cosine_hemisphere(u_dir);
+    s.weight = s.wi_local.z > 0 ? diffuse_ : Rgb{};
+    s.pdf_solid_angle = s.wi_local.z * kInvPi;
+    return s;
+  }
   bool ok = false;
   if (u_lobe < prob_diffuse_) {
     s.wi_local = cosine_hemisphere(u_dir);

@@ -78,7 +78,8 @@ class Bsdf {
   Vec3 ng_;
   Ggx ggx_;
   float roughness_ = 1;
-  bool is_flat_ = true;     ///< shading and geometric normal agree
+  bool is_lambert_ = false;  ///< nothing but diffuse_
+  bool is_flat_ = true;      ///< shading and geometric normal agree
   bool has_specular_ = false;
   bool is_smooth_ = false;  ///< the GGX lobes are delta
   bool has_spread_ = false;

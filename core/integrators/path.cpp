@@ -39,6 +39,7 @@ struct PathIntegrator::State {
   float cone_spread_rad = 0;
   const Material* medium = nullptr;  ///< the solid that the path is in
   std::uint32_t pass_through = 0;
+  float u_roulette = -1;  ///< of this bounce; below 0: not drawn yet
 };
 
 struct PathIntegrator::Vertex {
@@ -167,6 +168,7 @@ void PathIntegrator::add_direct(State& path, const Vertex& vertex, const Bsdf& b
     return;
   }
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
+  path.u_roulette = u.w;
   const Vec3 p = vertex.point.position;
   const LightSample light = all ? lights_.sample(p, path.last_normal, u.x, {u.y, u.z})
                                 : lights_.sample_delta(p, u.x);
@@ -234,7 +236,7 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
     return false;
   }
   const Vec3 n = vertex.shading.normal_geometric;
-  const Vec3 wi = normalize(vertex.shading.frame.to_world(s.wi_local));
+  const Vec3 wi = vertex.shading.frame.to_world(s.wi_local);
   const bool through = dot(wi, n) < 0;
   path.beta *= s.weight;
   path.pdf_bsdf = s.is_delta ? 0.0F : s.pdf_solid_angle;
@@ -255,13 +257,16 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
     // eta_scale takes the n^2 of radiance in denser media out: it comes back when the path leaves.
     const float survive = std::min(max_component(path.beta) * path.eta_scale, 1.0F);
     if (survive < 0.95F) {
-      const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
-      if (u.w >= survive) {
+      if (path.u_roulette < 0) {
+        path.u_roulette = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight)).w;
+      }
+      if (path.u_roulette >= survive) {
         return false;
       }
       path.beta *= 1 / survive;
     }
   }
+  path.u_roulette = -1;
   ++path.depth;
   return true;
 }

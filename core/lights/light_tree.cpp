@@ -175,6 +175,9 @@ std::uint32_t LightTree::build(std::span<const LightBounds> lights, std::span<st
 }
 
 float LightTree::importance(const Node& node, Vec3 point, Vec3 normal) noexcept {
+  if (!(node.power > 0)) {
+    return 0;
+  }
   const Vec3 to_point = point - node.center;
   const float distance2 = dot(to_point, to_point);
   const float d2 = std::max(std::max(distance2, node.radius2), 1e-20F);

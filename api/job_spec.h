@@ -56,6 +56,8 @@ Parsed<ParsedJob> parse_job(std::string_view body);
 /// The whole spec in the shape of the request; parse_job(dump(to_json(spec))) gives spec back,
 /// without warnings. `environment` is left out while it is kAutomatic.
 Json to_json(const JobSpec& spec);
+/// The same as text; what a store keeps.
+std::string spec_json(const JobSpec& spec);
 
 /// True when both say the same, member by member.
 bool same_spec(const JobSpec& a, const JobSpec& b);
@@ -63,10 +65,5 @@ bool same_spec(const JobSpec& a, const JobSpec& b);
 /// The rule for an absent `environment`: white, unless the scene has a punctual light or a material
 /// with emissive strength above 1. Returns the warning that says so; empty if it was settled before.
 std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSummary& scene);
-
-/// RFC 3339 with any offset to seconds since 1970, to the microsecond; empty if it is none.
-std::optional<double> parse_rfc3339(std::string_view text);
-/// UTC, "2026-01-31T12:00:00.5Z"; as many digits of the fraction as are needed, at most six.
-std::string rfc3339(double unix_seconds);
 
 }  // namespace api

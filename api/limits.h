@@ -9,34 +9,7 @@
 
 namespace api {
 
-enum class Limit {
-  kBodyBytes,
-  kJsonDepth,
-  kJsonKeyBytes,
-  kSeed,
-  kPriority,
-  kNameCharacters,
-  kLabels,
-  kLabelKeyCharacters,
-  kLabelValueCharacters,
-  kFilmSide,
-  kFilmPixels,
-  kFilterRadius,
-  kMaxDepth,
-  kReplicates,
-  kSamplesPerPixel,
-  kStopSeconds,
-  kWaitSeconds,
-  kPageSize,
-  kSceneFiles,
-  kMergeFilms,
-  kExposureStops,
-  kErrorsShown,
-  kCount
-};
-
 struct LimitRow {
-  Limit limit;
   std::string_view name;  ///< as in GET /v1/server
   std::int64_t value;
   std::string_view summary;

@@ -11,5 +11,7 @@ namespace api {
 
 /// Only operations that are available. version: of the program.
 Json openapi_document(const Capabilities& capabilities, std::string_view version);
+/// Its text: GET /openapi.json.
+std::string openapi_json(const Capabilities& capabilities, std::string_view version);
 
 }  // namespace api

@@ -1,0 +1,51 @@
+/// Faults: the field errors that a parser has found so far.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/errors.h"
+#include "api/problem.h"
+#include "core/base/result.h"
+
+namespace api {
+
+class Faults {
+ public:
+  void add(std::string pointer, std::string detail) {
+    all_too_large_ = false;
+    keep({std::move(pointer), std::move(detail)});
+  }
+  /// A value that is right in form but asks for too much.
+  void add_too_large(std::string pointer, std::string detail) {
+    keep({std::move(pointer), std::move(detail)});
+  }
+  void append(const Faults& others) {
+    for (const FieldError& error : others.errors_) {
+      keep(error);
+    }
+    all_too_large_ = all_too_large_ && others.all_too_large_;
+  }
+  bool empty() const noexcept { return errors_.empty(); }
+  /// 413 when every fault is one of size, else 422. Pre: not empty.
+  Problem problem() const {
+    return make_problem(
+        all_too_large_ ? core::ErrorCode::kTooLarge : core::ErrorCode::kInvalidArgument, errors_);
+  }
+
+ private:
+  /// A hostile body can be wrong in a hundred thousand places.
+  static constexpr std::size_t kKept = 256;
+  void keep(FieldError error) {
+    if (errors_.size() < kKept) {
+      errors_.push_back(std::move(error));
+    }
+  }
+
+  std::vector<FieldError> errors_;
+  bool all_too_large_ = true;
+};
+
+}  // namespace api

@@ -1,0 +1,323 @@
+/// Rows of field tables (api/fields.h): each reads, checks, prints and documents one member of a JSON
+/// object that stands for a plain struct S. A row has
+///   name()                                   the member
+///   required()                               must be there
+///   read(value, S&, pointer, Faults&)        the member is there
+///   print(const S&, Json& object)            adds the member
+///   schema(const S& defaults, Json& properties)   adds its JSON schema
+/// Rows reach their value through an accessor, [](auto& s) -> auto& { return s.film.width; }, which
+/// serves const and mutable structs alike. An accessor of std::optional makes the member nullable.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "api/faults.h"
+#include "api/json.h"
+#include "api/values.h"
+#include "core/color/rgb.h"
+
+namespace api {
+
+template <typename T>
+struct OptionalOf {
+  using Value = T;
+  static constexpr bool kNullable = false;
+};
+template <typename T>
+struct OptionalOf<std::optional<T>> {
+  using Value = T;
+  static constexpr bool kNullable = true;
+};
+
+/// What every row has. Get: the accessor.
+template <typename Get>
+struct RowBase {
+  std::string_view key;
+  Get get;
+  std::string_view doc;
+
+  constexpr std::string_view name() const { return key; }
+  static constexpr bool required() { return false; }
+
+  template <typename S>
+  using Member = OptionalOf<std::remove_cvref_t<decltype(std::declval<Get>()(std::declval<S&>()))>>;
+
+  /// True when the value was a permitted null and the work is done.
+  template <typename S>
+  bool read_null(const Json& value, S& out) const {
+    if constexpr (Member<S>::kNullable) {
+      if (value.is_null()) {
+        get(out).reset();
+        return true;
+      }
+    }
+    return false;
+  }
+  template <typename S>
+  static const typename Member<S>::Value* value_of(const Get& get_, const S& s) {
+    if constexpr (Member<S>::kNullable) {
+      const auto& held = get_(s);
+      return held ? &*held : nullptr;
+    } else {
+      return &get_(s);
+    }
+  }
+};
+
+template <typename Get>
+struct NumberRow : RowBase<Get> {
+  Range range;
+
+  template <typename S>
+  void read(const Json& value, S& out, const std::string& pointer, Faults& faults) const {
+    using Value = typename RowBase<Get>::template Member<S>::Value;
+    if (this->read_null(value, out)) {
+      return;
+    }
+    if constexpr (std::is_integral_v<Value>) {
+      if (const auto number = read_integer(value, range, pointer, faults)) {
+        this->get(out) = static_cast<Value>(*number);
+      }
+    } else {
+      if (const auto number = read_number(value, range, pointer, faults)) {
+        this->get(out) = static_cast<Value>(*number);
+      }
+    }
+  }
+  template <typename S>
+  void print(const S& s, Json& object) const {
+    using Value = typename RowBase<Get>::template Member<S>::Value;
+    const Value* value = this->value_of(this->get, s);
+    if (value == nullptr) {
+      object[std::string(this->key)] = nullptr;
+    } else if constexpr (std::is_integral_v<Value>) {
+      object[std::string(this->key)] = *value;
+    } else {
+      object[std::string(this->key)] = number_json(*value);
+    }
+  }
+  template <typename S>
+  void schema(const S& defaults, Json& properties) const {
+    using Held = typename RowBase<Get>::template Member<S>;
+    Json made = basic_schema(std::is_integral_v<typename Held::Value> ? "integer" : "number",
+                             this->doc, Held::kNullable);
+    add_range(made, range);
+    Json shown_default;
+    print(defaults, shown_default);
+    made["default"] = shown_default[std::string(this->key)];
+    properties[std::string(this->key)] = std::move(made);
+  }
+};
+
+template <typename Get>
+struct TextRow : RowBase<Get> {
+  TextRule rule;
+  bool must_be_there = false;
+
+  constexpr bool required() const { return must_be_there; }
+  template <typename S>
+  void read(const Json& value, S& out, const std::string& pointer, Faults& faults) const {
+    if (this->read_null(value, out)) {
+      return;
+    }
+    if (auto text = read_text(value, rule, pointer, faults)) {
+      this->get(out) = std::move(*text);
+    }
+  }
+  template <typename S>
+  void print(const S& s, Json& object) const {
+    const std::string* value = this->value_of(this->get, s);
+    object[std::string(this->key)] = value == nullptr ? Json(nullptr) : Json(*value);
+  }
+  template <typename S>
+  void schema(const S& defaults, Json& properties) const {
+    Json made =
+        basic_schema("string", this->doc, RowBase<Get>::template Member<S>::kNullable);
+    if (rule.min_characters > 0) {
+      made["minLength"] = rule.min_characters;
+    }
+    made["maxLength"] = rule.max_characters;
+    if (!must_be_there) {
+      const std::string* value = this->value_of(this->get, defaults);
+      made["default"] = value == nullptr ? Json(nullptr) : Json(*value);
+    }
+    properties[std::string(this->key)] = std::move(made);
+  }
+};
+
+template <typename Get>
+struct FlagRow : RowBase<Get> {
+  template <typename S>
+  void read(const Json& value, S& out, const std::string& pointer, Faults& faults) const {
+    if (const auto flag = read_flag(value, pointer, faults)) {
+      this->get(out) = *flag;
+    }
+  }
+  template <typename S>
+  void print(const S& s, Json& object) const {
+    object[std::string(this->key)] = this->get(s);
+  }
+  template <typename S>
+  void schema(const S& defaults, Json& properties) const {
+    Json made = basic_schema("boolean", this->doc);
+    made["default"] = this->get(defaults);
+    properties[std::string(this->key)] = std::move(made);
+  }
+};
+
+/// core::Vec3 or core::Rgb as an array of three numbers.
+template <typename Get>
+struct TripleRow : RowBase<Get> {
+  Range range;
+
+  template <typename S>
+  void read(const Json& value, S& out, const std::string& pointer, Faults& faults) const {
+    using Value = typename RowBase<Get>::template Member<S>::Value;
+    if (this->read_null(value, out)) {
+      return;
+    }
+    if (const auto triple = read_triple(value, range, pointer, faults)) {
+      this->get(out) = Value{triple->x, triple->y, triple->z};
+    }
+  }
+  template <typename S>
+  void print(const S& s, Json& object) const {
+    const auto* value = this->value_of(this->get, s);
+    object[std::string(this->key)] =
+        value == nullptr ? Json(nullptr) : triple_json({(*value)[0], (*value)[1], (*value)[2]});
+  }
+  template <typename S>
+  void schema(const S& defaults, Json& properties) const {
+    Json made = triple_schema(this->doc, range, RowBase<Get>::template Member<S>::kNullable);
+    Json shown_default;
+    print(defaults, shown_default);
+    made["default"] = shown_default[std::string(this->key)];
+    properties[std::string(this->key)] = std::move(made);
+  }
+};
+
+/// One of the names of a registry. entries(): rows with `name`, and `value` unless the name is what is
+/// stored.
+template <typename Get, typename Entries>
+struct ChoiceRow : RowBase<Get> {
+  Entries entries;
+
+  std::vector<std::string_view> names() const {
+    std::vector<std::string_view> all;
+    for (const auto& entry : entries()) {
+      all.push_back(entry.name);
+    }
+    return all;
+  }
+  template <typename S>
+  void read(const Json& value, S& out, const std::string& pointer, Faults& faults) const {
+    if (!value.is_string()) {
+      faults.add(pointer, "expected a string, got " + std::string(type_text(value)));
+      return;
+    }
+    for (const auto& entry : entries()) {
+      if (entry.name == value.template get_ref<const std::string&>()) {
+        if constexpr (requires { entry.value; }) {
+          this->get(out) = entry.value;
+        } else {
+          this->get(out) = std::string(entry.name);
+        }
+        return;
+      }
+    }
+    faults.add(pointer, not_available(value, names()));
+  }
+  template <typename S>
+  void print(const S& s, Json& object) const {
+    for (const auto& entry : entries()) {
+      if constexpr (requires { entry.value; }) {
+        if (entry.value == this->get(s)) {
+          object[std::string(this->key)] = entry.name;
+        }
+      } else {
+        object[std::string(this->key)] = this->get(s);
+      }
+    }
+  }
+  template <typename S>
+  void schema(const S& defaults, Json& properties) const {
+    Json made = basic_schema("string", this->doc);
+    made["enum"] = names();
+    Json shown_default;
+    print(defaults, shown_default);
+    made["default"] = shown_default[std::string(this->key)];
+    properties[std::string(this->key)] = std::move(made);
+  }
+};
+
+/// A member whose only value in this build is its default.
+struct FixedRow {
+  std::string_view key;
+  std::string_view value_text;  ///< JSON
+  std::string_view doc;
+
+  constexpr std::string_view name() const { return key; }
+  static constexpr bool required() { return false; }
+  Json fixed() const { return Json::parse(value_text); }
+  template <typename S>
+  void read(const Json& value, S& /*out*/, const std::string& pointer, Faults& faults) const {
+    if (value != fixed()) {
+      faults.add(pointer, not_available(value, std::vector{value_text}));
+    }
+  }
+  template <typename S>
+  void print(const S& /*s*/, Json& object) const {
+    object[std::string(key)] = fixed();
+  }
+  template <typename S>
+  void schema(const S& /*defaults*/, Json& properties) const {
+    properties[std::string(key)] = {
+        {"description", doc}, {"const", fixed()}, {"default", fixed()}};
+  }
+};
+
+/// A member that the contract names and this build does not have.
+struct LaterRow {
+  std::string_view key;
+
+  constexpr std::string_view name() const { return key; }
+  static constexpr bool required() { return false; }
+  template <typename S>
+  void read(const Json& /*value*/, S& /*out*/, const std::string& pointer, Faults& faults) const {
+    faults.add(pointer, "'" + std::string(key) + "' is not available in this build");
+  }
+  template <typename S>
+  void print(const S& /*s*/, Json& /*object*/) const {}
+  template <typename S>
+  void schema(const S& /*defaults*/, Json& /*properties*/) const {}
+};
+
+/// A row with its own functions.
+template <typename S>
+struct CustomRow {
+  std::string_view key;
+  void (*read_value)(const Json& value, S& out, const std::string& pointer, Faults& faults);
+  void (*print_value)(const S& s, Json& object);
+  Json (*make_schema)(const S& defaults);
+  bool must_be_there = false;
+
+  constexpr std::string_view name() const { return key; }
+  constexpr bool required() const { return must_be_there; }
+  void read(const Json& value, S& out, const std::string& pointer, Faults& faults) const {
+    read_value(value, out, pointer, faults);
+  }
+  void print(const S& s, Json& object) const { print_value(s, object); }
+  void schema(const S& defaults, Json& properties) const {
+    properties[std::string(key)] = make_schema(defaults);
+  }
+};
+
+}  // namespace api

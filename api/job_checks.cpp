@@ -1,0 +1,119 @@
+#include "api/job_checks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "api/json.h"
+#include "api/limits.h"
+#include "api/server_view.h"
+#include "api/values.h"
+#include "core/math/vec.h"
+
+namespace api {
+namespace {
+
+/// Sine of the angle below which two directions count as one: float coordinates of a few metres cannot
+/// tell them apart.
+constexpr double kParallelSine = 1e-6;
+
+struct Exact {
+  double x, y, z;
+};
+Exact exact(core::Vec3 v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
+double norm(Exact v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
+
+void check_view(const core::CameraSettings& camera, Faults& faults) {
+  const Exact eye = exact(*camera.position);
+  const Exact target = exact(*camera.target);
+  const Exact forward = {target.x - eye.x, target.y - eye.y, target.z - eye.z};
+  if (norm(forward) == 0) {
+    faults.add("/camera/target", "is the same point as position");
+    return;
+  }
+  const Exact up = exact(camera.up.value_or(core::Vec3{0, 1, 0}));
+  const Exact side = {forward.y * up.z - forward.z * up.y, forward.z * up.x - forward.x * up.z,
+                      forward.x * up.y - forward.y * up.x};
+  if (norm(up) > 0 && norm(side) <= kParallelSine * norm(forward) * norm(up)) {
+    faults.add("/camera/up", camera.up ? "is parallel to the direction from position to target"
+                                       : "is [0, 1, 0], which is parallel to the direction from "
+                                         "position to target; give another");
+  }
+}
+
+}  // namespace
+
+void check_camera(const core::CameraSettings& camera, Faults& faults) {
+  if (camera.name && camera.index) {
+    faults.add("/camera/index", "name and index both choose a camera of the file; give one of them");
+  }
+  if (camera.up && norm(exact(*camera.up)) == 0) {
+    faults.add("/camera/up", "is the zero vector");
+  }
+  if (camera.position && camera.target) {
+    check_view(camera, faults);
+  } else if (camera.position) {
+    faults.add("/camera/target", "is required with position; they come together");
+  } else if (camera.target) {
+    faults.add("/camera/position", "is required with target; they come together");
+  }
+}
+
+void check_film(const core::FilmSettings& film, Faults& faults) {
+  const std::int64_t pixels = static_cast<std::int64_t>(film.width) * film.height;
+  if (pixels > limits::kFilmPixels) {
+    faults.add_too_large("/film", std::to_string(film.width) + " x " + std::to_string(film.height) +
+                                      " is " + std::to_string(pixels) + " pixels; at most " +
+                                      std::to_string(limits::kFilmPixels) + " are allowed");
+  }
+  if (!film.crop) {
+    return;
+  }
+  const core::PixelRect& crop = *film.crop;
+  if (crop.x + crop.width > film.width) {
+    faults.add("/film/crop", "ends at x = " + std::to_string(crop.x + crop.width) +
+                                 ", outside the film's width of " + std::to_string(film.width));
+  }
+  if (crop.y + crop.height > film.height) {
+    faults.add("/film/crop", "ends at y = " + std::to_string(crop.y + crop.height) +
+                                 ", outside the film's height of " + std::to_string(film.height));
+  }
+}
+
+void check_class(const JobSpec& spec, Faults& faults) {
+  if (spec.preview_key && spec.job_class != JobClass::kPreview) {
+    faults.add("/preview_key", "applies to class 'preview' only");
+  }
+}
+
+void check_options(const JobSpec& spec, std::span<const std::string> accepted, Faults& faults) {
+  const core::EstimatorSettings defaults;
+  const core::EstimatorSettings& estimator = spec.render.estimator;
+  if (estimator.strategy != core::Strategy::kMis &&
+      (estimator.mis != defaults.mis || estimator.mis_exponent != defaults.mis_exponent)) {
+    faults.add("/estimator/mis", "applies to strategy 'mis' only");
+  }
+  constexpr std::array kOptions = {
+      "/integrator/max_depth", "/estimator/strategy", "/estimator/mis", "/estimator/roulette",
+      "/sampler/type",         "/sampler/replicates", "/light_sampler", "/adaptive",
+  };
+  JobSpec plain;
+  plain.render.integrator = spec.render.integrator;
+  const Json seen = to_json(spec);
+  const Json usual = to_json(plain);
+  for (const char* option : kOptions) {
+    const Json::json_pointer pointer(option);
+    const bool is_accepted =
+        std::find(accepted.begin(), accepted.end(), option) != accepted.end();
+    if (!is_accepted && seen.at(pointer) != usual.at(pointer)) {
+      faults.add(option, shown(seen.at(pointer)) + " is not used by integrator '" +
+                             spec.render.integrator + "'; its only value there is " +
+                             shown(usual.at(pointer)));
+    }
+  }
+}
+
+}  // namespace api

@@ -1,0 +1,244 @@
+#include "api/job_rows.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "api/fields.h"
+#include "api/limits.h"
+#include "api/requests.h"
+#include "core/render/registry.h"
+
+namespace api {
+namespace {
+
+const auto& crop_table() {
+  static constexpr auto kTable = std::tuple{
+      number("x", [](auto& s) -> auto& { return s.x; }, {0, limits::kFilmSide - 1},
+             "Left column, in pixels of the full film."),
+      number("y", [](auto& s) -> auto& { return s.y; }, {0, limits::kFilmSide - 1},
+             "Top row, in pixels of the full film."),
+      number("width", [](auto& s) -> auto& { return s.width; }, {1, limits::kFilmSide}, "Pixels."),
+      number("height", [](auto& s) -> auto& { return s.height; }, {1, limits::kFilmSide},
+             "Pixels."),
+  };
+  return kTable;
+}
+
+void read_asset(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  spec.environment_asset.reset();
+  if (value.is_null()) {
+    return;
+  }
+  if (!value.is_string()) {
+    faults.add(pointer, "expected a string, got " + std::string(type_text(value)));
+  } else if (const auto& id = value.get_ref<const std::string&>(); !is_sha256(id)) {
+    faults.add(pointer, shown(value) + " is not an asset id (64 lower-case hex digits)");
+  } else {
+    spec.environment_asset = id;
+  }
+}
+
+const auto& environment_table() {
+  constexpr Range kRadiance = {0, 1e9};
+  static constexpr auto kTable = std::tuple{
+      CustomRow<JobSpec>{
+          "asset", &read_asset,
+          [](const JobSpec& s, Json& object) {
+            object["asset"] = s.environment_asset ? Json(*s.environment_asset) : Json(nullptr);
+          },
+          [](const JobSpec& /*defaults*/) {
+            Json schema = basic_schema(
+                "string", "Asset with an equirectangular picture (.hdr, .exr); null: one colour.",
+                true);
+            schema["pattern"] = "^[0-9a-f]{64}$";
+            schema["default"] = nullptr;
+            return schema;
+          }},
+      triple("color", [](auto& s) -> auto& { return s.environment.color; }, kRadiance,
+             "Linear Rec.709; multiplies the picture."),
+      number("intensity", [](auto& s) -> auto& { return s.environment.intensity; }, kRadiance,
+             "Multiplies colour and picture."),
+      number("rotation_degrees", [](auto& s) -> auto& { return s.environment.rotation_degrees; },
+             {-36000, 36000}, "Positive turns it counter-clockwise seen from above."),
+      flag("visible", [](auto& s) -> auto& { return s.environment.visible; },
+           "False: it lights the scene, but the background is transparent."),
+  };
+  return kTable;
+}
+
+}  // namespace
+
+void read_labels(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  if (!expect_object(value, pointer, faults)) {
+    return;
+  }
+  if (value.size() > static_cast<std::size_t>(limits::kLabels)) {
+    faults.add(pointer, "has " + std::to_string(value.size()) + " labels; at most " +
+                            std::to_string(limits::kLabels) + " are allowed");
+    return;
+  }
+  spec.labels.clear();
+  for (const auto& member : value.items()) {
+    const std::string place = join_pointer(pointer, member.key());
+    Faults key_faults;
+    if (!read_text(Json(member.key()), {1, limits::kLabelKeyCharacters}, place, key_faults)) {
+      faults.add(place, "the key " + key_faults.problem().errors.front().detail);
+    } else if (auto label =
+                   read_text(member.value(), {0, limits::kLabelValueCharacters}, place, faults)) {
+      spec.labels[member.key()] = std::move(*label);
+    }
+  }
+}
+
+void print_labels(const JobSpec& spec, Json& object) {
+  Json labels = Json::object();
+  for (const auto& [key, label] : spec.labels) {
+    labels[key] = label;
+  }
+  object["labels"] = std::move(labels);
+}
+
+Json labels_schema(const JobSpec& /*defaults*/) {
+  Json schema = basic_schema("object", "Free key-value pairs to find jobs by.");
+  schema["maxProperties"] = limits::kLabels;
+  schema["propertyNames"] = {{"minLength", 1}, {"maxLength", limits::kLabelKeyCharacters}};
+  schema["additionalProperties"] = {{"type", "string"}, {"maxLength", limits::kLabelValueCharacters}};
+  schema["default"] = Json::object();
+  return schema;
+}
+
+void read_environment(const Json& value, JobSpec& spec, const std::string& pointer,
+                      Faults& faults) {
+  spec.environment = core::EnvironmentSettings{};
+  spec.environment_asset.reset();
+  if (value.is_null()) {
+    spec.environment_choice = EnvironmentChoice::kBlack;
+    return;
+  }
+  spec.environment_choice = EnvironmentChoice::kGiven;
+  read_members(environment_table(), value, spec, pointer, faults);
+}
+
+void print_environment(const JobSpec& spec, Json& object) {
+  if (spec.environment_choice == EnvironmentChoice::kBlack) {
+    object["environment"] = nullptr;
+  } else if (spec.environment_choice == EnvironmentChoice::kGiven) {
+    object["environment"] = print_members(environment_table(), spec);
+  }
+}
+
+Json environment_schema(const JobSpec& defaults) {
+  Json schema = object_schema(
+      environment_table(), defaults,
+      "Light from far away, added to the scene's own. Null: black. Absent: white, unless the scene "
+      "has a punctual light or an emissive strength above 1.");
+  schema["type"] = {"object", "null"};
+  return schema;
+}
+
+void read_crop(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  spec.render.film.crop.reset();
+  if (value.is_null() || !expect_object(value, pointer, faults)) {
+    return;
+  }
+  core::PixelRect crop;
+  for (const std::string_view member : member_names(crop_table())) {
+    if (!value.contains(std::string(member))) {
+      faults.add(join_pointer(pointer, member), "is required");
+    }
+  }
+  read_members(crop_table(), value, crop, pointer, faults);
+  spec.render.film.crop = crop;
+}
+
+void print_crop(const JobSpec& spec, Json& object) {
+  const auto& crop = spec.render.film.crop;
+  object["crop"] = crop ? print_members(crop_table(), *crop) : Json(nullptr);
+}
+
+Json crop_schema(const JobSpec& /*defaults*/) {
+  Json schema = object_schema(crop_table(), core::PixelRect{},
+                              "Part of the film that is rendered; null: all of it.");
+  for (auto& property : schema["properties"]) {
+    property.erase("default");
+  }
+  schema["type"] = {"object", "null"};
+  schema["required"] = member_names(crop_table());
+  schema["default"] = nullptr;
+  return schema;
+}
+
+void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  if (!value.is_array()) {
+    faults.add(pointer, "expected an array of layer names, got " + std::string(type_text(value)));
+    return;
+  }
+  std::vector<std::string_view> known;
+  for (const core::LayerEntry& layer : core::layers()) {
+    known.push_back(layer.name);
+  }
+  std::vector<std::string> asked;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const std::string place = join_pointer(pointer, std::to_string(i));
+    if (!value[i].is_string()) {
+      faults.add(place, "expected a string, got " + std::string(type_text(value[i])));
+      continue;
+    }
+    const auto& name = value[i].get_ref<const std::string&>();
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      faults.add(place, not_available(value[i], known));
+    } else if (std::find(asked.begin(), asked.end(), name) != asked.end()) {
+      faults.add(place, shown(value[i]) + " is there more than once");
+    } else {
+      asked.push_back(name);
+    }
+  }
+  const auto has = [&asked](std::string_view name) {
+    return std::find(asked.begin(), asked.end(), name) != asked.end();
+  };
+  spec.layers.clear();
+  for (const std::string_view name : known) {
+    if (has(name)) {
+      spec.layers.emplace_back(name);
+    }
+  }
+  spec.render.film.albedo = has("albedo");
+  spec.render.film.normal = has("normal");
+  spec.render.film.depth = has("depth");
+}
+
+void print_layers(const JobSpec& spec, Json& object) { object["layers"] = spec.layers; }
+
+Json layers_schema(const JobSpec& defaults) {
+  Json schema = basic_schema(
+      "array", "Layers to record: albedo, normal, depth. The others are always there.");
+  Json names = Json::array();
+  for (const core::LayerEntry& layer : core::layers()) {
+    names.push_back(layer.name);
+  }
+  schema["items"] = {{"type", "string"}, {"enum", std::move(names)}};
+  schema["uniqueItems"] = true;
+  schema["default"] = defaults.layers;
+  return schema;
+}
+
+void read_replicates(const Json& value, JobSpec& spec, const std::string& pointer,
+                     Faults& faults) {
+  const auto count = read_integer(value, {2, limits::kReplicates}, pointer, faults);
+  if (count && *count % 2 != 0) {
+    faults.add(pointer, std::to_string(*count) + " is odd; replicates come in pairs");
+  } else if (count) {
+    spec.render.replicates = static_cast<int>(*count);
+  }
+}
+
+Json replicates_schema(const JobSpec& defaults) {
+  Json schema = basic_schema("integer", "Independent randomisations of a pixel; even.");
+  schema["minimum"] = 2;
+  schema["maximum"] = limits::kReplicates;
+  schema["multipleOf"] = 2;
+  schema["default"] = defaults.render.replicates;
+  return schema;
+}
+
+}  // namespace api

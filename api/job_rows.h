@@ -1,0 +1,33 @@
+/// Members of the job request that are more than one number, word or triple: how each is read,
+/// printed and described. Rows of the table in api/job_spec.cpp.
+#pragma once
+
+#include <string>
+
+#include "api/faults.h"
+#include "api/job_spec.h"
+#include "api/json.h"
+
+namespace api {
+
+void read_labels(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void print_labels(const JobSpec& spec, Json& object);
+Json labels_schema(const JobSpec& defaults);
+
+void read_environment(const Json& value, JobSpec& spec, const std::string& pointer,
+                      Faults& faults);
+void print_environment(const JobSpec& spec, Json& object);
+Json environment_schema(const JobSpec& defaults);
+
+void read_crop(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void print_crop(const JobSpec& spec, Json& object);
+Json crop_schema(const JobSpec& defaults);
+
+void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void print_layers(const JobSpec& spec, Json& object);
+Json layers_schema(const JobSpec& defaults);
+
+void read_replicates(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+Json replicates_schema(const JobSpec& defaults);
+
+}  // namespace api

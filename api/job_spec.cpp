@@ -1,0 +1,195 @@
+#include "api/job_spec.h"
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "api/fields.h"
+#include "api/job_checks.h"
+#include "api/job_rows.h"
+#include "api/limits.h"
+#include "api/schemas.h"
+#include "api/server_view.h"
+#include "api/stop_rules.h"
+#include "core/render/registry.h"
+
+namespace api {
+namespace {
+
+constexpr double kFar = 1e9;  ///< metres; beyond, floats cannot tell a kilometre from the next
+constexpr Range kCoordinate = {-kFar, kFar};
+
+constexpr std::array kClasses = {
+    core::NamedValue<JobClass>{"normal", JobClass::kNormal, "Kept, in the order of priority."},
+    core::NamedValue<JobClass>{"preview", JobClass::kPreview,
+                               "Served first, in memory only, superseded by the next of its key."},
+};
+std::span<const core::NamedValue<JobClass>> classes() { return kClasses; }
+
+constexpr bool is_power(const JobSpec& s) { return s.render.estimator.mis == core::MisType::kPower; }
+
+constexpr auto camera_row() {
+  return nested(
+      "camera", [](auto& s) -> auto& { return s.camera; },
+      "Null members are the file camera's own values, chosen by name or index, else the first.",
+      text("name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
+           "Camera of the file by name."),
+      number("index", [](auto& s) -> auto& { return s.index; }, {0, 65535},
+             "Camera of the file by index; not together with name."),
+      triple("position", [](auto& s) -> auto& { return s.position; }, kCoordinate,
+             "Eye, metres, world. Comes with target; together they replace the file's pose."),
+      triple("target", [](auto& s) -> auto& { return s.target; }, kCoordinate,
+             "Point that the camera looks at, metres, world."),
+      triple("up", [](auto& s) -> auto& { return s.up; }, kCoordinate,
+             "Upward direction; [0, 1, 0] if position and target are given without it."),
+      number("vertical_fov_degrees", [](auto& s) -> auto& { return s.vertical_fov_degrees; },
+             {0, 180, true, true}, "Vertical field of view, degrees; perspective cameras only."),
+      number("aperture_radius", [](auto& s) -> auto& { return s.aperture_radius_m; }, {0, kFar},
+             "Radius of the lens, metres; 0 is a pinhole."),
+      number("focus_distance", [](auto& s) -> auto& { return s.focus_distance_m; },
+             {0, kFar, true}, "Distance of the plane in focus, metres."));
+}
+
+constexpr auto film_row() {
+  return group(
+      "film", "Size, filter and recorded layers.",
+      number("width", [](auto& s) -> auto& { return s.render.film.width; }, {1, limits::kFilmSide},
+             "Pixels. Width times height is limited to 64 megapixels (413)."),
+      number("height", [](auto& s) -> auto& { return s.render.film.height; },
+             {1, limits::kFilmSide}, "Pixels."),
+      CustomRow<JobSpec>{"crop", &read_crop, &print_crop, &crop_schema},
+      group("filter", "Reconstruction filter.",
+            choice("type", [](auto& s) -> auto& { return s.render.film.filter.type; },
+                   &core::filters, "Kind of filter."),
+            number("radius", [](auto& s) -> auto& { return s.render.film.filter.radius_px; },
+                   {0, limits::kFilterRadius, true}, "Radius in pixels.")),
+      CustomRow<JobSpec>{"layers", &read_layers, &print_layers, &layers_schema});
+}
+
+constexpr auto estimator_row() {
+  return group(
+      "estimator", "How paths are made and combined.",
+      choice("strategy", [](auto& s) -> auto& { return s.render.estimator.strategy; },
+             &core::strategies, "Where directions come from."),
+      group("mis", "Weights of multiple importance sampling.",
+            choice("type", [](auto& s) -> auto& { return s.render.estimator.mis; },
+                   &core::mis_types, "Heuristic."),
+            when(&is_power, "applies to type 'power' only",
+                 number("exponent", [](auto& s) -> auto& { return s.render.estimator.mis_exponent; },
+                        {1, 16}, "Exponent of the power heuristic."))),
+      group("roulette", "Russian roulette.",
+            choice("type", [](auto& s) -> auto& { return s.render.estimator.roulette; },
+                   &core::roulette_types, "What decides about survival.")),
+      only_type("splitting", R"("none")", "Several continuations of a path at its first hit."),
+      only_type("control_variate", R"("none")", "What is subtracted and added in closed form."),
+      FixedRow{"expected_values", "true", "Integrate in closed form what can be."});
+}
+
+const auto& table() {
+  static constexpr auto kTable = std::tuple{
+      required_text("scene", [](auto& s) -> auto& { return s.scene; }, {1, limits::kNameCharacters},
+                    "Id from POST /v1/scenes, or the name of a built-in scene."),
+      text("name", [](auto& s) -> auto& { return s.name; }, {0, limits::kNameCharacters},
+           "For people."),
+      CustomRow<JobSpec>{"labels", &read_labels, &print_labels, &labels_schema},
+      number("priority", [](auto& s) -> auto& { return s.priority; },
+             {-limits::kPriority, limits::kPriority}, "Higher is served first."),
+      number("seed", [](auto& s) -> auto& { return s.render.seed; }, {0, limits::kSeed},
+             "Every random number of the job is a function of it."),
+      camera_row(),
+      text("variant", [](auto& s) -> auto& { return s.variant; }, {1, limits::kNameCharacters},
+           "Material variant of the file by name (KHR_materials_variants)."),
+      number("time_seconds", [](auto& s) -> auto& { return s.time_seconds; }, {-1e6, 1e6},
+             "Animation time, seconds."),
+      FixedRow{"medium", "null", "Participating medium around the scene."},
+      choice("class", [](auto& s) -> auto& { return s.job_class; }, &classes, "How it is served."),
+      text("preview_key", [](auto& s) -> auto& { return s.preview_key; },
+           {1, limits::kNameCharacters},
+           "A later preview with the same key supersedes this one; class preview only."),
+      CustomRow<JobSpec>{"environment", &read_environment, &print_environment,
+                         &environment_schema},
+      film_row(),
+      group("integrator", "How light is followed.",
+            choice("type", [](auto& s) -> auto& { return s.render.integrator; },
+                   &core::integrators, "Algorithm."),
+            number("max_depth", [](auto& s) -> auto& { return s.render.max_depth; },
+                   {0, limits::kMaxDepth},
+                   "Scattering events on a path; 0 shows emitters only, 1 adds direct light.")),
+      estimator_row(),
+      group("sampler", "Where random numbers come from.",
+            choice("type", [](auto& s) -> auto& { return s.render.sampler; }, &core::samplers,
+                   "Kind of point set."),
+            CustomRow<JobSpec>{"replicates", &read_replicates,
+                               [](const JobSpec& s, Json& object) {
+                                 object["replicates"] = s.render.replicates;
+                               },
+                               &replicates_schema}),
+      group("light_sampler", "Which light is looked at.",
+            choice("type", [](auto& s) -> auto& { return s.render.light_sampler; },
+                   &core::light_samplers, "Kind of choice.")),
+      only_type("adaptive", R"("none")", "Where further samples go."),
+      FixedRow{"spectral", "false", "Wavelengths instead of three colours."},
+      CustomRow<JobSpec>{"stop",
+                         [](const Json& value, JobSpec& s, const std::string& pointer,
+                            Faults& faults) { s.stop = read_stop(value, pointer, faults); },
+                         [](const JobSpec& s, Json& object) { object["stop"] = print_stop(s.stop); },
+                         [](const JobSpec& defaults) { return stop_schema(defaults.stop); }},
+      LaterRow{"webhook"},
+      LaterRow{"retention_seconds"},
+  };
+  return kTable;
+}
+
+}  // namespace
+
+Parsed<ParsedJob> parse_job(std::string_view body) {
+  const Parsed<Json> value = parse_json(body, limits::kBodyBytes);
+  if (!value) {
+    return value.problem();
+  }
+  ParsedJob job;
+  Faults faults;
+  read_members(table(), *value, job.spec, "", faults);
+  // The rules between members speak about values that are fine by themselves.
+  if (faults.empty()) {
+    check_camera(job.spec.camera, faults);
+    check_film(job.spec.render.film, faults);
+    check_class(job.spec, faults);
+    check_options(job.spec, accepted_options(job.spec.render.integrator), faults);
+    round_stop(job.spec.stop, job.spec.render, job.warnings, faults);
+  }
+  if (!faults.empty()) {
+    return faults.problem();
+  }
+  return job;
+}
+
+Json to_json(const JobSpec& spec) { return print_members(table(), spec); }
+
+std::string spec_json(const JobSpec& spec) { return dump(to_json(spec)); }
+
+bool same_spec(const JobSpec& a, const JobSpec& b) { return to_json(a) == to_json(b); }
+
+Json job_request_schema() {
+  return object_schema(table(), JobSpec{}, "A job: what to render, how, and when to stop.");
+}
+
+std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSummary& scene) {
+  if (spec.environment_choice != EnvironmentChoice::kAutomatic) {
+    return {};
+  }
+  spec.environment = core::EnvironmentSettings{};
+  spec.environment_asset.reset();
+  if (scene.lights.empty() && !scene.has_emissive_strength) {
+    spec.environment_choice = EnvironmentChoice::kGiven;
+    return "environment: none was given and the scene has no punctual light and no "
+           "KHR_materials_emissive_strength above 1, so a white one lights it.";
+  }
+  spec.environment_choice = EnvironmentChoice::kBlack;
+  return std::string("environment: none was given and the scene has ") +
+         (scene.lights.empty() ? "a material with KHR_materials_emissive_strength above 1"
+                               : "punctual lights") +
+         ", so it is black.";
+}
+
+}  // namespace api

@@ -1,0 +1,50 @@
+#include "api/limits.h"
+
+#include <array>
+
+namespace api {
+namespace {
+
+constexpr std::array kLimits = {
+    LimitRow{"body_bytes", limits::kBodyBytes, "Bytes of a JSON body."},
+    LimitRow{"json_depth", limits::kJsonDepth, "Levels of nested JSON."},
+    LimitRow{"json_key_bytes", limits::kJsonKeyBytes,
+             "Bytes of a member name."},
+    LimitRow{"seed", limits::kSeed, "Largest seed."},
+    LimitRow{"priority", limits::kPriority,
+             "Largest priority; the smallest is its negative."},
+    LimitRow{"name_characters", limits::kNameCharacters,
+             "Characters of a name."},
+    LimitRow{"labels", limits::kLabels, "Labels of a job."},
+    LimitRow{"label_key_characters", limits::kLabelKeyCharacters,
+             "Characters of a label's key."},
+    LimitRow{"label_value_characters", limits::kLabelValueCharacters,
+             "Characters of a label's value."},
+    LimitRow{"film_side", limits::kFilmSide, "Width or height in pixels."},
+    LimitRow{"film_pixels", limits::kFilmPixels, "Width times height."},
+    LimitRow{"filter_radius", limits::kFilterRadius,
+             "Radius of the film filter in pixels."},
+    LimitRow{"max_depth", limits::kMaxDepth, "Scattering events on a path."},
+    LimitRow{"replicates", limits::kReplicates,
+             "Independent randomisations of a pixel."},
+    LimitRow{"samples_per_pixel", limits::kSamplesPerPixel,
+             "Samples a pixel, all replicates together."},
+    LimitRow{"stop_seconds", limits::kStopSeconds,
+             "Rendering seconds that a job may ask for."},
+    LimitRow{"wait_seconds", limits::kWaitSeconds,
+             "Seconds of ?wait and of Prefer: wait."},
+    LimitRow{"page_size", limits::kPageSize, "Items of one page of a list."},
+    LimitRow{"scene_files", limits::kSceneFiles,
+             "Files of a scene made from assets."},
+    LimitRow{"merge_films", limits::kMergeFilms, "Films of one merge."},
+    LimitRow{"exposure_stops", limits::kExposureStops,
+             "Largest exposure in stops; the smallest is its negative."},
+    LimitRow{"errors_shown", limits::kErrorsShown,
+             "Entries of `errors` in one problem."},
+};
+
+}  // namespace
+
+std::span<const LimitRow> limit_table() { return kLimits; }
+
+}  // namespace api

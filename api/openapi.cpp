@@ -1,0 +1,270 @@
+#include "api/openapi.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "api/errors.h"
+#include "api/examples.h"
+#include "api/operations.h"
+#include "api/schemas.h"
+
+namespace api {
+namespace {
+
+constexpr std::string_view kFormatPart = "{.format}";
+
+Json schema_of(std::string_view schema) {
+  if (schema.empty()) {
+    return Json::object();  // bytes: OpenAPI 3.1 says nothing more about them
+  }
+  if (schema.front() == '{') {
+    return Json::parse(schema);
+  }
+  return {{"$ref", "#/components/schemas/" + std::string(schema)}};
+}
+
+Json content_of(std::span<const ContentRow> rows) {
+  Json content = Json::object();
+  for (const ContentRow& row : rows) {
+    Json media = {{"schema", schema_of(row.schema)}};
+    if (const Json example = example_of(row.schema); !example.is_null()) {
+      media["example"] = example;
+    }
+    content[std::string(row.media_type)] = std::move(media);
+  }
+  return content;
+}
+
+Json path_parameter(const std::string& name, const Capabilities& capabilities) {
+  Json schema = {{"type", "string"}};
+  std::string doc = "Id.";
+  if (name == "x" || name == "y") {
+    schema = {{"type", "integer"}, {"minimum", 0}, {"maximum", 16383}};
+    doc = name == "x" ? "Column, in pixels of the full film." : "Row, from the top.";
+  } else if (name == "sha256") {
+    schema["pattern"] = "^[0-9a-f]{64}$";
+    doc = "Hash of the content, hex.";
+  } else if (name == "format") {
+    Json formats = Json::array();
+    for (const FormatView& format : capabilities.image_formats) {
+      formats.push_back(format.extension);
+    }
+    if (!formats.empty()) {
+      schema["enum"] = std::move(formats);
+    }
+    doc = "Extension of the image format.";
+  }
+  return {{"name", name}, {"in", "path"}, {"required", true}, {"description", doc}, {"schema", schema}};
+}
+
+/// Parameters whose values the tables of this build hold.
+void add_names(Json& schema, std::string_view parameter, const Capabilities& capabilities) {
+  if (parameter == "tonemap" && !capabilities.tone_maps.empty()) {
+    schema["enum"] = capabilities.tone_maps;
+  }
+}
+
+Json parameters_of(const Operation& operation, const std::string& path,
+                   const Capabilities& capabilities) {
+  Json list = Json::array();
+  for (std::size_t at = path.find('{'); at != std::string::npos; at = path.find('{', at + 1)) {
+    list.push_back(path_parameter(path.substr(at + 1, path.find('}', at) - at - 1), capabilities));
+  }
+  for (const ParameterRow& row : operation.parameters) {
+    Json schema = Json::parse(row.schema);
+    add_names(schema, row.name, capabilities);
+    list.push_back({{"name", row.name},
+                    {"in", row.in},
+                    {"required", false},
+                    {"description", row.summary},
+                    {"schema", std::move(schema)}});
+  }
+  return list;
+}
+
+std::vector<int> problem_statuses(const Operation& operation) {
+  std::vector<int> statuses(operation.problems.begin(), operation.problems.end());
+  if (!operation.scope.empty()) {
+    statuses.insert(statuses.end(), {401, 403, 429});
+  }
+  if (!operation.scope.empty() || operation.id == "getReadiness") {
+    statuses.push_back(503);
+  }
+  std::sort(statuses.begin(), statuses.end());
+  return statuses;
+}
+
+Json responses_of(const Operation& operation) {
+  Json responses = Json::object();
+  for (const ResponseRow& row : operation.responses) {
+    Json response = {{"description", row.summary}};
+    if (!row.content.empty()) {
+      response["content"] = content_of(row.content);
+    }
+    if (row.status == 201) {
+      response["headers"]["Location"] = {{"description", "Path of what was made."},
+                                         {"schema", {{"type", "string"}}}};
+    }
+    responses[std::to_string(row.status)] = std::move(response);
+  }
+  for (const int status : problem_statuses(operation)) {
+    responses[std::to_string(status)] = {
+        {"$ref", "#/components/responses/Problem" + std::to_string(status)}};
+  }
+  return responses;
+}
+
+Json operation_json(const Operation& operation, const std::string& id, const std::string& path,
+                    const Capabilities& capabilities) {
+  Json body = {{"operationId", id}, {"tags", Json::array({operation.tag})},
+               {"summary", operation.summary}};
+  if (!operation.description.empty()) {
+    body["description"] = operation.description;
+  }
+  if (operation.scope.empty()) {
+    body["security"] = Json::array();
+  }
+  if (Json parameters = parameters_of(operation, path, capabilities); !parameters.empty()) {
+    body["parameters"] = std::move(parameters);
+  }
+  if (!operation.request.empty()) {
+    body["requestBody"] = {{"required", true}, {"content", content_of(operation.request)}};
+  }
+  body["responses"] = responses_of(operation);
+  return body;
+}
+
+void add_operation(Json& paths, const Operation& operation, const Capabilities& capabilities) {
+  std::string method(operation.method);
+  std::transform(method.begin(), method.end(), method.begin(),
+                 [](char c) { return static_cast<char>(c - 'A' + 'a'); });
+  std::string path(operation.path);
+  const std::string id(operation.id);
+  // OpenAPI has no optional parts of a path: `image{.format}` is two of them.
+  if (const auto at = path.find(kFormatPart); at != std::string::npos) {
+    path.erase(at);
+    const std::string with_format = path + ".{format}";
+    paths[with_format][method] =
+        operation_json(operation, id + "InFormat", with_format, capabilities);
+  }
+  paths[path][method] = operation_json(operation, id, path, capabilities);
+}
+
+Json problem_responses() {
+  Json responses = Json::object();
+  for (const ErrorRow& row : error_table()) {
+    const std::string name = "Problem" + std::to_string(row.status);
+    if (responses.contains(name)) {
+      continue;
+    }
+    Json response = {{"description", std::string(row.title) + "."}};
+    response["content"]["application/problem+json"] = {
+        {"schema", {{"$ref", "#/components/schemas/Problem"}}}};
+    if (row.status == 429 || row.status == 503) {
+      response["headers"]["Retry-After"] = {{"description", "Seconds to wait."},
+                                            {"schema", {{"type", "integer"}}}};
+    }
+    responses[name] = std::move(response);
+  }
+  return responses;
+}
+
+Json tags() {
+  struct Tag {
+    const char* name;
+    const char* doc;
+  };
+  constexpr std::array kTags = {
+      Tag{"Service", "The server itself."},
+      Tag{"Assets", "Files by the hash of their content."},
+      Tag{"Scenes", "glTF scenes, loaded and checked."},
+      Tag{"Jobs", "Pictures in the making."},
+      Tag{"Results", "Pictures, pixels, errors."},
+      Tag{"Streams", "What happens, as it happens."},
+      Tag{"Laboratory", "Estimators on the bench."},
+  };
+  Json list = Json::array();
+  for (const Tag& tag : kTags) {
+    const auto used = [&tag](const Operation& operation) {
+      return operation.available && operation.tag == tag.name;
+    };
+    const auto all = operations();
+    if (std::any_of(all.begin(), all.end(), used)) {
+      list.push_back({{"name", tag.name}, {"description", tag.doc}});
+    }
+  }
+  return list;
+}
+
+Json components() {
+  Json schemas = Json::object();
+  schemas["JobRequest"] = job_request_schema();
+  schemas["JobPatch"] = job_patch_schema();
+  schemas["SceneFromAssets"] = scene_from_assets_schema();
+  if (find_operation("extendJob")->available) {
+    schemas["ExtendRequest"] = extend_schema();
+  }
+  if (find_operation("mergeFilms")->available) {
+    schemas["MergeRequest"] = merge_schema();
+  }
+  add_view_schemas(schemas);
+  if (find_operation("createComparison")->available) {
+    schemas["ComparisonRequest"] = comparison_request_schema();
+  } else {
+    schemas.erase("Comparison");
+  }
+  Json body;
+  body["schemas"] = std::move(schemas);
+  body["responses"] = problem_responses();
+  body["securitySchemes"] = {
+      {"bearer",
+       {{"type", "http"},
+        {"scheme", "bearer"},
+        {"description", "The key of the server. Without one only loopback is served."}}},
+      {"cookie",
+       {{"type", "apiKey"},
+        {"in", "cookie"},
+        {"name", "tessera_key"},
+        {"description", "What the web page gets in exchange for the key."}}}};
+  return body;
+}
+
+}  // namespace
+
+Json openapi_document(const Capabilities& capabilities, std::string_view version) {
+  Json document;
+  document["openapi"] = "3.1.0";
+  document["info"] = {
+      {"title", "Tessera"},
+      {"version", version},
+      {"summary", "A render server."},
+      {"description",
+       "Upload a glTF scene, post a job, watch the picture converge. Bodies are JSON in UTF-8; errors are "
+       "application/problem+json (RFC 9457) with JSON pointers to what is wrong; unknown members are "
+       "refused; every answer has X-Request-Id."},
+      {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}};
+  document["servers"] = Json::array({{{"url", "/"}, {"description", "This server."}}});
+  // The empty requirement: a server on loopback needs no key.
+  document["security"] =
+      Json::array({{{"bearer", Json::array()}}, {{"cookie", Json::array()}}, Json::object()});
+  document["tags"] = tags();
+  Json paths = Json::object();
+  for (const Operation& operation : operations()) {
+    if (operation.available) {
+      add_operation(paths, operation, capabilities);
+    }
+  }
+  document["paths"] = std::move(paths);
+  document["components"] = components();
+  return document;
+}
+
+std::string openapi_json(const Capabilities& capabilities, std::string_view version) {
+  return dump(openapi_document(capabilities, version));
+}
+
+}  // namespace api

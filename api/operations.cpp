@@ -1,0 +1,268 @@
+#include "api/operations.h"
+
+#include <algorithm>
+#include <array>
+
+namespace api {
+namespace {
+
+using Parameters = std::span<const ParameterRow>;
+using Contents = std::span<const ContentRow>;
+
+// Parameters.
+constexpr ParameterRow kLimit = {"limit", "query",
+                                 R"({"type":"integer","minimum":1,"maximum":200,"default":50})",
+                                 "Items of a page."};
+constexpr ParameterRow kCursor = {"cursor", "query", R"({"type":"string","maxLength":256})",
+                                  "`next` of the page before."};
+constexpr ParameterRow kIfNoneMatch = {"If-None-Match", "header", R"({"type":"string"})",
+                                       "ETag that is known already: 304 while it holds."};
+constexpr ParameterRow kIfMatch = {"If-Match", "header", R"({"type":"string"})",
+                                   "ETag whose spec part must still hold, else 412."};
+constexpr ParameterRow kRange = {"Range", "header", R"({"type":"string"})", "Part of the bytes."};
+constexpr ParameterRow kPrefer = {"Prefer", "header", R"({"type":"string"})",
+                                  "`wait=N`: answer when the job has ended, or after N (at most 60) seconds."};
+constexpr ParameterRow kIdempotencyKey = {
+    "Idempotency-Key", "header", R"({"type":"string","minLength":1,"maxLength":255})",
+    "The same key with the same body answers with the first job (200)."};
+
+constexpr std::array kAssetParameters = {kRange, kIfNoneMatch};
+constexpr std::array kSceneListParameters = {kCursor, kLimit};
+constexpr std::array kSubmitParameters = {
+    ParameterRow{"dry_run", "query", R"({"type":"integer","enum":[0,1],"default":0})",
+                 "1: only validate and estimate the cost (200)."},
+    kIdempotencyKey, kPrefer};
+constexpr std::array kJobListParameters = {
+    ParameterRow{"state", "query",
+                 R"({"type":"array","items":{"type":"string","enum":["queued","loading","rendering","paused","finished","failed","cancelled"]}})",
+                 "Only jobs in one of these states; may be repeated."},
+    ParameterRow{"label", "query", R"({"type":"array","items":{"type":"string"}})",
+                 "Only jobs with this label, `key=value` or `key`; may be repeated."},
+    kCursor, kLimit};
+constexpr std::array kJobParameters = {
+    ParameterRow{"wait", "query", R"({"type":"number","minimum":0,"maximum":60,"default":0})",
+                 "Answer at a final state (with If-None-Match: at any change), or after so many seconds."},
+    kIfNoneMatch};
+constexpr std::array kPatchParameters = {kIfMatch};
+constexpr std::array kImageParameters = {
+    ParameterRow{"layer", "query", R"({"type":"string"})",
+                 "A layer of GET /v1/server; beauty when absent (EXR: all of them)."},
+    ParameterRow{"exposure", "query", R"({"type":"number","minimum":-30,"maximum":30,"default":0})",
+                 "Stops; display formats only."},
+    ParameterRow{"tonemap", "query", R"({"type":"string","default":"srgb"})",
+                 "A tone map of GET /v1/server; display formats only."},
+    ParameterRow{"revision", "query", R"({"type":"integer","minimum":0,"maximum":4294967295})",
+                 "At least this revision, else 409."},
+    ParameterRow{"x", "query", R"({"type":"integer","minimum":0,"maximum":16383})",
+                 "Left column of a part; x, y, width and height come together."},
+    ParameterRow{"y", "query", R"({"type":"integer","minimum":0,"maximum":16383})",
+                 "Top row of a part."},
+    ParameterRow{"width", "query", R"({"type":"integer","minimum":1,"maximum":16384})",
+                 "Width of a part."},
+    ParameterRow{"height", "query", R"({"type":"integer","minimum":1,"maximum":16384})",
+                 "Height of a part."},
+    ParameterRow{"max_size", "query", R"({"type":"integer","minimum":1,"maximum":16384})",
+                 "Longest side of the answer; larger pictures are scaled down."},
+    kIfNoneMatch};
+constexpr std::array kTilesParameters = {
+    ParameterRow{"after", "query",
+                 R"({"type":"integer","minimum":0,"maximum":4294967295,"default":0})",
+                 "Only tiles that are newer than this revision."}};
+constexpr std::array kEventsParameters = {
+    ParameterRow{"Last-Event-ID", "header", R"({"type":"string"})",
+                 "Goes on after this event; what is lost is announced by `reset`."}};
+
+// Bodies.
+constexpr std::array kBytes = {ContentRow{"application/octet-stream", ""}};
+constexpr std::array kSceneBodies = {
+    ContentRow{"model/gltf-binary", ""}, ContentRow{"model/gltf+json", R"({"type":"object"})"},
+    ContentRow{"application/zip", ""}, ContentRow{"application/json", "SceneFromAssets"}};
+constexpr std::array kGlb = {ContentRow{"model/gltf-binary", ""}};
+constexpr std::array kJobRequest = {ContentRow{"application/json", "JobRequest"}};
+constexpr std::array kJobPatch = {ContentRow{"application/json", "JobPatch"},
+                                  ContentRow{"application/merge-patch+json", "JobPatch"}};
+constexpr std::array kExtend = {ContentRow{"application/json", "ExtendRequest"}};
+constexpr std::array kMerge = {ContentRow{"application/json", "MergeRequest"}};
+constexpr std::array kComparisonRequest = {ContentRow{"application/json", "ComparisonRequest"}};
+constexpr std::array kLabRequest = {ContentRow{"application/json", R"({"type":"object"})"}};
+constexpr std::array kText = {ContentRow{"text/plain", R"({"type":"string"})"}};
+constexpr std::array kHtml = {ContentRow{"text/html", R"({"type":"string"})"}};
+constexpr std::array kAnyJson = {ContentRow{"application/json", R"({"type":"object"})"}};
+constexpr std::array kServer = {ContentRow{"application/json", "Server"}};
+constexpr std::array kAsset = {ContentRow{"application/json", "Asset"}};
+constexpr std::array kScene = {ContentRow{"application/json", "Scene"}};
+constexpr std::array kSceneList = {ContentRow{"application/json", "SceneList"}};
+constexpr std::array kJob = {ContentRow{"application/json", "Job"}};
+constexpr std::array kJobList = {ContentRow{"application/json", "JobList"}};
+constexpr std::array kPixel = {ContentRow{"application/json", "Pixel"}};
+constexpr std::array kConvergence = {ContentRow{"application/json", "Convergence"}};
+constexpr std::array kComparison = {ContentRow{"application/json", "Comparison"}};
+constexpr std::array kFilm = {ContentRow{"application/vnd.tessera.film", ""}};
+constexpr std::array kEvents = {ContentRow{"text/event-stream", R"({"type":"string"})"}};
+constexpr std::array kTiles = {ContentRow{"application/vnd.tessera.tiles", ""}};
+constexpr std::array kLines = {ContentRow{"application/x-ndjson", R"({"type":"string"})"}};
+constexpr std::array kImages = {ContentRow{"image/png", ""},  ContentRow{"image/jpeg", ""},
+                                ContentRow{"image/webp", ""}, ContentRow{"image/x-exr", ""},
+                                ContentRow{"image/vnd.radiance", ""}, ContentRow{"image/tiff", ""}};
+
+// Responses.
+constexpr Contents kNothing = {};
+constexpr std::array kTextAnswer = {ResponseRow{200, "Text.", kText}};
+constexpr std::array kReadyAnswer = {ResponseRow{200, "Ready for work.", kText}};
+constexpr std::array kDocumentAnswer = {ResponseRow{200, "The document.", kAnyJson},
+                                        ResponseRow{304, "Unchanged.", kNothing}};
+constexpr std::array kPageAnswer = {ResponseRow{200, "The page.", kHtml},
+                                    ResponseRow{304, "Unchanged.", kNothing}};
+constexpr std::array kServerAnswer = {ResponseRow{200, "What this server can do.", kServer}};
+constexpr std::array kAssetMade = {ResponseRow{201, "Stored.", kAsset},
+                                   ResponseRow{200, "It was known already.", kAsset}};
+constexpr std::array kAssetContent = {ResponseRow{200, "The bytes.", kBytes},
+                                      ResponseRow{206, "Part of the bytes.", kBytes},
+                                      ResponseRow{304, "Unchanged.", kNothing}};
+constexpr std::array kGone = {ResponseRow{204, "Deleted.", kNothing}};
+constexpr std::array kSceneMade = {ResponseRow{201, "Loaded and stored.", kScene},
+                                   ResponseRow{200, "It was known already.", kScene}};
+constexpr std::array kSceneListAnswer = {ResponseRow{200, "Scenes, newest first.", kSceneList}};
+constexpr std::array kSceneAnswer = {ResponseRow{200, "The scene.", kScene}};
+constexpr std::array kGlbAnswer = {ResponseRow{200, "The scene as GLB.", kGlb}};
+constexpr std::array kJobMade = {
+    ResponseRow{201, "Accepted (with Prefer: wait: it has ended).", kJob},
+    ResponseRow{202, "It has not ended within the time of Prefer: wait.", kJob},
+    ResponseRow{200, "A dry run, or the job that this Idempotency-Key made before.", kJob}};
+constexpr std::array kJobListAnswer = {ResponseRow{200, "Jobs, newest first.", kJobList}};
+constexpr std::array kJobAnswer = {ResponseRow{200, "The job.", kJob},
+                                   ResponseRow{304, "Unchanged.", kNothing}};
+constexpr std::array kJobChanged = {ResponseRow{200, "The job as it is now.", kJob}};
+constexpr std::array kJobExtended = {ResponseRow{202, "It goes on.", kJob}};
+constexpr std::array kImageAnswer = {ResponseRow{200, "The picture.", kImages},
+                                     ResponseRow{304, "Unchanged.", kNothing}};
+constexpr std::array kPixelAnswer = {ResponseRow{200, "The pixel.", kPixel}};
+constexpr std::array kConvergenceAnswer = {ResponseRow{200, "The curve.", kConvergence}};
+constexpr std::array kEventsAnswer = {
+    ResponseRow{200, "Server-sent events, until the job ends.", kEvents},
+    ResponseRow{204, "Last-Event-ID was the end: nothing will follow.", kNothing}};
+constexpr std::array kTilesAnswer = {ResponseRow{200, "Tile frames, until the job ends.", kTiles}};
+constexpr std::array kFilmAnswer = {ResponseRow{200, "The film.", kFilm}};
+constexpr std::array kMergeAnswer = {ResponseRow{201, "A finished job with the sum.", kJob}};
+constexpr std::array kComparisonAnswer = {ResponseRow{201, "The comparison.", kComparison}};
+constexpr std::array kLabAnswer = {ResponseRow{200, "JSON lines.", kLines}};
+
+// Problems.
+constexpr std::array k400 = {400};
+constexpr std::array k404 = {404};
+constexpr std::array k409 = {404, 409};
+constexpr std::array k422 = {422};
+constexpr std::array k404_422 = {404, 422};
+constexpr std::array kUploadProblems = {413, 507};
+constexpr std::array kPutProblems = {413, 422, 507};
+constexpr std::array kContentProblems = {404, 416};
+constexpr std::array kSceneProblems = {400, 404, 413, 415, 422, 424, 507};
+constexpr std::array kSubmitProblems = {400, 404, 409, 413, 415, 422};
+constexpr std::array kPatchProblems = {400, 404, 409, 412, 415, 422};
+constexpr std::array kExtendProblems = {400, 404, 409, 415, 422};
+constexpr std::array kImageProblems = {404, 406, 409, 410, 422};
+constexpr std::array kMergeProblems = {400, 404, 409, 415, 422};
+constexpr Parameters kNoParameters = {};
+constexpr Contents kNoBody = {};
+constexpr std::span<const int> kNoProblems = {};
+
+constexpr std::array kOperations = {
+    Operation{"getLiveness", "GET", "/livez", "Service", "Is the process alive?",
+              "Answers while everything else is busy.", "", kNoParameters, kNoBody, kTextAnswer,
+              kNoProblems, true},
+    Operation{"getReadiness", "GET", "/readyz", "Service", "Can it take work?",
+              "503 while it starts or stops.", "", kNoParameters, kNoBody, kReadyAnswer, kNoProblems,
+              true},
+    Operation{"getMetrics", "GET", "/metrics", "Service", "Prometheus metrics.", "", "",
+              kNoParameters, kNoBody, kTextAnswer, kNoProblems, true},
+    Operation{"getOpenApi", "GET", "/openapi.json", "Service", "This document.", "", "",
+              kNoParameters, kNoBody, kDocumentAnswer, kNoProblems, true},
+    Operation{"getDocs", "GET", "/docs", "Service", "This document as a page.", "", "",
+              kNoParameters, kNoBody, kPageAnswer, kNoProblems, true},
+    Operation{"getPage", "GET", "/", "Service", "The web page.", "", "", kNoParameters, kNoBody,
+              kPageAnswer, kNoProblems, true},
+    Operation{"getServer", "GET", "/v1/server", "Service", "What this server can do.",
+              "Version, build, limits, and every name that a job may use.", "read", kNoParameters,
+              kNoBody, kServerAnswer, kNoProblems, true},
+    Operation{"createAsset", "POST", "/v1/assets", "Assets", "Upload a file.",
+              "Raw bytes of any file. The id is the sha256 of the content.", "write", kNoParameters,
+              kBytes, kAssetMade, kUploadProblems, true},
+    Operation{"putAsset", "PUT", "/v1/assets/{sha256}", "Assets", "Upload a file under its hash.",
+              "422 when the content has another hash.", "write", kNoParameters, kBytes, kAssetMade,
+              kPutProblems, true},
+    Operation{"getAsset", "GET", "/v1/assets/{sha256}", "Assets", "Download a file.",
+              "Never changes; may be cached for ever.", "read", kAssetParameters, kNoBody,
+              kAssetContent, kContentProblems, true},
+    Operation{"deleteAsset", "DELETE", "/v1/assets/{sha256}", "Assets", "Delete a file.",
+              "409 while a scene or job uses it.", "write", kNoParameters, kNoBody, kGone, k409, true},
+    Operation{"createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
+              "A GLB, a glTF without other files, a zip with everything, or asset ids. The file can name "
+              "only what is uploaded with it; 424 lists what is missing.",
+              "write", kNoParameters, kSceneBodies, kSceneMade, kSceneProblems, true},
+    Operation{"listScenes", "GET", "/v1/scenes", "Scenes", "List scenes.", "", "read",
+              kSceneListParameters, kNoBody, kSceneListAnswer, k400, true},
+    Operation{"getScene", "GET", "/v1/scenes/{id}", "Scenes", "Describe a scene.", "", "read",
+              kNoParameters, kNoBody, kSceneAnswer, k404, true},
+    Operation{"deleteScene", "DELETE", "/v1/scenes/{id}", "Scenes", "Delete a scene.",
+              "409 while a job uses it.", "write", kNoParameters, kNoBody, kGone, k409, true},
+    Operation{"getSceneGltf", "GET", "/v1/scenes/{id}/gltf", "Scenes",
+              "Download a built-in scene as GLB.", "", "read", kNoParameters, kNoBody, kGlbAnswer, k404,
+              true},
+    Operation{"createJob", "POST", "/v1/jobs", "Jobs", "Submit a job.",
+              "Only `scene` is required. Unknown members are refused.", "write", kSubmitParameters,
+              kJobRequest, kJobMade, kSubmitProblems, true},
+    Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kJobListParameters,
+              kNoBody, kJobListAnswer, k400, true},
+    Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Look at a job, or wait for it.", "", "read",
+              kJobParameters, kNoBody, kJobAnswer, k404_422, true},
+    Operation{"patchJob", "PATCH", "/v1/jobs/{id}", "Jobs", "Change a job.",
+              "A merge patch (RFC 7396) of priority, labels, name, stop and paused.", "write",
+              kPatchParameters, kJobPatch, kJobChanged, kPatchProblems, true},
+    Operation{"cancelJob", "POST", "/v1/jobs/{id}/cancel", "Jobs", "Cancel a job.",
+              "Keeps the picture so far. Cancelling twice is no error.", "write", kNoParameters, kNoBody,
+              kJobChanged, k404, true},
+    Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Let a finished job go on.", "",
+              "write", kNoParameters, kExtend, kJobExtended, kExtendProblems, false},
+    Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Forget a job and its files.",
+              "409 while it runs.", "write", kNoParameters, kNoBody, kGone, k409, true},
+    Operation{"getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results", "The picture so far.",
+              "The format follows from the extension (png, jpg, webp, exr, hdr, tif) or from Accept.",
+              "read", kImageParameters, kNoBody, kImageAnswer, kImageProblems, true},
+    Operation{"getPixel", "GET", "/v1/jobs/{id}/pixels/{x}/{y}", "Results",
+              "One pixel with its intervals.", "", "read", kNoParameters, kNoBody, kPixelAnswer, k404_422,
+              true},
+    Operation{"getConvergence", "GET", "/v1/jobs/{id}/convergence", "Results",
+              "Error over samples and time.", "", "read", kNoParameters, kNoBody, kConvergenceAnswer, k404,
+              true},
+    Operation{"getFilm", "GET", "/v1/jobs/{id}/film", "Results", "The raw sums.", "", "read",
+              kNoParameters, kNoBody, kFilmAnswer, k409, false},
+    Operation{"mergeFilms", "POST", "/v1/films/merge", "Results", "Add up films.",
+              "409 when they overlap or do not fit.", "write", kNoParameters, kMerge, kMergeAnswer,
+              kMergeProblems, false},
+    Operation{"streamEvents", "GET", "/v1/jobs/{id}/events", "Streams", "Watch a job.",
+              "Events: snapshot, state, progress, tile, warning, end; reset after a loss; overloaded at the "
+              "limit of streams.",
+              "read", kEventsParameters, kNoBody, kEventsAnswer, k404, true},
+    Operation{"streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Receive the tiles.",
+              "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, height, "
+              "u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32, r g b, "
+              "their variances, the sample count. Flag 1: end frame; 2: correlated errors; 4: an alpha "
+              "plane follows.",
+              "read", kTilesParameters, kNoBody, kTilesAnswer, k404_422, true},
+    Operation{"createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.", "",
+              "write", kNoParameters, kComparisonRequest, kComparisonAnswer, kMergeProblems, false},
+    Operation{"runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.", "", "write",
+              kNoParameters, kLabRequest, kLabAnswer, k422, false},
+};
+
+}  // namespace
+
+std::span<const Operation> operations() { return kOperations; }
+
+const Operation* find_operation(std::string_view id) {
+  const auto* found = std::find_if(kOperations.begin(), kOperations.end(),
+                                   [id](const Operation& each) { return each.id == id; });
+  return found == kOperations.end() ? nullptr : &*found;
+}
+
+}  // namespace api

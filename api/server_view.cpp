@@ -1,0 +1,144 @@
+#include "api/server_view.h"
+
+#include <array>
+
+#include <nlohmann/json.hpp>
+
+#include "api/limits.h"
+#include "core/render/registry.h"
+
+namespace api {
+namespace {
+
+Json to_array(const std::vector<std::string>& texts) { return texts; }
+
+/// accepts: what of the job request each entry honours.
+template <typename Entries>
+Json typed_list(const Entries& entries, const std::vector<std::string>& accepts) {
+  Json list = Json::array();
+  for (const auto& entry : entries) {
+    list.push_back({{"type", entry.name},
+                    {"bias", entry.bias},
+                    {"summary", entry.summary},
+                    {"accepts", accepts}});
+  }
+  return list;
+}
+
+/// A patch of one string at estimator/`path`..., from the innermost member outwards.
+OptionRow option(const std::vector<std::string>& path, std::string_view value,
+                 std::string_view bias, std::string_view summary) {
+  OptionRow row;
+  Json patch = value;
+  for (auto key = path.rbegin(); key != path.rend(); ++key) {
+    Json outer = Json::object();
+    outer[*key] = std::move(patch);
+    patch = std::move(outer);
+  }
+  // Other types have no exponent; null takes it out of a request that has one.
+  if (path.size() > 2 && path[1] == "mis" && value != "power") {
+    patch["estimator"]["mis"]["exponent"] = nullptr;
+  }
+  for (const std::string& key : path) {
+    if (key != "type") {
+      row.name += key + ".";
+    }
+  }
+  row.name += value;
+  row.bias = bias;
+  row.summary = summary;
+  row.patch = dump(patch);
+  return row;
+}
+
+Json limits_json(const std::vector<ConfiguredLimit>& configured) {
+  Json limits = Json::object();
+  for (const LimitRow& row : limit_table()) {
+    limits[std::string(row.name)] = row.value;
+  }
+  for (const ConfiguredLimit& limit : configured) {
+    limits[limit.name] = limit.value;
+  }
+  return limits;
+}
+
+}  // namespace
+
+std::vector<std::string> accepted_options(std::string_view /*integrator*/) {
+  return {"/integrator/max_depth", "/estimator/strategy", "/estimator/mis", "/estimator/roulette",
+          "/sampler/type",         "/sampler/replicates", "/light_sampler"};
+}
+
+std::vector<OptionRow> estimation_options() {
+  std::vector<OptionRow> options;
+  for (const auto& entry : core::strategies()) {
+    options.push_back(option({"estimator", "strategy"}, entry.name, entry.bias, entry.summary));
+  }
+  for (const auto& entry : core::mis_types()) {
+    options.push_back(option({"estimator", "mis", "type"}, entry.name, entry.bias, entry.summary));
+  }
+  for (const auto& entry : core::roulette_types()) {
+    options.push_back(
+        option({"estimator", "roulette", "type"}, entry.name, entry.bias, entry.summary));
+  }
+  return options;
+}
+
+std::string server_json(const ServerView& server) {
+  Json body;
+  body["version"] = server.version;
+  body["build"] = {{"id", server.build.id},
+                   {"commit", server.build.commit},
+                   {"compiler", server.build.compiler},
+                   {"isa", server.build.isa},
+                   {"embree", server.build.embree}};
+  body["limits"] = limits_json(server.limits);
+  Json integrators = Json::array();
+  for (const auto& entry : core::integrators()) {
+    integrators.push_back({{"type", entry.name},
+                           {"bias", entry.bias},
+                           {"summary", entry.summary},
+                           {"accepts", accepted_options(entry.name)}});
+  }
+  body["integrators"] = std::move(integrators);
+  body["samplers"] = typed_list(core::samplers(), {"/sampler/replicates"});
+  body["light_samplers"] = typed_list(core::light_samplers(), {});
+  body["adaptive"] = Json::array({{{"type", "none"},
+                                   {"bias", "none"},
+                                   {"summary", "Every pixel gets the same number of samples."},
+                                   {"accepts", Json::array()}}});
+  Json options = Json::array();
+  for (const OptionRow& row : estimation_options()) {
+    options.push_back({{"name", row.name},
+                       {"bias", row.bias},
+                       {"summary", row.summary},
+                       {"patch", Json::parse(row.patch)}});
+  }
+  body["options"] = std::move(options);
+  Json layers = Json::array();
+  for (const core::LayerEntry& layer : core::layers()) {
+    layers.push_back(layer.name);
+  }
+  body["layers"] = std::move(layers);
+  Json formats = Json::array();
+  for (const FormatView& format : server.capabilities.image_formats) {
+    formats.push_back(format.extension);
+  }
+  body["image_formats"] = std::move(formats);
+  body["tone_maps"] = to_array(server.capabilities.tone_maps);
+  Json filters = Json::array();
+  for (const auto& filter : core::filters()) {
+    filters.push_back(filter.name);
+  }
+  body["filters"] = std::move(filters);
+  Json scenes = Json::array();
+  for (const NamedSummary& scene : server.capabilities.scenes) {
+    scenes.push_back({{"name", scene.name}, {"summary", scene.summary}});
+  }
+  body["scenes"] = std::move(scenes);
+  body["experiments"] = Json::array();
+  body["extensions"] = to_array(server.capabilities.extensions);
+  return dump(body);
+}
+
+}  // namespace api

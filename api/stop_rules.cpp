@@ -1,0 +1,144 @@
+#include "api/stop_rules.h"
+
+#include <array>
+#include <span>
+
+#include "api/fields.h"
+#include "api/limits.h"
+#include "api/time_text.h"
+#include "core/render/registry.h"
+
+namespace api {
+namespace {
+
+using core::StopRules;
+
+constexpr double kConfidence = 0.95;
+
+constexpr std::array kScopes = {
+    core::NamedValue<bool>{"image", false, "The error of the whole picture."},
+    core::NamedValue<bool>{"worst_tile", true, "The error of the worst tile."},
+};
+std::span<const core::NamedValue<bool>> scopes() { return kScopes; }
+
+void read_deadline(const Json& value, StopRules& rules, const std::string& pointer,
+                   Faults& faults) {
+  rules.deadline_unix_seconds.reset();
+  if (value.is_null()) {
+    return;
+  }
+  const auto text = read_text(value, {1, 64}, pointer, faults);
+  if (!text) {
+    return;
+  }
+  rules.deadline_unix_seconds = parse_rfc3339(*text);
+  if (!rules.deadline_unix_seconds) {
+    faults.add(pointer, shown(value) + " is not an RFC 3339 time such as 2026-01-31T12:00:00Z");
+  }
+}
+
+const auto& table() {
+  static constexpr auto kTable = std::tuple{
+      shown_if([](const StopRules& s) { return s.samples_per_pixel.has_value(); },
+               number("samples_per_pixel", [](auto& s) -> auto& { return s.samples_per_pixel; },
+                      {1, limits::kSamplesPerPixel},
+                      "Stop at this mean number of samples over the pixels of the crop, all "
+                      "replicates together. Rounded up to what the sampler can do.")),
+      shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
+               number("relative_error", [](auto& s) -> auto& { return s.relative_error; },
+                      {1e-5, 10},
+                      "Stop when the relative error is at most this, with `confidence`.")),
+      shown_if(
+          [](const StopRules& s) { return s.relative_error || s.confidence != kConfidence; },
+          number("confidence", [](auto& s) -> auto& { return s.confidence; }, {0.5, 0.9999},
+                 "Confidence of relative_error and of the interval in `error`.")),
+      shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
+               when([](const StopRules& s) { return s.relative_error.has_value(); },
+                    "applies to relative_error only",
+                    choice("scope", [](auto& s) -> auto& { return s.worst_tile; }, &scopes,
+                           "Whose error has to be small enough."))),
+      shown_if([](const StopRules& s) { return s.seconds.has_value(); },
+               number("seconds", [](auto& s) -> auto& { return s.seconds; },
+                      {0, limits::kStopSeconds, true},
+                      "Stop after this many seconds of rendering, without pauses and downtime.")),
+      CustomRow<StopRules>{
+          "deadline", &read_deadline,
+          [](const StopRules& s, Json& object) {
+            if (s.deadline_unix_seconds) {
+              object["deadline"] = rfc3339(*s.deadline_unix_seconds);
+            }
+          },
+          [](const StopRules& /*defaults*/) {
+            Json schema = basic_schema("string", "Stop at this time (RFC 3339).", true);
+            schema["format"] = "date-time";
+            return schema;
+          }},
+  };
+  return kTable;
+}
+
+}  // namespace
+
+StopRules read_stop(const Json& value, const std::string& pointer, Faults& faults) {
+  StopRules rules;
+  Faults inner;
+  read_members(table(), value, rules, pointer, inner);
+  if (!inner.empty()) {
+    faults.append(inner);
+    return rules;
+  }
+  if (!rules.samples_per_pixel && !rules.relative_error && !rules.seconds &&
+      !rules.deadline_unix_seconds) {
+    faults.add(pointer,
+               "has no rule; give samples_per_pixel, relative_error, seconds or deadline");
+  }
+  return rules;
+}
+
+Json print_stop(const StopRules& rules) { return print_members(table(), rules); }
+
+Json stop_schema(const StopRules& defaults) {
+  Json schema = object_schema(
+      table(), defaults,
+      "When to stop: the first rule met ends the job. If given, only the rules in it apply.");
+  Json rules = Json::array();
+  for (const char* rule : {"samples_per_pixel", "relative_error", "seconds", "deadline"}) {
+    rules.push_back({{"required", {rule}}});
+  }
+  schema["anyOf"] = std::move(rules);
+  schema["default"] = print_stop(defaults);
+  return schema;
+}
+
+std::vector<std::string_view> stop_member_names() { return member_names(table()); }
+
+void round_stop(StopRules& rules, const core::RenderSettings& settings,
+                std::vector<std::string>& warnings, Faults& faults) {
+  if (!rules.samples_per_pixel) {
+    return;
+  }
+  const int asked = *rules.samples_per_pixel;
+  const int in_force = core::rounded_samples(settings.sampler, settings.replicates, asked);
+  if (in_force == asked) {
+    return;
+  }
+  std::string_view sampler;
+  for (const auto& entry : core::samplers()) {
+    if (entry.value == settings.sampler) {
+      sampler = entry.name;
+    }
+  }
+  const std::string why = "sampler '" + std::string(sampler) + "' with " +
+                          std::to_string(settings.replicates) + " replicates rounds " +
+                          std::to_string(asked) + " to " + std::to_string(in_force);
+  if (in_force > limits::kSamplesPerPixel) {
+    faults.add("/stop/samples_per_pixel",
+               why + ", outside [1, " + std::to_string(limits::kSamplesPerPixel) + "]");
+    return;
+  }
+  rules.samples_per_pixel = in_force;
+  warnings.push_back("stop.samples_per_pixel: " + std::to_string(asked) + " was asked for, " +
+                     std::to_string(in_force) + " is in force: " + why + ".");
+}
+
+}  // namespace api

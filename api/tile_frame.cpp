@@ -1,0 +1,126 @@
+#include "api/tile_frame.h"
+
+#include <array>
+#include <bit>
+#include <cstring>
+
+#include <zlib.h>
+
+#include "core/base/check.h"
+
+namespace api {
+namespace {
+
+constexpr std::array<unsigned char, 4> kMagic = {'T', 'S', 'R', 1};
+constexpr std::size_t kPlanes = 7;
+constexpr int kSideMax = 65535;
+
+// Bytes are put and taken one by one, so that the order is the same on every machine.
+void put(std::string& out, std::uint64_t value, int bytes) {
+  for (int i = 0; i < bytes; ++i) {
+    out += static_cast<char>((value >> (8 * i)) & 0xFFU);
+  }
+}
+void put_u16(std::string& out, int value) {
+  CHECK(value >= 0 && value <= kSideMax);
+  put(out, static_cast<std::uint64_t>(value), 2);
+}
+void put_f32(std::string& out, float value) { put(out, std::bit_cast<std::uint32_t>(value), 4); }
+
+std::uint32_t take(std::span<const std::byte> bytes, std::size_t at, std::size_t count) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    value |= std::to_integer<std::uint32_t>(bytes[at + i]) << (8 * i);
+  }
+  return value;
+}
+
+std::uint32_t checksum(const void* data, std::size_t size) {
+  return static_cast<std::uint32_t>(
+      crc32_z(crc32_z(0, nullptr, 0), static_cast<const Bytef*>(data), size));
+}
+
+std::size_t float_count(const core::PixelRect& rect, std::uint32_t flags) {
+  if ((flags & kTileEnd) != 0) {
+    return 0;
+  }
+  return (kPlanes + ((flags & kTileAlpha) != 0 ? 1U : 0U)) * static_cast<std::size_t>(rect.width) *
+         static_cast<std::size_t>(rect.height);
+}
+
+core::Error broken(std::string message) {
+  return {core::ErrorCode::kInvalidArgument, std::move(message), ""};
+}
+
+}  // namespace
+
+std::string encode_tile_frame(const TileFrame& frame) {
+  CHECK(frame.planes.size() == float_count(frame.rect, frame.flags));
+  std::string payload;
+  payload.reserve(frame.planes.size() * sizeof(float));
+  for (const float value : frame.planes) {
+    put_f32(payload, value);
+  }
+  std::string out;
+  out.reserve(kTileHeaderBytes + payload.size());
+  for (const unsigned char byte : kMagic) {
+    out += static_cast<char>(byte);
+  }
+  put(out, payload.size(), 4);
+  put(out, frame.revision, 4);
+  put_u16(out, frame.rect.x);
+  put_u16(out, frame.rect.y);
+  put_u16(out, frame.rect.width);
+  put_u16(out, frame.rect.height);
+  put(out, frame.flags, 4);
+  put_f32(out, frame.relative_error);
+  put(out, checksum(payload.data(), payload.size()), 4);
+  return out + payload;
+}
+
+std::string encode_end_frame(std::uint32_t revision, float relative_error) {
+  TileFrame frame;
+  frame.revision = revision;
+  frame.flags = kTileEnd;
+  frame.relative_error = relative_error;
+  return encode_tile_frame(frame);
+}
+
+core::Result<DecodedFrame> decode_tile_frame(std::span<const std::byte> bytes) {
+  for (std::size_t i = 0; i < kMagic.size() && i < bytes.size(); ++i) {
+    if (std::to_integer<unsigned char>(bytes[i]) != kMagic[i]) {
+      return broken("The frame does not begin with T S R 1.");
+    }
+  }
+  DecodedFrame decoded;
+  if (bytes.size() < kTileHeaderBytes) {
+    return decoded;
+  }
+  const std::size_t payload_bytes = take(bytes, 4, 4);
+  TileFrame& frame = decoded.frame;
+  frame.revision = take(bytes, 8, 4);
+  frame.rect = {static_cast<int>(take(bytes, 12, 2)), static_cast<int>(take(bytes, 14, 2)),
+                static_cast<int>(take(bytes, 16, 2)), static_cast<int>(take(bytes, 18, 2))};
+  frame.flags = take(bytes, 20, 4);
+  frame.relative_error = std::bit_cast<float>(take(bytes, 24, 4));
+  const std::size_t expected = float_count(frame.rect, frame.flags) * sizeof(float);
+  if (payload_bytes != expected) {
+    return broken("The frame has " + std::to_string(payload_bytes) + " bytes of payload; its size and "
+                  "flags ask for " + std::to_string(expected) + ".");
+  }
+  if (bytes.size() - kTileHeaderBytes < payload_bytes) {
+    return DecodedFrame{};
+  }
+  const std::span<const std::byte> payload = bytes.subspan(kTileHeaderBytes, payload_bytes);
+  if (checksum(payload.data(), payload.size()) != take(bytes, 28, 4)) {
+    return broken("The checksum of the frame's payload does not fit.");
+  }
+  frame.planes.resize(payload_bytes / sizeof(float));
+  for (std::size_t i = 0; i < frame.planes.size(); ++i) {
+    frame.planes[i] = std::bit_cast<float>(take(payload, i * sizeof(float), 4));
+  }
+  decoded.consumed = kTileHeaderBytes + payload_bytes;
+  return decoded;
+}
+
+}  // namespace api

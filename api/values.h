@@ -1,0 +1,76 @@
+/// Single JSON values: read with checks, shown in messages, described as schemas. The field tables
+/// (api/fields.h) are made of these.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "api/faults.h"
+#include "api/json.h"
+#include "core/math/vec.h"
+
+namespace api {
+
+/// Both ends are allowed values unless marked open.
+struct Range {
+  double min = 0;
+  double max = 0;
+  bool min_open = false;
+  bool max_open = false;
+
+  bool contains(double value) const noexcept;
+  /// "[1, 16384]", "(0, 8]".
+  std::string text() const;
+};
+
+struct TextRule {
+  std::int64_t min_characters = 0;
+  std::int64_t max_characters = 255;
+};
+
+/// "a string", "null", "an object".
+std::string_view type_text(const Json& value);
+/// The value as JSON, cut after 60 bytes.
+std::string shown(const Json& value);
+/// Characters (code points) of UTF-8 text.
+std::int64_t character_count(std::string_view utf8);
+
+/// Each adds a fault and returns nothing when the value is not as described.
+/// A whole number; 3.0 counts as one.
+std::optional<std::int64_t> read_integer(const Json& value, const Range& range,
+                                         const std::string& pointer, Faults& faults);
+/// Negative zero becomes zero.
+std::optional<double> read_number(const Json& value, const Range& range,
+                                  const std::string& pointer, Faults& faults);
+/// Control characters are refused.
+std::optional<std::string> read_text(const Json& value, const TextRule& rule,
+                                     const std::string& pointer, Faults& faults);
+std::optional<bool> read_flag(const Json& value, const std::string& pointer, Faults& faults);
+/// An array of three numbers.
+std::optional<core::Vec3> read_triple(const Json& value, const Range& range,
+                                      const std::string& pointer, Faults& faults);
+/// True for an object; else a fault.
+bool expect_object(const Json& value, const std::string& pointer, Faults& faults);
+/// A fault for each member that is not in `known`.
+void refuse_unknown_members(const Json& object, std::span<const std::string_view> known,
+                            const std::string& pointer, Faults& faults);
+/// "'x' is not available in this build; available: a, b".
+std::string not_available(const Json& value, std::span<const std::string_view> available);
+
+/// Whole numbers are written without a fraction.
+Json number_json(double value);
+Json number_json(float value);
+Json triple_json(core::Vec3 value);
+
+/// {"type": type, "description": doc}; nullable adds "null" to the type.
+Json basic_schema(std::string_view type, std::string_view doc, bool nullable = false);
+void add_range(Json& schema, const Range& range);
+Json triple_schema(std::string_view doc, const Range& range, bool nullable);
+
+}  // namespace api

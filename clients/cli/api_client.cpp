@@ -1,0 +1,226 @@
+#include "clients/cli/api_client.h"
+
+#include <utility>
+
+#include <httplib.h>
+#include <nlohmann/json.hpp>
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+struct Address {
+  std::string origin;
+  std::string prefix;
+};
+
+core::Result<Address> parse_address(const std::string& url) {
+  const auto scheme = url.find("://");
+  const std::string kind = url.substr(0, scheme == std::string::npos ? 0 : scheme);
+  if (kind != "http" && kind != "https") {
+    return Error{ErrorCode::kInvalidArgument,
+                 "\"" + url + "\" is no address of a server; one looks like http://127.0.0.1:8080", ""};
+  }
+  const auto path = url.find('/', scheme + 3);
+  Address address{url.substr(0, path), path == std::string::npos ? "" : url.substr(path)};
+  while (!address.prefix.empty() && address.prefix.back() == '/') {
+    address.prefix.pop_back();
+  }
+  if (address.origin.size() <= scheme + 3) {
+    return Error{ErrorCode::kInvalidArgument, "\"" + url + "\" names no host", ""};
+  }
+  return address;
+}
+
+httplib::Headers to_httplib(const ApiClient::Headers& headers) {
+  httplib::Headers out;
+  for (const auto& [name, value] : headers) {
+    out.emplace(name, value);
+  }
+  return out;
+}
+
+Reply to_reply(const httplib::Response& response) {
+  return {response.status, response.body, response.get_header_value("Location"),
+          response.get_header_value("Content-Type")};
+}
+
+std::string member(const nlohmann::json& object, const char* name) {
+  const auto found = object.find(name);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+ErrorCode code_of_status(int status) {
+  switch (status) {
+    case 401:
+      return ErrorCode::kUnauthorized;
+    case 404:
+      return ErrorCode::kNotFound;
+    case 409:
+      return ErrorCode::kConflict;
+    case 503:
+      return ErrorCode::kUnavailable;
+    default:
+      return ErrorCode::kInvalidArgument;
+  }
+}
+
+}  // namespace
+
+core::Error error_of_reply(const Reply& reply) {
+  std::string text = "the server answered " + std::to_string(reply.status);
+  const auto json = nlohmann::json::parse(reply.body, nullptr, false);
+  if (json.is_object()) {
+    const std::string title = member(json, "title");
+    const std::string detail = member(json, "detail");
+    text += title.empty() ? "" : " (" + title + ")";
+    text += detail.empty() ? "" : ": " + detail;
+    if (const auto faults = json.find("errors"); faults != json.end() && faults->is_array()) {
+      for (const auto& fault : *faults) {
+        if (fault.is_object()) {
+          text += "\n  " + member(fault, "pointer") + ": " + member(fault, "detail");
+        }
+      }
+    }
+  }
+  if (reply.status == 401) {
+    text += "\n  Give the key with --key or in TESSERA_KEY.";
+  }
+  return Error{code_of_status(reply.status), std::move(text), ""};
+}
+
+struct ApiClient::Impl {
+  Impl(const Address& address, const std::string& key)
+      : http(address.origin), prefix(address.prefix) {
+    http.set_connection_timeout(5);
+    http.set_read_timeout(90);  // above the longest wait a request may ask for
+    http.set_write_timeout(60);
+    http.set_keep_alive(true);
+    http.set_tcp_nodelay(true);
+    if (!key.empty()) {
+      http.set_default_headers({{"Authorization", "Bearer " + key}});
+    }
+  }
+  httplib::Client http;
+  std::string prefix;
+};
+
+ApiClient::ApiClient(std::string url, std::unique_ptr<Impl> impl)
+    : url_(std::move(url)), impl_(std::move(impl)) {}
+ApiClient::~ApiClient() = default;
+
+core::Result<std::unique_ptr<ApiClient>> ApiClient::connect(std::string url, const std::string& key) {
+  auto address = parse_address(url);
+  if (!address) {
+    return address.error();
+  }
+  auto impl = std::make_unique<Impl>(*address, key);
+  if (!impl->http.is_valid()) {
+    return Error{ErrorCode::kInvalidArgument, "\"" + url + "\" is no address of a server", ""};
+  }
+  return std::unique_ptr<ApiClient>(new ApiClient(std::move(url), std::move(impl)));
+}
+
+namespace {
+
+Error unreachable(const std::string& url, httplib::Error error) {
+  if (error == httplib::Error::Write) {
+    return Error{ErrorCode::kTooLarge,
+                 "the server at " + url + " closed the connection while data was sent to it; the file may "
+                 "be larger than it takes (\"limits\" of GET /v1/server)", ""};
+  }
+  return Error{ErrorCode::kUnavailable,
+               "cannot reach a server at " + url + " (" + httplib::to_string(error) +
+                   "). Start one with `tessera serve`, or name another with --server or TESSERA_SERVER.",
+               ""};
+}
+
+core::Result<Reply> finish(const std::string& url, const httplib::Result& result) {
+  if (!result) {
+    return unreachable(url, result.error());
+  }
+  Reply reply = to_reply(*result);
+  if (reply.status < 200 || reply.status > 299) {
+    return error_of_reply(reply);
+  }
+  return reply;
+}
+
+}  // namespace
+
+core::Result<Reply> ApiClient::get(const std::string& path, const Headers& headers) {
+  return finish(url_, impl_->http.Get(impl_->prefix + path, to_httplib(headers)));
+}
+
+core::Result<Reply> ApiClient::post(const std::string& path, std::string_view body,
+                                    const std::string& content_type, const Headers& headers) {
+  return finish(url_, impl_->http.Post(impl_->prefix + path, to_httplib(headers), body.data(),
+                                       body.size(), content_type));
+}
+
+core::Result<Reply> ApiClient::put(const std::string& path, std::string_view body,
+                                   const std::string& content_type) {
+  return finish(url_, impl_->http.Put(impl_->prefix + path, body.data(), body.size(), content_type));
+}
+
+core::Result<int> ApiClient::head(const std::string& path) {
+  const auto result = impl_->http.Head(impl_->prefix + path);
+  if (!result) {
+    return unreachable(url_, result.error());
+  }
+  return int{result->status};
+}
+
+core::Result<int> ApiClient::stream(const std::string& path, const Headers& headers,
+                                    std::chrono::seconds silence_max,
+                                    const std::function<bool(std::string_view)>& on_data) {
+  Reply failure;
+  bool enough = false;
+  impl_->http.set_read_timeout(silence_max);
+  const auto result = impl_->http.Get(
+      impl_->prefix + path, to_httplib(headers),
+      [&failure](const httplib::Response& response) {
+        failure = to_reply(response);
+        return true;
+      },
+      [&](const char* data, std::size_t size) {
+        if (failure.status != 200) {
+          failure.body.append(data, size);
+          return true;
+        }
+        enough = !on_data({data, size});
+        return !enough;
+      });
+  impl_->http.set_read_timeout(90);
+  if (enough) {
+    return 200;
+  }
+  if (!result) {
+    return unreachable(url_, result.error());
+  }
+  if (failure.status != 200 && failure.status != 204) {
+    return error_of_reply(failure);
+  }
+  return int{failure.status};
+}
+
+std::string encode_url(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  std::string out;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = (byte >= '0' && byte <= '9') || (byte >= 'a' && byte <= 'z') ||
+                       (byte >= 'A' && byte <= 'Z') || byte == '-' || byte == '.' || byte == '_' ||
+                       byte == '~';
+    if (plain) {
+      out += c;
+    } else {
+      out += {'%', kDigits[byte >> 4U], kDigits[byte & 15U]};
+    }
+  }
+  return out;
+}
+
+}  // namespace cli

@@ -1,0 +1,67 @@
+/// ApiClient: requests to one server. The only part of the client that knows the HTTP library.
+///
+/// Errors are sentences for people: which address could not be reached and what to do about it, or the
+/// server's own words (problem+json) with the place of each fault.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "core/base/result.h"
+
+namespace cli {
+
+struct Reply {
+  int status = 0;
+  std::string body;
+  std::string location;
+  std::string content_type;
+};
+
+/// Problem document, or whatever else the body of an error was, as an Error.
+core::Error error_of_reply(const Reply& reply);
+
+class ApiClient {
+ public:
+  /// url: http://HOST[:PORT][/PREFIX] or https. key: empty or a bearer token.
+  static core::Result<std::unique_ptr<ApiClient>> connect(std::string url, const std::string& key);
+  ~ApiClient();
+  ApiClient(const ApiClient&) = delete;
+  ApiClient& operator=(const ApiClient&) = delete;
+
+  using Headers = std::multimap<std::string, std::string>;
+
+  /// 2xx is success; every other status is an Error. path starts with '/'.
+  core::Result<Reply> get(const std::string& path, const Headers& headers = {});
+  core::Result<Reply> post(const std::string& path, std::string_view body,
+                           const std::string& content_type, const Headers& headers = {});
+  core::Result<Reply> put(const std::string& path, std::string_view body,
+                          const std::string& content_type);
+  /// The status of a HEAD request, whatever it is.
+  core::Result<int> head(const std::string& path);
+
+  /// Hands over the body of a 200 as it comes until it ends or `on_data` returns false (then: success).
+  /// Status 204 is success without data. silence_max: longest wait for the next byte.
+  /// Errors: kUnavailable when the connection failed or broke off, so that trying again may help.
+  core::Result<int> stream(const std::string& path, const Headers& headers,
+                           std::chrono::seconds silence_max,
+                           const std::function<bool(std::string_view)>& on_data);
+
+  const std::string& url() const noexcept { return url_; }
+
+ private:
+  struct Impl;
+  ApiClient(std::string url, std::unique_ptr<Impl> impl);
+  std::string url_;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Percent-encodes everything but unreserved characters.
+std::string encode_url(std::string_view text);
+
+}  // namespace cli

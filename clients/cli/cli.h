@@ -1,0 +1,36 @@
+/// The command line: verbs that speak HTTP to a server, and `render`, which needs none.
+///
+/// Every verb takes its arguments without the verb itself and returns the exit code: 0 done,
+/// 1 failed, 2 wrong usage. Results go to stdout, everything else to stderr.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cli {
+
+using Args = std::vector<std::string>;
+
+inline constexpr int kDone = 0;
+inline constexpr int kFailed = 1;
+inline constexpr int kWrongUsage = 2;
+
+/// A verb of the program. run is null for those that the sibling program `tessera-server` has.
+struct Verb {
+  std::string_view name;
+  std::string_view summary;
+  int (*run)(const Args& args);
+};
+
+int submit(const Args& args);
+int watch(const Args& args);
+int fetch(const Args& args);
+int jobs(const Args& args);
+int cancel(const Args& args);
+int health(const Args& args);
+
+/// One picture without a service; lives in the library cli_render, which links the renderer.
+int render(const Args& args);
+
+}  // namespace cli

@@ -1,0 +1,35 @@
+#include "clients/cli/command.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace cli {
+
+int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body) {
+  try {
+    // CLI11 takes the arguments from the back.
+    Args reversed(args.rbegin(), args.rend());
+    app.parse(std::move(reversed));
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kWrongUsage;
+  }
+  return body();
+}
+
+int complain(const std::string& verb, const core::Error& error) {
+  const std::string place = error.where.empty() ? "" : error.where + ": ";
+  std::fprintf(stderr, "tessera %s: %s%s\n", verb.c_str(), place.c_str(), error.message.c_str());
+  return kFailed;
+}
+
+void add_server_flags(CLI::App& app, ServerFlags& flags) {
+  app.add_option("--server", flags.url, "Address of the server")
+      ->envname("TESSERA_SERVER")
+      ->capture_default_str()
+      ->type_name("URL");
+  app.add_option("--key", flags.key, "Access key, if the server asks for one")
+      ->envname("TESSERA_KEY")
+      ->type_name("KEY");
+}
+
+}  // namespace cli

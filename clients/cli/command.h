@@ -1,0 +1,28 @@
+/// What all verbs do alike: read arguments, complain, find the server.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "clients/cli/cli.h"
+#include "core/base/result.h"
+
+namespace cli {
+
+/// Parses args with `app`, then calls body. --help prints to stdout and gives 0; anything wrong is
+/// told on stderr and gives 2.
+int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body);
+
+/// "tessera VERB: message", with the place before it if there is one, on stderr. Returns kFailed.
+int complain(const std::string& verb, const core::Error& error);
+
+/// Where the server is and how to be let in: --server and --key, TESSERA_SERVER and TESSERA_KEY.
+struct ServerFlags {
+  std::string url = "http://127.0.0.1:8080";
+  std::string key;
+};
+void add_server_flags(CLI::App& app, ServerFlags& flags);
+
+}  // namespace cli

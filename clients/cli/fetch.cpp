@@ -1,0 +1,99 @@
+#include "clients/cli/fetch.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "clients/cli/command.h"
+#include "clients/cli/files.h"
+#include "clients/cli/follow.h"
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+constexpr std::array<std::string_view, 8> kExtensions = {"png", "jpg", "jpeg", "webp",
+                                                         "exr", "hdr", "tif",  "tiff"};
+
+std::string format_of(const std::string& output) {
+  std::string extension = output == "-" ? "png" : extension_of(output);
+  if (extension == "jpeg" || extension == "tiff") {
+    extension.erase(3);
+    return extension == "jpe" ? "jpg" : extension;
+  }
+  return extension;
+}
+
+int run(const ServerFlags& server, const std::string& id, const PictureQuery& query,
+        const std::string& output) {
+  if (const auto name = check_picture_name(output); !name) {
+    complain("fetch", name.error());
+    return kWrongUsage;
+  }
+  auto client = ApiClient::connect(server.url, server.key);
+  if (!client) {
+    return complain("fetch", client.error());
+  }
+  const auto path = job_path(**client, id);
+  if (!path) {
+    return complain("fetch", path.error());
+  }
+  const auto fetched = fetch_picture(**client, *path, query, output);
+  return fetched ? kDone : complain("fetch", fetched.error());
+}
+
+}  // namespace
+
+core::Status check_picture_name(const std::string& output) {
+  const std::string extension = extension_of(output);
+  if (output == "-" || std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end()) {
+    return core::ok_status();
+  }
+  return Error{ErrorCode::kInvalidArgument,
+               "cannot tell the format; the name must end in .png .jpg .webp .exr .hdr or .tif", output};
+}
+
+core::Status fetch_picture(ApiClient& client, const std::string& path, const PictureQuery& query,
+                           const std::string& output) {
+  std::string parameters;
+  const auto add = [&parameters](const std::string& name, const std::string& value) {
+    parameters += (parameters.empty() ? "?" : "&") + name + "=" + encode_url(value);
+  };
+  if (!query.layer.empty()) {
+    add("layer", query.layer);
+  }
+  if (query.exposure) {
+    add("exposure", std::to_string(*query.exposure));
+  }
+  if (!query.tone_map.empty()) {
+    add("tonemap", query.tone_map);
+  }
+  const auto reply = client.get(path + "/image." + format_of(output) + parameters);
+  if (!reply) {
+    return reply.error();
+  }
+  return write_file(output, reply->body);
+}
+
+int fetch(const Args& args) {
+  CLI::App app("Downloads the picture of a job, as far as it is.", "tessera fetch");
+  ServerFlags server;
+  std::string id = "latest";
+  std::string output;
+  PictureQuery query;
+  app.add_option("id", id, "Job; without one the newest")->type_name("ID");
+  app.add_option("-o,--output", output, "File to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
+      ->required()
+      ->type_name("FILE");
+  app.add_option("--layer", query.layer,
+                 "beauty albedo normal depth alpha samples variance error (EXR without it: all)")
+      ->type_name("L");
+  app.add_option("--exposure", query.exposure, "Brighter by so many stops")->type_name("STOPS");
+  app.add_option("--tonemap", query.tone_map, "srgb linear aces agx khronos-neutral")->type_name("T");
+  add_server_flags(app, server);
+  return parse_and_run(app, args, [&] { return run(server, id, query, output); });
+}
+
+}  // namespace cli

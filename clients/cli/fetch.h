@@ -1,0 +1,23 @@
+/// Downloading a job's picture.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "clients/cli/api_client.h"
+
+namespace cli {
+
+struct PictureQuery {
+  std::string layer;  ///< empty: the picture (EXR: every layer)
+  std::optional<double> exposure;
+  std::string tone_map;  ///< empty: the server's default
+};
+
+/// Writes the picture of the job at `path` to `output`, whose extension is the format ("-": PNG to stdout).
+core::Status fetch_picture(ApiClient& client, const std::string& path, const PictureQuery& query,
+                           const std::string& output);
+/// An error if no picture can be written in the format of this file name.
+core::Status check_picture_name(const std::string& output);
+
+}  // namespace cli

@@ -1,0 +1,174 @@
+#include "clients/cli/files.h"
+
+#include <openssl/sha.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+#include <nlohmann/json.hpp>
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+namespace fs = std::filesystem;
+
+std::string reason() { return std::error_code(errno, std::generic_category()).message(); }
+
+std::string percent_decoded(std::string_view text) {
+  const auto digit = [](char c) {
+    const auto lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return std::string_view("0123456789abcdef").find(lower);
+  };
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool escaped = text[i] == '%' && i + 2 < text.size() && digit(text[i + 1]) < 16 &&
+                         digit(text[i + 2]) < 16;
+    if (escaped) {
+      out += static_cast<char>(digit(text[i + 1]) * 16 + digit(text[i + 2]));
+      i += 2;
+    } else {
+      out += text[i];
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+core::Result<std::string> read_file(const std::string& path) {
+  std::error_code problem;
+  if (fs::is_directory(path, problem)) {
+    return Error{ErrorCode::kInvalidArgument, "is a folder", path};
+  }
+  std::ifstream in(path, std::ios::binary);
+  if (!in) {
+    return Error{ErrorCode::kNotFound, reason(), path};
+  }
+  std::string bytes;
+  if (const auto size = fs::file_size(path, problem); !problem) {
+    bytes.resize(size);
+    in.read(bytes.data(), static_cast<std::streamsize>(size));
+    bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  } else {  // a pipe
+    std::ostringstream text;
+    text << in.rdbuf();
+    bytes = std::move(text).str();
+  }
+  if (in.bad()) {
+    return Error{ErrorCode::kInvalidArgument, "could not be read", path};
+  }
+  return bytes;
+}
+
+core::Status write_file(const std::string& path, std::string_view bytes) {
+  if (path == "-") {
+    const bool written = std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size() &&
+                         std::fflush(stdout) == 0;
+    return written ? core::ok_status() : core::Status(Error{ErrorCode::kNoSpace, reason(), "stdout"});
+  }
+  const std::string half = path + ".part" + std::to_string(getpid());
+  errno = 0;
+  {
+    std::ofstream out(half, std::ios::binary | std::ios::trunc);
+    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    if (!out) {
+      const std::string why = reason();
+      std::error_code ignored;
+      fs::remove(half, ignored);
+      return Error{ErrorCode::kNoSpace, "cannot be written: " + why, path};
+    }
+  }
+  std::error_code problem;
+  fs::rename(half, path, problem);
+  if (problem) {
+    std::error_code ignored;
+    fs::remove(half, ignored);
+    return Error{ErrorCode::kNoSpace, "cannot be written: " + problem.message(), path};
+  }
+  return core::ok_status();
+}
+
+bool is_file(const std::string& path) {
+  std::error_code problem;
+  return fs::exists(path, problem) && !fs::is_directory(path, problem);
+}
+
+std::string extension_of(const std::string& path) {
+  std::string text = fs::path(path).extension().string();
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text.empty() ? text : text.substr(1);
+}
+
+std::string folder_of(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  return folder.empty() ? "." : folder.string();
+}
+
+core::Result<std::vector<std::string>> gltf_side_files(std::string_view document) {
+  const auto json = nlohmann::json::parse(document, nullptr, false);
+  if (!json.is_object()) {
+    return Error{ErrorCode::kInvalidArgument, "is not a glTF document: no JSON object", ""};
+  }
+  std::vector<std::string> uris;
+  for (const char* list : {"buffers", "images"}) {
+    const auto found = json.find(list);
+    if (found == json.end() || !found->is_array()) {
+      continue;
+    }
+    for (const auto& item : *found) {
+      const auto uri = item.is_object() ? item.find("uri") : item.end();
+      if (uri == item.end() || !uri->is_string()) {
+        continue;
+      }
+      auto text = uri->get<std::string>();
+      const bool inline_data = text.rfind("data:", 0) == 0;
+      if (!inline_data && std::find(uris.begin(), uris.end(), text) == uris.end()) {
+        uris.push_back(std::move(text));
+      }
+    }
+  }
+  return uris;
+}
+
+core::Result<std::string> side_file_path(const std::string& folder, std::string_view uri) {
+  const fs::path relative = percent_decoded(uri);
+  if (relative.is_absolute() || uri.find("://") != std::string_view::npos) {
+    return Error{ErrorCode::kForbidden, "a scene may only name files in its own folder", std::string(uri)};
+  }
+  std::error_code problem;
+  const fs::path home = fs::canonical(folder, problem);
+  const fs::path file = fs::canonical(fs::path(folder) / relative, problem);
+  if (problem) {
+    return Error{ErrorCode::kNotFound, "is named by the scene but not there", std::string(uri)};
+  }
+  const auto [end, rest] = std::mismatch(home.begin(), home.end(), file.begin(), file.end());
+  if (end != home.end()) {
+    return Error{ErrorCode::kForbidden, "a scene may only name files in its own folder", std::string(uri)};
+  }
+  return file.string();
+}
+
+std::string sha256_hex(std::string_view bytes) {
+  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
+  SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const unsigned char byte : digest) {
+    text += {kDigits[byte >> 4U], kDigits[byte & 15U]};
+  }
+  return text;
+}
+
+}  // namespace cli

@@ -1,0 +1,132 @@
+#include "clients/cli/job_flags.h"
+
+#include <charconv>
+#include <utility>
+
+#include "clients/cli/files.h"
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+std::optional<std::pair<int, int>> parse_size(const std::string& text) {
+  const auto x = text.find_first_of("xX");
+  if (x == std::string::npos) {
+    return std::nullopt;
+  }
+  int width = 0;
+  int height = 0;
+  const char* begin = text.data();
+  const char* end = begin + text.size();
+  const auto first = std::from_chars(begin, begin + x, width);
+  const auto second = std::from_chars(begin + x + 1, end, height);
+  const bool good = first.ec == std::errc() && first.ptr == begin + x && second.ec == std::errc() &&
+                    second.ptr == end;
+  return good ? std::optional(std::pair(width, height)) : std::nullopt;
+}
+
+/// The member as an object, made if it is not there.
+Json& object_at(Json& request, const char* key) {
+  Json& member = request[key];
+  if (!member.is_object()) {
+    member = Json::object();
+  }
+  return member;
+}
+
+core::Result<Json> read_job_file(const std::string& path) {
+  auto text = read_file(path);
+  if (!text) {
+    return text.error();
+  }
+  try {
+    Json request = Json::parse(*text);
+    if (request.is_object()) {
+      return request;
+    }
+    return Error{ErrorCode::kInvalidArgument, "a job is a JSON object", path};
+  } catch (const Json::parse_error& error) {
+    return Error{ErrorCode::kBadSyntax, "is not JSON at byte " + std::to_string(error.byte), path};
+  }
+}
+
+}  // namespace
+
+void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help) {
+  const auto is_size = [](const std::string& text) {
+    return parse_size(text) ? std::string() : "\"" + text + "\" is no size; one looks like 960x540";
+  };
+  app.add_option("scene", flags.scene, scene_help)->type_name("SCENE");
+  app.add_option("-o,--output", flags.output,
+                 "Picture to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
+      ->type_name("FILE");
+  app.add_option("--spp", flags.samples_per_pixel, "Stop at so many samples per pixel (256)")
+      ->type_name("N");
+  app.add_option("--relative-error", flags.relative_error,
+                 "Stop when the relative error is at most this, e.g. 0.02")
+      ->type_name("E");
+  app.add_option("--seconds", flags.seconds, "Stop after so many seconds of rendering")->type_name("S");
+  app.add_option("--size", flags.size, "Width and height in pixels (960x540)")
+      ->check(CLI::Validator(is_size, ""))
+      ->type_name("WxH");
+  app.add_option("--camera", flags.camera, "Camera of the scene, by name")->type_name("NAME");
+  app.add_option("--environment", flags.environment, "Equirectangular map that lights the scene: .hdr, .exr")
+      ->type_name("FILE");
+  app.add_option("--integrator", flags.integrator, "How light is estimated (path)")->type_name("T");
+  app.add_option("--sampler", flags.sampler, "Where samples come from (sobol)")->type_name("T");
+  app.add_option("--seed", flags.seed, "Another seed gives another noise (0)")->type_name("N");
+  app.add_option("--threads", flags.threads, "Threads that render (all of the machine's)")
+      ->check(CLI::Range(0, 1024).description(""))
+      ->type_name("N");
+  app.add_option("--job", flags.job_file, "Job request as JSON; flags win over it")->type_name("FILE");
+  app.add_flag("--json", flags.json, "Print the result as JSON on stdout");
+}
+
+core::Result<Json> make_request(const JobFlags& flags) {
+  Json request = Json::object();
+  if (!flags.job_file.empty()) {
+    auto read = read_job_file(flags.job_file);
+    if (!read) {
+      return read.error();
+    }
+    request = *std::move(read);
+  }
+  if (!flags.scene.empty()) {
+    request["scene"] = flags.scene;
+  }
+  if (!request.contains("scene")) {
+    return Error{ErrorCode::kInvalidArgument, "no SCENE: neither as an argument nor in a --job file", ""};
+  }
+  if (flags.size) {
+    const auto size = parse_size(*flags.size);
+    object_at(request, "film")["width"] = size->first;
+    object_at(request, "film")["height"] = size->second;
+  }
+  if (flags.camera) {
+    object_at(request, "camera")["name"] = *flags.camera;
+    object_at(request, "camera").erase("index");
+  }
+  if (flags.integrator) {
+    object_at(request, "integrator")["type"] = *flags.integrator;
+  }
+  if (flags.sampler) {
+    object_at(request, "sampler")["type"] = *flags.sampler;
+  }
+  if (flags.seed) {
+    request["seed"] = *flags.seed;
+  }
+  if (flags.samples_per_pixel) {
+    object_at(request, "stop")["samples_per_pixel"] = *flags.samples_per_pixel;
+  }
+  if (flags.relative_error) {
+    object_at(request, "stop")["relative_error"] = *flags.relative_error;
+  }
+  if (flags.seconds) {
+    object_at(request, "stop")["seconds"] = *flags.seconds;
+  }
+  return request;
+}
+
+}  // namespace cli

@@ -1,0 +1,41 @@
+/// The flags that say what to render: the same for `render` and `submit`.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "core/base/result.h"
+
+namespace cli {
+
+using Json = nlohmann::ordered_json;
+
+struct JobFlags {
+  std::string scene;        ///< built-in name, scene id, or a file; empty: the job file's
+  std::string output;       ///< empty: none
+  std::string environment;  ///< .hdr or .exr file; empty: none
+  std::string job_file;
+  std::optional<int> samples_per_pixel;
+  std::optional<double> relative_error;
+  std::optional<double> seconds;
+  std::optional<std::string> size;  ///< "640x360", checked by the parser
+  std::optional<std::string> camera;
+  std::optional<std::string> integrator;
+  std::optional<std::string> sampler;
+  std::optional<std::uint64_t> seed;
+  int threads = 0;
+  bool json = false;
+};
+
+/// scene_help: what SCENE may be.
+void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help);
+
+/// The job request: the job file's members with the flags put over them. `scene` is flags.scene (or the
+/// file's); `environment.asset` is left to the caller. Values are checked by whoever reads the request.
+core::Result<Json> make_request(const JobFlags& flags);
+
+}  // namespace cli

@@ -1,0 +1,164 @@
+#include "clients/cli/progress.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string_view>
+#include <vector>
+
+namespace cli {
+namespace {
+
+std::string printed(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+/// Three significant digits without an exponent.
+std::string three_digits(double value) {
+  const int decimals = value >= 100 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : 3;
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  return text;
+}
+
+int columns_of(std::FILE* out) {
+  winsize size = {};
+  const bool known = ioctl(fileno(out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return known ? size.ws_col : 80;
+}
+
+bool speaks_utf8() {
+  for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
+    const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before threads.
+    if (value != nullptr && *value != 0) {
+      const std::string_view text = value;
+      return text.find("UTF-8") != std::string_view::npos || text.find("utf8") != std::string_view::npos;
+    }
+  }
+  return false;
+}
+
+std::string percent_done(double fraction) {
+  return std::to_string(static_cast<int>(std::clamp(fraction, 0.0, 1.0) * 100)) + " %";
+}
+
+std::vector<std::string> parts(const ProgressFacts& facts) {
+  std::vector<std::string> out;
+  out.push_back(percent_done(facts.fraction));
+  out.push_back(printed("%.0f", facts.samples_per_pixel) + " samples");
+  if (!std::isnan(facts.relative_error)) {
+    out.push_back(interval_text(facts));
+  }
+  if (facts.rays_per_second > 0) {
+    out.push_back(rate_text(facts.rays_per_second));
+  }
+  out.push_back(facts.eta_seconds ? "ETA " + duration_text(*facts.eta_seconds)
+                                  : duration_text(facts.elapsed_seconds));
+  return out;
+}
+
+}  // namespace
+
+std::string duration_text(double seconds) {
+  if (!(seconds < 1e9)) {
+    return "long";
+  }
+  if (seconds < 10) {
+    return printed("%.1f s", std::max(seconds, 0.0));
+  }
+  const auto whole = static_cast<long long>(std::lround(seconds));
+  if (whole < 60) {
+    return std::to_string(whole) + " s";
+  }
+  if (whole < 3600) {
+    return std::to_string(whole / 60) + " min " + std::to_string(whole % 60) + " s";
+  }
+  return std::to_string(whole / 3600) + " h " + std::to_string(whole % 3600 / 60) + " min";
+}
+
+std::string error_text(double relative_error) {
+  return std::isnan(relative_error) ? "unknown" : three_digits(relative_error * 100) + " %";
+}
+
+std::string interval_text(const ProgressFacts& facts) {
+  std::string text = "error " + error_text(facts.relative_error);
+  if (!std::isnan(facts.error_low) && !std::isnan(facts.error_high)) {
+    text += " (" + three_digits(facts.error_low * 100) + " to " + three_digits(facts.error_high * 100) + ")";
+  }
+  return text;
+}
+
+std::string rate_text(double rays_per_second) {
+  return rays_per_second >= 1e6 ? three_digits(rays_per_second / 1e6) + " Mrays/s"
+                                : three_digits(rays_per_second / 1e3) + " krays/s";
+}
+
+std::string progress_text(const ProgressFacts& facts) {
+  std::string text = facts.state;
+  for (const std::string& part : parts(facts)) {
+    text += "  " + part;
+  }
+  return text;
+}
+
+std::string progress_bar(const ProgressFacts& facts, int columns, bool unicode) {
+  std::string tail;
+  for (const std::string& part : parts(facts)) {
+    if (static_cast<int>(tail.size() + part.size()) + 2 + 14 <= columns) {
+      tail += "  " + part;
+    }
+  }
+  const int cells = std::clamp(columns - static_cast<int>(tail.size()) - 3, 0, 30);
+  const int full = static_cast<int>(std::clamp(facts.fraction, 0.0, 1.0) * cells);
+  std::string bar = "[";
+  for (int i = 0; i < cells; ++i) {
+    const bool on = i < full;
+    bar += unicode ? (on ? "\u2588" : "\u2591") : (on ? "#" : "-");
+  }
+  return bar + "]" + tail;
+}
+
+ProgressPrinter::ProgressPrinter(std::FILE* out)
+    : out_(out), terminal_(isatty(fileno(out)) == 1), unicode_(speaks_utf8()) {}
+
+ProgressPrinter::~ProgressPrinter() { clear(); }
+
+void ProgressPrinter::show(const ProgressFacts& facts) {
+  const auto now = std::chrono::steady_clock::now();
+  if (terminal_) {
+    std::fprintf(out_, "\r\x1b[2K%s", progress_bar(facts, columns_of(out_) - 1, unicode_).c_str());
+    drawn_ = true;
+  } else {
+    const bool due = facts.state != state_ || facts.fraction >= fraction_ + 0.05 ||
+                     now - printed_at_ >= std::chrono::seconds(5);
+    if (!due) {
+      return;
+    }
+    std::fprintf(out_, "%s\n", progress_text(facts).c_str());
+  }
+  std::fflush(out_);
+  state_ = facts.state;
+  fraction_ = facts.fraction;
+  printed_at_ = now;
+}
+
+void ProgressPrinter::say(const std::string& line) {
+  clear();
+  std::fprintf(out_, "%s\n", line.c_str());
+  std::fflush(out_);
+}
+
+void ProgressPrinter::clear() {
+  if (drawn_) {
+    std::fprintf(out_, "\r\x1b[2K");
+    std::fflush(out_);
+    drawn_ = false;
+  }
+}
+
+}  // namespace cli

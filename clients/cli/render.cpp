@@ -1,0 +1,172 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <thread>
+
+#include "api/job_view.h"
+#include "clients/cli/command.h"
+#include "clients/cli/fetch.h"
+#include "clients/cli/files.h"
+#include "clients/cli/progress.h"
+#include "clients/cli/render_job.h"
+#include "core/image_io/image_io.h"
+#include "core/render/registry.h"
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+// Set by the first Ctrl-C: the picture so far is written. The second one ends the process.
+volatile std::sig_atomic_t g_interrupted = 0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+
+void on_interrupt(int signal) {
+  g_interrupted = 1;
+  std::signal(signal, SIG_DFL);
+}
+
+class QuietSink : public core::RenderSink {
+ public:
+  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
+  void on_pass(const core::ConvergencePoint& /*point*/) override {}
+  void on_finished(core::StopReason /*reason*/) override {}
+};
+
+ProgressFacts facts_of(const core::Progress& progress) {
+  ProgressFacts facts;
+  facts.fraction = progress.fraction;
+  facts.samples_per_pixel = progress.samples_mean;
+  facts.elapsed_seconds = progress.elapsed_seconds;
+  facts.relative_error = progress.error.relative_rmse;
+  facts.error_low = progress.error.low;
+  facts.error_high = progress.error.high;
+  facts.rays_per_second = progress.rays_per_second;
+  facts.eta_seconds = progress.eta_seconds;
+  return facts;
+}
+
+/// Runs the task on `threads` threads while this one shows how it comes along.
+void run_with_progress(core::RenderTask& task, int threads) {
+  ProgressPrinter printer(stderr);
+  std::signal(SIGINT, &on_interrupt);
+  std::jthread renderer([&] { core::run_to_end(task, threads); });
+  auto next_show = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
+  while (!task.finished()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    if (g_interrupted != 0) {
+      task.cancel();
+    }
+    if (const auto now = std::chrono::steady_clock::now(); now >= next_show && !task.finished()) {
+      printer.show(facts_of(task.progress()));
+      next_show = now + std::chrono::milliseconds(500);
+    }
+  }
+}
+
+const core::ImageFormat* find_format(const std::string& output) {
+  std::string extension = output == "-" ? "png" : extension_of(output);
+  extension = extension == "jpeg" ? "jpg" : extension == "tiff" ? "tif" : extension;
+  for (const core::ImageFormat& format : core::image_formats()) {
+    if (format.extension == extension) {
+      return &format;
+    }
+  }
+  return nullptr;
+}
+
+core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spec, const std::string& output) {
+  const core::ImageFormat& format = *find_format(output);
+  const core::FilmSnapshot film = task.film().snapshot();
+  core::Result<core::FloatImage> image = format.extension == "exr"
+                                             ? core::all_layers_image(film, spec.render.film)
+                                             : core::layer_image(film, "beauty");
+  if (!image) {
+    return image.error();
+  }
+  const auto file = core::encode_image(*image, format, core::EncodeOptions());
+  if (!file) {
+    return file.error();
+  }
+  return write_file(output, {reinterpret_cast<const char*>(file->data()), file->size()});
+}
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json result_json(const core::RenderTask& task, const LocalJob& job, const std::string& output) {
+  const core::Progress progress = task.progress();
+  return {{"output", output},
+          {"stop_reason", std::string(api::to_text(task.stop_reason()))},
+          {"samples_per_pixel",
+           {{"min", progress.samples_min}, {"mean", progress.samples_mean}, {"max", progress.samples_max}}},
+          {"elapsed_seconds", progress.elapsed_seconds},
+          {"cpu_seconds", progress.cpu_seconds},
+          {"rays", progress.rays},
+          {"rays_per_second", progress.rays_per_second},
+          {"error",
+           {{"relative_rmse", number_or_null(progress.error.relative_rmse)},
+            {"low", number_or_null(progress.error.low)},
+            {"high", number_or_null(progress.error.high)},
+            {"confidence", job.spec.stop.confidence}}},
+          {"efficiency", number_or_null(progress.efficiency)},
+          {"rejected_samples", progress.rejected_samples},
+          {"film_digest", task.film().digest()},
+          {"warnings", job.warnings}};
+}
+
+int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
+  QuietSink sink;
+  const core::RenderSettings& settings = job.spec.render;
+  auto film = std::make_shared<core::Film>(settings.film, settings.replicates);
+  core::TaskOptions options;
+  options.stop = job.spec.stop;
+  core::RenderTask task(job.renderer, std::move(film), std::move(options), sink);
+  run_with_progress(task, threads);
+
+  const core::Progress progress = task.progress();
+  if (progress.samples_max == 0) {
+    return complain("render", {ErrorCode::kCancelled, "interrupted before there was a picture", ""});
+  }
+  if (const auto written = write_picture(task, job.spec, flags.output); !written) {
+    return complain("render", written.error());
+  }
+  if (flags.json) {
+    std::printf("%s\n", result_json(task, job, flags.output).dump(2).c_str());
+  }
+  const ProgressFacts facts = facts_of(progress);
+  std::fprintf(stderr, "%s: %.0f samples in %s, %s, %s\n", flags.output.c_str(), facts.samples_per_pixel,
+               duration_text(facts.elapsed_seconds).c_str(), interval_text(facts).c_str(),
+               rate_text(facts.rays_per_second).c_str());
+  return g_interrupted == 0 ? kDone : kFailed;
+}
+
+int run(const JobFlags& flags) {
+  if (const auto name = check_picture_name(flags.output); !name) {
+    complain("render", name.error());
+    return kWrongUsage;
+  }
+  const int machine = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const int threads = flags.threads > 0 ? flags.threads : machine;
+  const auto job = prepare_local_job(flags, threads);
+  if (!job) {
+    return complain("render", job.error());
+  }
+  for (const std::string& warning : job->warnings) {
+    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  }
+  return render_to_file(*job, flags, threads);
+}
+
+}  // namespace
+
+int render(const Args& args) {
+  CLI::App app("Renders one picture on this machine, without a service.", "tessera render");
+  JobFlags flags;
+  add_job_flags(app, flags, "Built-in scene, or a .glb or .gltf file");
+  app.get_option("--output")->required();
+  return parse_and_run(app, args, [&] { return run(flags); });
+}
+
+}  // namespace cli

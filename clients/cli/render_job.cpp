@@ -1,0 +1,155 @@
+#include "clients/cli/render_job.h"
+
+#include <cstring>
+#include <span>
+#include <utility>
+
+#include "clients/cli/files.h"
+#include "core/image_io/image_io.h"
+#include "core/scene_io/builtin_scenes.h"
+#include "core/scene_io/gltf_load.h"
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+std::span<const std::byte> bytes_of(const std::string& text) {
+  return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+Error error_of_problem(const api::Problem& problem) {
+  std::string text = problem.detail.empty() ? problem.title : problem.detail;
+  for (const api::FieldError& fault : problem.errors) {
+    text += "\n  " + fault.pointer + ": " + fault.detail;
+  }
+  return Error{ErrorCode::kInvalidArgument, std::move(text), ""};
+}
+
+core::Result<core::SceneDescription> load_builtin(const std::string& name,
+                                                  const core::GltfOptions& options) {
+  const core::BuiltinScene* scene = core::find_builtin_scene(name);
+  if (scene == nullptr) {
+    std::string known;
+    for (const core::BuiltinScene& row : core::builtin_scenes()) {
+      known += " " + std::string(row.name);
+    }
+    return Error{ErrorCode::kNotFound, "is neither a file nor a built-in scene; those are" + known, name};
+  }
+  const core::Bytes glb = scene->make_glb();
+  return core::load_gltf(glb, [](std::string_view) { return core::SharedBytes(); }, options);
+}
+
+core::Result<core::SceneDescription> load_file(const std::string& path, const core::GltfOptions& options) {
+  const auto file = read_file(path);
+  if (!file) {
+    return file.error();
+  }
+  std::string refused;
+  const auto resolve = [&](std::string_view uri) -> core::SharedBytes {
+    const auto place = side_file_path(folder_of(path), uri);
+    const auto bytes = place ? read_file(*place) : core::Result<std::string>(place.error());
+    if (!bytes) {
+      refused += "\n  " + std::string(uri) + ": " + bytes.error().message;
+      return nullptr;
+    }
+    const auto view = bytes_of(*bytes);
+    return std::make_shared<const core::Bytes>(view.begin(), view.end());
+  };
+  auto scene = core::load_gltf(bytes_of(*file), resolve, options);
+  if (!scene) {
+    const std::string place = scene.error().where.empty() ? "" : " at " + scene.error().where;
+    return Error{scene.error().code, scene.error().message + place + refused, path};
+  }
+  if (scene->name.empty()) {
+    scene->name = path.substr(path.find_last_of('/') + 1);
+  }
+  return scene;
+}
+
+core::Result<std::shared_ptr<const core::Environment>> load_environment(const api::JobSpec& spec,
+                                                                        const std::string& path) {
+  using Pointer = std::shared_ptr<const core::Environment>;
+  if (spec.environment_choice == api::EnvironmentChoice::kBlack) {
+    return Pointer();
+  }
+  if (!spec.environment_asset) {
+    return core::Environment::create(nullptr, spec.environment);
+  }
+  if (path.empty()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "a job file's environment asset lives on a server; name the file with --environment",
+                 "/environment/asset"};
+  }
+  const auto file = read_file(path);
+  if (!file) {
+    return file.error();
+  }
+  const auto image = core::decode_image(bytes_of(*file), core::ImageLimits());
+  if (!image) {
+    return Error{image.error().code, image.error().message, path};
+  }
+  return core::Environment::create(&*image, spec.environment);
+}
+
+core::Result<api::ParsedJob> parse_request(const JobFlags& flags) {
+  auto request = make_request(flags);
+  if (!request) {
+    return request.error();
+  }
+  if (!flags.environment.empty()) {
+    const auto bytes = read_file(flags.environment);
+    if (!bytes) {
+      return bytes.error();
+    }
+    (*request)["environment"]["asset"] = sha256_hex(*bytes);
+  }
+  auto parsed = api::parse_job(request->dump());
+  if (!parsed) {
+    return error_of_problem(parsed.problem());
+  }
+  return *std::move(parsed);
+}
+
+}  // namespace
+
+core::Result<LocalJob> prepare_local_job(const JobFlags& flags, int threads) {
+  auto parsed = parse_request(flags);
+  if (!parsed) {
+    return parsed.error();
+  }
+  LocalJob job{std::move(parsed->spec), std::move(parsed->warnings), nullptr};
+  core::GltfOptions options;
+  options.time_seconds = job.spec.time_seconds;
+  options.variant = job.spec.variant;
+  auto description = is_file(job.spec.scene) ? load_file(job.spec.scene, options)
+                                             : load_builtin(job.spec.scene, options);
+  if (!description) {
+    return description.error();
+  }
+  const auto scene = core::Scene::build(*std::move(description), threads);
+  if (!scene) {
+    return scene.error();
+  }
+  const core::SceneSummary& summary = (*scene)->summary();
+  job.warnings.insert(job.warnings.end(), summary.warnings.begin(), summary.warnings.end());
+  if (const auto settled = api::settle_environment(job.spec, summary)) {
+    job.warnings.push_back(*settled);
+  }
+  const auto environment = load_environment(job.spec, flags.environment);
+  if (!environment) {
+    return environment.error();
+  }
+  auto renderer = core::Renderer::create({.scene = *scene,
+                                          .environment = *environment,
+                                          .camera = job.spec.camera,
+                                          .settings = job.spec.render});
+  if (!renderer) {
+    return renderer.error();
+  }
+  job.renderer = *std::move(renderer);
+  return job;
+}
+
+}  // namespace cli

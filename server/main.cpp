@@ -1,0 +1,37 @@
+// tessera-server: the verbs that need the renderer, `serve` and `render`. The program `tessera`
+// (clients/cli) executes it in its own place.
+#include <cstdio>
+#include <exception>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "clients/cli/cli.h"
+#include "server/app.h"
+
+namespace {
+
+int dispatch(std::span<char*> args) {
+  const std::string_view verb = args.size() > 1 ? args[1] : "";
+  if (verb == "serve") {
+    const std::vector<std::string_view> rest(args.begin() + 2, args.end());
+    return server::serve_command(rest);
+  }
+  if (verb == "render") {
+    return cli::render(cli::Args(args.begin() + 2, args.end()));
+  }
+  std::fprintf(stderr, "tessera-server: knows only serve and render; `tessera --help` has all verbs\n");
+  return cli::kWrongUsage;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return dispatch({argv, static_cast<std::size_t>(argc)});
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "tessera-server: %s\n", error.what());
+    return cli::kFailed;
+  }
+}

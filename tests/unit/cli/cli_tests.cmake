@@ -1,0 +1,5 @@
+set(CLI_TEST_SOURCES
+  files_test.cpp
+  job_flags_test.cpp
+  progress_test.cpp
+  sse_test.cpp)

@@ -1,0 +1,118 @@
+#include "clients/cli/files.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "clients/cli/api_client.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder with scene/part.bin, scene/a b.bin and, outside of scene, secret.bin.
+class SideFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    fs::create_directories(root_ / "scene" / "textures");
+    for (const char* name : {"scene/part.bin", "scene/a b.bin", "scene/textures/t.png", "secret.bin"}) {
+      std::ofstream(root_ / name) << "x";
+    }
+    fs::create_symlink(root_ / "secret.bin", root_ / "scene" / "link.bin");
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  core::Result<std::string> find(const char* uri) const {
+    return cli::side_file_path((root_ / "scene").string(), uri);
+  }
+  fs::path root_ = fs::path(testing::TempDir()) / ("side_files_" + std::to_string(getpid()));
+};
+
+TEST_F(SideFiles, AreFoundInTheFolderOfTheScene) {
+  for (const char* uri : {"part.bin", "a%20b.bin", "./part.bin", "textures/t.png", "textures/../part.bin"}) {
+    EXPECT_TRUE(find(uri)) << uri;
+  }
+}
+
+TEST_F(SideFiles, OutsideTheFolderAreRefused) {
+  const std::string absolute = (root_ / "secret.bin").string();
+  for (const char* uri : {"../secret.bin", "%2e%2e/secret.bin", "textures/../../secret.bin", "link.bin",
+                          absolute.c_str(), "file:///etc/passwd", "http://example.com/a.bin"}) {
+    const auto found = find(uri);
+    ASSERT_FALSE(found) << uri;
+    EXPECT_EQ(found.error().code, core::ErrorCode::kForbidden) << uri;
+  }
+}
+
+TEST_F(SideFiles, ThatAreMissingAreNamed) {
+  const auto found = find("nowhere.bin");
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().code, core::ErrorCode::kNotFound);
+  EXPECT_EQ(found.error().where, "nowhere.bin");
+}
+
+TEST(GltfSideFiles, AreListedOnceInOrderWithoutDataUris) {
+  const auto uris = cli::gltf_side_files(
+      R"({"buffers":[{"uri":"b.bin"},{"uri":"data:application/octet-stream;base64,AA=="},{}],)"
+      R"("images":[{"uri":"i.png"},{"bufferView":0},{"uri":"b.bin"}]})");
+  ASSERT_TRUE(uris);
+  EXPECT_EQ(*uris, (std::vector<std::string>{"b.bin", "i.png"}));
+}
+
+TEST(GltfSideFiles, RefusesWhatIsNoObject) {
+  for (const char* text : {"", "[]", "{", "glTF"}) {
+    EXPECT_FALSE(cli::gltf_side_files(text)) << text;
+  }
+}
+
+TEST(Files, AreWrittenWholeOrNotAtAll) {
+  const std::string path = testing::TempDir() + "files_test_" + std::to_string(getpid());
+  ASSERT_TRUE(cli::write_file(path, "abc"));
+  EXPECT_EQ(*cli::read_file(path), "abc");
+  fs::remove(path);
+  EXPECT_FALSE(cli::write_file("/nonexistent/folder/file", "abc"));
+}
+
+// FIPS 180-2, appendix B.1.
+TEST(Sha256, OfAbcIsThePublishedValue) {
+  EXPECT_EQ(cli::sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(ErrorOfReply, ShowsEveryFaultWithItsPointer) {
+  cli::Reply reply;
+  reply.status = 422;
+  reply.body = R"({"title":"Unprocessable","detail":"1 fault","errors":[)"
+               R"({"pointer":"/film/width","detail":"0 is outside [1, 16384]"}]})";
+  EXPECT_EQ(cli::error_of_reply(reply).message,
+            "the server answered 422 (Unprocessable): 1 fault\n  /film/width: 0 is outside [1, 16384]");
+}
+
+TEST(ErrorOfReply, OfAPageThatIsNotOursIsTheStatusAlone) {
+  cli::Reply reply;
+  reply.status = 502;
+  reply.body = "<html>";
+  EXPECT_EQ(cli::error_of_reply(reply).message, "the server answered 502");
+}
+
+TEST(ApiClient, RefusesAddressesThatAreNone) {
+  for (const char* url : {"", "localhost:8080", "ftp://host", "http://"}) {
+    EXPECT_FALSE(cli::ApiClient::connect(url, "")) << url;
+  }
+}
+
+TEST(ApiClient, AServerThatIsNotThereIsNamed) {
+  const auto client = cli::ApiClient::connect("http://127.0.0.1:9", "");
+  ASSERT_TRUE(client);
+  const auto reply = (*client)->get("/v1/jobs");
+  ASSERT_FALSE(reply);
+  EXPECT_NE(reply.error().message.find("http://127.0.0.1:9"), std::string::npos);
+}
+
+TEST(EncodeUrl, LeavesUnreservedCharacters) {
+  EXPECT_EQ(cli::encode_url("aZ0-._~ /?&="), "aZ0-._~%20%2F%3F%26%3D");
+}
+
+}  // namespace

@@ -1,0 +1,92 @@
+#include "clients/cli/job_flags.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "clients/cli/command.h"
+
+namespace {
+
+/// A file that goes away with the test.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& text)
+      : path_(testing::TempDir() + "job_flags_test_" + std::to_string(getpid()) + ".json") {
+    std::ofstream(path_) << text;
+  }
+  ~TemporaryFile() { std::remove(path_.c_str()); }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+TEST(MakeRequest, WithoutFlagsNamesTheSceneOnly) {
+  cli::JobFlags flags;
+  flags.scene = "glass";
+  EXPECT_EQ(cli::make_request(flags)->dump(), R"({"scene":"glass"})");
+}
+
+TEST(MakeRequest, EveryFlagHasItsMember) {
+  cli::JobFlags flags;
+  flags.scene = "glass";
+  flags.samples_per_pixel = 64;
+  flags.relative_error = 0.02;
+  flags.seconds = 5;
+  flags.size = "640x360";
+  flags.camera = "left";
+  flags.integrator = "path";
+  flags.sampler = "independent";
+  flags.seed = 7;
+  EXPECT_EQ(cli::make_request(flags)->dump(),
+            R"({"scene":"glass","film":{"width":640,"height":360},"camera":{"name":"left"},)"
+            R"("integrator":{"type":"path"},"sampler":{"type":"independent"},"seed":7,)"
+            R"("stop":{"samples_per_pixel":64,"relative_error":0.02,"seconds":5.0}})");
+}
+
+TEST(MakeRequest, FlagsWinOverTheJobFileAndTheRestOfItStays) {
+  const TemporaryFile file(
+      R"({"scene":"interior","film":{"width":10,"height":20,"filter":{"type":"box"}},"camera":{"index":2}})");
+  cli::JobFlags flags;
+  flags.job_file = file.path();
+  flags.size = "30x40";
+  flags.camera = "right";
+  EXPECT_EQ(cli::make_request(flags)->dump(),
+            R"({"scene":"interior","film":{"width":30,"height":40,"filter":{"type":"box"}},)"
+            R"("camera":{"name":"right"}})");
+}
+
+TEST(MakeRequest, NeedsAScene) { EXPECT_FALSE(cli::make_request(cli::JobFlags())); }
+
+TEST(MakeRequest, SaysWhereAJobFileIsBroken) {
+  const TemporaryFile file("{\"scene\": }");
+  cli::JobFlags flags;
+  flags.job_file = file.path();
+  const auto request = cli::make_request(flags);
+  ASSERT_FALSE(request);
+  EXPECT_EQ(request.error().message, "is not JSON at byte 11");
+  EXPECT_EQ(request.error().where, file.path());
+}
+
+TEST(ParseAndRun, WrongUsageIsTwoAndHelpIsZero) {
+  CLI::App app;
+  cli::JobFlags flags;
+  cli::add_job_flags(app, flags, "scene");
+  const auto body = [] { return 0; };
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(cli::parse_and_run(app, {"--help"}, body), cli::kDone);
+  testing::internal::GetCapturedStdout();
+  for (const char* wrong : {"--size=3", "--size=0xAx1", "--spp=many", "--nonsense"}) {
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(cli::parse_and_run(app, {wrong}, body), cli::kWrongUsage) << wrong;
+    EXPECT_FALSE(testing::internal::GetCapturedStderr().empty());
+  }
+}
+
+}  // namespace

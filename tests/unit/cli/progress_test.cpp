@@ -1,0 +1,69 @@
+#include "clients/cli/progress.h"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+cli::ProgressFacts half_done() {
+  cli::ProgressFacts facts;
+  facts.fraction = 0.5;
+  facts.samples_per_pixel = 128;
+  facts.elapsed_seconds = 12;
+  facts.relative_error = 0.0231;
+  facts.error_low = 0.021;
+  facts.error_high = 0.0254;
+  facts.rays_per_second = 4.21e6;
+  facts.eta_seconds = 75;
+  return facts;
+}
+
+/// Columns on a terminal: bytes that do not continue a UTF-8 character.
+int columns(const std::string& text) {
+  int count = 0;
+  for (const char c : text) {
+    count += (static_cast<unsigned char>(c) & 0xC0U) != 0x80U ? 1 : 0;
+  }
+  return count;
+}
+
+TEST(ProgressText, HoldsEveryFact) {
+  EXPECT_EQ(cli::progress_text(half_done()),
+            "rendering  50 %  128 samples  error 2.31 % (2.10 to 2.54)  4.21 Mrays/s  ETA 1 min 15 s");
+}
+
+TEST(ProgressText, LeavesOutAnErrorThatIsNotKnown) {
+  cli::ProgressFacts facts;
+  facts.samples_per_pixel = 1;
+  facts.elapsed_seconds = 0.5;
+  EXPECT_EQ(cli::progress_text(facts), "rendering  0 %  1 samples  0.5 s");
+}
+
+TEST(ProgressText, NeverShowsAHundredPercentBeforeTheEnd) {
+  cli::ProgressFacts facts;
+  facts.fraction = 0.9999;
+  EXPECT_NE(cli::progress_text(facts).find(" 99 %"), std::string::npos);
+}
+
+TEST(ProgressBar, FitsIntoTheTerminal) {
+  for (const bool unicode : {false, true}) {
+    for (int width = 20; width <= 200; ++width) {
+      EXPECT_LE(columns(cli::progress_bar(half_done(), width, unicode)), width) << width;
+    }
+  }
+}
+
+TEST(ProgressBar, IsFilledAsFarAsThePictureIs) {
+  const std::string bar = cli::progress_bar(half_done(), 200, false);
+  EXPECT_EQ(bar.substr(0, bar.find(']') + 1), "[" + std::string(15, '#') + std::string(15, '-') + "]");
+}
+
+TEST(DurationText, PicksTheUnit) {
+  EXPECT_EQ(cli::duration_text(0.04), "0.0 s");
+  EXPECT_EQ(cli::duration_text(9.94), "9.9 s");
+  EXPECT_EQ(cli::duration_text(59.4), "59 s");
+  EXPECT_EQ(cli::duration_text(200), "3 min 20 s");
+  EXPECT_EQ(cli::duration_text(7500), "2 h 5 min");
+  EXPECT_EQ(cli::duration_text(1e12), "long");
+}
+
+}  // namespace

@@ -1,0 +1,344 @@
+// write_glb(): a scene description as a GLB.
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/check.h"
+#include "core/image_io/image_io.h"
+#include "core/scene_io/glb_writer.h"
+
+namespace core {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kFloat = 5126;
+constexpr int kU16 = 5123;
+constexpr int kU32 = 5125;
+
+Json array_of(Rgb c) { return Json::array({c.r, c.g, c.b}); }
+Json array_of(Vec3 v) { return Json::array({v.x, v.y, v.z}); }
+
+template <typename T>
+std::span<const std::byte> bytes_of(const std::vector<T>& values) {
+  return std::as_bytes(std::span(values));
+}
+
+class SceneWriter {
+ public:
+  explicit SceneWriter(const SceneDescription& scene) : scene_(scene) {}
+
+  Bytes run() {
+    for (const auto& image : scene_.images) {
+      write_image(*image);
+    }
+    for (const MaterialDescription& material : scene_.materials) {
+      writer_.add("materials", material_json(material).dump());
+    }
+    for (const MeshDescription& mesh : scene_.meshes) {
+      write_mesh(mesh);
+    }
+    for (const InstanceDescription& instance : scene_.instances) {
+      const std::string& name = scene_.meshes[static_cast<std::size_t>(instance.mesh)].name;
+      write_node({{"mesh", instance.mesh}, {"name", name}}, instance.to_world);
+    }
+    for (const CameraDescription& camera : scene_.cameras) {
+      write_camera(camera);
+    }
+    write_lights();
+    return writer_.finish();
+  }
+
+ private:
+  void write_image(const Image& image) {
+    CHECK(image.type == PixelType::kU8);
+    FloatImage pixels{image.width, image.height, {}, {}};
+    const char* names[] = {"R", "G", "B", "A"};
+    for (int c = 0; c < image.channels; ++c) {
+      pixels.channel_names.emplace_back(names[c]);
+    }
+    for (const std::byte value : image.bytes) {
+      pixels.values.push_back(static_cast<float>(std::to_integer<int>(value)) / 255.0F);
+    }
+    EncodeOptions options;
+    options.is_color = false;  // The bytes are encoded already and shall stay as they are.
+    const auto png = encode_image(pixels, image_formats()[0], options);
+    CHECK(png.has_value());
+    const int view = writer_.add_view(*png);
+    writer_.add("images", Json{{"bufferView", view}, {"mimeType", "image/png"}}.dump());
+  }
+
+  // A texture object for each use: samplers and textures are small.
+  Json texture_json(const TextureDescription& texture) {
+    const auto wrap = [](TextureWrap w) {
+      return w == TextureWrap::kRepeat ? 10497 : (w == TextureWrap::kMirroredRepeat ? 33648 : 33071);
+    };
+    const Json sampler = {{"wrapS", wrap(texture.wrap_u)},
+                          {"wrapT", wrap(texture.wrap_v)},
+                          {"magFilter", texture.nearest ? 9728 : 9729}};
+    const int sampler_index = writer_.add("samplers", sampler.dump());
+    const Json object = {{"source", texture.image}, {"sampler", sampler_index}};
+    Json info = {{"index", writer_.add("textures", object.dump())}, {"texCoord", texture.uv_set}};
+    const auto& m = texture.uv_transform;
+    if (m != std::array<float, 6>{1, 0, 0, 0, 1, 0}) {
+      // m is rotation times scale: [c sx, s sy, ox; -s sx, c sy, oy].
+      writer_.use_extension("KHR_texture_transform");
+      const float rotation = std::atan2(-m[3], m[0]);
+      info["extensions"]["KHR_texture_transform"] = {
+          {"offset", {m[2], m[5]}}, {"rotation", rotation}, {"scale", {std::hypot(m[0], m[3]), std::hypot(m[1], m[4])}}};
+    }
+    return info;
+  }
+
+  void put_texture(Json& object, const char* name, const TextureDescription& texture) {
+    if (texture.image >= 0) {
+      object[name] = texture_json(texture);
+    }
+  }
+
+  void put_extension(Json& material, const char* name, Json extension) {
+    if (!extension.is_null()) {
+      writer_.use_extension(name);
+      material["extensions"][name] = std::move(extension);
+    }
+  }
+
+  static void put(Json& object, const char* name, float value, float standard) {
+    if (value != standard) {
+      object[name] = value;
+    }
+  }
+  static void put(Json& object, const char* name, Rgb value, Rgb standard) {
+    if (!(value == standard)) {
+      object[name] = array_of(value);
+    }
+  }
+
+  Json material_json(const MaterialDescription& m) {
+    Json json = {{"name", m.name}, {"doubleSided", m.double_sided}};
+    Json& pbr = json["pbrMetallicRoughness"];
+    pbr["baseColorFactor"] = {m.base_color.r, m.base_color.g, m.base_color.b, m.base_alpha};
+    pbr["metallicFactor"] = m.metallic;
+    pbr["roughnessFactor"] = m.roughness;
+    put_texture(pbr, "baseColorTexture", m.base_color_texture);
+    put_texture(pbr, "metallicRoughnessTexture", m.metallic_roughness_texture);
+    put_texture(json, "normalTexture", m.normal_texture);
+    if (json.contains("normalTexture")) {
+      json["normalTexture"]["scale"] = m.normal_scale;
+    }
+    put_texture(json, "occlusionTexture", m.occlusion_texture);
+    put_texture(json, "emissiveTexture", m.emissive_texture);
+    if (m.alpha_mode != AlphaMode::kOpaque) {
+      json["alphaMode"] = m.alpha_mode == AlphaMode::kMask ? "MASK" : "BLEND";
+    }
+    if (m.alpha_mode == AlphaMode::kMask) {
+      json["alphaCutoff"] = m.alpha_cutoff;
+    }
+    const float strength = max_component(m.emissive);
+    if (strength > 1) {
+      json["emissiveFactor"] = array_of(m.emissive / strength);
+      put_extension(json, "KHR_materials_emissive_strength", {{"emissiveStrength", strength}});
+    } else if (strength > 0) {
+      json["emissiveFactor"] = array_of(m.emissive);
+    }
+    if (m.unlit) {
+      put_extension(json, "KHR_materials_unlit", Json::object());
+    }
+    put_extension(json, "KHR_materials_specular", specular_json(m));
+    put_extension(json, "KHR_materials_transmission", transmission_json(m));
+    put_extension(json, "KHR_materials_volume", volume_json(m));
+    put_extension(json, "KHR_materials_clearcoat", clearcoat_json(m));
+    put_extension(json, "KHR_materials_sheen", sheen_json(m));
+    put_extension(json, "KHR_materials_iridescence", iridescence_json(m));
+    put_extension(json, "KHR_materials_anisotropy", anisotropy_json(m));
+    put_extension(json, "KHR_materials_diffuse_transmission", diffuse_transmission_json(m));
+    Json ior;
+    put(ior, "ior", m.ior, 1.5F);
+    put_extension(json, "KHR_materials_ior", std::move(ior));
+    Json dispersion;
+    put(dispersion, "dispersion", m.dispersion, 0);
+    put_extension(json, "KHR_materials_dispersion", std::move(dispersion));
+    return json;
+  }
+
+  Json specular_json(const MaterialDescription& m) {
+    Json e;
+    put(e, "specularFactor", m.specular, 1);
+    put(e, "specularColorFactor", m.specular_color, {1, 1, 1});
+    put_texture(e, "specularTexture", m.specular_texture);
+    put_texture(e, "specularColorTexture", m.specular_color_texture);
+    return e;
+  }
+  Json transmission_json(const MaterialDescription& m) {
+    Json e;
+    put(e, "transmissionFactor", m.transmission, 0);
+    put_texture(e, "transmissionTexture", m.transmission_texture);
+    return e;
+  }
+  Json volume_json(const MaterialDescription& m) {
+    Json e;
+    put(e, "thicknessFactor", m.thickness, 0);
+    put(e, "attenuationDistance", std::max(m.attenuation_distance, 0.0F), 0);
+    put(e, "attenuationColor", m.attenuation_color, {1, 1, 1});
+    put_texture(e, "thicknessTexture", m.thickness_texture);
+    return e;
+  }
+  Json clearcoat_json(const MaterialDescription& m) {
+    Json e;
+    put(e, "clearcoatFactor", m.clearcoat, 0);
+    put(e, "clearcoatRoughnessFactor", m.clearcoat_roughness, 0);
+    put_texture(e, "clearcoatTexture", m.clearcoat_texture);
+    put_texture(e, "clearcoatRoughnessTexture", m.clearcoat_roughness_texture);
+    put_texture(e, "clearcoatNormalTexture", m.clearcoat_normal_texture);
+    if (m.clearcoat_normal_texture.image >= 0) {
+      e["clearcoatNormalTexture"]["scale"] = m.clearcoat_normal_scale;
+    }
+    return e;
+  }
+  Json sheen_json(const MaterialDescription& m) {
+    Json e;
+    put(e, "sheenColorFactor", m.sheen_color, {0, 0, 0});
+    put(e, "sheenRoughnessFactor", m.sheen_roughness, 0);
+    put_texture(e, "sheenColorTexture", m.sheen_color_texture);
+    put_texture(e, "sheenRoughnessTexture", m.sheen_roughness_texture);
+    return e;
+  }
+  Json iridescence_json(const MaterialDescription& m) {
+    Json e;
+    put(e, "iridescenceFactor", m.iridescence, 0);
+    put(e, "iridescenceIor", m.iridescence_ior, 1.3F);
+    put(e, "iridescenceThicknessMinimum", m.iridescence_thickness_min_nm, 100);
+    put(e, "iridescenceThicknessMaximum", m.iridescence_thickness_max_nm, 400);
+    put_texture(e, "iridescenceTexture", m.iridescence_texture);
+    put_texture(e, "iridescenceThicknessTexture", m.iridescence_thickness_texture);
+    return e;
+  }
+  Json anisotropy_json(const MaterialDescription& m) {
+    Json e;
+    put(e, "anisotropyStrength", m.anisotropy, 0);
+    put(e, "anisotropyRotation", m.anisotropy_rotation_rad, 0);
+    put_texture(e, "anisotropyTexture", m.anisotropy_texture);
+    return e;
+  }
+  Json diffuse_transmission_json(const MaterialDescription& m) {
+    Json e;
+    put(e, "diffuseTransmissionFactor", m.diffuse_transmission, 0);
+    put(e, "diffuseTransmissionColorFactor", m.diffuse_transmission_color, {1, 1, 1});
+    put_texture(e, "diffuseTransmissionTexture", m.diffuse_transmission_texture);
+    put_texture(e, "diffuseTransmissionColorTexture", m.diffuse_transmission_color_texture);
+    return e;
+  }
+
+  template <typename T>
+  void put_attribute(Json& attributes, const char* name, const std::vector<T>& values) {
+    if (!values.empty()) {
+      const char* type = sizeof(T) == 8 ? "VEC2" : (sizeof(T) == 12 ? "VEC3" : "VEC4");
+      attributes[name] = writer_.add_accessor(bytes_of(values), kFloat, type, values.size());
+    }
+  }
+
+  // Positions carry their bounds, as the specification asks.
+  int position_accessor(const std::vector<Vec3>& positions) {
+    Bounds bounds;
+    for (const Vec3 p : positions) {
+      bounds.add(p);
+    }
+    const Json range = {{"min", array_of(bounds.min)}, {"max", array_of(bounds.max)}};
+    return writer_.add_accessor(bytes_of(positions), kFloat, "VEC3", positions.size(), range.dump());
+  }
+
+  int index_accessor(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
+    if (vertices > 65535) {
+      return writer_.add_accessor(bytes_of(indices), kU32, "SCALAR", indices.size());
+    }
+    std::vector<std::uint16_t> narrow;
+    for (const std::uint32_t i : indices) {
+      narrow.push_back(static_cast<std::uint16_t>(i));
+    }
+    return writer_.add_accessor(bytes_of(narrow), kU16, "SCALAR", narrow.size());
+  }
+
+  void write_mesh(const MeshDescription& mesh) {
+    Json primitives = Json::array();
+    for (const PrimitiveDescription& p : mesh.primitives) {
+      Json attributes = {{"POSITION", position_accessor(p.positions)}};
+      put_attribute(attributes, "NORMAL", p.normals);
+      put_attribute(attributes, "TANGENT", p.tangents);
+      put_attribute(attributes, "TEXCOORD_0", p.uv[0]);
+      put_attribute(attributes, "TEXCOORD_1", p.uv[1]);
+      put_attribute(attributes, "COLOR_0", p.colors);
+      Json primitive = {{"attributes", attributes}, {"indices", index_accessor(p.indices, p.positions.size())}};
+      if (p.material >= 0) {
+        primitive["material"] = p.material;
+      }
+      primitives.push_back(primitive);
+    }
+    writer_.add("meshes", Json{{"name", mesh.name}, {"primitives", primitives}}.dump());
+  }
+
+  void write_node(Json node, const Transform& m) {
+    if (!(m.x == Vec3{1, 0, 0} && m.y == Vec3{0, 1, 0} && m.z == Vec3{0, 0, 1})) {
+      node["matrix"] = {m.x.x, m.x.y, m.x.z, 0, m.y.x, m.y.y, m.y.z, 0,
+                        m.z.x, m.z.y, m.z.z, 0, m.t.x, m.t.y, m.t.z, 1};
+    } else if (!(m.t == Vec3{})) {
+      node["translation"] = array_of(m.t);
+    }
+    writer_.add("nodes", node.dump());
+  }
+
+  void write_camera(const CameraDescription& camera) {
+    Json json = {{"name", camera.name}};
+    if (camera.orthographic) {
+      json["type"] = "orthographic";
+      json["orthographic"] = {
+          {"xmag", camera.x_magnification}, {"ymag", camera.y_magnification}, {"znear", 0}, {"zfar", 1000}};
+    } else {
+      json["type"] = "perspective";
+      json["perspective"] = {{"yfov", camera.vertical_fov_rad}, {"znear", 0.01}};
+      if (camera.aspect_ratio > 0) {
+        json["perspective"]["aspectRatio"] = camera.aspect_ratio;
+      }
+    }
+    write_node({{"camera", writer_.add("cameras", json.dump())}, {"name", camera.name}}, camera.to_world);
+  }
+
+  void write_lights() {
+    if (scene_.lights.empty()) {
+      return;
+    }
+    Json lights = Json::array();
+    for (const PunctualLightDescription& light : scene_.lights) {
+      const float strength = max_component(light.intensity);
+      Json json = {{"name", light.name}, {"intensity", strength}};
+      json["color"] = array_of(strength > 0 ? light.intensity / strength : Rgb(1));
+      json["type"] = light.type == PunctualType::kDirectional ? "directional"
+                     : light.type == PunctualType::kSpot      ? "spot"
+                                                              : "point";
+      if (light.type == PunctualType::kSpot) {
+        json["spot"] = {{"innerConeAngle", light.inner_cone_rad}, {"outerConeAngle", light.outer_cone_rad}};
+      }
+      if (light.range_m > 0) {
+        json["range"] = light.range_m;
+      }
+      const Json reference = {{"KHR_lights_punctual", {{"light", lights.size()}}}};
+      write_node({{"name", light.name}, {"extensions", reference}}, light.to_world);
+      lights.push_back(json);
+    }
+    writer_.use_extension("KHR_lights_punctual");
+    writer_.set("extensions", Json{{"KHR_lights_punctual", {{"lights", lights}}}}.dump());
+  }
+
+  const SceneDescription& scene_;
+  GlbWriter writer_;
+};
+
+}  // namespace
+
+Bytes write_glb(const SceneDescription& scene) { return SceneWriter(scene).run(); }
+
+}  // namespace core

@@ -1,0 +1,56 @@
+/// Writes GLB files: whole scene descriptions, or piece by piece for what a description cannot say.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/scene/scene_description.h"
+#include "core/scene_io/gltf_load.h"
+
+namespace core {
+
+/// A glTF document that grows by JSON text; our own text, so malformed JSON stops the process.
+class GlbWriter {
+ public:
+  GlbWriter();
+  ~GlbWriter();
+  GlbWriter(const GlbWriter&) = delete;
+  GlbWriter& operator=(const GlbWriter&) = delete;
+
+  /// Appends an object to a top-level array ("nodes", "materials", ...); its index.
+  int add(std::string_view collection, std::string_view json);
+  /// Sets a member of the document, e.g. "extensionsRequired" or "scene".
+  void set(std::string_view member, std::string_view json);
+  /// Names an extension in extensionsUsed, once.
+  void use_extension(std::string_view name);
+
+  /// A view of a copy of the bytes, aligned to 4; its index. `more` is merged into the view's JSON.
+  int add_view(std::span<const std::byte> bytes, std::string_view more = "{}");
+  /// A view and an accessor of all its elements. component_type and type as glTF names them;
+  /// `more` is merged into the accessor's JSON.
+  int add_accessor(std::span<const std::byte> bytes, int component_type, std::string_view type,
+                   std::size_t count, std::string_view more = "{}");
+
+  /// The file. The JSON's "scenes" default to one that holds all nodes that are nobody's children.
+  Bytes finish();
+  /// The same document as JSON text whose one buffer is `bin_uri`, and that buffer.
+  struct Separate {
+    std::string json;
+    Bytes bin;
+  };
+  Separate finish_separate(std::string_view bin_uri);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Everything in `scene` that glTF can hold, materials with their KHR extensions. 8-bit images
+/// become PNGs. Instances become nodes; nodes of cameras and lights carry their names.
+/// Pre: scene is valid and its images have 8 bits.
+Bytes write_glb(const SceneDescription& scene);
+
+}  // namespace core

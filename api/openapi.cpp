@@ -30,11 +30,7 @@ Json schema_of(std::string_view schema) {
 Json content_of(std::span<const ContentRow> rows) {
   Json content = Json::object();
   for (const ContentRow& row : rows) {
-    Json media = {{"schema", schema_of(row.schema)}};
-    if (const Json example = example_of(row.schema); !example.is_null()) {
-      media["example"] = example;
-    }
-    content[std::string(row.media_type)] = std::move(media);
+    content[std::string(row.media_type)] = {{"schema", schema_of(row.schema)}};
   }
   return content;
 }
@@ -88,6 +84,7 @@ Json parameters_of(const Operation& operation, const std::string& path,
 
 std::vector<int> problem_statuses(const Operation& operation) {
   std::vector<int> statuses(operation.problems.begin(), operation.problems.end());
+  statuses.insert(statuses.end(), {421, 500});  // a wrong Host; a mistake of ours
   if (!operation.scope.empty()) {
     statuses.insert(statuses.end(), {401, 403, 429});
   }
@@ -145,13 +142,15 @@ void add_operation(Json& paths, const Operation& operation, const Capabilities& 
   std::string path(operation.path);
   const std::string id(operation.id);
   // OpenAPI has no optional parts of a path: `image{.format}` is two of them.
-  if (const auto at = path.find(kFormatPart); at != std::string::npos) {
-    path.erase(at);
-    const std::string with_format = path + ".{format}";
-    paths[with_format][method] =
-        operation_json(operation, id + "InFormat", with_format, capabilities);
-  }
+  const auto at = path.find(kFormatPart);
+  path.erase(std::min(at, path.size()));
   paths[path][method] = operation_json(operation, id, path, capabilities);
+  if (at != std::string::npos) {
+    const std::string with_format = path + ".{format}";
+    Json in_format = operation_json(operation, id + "InFormat", with_format, capabilities);
+    in_format["summary"] = std::string(operation.summary) + " In the format of the extension.";
+    paths[with_format][method] = std::move(in_format);
+  }
 }
 
 Json problem_responses() {
@@ -179,12 +178,12 @@ Json tags() {
     const char* doc;
   };
   constexpr std::array kTags = {
-      Tag{"Service", "The server itself."},
-      Tag{"Assets", "Files by the hash of their content."},
-      Tag{"Scenes", "glTF scenes, loaded and checked."},
       Tag{"Jobs", "Pictures in the making."},
       Tag{"Results", "Pictures, pixels, errors."},
       Tag{"Streams", "What happens, as it happens."},
+      Tag{"Scenes", "glTF scenes, loaded and checked."},
+      Tag{"Assets", "Files by the hash of their content."},
+      Tag{"Service", "The server itself."},
       Tag{"Laboratory", "Estimators on the bench."},
   };
   Json list = Json::array();
@@ -216,6 +215,11 @@ Json components() {
     schemas["ComparisonRequest"] = comparison_request_schema();
   } else {
     schemas.erase("Comparison");
+  }
+  for (const auto& schema : schemas.items()) {
+    if (const Json example = example_of(schema.key()); !example.is_null()) {
+      schema.value()["examples"] = Json::array({example});
+    }
   }
   Json body;
   body["schemas"] = std::move(schemas);

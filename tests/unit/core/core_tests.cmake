@@ -1,0 +1,2 @@
+set(CORE_TEST_SOURCES
+  sampler_test.cpp)

@@ -1,0 +1,213 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "core/samplers/dimensions.h"
+#include "core/samplers/path_sampler.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::PathSampler;
+using core::SamplerType;
+using core::Vec4;
+
+double component(Vec4 v, int i) {
+  const float c[4] = {v.x, v.y, v.z, v.w};
+  return static_cast<double>(c[i]);
+}
+
+std::vector<Vec4> points(std::uint32_t count, std::uint64_t h, std::uint64_t h2) {
+  std::vector<Vec4> out;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    out.push_back(PathSampler::sobol_4d(i, h, h2));
+  }
+  return out;
+}
+
+/// Does each box of 2^-a by 2^-b, a + b = k - t, hold exactly 2^t of the 2^k points?
+bool is_net(const std::vector<Vec4>& p, int d0, int d1, int t) {
+  const int k = static_cast<int>(std::lround(std::log2(static_cast<double>(p.size()))));
+  for (int a = 0; a <= k - t; ++a) {
+    const int b = k - t - a;
+    std::vector<int> boxes(std::size_t{1} << (k - t), 0);
+    for (const Vec4& x : p) {
+      const auto column = static_cast<std::size_t>(component(x, d0) * (1 << a));
+      const auto row = static_cast<std::size_t>(component(x, d1) * (1 << b));
+      ++boxes[(row << a) + column];
+    }
+    for (const int n : boxes) {
+      if (n != 1 << t) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+std::uint64_t seed_of(int i) { return core::mix_bits(static_cast<std::uint64_t>(i) + 77); }
+
+TEST(Sobol, FirstTwoDimensionsHoldOnePointInEachElementaryInterval) {
+  for (int seed = 0; seed < 8; ++seed) {
+    for (std::uint32_t n = 2; n <= 1024; n *= 2) {
+      EXPECT_TRUE(is_net(points(n, seed_of(seed), seed_of(seed + 100)), 0, 1, 0)) << n;
+    }
+  }
+}
+
+// The other pairs are nets of a higher t; t of a pair is a property of the direction numbers, and scrambling
+// must keep it. Joe and Kuo's first four dimensions have t <= 3 in every 2-D projection.
+TEST(Sobol, EveryProjectionIsANetOfSmallT) {
+  for (int a = 0; a < 4; ++a) {
+    for (int b = a + 1; b < 4; ++b) {
+      for (int seed = 0; seed < 8; ++seed) {
+        for (std::uint32_t n = 8; n <= 1024; n *= 2) {
+          EXPECT_TRUE(is_net(points(n, seed_of(seed), seed_of(seed + 100)), a, b, 3)) << a << b << " " << n;
+        }
+      }
+    }
+  }
+}
+
+TEST(Sobol, EveryDimensionIsStratified) {
+  for (int d = 0; d < 4; ++d) {
+    for (std::uint32_t n = 2; n <= 4096; n *= 2) {
+      std::vector<int> strata(n, 0);
+      for (const Vec4& p : points(n, seed_of(3), seed_of(4))) {
+        ++strata[static_cast<std::size_t>(component(p, d) * n)];
+      }
+      for (const int count : strata) {
+        EXPECT_EQ(count, 1);
+      }
+    }
+  }
+}
+
+TEST(Sobol, ANetWithOnePointMovedIsSeen) {
+  auto p = points(64, seed_of(1), seed_of(2));
+  p[5].x = p[6].x;
+  EXPECT_FALSE(is_net(p, 0, 1, 0));
+}
+
+// A replicate's samples are the points of one set, in order: prefixes of 2^k samples are nets in the picture too.
+TEST(Sobol, SamplesOfAReplicateAreOneSet) {
+  PathSampler sampler(SamplerType::kSobol, 2, 9);
+  for (const int group : {core::kCameraGroup, core::dimension_group(0, core::BounceGroup::kLight),
+                          core::dimension_group(3, core::BounceGroup::kBsdf)}) {
+    for (int replicate = 0; replicate < 2; ++replicate) {
+      std::vector<Vec4> p;
+      for (int s = 0; s < 64; ++s) {
+        sampler.start(17, 31, 2 * s + replicate);
+        p.push_back(sampler.get_4d(group));
+      }
+      EXPECT_TRUE(is_net(p, 0, 1, 0));
+    }
+  }
+}
+
+TEST(PathSampler, NumbersLieInTheUnitIntervalAndNeverReachOne) {
+  for (const SamplerType type : {SamplerType::kIndependent, SamplerType::kSobol}) {
+    PathSampler sampler(type, 2, 1);
+    for (int s = 0; s < 200000; ++s) {
+      sampler.start(s % 100, s / 1000, s % 4096);
+      const Vec4 u = sampler.get_4d(s % 7);
+      for (int d = 0; d < 4; ++d) {
+        ASSERT_GE(component(u, d), 0);
+        ASSERT_LT(component(u, d), 1);
+      }
+      const float extra = sampler.extra_1d(s % 5, static_cast<std::uint32_t>(s));
+      ASSERT_GE(extra, 0);
+      ASSERT_LT(extra, 1);
+    }
+  }
+  EXPECT_LT(core::to_unit_float(0xffffffffU), 1.0F);
+}
+
+TEST(PathSampler, ANumberDependsOnNothingButItsName) {
+  for (const SamplerType type : {SamplerType::kIndependent, SamplerType::kSobol}) {
+    PathSampler a(type, 2, 5);
+    PathSampler b(type, 2, 5);
+    a.start(1, 2, 3);
+    a.get_4d(1);
+    a.start(7, 8, 9);
+    b.start(7, 8, 9);
+    b.get_4d(4);
+    const Vec4 x = a.get_4d(2);
+    const Vec4 y = b.get_4d(2);
+    EXPECT_TRUE(x.x == y.x && x.y == y.y && x.z == y.z && x.w == y.w);
+  }
+}
+
+/// Correlation of 20,000 pairs of numbers; each pair named by two of the four arguments.
+double correlation(SamplerType type, const std::function<std::pair<float, float>(PathSampler&, int)>& pair) {
+  constexpr int kPairs = 20000;
+  PathSampler sampler(type, 2, 11);
+  double xy = 0;
+  double xx = 0;
+  double yy = 0;
+  for (int i = 0; i < kPairs; ++i) {
+    const auto [a, b] = pair(sampler, i);
+    const double x = static_cast<double>(a) - 0.5;
+    const double y = static_cast<double>(b) - 0.5;
+    xy += x * y;
+    xx += x * x;
+    yy += y * y;
+  }
+  return xy / std::sqrt(xx * yy) * std::sqrt(static_cast<double>(kPairs));  // N(0,1)
+}
+
+// |z| < 4.5: false alarm 7e-6 a comparison, 48 comparisons: 0.03 %.
+TEST(PathSampler, NeighboursReplicatesGroupsAndSeedsAreUncorrelated) {
+  for (const SamplerType type : {SamplerType::kIndependent, SamplerType::kSobol}) {
+    for (int d = 0; d < 4; ++d) {
+      const auto at = [d](PathSampler& s, int x, int y, int sample, int group) {
+        s.start(x, y, sample);
+        return static_cast<float>(component(s.get_4d(group), d));
+      };
+      const auto over = [&](int dx, int dy, int ds, int dg) {
+        return correlation(type, [&](PathSampler& s, int i) {
+          const int x = i % 200;
+          const int y = i / 200;
+          return std::pair(at(s, 3 * x, y, 4, 2), at(s, 3 * x + dx, y + dy, 4 + ds, 2 + dg));
+        });
+      };
+      EXPECT_LT(std::fabs(over(1, 0, 0, 0)), 4.5);
+      EXPECT_LT(std::fabs(over(0, 1, 0, 0)), 4.5);
+      EXPECT_LT(std::fabs(over(0, 0, 1, 0)), 4.5);  // the other replicate
+      EXPECT_LT(std::fabs(over(0, 0, 0, 1)), 4.5);
+      EXPECT_LT(std::fabs(over(1, 1, 1, 3)), 4.5);
+      PathSampler other(type, 2, 12);
+      EXPECT_LT(std::fabs(correlation(type, [&](PathSampler& s, int i) {
+                  return std::pair(at(s, i % 200, i / 200, 0, 0), at(other, i % 200, i / 200, 0, 0));
+                })), 4.5);
+    }
+  }
+}
+
+// Within one pixel, sample by sample, two pixels' sequences must not march together.
+TEST(PathSampler, TwoPixelsAreUncorrelatedOverTheirSamples) {
+  for (int pixel = 0; pixel < 6; ++pixel) {
+    const double z = correlation(SamplerType::kSobol, [&](PathSampler& s, int i) {
+      s.start(pixel, 0, 2 * i);
+      const float a = s.get_4d(1).y;
+      s.start(pixel + 1, 0, 2 * i);
+      return std::pair(a, s.get_4d(1).y);
+    });
+    EXPECT_LT(std::fabs(z), 4.5);
+  }
+}
+
+TEST(PathSampler, ACorrelationOfFivePercentIsSeen) {
+  PathSampler other(SamplerType::kIndependent, 2, 99);
+  const double z = correlation(SamplerType::kIndependent, [&](PathSampler& s, int i) {
+    s.start(i, 0, 0);
+    other.start(i, 1, 0);
+    const float a = s.get_4d(0).x;
+    return std::pair(a, i % 20 == 0 ? a : other.get_4d(0).x);
+  });
+  EXPECT_GT(std::fabs(z), 4.5);
+}
+
+}  // namespace

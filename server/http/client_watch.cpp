@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "server/http/signal_block.h"
 
 namespace server {
 namespace {
@@ -39,6 +40,7 @@ ClientWatch::ClientWatch()
   event.events = EPOLLIN;
   event.data.u64 = kWakeId;
   CHECK(::epoll_ctl(epoll_fd_, EPOLL_CTL_ADD, wake_fd_, &event) == 0);
+  const SignalBlock block;
   thread_ = std::thread([this] { run(); });
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "server/http/signal_block.h"
 
 namespace server {
 namespace {
@@ -56,6 +57,7 @@ bool WorkerPool::start_thread() {
   pthread_attr_t attributes;
   CHECK(pthread_attr_init(&attributes) == 0);
   CHECK(pthread_attr_setstacksize(&attributes, kStackBytes) == 0);
+  const SignalBlock block;
   pthread_t thread = {};
   const int failure = pthread_create(&thread, &attributes, &WorkerPool::thread_main, this);
   pthread_attr_destroy(&attributes);

@@ -105,7 +105,8 @@ TEST(HttpServer, ReadsChunkedBodies) {
 TEST(HttpServer, TellsAClientThatAsksToContinue) {
   TestServer server;
   Client client(server);
-  client.send("POST /json HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\nExpect: 100-continue\r\n\r\n");
+  client.send(
+      "POST /json HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\nExpect: 100-continue\r\n\r\n");
   EXPECT_EQ(client.receive(/*head_only=*/true).status, 100);
   client.send("{}");
   EXPECT_EQ(client.receive().body, "{}");

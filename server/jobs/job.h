@@ -1,0 +1,114 @@
+/// Job: one job in memory, shared by the service, the streams that watch it and its run.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/mutex.h"
+#include "server/jobs/event_log.h"
+#include "server/jobs/job_record.h"
+#include "server/jobs/render_run.h"
+
+namespace server {
+
+/// A film that is not being rendered: of a finished job, or left by the last process.
+struct StoredFilm {
+  std::shared_ptr<const core::Film> film;
+  FilmRecord record;
+};
+
+/// Where the last `end` event stands, for clients that have seen it.
+struct EndMark {
+  std::int64_t stream = 0;
+  std::uint64_t seq = 0;
+};
+
+class Job {
+ public:
+  /// Whether `log` holds all that happened since this run of the server began. Not so for a job that
+  /// had ended before and was read from the store.
+  enum class History { kInLog, kInStore };
+
+  Job(JobRecord record, History history)
+      : id_(record.view.id),
+        sequence_(record.sequence),
+        memory_only_(is_memory_only(record.view.spec)),
+        history_(history),
+        record_(std::move(record)) {}
+
+  const std::string& id() const { return id_; }
+  std::int64_t sequence() const { return sequence_; }
+  bool memory_only() const { return memory_only_; }
+  History history() const { return history_; }
+  EventLog& log() const { return *log_; }
+  std::shared_ptr<EventLog> shared_log() const { return log_; }
+
+  JobRecord record() const {
+    const core::MutexLock lock(mutex_);
+    return record_;
+  }
+  api::JobState state() const {
+    const core::MutexLock lock(mutex_);
+    return record_.view.state;
+  }
+  std::shared_ptr<RenderRun> run() const {
+    const core::MutexLock lock(mutex_);
+    return run_;
+  }
+  std::shared_ptr<const StoredFilm> kept_film() const {
+    const core::MutexLock lock(mutex_);
+    return kept_film_;
+  }
+  std::optional<EndMark> end_mark() const {
+    const core::MutexLock lock(mutex_);
+    return end_mark_;
+  }
+
+  void set_record(JobRecord record) {
+    const core::MutexLock lock(mutex_);
+    record_ = std::move(record);
+  }
+  void set_run(std::shared_ptr<RenderRun> run) {
+    const core::MutexLock lock(mutex_);
+    run_.swap(run);
+  }
+  /// Only of memory-only jobs: there is no file to read it from again.
+  void keep_film(std::shared_ptr<const StoredFilm> film) {
+    const core::MutexLock lock(mutex_);
+    kept_film_.swap(film);
+  }
+  void set_end_mark(std::optional<EndMark> mark) {
+    const core::MutexLock lock(mutex_);
+    end_mark_ = mark;
+  }
+
+  /// Loading takes long, and a job may be paused and resumed meanwhile: only the latest load counts.
+  /// Both with change_mutex() held.
+  int begin_load() { return ++load_generation_; }
+  bool is_latest_load(int generation) const { return generation == load_generation_; }
+
+  /// Held from reading the record to telling its change, the commit to the store included: changes
+  /// of one job have an order. Taken before every other lock.
+  core::Mutex& change_mutex() { return change_mutex_; }
+
+ private:
+  const std::string id_;
+  const std::int64_t sequence_;
+  const bool memory_only_;
+  const History history_;
+  const std::shared_ptr<EventLog> log_ = std::make_shared<EventLog>();
+  core::Mutex change_mutex_;
+  std::atomic<int> load_generation_ = 0;
+  mutable core::Mutex mutex_;
+  JobRecord record_ GUARDED_BY(mutex_);
+  std::shared_ptr<RenderRun> run_ GUARDED_BY(mutex_);
+  std::shared_ptr<const StoredFilm> kept_film_ GUARDED_BY(mutex_);
+  std::optional<EndMark> end_mark_ GUARDED_BY(mutex_);
+};
+
+using JobPointer = std::shared_ptr<Job>;
+
+}  // namespace server

@@ -1,0 +1,226 @@
+// What clients change about a job: patch, cancel, extend, delete.
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "api/errors.h"
+#include "server/jobs/job_service.h"
+#include "server/observe/clock.h"
+
+namespace server {
+
+using api::JobState;
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+Status JobService::apply_patch(JobRecord& record, const Job& job, const api::JobPatch& patch) const {
+  api::JobView& view = record.view;
+  const std::string state(api::to_text(view.state));
+  if (api::is_final(view.state) && patch.stop_named) {
+    return Error{ErrorCode::kConflict, "the job is " + state + "; use extend to let it go on", "/stop"};
+  }
+  if (api::is_final(view.state) && patch.paused.value_or(false)) {
+    return Error{ErrorCode::kConflict, "the job is " + state + " and cannot be paused", "/paused"};
+  }
+  if (!api::same_spec(view.spec, patch.spec)) {
+    view.spec = patch.spec;
+    ++view.spec_version;
+  }
+  for (const std::string& warning : patch.warnings) {
+    if (std::find(view.warnings.begin(), view.warnings.end(), warning) == view.warnings.end()) {
+      view.warnings.push_back(warning);
+    }
+  }
+  if (patch.paused && !api::is_final(view.state)) {
+    if (*patch.paused) {
+      view.state = JobState::kPaused;
+    } else if (view.state == JobState::kPaused) {
+      view.state = job.run() ? JobState::kRendering : JobState::kQueued;
+    }
+    if (const auto run = job.run()) {
+      view.progress = progress_of(*run);
+    }
+  }
+  return core::ok_status();
+}
+
+void JobService::follow_patch(const JobPointer& job, const JobRecord& before, const JobRecord& after) {
+  const api::JobSpec& spec = after.view.spec;
+  const Rank rank = rank_of(spec);
+  book_.set_rank(job->id(), rank);
+  scheduler_.set_rank(job->id(), rank);
+  const auto run = job->run();
+  if (run && !api::is_final(after.view.state)) {
+    run->task().set_stop(spec.stop);
+  }
+  if (before.view.state == after.view.state) {
+    return;
+  }
+  if (after.view.state == JobState::kPaused) {
+    book_.dequeue(job->id());
+    scheduler_.remove(job->id());
+    if (run) {
+      run->task().set_paused(true);
+    }
+    book_.leave(job->id());
+  } else if (after.view.state == JobState::kRendering) {
+    book_.claim(job->id(), rank);
+    run->task().set_paused(false);
+    scheduler_.add(job->id(), run, rank);
+  } else if (after.view.state == JobState::kQueued) {
+    book_.enqueue(job, rank);
+  }
+}
+
+api::Parsed<std::monostate> JobService::patch(const JobPointer& job, std::string_view body,
+                                              std::optional<std::uint32_t> if_version) {
+  std::optional<api::Problem> problem;
+  JobRecord before;
+  const Status changed = change(
+      *job,
+      [&](JobRecord& record) -> Status {
+        before = record;
+        if (if_version && *if_version != record.view.spec_version) {
+          return Error{ErrorCode::kPreconditionFailed,
+                       "the spec has changed: it is version " +
+                           std::to_string(record.view.spec_version) + " now, If-Match names " +
+                           std::to_string(*if_version),
+                       ""};
+        }
+        auto parsed = api::parse_job_patch(body, record.view.spec);
+        if (!parsed) {
+          problem = parsed.problem();
+          return Error{};
+        }
+        return apply_patch(record, *job, *parsed);
+      },
+      {.go_on_in_memory = false,
+       .before_telling = [&](const JobRecord& after) { follow_patch(job, before, after); }});
+  if (problem) {
+    return *problem;
+  }
+  if (!changed) {
+    return api::from_error(changed.error());
+  }
+  admit();
+  return std::monostate{};
+}
+
+Status JobService::cancel(const JobPointer& job) {
+  bool was_final = false;
+  const Status told = change(
+      *job,
+      [&](JobRecord& record) {
+        was_final = api::is_final(record.view.state);
+        if (!was_final) {
+          record.view.state = JobState::kCancelled;
+          record.view.stop_reason = core::StopReason::kCancelled;
+          record.view.finished_at_unix_seconds = unix_now();
+          if (const auto run = job->run()) {
+            record.view.progress = progress_of(*run);
+            record.view.progress.eta_seconds.reset();
+          }
+        }
+        return core::ok_status();
+      },
+      {.go_on_in_memory = true,
+       .before_telling =
+           [&](const JobRecord&) {
+             if (was_final) {
+               return;
+             }
+             book_.dequeue(job->id());
+             scheduler_.remove(job->id());
+             if (!job->run()) {
+               release(job);
+             }
+           }});
+  if (!told || was_final) {
+    return told;
+  }
+  if (auto run = job->run()) {
+    // The task may compute a last error estimate; nobody should wait for that.
+    savers_.post([run = std::move(run)] { run->task().cancel(); });
+  }
+  admit();
+  return core::ok_status();
+}
+
+api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::string_view body) {
+  std::optional<api::Problem> problem;
+  if (stopping_) {
+    return api::make_problem(ErrorCode::kUnavailable, "the server is stopping");
+  }
+  const Status changed = change(
+      *job,
+      [&](JobRecord& record) -> Status {
+        api::JobView& view = record.view;
+        auto parsed = api::parse_extend(body, view.spec);
+        if (!parsed) {
+          problem = parsed.problem();
+          return Error{};
+        }
+        if (view.state != JobState::kFinished) {
+          return Error{ErrorCode::kConflict,
+                       "the job is " + std::string(api::to_text(view.state)) +
+                           "; only a finished one can be extended",
+                       ""};
+        }
+        if (record.film != FilmPlace::kOnDisk) {
+          return Error{ErrorCode::kConflict, "the film of the job is not there any more", ""};
+        }
+        const auto& samples = parsed->stop.samples_per_pixel;
+        if (samples && *samples <= view.progress.samples_max) {
+          return Error{ErrorCode::kInvalidArgument,
+                       std::to_string(*samples) + " is not more than the " +
+                           std::to_string(view.progress.samples_max) + " that are there",
+                       "/stop/samples_per_pixel"};
+        }
+        view.spec.stop = parsed->stop;
+        ++view.spec_version;
+        for (std::string& warning : parsed->warnings) {
+          view.warnings.push_back(std::move(warning));
+        }
+        view.state = JobState::kQueued;
+        view.stop_reason = core::StopReason::kNone;
+        view.finished_at_unix_seconds.reset();
+        view.film_digest.clear();
+        view.progress.fraction = 0;
+        return core::ok_status();
+      },
+      {.go_on_in_memory = false,
+       .before_telling =
+           [&](const JobRecord& after) { book_.enqueue(job, rank_of(after.view.spec)); }});
+  if (problem) {
+    return *problem;
+  }
+  if (!changed) {
+    return api::from_error(changed.error());
+  }
+  admit();
+  return std::monostate{};
+}
+
+Status JobService::remove(const JobPointer& job) {
+  const core::MutexLock changing(job->change_mutex());
+  const JobState state = job->state();
+  if (!api::is_final(state)) {
+    return Error{ErrorCode::kConflict,
+                 "the job is " + std::string(api::to_text(state)) + "; cancel it first", ""};
+  }
+  if (!job->memory_only()) {
+    if (auto removed = table_.remove(job->id()); !removed) {
+      return removed;
+    }
+    if (auto removed = remove_file(data_.film_path(job->id())); !removed) {
+      return removed;
+    }
+  }
+  book_.forget(job->id());
+  films_.erase_prefix(job->id());
+  return core::ok_status();
+}
+
+}  // namespace server

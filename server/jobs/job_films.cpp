@@ -1,0 +1,210 @@
+// Films of jobs: reading them, checkpoints, eviction.
+
+#include <chrono>
+#include <utility>
+
+#include <fcntl.h>
+
+#include "server/jobs/job_service.h"
+#include "server/observe/clock.h"
+
+namespace server {
+
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kLook{250};
+/// A checkpoint costs at most this share of the time between two of them.
+constexpr double kWriteShare = 20;
+/// Of the interval: the rest is for the write itself, so that it is complete in time.
+constexpr double kBegin = 0.8;
+constexpr int kEvictAtATime = 16;
+constexpr double kHousekeepingSeconds = 600;
+
+Error no_sample_yet() { return Error{ErrorCode::kConflict, "the job has no sample yet", ""}; }
+
+bool has_samples(const core::Film& film) {
+  for (int tile = 0; tile < film.tile_count(); ++tile) {
+    if (film.tile_samples(tile) > 0) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+core::Result<std::shared_ptr<const StoredFilm>> JobService::stored_film(const Job& job) {
+  if (auto kept = job.kept_film()) {
+    return kept;
+  }
+  const JobRecord record = job.record();
+  if (record.film == FilmPlace::kEvicted) {
+    return Error{ErrorCode::kGone, "the film was evicted to keep the disk below its limit", ""};
+  }
+  if (job.memory_only() || (api::is_final(record.view.state) && record.film == FilmPlace::kNone)) {
+    return no_sample_yet();
+  }
+  using Made = SingleFlightCache<StoredFilm>::Made;
+  return films_.get(job.id(), [&]() -> core::Result<Made> {
+    const std::string path = data_.film_path(job.id());
+    if (const auto there = open_file(path, O_RDONLY); !there) {
+      return there.error().code == ErrorCode::kNotFound ? no_sample_yet() : there.error();
+    }
+    auto file = FilmFile::open(path);
+    if (!file) {
+      return file.error();
+    }
+    const core::RenderSettings& settings = record.view.spec.render;
+    auto film = std::make_shared<core::Film>(settings.film, settings.replicates);
+    auto restored = file->restore(*film);
+    if (!restored) {
+      return restored.error();
+    }
+    const std::uint64_t bytes = film->bytes();
+    return Made{.value = std::make_shared<const StoredFilm>(
+                    StoredFilm{.film = std::move(film), .record = std::move(*restored)}),
+                .bytes = bytes};
+  });
+}
+
+core::Result<std::shared_ptr<const core::Film>> JobService::film(const Job& job) {
+  std::shared_ptr<const core::Film> film;
+  if (const auto run = job.run()) {
+    film = run->film();
+  } else {
+    const auto stored = stored_film(job);
+    if (!stored) {
+      return stored.error();
+    }
+    film = (*stored)->film;
+  }
+  if (!has_samples(*film)) {
+    return no_sample_yet();
+  }
+  return film;
+}
+
+std::vector<core::ConvergencePoint> JobService::points(const Job& job) {
+  if (const auto run = job.run()) {
+    return run->task().points();
+  }
+  const auto stored = stored_film(job);
+  return stored ? (*stored)->record.points : std::vector<core::ConvergencePoint>();
+}
+
+void JobService::checkpoint_loop(const std::stop_token& stop) {
+  core::Mutex mutex;
+  core::CondVar never;
+  auto kept_house = Clock::now();
+  while (!stop.stop_requested()) {
+    {
+      const core::MutexLock lock(mutex);
+      never.wait_for(mutex, stop, kLook, [] { return false; });
+    }
+    for (const JobPointer& job : book_.all()) {
+      const auto run = job->run();
+      if (stop.stop_requested() || !run || job->memory_only()) {
+        continue;
+      }
+      const double interval =
+          std::max(options_.checkpoint_seconds * kBegin, run->last_save_seconds() * kWriteShare);
+      const auto now = Clock::now();
+      const auto [last, is_new] = checkpointed_.emplace(job->id(), now);
+      if (is_new || std::chrono::duration<double>(now - last->second).count() < interval) {
+        continue;
+      }
+      checkpoint(job);
+      last->second = Clock::now();
+    }
+    std::erase_if(checkpointed_, [this](const auto& entry) {
+      const auto job = book_.find(entry.first);
+      return !job || !job->run();
+    });
+    if (std::chrono::duration<double>(Clock::now() - kept_house).count() > kHousekeepingSeconds) {
+      kept_house = Clock::now();
+      evict_films();
+      static_cast<void>(table_.forget_keys_before(unix_now() - 24.0 * 3600));  // Next time, then.
+    }
+  }
+}
+
+void JobService::checkpoint(const JobPointer& job) {
+  const auto run = job->run();
+  if (!run || job->memory_only() || run->task().finished()) {
+    return;  // Whoever ended it saves it.
+  }
+  if (const Status saved = run->save(false); !saved) {
+    run->fail(saved.error());
+    return;
+  }
+  const Status noted = change(
+      *job,
+      [&](JobRecord& record) -> Status {
+        if (api::is_final(record.view.state)) {
+          return Error{ErrorCode::kCancelled, "", ""};
+        }
+        record.view.progress = progress_of(*run);
+        record.film = FilmPlace::kOnDisk;
+        record.film_bytes = run->file_bytes();
+        return core::ok_status();
+      },
+      {.go_on_in_memory = true});
+  if (noted) {
+    log_.write(LogLevel::kDebug, "checkpoint",
+               {{"job", job->id()}, {"seconds", run->last_save_seconds()}});
+  }
+}
+
+std::uint64_t JobService::film_limit_bytes() const {
+  if (options_.disk_limit_bytes > 0) {
+    return options_.disk_limit_bytes;
+  }
+  const auto space = disk_space(data_.path());
+  return space ? static_cast<std::uint64_t>(static_cast<double>(space->total_bytes) *
+                                            options_.disk_limit_percent / 100)
+               : UINT64_MAX;
+}
+
+void JobService::evict_films() {
+  auto total = table_.film_bytes_total();
+  const std::uint64_t limit = film_limit_bytes();
+  if (!total || *total <= limit) {
+    return;
+  }
+  const auto oldest = table_.films_oldest_first(kEvictAtATime);
+  if (!oldest) {
+    return;
+  }
+  for (const JobRow& row : *oldest) {
+    if (*total <= limit) {
+      return;
+    }
+    const auto job = find(row.id);
+    if (!job) {
+      continue;
+    }
+    const Status evicted = change(
+        **job,
+        [&](JobRecord& record) -> Status {
+          if (record.view.state != api::JobState::kFinished || record.film != FilmPlace::kOnDisk) {
+            return Error{ErrorCode::kConflict, "", ""};
+          }
+          record.film = FilmPlace::kEvicted;
+          return remove_file(data_.film_path(row.id));
+        },
+        {.go_on_in_memory = true});
+    if (evicted) {
+      films_.erase_prefix(row.id);
+      *total -= std::min(*total, row.film_bytes);
+      log_.write(LogLevel::kInfo, "film_evicted", {{"job", row.id}});
+    }
+  }
+}
+
+}  // namespace server

@@ -1,0 +1,138 @@
+#include "server/jobs/job_record.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "api/errors.h"
+#include "api/values.h"
+
+namespace server {
+namespace {
+
+using api::JobState;
+
+std::optional<double> known(double value) {
+  return std::isnan(value) ? std::nullopt : std::optional<double>(value);
+}
+
+double value_or_nan(const std::optional<double>& value) {
+  return value.value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+}  // namespace
+
+bool may_change(JobState from, JobState to) {
+  if (from == to) {
+    return true;
+  }
+  switch (to) {
+    case JobState::kQueued: return from != JobState::kFailed && from != JobState::kCancelled;
+    case JobState::kLoading: return from == JobState::kQueued;
+    case JobState::kRendering: return from == JobState::kLoading || from == JobState::kPaused;
+    case JobState::kPaused:
+      return from == JobState::kQueued || from == JobState::kLoading || from == JobState::kRendering;
+    case JobState::kFinished: return from == JobState::kRendering || from == JobState::kPaused;
+    case JobState::kFailed:
+    case JobState::kCancelled: return !api::is_final(from);
+  }
+  return false;
+}
+
+bool is_memory_only(const api::JobSpec& spec) { return spec.job_class == api::JobClass::kPreview; }
+
+JobRow to_row(const JobRecord& record) {
+  const api::JobView& view = record.view;
+  JobRow row;
+  row.sequence = record.sequence;
+  row.id = view.id;
+  row.spec_json = api::dump(api::to_json(view.spec));
+  row.spec_version = view.spec_version;
+  row.scene = view.spec.scene;
+  row.environment_asset = view.spec.environment_asset.value_or("");
+  row.labels = view.spec.labels;
+  row.priority = view.spec.priority;
+  row.state = api::to_text(view.state);
+  row.stop_reason = api::to_text(view.stop_reason);
+  row.created_at = view.created_at_unix_seconds;
+  row.started_at = view.started_at_unix_seconds;
+  row.finished_at = view.finished_at_unix_seconds;
+  row.warnings = view.warnings;
+  for (std::string& warning : row.warnings) {
+    std::replace(warning.begin(), warning.end(), '\n', ' ');
+  }
+  if (record.failure) {
+    row.failure = *record.failure;
+  }
+  row.film = record.film;
+  row.film_bytes = record.film_bytes;
+  row.film_digest = view.film_digest;
+  row.revision = view.progress.revision;
+  row.fraction = view.progress.fraction;
+  row.samples_min = view.progress.samples_min;
+  row.samples_mean = view.progress.samples_mean;
+  row.samples_max = view.progress.samples_max;
+  row.elapsed_seconds = view.progress.elapsed_seconds;
+  row.cpu_seconds = view.progress.cpu_seconds;
+  row.rays = view.progress.rays;
+  row.rejected_samples = view.progress.rejected_samples;
+  row.peak_bytes = view.peak_bytes;
+  row.error_rmse = known(view.progress.error.relative_rmse);
+  row.error_low = known(view.progress.error.low);
+  row.error_high = known(view.progress.error.high);
+  row.error_unreliable = view.progress.error.unreliable;
+  return row;
+}
+
+core::Result<JobRecord> to_record(const JobRow& row) {
+  auto parsed = api::parse_job(row.spec_json);
+  const auto state = api::job_state_from_text(row.state);
+  if (!parsed || !state) {
+    return core::Error{core::ErrorCode::kInternal,
+                       "the stored job cannot be read: " +
+                           (parsed ? "state " + row.state : parsed.problem().detail),
+                       row.id};
+  }
+  JobRecord record;
+  record.sequence = row.sequence;
+  record.film = row.film;
+  record.film_bytes = row.film_bytes;
+  api::JobView& view = record.view;
+  view.id = row.id;
+  view.state = *state;
+  view.stop_reason = api::stop_reason_from_text(row.stop_reason).value_or(core::StopReason::kNone);
+  view.created_at_unix_seconds = row.created_at;
+  view.started_at_unix_seconds = row.started_at;
+  view.finished_at_unix_seconds = row.finished_at;
+  view.spec = std::move(parsed->spec);
+  view.spec_version = static_cast<std::uint32_t>(row.spec_version);
+  view.warnings = row.warnings;
+  view.film_digest = row.film_digest;
+  view.peak_bytes = row.peak_bytes;
+  if (!row.failure.message.empty()) {
+    record.failure = row.failure;
+    view.failure = api::from_error(row.failure);
+  }
+  core::Progress& progress = view.progress;
+  progress.revision = row.revision;
+  progress.fraction = row.fraction;
+  progress.samples_min = row.samples_min;
+  progress.samples_mean = row.samples_mean;
+  progress.samples_max = row.samples_max;
+  progress.elapsed_seconds = row.elapsed_seconds;
+  progress.cpu_seconds = row.cpu_seconds;
+  progress.rays = row.rays;
+  progress.rejected_samples = row.rejected_samples;
+  progress.error = {value_or_nan(row.error_rmse), value_or_nan(row.error_low),
+                    value_or_nan(row.error_high), row.error_unreliable};
+  if (row.elapsed_seconds > 0) {
+    progress.rays_per_second = static_cast<double>(row.rays) / row.elapsed_seconds;
+  }
+  const double error = progress.error.relative_rmse;
+  if (error > 0 && row.cpu_seconds > 0) {
+    progress.efficiency = 1 / (error * error * row.cpu_seconds);
+  }
+  return record;
+}
+
+}  // namespace server

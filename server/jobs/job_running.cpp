@@ -1,0 +1,336 @@
+// The way of a job from the queue through loading and rendering to its end.
+
+#include <new>
+#include <utility>
+
+#include <unistd.h>
+
+#include "api/errors.h"
+#include "core/render/render_task.h"
+#include "server/jobs/job_service.h"
+#include "server/observe/clock.h"
+
+namespace server {
+
+using api::JobState;
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+/// A restart may take a film back to its last checkpoint. No revision is given twice: a client that
+/// has seen the ones in between would miss tiles. More than this are not made between checkpoints.
+constexpr std::uint32_t kRevisionGap = 1U << 16U;
+
+Error already_final() { return Error{ErrorCode::kCancelled, "the job has ended meanwhile", ""}; }
+
+}  // namespace
+
+core::Progress JobService::progress_of(const RenderRun& run) { return run.task().progress(); }
+
+void JobService::admit() {
+  while (!stopping_) {
+    JobPointer job = book_.admit();
+    if (!job) {
+      return;
+    }
+    Background& loaders = job->memory_only() ? preview_loaders_ : loaders_;
+    loaders.post([this, job = std::move(job)] { load(job); });
+  }
+}
+
+void JobService::load(const JobPointer& job) {
+  int generation = 0;
+  const Status begun = change(
+      *job,
+      [](JobRecord& record) -> Status {
+        if (record.view.state != JobState::kQueued) {
+          return already_final();  // Cancelled or paused before its turn.
+        }
+        record.view.state = JobState::kLoading;
+        return core::ok_status();
+      },
+      {.go_on_in_memory = true,
+       .before_telling = [&](const JobRecord&) { generation = job->begin_load(); }});
+  if (!begun) {
+    book_.leave(job->id());
+    admit();
+    return;
+  }
+  try {
+    auto run = prepare(job);
+    if (run) {
+      start(job, *run, generation);
+    } else {
+      fail(job, run.error());
+    }
+  } catch (const std::bad_alloc&) {
+    fail(job, Error{ErrorCode::kUnavailable, "not enough memory to load the job", ""});
+  }
+}
+
+core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& job) {
+  const JobRecord record = job->record();
+  const api::JobSpec& spec = record.view.spec;
+  auto scene = scenes_.load(spec.scene, spec.time_seconds, spec.variant);
+  if (!scene) {
+    return scene.error();
+  }
+  core::View view;
+  view.scene = *scene;
+  view.camera = spec.camera;
+  view.settings = spec.render;
+  if (spec.environment_choice == api::EnvironmentChoice::kGiven) {
+    auto environment = scenes_.environment(spec.environment_asset, spec.environment);
+    if (!environment) {
+      return environment.error();
+    }
+    view.environment = std::move(*environment);
+  }
+  auto renderer = core::Renderer::create(std::move(view));
+  if (!renderer) {
+    return renderer.error();
+  }
+  RenderRun::Parts parts;
+  parts.job = job->id();
+  parts.renderer = std::move(*renderer);
+  parts.film = std::make_shared<core::Film>(spec.render.film, spec.render.replicates);
+  parts.scene_bytes = (*scene)->summary().bytes;
+  parts.options.stop = spec.stop;
+  parts.options.samples_limit = options_.samples_max;
+  if (!job->memory_only()) {
+    auto file = open_film_file(job, *parts.film, parts.options);
+    if (!file) {
+      return file.error();
+    }
+    parts.file.emplace(std::move(*file));
+    films_.erase_prefix(job->id());
+  }
+  if (const std::uint32_t seen = std::max(parts.film->revision(), record.view.progress.revision);
+      seen > 0) {
+    parts.film->restore(0, parts.film->tile(0), seen + kRevisionGap);
+  }
+  RenderRun::Owner& owner = *this;
+  return std::make_shared<RenderRun>(std::move(parts), job->shared_log(), owner);
+}
+
+core::Result<FilmFile> JobService::open_film_file(const JobPointer& job, core::Film& film,
+                                                  core::TaskOptions& options) {
+  const std::string path = data_.film_path(job->id());
+  auto file = FilmFile::open(path);
+  if (!file) {
+    return file.error();
+  }
+  auto restored = file->restore(film);
+  if (!restored) {
+    // The samples are a function of the job: they can be made again.
+    log_.write(LogLevel::kWarning, "film_damaged",
+               {{"job", job->id()}, {"detail", restored.error().message}});
+    if (auto removed = remove_file(path); !removed) {
+      return removed.error();
+    }
+    const Status warned = change(
+        *job,
+        [](JobRecord& record) {
+          record.view.warnings.emplace_back(
+              "The stored film was damaged; rendering begins anew and will end the same.");
+          return core::ok_status();
+        },
+        {.go_on_in_memory = true});
+    if (!warned) {
+      return warned.error();
+    }
+    file = FilmFile::open(path);
+    if (!file) {
+      return file.error();
+    }
+    restored = file->restore(film);
+    if (!restored) {
+      return restored.error();
+    }
+  }
+  options.elapsed_before = restored->elapsed_seconds;
+  options.points_before = std::move(restored->points);
+  return file;
+}
+
+void JobService::start(const JobPointer& job, const std::shared_ptr<RenderRun>& run, int generation) {
+  bool is_paused = false;
+  const Status started = change(
+      *job,
+      [&](JobRecord& record) -> Status {
+        if (!job->is_latest_load(generation) || api::is_final(record.view.state)) {
+          return already_final();
+        }
+        is_paused = record.view.state == JobState::kPaused;
+        if (!is_paused) {
+          record.view.state = JobState::kRendering;
+        }
+        if (!record.view.started_at_unix_seconds) {
+          record.view.started_at_unix_seconds = unix_now();
+        }
+        record.view.progress = progress_of(*run);
+        record.view.peak_bytes = run->peak_bytes();
+        return core::ok_status();
+      },
+      {.go_on_in_memory = true,
+       .before_telling =
+           [&](const JobRecord& record) {
+             job->set_run(run);
+             if (is_paused) {
+               run->task().set_paused(true);
+             } else {
+               scheduler_.add(job->id(), run, rank_of(record.view.spec));
+             }
+           }});
+  if (!started && job->is_latest_load(generation)) {
+    book_.leave(job->id());
+    admit();
+  }
+}
+
+void JobService::on_first_slice(const std::string& id) {
+  if (const auto job = book_.find(id)) {
+    metrics_.count_queue_wait(unix_now() - job->record().view.created_at_unix_seconds);
+  }
+}
+
+void JobService::on_end(const std::string& id, core::StopReason reason,
+                        std::optional<Error> failure) {
+  JobPointer job = book_.find(id);
+  if (!job) {
+    return;  // Deleted.
+  }
+  savers_.post([this, job = std::move(job), reason, failure = std::move(failure)] {
+    if (failure) {
+      fail(job, *failure);
+    } else if (reason == core::StopReason::kCancelled) {
+      settle_cancelled(job);
+    } else {
+      finish(job, reason);
+    }
+  });
+}
+
+void JobService::keep_film_of(const JobPointer& job, const RenderRun& run) {
+  auto stored = std::make_shared<const StoredFilm>(
+      StoredFilm{.film = run.film(),
+                 .record = {.elapsed_seconds = run.task().progress().elapsed_seconds,
+                            .points = run.task().points()}});
+  if (job->memory_only()) {
+    job->keep_film(std::move(stored));
+  } else {
+    const std::uint64_t bytes = run.film()->bytes();
+    films_.put(job->id(), {.value = std::move(stored), .bytes = bytes});
+  }
+}
+
+void JobService::finish(const JobPointer& job, core::StopReason reason) {
+  const auto run = job->run();
+  if (!run) {
+    return;
+  }
+  scheduler_.remove(job->id());
+  // On the disk first: who is told that a job has finished finds its film after a power loss, too.
+  if (const Status saved = run->save(true); !saved) {
+    fail(job, saved.error());
+    return;
+  }
+  const std::string digest = run->film()->digest();
+  keep_film_of(job, *run);
+  const Status told = change(
+      *job,
+      [&](JobRecord& record) -> Status {
+        if (api::is_final(record.view.state)) {
+          return already_final();
+        }
+        record.view.state = JobState::kFinished;
+        record.view.stop_reason = reason;
+        record.view.finished_at_unix_seconds = unix_now();
+        record.view.progress = progress_of(*run);
+        record.view.peak_bytes = run->peak_bytes();
+        record.view.film_digest = digest;
+        record.film = job->memory_only() ? FilmPlace::kNone : FilmPlace::kOnDisk;
+        record.film_bytes = run->file_bytes();
+        return core::ok_status();
+      },
+      {.go_on_in_memory = false, .before_telling = [&](const JobRecord&) { release(job); }});
+  if (told) {
+    evict_films();
+  } else if (told.error().code == ErrorCode::kCancelled) {
+    settle_cancelled(job);
+  } else {
+    fail(job, told.error());
+  }
+  admit();
+}
+
+void JobService::settle_cancelled(const JobPointer& job) {
+  const auto run = job->run();
+  if (!run) {
+    return;
+  }
+  scheduler_.remove(job->id());
+  const Status saved = run->save(true);
+  if (!saved) {
+    log_.write(LogLevel::kError, "film_not_saved",
+               {{"job", job->id()}, {"detail", saved.error().message}});
+  }
+  if (run->task().progress().samples_max > 0) {
+    keep_film_of(job, *run);
+  }
+  const Status kept = change(
+      *job,
+      [&](JobRecord& record) {
+        const double fraction = record.view.progress.fraction;
+        record.view.progress = progress_of(*run);
+        record.view.progress.fraction = fraction;
+        if (saved && !job->memory_only() && record.view.progress.samples_max > 0) {
+          record.film = FilmPlace::kOnDisk;
+          record.film_bytes = run->file_bytes();
+        }
+        return core::ok_status();
+      },
+      {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) { release(job); }});
+  if (!kept) {
+    release(job);
+  }
+  admit();
+}
+
+void JobService::fail(const JobPointer& job, const Error& failure) {
+  scheduler_.remove(job->id());
+  const auto run = job->run();
+  const Status told = change(
+      *job,
+      [&](JobRecord& record) -> Status {
+        if (api::is_final(record.view.state)) {
+          return already_final();
+        }
+        record.view.state = JobState::kFailed;
+        record.view.stop_reason = core::StopReason::kFailed;
+        record.view.finished_at_unix_seconds = unix_now();
+        record.failure = failure;
+        record.view.failure = api::from_error(failure);
+        if (run) {
+          record.view.progress = progress_of(*run);
+          record.view.progress.fraction = std::min(record.view.progress.fraction, 0.999);
+        }
+        return core::ok_status();
+      },
+      {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) { release(job); }});
+  if (!told) {
+    release(job);
+  }
+  log_.write(LogLevel::kWarning, "job_failed", {{"job", job->id()}, {"detail", failure.message}});
+  admit();
+}
+
+void JobService::release(const JobPointer& job) {
+  job->set_run(nullptr);
+  book_.leave(job->id());
+  book_.retire(job);
+}
+
+}  // namespace server

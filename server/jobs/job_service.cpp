@@ -1,0 +1,460 @@
+#include "server/jobs/job_service.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <openssl/rand.h>
+
+#include "api/errors.h"
+#include "api/events.h"
+#include "server/observe/clock.h"
+#include "server/scenes/scene_facts.h"
+
+namespace server {
+
+using api::JobState;
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+constexpr double kKeySeconds = 24 * 3600;
+
+/// A random UUID (RFC 9562, version 4).
+std::string make_uuid() {
+  std::array<unsigned char, 16> bytes{};
+  CHECK(RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) == 1);
+  bytes[6] = static_cast<unsigned char>((bytes[6] & 0x0fU) | 0x40U);
+  bytes[8] = static_cast<unsigned char>((bytes[8] & 0x3fU) | 0x80U);
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    if (i == 4 || i == 6 || i == 8 || i == 10) {
+      text += '-';
+    }
+    text += kDigits[bytes[i] >> 4U];
+    text += kDigits[bytes[i] & 15U];
+  }
+  return text;
+}
+
+int threads_or_machine(int threads) {
+  return threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+}
+
+}  // namespace
+
+JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::int64_t run)
+    : table_(parts.table),
+      scenes_(parts.scenes),
+      data_(parts.data),
+      log_(parts.log),
+      metrics_(parts.metrics),
+      options_(options),
+      run_(run),
+      book_(options.book),
+      films_(options.film_cache_bytes),
+      scheduler_(threads_or_machine(options.threads)),
+      loaders_(2),
+      preview_loaders_(1),
+      savers_(2),
+      checkpointer_([this](const std::stop_token& stop) { checkpoint_loop(stop); }) {}
+
+JobService::~JobService() { stop(); }
+
+Rank JobService::rank_of(const api::JobSpec& spec) {
+  return Rank{.is_preview = spec.job_class == api::JobClass::kPreview, .priority = spec.priority};
+}
+
+Status JobService::resume() {
+  const auto last = table_.last_sequence();
+  if (!last) {
+    return last.error();
+  }
+  last_sequence_ = *last;
+  if (auto forgotten = table_.forget_keys_before(unix_now() - kKeySeconds); !forgotten) {
+    return forgotten;
+  }
+  const auto rows = table_.unfinished();
+  if (!rows) {
+    return rows.error();
+  }
+  for (const JobRow& row : *rows) {
+    auto record = to_record(row);
+    if (!record) {
+      log_.write(LogLevel::kError, "job_unreadable",
+                 {{"job", row.id}, {"detail", record.error().message}});
+      continue;
+    }
+    const JobState state = record->view.state;
+    const Rank rank = rank_of(record->view.spec);
+    auto job = std::make_shared<Job>(std::move(*record), Job::History::kInLog);
+    book_.add(job);
+    if (state == JobState::kPaused) {
+      continue;
+    }
+    const Status queued = change(
+        *job,
+        [](JobRecord& changed) {
+          changed.view.state = JobState::kQueued;
+          return core::ok_status();
+        },
+        {.go_on_in_memory = true});
+    if (queued) {
+      book_.enqueue(job, rank);
+    }
+  }
+  admit();
+  return core::ok_status();
+}
+
+void JobService::stop() {
+  if (stopping_.exchange(true)) {
+    return;
+  }
+  checkpointer_.request_stop();
+  if (checkpointer_.joinable()) {
+    checkpointer_.join();
+  }
+  scheduler_.stop();
+  loaders_.stop(Background::Waiting::kDrop);
+  preview_loaders_.stop(Background::Waiting::kDrop);
+  savers_.stop(Background::Waiting::kFinish);
+  for (const JobPointer& job : book_.all()) {
+    if (job->run() != nullptr && !api::is_final(job->state())) {
+      checkpoint(job);
+    }
+    job->set_run(nullptr);  // A run and its job hold each other's parts.
+  }
+}
+
+std::vector<JobService::Told> JobService::events_between(const JobRecord& before,
+                                                         const JobRecord& after) const {
+  std::vector<Told> told;
+  api::JobView view = after.view;
+  view.queue_position = book_.position(view.id);
+  if (before.view.state != view.state || before.view.spec_version != view.spec_version ||
+      before.view.created_at_unix_seconds == 0) {
+    told.push_back({api::EventType::kState, api::state_event(view)});
+  }
+  for (std::size_t i = before.view.warnings.size(); i < view.warnings.size(); ++i) {
+    told.push_back({api::EventType::kWarning, api::warning_event(view.warnings[i])});
+  }
+  if (api::is_final(view.state) && !api::is_final(before.view.state)) {
+    told.push_back({api::EventType::kEnd, api::end_event(view)});
+  }
+  return told;
+}
+
+std::uint64_t JobService::reserve_events(Job& job, const std::vector<Told>& told,
+                                         std::vector<EventRow>& rows) const {
+  const std::uint64_t first = job.log().reserve(static_cast<int>(told.size()));
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    rows.push_back(EventRow{.stream = run_,
+                            .seq = first + i,
+                            .type = std::string(api::to_text(told[i].type)),
+                            .data = told[i].data});
+  }
+  return first;
+}
+
+void JobService::publish_events(Job& job, std::uint64_t first, std::vector<Told> told) {
+  std::vector<LoggedEvent> events;
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    LoggedEvent event;
+    event.seq = first + i;
+    event.type = told[i].type;
+    event.data = std::move(told[i].data);
+    events.push_back(std::move(event));
+  }
+  job.log().publish(std::move(events));
+}
+
+Status JobService::change(Job& job, const Modify& modify, const ChangeOptions& options) {
+  const core::MutexLock changing(job.change_mutex());
+  const JobRecord before = job.record();
+  JobRecord after = before;
+  if (auto modified = modify(after); !modified) {
+    return modified;
+  }
+  if (!may_change(before.view.state, after.view.state)) {
+    return Error{ErrorCode::kConflict,
+                 "the job is " + std::string(api::to_text(before.view.state)) + " and cannot become " +
+                     std::string(api::to_text(after.view.state)),
+                 ""};
+  }
+  std::vector<Told> told = events_between(before, after);
+  std::vector<EventRow> rows;
+  const std::uint64_t first = reserve_events(job, told, rows);
+  if (!job.memory_only()) {
+    const Status stored = table_.update(to_row(after), rows);
+    if (!stored) {
+      log_.write(LogLevel::kError, "store_failed",
+                 {{"job", job.id()}, {"detail", stored.error().message}});
+      if (!options.go_on_in_memory) {
+        job.log().drop(first, static_cast<int>(told.size()));
+        return stored;
+      }
+    }
+  }
+  if (!told.empty() && told.back().type == api::EventType::kEnd) {
+    job.set_end_mark(EndMark{.stream = run_, .seq = first + told.size() - 1});
+  }
+  job.set_record(after);
+  if (options.before_telling) {
+    options.before_telling(after);
+  }
+  if (before.view.state != after.view.state) {
+    log_.write(LogLevel::kInfo, "job_state",
+               {{"job", job.id()}, {"state", api::to_text(after.view.state)},
+                {"stop_reason", api::to_text(after.view.stop_reason)}});
+  }
+  publish_events(job, first, std::move(told));
+  return core::ok_status();
+}
+
+api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request) {
+  auto facts = scenes_.facts(request.spec.scene);
+  if (!facts) {
+    Error error = facts.error();
+    error.where = "/scene";
+    return api::from_error(error);
+  }
+  if (auto faults = faults_against_scene(request.spec, *facts); !faults.empty()) {
+    return api::make_problem(ErrorCode::kInvalidArgument, std::move(faults));
+  }
+  if (request.spec.environment_asset) {
+    if (const auto usable = scenes_.check_environment(*request.spec.environment_asset); !usable) {
+      return api::from_error(usable.error());
+    }
+  }
+  if (auto warning = api::settle_environment(request.spec, *facts)) {
+    request.warnings.push_back(std::move(*warning));
+  }
+  return request;
+}
+
+core::Result<JobPointer> JobService::find_replay(const Idempotency& idempotency) {
+  std::optional<IdempotencyRow> row;
+  {
+    auto stored = table_.find_key(idempotency.key);
+    if (!stored) {
+      return stored.error();
+    }
+    row = std::move(*stored);
+  }
+  if (!row || row->created_at < unix_now() - kKeySeconds) {
+    return JobPointer();
+  }
+  auto job = find(row->job);
+  if (!job) {
+    return job.error().code == ErrorCode::kNotFound ? core::Result<JobPointer>(JobPointer()) : job;
+  }
+  if (row->body_hash != idempotency.body_hash) {
+    return Error{ErrorCode::kConflict,
+                 "this Idempotency-Key was used with another body, for job " + row->job, ""};
+  }
+  return job;
+}
+
+api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
+                                                      const Idempotency& idempotency) {
+  if (stopping_) {
+    return api::make_problem(ErrorCode::kUnavailable, "the server is stopping");
+  }
+  std::unique_lock<core::Mutex> keyed;
+  if (!idempotency.key.empty()) {
+    keyed = std::unique_lock<core::Mutex>(keyed_mutex_);
+    auto replay = find_replay(idempotency);
+    if (!replay) {
+      return api::from_error(replay.error());
+    }
+    if (*replay) {
+      return Submitted{.job = std::move(*replay), .is_replay = true};
+    }
+  }
+  auto checked = check(std::move(request));
+  if (!checked) {
+    return checked.problem();
+  }
+  const Rank rank = rank_of(checked->spec);
+  if (!book_.has_room(rank)) {
+    return api::make_problem(ErrorCode::kTooManyRequests,
+                             "the queue is full: " + std::to_string(book_.queue_length()) +
+                                 " jobs are waiting");
+  }
+  const std::optional<std::string> preview_key = checked->spec.preview_key;
+  auto job = insert(std::move(*checked), idempotency);
+  if (!job) {
+    return api::from_error(job.error());
+  }
+  if (preview_key) {
+    supersede(*preview_key, (*job)->id());
+  }
+  book_.enqueue(*job, rank);
+  admit();
+  return Submitted{.job = std::move(*job), .is_replay = false};
+}
+
+core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Idempotency& idempotency) {
+  JobRecord record;
+  record.sequence = ++last_sequence_;
+  record.view.id = make_uuid();
+  record.view.created_at_unix_seconds = unix_now();
+  record.view.spec = std::move(request.spec);
+  record.view.warnings = std::move(request.warnings);
+  auto job = std::make_shared<Job>(record, Job::History::kInLog);
+  std::vector<Told> told = events_between(JobRecord{}, record);
+  std::vector<EventRow> rows;
+  const std::uint64_t first = reserve_events(*job, told, rows);
+  std::optional<IdempotencyRow> key;
+  if (!idempotency.key.empty()) {
+    key = IdempotencyRow{.key = idempotency.key,
+                         .body_hash = idempotency.body_hash,
+                         .job = record.view.id,
+                         .created_at = record.view.created_at_unix_seconds};
+  }
+  const Status stored = job->memory_only() ? (key ? table_.insert_key(*key) : core::ok_status())
+                                           : table_.insert(to_row(record), rows, key);
+  if (!stored) {
+    return stored.error();
+  }
+  book_.add(job);
+  log_.write(LogLevel::kInfo, "job_submitted",
+             {{"job", record.view.id}, {"scene", record.view.spec.scene}});
+  publish_events(*job, first, std::move(told));
+  return job;
+}
+
+void JobService::supersede(const std::string& preview_key, const std::string& by) {
+  for (const JobPointer& job : book_.all()) {
+    const JobRecord record = job->record();
+    if (job->memory_only() && job->id() != by && record.view.spec.preview_key == preview_key &&
+        !api::is_final(record.view.state)) {
+      static_cast<void>(cancel(job));  // One that has ended meanwhile needs no cancelling.
+    }
+  }
+}
+
+core::Result<JobPointer> JobService::find(const std::string& id) {
+  const Error unknown{ErrorCode::kNotFound, "no job has the id \"" + id + "\"", ""};
+  if (!api::is_uuid(id)) {
+    return unknown;
+  }
+  if (auto job = book_.find(id)) {
+    return job;
+  }
+  const auto row = table_.find(id);
+  if (!row) {
+    return row.error();
+  }
+  if (!*row) {
+    return unknown;
+  }
+  auto record = to_record(**row);
+  if (!record) {
+    return record.error();
+  }
+  auto job = std::make_shared<Job>(std::move(*record), Job::History::kInStore);
+  const auto events = table_.events_after((*row)->sequence, 0, 0);
+  if (!events) {
+    return events.error();
+  }
+  for (const EventRow& event : *events) {
+    if (event.type == api::to_text(api::EventType::kEnd)) {
+      job->set_end_mark(EndMark{.stream = event.stream, .seq = event.seq});
+    }
+  }
+  return book_.add_final(job);
+}
+
+api::JobView JobService::view(const Job& job) const {
+  // The run first: when it is gone, the record has its last figures.
+  const auto run = job.run();
+  api::JobView view = job.record().view;
+  if (run && !api::is_final(view.state)) {
+    view.progress = progress_of(*run);
+    view.peak_bytes = run->peak_bytes();
+  }
+  if (view.state == JobState::kQueued) {
+    view.queue_position = book_.position(view.id);
+  }
+  return view;
+}
+
+core::Result<JobService::Page> JobService::list(const JobQuery& query) {
+  JobQuery more = query;
+  more.limit = query.limit + 1;
+  const auto rows = table_.list(more);
+  if (!rows) {
+    return rows.error();
+  }
+  std::vector<std::pair<std::int64_t, api::JobView>> found;
+  for (const JobRow& row : *rows) {
+    if (const auto job = book_.find(row.id)) {
+      found.emplace_back(row.sequence, view(*job));
+    } else if (auto record = to_record(row)) {
+      found.emplace_back(row.sequence, std::move(record->view));
+    }
+  }
+  for (const JobPointer& job : book_.all()) {
+    if (job->memory_only() && (!query.before || job->sequence() < *query.before)) {
+      api::JobView preview = view(*job);
+      if (matches(preview, query)) {
+        found.emplace_back(job->sequence(), std::move(preview));
+      }
+    }
+  }
+  std::sort(found.begin(), found.end(),
+            [](const auto& a, const auto& b) { return a.first > b.first; });
+  Page page;
+  for (auto& [sequence, view] : found) {
+    if (static_cast<int>(page.jobs.size()) == query.limit) {
+      break;
+    }
+    page.jobs.push_back(std::move(view));
+    page.next = sequence;
+  }
+  if (found.size() <= page.jobs.size()) {
+    page.next.reset();
+  }
+  return page;
+}
+
+bool JobService::matches(const api::JobView& view, const JobQuery& query) {
+  if (!query.states.empty() &&
+      std::find(query.states.begin(), query.states.end(), api::to_text(view.state)) ==
+          query.states.end()) {
+    return false;
+  }
+  return std::all_of(query.labels.begin(), query.labels.end(), [&](const auto& label) {
+    const auto found = view.spec.labels.find(label.first);
+    return found != view.spec.labels.end() && (!label.second || found->second == *label.second);
+  });
+}
+
+core::Result<std::vector<EventRow>> JobService::stored_events(const Job& job, std::int64_t stream,
+                                                              std::uint64_t seq) {
+  if (job.memory_only()) {
+    return std::vector<EventRow>();
+  }
+  return table_.events_after(job.sequence(), stream, seq);
+}
+
+JobService::Counts JobService::counts() const {
+  Counts counts;
+  if (auto by_state = table_.count_by_state()) {
+    counts.by_state = std::move(*by_state);
+  }
+  counts.queued = book_.queue_length();
+  counts.rendering = scheduler_.active_count();
+  counts.cpu_seconds = scheduler_.cpu_seconds();
+  counts.film_cache_bytes = films_.bytes();
+  return counts;
+}
+
+bool JobService::any_job() const { return last_sequence_ > 0; }
+
+}  // namespace server

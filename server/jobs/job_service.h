@@ -1,0 +1,198 @@
+/// JobService: jobs from submission to deletion. What routes talk to.
+///
+/// Every change of a record is committed to the store before it is told, and told as events in the
+/// order of the commits. Rendering happens on the scheduler's threads, loading and saving on others;
+/// no call here waits for a renderer, except cancel() for some milliseconds.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "api/requests.h"
+#include "core/base/mutex.h"
+#include "core/base/result.h"
+#include "server/jobs/background.h"
+#include "server/jobs/job.h"
+#include "server/jobs/job_book.h"
+#include "server/jobs/scheduler.h"
+#include "server/observe/log.h"
+#include "server/observe/metrics.h"
+#include "server/scenes/scene_service.h"
+#include "server/scenes/single_flight_cache.h"
+#include "server/store/data_dir.h"
+#include "server/store/job_table.h"
+
+namespace server {
+
+struct JobServiceOptions {
+  int threads = 1;
+  BookLimits book = {};
+  int samples_max = 65536;
+  double checkpoint_seconds = 10;  ///< A checkpoint is complete this long after the one before.
+  std::uint64_t film_cache_bytes = std::uint64_t{512} << 20U;
+  double disk_limit_percent = 80;
+  std::uint64_t disk_limit_bytes = 0;  ///< 0: the percentage counts.
+};
+
+/// What the service is built on; all outlive it.
+struct JobServiceParts {
+  JobTable& table;
+  SceneService& scenes;
+  const DataDir& data;
+  Log& log;
+  Metrics& metrics;
+};
+
+class JobService final : private RenderRun::Owner {
+ public:
+  /// run: number of this run of the server.
+  JobService(JobServiceParts parts, JobServiceOptions options, std::int64_t run);
+  ~JobService() override;
+  JobService(const JobService&) = delete;
+  JobService& operator=(const JobService&) = delete;
+
+  /// Takes up what the last process left unfinished. Once, before anything else.
+  core::Status resume();
+  /// No new jobs, nothing rendered any more, every film on the disk as far as it is.
+  void stop();
+
+  /// Against the scene and the assets: what dry_run asks, and submit() does first. Settles what
+  /// depends on the scene. Problems: 404 scene, 422.
+  api::Parsed<api::ParsedJob> check(api::ParsedJob request);
+
+  struct Idempotency {
+    std::string key;  ///< Empty: none.
+    std::string body_hash;
+  };
+  struct Submitted {
+    JobPointer job;
+    bool is_replay = false;
+  };
+  /// Problems: of check(); 409 key with another body; 429 queue full; 503 stopping; 507.
+  api::Parsed<Submitted> submit(api::ParsedJob request, const Idempotency& idempotency);
+
+  /// Errors: kNotFound.
+  core::Result<JobPointer> find(const std::string& id);
+  api::JobView view(const Job& job) const;
+
+  struct Page {
+    std::vector<api::JobView> jobs;
+    std::optional<std::int64_t> next;  ///< Sequence that the next page is before.
+  };
+  core::Result<Page> list(const JobQuery& query);
+
+  /// body: JSON merge patch. if_version: the spec_version that the caller knows. Problems: 409, 412,
+  /// 422.
+  api::Parsed<std::monostate> patch(const JobPointer& job, std::string_view body,
+                                    std::optional<std::uint32_t> if_version);
+  core::Status cancel(const JobPointer& job);
+  /// Problems: 409 not finished or film gone; 422.
+  api::Parsed<std::monostate> extend(const JobPointer& job, std::string_view body);
+  /// Errors: kConflict while it is not final.
+  core::Status remove(const JobPointer& job);
+
+  /// The film as it is: being rendered, or stored. Errors: kConflict no sample yet; kGone evicted.
+  core::Result<std::shared_ptr<const core::Film>> film(const Job& job);
+  /// Empty before the first look.
+  std::vector<core::ConvergencePoint> points(const Job& job);
+
+  /// Durable events after a mark of any run, up to seq of this run's stream.
+  core::Result<std::vector<EventRow>> stored_events(const Job& job, std::int64_t stream,
+                                                    std::uint64_t seq);
+  std::int64_t run_number() const { return run_; }
+
+  struct Counts {
+    std::map<std::string, std::int64_t> by_state;
+    int queued = 0;
+    int rendering = 0;
+    double cpu_seconds = 0;
+    std::uint64_t film_cache_bytes = 0;
+  };
+  Counts counts() const;
+  bool any_job() const;
+  int threads() const { return scheduler_.threads(); }
+
+ private:
+  using Modify = std::function<core::Status(JobRecord&)>;
+  struct ChangeOptions {
+    /// The store refuses: false, nothing is changed; true, it goes on in memory.
+    bool go_on_in_memory = false;
+    /// Runs when the change is committed, before it is told; the job's change_mutex() is held.
+    std::function<void(const JobRecord&)> before_telling = {};
+  };
+  /// Modifies, commits, tells. The events follow from the difference. Errors: of modify, of the store;
+  /// kConflict for a change of state that may not be.
+  core::Status change(Job& job, const Modify& modify, const ChangeOptions& options);
+  struct Told {
+    api::EventType type = api::EventType::kState;
+    std::string data;
+  };
+  std::vector<Told> events_between(const JobRecord& before, const JobRecord& after) const;
+  std::uint64_t reserve_events(Job& job, const std::vector<Told>& told,
+                               std::vector<EventRow>& rows) const;
+  static void publish_events(Job& job, std::uint64_t first, std::vector<Told> told);
+
+  core::Result<JobPointer> insert(api::ParsedJob request, const Idempotency& idempotency);
+  core::Result<JobPointer> find_replay(const Idempotency& idempotency);
+  void supersede(const std::string& preview_key, const std::string& by);
+
+  // A job's way: admit() -> load() -> start() -> on_end() -> finish(). Cancelled ones are told at
+  // once, and settle_cancelled() keeps what they have.
+  void admit();
+  void load(const JobPointer& job);
+  core::Result<std::shared_ptr<RenderRun>> prepare(const JobPointer& job);
+  core::Result<FilmFile> open_film_file(const JobPointer& job, core::Film& film,
+                                        core::TaskOptions& options);
+  void start(const JobPointer& job, const std::shared_ptr<RenderRun>& run, int generation);
+  void on_first_slice(const std::string& id) override;
+  void on_end(const std::string& id, core::StopReason reason,
+              std::optional<core::Error> failure) override;
+  void finish(const JobPointer& job, core::StopReason reason);
+  void settle_cancelled(const JobPointer& job);
+  void fail(const JobPointer& job, const core::Error& failure);
+  /// The run is over: its place is free, its film is where film() finds it.
+  void release(const JobPointer& job);
+  void keep_film_of(const JobPointer& job, const RenderRun& run);
+
+  core::Status apply_patch(JobRecord& record, const Job& job, const api::JobPatch& patch) const;
+  void follow_patch(const JobPointer& job, const JobRecord& before, const JobRecord& after);
+
+  void checkpoint_loop(const std::stop_token& stop);
+  void checkpoint(const JobPointer& job);
+  void evict_films();
+  std::uint64_t film_limit_bytes() const;
+  static core::Progress progress_of(const RenderRun& run);
+  core::Result<std::shared_ptr<const StoredFilm>> stored_film(const Job& job);
+  static Rank rank_of(const api::JobSpec& spec);
+  static bool matches(const api::JobView& view, const JobQuery& query);
+
+  JobTable& table_;
+  SceneService& scenes_;
+  const DataDir& data_;
+  Log& log_;
+  Metrics& metrics_;
+  const JobServiceOptions options_;
+  const std::int64_t run_;
+  std::atomic<std::int64_t> last_sequence_ = 0;
+  std::atomic<bool> stopping_ = false;
+  JobBook book_;
+  SingleFlightCache<StoredFilm> films_;
+  core::Mutex keyed_mutex_;  ///< Held over a submission with a key: two of them are one job.
+  /// When a job was last saved; of the checkpointer's thread alone.
+  std::map<std::string, std::chrono::steady_clock::time_point> checkpointed_;
+  Scheduler scheduler_;
+  Background loaders_;
+  Background preview_loaders_;
+  Background savers_;
+  std::jthread checkpointer_;
+};
+
+}  // namespace server

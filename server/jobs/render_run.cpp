@@ -1,0 +1,91 @@
+#include "server/jobs/render_run.h"
+
+#include <chrono>
+#include <exception>
+#include <new>
+#include <utility>
+
+namespace server {
+namespace {
+
+/// Progress is told at most twice a second by the contract.
+constexpr std::int64_t kProgressEveryMs = 500;
+
+std::int64_t steady_ms() {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace
+
+RenderRun::RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner)
+    : job_(std::move(parts.job)),
+      film_(parts.film),
+      scene_bytes_(parts.scene_bytes),
+      log_(std::move(log)),
+      owner_(owner),
+      file_(std::move(parts.file)),
+      task_(std::move(parts.renderer), std::move(parts.film), std::move(parts.options), *this) {}
+
+bool RenderRun::run_slice() {
+  try {
+    const auto slice = task_.take();
+    if (!slice) {
+      return false;
+    }
+    if (!started_.exchange(true)) {
+      owner_.on_first_slice(job_);
+    }
+    task_.run(*slice);
+  } catch (const std::bad_alloc&) {
+    fail(core::Error{core::ErrorCode::kUnavailable, "not enough memory to go on rendering", ""});
+  } catch (const std::exception& error) {
+    fail(core::Error{core::ErrorCode::kInternal, error.what(), ""});
+  }
+  return true;
+}
+
+std::uint64_t RenderRun::peak_bytes() const { return scene_bytes_ + film_->bytes(); }
+
+core::Status RenderRun::save(bool is_final) {
+  const core::MutexLock lock(file_mutex_);
+  if (!file_) {
+    return core::ok_status();
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const FilmRecord record{.elapsed_seconds = task_.progress().elapsed_seconds,
+                          .points = task_.points()};
+  auto status = file_->write(*film_, record, is_final);
+  last_save_seconds_ =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return status;
+}
+
+std::uint64_t RenderRun::file_bytes() const {
+  const core::MutexLock lock(file_mutex_);
+  return file_ ? file_->disk_bytes() : 0;
+}
+
+void RenderRun::fail(core::Error failure) { end(core::StopReason::kFailed, std::move(failure)); }
+
+void RenderRun::on_tile(int tile, std::uint32_t revision) {
+  log_->tile_changed(tile, revision);
+  const std::int64_t now = steady_ms();
+  std::int64_t told = progress_told_ms_.load();
+  if (now - told >= kProgressEveryMs && progress_told_ms_.compare_exchange_strong(told, now)) {
+    log_->progress_changed();
+  }
+}
+
+void RenderRun::on_pass(const core::ConvergencePoint&) { log_->progress_changed(); }
+
+void RenderRun::on_finished(core::StopReason reason) { end(reason, std::nullopt); }
+
+void RenderRun::end(core::StopReason reason, std::optional<core::Error> failure) {
+  if (!ended_.exchange(true)) {
+    owner_.on_end(job_, reason, std::move(failure));
+  }
+}
+
+}  // namespace server

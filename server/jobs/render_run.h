@@ -1,0 +1,81 @@
+/// RenderRun: one job while it renders: its task, its film, its film file.
+///
+/// A source of slices for the scheduler, and the sink of its own task. Ends exactly once, by the
+/// task's decision or by a failure; the owner is told through `Owner`.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/mutex.h"
+#include "core/render/render_task.h"
+#include "server/jobs/event_log.h"
+#include "server/jobs/scheduler.h"
+#include "server/store/film_file.h"
+
+namespace server {
+
+class RenderRun final : public SliceSource, private core::RenderSink {
+ public:
+  /// Called from render threads, or from the thread that cancels; must be quick.
+  class Owner {
+   public:
+    virtual ~Owner() = default;
+    virtual void on_first_slice(const std::string& job) = 0;
+    /// failure: empty unless reason is kFailed.
+    virtual void on_end(const std::string& job, core::StopReason reason,
+                        std::optional<core::Error> failure) = 0;
+  };
+  struct Parts {
+    std::string job;
+    std::shared_ptr<const core::Renderer> renderer;
+    std::shared_ptr<core::Film> film;
+    std::optional<FilmFile> file;  ///< Empty: memory only.
+    core::TaskOptions options;
+    std::uint64_t scene_bytes = 0;
+  };
+
+  /// owner must outlive the run; log is shared with the job.
+  RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner);
+
+  bool run_slice() override;
+
+  core::RenderTask& task() { return task_; }
+  const core::RenderTask& task() const { return task_; }
+  std::shared_ptr<const core::Film> film() const { return film_; }
+  /// Of the film and the scene it is made from.
+  std::uint64_t peak_bytes() const;
+
+  /// Brings the film file up to the film. False status: kNoSpace, kInternal. Without a file: nothing.
+  core::Status save(bool is_final);
+  std::uint64_t file_bytes() const;
+  /// How long the last save took.
+  double last_save_seconds() const { return last_save_seconds_.load(); }
+
+  /// Ends the run for a reason from outside; no effect when it has ended.
+  void fail(core::Error failure);
+
+ private:
+  void on_tile(int tile, std::uint32_t revision) override;
+  void on_pass(const core::ConvergencePoint& point) override;
+  void on_finished(core::StopReason reason) override;
+  void end(core::StopReason reason, std::optional<core::Error> failure);
+
+  const std::string job_;
+  const std::shared_ptr<core::Film> film_;
+  const std::uint64_t scene_bytes_;
+  const std::shared_ptr<EventLog> log_;
+  Owner& owner_;
+  std::atomic<bool> started_ = false;
+  std::atomic<bool> ended_ = false;
+  std::atomic<std::int64_t> progress_told_ms_ = 0;
+  std::atomic<double> last_save_seconds_ = 0;
+  mutable core::Mutex file_mutex_;  ///< Held while writing: one writer at a time.
+  std::optional<FilmFile> file_ GUARDED_BY(file_mutex_);
+  core::RenderTask task_;
+};
+
+}  // namespace server

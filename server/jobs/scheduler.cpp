@@ -1,0 +1,183 @@
+#include "server/jobs/scheduler.h"
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <utility>
+
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+namespace server {
+namespace {
+
+/// How long a thread waits without news before it asks the starved sources again.
+constexpr std::chrono::milliseconds kAskAgain{20};
+constexpr int kNice = 5;
+constexpr double kExpectedSliceSeconds = 0.02;
+
+double thread_cpu_seconds() {
+  timespec time = {};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// True when a goes before b.
+bool goes_first(Rank a, Rank b) {
+  if (a.is_preview != b.is_preview) {
+    return a.is_preview;
+  }
+  return a.priority > b.priority;
+}
+
+}  // namespace
+
+Scheduler::Scheduler(int threads) {
+  for (int i = 0; i < std::max(1, threads); ++i) {
+    threads_.emplace_back([this] { work(); });
+  }
+}
+
+Scheduler::~Scheduler() { stop(); }
+
+double Scheduler::level(Rank rank) const {
+  double least = 0;
+  bool found = false;
+  for (const auto& entry : entries_) {
+    if (entry->rank == rank && (!found || entry->served_seconds < least)) {
+      least = entry->served_seconds;
+      found = true;
+    }
+  }
+  return least;
+}
+
+void Scheduler::add(const std::string& name, std::shared_ptr<SliceSource> source, Rank rank) {
+  {
+    const core::MutexLock lock(mutex_);
+    const double start = level(rank);
+    const auto found = std::find_if(entries_.begin(), entries_.end(),
+                                    [&](const auto& entry) { return entry->name == name; });
+    auto entry = std::make_shared<Entry>();
+    entry->name = name;
+    entry->source = std::move(source);
+    entry->rank = rank;
+    entry->served_seconds = start;
+    if (found != entries_.end()) {
+      *found = std::move(entry);
+    } else {
+      entries_.push_back(std::move(entry));
+    }
+  }
+  changed_.notify_all();
+}
+
+void Scheduler::set_rank(const std::string& name, Rank rank) {
+  const core::MutexLock lock(mutex_);
+  const double start = level(rank);
+  for (const auto& entry : entries_) {
+    if (entry->name == name && !(entry->rank == rank)) {
+      entry->rank = rank;
+      entry->served_seconds = start;
+    }
+  }
+}
+
+void Scheduler::remove(const std::string& name) {
+  const core::MutexLock lock(mutex_);
+  std::erase_if(entries_, [&](const auto& entry) { return entry->name == name; });
+}
+
+void Scheduler::wake() {
+  {
+    const core::MutexLock lock(mutex_);
+    for (const auto& entry : entries_) {
+      entry->is_starved = false;
+    }
+  }
+  changed_.notify_all();
+}
+
+void Scheduler::stop() {
+  {
+    const core::MutexLock lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  for (std::jthread& thread : threads_) {
+    if (thread.joinable()) {
+      thread.join();
+    }
+  }
+}
+
+int Scheduler::active_count() const {
+  const core::MutexLock lock(mutex_);
+  return static_cast<int>(entries_.size());
+}
+
+double Scheduler::cpu_seconds() const {
+  const core::MutexLock lock(mutex_);
+  return cpu_seconds_;
+}
+
+std::shared_ptr<Scheduler::Entry> Scheduler::pick() {
+  // What is running will be served a slice's time each; without it all threads would pick one job.
+  const auto served = [](const Entry& entry) {
+    return entry.served_seconds + kExpectedSliceSeconds * entry.running;
+  };
+  std::shared_ptr<Entry> best;
+  for (const auto& entry : entries_) {
+    if (entry->is_starved) {
+      continue;
+    }
+    if (!best || goes_first(entry->rank, best->rank) ||
+        (entry->rank == best->rank && served(*entry) < served(*best))) {
+      best = entry;
+    }
+  }
+  return best;
+}
+
+void Scheduler::work() {
+  // On Linux a priority belongs to the thread; without the right to change it nothing is lost.
+  setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+  mutex_.lock();
+  while (!stopping_) {
+    const std::shared_ptr<Entry> entry = pick();
+    if (!entry) {
+      if (changed_.wait_for(mutex_, kAskAgain) == std::cv_status::timeout) {
+        for (const auto& starved : entries_) {
+          starved->is_starved = false;
+        }
+        if (entries_.empty() && !stopping_) {
+          changed_.wait(mutex_);  // Nothing to poll: add() and stop() will tell.
+        }
+      }
+      continue;
+    }
+    const std::uint64_t completions = entry->completions;
+    ++entry->running;
+    mutex_.unlock();
+    const double begin = thread_cpu_seconds();
+    const bool ran = entry->source->run_slice();
+    const double spent = thread_cpu_seconds() - begin;
+    mutex_.lock();
+    --entry->running;
+    entry->served_seconds += spent;
+    cpu_seconds_ += spent;
+    if (ran) {
+      ++entry->completions;
+      if (std::exchange(entry->is_starved, false)) {
+        changed_.notify_all();
+      }
+    } else if (entry->completions == completions) {
+      // Whoever finishes a slice of it from now on takes this back.
+      entry->is_starved = true;
+    }
+  }
+  mutex_.unlock();
+}
+
+}  // namespace server

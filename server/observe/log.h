@@ -1,0 +1,39 @@
+/// Log: one JSON object a line on stderr: {"time", "level", "event", ...fields}.
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+#include "core/base/mutex.h"
+#include "server/config.h"
+
+namespace server {
+
+struct LogField {
+  std::string_view name;
+  std::variant<std::string_view, std::int64_t, double> value;
+};
+
+class Log {
+ public:
+  /// Lines below `level` are dropped.
+  explicit Log(LogLevel level) : level_(level) {}
+
+  bool enabled(LogLevel level) const { return level >= level_; }
+  /// event: a word or two that name what happened; everything that varies is a field.
+  void write(LogLevel level, std::string_view event, std::initializer_list<LogField> fields);
+
+ private:
+  const LogLevel level_;
+  core::Mutex mutex_;  ///< One line at a time.
+};
+
+/// The line without its line break. Bytes that are no text are escaped.
+std::string log_line(double unix_seconds, LogLevel level, std::string_view event,
+                     std::initializer_list<LogField> fields);
+
+}  // namespace server

@@ -1,0 +1,129 @@
+#include "server/scenes/scene_facts.h"
+
+#include <algorithm>
+
+#include "server/http/text.h"
+
+namespace server {
+namespace {
+
+/// Percent-escapes what would break a line into words.
+std::string word(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string escaped;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte <= ' ' || c == '%' || byte == 0x7f) {
+      escaped += '%';
+      escaped += kDigits[byte >> 4U];
+      escaped += kDigits[byte & 15U];
+    } else {
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string unword(std::string_view text) {
+  return percent_decode(text, PlusSign::kIsPlus).value_or(std::string(text));
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) {
+    text += text.empty() ? "" : ", ";
+    text += '"' + name + '"';
+  }
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+std::string encode_facts(const core::SceneSummary& summary) {
+  std::string text;
+  for (const core::CameraDescription& camera : summary.cameras) {
+    text += (camera.orthographic ? "orthographic " : "perspective ") + word(camera.name) + "\n";
+  }
+  for (const std::string& variant : summary.variants) {
+    text += "variant " + word(variant) + "\n";
+  }
+  for (const core::PunctualLightDescription& light : summary.lights) {
+    text += "light " + word(light.name) + "\n";
+  }
+  if (summary.has_emissive_strength) {
+    text += "emissive_strength 1\n";
+  }
+  text += "triangles " + std::to_string(summary.triangles) + "\n";
+  text += "bytes " + std::to_string(summary.bytes) + "\n";
+  return text;
+}
+
+core::SceneSummary decode_facts(std::string_view text) {
+  core::SceneSummary summary;
+  while (!text.empty()) {
+    const auto end = text.find('\n');
+    const std::string_view line = text.substr(0, end);
+    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
+    const auto space = line.find(' ');
+    if (space == std::string_view::npos) {
+      continue;
+    }
+    const std::string_view kind = line.substr(0, space);
+    const std::string value = unword(line.substr(space + 1));
+    if (kind == "orthographic" || kind == "perspective") {
+      core::CameraDescription camera;
+      camera.name = value;
+      camera.orthographic = kind == "orthographic";
+      summary.cameras.push_back(std::move(camera));
+    } else if (kind == "variant") {
+      summary.variants.push_back(value);
+    } else if (kind == "light") {
+      core::PunctualLightDescription light;
+      light.name = value;
+      summary.lights.push_back(std::move(light));
+    } else if (kind == "emissive_strength") {
+      summary.has_emissive_strength = true;
+    } else if (kind == "triangles") {
+      summary.triangles = static_cast<std::size_t>(parse_decimal(value).value_or(0));
+    } else if (kind == "bytes") {
+      summary.bytes = static_cast<std::size_t>(parse_decimal(value).value_or(0));
+    }
+  }
+  return summary;
+}
+
+std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
+                                                  const core::SceneSummary& facts) {
+  std::vector<api::FieldError> faults;
+  std::vector<std::string> names;
+  for (const core::CameraDescription& camera : facts.cameras) {
+    names.push_back(camera.name);
+  }
+  std::size_t chosen = 0;
+  if (spec.camera.name) {
+    const auto found = std::find(names.begin(), names.end(), *spec.camera.name);
+    chosen = static_cast<std::size_t>(found - names.begin());
+    if (found == names.end()) {
+      faults.push_back({"/camera/name", '"' + *spec.camera.name +
+                                            "\" is no camera of the scene, which has: " + listed(names)});
+    }
+  } else if (spec.camera.index) {
+    chosen = static_cast<std::size_t>(std::max(0, *spec.camera.index));
+    if (chosen >= names.size()) {
+      faults.push_back({"/camera/index", std::to_string(*spec.camera.index) + " is no camera; the scene has " +
+                                             std::to_string(names.size())});
+    }
+  }
+  if (chosen < facts.cameras.size() && facts.cameras[chosen].orthographic &&
+      spec.camera.vertical_fov_degrees && !spec.camera.position) {
+    faults.push_back({"/camera/vertical_fov_degrees", "the camera is orthographic and has no field of view"});
+  }
+  if (spec.variant && std::find(facts.variants.begin(), facts.variants.end(), *spec.variant) ==
+                          facts.variants.end()) {
+    faults.push_back({"/variant", '"' + *spec.variant + "\" is no variant of the scene, which has: " +
+                                      listed(facts.variants)});
+  }
+  return faults;
+}
+
+}  // namespace server

@@ -1,0 +1,97 @@
+/// SceneService: scenes by id or built-in name: taken in, described, loaded, shared.
+///
+/// The id of a scene is the sha256 of its content: of the one file, or of the list of its files.
+/// Loaded scenes are kept up to a number of bytes, by (id, time, variant).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <semaphore>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "api/requests.h"
+#include "core/base/mutex.h"
+#include "core/base/result.h"
+#include "core/lights/environment.h"
+#include "core/scene/scene.h"
+#include "core/scene_io/gltf_load.h"
+#include "server/scenes/single_flight_cache.h"
+#include "server/scenes/zip.h"
+#include "server/store/blob_store.h"
+#include "server/store/scene_table.h"
+
+namespace server {
+
+struct SceneServiceOptions {
+  std::uint64_t cache_bytes = std::uint64_t{4} << 30U;
+  std::uint64_t environment_cache_bytes = std::uint64_t{512} << 20U;
+  int threads = 1;  ///< For acceleration structures.
+  ZipLimits zip = {};
+};
+
+class SceneService {
+ public:
+  /// blobs and table must outlive this.
+  SceneService(BlobStore& blobs, SceneTable& table, SceneServiceOptions options);
+
+  struct Added {
+    std::string id;
+    std::string description;  ///< JSON
+    bool known = false;
+  };
+  /// A GLB, a glTF document, or a zip archive with one of them. The scene is loaded to check it.
+  /// Errors: those of load_gltf() and Scene::build(), kNoSpace, kTooLarge, kMissingFiles.
+  core::Result<Added> add_file(core::Bytes content);
+  core::Result<Added> add_zip(core::Bytes archive);
+  /// Errors also: kInvalidArgument at "/gltf" or "/files/..." for an unknown asset.
+  core::Result<Added> add_from_assets(const api::SceneFromAssets& request);
+
+  /// JSON of a stored or built-in scene. Errors: kNotFound.
+  core::Result<std::string> description(const std::string& id);
+  /// What job requests are checked against. Errors: kNotFound.
+  core::Result<core::SceneSummary> facts(const std::string& id);
+  core::Result<std::vector<SceneRow>> list(std::optional<std::int64_t> before, int limit);
+  /// Errors: kNotFound (built-in scenes too).
+  core::Status remove(const std::string& id);
+  /// A built-in scene as a GLB; null for any other name.
+  core::SharedBytes builtin_glb(std::string_view name);
+
+  /// Errors: kNotFound when the scene is gone; as load_gltf() and Scene::build().
+  core::Result<std::shared_ptr<const core::Scene>> load(const std::string& id, double time_seconds,
+                                                        const std::optional<std::string>& variant);
+
+  /// Null for a constant one is not used: settings alone give a constant environment.
+  /// Errors: kInvalidArgument at "/environment/asset" for an unknown asset or one that is no image.
+  core::Result<std::shared_ptr<const core::Environment>> environment(
+      const std::optional<std::string>& asset, const core::EnvironmentSettings& settings);
+  /// The same errors, from the head of the file alone.
+  core::Status check_environment(const std::string& asset);
+
+  std::uint64_t cached_bytes() const { return scenes_.bytes(); }
+
+ private:
+  struct Document {
+    core::SharedBytes bytes;
+    std::map<std::string, core::SharedBytes> files;
+  };
+  core::Result<Document> document_of(const std::string& id);
+  core::Result<std::shared_ptr<const core::Scene>> build(const Document& document,
+                                                         const core::GltfOptions& options);
+  core::Result<Added> add_document(Document document);
+  core::Result<Added> known_scene(const std::string& id);
+
+  BlobStore& blobs_;
+  SceneTable& table_;
+  const SceneServiceOptions options_;
+  SingleFlightCache<core::Scene> scenes_;
+  SingleFlightCache<core::Environment> environments_;
+  std::counting_semaphore<64> uploads_;  ///< Scenes being checked at a time hold memory.
+  core::Mutex builtin_mutex_;
+  std::map<std::string, core::SharedBytes, std::less<>> builtin_ GUARDED_BY(builtin_mutex_);
+};
+
+}  // namespace server

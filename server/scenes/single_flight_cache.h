@@ -1,0 +1,144 @@
+/// SingleFlightCache: values that are dear to make, shared, kept up to a number of bytes.
+///
+/// Whoever asks first makes the value; others who ask meanwhile wait for it and share the result, an
+/// error too. Errors are not kept. The least recently used values go first; what somebody still
+/// holds lives on outside the cache.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/base/mutex.h"
+#include "core/base/result.h"
+
+namespace server {
+
+template <typename Value>
+class SingleFlightCache {
+ public:
+  using Pointer = std::shared_ptr<const Value>;
+  struct Made {
+    Pointer value;
+    std::uint64_t bytes = 0;
+  };
+
+  explicit SingleFlightCache(std::uint64_t bytes_max) : bytes_max_(bytes_max) {}
+
+  /// make: () -> core::Result<Made>; runs without a lock, at most once a key at a time.
+  template <typename Make>
+  core::Result<Pointer> get(const std::string& key, const Make& make) {
+    std::shared_ptr<Flight> flight;
+    {
+      const core::MutexLock lock(mutex_);
+      if (const auto found = entries_.find(key); found != entries_.end()) {
+        order_.splice(order_.begin(), order_, found->second.place);
+        return found->second.value;
+      }
+      if (const auto running = flights_.find(key); running != flights_.end()) {
+        flight = running->second;
+        while (!flight->result) {
+          landed_.wait(mutex_);
+        }
+        return *flight->result;
+      }
+      flight = std::make_shared<Flight>();
+      flights_[key] = flight;
+    }
+    try {
+      core::Result<Made> made = make();
+      land(key, *flight, made);
+    } catch (...) {
+      land(key, *flight, core::Error{core::ErrorCode::kInternal, "not enough memory", ""});
+      throw;
+    }
+    const core::MutexLock lock(mutex_);
+    return *flight->result;
+  }
+
+  /// The value if it is there now.
+  Pointer peek(const std::string& key) const {
+    const core::MutexLock lock(mutex_);
+    const auto found = entries_.find(key);
+    return found == entries_.end() ? nullptr : found->second.value;
+  }
+
+  /// Puts a value in, in place of an older one.
+  void put(const std::string& key, Made made) {
+    const core::MutexLock lock(mutex_);
+    insert(key, std::move(made));
+  }
+
+  /// Forgets all keys that begin so.
+  void erase_prefix(const std::string& prefix) {
+    const core::MutexLock lock(mutex_);
+    auto entry = entries_.lower_bound(prefix);
+    while (entry != entries_.end() && entry->first.compare(0, prefix.size(), prefix) == 0) {
+      entry = drop(entry);
+    }
+  }
+
+  std::uint64_t bytes() const {
+    const core::MutexLock lock(mutex_);
+    return bytes_;
+  }
+
+ private:
+  struct Flight {
+    std::optional<core::Result<Pointer>> result;
+  };
+  struct Entry {
+    Pointer value;
+    std::uint64_t bytes = 0;
+    std::list<std::string>::iterator place;
+  };
+  using Entries = std::map<std::string, Entry>;
+
+  void land(const std::string& key, Flight& flight, core::Result<Made> made) {
+    {
+      const core::MutexLock lock(mutex_);
+      flights_.erase(key);
+      if (made) {
+        flight.result = core::Result<Pointer>(made->value);
+        insert(key, std::move(*made));
+      } else {
+        flight.result = core::Result<Pointer>(made.error());
+      }
+    }
+    landed_.notify_all();
+  }
+
+  void insert(const std::string& key, Made made) REQUIRES(mutex_) {
+    if (const auto old = entries_.find(key); old != entries_.end()) {
+      drop(old);
+    }
+    order_.push_front(key);
+    bytes_ += made.bytes;
+    entries_[key] =
+        Entry{.value = std::move(made.value), .bytes = made.bytes, .place = order_.begin()};
+    while (bytes_ > bytes_max_ && order_.size() > 1) {
+      drop(entries_.find(order_.back()));
+    }
+  }
+
+  typename Entries::iterator drop(typename Entries::iterator entry) REQUIRES(mutex_) {
+    bytes_ -= entry->second.bytes;
+    order_.erase(entry->second.place);
+    return entries_.erase(entry);
+  }
+
+  const std::uint64_t bytes_max_;
+  mutable core::Mutex mutex_;
+  core::CondVar landed_;
+  std::map<std::string, std::shared_ptr<Flight>> flights_ GUARDED_BY(mutex_);
+  Entries entries_ GUARDED_BY(mutex_);
+  std::list<std::string> order_ GUARDED_BY(mutex_);  ///< Most recently used first.
+  std::uint64_t bytes_ GUARDED_BY(mutex_) = 0;
+};
+
+}  // namespace server

@@ -1,0 +1,44 @@
+/// Reads a zip archive from memory: stored and deflated entries, every size limited beforehand.
+///
+/// Source: APPNOTE.TXT 6.3.3. The central directory is the truth; local headers only give the place
+/// of the data. No encryption, no several disks, no Zip64 beyond what 32 bits hold.
+/// Errors: kInvalidArgument with the entry's name, kTooLarge.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+
+namespace server {
+
+struct ZipLimits {
+  std::size_t entries_max = 4096;
+  std::uint64_t entry_bytes_max = std::uint64_t{2} << 30U;  ///< After inflating.
+  std::uint64_t total_bytes_max = std::uint64_t{4} << 30U;
+  std::size_t name_bytes_max = 1024;
+};
+
+struct ZipEntry {
+  /// Relative, with forward slashes; never empty, absolute, or with `.` and `..` parts.
+  std::string name;
+  std::uint64_t bytes = 0;  ///< After inflating.
+  std::uint64_t packed_bytes = 0;
+  std::uint64_t offset = 0;  ///< Of the packed bytes in the archive.
+  std::uint32_t crc32 = 0;
+  bool deflated = false;
+};
+
+/// Files in the order of the archive; folders are left out. A name that leaves the archive, is
+/// repeated, or is not plain text is an error.
+core::Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte> archive,
+                                                       const ZipLimits& limits);
+
+/// The content of an entry, checked against its size and CRC.
+core::Result<std::vector<std::byte>> read_zip_entry(std::span<const std::byte> archive,
+                                                    const ZipEntry& entry);
+
+}  // namespace server

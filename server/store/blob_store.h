@@ -1,0 +1,76 @@
+/// BlobStore: files named by the sha256 of their content, below assets/.
+///
+/// A blob is written to a temporary file while it is hashed, synced, renamed to its name, and its
+/// folder synced: a name that can be seen has its whole content, after a power loss too.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/base/result.h"
+#include "core/base/sha256.h"
+#include "core/scene_io/gltf_load.h"
+#include "server/store/files.h"
+
+namespace server {
+
+struct StoredBlob {
+  std::string id;
+  std::uint64_t bytes = 0;
+  bool known = false;  ///< It was there before.
+};
+
+class BlobStore {
+ public:
+  /// Makes the folders and removes what was being uploaded when the last process ended.
+  static core::Result<BlobStore> open(const std::string& directory);
+
+  /// One upload; a blob comes into being with finish() only.
+  class Upload {
+   public:
+    Upload(Upload&& other) noexcept;
+    Upload& operator=(Upload&&) = delete;
+    Upload(const Upload&) = delete;
+    Upload& operator=(const Upload&) = delete;
+    ~Upload();
+    /// Errors: kNoSpace, kInternal.
+    core::Status write(std::string_view piece);
+    std::uint64_t bytes() const { return bytes_; }
+    /// expected_id: the name the client gave, or empty. Errors: kInvalidArgument when the content
+    /// has another hash; kNoSpace, kInternal.
+    core::Result<StoredBlob> finish(std::string_view expected_id);
+
+   private:
+    friend class BlobStore;
+    Upload(const BlobStore& store, std::string path, UniqueFd fd)
+        : store_(&store), path_(std::move(path)), fd_(std::move(fd)) {}
+    const BlobStore* store_;
+    std::string path_;
+    UniqueFd fd_;
+    std::unique_ptr<core::Sha256> hash_ = std::make_unique<core::Sha256>();
+    std::uint64_t bytes_ = 0;
+  };
+
+  core::Result<Upload> start_upload() const;
+  /// A whole blob from memory.
+  core::Result<StoredBlob> put(std::string_view content) const;
+
+  /// Size; empty when there is no such blob.
+  std::optional<std::uint64_t> find(std::string_view id) const;
+  core::Result<UniqueFd> open_blob(std::string_view id) const;
+  /// The whole content. Errors: kNotFound.
+  core::Result<core::SharedBytes> read(std::string_view id) const;
+  core::Status remove(std::string_view id) const;
+
+ private:
+  explicit BlobStore(std::string directory) : directory_(std::move(directory)) {}
+  std::string folder_of(std::string_view id) const;
+  std::string path_of(std::string_view id) const;
+
+  std::string directory_;
+};
+
+}  // namespace server

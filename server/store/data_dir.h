@@ -1,0 +1,29 @@
+/// The data directory: its layout, and the lock that keeps a second server out of it.
+#pragma once
+
+#include <string>
+
+#include "core/base/result.h"
+#include "server/store/files.h"
+
+namespace server {
+
+class DataDir {
+ public:
+  /// Makes the folders and takes the lock. Errors: kConflict when another process holds it, with
+  /// its process id; what make_directories() says when the place cannot be written.
+  static core::Result<DataDir> open(const std::string& path);
+
+  const std::string& path() const { return path_; }
+  std::string database_path() const { return path_ + "/tessera.db"; }
+  std::string assets_path() const { return path_ + "/assets"; }
+  std::string films_path() const { return path_ + "/films"; }
+  std::string film_path(const std::string& job) const { return films_path() + "/" + job + ".film"; }
+
+ private:
+  DataDir(std::string path, UniqueFd lock) : path_(std::move(path)), lock_(std::move(lock)) {}
+  std::string path_;
+  UniqueFd lock_;
+};
+
+}  // namespace server

@@ -1,0 +1,155 @@
+#include "server/store/database.h"
+
+#include <sqlite3.h>
+
+#include "server/store/schema.h"
+
+namespace server {
+
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+Error sqlite_error(int code, const std::string& message, const std::string& path) {
+  const int primary = code & 0xff;
+  if (primary == SQLITE_FULL) {
+    return Error{ErrorCode::kNoSpace, "the disk is full", path};
+  }
+  std::string words = "the database says: " + message;
+  if (primary == SQLITE_CORRUPT || primary == SQLITE_NOTADB) {
+    words += "; restore it from a backup, or start with another --data directory";
+  }
+  return Error{ErrorCode::kInternal, std::move(words), path};
+}
+
+}  // namespace
+
+Statement::Statement(sqlite3* db, const char* sql, std::string path)
+    : db_(db), path_(std::move(path)) {
+  check(sqlite3_prepare_v2(db_, sql, -1, &statement_, nullptr));
+}
+
+Statement::Statement(Statement&& other) noexcept
+    : db_(other.db_),
+      statement_(std::exchange(other.statement_, nullptr)),
+      bound_(other.bound_),
+      failure_(other.failure_),
+      message_(std::move(other.message_)),
+      path_(std::move(other.path_)) {}
+
+Statement::~Statement() { sqlite3_finalize(statement_); }
+
+void Statement::check(int code) {
+  if (code != SQLITE_OK && code != SQLITE_ROW && code != SQLITE_DONE && failure_ == SQLITE_OK) {
+    failure_ = code;
+    message_ = sqlite3_errmsg(db_);
+  }
+}
+
+Statement& Statement::bind(std::int64_t value) {
+  check(sqlite3_bind_int64(statement_, ++bound_, value));
+  return *this;
+}
+
+Statement& Statement::bind(double value) {
+  check(sqlite3_bind_double(statement_, ++bound_, value));
+  return *this;
+}
+
+Statement& Statement::bind(std::string_view value) {
+  // An empty view may have no address, which SQLite would take for NULL.
+  const char* data = value.data() == nullptr ? "" : value.data();
+  check(sqlite3_bind_text64(statement_, ++bound_, data, value.size(), SQLITE_TRANSIENT, SQLITE_UTF8));
+  return *this;
+}
+
+Statement& Statement::bind(std::optional<double> value) {
+  if (value) {
+    return bind(*value);
+  }
+  check(sqlite3_bind_null(statement_, ++bound_));
+  return *this;
+}
+
+bool Statement::step() {
+  if (failure_ != SQLITE_OK) {
+    return false;
+  }
+  const int code = sqlite3_step(statement_);
+  check(code);
+  return code == SQLITE_ROW;
+}
+
+Status Statement::run() {
+  while (step()) {
+  }
+  return status();
+}
+
+Status Statement::status() const {
+  if (failure_ == SQLITE_OK) {
+    return core::ok_status();
+  }
+  return sqlite_error(failure_, message_, path_);
+}
+
+std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(statement_, column); }
+
+double Statement::real(int column) const { return sqlite3_column_double(statement_, column); }
+
+std::string Statement::text(int column) const {
+  const void* data = sqlite3_column_blob(statement_, column);
+  const int bytes = sqlite3_column_bytes(statement_, column);
+  return data == nullptr ? std::string()
+                         : std::string(static_cast<const char*>(data), static_cast<std::size_t>(bytes));
+}
+
+std::optional<double> Statement::optional_real(int column) const {
+  if (sqlite3_column_type(statement_, column) == SQLITE_NULL) {
+    return std::nullopt;
+  }
+  return real(column);
+}
+
+Status Database::Session::execute(const char* sql) {
+  const int code = sqlite3_exec(db_->handle_, sql, nullptr, nullptr, nullptr);
+  if (code != SQLITE_OK) {
+    return sqlite_error(code, sqlite3_errmsg(db_->handle_), db_->path_);
+  }
+  return core::ok_status();
+}
+
+std::int64_t Database::Session::last_row_id() const { return sqlite3_last_insert_rowid(db_->handle_); }
+
+std::int64_t Database::Session::changes() const { return sqlite3_changes(db_->handle_); }
+
+core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) {
+  sqlite3* handle = nullptr;
+  const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
+  const int code = sqlite3_open_v2(path.c_str(), &handle, flags, nullptr);
+  std::unique_ptr<Database> database(new Database(handle, path));  // NOLINT: private constructor.
+  if (code != SQLITE_OK) {
+    return sqlite_error(code, handle == nullptr ? "no memory" : sqlite3_errmsg(handle), path);
+  }
+  sqlite3_extended_result_codes(handle, 1);
+  sqlite3_busy_timeout(handle, 5000);
+  const Status ready = [&] {
+    Session session = database->session();
+    return session.execute(
+        "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON;"
+        "PRAGMA wal_autocheckpoint=1000;");
+  }();
+  if (!ready) {
+    return ready.error();
+  }
+  if (const Status migrated = migrate(*database); !migrated) {
+    return migrated.error();
+  }
+  return database;
+}
+
+Database::~Database() { sqlite3_close_v2(handle_); }
+
+}  // namespace server

@@ -1,0 +1,110 @@
+/// Database: one SQLite connection behind a lock, in WAL mode with full sync. The only home of SQLite.
+///
+/// Errors: kNoSpace when the disk is full; kInternal with SQLite's words else (a damaged page, an
+/// unreadable file); `where` is the path of the database.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "core/base/mutex.h"
+#include "core/base/result.h"
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace server {
+
+/// One prepared statement. The first failure sticks: bind, step and read, then ask status() once.
+class Statement {
+ public:
+  Statement(sqlite3* db, const char* sql, std::string path);
+  Statement(Statement&& other) noexcept;
+  Statement& operator=(Statement&&) = delete;
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+  ~Statement();
+
+  /// Binds the next parameter, from left to right. The text is copied.
+  Statement& bind(std::int64_t value);
+  Statement& bind(double value);
+  Statement& bind(std::string_view value);
+  Statement& bind(std::optional<double> value);
+
+  /// True when there is a row to read. False at the end and after a failure.
+  bool step();
+  /// Steps once; for statements without rows.
+  core::Status run();
+  core::Status status() const;
+
+  /// Columns of the row, counted from 0.
+  std::int64_t integer(int column) const;
+  double real(int column) const;
+  std::string text(int column) const;
+  std::optional<double> optional_real(int column) const;
+
+ private:
+  void check(int code);
+  sqlite3* db_;
+  sqlite3_stmt* statement_ = nullptr;
+  int bound_ = 0;
+  int failure_ = 0;
+  std::string message_;
+  std::string path_;
+};
+
+class Database {
+ public:
+  /// Opens or makes the file. Errors: a file that is no database, or one made by a newer version.
+  static core::Result<std::unique_ptr<Database>> open(const std::string& path);
+  ~Database();
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+
+  /// The connection, held for as long as this object lives: some lines, never while calling out.
+  class Session {
+   public:
+    Statement prepare(const char* sql) { return Statement(db_->handle_, sql, db_->path_); }
+    /// Statements without parameters and rows.
+    core::Status execute(const char* sql);
+    std::int64_t last_row_id() const;
+    std::int64_t changes() const;
+
+   private:
+    friend class Database;
+    explicit Session(Database& db) : db_(&db), lock_(db.mutex_) {}
+    Database* db_;
+    std::unique_lock<core::Mutex> lock_;
+  };
+  Session session() { return Session(*this); }
+
+  /// BEGIN, `work(session)`, COMMIT; all of it or nothing.
+  template <typename Work>
+  core::Status transact(const Work& work) {
+    Session session(*this);
+    if (auto begun = session.execute("BEGIN IMMEDIATE"); !begun) {
+      return begun;
+    }
+    core::Status done = work(session);
+    if (done) {
+      done = session.execute("COMMIT");
+    }
+    if (!done) {
+      static_cast<void>(session.execute("ROLLBACK"));
+    }
+    return done;
+  }
+
+ private:
+  Database(sqlite3* handle, std::string path) : handle_(handle), path_(std::move(path)) {}
+  sqlite3* handle_;
+  std::string path_;
+  core::Mutex mutex_;
+};
+
+}  // namespace server

@@ -1,0 +1,63 @@
+/// Files of the data directory: descriptors, whole reads and writes, durable renames.
+///
+/// Errors: kNoSpace when the disk or a quota is full, kNotFound when there is no such file,
+/// kInternal with the system's words else; `where` is the path.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "core/base/result.h"
+
+namespace server {
+
+class UniqueFd {
+ public:
+  UniqueFd() = default;
+  explicit UniqueFd(int fd) : fd_(fd) {}
+  UniqueFd(UniqueFd&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  UniqueFd& operator=(UniqueFd&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    return *this;
+  }
+  UniqueFd(const UniqueFd&) = delete;
+  UniqueFd& operator=(const UniqueFd&) = delete;
+  ~UniqueFd();
+  int get() const { return fd_; }
+  int release() { return std::exchange(fd_, -1); }
+  explicit operator bool() const { return fd_ >= 0; }
+
+ private:
+  int fd_ = -1;
+};
+
+/// The error for errno `code` at `path`.
+core::Error file_error(std::string_view what, const std::string& path, int code);
+
+/// flags as for open(2), with O_CLOEXEC added; new files are readable by their owner only.
+core::Result<UniqueFd> open_file(const std::string& path, int flags);
+core::Status write_at(int fd, std::span<const std::byte> bytes, std::uint64_t offset,
+                      const std::string& path);
+/// Reads up to bytes.size(); fewer only at the end of the file.
+core::Result<std::size_t> read_at(int fd, std::span<std::byte> bytes, std::uint64_t offset,
+                                  const std::string& path);
+core::Result<std::uint64_t> file_bytes(int fd, const std::string& path);
+core::Status sync_file(int fd, const std::string& path);
+core::Status sync_directory(const std::string& path);
+core::Status make_directories(const std::string& path);
+/// Atomic; both in the same file system. Durable after sync_directory().
+core::Status rename_file(const std::string& from, const std::string& to);
+/// No error when it is not there.
+core::Status remove_file(const std::string& path);
+
+struct DiskSpace {
+  std::uint64_t total_bytes = 0;
+  std::uint64_t free_bytes = 0;  ///< For us, not for root.
+};
+core::Result<DiskSpace> disk_space(const std::string& path);
+
+}  // namespace server

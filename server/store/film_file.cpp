@@ -1,0 +1,387 @@
+#include "server/store/film_file.h"
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <zlib.h>
+
+namespace server {
+
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+constexpr std::uint64_t kAlign = 4096;
+constexpr std::size_t kPointsMax = 2048;
+constexpr std::array<char, 4> kHeadMagic = {'T', 'S', 'F', '1'};
+constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
+
+static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32,
+              "the file holds these as they are in memory; a change needs a new magic");
+
+/// In front of each part. The CRC covers everything after itself.
+struct HeadFields {
+  std::array<char, 4> magic = kHeadMagic;
+  std::uint32_t crc = 0;
+  std::uint32_t bytes = 0;  ///< Of the whole head.
+  std::uint32_t sequence = 0;
+  std::int32_t full_width = 0;
+  std::int32_t full_height = 0;
+  std::int32_t x = 0;
+  std::int32_t y = 0;
+  std::int32_t width = 0;
+  std::int32_t height = 0;
+  std::int32_t replicates = 0;
+  std::int32_t has_aux = 0;
+  std::uint32_t tile_count = 0;
+  std::uint32_t point_count = 0;
+  double elapsed_seconds = 0;
+};
+static_assert(sizeof(HeadFields) == 64);
+
+struct PointFields {
+  double elapsed_seconds = 0;
+  double cpu_seconds = 0;
+  std::uint64_t rays = 0;
+  double relative_rmse = 0;
+  double low = 0;
+  double high = 0;
+  std::int32_t samples_per_pixel = 0;
+  std::int32_t unreliable = 0;
+};
+static_assert(sizeof(PointFields) == 56);
+
+struct SlotFields {
+  std::array<char, 4> magic = kSlotMagic;
+  std::uint32_t crc = 0;
+  std::uint32_t bytes = 0;  ///< Of the whole slot.
+  std::uint32_t sequence = 0;
+  std::uint32_t tile = 0;
+  std::uint32_t revision = 0;
+  std::int32_t samples = 0;
+  std::uint32_t padding = 0;
+  std::uint64_t rejected_samples = 0;
+  std::uint64_t rays = 0;
+  double cpu_seconds = 0;
+  double reserved = 0;
+};
+static_assert(sizeof(SlotFields) == 64);
+
+std::uint64_t align(std::uint64_t bytes) { return (bytes + kAlign - 1) / kAlign * kAlign; }
+
+std::uint32_t crc_after_field(std::span<const std::byte> part) {
+  const auto rest = part.subspan(8);  // After the magic and the CRC itself.
+  return static_cast<std::uint32_t>(
+      crc32_z(0, reinterpret_cast<const Bytef*>(rest.data()), rest.size()));
+}
+
+void seal(std::vector<std::byte>& part) {
+  const std::uint32_t crc = crc_after_field(part);
+  std::memcpy(part.data() + 4, &crc, sizeof crc);
+}
+
+template <typename Value>
+void append(std::vector<std::byte>& part, const Value* values, std::size_t count) {
+  const std::size_t end = part.size();
+  part.resize(end + count * sizeof(Value));
+  if (count > 0) {
+    std::memcpy(part.data() + end, values, count * sizeof(Value));
+  }
+}
+
+template <typename Value>
+void take(std::span<const std::byte>& rest, Value* values, std::size_t count) {
+  // count is derived from sizes that were checked against rest; an empty vector has no address.
+  if (count > 0) {
+    std::memcpy(static_cast<void*>(values), rest.data(), count * sizeof(Value));
+  }
+  rest = rest.subspan(count * sizeof(Value));
+}
+
+std::vector<core::ConvergencePoint> thinned(std::vector<core::ConvergencePoint> points) {
+  while (points.size() > kPointsMax) {
+    std::vector<core::ConvergencePoint> every_second;
+    for (std::size_t i = (points.size() - 1) % 2; i < points.size(); i += 2) {
+      every_second.push_back(points[i]);
+    }
+    points = std::move(every_second);
+  }
+  return points;
+}
+
+Error damaged(const std::string& path, std::string_view what) {
+  return Error{ErrorCode::kInternal, "the stored film is damaged: " + std::string(what), path};
+}
+
+}  // namespace
+
+struct FilmFile::Layout {
+  std::uint64_t head_bytes = 0;
+  std::uint64_t slot_bytes = 0;
+  std::size_t pixel_bytes = 0;
+
+  explicit Layout(const core::Film& film) {
+    pixel_bytes = static_cast<std::size_t>(film.replicates()) * sizeof(core::ReplicatePixel) +
+                  (film.has_aux() ? sizeof(core::AuxPixel) : 0);
+    head_bytes = align(sizeof(HeadFields) + kPointsMax * sizeof(PointFields) +
+                       static_cast<std::uint64_t>(film.tile_count()) * sizeof(Tile));
+    slot_bytes = align(sizeof(SlotFields) + std::uint64_t{core::kTileSize} * core::kTileSize *
+                                                static_cast<std::uint64_t>(pixel_bytes));
+  }
+  std::uint64_t head_offset(std::uint32_t sequence) const { return sequence % 2 * head_bytes; }
+  std::uint64_t slot_offset(int tile, std::uint32_t slot) const {
+    return 2 * head_bytes + (static_cast<std::uint64_t>(tile) * 2 + slot) * slot_bytes;
+  }
+};
+
+struct FilmFile::Checkpoint {
+  std::uint32_t sequence = 0;  ///< 0: this head was never written.
+  FilmRecord record;
+  std::vector<Tile> tiles;
+};
+
+core::Result<FilmFile> FilmFile::open(const std::string& path) {
+  auto fd = open_file(path, O_RDWR | O_CREAT);
+  if (!fd) {
+    return fd.error();
+  }
+  return FilmFile(path, std::move(*fd));
+}
+
+core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& film, int head) const {
+  const Layout layout(film);
+  std::vector<std::byte> part(layout.head_bytes);
+  const auto got = read_at(fd_.get(), part, layout.head_offset(static_cast<std::uint32_t>(head)), path_);
+  if (!got) {
+    return got.error();
+  }
+  HeadFields fields;
+  const bool blank = *got < sizeof fields ||
+                     std::all_of(part.begin(), part.begin() + sizeof fields,
+                                 [](std::byte b) { return b == std::byte{0}; });
+  if (blank) {
+    return Checkpoint{};
+  }
+  std::memcpy(&fields, part.data(), sizeof fields);
+  if (fields.magic != kHeadMagic || fields.bytes < sizeof fields || fields.bytes > *got) {
+    return damaged(path_, "its head is not one");
+  }
+  part.resize(fields.bytes);
+  if (crc_after_field(part) != fields.crc) {
+    return damaged(path_, "the checksum of its head does not fit");
+  }
+  const core::PixelRect rect = {fields.x, fields.y, fields.width, fields.height};
+  if (rect != film.crop() || fields.full_width != film.full_width() ||
+      fields.full_height != film.full_height() || fields.replicates != film.replicates() ||
+      (fields.has_aux != 0) != film.has_aux() ||
+      fields.tile_count != static_cast<std::uint32_t>(film.tile_count())) {
+    return Error{ErrorCode::kConflict, "the stored film has another size or other layers", path_};
+  }
+  if (fields.bytes != sizeof fields + fields.point_count * sizeof(PointFields) +
+                          fields.tile_count * sizeof(Tile)) {
+    return damaged(path_, "its head has another length");
+  }
+  Checkpoint checkpoint;
+  checkpoint.sequence = fields.sequence;
+  checkpoint.record.elapsed_seconds = fields.elapsed_seconds;
+  auto rest = std::span<const std::byte>(part).subspan(sizeof fields);
+  for (std::uint32_t i = 0; i < fields.point_count; ++i) {
+    PointFields point;
+    take(rest, &point, 1);
+    checkpoint.record.points.push_back(core::ConvergencePoint{
+        .samples_per_pixel = point.samples_per_pixel,
+        .elapsed_seconds = point.elapsed_seconds,
+        .cpu_seconds = point.cpu_seconds,
+        .rays = point.rays,
+        .error = {point.relative_rmse, point.low, point.high, point.unreliable != 0}});
+  }
+  checkpoint.tiles.resize(fields.tile_count);
+  take(rest, checkpoint.tiles.data(), checkpoint.tiles.size());
+  return checkpoint;
+}
+
+Status FilmFile::restore_tiles(core::Film& film, const Checkpoint& checkpoint) const {
+  const Layout layout(film);
+  std::vector<std::byte> part;
+  for (int tile = 0; tile < film.tile_count(); ++tile) {
+    const Tile& entry = checkpoint.tiles[static_cast<std::size_t>(tile)];
+    if (entry.sequence == 0) {
+      continue;
+    }
+    core::TileState state;
+    state.rect = film.tile_rect(tile);
+    const auto pixels =
+        static_cast<std::size_t>(state.rect.width) * static_cast<std::size_t>(state.rect.height);
+    part.resize(sizeof(SlotFields) + pixels * layout.pixel_bytes);
+    const auto got = read_at(fd_.get(), part, layout.slot_offset(tile, entry.slot % 2), path_);
+    if (!got) {
+      return got.error();
+    }
+    SlotFields fields;
+    std::memcpy(&fields, part.data(), sizeof fields);
+    if (*got != part.size() || fields.magic != kSlotMagic || fields.bytes != part.size() ||
+        fields.sequence != entry.sequence || fields.tile != static_cast<std::uint32_t>(tile) ||
+        crc_after_field(part) != fields.crc) {
+      return damaged(path_, "tile " + std::to_string(tile) + " does not fit its checksum");
+    }
+    state.samples = fields.samples;
+    state.rejected_samples = fields.rejected_samples;
+    state.rays = fields.rays;
+    state.cpu_seconds = fields.cpu_seconds;
+    state.pixels.resize(pixels * static_cast<std::size_t>(film.replicates()));
+    state.aux.resize(film.has_aux() ? pixels : 0);
+    auto rest = std::span<const std::byte>(part).subspan(sizeof fields);
+    take(rest, state.pixels.data(), state.pixels.size());
+    take(rest, state.aux.data(), state.aux.size());
+    film.restore(tile, std::move(state), entry.revision);
+  }
+  return core::ok_status();
+}
+
+core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
+  auto first = read_checkpoint(film, 0);
+  auto second = read_checkpoint(film, 1);
+  const bool second_is_newer = second && (!first || second->sequence > first->sequence);
+  for (auto* candidate : {second_is_newer ? &second : &first, second_is_newer ? &first : &second}) {
+    if (!*candidate || (*candidate)->sequence == 0) {
+      continue;
+    }
+    if (restore_tiles(film, **candidate)) {
+      sequence_ = (*candidate)->sequence;
+      tiles_ = std::move((*candidate)->tiles);
+      return std::move((*candidate)->record);
+    }
+  }
+  if (first && second && first->sequence == 0 && second->sequence == 0) {
+    tiles_.assign(static_cast<std::size_t>(film.tile_count()), Tile{});
+    return FilmRecord{};
+  }
+  // Checkpoint 1 is in head 1: with head 0 still blank it was cut short, and nothing was told yet.
+  if (first && first->sequence == 0 && !second && second.error().code == ErrorCode::kInternal) {
+    tiles_.assign(static_cast<std::size_t>(film.tile_count()), Tile{});
+    return FilmRecord{};
+  }
+  if (!first) {
+    return first.error();
+  }
+  return second ? damaged(path_, "no complete checkpoint is left") : second.error();
+}
+
+Status FilmFile::write_tile(const core::Film& film, int tile, std::uint32_t sequence) {
+  Tile& entry = tiles_[static_cast<std::size_t>(tile)];
+  const std::uint32_t revision = film.tile_revision(tile);
+  const core::TileState state = film.tile(tile);
+  const std::uint32_t slot = entry.sequence == 0 ? 0 : 1 - entry.slot;
+  SlotFields fields;
+  fields.sequence = sequence;
+  fields.tile = static_cast<std::uint32_t>(tile);
+  fields.revision = revision;
+  fields.samples = state.samples;
+  fields.rejected_samples = state.rejected_samples;
+  fields.rays = state.rays;
+  fields.cpu_seconds = state.cpu_seconds;
+  buffer_.clear();
+  append(buffer_, &fields, 1);
+  append(buffer_, state.pixels.data(), state.pixels.size());
+  append(buffer_, state.aux.data(), state.aux.size());
+  const auto bytes = static_cast<std::uint32_t>(buffer_.size());
+  std::memcpy(buffer_.data() + 8, &bytes, sizeof bytes);
+  seal(buffer_);
+  if (auto status = write_at(fd_.get(), buffer_, Layout(film).slot_offset(tile, slot), path_); !status) {
+    return status;
+  }
+  entry = Tile{.sequence = sequence, .slot = slot, .revision = revision};
+  return core::ok_status();
+}
+
+Status FilmFile::write_head(const core::Film& film, const FilmRecord& record, std::uint32_t sequence) {
+  const auto points = thinned(record.points);
+  const core::PixelRect crop = film.crop();
+  HeadFields fields;
+  fields.bytes = static_cast<std::uint32_t>(sizeof fields + points.size() * sizeof(PointFields) +
+                                            tiles_.size() * sizeof(Tile));
+  fields.sequence = sequence;
+  fields.full_width = film.full_width();
+  fields.full_height = film.full_height();
+  fields.x = crop.x;
+  fields.y = crop.y;
+  fields.width = crop.width;
+  fields.height = crop.height;
+  fields.replicates = film.replicates();
+  fields.has_aux = film.has_aux() ? 1 : 0;
+  fields.tile_count = static_cast<std::uint32_t>(tiles_.size());
+  fields.point_count = static_cast<std::uint32_t>(points.size());
+  fields.elapsed_seconds = record.elapsed_seconds;
+  buffer_.clear();
+  append(buffer_, &fields, 1);
+  for (const core::ConvergencePoint& point : points) {
+    const PointFields stored = {.elapsed_seconds = point.elapsed_seconds,
+                                .cpu_seconds = point.cpu_seconds,
+                                .rays = point.rays,
+                                .relative_rmse = point.error.relative_rmse,
+                                .low = point.error.low,
+                                .high = point.error.high,
+                                .samples_per_pixel = point.samples_per_pixel,
+                                .unreliable = point.error.unreliable ? 1 : 0};
+    append(buffer_, &stored, 1);
+  }
+  append(buffer_, tiles_.data(), tiles_.size());
+  seal(buffer_);
+  return write_at(fd_.get(), buffer_, Layout(film).head_offset(sequence), path_);
+}
+
+Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is_final) {
+  tiles_.resize(static_cast<std::size_t>(film.tile_count()));
+  const std::vector<Tile> before = tiles_;
+  const std::uint32_t sequence = sequence_ + 1;
+  Status status = core::ok_status();
+  for (int tile = 0; tile < film.tile_count() && status; ++tile) {
+    if (film.tile_revision(tile) != tiles_[static_cast<std::size_t>(tile)].revision) {
+      status = write_tile(film, tile, sequence);
+    }
+  }
+  // The slots must be on the disk before a head names them.
+  if (status) {
+    status = sync_file(fd_.get(), path_);
+  }
+  if (status) {
+    status = write_head(film, record, sequence);
+  }
+  if (status) {
+    status = sync_file(fd_.get(), path_);
+  }
+  if (!status) {
+    tiles_ = before;
+    return status;
+  }
+  sequence_ = sequence;
+  if (is_final) {
+    release_old_slots(film);
+  }
+  return core::ok_status();
+}
+
+void FilmFile::release_old_slots(const core::Film& film) const {
+  const Layout layout(film);
+  // Failure only costs disk space: not every file system can do it.
+  for (int tile = 0; tile < film.tile_count(); ++tile) {
+    const Tile& entry = tiles_[static_cast<std::size_t>(tile)];
+    if (entry.sequence != 0) {
+      static_cast<void>(::fallocate(fd_.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE,
+                                    static_cast<off_t>(layout.slot_offset(tile, 1 - entry.slot)),
+                                    static_cast<off_t>(layout.slot_bytes)));
+    }
+  }
+}
+
+std::uint64_t FilmFile::disk_bytes() const {
+  struct stat info = {};
+  return ::fstat(fd_.get(), &info) == 0 ? static_cast<std::uint64_t>(info.st_blocks) * 512U : 0;
+}
+
+}  // namespace server

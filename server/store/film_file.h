@@ -1,0 +1,73 @@
+/// FilmFile: the durable copy of one job's film, films/<job>.film.
+///
+/// A checkpoint writes the changed tiles only, and is atomic: each tile has two slots, a checkpoint
+/// writes the one that the last complete checkpoint does not need, syncs, then writes the other of two
+/// heads, which names for each tile its slot and sequence number, and syncs again. What is cut short
+/// leaves the checkpoint before it. Heads and slots carry a CRC-32; when the newest checkpoint is
+/// damaged the one before it is taken, whole.
+///
+/// Layout, little endian, parts aligned to 4096 bytes: head 0, head 1, then for each tile slot 0 and
+/// slot 1. An object is used by one thread at a time.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/film/film.h"
+#include "core/render/render_task.h"
+#include "server/store/files.h"
+
+namespace server {
+
+/// What stands beside the tiles.
+struct FilmRecord {
+  double elapsed_seconds = 0;
+  /// More than 2,048 are thinned out.
+  std::vector<core::ConvergencePoint> points;
+};
+
+class FilmFile {
+ public:
+  /// Opens or makes the file. Errors: kNoSpace, kInternal.
+  static core::Result<FilmFile> open(const std::string& path);
+
+  /// Reads the last complete checkpoint into an empty film; a file without any leaves it empty.
+  /// Errors: kConflict when the file is of a film of another geometry; kInternal for damage.
+  core::Result<FilmRecord> restore(core::Film& film);
+
+  /// Brings the file up to the film: tiles whose revision changed since the last write or restore.
+  /// is_final: the older slots give their space back. Errors: kNoSpace, kInternal; the checkpoint
+  /// before it is still good then.
+  core::Status write(const core::Film& film, const FilmRecord& record, bool is_final);
+
+  /// Bytes that the file takes on the disk.
+  std::uint64_t disk_bytes() const;
+
+ private:
+  struct Tile {
+    std::uint32_t sequence = 0;  ///< Of the checkpoint that wrote it; 0: none.
+    std::uint32_t slot = 0;      ///< Which slot that is.
+    std::uint32_t revision = 0;  ///< Of the film's tile at that time.
+  };
+  struct Layout;
+  struct Checkpoint;
+
+  FilmFile(std::string path, UniqueFd fd) : path_(std::move(path)), fd_(std::move(fd)) {}
+  core::Result<Checkpoint> read_checkpoint(const core::Film& film, int head) const;
+  core::Status restore_tiles(core::Film& film, const Checkpoint& checkpoint) const;
+  core::Status write_tile(const core::Film& film, int tile, std::uint32_t sequence);
+  core::Status write_head(const core::Film& film, const FilmRecord& record, std::uint32_t sequence);
+  void release_old_slots(const core::Film& film) const;
+
+  std::string path_;
+  UniqueFd fd_;
+  std::uint32_t sequence_ = 0;  ///< Of the last complete checkpoint; it is in head sequence_ % 2.
+  std::vector<Tile> tiles_;
+  std::vector<std::byte> buffer_;
+};
+
+}  // namespace server

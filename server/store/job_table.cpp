@@ -1,0 +1,411 @@
+#include "server/store/job_table.h"
+
+#include <utility>
+
+namespace server {
+
+using core::Status;
+
+namespace {
+
+constexpr const char* kInsert =
+    "INSERT INTO jobs(id, spec, spec_version, scene, environment_asset, priority, state, stop_reason,"
+    " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where,"
+    " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"
+    " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"
+    " error_high, error_unreliable, sequence)"
+    " VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+
+constexpr const char* kUpdate =
+    "UPDATE jobs SET id=?, spec=?, spec_version=?, scene=?, environment_asset=?, priority=?, state=?,"
+    " stop_reason=?, created_at=?, started_at=?, finished_at=?, warnings=?, failure_code=?,"
+    " failure_message=?, failure_where=?, film=?, film_bytes=?, film_digest=?, revision=?,"
+    " fraction=?, samples_min=?, samples_mean=?, samples_max=?, elapsed_seconds=?, cpu_seconds=?,"
+    " rays=?, rejected_samples=?, peak_bytes=?, error_rmse=?, error_low=?, error_high=?,"
+    " error_unreliable=? WHERE sequence=?";
+
+/// The columns in the order of kInsert, after the sequence.
+#define TESSERA_JOB_COLUMNS                                                                        \
+  "sequence, id, spec, spec_version, scene, environment_asset, priority, state, stop_reason,"      \
+  " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where,"  \
+  " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"    \
+  " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"      \
+  " error_high, error_unreliable"
+
+constexpr const char* kUnfinishedStates = "state NOT IN ('finished','failed','cancelled')";
+
+std::int64_t signed_of(std::uint64_t value) { return static_cast<std::int64_t>(value); }
+std::uint64_t unsigned_of(std::int64_t value) { return static_cast<std::uint64_t>(value); }
+
+std::string join_lines(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) {
+    text += line;
+    text += '\n';
+  }
+  return text;
+}
+
+std::vector<std::string> split_lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::size_t start = 0;
+  for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', start)) {
+    lines.push_back(text.substr(start, end - start));
+    start = end + 1;
+  }
+  return lines;
+}
+
+void bind_row(Statement& statement, const JobRow& row) {
+  statement.bind(row.id).bind(row.spec_json).bind(row.spec_version).bind(row.scene);
+  statement.bind(row.environment_asset).bind(std::int64_t{row.priority}).bind(row.state);
+  statement.bind(row.stop_reason).bind(row.created_at).bind(row.started_at).bind(row.finished_at);
+  statement.bind(join_lines(row.warnings)).bind(static_cast<std::int64_t>(row.failure.code));
+  statement.bind(row.failure.message).bind(row.failure.where);
+  statement.bind(static_cast<std::int64_t>(row.film)).bind(signed_of(row.film_bytes));
+  statement.bind(row.film_digest).bind(std::int64_t{row.revision}).bind(row.fraction);
+  statement.bind(std::int64_t{row.samples_min}).bind(row.samples_mean);
+  statement.bind(std::int64_t{row.samples_max}).bind(row.elapsed_seconds).bind(row.cpu_seconds);
+  statement.bind(signed_of(row.rays)).bind(signed_of(row.rejected_samples));
+  statement.bind(signed_of(row.peak_bytes));
+  statement.bind(row.error_rmse).bind(row.error_low).bind(row.error_high);
+  statement.bind(std::int64_t{row.error_unreliable ? 1 : 0});
+}
+
+JobRow read_row(const Statement& from) {
+  JobRow row;
+  int column = 0;
+  row.sequence = from.integer(column++);
+  row.id = from.text(column++);
+  row.spec_json = from.text(column++);
+  row.spec_version = from.integer(column++);
+  row.scene = from.text(column++);
+  row.environment_asset = from.text(column++);
+  row.priority = static_cast<int>(from.integer(column++));
+  row.state = from.text(column++);
+  row.stop_reason = from.text(column++);
+  row.created_at = from.real(column++);
+  row.started_at = from.optional_real(column++);
+  row.finished_at = from.optional_real(column++);
+  row.warnings = split_lines(from.text(column++));
+  row.failure.code = static_cast<core::ErrorCode>(from.integer(column++));
+  row.failure.message = from.text(column++);
+  row.failure.where = from.text(column++);
+  row.film = static_cast<FilmPlace>(from.integer(column++));
+  row.film_bytes = unsigned_of(from.integer(column++));
+  row.film_digest = from.text(column++);
+  row.revision = static_cast<std::uint32_t>(from.integer(column++));
+  row.fraction = from.real(column++);
+  row.samples_min = static_cast<int>(from.integer(column++));
+  row.samples_mean = from.real(column++);
+  row.samples_max = static_cast<int>(from.integer(column++));
+  row.elapsed_seconds = from.real(column++);
+  row.cpu_seconds = from.real(column++);
+  row.rays = unsigned_of(from.integer(column++));
+  row.rejected_samples = unsigned_of(from.integer(column++));
+  row.peak_bytes = unsigned_of(from.integer(column++));
+  row.error_rmse = from.optional_real(column++);
+  row.error_low = from.optional_real(column++);
+  row.error_high = from.optional_real(column++);
+  row.error_unreliable = from.integer(column++) != 0;
+  return row;
+}
+
+Status read_labels(Database::Session& session, JobRow& row) {
+  Statement labels = session.prepare("SELECT name, value FROM job_labels WHERE job=?");
+  labels.bind(row.sequence);
+  while (labels.step()) {
+    row.labels[labels.text(0)] = labels.text(1);
+  }
+  return labels.status();
+}
+
+Status write_labels(Database::Session& session, const JobRow& row) {
+  if (auto status = session.prepare("DELETE FROM job_labels WHERE job=?").bind(row.sequence).run();
+      !status) {
+    return status;
+  }
+  for (const auto& [name, value] : row.labels) {
+    Statement insert = session.prepare("INSERT INTO job_labels(job, name, value) VALUES(?,?,?)");
+    if (auto status = insert.bind(row.sequence).bind(name).bind(value).run(); !status) {
+      return status;
+    }
+  }
+  return core::ok_status();
+}
+
+Status write_events(Database::Session& session, std::int64_t job,
+                    const std::vector<EventRow>& events) {
+  for (const EventRow& event : events) {
+    Statement insert =
+        session.prepare("INSERT INTO events(job, stream, seq, type, data) VALUES(?,?,?,?,?)");
+    insert.bind(job).bind(event.stream).bind(signed_of(event.seq)).bind(event.type).bind(event.data);
+    if (auto status = insert.run(); !status) {
+      return status;
+    }
+  }
+  return core::ok_status();
+}
+
+Status write_key(Database::Session& session, const IdempotencyRow& key) {
+  Statement keep = session.prepare(
+      "INSERT OR REPLACE INTO idempotency(key, body_hash, job, created_at) VALUES(?,?,?,?)");
+  return keep.bind(key.key).bind(key.body_hash).bind(key.job).bind(key.created_at).run();
+}
+
+core::Result<std::vector<JobRow>> read_rows(Database::Session& session, Statement& select) {
+  std::vector<JobRow> rows;
+  while (select.step()) {
+    rows.push_back(read_row(select));
+  }
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  for (JobRow& row : rows) {
+    if (const auto status = read_labels(session, row); !status) {
+      return status.error();
+    }
+  }
+  return rows;
+}
+
+core::Result<bool> any_row(Statement& select) {
+  const bool found = select.step();
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return found;
+}
+
+}  // namespace
+
+core::Result<std::int64_t> JobTable::next_run() {
+  std::int64_t run = 0;
+  const Status done = database_.transact([&run](Database::Session& session) -> Status {
+    Statement next = session.prepare(
+        "INSERT INTO counters(name, value) VALUES('run', 1)"
+        " ON CONFLICT(name) DO UPDATE SET value = value + 1 RETURNING value");
+    while (next.step()) {
+      run = next.integer(0);
+    }
+    return next.status();
+  });
+  if (!done) {
+    return done.error();
+  }
+  return run;
+}
+
+core::Result<std::int64_t> JobTable::last_sequence() {
+  auto session = database_.session();
+  Statement select = session.prepare("SELECT seq FROM sqlite_sequence WHERE name='jobs'");
+  const std::int64_t last = select.step() ? select.integer(0) : 0;
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return last;
+}
+
+Status JobTable::insert(const JobRow& row, const std::vector<EventRow>& events,
+                        const std::optional<IdempotencyRow>& key) {
+  return database_.transact([&](Database::Session& session) -> Status {
+    Statement insert = session.prepare(kInsert);
+    bind_row(insert, row);
+    if (auto status = insert.bind(row.sequence).run(); !status) {
+      return status;
+    }
+    if (auto status = write_labels(session, row); !status) {
+      return status;
+    }
+    if (key) {
+      if (auto status = write_key(session, *key); !status) {
+        return status;
+      }
+    }
+    return write_events(session, row.sequence, events);
+  });
+}
+
+Status JobTable::update(const JobRow& row, const std::vector<EventRow>& events) {
+  return database_.transact([&](Database::Session& session) -> Status {
+    Statement update = session.prepare(kUpdate);
+    bind_row(update, row);
+    if (auto status = update.bind(row.sequence).run(); !status) {
+      return status;
+    }
+    if (session.changes() == 0) {
+      return core::ok_status();  // Deleted in the meantime.
+    }
+    if (auto status = write_labels(session, row); !status) {
+      return status;
+    }
+    return write_events(session, row.sequence, events);
+  });
+}
+
+core::Result<std::optional<JobRow>> JobTable::find(std::string_view id) {
+  auto session = database_.session();
+  Statement select = session.prepare("SELECT " TESSERA_JOB_COLUMNS " FROM jobs WHERE id=?");
+  auto rows = read_rows(session, select.bind(id));
+  if (!rows) {
+    return rows.error();
+  }
+  return rows->empty() ? std::optional<JobRow>() : std::optional<JobRow>(std::move(rows->front()));
+}
+
+core::Result<std::vector<JobRow>> JobTable::list(const JobQuery& query) {
+  auto session = database_.session();
+  std::string sql = "SELECT " TESSERA_JOB_COLUMNS " FROM jobs WHERE 1";
+  if (!query.states.empty()) {
+    sql += " AND state IN (?";
+    for (std::size_t i = 1; i < query.states.size(); ++i) {
+      sql += ",?";
+    }
+    sql += ")";
+  }
+  if (query.before) {
+    sql += " AND sequence<?";
+  }
+  for (const auto& label : query.labels) {
+    sql += " AND EXISTS (SELECT 1 FROM job_labels WHERE job=jobs.sequence AND name=?";
+    sql += label.second ? " AND value=?)" : ")";
+  }
+  sql += " ORDER BY sequence DESC LIMIT ?";
+  Statement select = session.prepare(sql.c_str());
+  for (const std::string& state : query.states) {
+    select.bind(state);
+  }
+  if (query.before) {
+    select.bind(*query.before);
+  }
+  for (const auto& [name, value] : query.labels) {
+    select.bind(name);
+    if (value) {
+      select.bind(*value);
+    }
+  }
+  return read_rows(session, select.bind(std::int64_t{query.limit}));
+}
+
+core::Result<std::vector<JobRow>> JobTable::unfinished() {
+  auto session = database_.session();
+  const std::string sql = std::string("SELECT " TESSERA_JOB_COLUMNS " FROM jobs WHERE ") +
+                          kUnfinishedStates + " ORDER BY sequence";
+  Statement select = session.prepare(sql.c_str());
+  return read_rows(session, select);
+}
+
+Status JobTable::remove(std::string_view id) {
+  return database_.transact([id](Database::Session& session) -> Status {
+    return session.prepare("DELETE FROM jobs WHERE id=?").bind(id).run();
+  });
+}
+
+core::Result<std::vector<JobRow>> JobTable::films_oldest_first(int limit) {
+  auto session = database_.session();
+  Statement select = session.prepare(
+      "SELECT " TESSERA_JOB_COLUMNS
+      " FROM jobs WHERE film=1 AND finished_at IS NOT NULL ORDER BY finished_at LIMIT ?");
+  return read_rows(session, select.bind(std::int64_t{limit}));
+}
+
+core::Result<std::uint64_t> JobTable::film_bytes_total() {
+  auto session = database_.session();
+  Statement select = session.prepare("SELECT COALESCE(SUM(film_bytes), 0) FROM jobs WHERE film=1");
+  const std::uint64_t total = select.step() ? unsigned_of(select.integer(0)) : 0;
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return total;
+}
+
+Status JobTable::set_film_place(std::string_view id, FilmPlace place) {
+  return database_.transact([&](Database::Session& session) -> Status {
+    Statement update = session.prepare("UPDATE jobs SET film=? WHERE id=?");
+    return update.bind(static_cast<std::int64_t>(place)).bind(id).run();
+  });
+}
+
+core::Result<std::vector<EventRow>> JobTable::events_after(std::int64_t job_sequence,
+                                                           std::int64_t stream, std::uint64_t seq) {
+  auto session = database_.session();
+  Statement select = session.prepare(
+      "SELECT stream, seq, type, data FROM events WHERE job=? AND (stream, seq) > (?, ?)"
+      " ORDER BY stream, seq");
+  select.bind(job_sequence).bind(stream).bind(signed_of(seq));
+  std::vector<EventRow> events;
+  while (select.step()) {
+    events.push_back(EventRow{.stream = select.integer(0),
+                              .seq = unsigned_of(select.integer(1)),
+                              .type = select.text(2),
+                              .data = select.text(3)});
+  }
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return events;
+}
+
+core::Result<bool> JobTable::knows_stream(std::int64_t job_sequence, std::int64_t stream) {
+  auto session = database_.session();
+  Statement select = session.prepare("SELECT 1 FROM events WHERE job=? AND stream=? LIMIT 1");
+  return any_row(select.bind(job_sequence).bind(stream));
+}
+
+Status JobTable::insert_key(const IdempotencyRow& key) {
+  return database_.transact(
+      [&key](Database::Session& session) -> Status { return write_key(session, key); });
+}
+
+core::Result<std::optional<IdempotencyRow>> JobTable::find_key(std::string_view key) {
+  auto session = database_.session();
+  Statement select =
+      session.prepare("SELECT key, body_hash, job, created_at FROM idempotency WHERE key=?");
+  select.bind(key);
+  std::optional<IdempotencyRow> row;
+  if (select.step()) {
+    row = IdempotencyRow{.key = select.text(0),
+                         .body_hash = select.text(1),
+                         .job = select.text(2),
+                         .created_at = select.real(3)};
+  }
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return row;
+}
+
+Status JobTable::forget_keys_before(double created_at) {
+  auto session = database_.session();
+  return session.prepare("DELETE FROM idempotency WHERE created_at<?").bind(created_at).run();
+}
+
+core::Result<bool> JobTable::scene_in_use(std::string_view scene) {
+  auto session = database_.session();
+  const std::string sql = std::string("SELECT 1 FROM jobs WHERE scene=? AND ") + kUnfinishedStates;
+  Statement select = session.prepare(sql.c_str());
+  return any_row(select.bind(scene));
+}
+
+core::Result<bool> JobTable::environment_in_use(std::string_view asset) {
+  auto session = database_.session();
+  const std::string sql =
+      std::string("SELECT 1 FROM jobs WHERE environment_asset=? AND ") + kUnfinishedStates;
+  Statement select = session.prepare(sql.c_str());
+  return any_row(select.bind(asset));
+}
+
+core::Result<std::map<std::string, std::int64_t>> JobTable::count_by_state() {
+  auto session = database_.session();
+  Statement select = session.prepare("SELECT state, COUNT(*) FROM jobs GROUP BY state");
+  std::map<std::string, std::int64_t> counts;
+  while (select.step()) {
+    counts[select.text(0)] = select.integer(1);
+  }
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return counts;
+}
+
+}  // namespace server

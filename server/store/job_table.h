@@ -1,0 +1,129 @@
+/// JobTable: job records, their labels, durable events and idempotency keys.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/base/result.h"
+#include "server/store/database.h"
+
+namespace server {
+
+/// Where the film of a job is.
+enum class FilmPlace { kNone = 0, kOnDisk = 1, kEvicted = 2 };
+
+/// A job as it stands in the database. Times are seconds since 1970; states and reasons are the
+/// words of the API.
+struct JobRow {
+  std::int64_t sequence = 0;  ///< Newest has the highest.
+  std::string id;
+  std::string spec_json;
+  std::int64_t spec_version = 1;
+  std::string scene;
+  std::string environment_asset;  ///< Empty: none.
+  std::map<std::string, std::string> labels;
+  int priority = 0;
+  std::string state;
+  std::string stop_reason;  ///< Empty: none yet.
+  double created_at = 0;
+  std::optional<double> started_at;
+  std::optional<double> finished_at;
+  std::vector<std::string> warnings;  ///< One line each.
+  core::Error failure = {core::ErrorCode::kCancelled, "", ""};  ///< Empty message: none.
+
+  FilmPlace film = FilmPlace::kNone;
+  std::uint64_t film_bytes = 0;
+  std::string film_digest;
+  std::uint32_t revision = 0;
+  double fraction = 0;
+  int samples_min = 0;
+  double samples_mean = 0;
+  int samples_max = 0;
+  double elapsed_seconds = 0;
+  double cpu_seconds = 0;
+  std::uint64_t rays = 0;
+  std::uint64_t rejected_samples = 0;
+  std::uint64_t peak_bytes = 0;
+  std::optional<double> error_rmse;  ///< Empty: unknown.
+  std::optional<double> error_low;
+  std::optional<double> error_high;
+  bool error_unreliable = false;
+};
+
+/// A durable event. (stream, seq) grows within a job; stream is the number of the server's run.
+struct EventRow {
+  std::int64_t stream = 0;
+  std::uint64_t seq = 0;
+  std::string type;
+  std::string data;
+};
+
+struct IdempotencyRow {
+  std::string key;
+  std::string body_hash;
+  std::string job;
+  double created_at = 0;
+};
+
+struct JobQuery {
+  std::vector<std::string> states;  ///< Any of them; empty: all.
+  /// All of them; without a value the name alone counts.
+  std::vector<std::pair<std::string, std::optional<std::string>>> labels;
+  std::optional<std::int64_t> before;  ///< Only sequences below.
+  int limit = 50;
+};
+
+class JobTable {
+ public:
+  /// database must outlive this.
+  explicit JobTable(Database& database) : database_(database) {}
+
+  /// The number of this run of the server, one above the last one's.
+  core::Result<std::int64_t> next_run();
+
+  /// The highest sequence that a job ever had.
+  core::Result<std::int64_t> last_sequence();
+
+  /// Record, first events and key, all or nothing.
+  core::Status insert(const JobRow& row, const std::vector<EventRow>& events,
+                      const std::optional<IdempotencyRow>& key);
+  /// Replaces everything but the identity, and adds the events.
+  core::Status update(const JobRow& row, const std::vector<EventRow>& events);
+  core::Result<std::optional<JobRow>> find(std::string_view id);
+  /// Newest first.
+  core::Result<std::vector<JobRow>> list(const JobQuery& query);
+  /// Those that have not ended, oldest first.
+  core::Result<std::vector<JobRow>> unfinished();
+  core::Status remove(std::string_view id);
+  /// Finished jobs whose film is on disk, oldest first.
+  core::Result<std::vector<JobRow>> films_oldest_first(int limit);
+  core::Result<std::uint64_t> film_bytes_total();
+  core::Status set_film_place(std::string_view id, FilmPlace place);
+
+  /// Events after (stream, seq), in order.
+  core::Result<std::vector<EventRow>> events_after(std::int64_t job_sequence, std::int64_t stream,
+                                                   std::uint64_t seq);
+  /// Events of the job that were stored by that run of the server.
+  core::Result<bool> knows_stream(std::int64_t job_sequence, std::int64_t stream);
+
+  /// Of a job that is not stored itself.
+  core::Status insert_key(const IdempotencyRow& key);
+  core::Result<std::optional<IdempotencyRow>> find_key(std::string_view key);
+  core::Status forget_keys_before(double created_at);
+
+  /// Unfinished jobs that need the scene or asset.
+  core::Result<bool> scene_in_use(std::string_view scene);
+  core::Result<bool> environment_in_use(std::string_view asset);
+
+  core::Result<std::map<std::string, std::int64_t>> count_by_state();
+
+ private:
+  Database& database_;
+};
+
+}  // namespace server

@@ -1,0 +1,136 @@
+#include "server/store/schema.h"
+
+#include <array>
+#include <string>
+
+namespace server {
+namespace {
+
+/// Row n brings version n to n + 1. Rows are never changed once released, only added.
+constexpr std::array kMigrations = {
+    R"sql(
+CREATE TABLE counters(name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
+
+CREATE TABLE jobs(
+  sequence INTEGER PRIMARY KEY AUTOINCREMENT,
+  id TEXT NOT NULL UNIQUE,
+  spec TEXT NOT NULL,
+  spec_version INTEGER NOT NULL,
+  scene TEXT NOT NULL,
+  environment_asset TEXT NOT NULL,
+  priority INTEGER NOT NULL,
+  state TEXT NOT NULL,
+  stop_reason TEXT NOT NULL,
+  created_at REAL NOT NULL,
+  started_at REAL,
+  finished_at REAL,
+  warnings TEXT NOT NULL,
+  failure_code INTEGER NOT NULL,
+  failure_message TEXT NOT NULL,
+  failure_where TEXT NOT NULL,
+  film INTEGER NOT NULL,
+  film_bytes INTEGER NOT NULL,
+  film_digest TEXT NOT NULL,
+  revision INTEGER NOT NULL,
+  fraction REAL NOT NULL,
+  samples_min INTEGER NOT NULL,
+  samples_mean REAL NOT NULL,
+  samples_max INTEGER NOT NULL,
+  elapsed_seconds REAL NOT NULL,
+  cpu_seconds REAL NOT NULL,
+  rays INTEGER NOT NULL,
+  rejected_samples INTEGER NOT NULL,
+  peak_bytes INTEGER NOT NULL,
+  error_rmse REAL,
+  error_low REAL,
+  error_high REAL,
+  error_unreliable INTEGER NOT NULL
+);
+CREATE INDEX jobs_by_state ON jobs(state, sequence);
+CREATE INDEX jobs_by_scene ON jobs(scene, state);
+CREATE INDEX jobs_by_film ON jobs(film, finished_at);
+CREATE INDEX jobs_by_environment ON jobs(environment_asset, state);
+
+CREATE TABLE job_labels(
+  job INTEGER NOT NULL REFERENCES jobs(sequence) ON DELETE CASCADE,
+  name TEXT NOT NULL,
+  value TEXT NOT NULL,
+  PRIMARY KEY(job, name)
+) WITHOUT ROWID;
+CREATE INDEX job_labels_by_value ON job_labels(name, value, job);
+
+CREATE TABLE events(
+  job INTEGER NOT NULL REFERENCES jobs(sequence) ON DELETE CASCADE,
+  stream INTEGER NOT NULL,
+  seq INTEGER NOT NULL,
+  type TEXT NOT NULL,
+  data TEXT NOT NULL,
+  PRIMARY KEY(job, stream, seq)
+) WITHOUT ROWID;
+
+CREATE TABLE idempotency(
+  key TEXT PRIMARY KEY,
+  body_hash TEXT NOT NULL,
+  job TEXT NOT NULL,
+  created_at REAL NOT NULL
+) WITHOUT ROWID;
+CREATE INDEX idempotency_by_time ON idempotency(created_at);
+
+CREATE TABLE assets(
+  id TEXT PRIMARY KEY,
+  bytes INTEGER NOT NULL,
+  uploaded INTEGER NOT NULL,
+  created_at REAL NOT NULL
+) WITHOUT ROWID;
+
+CREATE TABLE scenes(
+  sequence INTEGER PRIMARY KEY AUTOINCREMENT,
+  id TEXT NOT NULL UNIQUE,
+  description TEXT NOT NULL,
+  facts TEXT NOT NULL,
+  created_at REAL NOT NULL
+);
+
+CREATE TABLE scene_files(
+  scene TEXT NOT NULL REFERENCES scenes(id) ON DELETE CASCADE,
+  uri TEXT NOT NULL,
+  asset TEXT NOT NULL,
+  PRIMARY KEY(scene, uri)
+) WITHOUT ROWID;
+CREATE INDEX scene_files_by_asset ON scene_files(asset);
+)sql",
+};
+
+}  // namespace
+
+int schema_version() { return static_cast<int>(kMigrations.size()); }
+
+core::Status migrate(Database& database) {
+  return database.transact([](Database::Session& session) -> core::Status {
+    int version = 0;
+    {
+      Statement asked = session.prepare("PRAGMA user_version");
+      if (asked.step()) {
+        version = static_cast<int>(asked.integer(0));
+      }
+      if (const auto status = asked.status(); !status) {
+        return status;
+      }
+    }
+    if (version > schema_version()) {
+      return core::Error{core::ErrorCode::kInternal,
+                         "the data directory was written by a newer version (schema " +
+                             std::to_string(version) + ", this one knows " +
+                             std::to_string(schema_version()) + ")",
+                         ""};
+    }
+    for (int next = version; next < schema_version(); ++next) {
+      if (auto status = session.execute(kMigrations[static_cast<std::size_t>(next)]); !status) {
+        return status;
+      }
+    }
+    return session.execute(("PRAGMA user_version=" + std::to_string(schema_version())).c_str());
+  });
+}
+
+}  // namespace server

@@ -1,5 +1,7 @@
 import { defineConfig } from 'vite';
 
+declare const process: { env: Record<string, string | undefined> };
+
 export default defineConfig({
   esbuild: { jsx: 'automatic', jsxImportSource: 'preact', legalComments: 'none' },
   // Files, never data: URLs, so that a strict Content-Security-Policy holds.

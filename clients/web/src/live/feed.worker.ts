@@ -1,0 +1,207 @@
+/**
+ * Keeps the two streams of one job open (events and tiles), off the main thread.
+ *
+ * Events are read with fetch, not EventSource: so pings are seen (a stream that is silent for longer than
+ * `silenceMs` is dead, as after a laptop's sleep), status codes can be read, and `Last-Event-ID` is ours to send.
+ */
+import { EventParser, type ServerEvent } from './event_parser';
+import type { FromFeed, LinkState, ToFeed } from './feed_messages';
+import { FrameParser } from './frames';
+import type { Job, Problem } from '../api/types';
+
+declare const self: DedicatedWorkerGlobalScope;
+
+const silenceMs = 40_000;
+const maxDelayMs = 6_000;
+
+const post = (message: FromFeed, transfer: Transferable[] = []): void => self.postMessage(message, transfer);
+
+class Feed {
+  private abort = new AbortController();
+  private lastEventId: string | null = null;
+  private revision = 0;
+  private link: LinkState | null = null;
+
+  constructor(private readonly jobId: string, private readonly tiles: boolean) {}
+
+  /** A fresh start asks for every tile: while nobody listened, a restarted server may count revisions anew. */
+  start(): void {
+    this.abort = new AbortController();
+    this.revision = 0;
+    void this.runEvents(this.abort.signal);
+    if (this.tiles) void this.runTiles(this.abort.signal);
+  }
+
+  stop(): void {
+    this.abort.abort();
+  }
+
+  private setLink(state: LinkState, problem?: Problem): void {
+    if (state === this.link) return;
+    this.link = state;
+    post({ type: 'link', state, problem });
+  }
+
+  /** Opens the event stream again and again until the job has ended or is gone. */
+  private async runEvents(signal: AbortSignal): Promise<void> {
+    this.setLink('connecting');
+    for (let attempt = 0; !signal.aborted; ++attempt) {
+      const outcome = await this.readEvents(signal, () => (attempt = 0)).catch(() => 'lost' as const);
+      if (signal.aborted || outcome === 'done') return;
+      if (outcome !== 'overloaded') this.setLink('reconnecting');
+      await delay(backoff(attempt), signal);
+    }
+  }
+
+  private async readEvents(signal: AbortSignal, onLife: () => void): Promise<'done' | 'lost' | 'overloaded'> {
+    const watchdog = new Watchdog(signal);
+    const headers: Record<string, string> = { accept: 'text/event-stream' };
+    if (this.lastEventId) headers['last-event-id'] = this.lastEventId;
+    const response = await fetch(`/v1/jobs/${this.jobId}/events`, { headers, signal: watchdog.signal, cache: 'no-store' });
+    if (response.status === 204) return this.finish();
+    if (!response.ok || !response.body) return this.refused(response);
+    const parser = new EventParser();
+    const text = new TextDecoder();
+    const reader = response.body.getReader();
+    let outcome: 'done' | 'lost' | 'overloaded' = 'lost';
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) break;
+      watchdog.feed();
+      onLife();
+      parser.push(text.decode(value, { stream: true }), (event) => {
+        if (event.id) this.lastEventId = event.id;
+        const result = this.handle(event);
+        if (result) outcome = result;
+      });
+    }
+    watchdog.stop();
+    return outcome;
+  }
+
+  private finish(): 'done' {
+    this.setLink('ended');
+    return 'done';
+  }
+
+  private async refused(response: Response): Promise<'done' | 'lost'> {
+    if (response.status >= 500 || response.status === 429) return 'lost';
+    const problem = (await response.json().catch(() => null)) as Problem | null;
+    this.setLink(response.status === 404 || response.status === 410 ? 'gone' : 'refused', problem ?? { title: `The server answered ${response.status}.`, status: response.status });
+    this.stop();
+    return 'done';
+  }
+
+  private handle(event: ServerEvent): 'done' | 'overloaded' | null {
+    const data = parse(event.data);
+    switch (event.type) {
+      case 'snapshot':
+        this.setLink('live');
+        post({ type: 'job', job: (data.job ?? data) as Job });
+        return null;
+      case 'state':
+      case 'progress':
+        post({ type: 'patch', patch: 'fraction' in data ? { progress: data as never } : data });
+        return null;
+      case 'warning':
+        post({ type: 'warning', warning: data });
+        return null;
+      case 'end':
+        post({ type: 'patch', patch: 'state' in data ? data : {} });
+        post({ type: 'complete' });
+        return this.finish();
+      case 'overloaded':
+        this.setLink('overloaded');
+        return 'overloaded';
+      default:
+        return null;
+    }
+  }
+
+  private async runTiles(signal: AbortSignal): Promise<void> {
+    for (let attempt = 0; !signal.aborted; ++attempt) {
+      const ended = await this.readTiles(signal, () => (attempt = 0)).catch(() => {
+        // After a restart revisions may count from an older checkpoint: ask for every tile again.
+        this.revision = 0;
+        return false;
+      });
+      if (ended) return;
+      await delay(backoff(attempt), signal);
+    }
+  }
+
+  private async readTiles(signal: AbortSignal, onLife: () => void): Promise<boolean> {
+    const headers = { accept: 'application/vnd.tessera.tiles' };
+    const response = await fetch(`/v1/jobs/${this.jobId}/tiles?after=${this.revision}`, { headers, signal, cache: 'no-store' });
+    if (response.status === 404 || response.status === 410) return true;
+    if (!response.ok || !response.body) return false;
+    const parser = new FrameParser();
+    const reader = response.body.getReader();
+    let ended = false;
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return ended;
+      onLife();
+      parser.push(value, (tile) => {
+        ended ||= tile.end;
+        if (tile.end) return;
+        this.revision = Math.max(this.revision, tile.revision);
+        post({ type: 'tile', tile }, [tile.planes.buffer as ArrayBuffer]);
+      });
+    }
+  }
+}
+
+/** Aborts a request that shows no sign of life for `silenceMs`. */
+class Watchdog {
+  private readonly own = new AbortController();
+  private timer = 0;
+  readonly signal = this.own.signal;
+
+  constructor(outer: AbortSignal) {
+    outer.addEventListener('abort', () => this.stop(true), { once: true });
+    this.feed();
+  }
+
+  feed(): void {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.stop(true), silenceMs) as unknown as number;
+  }
+
+  stop(abort = false): void {
+    clearTimeout(this.timer);
+    if (abort) this.own.abort();
+  }
+}
+
+function parse(text: string): Record<string, unknown> {
+  try {
+    return JSON.parse(text) as Record<string, unknown>;
+  } catch {
+    return {};
+  }
+}
+
+const backoff = (attempt: number): number => Math.min(maxDelayMs, 300 * 1.7 ** attempt) * (0.8 + 0.4 * Math.random());
+
+function delay(ms: number, signal: AbortSignal): Promise<void> {
+  return new Promise((resolve) => {
+    const timer = setTimeout(resolve, ms);
+    signal.addEventListener('abort', () => (clearTimeout(timer), resolve()), { once: true });
+  });
+}
+
+let feed: Feed | null = null;
+self.onmessage = (message: MessageEvent<ToFeed>) => {
+  const request = message.data;
+  if (request.type === 'open') {
+    feed?.stop();
+    feed = new Feed(request.jobId, request.tiles);
+    feed.start();
+  } else if (request.type === 'wake') {
+    feed?.start();
+  } else {
+    feed?.stop();
+    if (request.type === 'close') feed = null;
+  }
+};

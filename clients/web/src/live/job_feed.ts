@@ -1,0 +1,164 @@
+import { api } from '../api/client';
+import { isFinal, type Job, type Problem } from '../api/types';
+import type { FromFeed, LinkState, ToFeed } from './feed_messages';
+import type { TileFrame } from './frames';
+import { LiveFilm, maxLivePixels, type Rect } from './film';
+
+export interface FeedState {
+  job: Job | null;
+  link: LinkState;
+  problem: Problem | null;
+  film: LiveFilm | null;
+  /** Too many pixels for floats in the page: the server's encoder shows the picture. */
+  tooLarge: boolean;
+}
+
+const sleepAfterMs = 20_000;
+
+/**
+ * One job as the page sees it: its record, kept fresh by events, and its film, kept fresh by tiles.
+ * While the page is hidden the streams are closed, because a browser has few connections for each host.
+ */
+export class JobFeed {
+  state: FeedState = { job: null, link: 'connecting', problem: null, film: null, tooLarge: false };
+  private readonly worker: Worker;
+  private readonly listeners = new Set<() => void>();
+  private readonly tileListeners = new Set<(rect: Rect) => void>();
+  private sleepTimer = 0;
+  private asleep = false;
+  private notifyFrame = 0;
+  /** Tiles that came before the record which tells the size of the film. */
+  private early: TileFrame[] = [];
+
+  constructor(readonly jobId: string) {
+    this.worker = new Worker(new URL('./feed.worker.ts', import.meta.url), { type: 'module' });
+    this.worker.onmessage = (e: MessageEvent<FromFeed>) => this.receive(e.data);
+    this.open();
+    document.addEventListener('visibilitychange', this.onVisibility);
+    window.addEventListener('online', this.onOnline);
+  }
+
+  subscribe(listener: () => void): () => void {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
+  }
+
+  onTile(listener: (rect: Rect) => void): () => void {
+    this.tileListeners.add(listener);
+    return () => this.tileListeners.delete(listener);
+  }
+
+  /** After an operation whose answer is the job. A job that was extended streams again. */
+  adopt(job: Job): void {
+    const revived = this.state.job && isFinal(this.state.job.state) && !isFinal(job.state);
+    this.set({ job });
+    if (revived) this.open();
+  }
+
+  close(): void {
+    document.removeEventListener('visibilitychange', this.onVisibility);
+    window.removeEventListener('online', this.onOnline);
+    clearTimeout(this.sleepTimer);
+    cancelAnimationFrame(this.notifyFrame);
+    this.worker.terminate();
+    this.listeners.clear();
+  }
+
+  private open(): void {
+    this.send({ type: 'open', jobId: this.jobId, tiles: !this.state.tooLarge });
+  }
+
+  private receiveTile(tile: TileFrame): void {
+    const { film } = this.state;
+    if (!film) {
+      if (!this.state.tooLarge) this.early.push(tile);
+      return;
+    }
+    film.apply(tile);
+    for (const listener of this.tileListeners) listener(tile);
+    this.notify();
+  }
+
+  private send(message: ToFeed): void {
+    this.worker.postMessage(message);
+  }
+
+  private readonly onVisibility = (): void => {
+    clearTimeout(this.sleepTimer);
+    if (document.hidden) {
+      this.sleepTimer = window.setTimeout(() => {
+        this.asleep = true;
+        this.send({ type: 'sleep' });
+      }, sleepAfterMs);
+    } else {
+      this.wake();
+    }
+  };
+
+  private readonly onOnline = (): void => {
+    this.send({ type: 'sleep' });
+    this.asleep = true;
+    this.wake();
+  };
+
+  private wake(): void {
+    if (!this.asleep) return;
+    this.asleep = false;
+    const { job } = this.state;
+    if (!job || !isFinal(job.state)) this.send({ type: 'wake' });
+  }
+
+  private receive(message: FromFeed): void {
+    switch (message.type) {
+      case 'job':
+        this.makeFilm(message.job);
+        return this.set({ job: message.job, problem: null });
+      case 'patch':
+        return this.state.job ? this.set({ job: { ...this.state.job, ...message.patch } }) : undefined;
+      case 'warning': {
+        const { job } = this.state;
+        return job ? this.set({ job: { ...job, warnings: [...(job.warnings ?? []), message.warning] } }) : undefined;
+      }
+      case 'link':
+        return this.set({ link: message.state, problem: message.problem ?? this.state.problem });
+      case 'complete':
+        return void this.refresh();
+      case 'tile':
+        return this.receiveTile(message.tile);
+    }
+  }
+
+  /** The last word: the record as stored, with digest and final figures. */
+  private async refresh(): Promise<void> {
+    try {
+      this.set({ job: await api.job(this.jobId) });
+    } catch {
+      this.notify();
+    }
+  }
+
+  private makeFilm(job: Job): void {
+    if (this.state.film || this.state.tooLarge) return;
+    const { width, height } = job.spec.film;
+    if (width * height > maxLivePixels) {
+      this.state = { ...this.state, tooLarge: true };
+      this.open();
+    } else {
+      this.state = { ...this.state, film: new LiveFilm(width, height) };
+      for (const tile of this.early) this.receiveTile(tile);
+    }
+    this.early = [];
+  }
+
+  private set(change: Partial<FeedState>): void {
+    this.state = { ...this.state, ...change };
+    this.notify();
+  }
+
+  private notify(): void {
+    this.notifyFrame ||= requestAnimationFrame(() => {
+      this.notifyFrame = 0;
+      for (const listener of this.listeners) listener();
+    });
+  }
+}

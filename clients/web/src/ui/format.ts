@@ -1,0 +1,63 @@
+/** Numbers as a person reads them. A missing number is a dash. */
+
+const dash = '–';
+const known = (v: number | null | undefined): v is number => typeof v === 'number' && Number.isFinite(v);
+
+/** Three significant digits, no exponent between 1e-3 and 1e5. */
+export function number(v: number | null | undefined, digits = 3): string {
+  if (!known(v)) return dash;
+  if (v === 0) return '0';
+  const size = Math.abs(v);
+  if (size >= 1e5 || size < 1e-3) return v.toExponential(digits - 1).replace('e+', 'e');
+  return v.toLocaleString('en', { maximumSignificantDigits: digits, useGrouping: false });
+}
+
+/** A share as percent with two to three digits. */
+export function percent(v: number | null | undefined): string {
+  if (!known(v)) return dash;
+  const p = 100 * v;
+  return `${p >= 99.95 ? p.toFixed(0) : p >= 9.995 ? p.toFixed(1) : p >= 0.0995 ? p.toFixed(2) : p.toPrecision(2)} %`;
+}
+
+export function count(v: number | null | undefined): string {
+  if (!known(v)) return dash;
+  if (v < 1e4) return Math.round(v).toLocaleString('en');
+  for (const [unit, size] of [['T', 1e12], ['G', 1e9], ['M', 1e6], ['k', 1e3]] as const) if (v >= size) return `${number(v / size)} ${unit}`;
+  return String(v);
+}
+
+export function bytes(v: number | null | undefined): string {
+  if (!known(v)) return dash;
+  for (const [unit, size] of [['GB', 1e9], ['MB', 1e6], ['kB', 1e3]] as const) if (v >= size) return `${number(v / size)} ${unit}`;
+  return `${v} bytes`;
+}
+
+export function duration(seconds: number | null | undefined): string {
+  if (!known(seconds)) return dash;
+  if (seconds < 10) return `${seconds.toFixed(1)} s`;
+  if (seconds < 60) return `${Math.round(seconds)} s`;
+  if (seconds < 3600) return `${Math.floor(seconds / 60)} min ${String(Math.round(seconds % 60)).padStart(2, '0')} s`;
+  if (seconds < 86400) return `${Math.floor(seconds / 3600)} h ${String(Math.round((seconds % 3600) / 60)).padStart(2, '0')} min`;
+  return `${number(seconds / 86400)} days`;
+}
+
+export function ago(iso: string | null | undefined): string {
+  if (!iso) return '';
+  const seconds = (Date.now() - Date.parse(iso)) / 1000;
+  if (!(seconds >= 0)) return 'just now';
+  if (seconds < 60) return 'just now';
+  if (seconds < 3600) return `${Math.floor(seconds / 60)} min ago`;
+  if (seconds < 86400) return `${Math.floor(seconds / 3600)} h ago`;
+  return new Date(iso).toLocaleDateString('en', { day: 'numeric', month: 'short' });
+}
+
+/** How a relative error looks to somebody who watches the picture. */
+export function errorInWords(error: number | null | undefined): string {
+  if (!known(error)) return 'Not enough samples to say yet.';
+  if (error > 0.3) return 'Mostly noise; only the layout can be judged.';
+  if (error > 0.1) return 'Noisy; light and composition can be judged.';
+  if (error > 0.03) return 'Grain is plain to see.';
+  if (error > 0.01) return 'Fine grain in dark or glossy places.';
+  if (error > 0.003) return 'Clean to the eye.';
+  return 'Clean enough to measure by.';
+}

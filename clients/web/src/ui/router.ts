@@ -1,0 +1,35 @@
+import { Store } from './store';
+
+export type Route =
+  | { view: 'home' }
+  | { view: 'job'; id: string }
+  | { view: 'jobs' }
+  | { view: 'compose'; scene: string }
+  | { view: 'compare'; a: string; b: string }
+  | { view: 'lab' }
+  | { view: 'settings' };
+
+function parse(hash: string): Route {
+  const [head = '', ...rest] = hash.replace(/^#\/?/, '').split('/').map((part) => decodeURIComponent(part));
+  if (head === 'jobs') return rest[0] ? { view: 'job', id: rest[0] } : { view: 'jobs' };
+  if (head === 'compare') return { view: 'compare', a: rest[0] ?? '', b: rest[1] ?? '' };
+  if (head === 'compose' && rest[0]) return { view: 'compose', scene: rest[0] };
+  if (head === 'lab' || head === 'settings') return { view: head };
+  return { view: 'home' };
+}
+
+export const route = new Store<Route>(parse(location.hash));
+window.addEventListener('hashchange', () => route.set(parse(location.hash)));
+
+export function go(path: string): void {
+  location.hash = path;
+}
+
+/** Takes `#key=...` out of the address at once, so that it is not bookmarked or shared. */
+export function takeKey(): string | null {
+  const key = /^#key=(.+)$/.exec(location.hash)?.[1];
+  if (!key) return null;
+  history.replaceState(null, '', location.pathname);
+  route.set({ view: 'home' });
+  return decodeURIComponent(key);
+}

@@ -1,0 +1,66 @@
+import { api, explain, OfflineError, RequestError } from '../api/client';
+import { isFinal, type Job, type ServerInfo } from '../api/types';
+import { persistent, Store } from './store';
+import { toneMaps, type ToneMap } from '../live/tone';
+
+/** What the whole page knows about the server. */
+export type Connection = 'connecting' | 'online' | 'offline' | 'locked';
+
+export const connection = new Store<Connection>('connecting');
+export const serverInfo = new Store<ServerInfo | null>(null);
+export const jobs = new Store<Job[] | null>(null);
+
+export type Theme = 'auto' | 'dark' | 'light';
+export const theme = persistent<Theme>('tessera.theme', 'auto', (v): v is Theme => v === 'auto' || v === 'dark' || v === 'light');
+
+export interface Display {
+  exposure: number;
+  tone: ToneMap;
+  showTiles: boolean;
+}
+const isDisplay = (v: unknown): v is Display => typeof v === 'object' && v !== null && typeof (v as Display).exposure === 'number' && toneMaps.includes((v as Display).tone);
+export const display = persistent<Display>('tessera.display', { exposure: 0, tone: 'srgb', showTiles: true }, isDisplay);
+
+/** A short line at the bottom of the page, read out by screen readers. */
+export interface Toast {
+  text: string;
+  kind: 'info' | 'error';
+}
+export const toast = new Store<Toast | null>(null);
+let toastTimer = 0;
+
+export function say(text: string, kind: Toast['kind'] = 'info'): void {
+  clearTimeout(toastTimer);
+  toast.set({ text, kind });
+  toastTimer = window.setTimeout(() => toast.set(null), kind === 'error' ? 9000 : 4000);
+}
+
+export const sayError = (error: unknown): void => say(explain(error), 'error');
+
+let listTimer = 0;
+let failures = 0;
+
+/** Asks for server and jobs now, and keeps asking: often while something runs, rarely otherwise. */
+export async function refresh(): Promise<void> {
+  clearTimeout(listTimer);
+  try {
+    if (!serverInfo.get()) serverInfo.set(await api.server());
+    jobs.set((await api.jobs({ limit: 40 })).jobs);
+    // A server that was away may have come back as another build.
+    if (connection.get() === 'offline') serverInfo.set(await api.server());
+    connection.set('online');
+    failures = 0;
+  } catch (error) {
+    failures += 1;
+    if (error instanceof RequestError && (error.status === 401 || error.status === 403)) connection.set('locked');
+    else if (error instanceof OfflineError || error instanceof RequestError) connection.set('offline');
+  }
+  const busy = jobs.get()?.some((job) => !isFinal(job.state)) ?? false;
+  const wait = failures ? Math.min(8000, 700 * 1.6 ** failures) : busy ? 2500 : 8000;
+  listTimer = window.setTimeout(() => (document.hidden ? undefined : void refresh()), wait);
+}
+
+document.addEventListener('visibilitychange', () => {
+  if (!document.hidden) void refresh();
+});
+window.addEventListener('online', () => void refresh());

@@ -1,0 +1,47 @@
+import type { LiveFilm } from '../live/film';
+import type { Range } from './view_modes';
+
+/** At most this many pixels are looked at for a range or an exposure. */
+const looks = 20_000;
+
+const luminance = (film: LiveFilm, pixel: number): number => 0.2126 * film.rgb[3 * pixel] + 0.7152 * film.rgb[3 * pixel + 1] + 0.0722 * film.rgb[3 * pixel + 2];
+
+function sampled(film: LiveFilm, value: (pixel: number) => number): number[] {
+  const pixels = film.width * film.height;
+  // A step without a common factor with usual widths, so that the looks do not line up in columns.
+  const step = Math.max(1, Math.floor(pixels / looks) | 1);
+  const out: number[] = [];
+  for (let i = 0; i < pixels; i += step) {
+    if (!(film.samples[i] > 0)) continue;
+    const v = value(i);
+    if (v > 0 && Number.isFinite(v)) out.push(v);
+  }
+  return out.sort((a, b) => a - b);
+}
+
+const quantile = (sorted: number[], q: number): number => sorted[Math.min(sorted.length - 1, Math.floor(q * sorted.length))];
+
+/** Stops that put the picture's middle at a middle grey without pushing its bright end far over white. */
+export function autoExposure(film: LiveFilm): number {
+  const values = sampled(film, (i) => luminance(film, i));
+  if (values.length < 16) return 0;
+  const logMean = values.reduce((sum, v) => sum + Math.log2(v), 0) / values.length;
+  const middle = Math.log2(0.16) - logMean;
+  const bright = Math.log2(1.6) - Math.log2(quantile(values, 0.98));
+  return Math.round(10 * Math.max(-8, Math.min(8, Math.min(middle, bright)))) / 10;
+}
+
+/** Whole decades around the variances in sight. */
+export function varianceRange(film: LiveFilm): Range {
+  const values = sampled(film, (i) => (film.variance[3 * i] + film.variance[3 * i + 1] + film.variance[3 * i + 2]) / 3);
+  if (values.length < 16) return { low: 1e-6, high: 1 };
+  const low = 10 ** Math.floor(Math.log10(quantile(values, 0.1)));
+  return { low, high: Math.max(100 * low, 10 ** Math.ceil(Math.log10(quantile(values, 0.995)))) };
+}
+
+export function samplesRange(film: LiveFilm): Range {
+  const values = sampled(film, (i) => film.samples[i]);
+  if (!values.length) return { low: 1, high: 2 };
+  const low = Math.max(1, values[0]);
+  return { low, high: Math.max(values[values.length - 1], low * 1.0001) };
+}

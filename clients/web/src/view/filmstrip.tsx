@@ -1,0 +1,26 @@
+import { jobs } from '../ui/server_state';
+import { useStore } from '../ui/store';
+import { sceneTitle, shortState, stateLabel } from './job_words';
+import { Thumbnail } from './thumbnail';
+
+/** The newest jobs as a strip under the picture. */
+export function Filmstrip({ current }: { current: string | null }) {
+  const list = useStore(jobs);
+  if (!list?.length) return null;
+  return (
+    <nav class="filmstrip" aria-label="Renders">
+      <ol>
+        {list.slice(0, 24).map((job) => (
+          <li key={job.id}>
+            <a href={`#/jobs/${job.id}`} aria-current={job.id === current ? 'page' : undefined} title={`${sceneTitle(job)}, ${stateLabel(job)}`}>
+              <Thumbnail job={job} />
+              <span class="strip-name">{sceneTitle(job)}</span>
+              <span class={`strip-state state-text-${job.state}`}>{shortState(job)}</span>
+            </a>
+          </li>
+        ))}
+      </ol>
+      {list.length > 5 && <a class="strip-all" href="#/jobs">All renders</a>}
+    </nav>
+  );
+}

@@ -1,0 +1,124 @@
+import { RequestError } from '../api/client';
+import type { ProblemItem } from '../api/types';
+import { Store } from '../ui/store';
+
+export type EnvironmentMode = 'scene' | 'colour' | 'file' | 'none';
+
+/** A camera placed by hand. */
+export interface Pose {
+  position: [number, number, number];
+  target: [number, number, number];
+  verticalFovDegrees: number;
+}
+
+export interface FormValues {
+  scene: string;
+  name: string;
+  width: number;
+  height: number;
+  useSamples: boolean;
+  samples: number;
+  useError: boolean;
+  errorPercent: number;
+  useSeconds: boolean;
+  seconds: number;
+  camera: string;
+  pose: Pose | null;
+  variant: string;
+  environment: EnvironmentMode;
+  environmentAsset: string;
+  environmentName: string;
+  environmentColour: string;
+  environmentIntensity: number;
+  environmentRotation: number;
+  environmentVisible: boolean;
+  integrator: string;
+  maxDepth: number;
+  sampler: string;
+  lightSampler: string;
+  adaptive: string;
+  filter: string;
+  seed: number;
+  priority: number;
+}
+
+const initial: FormValues = {
+  scene: '', name: '', width: 960, height: 540, useSamples: true, samples: 256, useError: false, errorPercent: 1, useSeconds: false, seconds: 60, camera: '', pose: null, variant: '',
+  environment: 'scene', environmentAsset: '', environmentName: '', environmentColour: '#ffffff', environmentIntensity: 1, environmentRotation: 0, environmentVisible: true,
+  integrator: '', maxDepth: 16, sampler: '', lightSampler: '', adaptive: '', filter: '', seed: 0, priority: 0,
+};
+
+export const form = new Store<FormValues>(initial);
+export const change = (patch: Partial<FormValues>): void => form.set({ ...form.get(), ...patch });
+
+/** What the server refused, by JSON pointer; the empty pointer is the request as a whole. */
+export const refusals = new Store<ProblemItem[]>([]);
+
+export const sizePresets = [
+  { label: '480 × 270', note: 'draft', width: 480, height: 270 },
+  { label: '960 × 540', note: 'half HD', width: 960, height: 540 },
+  { label: '1280 × 720', note: 'HD', width: 1280, height: 720 },
+  { label: '1920 × 1080', note: 'full HD', width: 1920, height: 1080 },
+  { label: '512 × 512', note: 'square', width: 512, height: 512 },
+  { label: '1080 × 1350', note: 'portrait', width: 1080, height: 1350 },
+];
+
+/** The job request; members at their defaults are left out, so that the server's defaults hold. */
+export function requestOf(v: FormValues): Record<string, unknown> {
+  const stop: Record<string, number> = {};
+  if (v.useSamples) stop.samples_per_pixel = v.samples;
+  if (v.useError) stop.relative_error = round(v.errorPercent / 100);
+  if (v.useSeconds) stop.seconds = v.seconds;
+  const request: Record<string, unknown> = { scene: v.scene, film: { width: v.width, height: v.height, ...(v.filter && { filter: { type: v.filter } }) }, stop };
+  if (v.name) request.name = v.name;
+  if (v.seed) request.seed = v.seed;
+  if (v.priority) request.priority = v.priority;
+  const camera = cameraOf(v);
+  if (camera) request.camera = camera;
+  if (v.variant) request.variant = v.variant;
+  if (v.integrator || v.maxDepth !== 16) request.integrator = { ...(v.integrator && { type: v.integrator }), ...(v.maxDepth !== 16 && { max_depth: v.maxDepth }) };
+  if (v.sampler) request.sampler = { type: v.sampler };
+  if (v.lightSampler) request.light_sampler = { type: v.lightSampler };
+  if (v.adaptive) request.adaptive = { type: v.adaptive };
+  const environment = environmentOf(v);
+  if (environment !== undefined) request.environment = environment;
+  return request;
+}
+
+function cameraOf(v: FormValues): Record<string, unknown> | null {
+  if (v.pose) return { position: v.pose.position, target: v.pose.target, vertical_fov_degrees: v.pose.verticalFovDegrees };
+  if (!v.camera) return null;
+  // Cameras without a name are offered as "#index".
+  return v.camera.startsWith('#') ? { index: Number(v.camera.slice(1)) } : { name: v.camera };
+}
+
+function environmentOf(v: FormValues): unknown {
+  if (v.environment === 'scene') return undefined;
+  if (v.environment === 'none') return null;
+  const common = { intensity: v.environmentIntensity, rotation_degrees: v.environmentRotation, visible: v.environmentVisible };
+  return v.environment === 'file' ? { asset: v.environmentAsset, ...common } : { color: linearOf(v.environmentColour), ...common };
+}
+
+/** "#rrggbb" as linear Rec.709. */
+export function linearOf(hex: string): number[] {
+  return [1, 3, 5].map((i) => {
+    const s = parseInt(hex.slice(i, i + 2), 16) / 255;
+    return round(s <= 0.04045 ? s / 12.92 : ((s + 0.055) / 1.055) ** 2.4);
+  });
+}
+
+const round = (v: number): number => Number(v.toPrecision(7));
+
+/** Faults that need no server. */
+export function check(v: FormValues): ProblemItem[] {
+  const out: ProblemItem[] = [];
+  if (!v.scene) out.push({ pointer: '/scene', detail: 'Choose a scene or drop a model.' });
+  if (!v.useSamples && !v.useError && !v.useSeconds) out.push({ pointer: '/stop', detail: 'Choose at least one rule, so that the render ends.' });
+  if (v.environment === 'file' && !v.environmentAsset) out.push({ pointer: '/environment', detail: 'Choose an .hdr or .exr file.' });
+  return out;
+}
+
+export function refusalsOf(error: unknown): ProblemItem[] {
+  if (!(error instanceof RequestError)) return [];
+  return error.errors.length ? error.errors : [{ pointer: error.status === 404 ? '/scene' : '', detail: error.message }];
+}

@@ -1,0 +1,99 @@
+import { useEffect, useReducer, useRef, useState } from 'preact/hooks';
+import { api } from '../api/client';
+import { isFinal, type Convergence, type Job } from '../api/types';
+import { JobFeed } from '../live/job_feed';
+import { ConvergencePlot } from './convergence_plot';
+import { ErrorRuler } from './error_ruler';
+import { Filmstrip } from './filmstrip';
+import { Inspector } from './inspector';
+import { JobHeader } from './job_header';
+import { sceneTitle } from './job_words';
+import { Stage, type Probe } from './stage';
+import { Statistics } from './statistics';
+import { Toolbar } from './toolbar';
+import type { Mode } from './view_modes';
+
+/** Opens the job's feed while the component is there and redraws it when the feed changes. */
+export function useFeed(jobId: string): JobFeed {
+  const [, again] = useReducer<number, void>((n) => n + 1, 0);
+  const holder = useRef<JobFeed | null>(null);
+  if (holder.current?.jobId !== jobId) {
+    holder.current?.close();
+    holder.current = new JobFeed(jobId);
+  }
+  const feed = holder.current;
+  useEffect(() => feed.subscribe(() => again()), [feed]);
+  useEffect(() => () => {
+    holder.current?.close();
+    holder.current = null;
+  }, []);
+  return feed;
+}
+
+const askEveryMs = 2000;
+
+/** The error over time. While the job renders, asked for when new tiles came, at most every two seconds. */
+function useConvergence(job: Job | null): Convergence | null {
+  const [data, setData] = useState<Convergence | null>(null);
+  const revision = useRef(0);
+  revision.current = job?.revision ?? 0;
+  const id = job?.id, state = job?.state;
+  useEffect(() => {
+    if (!id || !state) return;
+    const abort = new AbortController();
+    let asked = -1;
+    const ask = (): void => {
+      if (revision.current === asked || document.hidden) return;
+      asked = revision.current;
+      api.convergence(id, abort.signal).then(setData).catch(() => (asked = -1));
+    };
+    ask();
+    const timer = isFinal(state) ? 0 : setInterval(ask, askEveryMs);
+    return () => {
+      clearInterval(timer);
+      abort.abort();
+    };
+  }, [id, state]);
+  return data;
+}
+
+export function JobView({ jobId }: { jobId: string }) {
+  const feed = useFeed(jobId);
+  const { state } = feed;
+  const { job, link, film } = state;
+  const [mode, setMode] = useState<Mode>('picture');
+  const [probe, setProbe] = useState<Probe | null>(null);
+  const convergence = useConvergence(job);
+  useEffect(() => setProbe(null), [jobId]);
+  useEffect(() => {
+    const percent = job && !isFinal(job.state) ? `${Math.floor(100 * (job.progress?.fraction ?? 0))} % ` : '';
+    document.title = job ? `${percent}${sceneTitle(job)} · Tessera` : 'Tessera';
+    return () => void (document.title = 'Tessera');
+  }, [job?.state, job?.progress?.fraction]);
+
+  if (!job && (link === 'gone' || link === 'refused')) {
+    return (
+      <div class="center-note" role="alert">
+        <h1>{link === 'gone' ? 'This render is not here.' : 'The server refuses to show this render.'}</h1>
+        <p>{link === 'gone' ? 'It was deleted, or the link belongs to another server.' : state.problem?.detail ?? state.problem?.title}</p>
+        <a class="quiet" href="#/">Back to the newest render</a>
+      </div>
+    );
+  }
+  return (
+    <div class="job-view">
+      <div class="job-main">
+        {job ? <JobHeader feed={feed} job={job} link={link} /> : <header class="job-header"><div class="job-title"><h1 class="dim">{link === 'reconnecting' ? 'Waiting for the server…' : 'Opening…'}</h1></div></header>}
+        <Stage feed={feed} state={state} mode={mode} probe={probe} onProbe={setProbe} />
+        <Toolbar mode={mode} film={film} tooLarge={state.tooLarge} onMode={setMode} />
+        {job && <ErrorRuler job={job} points={convergence?.points ?? []} />}
+        <Filmstrip current={jobId} />
+      </div>
+      <aside class="measures" aria-label="Measurements">
+        {job && <ConvergencePlot job={job} data={convergence} />}
+        {job && <Inspector job={job} film={film} probe={probe} onRelease={() => setProbe(null)} />}
+        {job && <Statistics job={job} />}
+      </aside>
+    </div>
+  );
+}

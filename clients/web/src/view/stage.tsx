@@ -1,0 +1,127 @@
+import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
+import { imageUrl } from '../api/client';
+import { isFinal, type Job } from '../api/types';
+import type { JobFeed, FeedState } from '../live/job_feed';
+import { Picture } from '../live/picture';
+import { display } from '../ui/server_state';
+import { useStore } from '../ui/store';
+import { samplesRange, varianceRange } from './film_reading';
+import { Legend } from './legend';
+import { TileFlashes } from './tile_flashes';
+import { isHeat, isLayer, lookOf, type Mode, type Range } from './view_modes';
+import { useViewport, type Viewport } from './viewport';
+
+export interface Probe {
+  x: number;
+  y: number;
+  pinned: boolean;
+}
+
+interface StageProps {
+  feed: JobFeed;
+  state: FeedState;
+  mode: Mode;
+  probe: Probe | null;
+  onProbe: (probe: Probe | null) => void;
+}
+
+const sameRange = (a: Range, b: Range): boolean => a.low === b.low && a.high === b.high;
+
+/** Ranges of the measuring ramps, looked up now and then while the film changes. */
+function useRanges(state: FeedState, mode: Mode) {
+  const [ranges, setRanges] = useState({ variance: { low: 1e-6, high: 1 }, samples: { low: 1, high: 2 } });
+  const { film } = state;
+  useEffect(() => {
+    if (!film || !isHeat(mode)) return;
+    const read = (): void => setRanges((old) => {
+      const next = { variance: varianceRange(film), samples: samplesRange(film) };
+      return sameRange(old.variance, next.variance) && sameRange(old.samples, next.samples) ? old : next;
+    });
+    read();
+    let seen = film.version;
+    const timer = setInterval(() => film.version !== seen && ((seen = film.version), read()), 1000);
+    return () => clearInterval(timer);
+  }, [film, mode]);
+  return ranges;
+}
+
+export function Stage({ feed, state, mode, probe, onProbe }: StageProps) {
+  const { job, film } = state;
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const box = useRef<HTMLDivElement>(null);
+  const picture = useRef<Picture | null>(null);
+  const shown = useStore(display);
+  const ranges = useRanges(state, mode);
+  const size = job?.spec.film ?? { width: 16, height: 9 };
+  const view = useViewport(box, size, (x, y, pinned) => onProbe({ x, y, pinned }), () => onProbe(null), probe);
+  const look = lookOf(mode, shown, ranges);
+
+  useLayoutEffect(() => {
+    if (!film || !canvas.current) return;
+    picture.current = new Picture(canvas.current, film, look);
+    return () => picture.current?.dispose();
+  }, [film]);
+  useEffect(() => picture.current?.show(isLayer(mode) ? 'picture' : mode, look), [film, mode, look.exposure, look.tone, look.low, look.high]);
+
+  return (
+    <div class="stage" ref={box} tabIndex={0} role="group" aria-roledescription="picture viewer" aria-label="Picture. Arrow keys move the pixel probe, plus and minus zoom, 0 fits." style={{ '--aspect': `${size.width} / ${size.height}` }}>
+      <div class={`film${view.scale > 2.5 ? ' film-pixels' : ''}`} style={view.style}>
+        <canvas ref={canvas} key={job?.id} data-testid="picture" role="img" aria-label={`Render of ${job?.spec.scene ?? 'the scene'}`} hidden={state.tooLarge} />
+        {job && (state.tooLarge || isLayer(mode)) && <ServerImage job={job} mode={mode} large={state.tooLarge} />}
+        {job && film && shown.showTiles && mode === 'picture' && <TileFlashes feed={feed} width={size.width} height={size.height} active={!isFinal(job.state)} />}
+      </div>
+      {probe && <ProbeMark probe={probe} view={view} />}
+      {isHeat(mode) && film && film.tilesSeen > 0 && <Legend mode={mode} look={look} correlated={film.correlated} />}
+      {job && <StageNotice state={state} />}
+      {view.zoomed && <button type="button" class="stage-fit" onClick={view.reset}>{Math.round(view.scale * 100)} % · fit</button>}
+    </div>
+  );
+}
+
+function ProbeMark({ probe, view }: { probe: Probe; view: Viewport }) {
+  const at = view.toBox(probe.x + 0.5, probe.y + 0.5);
+  const side = Math.max(9, view.scale + 2);
+  return <div class={`probe${probe.pinned ? ' probe-pinned' : ''}`} style={{ left: `${at.x}px`, top: `${at.y}px`, width: `${side}px`, height: `${side}px` }} aria-hidden="true" />;
+}
+
+/** A layer, or a picture beyond the page's memory, as the server encodes it; renewed as the film grows. */
+function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large: boolean }) {
+  const shown = useStore(display);
+  const [revision, setRevision] = useState(job.revision ?? 0);
+  const [fault, setFault] = useState(false);
+  const latest = useRef(revision);
+  latest.current = job.revision ?? 0;
+  const running = !isFinal(job.state);
+  useEffect(() => {
+    setRevision(latest.current);
+    if (!running) return;
+    const timer = setInterval(() => setRevision(latest.current), large ? 2000 : 5000);
+    return () => clearInterval(timer);
+  }, [running, large, mode]);
+  useEffect(() => setFault(false), [mode, revision]);
+  if (!revision) return null;
+  const query = isLayer(mode) ? { layer: mode } : { exposure: shown.exposure, tonemap: shown.tone };
+  const src = imageUrl(job.id, 'png', { ...query, revision, ...(large && { max_size: 2048 }) });
+  return fault ? <p class="stage-note">This layer is not there yet.</p> : <img class="server-image" src={src} alt={`${mode} of ${job.spec.scene}`} onError={() => setFault(true)} />;
+}
+
+/** States in which there is nothing to look at yet, or nothing more to come. */
+function StageNotice({ state }: { state: FeedState }) {
+  const job = state.job!;
+  const empty = !state.tooLarge && !(state.film && state.film.tilesSeen > 0);
+  if (job.state === 'failed') {
+    return (
+      <div class="stage-notice notice-failed" role="alert">
+        <strong>{job.failure?.title ?? 'The render failed.'}</strong>
+        {job.failure?.detail && <p>{job.failure.detail}</p>}
+        {job.failure?.errors?.map((e) => <p key={e.pointer}><code>{e.pointer}</code> {e.detail}</p>)}
+      </div>
+    );
+  }
+  if (!empty) return null;
+  const text = {
+    queued: job.queue_position ? `Waiting in line, ${job.queue_position} ahead.` : 'Waiting for its turn.',
+    loading: 'Loading the scene.', rendering: 'The first tiles are on their way.', paused: 'Paused before the first tile.', finished: 'Fetching the picture.', cancelled: 'Cancelled before the first tile.', failed: '',
+  }[job.state];
+  return <div class="stage-notice"><span class={job.state === 'cancelled' || job.state === 'paused' ? '' : 'pulse'}>{text}</span></div>;
+}

@@ -1,0 +1,218 @@
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { api, explain } from '../api/client';
+import { nameOf, type SceneInfo } from '../api/types';
+import { filesOfInput } from '../api/upload';
+import { bytes, count } from '../ui/format';
+import { Icon } from '../ui/icons';
+import { go } from '../ui/router';
+import { connection, refresh, serverInfo } from '../ui/server_state';
+import { useStore } from '../ui/store';
+import { AdvancedFields } from './advanced_fields';
+import { Field, NumberInput, refusalsAt } from './field';
+import { change, check, form, refusals, refusalsOf, requestOf, sizePresets } from './form_model';
+import { chooseScene, models, sceneDetails, sendFault, sending, take } from './scene_source';
+
+function useSceneDetails(scene: string): SceneInfo | null {
+  const details = useStore(sceneDetails);
+  useEffect(() => {
+    sceneDetails.set(models.get().find((m) => m.id === scene) ?? null);
+    if (!scene) return;
+    const abort = new AbortController();
+    api.scene(scene, abort.signal).then((found) => sceneDetails.set(found)).catch(() => undefined);
+    return () => abort.abort();
+  }, [scene]);
+  return details;
+}
+
+const listLength = (v: unknown): number | undefined => (Array.isArray(v) ? v.length : typeof v === 'number' ? v : undefined);
+
+function SceneFacts({ details, summary }: { details: SceneInfo | null; summary?: string }) {
+  const facts = details
+    ? [details.triangles != null && `${count(details.triangles)} triangles`, listLength(details.materials) && `${listLength(details.materials)} materials`, listLength(details.lights) && `${listLength(details.lights)} lights`, details.bytes && bytes(details.bytes)].filter(Boolean)
+    : [];
+  return (
+    <>
+      {summary}
+      {facts.length > 0 && <span class="facts">{facts.join(' · ')}</span>}
+    </>
+  );
+}
+
+function ScenePicker() {
+  const v = useStore(form);
+  const info = useStore(serverInfo);
+  const own = useStore(models);
+  const details = useSceneDetails(v.scene);
+  const builtIn = info?.scenes ?? [];
+  useEffect(() => {
+    if (!form.get().scene && builtIn.length) change({ scene: builtIn[0].name });
+  }, [builtIn.length]);
+  useEffect(() => {
+    api.scenes().then((list) => models.set(list.scenes.filter((s) => !builtIn.some((b) => b.name === s.id)))).catch(() => undefined);
+  }, [info !== null]);
+  const cameras = Array.isArray(details?.cameras) ? details.cameras : [];
+  const variants = details?.variants ?? [];
+  return (
+    <>
+      <Field label="Scene" pointers={['/scene']} hint={<SceneFacts details={details} summary={builtIn.find((s) => s.name === v.scene)?.summary} />}>
+        {(a) => (
+          <select {...a} data-testid="scene" value={v.scene} onChange={(e) => chooseScene(e.currentTarget.value)}>
+            {!v.scene && <option value="">Waiting for the server…</option>}
+            <optgroup label="Built in">{builtIn.map((s) => <option key={s.name} value={s.name}>{s.name}</option>)}</optgroup>
+            {own.length > 0 && <optgroup label="Your models">{own.map((s) => <option key={s.id} value={s.id}>{s.name || s.id.slice(0, 10)}</option>)}</optgroup>}
+          </select>
+        )}
+      </Field>
+      <DropZone />
+      {(cameras.length > 1 || v.pose) && (
+        <Field label="Camera" pointers={['/camera']}>
+          {(a) => (
+            <select {...a} value={v.pose ? 'pose' : v.camera} onChange={(e) => e.currentTarget.value !== 'pose' && change({ camera: e.currentTarget.value, pose: null })}>
+              {v.pose && <option value="pose">Placed by hand</option>}
+              <option value="">The scene’s first camera</option>
+              {cameras.map((c, i) => <option key={i} value={nameOf(c) || `#${i}`}>{nameOf(c) || `Camera ${i + 1}`}</option>)}
+            </select>
+          )}
+        </Field>
+      )}
+      {variants.length > 0 && (
+        <Field label="Variant" pointers={['/variant']} hint="The model comes in several finishes.">
+          {(a) => (
+            <select {...a} value={v.variant} onChange={(e) => change({ variant: e.currentTarget.value })}>
+              <option value="">As delivered</option>
+              {variants.map((x) => <option key={nameOf(x)} value={nameOf(x)}>{nameOf(x)}</option>)}
+            </select>
+          )}
+        </Field>
+      )}
+    </>
+  );
+}
+
+function DropZone() {
+  const input = useRef<HTMLInputElement>(null);
+  const busy = useStore(sending);
+  const fault = useStore(sendFault);
+  return (
+    <div class="drop-zone" data-testid="drop">
+      <button type="button" class="quiet" disabled={!!busy} onClick={() => input.current?.click()}>
+        <Icon name="upload" /> {busy ? `Sending ${busy.what}` : 'Use your own model'}
+      </button>
+      <input ref={input} class="visually-hidden" type="file" multiple tabIndex={-1} aria-label="Model files" data-testid="file" accept=".glb,.gltf,.zip,.bin,.png,.jpg,.jpeg,.webp,.ktx2,.hdr,.exr"
+        onChange={(e) => { void take(filesOfInput(e.currentTarget)); e.currentTarget.value = ''; }} />
+      {busy ? <progress max={1} value={busy.share} aria-label={`Sending ${busy.what}`} /> : <p class="hint">Drop a .glb, a glTF folder or a .zip anywhere on this page. An .hdr or .exr becomes the light around it.</p>}
+      {fault && <p class="wrong" role="alert">{fault}</p>}
+    </div>
+  );
+}
+
+function SizeField() {
+  const v = useStore(form);
+  const preset = sizePresets.findIndex((p) => p.width === v.width && p.height === v.height);
+  const [custom, setCustom] = useState(false);
+  const free = custom || preset < 0;
+  return (
+    <>
+      <Field label="Size" pointers={free ? [] : ['/film/width', '/film/height', '/film']}>
+        {(a) => (
+          <select {...a} data-testid="size" value={free ? 'custom' : String(preset)} onChange={(e) => {
+            const chosen = sizePresets[Number(e.currentTarget.value)];
+            setCustom(!chosen);
+            if (chosen) change({ width: chosen.width, height: chosen.height });
+          }}>
+            {sizePresets.map((p, i) => <option key={p.label} value={String(i)}>{`${p.label}  ${p.note}`}</option>)}
+            <option value="custom">Other…</option>
+          </select>
+        )}
+      </Field>
+      {free && (
+        <div class="pair">
+          <Field label="Width" pointers={['/film/width', '/film']}>{(a) => <NumberInput {...a} data-testid="width" value={v.width} min={1} max={16384} onValue={(width) => change({ width })} />}</Field>
+          <Field label="Height" pointers={['/film/height']}>{(a) => <NumberInput {...a} data-testid="height" value={v.height} min={1} max={16384} onValue={(height) => change({ height })} />}</Field>
+        </div>
+      )}
+    </>
+  );
+}
+
+interface RuleProps {
+  on: boolean;
+  label: string;
+  unit: string;
+  value: number;
+  min: number;
+  max: number;
+  step: number | 'any';
+  testId: string;
+  onToggle: (on: boolean) => void;
+  onValue: (value: number) => void;
+}
+
+function Rule(p: RuleProps) {
+  return (
+    <div class={`rule${p.on ? ' rule-on' : ''}`}>
+      <label class="check"><input type="checkbox" checked={p.on} onChange={(e) => p.onToggle(e.currentTarget.checked)} />{p.label}</label>
+      <NumberInput aria-label={`${p.label}, ${p.unit}`} data-testid={p.testId} value={p.value} min={p.min} max={p.max} step={p.step} disabled={!p.on} onValue={p.onValue} />
+      <span class="unit" aria-hidden="true">{p.unit}</span>
+    </div>
+  );
+}
+
+function StopField() {
+  const v = useStore(form);
+  const wrong = refusalsAt(useStore(refusals), ['/stop']);
+  return (
+    <fieldset class={`stop${wrong.length ? ' field-wrong' : ''}`}>
+      <legend>Stop when</legend>
+      <Rule on={v.useError} label="error is below" unit="%" value={v.errorPercent} min={0.01} max={100} step="any" testId="stop-error" onToggle={(useError) => change({ useError })} onValue={(errorPercent) => change({ errorPercent })} />
+      <Rule on={v.useSamples} label="samples reach" unit="/ pixel" value={v.samples} min={1} max={65536} step={1} testId="stop-samples" onToggle={(useSamples) => change({ useSamples })} onValue={(samples) => change({ samples })} />
+      <Rule on={v.useSeconds} label="time is up after" unit="s" value={v.seconds} min={0.1} max={1e6} step="any" testId="stop-seconds" onToggle={(useSeconds) => change({ useSeconds })} onValue={(seconds) => change({ seconds })} />
+      <p class="hint">The first rule met ends the render. Half the error takes four times the samples.</p>
+      <p class="wrong" role={wrong.length ? 'alert' : undefined}>{wrong.map((w) => w.detail).join(' ')}</p>
+    </fieldset>
+  );
+}
+
+const knownPointers = ['/scene', '/camera', '/variant', '/film', '/stop', '/environment', '/integrator', '/sampler', '/light_sampler', '/adaptive', '/seed', '/priority', '/name'];
+
+export function SubmitForm() {
+  const info = useStore(serverInfo);
+  const link = useStore(connection);
+  const uploading = useStore(sending);
+  const items = useStore(refusals);
+  const [busy, setBusy] = useState(false);
+  const general = items.filter((item) => !refusalsAt([item], knownPointers).length);
+
+  const submit = async (event: Event): Promise<void> => {
+    event.preventDefault();
+    const values = form.get();
+    const faults = check(values);
+    refusals.set(faults);
+    if (faults.length || busy) return;
+    setBusy(true);
+    try {
+      const job = await api.submit(requestOf(values));
+      go(`/jobs/${job.id}`);
+      void refresh();
+    } catch (error) {
+      const found = refusalsOf(error);
+      refusals.set(found.length ? found : [{ pointer: '', detail: explain(error) }]);
+    } finally {
+      setBusy(false);
+    }
+  };
+
+  return (
+    <form class="submit-form" id="new" onSubmit={submit} noValidate aria-labelledby="new-title">
+      <h2 id="new-title">New render</h2>
+      <ScenePicker />
+      <SizeField />
+      <StopField />
+      <AdvancedFields info={info} />
+      <div class="submit-bar">
+        {general.length > 0 && <p class="wrong" role="alert">{general.map((g) => g.detail).join(' ')}</p>}
+        <button class="primary" data-testid="submit" disabled={busy || !!uploading || link === 'locked'} type="submit">{busy ? 'Submitting…' : 'Render'}</button>
+      </div>
+    </form>
+  );
+}

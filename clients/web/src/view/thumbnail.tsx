@@ -1,0 +1,27 @@
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { imageUrl } from '../api/client';
+import { isFinal, type Job } from '../api/types';
+
+/** A small picture of a job; renewed every few seconds while it renders, kept in view until the next has come. */
+export function Thumbnail({ job, size = 192 }: { job: Job; size?: number }) {
+  const [revision, setRevision] = useState(job.revision ?? 0);
+  const [broken, setBroken] = useState(0);
+  const changed = useRef(0);
+  const latest = job.revision ?? 0;
+  useEffect(() => {
+    if (latest === revision) return;
+    const wait = isFinal(job.state) ? 0 : Math.max(0, changed.current + 4000 - Date.now());
+    const timer = setTimeout(() => {
+      changed.current = Date.now();
+      setRevision(latest);
+    }, wait);
+    return () => clearTimeout(timer);
+  }, [latest, revision, job.state]);
+  const ok = revision > 0 && broken !== revision;
+  return (
+    <span class="thumb">
+      {ok ? <img src={imageUrl(job.id, 'png', { max_size: size, revision })} alt="" decoding="async" loading="lazy" onError={() => setBroken(revision)} /> : <span class={`thumb-empty thumb-${job.state}`} />}
+      {job.state === 'rendering' && <i class="thumb-progress" style={{ width: `${100 * (job.progress?.fraction ?? 0)}%` }} />}
+    </span>
+  );
+}

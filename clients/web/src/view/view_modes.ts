@@ -1,0 +1,45 @@
+import type { Look } from '../live/painter';
+import type { Plane } from '../live/picture';
+import type { Display } from '../ui/server_state';
+
+/** What the stage shows: a plane of the live film, or a layer that the server encodes. */
+export type Mode = Plane | 'albedo' | 'normal' | 'depth';
+
+export interface ModeInfo {
+  mode: Mode;
+  label: string;
+  /** One sentence: how to read it. */
+  meaning: string;
+}
+
+export const planeModes: ModeInfo[] = [
+  { mode: 'picture', label: 'Picture', meaning: 'The picture so far.' },
+  { mode: 'error', label: 'Error', meaning: 'How far each pixel may still be off, relative to its brightness.' },
+  { mode: 'tile-error', label: 'Tiles', meaning: 'The same for each tile of 32 pixels, as the server measured it.' },
+  { mode: 'variance', label: 'Variance', meaning: 'Variance of each pixel’s mean, in absolute terms: raw and itself noisy.' },
+  { mode: 'samples', label: 'Samples', meaning: 'How many samples each pixel was given.' },
+];
+
+export const layerModes: ModeInfo[] = [
+  { mode: 'albedo', label: 'Albedo', meaning: 'Colour of the surfaces without light.' },
+  { mode: 'normal', label: 'Normal', meaning: 'Direction of the surfaces, as colours.' },
+  { mode: 'depth', label: 'Depth', meaning: 'Distance from the eye.' },
+];
+
+export const isLayer = (mode: Mode): mode is 'albedo' | 'normal' | 'depth' => mode === 'albedo' || mode === 'normal' || mode === 'depth';
+export const isHeat = (mode: Mode): boolean => mode !== 'picture' && !isLayer(mode);
+
+/** Ends of the error ramp; the ruler under the picture has the same ones. */
+export const errorRange = { low: 0.001, high: 1 };
+
+export interface Range {
+  low: number;
+  high: number;
+}
+
+export function lookOf(mode: Mode, display: Display, ranges: { variance: Range; samples: Range }): Look {
+  const base = { exposure: display.exposure, tone: display.tone };
+  if (mode === 'picture' || isLayer(mode)) return { ...base, kind: 'colour', ramp: 'error', ...errorRange };
+  if (mode === 'samples') return { ...base, kind: 'scalar', ramp: 'samples', ...ranges.samples };
+  return { ...base, kind: 'scalar', ramp: 'error', ...(mode === 'variance' ? ranges.variance : errorRange) };
+}

@@ -233,7 +233,11 @@ class HttpServer::Impl {
         core::MutexLock lock(mutex_);
         connections_.insert(&connection);
       }
-      connection.run();
+      try {
+        connection.run();
+      } catch (...) {
+        // No memory, outside of a handler: this connection ends, the others live.
+      }
       core::MutexLock lock(mutex_);
       connections_.erase(&connection);
     }

@@ -68,7 +68,7 @@ class HttpServer {
  public:
   /// streams must outlive the server.
   HttpServer(HttpOptions options, std::vector<Route> routes, StreamGate& streams);
-  /// Stops with no grace, then waits for handlers to return.
+  /// Stops with no grace, then waits for handlers to return. Pre: run() has returned.
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;

@@ -78,6 +78,10 @@ Result<OpenedImage> open_image(std::span<const std::byte> file, const ImageLimit
   } else if (kind == "png" || kind == "jpg" || kind == "webp") {
     return invalid("the " + std::string(kind) + " header is cut or malformed");
   }
+  // libpng tells of this on stderr, and not to us.
+  if (kind == "png" && !png_is_whole(file)) {
+    return invalid("the png is cut or its chunks are malformed");
+  }
   set_up_oiio();
   OpenedImage opened;
   opened.proxy = std::make_unique<OIIO::Filesystem::IOMemReader>(file.data(), file.size());

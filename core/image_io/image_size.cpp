@@ -105,6 +105,22 @@ std::string_view image_kind(Span file) noexcept {
   return {};
 }
 
+bool png_is_whole(Span file) noexcept {
+  constexpr std::size_t kAround = 12;  // length, type, checksum
+  std::size_t at = 8;
+  while (at + kAround <= file.size()) {
+    const std::size_t length = u32_big(file, at);
+    if (length > file.size() - at - kAround) {
+      return false;
+    }
+    if (starts_with(file, "IEND", at + 4)) {
+      return true;
+    }
+    at += kAround + length;
+  }
+  return false;
+}
+
 std::optional<PixelSize> peek_image_size(Span file) noexcept {
   const std::string_view kind = image_kind(file);
   if (kind == "png") {

@@ -22,4 +22,7 @@ struct PixelSize {
 /// for headers that are cut or malformed.
 std::optional<PixelSize> peek_image_size(std::span<const std::byte> file) noexcept;
 
+/// Whether the chunks of a PNG are whole up to its IEND. Pre: image_kind() is "png".
+bool png_is_whole(std::span<const std::byte> file) noexcept;
+
 }  // namespace core

@@ -62,8 +62,14 @@ class SceneWriter {
     for (int c = 0; c < image.channels; ++c) {
       pixels.channel_names.emplace_back(names[c]);
     }
-    for (const std::byte value : image.bytes) {
-      pixels.values.push_back(static_cast<float>(std::to_integer<int>(value)) / 255.0F);
+    // encode_image() divides by alpha; colour behind alpha 0 is lost.
+    const auto channels = static_cast<std::size_t>(image.channels);
+    for (std::size_t i = 0; i < image.bytes.size(); ++i) {
+      const auto value = [&image](std::size_t at) {
+        return static_cast<float>(std::to_integer<int>(image.bytes[at])) / 255.0F;
+      };
+      const bool is_color_with_alpha = channels == 4 && i % 4 != 3;
+      pixels.values.push_back(is_color_with_alpha ? value(i) * value(i / 4 * 4 + 3) : value(i));
     }
     EncodeOptions options;
     options.is_color = false;  // The bytes are encoded already and shall stay as they are.

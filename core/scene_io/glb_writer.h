@@ -49,7 +49,7 @@ class GlbWriter {
 };
 
 /// Everything in `scene` that glTF can hold, materials with their KHR extensions. 8-bit images
-/// become PNGs. Instances become nodes; nodes of cameras and lights carry their names.
+/// of 1, 3 or 4 channels become PNGs. Instances become nodes; nodes of cameras and lights carry their names.
 /// Pre: scene is valid and its images have 8 bits.
 Bytes write_glb(const SceneDescription& scene);
 

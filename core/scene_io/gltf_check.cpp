@@ -28,7 +28,10 @@ std::string shown(const Json& value) {
   return text.size() > kLongest ? text.substr(0, kLongest) + "..." : text;
 }
 
-std::string shown(double v) { return Json(v).dump(); }
+std::string shown(double v) {
+  const bool whole = v == std::floor(v) && std::abs(v) < kIntegerMax;
+  return whole ? Json(static_cast<std::int64_t>(v)).dump() : Json(v).dump();
+}
 
 std::string list_of(std::string_view one_of) {
   std::string text(one_of);
@@ -283,6 +286,20 @@ Status check_extensions(const Json& root, std::vector<std::string>& warnings) {
   return ok_status();
 }
 
+// tinygltf would take the matrix and drop the rest without a word.
+Status check_node_transforms(const Json& root) {
+  const auto nodes = root.find("nodes");
+  for (std::size_t i = 0; nodes != root.end() && i < nodes->size(); ++i) {
+    const Json& node = (*nodes)[i];
+    if (node.contains("matrix") &&
+        (node.contains("translation") || node.contains("rotation") || node.contains("scale"))) {
+      return invalid("/nodes/" + std::to_string(i),
+                     "a node has a matrix, or translation, rotation and scale, not both");
+    }
+  }
+  return ok_status();
+}
+
 const Json* extension(const Json& object, const char* name) {
   const auto extensions = object.find("extensions");
   if (extensions == object.end()) {
@@ -404,6 +421,9 @@ Result<CheckedGltf> check_document(Json& root, const GltfContainer& container) {
     return status.error();
   }
   if (auto status = check_asset(root); !status) {
+    return status.error();
+  }
+  if (auto status = check_node_transforms(root); !status) {
     return status.error();
   }
   CheckedGltf checked;

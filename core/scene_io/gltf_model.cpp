@@ -75,10 +75,6 @@ Status check_forest(const tinygltf::Model& model) {
 Status check_nodes(const tinygltf::Model& model) {
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
     const tinygltf::Node& node = model.nodes[i];
-    const bool parts = !node.translation.empty() || !node.rotation.empty() || !node.scale.empty();
-    if (!node.matrix.empty() && parts) {
-      return invalid(at("nodes", i), "a node has a matrix, or translation, rotation and scale, not both");
-    }
     if (node.skin >= 0 && node.mesh < 0) {
       return invalid(at("nodes", i), "a node with a skin needs a mesh");
     }

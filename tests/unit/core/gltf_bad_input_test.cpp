@@ -1,0 +1,259 @@
+#include "tests/unit/core/gltf_test_support.h"
+
+namespace {
+
+using namespace gltf_test;
+
+const std::string kAsset = R"("asset":{"version":"2.0"})";
+
+TEST(GltfBadInput, AssetIsRequired) { expect_error_at(load_json("{}"), ""); }
+
+TEST(GltfBadInput, Version1IsRefused) {
+  expect_error_at(load_json(R"({"asset":{"version":"1.0"}})"), "/asset/version");
+}
+
+TEST(GltfBadInput, HigherMinimumVersionIsRefused) {
+  expect_error_at(load_json(R"({"asset":{"version":"2.1","minVersion":"2.1"}})"), "/asset/minVersion");
+}
+
+TEST(GltfBadInput, UnknownRequiredExtensionIsNamedWithItsPlace) {
+  const auto scene = load_json("{" + kAsset + R"(,"extensionsRequired":["KHR_materials_ior","FOO_bar"]})");
+  expect_error_at(scene, "/extensionsRequired/1");
+  EXPECT_EQ(scene.error().message, "the file requires the extension \"FOO_bar\", which is not supported");
+}
+
+TEST(GltfBadInput, UnknownUsedExtensionIsAWarning) {
+  const auto scene = load_json("{" + kAsset + R"(,"extensionsUsed":["FOO_bar"]})");
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->warnings.size(), 1U);
+  EXPECT_EQ(scene->warnings[0], "extension \"FOO_bar\" is used by the file and was ignored");
+}
+
+TEST(GltfBadInput, RequiredBasisuIsRefused) {
+  expect_error_at(load_json("{" + kAsset + R"(,"extensionsRequired":["KHR_texture_basisu"]})"), "/extensionsRequired/0");
+}
+
+TEST(GltfBadInput, ViewBeyondItsBufferIsRefused) {
+  core::GlbWriter writer;
+  const std::vector<float> data(16, 0.0F);
+  writer.add_view(bytes(data), R"({"byteLength":9999})");
+  expect_error_at(load(writer), "/bufferViews/0");
+}
+
+TEST(GltfBadInput, ViewWhoseEndOverflowsIsRefused) {
+  core::GlbWriter writer;
+  const std::vector<float> data(16, 0.0F);
+  writer.add_view(bytes(data), R"({"byteOffset":9007199254740991})");
+  expect_error_at(load(writer), "/bufferViews/0");
+}
+
+TEST(GltfBadInput, NegativeOffsetIsRefused) {
+  core::GlbWriter writer;
+  const std::vector<float> data(16, 0.0F);
+  writer.add_view(bytes(data), R"({"byteOffset":-4})");
+  expect_error_at(load(writer), "/bufferViews/0/byteOffset");
+}
+
+TEST(GltfBadInput, AccessorBeyondItsViewIsRefused) {
+  core::GlbWriter writer;
+  writer.add_accessor(bytes(triangle_positions()), kF32, "VEC3", 4);
+  expect_error_at(load(writer), "/accessors/0");
+}
+
+TEST(GltfBadInput, HugeCountIsRefused) {
+  core::GlbWriter writer;
+  writer.add_accessor(bytes(triangle_positions()), kF32, "VEC3", 1'000'000'000'000'000);
+  expect_error_at(load(writer), "/accessors/0");
+}
+
+TEST(GltfBadInput, HugeAccessorOfZerosIsTooLarge) {
+  const auto scene = load_json("{" + kAsset +
+                               R"(,"accessors":[{"componentType":5126,"type":"VEC3","count":4503599627370496}],)"
+                               R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]})");
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().code, core::ErrorCode::kTooLarge);
+}
+
+TEST(GltfBadInput, IndexBeyondTheVerticesIsRefused) {
+  core::GlbWriter writer;
+  const int indices = accessor(writer, std::vector<std::uint16_t>{0, 1, 3}, kU16, "SCALAR", 1);
+  add_triangle(writer, "\"indices\":" + number(indices));
+  const auto scene = load(writer);
+  expect_error_at(scene, "/meshes/0/primitives/0/indices");
+  EXPECT_EQ(scene.error().message, "index 3 at place 2 is not below the 3 vertices");
+}
+
+TEST(GltfBadInput, SignedIndicesAreRefused) {
+  core::GlbWriter writer;
+  const int indices = accessor(writer, std::vector<std::int16_t>{0, 1, 2}, kI16, "SCALAR", 1);
+  add_triangle(writer, "\"indices\":" + number(indices));
+  expect_error_at(load(writer), "/meshes/0/primitives/0/indices");
+}
+
+TEST(GltfBadInput, AttributeWithOtherCountIsRefused) {
+  core::GlbWriter writer;
+  const int normals = accessor(writer, std::vector<float>{0, 0, 1, 0, 0, 1}, kF32, "VEC3", 3);
+  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
+  add_primitive(writer, "\"attributes\":{\"POSITION\":" + number(positions) + ",\"NORMAL\":" + number(normals) + "}");
+  expect_error_at(load(writer), "/meshes/0/primitives/0/attributes/NORMAL");
+}
+
+TEST(GltfBadInput, NotANumberInPositionsIsRefused) {
+  core::GlbWriter writer;
+  std::vector<float> positions = triangle_positions();
+  positions[4] = std::numeric_limits<float>::quiet_NaN();
+  const int a = accessor(writer, positions, kF32, "VEC3", 3);
+  add_primitive(writer, "\"attributes\":{\"POSITION\":" + number(a) + "}");
+  expect_error_at(load(writer), "/meshes/0/primitives/0/attributes/POSITION");
+}
+
+TEST(GltfBadInput, MissingMaterialIsNamed) {
+  core::GlbWriter writer;
+  add_triangle(writer, "\"material\":7");
+  const auto scene = load(writer);
+  expect_error_at(scene, "/meshes/0/primitives/0/material");
+  EXPECT_EQ(scene.error().message, "7 names none of the 0 materials");
+}
+
+TEST(GltfBadInput, FactorOutsideItsRangeIsRefused) {
+  const auto scene = load_material(R"("pbrMetallicRoughness":{"metallicFactor":1.5})");
+  expect_error_at(scene, "/materials/0/pbrMetallicRoughness/metallicFactor");
+  EXPECT_EQ(scene.error().message, "1.5 is outside [0, 1]");
+}
+
+TEST(GltfBadInput, WrongTypeIsRefused) {
+  expect_error_at(load_material(R"("alphaMode":3)"), "/materials/0/alphaMode");
+}
+
+TEST(GltfBadInput, UnknownEnumeratorIsRefused) {
+  expect_error_at(load_material(R"("alphaMode":"GLOW")"), "/materials/0/alphaMode");
+}
+
+TEST(GltfBadInput, ShortColorIsRefused) {
+  expect_error_at(load_material(R"("pbrMetallicRoughness":{"baseColorFactor":[1,1,1]})"),
+                  "/materials/0/pbrMetallicRoughness/baseColorFactor");
+}
+
+TEST(GltfBadInput, ExtensionMembersAreChecked) {
+  expect_error_at(load_material(R"("extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":2}})"),
+                  "/materials/0/extensions/KHR_materials_clearcoat/clearcoatFactor");
+}
+
+TEST(GltfBadInput, IorBetween0And1IsRefused) {
+  expect_error_at(load_material(R"("extensions":{"KHR_materials_ior":{"ior":0.5}})"),
+                  "/materials/0/extensions/KHR_materials_ior/ior");
+}
+
+TEST(GltfBadInput, CycleOfNodesIsRefused) {
+  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"children":[1]},{"children":[0]}]})"), "/nodes/0");
+}
+
+TEST(GltfBadInput, NodeAsItsOwnChildIsRefused) {
+  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"children":[0]}]})"), "/nodes/0");
+}
+
+TEST(GltfBadInput, TwoParentsAreRefused) {
+  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"children":[2]},{"children":[2]},{}]})"), "/nodes/1/children/0");
+}
+
+TEST(GltfBadInput, MatrixBesidePartsIsRefused) {
+  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],"scale":[1,1,1]}]})"),
+                  "/nodes/0");
+}
+
+TEST(GltfBadInput, TransformThatOverflowsIsRefused) {
+  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"scale":[1e30,1,1],"children":[1]},{"scale":[1e30,1,1]}]})"),
+                  "/nodes/1");
+}
+
+TEST(GltfBadInput, AnyDepthOfNodesIsRead) {
+  core::GlbWriter writer;
+  constexpr int kDepth = 100'000;
+  for (int i = 0; i < kDepth; ++i) {
+    writer.add("nodes", "{\"children\":[" + number(i + 1) + "]}");
+  }
+  add_triangle(writer);
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->instances.size(), 1U);
+}
+
+TEST(GltfBadInput, MissingFilesAreAllListed) {
+  const auto scene = load_json("{" + kAsset +
+                               R"(,"buffers":[{"uri":"a%20b.bin","byteLength":4},{"uri":"c.bin","byteLength":4}]})");
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().code, core::ErrorCode::kMissingFiles);
+  EXPECT_EQ(scene.error().message, "files that the scene names are missing: a b.bin, c.bin");
+}
+
+TEST(GltfBadInput, AbsoluteUriIsRefused) {
+  expect_error_at(load_json("{" + kAsset + R"(,"buffers":[{"uri":"file:///etc/passwd","byteLength":4}]})"),
+                  "/buffers/0/uri");
+}
+
+TEST(GltfBadInput, ShortSideFileIsRefused) {
+  const auto resolve = [](std::string_view) { return std::make_shared<const core::Bytes>(core::Bytes(3)); };
+  expect_error_at(load_json("{" + kAsset + R"(,"buffers":[{"uri":"a.bin","byteLength":4}]})", resolve),
+                  "/buffers/0/byteLength");
+}
+
+TEST(GltfBadInput, BrokenBase64IsRefused) {
+  expect_error_at(load_json("{" + kAsset + R"(,"buffers":[{"uri":"data:application/octet-stream;base64,AB!=","byteLength":1}]})"),
+                  "/buffers/0/uri");
+}
+
+TEST(GltfBadInput, BrokenImageIsRefusedAtTheImage) {
+  core::GlbWriter writer;
+  const std::vector<float> rubbish(8, 1.0F);
+  const int view = writer.add_view(bytes(rubbish));
+  writer.add("images", "{\"mimeType\":\"image/png\",\"bufferView\":" + number(view) + "}");
+  writer.add("textures", R"({"source":0})");
+  writer.add("materials", R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})");
+  add_triangle(writer, "\"material\":0");
+  expect_error_at(load(writer), "/images/0");
+}
+
+TEST(GltfBadInput, TooManyTrianglesAreTooLarge) {
+  core::GlbWriter writer;
+  add_triangle(writer);
+  core::GltfOptions options;
+  options.limits.triangles_max = 0;
+  const auto scene = load(writer, options);
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().code, core::ErrorCode::kTooLarge);
+}
+
+TEST(GltfBadInput, TooManyInstancesAreTooLarge) {
+  core::GlbWriter writer;
+  add_triangle(writer);
+  writer.add("nodes", R"({"mesh":0})");
+  core::GltfOptions options;
+  options.limits.instances_max = 1;
+  const auto scene = load(writer, options);
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().code, core::ErrorCode::kTooLarge);
+}
+
+TEST(GltfBadInput, UnknownVariantIsRefused) {
+  core::GlbWriter writer;
+  add_triangle(writer);
+  core::GltfOptions options;
+  options.variant = "red";
+  expect_error_at(load(writer, options), "/variant");
+}
+
+TEST(GltfBadInput, IntegersMayBeWrittenAsFloats) {
+  const auto scene = load_json("{" + kAsset + R"(,"scene":0.0,"scenes":[{"nodes":[0.0]}],"nodes":[{}]})");
+  EXPECT_TRUE(scene.has_value());
+}
+
+TEST(GltfUris, ListsSideFilesOnceInOrder) {
+  const std::string json = "{" + kAsset +
+                           R"(,"buffers":[{"uri":"b.bin","byteLength":4},{"uri":"data:,abcd","byteLength":4}],)"
+                           R"("images":[{"uri":"a%20b.png"},{"uri":"b.bin"}]})";
+  const auto uris = core::gltf_uris(std::as_bytes(std::span(json)));
+  ASSERT_TRUE(uris);
+  EXPECT_EQ(*uris, (std::vector<std::string>{"b.bin", "a b.png"}));
+}
+
+}  // namespace

@@ -1,0 +1,297 @@
+#include <array>
+#include <cmath>
+
+#include "tests/unit/core/gltf_test_support.h"
+
+namespace {
+
+using namespace gltf_test;
+using core::Vec2;
+using core::Vec3;
+
+std::string attributes(int positions, const std::string& more = "") {
+  return "\"attributes\":{\"POSITION\":" + number(positions) + (more.empty() ? "" : "," + more) + "}";
+}
+
+// Five points; which triangles a mode makes of them is glTF 2.0's figure in section 3.7.2.1.
+std::vector<std::uint32_t> triangles_of_mode(int mode) {
+  core::GlbWriter writer;
+  const std::vector<float> points = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 2, 0};
+  const int positions = accessor(writer, points, kF32, "VEC3", 3);
+  add_primitive(writer, attributes(positions) + ",\"mode\":" + number(mode));
+  return only_primitive(load(writer)).indices;
+}
+
+TEST(GltfGeometry, StripAlternatesItsOrder) {
+  EXPECT_EQ(triangles_of_mode(5), (std::vector<std::uint32_t>{0, 1, 2, 1, 3, 2, 2, 3, 4}));
+}
+
+TEST(GltfGeometry, FanTurnsAboutItsFirstVertex) {
+  EXPECT_EQ(triangles_of_mode(6), (std::vector<std::uint32_t>{1, 2, 0, 2, 3, 0, 3, 4, 0}));
+}
+
+TEST(GltfGeometry, IncompleteTriangleIsLeftOut) {
+  EXPECT_EQ(triangles_of_mode(4), (std::vector<std::uint32_t>{0, 1, 2}));
+}
+
+TEST(GltfGeometry, PointsAndLinesAreSkippedWithAWarning) {
+  for (int mode = 0; mode < 4; ++mode) {
+    core::GlbWriter writer;
+    add_triangle(writer, "\"mode\":" + number(mode));
+    const auto scene = load(writer);
+    ASSERT_TRUE(scene);
+    EXPECT_TRUE(scene->instances.empty());
+    EXPECT_EQ(scene->warnings.size(), 1U);
+  }
+}
+
+template <typename T>
+std::vector<std::uint32_t> read_indices(int type) {
+  core::GlbWriter writer;
+  const int indices = accessor(writer, std::vector<T>{2, 0, 1}, type, "SCALAR", 1);
+  add_triangle(writer, "\"indices\":" + number(indices));
+  return only_primitive(load(writer)).indices;
+}
+
+TEST(GltfGeometry, AllIndexTypesAreRead) {
+  const std::vector<std::uint32_t> expected = {2, 0, 1};
+  EXPECT_EQ(read_indices<std::uint8_t>(kU8), expected);
+  EXPECT_EQ(read_indices<std::uint16_t>(kU16), expected);
+  EXPECT_EQ(read_indices<std::uint32_t>(kU32), expected);
+}
+
+TEST(GltfGeometry, MissingIndicesCountUp) {
+  core::GlbWriter writer;
+  add_triangle(writer);
+  EXPECT_EQ(only_primitive(load(writer)).indices, (std::vector<std::uint32_t>{0, 1, 2}));
+}
+
+TEST(GltfGeometry, MissingNormalsStayMissing) {
+  core::GlbWriter writer;
+  add_triangle(writer);
+  EXPECT_TRUE(only_primitive(load(writer)).normals.empty());
+}
+
+TEST(GltfGeometry, NormalisedIntegersFollowTheSpecification) {
+  core::GlbWriter writer;
+  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
+  const int uv0 = writer.add_accessor(bytes(std::vector<std::uint16_t>{0, 65535, 13107, 0, 0, 0}), kU16, "VEC2", 3, R"({"normalized":true})");
+  const int uv1 = writer.add_accessor(bytes(std::vector<std::int8_t>{-128, -127, 0, 0, 127, 64, 0, 0, 0, 0, 0, 0}), kI8, "VEC2", 3,
+                                      R"({"normalized":true})");
+  add_primitive(writer, attributes(positions, "\"TEXCOORD_0\":" + number(uv0) + ",\"TEXCOORD_1\":" + number(uv1)));
+  const auto p = only_primitive(load(writer));
+  ASSERT_EQ(p.uv[0].size(), 3U);
+  EXPECT_EQ(p.uv[0][0], (Vec2{0, 1}));
+  EXPECT_FLOAT_EQ(p.uv[0][1].x, 0.2F);
+  ASSERT_EQ(p.uv[1].size(), 3U);
+  EXPECT_EQ(p.uv[1][0], (Vec2{-1, -1}));  // max(c / 127, -1)
+}
+
+TEST(GltfGeometry, QuantizedPositionsKeepTheirIntegers) {
+  core::GlbWriter writer;
+  writer.set("extensionsRequired", R"(["KHR_mesh_quantization"])");
+  const std::vector<std::int16_t> quantized = {0, 0, 0, 0, 300, -7, 2, 0, 0, 1, 0, 0};
+  const int view = writer.add_view(bytes(quantized), R"({"byteStride":8})");
+  const int positions = writer.add("accessors", R"({"componentType":5122,"type":"VEC3","count":3,"bufferView":)" + number(view) + "}");
+  add_primitive(writer, attributes(positions));
+  const auto p = only_primitive(load(writer));
+  ASSERT_EQ(p.positions.size(), 3U);
+  EXPECT_EQ(p.positions[1], (Vec3{300, -7, 2}));
+}
+
+TEST(GltfGeometry, InterleavedViewsAreRead) {
+  core::GlbWriter writer;
+  // Position and texture coordinate of each vertex beside each other: stride 20.
+  const std::vector<float> mixed = {0, 0, 0, 0.25F, 0.5F, 1, 0, 0, 0.75F, 1, 0, 1, 0, 0, 1};
+  const int view = writer.add_view(bytes(mixed), R"({"byteStride":20})");
+  const auto add = [&](int offset, const char* type) {
+    return writer.add("accessors", "{\"componentType\":5126,\"count\":3,\"byteOffset\":" + number(offset) + ",\"type\":\"" + type +
+                                       "\",\"bufferView\":" + number(view) + "}");
+  };
+  const int positions = add(0, "VEC3");
+  const int uv = add(12, "VEC2");
+  add_primitive(writer, attributes(positions, "\"TEXCOORD_0\":" + number(uv)));
+  const auto p = only_primitive(load(writer));
+  ASSERT_EQ(p.positions.size(), 3U);
+  EXPECT_EQ(p.positions[2], (Vec3{0, 1, 0}));
+  EXPECT_EQ(p.uv[0][1], (Vec2{0.75F, 1}));
+}
+
+TEST(GltfGeometry, SparseValuesReplaceDenseOnes) {
+  core::GlbWriter writer;
+  const int indices = writer.add_view(bytes(std::vector<std::uint8_t>{2}));
+  const int values = writer.add_view(bytes(std::vector<float>{7, 8, 9}));
+  const std::string sparse = "{\"sparse\":{\"count\":1,\"indices\":{\"componentType\":5121,\"bufferView\":" + number(indices) +
+                             "},\"values\":{\"bufferView\":" + number(values) + "}}}";
+  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3, sparse.c_str());
+  add_primitive(writer, attributes(positions));
+  const auto p = only_primitive(load(writer));
+  ASSERT_EQ(p.positions.size(), 3U);
+  EXPECT_EQ(p.positions[1], (Vec3{1, 0, 0}));
+  EXPECT_EQ(p.positions[2], (Vec3{7, 8, 9}));
+}
+
+TEST(GltfGeometry, SparseIndexBeyondTheAccessorIsRefused) {
+  core::GlbWriter writer;
+  const int indices = writer.add_view(bytes(std::vector<std::uint8_t>{3}));
+  const int values = writer.add_view(bytes(std::vector<float>{7, 8, 9}));
+  const std::string sparse = "{\"sparse\":{\"count\":1,\"indices\":{\"componentType\":5121,\"bufferView\":" + number(indices) +
+                             "},\"values\":{\"bufferView\":" + number(values) + "}}}";
+  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3, sparse.c_str());
+  add_primitive(writer, attributes(positions));
+  expect_error_at(load(writer), "/accessors/0/sparse/indices");
+}
+
+TEST(GltfGeometry, ColorsOfThreeValuesAreOpaque) {
+  core::GlbWriter writer;
+  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
+  const int colors = accessor(writer, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1}, kF32, "VEC3", 3);
+  add_primitive(writer, attributes(positions, "\"COLOR_0\":" + number(colors)));
+  const auto p = only_primitive(load(writer));
+  ASSERT_EQ(p.colors.size(), 3U);
+  EXPECT_EQ(p.colors[1].y, 1.0F);
+  EXPECT_EQ(p.colors[1].w, 1.0F);
+}
+
+TEST(GltfGeometry, ColorsOfBytesAreNormalised) {
+  core::GlbWriter writer;
+  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
+  const int colors = writer.add_accessor(bytes(std::vector<std::uint8_t>{255, 51, 0, 102, 0, 0, 0, 0, 0, 0, 0, 0}), kU8, "VEC4", 3,
+                                         R"({"normalized":true})");
+  add_primitive(writer, attributes(positions, "\"COLOR_0\":" + number(colors)));
+  const auto p = only_primitive(load(writer));
+  ASSERT_EQ(p.colors.size(), 3U);
+  EXPECT_FLOAT_EQ(p.colors[0].y, 0.2F);
+  EXPECT_FLOAT_EQ(p.colors[0].w, 0.4F);
+}
+
+TEST(GltfGeometry, NodesThatShowOneMeshShareIt) {
+  core::GlbWriter writer;
+  add_triangle(writer);
+  writer.add("nodes", R"({"mesh":0,"translation":[1,2,3]})");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->meshes.size(), 1U);
+  ASSERT_EQ(scene->instances.size(), 2U);
+  EXPECT_EQ(scene->instances[1].to_world.t, (Vec3{1, 2, 3}));
+}
+
+TEST(GltfGeometry, ChildrenFollowTheirParents) {
+  core::GlbWriter writer;
+  add_triangle(writer, "", "\"translation\":[1,0,0]");
+  // A quarter turn about z, twice as large, moved up by 5: (1,0,0) goes to (0,7,0).
+  writer.add("nodes", R"({"children":[0],"translation":[0,5,0],"rotation":[0,0,0.70710678,0.70710678],"scale":[2,2,2]})");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->instances.size(), 1U);
+  const Vec3 origin = scene->instances[0].to_world.point({0, 0, 0});
+  EXPECT_NEAR(origin.x, 0, 1e-6);
+  EXPECT_NEAR(origin.y, 7, 1e-6);
+}
+
+TEST(GltfGeometry, MatricesAreColumnMajor) {
+  core::GlbWriter writer;
+  add_triangle(writer, "", "\"matrix\":[1,2,3,0,4,5,6,0,7,8,10,0,11,12,13,1]");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  const core::Transform m = scene->instances.at(0).to_world;
+  EXPECT_EQ(m.x, (Vec3{1, 2, 3}));
+  EXPECT_EQ(m.t, (Vec3{11, 12, 13}));
+}
+
+TEST(GltfGeometry, FlattenedNodeIsBakedIntoItsVertices) {
+  core::GlbWriter writer;
+  add_triangle(writer, "", "\"scale\":[3,1,0]");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->instances.size(), 1U);
+  EXPECT_EQ(scene->instances[0].to_world.determinant(), 1.0F);
+  EXPECT_EQ(only_primitive(scene).positions.at(1), (Vec3{3, 0, 0}));
+}
+
+TEST(GltfGeometry, NodeOfNoSizeIsHidden) {
+  core::GlbWriter writer;
+  add_triangle(writer, "", "\"scale\":[0,0,0]");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  EXPECT_TRUE(scene->instances.empty());
+}
+
+TEST(GltfGeometry, GpuInstancesMultiplyTheNode) {
+  core::GlbWriter writer;
+  const int translations = accessor(writer, std::vector<float>{1, 0, 0, 2, 0, 0}, kF32, "VEC3", 3);
+  const int scales = accessor(writer, std::vector<float>{1, 1, 1, 3, 3, 3}, kF32, "VEC3", 3);
+  add_triangle(writer, "",
+               "\"translation\":[0,10,0],\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{\"TRANSLATION\":" +
+                   number(translations) + ",\"SCALE\":" + number(scales) + "}}}");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->instances.size(), 2U);
+  EXPECT_EQ(scene->instances[1].to_world.point({1, 0, 0}), (Vec3{5, 10, 0}));
+}
+
+TEST(GltfGeometry, OnlyTheChosenSceneIsRead) {
+  core::GlbWriter writer;
+  add_triangle(writer);
+  writer.add("nodes", R"({"mesh":0,"translation":[9,0,0]})");
+  writer.add("scenes", R"({"nodes":[0]})");
+  writer.add("scenes", R"({"nodes":[1]})");
+  writer.set("scene", "1");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->instances.size(), 1U);
+  EXPECT_EQ(scene->instances[0].to_world.t.x, 9);
+  core::GltfOptions options;
+  options.scene_index = 0;
+  const auto other = load(writer, options);
+  ASSERT_TRUE(other);
+  EXPECT_EQ(other->instances.at(0).to_world.t.x, 0);
+}
+
+TEST(GltfGeometry, SideFilesAndDataUrisGiveTheSame) {
+  core::GlbWriter writer;
+  add_triangle(writer);
+  const auto separate = writer.finish_separate("tri angle.bin");
+  const auto resolve = [&](std::string_view uri) -> core::SharedBytes {
+    return uri == "tri angle.bin" ? std::make_shared<const core::Bytes>(separate.bin) : nullptr;
+  };
+  const auto scene = load_json(separate.json, resolve);
+  EXPECT_EQ(only_primitive(scene).positions.size(), 3U);
+  std::string data = "data:application/octet-stream,";
+  for (const std::byte b : separate.bin) {
+    constexpr const char* kHex = "0123456789ABCDEF";
+    const int value = std::to_integer<int>(b);
+    data += std::string("%") + kHex[value / 16] + kHex[value % 16];
+  }
+  EXPECT_EQ(only_primitive(load_json(writer.finish_separate(data).json)).positions.size(), 3U);
+}
+
+TEST(GltfGeometry, OrthographicCameraKeepsItsMagnifications) {
+  core::GlbWriter writer;
+  writer.add("cameras", R"({"name":"top","type":"orthographic","orthographic":{"xmag":3,"ymag":2,"znear":0,"zfar":9}})");
+  writer.add("nodes", R"({"camera":0})");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->cameras.size(), 1U);
+  EXPECT_TRUE(scene->cameras[0].orthographic);
+  EXPECT_EQ(scene->cameras[0].x_magnification, 3);
+  EXPECT_EQ(scene->cameras[0].y_magnification, 2);
+  EXPECT_EQ(scene->cameras[0].name, "top");
+}
+
+TEST(GltfGeometry, LightsMultiplyColorAndIntensity) {
+  core::GlbWriter writer;
+  writer.use_extension("KHR_lights_punctual");
+  writer.set("extensions", R"({"KHR_lights_punctual":{"lights":[{"type":"spot","color":[1,0.5,0.25],"intensity":8,"range":7,)"
+                           R"("spot":{"innerConeAngle":0.1,"outerConeAngle":0.4}}]}})");
+  writer.add("nodes", R"({"extensions":{"KHR_lights_punctual":{"light":0}}})");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->lights.size(), 1U);
+  EXPECT_EQ(scene->lights[0].type, core::PunctualType::kSpot);
+  EXPECT_EQ(scene->lights[0].intensity, (core::Rgb{8, 4, 2}));
+  EXPECT_EQ(scene->lights[0].range_m, 7);
+  EXPECT_FLOAT_EQ(scene->lights[0].outer_cone_rad, 0.4F);
+}
+
+}  // namespace

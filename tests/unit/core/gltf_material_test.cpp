@@ -1,0 +1,344 @@
+#include <cmath>
+
+#include "core/image_io/image_io.h"
+#include "tests/unit/core/gltf_test_support.h"
+
+namespace {
+
+using namespace gltf_test;
+using core::MaterialDescription;
+using core::Rgb;
+
+MaterialDescription material_of(const std::string& members) {
+  const auto scene = load_material(members);
+  if (!scene) {
+    ADD_FAILURE() << scene.error().where << ": " << scene.error().message;
+    return {};
+  }
+  return scene->materials.at(0);
+}
+
+MaterialDescription extended(const std::string& name, const std::string& members) {
+  return material_of("\"extensions\":{\"" + name + "\":{" + members + "}}");
+}
+
+// A PNG of one pixel; colour and alpha as they stand in the file.
+core::Bytes pixel_png(float r, float g, float b, float a) {
+  core::EncodeOptions options;
+  options.is_color = false;
+  return *core::encode_image({1, 1, {"R", "G", "B", "A"}, {r * a, g * a, b * a, a}}, core::image_formats()[0], options);
+}
+
+int add_image(core::GlbWriter& writer, const core::Bytes& png) {
+  return writer.add("images", "{\"mimeType\":\"image/png\",\"bufferView\":" + number(writer.add_view(png)) + "}");
+}
+
+TEST(GltfMaterial, EmptyMaterialHasTheSpecificationsDefaults) {
+  const MaterialDescription m = material_of("");
+  EXPECT_EQ(m.base_color, Rgb(1));
+  EXPECT_EQ(m.metallic, 1);
+  EXPECT_EQ(m.roughness, 1);
+  EXPECT_EQ(m.emissive, Rgb(0));
+  EXPECT_EQ(m.alpha_mode, core::AlphaMode::kOpaque);
+  EXPECT_EQ(m.alpha_cutoff, 0.5F);
+  EXPECT_FALSE(m.double_sided);
+  EXPECT_EQ(m.ior, 1.5F);
+  EXPECT_EQ(m.specular, 1);
+}
+
+TEST(GltfMaterial, CoreFactorsAreRead) {
+  const MaterialDescription m = material_of(
+      R"("pbrMetallicRoughness":{"baseColorFactor":[0.1,0.2,0.3,0.4],"metallicFactor":0.5,"roughnessFactor":0.6},)"
+      R"("emissiveFactor":[0.7,0.8,0.9],"alphaMode":"MASK","alphaCutoff":0.25,"doubleSided":true)");
+  EXPECT_EQ(m.base_color, (Rgb{0.1F, 0.2F, 0.3F}));
+  EXPECT_EQ(m.base_alpha, 0.4F);
+  EXPECT_EQ(m.metallic, 0.5F);
+  EXPECT_EQ(m.roughness, 0.6F);
+  EXPECT_EQ(m.emissive, (Rgb{0.7F, 0.8F, 0.9F}));
+  EXPECT_EQ(m.alpha_mode, core::AlphaMode::kMask);
+  EXPECT_EQ(m.alpha_cutoff, 0.25F);
+  EXPECT_TRUE(m.double_sided);
+}
+
+TEST(GltfMaterial, EmissiveStrengthMultiplies) {
+  const auto scene = load_material(R"("emissiveFactor":[1,0.5,0],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":8}})");
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->materials[0].emissive, (Rgb{8, 4, 0}));
+  EXPECT_TRUE(scene->has_emissive_strength);
+}
+
+TEST(GltfMaterial, EmissiveStrengthOf1IsNoLamp) {
+  const auto scene = load_material(R"("emissiveFactor":[1,1,1],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":1}})");
+  ASSERT_TRUE(scene);
+  EXPECT_FALSE(scene->has_emissive_strength);
+}
+
+TEST(GltfMaterial, UnlitIsRead) { EXPECT_TRUE(extended("KHR_materials_unlit", "").unlit); }
+
+TEST(GltfMaterial, IorOf0MeansInfinitelyReflective) {
+  EXPECT_EQ(extended("KHR_materials_ior", R"("ior":0)").ior, 0);
+}
+
+TEST(GltfMaterial, SpecularIsRead) {
+  const MaterialDescription m = extended("KHR_materials_specular", R"("specularFactor":0.5,"specularColorFactor":[1,2,3])");
+  EXPECT_EQ(m.specular, 0.5F);
+  EXPECT_EQ(m.specular_color, (Rgb{1, 2, 3}));
+}
+
+TEST(GltfMaterial, TransmissionAndVolumeAreRead) {
+  const MaterialDescription m = material_of(
+      R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":0.75},"KHR_materials_volume":{"thicknessFactor":2,)"
+      R"("attenuationDistance":0.5,"attenuationColor":[0.25,0.5,1]},"KHR_materials_dispersion":{"dispersion":0.2}})");
+  EXPECT_EQ(m.transmission, 0.75F);
+  EXPECT_EQ(m.thickness, 2);
+  EXPECT_EQ(m.attenuation_distance, 0.5F);
+  EXPECT_EQ(m.attenuation_color, (Rgb{0.25F, 0.5F, 1}));
+  EXPECT_EQ(m.dispersion, 0.2F);
+}
+
+TEST(GltfMaterial, ClearcoatIsRead) {
+  const MaterialDescription m = extended("KHR_materials_clearcoat", R"("clearcoatFactor":0.5,"clearcoatRoughnessFactor":0.25)");
+  EXPECT_EQ(m.clearcoat, 0.5F);
+  EXPECT_EQ(m.clearcoat_roughness, 0.25F);
+}
+
+TEST(GltfMaterial, SheenIsRead) {
+  const MaterialDescription m = extended("KHR_materials_sheen", R"("sheenColorFactor":[0.1,0.2,0.3],"sheenRoughnessFactor":0.4)");
+  EXPECT_EQ(m.sheen_color, (Rgb{0.1F, 0.2F, 0.3F}));
+  EXPECT_EQ(m.sheen_roughness, 0.4F);
+}
+
+TEST(GltfMaterial, IridescenceIsRead) {
+  const MaterialDescription m = extended("KHR_materials_iridescence",
+                                         R"("iridescenceFactor":1,"iridescenceIor":1.8,"iridescenceThicknessMinimum":200,"iridescenceThicknessMaximum":800)");
+  EXPECT_EQ(m.iridescence, 1);
+  EXPECT_EQ(m.iridescence_ior, 1.8F);
+  EXPECT_EQ(m.iridescence_thickness_min_nm, 200);
+  EXPECT_EQ(m.iridescence_thickness_max_nm, 800);
+}
+
+TEST(GltfMaterial, IridescenceDefaultsAreTheExtensions) {
+  const MaterialDescription m = extended("KHR_materials_iridescence", "");
+  EXPECT_EQ(m.iridescence, 0);
+  EXPECT_EQ(m.iridescence_ior, 1.3F);
+  EXPECT_EQ(m.iridescence_thickness_min_nm, 100);
+  EXPECT_EQ(m.iridescence_thickness_max_nm, 400);
+}
+
+TEST(GltfMaterial, AnisotropyIsRead) {
+  const MaterialDescription m = extended("KHR_materials_anisotropy", R"("anisotropyStrength":0.6,"anisotropyRotation":1.5)");
+  EXPECT_EQ(m.anisotropy, 0.6F);
+  EXPECT_EQ(m.anisotropy_rotation_rad, 1.5F);
+}
+
+TEST(GltfMaterial, DiffuseTransmissionIsRead) {
+  const MaterialDescription m = extended("KHR_materials_diffuse_transmission",
+                                         R"("diffuseTransmissionFactor":0.5,"diffuseTransmissionColorFactor":[1,0.5,0])");
+  EXPECT_EQ(m.diffuse_transmission, 0.5F);
+  EXPECT_EQ(m.diffuse_transmission_color, (Rgb{1, 0.5F, 0}));
+}
+
+TEST(GltfMaterial, SpecularGlossinessBecomesADielectricOfInfiniteIor) {
+  // KHR_materials_specular, "Interaction with other extensions": ior 0, specular colour as it is,
+  // roughness 1 - glossiness.
+  const MaterialDescription m = extended("KHR_materials_pbrSpecularGlossiness",
+                                         R"("diffuseFactor":[0.1,0.2,0.3,0.4],"specularFactor":[0.5,0.6,0.7],"glossinessFactor":0.75)");
+  EXPECT_EQ(m.base_color, (Rgb{0.1F, 0.2F, 0.3F}));
+  EXPECT_EQ(m.base_alpha, 0.4F);
+  EXPECT_EQ(m.metallic, 0);
+  EXPECT_EQ(m.ior, 0);
+  EXPECT_EQ(m.specular_color, (Rgb{0.5F, 0.6F, 0.7F}));
+  EXPECT_EQ(m.roughness, 0.25F);
+}
+
+TEST(GltfMaterial, GlossinessTextureBecomesARoughnessTexture) {
+  core::GlbWriter writer;
+  add_image(writer, pixel_png(1, 0.5F, 0.25F, 0.8F));
+  writer.add("textures", R"({"source":0})");
+  writer.add("materials", R"({"extensions":{"KHR_materials_pbrSpecularGlossiness":{"glossinessFactor":0.5,"specularGlossinessTexture":{"index":0}}}})");
+  add_triangle(writer, "\"material\":0");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  const MaterialDescription& m = scene->materials[0];
+  ASSERT_GE(m.metallic_roughness_texture.image, 0);
+  const core::Image& image = *scene->images[static_cast<std::size_t>(m.metallic_roughness_texture.image)];
+  EXPECT_EQ(std::to_integer<int>(image.bytes.at(1)), 153);  // 1 - 0.5 * 0.8 = 0.6 of 255
+  EXPECT_EQ(std::to_integer<int>(image.bytes.at(2)), 0);
+}
+
+TEST(GltfMaterial, AllTexturesOfAMaterialAreRead) {
+  core::GlbWriter writer;
+  add_image(writer, pixel_png(1, 1, 1, 1));
+  writer.add("textures", R"({"source":0})");
+  writer.add("materials", R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1},"metallicRoughnessTexture":{"index":0}},)"
+                          R"("normalTexture":{"index":0,"scale":0.5},"occlusionTexture":{"index":0,"strength":0.25},"emissiveTexture":{"index":0}})");
+  add_triangle(writer, "\"material\":0");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  const MaterialDescription& m = scene->materials[0];
+  EXPECT_EQ(scene->images.size(), 1U);
+  EXPECT_EQ(m.base_color_texture.image, 0);
+  EXPECT_EQ(m.base_color_texture.uv_set, 1);
+  EXPECT_EQ(m.metallic_roughness_texture.image, 0);
+  EXPECT_EQ(m.normal_texture.image, 0);
+  EXPECT_EQ(m.normal_scale, 0.5F);
+  EXPECT_EQ(m.occlusion_strength, 0.25F);
+  EXPECT_EQ(m.emissive_texture.image, 0);
+}
+
+TEST(GltfMaterial, SamplersAreRead) {
+  core::GlbWriter writer;
+  add_image(writer, pixel_png(1, 1, 1, 1));
+  writer.add("samplers", R"({"wrapS":33071,"wrapT":33648,"magFilter":9728})");
+  writer.add("textures", R"({"source":0,"sampler":0})");
+  writer.add("materials", R"({"emissiveTexture":{"index":0}})");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  const core::TextureDescription& t = scene->materials[0].emissive_texture;
+  EXPECT_EQ(t.wrap_u, core::TextureWrap::kClampToEdge);
+  EXPECT_EQ(t.wrap_v, core::TextureWrap::kMirroredRepeat);
+  EXPECT_TRUE(t.nearest);
+}
+
+TEST(GltfMaterial, TextureTransformTurnsCounterClockwise) {
+  core::GlbWriter writer;
+  add_image(writer, pixel_png(1, 1, 1, 1));
+  writer.add("textures", R"({"source":0})");
+  writer.add("materials", R"({"emissiveTexture":{"index":0,"extensions":{"KHR_texture_transform":)"
+                          R"({"offset":[0.125,0.25],"rotation":0.39269908169872414,"scale":[1,1],"texCoord":1}}}})");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  const core::TextureDescription& t = scene->materials[0].emissive_texture;
+  // Khronos' TextureTransformTest: the arrow's tip, at uv (0.7778, 0.7778) of the picture, shows at
+  // uv (0.42095, 1.01627) of the surface, where the green marker is.
+  const auto& m = t.uv_transform;
+  EXPECT_NEAR(m[0] * 0.42095F + m[1] * 1.01627F + m[2], 0.7778F + 0.125F, 1e-4);
+  EXPECT_NEAR(m[3] * 0.42095F + m[4] * 1.01627F + m[5], 0.7778F + 0.25F, 1e-4);
+  EXPECT_EQ(t.uv_set, 1);
+}
+
+TEST(GltfMaterial, SharedImageIsDecodedOnce) {
+  core::GlbWriter writer;
+  add_image(writer, pixel_png(1, 0, 0, 1));
+  writer.add("textures", R"({"source":0})");
+  writer.add("textures", R"({"source":0})");
+  writer.add("materials", R"({"emissiveTexture":{"index":0}})");
+  writer.add("materials", R"({"emissiveTexture":{"index":1}})");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->images.size(), 1U);
+}
+
+TEST(GltfMaterial, PixelsKeepTheirBytes) {
+  core::GlbWriter writer;
+  add_image(writer, pixel_png(0.2F, 0.4F, 0.6F, 0.8F));
+  writer.add("textures", R"({"source":0})");
+  writer.add("materials", R"({"emissiveTexture":{"index":0}})");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->images[0]->bytes.size(), 4U);
+  EXPECT_EQ(std::to_integer<int>(scene->images[0]->bytes[0]), 51);
+  EXPECT_EQ(std::to_integer<int>(scene->images[0]->bytes[2]), 153);
+  EXPECT_EQ(std::to_integer<int>(scene->images[0]->bytes[3]), 204);
+}
+
+TEST(GltfMaterial, WebpReplacesTheFallback) {
+  core::GlbWriter writer;
+  add_image(writer, pixel_png(1, 0, 0, 1));
+  add_image(writer, pixel_png(0, 1, 0, 1));
+  writer.use_extension("EXT_texture_webp");
+  writer.add("textures", R"({"source":0,"extensions":{"EXT_texture_webp":{"source":1}}})");
+  writer.add("materials", R"({"emissiveTexture":{"index":0}})");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->images.size(), 1U);
+  EXPECT_EQ(std::to_integer<int>(scene->images[0]->bytes[1]), 255);
+}
+
+TEST(GltfMaterial, TextureWithoutAFallbackForBasisuIsRefused) {
+  core::GlbWriter writer;
+  add_image(writer, pixel_png(1, 0, 0, 1));
+  writer.add("textures", R"({"extensions":{"KHR_texture_basisu":{"source":0}}})");
+  expect_error_at(load(writer), "/textures/0");
+}
+
+TEST(GltfMaterial, BasisuWithAFallbackIsRead) {
+  core::GlbWriter writer;
+  add_image(writer, pixel_png(1, 0, 0, 1));
+  add_image(writer, pixel_png(0, 1, 0, 1));
+  writer.use_extension("KHR_texture_basisu");
+  writer.add("textures", R"({"source":0,"extensions":{"KHR_texture_basisu":{"source":1}}})");
+  writer.add("materials", R"({"emissiveTexture":{"index":0}})");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(std::to_integer<int>(scene->images.at(0)->bytes[0]), 255);
+}
+
+core::Bytes with_variants() {
+  core::GlbWriter writer;
+  writer.use_extension("KHR_materials_variants");
+  writer.set("extensions", R"({"KHR_materials_variants":{"variants":[{"name":"red"},{"name":"blue"}]}})");
+  writer.add("materials", "{}");
+  writer.add("materials", "{}");
+  add_triangle(writer, R"("material":0,"extensions":{"KHR_materials_variants":{"mappings":[{"material":1,"variants":[1]}]}})");
+  return writer.finish();
+}
+
+TEST(GltfVariants, NamesAreListed) {
+  const auto scene = load(with_variants());
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->variants, (std::vector<std::string>{"red", "blue"}));
+}
+
+TEST(GltfVariants, ChosenVariantReplacesTheMaterial) {
+  core::GltfOptions options;
+  options.variant = "blue";
+  EXPECT_EQ(only_primitive(load(with_variants(), options)).material, 1);
+}
+
+TEST(GltfVariants, VariantWithoutAMappingKeepsTheMaterial) {
+  core::GltfOptions options;
+  options.variant = "red";
+  EXPECT_EQ(only_primitive(load(with_variants(), options)).material, 0);
+}
+
+TEST(GlbWriter, MaterialSurvivesWritingAndReading) {
+  core::SceneDescription scene;
+  MaterialDescription m;
+  m.name = "all";
+  m.base_color = {0.1F, 0.2F, 0.3F};
+  m.emissive = {3, 6, 1.5F};
+  m.ior = 1.25F;
+  m.specular = 0.5F;
+  m.transmission = 0.5F;
+  m.thickness = 0.25F;
+  m.attenuation_distance = 2;
+  m.attenuation_color = {0.5F, 0.25F, 1};
+  m.clearcoat = 0.5F;
+  m.sheen_color = {0.25F, 0.5F, 0.75F};
+  m.iridescence = 0.5F;
+  m.anisotropy = 0.5F;
+  m.dispersion = 0.5F;
+  m.diffuse_transmission = 0.5F;
+  scene.materials.push_back(m);
+  const auto read = load(core::write_glb(scene));
+  ASSERT_TRUE(read) << read.error().message;
+  const MaterialDescription& r = read->materials.at(0);
+  EXPECT_EQ(r.name, "all");
+  EXPECT_EQ(r.base_color, m.base_color);
+  EXPECT_EQ(r.emissive, m.emissive);
+  EXPECT_EQ(r.ior, m.ior);
+  EXPECT_EQ(r.specular, m.specular);
+  EXPECT_EQ(r.transmission, m.transmission);
+  EXPECT_EQ(r.thickness, m.thickness);
+  EXPECT_EQ(r.attenuation_distance, m.attenuation_distance);
+  EXPECT_EQ(r.attenuation_color, m.attenuation_color);
+  EXPECT_EQ(r.clearcoat, m.clearcoat);
+  EXPECT_EQ(r.sheen_color, m.sheen_color);
+  EXPECT_EQ(r.iridescence, m.iridescence);
+  EXPECT_EQ(r.anisotropy, m.anisotropy);
+  EXPECT_EQ(r.dispersion, m.dispersion);
+  EXPECT_EQ(r.diffuse_transmission, m.diffuse_transmission);
+}
+
+}  // namespace

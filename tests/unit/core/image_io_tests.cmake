@@ -1,0 +1,3 @@
+set(IMAGE_IO_TEST_SOURCES
+  image_io_test.cpp
+  tone_map_test.cpp)

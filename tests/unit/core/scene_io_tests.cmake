@@ -1,0 +1,14 @@
+find_package(meshoptimizer REQUIRED CONFIG)
+pkg_check_modules(DRACO REQUIRED IMPORTED_TARGET draco)
+
+set(SCENE_IO_TEST_SOURCES
+  builtin_scenes_test.cpp
+  gltf_assets_test.cpp
+  gltf_bad_input_test.cpp
+  gltf_compression_test.cpp
+  gltf_container_test.cpp
+  gltf_deform_test.cpp
+  gltf_geometry_test.cpp
+  gltf_material_test.cpp
+  gltf_tangent_test.cpp)
+set(SCENE_IO_TEST_LIBRARIES core_image_io meshoptimizer::meshoptimizer PkgConfig::DRACO)

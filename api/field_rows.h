@@ -269,8 +269,10 @@ struct FixedRow {
   Json fixed() const { return Json::parse(value_text); }
   template <typename S>
   void read(const Json& value, S& /*out*/, const std::string& pointer, Faults& faults) const {
-    if (value != fixed()) {
-      faults.add(pointer, not_available(value, std::vector{value_text}));
+    const Json only = fixed();
+    if (value != only) {
+      const std::string name_text = only.is_string() ? only.get<std::string>() : dump(only);
+      faults.add(pointer, not_available(value, std::vector<std::string_view>{name_text}));
     }
   }
   template <typename S>

@@ -23,9 +23,8 @@ constexpr std::array<std::string_view, 8> kReasons = {
     "",      "samples_per_pixel", "relative_error", "seconds", "deadline", "limit",
     "cancelled", "failed"};
 
-/// Milliseconds are enough for people, and keep the text short.
 Json time_json(const std::optional<double>& unix_seconds) {
-  return unix_seconds ? Json(rfc3339(std::round(*unix_seconds * 1e3) / 1e3)) : Json(nullptr);
+  return unix_seconds ? Json(rfc3339(*unix_seconds)) : Json(nullptr);
 }
 
 Json links_json(const JobView& job) {

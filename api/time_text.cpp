@@ -13,7 +13,8 @@ namespace {
 constexpr std::int64_t kSecondsPerDay = 86400;
 constexpr std::int64_t kFirstSecond = -62167219200;  // 0000-01-01T00:00:00Z
 constexpr std::int64_t kLastSecond = 253402300799;   // 9999-12-31T23:59:59Z
-constexpr std::int64_t kMicro = 1'000'000;
+/// Ticks of a second. Not milliseconds: from 2106 on, doubles of seconds cannot tell two of them apart.
+constexpr std::int64_t kMilli = 1000;
 
 struct Date {
   int year = 1970;
@@ -87,7 +88,7 @@ class Cursor {
   bool good_ = true;
 };
 
-/// Microseconds of ".123", or 0 when there is no fraction.
+/// Milliseconds of ".123", or 0 when there is no fraction.
 std::int64_t read_fraction(Cursor& cursor) {
   if (!cursor.at('.')) {
     return 0;
@@ -96,11 +97,11 @@ std::int64_t read_fraction(Cursor& cursor) {
   if (!cursor.at_digit()) {
     cursor.fail();
   }
-  std::int64_t micro = 0;
-  for (std::int64_t place = kMicro / 10; cursor.at_digit(); place /= 10) {
-    micro += place * cursor.digits(1);
+  std::int64_t milli = 0;
+  for (std::int64_t place = kMilli / 10; cursor.at_digit(); place /= 10) {
+    milli += place * cursor.digits(1);
   }
-  return micro;
+  return milli;
 }
 
 /// Seconds east of Greenwich.
@@ -139,7 +140,7 @@ std::optional<double> parse_rfc3339(std::string_view text) {
   const int minute = cursor.digits(2);
   cursor.literal(':');
   const int second = cursor.digits(2);
-  const std::int64_t micro = read_fraction(cursor);
+  const std::int64_t milli = read_fraction(cursor);
   const std::int64_t offset = read_offset(cursor);
   if (!cursor.good() || !cursor.at_end() || (separator != 'T' && separator != 't')) {
     return {};
@@ -150,15 +151,15 @@ std::optional<double> parse_rfc3339(std::string_view text) {
   }
   const std::int64_t seconds =
       days_from_date(date) * kSecondsPerDay + hour * 3600 + minute * 60 + second - offset;
-  return static_cast<double>(seconds * kMicro + micro) / static_cast<double>(kMicro);
+  return static_cast<double>(seconds * kMilli + milli) / static_cast<double>(kMilli);
 }
 
 std::string rfc3339(double unix_seconds) {
   const double inside = std::clamp(unix_seconds, static_cast<double>(kFirstSecond),
                                    static_cast<double>(kLastSecond));
-  const std::int64_t total = std::llround(inside * static_cast<double>(kMicro));
-  const std::int64_t micro = ((total % kMicro) + kMicro) % kMicro;
-  const std::int64_t seconds = (total - micro) / kMicro;
+  const std::int64_t total = std::llround(inside * static_cast<double>(kMilli));
+  const std::int64_t milli = ((total % kMilli) + kMilli) % kMilli;
+  const std::int64_t seconds = (total - milli) / kMilli;
   const std::int64_t second_of_day = ((seconds % kSecondsPerDay) + kSecondsPerDay) % kSecondsPerDay;
   const Date date = date_from_days((seconds - second_of_day) / kSecondsPerDay);
   std::array<char, 64> text{};
@@ -166,8 +167,8 @@ std::string rfc3339(double unix_seconds) {
                 date.day, static_cast<int>(second_of_day / 3600),
                 static_cast<int>(second_of_day / 60 % 60), static_cast<int>(second_of_day % 60));
   std::string result = text.data();
-  if (micro != 0) {
-    std::snprintf(text.data(), text.size(), ".%06d", static_cast<int>(micro));
+  if (milli != 0) {
+    std::snprintf(text.data(), text.size(), ".%03d", static_cast<int>(milli));
     result += text.data();
     result.erase(result.find_last_not_of('0') + 1);
   }

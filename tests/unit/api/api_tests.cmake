@@ -1,0 +1,14 @@
+set(API_TEST_SOURCES
+  errors_test.cpp
+  events_test.cpp
+  job_refusals_test.cpp
+  job_spec_test.cpp
+  job_view_test.cpp
+  json_test.cpp
+  openapi_test.cpp
+  query_test.cpp
+  requests_test.cpp
+  schema_check.cpp
+  server_view_test.cpp
+  tile_frame_test.cpp
+  time_text_test.cpp)

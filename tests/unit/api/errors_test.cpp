@@ -1,0 +1,93 @@
+#include "api/errors.h"
+
+#include <set>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "api/json.h"
+#include "api/limits.h"
+
+namespace {
+
+using core::ErrorCode;
+
+TEST(ErrorTable, HasTheStatusesOfTheContract) {
+  EXPECT_EQ(api::error_status(ErrorCode::kBadSyntax), 400);
+  EXPECT_EQ(api::error_status(ErrorCode::kUnauthorized), 401);
+  EXPECT_EQ(api::error_status(ErrorCode::kForbidden), 403);
+  EXPECT_EQ(api::error_status(ErrorCode::kNotFound), 404);
+  EXPECT_EQ(api::error_status(ErrorCode::kNotAcceptable), 406);
+  EXPECT_EQ(api::error_status(ErrorCode::kConflict), 409);
+  EXPECT_EQ(api::error_status(ErrorCode::kGone), 410);
+  EXPECT_EQ(api::error_status(ErrorCode::kPreconditionFailed), 412);
+  EXPECT_EQ(api::error_status(ErrorCode::kTooLarge), 413);
+  EXPECT_EQ(api::error_status(ErrorCode::kUnsupportedMedia), 415);
+  EXPECT_EQ(api::error_status(ErrorCode::kRangeNotSatisfiable), 416);
+  EXPECT_EQ(api::error_status(ErrorCode::kMisdirected), 421);
+  EXPECT_EQ(api::error_status(ErrorCode::kInvalidArgument), 422);
+  EXPECT_EQ(api::error_status(ErrorCode::kMissingFiles), 424);
+  EXPECT_EQ(api::error_status(ErrorCode::kTooManyRequests), 429);
+  EXPECT_EQ(api::error_status(ErrorCode::kInternal), 500);
+  EXPECT_EQ(api::error_status(ErrorCode::kUnavailable), 503);
+  EXPECT_EQ(api::error_status(ErrorCode::kNoSpace), 507);
+}
+
+TEST(ErrorTable, HasARowForEachCodeAndNoTypeTwice) {
+  std::set<std::string_view> slugs;
+  for (int code = 0; code <= static_cast<int>(ErrorCode::kCancelled); ++code) {
+    const api::ErrorRow& row = api::error_row(static_cast<ErrorCode>(code));
+    EXPECT_TRUE(slugs.insert(row.slug).second) << row.slug;
+    EXPECT_FALSE(row.title.empty());
+  }
+}
+
+TEST(FromError, TurnsAPointerIntoAFieldError) {
+  const auto problem = api::from_error({ErrorCode::kInvalidArgument, "no such camera", "/camera/name"});
+  EXPECT_EQ(problem.status, 422);
+  EXPECT_EQ(problem.type, "/docs#problem-invalid-argument");
+  ASSERT_EQ(problem.errors.size(), 1U);
+  EXPECT_EQ(problem.errors[0].pointer, "/camera/name");
+  EXPECT_EQ(problem.errors[0].detail, "no such camera");
+}
+
+TEST(FromError, PutsAnotherPlaceBeforeTheMessage) {
+  const auto problem = api::from_error({ErrorCode::kNoSpace, "disk is full", "films"});
+  EXPECT_EQ(problem.status, 507);
+  EXPECT_EQ(problem.detail, "films: disk is full");
+  EXPECT_TRUE(problem.errors.empty());
+}
+
+TEST(ProblemJson, HasTheMembersOfTheRfc) {
+  const auto problem = api::make_problem(ErrorCode::kInvalidArgument,
+                                         {{"/film/width", "0 is outside [1, 16384]"}});
+  EXPECT_EQ(api::problem_json(problem, "/v1/jobs"),
+            R"({"type":"/docs#problem-invalid-argument","title":"A value is not allowed","status":422,)"
+            R"("detail":"/film/width: 0 is outside [1, 16384]","instance":"/v1/jobs",)"
+            R"("errors":[{"pointer":"/film/width","detail":"0 is outside [1, 16384]"}]})");
+}
+
+TEST(ProblemJson, LeavesOutWhatThereIsNot) {
+  const api::Json body =
+      api::Json::parse(api::problem_json(api::make_problem(ErrorCode::kNotFound, "gone"), ""));
+  EXPECT_FALSE(body.contains("instance"));
+  EXPECT_FALSE(body.contains("errors"));
+}
+
+TEST(MakeProblem, SaysHowManyFaultsThereAreAndShowsTheFirst32) {
+  const std::vector<api::FieldError> errors(40, {"/a", "is wrong"});
+  const auto problem = api::make_problem(ErrorCode::kInvalidArgument, errors);
+  EXPECT_EQ(problem.detail, "/a: is wrong (and 39 more)");
+  EXPECT_EQ(problem.errors.size(), 32U);
+}
+
+TEST(LimitTable, HasPositiveValuesAndNoNameTwice) {
+  std::set<std::string_view> names;
+  for (const api::LimitRow& row : api::limit_table()) {
+    EXPECT_TRUE(names.insert(row.name).second) << row.name;
+    EXPECT_GT(row.value, 0) << row.name;
+    EXPECT_FALSE(row.summary.empty()) << row.name;
+  }
+}
+
+}  // namespace

@@ -1,0 +1,303 @@
+// Every refusal of the job request: pointer and message, word for word.
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "api/job_checks.h"
+#include "api/job_spec.h"
+
+namespace {
+
+struct Case {
+  std::string members;  ///< beside scene
+  std::string pointer;
+  std::string detail;
+};
+
+class JobRefusal : public testing::TestWithParam<Case> {};
+
+TEST_P(JobRefusal, NamesThePlaceAndTheReason) {
+  const Case& c = GetParam();
+  const auto parsed = api::parse_job(R"({"scene":"cornell-box",)" + c.members + "}");
+  ASSERT_FALSE(parsed) << c.members;
+  EXPECT_EQ(parsed.problem().status, 422);
+  ASSERT_EQ(parsed.problem().errors.size(), 1U) << parsed.problem().detail;
+  EXPECT_EQ(parsed.problem().errors[0].pointer, c.pointer);
+  EXPECT_EQ(parsed.problem().errors[0].detail, c.detail);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Numbers, JobRefusal,
+    testing::Values(
+        Case{R"("seed":-1)", "/seed", "-1 is outside [0, 9007199254740991]"},
+        Case{R"("seed":9007199254740992)", "/seed",
+             "9007199254740992 is outside [0, 9007199254740991]"},
+        Case{R"("seed":18446744073709551615)", "/seed",
+             "18446744073709551615 is outside [0, 9007199254740991]"},
+        Case{R"("seed":1e300)", "/seed", "1e+300 is outside [0, 9007199254740991]"},
+        Case{R"("seed":1e999)", "/seed", "1e999 is too large for a number"},
+        Case{R"("seed":0.5)", "/seed", "0.5 is not a whole number"},
+        Case{R"("seed":"1")", "/seed", "expected a whole number, got a string"},
+        Case{R"("seed":null)", "/seed", "expected a whole number, got null"},
+        Case{R"("priority":101)", "/priority", "101 is outside [-100, 100]"},
+        Case{R"("priority":-101)", "/priority", "-101 is outside [-100, 100]"},
+        Case{R"("priority":true)", "/priority", "expected a whole number, got true or false"},
+        Case{R"("time_seconds":"a")", "/time_seconds", "expected a number, got a string"},
+        Case{R"("time_seconds":1e7)", "/time_seconds", "10000000 is outside [-1000000, 1000000]"},
+        Case{R"("film":{"width":0})", "/film/width", "0 is outside [1, 16384]"},
+        Case{R"("film":{"width":16385})", "/film/width", "16385 is outside [1, 16384]"},
+        Case{R"("film":{"height":1.25})", "/film/height", "1.25 is not a whole number"},
+        Case{R"("film":{"filter":{"radius":0}})", "/film/filter/radius", "0 is outside (0, 8]"},
+        Case{R"("film":{"filter":{"radius":8.5}})", "/film/filter/radius", "8.5 is outside (0, 8]"},
+        Case{R"("integrator":{"max_depth":1025})", "/integrator/max_depth",
+             "1025 is outside [0, 1024]"},
+        Case{R"("estimator":{"mis":{"exponent":0.5}})", "/estimator/mis/exponent",
+             "0.5 is outside [1, 16]"},
+        Case{R"("sampler":{"replicates":3})", "/sampler/replicates",
+             "3 is odd; replicates come in pairs"},
+        Case{R"("sampler":{"replicates":0})", "/sampler/replicates", "0 is outside [2, 64]"},
+        Case{R"("sampler":{"replicates":66})", "/sampler/replicates", "66 is outside [2, 64]"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Texts, JobRefusal,
+    testing::Values(
+        Case{R"("name":7)", "/name", "expected a string, got a number"},
+        Case{R"("name":")" + std::string(256, 'n') + R"(")", "/name",
+             "has 256 characters, outside [0, 255]"},
+        Case{R"("name":"a\nb")", "/name", "holds a control character"},
+        Case{R"("name":"a\u0000b")", "/name", "holds a control character"},
+        Case{R"("variant":"")", "/variant", "is empty"},
+        Case{R"("labels":[])", "/labels", "expected an object, got an array"},
+        Case{R"("labels":{"":"x"})", "/labels/", "the key is empty"},
+        Case{R"("labels":{"a/b~c":1})", "/labels/a~1b~0c", "expected a string, got a number"},
+        Case{R"("labels":{")" + std::string(64, 'k') + R"(":"x"})", "/labels/" + std::string(64, 'k'),
+             "the key has 64 characters, outside [1, 63]"},
+        Case{R"("labels":{"k":")" + std::string(256, 'v') + R"("})", "/labels/k",
+             "has 256 characters, outside [0, 255]"},
+        Case{R"("labels":{"a":"","b":"","c":"","d":"","e":"","f":"","g":"","h":"","i":"","j":"","k":"",)"
+             R"("l":"","m":"","n":"","o":"","p":"","q":""})",
+             "/labels", "has 17 labels; at most 16 are allowed"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Names, JobRefusal,
+    testing::Values(
+        Case{R"("integrator":{"type":"bdpt"})", "/integrator/type",
+             "'bdpt' is not available in this build; available: path"},
+        Case{R"("integrator":"path")", "/integrator", "expected an object, got a string"},
+        Case{R"("sampler":{"type":"halton"})", "/sampler/type",
+             "'halton' is not available in this build; available: independent, sobol"},
+        Case{R"("light_sampler":{"type":"restir"})", "/light_sampler/type",
+             "'restir' is not available in this build; available: uniform, power, tree"},
+        Case{R"("adaptive":{"type":"pilot"})", "/adaptive/type",
+             "'pilot' is not available in this build; available: none"},
+        Case{R"("estimator":{"strategy":"guess"})", "/estimator/strategy",
+             "'guess' is not available in this build; available: mis, light, bsdf, cosine, uniform"},
+        Case{R"("estimator":{"mis":{"type":"optimal"}})", "/estimator/mis/type",
+             "'optimal' is not available in this build; available: balance, power, maximum"},
+        Case{R"("estimator":{"roulette":{"type":"threshold"}})", "/estimator/roulette/type",
+             "'threshold' is not available in this build; available: none, throughput"},
+        Case{R"("estimator":{"roulette":{"type":"none","delta":1}})", "/estimator/roulette/delta",
+             "unknown member; known: type"},
+        Case{R"("estimator":{"splitting":{"type":"measured"}})", "/estimator/splitting/type",
+             "'measured' is not available in this build; available: none"},
+        Case{R"("estimator":{"control_variate":{"type":"analytic"}})",
+             "/estimator/control_variate/type",
+             "'analytic' is not available in this build; available: none"},
+        Case{R"("estimator":{"expected_values":false})", "/estimator/expected_values",
+             "false is not available in this build; available: true"},
+        Case{R"("spectral":true)", "/spectral", "true is not available in this build; available: false"},
+        Case{R"("medium":{"type":"fog"})", "/medium",
+             R"({"type":"fog"} is not available in this build; available: null)"},
+        Case{R"("class":"urgent")", "/class",
+             "'urgent' is not available in this build; available: normal, preview"},
+        Case{R"("webhook":{"url":"http://x"})", "/webhook", "'webhook' is not available in this build"},
+        Case{R"("retention_seconds":60)", "/retention_seconds",
+             "'retention_seconds' is not available in this build"},
+        Case{R"("film":{"filter":{"type":"sinc"}})", "/film/filter/type",
+             "'sinc' is not available in this build; available: box, tent, gaussian, mitchell, "
+             "blackman-harris"},
+        Case{R"("film":{"layers":["albedo","heat"]})", "/film/layers/1",
+             "'heat' is not available in this build; available: beauty, albedo, normal, depth, alpha, "
+             "samples, variance, error"},
+        Case{R"("film":{"layers":["albedo","albedo"]})", "/film/layers/1",
+             "'albedo' is there more than once"},
+        Case{R"("film":{"layers":"albedo"})", "/film/layers",
+             "expected an array of layer names, got a string"},
+        Case{R"("estimator":{"mis":{"type":"balance","exponent":2}})", "/estimator/mis/exponent",
+             "applies to type 'power' only"},
+        Case{R"("estimator":{"strategy":"light","mis":{"type":"balance"}})", "/estimator/mis",
+             "applies to strategy 'mis' only"},
+        Case{R"("preview_key":"k")", "/preview_key", "applies to class 'preview' only"},
+        Case{R"("cameras":{})", "/cameras",
+             "unknown member; known: scene, name, labels, priority, seed, camera, variant, time_seconds, "
+             "medium, class, preview_key, environment, film, integrator, estimator, sampler, "
+             "light_sampler, adaptive, spectral, stop, webhook, retention_seconds"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Camera, JobRefusal,
+    testing::Values(
+        Case{R"("camera":null)", "/camera", "expected an object, got null"},
+        Case{R"("camera":{"name":"a","index":0})", "/camera/index",
+             "name and index both choose a camera of the file; give one of them"},
+        Case{R"("camera":{"position":[0,0,1]})", "/camera/target",
+             "is required with position; they come together"},
+        Case{R"("camera":{"target":[0,0,1]})", "/camera/position",
+             "is required with target; they come together"},
+        Case{R"("camera":{"position":[0,0,1],"target":[0,0,1]})", "/camera/target",
+             "is the same point as position"},
+        Case{R"("camera":{"position":[0,5,0],"target":[0,0,0]})", "/camera/up",
+             "is [0, 1, 0], which is parallel to the direction from position to target; give another"},
+        Case{R"("camera":{"position":[0,0,0],"target":[1,2,3],"up":[-2,-4,-6]})", "/camera/up",
+             "is parallel to the direction from position to target"},
+        Case{R"("camera":{"up":[0,0,0]})", "/camera/up", "is the zero vector"},
+        Case{R"("camera":{"position":[0,0]})", "/camera/position",
+             "expected an array of 3 numbers, got 2 elements"},
+        Case{R"("camera":{"position":[0,"0",0]})", "/camera/position/1",
+             "expected a number, got a string"},
+        Case{R"("camera":{"position":[0,1e10,0]})", "/camera/position/1",
+             "10000000000 is outside [-1000000000, 1000000000]"},
+        Case{R"("camera":{"vertical_fov_degrees":180})", "/camera/vertical_fov_degrees",
+             "180 is outside (0, 180)"},
+        Case{R"("camera":{"vertical_fov_degrees":0})", "/camera/vertical_fov_degrees",
+             "0 is outside (0, 180)"},
+        Case{R"("camera":{"aperture_radius":-1})", "/camera/aperture_radius",
+             "-1 is outside [0, 1000000000]"},
+        Case{R"("camera":{"focus_distance":0})", "/camera/focus_distance",
+             "0 is outside (0, 1000000000]"},
+        Case{R"("camera":{"index":-1})", "/camera/index", "-1 is outside [0, 65535]"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Film, JobRefusal,
+    testing::Values(
+        Case{R"("film":{"crop":{"x":900,"y":0,"width":61,"height":1}})", "/film/crop",
+             "ends at x = 961, outside the film's width of 960"},
+        Case{R"("film":{"crop":{"x":0,"y":539,"width":1,"height":2}})", "/film/crop",
+             "ends at y = 541, outside the film's height of 540"},
+        Case{R"("film":{"crop":{"x":0,"y":0,"width":0,"height":1}})", "/film/crop/width",
+             "0 is outside [1, 16384]"},
+        Case{R"("film":{"crop":{"x":0,"y":0,"width":5}})", "/film/crop/height", "is required"},
+        Case{R"("film":{"crop":{"x":-1,"y":0,"width":1,"height":1}})", "/film/crop/x",
+             "-1 is outside [0, 16383]"},
+        Case{R"("film":{"crop":[0,0,1,1]})", "/film/crop", "expected an object, got an array"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Environment, JobRefusal,
+    testing::Values(
+        Case{R"("environment":"white")", "/environment", "expected an object, got a string"},
+        Case{R"("environment":{"color":[1,-1,1]})", "/environment/color/1",
+             "-1 is outside [0, 1000000000]"},
+        Case{R"("environment":{"intensity":-0.5})", "/environment/intensity",
+             "-0.5 is outside [0, 1000000000]"},
+        Case{R"("environment":{"visible":1})", "/environment/visible",
+             "expected true or false, got a number"},
+        Case{R"("environment":{"asset":"sky.hdr"})", "/environment/asset",
+             "'sky.hdr' is not an asset id (64 lower-case hex digits)"},
+        Case{R"("environment":{"colour":[1,1,1]})", "/environment/colour",
+             "unknown member; known: asset, color, intensity, rotation_degrees, visible"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Stop, JobRefusal,
+    testing::Values(
+        Case{R"("stop":{})", "/stop",
+             "has no rule; give samples_per_pixel, relative_error, seconds or deadline"},
+        Case{R"("stop":{"samples_per_pixel":null})", "/stop",
+             "has no rule; give samples_per_pixel, relative_error, seconds or deadline"},
+        Case{R"("stop":{"confidence":0.9})", "/stop",
+             "has no rule; give samples_per_pixel, relative_error, seconds or deadline"},
+        Case{R"("stop":null)", "/stop", "expected an object, got null"},
+        Case{R"("stop":{"samples_per_pixel":0})", "/stop/samples_per_pixel",
+             "0 is outside [1, 65536]"},
+        Case{R"("stop":{"samples_per_pixel":65537})", "/stop/samples_per_pixel",
+             "65537 is outside [1, 65536]"},
+        Case{R"("stop":{"relative_error":0})", "/stop/relative_error", "0 is outside [1e-05, 10]"},
+        Case{R"("stop":{"relative_error":10.5})", "/stop/relative_error",
+             "10.5 is outside [1e-05, 10]"},
+        Case{R"("stop":{"relative_error":0.1,"confidence":1})", "/stop/confidence",
+             "1 is outside [0.5, 0.9999]"},
+        Case{R"("stop":{"relative_error":0.1,"scope":"tile"})", "/stop/scope",
+             "'tile' is not available in this build; available: image, worst_tile"},
+        Case{R"("stop":{"seconds":1,"scope":"worst_tile"})", "/stop/scope",
+             "applies to relative_error only"},
+        Case{R"("stop":{"seconds":0})", "/stop/seconds", "0 is outside (0, 604800]"},
+        Case{R"("stop":{"seconds":604801})", "/stop/seconds", "604801 is outside (0, 604800]"},
+        Case{R"("stop":{"deadline":"tomorrow"})", "/stop/deadline",
+             "'tomorrow' is not an RFC 3339 time such as 2026-01-31T12:00:00Z"},
+        Case{R"("stop":{"deadline":1767225600})", "/stop/deadline",
+             "expected a string, got a number"}));
+
+TEST(ParseJob, WantsAScene) {
+  const auto parsed = api::parse_job("{}");
+  ASSERT_FALSE(parsed);
+  EXPECT_EQ(parsed.problem().status, 422);
+  EXPECT_EQ(parsed.problem().errors,
+            (std::vector<api::FieldError>{{"/scene", "is required"}}));
+}
+
+TEST(ParseJob, WantsAnObject) {
+  const auto parsed = api::parse_job("[]");
+  ASSERT_FALSE(parsed);
+  EXPECT_EQ(parsed.problem().errors,
+            (std::vector<api::FieldError>{{"", "expected an object, got an array"}}));
+}
+
+TEST(ParseJob, FindsAllFaultsAtOnce) {
+  const auto parsed = api::parse_job(
+      R"({"scene":"","seed":-1,"film":{"width":0,"colour":1},"stop":{"seconds":-1,"confidence":2}})");
+  ASSERT_FALSE(parsed);
+  std::vector<std::string> pointers;
+  for (const auto& error : parsed.problem().errors) {
+    pointers.push_back(error.pointer);
+  }
+  EXPECT_EQ(pointers, (std::vector<std::string>{"/scene", "/seed", "/film/colour", "/film/width",
+                                                "/stop/confidence", "/stop/seconds"}));
+}
+
+TEST(ParseJob, AnswersATooLargeFilmWith413) {
+  const auto parsed = api::parse_job(R"({"scene":"x","film":{"width":16384,"height":4096}})");
+  ASSERT_FALSE(parsed);
+  EXPECT_EQ(parsed.problem().status, 413);
+  EXPECT_EQ(parsed.problem().errors,
+            (std::vector<api::FieldError>{
+                {"/film", "16384 x 4096 is 67108864 pixels; at most 64000000 are allowed"}}));
+  EXPECT_TRUE(api::parse_job(R"({"scene":"x","film":{"width":8000,"height":8000}})"));
+}
+
+TEST(ParseJob, AnswersOtherFaultsBesideATooLargeFilmWith422) {
+  const auto parsed = api::parse_job(
+      R"({"scene":"x","camera":{"target":[0,0,0]},"film":{"width":16384,"height":16384}})");
+  ASSERT_FALSE(parsed);
+  EXPECT_EQ(parsed.problem().status, 422);
+  EXPECT_EQ(parsed.problem().errors.size(), 2U);
+}
+
+TEST(ParseJob, AnswersATooLargeBodyWith413) {
+  EXPECT_EQ(api::parse_job(std::string((1U << 20U) + 1, ' ')).problem().status, 413);
+}
+
+TEST(ParseJob, KeepsTheAnswerSmallHoweverManyFaultsThereAre) {
+  std::string body = "{";
+  for (int i = 0; i < 50000; ++i) {
+    body += (i == 0 ? "\"x" : ",\"x") + std::to_string(i) + "\":1";
+  }
+  const auto parsed = api::parse_job(body + "}");
+  ASSERT_FALSE(parsed);
+  EXPECT_EQ(parsed.problem().errors.size(), 32U);
+}
+
+TEST(CheckOptions, RefusesWhatTheIntegratorDoesNotUse) {
+  auto parsed = api::parse_job(
+      R"({"scene":"x","estimator":{"strategy":"bsdf"},"integrator":{"max_depth":3}})");
+  ASSERT_TRUE(parsed);
+  const std::vector<std::string> accepted = {"/integrator/max_depth"};
+  api::Faults faults;
+  api::check_options(parsed->spec, accepted, faults);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_EQ(faults.problem().errors,
+            (std::vector<api::FieldError>{
+                {"/estimator/strategy",
+                 "'bsdf' is not used by integrator 'path'; its only value there is 'mis'"}}));
+}
+
+}  // namespace

@@ -1,0 +1,321 @@
+#include "api/job_spec.h"
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "core/render/registry.h"
+
+namespace {
+
+using api::Json;
+
+api::JobSpec spec_of(const std::string& body) {
+  const auto parsed = api::parse_job(body);
+  EXPECT_TRUE(parsed) << body << (parsed ? "" : parsed.problem().detail);
+  return parsed ? parsed->spec : api::JobSpec{};
+}
+
+TEST(JobSpec, ShowsEveryDefaultInTheOrderOfTheContract) {
+  const Json expected = Json::parse(R"({
+    "scene": "cornell-box",
+    "name": "", "labels": {}, "priority": 0, "seed": 0,
+    "camera": {"name": null, "index": null, "position": null, "target": null, "up": null,
+               "vertical_fov_degrees": null, "aperture_radius": null, "focus_distance": null},
+    "variant": null, "time_seconds": 0,
+    "medium": null, "class": "normal", "preview_key": null,
+    "film": {"width": 960, "height": 540, "crop": null,
+             "filter": {"type": "blackman-harris", "radius": 1.5},
+             "layers": ["albedo", "normal", "depth"]},
+    "integrator": {"type": "path", "max_depth": 16},
+    "estimator": {"strategy": "mis", "mis": {"type": "power", "exponent": 2},
+                  "roulette": {"type": "throughput"}, "splitting": {"type": "none"},
+                  "control_variate": {"type": "none"}, "expected_values": true},
+    "sampler": {"type": "sobol", "replicates": 2},
+    "light_sampler": {"type": "tree"},
+    "adaptive": {"type": "none"},
+    "spectral": false,
+    "stop": {"samples_per_pixel": 256}
+  })");
+  EXPECT_EQ(api::spec_json(spec_of(R"({"scene":"cornell-box"})")), api::dump(expected));
+}
+
+TEST(JobSpec, EveryMemberArrives) {
+  const api::JobSpec spec = spec_of(R"({
+    "scene": "s", "name": "n", "labels": {"a": "b"}, "priority": -7, "seed": 9007199254740991,
+    "camera": {"index": 2, "position": [1, 2, 3], "target": [4, 5, 6], "up": [0, 0, 1],
+               "vertical_fov_degrees": 30, "aperture_radius": 0.01, "focus_distance": 2},
+    "variant": "red", "time_seconds": 1.5, "class": "preview", "preview_key": "k",
+    "environment": {"color": [0.1, 0.2, 0.3], "intensity": 4, "rotation_degrees": -90, "visible": false,
+                    "asset": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"},
+    "film": {"width": 100, "height": 50, "crop": {"x": 1, "y": 2, "width": 3, "height": 4},
+             "filter": {"type": "box", "radius": 0.5}, "layers": ["depth", "beauty"]},
+    "integrator": {"type": "path", "max_depth": 0},
+    "estimator": {"strategy": "mis", "mis": {"type": "power", "exponent": 3},
+                  "roulette": {"type": "none"}},
+    "sampler": {"type": "independent", "replicates": 8},
+    "light_sampler": {"type": "power"},
+    "stop": {"relative_error": 0.02, "confidence": 0.9, "scope": "worst_tile", "seconds": 60,
+             "deadline": "2026-01-01T01:00:00+01:00", "samples_per_pixel": 1000}
+  })");
+  EXPECT_EQ(spec.scene, "s");
+  EXPECT_EQ(spec.name, "n");
+  EXPECT_EQ(spec.labels.at("a"), "b");
+  EXPECT_EQ(spec.priority, -7);
+  EXPECT_EQ(spec.render.seed, 9007199254740991U);
+  EXPECT_EQ(spec.camera.index, 2);
+  EXPECT_EQ(spec.camera.position, (core::Vec3{1, 2, 3}));
+  EXPECT_EQ(spec.camera.target, (core::Vec3{4, 5, 6}));
+  EXPECT_EQ(spec.camera.up, (core::Vec3{0, 0, 1}));
+  EXPECT_EQ(spec.camera.vertical_fov_degrees, 30.0F);
+  EXPECT_EQ(spec.camera.aperture_radius_m, 0.01F);
+  EXPECT_EQ(spec.camera.focus_distance_m, 2.0F);
+  EXPECT_EQ(spec.variant, "red");
+  EXPECT_EQ(spec.time_seconds, 1.5);
+  EXPECT_EQ(spec.job_class, api::JobClass::kPreview);
+  EXPECT_EQ(spec.preview_key, "k");
+  EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kGiven);
+  EXPECT_EQ(spec.environment.color, (core::Rgb{0.1F, 0.2F, 0.3F}));
+  EXPECT_EQ(spec.environment.intensity, 4.0F);
+  EXPECT_EQ(spec.environment.rotation_degrees, -90.0F);
+  EXPECT_FALSE(spec.environment.visible);
+  EXPECT_TRUE(spec.environment_asset.has_value());
+  EXPECT_EQ(spec.render.film.width, 100);
+  EXPECT_EQ(spec.render.film.height, 50);
+  EXPECT_EQ(spec.render.film.crop, (core::PixelRect{1, 2, 3, 4}));
+  EXPECT_EQ(spec.render.film.filter.type, core::FilterType::kBox);
+  EXPECT_EQ(spec.render.film.filter.radius_px, 0.5F);
+  EXPECT_EQ(spec.layers, (std::vector<std::string>{"beauty", "depth"}));
+  EXPECT_FALSE(spec.render.film.albedo);
+  EXPECT_FALSE(spec.render.film.normal);
+  EXPECT_TRUE(spec.render.film.depth);
+  EXPECT_EQ(spec.render.max_depth, 0);
+  EXPECT_EQ(spec.render.estimator.mis_exponent, 3.0F);
+  EXPECT_EQ(spec.render.estimator.roulette, core::RouletteType::kNone);
+  EXPECT_EQ(spec.render.sampler, core::SamplerType::kIndependent);
+  EXPECT_EQ(spec.render.replicates, 8);
+  EXPECT_EQ(spec.render.light_sampler, core::LightSamplerType::kPower);
+  EXPECT_EQ(spec.stop.relative_error, 0.02);
+  EXPECT_EQ(spec.stop.confidence, 0.9);
+  EXPECT_TRUE(spec.stop.worst_tile);
+  EXPECT_EQ(spec.stop.seconds, 60.0);
+  EXPECT_EQ(spec.stop.deadline_unix_seconds, 1767225600.0);
+}
+
+TEST(JobSpec, GivenStopReplacesTheDefaultRule) {
+  const api::JobSpec spec = spec_of(R"({"scene":"x","stop":{"seconds":5}})");
+  EXPECT_FALSE(spec.stop.samples_per_pixel.has_value());
+  EXPECT_EQ(api::dump(api::to_json(spec)["stop"]), R"({"seconds":5})");
+}
+
+TEST(JobSpec, TakesWholeNumbersWithAPoint) {
+  EXPECT_EQ(spec_of(R"({"scene":"x","seed":3.0,"film":{"width":1e2}})").render.film.width, 100);
+}
+
+TEST(JobSpec, HasNoNegativeZero) {
+  const api::JobSpec spec = spec_of(
+      R"({"scene":"x","seed":-0,"time_seconds":-0.0,"camera":{"position":[-0.0,0,1],"target":[0,0,0]}})");
+  EXPECT_EQ(api::dump(api::to_json(spec)["camera"]["position"]), "[0,0,1]");
+  EXPECT_EQ(api::dump(api::to_json(spec)["time_seconds"]), "0");
+}
+
+TEST(JobSpec, TellsAbsentNullAndGivenEnvironmentsApart) {
+  const api::JobSpec absent = spec_of(R"({"scene":"x"})");
+  EXPECT_EQ(absent.environment_choice, api::EnvironmentChoice::kAutomatic);
+  EXPECT_FALSE(api::to_json(absent).contains("environment"));
+  const api::JobSpec black = spec_of(R"({"scene":"x","environment":null})");
+  EXPECT_EQ(black.environment_choice, api::EnvironmentChoice::kBlack);
+  EXPECT_TRUE(api::to_json(black)["environment"].is_null());
+  const api::JobSpec white = spec_of(R"({"scene":"x","environment":{}})");
+  EXPECT_EQ(api::dump(api::to_json(white)["environment"]),
+            R"({"asset":null,"color":[1,1,1],"intensity":1,"rotation_degrees":0,"visible":true})");
+}
+
+TEST(JobSpec, RoundsSampleCountsAndSaysSo) {
+  const auto parsed = api::parse_job(R"({"scene":"x","stop":{"samples_per_pixel":15}})");
+  ASSERT_TRUE(parsed);
+  EXPECT_EQ(parsed->spec.stop.samples_per_pixel,
+            core::rounded_samples(core::SamplerType::kSobol, 2, 15));
+  EXPECT_EQ(parsed->warnings,
+            (std::vector<std::string>{"stop.samples_per_pixel: 15 was asked for, 16 is in force: "
+                                      "sampler 'sobol' with 2 replicates rounds 15 to 16."}));
+  EXPECT_TRUE(api::parse_job(R"({"scene":"x","stop":{"samples_per_pixel":1}})")->warnings.empty());
+}
+
+TEST(JobSpec, NullTakesTheExponentAway) {
+  const api::JobSpec spec =
+      spec_of(R"({"scene":"x","estimator":{"mis":{"type":"balance","exponent":null}}})");
+  EXPECT_EQ(api::dump(api::to_json(spec)["estimator"]["mis"]), R"({"type":"balance"})");
+}
+
+TEST(JobSpec, CountsCharactersAndNotBytes) {
+  std::string name;
+  for (int i = 0; i < 255; ++i) {
+    name += "é";
+  }
+  EXPECT_EQ(spec_of(R"({"scene":"x","name":")" + name + R"("})").name, name);
+}
+
+TEST(SettleEnvironment, IsWhiteUnlessTheSceneHasItsOwnLights) {
+  const core::SceneSummary plain;
+  api::JobSpec spec = spec_of(R"({"scene":"x"})");
+  EXPECT_NE(api::settle_environment(spec, plain).value_or("").find("white"), std::string::npos);
+  EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kGiven);
+  EXPECT_FALSE(api::settle_environment(spec, plain).has_value());
+
+  core::SceneSummary lit;
+  lit.lights.emplace_back();
+  spec = spec_of(R"({"scene":"x"})");
+  EXPECT_NE(api::settle_environment(spec, lit).value_or("").find("black"), std::string::npos);
+  EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kBlack);
+
+  core::SceneSummary glowing;
+  glowing.has_emissive_strength = true;
+  spec = spec_of(R"({"scene":"x"})");
+  EXPECT_TRUE(api::settle_environment(spec, glowing).has_value());
+  EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kBlack);
+}
+
+/// Requests from a seeded generator, every member with some probability.
+class RandomRequests {
+ public:
+  explicit RandomRequests(std::uint32_t seed) : random_(seed) {}
+
+  Json request() {
+    Json job = {{"scene", text()}};
+    maybe([&] { job["name"] = text(); });
+    maybe([&] { job["labels"][text()] = text(); });
+    maybe([&] { job["priority"] = integer(-100, 100); });
+    maybe([&] { job["seed"] = integer(0, (std::int64_t{1} << 53) - 1); });
+    maybe([&] { job["camera"] = camera(); });
+    maybe([&] { job["variant"] = text(); });
+    maybe([&] { job["time_seconds"] = real(-1e6, 1e6); });
+    maybe([&] {
+      job["class"] = "preview";
+      job["preview_key"] = text();
+    });
+    maybe([&] { job["environment"] = environment(); });
+    maybe([&] { job["film"] = film(); });
+    maybe([&] { job["integrator"] = {{"type", "path"}, {"max_depth", integer(0, 1024)}}; });
+    maybe([&] { job["estimator"] = estimator(); });
+    maybe([&] {
+      job["sampler"] = {{"type", name(core::samplers())}, {"replicates", 2 * integer(1, 32)}};
+    });
+    maybe([&] { job["light_sampler"] = {{"type", name(core::light_samplers())}}; });
+    maybe([&] { job["stop"] = stop(); });
+    return job;
+  }
+
+ private:
+  template <typename Do>
+  void maybe(const Do& act) {
+    if (integer(0, 1) == 1) {
+      act();
+    }
+  }
+  std::int64_t integer(std::int64_t min, std::int64_t max) {
+    return std::uniform_int_distribution<std::int64_t>(min, max)(random_);
+  }
+  double real(double min, double max) {
+    return std::uniform_real_distribution<double>(min, max)(random_);
+  }
+  std::string text() {
+    static const std::vector<std::string> kPieces = {"a", "Z9", " ", "ß", "日本", "/~\"\\", "😀"};
+    std::string out = "t";
+    for (std::int64_t i = integer(0, 5); i > 0; --i) {
+      out += kPieces[static_cast<std::size_t>(integer(0, 6))];
+    }
+    return out;
+  }
+  template <typename Entries>
+  std::string name(const Entries& entries) {
+    const auto last = static_cast<std::int64_t>(entries.size()) - 1;
+    return std::string(entries[static_cast<std::size_t>(integer(0, last))].name);
+  }
+  Json point() { return Json::array({real(-1e9, 1e9), real(-1, 1), real(-1e-3, 1e-3)}); }
+  Json camera() {
+    Json camera = Json::object();
+    maybe([&] { camera["position"] = point(); });
+    if (camera.contains("position")) {
+      camera["target"] = point();
+      camera["up"] = Json::array({0.1, 0.9, 0.3});
+    } else {
+      maybe([&] { camera["index"] = integer(0, 65535); });
+    }
+    maybe([&] { camera["vertical_fov_degrees"] = real(0.1, 179); });
+    maybe([&] { camera["aperture_radius"] = real(0, 1); });
+    maybe([&] { camera["focus_distance"] = real(0.001, 1e4); });
+    return camera;
+  }
+  Json environment() {
+    Json environment = Json::object();
+    maybe([&] { environment = nullptr; });
+    if (environment.is_object()) {
+      maybe([&] { environment["color"] = Json::array({real(0, 1), real(0, 1e3), 0}); });
+      maybe([&] { environment["intensity"] = real(0, 1e6); });
+      maybe([&] { environment["rotation_degrees"] = real(-720, 720); });
+      maybe([&] { environment["visible"] = integer(0, 1) == 1; });
+      maybe([&] { environment["asset"] = std::string(64, 'a'); });
+    }
+    return environment;
+  }
+  Json film() {
+    Json film = {{"width", integer(10, 8000)}, {"height", integer(10, 8000)}};
+    maybe([&] {
+      film["crop"] = {{"x", integer(0, 5)}, {"y", integer(0, 5)}, {"width", 5}, {"height", 4}};
+    });
+    maybe([&] { film["filter"] = {{"type", name(core::filters())}, {"radius", real(0.01, 8)}}; });
+    maybe([&] { film["layers"] = Json::array({"normal", "error", "albedo"}); });
+    return film;
+  }
+  Json estimator() {
+    Json estimator = Json::object();
+    maybe([&] { estimator["strategy"] = name(core::strategies()); });
+    if (estimator.value("strategy", "mis") == "mis") {
+      maybe([&] { estimator["mis"] = {{"type", "maximum"}}; });
+      maybe([&] { estimator["mis"] = {{"type", "power"}, {"exponent", real(1, 16)}}; });
+    }
+    maybe([&] { estimator["roulette"] = {{"type", name(core::roulette_types())}}; });
+    return estimator;
+  }
+  Json stop() {
+    Json stop = {{"seconds", real(0.001, 604800)}};
+    maybe([&] { stop["samples_per_pixel"] = integer(1, 65000); });
+    maybe([&] {
+      stop["relative_error"] = real(1e-5, 10);
+      stop["confidence"] = real(0.5, 0.9999);
+      stop["scope"] = integer(0, 1) == 1 ? "image" : "worst_tile";
+    });
+    maybe([&] { stop["deadline"] = "2026-03-04T05:06:07." + std::to_string(integer(0, 999999)) + "+09:30"; });
+    return stop;
+  }
+
+  std::mt19937 random_;
+};
+
+TEST(JobSpecProperty, ReadsBackWhatItPrints) {
+  RandomRequests requests(/*seed=*/1);
+  for (int i = 0; i < 2000; ++i) {
+    const std::string body = api::dump(requests.request());
+    const auto once = api::parse_job(body);
+    ASSERT_TRUE(once) << body << "\n" << once.problem().detail;
+    const std::string printed = api::spec_json(once->spec);
+    const auto twice = api::parse_job(printed);
+    ASSERT_TRUE(twice) << printed << "\n" << twice.problem().detail;
+    EXPECT_TRUE(twice->warnings.empty()) << printed;
+    EXPECT_TRUE(api::same_spec(once->spec, twice->spec)) << body;
+    EXPECT_EQ(api::spec_json(twice->spec), printed);
+    // Values with no own comparison, bit for bit.
+    EXPECT_EQ(once->spec.render.film.filter.radius_px, twice->spec.render.film.filter.radius_px);
+    EXPECT_EQ(once->spec.camera.position, twice->spec.camera.position);
+    EXPECT_EQ(once->spec.environment.color, twice->spec.environment.color);
+    EXPECT_EQ(once->spec.stop.deadline_unix_seconds, twice->spec.stop.deadline_unix_seconds);
+    EXPECT_EQ(once->spec.stop.relative_error, twice->spec.stop.relative_error);
+    EXPECT_EQ(once->spec.time_seconds, twice->spec.time_seconds);
+  }
+}
+
+}  // namespace

@@ -1,0 +1,204 @@
+#include "api/job_view.h"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "api/errors.h"
+#include "api/examples.h"
+
+namespace {
+
+using api::Json;
+
+Json parsed(const std::string& text) { return Json::parse(text); }
+
+std::vector<std::string> keys(const Json& object) {
+  std::vector<std::string> names;
+  for (const auto& member : object.items()) {
+    names.push_back(member.key());
+  }
+  return names;
+}
+
+TEST(JobView, HasTheMembersOfTheContract) {
+  const Json job = parsed(api::job_json(api::example_job()));
+  EXPECT_EQ(keys(job), (std::vector<std::string>{
+                           "id", "state", "stop_reason", "created_at", "started_at", "finished_at", "spec",
+                           "progress", "error", "failure", "queue_position", "statistics", "revision",
+                           "film_digest", "warnings", "links"}));
+  EXPECT_EQ(keys(job["progress"]),
+            (std::vector<std::string>{"fraction", "samples_per_pixel", "elapsed_seconds", "cpu_seconds",
+                                      "eta_seconds"}));
+  EXPECT_EQ(keys(job["statistics"]),
+            (std::vector<std::string>{"rays", "rays_per_second", "efficiency", "rejected_samples",
+                                      "peak_bytes"}));
+  EXPECT_EQ(job["created_at"], "2026-01-01T00:00:00Z");
+  EXPECT_EQ(job["started_at"], "2026-01-01T00:00:00.25Z");
+  EXPECT_EQ(job["state"], "rendering");
+  EXPECT_EQ(job["links"]["image"], "/v1/jobs/3f0c9c52-6d0e-4d7b-9a51-0a6f3c1b7e10/image");
+}
+
+TEST(JobView, WritesNullForWhatIsNotKnown) {
+  api::JobView job;
+  job.spec.scene = "x";
+  const Json body = parsed(api::job_json(job));
+  for (const char* pointer : {"/stop_reason", "/started_at", "/finished_at", "/failure", "/queue_position",
+                              "/film_digest", "/error/relative_rmse", "/error/low", "/error/high",
+                              "/statistics/efficiency", "/statistics/peak_bytes", "/progress/eta_seconds"}) {
+    EXPECT_TRUE(body.at(Json::json_pointer(pointer)).is_null()) << pointer;
+  }
+}
+
+TEST(JobView, FractionIsOneOnlyAtTheEnd) {
+  api::JobView job = api::example_job();
+  job.progress.fraction = 1;
+  EXPECT_LT(parsed(api::job_json(job))["progress"]["fraction"].get<double>(), 1);
+  job.state = api::JobState::kFinished;
+  job.progress.fraction = 0.4;  // the error target was met early
+  EXPECT_EQ(parsed(api::job_json(job))["progress"]["fraction"], 1);
+}
+
+TEST(JobView, AJobThatItsErrorEndedReportsConsistent) {
+  api::JobView job = api::example_job();
+  EXPECT_EQ(parsed(api::job_json(job))["error"]["bias"], "none");
+  job.stop_reason = core::StopReason::kRelativeError;
+  EXPECT_EQ(parsed(api::job_json(job))["error"]["bias"], "consistent");
+}
+
+TEST(JobView, ShowsTheProblemOfAFailure) {
+  api::JobView job = api::example_job();
+  job.state = api::JobState::kFailed;
+  job.failure = api::from_error({core::ErrorCode::kInvalidArgument, "no such camera", "/camera/name"});
+  const Json failure = parsed(api::job_json(job))["failure"];
+  EXPECT_EQ(failure["status"], 422);
+  EXPECT_EQ(failure["errors"][0]["pointer"], "/camera/name");
+}
+
+TEST(JobEtag, CoversStateSpecAndRevision) {
+  const api::JobView job = api::example_job();
+  EXPECT_EQ(api::job_etag(job), "\"s1-r2040-rendering\"");
+  api::JobView other = job;
+  other.state = api::JobState::kPaused;
+  EXPECT_NE(api::job_etag(other), api::job_etag(job));
+}
+
+TEST(JobEtag, GivesTheSpecVersionBack) {
+  EXPECT_EQ(api::etag_spec_version("\"s12-r2040-rendering\""), 12U);
+  EXPECT_EQ(api::etag_spec_version("W/\"s12-r2040-rendering\""), 12U);
+  for (const char* text : {"", "*", "\"abc\"", "\"s-r1-x\"", "\"s1\"", "s1-r1-x", "\"s99999999999-r1-x\""}) {
+    EXPECT_FALSE(api::etag_spec_version(text).has_value()) << text;
+  }
+}
+
+TEST(JobList, CarriesTheCursor) {
+  const std::vector<api::JobView> jobs = {api::example_job()};
+  const Json list = parsed(api::job_list_json(jobs, "abc"));
+  EXPECT_EQ(list["jobs"].size(), 1U);
+  EXPECT_EQ(list["next"], "abc");
+  EXPECT_TRUE(parsed(api::job_list_json({}, std::nullopt))["next"].is_null());
+}
+
+TEST(StateNames, ReadBack) {
+  for (int i = 0; i <= static_cast<int>(api::JobState::kCancelled); ++i) {
+    const auto state = static_cast<api::JobState>(i);
+    EXPECT_EQ(api::job_state_from_text(api::to_text(state)), state);
+  }
+  for (int i = 0; i <= static_cast<int>(core::StopReason::kFailed); ++i) {
+    const auto reason = static_cast<core::StopReason>(i);
+    EXPECT_EQ(api::stop_reason_from_text(api::to_text(reason)), reason);
+  }
+  EXPECT_EQ(api::to_text(core::StopReason::kSamples), "samples_per_pixel");
+  EXPECT_EQ(api::to_text(core::StopReason::kRelativeError), "relative_error");
+  EXPECT_EQ(api::to_text(core::StopReason::kLimit), "limit");
+  EXPECT_FALSE(api::job_state_from_text("done").has_value());
+}
+
+std::vector<core::ConvergencePoint> points_of(const std::vector<std::pair<int, double>>& values) {
+  std::vector<core::ConvergencePoint> points;
+  for (const auto& [samples, error] : values) {
+    core::ConvergencePoint point;
+    point.samples_per_pixel = samples;
+    point.error.relative_rmse = error;
+    points.push_back(point);
+  }
+  return points;
+}
+
+TEST(Slope, OfAPowerLawIsItsExponent) {
+  std::vector<std::pair<int, double>> values;
+  for (int n = 1; n <= 1024; n *= 2) {
+    values.emplace_back(n, 3 * std::pow(n, -0.5));
+  }
+  const api::Slope slope = api::fit_slope(points_of(values));
+  EXPECT_NEAR(slope.value, -0.5, 1e-12);
+  EXPECT_NEAR(slope.low, -0.5, 1e-6);
+  EXPECT_NEAR(slope.high, -0.5, 1e-6);
+}
+
+TEST(Slope, HasStudentsInterval) {
+  // x = 0, 1, 2 (in log 2), y = 0, 0, 3: slope 1.5, residuals 0.5, -1, 0.5, so that its standard error is
+  // sqrt(1.5 / 1 / 2) = 0.8660, times t(1, 0.975) = 12.7062: 11.0039. In natural logs y is in units of log 2.
+  const double ln2 = std::log(2.0);
+  const api::Slope slope = api::fit_slope(
+      points_of({{1, 1.0}, {2, 1.0}, {4, std::exp(3 * ln2)}}));
+  EXPECT_NEAR(slope.value, 1.5, 1e-12);
+  EXPECT_NEAR(slope.high - slope.value, 11.0039, 1e-3);
+  EXPECT_NEAR(slope.value - slope.low, 11.0039, 1e-3);
+}
+
+TEST(Slope, LeavesOutUnknownErrorsAndSaysWhenThereAreTooFew) {
+  const double nan = std::nan("");
+  const api::Slope two = api::fit_slope(points_of({{1, nan}, {2, 1.0}, {8, 0.5}, {16, 0.0}}));
+  EXPECT_NEAR(two.value, -0.5, 1e-12);
+  EXPECT_TRUE(std::isnan(two.low));
+  EXPECT_TRUE(std::isnan(api::fit_slope(points_of({{1, 1.0}})).value));
+  EXPECT_TRUE(std::isnan(api::fit_slope({}).value));
+  const Json body = parsed(api::convergence_json(points_of({{1, nan}})));
+  EXPECT_TRUE(body["points"][0]["relative_rmse"].is_null());
+  EXPECT_TRUE(body["slope"]["value"].is_null());
+}
+
+TEST(SceneView, ShowsBoundsCamerasAndLights) {
+  core::SceneSummary summary;
+  summary.name = "s";
+  summary.bounds.add(core::Vec3{-1, 0, 0.1F});
+  summary.bounds.add(core::Vec3{1, 2, 3});
+  summary.cameras.emplace_back().name = "front";
+  summary.lights.emplace_back().type = core::PunctualType::kSpot;
+  const Json scene = parsed(api::scene_json("id", summary));
+  EXPECT_EQ(api::dump(scene["bounds"]), R"({"min":[-1,0,0.1],"max":[1,2,3]})");
+  EXPECT_EQ(scene["cameras"][0]["name"], "front");
+  EXPECT_NEAR(scene["cameras"][0]["vertical_fov_degrees"].get<double>(), 45, 1e-4);
+  EXPECT_EQ(scene["lights"][0]["type"], "spot");
+  EXPECT_TRUE(parsed(api::scene_json("id", core::SceneSummary{}))["bounds"].is_null());
+}
+
+TEST(SceneList, JoinsTexts) {
+  const std::vector<std::string> scenes = {R"({"id":"a"})", R"({"id":"b"})"};
+  EXPECT_EQ(api::scene_list_json(scenes, "n\"x"),
+            R"({"scenes":[{"id":"a"},{"id":"b"}],"next":"n\"x"})");
+  EXPECT_EQ(api::scene_list_json({}, std::nullopt), R"({"scenes":[],"next":null})");
+}
+
+TEST(PixelView, WritesNullForUnknownIntervals) {
+  const double nan = std::nan("");
+  api::PixelView pixel;
+  pixel.layers.push_back({"depth", {2.5}, {nan}, {nan}, {nan}, {}});
+  EXPECT_EQ(api::pixel_json(pixel),
+            R"({"x":0,"y":0,"samples":0,"layers":{"depth":{"mean":[2.5],"standard_error":[null],)"
+            R"("low":[null],"high":[null],"halves":null}}})");
+}
+
+TEST(ComparisonView, HasTheMembersOfTheContract) {
+  api::ComparisonView comparison;
+  comparison.id = "c";
+  EXPECT_EQ(api::comparison_json(comparison),
+            R"({"id":"c","mse":0,"relmse":0,"flip":0,"bias":{"value":0,"low":0,"high":0},)"
+            R"("z":{"mean":0,"variance":0,"share_above_3":0},"links":{"self":"/v1/comparisons/c"}})");
+}
+
+}  // namespace

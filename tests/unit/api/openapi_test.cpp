@@ -1,0 +1,241 @@
+#include "api/openapi.h"
+
+#include <algorithm>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "api/docs_page.h"
+#include "api/errors.h"
+#include "api/events.h"
+#include "api/examples.h"
+#include "api/job_spec.h"
+#include "api/operations.h"
+#include "api/requests.h"
+#include "tests/unit/api/schema_check.h"
+
+namespace {
+
+using api::Json;
+using test_api::schema_fault;
+
+api::Capabilities capabilities() {
+  return {{{"cornell-box", "x"}},
+          {{"png", "image/png"}, {"exr", "image/x-exr"}},
+          {"srgb", "linear"},
+          {"KHR_lights_punctual"}};
+}
+
+const Json& document() {
+  static const Json kDocument = api::openapi_document(capabilities(), "0.1.0");
+  return kDocument;
+}
+
+std::string fault_of(const std::string& body, const std::string& schema) {
+  return schema_fault(Json::parse(body), document()["components"]["schemas"][schema], document());
+}
+
+template <typename Visit>
+void each_node(const Json& node, const Visit& visit) {
+  visit(node);
+  if (node.is_structured()) {
+    for (const Json& child : node) {
+      each_node(child, visit);
+    }
+  }
+}
+
+TEST(OpenApi, EveryReferenceLeadsSomewhere) {
+  each_node(document(), [](const Json& node) {
+    if (node.is_object() && node.contains("$ref")) {
+      const auto ref = node["$ref"].get<std::string>();
+      EXPECT_TRUE(document().contains(Json::json_pointer(ref.substr(1)))) << ref;
+    }
+  });
+}
+
+TEST(OpenApi, HasEachAvailableOperationAndNoOther) {
+  std::set<std::string> ids;
+  for (const auto& path : document()["paths"].items()) {
+    for (const auto& method : path.value().items()) {
+      EXPECT_TRUE(ids.insert(method.value()["operationId"].get<std::string>()).second);
+    }
+  }
+  std::set<std::string> expected = {"getImageInFormat"};
+  for (const api::Operation& operation : api::operations()) {
+    if (operation.available) {
+      expected.insert(std::string(operation.id));
+    }
+  }
+  EXPECT_EQ(ids, expected);
+}
+
+TEST(OpenApi, HasTheRowsOfTheContract) {
+  const std::vector<std::pair<std::string, std::string>> rows = {
+      {"/livez", "get"}, {"/readyz", "get"}, {"/metrics", "get"}, {"/openapi.json", "get"},
+      {"/docs", "get"}, {"/", "get"}, {"/v1/server", "get"}, {"/v1/assets", "post"},
+      {"/v1/assets/{sha256}", "put"}, {"/v1/assets/{sha256}", "get"}, {"/v1/assets/{sha256}", "delete"},
+      {"/v1/scenes", "post"}, {"/v1/scenes", "get"}, {"/v1/scenes/{id}", "get"},
+      {"/v1/scenes/{id}", "delete"}, {"/v1/scenes/{id}/gltf", "get"}, {"/v1/jobs", "post"},
+      {"/v1/jobs", "get"}, {"/v1/jobs/{id}", "get"}, {"/v1/jobs/{id}", "patch"},
+      {"/v1/jobs/{id}/cancel", "post"}, {"/v1/jobs/{id}", "delete"}, {"/v1/jobs/{id}/image", "get"},
+      {"/v1/jobs/{id}/image.{format}", "get"}, {"/v1/jobs/{id}/pixels/{x}/{y}", "get"},
+      {"/v1/jobs/{id}/convergence", "get"}, {"/v1/jobs/{id}/events", "get"},
+      {"/v1/jobs/{id}/tiles", "get"}};
+  for (const auto& [path, method] : rows) {
+    EXPECT_TRUE(document()["paths"].contains(path) && document()["paths"][path].contains(method))
+        << method << " " << path;
+  }
+}
+
+TEST(OpenApi, NamesEachParameterOfEachPath) {
+  const std::regex name("\\{([a-z0-9]+)\\}");
+  for (const auto& path : document()["paths"].items()) {
+    const std::string text = path.key();
+    std::set<std::string> in_path;
+    for (auto it = std::sregex_iterator(text.begin(), text.end(), name); it != std::sregex_iterator();
+         ++it) {
+      in_path.insert((*it)[1]);
+    }
+    for (const auto& method : path.value().items()) {
+      std::set<std::string> declared;
+      for (const Json& parameter : method.value().value("parameters", Json::array())) {
+        if (parameter["in"] == "path") {
+          declared.insert(parameter["name"].get<std::string>());
+        }
+      }
+      EXPECT_EQ(declared, in_path) << text;
+    }
+  }
+}
+
+TEST(OpenApi, ExamplesAreValid) {
+  int count = 0;
+  for (const auto& schema : document()["components"]["schemas"].items()) {
+    for (const Json& example : schema.value().value("examples", Json::array())) {
+      EXPECT_EQ(schema_fault(example, schema.value(), document()), "") << schema.key();
+      ++count;
+    }
+  }
+  EXPECT_GE(count, 8);
+}
+
+TEST(OpenApi, ExampleRequestsAreAccepted) {
+  EXPECT_TRUE(api::parse_job(api::dump(api::example_of("JobRequest"))));
+  EXPECT_TRUE(api::parse_job_patch(api::dump(api::example_of("JobPatch")), api::JobSpec{}));
+  EXPECT_TRUE(api::parse_extend(api::dump(api::example_of("ExtendRequest")), api::JobSpec{}));
+  EXPECT_TRUE(api::parse_scene_from_assets(api::dump(api::example_of("SceneFromAssets"))));
+  EXPECT_TRUE(api::parse_comparison(api::dump(api::example_of("ComparisonRequest"))));
+  EXPECT_TRUE(api::parse_merge(api::dump(api::example_of("MergeRequest"))));
+}
+
+TEST(OpenApi, AnswersAreValidInEveryState) {
+  for (int state = 0; state <= static_cast<int>(api::JobState::kCancelled); ++state) {
+    for (int reason = 0; reason <= static_cast<int>(core::StopReason::kFailed); ++reason) {
+      api::JobView job;
+      job.state = static_cast<api::JobState>(state);
+      job.stop_reason = static_cast<core::StopReason>(reason);
+      job.spec.scene = "x";
+      job.queue_position = 3;
+      job.finished_at_unix_seconds = 5;
+      job.film_digest = "abc";
+      job.failure = api::make_problem(core::ErrorCode::kNoSpace, "full");
+      EXPECT_EQ(fault_of(api::job_json(job), "Job"), "");
+    }
+  }
+  const std::vector<api::JobView> jobs = {api::example_job(), api::JobView{}};
+  EXPECT_EQ(fault_of(api::job_list_json({&jobs[0], 1}, std::nullopt), "JobList"), "");
+  EXPECT_EQ(fault_of(api::scene_json("id", core::SceneSummary{}), "Scene"), "");
+  EXPECT_EQ(fault_of(api::convergence_json({}), "Convergence"), "");
+  EXPECT_EQ(fault_of(api::pixel_json({}), "Pixel"), "");
+  EXPECT_EQ(fault_of(api::server_json({"1", {}, capabilities(), {}}), "Server"), "");
+  EXPECT_EQ(fault_of(api::asset_json("id", 5), "Asset"), "");
+}
+
+TEST(OpenApi, SchemaAndParserAgree) {
+  struct Case {
+    const char* body;
+    bool good;
+  };
+  const std::vector<Case> cases = {
+      {R"({"scene":"x"})", true},
+      {R"({"scene":"x","seed":9007199254740991})", true},
+      {R"({"scene":"x","seed":9007199254740992})", false},
+      {R"({"scene":"x","seed":1.5})", false},
+      {R"({"scene":"x","seed":2.0})", true},
+      {R"({})", false},
+      {R"({"scene":""})", false},
+      {R"({"scene":"x","colour":1})", false},
+      {R"({"scene":"x","environment":null})", true},
+      {R"({"scene":"x","environment":{"intensity":-1}})", false},
+      {R"({"scene":"x","camera":{"position":[0,0,1],"target":[0,0,0]}})", true},
+      {R"({"scene":"x","camera":{"position":[0,0]}})", false},
+      {R"({"scene":"x","film":{"filter":{"type":"box","radius":0}}})", false},
+      {R"({"scene":"x","film":{"filter":{"type":"box","radius":8}}})", true},
+      {R"({"scene":"x","film":{"crop":{"x":0,"y":0,"width":1}}})", false},
+      {R"({"scene":"x","film":{"crop":null}})", true},
+      {R"({"scene":"x","film":{"layers":["error"]}})", true},
+      {R"({"scene":"x","film":{"layers":["heat"]}})", false},
+      {R"({"scene":"x","sampler":{"replicates":3}})", false},
+      {R"({"scene":"x","spectral":true})", false},
+      {R"({"scene":"x","adaptive":{"type":"none"}})", true},
+      {R"({"scene":"x","adaptive":{"type":"pilot"}})", false},
+      {R"({"scene":"x","labels":{"a":"b"}})", true},
+      {R"({"scene":"x","labels":{"a":1}})", false},
+      {R"({"scene":"x","stop":{"seconds":1}})", true},
+      {R"({"scene":"x","stop":{}})", false},
+      {R"({"scene":"x","stop":{"deadline":"2026-01-01T00:00:00Z"}})", true},
+  };
+  for (const Case& c : cases) {
+    EXPECT_EQ(fault_of(c.body, "JobRequest").empty(), c.good) << c.body;
+    EXPECT_EQ(api::parse_job(c.body).has_value(), c.good) << c.body;
+  }
+}
+
+TEST(OpenApi, DefaultsAreThoseInForce) {
+  const Json spec = api::to_json(api::parse_job(R"({"scene":"x"})")->spec);
+  const auto check = [](const auto& self, const Json& schema, const Json& value) -> void {
+    if (schema.contains("default")) {
+      EXPECT_EQ(schema["default"], value);
+    }
+    if (schema.contains("properties") && value.is_object()) {
+      for (const auto& property : schema["properties"].items()) {
+        if (value.contains(property.key()) && property.key() != "stop") {
+          self(self, property.value(), value[property.key()]);
+        }
+      }
+    }
+  };
+  check(check, document()["components"]["schemas"]["JobRequest"], spec);
+}
+
+TEST(Operations, AreFoundById) {
+  ASSERT_NE(api::find_operation("createJob"), nullptr);
+  EXPECT_EQ(api::find_operation("createJob")->path, "/v1/jobs");
+  EXPECT_EQ(api::find_operation("nothing"), nullptr);
+  EXPECT_FALSE(api::find_operation("extendJob")->available);
+}
+
+TEST(DocsPage, LinksOnlyToAnchorsItHasAndToNoOtherHost) {
+  const std::string page = api::docs_page(document());
+  const std::regex link("href=\"#([^\"]+)\"");
+  for (auto it = std::sregex_iterator(page.begin(), page.end(), link); it != std::sregex_iterator(); ++it) {
+    EXPECT_NE(page.find("id=\"" + std::string((*it)[1]) + "\""), std::string::npos) << (*it)[1];
+  }
+  EXPECT_EQ(page.find("src="), std::string::npos);
+  EXPECT_EQ(page.find("href=\"http"), std::string::npos);
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+}
+
+TEST(DocsPage, HasEachProblemType) {
+  const std::string page = api::docs_page(document());
+  for (const api::ErrorRow& row : api::error_table()) {
+    EXPECT_NE(page.find("id=\"problem-" + std::string(row.slug) + "\""), std::string::npos) << row.slug;
+  }
+}
+
+}  // namespace

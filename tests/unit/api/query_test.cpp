@@ -1,0 +1,147 @@
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "api/requests.h"
+
+namespace {
+
+using Query = std::vector<std::pair<std::string, std::string>>;
+using Errors = std::vector<api::FieldError>;
+
+const std::vector<std::string> kToneMaps = {"srgb", "linear", "aces"};
+
+template <typename T>
+Errors errors_of(const api::Parsed<T>& parsed, int status) {
+  EXPECT_FALSE(parsed);
+  if (parsed) {
+    return {};
+  }
+  EXPECT_EQ(parsed.problem().status, status);
+  return parsed.problem().errors;
+}
+
+TEST(JobListQuery, ReadsFilters) {
+  const auto list = api::parse_job_list_query(Query{{"state", "queued,rendering"},
+                                                    {"state", "paused"},
+                                                    {"label", "team=a=b"},
+                                                    {"label", "urgent"},
+                                                    {"cursor", "abc-_9"},
+                                                    {"limit", "200"}});
+  ASSERT_TRUE(list);
+  EXPECT_EQ(list->states, (std::vector{api::JobState::kQueued, api::JobState::kRendering,
+                                       api::JobState::kPaused}));
+  ASSERT_EQ(list->labels.size(), 2U);
+  EXPECT_EQ(list->labels[0].key, "team");
+  EXPECT_EQ(list->labels[0].value, "a=b");
+  EXPECT_EQ(list->labels[1].key, "urgent");
+  EXPECT_FALSE(list->labels[1].value.has_value());
+  EXPECT_EQ(list->cursor, "abc-_9");
+  EXPECT_EQ(list->limit, 200);
+  EXPECT_EQ(api::parse_job_list_query(Query{})->limit, 50);
+}
+
+TEST(JobListQuery, Answers400ToWrongValues) {
+  const auto errors = [](Query query) { return errors_of(api::parse_job_list_query(query), 400); };
+  EXPECT_EQ(errors({{"state", "done"}}),
+            (Errors{{"/state", "'done' is not a state; states: queued, loading, rendering, paused, "
+                               "finished, failed, cancelled"}}));
+  EXPECT_EQ(errors({{"limit", "0"}}), (Errors{{"/limit", "0 is outside [1, 200]"}}));
+  EXPECT_EQ(errors({{"limit", "201"}}), (Errors{{"/limit", "201 is outside [1, 200]"}}));
+  EXPECT_EQ(errors({{"limit", "ten"}}), (Errors{{"/limit", "expected a whole number, got a string"}}));
+  EXPECT_EQ(errors({{"limit", ""}}), (Errors{{"/limit", "expected a whole number, got a string"}}));
+  EXPECT_EQ(errors({{"limit", " 5"}}), (Errors{{"/limit", "expected a whole number, got a string"}}));
+  EXPECT_EQ(errors({{"limit", "1e999"}}), (Errors{{"/limit", "expected a whole number, got a string"}}));
+  EXPECT_EQ(errors({{"cursor", "a b"}}), (Errors{{"/cursor", "'a b' is not a cursor of this list"}}));
+  EXPECT_EQ(errors({{"label", "=x"}}), (Errors{{"/label", "'=x' is not key=value"}}));
+  EXPECT_EQ(errors({{"sort", "x"}}), (Errors{{"/sort", "unknown query parameter"}}));
+  EXPECT_EQ(errors({{"limit", "1"}, {"limit", "2"}}), (Errors{{"/limit", "is there more than once"}}));
+}
+
+TEST(SceneListQuery, HasNoFilters) {
+  EXPECT_TRUE(api::parse_scene_list_query(Query{{"limit", "5"}, {"cursor", "x"}}));
+  EXPECT_EQ(errors_of(api::parse_scene_list_query(Query{{"state", "queued"}}), 400),
+            (Errors{{"/state", "unknown query parameter"}}));
+}
+
+TEST(SubmitQuery, KnowsDryRun) {
+  EXPECT_FALSE(api::parse_submit_query(Query{})->dry_run);
+  EXPECT_TRUE(api::parse_submit_query(Query{{"dry_run", "1"}})->dry_run);
+  EXPECT_FALSE(api::parse_submit_query(Query{{"dry_run", "0"}})->dry_run);
+  EXPECT_EQ(errors_of(api::parse_submit_query(Query{{"dry_run", "yes"}}), 422),
+            (Errors{{"/dry_run", "'yes' is not 0, 1, false or true"}}));
+  EXPECT_EQ(errors_of(api::parse_submit_query(Query{{"from", "image"}}), 422),
+            (Errors{{"/from", "'from' is not available in this build"}}));
+}
+
+TEST(WaitQuery, AllowsAMinute) {
+  EXPECT_EQ(api::parse_wait_query(Query{})->wait_seconds, 0);
+  EXPECT_EQ(api::parse_wait_query(Query{{"wait", "2.5"}})->wait_seconds, 2.5);
+  EXPECT_EQ(errors_of(api::parse_wait_query(Query{{"wait", "61"}}), 422),
+            (Errors{{"/wait", "61 is outside [0, 60]"}}));
+  EXPECT_EQ(errors_of(api::parse_wait_query(Query{{"wait", "nan"}}), 422),
+            (Errors{{"/wait", "expected a number, got a string"}}));
+}
+
+TEST(PreferWait, FollowsTheHeaderGrammar) {
+  EXPECT_EQ(api::prefer_wait_seconds("wait=10"), 10);
+  EXPECT_EQ(api::prefer_wait_seconds("respond-async, Wait = \"5\"; x=y"), 5);
+  EXPECT_EQ(api::prefer_wait_seconds("wait=3600"), 60);
+  EXPECT_EQ(api::prefer_wait_seconds("wait=99999999999999999999"), 60);
+  for (const char* text : {"", "wait", "wait=", "wait=-1", "wait=1.5", "wait=x", "awaiting=3"}) {
+    EXPECT_FALSE(api::prefer_wait_seconds(text).has_value()) << text;
+  }
+}
+
+TEST(TilesQuery, ReadsARevision) {
+  EXPECT_EQ(api::parse_tiles_query(Query{})->after, 0U);
+  EXPECT_EQ(api::parse_tiles_query(Query{{"after", "4294967295"}})->after, 4294967295U);
+  EXPECT_EQ(errors_of(api::parse_tiles_query(Query{{"after", "4294967296"}}), 422),
+            (Errors{{"/after", "4294967296 is outside [0, 4294967295]"}}));
+}
+
+TEST(ImageQuery, ReadsEveryParameter) {
+  const auto image = api::parse_image_query(
+      Query{{"layer", "normal"}, {"exposure", "-1.5"}, {"tonemap", "aces"}, {"revision", "9"},
+            {"x", "1"}, {"y", "2"}, {"width", "3"}, {"height", "4"}, {"max_size", "64"}},
+      kToneMaps);
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->layer, "normal");
+  EXPECT_EQ(image->exposure_stops, -1.5F);
+  EXPECT_EQ(image->tone_map, "aces");
+  EXPECT_EQ(image->revision, 9U);
+  EXPECT_EQ(image->rect, (core::PixelRect{1, 2, 3, 4}));
+  EXPECT_EQ(image->max_size, 64);
+  const auto plain = api::parse_image_query(Query{}, kToneMaps);
+  ASSERT_TRUE(plain);
+  EXPECT_FALSE(plain->layer || plain->revision || plain->rect || plain->max_size);
+}
+
+TEST(ImageQuery, Answers422ToWrongValues) {
+  const auto errors = [](Query query) {
+    return errors_of(api::parse_image_query(query, kToneMaps), 422);
+  };
+  EXPECT_EQ(errors({{"layer", "heat"}}),
+            (Errors{{"/layer", "'heat' is not available in this build; available: beauty, albedo, "
+                               "normal, depth, alpha, samples, variance, error"}}));
+  EXPECT_EQ(errors({{"exposure", "30.5"}}), (Errors{{"/exposure", "30.5 is outside [-30, 30]"}}));
+  EXPECT_EQ(errors({{"exposure", "inf"}}), (Errors{{"/exposure", "expected a number, got a string"}}));
+  EXPECT_EQ(errors({{"tonemap", "film"}}),
+            (Errors{{"/tonemap", "'film' is not available in this build; available: srgb, linear, aces"}}));
+  EXPECT_EQ(errors({{"revision", "-1"}}), (Errors{{"/revision", "-1 is outside [0, 4294967295]"}}));
+  EXPECT_EQ(errors({{"max_size", "0"}}), (Errors{{"/max_size", "0 is outside [1, 16384]"}}));
+  EXPECT_EQ(errors({{"x", "0"}, {"y", "0"}, {"width", "8"}}),
+            (Errors{{"/height", "is required; x, y, width and height come together"}}));
+  EXPECT_EQ(errors({{"width", "0"}}), (Errors{{"/width", "0 is outside [1, 16384]"}}));
+  EXPECT_EQ(errors({{"gamma", "2.2"}}), (Errors{{"/gamma", "unknown query parameter"}}));
+}
+
+TEST(NoQuery, RefusesAny) {
+  EXPECT_TRUE(api::parse_no_query(Query{}));
+  EXPECT_EQ(errors_of(api::parse_no_query(Query{{"a", ""}}), 422),
+            (Errors{{"/a", "unknown query parameter"}}));
+}
+
+}  // namespace

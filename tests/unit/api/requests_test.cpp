@@ -1,0 +1,151 @@
+#include "api/requests.h"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "api/stop_rules.h"
+
+namespace {
+
+const std::string kHash(64, 'b');
+constexpr const char* kUuid = "3f0c9c52-6d0e-4d7b-9a51-0a6f3c1b7e10";
+
+api::JobSpec current_spec() {
+  auto parsed = api::parse_job(
+      R"({"scene":"x","name":"old","labels":{"a":"1","b":"2"},"priority":3,)"
+      R"("stop":{"samples_per_pixel":64,"relative_error":0.05,"scope":"worst_tile"}})");
+  EXPECT_TRUE(parsed);
+  return parsed->spec;
+}
+
+template <typename T>
+std::vector<api::FieldError> errors_of(const api::Parsed<T>& parsed) {
+  EXPECT_FALSE(parsed);
+  return parsed ? std::vector<api::FieldError>{} : parsed.problem().errors;
+}
+
+using Errors = std::vector<api::FieldError>;
+
+TEST(JobPatch, ChangesWhatItNamesAndNothingElse) {
+  const auto patch = api::parse_job_patch(R"({"priority":-5,"name":"new"})", current_spec());
+  ASSERT_TRUE(patch);
+  api::JobSpec expected = current_spec();
+  expected.priority = -5;
+  expected.name = "new";
+  EXPECT_TRUE(api::same_spec(patch->spec, expected));
+  EXPECT_FALSE(patch->paused.has_value());
+  EXPECT_FALSE(patch->stop_named);
+}
+
+TEST(JobPatch, MergesLabels) {
+  const auto patch = api::parse_job_patch(R"({"labels":{"a":null,"c":"3"}})", current_spec());
+  ASSERT_TRUE(patch);
+  EXPECT_EQ(patch->spec.labels, (std::map<std::string, std::string>{{"b", "2"}, {"c", "3"}}));
+}
+
+TEST(JobPatch, MergesStopRules) {
+  const auto raised = api::parse_job_patch(R"({"stop":{"samples_per_pixel":128}})", current_spec());
+  ASSERT_TRUE(raised);
+  EXPECT_TRUE(raised->stop_named);
+  EXPECT_EQ(raised->spec.stop.samples_per_pixel, 128);
+  EXPECT_EQ(raised->spec.stop.relative_error, 0.05);
+  EXPECT_TRUE(raised->spec.stop.worst_tile);
+  const auto removed = api::parse_job_patch(R"({"stop":{"relative_error":null}})", current_spec());
+  ASSERT_TRUE(removed);
+  EXPECT_EQ(api::dump(api::print_stop(removed->spec.stop)), R"({"samples_per_pixel":64})");
+}
+
+TEST(JobPatch, RoundsSampleCounts) {
+  const auto patch = api::parse_job_patch(R"({"stop":{"samples_per_pixel":63}})", current_spec());
+  ASSERT_TRUE(patch);
+  EXPECT_EQ(patch->spec.stop.samples_per_pixel, 64);
+  EXPECT_EQ(patch->warnings.size(), 1U);
+}
+
+TEST(JobPatch, PausesAndResumes) {
+  EXPECT_EQ(api::parse_job_patch(R"({"paused":true})", current_spec())->paused, true);
+  EXPECT_EQ(api::parse_job_patch(R"({"paused":false})", current_spec())->paused, false);
+}
+
+TEST(JobPatch, RefusesWithPointers) {
+  const api::JobSpec spec = current_spec();
+  EXPECT_EQ(errors_of(api::parse_job_patch(R"({"seed":1})", spec)),
+            (Errors{{"/seed", "unknown member; known: priority, labels, name, stop, paused"}}));
+  EXPECT_EQ(errors_of(api::parse_job_patch(R"({"priority":101})", spec)),
+            (Errors{{"/priority", "101 is outside [-100, 100]"}}));
+  EXPECT_EQ(errors_of(api::parse_job_patch(R"({"paused":1})", spec)),
+            (Errors{{"/paused", "expected true or false, got a number"}}));
+  EXPECT_EQ(errors_of(api::parse_job_patch(R"({"labels":{"c":3}})", spec)),
+            (Errors{{"/labels/c", "expected a string, got a number"}}));
+  EXPECT_EQ(errors_of(api::parse_job_patch(R"({"stop":{"relative_error":null,"samples_per_pixel":null}})",
+                                           spec)),
+            (Errors{{"/stop", "has no rule; give samples_per_pixel, relative_error, seconds or deadline"}}));
+  EXPECT_EQ(errors_of(api::parse_job_patch(R"({"stop":{"spp":null}})", spec)),
+            (Errors{{"/stop/spp", "unknown member; known: samples_per_pixel, relative_error, "
+                                  "confidence, scope, seconds, deadline"}}));
+  EXPECT_EQ(api::parse_job_patch("{", spec).problem().status, 400);
+}
+
+TEST(Extend, ReplacesTheRules) {
+  const auto request = api::parse_extend(R"({"stop":{"samples_per_pixel":127}})", current_spec());
+  ASSERT_TRUE(request);
+  EXPECT_EQ(request->stop.samples_per_pixel, 128);
+  EXPECT_FALSE(request->stop.relative_error.has_value());
+  EXPECT_EQ(request->warnings.size(), 1U);
+}
+
+TEST(Extend, WantsRules) {
+  EXPECT_EQ(errors_of(api::parse_extend("{}", current_spec())), (Errors{{"/stop", "is required"}}));
+  EXPECT_EQ(errors_of(api::parse_extend(R"({"stop":{"seconds":0}})", current_spec())),
+            (Errors{{"/stop/seconds", "0 is outside (0, 604800]"}}));
+}
+
+TEST(SceneFromAssets, NamesFilesByHash) {
+  const auto scene = api::parse_scene_from_assets(R"({"gltf":")" + kHash + R"(","files":{"a b.bin":")" +
+                                                  kHash + R"("}})");
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->gltf, kHash);
+  EXPECT_EQ(scene->files.at("a b.bin"), kHash);
+  EXPECT_TRUE(api::parse_scene_from_assets(R"({"gltf":")" + kHash + R"("})"));
+}
+
+TEST(SceneFromAssets, RefusesWithPointers) {
+  EXPECT_EQ(errors_of(api::parse_scene_from_assets("{}")), (Errors{{"/gltf", "is required"}}));
+  EXPECT_EQ(errors_of(api::parse_scene_from_assets(R"({"gltf":"ABC"})")),
+            (Errors{{"/gltf", "'ABC' is not an asset id (64 lower-case hex digits)"}}));
+  EXPECT_EQ(errors_of(api::parse_scene_from_assets(R"({"gltf":")" + kHash +
+                                                   R"(","files":{"tex/a.png":1}})")),
+            (Errors{{"/files/tex~1a.png", "expected a string, got a number"}}));
+}
+
+TEST(Comparison, TakesJobsAndAssets) {
+  EXPECT_TRUE(api::parse_comparison(R"({"a":")" + std::string(kUuid) + R"(","b":")" + kHash + R"("})"));
+  EXPECT_EQ(errors_of(api::parse_comparison(R"({"a":"x","b":")" + kHash + R"("})")),
+            (Errors{{"/a", "'x' is neither a job id (UUID) nor an asset id (64 hex digits)"}}));
+  EXPECT_EQ(errors_of(api::parse_comparison("{}")),
+            (Errors{{"/a", "is required"}, {"/b", "is required"}}));
+}
+
+TEST(Merge, TakesEachFilmOnce) {
+  const std::string id = "\"" + std::string(kUuid) + "\"";
+  EXPECT_TRUE(api::parse_merge(R"({"films":[)" + id + ",\"" + kHash + "\"]}"));
+  EXPECT_EQ(errors_of(api::parse_merge(R"({"films":[)" + id + "," + id + "]}")),
+            (Errors{{"/films/1", "'" + std::string(kUuid) + "' is there more than once"}}));
+  EXPECT_EQ(errors_of(api::parse_merge(R"({"films":[]})")),
+            (Errors{{"/films", "has 0 elements, outside [1, 1024]"}}));
+}
+
+TEST(Ids, AreToldApart) {
+  EXPECT_TRUE(api::is_uuid(kUuid));
+  EXPECT_TRUE(api::is_uuid("3F0C9C52-6D0E-4D7B-9A51-0A6F3C1B7E10"));
+  EXPECT_FALSE(api::is_uuid("3f0c9c526d0e4d7b9a510a6f3c1b7e10"));
+  EXPECT_FALSE(api::is_uuid("3f0c9c52-6d0e-4d7b-9a51-0a6f3c1b7e1g"));
+  EXPECT_TRUE(api::is_sha256(kHash));
+  EXPECT_FALSE(api::is_sha256(std::string(64, 'B')));
+  EXPECT_FALSE(api::is_sha256(std::string(63, 'b')));
+}
+
+}  // namespace

@@ -1,0 +1,107 @@
+#include "api/server_view.h"
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "api/job_spec.h"
+#include "core/render/registry.h"
+
+namespace {
+
+using api::Json;
+
+Json server() {
+  api::ServerView view;
+  view.version = "1.2.3";
+  view.capabilities.scenes = {{"cornell-box", "The measured one."}};
+  view.capabilities.image_formats = {{"png", "image/png"}};
+  view.capabilities.tone_maps = {"srgb"};
+  view.capabilities.extensions = {"KHR_lights_punctual"};
+  view.limits = {{"streams", 2048}};
+  return Json::parse(api::server_json(view));
+}
+
+Json default_spec() { return api::to_json(api::parse_job(R"({"scene":"x"})")->spec); }
+
+TEST(ServerView, HasTheMembersOfTheContract) {
+  std::vector<std::string> keys;
+  const Json body = server();
+  for (const auto& member : body.items()) {
+    keys.push_back(member.key());
+  }
+  EXPECT_EQ(keys, (std::vector<std::string>{"version", "build", "limits", "integrators", "samplers",
+                                            "light_samplers", "adaptive", "options", "layers",
+                                            "image_formats", "tone_maps", "filters", "scenes",
+                                            "experiments", "extensions"}));
+}
+
+TEST(ServerView, ShowsEveryLimit) {
+  EXPECT_EQ(server()["limits"]["samples_per_pixel"], 65536);
+  EXPECT_EQ(server()["limits"]["film_pixels"], 64000000);
+  EXPECT_EQ(server()["limits"]["streams"], 2048);
+}
+
+TEST(ServerView, EveryNameItShowsCanBeSubmitted) {
+  const Json body = server();
+  const auto accepts = [](const Json& patch) {
+    Json request = {{"scene", "x"}};
+    request.merge_patch(patch);
+    const auto parsed = api::parse_job(api::dump(request));
+    EXPECT_TRUE(parsed) << api::dump(patch) << (parsed ? "" : parsed.problem().detail);
+  };
+  for (const Json& row : body["integrators"]) {
+    accepts({{"integrator", {{"type", row["type"]}}}});
+  }
+  for (const Json& row : body["samplers"]) {
+    accepts({{"sampler", {{"type", row["type"]}}}});
+  }
+  for (const Json& row : body["light_samplers"]) {
+    accepts({{"light_sampler", {{"type", row["type"]}}}});
+  }
+  for (const Json& row : body["adaptive"]) {
+    accepts({{"adaptive", {{"type", row["type"]}}}});
+  }
+  for (const Json& filter : body["filters"]) {
+    accepts({{"film", {{"filter", {{"type", filter}}}}}});
+  }
+  for (const Json& layer : body["layers"]) {
+    accepts({{"film", {{"layers", Json::array({layer})}}}});
+  }
+}
+
+TEST(ServerView, EveryOptionTurnsOnWhatItSaysFromAnyStart) {
+  std::set<std::string> names;
+  for (const api::OptionRow& option : api::estimation_options()) {
+    EXPECT_TRUE(names.insert(option.name).second) << option.name;
+    const Json patch = Json::parse(option.patch);
+    const Json minimal = {{"scene", "x"}};
+    for (Json request : {minimal, default_spec()}) {
+      request.merge_patch(patch);
+      const auto parsed = api::parse_job(api::dump(request));
+      ASSERT_TRUE(parsed) << option.name << parsed.problem().detail;
+      // Applying the patch once more to what is in force changes nothing.
+      Json again = api::to_json(parsed->spec);
+      const Json before = again;
+      again.merge_patch(patch);
+      EXPECT_EQ(again, before) << option.name;
+    }
+  }
+  EXPECT_EQ(names.count("estimator.mis.balance"), 1U);
+  EXPECT_EQ(names.size(), core::strategies().size() + core::mis_types().size() +
+                              core::roulette_types().size());
+}
+
+TEST(ServerView, EveryAcceptedOptionIsAPlaceInTheJob) {
+  const Json spec = default_spec();
+  for (const core::IntegratorEntry& integrator : core::integrators()) {
+    for (const std::string& pointer : api::accepted_options(integrator.name)) {
+      EXPECT_TRUE(spec.contains(Json::json_pointer(pointer))) << pointer;
+    }
+  }
+}
+
+}  // namespace

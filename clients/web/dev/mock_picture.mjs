@@ -72,7 +72,7 @@ function shade(o, d, depth, warm) {
   }
   const cos = Math.max(0, n[0] * l[0] + n[1] * l[1] + n[2] * l[2]);
   const ambient = 0.35 * occlusion * (0.6 + 0.4 * n[1]);
-  const c = albedo.map((a, i) => a * (ambient + 1.7 * cos * shadow * [1, 0.93, 0.82][i]));
+  const c = albedo.map((a, i) => 0.6 * a * (ambient + 1.7 * cos * shadow * [1, 0.93, 0.82][i]));
   if (!floor && depth < 2) {
     const k = 2 * (d[0] * n[0] + d[1] * n[1] + d[2] * n[2]);
     const r = [d[0] - k * n[0], d[1] - k * n[1], d[2] - k * n[2]];

@@ -4,7 +4,7 @@ export const toneMaps = ['srgb', 'linear', 'aces', 'agx', 'khronos-neutral'] as 
 export type ToneMap = (typeof toneMaps)[number];
 
 export const toneMapLabels: Record<ToneMap, string> = {
-  srgb: 'Standard (sRGB)', linear: 'Linear, no curve', aces: 'ACES film', agx: 'AgX', 'khronos-neutral': 'Khronos neutral',
+  srgb: 'sRGB', linear: 'Linear', aces: 'ACES', agx: 'AgX', 'khronos-neutral': 'Neutral',
 };
 
 const clamp01 = (v: number): number => (v < 0 ? 0 : v > 1 ? 1 : v);

@@ -14,6 +14,12 @@ import { SubmitForm } from './submit_form';
 const nextTheme: Record<Theme, Theme> = { auto: 'dark', dark: 'light', light: 'auto' };
 const themeNames: Record<Theme, string> = { auto: 'like the system', dark: 'dark', light: 'light' };
 
+function toForm(): void {
+  const form = document.getElementById('new');
+  form?.scrollIntoView({ block: 'start' });
+  form?.querySelector('select')?.focus({ preventScroll: true });
+}
+
 function TopBar({ current }: { current: Route['view'] }) {
   const link = useStore(connection);
   const info = useStore(serverInfo);
@@ -28,6 +34,7 @@ function TopBar({ current }: { current: Route['view'] }) {
         <a href="#/jobs" aria-current={at('jobs')}>Renders</a>
         <a href="#/settings" aria-current={at('settings')}>Settings</a>
       </nav>
+      {(current === 'home' || current === 'job') && <a class="new-link" href="#new" onClick={(e) => { e.preventDefault(); toForm(); }}>New</a>}
       <span class={`connection connection-${link}`} role="status" title={info ? `Tessera ${info.version}` : undefined}><i aria-hidden="true" /><span>{words}</span></span>
       <button type="button" class="icon-button" aria-label={`Colours: ${themeNames[chosen]}. Change.`} title={`Colours: ${themeNames[chosen]}`} onClick={() => theme.set(nextTheme[chosen])}>
         <Icon name={chosen === 'auto' ? 'auto' : chosen === 'dark' ? 'moon' : 'sun'} />
@@ -115,7 +122,7 @@ export function App() {
   const bare = at.view === 'settings' || at.view === 'lab' || at.view === 'compare';
   return (
     <>
-      <a class="skip" href="#new" onClick={(e) => { e.preventDefault(); document.getElementById('new-title')?.closest('form')?.querySelector('select')?.focus(); }}>Skip to the form</a>
+      <a class="skip" href="#new" onClick={(e) => { e.preventDefault(); toForm(); }}>Skip to the form</a>
       <TopBar current={at.view} />
       <div class={`layout${bare ? ' layout-bare' : ''}`}>
         {!bare && <div class="side"><SubmitForm /></div>}

@@ -24,10 +24,11 @@ function fit(points: Known[], axis: Axis): { slope: number; at: (x: number) => n
 
 function decades(low: number, high: number): number[] {
   const out: number[] = [];
-  for (let e = Math.floor(Math.log10(low)); e <= Math.ceil(Math.log10(high)); ++e) for (const m of [1, 2, 5]) out.push(m * 10 ** e);
+  const steps = high / low < 4 ? [1, 1.5, 2, 3, 4, 5, 6, 8] : [1, 2, 5];
+  for (let e = Math.floor(Math.log10(low)); e <= Math.ceil(Math.log10(high)); ++e) for (const m of steps) out.push(m * 10 ** e);
   const inside = out.filter((v) => v >= low * 0.999 && v <= high * 1.001);
   const tens = inside.filter((v) => Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-6);
-  return inside.length <= 5 ? inside : tens.length >= 2 ? tens : inside.filter((_, i) => i % 2 === 0);
+  return inside.length <= 5 ? inside : tens.length >= 2 ? tens : inside.filter((_, i) => i % Math.ceil(inside.length / 5) === 0);
 }
 
 function useWidth(): [{ current: HTMLDivElement | null }, number] {

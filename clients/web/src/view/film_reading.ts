@@ -42,6 +42,7 @@ export function varianceRange(film: LiveFilm): Range {
 export function samplesRange(film: LiveFilm): Range {
   const values = sampled(film, (i) => film.samples[i]);
   if (!values.length) return { low: 1, high: 2 };
-  const low = Math.max(1, values[0]);
-  return { low, high: Math.max(values[values.length - 1], low * 1.0001) };
+  // At least a factor of two, so that a pass in progress does not look like a great difference.
+  const high = Math.max(2, values[values.length - 1]);
+  return { low: Math.max(1, Math.min(values[0], high / 2)), high };
 }

@@ -7,7 +7,7 @@ export function Statistics({ job }: { job: Job }) {
   const perSecond = p?.elapsed_seconds && p.samples_per_pixel ? (p.samples_per_pixel.mean * pixels) / p.elapsed_seconds : null;
   const range = p?.samples_per_pixel;
   const rows: [string, string, string?][] = [
-    ['Samples per pixel', range ? (range.min === range.max ? count(range.mean) : `${count(range.mean)} (${count(range.min)} to ${count(range.max)})`) : '–'],
+    ['Samples per pixel', range ? (range.min === range.max ? count(range.mean) : `${count(range.mean)} (${count(range.min)}–${count(range.max)})`) : '–'],
     ['Samples per second', count(perSecond)],
     ['Rays per second', count(s?.rays_per_second)],
     ['Render time', duration(p?.elapsed_seconds)],

@@ -35,8 +35,8 @@ Rgb aces_hill(Rgb c) noexcept {
           -0.00327F * f.r - 0.07276F * f.g + 1.07602F * f.b};
 }
 
-// The polynomial ends in values meant for a display of gamma 2.2; they are made linear again so that
-// the one sRGB curve at the end serves all tone maps.
+// The polynomial ends in values meant for a display of gamma 2.2; they are made linear again so
+// that the one sRGB curve at the end serves all tone maps.
 Rgb agx_wrensch(Rgb c) noexcept {
   const Rgb in = {0.842479062253094F * c.r + 0.0784335999999992F * c.g + 0.0792237451477643F * c.b,
                   0.0423282422610123F * c.r + 0.878468636469772F * c.g + 0.0791661274605434F * c.b,
@@ -52,9 +52,10 @@ Rgb agx_wrensch(Rgb c) noexcept {
            0.1191F * x - 0.00232F;
   };
   const Rgb f = {curve(in.r), curve(in.g), curve(in.b)};
-  const Rgb out = {1.19687900512017F * f.r - 0.0980208811401368F * f.g - 0.0990297440797205F * f.b,
-                   -0.0528968517574562F * f.r + 1.15190312990417F * f.g - 0.0989611768448433F * f.b,
-                   -0.0529716355144438F * f.r - 0.0980434501171241F * f.g + 1.15107367264116F * f.b};
+  const Rgb out = {
+      1.19687900512017F * f.r - 0.0980208811401368F * f.g - 0.0990297440797205F * f.b,
+      -0.0528968517574562F * f.r + 1.15190312990417F * f.g - 0.0989611768448433F * f.b,
+      -0.0529716355144438F * f.r - 0.0980434501171241F * f.g + 1.15107367264116F * f.b};
   const auto linear = [](float v) { return std::pow(std::clamp(v, 0.0F, 1.0F), 2.2F); };
   return {linear(out.r), linear(out.g), linear(out.b)};
 }

@@ -2,9 +2,10 @@
 ///
 /// srgb            clips and applies the sRGB curve (IEC 61966-2-1).
 /// linear          clips; no curve.
-/// aces            Stephen Hill's fit of the ACES RRT and sRGB ODT (BakingLab), then the sRGB curve.
-/// agx             Troy Sobotka's AgX, base look, by Benjamin Wrensch's sixth-order polynomial.
-/// khronos-neutral Khronos PBR Neutral, the formula of its specification, then the sRGB curve.
+/// aces            Stephen Hill's fit of the ACES RRT and sRGB ODT (BakingLab), then the sRGB
+/// curve. agx             Troy Sobotka's AgX, base look, by Benjamin Wrensch's sixth-order
+/// polynomial. khronos-neutral Khronos PBR Neutral, the formula of its specification, then the sRGB
+/// curve.
 ///
 /// A NaN or negative component counts as 0, an infinite one as very bright.
 #pragma once

@@ -1,11 +1,11 @@
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <exception>
 #include <memory>
 #include <new>
 #include <utility>
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
 
 #include "core/image_io/image_io.h"
 #include "core/image_io/image_size.h"
@@ -90,7 +90,8 @@ Result<OpenedImage> open_image(std::span<const std::byte> file, const ImageLimit
     return Error{ErrorCode::kInternal, "OpenImageIO: " + library_words(OIIO::geterror()), ""};
   }
   if (!opened.input->set_ioproxy(opened.proxy.get())) {
-    return Error{ErrorCode::kInternal, "OpenImageIO cannot read " + std::string(kind) + " from memory", ""};
+    return Error{ErrorCode::kInternal,
+                 "OpenImageIO cannot read " + std::string(kind) + " from memory", ""};
   }
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // Textures want colour and alpha as stored.

@@ -13,7 +13,9 @@ bool starts_with(Span file, std::string_view magic, std::size_t at = 0) noexcept
          std::memcmp(file.data() + at, magic.data(), magic.size()) == 0;
 }
 
-std::uint32_t u8(Span file, std::size_t at) noexcept { return std::to_integer<std::uint32_t>(file[at]); }
+std::uint32_t u8(Span file, std::size_t at) noexcept {
+  return std::to_integer<std::uint32_t>(file[at]);
+}
 std::uint32_t u16_big(Span file, std::size_t at) noexcept {
   return u8(file, at) << 8U | u8(file, at + 1);
 }

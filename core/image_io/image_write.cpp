@@ -1,12 +1,12 @@
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cmath>
 #include <exception>
 #include <memory>
 #include <new>
 #include <utility>
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
 
 #include "core/image_io/image_io.h"
 #include "core/image_io/oiio_setup.h"
@@ -113,8 +113,8 @@ Result<std::vector<std::byte>> encode_display(const FloatImage& image, const Ima
     spec.attribute("png:compressionLevel", 1);
     add_metadata(spec, options);
   } else {
-    spec.attribute("Compression",
-                   (format.extension == "jpg" ? "jpeg:" : "webp:") + std::to_string(options.quality));
+    spec.attribute("Compression", (format.extension == "jpg" ? "jpeg:" : "webp:") +
+                                      std::to_string(options.quality));
   }
   return write(format.extension, spec, {OIIO::TypeDesc::UINT8, bytes.data()});
 }

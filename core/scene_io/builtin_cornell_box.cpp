@@ -1,5 +1,6 @@
-// The Cornell box as measured at Cornell University (www.graphics.cornell.edu/online/box/data.html),
-// millimetres to metres. Colours are Mitsuba's conversion of the measured spectra to linear Rec.709.
+// The Cornell box as measured at Cornell University
+// (www.graphics.cornell.edu/online/box/data.html), millimetres to metres. Colours are Mitsuba's
+// conversion of the measured spectra to linear Rec.709.
 #include <array>
 #include <cmath>
 
@@ -19,7 +20,8 @@ constexpr std::array<float, 4> kCeilingZ = {0, 227, 332, 559.2F};
 constexpr Corners kFloor = {{{552.8F, 0, 0}, {0, 0, 0}, {0, 0, 559.2F}, {549.6F, 0, 559.2F}}};
 constexpr Corners kBackWall = {
     {{549.6F, 0, 559.2F}, {0, 0, 559.2F}, {0, kCeiling, 559.2F}, {556, kCeiling, 559.2F}}};
-constexpr Corners kGreenWall = {{{0, 0, 559.2F}, {0, 0, 0}, {0, kCeiling, 0}, {0, kCeiling, 559.2F}}};
+constexpr Corners kGreenWall = {
+    {{0, 0, 559.2F}, {0, 0, 0}, {0, kCeiling, 0}, {0, kCeiling, 559.2F}}};
 constexpr Corners kRedWall = {
     {{552.8F, 0, 0}, {549.6F, 0, 559.2F}, {556, kCeiling, 559.2F}, {556, kCeiling, 0}}};
 constexpr Corners kLight = {
@@ -73,9 +75,11 @@ PrimitiveDescription ceiling_with_hole() {
 
 Bytes make_cornell_box() {
   SceneDescription scene;
-  const int white = add_material(scene, diffuse_material("white", {0.885809F, 0.698859F, 0.666422F}));
+  const int white =
+      add_material(scene, diffuse_material("white", {0.885809F, 0.698859F, 0.666422F}));
   const int red = add_material(scene, diffuse_material("red", {0.570068F, 0.0430135F, 0.0443706F}));
-  const int green = add_material(scene, diffuse_material("green", {0.105421F, 0.37798F, 0.076425F}));
+  const int green =
+      add_material(scene, diffuse_material("green", {0.105421F, 0.37798F, 0.076425F}));
   // The measured lamp reflects 0.78 of what reaches it; beside its own 18 that is nothing.
   const int lamp = add_material(scene, emissive_material("lamp", {18.387F, 13.9873F, 6.75357F}));
   add_object(scene, "floor", metres(kFloor), white);

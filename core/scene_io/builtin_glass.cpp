@@ -13,18 +13,20 @@ namespace {
 
 // Foot, stem and bowl of a goblet: up along the outside, down along the inside. Metres.
 constexpr std::array<Vec2, 34> kGoblet = {{
-    {0, 0.002F},        {0.10F, 0.002F},  {0.128F, 0.004F}, {0.132F, 0.009F}, {0.126F, 0.014F}, {0.08F, 0.022F},
-    {0.04F, 0.034F},    {0.02F, 0.056F},  {0.0155F, 0.09F}, {0.0145F, 0.13F}, {0.0155F, 0.16F}, {0.022F, 0.18F},
-    {0.05F, 0.198F},    {0.09F, 0.225F},  {0.122F, 0.26F},  {0.14F, 0.30F},   {0.146F, 0.35F},  {0.14F, 0.40F},
-    {0.128F, 0.44F},    {0.118F, 0.47F},  {0.1165F, 0.473F}, {0.114F, 0.4735F}, {0.1125F, 0.47F}, {0.122F, 0.44F},
-    {0.134F, 0.40F},    {0.14F, 0.35F},   {0.134F, 0.302F}, {0.116F, 0.264F}, {0.085F, 0.231F}, {0.047F, 0.207F},
-    {0.02F, 0.198F},    {0.008F, 0.1955F}, {0.003F, 0.1952F}, {0, 0.1951F},
+    {0, 0.002F},       {0.10F, 0.002F},   {0.128F, 0.004F},  {0.132F, 0.009F}, {0.126F, 0.014F},
+    {0.08F, 0.022F},   {0.04F, 0.034F},   {0.02F, 0.056F},   {0.0155F, 0.09F}, {0.0145F, 0.13F},
+    {0.0155F, 0.16F},  {0.022F, 0.18F},   {0.05F, 0.198F},   {0.09F, 0.225F},  {0.122F, 0.26F},
+    {0.14F, 0.30F},    {0.146F, 0.35F},   {0.14F, 0.40F},    {0.128F, 0.44F},  {0.118F, 0.47F},
+    {0.1165F, 0.473F}, {0.114F, 0.4735F}, {0.1125F, 0.47F},  {0.122F, 0.44F},  {0.134F, 0.40F},
+    {0.14F, 0.35F},    {0.134F, 0.302F},  {0.116F, 0.264F},  {0.085F, 0.231F}, {0.047F, 0.207F},
+    {0.02F, 0.198F},   {0.008F, 0.1955F}, {0.003F, 0.1952F}, {0, 0.1951F},
 }};
 
 // A block whose edges are cut off, so that they glint.
 PrimitiveDescription chamfered_block(Vec3 half, float cut) {
-  const std::array<std::array<Vec3, 3>, 3> axes = {
-      {{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}}}, {{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}}}}};
+  const std::array<std::array<Vec3, 3>, 3> axes = {{{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
+                                                    {{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}}},
+                                                    {{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}}}}};
   PrimitiveDescription out;
   const auto add_facing_out = [&out](Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
     const bool outward = dot(cross(b - a, d - a), a + b + c + d) > 0;
@@ -41,13 +43,15 @@ PrimitiveDescription chamfered_block(Vec3 half, float cut) {
         // The edge between the face along n and the one along u.
         const Vec3 near_u = u * (dot(u, half) * other);
         const Vec3 inner = n * ((dot(n, half) - cut) * side);
-        add_facing_out(f + du * other - dv, f + du * other + dv, inner + near_u + dv, inner + near_u - dv);
+        add_facing_out(f + du * other - dv, f + du * other + dv, inner + near_u + dv,
+                       inner + near_u - dv);
       }
     }
   }
   // Corners: one triangle each, as a quad would have a side of no length.
   for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 s = {(corner & 1) != 0 ? 1.0F : -1.0F, (corner & 2) != 0 ? 1.0F : -1.0F, (corner & 4) != 0 ? 1.0F : -1.0F};
+    const Vec3 s = {(corner & 1) != 0 ? 1.0F : -1.0F, (corner & 2) != 0 ? 1.0F : -1.0F,
+                    (corner & 4) != 0 ? 1.0F : -1.0F};
     const Vec3 inner = {half.x - cut, half.y - cut, half.z - cut};
     Vec3 a = s * Vec3{half.x, inner.y, inner.z};
     Vec3 b = s * Vec3{inner.x, half.y, inner.z};
@@ -85,7 +89,8 @@ PrimitiveDescription backdrop() {
     for (const float x : {-3.0F, 3.0F}) {
       p.positions.push_back({x, line[i].y, line[i].x});
       p.normals.push_back(n);
-      p.uv[0].push_back({x / 6 + 0.5F, static_cast<float>(i) / static_cast<float>(line.size() - 1)});
+      p.uv[0].push_back(
+          {x / 6 + 0.5F, static_cast<float>(i) / static_cast<float>(line.size() - 1)});
     }
     if (i > 0) {
       const auto v = static_cast<std::uint32_t>(i * 2);

@@ -12,7 +12,8 @@
 namespace core {
 namespace {
 
-// The room: x from -2.6 to 2.6, y from 0 to 2.6, z from -2.2 to 2.2; the door is in the wall x = 2.6.
+// The room: x from -2.6 to 2.6, y from 0 to 2.6, z from -2.2 to 2.2; the door is in the wall x
+// = 2.6.
 constexpr float kX = 2.6F;
 constexpr float kY = 2.6F;
 constexpr float kZ = 2.2F;
@@ -22,7 +23,8 @@ constexpr float kDoorTop = 2.05F;
 constexpr float kWall = 0.16F;  // thickness where the door is
 
 struct Materials {
-  int plaster, ceiling, wood_floor, oak, dark_wood, cloth, cushion, rug, canvas, brass, ceramic, leaf, white_paint;
+  int plaster, ceiling, wood_floor, oak, dark_wood, cloth, cushion, rug, canvas, brass, ceramic,
+      leaf, white_paint;
 };
 
 int textured(SceneDescription& scene, MaterialDescription material, Image image) {
@@ -37,7 +39,8 @@ Materials make_materials(SceneDescription& scene) {
   m.wood_floor = textured(scene, plastic_material("floor boards", Rgb(1), 0.38F), wood_planks(512));
   m.oak = add_material(scene, plastic_material("oak", {0.5F, 0.33F, 0.18F}, 0.35F));
   m.dark_wood = add_material(scene, plastic_material("dark wood", {0.13F, 0.075F, 0.045F}, 0.3F));
-  m.cloth = textured(scene, diffuse_material("cloth", Rgb(1)), woven_check(256, {0.55F, 0.62F, 0.6F}, {0.3F, 0.4F, 0.42F}));
+  m.cloth = textured(scene, diffuse_material("cloth", Rgb(1)),
+                     woven_check(256, {0.55F, 0.62F, 0.6F}, {0.3F, 0.4F, 0.42F}));
   MaterialDescription velvet = plastic_material("cushion", {0.55F, 0.2F, 0.08F}, 0.9F);
   velvet.sheen_color = {0.5F, 0.3F, 0.2F};
   velvet.sheen_roughness = 0.4F;
@@ -55,10 +58,12 @@ Materials make_materials(SceneDescription& scene) {
 }
 
 void add_shell(SceneDescription& scene, const Materials& m) {
-  PrimitiveDescription floor = quad({-kX, 0, kZ}, {kX + 1.6F, 0, kZ}, {kX + 1.6F, 0, -kZ}, {-kX, 0, -kZ});
+  PrimitiveDescription floor =
+      quad({-kX, 0, kZ}, {kX + 1.6F, 0, kZ}, {kX + 1.6F, 0, -kZ}, {-kX, 0, -kZ});
   floor.uv[0] = {{0, 3.4F}, {4.3F, 3.4F}, {4.3F, 0}, {0, 0}};
   add_object(scene, "floor", floor, m.wood_floor);
-  add_object(scene, "ceiling", quad({-kX, kY, -kZ}, {kX, kY, -kZ}, {kX, kY, kZ}, {-kX, kY, kZ}), m.ceiling);
+  add_object(scene, "ceiling", quad({-kX, kY, -kZ}, {kX, kY, -kZ}, {kX, kY, kZ}, {-kX, kY, kZ}),
+             m.ceiling);
   PrimitiveDescription walls = quad({-kX, 0, -kZ}, {kX, 0, -kZ}, {kX, kY, -kZ}, {-kX, kY, -kZ});
   append(walls, quad({-kX, 0, kZ}, {-kX, 0, -kZ}, {-kX, kY, -kZ}, {-kX, kY, kZ}));
   append(walls, quad({kX, 0, kZ}, {-kX, 0, kZ}, {-kX, kY, kZ}, {kX, kY, kZ}));
@@ -89,21 +94,26 @@ void add_door_and_light(SceneDescription& scene, const Materials& m) {
     append(leaf, box({-0.03F, low, 0.14F}, {0.03F, low + 0.7F, kWidth - 0.14F}));
   }
   add_object(scene, "door", leaf, m.white_paint, hinge);
-  PrimitiveDescription handle = box({-0.055F, 1.02F, kWidth - 0.08F}, {0.055F, 1.035F, kWidth - 0.06F});
+  PrimitiveDescription handle =
+      box({-0.055F, 1.02F, kWidth - 0.08F}, {0.055F, 1.035F, kWidth - 0.06F});
   append(handle, box({-0.07F, 1.02F, kWidth - 0.18F}, {-0.055F, 1.04F, kWidth - 0.06F}));
   append(handle, box({0.055F, 1.02F, kWidth - 0.18F}, {0.07F, 1.04F, kWidth - 0.06F}));
   add_object(scene, "handle", handle, m.brass, hinge);
   const int glow = add_material(scene, emissive_material("corridor", Rgb{46, 41, 33}));
   constexpr float kFar = kX + 1.5F;
-  add_object(scene, "corridor light", quad({kFar, 0.05F, kDoorTo + 0.5F}, {kFar, 0.05F, kDoorFrom - 0.7F},
-                                           {kFar, 2.4F, kDoorFrom - 0.7F}, {kFar, 2.4F, kDoorTo + 0.5F}),
+  add_object(scene, "corridor light",
+             quad({kFar, 0.05F, kDoorTo + 0.5F}, {kFar, 0.05F, kDoorFrom - 0.7F},
+                  {kFar, 2.4F, kDoorFrom - 0.7F}, {kFar, 2.4F, kDoorTo + 0.5F}),
              glow);
   // Corridor walls send some of it back.
-  PrimitiveDescription corridor = quad({kFar, 0, -kZ}, {kX + kWall, 0, -kZ}, {kX + kWall, kY, -kZ}, {kFar, kY, -kZ});
+  PrimitiveDescription corridor =
+      quad({kFar, 0, -kZ}, {kX + kWall, 0, -kZ}, {kX + kWall, kY, -kZ}, {kFar, kY, -kZ});
   append(corridor, quad({kX + kWall, 0, kZ}, {kFar, 0, kZ}, {kFar, kY, kZ}, {kX + kWall, kY, kZ}));
-  append(corridor, quad({kX + kWall, kY, -kZ}, {kFar, kY, -kZ}, {kFar, kY, kZ}, {kX + kWall, kY, kZ}));
+  append(corridor,
+         quad({kX + kWall, kY, -kZ}, {kFar, kY, -kZ}, {kFar, kY, kZ}, {kX + kWall, kY, kZ}));
   turn_inside_out(corridor);
-  append(corridor, quad({kX + kWall, kY, kZ}, {kX + kWall, kY, -kZ}, {kFar, kY, -kZ}, {kFar, kY, kZ}));
+  append(corridor,
+         quad({kX + kWall, kY, kZ}, {kX + kWall, kY, -kZ}, {kFar, kY, -kZ}, {kFar, kY, kZ}));
   add_object(scene, "corridor", corridor, m.plaster);
 }
 
@@ -134,15 +144,20 @@ void add_furniture(SceneDescription& scene, const Materials& m) {
   add_object(scene, "sofa feet", feet, m.dark_wood, sofa_at);
   const int cushion = add_mesh(scene, "cushion", sphere(1, 64), m.cushion);
   for (const float x : {-1.45F, -0.1F}) {
-    add_instance(scene, cushion, translation({x, 0.62F, -1.68F}) * rotation_y(0.3F * x) * scaling({0.22F, 0.2F, 0.09F}));
+    add_instance(
+        scene, cushion,
+        translation({x, 0.62F, -1.68F}) * rotation_y(0.3F * x) * scaling({0.22F, 0.2F, 0.09F}));
   }
   // Low table on a rug, two stools.
   PrimitiveDescription carpet = box({-1.05F, 0.0005F, -0.7F}, {1.05F, 0.012F, 0.7F});
-  PrimitiveDescription pile = quad({-1.05F, 0.0125F, 0.7F}, {1.05F, 0.0125F, 0.7F}, {1.05F, 0.0125F, -0.7F}, {-1.05F, 0.0125F, -0.7F});
+  PrimitiveDescription pile = quad({-1.05F, 0.0125F, 0.7F}, {1.05F, 0.0125F, 0.7F},
+                                   {1.05F, 0.0125F, -0.7F}, {-1.05F, 0.0125F, -0.7F});
   append(carpet, pile);
   add_object(scene, "rug", carpet, m.rug, translation({-0.5F, 0, -0.45F}) * rotation_y(0.06F));
-  add_object(scene, "table", table_shape({0.5F, 0.4F, 0.3F}, 0.035F, 0.045F), m.oak, translation({-0.55F, 0.013F, -0.5F}));
-  const int stool = add_mesh(scene, "stool", table_shape({0.19F, 0.42F, 0.19F}, 0.04F, 0.035F), m.dark_wood);
+  add_object(scene, "table", table_shape({0.5F, 0.4F, 0.3F}, 0.035F, 0.045F), m.oak,
+             translation({-0.55F, 0.013F, -0.5F}));
+  const int stool =
+      add_mesh(scene, "stool", table_shape({0.19F, 0.42F, 0.19F}, 0.04F, 0.035F), m.dark_wood);
   add_instance(scene, stool, translation({0.95F, 0, -0.15F}) * rotation_y(0.4F));
   add_instance(scene, stool, translation({1.0F, 0, 0.75F}) * rotation_y(-0.2F));
 }
@@ -158,8 +173,12 @@ void add_shelf(SceneDescription& scene, const Materials& m) {
   // Against the wall x = -kX, its front to +x.
   const Transform at = translation({-kX + 0.001F, 0, 0.6F}) * rotation_y(1.5707963F);
   add_object(scene, "shelf", shelf, m.oak, at);
-  constexpr std::array<Rgb, 6> kSpines = {{{0.4F, 0.08F, 0.06F}, {0.08F, 0.16F, 0.3F}, {0.5F, 0.42F, 0.25F},
-                                           {0.1F, 0.22F, 0.14F}, {0.32F, 0.3F, 0.28F}, {0.55F, 0.3F, 0.08F}}};
+  constexpr std::array<Rgb, 6> kSpines = {{{0.4F, 0.08F, 0.06F},
+                                           {0.08F, 0.16F, 0.3F},
+                                           {0.5F, 0.42F, 0.25F},
+                                           {0.1F, 0.22F, 0.14F},
+                                           {0.32F, 0.3F, 0.28F},
+                                           {0.55F, 0.3F, 0.08F}}};
   std::array<PrimitiveDescription, kSpines.size()> books;
   PlacementNumbers numbers(3);
   for (int row = 0; row < 5; ++row) {
@@ -167,8 +186,10 @@ void add_shelf(SceneDescription& scene, const Materials& m) {
     float x = 0.04F;
     while (x < numbers.between(0.75F, 1.0F)) {
       const float width = numbers.between(0.02F, 0.05F);
-      const auto color = static_cast<std::size_t>(numbers.next() * static_cast<float>(kSpines.size()));
-      append(books[color], box({x, y, 0.05F}, {x + width, y + numbers.between(0.2F, 0.31F), numbers.between(0.22F, 0.27F)}));
+      const auto color =
+          static_cast<std::size_t>(numbers.next() * static_cast<float>(kSpines.size()));
+      append(books[color], box({x, y, 0.05F}, {x + width, y + numbers.between(0.2F, 0.31F),
+                                               numbers.between(0.22F, 0.27F)}));
       x += width + 0.002F;
     }
   }
@@ -179,13 +200,34 @@ void add_shelf(SceneDescription& scene, const Materials& m) {
 }
 
 void add_decoration(SceneDescription& scene, const Materials& m) {
-  constexpr std::array<Vec2, 16> kVase = {{{0, 0}, {0.06F, 0}, {0.075F, 0.01F}, {0.11F, 0.08F}, {0.12F, 0.15F},
-                                           {0.1F, 0.22F}, {0.06F, 0.27F}, {0.045F, 0.31F}, {0.055F, 0.335F}, {0.05F, 0.338F},
-                                           {0.04F, 0.31F}, {0.055F, 0.27F}, {0.093F, 0.22F}, {0.112F, 0.15F}, {0.06F, 0.03F},
+  constexpr std::array<Vec2, 16> kVase = {{{0, 0},
+                                           {0.06F, 0},
+                                           {0.075F, 0.01F},
+                                           {0.11F, 0.08F},
+                                           {0.12F, 0.15F},
+                                           {0.1F, 0.22F},
+                                           {0.06F, 0.27F},
+                                           {0.045F, 0.31F},
+                                           {0.055F, 0.335F},
+                                           {0.05F, 0.338F},
+                                           {0.04F, 0.31F},
+                                           {0.055F, 0.27F},
+                                           {0.093F, 0.22F},
+                                           {0.112F, 0.15F},
+                                           {0.06F, 0.03F},
                                            {0, 0.02F}}};
   add_object(scene, "vase", lathe(kVase, 72), m.ceramic, translation({-0.72F, 0.413F, -0.55F}));
-  constexpr std::array<Vec2, 11> kBowl = {{{0, 0}, {0.05F, 0}, {0.055F, 0.012F}, {0.11F, 0.035F}, {0.15F, 0.075F}, {0.153F, 0.078F},
-                                           {0.15F, 0.079F}, {0.107F, 0.041F}, {0.05F, 0.02F}, {0.02F, 0.018F}, {0, 0.018F}}};
+  constexpr std::array<Vec2, 11> kBowl = {{{0, 0},
+                                           {0.05F, 0},
+                                           {0.055F, 0.012F},
+                                           {0.11F, 0.035F},
+                                           {0.15F, 0.075F},
+                                           {0.153F, 0.078F},
+                                           {0.15F, 0.079F},
+                                           {0.107F, 0.041F},
+                                           {0.05F, 0.02F},
+                                           {0.02F, 0.018F},
+                                           {0, 0.018F}}};
   add_object(scene, "bowl", lathe(kBowl, 72), m.brass, translation({-0.32F, 0.413F, -0.42F}));
   // Painting on the back wall.
   PrimitiveDescription frame = box({-0.56F, -0.43F, 0}, {0.56F, -0.4F, 0.035F});
@@ -194,9 +236,19 @@ void add_decoration(SceneDescription& scene, const Materials& m) {
   append(frame, box({0.53F, -0.4F, 0}, {0.56F, 0.4F, 0.035F}));
   const Transform wall = translation({-0.75F, 1.55F, -kZ + 0.001F});
   add_object(scene, "frame", frame, m.dark_wood, wall);
-  add_object(scene, "painting", quad({-0.53F, -0.4F, 0.012F}, {0.53F, -0.4F, 0.012F}, {0.53F, 0.4F, 0.012F}, {-0.53F, 0.4F, 0.012F}), m.canvas, wall);
+  add_object(scene, "painting",
+             quad({-0.53F, -0.4F, 0.012F}, {0.53F, -0.4F, 0.012F}, {0.53F, 0.4F, 0.012F},
+                  {-0.53F, 0.4F, 0.012F}),
+             m.canvas, wall);
   // A plant in the corner: a pot and leaves of stretched spheres.
-  constexpr std::array<Vec2, 8> kPot = {{{0, 0}, {0.13F, 0}, {0.14F, 0.01F}, {0.19F, 0.32F}, {0.195F, 0.33F}, {0.175F, 0.33F}, {0.165F, 0.29F}, {0, 0.28F}}};
+  constexpr std::array<Vec2, 8> kPot = {{{0, 0},
+                                         {0.13F, 0},
+                                         {0.14F, 0.01F},
+                                         {0.19F, 0.32F},
+                                         {0.195F, 0.33F},
+                                         {0.175F, 0.33F},
+                                         {0.165F, 0.29F},
+                                         {0, 0.28F}}};
   const Vec3 corner = {1.55F, 0, -1.75F};
   add_object(scene, "pot", lathe(kPot, 64), m.white_paint, translation(corner));
   const int leaf = add_mesh(scene, "leaf", sphere(1, 24), m.leaf);
@@ -206,8 +258,10 @@ void add_decoration(SceneDescription& scene, const Materials& m) {
     const float lean = numbers.between(0.15F, 1.1F);
     const Transform tilt = rotation({0, 0, std::sin(-lean / 2), std::cos(-lean / 2)});
     const float size = numbers.between(0.18F, 0.34F);
-    add_instance(scene, leaf, translation(corner + Vec3{0, 0.3F, 0}) * turn * tilt *
-                                  translation({0, size * 1.3F, 0}) * scaling({size * 0.05F, size, size * 0.22F}));
+    add_instance(scene, leaf,
+                 translation(corner + Vec3{0, 0.3F, 0}) * turn * tilt *
+                     translation({0, size * 1.3F, 0}) *
+                     scaling({size * 0.05F, size, size * 0.22F}));
   }
 }
 

@@ -16,12 +16,13 @@ constexpr int kColors = 25;
 constexpr float kTwoPi = 2 * std::numbers::pi_v<float>;
 
 float dunes(float x, float z) {
-  return 0.45F * std::sin(0.55F * x + 0.6F * std::sin(0.35F * z)) + 0.25F * std::sin(0.9F * z - 0.4F * x) +
-         0.012F * std::sin(7 * x + 2 * std::sin(1.3F * z));
+  return 0.45F * std::sin(0.55F * x + 0.6F * std::sin(0.35F * z)) +
+         0.25F * std::sin(0.9F * z - 0.4F * x) + 0.012F * std::sin(7 * x + 2 * std::sin(1.3F * z));
 }
 
 PrimitiveDescription octahedron(float radius) {
-  const std::array<Vec3, 6> corner = {{{1, 0, 0}, {-1, 0, 0}, {0, 1.4F, 0}, {0, -1.4F, 0}, {0, 0, 1}, {0, 0, -1}}};
+  const std::array<Vec3, 6> corner = {
+      {{1, 0, 0}, {-1, 0, 0}, {0, 1.4F, 0}, {0, -1.4F, 0}, {0, 0, 1}, {0, 0, -1}}};
   constexpr std::array<std::array<std::size_t, 3>, 8> kFaces = {
       {{0, 2, 4}, {4, 2, 1}, {1, 2, 5}, {5, 2, 0}, {4, 3, 0}, {1, 3, 4}, {5, 3, 1}, {0, 3, 5}}};
   PrimitiveDescription p;
@@ -44,7 +45,9 @@ PrimitiveDescription octahedron(float radius) {
 // From warm amber over rose to turquoise; most lanterns are warm.
 Rgb lantern_color(float t) {
   const float hue = 0.07F + 0.55F * t * t;
-  const auto channel = [hue](float shift) { return 0.55F + 0.45F * std::cos(kTwoPi * (hue - shift)); };
+  const auto channel = [hue](float shift) {
+    return 0.55F + 0.45F * std::cos(kTwoPi * (hue - shift));
+  };
   const Rgb c = {channel(0), channel(1 / 3.0F), channel(2 / 3.0F)};
   return c / luminance(c);
 }
@@ -53,8 +56,15 @@ void add_stones(SceneDescription& scene) {
   const int slate = add_material(scene, plastic_material("slate", {0.16F, 0.17F, 0.2F}, 0.35F));
   const int marble = add_material(scene, plastic_material("marble", {0.75F, 0.72F, 0.68F}, 0.25F));
   const int copper = add_material(scene, metal_material("copper", {0.95F, 0.64F, 0.54F}, 0.22F));
-  constexpr std::array<Vec2, 9> kProfile = {{{0, -0.5F}, {0.5F, -0.5F}, {0.52F, 0.2F}, {0.46F, 0.9F}, {0.4F, 1.5F},
-                                             {0.3F, 1.9F}, {0.16F, 2.1F}, {0.06F, 2.16F}, {0, 2.17F}}};
+  constexpr std::array<Vec2, 9> kProfile = {{{0, -0.5F},
+                                             {0.5F, -0.5F},
+                                             {0.52F, 0.2F},
+                                             {0.46F, 0.9F},
+                                             {0.4F, 1.5F},
+                                             {0.3F, 1.9F},
+                                             {0.16F, 2.1F},
+                                             {0.06F, 2.16F},
+                                             {0, 2.17F}}};
   const int pillar = add_mesh(scene, "pillar", lathe(kProfile, 48), slate);
   const int cube = add_mesh(scene, "block", box({-0.5F, -0.5F, -0.5F}, {0.5F, 0.5F, 0.5F}), marble);
   const int ball = add_mesh(scene, "ball", sphere(0.5F, 64), copper);

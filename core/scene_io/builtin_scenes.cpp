@@ -9,10 +9,14 @@ namespace core {
 namespace {
 
 constexpr std::array kScenes = {
-    BuiltinScene{"cornell-box", "The measured Cornell box, diffuse, lit by one panel.", &make_cornell_box},
-    BuiltinScene{"furnace", "Lossless spheres under a white sky: every pixel is 1 in truth.", &make_furnace},
-    BuiltinScene{"veach-mis", "Glossy plates and spherical lights of equal power, after Veach.", &make_veach_mis},
-    BuiltinScene{"many-lights", "A thousand coloured lanterns over dunes and stones.", &make_many_lights},
+    BuiltinScene{"cornell-box", "The measured Cornell box, diffuse, lit by one panel.",
+                 &make_cornell_box},
+    BuiltinScene{"furnace", "Lossless spheres under a white sky: every pixel is 1 in truth.",
+                 &make_furnace},
+    BuiltinScene{"veach-mis", "Glossy plates and spherical lights of equal power, after Veach.",
+                 &make_veach_mis},
+    BuiltinScene{"many-lights", "A thousand coloured lanterns over dunes and stones.",
+                 &make_many_lights},
     BuiltinScene{"glass", "Caustics of a glass sphere, a tinted block and a goblet.", &make_glass},
     BuiltinScene{"interior", "A room lit through a door that stands ajar.", &make_interior},
 };
@@ -22,8 +26,8 @@ constexpr std::array kScenes = {
 std::span<const BuiltinScene> builtin_scenes() { return kScenes; }
 
 const BuiltinScene* find_builtin_scene(std::string_view name) {
-  const auto* const it =
-      std::find_if(kScenes.begin(), kScenes.end(), [name](const BuiltinScene& s) { return s.name == name; });
+  const auto* const it = std::find_if(kScenes.begin(), kScenes.end(),
+                                      [name](const BuiltinScene& s) { return s.name == name; });
   return it == kScenes.end() ? nullptr : it;
 }
 

@@ -17,8 +17,11 @@ void add_grid_triangles(PrimitiveDescription& p, int columns, int rows) {
   };
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < columns; ++c) {
-      const std::array<std::uint32_t, 4> q = {at(r, c), at(r, c + 1), at(r + 1, c + 1), at(r + 1, c)};
-      const auto same = [&p](std::uint32_t a, std::uint32_t b) { return length_squared(p.positions[a] - p.positions[b]) < 1e-14F; };
+      const std::array<std::uint32_t, 4> q = {at(r, c), at(r, c + 1), at(r + 1, c + 1),
+                                              at(r + 1, c)};
+      const auto same = [&p](std::uint32_t a, std::uint32_t b) {
+        return length_squared(p.positions[a] - p.positions[b]) < 1e-14F;
+      };
       if (!same(q[0], q[1])) {
         p.indices.insert(p.indices.end(), {q[0], q[1], q[2]});
       }
@@ -73,11 +76,13 @@ PrimitiveDescription sphere(float radius, int segments) {
     const float ring = r == 0 || r == rows ? 0 : std::sin(theta);
     const float height = r == 0 ? 1 : (r == rows ? -1 : std::cos(theta));
     for (int s = 0; s <= segments; ++s) {
-      const float phi = s == segments ? 0 : 2 * kPi * static_cast<float>(s) / static_cast<float>(segments);
+      const float phi =
+          s == segments ? 0 : 2 * kPi * static_cast<float>(s) / static_cast<float>(segments);
       const Vec3 n = {ring * std::cos(phi), height, ring * std::sin(phi)};
       p.positions.push_back(n * radius);
       p.normals.push_back(n);
-      p.uv[0].push_back({static_cast<float>(s) / static_cast<float>(segments), static_cast<float>(r) / static_cast<float>(rows)});
+      p.uv[0].push_back({static_cast<float>(s) / static_cast<float>(segments),
+                         static_cast<float>(r) / static_cast<float>(rows)});
     }
   }
   add_grid_triangles(p, segments, rows);
@@ -96,12 +101,15 @@ PrimitiveDescription lathe(std::span<const Vec2> profile, int segments) {
     const Vec3 out = normalize_or({along.y, -along.x, 0}, {0, along.x < 0 ? 1.0F : -1.0F, 0});
     const bool is_pole = profile[i].x == 0;
     for (int s = 0; s <= segments; ++s) {
-      const float phi = s == segments ? 0 : 2 * kPi * static_cast<float>(s) / static_cast<float>(segments);
+      const float phi =
+          s == segments ? 0 : 2 * kPi * static_cast<float>(s) / static_cast<float>(segments);
       const float c = std::cos(phi);
       const float n = std::sin(phi);
       p.positions.push_back({profile[i].x * c, profile[i].y, profile[i].x * n});
-      p.normals.push_back(is_pole ? Vec3{0, out.y < 0 ? -1.0F : 1.0F, 0} : Vec3{out.x * c, out.y, out.x * n});
-      p.uv[0].push_back({static_cast<float>(s) / static_cast<float>(segments), 1 - static_cast<float>(r) / static_cast<float>(rows)});
+      p.normals.push_back(is_pole ? Vec3{0, out.y < 0 ? -1.0F : 1.0F, 0}
+                                  : Vec3{out.x * c, out.y, out.x * n});
+      p.uv[0].push_back({static_cast<float>(s) / static_cast<float>(segments),
+                         1 - static_cast<float>(r) / static_cast<float>(rows)});
     }
   }
   add_grid_triangles(p, segments, rows);
@@ -112,7 +120,8 @@ PrimitiveDescription lathe(std::span<const Vec2> profile, int segments) {
   return p;
 }
 
-PrimitiveDescription height_field(float width, float depth, int cells, float (*height)(float x, float z)) {
+PrimitiveDescription height_field(float width, float depth, int cells,
+                                  float (*height)(float x, float z)) {
   PrimitiveDescription p;
   for (int r = 0; r <= cells; ++r) {
     for (int c = 0; c <= cells; ++c) {
@@ -182,7 +191,8 @@ MaterialDescription plastic_material(std::string name, Rgb color, float roughnes
   return m;
 }
 
-MaterialDescription glass_material(std::string name, Rgb attenuation_color, float attenuation_distance_m) {
+MaterialDescription glass_material(std::string name, Rgb attenuation_color,
+                                   float attenuation_distance_m) {
   MaterialDescription m = plastic_material(std::move(name), Rgb(1), 0);
   m.transmission = 1;
   m.thickness = 1;
@@ -196,7 +206,8 @@ int add_material(SceneDescription& scene, MaterialDescription material) {
   return static_cast<int>(scene.materials.size()) - 1;
 }
 
-int add_mesh(SceneDescription& scene, std::string name, PrimitiveDescription primitive, int material) {
+int add_mesh(SceneDescription& scene, std::string name, PrimitiveDescription primitive,
+             int material) {
   primitive.material = material;
   MeshDescription mesh;
   mesh.name = std::move(name);
@@ -209,8 +220,8 @@ void add_instance(SceneDescription& scene, int mesh, const Transform& to_world) 
   scene.instances.push_back({mesh, to_world});
 }
 
-void add_object(SceneDescription& scene, std::string name, PrimitiveDescription primitive, int material,
-                const Transform& to_world) {
+void add_object(SceneDescription& scene, std::string name, PrimitiveDescription primitive,
+                int material, const Transform& to_world) {
   add_instance(scene, add_mesh(scene, std::move(name), std::move(primitive), material), to_world);
 }
 

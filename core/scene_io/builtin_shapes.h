@@ -21,7 +21,8 @@ PrimitiveDescription sphere(float radius, int segments);
 /// outside, smooth; closed when it begins and ends at radius 0.
 PrimitiveDescription lathe(std::span<const Vec2> profile, int segments);
 /// A w by d grid in x and z around the origin, whose height is given by a function; smooth.
-PrimitiveDescription height_field(float width, float depth, int cells, float (*height)(float x, float z));
+PrimitiveDescription height_field(float width, float depth, int cells,
+                                  float (*height)(float x, float z));
 
 /// The other triangles' side up.
 void turn_inside_out(PrimitiveDescription& primitive);
@@ -35,15 +36,17 @@ MaterialDescription emissive_material(std::string name, Rgb radiance);
 MaterialDescription metal_material(std::string name, Rgb color, float roughness);
 MaterialDescription plastic_material(std::string name, Rgb color, float roughness);
 /// Smooth glass that bounds a volume; ior 1.5.
-MaterialDescription glass_material(std::string name, Rgb attenuation_color, float attenuation_distance_m);
+MaterialDescription glass_material(std::string name, Rgb attenuation_color,
+                                   float attenuation_distance_m);
 
 int add_material(SceneDescription& scene, MaterialDescription material);
 /// A mesh of one primitive; its index.
-int add_mesh(SceneDescription& scene, std::string name, PrimitiveDescription primitive, int material);
+int add_mesh(SceneDescription& scene, std::string name, PrimitiveDescription primitive,
+             int material);
 void add_instance(SceneDescription& scene, int mesh, const Transform& to_world = {});
 /// Mesh and one instance of it.
-void add_object(SceneDescription& scene, std::string name, PrimitiveDescription primitive, int material,
-                const Transform& to_world = {});
+void add_object(SceneDescription& scene, std::string name, PrimitiveDescription primitive,
+                int material, const Transform& to_world = {});
 /// The camera named "camera".
 void add_camera(SceneDescription& scene, Vec3 position, Vec3 target, float vertical_fov_rad);
 

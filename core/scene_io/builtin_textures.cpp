@@ -13,7 +13,8 @@ namespace {
 constexpr float kTwoPi = 2 * std::numbers::pi_v<float>;
 
 float hashed(int x, int y) {
-  auto h = static_cast<std::uint32_t>(x) * 0x9E3779B1U ^ static_cast<std::uint32_t>(y) * 0x85EBCA77U;
+  auto h =
+      static_cast<std::uint32_t>(x) * 0x9E3779B1U ^ static_cast<std::uint32_t>(y) * 0x85EBCA77U;
   h = (h ^ (h >> 15U)) * 0x2C1B3C6DU;
   h = (h ^ (h >> 12U)) * 0x297A2D39U;
   return static_cast<float>((h ^ (h >> 15U)) >> 8U) * 0x1p-24F;
@@ -31,7 +32,8 @@ float noise(float x, float y, int period_x, int period_y) {
   const auto smooth = [](float t) { return t * t * (3 - 2 * t); };
   const float u = smooth(x - fx);
   const float v = smooth(y - fy);
-  return (1 - v) * ((1 - u) * hashed(x0, y0) + u * hashed(x1, y0)) + v * ((1 - u) * hashed(x0, y1) + u * hashed(x1, y1));
+  return (1 - v) * ((1 - u) * hashed(x0, y0) + u * hashed(x1, y0)) +
+         v * ((1 - u) * hashed(x0, y1) + u * hashed(x1, y1));
 }
 
 template <typename Paint>
@@ -43,7 +45,8 @@ Image painted(int width, int height, const Paint& paint) {
       const Rgb c = paint((static_cast<float>(x) + 0.5F) / static_cast<float>(width),
                           (static_cast<float>(y) + 0.5F) / static_cast<float>(height));
       for (int i = 0; i < 3; ++i) {
-        image.bytes.push_back(static_cast<std::byte>(std::lround(std::clamp(c[i], 0.0F, 1.0F) * 255)));
+        image.bytes.push_back(
+            static_cast<std::byte>(std::lround(std::clamp(c[i], 0.0F, 1.0F) * 255)));
       }
     }
   }
@@ -116,7 +119,8 @@ Image painting(int width_px, int height_px) {
     }
     for (int hill = 0; hill < 4; ++hill) {
       const auto h = static_cast<float>(hill);
-      const float top = 0.48F + 0.12F * h + 0.05F * std::sin(kTwoPi * (u * (0.8F + 0.3F * h) + 0.21F * h)) +
+      const float top = 0.48F + 0.12F * h +
+                        0.05F * std::sin(kTwoPi * (u * (0.8F + 0.3F * h) + 0.21F * h)) +
                         0.02F * std::sin(kTwoPi * (u * 3.1F + 0.4F * h));
       if (v > top) {
         c = lerp({0.42F, 0.48F, 0.55F}, {0.12F, 0.22F, 0.16F}, h / 3);

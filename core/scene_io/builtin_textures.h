@@ -1,4 +1,5 @@
-/// Pictures painted by code for the built-in scenes; 8-bit sRGB, three channels, seamless where said.
+/// Pictures painted by code for the built-in scenes; 8-bit sRGB, three channels, seamless where
+/// said.
 #pragma once
 
 #include "core/scene/scene_description.h"

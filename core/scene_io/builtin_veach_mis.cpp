@@ -40,10 +40,15 @@ constexpr std::array kLamps = {
 Bytes make_veach_mis() {
   SceneDescription scene;
   const int matte = add_material(scene, diffuse_material("matte", Rgb(0.4F)));
-  add_object(scene, "floor", quad({-14, -4.14615F, 12}, {14, -4.14615F, 12}, {14, -4.14615F, -2}, {-14, -4.14615F, -2}), matte);
-  add_object(scene, "wall", quad({-14, -4.14615F, -2}, {14, -4.14615F, -2}, {14, 12, -2}, {-14, 12, -2}), matte);
+  add_object(
+      scene, "floor",
+      quad({-14, -4.14615F, 12}, {14, -4.14615F, 12}, {14, -4.14615F, -2}, {-14, -4.14615F, -2}),
+      matte);
+  add_object(scene, "wall",
+             quad({-14, -4.14615F, -2}, {14, -4.14615F, -2}, {14, 12, -2}, {-14, 12, -2}), matte);
   for (const Plate& plate : kPlates) {
-    const int steel = add_material(scene, metal_material("steel", {0.56F, 0.57F, 0.58F}, plate.roughness));
+    const int steel =
+        add_material(scene, metal_material("steel", {0.56F, 0.57F, 0.58F}, plate.roughness));
     const Vec3 a = {-4, plate.front.x, plate.front.y};
     const Vec3 b = {4, plate.front.x, plate.front.y};
     const Vec3 c = {4, plate.back.x, plate.back.y};
@@ -59,7 +64,8 @@ Bytes make_veach_mis() {
   }
   for (const Lamp& lamp : kLamps) {
     // Radiance times radius squared is the same for all.
-    const int glow = add_material(scene, emissive_material("lamp", lamp.tint * (1 / (lamp.radius * lamp.radius))));
+    const int glow = add_material(
+        scene, emissive_material("lamp", lamp.tint * (1 / (lamp.radius * lamp.radius))));
     add_object(scene, "lamp", sphere(lamp.radius, 48), glow, translation({lamp.x, 0, 0}));
   }
   const int far_lamp = add_material(scene, emissive_material("far lamp", Rgb(800)));

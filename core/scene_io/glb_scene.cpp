@@ -1,12 +1,12 @@
 // write_glb(): a scene description as a GLB.
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include "core/base/check.h"
 #include "core/image_io/image_io.h"
@@ -82,7 +82,8 @@ class SceneWriter {
   // A texture object for each use: samplers and textures are small.
   Json texture_json(const TextureDescription& texture) {
     const auto wrap = [](TextureWrap w) {
-      return w == TextureWrap::kRepeat ? 10497 : (w == TextureWrap::kMirroredRepeat ? 33648 : 33071);
+      return w == TextureWrap::kRepeat ? 10497
+                                       : (w == TextureWrap::kMirroredRepeat ? 33648 : 33071);
     };
     const Json sampler = {{"wrapS", wrap(texture.wrap_u)},
                           {"wrapT", wrap(texture.wrap_v)},
@@ -96,7 +97,9 @@ class SceneWriter {
       writer_.use_extension("KHR_texture_transform");
       const float rotation = std::atan2(-m[3], m[0]);
       info["extensions"]["KHR_texture_transform"] = {
-          {"offset", {m[2], m[5]}}, {"rotation", rotation}, {"scale", {std::hypot(m[0], m[3]), std::hypot(m[1], m[4])}}};
+          {"offset", {m[2], m[5]}},
+          {"rotation", rotation},
+          {"scale", {std::hypot(m[0], m[3]), std::hypot(m[1], m[4])}}};
     }
     return info;
   }
@@ -255,7 +258,8 @@ class SceneWriter {
       bounds.add(p);
     }
     const Json range = {{"min", array_of(bounds.min)}, {"max", array_of(bounds.max)}};
-    return writer_.add_accessor(bytes_of(positions), kFloat, "VEC3", positions.size(), range.dump());
+    return writer_.add_accessor(bytes_of(positions), kFloat, "VEC3", positions.size(),
+                                range.dump());
   }
 
   int index_accessor(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
@@ -278,7 +282,8 @@ class SceneWriter {
       put_attribute(attributes, "TEXCOORD_0", p.uv[0]);
       put_attribute(attributes, "TEXCOORD_1", p.uv[1]);
       put_attribute(attributes, "COLOR_0", p.colors);
-      Json primitive = {{"attributes", attributes}, {"indices", index_accessor(p.indices, p.positions.size())}};
+      Json primitive = {{"attributes", attributes},
+                        {"indices", index_accessor(p.indices, p.positions.size())}};
       if (p.material >= 0) {
         primitive["material"] = p.material;
       }
@@ -301,8 +306,10 @@ class SceneWriter {
     Json json = {{"name", camera.name}};
     if (camera.orthographic) {
       json["type"] = "orthographic";
-      json["orthographic"] = {
-          {"xmag", camera.x_magnification}, {"ymag", camera.y_magnification}, {"znear", 0}, {"zfar", 1000}};
+      json["orthographic"] = {{"xmag", camera.x_magnification},
+                              {"ymag", camera.y_magnification},
+                              {"znear", 0},
+                              {"zfar", 1000}};
     } else {
       json["type"] = "perspective";
       json["perspective"] = {{"yfov", camera.vertical_fov_rad}, {"znear", 0.01}};
@@ -310,7 +317,8 @@ class SceneWriter {
         json["perspective"]["aspectRatio"] = camera.aspect_ratio;
       }
     }
-    write_node({{"camera", writer_.add("cameras", json.dump())}, {"name", camera.name}}, camera.to_world);
+    write_node({{"camera", writer_.add("cameras", json.dump())}, {"name", camera.name}},
+               camera.to_world);
   }
 
   void write_lights() {
@@ -326,7 +334,8 @@ class SceneWriter {
                      : light.type == PunctualType::kSpot      ? "spot"
                                                               : "point";
       if (light.type == PunctualType::kSpot) {
-        json["spot"] = {{"innerConeAngle", light.inner_cone_rad}, {"outerConeAngle", light.outer_cone_rad}};
+        json["spot"] = {{"innerConeAngle", light.inner_cone_rad},
+                        {"outerConeAngle", light.outer_cone_rad}};
       }
       if (light.range_m > 0) {
         json["range"] = light.range_m;

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include "core/base/check.h"
 
@@ -83,8 +84,8 @@ int GlbWriter::add_view(std::span<const std::byte> bytes, std::string_view more)
   return add("bufferViews", view.dump());
 }
 
-int GlbWriter::add_accessor(std::span<const std::byte> bytes, int component_type, std::string_view type,
-                            std::size_t count, std::string_view more) {
+int GlbWriter::add_accessor(std::span<const std::byte> bytes, int component_type,
+                            std::string_view type, std::size_t count, std::string_view more) {
   Json accessor = {{"bufferView", add_view(bytes)},
                    {"componentType", component_type},
                    {"type", std::string(type)},

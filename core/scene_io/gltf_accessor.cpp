@@ -67,8 +67,8 @@ struct Layout {
 
 // Calls put(element, value, address) for each value of `count` elements.
 template <typename Put>
-void for_each_value(std::span<const std::byte> view, const GltfAccessor& accessor, std::uint64_t count,
-                    Layout layout, const Put& put) {
+void for_each_value(std::span<const std::byte> view, const GltfAccessor& accessor,
+                    std::uint64_t count, Layout layout, const Put& put) {
   const std::uint64_t size = component_bytes(accessor.component);
   const std::uint64_t column = element_bytes(accessor.component, accessor.shape) /
                                static_cast<std::uint64_t>(accessor.shape.columns);
@@ -77,7 +77,8 @@ void for_each_value(std::span<const std::byte> view, const GltfAccessor& accesso
     for (int c = 0; c < accessor.shape.columns; ++c) {
       for (int r = 0; r < accessor.shape.rows; ++r) {
         put(i, static_cast<std::uint64_t>(c * accessor.shape.rows + r),
-            element + static_cast<std::uint64_t>(c) * column + static_cast<std::uint64_t>(r) * size);
+            element + static_cast<std::uint64_t>(c) * column +
+                static_cast<std::uint64_t>(r) * size);
       }
     }
   }
@@ -90,7 +91,8 @@ Result<std::vector<T>> read_all(GltfSource& source, int index, const std::string
   const GltfAccessor& accessor = source.tables().accessors[static_cast<std::size_t>(index)];
   const auto width = static_cast<std::uint64_t>(accessor.shape.values());
   if (accessor.count > source.budget().left()) {
-    return Error{ErrorCode::kTooLarge, std::to_string(accessor.count) + " elements are more than fit in memory", where};
+    return Error{ErrorCode::kTooLarge,
+                 std::to_string(accessor.count) + " elements are more than fit in memory", where};
   }
   if (auto status = source.budget().take(accessor.count * width * sizeof(T), where); !status) {
     return status.error();
@@ -98,7 +100,8 @@ Result<std::vector<T>> read_all(GltfSource& source, int index, const std::string
   std::vector<T> values(accessor.count * width);
   const std::uint64_t bytes = element_bytes(accessor.component, accessor.shape);
   if (accessor.view >= 0) {
-    const std::uint64_t stride = source.tables().views[static_cast<std::size_t>(accessor.view)].stride;
+    const std::uint64_t stride =
+        source.tables().views[static_cast<std::size_t>(accessor.view)].stride;
     auto view = source.view(accessor.view);
     if (!view) {
       return view.error();
@@ -120,7 +123,8 @@ Result<std::vector<T>> read_all(GltfSource& source, int index, const std::string
   std::vector<std::uint32_t> places(sparse.count);
   const std::uint64_t index_bytes = component_bytes(sparse.indices_type);
   for (std::uint64_t i = 0; i < sparse.count; ++i) {
-    places[i] = load_integer(indices->data() + sparse.indices_offset + i * index_bytes, sparse.indices_type);
+    places[i] = load_integer(indices->data() + sparse.indices_offset + i * index_bytes,
+                             sparse.indices_type);
     if (places[i] >= accessor.count) {
       return invalid("/accessors/" + std::to_string(index) + "/sparse/indices",
                      "sparse index " + std::to_string(places[i]) + " is not below the count of " +
@@ -136,34 +140,41 @@ Result<std::vector<T>> read_all(GltfSource& source, int index, const std::string
 
 }  // namespace
 
-Status check_shape(const GltfSource& source, int accessor, ElementShape shape, const std::string& where) {
+Status check_shape(const GltfSource& source, int accessor, ElementShape shape,
+                   const std::string& where) {
   const ElementShape seen = source.tables().accessors[static_cast<std::size_t>(accessor)].shape;
   if (seen.rows != shape.rows || seen.columns != shape.columns) {
     return invalid(where, "accessor " + std::to_string(accessor) + " has elements of " +
-                              std::to_string(seen.values()) + " values; " + std::to_string(shape.values()) +
-                              " are needed here");
+                              std::to_string(seen.values()) + " values; " +
+                              std::to_string(shape.values()) + " are needed here");
   }
   return ok_status();
 }
 
 Result<std::vector<float>> read_floats(GltfSource& source, int accessor, const std::string& where) {
-  auto values = read_all<float>(source, accessor, where, [](const std::byte* from, const GltfAccessor& a) {
-    return load_float(from, a.component, a.normalized);
-  });
-  if (values && !std::all_of(values->begin(), values->end(), [](float v) { return std::isfinite(v); })) {
-    return invalid(where, "accessor " + std::to_string(accessor) + " holds a value that is not finite");
+  auto values =
+      read_all<float>(source, accessor, where, [](const std::byte* from, const GltfAccessor& a) {
+        return load_float(from, a.component, a.normalized);
+      });
+  if (values &&
+      !std::all_of(values->begin(), values->end(), [](float v) { return std::isfinite(v); })) {
+    return invalid(where,
+                   "accessor " + std::to_string(accessor) + " holds a value that is not finite");
   }
   return values;
 }
 
-Result<std::vector<std::uint32_t>> read_integers(GltfSource& source, int accessor, const std::string& where) {
-  const ComponentType type = source.tables().accessors[static_cast<std::size_t>(accessor)].component;
+Result<std::vector<std::uint32_t>> read_integers(GltfSource& source, int accessor,
+                                                 const std::string& where) {
+  const ComponentType type =
+      source.tables().accessors[static_cast<std::size_t>(accessor)].component;
   if (!is_unsigned(type)) {
-    return invalid(where, "accessor " + std::to_string(accessor) + " does not hold unsigned integers");
+    return invalid(where,
+                   "accessor " + std::to_string(accessor) + " does not hold unsigned integers");
   }
-  return read_all<std::uint32_t>(source, accessor, where, [](const std::byte* from, const GltfAccessor& a) {
-    return load_integer(from, a.component);
-  });
+  return read_all<std::uint32_t>(
+      source, accessor, where,
+      [](const std::byte* from, const GltfAccessor& a) { return load_integer(from, a.component); });
 }
 
 }  // namespace core

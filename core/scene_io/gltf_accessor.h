@@ -19,7 +19,8 @@ namespace core {
 Result<std::vector<float>> read_floats(GltfSource& source, int accessor, const std::string& where);
 
 /// The same for unsigned integer accessors, without normalisation.
-Result<std::vector<std::uint32_t>> read_integers(GltfSource& source, int accessor, const std::string& where);
+Result<std::vector<std::uint32_t>> read_integers(GltfSource& source, int accessor,
+                                                 const std::string& where);
 
 /// Floats as Vec2, Vec3 or Vec4. Pre: floats.size() is a multiple of the vector's.
 template <typename V>
@@ -40,6 +41,7 @@ std::vector<V> to_vectors(std::span<const float> floats) {
 }
 
 /// kInvalidArgument at `where` unless elements of the accessor have this shape.
-Status check_shape(const GltfSource& source, int accessor, ElementShape shape, const std::string& where);
+Status check_shape(const GltfSource& source, int accessor, ElementShape shape,
+                   const std::string& where);
 
 }  // namespace core

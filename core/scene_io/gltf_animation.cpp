@@ -30,8 +30,9 @@ struct Place {
 };
 
 Place find_place(const std::vector<float>& times, double time) {
-  const auto after = std::upper_bound(times.begin(), times.end(), time,
-                                      [](double t, float key) { return t < static_cast<double>(key); });
+  const auto after = std::upper_bound(times.begin(), times.end(), time, [](double t, float key) {
+    return t < static_cast<double>(key);
+  });
   if (after == times.begin()) {
     return {0, 0, 0};
   }
@@ -74,7 +75,8 @@ std::vector<float> sample(const Track& track, double time, bool is_rotation) {
       const float t2 = t * t;
       const float t3 = t2 * t;
       for (std::size_t i = 0; i < w; ++i) {
-        out[i] = (2 * t3 - 3 * t2 + 1) * key[w + i] + place.duration * (t3 - 2 * t2 + t) * key[2 * w + i] +
+        out[i] = (2 * t3 - 3 * t2 + 1) * key[w + i] +
+                 place.duration * (t3 - 2 * t2 + t) * key[2 * w + i] +
                  (-2 * t3 + 3 * t2) * next[w + i] + place.duration * (t3 - t2) * next[i];
       }
     }
@@ -95,8 +97,8 @@ std::vector<float> sample(const Track& track, double time, bool is_rotation) {
   return out;
 }
 
-Result<Track> read_track(const tinygltf::AnimationSampler& sampler, GltfSource& source, std::size_t width,
-                         const std::string& where) {
+Result<Track> read_track(const tinygltf::AnimationSampler& sampler, GltfSource& source,
+                         std::size_t width, const std::string& where) {
   Track track;
   track.interpolation = sampler.interpolation;
   if (auto status = check_shape(source, sampler.input, {1, 1}, where + "/input"); !status) {
@@ -109,7 +111,8 @@ Result<Track> read_track(const tinygltf::AnimationSampler& sampler, GltfSource& 
   }
   track.times = *std::move(times);
   track.values = *std::move(values);
-  if (std::adjacent_find(track.times.begin(), track.times.end(), std::greater_equal<>()) != track.times.end()) {
+  if (std::adjacent_find(track.times.begin(), track.times.end(), std::greater_equal<>()) !=
+      track.times.end()) {
     return invalid(where + "/input", "the times of an animation have to grow from key to key");
   }
   const std::size_t parts = track.times.size() * (track.interpolation == "CUBICSPLINE" ? 3 : 1);
@@ -122,10 +125,12 @@ Result<Track> read_track(const tinygltf::AnimationSampler& sampler, GltfSource& 
 }
 
 // Whether `animation` moves anything that is in `taken`.
-bool moves_any(const tinygltf::Animation& animation, const std::set<std::pair<int, std::string>>& taken) {
-  return std::any_of(animation.channels.begin(), animation.channels.end(), [&taken](const auto& channel) {
-    return taken.contains({channel.target_node, channel.target_path});
-  });
+bool moves_any(const tinygltf::Animation& animation,
+               const std::set<std::pair<int, std::string>>& taken) {
+  return std::any_of(animation.channels.begin(), animation.channels.end(),
+                     [&taken](const auto& channel) {
+                       return taken.contains({channel.target_node, channel.target_path});
+                     });
 }
 
 Vec4 unit(const std::vector<float>& q) {
@@ -151,8 +156,8 @@ void put(AnimatedNode& node, const std::string& path, const std::vector<float>& 
 
 }  // namespace
 
-Result<std::map<int, AnimatedNode>> evaluate_animations(const tinygltf::Model& model, GltfSource& source,
-                                                        double time_seconds,
+Result<std::map<int, AnimatedNode>> evaluate_animations(const tinygltf::Model& model,
+                                                        GltfSource& source, double time_seconds,
                                                         std::vector<std::string>& warnings) {
   std::map<int, AnimatedNode> nodes;
   std::set<std::pair<int, std::string>> taken;
@@ -169,7 +174,8 @@ Result<std::map<int, AnimatedNode>> evaluate_animations(const tinygltf::Model& m
       const std::string& path = channel.target_path;
       const bool rotation = path == "rotation";
       if (!rotation && path != "translation" && path != "scale" && path != "weights") {
-        warnings.push_back(where + "/channels/" + std::to_string(c) + ": target \"" + path + "\" is not animated");
+        warnings.push_back(where + "/channels/" + std::to_string(c) + ": target \"" + path +
+                           "\" is not animated");
         continue;
       }
       if (!taken.insert({channel.target_node, path}).second) {

@@ -1,11 +1,11 @@
 /// Animations of a glTF file at one moment: what they put in the place of the nodes' own values.
 #pragma once
 
-#include <tiny_gltf.h>
-
 #include <map>
 #include <optional>
 #include <vector>
+
+#include <tiny_gltf.h>
 
 #include "core/base/result.h"
 #include "core/math/vec.h"
@@ -21,10 +21,10 @@ struct AnimatedNode {
 };
 
 /// By node. Before its first and after its last key an animation holds that key, as glTF 2.0 asks.
-/// All animations play at once; one that moves what an earlier one moves is left out with a warning.
-/// Errors: kInvalidArgument with a JSON pointer.
-Result<std::map<int, AnimatedNode>> evaluate_animations(const tinygltf::Model& model, GltfSource& source,
-                                                        double time_seconds,
+/// All animations play at once; one that moves what an earlier one moves is left out with a
+/// warning. Errors: kInvalidArgument with a JSON pointer.
+Result<std::map<int, AnimatedNode>> evaluate_animations(const tinygltf::Model& model,
+                                                        GltfSource& source, double time_seconds,
                                                         std::vector<std::string>& warnings);
 
 }  // namespace core

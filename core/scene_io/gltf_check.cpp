@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
+
+#include <nlohmann/json.hpp>
 
 #include "core/scene_io/gltf_schema.h"
 
@@ -74,12 +75,14 @@ int index_or_none(const Json& object, const char* name) {
 class SchemaWalk {
  public:
   explicit SchemaWalk(Json& root) : root_(root) {
-    for (const char* name : {"accessors", "animations", "buffers", "bufferViews", "cameras", "images",
-                             "materials", "meshes", "nodes", "samplers", "scenes", "skins", "textures"}) {
+    for (const char* name :
+         {"accessors", "animations", "buffers", "bufferViews", "cameras", "images", "materials",
+          "meshes", "nodes", "samplers", "scenes", "skins", "textures"}) {
       sizes_[name] = array_size(Json::json_pointer(std::string("/") + name));
     }
     sizes_["lights"] = array_size(Json::json_pointer("/extensions/KHR_lights_punctual/lights"));
-    sizes_["variants"] = array_size(Json::json_pointer("/extensions/KHR_materials_variants/variants"));
+    sizes_["variants"] =
+        array_size(Json::json_pointer("/extensions/KHR_materials_variants/variants"));
   }
 
   Status check() { return check_object(root_, "root", ""); }
@@ -98,7 +101,8 @@ class SchemaWalk {
         const auto it = value.find(member.name);
         if (it == value.end()) {
           if (member.required) {
-            return invalid(where, "the required member \"" + std::string(member.name) + "\" is missing");
+            return invalid(where,
+                           "the required member \"" + std::string(member.name) + "\" is missing");
           }
           continue;
         }
@@ -134,7 +138,8 @@ class SchemaWalk {
       case JsonKind::kString:
         return check_string(value, member, where);
       case JsonKind::kBoolean:
-        return value.is_boolean() ? ok_status() : Status(invalid(where, shown(value) + " is not true or false"));
+        return value.is_boolean() ? ok_status()
+                                  : Status(invalid(where, shown(value) + " is not true or false"));
       case JsonKind::kObject:
         return check_object(value, member.child, where);
       case JsonKind::kIntegerMap:
@@ -199,7 +204,8 @@ class SchemaWalk {
     return in_range(value, member, where);
   }
 
-  static Status check_number(const Json& value, const SchemaMember& member, const std::string& where) {
+  static Status check_number(const Json& value, const SchemaMember& member,
+                             const std::string& where) {
     if (!value.is_number()) {
       return invalid(where, shown(value) + " is not a number");
     }
@@ -223,7 +229,8 @@ class SchemaWalk {
     return ok_status();
   }
 
-  static Status check_string(const Json& value, const SchemaMember& member, const std::string& where) {
+  static Status check_string(const Json& value, const SchemaMember& member,
+                             const std::string& where) {
     if (!value.is_string()) {
       return invalid(where, shown(value) + " is not a string");
     }
@@ -233,7 +240,8 @@ class SchemaWalk {
     return ok_status();
   }
 
-  Status check_integer_map(Json& value, const SchemaMember& member, const std::string& where) const {
+  Status check_integer_map(Json& value, const SchemaMember& member,
+                           const std::string& where) const {
     if (!value.is_object()) {
       return invalid(where, shown(value) + " is not an object");
     }
@@ -256,7 +264,8 @@ Status check_asset(const Json& root) {
   }
   const auto minimum = root.at("asset").value("minVersion", std::string("2.0"));
   if (minimum != "2.0") {
-    return invalid("/asset/minVersion", "the file asks for a reader of version \"" + minimum + "\"; this is 2.0");
+    return invalid("/asset/minVersion",
+                   "the file asks for a reader of version \"" + minimum + "\"; this is 2.0");
   }
   return ok_status();
 }
@@ -269,7 +278,8 @@ Status check_extensions(const Json& root, std::vector<std::string>& warnings) {
     const auto name = needed[i].get<std::string>();
     if (name == "KHR_texture_basisu") {
       return invalid("/extensionsRequired/" + std::to_string(i),
-                     "KHR_texture_basisu (KTX2 textures) is not available; convert the textures to PNG, JPEG or WebP");
+                     "KHR_texture_basisu (KTX2 textures) is not available; convert the textures to "
+                     "PNG, JPEG or WebP");
     }
     if (!is_supported_extension(name)) {
       return invalid("/extensionsRequired/" + std::to_string(i),
@@ -326,7 +336,7 @@ GltfMeshopt read_meshopt(const Json& json) {
           .mode = mode == "ATTRIBUTES"  ? MeshoptMode::kAttributes
                   : mode == "TRIANGLES" ? MeshoptMode::kTriangles
                                         : MeshoptMode::kIndices,
-          .filter = filter == "OCTAHEDRAL"   ? MeshoptFilter::kOctahedral
+          .filter = filter == "OCTAHEDRAL"    ? MeshoptFilter::kOctahedral
                     : filter == "QUATERNION"  ? MeshoptFilter::kQuaternion
                     : filter == "EXPONENTIAL" ? MeshoptFilter::kExponential
                                               : MeshoptFilter::kNone};
@@ -341,22 +351,24 @@ ElementShape read_shape(const std::string& type) {
 }
 
 GltfAccessor read_accessor(const Json& json) {
-  GltfAccessor accessor = {.view = index_or_none(json, "bufferView"),
-                           .offset = unsigned_or(json, "byteOffset", 0),
-                           .count = json.at("count").get<std::uint64_t>(),
-                           .component = ComponentType{json.at("componentType").get<std::uint16_t>()},
-                           .shape = read_shape(json.at("type").get<std::string>()),
-                           .normalized = json.value("normalized", false),
-                           .sparse = {}};
+  GltfAccessor accessor = {
+      .view = index_or_none(json, "bufferView"),
+      .offset = unsigned_or(json, "byteOffset", 0),
+      .count = json.at("count").get<std::uint64_t>(),
+      .component = ComponentType{json.at("componentType").get<std::uint16_t>()},
+      .shape = read_shape(json.at("type").get<std::string>()),
+      .normalized = json.value("normalized", false),
+      .sparse = {}};
   if (const auto sparse = json.find("sparse"); sparse != json.end()) {
     const Json& indices = sparse->at("indices");
     const Json& values = sparse->at("values");
-    accessor.sparse = {.count = sparse->at("count").get<std::uint64_t>(),
-                       .indices_view = indices.at("bufferView").get<int>(),
-                       .indices_offset = unsigned_or(indices, "byteOffset", 0),
-                       .indices_type = ComponentType{indices.at("componentType").get<std::uint16_t>()},
-                       .values_view = values.at("bufferView").get<int>(),
-                       .values_offset = unsigned_or(values, "byteOffset", 0)};
+    accessor.sparse = {
+        .count = sparse->at("count").get<std::uint64_t>(),
+        .indices_view = indices.at("bufferView").get<int>(),
+        .indices_offset = unsigned_or(indices, "byteOffset", 0),
+        .indices_type = ComponentType{indices.at("componentType").get<std::uint16_t>()},
+        .values_view = values.at("bufferView").get<int>(),
+        .values_offset = unsigned_or(values, "byteOffset", 0)};
   }
   return accessor;
 }
@@ -402,7 +414,8 @@ void reduce_for_tinygltf(Json& root) {
   root.erase("buffers");
   root.erase("images");
   if (root.contains("accessors")) {
-    const Json stub = {{"bufferView", 0}, {"componentType", 5121}, {"count", 1}, {"type", "SCALAR"}};
+    const Json stub = {
+        {"bufferView", 0}, {"componentType", 5121}, {"count", 1}, {"type", "SCALAR"}};
     root["bufferViews"] = Json::array({{{"buffer", 0}, {"byteLength", 1}}});
     root["accessors"] = Json::array_t(root["accessors"].size(), stub);
   } else {
@@ -411,7 +424,8 @@ void reduce_for_tinygltf(Json& root) {
   if (const auto animations = root.find("animations"); animations != root.end()) {
     for (Json& animation : *animations) {
       auto& channels = animation["channels"].get_ref<Json::array_t&>();
-      std::erase_if(channels, [](const Json& channel) { return !channel["target"].contains("node"); });
+      std::erase_if(channels,
+                    [](const Json& channel) { return !channel["target"].contains("node"); });
     }
   }
 }

@@ -16,7 +16,8 @@ Vec4 moved_tangent(const Transform& m, Vec4 tangent) {
   return {t.x, t.y, t.z, m.determinant() < 0 ? -tangent.w : tangent.w};
 }
 
-Transform weighted_sum(const GltfPrimitive& primitive, std::size_t vertex, std::span<const Transform> joints) {
+Transform weighted_sum(const GltfPrimitive& primitive, std::size_t vertex,
+                       std::span<const Transform> joints) {
   Transform sum{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
   float total = 0;
   for (const JointSet& set : primitive.joint_sets) {
@@ -76,7 +77,8 @@ void apply_morph_targets(GltfPrimitive& primitive, std::span<const float> weight
   }
 }
 
-Status apply_skin(GltfPrimitive& primitive, std::span<const Transform> joint_matrices, const std::string& where) {
+Status apply_skin(GltfPrimitive& primitive, std::span<const Transform> joint_matrices,
+                  const std::string& where) {
   for (std::size_t set = 0; set < primitive.joint_sets.size(); ++set) {
     const JointSet& joints = primitive.joint_sets[set];
     for (std::size_t v = 0; v < joints.joints.size(); ++v) {
@@ -85,8 +87,9 @@ Status apply_skin(GltfPrimitive& primitive, std::span<const Transform> joint_mat
       for (std::size_t i = 0; i < 4; ++i) {
         if (weights[i] > 0 && joints.joints[v][i] >= joint_matrices.size()) {
           return Error{ErrorCode::kInvalidArgument,
-                       "vertex " + std::to_string(v) + " follows joint " + std::to_string(joints.joints[v][i]) +
-                           ", but the skin has " + std::to_string(joint_matrices.size()),
+                       "vertex " + std::to_string(v) + " follows joint " +
+                           std::to_string(joints.joints[v][i]) + ", but the skin has " +
+                           std::to_string(joint_matrices.size()),
                        where + "/attributes/JOINTS_" + std::to_string(set)};
         }
       }

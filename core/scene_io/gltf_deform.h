@@ -15,8 +15,10 @@ void apply_morph_targets(GltfPrimitive& primitive, std::span<const float> weight
 
 /// Moves the vertices by their joints. joint_matrices: joint to world times inverse bind matrix, so
 /// that the result is in world space. Weights are used relative to their sum; a vertex without
-/// weight follows the first joint. Errors: kInvalidArgument for a joint that the skin does not have.
-Status apply_skin(GltfPrimitive& primitive, std::span<const Transform> joint_matrices, const std::string& where);
+/// weight follows the first joint. Errors: kInvalidArgument for a joint that the skin does not
+/// have.
+Status apply_skin(GltfPrimitive& primitive, std::span<const Transform> joint_matrices,
+                  const std::string& where);
 
 /// Moves the vertices, normals and tangents by one transform, which may be singular; turns the
 /// triangles when it mirrors.

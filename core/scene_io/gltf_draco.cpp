@@ -1,12 +1,12 @@
 #include "core/scene_io/gltf_draco.h"
 
-#include <draco/compression/decode.h>
-
 #include <algorithm>
 #include <cmath>
 #include <exception>
 #include <memory>
 #include <new>
+
+#include <draco/compression/decode.h>
 
 namespace core {
 namespace {
@@ -82,9 +82,11 @@ Result<DracoPrimitive> decode(GltfSource& source, int view,
     const draco::PointAttribute* attribute =
         mesh->GetAttributeByUniqueId(static_cast<std::uint32_t>(reference.unique_id));
     if (attribute == nullptr) {
-      return invalid(attribute_where, "the Draco data has no attribute " + std::to_string(reference.unique_id));
+      return invalid(attribute_where,
+                     "the Draco data has no attribute " + std::to_string(reference.unique_id));
     }
-    const GltfAccessor& accessor = source.tables().accessors[static_cast<std::size_t>(reference.accessor)];
+    const GltfAccessor& accessor =
+        source.tables().accessors[static_cast<std::size_t>(reference.accessor)];
     if (auto status = source.budget().take(std::uint64_t{points} * 16, attribute_where); !status) {
       return status.error();
     }

@@ -11,14 +11,16 @@ namespace core {
 namespace {
 
 bool is_there(const GltfImage& image, const ResolveUri& resolve) {
-  return !image.uri || is_data_uri(*image.uri) || (resolve && resolve(percent_decode(*image.uri)) != nullptr);
+  return !image.uri || is_data_uri(*image.uri) ||
+         (resolve && resolve(percent_decode(*image.uri)) != nullptr);
 }
 
 TextureWrap wrap_mode(int mode) noexcept {
   if (mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) {
     return TextureWrap::kClampToEdge;
   }
-  return mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? TextureWrap::kMirroredRepeat : TextureWrap::kRepeat;
+  return mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? TextureWrap::kMirroredRepeat
+                                                       : TextureWrap::kRepeat;
 }
 
 // translation * rotation * scale. "Rotate the UVs counter-clockwise": as seen on the picture, whose
@@ -29,7 +31,8 @@ std::array<float, 6> uv_matrix(const tinygltf::Value& transform) {
       return Vec2{otherwise, otherwise};
     }
     const tinygltf::Value& v = transform.Get(name);
-    return Vec2{static_cast<float>(v.Get(0).GetNumberAsDouble()), static_cast<float>(v.Get(1).GetNumberAsDouble())};
+    return Vec2{static_cast<float>(v.Get(0).GetNumberAsDouble()),
+                static_cast<float>(v.Get(1).GetNumberAsDouble())};
   };
   const Vec2 offset = pair("offset", 0);
   const Vec2 scale = pair("scale", 1);
@@ -41,7 +44,8 @@ std::array<float, 6> uv_matrix(const tinygltf::Value& transform) {
 
 }  // namespace
 
-Result<std::vector<int>> choose_texture_images(const tinygltf::Model& model, const GltfTables& tables,
+Result<std::vector<int>> choose_texture_images(const tinygltf::Model& model,
+                                               const GltfTables& tables,
                                                const ResolveUri& resolve) {
   std::vector<int> chosen;
   for (std::size_t i = 0; i < model.textures.size(); ++i) {
@@ -54,10 +58,11 @@ Result<std::vector<int>> choose_texture_images(const tinygltf::Model& model, con
       }
     }
     if (image < 0 && find_extension(texture.extensions, "KHR_texture_basisu") != nullptr) {
-      return Error{ErrorCode::kInvalidArgument,
-                   "the texture has only a KTX2 image (KHR_texture_basisu), which is not available; convert "
-                   "it to PNG, JPEG or WebP",
-                   "/textures/" + std::to_string(i)};
+      return Error{
+          ErrorCode::kInvalidArgument,
+          "the texture has only a KTX2 image (KHR_texture_basisu), which is not available; convert "
+          "it to PNG, JPEG or WebP",
+          "/textures/" + std::to_string(i)};
     }
     chosen.push_back(image);
   }
@@ -95,7 +100,8 @@ Result<TextureDescription> GltfImages::texture(const TextureReference& reference
   }
   const auto texture = static_cast<std::size_t>(reference.texture);
   if (texture_images_[texture] < 0) {
-    scene_.warnings.push_back("texture " + std::to_string(reference.texture) + " has no image and counts as white");
+    scene_.warnings.push_back("texture " + std::to_string(reference.texture) +
+                              " has no image and counts as white");
     return description;
   }
   auto image = decoded(texture_images_[texture]);

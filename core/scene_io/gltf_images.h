@@ -1,12 +1,12 @@
 /// Images and textures of a glTF file: which image a texture reads, and each image decoded once.
 #pragma once
 
-#include <tiny_gltf.h>
-
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include <tiny_gltf.h>
 
 #include "core/base/result.h"
 #include "core/scene/scene_description.h"
@@ -16,8 +16,8 @@ namespace core {
 
 /// For each texture the image that it reads, -1 for none: the WebP of EXT_texture_webp where its
 /// file is there, else the plain source. Errors: kInvalidArgument where only KTX2 is offered.
-Result<std::vector<int>> choose_texture_images(const tinygltf::Model& model, const GltfTables& tables,
-                                               const ResolveUri& resolve);
+Result<std::vector<int>> choose_texture_images(const tinygltf::Model& model,
+                                               const GltfTables& tables, const ResolveUri& resolve);
 
 /// How a material refers to a texture.
 struct TextureReference {
@@ -29,9 +29,14 @@ struct TextureReference {
 class GltfImages {
  public:
   /// All arguments are borrowed and outlive this.
-  GltfImages(const tinygltf::Model& model, GltfSource& source, const std::vector<int>& texture_images,
-             const GltfLimits& limits, SceneDescription& scene)
-      : model_(model), source_(source), texture_images_(texture_images), limits_(limits), scene_(scene) {}
+  GltfImages(const tinygltf::Model& model, GltfSource& source,
+             const std::vector<int>& texture_images, const GltfLimits& limits,
+             SceneDescription& scene)
+      : model_(model),
+        source_(source),
+        texture_images_(texture_images),
+        limits_(limits),
+        scene_(scene) {}
 
   /// Decodes the image on first use. Errors: those of decode_image, at "/images/N".
   Result<TextureDescription> texture(const TextureReference& reference);

@@ -47,8 +47,10 @@ Result<int> find_variant(const SceneDescription& scene, const std::optional<std:
   for (const std::string& variant : scene.variants) {
     list += (list.empty() ? "" : ", ") + variant;
   }
-  return Error{ErrorCode::kInvalidArgument,
-               "the scene has no variant \"" + *name + "\"" + (list.empty() ? "" : "; it has " + list), "/variant"};
+  return Error{
+      ErrorCode::kInvalidArgument,
+      "the scene has no variant \"" + *name + "\"" + (list.empty() ? "" : "; it has " + list),
+      "/variant"};
 }
 
 void keep_warnings_short(std::vector<std::string>& warnings) {
@@ -81,7 +83,8 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   }
   std::vector<int> needed_images = *texture_images;
   std::erase(needed_images, -1);
-  auto source = GltfSource::open(checked->tables, *container, resolve, needed_images, options.limits);
+  auto source =
+      GltfSource::open(checked->tables, *container, resolve, needed_images, options.limits);
   if (!source) {
     return source.error();
   }

@@ -33,9 +33,10 @@ struct GltfLimits {
 };
 
 struct GltfOptions {
-  double time_seconds = 0;             ///< animation time
-  std::optional<std::string> variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
-  int scene_index = -1;                ///< -1: the file's own choice
+  double time_seconds = 0;  ///< animation time
+  std::optional<std::string>
+      variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
+  int scene_index = -1;  ///< -1: the file's own choice
   GltfLimits limits;
 };
 

@@ -11,8 +11,9 @@ namespace core {
 namespace {
 
 Rgb rgb_of(const std::vector<double>& v, Rgb otherwise) {
-  return v.size() < 3 ? otherwise
-                      : Rgb{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+  return v.size() < 3
+             ? otherwise
+             : Rgb{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
 template <typename Info>
@@ -25,7 +26,8 @@ TextureReference reference_of(const tinygltf::Value& extension, const char* name
     return {};
   }
   const tinygltf::Value& info = extension.Get(name);
-  TextureReference reference = {value_integer(info, "index", -1), value_integer(info, "texCoord", 0), nullptr};
+  TextureReference reference = {value_integer(info, "index", -1),
+                                value_integer(info, "texCoord", 0), nullptr};
   if (info.Has("extensions") && info.Get("extensions").Has("KHR_texture_transform")) {
     reference.transform = &info.Get("extensions").Get("KHR_texture_transform");
   }
@@ -33,7 +35,8 @@ TextureReference reference_of(const tinygltf::Value& extension, const char* name
 }
 
 float component(const Image& image, std::size_t pixel, int channel) {
-  const std::size_t i = pixel * static_cast<std::size_t>(image.channels) + static_cast<std::size_t>(channel);
+  const std::size_t i =
+      pixel * static_cast<std::size_t>(image.channels) + static_cast<std::size_t>(channel);
   switch (image.type) {
     case PixelType::kU8:
       return static_cast<float>(std::to_integer<int>(image.bytes[i])) / 255.0F;
@@ -58,7 +61,8 @@ Image roughness_from_glossiness(const Image& source, float glossiness) {
   const bool has_alpha = source.channels == 4 || source.channels == 2;
   for (std::size_t p = 0; p < pixels; ++p) {
     const float gloss = glossiness * (has_alpha ? component(source, p, source.channels - 1) : 1.0F);
-    image.bytes[p * 3 + 1] = static_cast<std::byte>(std::lround(std::clamp(1 - gloss, 0.0F, 1.0F) * 255.0F));
+    image.bytes[p * 3 + 1] =
+        static_cast<std::byte>(std::lround(std::clamp(1 - gloss, 0.0F, 1.0F) * 255.0F));
   }
   return image;
 }
@@ -84,7 +88,9 @@ class MaterialReader {
   }
 
  private:
-  const tinygltf::Value* extension(const char* name) const { return find_extension(in_.extensions, name); }
+  const tinygltf::Value* extension(const char* name) const {
+    return find_extension(in_.extensions, name);
+  }
 
   void texture(TextureDescription& to, const TextureReference& reference) {
     if (!status_) {
@@ -102,7 +108,8 @@ class MaterialReader {
     const tinygltf::PbrMetallicRoughness& pbr = in_.pbrMetallicRoughness;
     m_.name = in_.name;
     m_.base_color = rgb_of(pbr.baseColorFactor, {1, 1, 1});
-    m_.base_alpha = pbr.baseColorFactor.size() == 4 ? static_cast<float>(pbr.baseColorFactor[3]) : 1.0F;
+    m_.base_alpha =
+        pbr.baseColorFactor.size() == 4 ? static_cast<float>(pbr.baseColorFactor[3]) : 1.0F;
     texture(m_.base_color_texture, reference_of(pbr.baseColorTexture));
     m_.metallic = static_cast<float>(pbr.metallicFactor);
     m_.roughness = static_cast<float>(pbr.roughnessFactor);
@@ -131,7 +138,8 @@ class MaterialReader {
       m_.ior = value_number(*e, "ior", 1.5F);
       if (m_.ior != 0 && m_.ior < 1) {
         status_ = Error{ErrorCode::kInvalidArgument, "an ior is 0, or 1 and above",
-                        "/materials/" + std::to_string(scene_.materials.size()) + "/extensions/KHR_materials_ior/ior"};
+                        "/materials/" + std::to_string(scene_.materials.size()) +
+                            "/extensions/KHR_materials_ior/ior"};
       }
     }
     if (const auto* e = extension("KHR_materials_specular")) {
@@ -192,7 +200,8 @@ class MaterialReader {
       m_.diffuse_transmission = value_number(*e, "diffuseTransmissionFactor", 0);
       texture(m_.diffuse_transmission_texture, reference_of(*e, "diffuseTransmissionTexture"));
       m_.diffuse_transmission_color = value_rgb(*e, "diffuseTransmissionColorFactor", {1, 1, 1});
-      texture(m_.diffuse_transmission_color_texture, reference_of(*e, "diffuseTransmissionColorTexture"));
+      texture(m_.diffuse_transmission_color_texture,
+              reference_of(*e, "diffuseTransmissionColorTexture"));
     }
   }
 
@@ -214,7 +223,8 @@ class MaterialReader {
     if (status_ && m_.specular_color_texture.image >= 0) {
       const auto image = static_cast<std::size_t>(m_.specular_color_texture.image);
       m_.metallic_roughness_texture = m_.specular_color_texture;
-      m_.metallic_roughness_texture.image = images_.add(roughness_from_glossiness(*scene_.images[image], glossiness));
+      m_.metallic_roughness_texture.image =
+          images_.add(roughness_from_glossiness(*scene_.images[image], glossiness));
       m_.roughness = 1;
     }
   }

@@ -14,7 +14,8 @@ namespace {
 
 // The texture coordinates that tangents follow, or -1 when the material has no use for tangents.
 int tangent_uv_set(const MaterialDescription& material) {
-  for (const TextureDescription* texture : {&material.normal_texture, &material.clearcoat_normal_texture}) {
+  for (const TextureDescription* texture :
+       {&material.normal_texture, &material.clearcoat_normal_texture}) {
     if (texture->image >= 0) {
       return texture->uv_set;
     }
@@ -68,7 +69,8 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
   MeshDescription description;
   description.name = mesh.name;
   for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
-    const std::string where = "/meshes/" + std::to_string(use.mesh) + "/primitives/" + std::to_string(i);
+    const std::string where =
+        "/meshes/" + std::to_string(use.mesh) + "/primitives/" + std::to_string(i);
     auto read = read_primitive(mesh.primitives[i], source_, where, scene_.warnings);
     if (!read) {
       return read.error();
@@ -89,7 +91,8 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
     triangles_ += primitive.base.indices.size() / 3;
     if (triangles_ > limits_.triangles_max) {
       return Error{ErrorCode::kTooLarge,
-                   "more than " + std::to_string(limits_.triangles_max) + " triangles in the scene", where};
+                   "more than " + std::to_string(limits_.triangles_max) + " triangles in the scene",
+                   where};
     }
     finish(primitive.base);
     description.primitives.push_back(std::move(primitive.base));
@@ -121,7 +124,8 @@ int GltfMeshes::material_of(const tinygltf::Primitive& primitive) const {
 void GltfMeshes::finish(PrimitiveDescription& primitive) const {
   repair_normals(primitive);
   if (primitive.tangents.empty() && primitive.material >= 0) {
-    const int uv_set = tangent_uv_set(scene_.materials[static_cast<std::size_t>(primitive.material)]);
+    const int uv_set =
+        tangent_uv_set(scene_.materials[static_cast<std::size_t>(primitive.material)]);
     if (uv_set >= 0) {
       make_tangents(primitive, uv_set);
     }

@@ -1,12 +1,12 @@
 /// Meshes of a scene: shared where nodes show them alike, separate where weights or joints differ.
 #pragma once
 
-#include <tiny_gltf.h>
-
 #include <map>
 #include <span>
 #include <tuple>
 #include <vector>
+
+#include <tiny_gltf.h>
 
 #include "core/base/result.h"
 #include "core/scene/scene_description.h"
@@ -17,17 +17,17 @@ namespace core {
 /// What makes two uses of a mesh different.
 struct MeshUse {
   int mesh = -1;
-  std::vector<float> weights;                   ///< of the morph targets; empty: none
-  int node = -1;                                ///< set when the vertices are moved to the world
-  std::span<const Transform> joint_matrices;    ///< of the skin; then node is set
-  const Transform* baked = nullptr;             ///< a singular transform to apply; then node is set
+  std::vector<float> weights;                 ///< of the morph targets; empty: none
+  int node = -1;                              ///< set when the vertices are moved to the world
+  std::span<const Transform> joint_matrices;  ///< of the skin; then node is set
+  const Transform* baked = nullptr;           ///< a singular transform to apply; then node is set
 };
 
 class GltfMeshes {
  public:
   /// variant: index into KHR_materials_variants, -1 for none. All references outlive this.
-  GltfMeshes(const tinygltf::Model& model, GltfSource& source, const GltfLimits& limits, int variant,
-             SceneDescription& scene)
+  GltfMeshes(const tinygltf::Model& model, GltfSource& source, const GltfLimits& limits,
+             int variant, SceneDescription& scene)
       : model_(model), source_(source), limits_(limits), variant_(variant), scene_(scene) {}
 
   /// Index into scene.meshes, made on first use; -1 when nothing of the mesh can be drawn.

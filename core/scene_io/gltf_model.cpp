@@ -18,16 +18,15 @@ tinygltf::FsCallbacks no_files() {
   tinygltf::FsCallbacks callbacks{};
   callbacks.FileExists = [](const std::string&, void*) { return false; };
   callbacks.ExpandFilePath = [](const std::string&, void*) { return std::string(); };
-  callbacks.ReadWholeFile = [](std::vector<unsigned char>*, std::string*, const std::string&, void*) {
-    return false;
-  };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>*, std::string*, const std::string&,
+                               void*) { return false; };
   callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&,
                                 void*) { return false; };
   return callbacks;
 }
 
-bool no_images(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int,
-               void*) {
+bool no_images(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*,
+               int, void*) {
   return false;
 }
 
@@ -87,7 +86,8 @@ Status check_parts(const tinygltf::Model& model) {
     const tinygltf::Camera& camera = model.cameras[i];
     const bool orthographic = camera.type == "orthographic";
     if (orthographic && (camera.orthographic.xmag == 0 || camera.orthographic.ymag == 0)) {
-      return invalid(at("cameras", i), "the camera has no orthographic object with xmag and ymag other than 0");
+      return invalid(at("cameras", i),
+                     "the camera has no orthographic object with xmag and ymag other than 0");
     }
     if (!orthographic && camera.perspective.yfov <= 0) {
       return invalid(at("cameras", i), "the camera has no perspective object");
@@ -154,7 +154,8 @@ float value_number(const tinygltf::Value& object, const char* name, float otherw
 }
 
 int value_integer(const tinygltf::Value& object, const char* name, int otherwise) {
-  return object.Has(name) && object.Get(name).IsNumber() ? object.Get(name).GetNumberAsInt() : otherwise;
+  return object.Has(name) && object.Get(name).IsNumber() ? object.Get(name).GetNumberAsInt()
+                                                         : otherwise;
 }
 
 Rgb value_rgb(const tinygltf::Value& object, const char* name, Rgb otherwise) {
@@ -162,7 +163,9 @@ Rgb value_rgb(const tinygltf::Value& object, const char* name, Rgb otherwise) {
     return otherwise;
   }
   const tinygltf::Value& array = object.Get(name);
-  const auto channel = [&array](int i) { return static_cast<float>(array.Get(i).GetNumberAsDouble()); };
+  const auto channel = [&array](int i) {
+    return static_cast<float>(array.Get(i).GetNumberAsDouble());
+  };
   return {channel(0), channel(1), channel(2)};
 }
 

@@ -2,10 +2,10 @@
 /// extension objects.
 #pragma once
 
-#include <tiny_gltf.h>
-
 #include <string>
 #include <string_view>
+
+#include <tiny_gltf.h>
 
 #include "core/base/result.h"
 #include "core/color/rgb.h"

@@ -24,9 +24,12 @@ Affine from_parts(const Column& t, std::array<double, 4> q, const Column& s) noe
                  : std::array<double, 4>{0, 0, 0, 1};
   const auto [x, y, z, w] = q;
   Affine m;
-  m.column[0] = {(1 - 2 * (y * y + z * z)) * s[0], 2 * (x * y + w * z) * s[0], 2 * (x * z - w * y) * s[0]};
-  m.column[1] = {2 * (x * y - w * z) * s[1], (1 - 2 * (x * x + z * z)) * s[1], 2 * (y * z + w * x) * s[1]};
-  m.column[2] = {2 * (x * z + w * y) * s[2], 2 * (y * z - w * x) * s[2], (1 - 2 * (x * x + y * y)) * s[2]};
+  m.column[0] = {(1 - 2 * (y * y + z * z)) * s[0], 2 * (x * y + w * z) * s[0],
+                 2 * (x * z - w * y) * s[0]};
+  m.column[1] = {2 * (x * y - w * z) * s[1], (1 - 2 * (x * x + z * z)) * s[1],
+                 2 * (y * z + w * x) * s[1]};
+  m.column[2] = {2 * (x * z + w * y) * s[2], 2 * (y * z - w * x) * s[2],
+                 (1 - 2 * (x * x + y * y)) * s[2]};
   m.column[3] = t;
   return m;
 }
@@ -35,7 +38,8 @@ Column widened(Vec3 v) noexcept {
   return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
 }
 std::array<double, 4> widened(Vec4 v) noexcept {
-  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z), static_cast<double>(v.w)};
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z),
+          static_cast<double>(v.w)};
 }
 
 Affine local_matrix(const tinygltf::Node& node, const AnimatedNode* animated) {
@@ -69,7 +73,8 @@ Affine local_matrix(const tinygltf::Node& node, const AnimatedNode* animated) {
 // Whether only weights are animated, which leaves the node where it is.
 const AnimatedNode* moving(const std::map<int, AnimatedNode>& animated, int node) {
   const auto it = animated.find(node);
-  const bool moves = it != animated.end() && (it->second.translation || it->second.rotation || it->second.scale);
+  const bool moves =
+      it != animated.end() && (it->second.translation || it->second.rotation || it->second.scale);
   return moves ? &it->second : nullptr;
 }
 
@@ -147,7 +152,8 @@ Result<std::vector<Affine>> world_matrices(const tinygltf::Model& model,
     // Parents come first, so world[node] holds the parent's matrix by now.
     world[node] = world[node] * local_matrix(model.nodes[node], moving(animated, i));
     if (!world[node].is_finite()) {
-      return Error{ErrorCode::kInvalidArgument, "the transform of the node is too large for a 32-bit float",
+      return Error{ErrorCode::kInvalidArgument,
+                   "the transform of the node is too large for a 32-bit float",
                    "/nodes/" + std::to_string(i)};
     }
     for (const int child : model.nodes[node].children) {
@@ -160,9 +166,10 @@ Result<std::vector<Affine>> world_matrices(const tinygltf::Model& model,
 Result<std::vector<int>> nodes_of_scene(const tinygltf::Model& model, int scene_index) {
   const auto count = static_cast<int>(model.scenes.size());
   if (scene_index >= count || scene_index < -1) {
-    return Error{ErrorCode::kInvalidArgument,
-                 std::to_string(scene_index) + " names none of the " + std::to_string(count) + " scenes",
-                 "/scene_index"};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        std::to_string(scene_index) + " names none of the " + std::to_string(count) + " scenes",
+        "/scene_index"};
   }
   if (count == 0) {
     return below(model, roots(model));

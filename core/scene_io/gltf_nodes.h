@@ -1,11 +1,11 @@
 /// The node hierarchy at one moment: world matrices in double precision.
 #pragma once
 
-#include <tiny_gltf.h>
-
 #include <array>
 #include <map>
 #include <vector>
+
+#include <tiny_gltf.h>
 
 #include "core/base/result.h"
 #include "core/math/transform.h"

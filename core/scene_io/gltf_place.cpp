@@ -27,7 +27,8 @@ std::vector<float> narrowed(const std::vector<double>& values) {
   return out;
 }
 
-// A map that squeezes space into a plane or less cannot be inverted, and Embree instances have to be.
+// A map that squeezes space into a plane or less cannot be inverted, and Embree instances have to
+// be.
 bool is_singular(const Transform& m) {
   const float lengths = length(m.x) * length(m.y) * length(m.z);
   return !(std::abs(m.determinant()) > 1e-9F * lengths);
@@ -35,8 +36,8 @@ bool is_singular(const Transform& m) {
 
 class NodePlacer {
  public:
-  NodePlacer(const tinygltf::Model& model, GltfSource& source, GltfMeshes& meshes, const GltfOptions& options,
-             SceneDescription& scene)
+  NodePlacer(const tinygltf::Model& model, GltfSource& source, GltfMeshes& meshes,
+             const GltfOptions& options, SceneDescription& scene)
       : model_(model), source_(source), meshes_(meshes), options_(options), scene_(scene) {}
 
   Status run() {
@@ -62,8 +63,12 @@ class NodePlacer {
   }
 
  private:
-  const tinygltf::Node& node_at(int node) const { return model_.nodes[static_cast<std::size_t>(node)]; }
-  Transform transform_of(int node) const { return world_[static_cast<std::size_t>(node)].to_transform(); }
+  const tinygltf::Node& node_at(int node) const {
+    return model_.nodes[static_cast<std::size_t>(node)];
+  }
+  Transform transform_of(int node) const {
+    return world_[static_cast<std::size_t>(node)].to_transform();
+  }
 
   void place_camera(int node) {
     const int index = node_at(node).camera;
@@ -89,7 +94,8 @@ class NodePlacer {
     if (extension == nullptr) {
       return;
     }
-    const tinygltf::Light& in = model_.lights[static_cast<std::size_t>(value_integer(*extension, "light", 0))];
+    const tinygltf::Light& in =
+        model_.lights[static_cast<std::size_t>(value_integer(*extension, "light", 0))];
     PunctualLightDescription& light = scene_.lights.emplace_back();
     light.name = in.name.empty() ? node_at(node).name : in.name;
     light.type = in.type == "directional" ? PunctualType::kDirectional
@@ -97,7 +103,8 @@ class NodePlacer {
                                           : PunctualType::kPoint;
     const auto intensity = static_cast<float>(in.intensity);
     const std::vector<float> color = narrowed(in.color);
-    light.intensity = color.size() == 3 ? Rgb{color[0], color[1], color[2]} * intensity : Rgb(intensity);
+    light.intensity =
+        color.size() == 3 ? Rgb{color[0], color[1], color[2]} * intensity : Rgb(intensity);
     light.range_m = static_cast<float>(in.range);
     light.inner_cone_rad = static_cast<float>(in.spot.innerConeAngle);
     light.outer_cone_rad = static_cast<float>(in.spot.outerConeAngle);
@@ -110,7 +117,8 @@ class NodePlacer {
     if (it != animated_.end() && !it->second.weights.empty()) {
       return it->second.weights;
     }
-    const auto& own = n.weights.empty() ? model_.meshes[static_cast<std::size_t>(n.mesh)].weights : n.weights;
+    const auto& own =
+        n.weights.empty() ? model_.meshes[static_cast<std::size_t>(n.mesh)].weights : n.weights;
     return narrowed(own);
   }
 
@@ -135,7 +143,8 @@ class NodePlacer {
     if (!is_singular(to_world)) {
       return add_instance(use, to_world, node);
     }
-    const bool nothing_left = is_zero(cross(to_world.x, to_world.y)) && is_zero(cross(to_world.y, to_world.z)) &&
+    const bool nothing_left = is_zero(cross(to_world.x, to_world.y)) &&
+                              is_zero(cross(to_world.y, to_world.z)) &&
                               is_zero(cross(to_world.z, to_world.x));
     if (nothing_left) {
       return ok_status();  // Scaled to a point or a line: this is how animations hide things.
@@ -156,9 +165,10 @@ class NodePlacer {
       return ok_status();
     }
     if (scene_.instances.size() >= options_.limits.instances_max) {
-      return Error{ErrorCode::kTooLarge,
-                   "more than " + std::to_string(options_.limits.instances_max) + " instances in the scene",
-                   "/nodes/" + std::to_string(node)};
+      return Error{
+          ErrorCode::kTooLarge,
+          "more than " + std::to_string(options_.limits.instances_max) + " instances in the scene",
+          "/nodes/" + std::to_string(node)};
     }
     scene_.instances.push_back({*mesh, to_world});
     return ok_status();
@@ -198,7 +208,8 @@ class NodePlacer {
         matrix = matrix * inverse;
       }
       if (!matrix.is_finite()) {
-        return invalid(where + "/joints/" + std::to_string(j), "the joint's matrix is too large for a 32-bit float");
+        return invalid(where + "/joints/" + std::to_string(j),
+                       "the joint's matrix is too large for a 32-bit float");
       }
       joints.push_back(matrix.to_transform());
     }
@@ -208,7 +219,8 @@ class NodePlacer {
   }
 
   Status place_many(int node, MeshUse& use, const tinygltf::Value& attributes) {
-    const std::string where = "/nodes/" + std::to_string(node) + "/extensions/EXT_mesh_gpu_instancing/attributes";
+    const std::string where =
+        "/nodes/" + std::to_string(node) + "/extensions/EXT_mesh_gpu_instancing/attributes";
     std::vector<Vec3> translations;
     std::vector<Vec4> rotations;
     std::vector<Vec3> scales;
@@ -246,7 +258,8 @@ class NodePlacer {
     }
     const std::string where = attributes_where + "/" + name;
     const int accessor = attributes.Get(name).GetNumberAsInt();
-    if (auto status = check_shape(source_, accessor, {static_cast<int>(sizeof(V) / sizeof(float)), 1}, where);
+    if (auto status =
+            check_shape(source_, accessor, {static_cast<int>(sizeof(V) / sizeof(float)), 1}, where);
         !status) {
       return status;
     }
@@ -257,8 +270,8 @@ class NodePlacer {
     to = to_vectors<V>(*floats);
     count = count.value_or(to.size());
     if (to.size() != *count) {
-      return invalid(where, std::to_string(to.size()) + " elements, but there are " + std::to_string(*count) +
-                                " instances");
+      return invalid(where, std::to_string(to.size()) + " elements, but there are " +
+                                std::to_string(*count) + " instances");
     }
     return ok_status();
   }

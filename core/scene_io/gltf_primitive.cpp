@@ -18,8 +18,8 @@ Error invalid(std::string where, std::string message) {
 
 using Indices = std::vector<std::uint32_t>;
 
-// Triangle lists of strips and fans, glTF 2.0 section 3.7.2.1. Repeated vertices, which join strips,
-// give no triangle.
+// Triangle lists of strips and fans, glTF 2.0 section 3.7.2.1. Repeated vertices, which join
+// strips, give no triangle.
 Indices triangle_list(const Indices& in, int mode) {
   if (mode == TINYGLTF_MODE_TRIANGLES) {
     return Indices(in.begin(), in.begin() + static_cast<std::ptrdiff_t>(in.size() / 3 * 3));
@@ -27,8 +27,9 @@ Indices triangle_list(const Indices& in, int mode) {
   Indices out;
   for (std::size_t i = 0; i + 2 < in.size(); ++i) {
     const bool strip = mode == TINYGLTF_MODE_TRIANGLE_STRIP;
-    const std::array<std::uint32_t, 3> t = strip ? std::array{in[i], in[i + 1 + i % 2], in[i + 2 - i % 2]}
-                                                 : std::array{in[i + 1], in[i + 2], in[0]};
+    const std::array<std::uint32_t, 3> t =
+        strip ? std::array{in[i], in[i + 1 + i % 2], in[i + 2 - i % 2]}
+              : std::array{in[i + 1], in[i + 2], in[0]};
     if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) {
       out.insert(out.end(), t.begin(), t.end());
     }
@@ -44,14 +45,15 @@ class AttributeReader {
 
   /// Vectors of an attribute, as many as there are vertices (any number for the first one read).
   template <typename V>
-  Status read(std::vector<V>& to, const std::map<std::string, int>& attributes, const std::string& name,
-              const std::string& place) {
+  Status read(std::vector<V>& to, const std::map<std::string, int>& attributes,
+              const std::string& name, const std::string& place) {
     const auto it = attributes.find(name);
     if (it == attributes.end()) {
       return ok_status();
     }
     const std::string where = where_ + place + "/" + name;
-    if (auto status = check_shape(source_, it->second, {static_cast<int>(sizeof(V) / sizeof(float)), 1}, where);
+    if (auto status = check_shape(source_, it->second,
+                                  {static_cast<int>(sizeof(V) / sizeof(float)), 1}, where);
         !status) {
       return status;
     }
@@ -64,8 +66,8 @@ class AttributeReader {
   }
 
   /// COLOR_0: three values get an alpha of `alpha`.
-  Status read_color(std::vector<Vec4>& to, const std::map<std::string, int>& attributes, float alpha,
-                    const std::string& place) {
+  Status read_color(std::vector<Vec4>& to, const std::map<std::string, int>& attributes,
+                    float alpha, const std::string& place) {
     const auto it = attributes.find("COLOR_0");
     if (it == attributes.end()) {
       return ok_status();
@@ -117,8 +119,8 @@ class AttributeReader {
   std::optional<std::size_t> vertex_count_;
 };
 
-Result<std::optional<DracoPrimitive>> read_draco(const tinygltf::Primitive& primitive, GltfSource& source,
-                                                 const std::string& where) {
+Result<std::optional<DracoPrimitive>> read_draco(const tinygltf::Primitive& primitive,
+                                                 GltfSource& source, const std::string& where) {
   const auto* extension = find_extension(primitive.extensions, "KHR_draco_mesh_compression");
   if (extension == nullptr) {
     return std::optional<DracoPrimitive>();
@@ -129,19 +131,21 @@ Result<std::optional<DracoPrimitive>> read_draco(const tinygltf::Primitive& prim
   for (const std::string& name : ids.Keys()) {
     const auto it = primitive.attributes.find(name);
     if (it == primitive.attributes.end()) {
-      return invalid(extension_where + "/attributes/" + name, "the primitive has no such attribute");
+      return invalid(extension_where + "/attributes/" + name,
+                     "the primitive has no such attribute");
     }
     attributes[name] = {ids.Get(name).GetNumberAsInt(), it->second};
   }
-  auto draco = decode_draco(source, value_integer(*extension, "bufferView", -1), attributes, extension_where);
+  auto draco = decode_draco(source, value_integer(*extension, "bufferView", -1), attributes,
+                            extension_where);
   if (!draco) {
     return draco.error();
   }
   return std::optional<DracoPrimitive>(*std::move(draco));
 }
 
-Result<Indices> read_indices(const tinygltf::Primitive& primitive, GltfSource& source, std::size_t vertices,
-                             const std::string& where) {
+Result<Indices> read_indices(const tinygltf::Primitive& primitive, GltfSource& source,
+                             std::size_t vertices, const std::string& where) {
   Indices indices;
   if (primitive.indices < 0) {
     if (auto status = source.budget().take(vertices * sizeof(std::uint32_t), where); !status) {
@@ -158,16 +162,19 @@ Result<Indices> read_indices(const tinygltf::Primitive& primitive, GltfSource& s
   if (!read) {
     return read.error();
   }
-  const auto beyond = std::find_if(read->begin(), read->end(), [vertices](std::uint32_t i) { return i >= vertices; });
+  const auto beyond = std::find_if(read->begin(), read->end(),
+                                   [vertices](std::uint32_t i) { return i >= vertices; });
   if (beyond != read->end()) {
     return invalid(where + "/indices", "index " + std::to_string(*beyond) + " at place " +
-                                           std::to_string(beyond - read->begin()) + " is not below the " +
-                                           std::to_string(vertices) + " vertices");
+                                           std::to_string(beyond - read->begin()) +
+                                           " is not below the " + std::to_string(vertices) +
+                                           " vertices");
   }
   return read;
 }
 
-Status read_targets(const tinygltf::Primitive& primitive, AttributeReader& reader, GltfPrimitive& out) {
+Status read_targets(const tinygltf::Primitive& primitive, AttributeReader& reader,
+                    GltfPrimitive& out) {
   for (std::size_t t = 0; t < primitive.targets.size(); ++t) {
     const auto& attributes = primitive.targets[t];
     const std::string place = "/targets/" + std::to_string(t);
@@ -186,14 +193,15 @@ Status read_targets(const tinygltf::Primitive& primitive, AttributeReader& reade
   return ok_status();
 }
 
-Status read_joints(const tinygltf::Primitive& primitive, AttributeReader& reader, GltfPrimitive& out,
-                   const std::string& where) {
+Status read_joints(const tinygltf::Primitive& primitive, AttributeReader& reader,
+                   GltfPrimitive& out, const std::string& where) {
   for (int set = 0;; ++set) {
     const std::string joints_name = "JOINTS_" + std::to_string(set);
     const std::string weights_name = "WEIGHTS_" + std::to_string(set);
     const bool has_joints = primitive.attributes.contains(joints_name);
     if (has_joints != primitive.attributes.contains(weights_name)) {
-      return invalid(where + "/attributes", joints_name + " and " + weights_name + " come together");
+      return invalid(where + "/attributes",
+                     joints_name + " and " + weights_name + " come together");
     }
     if (!has_joints) {
       return ok_status();
@@ -201,14 +209,18 @@ Status read_joints(const tinygltf::Primitive& primitive, AttributeReader& reader
     JointSet joint_set;
     std::vector<Vec4> joints;
     Status status = reader.read(joints, primitive.attributes, joints_name, "/attributes");
-    status = status ? reader.read(joint_set.weights, primitive.attributes, weights_name, "/attributes") : status;
+    status = status
+                 ? reader.read(joint_set.weights, primitive.attributes, weights_name, "/attributes")
+                 : status;
     if (!status) {
       return status;
     }
     joint_set.joints.reserve(joints.size());
     for (const Vec4 j : joints) {
       // 16-bit numbers are exact in a float; anything else ends up beyond the skin's joints.
-      const auto whole = [](float v) { return v >= 0 && v <= 65535 ? static_cast<std::uint32_t>(v) : ~0U; };
+      const auto whole = [](float v) {
+        return v >= 0 && v <= 65535 ? static_cast<std::uint32_t>(v) : ~0U;
+      };
       joint_set.joints.push_back({whole(j.x), whole(j.y), whole(j.z), whole(j.w)});
     }
     out.joint_sets.push_back(std::move(joint_set));

@@ -2,13 +2,13 @@
 /// still apart.
 #pragma once
 
-#include <tiny_gltf.h>
-
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <tiny_gltf.h>
 
 #include "core/base/result.h"
 #include "core/scene/scene_description.h"

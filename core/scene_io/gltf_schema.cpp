@@ -11,7 +11,8 @@ using M = SchemaMember;
 
 constexpr bool kRequired = true;
 
-constexpr M integer(std::string_view name, bool required, double min, std::string_view one_of = {}) {
+constexpr M integer(std::string_view name, bool required, double min,
+                    std::string_view one_of = {}) {
   return {.name = name, .kind = K::kInteger, .required = required, .min = min, .one_of = one_of};
 }
 constexpr M number(std::string_view name, double min, double max, bool required = false) {
@@ -22,10 +23,12 @@ constexpr M string(std::string_view name, bool required = false, std::string_vie
 }
 constexpr M boolean(std::string_view name) { return {.name = name, .kind = K::kBoolean}; }
 constexpr M index(std::string_view name, std::string_view refers_to, bool required = false) {
-  return {.name = name, .kind = K::kInteger, .required = required, .min = 0, .refers_to = refers_to};
+  return {
+      .name = name, .kind = K::kInteger, .required = required, .min = 0, .refers_to = refers_to};
 }
 constexpr M indices(std::string_view name, std::string_view refers_to, bool required = false) {
-  return {.name = name, .kind = K::kIntegers, .required = required, .min = 0, .refers_to = refers_to};
+  return {
+      .name = name, .kind = K::kIntegers, .required = required, .min = 0, .refers_to = refers_to};
 }
 constexpr M object(std::string_view name, std::string_view child, bool required = false) {
   return {.name = name, .kind = K::kObject, .required = required, .child = child};
@@ -33,8 +36,14 @@ constexpr M object(std::string_view name, std::string_view child, bool required 
 constexpr M objects(std::string_view name, std::string_view child, bool required = false) {
   return {.name = name, .kind = K::kObjects, .required = required, .child = child};
 }
-constexpr M numbers(std::string_view name, std::size_t count, double min = -1e300, double max = 1e300) {
-  return {.name = name, .kind = K::kNumbers, .min = min, .max = max, .count_min = count, .count_max = count};
+constexpr M numbers(std::string_view name, std::size_t count, double min = -1e300,
+                    double max = 1e300) {
+  return {.name = name,
+          .kind = K::kNumbers,
+          .min = min,
+          .max = max,
+          .count_min = count,
+          .count_max = count};
 }
 constexpr M number_list(std::string_view name) { return {.name = name, .kind = K::kNumbers}; }
 constexpr M strings(std::string_view name) { return {.name = name, .kind = K::kStrings}; }
@@ -44,20 +53,33 @@ constexpr M factor(std::string_view name) { return number(name, 0, 1); }
 constexpr double kBig = 3.4e38;
 constexpr std::string_view kComponentTypes = "5120|5121|5122|5123|5125|5126";
 
-constexpr std::array kRoot = {
-    object("asset", "asset", kRequired), objects("accessors", "accessor"),
-    objects("animations", "animation"), objects("buffers", "buffer"),
-    objects("bufferViews", "bufferView"), objects("cameras", "camera"),
-    objects("images", "image"), objects("materials", "material"), objects("meshes", "mesh"),
-    objects("nodes", "node"), objects("samplers", "sampler"), objects("scenes", "scene"),
-    objects("skins", "skin"), objects("textures", "texture"), index("scene", "scenes"),
-    strings("extensionsUsed"), strings("extensionsRequired")};
-constexpr std::array kAsset = {string("version", kRequired), string("minVersion"), string("generator")};
-constexpr std::array kAccessor = {
-    index("bufferView", "bufferViews"), integer("byteOffset", false, 0),
-    integer("componentType", kRequired, 0, kComponentTypes), boolean("normalized"),
-    integer("count", kRequired, 1), string("type", kRequired, "SCALAR|VEC2|VEC3|VEC4|MAT2|MAT3|MAT4"),
-    object("sparse", "sparse"), string("name")};
+constexpr std::array kRoot = {object("asset", "asset", kRequired),
+                              objects("accessors", "accessor"),
+                              objects("animations", "animation"),
+                              objects("buffers", "buffer"),
+                              objects("bufferViews", "bufferView"),
+                              objects("cameras", "camera"),
+                              objects("images", "image"),
+                              objects("materials", "material"),
+                              objects("meshes", "mesh"),
+                              objects("nodes", "node"),
+                              objects("samplers", "sampler"),
+                              objects("scenes", "scene"),
+                              objects("skins", "skin"),
+                              objects("textures", "texture"),
+                              index("scene", "scenes"),
+                              strings("extensionsUsed"),
+                              strings("extensionsRequired")};
+constexpr std::array kAsset = {string("version", kRequired), string("minVersion"),
+                               string("generator")};
+constexpr std::array kAccessor = {index("bufferView", "bufferViews"),
+                                  integer("byteOffset", false, 0),
+                                  integer("componentType", kRequired, 0, kComponentTypes),
+                                  boolean("normalized"),
+                                  integer("count", kRequired, 1),
+                                  string("type", kRequired, "SCALAR|VEC2|VEC3|VEC4|MAT2|MAT3|MAT4"),
+                                  object("sparse", "sparse"),
+                                  string("name")};
 constexpr std::array kSparse = {integer("count", kRequired, 1),
                                 object("indices", "sparseIndices", kRequired),
                                 object("values", "sparseValues", kRequired)};
@@ -67,28 +89,34 @@ constexpr std::array kSparseIndices = {index("bufferView", "bufferViews", kRequi
 constexpr std::array kSparseValues = {index("bufferView", "bufferViews", kRequired),
                                       integer("byteOffset", false, 0)};
 constexpr std::array kBuffer = {integer("byteLength", kRequired, 1), string("uri"), string("name")};
-constexpr std::array kBufferView = {index("buffer", "buffers", kRequired),
-                                    integer("byteOffset", false, 0),
-                                    integer("byteLength", kRequired, 1),
-                                    M{.name = "byteStride", .kind = K::kInteger, .min = 4, .max = 252},
-                                    integer("target", false, 0), string("name")};
+constexpr std::array kBufferView = {
+    index("buffer", "buffers", kRequired),
+    integer("byteOffset", false, 0),
+    integer("byteLength", kRequired, 1),
+    M{.name = "byteStride", .kind = K::kInteger, .min = 4, .max = 252},
+    integer("target", false, 0),
+    string("name")};
 constexpr std::array kMeshopt = {
-    index("buffer", "buffers", kRequired), integer("byteOffset", false, 0),
+    index("buffer", "buffers", kRequired),
+    integer("byteOffset", false, 0),
     integer("byteLength", kRequired, 1),
     M{.name = "byteStride", .kind = K::kInteger, .required = true, .min = 1, .max = 256},
-    integer("count", kRequired, 1), string("mode", kRequired, "ATTRIBUTES|TRIANGLES|INDICES"),
+    integer("count", kRequired, 1),
+    string("mode", kRequired, "ATTRIBUTES|TRIANGLES|INDICES"),
     string("filter", false, "NONE|OCTAHEDRAL|QUATERNION|EXPONENTIAL")};
 constexpr std::array kMeshoptBuffer = {boolean("fallback")};
-constexpr std::array kImage = {string("uri"), string("mimeType"), index("bufferView", "bufferViews"),
-                               string("name")};
+constexpr std::array kImage = {string("uri"), string("mimeType"),
+                               index("bufferView", "bufferViews"), string("name")};
 constexpr std::array kSampler = {integer("magFilter", false, 0, "9728|9729"),
                                  integer("minFilter", false, 0, "9728|9729|9984|9985|9986|9987"),
                                  integer("wrapS", false, 0, "33071|33648|10497"),
                                  integer("wrapT", false, 0, "33071|33648|10497"), string("name")};
-constexpr std::array kTexture = {index("source", "images"), index("sampler", "samplers"), string("name")};
+constexpr std::array kTexture = {index("source", "images"), index("sampler", "samplers"),
+                                 string("name")};
 constexpr std::array kTextureSource = {index("source", "images", kRequired)};
-constexpr std::array kTextureInfo = {index("index", "textures", kRequired), integer("texCoord", false, 0),
-                                     number("scale", -kBig, kBig), number("strength", 0, 1)};
+constexpr std::array kTextureInfo = {index("index", "textures", kRequired),
+                                     integer("texCoord", false, 0), number("scale", -kBig, kBig),
+                                     number("strength", 0, 1)};
 constexpr std::array kTextureTransform = {numbers("offset", 2), number("rotation", -kBig, kBig),
                                           numbers("scale", 2), integer("texCoord", false, 0)};
 
@@ -96,77 +124,104 @@ constexpr std::array kCamera = {string("type", kRequired, "perspective|orthograp
                                 object("perspective", "perspective"),
                                 object("orthographic", "orthographic"), string("name")};
 constexpr std::array kPerspective = {number("yfov", 1e-6, 3.14159265, kRequired),
-                                     number("aspectRatio", 1e-6, 1e6), number("znear", 0, kBig, kRequired),
-                                     number("zfar", 0, kBig)};
-constexpr std::array kOrthographic = {number("xmag", -kBig, kBig, kRequired),
-                                      number("ymag", -kBig, kBig, kRequired),
-                                      number("znear", 0, kBig, kRequired), number("zfar", 0, kBig, kRequired)};
+                                     number("aspectRatio", 1e-6, 1e6),
+                                     number("znear", 0, kBig, kRequired), number("zfar", 0, kBig)};
+constexpr std::array kOrthographic = {
+    number("xmag", -kBig, kBig, kRequired), number("ymag", -kBig, kBig, kRequired),
+    number("znear", 0, kBig, kRequired), number("zfar", 0, kBig, kRequired)};
 constexpr std::array kScene = {indices("nodes", "nodes"), string("name")};
 constexpr std::array kNode = {
-    index("camera", "cameras"), indices("children", "nodes"), index("skin", "skins"),
-    numbers("matrix", 16, -kBig, kBig), index("mesh", "meshes"), numbers("rotation", 4, -1.001, 1.001),
-    numbers("scale", 3, -kBig, kBig), numbers("translation", 3, -kBig, kBig), number_list("weights"),
-    string("name")};
+    index("camera", "cameras"),       indices("children", "nodes"),
+    index("skin", "skins"),           numbers("matrix", 16, -kBig, kBig),
+    index("mesh", "meshes"),          numbers("rotation", 4, -1.001, 1.001),
+    numbers("scale", 3, -kBig, kBig), numbers("translation", 3, -kBig, kBig),
+    number_list("weights"),           string("name")};
 constexpr std::array kNodeLight = {index("light", "lights", kRequired)};
-constexpr std::array kGpuInstancing = {M{.name = "attributes", .kind = K::kIntegerMap, .required = true,
-                                         .min = 0, .refers_to = "accessors"}};
+constexpr std::array kGpuInstancing = {M{.name = "attributes",
+                                         .kind = K::kIntegerMap,
+                                         .required = true,
+                                         .min = 0,
+                                         .refers_to = "accessors"}};
 constexpr std::array kMesh = {objects("primitives", "primitive", kRequired), number_list("weights"),
                               string("name")};
 constexpr std::array kPrimitive = {
-    M{.name = "attributes", .kind = K::kIntegerMap, .required = true, .min = 0, .refers_to = "accessors"},
+    M{.name = "attributes",
+      .kind = K::kIntegerMap,
+      .required = true,
+      .min = 0,
+      .refers_to = "accessors"},
     index("indices", "accessors"), index("material", "materials"),
     M{.name = "mode", .kind = K::kInteger, .min = 0, .max = 6},
     M{.name = "targets", .kind = K::kIntegerMaps, .min = 0, .refers_to = "accessors"}};
-constexpr std::array kDraco = {index("bufferView", "bufferViews", kRequired),
-                               M{.name = "attributes", .kind = K::kIntegerMap, .required = true, .min = 0}};
+constexpr std::array kDraco = {
+    index("bufferView", "bufferViews", kRequired),
+    M{.name = "attributes", .kind = K::kIntegerMap, .required = true, .min = 0}};
 constexpr std::array kVariantMappings = {objects("mappings", "variantMapping", kRequired)};
 constexpr std::array kVariantMapping = {index("material", "materials", kRequired),
                                         indices("variants", "variants", kRequired)};
 constexpr std::array kVariants = {objects("variants", "variant", kRequired)};
 constexpr std::array kVariant = {string("name", kRequired)};
 constexpr std::array kSkin = {index("inverseBindMatrices", "accessors"), index("skeleton", "nodes"),
-                              M{.name = "joints", .kind = K::kIntegers, .required = true, .min = 0,
-                                .refers_to = "nodes", .count_min = 1},
+                              M{.name = "joints",
+                                .kind = K::kIntegers,
+                                .required = true,
+                                .min = 0,
+                                .refers_to = "nodes",
+                                .count_min = 1},
                               string("name")};
 constexpr std::array kAnimation = {objects("channels", "channel", kRequired),
-                                   objects("samplers", "animationSampler", kRequired), string("name")};
-constexpr std::array kChannel = {integer("sampler", kRequired, 0), object("target", "target", kRequired)};
+                                   objects("samplers", "animationSampler", kRequired),
+                                   string("name")};
+constexpr std::array kChannel = {integer("sampler", kRequired, 0),
+                                 object("target", "target", kRequired)};
 constexpr std::array kTarget = {index("node", "nodes"), string("path", kRequired)};
 constexpr std::array kAnimationSampler = {index("input", "accessors", kRequired),
                                           string("interpolation", false, "LINEAR|STEP|CUBICSPLINE"),
                                           index("output", "accessors", kRequired)};
 constexpr std::array kLights = {objects("lights", "light", kRequired)};
-constexpr std::array kLight = {numbers("color", 3, 0, 1), number("intensity", 0, kBig),
+constexpr std::array kLight = {numbers("color", 3, 0, 1),
+                               number("intensity", 0, kBig),
                                string("type", kRequired, "directional|point|spot"),
-                               number("range", 0, kBig), object("spot", "spot"), string("name")};
-constexpr std::array kSpot = {number("innerConeAngle", 0, 1.5707964), number("outerConeAngle", 0, 1.5707964)};
+                               number("range", 0, kBig),
+                               object("spot", "spot"),
+                               string("name")};
+constexpr std::array kSpot = {number("innerConeAngle", 0, 1.5707964),
+                              number("outerConeAngle", 0, 1.5707964)};
 
-constexpr std::array kMaterial = {
-    object("pbrMetallicRoughness", "pbr"), texture("normalTexture"), texture("occlusionTexture"),
-    texture("emissiveTexture"), numbers("emissiveFactor", 3, 0, 1),
-    string("alphaMode", false, "OPAQUE|MASK|BLEND"), number("alphaCutoff", 0, kBig),
-    boolean("doubleSided"), string("name")};
+constexpr std::array kMaterial = {object("pbrMetallicRoughness", "pbr"),
+                                  texture("normalTexture"),
+                                  texture("occlusionTexture"),
+                                  texture("emissiveTexture"),
+                                  numbers("emissiveFactor", 3, 0, 1),
+                                  string("alphaMode", false, "OPAQUE|MASK|BLEND"),
+                                  number("alphaCutoff", 0, kBig),
+                                  boolean("doubleSided"),
+                                  string("name")};
 constexpr std::array kPbr = {numbers("baseColorFactor", 4, 0, 1), texture("baseColorTexture"),
                              factor("metallicFactor"), factor("roughnessFactor"),
                              texture("metallicRoughnessTexture")};
 constexpr std::array kEmissiveStrength = {number("emissiveStrength", 0, kBig)};
 constexpr std::array kIor = {number("ior", 0, 1e4)};
 constexpr std::array kSpecular = {factor("specularFactor"), texture("specularTexture"),
-                                  numbers("specularColorFactor", 3, 0, kBig), texture("specularColorTexture")};
+                                  numbers("specularColorFactor", 3, 0, kBig),
+                                  texture("specularColorTexture")};
 constexpr std::array kTransmission = {factor("transmissionFactor"), texture("transmissionTexture")};
 constexpr std::array kVolume = {number("thicknessFactor", 0, kBig), texture("thicknessTexture"),
                                 number("attenuationDistance", 0, kBig),
                                 numbers("attenuationColor", 3, 0, 1)};
-constexpr std::array kClearcoat = {factor("clearcoatFactor"), texture("clearcoatTexture"),
-                                   factor("clearcoatRoughnessFactor"), texture("clearcoatRoughnessTexture"),
-                                   texture("clearcoatNormalTexture")};
+constexpr std::array kClearcoat = {
+    factor("clearcoatFactor"), texture("clearcoatTexture"), factor("clearcoatRoughnessFactor"),
+    texture("clearcoatRoughnessTexture"), texture("clearcoatNormalTexture")};
 constexpr std::array kSheen = {numbers("sheenColorFactor", 3, 0, 1), texture("sheenColorTexture"),
                                factor("sheenRoughnessFactor"), texture("sheenRoughnessTexture")};
-constexpr std::array kIridescence = {
-    factor("iridescenceFactor"), texture("iridescenceTexture"), number("iridescenceIor", 1, 1e4),
-    number("iridescenceThicknessMinimum", 0, kBig), number("iridescenceThicknessMaximum", 0, kBig),
-    texture("iridescenceThicknessTexture")};
-constexpr std::array kAnisotropy = {factor("anisotropyStrength"), number("anisotropyRotation", -kBig, kBig),
+constexpr std::array kIridescence = {factor("iridescenceFactor"),
+                                     texture("iridescenceTexture"),
+                                     number("iridescenceIor", 1, 1e4),
+                                     number("iridescenceThicknessMinimum", 0, kBig),
+                                     number("iridescenceThicknessMaximum", 0, kBig),
+                                     texture("iridescenceThicknessTexture")};
+constexpr std::array kAnisotropy = {factor("anisotropyStrength"),
+                                    number("anisotropyRotation", -kBig, kBig),
                                     texture("anisotropyTexture")};
 constexpr std::array kDispersion = {number("dispersion", 0, kBig)};
 constexpr std::array kDiffuseTransmission = {
@@ -182,27 +237,53 @@ struct Row {
 };
 
 constexpr std::array kSchemas = {
-    Row{"root", kRoot}, Row{"asset", kAsset}, Row{"accessor", kAccessor}, Row{"sparse", kSparse},
-    Row{"sparseIndices", kSparseIndices}, Row{"sparseValues", kSparseValues}, Row{"buffer", kBuffer},
-    Row{"buffer/EXT_meshopt_compression", kMeshoptBuffer}, Row{"bufferView", kBufferView},
-    Row{"bufferView/EXT_meshopt_compression", kMeshopt}, Row{"image", kImage},
-    Row{"sampler", kSampler}, Row{"texture", kTexture},
+    Row{"root", kRoot},
+    Row{"asset", kAsset},
+    Row{"accessor", kAccessor},
+    Row{"sparse", kSparse},
+    Row{"sparseIndices", kSparseIndices},
+    Row{"sparseValues", kSparseValues},
+    Row{"buffer", kBuffer},
+    Row{"buffer/EXT_meshopt_compression", kMeshoptBuffer},
+    Row{"bufferView", kBufferView},
+    Row{"bufferView/EXT_meshopt_compression", kMeshopt},
+    Row{"image", kImage},
+    Row{"sampler", kSampler},
+    Row{"texture", kTexture},
     Row{"texture/EXT_texture_webp", kTextureSource},
-    Row{"texture/KHR_texture_basisu", kTextureSource}, Row{"textureInfo", kTextureInfo},
-    Row{"textureInfo/KHR_texture_transform", kTextureTransform}, Row{"camera", kCamera},
-    Row{"perspective", kPerspective}, Row{"orthographic", kOrthographic}, Row{"scene", kScene},
-    Row{"node", kNode}, Row{"node/KHR_lights_punctual", kNodeLight},
-    Row{"node/EXT_mesh_gpu_instancing", kGpuInstancing}, Row{"mesh", kMesh},
-    Row{"primitive", kPrimitive}, Row{"primitive/KHR_draco_mesh_compression", kDraco},
-    Row{"primitive/KHR_materials_variants", kVariantMappings}, Row{"variantMapping", kVariantMapping},
-    Row{"root/KHR_materials_variants", kVariants}, Row{"variant", kVariant}, Row{"skin", kSkin},
-    Row{"animation", kAnimation}, Row{"channel", kChannel}, Row{"target", kTarget},
-    Row{"animationSampler", kAnimationSampler}, Row{"root/KHR_lights_punctual", kLights},
-    Row{"light", kLight}, Row{"spot", kSpot}, Row{"material", kMaterial}, Row{"pbr", kPbr},
+    Row{"texture/KHR_texture_basisu", kTextureSource},
+    Row{"textureInfo", kTextureInfo},
+    Row{"textureInfo/KHR_texture_transform", kTextureTransform},
+    Row{"camera", kCamera},
+    Row{"perspective", kPerspective},
+    Row{"orthographic", kOrthographic},
+    Row{"scene", kScene},
+    Row{"node", kNode},
+    Row{"node/KHR_lights_punctual", kNodeLight},
+    Row{"node/EXT_mesh_gpu_instancing", kGpuInstancing},
+    Row{"mesh", kMesh},
+    Row{"primitive", kPrimitive},
+    Row{"primitive/KHR_draco_mesh_compression", kDraco},
+    Row{"primitive/KHR_materials_variants", kVariantMappings},
+    Row{"variantMapping", kVariantMapping},
+    Row{"root/KHR_materials_variants", kVariants},
+    Row{"variant", kVariant},
+    Row{"skin", kSkin},
+    Row{"animation", kAnimation},
+    Row{"channel", kChannel},
+    Row{"target", kTarget},
+    Row{"animationSampler", kAnimationSampler},
+    Row{"root/KHR_lights_punctual", kLights},
+    Row{"light", kLight},
+    Row{"spot", kSpot},
+    Row{"material", kMaterial},
+    Row{"pbr", kPbr},
     Row{"material/KHR_materials_emissive_strength", kEmissiveStrength},
-    Row{"material/KHR_materials_ior", kIor}, Row{"material/KHR_materials_specular", kSpecular},
+    Row{"material/KHR_materials_ior", kIor},
+    Row{"material/KHR_materials_specular", kSpecular},
     Row{"material/KHR_materials_transmission", kTransmission},
-    Row{"material/KHR_materials_volume", kVolume}, Row{"material/KHR_materials_clearcoat", kClearcoat},
+    Row{"material/KHR_materials_volume", kVolume},
+    Row{"material/KHR_materials_clearcoat", kClearcoat},
     Row{"material/KHR_materials_sheen", kSheen},
     Row{"material/KHR_materials_iridescence", kIridescence},
     Row{"material/KHR_materials_anisotropy", kAnisotropy},
@@ -211,19 +292,29 @@ constexpr std::array kSchemas = {
     Row{"material/KHR_materials_pbrSpecularGlossiness", kSpecGloss},
 };
 
-constexpr std::array<std::string_view, 23> kSupported = {
-    "EXT_mesh_gpu_instancing",          "EXT_meshopt_compression",
-    "EXT_texture_webp",                 "KHR_draco_mesh_compression",
-    "KHR_lights_punctual",              "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",          "KHR_materials_diffuse_transmission",
-    "KHR_materials_dispersion",         "KHR_materials_emissive_strength",
-    "KHR_materials_ior",                "KHR_materials_iridescence",
-    "KHR_materials_pbrSpecularGlossiness", "KHR_materials_sheen",
-    "KHR_materials_specular",           "KHR_materials_transmission",
-    "KHR_materials_unlit",              "KHR_materials_variants",
-    "KHR_materials_volume",             "KHR_mesh_quantization",
-    "KHR_texture_transform",            "KHR_xmp",
-    "KHR_xmp_json_ld"};
+constexpr std::array<std::string_view, 23> kSupported = {"EXT_mesh_gpu_instancing",
+                                                         "EXT_meshopt_compression",
+                                                         "EXT_texture_webp",
+                                                         "KHR_draco_mesh_compression",
+                                                         "KHR_lights_punctual",
+                                                         "KHR_materials_anisotropy",
+                                                         "KHR_materials_clearcoat",
+                                                         "KHR_materials_diffuse_transmission",
+                                                         "KHR_materials_dispersion",
+                                                         "KHR_materials_emissive_strength",
+                                                         "KHR_materials_ior",
+                                                         "KHR_materials_iridescence",
+                                                         "KHR_materials_pbrSpecularGlossiness",
+                                                         "KHR_materials_sheen",
+                                                         "KHR_materials_specular",
+                                                         "KHR_materials_transmission",
+                                                         "KHR_materials_unlit",
+                                                         "KHR_materials_variants",
+                                                         "KHR_materials_volume",
+                                                         "KHR_mesh_quantization",
+                                                         "KHR_texture_transform",
+                                                         "KHR_xmp",
+                                                         "KHR_xmp_json_ld"};
 
 }  // namespace
 

@@ -33,7 +33,8 @@ Result<SharedBytes> GltfSource::fetch(const std::string& uri, const ResolveUri& 
   }
   if (has_scheme(uri)) {
     return Error{ErrorCode::kInvalidArgument,
-                 "\"" + uri.substr(0, 100) + "\" is not relative; only files that come with the scene are read",
+                 "\"" + uri.substr(0, 100) +
+                     "\" is not relative; only files that come with the scene are read",
                  where + "/uri"};
   }
   return resolve ? resolve(percent_decode(uri)) : SharedBytes();
@@ -115,7 +116,8 @@ Result<std::span<const std::byte>> GltfSource::view(int index) {
   }
   auto& decompressed = decompressed_[index];
   if (decompressed == nullptr) {
-    const std::string where = "/bufferViews/" + std::to_string(index) + "/extensions/EXT_meshopt_compression";
+    const std::string where =
+        "/bufferViews/" + std::to_string(index) + "/extensions/EXT_meshopt_compression";
     const GltfMeshopt& meshopt = *view.meshopt;
     const auto buffer = buffers_[static_cast<std::size_t>(meshopt.buffer)];
     if (buffer.size() < meshopt.offset + meshopt.bytes) {
@@ -124,7 +126,8 @@ Result<std::span<const std::byte>> GltfSource::view(int index) {
     if (auto status = budget_.take(view.bytes, where); !status) {
       return status.error();
     }
-    auto bytes = decode_meshopt(meshopt, buffer.subspan(meshopt.offset, meshopt.bytes), view.bytes, where);
+    auto bytes =
+        decode_meshopt(meshopt, buffer.subspan(meshopt.offset, meshopt.bytes), view.bytes, where);
     if (!bytes) {
       return bytes.error();
     }
@@ -140,7 +143,8 @@ Result<std::span<const std::byte>> GltfSource::image_file(int index) {
   }
   const auto it = image_files_.find(index);
   if (it == image_files_.end() || it->second == nullptr) {
-    return Error{ErrorCode::kMissingFiles, "the image file is missing", "/images/" + std::to_string(index)};
+    return Error{ErrorCode::kMissingFiles, "the image file is missing",
+                 "/images/" + std::to_string(index)};
   }
   return std::span<const std::byte>(*it->second);
 }

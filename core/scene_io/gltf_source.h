@@ -48,13 +48,14 @@ class GltfSource {
       : tables_(&tables), budget_(limits.decoded_bytes_max) {}
 
   /// Bytes behind a uri; null when `resolve` does not have it.
-  Result<SharedBytes> fetch(const std::string& uri, const ResolveUri& resolve, const std::string& where);
+  Result<SharedBytes> fetch(const std::string& uri, const ResolveUri& resolve,
+                            const std::string& where);
 
   const GltfTables* tables_;
   DecodeBudget budget_;
-  std::vector<SharedBytes> owned_;                     // keeps buffers_ alive
-  std::vector<std::span<const std::byte>> buffers_;    // as long as tables_->buffers
-  std::map<int, SharedBytes> image_files_;             // those with a uri
+  std::vector<SharedBytes> owned_;                      // keeps buffers_ alive
+  std::vector<std::span<const std::byte>> buffers_;     // as long as tables_->buffers
+  std::map<int, SharedBytes> image_files_;              // those with a uri
   std::map<int, std::shared_ptr<Bytes>> decompressed_;  // by view
 };
 

@@ -32,7 +32,8 @@ Status check_buffer(const GltfTables& tables, std::size_t i, const GltfContainer
   }
   if (buffer.bytes > container.bin.size()) {
     return invalid(at("buffers", i) + "/byteLength",
-                   std::to_string(buffer.bytes) + " bytes, but the binary chunk of the GLB has only " +
+                   std::to_string(buffer.bytes) +
+                       " bytes, but the binary chunk of the GLB has only " +
                        std::to_string(container.bin.size()));
   }
   return ok_status();
@@ -69,8 +70,9 @@ Status check_meshopt(const GltfTables& tables, const GltfView& view, const std::
   }
   // count < 2^53 / 256 keeps the product exact; more than the view holds is refused anyway.
   if (m.count > view.bytes || m.count * m.stride > view.bytes) {
-    return invalid(where + "/count", std::to_string(m.count) + " elements of " + std::to_string(m.stride) +
-                                         " bytes do not fit in the view of " + std::to_string(view.bytes));
+    return invalid(where + "/count",
+                   std::to_string(m.count) + " elements of " + std::to_string(m.stride) +
+                       " bytes do not fit in the view of " + std::to_string(view.bytes));
   }
   return ok_status();
 }
@@ -86,9 +88,9 @@ Status check_view(const GltfTables& tables, std::size_t i) {
   if (buffer.is_meshopt_fallback && !buffer.uri && !view.meshopt) {
     return invalid(at("bufferViews", i), "the view reads a buffer without content");
   }
-  return view.meshopt
-             ? check_meshopt(tables, view, at("bufferViews", i) + "/extensions/EXT_meshopt_compression")
-             : ok_status();
+  return view.meshopt ? check_meshopt(tables, view,
+                                      at("bufferViews", i) + "/extensions/EXT_meshopt_compression")
+                      : ok_status();
 }
 
 struct Elements {
@@ -99,7 +101,8 @@ struct Elements {
 };
 
 Status check_elements(const GltfView& view, const Elements& e, const std::string& where) {
-  const bool fit = e.count <= view.bytes && fits(e.offset, (e.count - 1) * e.stride + e.bytes, view.bytes);
+  const bool fit =
+      e.count <= view.bytes && fits(e.offset, (e.count - 1) * e.stride + e.bytes, view.bytes);
   if (!fit) {
     return invalid(where, std::to_string(e.count) + " elements of " + std::to_string(e.bytes) +
                               " bytes at stride " + std::to_string(e.stride) + " and offset " +
@@ -119,7 +122,8 @@ Status check_accessor(const GltfTables& tables, std::size_t i) {
                      std::to_string(view.stride) + " is less than an element of accessor " +
                          std::to_string(i) + ", " + std::to_string(bytes) + " bytes");
     }
-    const Elements elements = {accessor.offset, accessor.count, bytes, view.stride == 0 ? bytes : view.stride};
+    const Elements elements = {accessor.offset, accessor.count, bytes,
+                               view.stride == 0 ? bytes : view.stride};
     if (auto status = check_elements(view, elements, at("accessors", i)); !status) {
       return status;
     }
@@ -130,7 +134,8 @@ Status check_accessor(const GltfTables& tables, std::size_t i) {
   const GltfSparse& sparse = *accessor.sparse;
   const std::string where = at("accessors", i) + "/sparse";
   if (sparse.count > accessor.count) {
-    return invalid(where + "/count", std::to_string(sparse.count) + " is more than the accessor's " +
+    return invalid(where + "/count", std::to_string(sparse.count) +
+                                         " is more than the accessor's " +
                                          std::to_string(accessor.count));
   }
   const std::uint64_t index_bytes = component_bytes(sparse.indices_type);

@@ -15,7 +15,7 @@ namespace core {
 
 struct GltfBuffer {
   std::uint64_t bytes = 0;
-  std::optional<std::string> uri;  ///< none: the binary chunk of the GLB, or a meshopt fallback
+  std::optional<std::string> uri;    ///< none: the binary chunk of the GLB, or a meshopt fallback
   bool is_meshopt_fallback = false;  ///< without content; its views are made by decoding
 };
 

@@ -96,7 +96,8 @@ bool has_scheme(std::string_view uri) noexcept {
   const std::size_t colon = uri.find(':');
   return colon != std::string_view::npos && colon > 1 &&
          std::all_of(uri.begin(), uri.begin() + static_cast<std::ptrdiff_t>(colon), [](char c) {
-           return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '+' || c == '-' || c == '.';
+           return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '+' || c == '-' ||
+                  c == '.';
          });
 }
 

@@ -15,10 +15,10 @@ using Index = std::uint32_t;
 constexpr Index kNone = 0xFFFFFFFFU;
 
 struct Face {
-  Vec3 tangent;              // unit direction of growing u, the same for mirrored faces
-  bool preserves = false;    // handedness: signed texture area above 0
-  bool any_group = false;    // no texture area: joins the group of a neighbour
-  bool degenerate = false;   // no area at all: takes no part
+  Vec3 tangent;             // unit direction of growing u, the same for mirrored faces
+  bool preserves = false;   // handedness: signed texture area above 0
+  bool any_group = false;   // no texture area: joins the group of a neighbour
+  bool degenerate = false;  // no area at all: takes no part
   std::array<Index, 3> neighbor = {kNone, kNone, kNone};  // across the edge from corner i to i + 1
   std::array<Index, 3> group = {kNone, kNone, kNone};     // of each corner
 };
@@ -53,14 +53,16 @@ void make_flat_normals(PrimitiveDescription& p) {
     p.indices[i] = i;
   }
   for (std::size_t i = 0; i + 2 < p.positions.size(); i += 3) {
-    const Vec3 n = normalize_or(cross(p.positions[i + 1] - p.positions[i], p.positions[i + 2] - p.positions[i]), {0, 0, 1});
+    const Vec3 n = normalize_or(
+        cross(p.positions[i + 1] - p.positions[i], p.positions[i + 2] - p.positions[i]), {0, 0, 1});
     p.normals[i] = p.normals[i + 1] = p.normals[i + 2] = n;
   }
 }
 
 class TangentMaker {
  public:
-  TangentMaker(PrimitiveDescription& p, const std::vector<Vec2>& uv) : p_(p), uv_(uv), faces_(p.indices.size() / 3) {}
+  TangentMaker(PrimitiveDescription& p, const std::vector<Vec2>& uv)
+      : p_(p), uv_(uv), faces_(p.indices.size() / 3) {}
 
   void run() {
     weld();
@@ -92,7 +94,8 @@ class TangentMaker {
     });
     welded_.resize(order.size());
     for (std::size_t i = 0; i < order.size(); ++i) {
-      welded_[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? welded_[order[i - 1]] : order[i];
+      welded_[order[i]] =
+          i > 0 && key(order[i]) == key(order[i - 1]) ? welded_[order[i - 1]] : order[i];
     }
   }
 
@@ -117,7 +120,8 @@ class TangentMaker {
   }
 
   void find_neighbors() {
-    std::map<std::pair<Index, Index>, std::vector<std::pair<Index, Index>>> open;  // edge: face, side
+    std::map<std::pair<Index, Index>, std::vector<std::pair<Index, Index>>>
+        open;  // edge: face, side
     for (Index f = 0; f < faces_.size(); ++f) {
       if (faces_[f].degenerate) {
         continue;
@@ -194,8 +198,10 @@ class TangentMaker {
           continue;
         }
         const std::size_t i = side_of(f, group.vertex);
-        const Vec3 next = normalize_or(in_plane(p_.positions[corner(f, (i + 1) % 3)] - here, n), {0, 0, 0});
-        const Vec3 previous = normalize_or(in_plane(p_.positions[corner(f, (i + 2) % 3)] - here, n), {0, 0, 0});
+        const Vec3 next =
+            normalize_or(in_plane(p_.positions[corner(f, (i + 1) % 3)] - here, n), {0, 0, 0});
+        const Vec3 previous =
+            normalize_or(in_plane(p_.positions[corner(f, (i + 2) % 3)] - here, n), {0, 0, 0});
         const float angle = std::acos(std::clamp(dot(next, previous), -1.0F, 1.0F));
         group.tangent += normalize_or(in_plane(faces_[f].tangent, n), {0, 0, 0}) * angle;
       }

@@ -1,11 +1,12 @@
-#include <gtest/gtest.h>
+#include "core/scene_io/builtin_scenes.h"
 
 #include <cmath>
 #include <map>
 #include <string>
 #include <tuple>
 
-#include "core/scene_io/builtin_scenes.h"
+#include <gtest/gtest.h>
+
 #include "core/scene_io/builtin_shapes.h"
 
 namespace {
@@ -28,7 +29,9 @@ core::SceneDescription load_builtin(std::string_view name) {
 
 class EachBuiltin : public testing::TestWithParam<std::string> {};
 
-TEST_P(EachBuiltin, LoadsWithoutWarnings) { EXPECT_TRUE(load_builtin(GetParam()).warnings.empty()); }
+TEST_P(EachBuiltin, LoadsWithoutWarnings) {
+  EXPECT_TRUE(load_builtin(GetParam()).warnings.empty());
+}
 
 TEST_P(EachBuiltin, HasACameraNamedCamera) {
   const core::SceneDescription scene = load_builtin(GetParam());
@@ -50,8 +53,10 @@ TEST_P(EachBuiltin, ShowsWhatItsNormalsSay) {
       ASSERT_EQ(p.normals.size(), p.positions.size()) << mesh.name;
       for (std::size_t t = 0; t < p.indices.size(); t += 3) {
         const Vec3 a = p.positions[p.indices[t]];
-        const Vec3 face = core::cross(p.positions[p.indices[t + 1]] - a, p.positions[p.indices[t + 2]] - a);
-        const Vec3 mean = p.normals[p.indices[t]] + p.normals[p.indices[t + 1]] + p.normals[p.indices[t + 2]];
+        const Vec3 face =
+            core::cross(p.positions[p.indices[t + 1]] - a, p.positions[p.indices[t + 2]] - a);
+        const Vec3 mean =
+            p.normals[p.indices[t]] + p.normals[p.indices[t + 1]] + p.normals[p.indices[t + 2]];
         ASSERT_GT(core::dot(face, mean), 0) << mesh.name << " triangle " << t / 3;
       }
     }
@@ -63,14 +68,17 @@ TEST_P(EachBuiltin, OnlyTheFurnaceGetsTheWhiteSky) {
 }
 
 INSTANTIATE_TEST_SUITE_P(BuiltinScenes, EachBuiltin,
-                         testing::Values("cornell-box", "furnace", "veach-mis", "many-lights", "glass", "interior"),
+                         testing::Values("cornell-box", "furnace", "veach-mis", "many-lights",
+                                         "glass", "interior"),
                          [](const auto& test) {
                            std::string name = test.param;
                            std::replace(name.begin(), name.end(), '-', '_');
                            return name;
                          });
 
-TEST(BuiltinScenes, UnknownNameIsNotFound) { EXPECT_EQ(core::find_builtin_scene("nowhere"), nullptr); }
+TEST(BuiltinScenes, UnknownNameIsNotFound) {
+  EXPECT_EQ(core::find_builtin_scene("nowhere"), nullptr);
+}
 
 TEST(CornellBox, HasTheMeasuredSize) {
   core::Bounds bounds;
@@ -111,7 +119,8 @@ TEST(CornellBox, LampHasTheMeasuredRadianceAndArea) {
   EXPECT_NEAR(radiance.r, 18.387F, 1e-4);
   EXPECT_NEAR(radiance.g, 13.9873F, 1e-4);
   EXPECT_NEAR(radiance.b, 6.75357F, 1e-4);
-  const float area = core::length(core::cross(p.positions[1] - p.positions[0], p.positions[3] - p.positions[0]));
+  const float area =
+      core::length(core::cross(p.positions[1] - p.positions[0], p.positions[3] - p.positions[0]));
   EXPECT_NEAR(area, 0.13F * 0.105F, 1e-7);
 }
 
@@ -119,8 +128,10 @@ TEST(ManyLights, HasAThousandEmitters) {
   const core::SceneDescription scene = load_builtin("many-lights");
   int emitters = 0;
   for (const core::InstanceDescription& instance : scene.instances) {
-    const int material = scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives[0].material;
-    emitters += core::is_black(scene.materials[static_cast<std::size_t>(material)].emissive) ? 0 : 1;
+    const int material =
+        scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives[0].material;
+    emitters +=
+        core::is_black(scene.materials[static_cast<std::size_t>(material)].emissive) ? 0 : 1;
   }
   EXPECT_EQ(emitters, 1000);
 }
@@ -183,7 +194,9 @@ TEST(Shapes, SphereHasTheAreaOfASphere) {
   double area = 0;
   for (std::size_t t = 0; t < p.indices.size(); t += 3) {
     const Vec3 a = p.positions[p.indices[t]];
-    area += static_cast<double>(core::length(core::cross(p.positions[p.indices[t + 1]] - a, p.positions[p.indices[t + 2]] - a))) / 2;
+    area += static_cast<double>(core::length(core::cross(p.positions[p.indices[t + 1]] - a,
+                                                         p.positions[p.indices[t + 2]] - a))) /
+            2;
   }
   // 96 by 48 flat facets lose about (pi / 96)^2 of 4 pi.
   EXPECT_NEAR(area / (4 * 3.14159265358979), 1, 2e-3);

@@ -1,13 +1,13 @@
-// The third-party assets, where they are: every file loads, and counts agree with what the file's own
-// JSON, its README or the Khronos model's description says.
-#include <gtest/gtest.h>
-
+// The third-party assets, where they are: every file loads, and counts agree with what the file's
+// own JSON, its README or the Khronos model's description says.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "core/image_io/image_io.h"
 #include "core/scene_io/gltf_load.h"
@@ -18,17 +18,20 @@ namespace fs = std::filesystem;
 
 fs::path assets() {
   const char* named = std::getenv("TESSERA_ASSETS");
-  return named != nullptr ? fs::path(named) : fs::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "assets";
+  return named != nullptr ? fs::path(named)
+                          : fs::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "assets";
 }
 
 core::Bytes read_file(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
-  const std::vector<char> chars((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const std::vector<char> chars((std::istreambuf_iterator<char>(in)),
+                                std::istreambuf_iterator<char>());
   const auto* first = reinterpret_cast<const std::byte*>(chars.data());
   return {first, first + chars.size()};
 }
 
-core::Result<core::SceneDescription> load_asset(const fs::path& path, const core::GltfOptions& options = {}) {
+core::Result<core::SceneDescription> load_asset(const fs::path& path,
+                                                const core::GltfOptions& options = {}) {
   const auto resolve = [&path](std::string_view uri) -> core::SharedBytes {
     const fs::path file = path.parent_path() / uri;
     return fs::exists(file) ? std::make_shared<const core::Bytes>(read_file(file)) : nullptr;
@@ -41,7 +44,8 @@ class Assets : public testing::Test {
  protected:
   void SetUp() override {
     if (!fs::exists(assets())) {
-      GTEST_SKIP() << "DID NOT RUN: no assets at " << assets() << "; TESSERA_ASSETS can name another place";
+      GTEST_SKIP() << "DID NOT RUN: no assets at " << assets()
+                   << "; TESSERA_ASSETS can name another place";
     }
   }
 };
@@ -49,7 +53,8 @@ class Assets : public testing::Test {
 std::size_t drawn_triangles(const core::SceneDescription& scene) {
   std::size_t triangles = 0;
   for (const core::InstanceDescription& instance : scene.instances) {
-    for (const core::PrimitiveDescription& p : scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives) {
+    for (const core::PrimitiveDescription& p :
+         scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives) {
       triangles += p.indices.size() / 3;
     }
   }
@@ -70,7 +75,9 @@ TEST_F(Assets, EveryFileLoadsButKtx2) {
       EXPECT_EQ(scene.error().where, "/extensionsRequired/0");
       continue;
     }
-    EXPECT_TRUE(scene.has_value()) << entry.path() << ": " << (scene ? "" : scene.error().where + ": " + scene.error().message);
+    EXPECT_TRUE(scene.has_value())
+        << entry.path() << ": "
+        << (scene ? "" : scene.error().where + ": " + scene.error().message);
   }
   EXPECT_GT(files, 0);
 }
@@ -78,7 +85,8 @@ TEST_F(Assets, EveryFileLoadsButKtx2) {
 TEST_F(Assets, EveryFileLoadsAtAnotherTime) {
   core::GltfOptions options;
   options.time_seconds = 0.4;
-  for (const char* name : {"Fox.glb", "RiggedSimple.glb", "AnimatedMorphCube.glb", "InterpolationTest.glb"}) {
+  for (const char* name :
+       {"Fox.glb", "RiggedSimple.glb", "AnimatedMorphCube.glb", "InterpolationTest.glb"}) {
     EXPECT_TRUE(load_asset(assets() / name, options).has_value()) << name;
   }
 }
@@ -91,8 +99,8 @@ struct Count {
   std::size_t lights;
   std::size_t cameras;
 };
-// Triangles: index counts of the files' accessors times their uses; instances: nodes with a mesh, or
-// the count of the instancing accessors.
+// Triangles: index counts of the files' accessors times their uses; instances: nodes with a mesh,
+// or the count of the instancing accessors.
 constexpr Count kCounts[] = {
     {"TriangleWithoutIndices_embedded.gltf", 1, 1, 1, 0, 0},
     {"BoxTextured/BoxTextured.gltf", 1, 1, 12, 0, 0},
@@ -133,8 +141,10 @@ TEST_F(Assets, EncodingsOfTheTexturedBoxAgree) {
     }
     return bounds;
   };
-  for (const char* name : {"BoxTextured/BoxTextured.gltf", "BoxTextured_embedded.gltf", "BoxTextured_meshopt.glb",
-                           "BoxTextured_webp_embedded.gltf", "BoxTextured_webp/box-textured-with-fallback.gltf", "BoxTextured_specgloss.glb"}) {
+  for (const char* name :
+       {"BoxTextured/BoxTextured.gltf", "BoxTextured_embedded.gltf", "BoxTextured_meshopt.glb",
+        "BoxTextured_webp_embedded.gltf", "BoxTextured_webp/box-textured-with-fallback.gltf",
+        "BoxTextured_specgloss.glb"}) {
     const auto scene = load_asset(assets() / name);
     ASSERT_TRUE(scene) << name;
     const core::Bounds bounds = bounds_of(*scene);

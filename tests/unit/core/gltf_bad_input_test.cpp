@@ -13,13 +13,16 @@ TEST(GltfBadInput, Version1IsRefused) {
 }
 
 TEST(GltfBadInput, HigherMinimumVersionIsRefused) {
-  expect_error_at(load_json(R"({"asset":{"version":"2.1","minVersion":"2.1"}})"), "/asset/minVersion");
+  expect_error_at(load_json(R"({"asset":{"version":"2.1","minVersion":"2.1"}})"),
+                  "/asset/minVersion");
 }
 
 TEST(GltfBadInput, UnknownRequiredExtensionIsNamedWithItsPlace) {
-  const auto scene = load_json("{" + kAsset + R"(,"extensionsRequired":["KHR_materials_ior","FOO_bar"]})");
+  const auto scene =
+      load_json("{" + kAsset + R"(,"extensionsRequired":["KHR_materials_ior","FOO_bar"]})");
   expect_error_at(scene, "/extensionsRequired/1");
-  EXPECT_EQ(scene.error().message, "the file requires the extension \"FOO_bar\", which is not supported");
+  EXPECT_EQ(scene.error().message,
+            "the file requires the extension \"FOO_bar\", which is not supported");
 }
 
 TEST(GltfBadInput, UnknownUsedExtensionIsAWarning) {
@@ -30,7 +33,8 @@ TEST(GltfBadInput, UnknownUsedExtensionIsAWarning) {
 }
 
 TEST(GltfBadInput, RequiredBasisuIsRefused) {
-  expect_error_at(load_json("{" + kAsset + R"(,"extensionsRequired":["KHR_texture_basisu"]})"), "/extensionsRequired/0");
+  expect_error_at(load_json("{" + kAsset + R"(,"extensionsRequired":["KHR_texture_basisu"]})"),
+                  "/extensionsRequired/0");
 }
 
 TEST(GltfBadInput, ViewBeyondItsBufferIsRefused) {
@@ -67,9 +71,10 @@ TEST(GltfBadInput, HugeCountIsRefused) {
 }
 
 TEST(GltfBadInput, HugeAccessorOfZerosIsTooLarge) {
-  const auto scene = load_json("{" + kAsset +
-                               R"(,"accessors":[{"componentType":5126,"type":"VEC3","count":4503599627370496}],)"
-                               R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]})");
+  const auto scene = load_json(
+      "{" + kAsset +
+      R"(,"accessors":[{"componentType":5126,"type":"VEC3","count":4503599627370496}],)"
+      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]})");
   ASSERT_FALSE(scene);
   EXPECT_EQ(scene.error().code, core::ErrorCode::kTooLarge);
 }
@@ -94,7 +99,8 @@ TEST(GltfBadInput, AttributeWithOtherCountIsRefused) {
   core::GlbWriter writer;
   const int normals = accessor(writer, std::vector<float>{0, 0, 1, 0, 0, 1}, kF32, "VEC3", 3);
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
-  add_primitive(writer, "\"attributes\":{\"POSITION\":" + number(positions) + ",\"NORMAL\":" + number(normals) + "}");
+  add_primitive(writer, "\"attributes\":{\"POSITION\":" + number(positions) +
+                            ",\"NORMAL\":" + number(normals) + "}");
   expect_error_at(load(writer), "/meshes/0/primitives/0/attributes/NORMAL");
 }
 
@@ -135,8 +141,9 @@ TEST(GltfBadInput, ShortColorIsRefused) {
 }
 
 TEST(GltfBadInput, ExtensionMembersAreChecked) {
-  expect_error_at(load_material(R"("extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":2}})"),
-                  "/materials/0/extensions/KHR_materials_clearcoat/clearcoatFactor");
+  expect_error_at(
+      load_material(R"("extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":2}})"),
+      "/materials/0/extensions/KHR_materials_clearcoat/clearcoatFactor");
 }
 
 TEST(GltfBadInput, IorBetween0And1IsRefused) {
@@ -145,7 +152,8 @@ TEST(GltfBadInput, IorBetween0And1IsRefused) {
 }
 
 TEST(GltfBadInput, CycleOfNodesIsRefused) {
-  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"children":[1]},{"children":[0]}]})"), "/nodes/0");
+  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"children":[1]},{"children":[0]}]})"),
+                  "/nodes/0");
 }
 
 TEST(GltfBadInput, NodeAsItsOwnChildIsRefused) {
@@ -153,17 +161,22 @@ TEST(GltfBadInput, NodeAsItsOwnChildIsRefused) {
 }
 
 TEST(GltfBadInput, TwoParentsAreRefused) {
-  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"children":[2]},{"children":[2]},{}]})"), "/nodes/1/children/0");
+  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"children":[2]},{"children":[2]},{}]})"),
+                  "/nodes/1/children/0");
 }
 
 TEST(GltfBadInput, MatrixBesidePartsIsRefused) {
-  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],"scale":[1,1,1]}]})"),
-                  "/nodes/0");
+  expect_error_at(
+      load_json("{" + kAsset +
+                R"(,"nodes":[{"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],"scale":[1,1,1]}]})"),
+      "/nodes/0");
 }
 
 TEST(GltfBadInput, TransformThatOverflowsIsRefused) {
-  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"scale":[1e30,1,1],"children":[1]},{"scale":[1e30,1,1]}]})"),
-                  "/nodes/1");
+  expect_error_at(
+      load_json("{" + kAsset +
+                R"(,"nodes":[{"scale":[1e30,1,1],"children":[1]},{"scale":[1e30,1,1]}]})"),
+      "/nodes/1");
 }
 
 TEST(GltfBadInput, AnyDepthOfNodesIsRead) {
@@ -179,27 +192,35 @@ TEST(GltfBadInput, AnyDepthOfNodesIsRead) {
 }
 
 TEST(GltfBadInput, MissingFilesAreAllListed) {
-  const auto scene = load_json("{" + kAsset +
-                               R"(,"buffers":[{"uri":"a%20b.bin","byteLength":4},{"uri":"c.bin","byteLength":4}]})");
+  const auto scene = load_json(
+      "{" + kAsset +
+      R"(,"buffers":[{"uri":"a%20b.bin","byteLength":4},{"uri":"c.bin","byteLength":4}]})");
   ASSERT_FALSE(scene);
   EXPECT_EQ(scene.error().code, core::ErrorCode::kMissingFiles);
   EXPECT_EQ(scene.error().message, "files that the scene names are missing: a b.bin, c.bin");
 }
 
 TEST(GltfBadInput, AbsoluteUriIsRefused) {
-  expect_error_at(load_json("{" + kAsset + R"(,"buffers":[{"uri":"file:///etc/passwd","byteLength":4}]})"),
-                  "/buffers/0/uri");
+  expect_error_at(
+      load_json("{" + kAsset + R"(,"buffers":[{"uri":"file:///etc/passwd","byteLength":4}]})"),
+      "/buffers/0/uri");
 }
 
 TEST(GltfBadInput, ShortSideFileIsRefused) {
-  const auto resolve = [](std::string_view) { return std::make_shared<const core::Bytes>(core::Bytes(3)); };
-  expect_error_at(load_json("{" + kAsset + R"(,"buffers":[{"uri":"a.bin","byteLength":4}]})", resolve),
-                  "/buffers/0/byteLength");
+  const auto resolve = [](std::string_view) {
+    return std::make_shared<const core::Bytes>(core::Bytes(3));
+  };
+  expect_error_at(
+      load_json("{" + kAsset + R"(,"buffers":[{"uri":"a.bin","byteLength":4}]})", resolve),
+      "/buffers/0/byteLength");
 }
 
 TEST(GltfBadInput, BrokenBase64IsRefused) {
-  expect_error_at(load_json("{" + kAsset + R"(,"buffers":[{"uri":"data:application/octet-stream;base64,AB!=","byteLength":1}]})"),
-                  "/buffers/0/uri");
+  expect_error_at(
+      load_json(
+          "{" + kAsset +
+          R"(,"buffers":[{"uri":"data:application/octet-stream;base64,AB!=","byteLength":1}]})"),
+      "/buffers/0/uri");
 }
 
 TEST(GltfBadInput, BrokenImageIsRefusedAtTheImage) {
@@ -243,14 +264,16 @@ TEST(GltfBadInput, UnknownVariantIsRefused) {
 }
 
 TEST(GltfBadInput, IntegersMayBeWrittenAsFloats) {
-  const auto scene = load_json("{" + kAsset + R"(,"scene":0.0,"scenes":[{"nodes":[0.0]}],"nodes":[{}]})");
+  const auto scene =
+      load_json("{" + kAsset + R"(,"scene":0.0,"scenes":[{"nodes":[0.0]}],"nodes":[{}]})");
   EXPECT_TRUE(scene.has_value());
 }
 
 TEST(GltfUris, ListsSideFilesOnceInOrder) {
-  const std::string json = "{" + kAsset +
-                           R"(,"buffers":[{"uri":"b.bin","byteLength":4},{"uri":"data:,abcd","byteLength":4}],)"
-                           R"("images":[{"uri":"a%20b.png"},{"uri":"b.bin"}]})";
+  const std::string json =
+      "{" + kAsset +
+      R"(,"buffers":[{"uri":"b.bin","byteLength":4},{"uri":"data:,abcd","byteLength":4}],)"
+      R"("images":[{"uri":"a%20b.png"},{"uri":"b.bin"}]})";
   const auto uris = core::gltf_uris(std::as_bytes(std::span(json)));
   ASSERT_TRUE(uris);
   EXPECT_EQ(*uris, (std::vector<std::string>{"b.bin", "a b.png"}));

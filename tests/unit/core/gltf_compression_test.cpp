@@ -1,9 +1,9 @@
+#include <array>
+#include <cmath>
+
 #include <draco/compression/encode.h>
 #include <draco/mesh/triangle_soup_mesh_builder.h>
 #include <meshoptimizer.h>
-
-#include <array>
-#include <cmath>
 
 #include "tests/unit/core/gltf_test_support.h"
 
@@ -20,25 +20,33 @@ struct Compressed {
 
 // Adds the compressed data, which have to be the first bytes of the file's buffer, and a view of
 // their content, which has no bytes of its own: buffer 1 is a fallback.
-int add_meshopt_view(core::GlbWriter& writer, const Compressed& c, const std::string& mode, const std::string& filter) {
+int add_meshopt_view(core::GlbWriter& writer, const Compressed& c, const std::string& mode,
+                     const std::string& filter) {
   writer.add_view(bytes(c.data));
-  const std::string stride = mode == "ATTRIBUTES" ? ",\"byteStride\":" + std::to_string(c.stride) : "";
-  return writer.add("bufferViews", "{\"buffer\":1,\"byteLength\":" + std::to_string(c.count * c.stride) + stride +
-                                       ",\"extensions\":{\"EXT_meshopt_compression\":{\"buffer\":0,\"byteLength\":" +
-                                       std::to_string(c.data.size()) + ",\"byteStride\":" + std::to_string(c.stride) +
-                                       ",\"count\":" + std::to_string(c.count) + ",\"mode\":\"" + mode +
-                                       "\",\"filter\":\"" + filter + "\"}}}");
+  const std::string stride =
+      mode == "ATTRIBUTES" ? ",\"byteStride\":" + std::to_string(c.stride) : "";
+  return writer.add(
+      "bufferViews",
+      "{\"buffer\":1,\"byteLength\":" + std::to_string(c.count * c.stride) + stride +
+          ",\"extensions\":{\"EXT_meshopt_compression\":{\"buffer\":0,\"byteLength\":" +
+          std::to_string(c.data.size()) + ",\"byteStride\":" + std::to_string(c.stride) +
+          ",\"count\":" + std::to_string(c.count) + ",\"mode\":\"" + mode + "\",\"filter\":\"" +
+          filter + "\"}}}");
 }
 
 // A scene of one triangle whose positions are compressed.
-core::Bytes compressed_positions(const Compressed& c, const std::string& filter, int type, const char* more) {
+core::Bytes compressed_positions(const Compressed& c, const std::string& filter, int type,
+                                 const char* more) {
   core::GlbWriter writer;
   writer.set("extensionsRequired", R"(["EXT_meshopt_compression","KHR_mesh_quantization"])");
   const int view = add_meshopt_view(writer, c, "ATTRIBUTES", filter);
-  const int positions = writer.add("accessors", "{\"componentType\":" + number(type) + ",\"type\":\"VEC3\",\"count\":3,\"bufferView\":" +
-                                                    number(view) + more + "}");
+  const int positions =
+      writer.add("accessors", "{\"componentType\":" + number(type) +
+                                  ",\"type\":\"VEC3\",\"count\":3,\"bufferView\":" + number(view) +
+                                  more + "}");
   add_primitive(writer, "\"attributes\":{\"POSITION\":" + number(positions) + "}");
-  writer.set("buffers", "[{\"byteLength\":" + std::to_string(c.data.size()) + "},{\"byteLength\":" + std::to_string(c.count * c.stride) +
+  writer.set("buffers", "[{\"byteLength\":" + std::to_string(c.data.size()) +
+                            "},{\"byteLength\":" + std::to_string(c.count * c.stride) +
                             ",\"extensions\":{\"EXT_meshopt_compression\":{\"fallback\":true}}}]");
   return writer.finish();
 }
@@ -49,7 +57,8 @@ Compressed encode_vertices(const std::vector<T>& values, std::size_t stride) {
   c.stride = stride;
   c.count = values.size() * sizeof(T) / stride;
   c.data.resize(meshopt_encodeVertexBufferBound(c.count, stride));
-  c.data.resize(meshopt_encodeVertexBuffer(c.data.data(), c.data.size(), values.data(), c.count, stride));
+  c.data.resize(
+      meshopt_encodeVertexBuffer(c.data.data(), c.data.size(), values.data(), c.count, stride));
   return c;
 }
 
@@ -63,10 +72,13 @@ TEST(GltfMeshopt, AttributesAreDecoded) {
 TEST(GltfMeshopt, ExponentialFilterIsUndone) {
   // 2^E * M with E in the upper 8 bits: 3 * 2^-1 = 1.5.
   const auto exponential = [](int exponent, int mantissa) {
-    return static_cast<std::uint32_t>(exponent) << 24U | (static_cast<std::uint32_t>(mantissa) & 0xFFFFFFU);
+    return static_cast<std::uint32_t>(exponent) << 24U |
+           (static_cast<std::uint32_t>(mantissa) & 0xFFFFFFU);
   };
-  const std::vector<std::uint32_t> values = {exponential(-1, 3), 0, 0, 0, exponential(2, -1), 0, 0, 0, exponential(0, 7)};
-  const auto p = only_primitive(load(compressed_positions(encode_vertices(values, 12), "EXPONENTIAL", kF32, "")));
+  const std::vector<std::uint32_t> values = {
+      exponential(-1, 3), 0, 0, 0, exponential(2, -1), 0, 0, 0, exponential(0, 7)};
+  const auto p = only_primitive(
+      load(compressed_positions(encode_vertices(values, 12), "EXPONENTIAL", kF32, "")));
   ASSERT_EQ(p.positions.size(), 3U);
   EXPECT_EQ(p.positions[0], (Vec3{1.5F, 0, 0}));
   EXPECT_EQ(p.positions[1], (Vec3{0, -4, 0}));
@@ -74,9 +86,11 @@ TEST(GltfMeshopt, ExponentialFilterIsUndone) {
 }
 
 TEST(GltfMeshopt, OctahedralFilterIsUndone) {
-  // x, y of the octahedron and its size in z: (127, 0, 127) is +x, (0, 127, 127) +y, (0, 0, 127) +z.
+  // x, y of the octahedron and its size in z: (127, 0, 127) is +x, (0, 127, 127) +y, (0, 0, 127)
+  // +z.
   const std::vector<std::int8_t> values = {127, 0, 127, 0, 0, 127, 127, 0, 0, 0, 127, 0};
-  const auto p = only_primitive(load(compressed_positions(encode_vertices(values, 4), "OCTAHEDRAL", kI8, ",\"normalized\":true")));
+  const auto p = only_primitive(load(
+      compressed_positions(encode_vertices(values, 4), "OCTAHEDRAL", kI8, ",\"normalized\":true")));
   ASSERT_EQ(p.positions.size(), 3U);
   EXPECT_EQ(p.positions[0], (Vec3{1, 0, 0}));
   EXPECT_EQ(p.positions[1], (Vec3{0, 1, 0}));
@@ -86,13 +100,15 @@ TEST(GltfMeshopt, OctahedralFilterIsUndone) {
 TEST(GltfMeshopt, MalformedDataIsRefused) {
   Compressed c = encode_vertices(triangle_positions(), 12);
   c.data[0] = 0x11;
-  expect_error_at(load(compressed_positions(c, "NONE", kF32, "")), "/bufferViews/1/extensions/EXT_meshopt_compression");
+  expect_error_at(load(compressed_positions(c, "NONE", kF32, "")),
+                  "/bufferViews/1/extensions/EXT_meshopt_compression");
 }
 
 TEST(GltfMeshopt, StrideThatIsNoMultipleOf4IsRefused) {
   Compressed c = encode_vertices(triangle_positions(), 12);
   c.stride = 13;
-  expect_error_at(load(compressed_positions(c, "NONE", kF32, "")), "/bufferViews/1/extensions/EXT_meshopt_compression/byteStride");
+  expect_error_at(load(compressed_positions(c, "NONE", kF32, "")),
+                  "/bufferViews/1/extensions/EXT_meshopt_compression/byteStride");
 }
 
 TEST(GltfMeshopt, IndicesAreDecoded) {
@@ -104,16 +120,21 @@ TEST(GltfMeshopt, IndicesAreDecoded) {
   c.data.resize(meshopt_encodeIndexBuffer(c.data.data(), c.data.size(), indices.data(), 3));
   core::GlbWriter writer;
   const int view = add_meshopt_view(writer, c, "TRIANGLES", "NONE");
-  const int accessor_index = writer.add("accessors", "{\"componentType\":5123,\"type\":\"SCALAR\",\"count\":3,\"bufferView\":" + number(view) + "}");
+  const int accessor_index = writer.add(
+      "accessors", "{\"componentType\":5123,\"type\":\"SCALAR\",\"count\":3,\"bufferView\":" +
+                       number(view) + "}");
   add_triangle(writer, "\"indices\":" + number(accessor_index));
   // The whole binary chunk is buffer 0.
   const std::size_t bin_bytes = (c.data.size() + 3) / 4 * 4 + 36;
-  writer.set("buffers", "[{\"byteLength\":" + std::to_string(bin_bytes) +
-                            "},{\"byteLength\":6,\"extensions\":{\"EXT_meshopt_compression\":{\"fallback\":true}}}]");
+  writer.set(
+      "buffers",
+      "[{\"byteLength\":" + std::to_string(bin_bytes) +
+          "},{\"byteLength\":6,\"extensions\":{\"EXT_meshopt_compression\":{\"fallback\":true}}}]");
   const auto p = only_primitive(load(writer));
   // The codec may turn a triangle, but not turn it over.
   ASSERT_EQ(p.indices.size(), 3U);
-  const bool rotated = p.indices == std::vector<std::uint32_t>{2, 0, 1} || p.indices == std::vector<std::uint32_t>{0, 1, 2} ||
+  const bool rotated = p.indices == std::vector<std::uint32_t>{2, 0, 1} ||
+                       p.indices == std::vector<std::uint32_t>{0, 1, 2} ||
                        p.indices == std::vector<std::uint32_t>{1, 2, 0};
   EXPECT_TRUE(rotated);
 }
@@ -121,15 +142,18 @@ TEST(GltfMeshopt, IndicesAreDecoded) {
 std::vector<char> encode_draco(int* position_id, int* uv_id) {
   draco::TriangleSoupMeshBuilder builder;
   builder.Start(2);
-  const int positions = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+  const int positions =
+      builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
   const int uv = builder.AddAttribute(draco::GeometryAttribute::TEX_COORD, 2, draco::DT_FLOAT32);
   const std::array<std::array<float, 3>, 4> p = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}};
   const std::array<std::array<float, 2>, 4> t = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
   const std::array<std::array<std::size_t, 3>, 2> faces = {{{0, 1, 2}, {0, 2, 3}}};
   for (std::uint32_t f = 0; f < 2; ++f) {
     const auto& c = faces[f];
-    builder.SetAttributeValuesForFace(positions, draco::FaceIndex(f), p[c[0]].data(), p[c[1]].data(), p[c[2]].data());
-    builder.SetAttributeValuesForFace(uv, draco::FaceIndex(f), t[c[0]].data(), t[c[1]].data(), t[c[2]].data());
+    builder.SetAttributeValuesForFace(positions, draco::FaceIndex(f), p[c[0]].data(),
+                                      p[c[1]].data(), p[c[2]].data());
+    builder.SetAttributeValuesForFace(uv, draco::FaceIndex(f), t[c[0]].data(), t[c[1]].data(),
+                                      t[c[2]].data());
   }
   const auto mesh = builder.Finalize();
   *position_id = static_cast<int>(mesh->attribute(positions)->unique_id());
@@ -150,12 +174,16 @@ core::Bytes draco_square(bool break_it) {
   core::GlbWriter writer;
   writer.set("extensionsRequired", R"(["KHR_draco_mesh_compression"])");
   const int view = writer.add_view(bytes(data));
-  const int positions = writer.add("accessors", R"({"componentType":5126,"type":"VEC3","count":4})");
+  const int positions =
+      writer.add("accessors", R"({"componentType":5126,"type":"VEC3","count":4})");
   const int uv = writer.add("accessors", R"({"componentType":5126,"type":"VEC2","count":4})");
-  const int indices = writer.add("accessors", R"({"componentType":5123,"type":"SCALAR","count":6})");
-  add_primitive(writer, "\"attributes\":{\"POSITION\":" + number(positions) + ",\"TEXCOORD_0\":" + number(uv) + "},\"indices\":" +
-                            number(indices) + ",\"extensions\":{\"KHR_draco_mesh_compression\":{\"bufferView\":" + number(view) +
-                            ",\"attributes\":{\"POSITION\":" + number(position_id) + ",\"TEXCOORD_0\":" + number(uv_id) + "}}}");
+  const int indices =
+      writer.add("accessors", R"({"componentType":5123,"type":"SCALAR","count":6})");
+  add_primitive(writer, "\"attributes\":{\"POSITION\":" + number(positions) +
+                            ",\"TEXCOORD_0\":" + number(uv) + "},\"indices\":" + number(indices) +
+                            ",\"extensions\":{\"KHR_draco_mesh_compression\":{\"bufferView\":" +
+                            number(view) + ",\"attributes\":{\"POSITION\":" + number(position_id) +
+                            ",\"TEXCOORD_0\":" + number(uv_id) + "}}}");
   return writer.finish();
 }
 
@@ -176,7 +204,8 @@ TEST(GltfDraco, PositionsAndTextureCoordinatesAreDecoded) {
 }
 
 TEST(GltfDraco, CutDataIsRefused) {
-  expect_error_at(load(draco_square(true)), "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression");
+  expect_error_at(load(draco_square(true)),
+                  "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression");
 }
 
 }  // namespace

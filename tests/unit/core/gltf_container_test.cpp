@@ -1,6 +1,7 @@
+#include "core/scene_io/gltf_container.h"
+
 #include <cstring>
 
-#include "core/scene_io/gltf_container.h"
 #include "tests/unit/core/gltf_test_support.h"
 
 namespace {
@@ -10,7 +11,8 @@ using namespace gltf_test;
 core::Bytes small_glb() {
   core::GlbWriter writer;
   const int indices = accessor(writer, std::vector<std::uint16_t>{0, 1, 2}, kU16, "SCALAR", 1);
-  writer.add("materials", R"({"name":"m","pbrMetallicRoughness":{"baseColorFactor":[0.5,0.5,0.5,1]}})");
+  writer.add("materials",
+             R"({"name":"m","pbrMetallicRoughness":{"baseColorFactor":[0.5,0.5,0.5,1]}})");
   writer.add("cameras", R"({"type":"perspective","perspective":{"yfov":1,"znear":0.1}})");
   writer.add("nodes", R"({"camera":0})");
   add_triangle(writer, "\"material\":0,\"indices\":" + number(indices));
@@ -53,7 +55,8 @@ TEST(GltfContainer, OtherVersionIsNamed) {
 TEST(GltfContainer, NestingOf64IsAllowedAnd65IsNot) {
   const auto nested = [](int depth) {
     // The document is one level, "extras" the others.
-    return R"({"asset":{"version":"2.0"},"extras":)" + std::string(static_cast<std::size_t>(depth - 1), '[') +
+    return R"({"asset":{"version":"2.0"},"extras":)" +
+           std::string(static_cast<std::size_t>(depth - 1), '[') +
            std::string(static_cast<std::size_t>(depth - 1), ']') + "}";
   };
   EXPECT_TRUE(load_json(nested(64)).has_value());
@@ -67,7 +70,9 @@ TEST(GltfContainer, AMillionBracketsAreRefused) {
 }
 
 TEST(GltfContainer, BracketsInStringsDoNotCount) {
-  EXPECT_TRUE(load_json(R"({"asset":{"version":"2.0"},"extras":")" + std::string(200, '[') + "\\\"\"}").has_value());
+  EXPECT_TRUE(
+      load_json(R"({"asset":{"version":"2.0"},"extras":")" + std::string(200, '[') + "\\\"\"}")
+          .has_value());
 }
 
 TEST(GltfContainer, TooMuchJsonIsTooLarge) {

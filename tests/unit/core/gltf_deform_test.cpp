@@ -11,8 +11,9 @@ using core::Vec3;
 void add_morphing_triangle(core::GlbWriter& writer, const std::string& mesh_weights) {
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
   const int lift = accessor(writer, std::vector<float>{0, 0, 2, 0, 0, 2, 0, 0, 2}, kF32, "VEC3", 3);
-  writer.add("meshes", "{\"primitives\":[{\"attributes\":{\"POSITION\":" + number(positions) + "},\"targets\":[{\"POSITION\":" +
-                           number(lift) + "}]}]" + (mesh_weights.empty() ? "" : ",\"weights\":" + mesh_weights) + "}");
+  writer.add("meshes", "{\"primitives\":[{\"attributes\":{\"POSITION\":" + number(positions) +
+                           "},\"targets\":[{\"POSITION\":" + number(lift) + "}]}]" +
+                           (mesh_weights.empty() ? "" : ",\"weights\":" + mesh_weights) + "}");
 }
 
 TEST(GltfMorph, MeshWeightsCount) {
@@ -44,8 +45,10 @@ TEST(GltfMorph, EqualWeightsShareAMesh) {
 TEST(GltfSkin, VerticesFollowTheirJoints) {
   core::GlbWriter writer;
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
-  const int joints = accessor(writer, std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0}, kU8, "VEC4", 4);
-  const int weights = accessor(writer, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 0.5F, 0.5F, 0, 0}, kF32, "VEC4", 4);
+  const int joints = accessor(writer, std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0},
+                              kU8, "VEC4", 4);
+  const int weights = accessor(writer, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 0.5F, 0.5F, 0, 0},
+                               kF32, "VEC4", 4);
   std::vector<float> matrices(32, 0.0F);
   for (const std::size_t m : {0U, 16U}) {
     matrices[m] = matrices[m + 5] = matrices[m + 10] = matrices[m + 15] = 1;
@@ -54,7 +57,8 @@ TEST(GltfSkin, VerticesFollowTheirJoints) {
   const int bind = accessor(writer, matrices, kF32, "MAT4", 16);
   // Node 0 has the mesh and is far away, which a skin ignores; the joints are nodes 1 and 2.
   add_primitive(writer,
-                "\"attributes\":{\"POSITION\":" + number(positions) + ",\"JOINTS_0\":" + number(joints) + ",\"WEIGHTS_0\":" + number(weights) + "}",
+                "\"attributes\":{\"POSITION\":" + number(positions) +
+                    ",\"JOINTS_0\":" + number(joints) + ",\"WEIGHTS_0\":" + number(weights) + "}",
                 "\"skin\":0,\"translation\":[100,0,0]");
   writer.add("nodes", R"({"translation":[0,0,10]})");
   writer.add("nodes", R"({"translation":[1,0,20]})");
@@ -69,10 +73,13 @@ TEST(GltfSkin, VerticesFollowTheirJoints) {
 TEST(GltfSkin, JointThatTheSkinLacksIsRefused) {
   core::GlbWriter writer;
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
-  const int joints = accessor(writer, std::vector<std::uint16_t>{0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0}, kU16, "VEC4", 4);
-  const int weights = accessor(writer, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, kF32, "VEC4", 4);
+  const int joints = accessor(
+      writer, std::vector<std::uint16_t>{0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0}, kU16, "VEC4", 4);
+  const int weights =
+      accessor(writer, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, kF32, "VEC4", 4);
   add_primitive(writer,
-                "\"attributes\":{\"POSITION\":" + number(positions) + ",\"JOINTS_0\":" + number(joints) + ",\"WEIGHTS_0\":" + number(weights) + "}",
+                "\"attributes\":{\"POSITION\":" + number(positions) +
+                    ",\"JOINTS_0\":" + number(joints) + ",\"WEIGHTS_0\":" + number(weights) + "}",
                 "\"skin\":0");
   writer.add("skins", R"({"joints":[0]})");
   expect_error_at(load(writer), "/meshes/0/primitives/0/attributes/JOINTS_0");
@@ -84,8 +91,11 @@ core::Bytes animated(const char* interpolation, const std::vector<float>& values
   add_triangle(writer);
   const int times = accessor(writer, std::vector<float>{1, 3}, kF32, "SCALAR", 1);
   const int output = accessor(writer, values, kF32, "VEC3", 3);
-  writer.add("animations", "{\"samplers\":[{\"input\":" + number(times) + ",\"output\":" + number(output) + ",\"interpolation\":\"" +
-                               interpolation + "\"}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"translation\"}}]}");
+  writer.add(
+      "animations",
+      "{\"samplers\":[{\"input\":" + number(times) + ",\"output\":" + number(output) +
+          ",\"interpolation\":\"" + interpolation +
+          "\"}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"translation\"}}]}");
   return writer.finish();
 }
 
@@ -117,7 +127,8 @@ TEST(GltfAnimation, CubicSplineFollowsTheSpecificationsFormula) {
   // In-tangent, value, out-tangent. v0 = 10, b0 = 4, v1 = 20, a1 = -2, td = 2, t = 1/4:
   // (2t^3 - 3t^2 + 1) 10 + 2 (t^3 - 2t^2 + t) 4 + (-2t^3 + 3t^2) 20 + 2 (t^3 - t^2) (-2)
   // = .84375 * 10 + .140625 * 8 + .15625 * 20 + (-.046875) * (-4) = 12.875.
-  const core::Bytes file = animated("CUBICSPLINE", {0, 0, 0, 10, 0, 0, 4, 0, 0, -2, 0, 0, 20, 0, 0, 0, 0, 0});
+  const core::Bytes file =
+      animated("CUBICSPLINE", {0, 0, 0, 10, 0, 0, 4, 0, 0, -2, 0, 0, 20, 0, 0, 0, 0, 0});
   EXPECT_FLOAT_EQ(x_at(file, 1.5), 12.875F);
 }
 
@@ -127,9 +138,12 @@ TEST(GltfAnimation, RotationsTakeTheShorterArc) {
   const int times = accessor(writer, std::vector<float>{0, 1}, kF32, "SCALAR", 1);
   // From no turn to a quarter turn about z, written with the opposite sign.
   const float s = std::sqrt(0.5F);
-  const int output = accessor(writer, std::vector<float>{0, 0, 0, 1, 0, 0, -s, -s}, kF32, "VEC4", 4);
-  writer.add("animations", "{\"samplers\":[{\"input\":" + number(times) + ",\"output\":" + number(output) +
-                               "}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}}]}");
+  const int output =
+      accessor(writer, std::vector<float>{0, 0, 0, 1, 0, 0, -s, -s}, kF32, "VEC4", 4);
+  writer.add(
+      "animations",
+      "{\"samplers\":[{\"input\":" + number(times) + ",\"output\":" + number(output) +
+          "}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}}]}");
   core::GltfOptions options;
   options.time_seconds = 0.5;
   const auto scene = load(writer, options);
@@ -145,8 +159,9 @@ TEST(GltfAnimation, WeightsAreAnimated) {
   writer.add("nodes", R"({"mesh":0})");
   const int times = accessor(writer, std::vector<float>{0, 1}, kF32, "SCALAR", 1);
   const int output = accessor(writer, std::vector<float>{0, 1}, kF32, "SCALAR", 1);
-  writer.add("animations", "{\"samplers\":[{\"input\":" + number(times) + ",\"output\":" + number(output) +
-                               "}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"weights\"}}]}");
+  writer.add("animations",
+             "{\"samplers\":[{\"input\":" + number(times) + ",\"output\":" + number(output) +
+                 "}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"weights\"}}]}");
   core::GltfOptions options;
   options.time_seconds = 0.5;
   EXPECT_FLOAT_EQ(only_primitive(load(writer, options)).positions.at(0).z, 1);
@@ -157,8 +172,9 @@ TEST(GltfAnimation, TimesThatDoNotGrowAreRefused) {
   add_triangle(writer);
   const int times = accessor(writer, std::vector<float>{1, 1}, kF32, "SCALAR", 1);
   const int output = accessor(writer, std::vector<float>{0, 0, 0, 1, 0, 0}, kF32, "VEC3", 3);
-  writer.add("animations", "{\"samplers\":[{\"input\":" + number(times) + ",\"output\":" + number(output) +
-                               "}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"scale\"}}]}");
+  writer.add("animations",
+             "{\"samplers\":[{\"input\":" + number(times) + ",\"output\":" + number(output) +
+                 "}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"scale\"}}]}");
   expect_error_at(load(writer), "/animations/0/samplers/0/input");
 }
 
@@ -168,8 +184,10 @@ TEST(GltfAnimation, SecondAnimationOfTheSameNodeIsLeftOut) {
   const int times = accessor(writer, std::vector<float>{0}, kF32, "SCALAR", 1);
   for (const float x : {5.0F, 6.0F}) {
     const int output = accessor(writer, std::vector<float>{x, 0, 0}, kF32, "VEC3", 3);
-    writer.add("animations", "{\"samplers\":[{\"input\":" + number(times) + ",\"output\":" + number(output) +
-                                 "}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"translation\"}}]}");
+    writer.add(
+        "animations",
+        "{\"samplers\":[{\"input\":" + number(times) + ",\"output\":" + number(output) +
+            "}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"translation\"}}]}");
   }
   const auto scene = load(writer);
   ASSERT_TRUE(scene);

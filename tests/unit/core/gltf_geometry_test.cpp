@@ -10,7 +10,8 @@ using core::Vec2;
 using core::Vec3;
 
 std::string attributes(int positions, const std::string& more = "") {
-  return "\"attributes\":{\"POSITION\":" + number(positions) + (more.empty() ? "" : "," + more) + "}";
+  return "\"attributes\":{\"POSITION\":" + number(positions) + (more.empty() ? "" : "," + more) +
+         "}";
 }
 
 // Five points; which triangles a mode makes of them is glTF 2.0's figure in section 3.7.2.1.
@@ -75,10 +76,13 @@ TEST(GltfGeometry, MissingNormalsStayMissing) {
 TEST(GltfGeometry, NormalisedIntegersFollowTheSpecification) {
   core::GlbWriter writer;
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
-  const int uv0 = writer.add_accessor(bytes(std::vector<std::uint16_t>{0, 65535, 13107, 0, 0, 0}), kU16, "VEC2", 3, R"({"normalized":true})");
-  const int uv1 = writer.add_accessor(bytes(std::vector<std::int8_t>{-128, -127, 0, 0, 127, 64, 0, 0, 0, 0, 0, 0}), kI8, "VEC2", 3,
-                                      R"({"normalized":true})");
-  add_primitive(writer, attributes(positions, "\"TEXCOORD_0\":" + number(uv0) + ",\"TEXCOORD_1\":" + number(uv1)));
+  const int uv0 = writer.add_accessor(bytes(std::vector<std::uint16_t>{0, 65535, 13107, 0, 0, 0}),
+                                      kU16, "VEC2", 3, R"({"normalized":true})");
+  const int uv1 = writer.add_accessor(
+      bytes(std::vector<std::int8_t>{-128, -127, 0, 0, 127, 64, 0, 0, 0, 0, 0, 0}), kI8, "VEC2", 3,
+      R"({"normalized":true})");
+  add_primitive(writer, attributes(positions, "\"TEXCOORD_0\":" + number(uv0) +
+                                                  ",\"TEXCOORD_1\":" + number(uv1)));
   const auto p = only_primitive(load(writer));
   ASSERT_EQ(p.uv[0].size(), 3U);
   EXPECT_EQ(p.uv[0][0], (Vec2{0, 1}));
@@ -92,7 +96,9 @@ TEST(GltfGeometry, QuantizedPositionsKeepTheirIntegers) {
   writer.set("extensionsRequired", R"(["KHR_mesh_quantization"])");
   const std::vector<std::int16_t> quantized = {0, 0, 0, 0, 300, -7, 2, 0, 0, 1, 0, 0};
   const int view = writer.add_view(bytes(quantized), R"({"byteStride":8})");
-  const int positions = writer.add("accessors", R"({"componentType":5122,"type":"VEC3","count":3,"bufferView":)" + number(view) + "}");
+  const int positions =
+      writer.add("accessors", R"({"componentType":5122,"type":"VEC3","count":3,"bufferView":)" +
+                                  number(view) + "}");
   add_primitive(writer, attributes(positions));
   const auto p = only_primitive(load(writer));
   ASSERT_EQ(p.positions.size(), 3U);
@@ -105,8 +111,9 @@ TEST(GltfGeometry, InterleavedViewsAreRead) {
   const std::vector<float> mixed = {0, 0, 0, 0.25F, 0.5F, 1, 0, 0, 0.75F, 1, 0, 1, 0, 0, 1};
   const int view = writer.add_view(bytes(mixed), R"({"byteStride":20})");
   const auto add = [&](int offset, const char* type) {
-    return writer.add("accessors", "{\"componentType\":5126,\"count\":3,\"byteOffset\":" + number(offset) + ",\"type\":\"" + type +
-                                       "\",\"bufferView\":" + number(view) + "}");
+    return writer.add("accessors",
+                      "{\"componentType\":5126,\"count\":3,\"byteOffset\":" + number(offset) +
+                          ",\"type\":\"" + type + "\",\"bufferView\":" + number(view) + "}");
   };
   const int positions = add(0, "VEC3");
   const int uv = add(12, "VEC2");
@@ -121,8 +128,9 @@ TEST(GltfGeometry, SparseValuesReplaceDenseOnes) {
   core::GlbWriter writer;
   const int indices = writer.add_view(bytes(std::vector<std::uint8_t>{2}));
   const int values = writer.add_view(bytes(std::vector<float>{7, 8, 9}));
-  const std::string sparse = "{\"sparse\":{\"count\":1,\"indices\":{\"componentType\":5121,\"bufferView\":" + number(indices) +
-                             "},\"values\":{\"bufferView\":" + number(values) + "}}}";
+  const std::string sparse =
+      "{\"sparse\":{\"count\":1,\"indices\":{\"componentType\":5121,\"bufferView\":" +
+      number(indices) + "},\"values\":{\"bufferView\":" + number(values) + "}}}";
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3, sparse.c_str());
   add_primitive(writer, attributes(positions));
   const auto p = only_primitive(load(writer));
@@ -135,8 +143,9 @@ TEST(GltfGeometry, SparseIndexBeyondTheAccessorIsRefused) {
   core::GlbWriter writer;
   const int indices = writer.add_view(bytes(std::vector<std::uint8_t>{3}));
   const int values = writer.add_view(bytes(std::vector<float>{7, 8, 9}));
-  const std::string sparse = "{\"sparse\":{\"count\":1,\"indices\":{\"componentType\":5121,\"bufferView\":" + number(indices) +
-                             "},\"values\":{\"bufferView\":" + number(values) + "}}}";
+  const std::string sparse =
+      "{\"sparse\":{\"count\":1,\"indices\":{\"componentType\":5121,\"bufferView\":" +
+      number(indices) + "},\"values\":{\"bufferView\":" + number(values) + "}}}";
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3, sparse.c_str());
   add_primitive(writer, attributes(positions));
   expect_error_at(load(writer), "/accessors/0/sparse/indices");
@@ -145,7 +154,8 @@ TEST(GltfGeometry, SparseIndexBeyondTheAccessorIsRefused) {
 TEST(GltfGeometry, ColorsOfThreeValuesAreOpaque) {
   core::GlbWriter writer;
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
-  const int colors = accessor(writer, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1}, kF32, "VEC3", 3);
+  const int colors =
+      accessor(writer, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1}, kF32, "VEC3", 3);
   add_primitive(writer, attributes(positions, "\"COLOR_0\":" + number(colors)));
   const auto p = only_primitive(load(writer));
   ASSERT_EQ(p.colors.size(), 3U);
@@ -156,8 +166,9 @@ TEST(GltfGeometry, ColorsOfThreeValuesAreOpaque) {
 TEST(GltfGeometry, ColorsOfBytesAreNormalised) {
   core::GlbWriter writer;
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
-  const int colors = writer.add_accessor(bytes(std::vector<std::uint8_t>{255, 51, 0, 102, 0, 0, 0, 0, 0, 0, 0, 0}), kU8, "VEC4", 3,
-                                         R"({"normalized":true})");
+  const int colors =
+      writer.add_accessor(bytes(std::vector<std::uint8_t>{255, 51, 0, 102, 0, 0, 0, 0, 0, 0, 0, 0}),
+                          kU8, "VEC4", 3, R"({"normalized":true})");
   add_primitive(writer, attributes(positions, "\"COLOR_0\":" + number(colors)));
   const auto p = only_primitive(load(writer));
   ASSERT_EQ(p.colors.size(), 3U);
@@ -180,7 +191,9 @@ TEST(GltfGeometry, ChildrenFollowTheirParents) {
   core::GlbWriter writer;
   add_triangle(writer, "", "\"translation\":[1,0,0]");
   // A quarter turn about z, twice as large, moved up by 5: (1,0,0) goes to (0,7,0).
-  writer.add("nodes", R"({"children":[0],"translation":[0,5,0],"rotation":[0,0,0.70710678,0.70710678],"scale":[2,2,2]})");
+  writer.add(
+      "nodes",
+      R"({"children":[0],"translation":[0,5,0],"rotation":[0,0,0.70710678,0.70710678],"scale":[2,2,2]})");
   const auto scene = load(writer);
   ASSERT_TRUE(scene);
   ASSERT_EQ(scene->instances.size(), 1U);
@@ -222,7 +235,8 @@ TEST(GltfGeometry, GpuInstancesMultiplyTheNode) {
   const int translations = accessor(writer, std::vector<float>{1, 0, 0, 2, 0, 0}, kF32, "VEC3", 3);
   const int scales = accessor(writer, std::vector<float>{1, 1, 1, 3, 3, 3}, kF32, "VEC3", 3);
   add_triangle(writer, "",
-               "\"translation\":[0,10,0],\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{\"TRANSLATION\":" +
+               "\"translation\":[0,10,0],\"extensions\":{\"EXT_mesh_gpu_instancing\":{"
+               "\"attributes\":{\"TRANSLATION\":" +
                    number(translations) + ",\"SCALE\":" + number(scales) + "}}}");
   const auto scene = load(writer);
   ASSERT_TRUE(scene);
@@ -268,7 +282,9 @@ TEST(GltfGeometry, SideFilesAndDataUrisGiveTheSame) {
 
 TEST(GltfGeometry, OrthographicCameraKeepsItsMagnifications) {
   core::GlbWriter writer;
-  writer.add("cameras", R"({"name":"top","type":"orthographic","orthographic":{"xmag":3,"ymag":2,"znear":0,"zfar":9}})");
+  writer.add(
+      "cameras",
+      R"({"name":"top","type":"orthographic","orthographic":{"xmag":3,"ymag":2,"znear":0,"zfar":9}})");
   writer.add("nodes", R"({"camera":0})");
   const auto scene = load(writer);
   ASSERT_TRUE(scene);
@@ -282,8 +298,10 @@ TEST(GltfGeometry, OrthographicCameraKeepsItsMagnifications) {
 TEST(GltfGeometry, LightsMultiplyColorAndIntensity) {
   core::GlbWriter writer;
   writer.use_extension("KHR_lights_punctual");
-  writer.set("extensions", R"({"KHR_lights_punctual":{"lights":[{"type":"spot","color":[1,0.5,0.25],"intensity":8,"range":7,)"
-                           R"("spot":{"innerConeAngle":0.1,"outerConeAngle":0.4}}]}})");
+  writer.set(
+      "extensions",
+      R"({"KHR_lights_punctual":{"lights":[{"type":"spot","color":[1,0.5,0.25],"intensity":8,"range":7,)"
+      R"("spot":{"innerConeAngle":0.1,"outerConeAngle":0.4}}]}})");
   writer.add("nodes", R"({"extensions":{"KHR_lights_punctual":{"light":0}}})");
   const auto scene = load(writer);
   ASSERT_TRUE(scene);

@@ -26,11 +26,13 @@ MaterialDescription extended(const std::string& name, const std::string& members
 core::Bytes pixel_png(float r, float g, float b, float a) {
   core::EncodeOptions options;
   options.is_color = false;
-  return *core::encode_image({1, 1, {"R", "G", "B", "A"}, {r * a, g * a, b * a, a}}, core::image_formats()[0], options);
+  return *core::encode_image({1, 1, {"R", "G", "B", "A"}, {r * a, g * a, b * a, a}},
+                             core::image_formats()[0], options);
 }
 
 int add_image(core::GlbWriter& writer, const core::Bytes& png) {
-  return writer.add("images", "{\"mimeType\":\"image/png\",\"bufferView\":" + number(writer.add_view(png)) + "}");
+  return writer.add(
+      "images", "{\"mimeType\":\"image/png\",\"bufferView\":" + number(writer.add_view(png)) + "}");
 }
 
 TEST(GltfMaterial, EmptyMaterialHasTheSpecificationsDefaults) {
@@ -61,14 +63,16 @@ TEST(GltfMaterial, CoreFactorsAreRead) {
 }
 
 TEST(GltfMaterial, EmissiveStrengthMultiplies) {
-  const auto scene = load_material(R"("emissiveFactor":[1,0.5,0],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":8}})");
+  const auto scene = load_material(
+      R"("emissiveFactor":[1,0.5,0],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":8}})");
   ASSERT_TRUE(scene);
   EXPECT_EQ(scene->materials[0].emissive, (Rgb{8, 4, 0}));
   EXPECT_TRUE(scene->has_emissive_strength);
 }
 
 TEST(GltfMaterial, EmissiveStrengthOf1IsNoLamp) {
-  const auto scene = load_material(R"("emissiveFactor":[1,1,1],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":1}})");
+  const auto scene = load_material(
+      R"("emissiveFactor":[1,1,1],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":1}})");
   ASSERT_TRUE(scene);
   EXPECT_FALSE(scene->has_emissive_strength);
 }
@@ -80,7 +84,8 @@ TEST(GltfMaterial, IorOf0MeansInfinitelyReflective) {
 }
 
 TEST(GltfMaterial, SpecularIsRead) {
-  const MaterialDescription m = extended("KHR_materials_specular", R"("specularFactor":0.5,"specularColorFactor":[1,2,3])");
+  const MaterialDescription m =
+      extended("KHR_materials_specular", R"("specularFactor":0.5,"specularColorFactor":[1,2,3])");
   EXPECT_EQ(m.specular, 0.5F);
   EXPECT_EQ(m.specular_color, (Rgb{1, 2, 3}));
 }
@@ -97,20 +102,23 @@ TEST(GltfMaterial, TransmissionAndVolumeAreRead) {
 }
 
 TEST(GltfMaterial, ClearcoatIsRead) {
-  const MaterialDescription m = extended("KHR_materials_clearcoat", R"("clearcoatFactor":0.5,"clearcoatRoughnessFactor":0.25)");
+  const MaterialDescription m = extended(
+      "KHR_materials_clearcoat", R"("clearcoatFactor":0.5,"clearcoatRoughnessFactor":0.25)");
   EXPECT_EQ(m.clearcoat, 0.5F);
   EXPECT_EQ(m.clearcoat_roughness, 0.25F);
 }
 
 TEST(GltfMaterial, SheenIsRead) {
-  const MaterialDescription m = extended("KHR_materials_sheen", R"("sheenColorFactor":[0.1,0.2,0.3],"sheenRoughnessFactor":0.4)");
+  const MaterialDescription m = extended(
+      "KHR_materials_sheen", R"("sheenColorFactor":[0.1,0.2,0.3],"sheenRoughnessFactor":0.4)");
   EXPECT_EQ(m.sheen_color, (Rgb{0.1F, 0.2F, 0.3F}));
   EXPECT_EQ(m.sheen_roughness, 0.4F);
 }
 
 TEST(GltfMaterial, IridescenceIsRead) {
-  const MaterialDescription m = extended("KHR_materials_iridescence",
-                                         R"("iridescenceFactor":1,"iridescenceIor":1.8,"iridescenceThicknessMinimum":200,"iridescenceThicknessMaximum":800)");
+  const MaterialDescription m = extended(
+      "KHR_materials_iridescence",
+      R"("iridescenceFactor":1,"iridescenceIor":1.8,"iridescenceThicknessMinimum":200,"iridescenceThicknessMaximum":800)");
   EXPECT_EQ(m.iridescence, 1);
   EXPECT_EQ(m.iridescence_ior, 1.8F);
   EXPECT_EQ(m.iridescence_thickness_min_nm, 200);
@@ -126,14 +134,16 @@ TEST(GltfMaterial, IridescenceDefaultsAreTheExtensions) {
 }
 
 TEST(GltfMaterial, AnisotropyIsRead) {
-  const MaterialDescription m = extended("KHR_materials_anisotropy", R"("anisotropyStrength":0.6,"anisotropyRotation":1.5)");
+  const MaterialDescription m =
+      extended("KHR_materials_anisotropy", R"("anisotropyStrength":0.6,"anisotropyRotation":1.5)");
   EXPECT_EQ(m.anisotropy, 0.6F);
   EXPECT_EQ(m.anisotropy_rotation_rad, 1.5F);
 }
 
 TEST(GltfMaterial, DiffuseTransmissionIsRead) {
-  const MaterialDescription m = extended("KHR_materials_diffuse_transmission",
-                                         R"("diffuseTransmissionFactor":0.5,"diffuseTransmissionColorFactor":[1,0.5,0])");
+  const MaterialDescription m =
+      extended("KHR_materials_diffuse_transmission",
+               R"("diffuseTransmissionFactor":0.5,"diffuseTransmissionColorFactor":[1,0.5,0])");
   EXPECT_EQ(m.diffuse_transmission, 0.5F);
   EXPECT_EQ(m.diffuse_transmission_color, (Rgb{1, 0.5F, 0}));
 }
@@ -141,8 +151,9 @@ TEST(GltfMaterial, DiffuseTransmissionIsRead) {
 TEST(GltfMaterial, SpecularGlossinessBecomesADielectricOfInfiniteIor) {
   // KHR_materials_specular, "Interaction with other extensions": ior 0, specular colour as it is,
   // roughness 1 - glossiness.
-  const MaterialDescription m = extended("KHR_materials_pbrSpecularGlossiness",
-                                         R"("diffuseFactor":[0.1,0.2,0.3,0.4],"specularFactor":[0.5,0.6,0.7],"glossinessFactor":0.75)");
+  const MaterialDescription m = extended(
+      "KHR_materials_pbrSpecularGlossiness",
+      R"("diffuseFactor":[0.1,0.2,0.3,0.4],"specularFactor":[0.5,0.6,0.7],"glossinessFactor":0.75)");
   EXPECT_EQ(m.base_color, (Rgb{0.1F, 0.2F, 0.3F}));
   EXPECT_EQ(m.base_alpha, 0.4F);
   EXPECT_EQ(m.metallic, 0);
@@ -155,13 +166,16 @@ TEST(GltfMaterial, GlossinessTextureBecomesARoughnessTexture) {
   core::GlbWriter writer;
   add_image(writer, pixel_png(1, 0.5F, 0.25F, 0.8F));
   writer.add("textures", R"({"source":0})");
-  writer.add("materials", R"({"extensions":{"KHR_materials_pbrSpecularGlossiness":{"glossinessFactor":0.5,"specularGlossinessTexture":{"index":0}}}})");
+  writer.add(
+      "materials",
+      R"({"extensions":{"KHR_materials_pbrSpecularGlossiness":{"glossinessFactor":0.5,"specularGlossinessTexture":{"index":0}}}})");
   add_triangle(writer, "\"material\":0");
   const auto scene = load(writer);
   ASSERT_TRUE(scene);
   const MaterialDescription& m = scene->materials[0];
   ASSERT_GE(m.metallic_roughness_texture.image, 0);
-  const core::Image& image = *scene->images[static_cast<std::size_t>(m.metallic_roughness_texture.image)];
+  const core::Image& image =
+      *scene->images[static_cast<std::size_t>(m.metallic_roughness_texture.image)];
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(1)), 153);  // 1 - 0.5 * 0.8 = 0.6 of 255
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(2)), 0);
 }
@@ -170,8 +184,10 @@ TEST(GltfMaterial, AllTexturesOfAMaterialAreRead) {
   core::GlbWriter writer;
   add_image(writer, pixel_png(1, 1, 1, 1));
   writer.add("textures", R"({"source":0})");
-  writer.add("materials", R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1},"metallicRoughnessTexture":{"index":0}},)"
-                          R"("normalTexture":{"index":0,"scale":0.5},"occlusionTexture":{"index":0,"strength":0.25},"emissiveTexture":{"index":0}})");
+  writer.add(
+      "materials",
+      R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1},"metallicRoughnessTexture":{"index":0}},)"
+      R"("normalTexture":{"index":0,"scale":0.5},"occlusionTexture":{"index":0,"strength":0.25},"emissiveTexture":{"index":0}})");
   add_triangle(writer, "\"material\":0");
   const auto scene = load(writer);
   ASSERT_TRUE(scene);
@@ -204,8 +220,10 @@ TEST(GltfMaterial, TextureTransformTurnsCounterClockwise) {
   core::GlbWriter writer;
   add_image(writer, pixel_png(1, 1, 1, 1));
   writer.add("textures", R"({"source":0})");
-  writer.add("materials", R"({"emissiveTexture":{"index":0,"extensions":{"KHR_texture_transform":)"
-                          R"({"offset":[0.125,0.25],"rotation":0.39269908169872414,"scale":[1,1],"texCoord":1}}}})");
+  writer.add(
+      "materials",
+      R"({"emissiveTexture":{"index":0,"extensions":{"KHR_texture_transform":)"
+      R"({"offset":[0.125,0.25],"rotation":0.39269908169872414,"scale":[1,1],"texCoord":1}}}})");
   const auto scene = load(writer);
   ASSERT_TRUE(scene);
   const core::TextureDescription& t = scene->materials[0].emissive_texture;
@@ -277,10 +295,13 @@ TEST(GltfMaterial, BasisuWithAFallbackIsRead) {
 core::Bytes with_variants() {
   core::GlbWriter writer;
   writer.use_extension("KHR_materials_variants");
-  writer.set("extensions", R"({"KHR_materials_variants":{"variants":[{"name":"red"},{"name":"blue"}]}})");
+  writer.set("extensions",
+             R"({"KHR_materials_variants":{"variants":[{"name":"red"},{"name":"blue"}]}})");
   writer.add("materials", "{}");
   writer.add("materials", "{}");
-  add_triangle(writer, R"("material":0,"extensions":{"KHR_materials_variants":{"mappings":[{"material":1,"variants":[1]}]}})");
+  add_triangle(
+      writer,
+      R"("material":0,"extensions":{"KHR_materials_variants":{"mappings":[{"material":1,"variants":[1]}]}})");
   return writer.finish();
 }
 

@@ -35,8 +35,8 @@ TEST(TangentSpace, MirroredPictureTurnsTheTangentAndTheSign) {
 }
 
 TEST(TangentSpace, SeamOfAMirrorSplitsItsVertices) {
-  // Two squares beside each other that show one picture and its mirror image: the shared edge agrees
-  // in position, normal and uv, but not in handedness.
+  // Two squares beside each other that show one picture and its mirror image: the shared edge
+  // agrees in position, normal and uv, but not in handedness.
   PrimitiveDescription p;
   p.positions = {{-1, 0, 0}, {0, 0, 0}, {0, 1, 0}, {-1, 1, 0}, {1, 0, 0}, {1, 1, 0}};
   p.normals.assign(6, {0, 0, 1});

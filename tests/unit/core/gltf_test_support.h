@@ -1,12 +1,12 @@
 /// Small glTF files for tests of the loader, made with GlbWriter.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "core/scene_io/glb_writer.h"
 #include "core/scene_io/gltf_load.h"
@@ -39,24 +39,32 @@ inline const std::vector<float>& triangle_positions() {
 inline std::string number(int value) { return std::to_string(value); }
 
 /// A mesh of one primitive with these members, and a node that shows it.
-inline void add_primitive(core::GlbWriter& writer, const std::string& members, const std::string& node = "") {
+inline void add_primitive(core::GlbWriter& writer, const std::string& members,
+                          const std::string& node = "") {
   const int mesh = writer.add("meshes", "{\"primitives\":[{" + members + "}]}");
   writer.add("nodes", "{\"mesh\":" + number(mesh) + (node.empty() ? "" : "," + node) + "}");
 }
 
 /// A triangle in the plane z = 0 without indices; its primitive gets `more` members.
-inline void add_triangle(core::GlbWriter& writer, const std::string& more = "", const std::string& node = "") {
+inline void add_triangle(core::GlbWriter& writer, const std::string& more = "",
+                         const std::string& node = "") {
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
-  add_primitive(writer, "\"attributes\":{\"POSITION\":" + number(positions) + "}" + (more.empty() ? "" : "," + more), node);
+  add_primitive(
+      writer,
+      "\"attributes\":{\"POSITION\":" + number(positions) + "}" + (more.empty() ? "" : "," + more),
+      node);
 }
 
-inline core::Result<core::SceneDescription> load(const core::Bytes& file, const core::GltfOptions& options = {}) {
+inline core::Result<core::SceneDescription> load(const core::Bytes& file,
+                                                 const core::GltfOptions& options = {}) {
   return core::load_gltf(file, nullptr, options);
 }
-inline core::Result<core::SceneDescription> load(core::GlbWriter& writer, const core::GltfOptions& options = {}) {
+inline core::Result<core::SceneDescription> load(core::GlbWriter& writer,
+                                                 const core::GltfOptions& options = {}) {
   return load(writer.finish(), options);
 }
-inline core::Result<core::SceneDescription> load_json(const std::string& json, const core::ResolveUri& resolve = nullptr) {
+inline core::Result<core::SceneDescription> load_json(const std::string& json,
+                                                      const core::ResolveUri& resolve = nullptr) {
   return core::load_gltf(std::as_bytes(std::span(json)), resolve, {});
 }
 
@@ -69,7 +77,8 @@ inline core::Result<core::SceneDescription> load_material(const std::string& mem
 }
 
 /// The only primitive of a scene; fails the test when there is none.
-inline core::PrimitiveDescription only_primitive(const core::Result<core::SceneDescription>& scene) {
+inline core::PrimitiveDescription only_primitive(
+    const core::Result<core::SceneDescription>& scene) {
   if (!scene) {
     ADD_FAILURE() << scene.error().where << ": " << scene.error().message;
     return {};
@@ -81,7 +90,8 @@ inline core::PrimitiveDescription only_primitive(const core::Result<core::SceneD
   return scene->meshes[0].primitives[0];
 }
 
-inline void expect_error_at(const core::Result<core::SceneDescription>& scene, const std::string& where) {
+inline void expect_error_at(const core::Result<core::SceneDescription>& scene,
+                            const std::string& where) {
   ASSERT_FALSE(scene.has_value());
   EXPECT_EQ(scene.error().where, where) << scene.error().message;
   EXPECT_EQ(scene.error().code, core::ErrorCode::kInvalidArgument) << scene.error().message;

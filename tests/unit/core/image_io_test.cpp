@@ -1,4 +1,4 @@
-#include <gtest/gtest.h>
+#include "core/image_io/image_io.h"
 
 #include <cmath>
 #include <cstring>
@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/image_io/image_io.h"
+#include <gtest/gtest.h>
+
 #include "core/image_io/image_size.h"
 
 namespace {
@@ -33,7 +34,8 @@ core::FloatImage ramp(int width, int height, std::vector<std::string> names) {
   return image;
 }
 
-Bytes encoded(const core::FloatImage& image, std::string_view extension, const core::EncodeOptions& options = {}) {
+Bytes encoded(const core::FloatImage& image, std::string_view extension,
+              const core::EncodeOptions& options = {}) {
   auto bytes = core::encode_image(image, format(extension), options);
   EXPECT_TRUE(bytes.has_value()) << (bytes ? "" : bytes.error().message);
   return bytes ? *bytes : Bytes{};
@@ -83,13 +85,15 @@ TEST_P(EachFormat, CutFilesEndInAResult) {
 }
 
 TEST_P(EachFormat, SideLimitIsKept) {
-  const auto image = core::decode_image(encoded(ramp(40, 8, {"R", "G", "B"}), GetParam()), {.side_max = 39});
+  const auto image =
+      core::decode_image(encoded(ramp(40, 8, {"R", "G", "B"}), GetParam()), {.side_max = 39});
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, core::ErrorCode::kTooLarge);
 }
 
 TEST_P(EachFormat, ByteLimitIsKept) {
-  const auto image = core::decode_image(encoded(ramp(40, 8, {"R", "G", "B"}), GetParam()), {.decoded_bytes_max = 40 * 8 * 3 - 1});
+  const auto image = core::decode_image(encoded(ramp(40, 8, {"R", "G", "B"}), GetParam()),
+                                        {.decoded_bytes_max = 40 * 8 * 3 - 1});
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, core::ErrorCode::kTooLarge);
 }
@@ -101,7 +105,8 @@ TEST_P(EachFormat, SamePictureGivesTheSameBytes) {
   EXPECT_EQ(encoded(image, GetParam(), options), encoded(image, GetParam(), options));
 }
 
-INSTANTIATE_TEST_SUITE_P(ImageIo, EachFormat, testing::Values("png", "jpg", "webp", "exr", "hdr", "tif"),
+INSTANTIATE_TEST_SUITE_P(ImageIo, EachFormat,
+                         testing::Values("png", "jpg", "webp", "exr", "hdr", "tif"),
                          [](const auto& test) { return test.param; });
 
 TEST(ImageRead, UnknownBytesAreRefused) {
@@ -123,7 +128,8 @@ TEST(ImageRead, PngKeepsColorBesideAlpha) {
   core::EncodeOptions data;
   data.is_color = false;
   // Unassociated in the file: colour 1 at alpha 0.2 comes back as 255, 51.
-  const core::Image image = decoded(encoded({1, 1, {"R", "G", "B", "A"}, {0.2F, 0.1F, 0, 0.2F}}, "png", data));
+  const core::Image image =
+      decoded(encoded({1, 1, {"R", "G", "B", "A"}, {0.2F, 0.1F, 0, 0.2F}}, "png", data));
   ASSERT_EQ(image.bytes.size(), 4U);
   EXPECT_EQ(std::to_integer<int>(image.bytes[0]), 255);
   EXPECT_EQ(std::to_integer<int>(image.bytes[1]), 128);
@@ -141,7 +147,8 @@ TEST(ImageWrite, SrgbCurveIsAppliedToColor) {
 TEST(ImageWrite, ExposureCountsInStops) {
   core::EncodeOptions options;
   options.exposure_stops = 1;
-  const core::Image image = decoded(encoded({1, 1, {"R", "G", "B"}, {0.25F, 0.25F, 0.25F}}, "png", options));
+  const core::Image image =
+      decoded(encoded({1, 1, {"R", "G", "B"}, {0.25F, 0.25F, 0.25F}}, "png", options));
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(0)), 188);
 }
 
@@ -149,7 +156,8 @@ TEST(ImageWrite, DataIsNotMapped) {
   core::EncodeOptions options;
   options.is_color = false;
   options.exposure_stops = 3;
-  const core::Image image = decoded(encoded({1, 1, {"R", "G", "B"}, {0.5F, 0.2F, 2}}, "png", options));
+  const core::Image image =
+      decoded(encoded({1, 1, {"R", "G", "B"}, {0.5F, 0.2F, 2}}, "png", options));
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(0)), 128);
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(1)), 51);
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(2)), 255);
@@ -180,7 +188,8 @@ TEST(ImageWrite, ExrDepthKeepsAllItsBits) {
 }
 
 TEST(ImageWrite, ExrTakesManyLayers) {
-  const core::FloatImage layers = ramp(3, 2, {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "depth.Z", "normal.X"});
+  const core::FloatImage layers =
+      ramp(3, 2, {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "depth.Z", "normal.X"});
   EXPECT_EQ(decoded(encoded(layers, "exr")).width, 3);
 }
 

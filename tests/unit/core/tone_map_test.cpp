@@ -1,9 +1,9 @@
 #include "core/color/tone_map.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
+
+#include <gtest/gtest.h>
 
 namespace {
 
@@ -54,7 +54,8 @@ TEST(ToneMap, AcesOfGreyFollowsHillsFit) {
   // Rows of both matrices sum to 1, so grey goes through the fit alone:
   // (v (v + .0245786) - .000090537) / (v (.983729 v + .4329510) + .238081) at v = 0.18.
   const double v = 0.18;
-  const double fit = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
+  const double fit =
+      (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
   const Rgb c = core::apply_tone_map(ToneMap::kAces, Rgb(0.18F));
   EXPECT_NEAR(core::linear_from_srgb(c.g), fit, 1e-4);
 }
@@ -62,8 +63,8 @@ TEST(ToneMap, AcesOfGreyFollowsHillsFit) {
 TEST(ToneMap, AgxOfGreyFollowsItsPolynomial) {
   // log2(0.18) between -12.47393 and 4.026069 is at x = 0.6060623.
   const double x = (std::log2(0.18) + 12.47393) / (4.026069 + 12.47393);
-  const double y = 15.5 * std::pow(x, 6) - 40.14 * std::pow(x, 5) + 31.96 * std::pow(x, 4) - 6.868 * std::pow(x, 3) +
-                   0.4298 * x * x + 0.1191 * x - 0.00232;
+  const double y = 15.5 * std::pow(x, 6) - 40.14 * std::pow(x, 5) + 31.96 * std::pow(x, 4) -
+                   6.868 * std::pow(x, 3) + 0.4298 * x * x + 0.1191 * x - 0.00232;
   const Rgb c = core::apply_tone_map(ToneMap::kAgx, Rgb(0.18F));
   EXPECT_NEAR(core::linear_from_srgb(c.g), std::pow(y, 2.2), 1e-3);
 }

@@ -1,0 +1,159 @@
+// A server and a browser for the page's tests.
+//
+// TESSERA_URL      a running server; else
+// TESSERA_BINARY   the program: started on a free port with a data folder of its own; else
+// TESSERA_PAGE     a built page, shown by the mock server of clients/web/dev.
+// CHROMIUM         the browser; /usr/bin/chromium by default.
+import { spawn } from 'node:child_process';
+import fs from 'node:fs';
+import os from 'node:os';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { chromium } from 'playwright-core';
+
+const here = path.dirname(fileURLToPath(import.meta.url));
+const mock = path.join(here, '../../clients/web/dev/mock_server.mjs');
+
+export class Server {
+  #process = null;
+  #data = null;
+  url = process.env.TESSERA_URL ?? null;
+
+  /** True if the server can be killed and started again with its jobs. */
+  get canRestart() {
+    return !process.env.TESSERA_URL && !!process.env.TESSERA_BINARY;
+  }
+
+  async start(port = 0) {
+    if (process.env.TESSERA_URL) return;
+    const binary = process.env.TESSERA_BINARY;
+    this.#data ??= fs.mkdtempSync(path.join(os.tmpdir(), 'tessera-e2e-'));
+    const [command, args] = binary
+      ? [binary, ['serve', '--port', String(port), '--data', this.#data]]
+      : [process.execPath, [mock, '--port', String(port), '--dist', process.env.TESSERA_PAGE ?? '', '--speed', '900']];
+    this.#process = spawn(command, args, { stdio: ['ignore', 'pipe', 'inherit'] });
+    this.url = await new Promise((resolve, reject) => {
+      let text = '';
+      this.#process.stdout.on('data', (chunk) => {
+        text += chunk;
+        const found = /listening on (http:\/\/\S+)/.exec(text);
+        if (found) resolve(found[1]);
+      });
+      this.#process.on('exit', (code) => reject(new Error(`the server ended with ${code} before it listened`)));
+      this.#process.on('error', reject);
+    });
+  }
+
+  async kill(signal = 'SIGKILL') {
+    if (!this.#process) return;
+    const gone = new Promise((resolve) => this.#process.once('exit', resolve));
+    this.#process.kill(signal);
+    await gone;
+    this.#process = null;
+  }
+
+  async stop() {
+    await this.kill('SIGTERM');
+    if (this.#data) fs.rmSync(this.#data, { recursive: true, force: true });
+  }
+}
+
+export function launch() {
+  return chromium.launch({
+    executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
+    args: ['--no-sandbox', '--disable-dev-shm-usage'],
+  });
+}
+
+export const desktop = { viewport: { width: 1400, height: 900 }, colorScheme: 'dark' };
+export const phone = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true, deviceScaleFactor: 1, colorScheme: 'light' };
+
+/** A page that notes what must not happen: script errors and requests to other hosts. */
+export async function openPage(browser, server, device, hash = '') {
+  const context = await browser.newContext({ ...device, acceptDownloads: true });
+  const page = await context.newPage();
+  page.setDefaultTimeout(30_000);
+  page.faults = [];
+  page.on('pageerror', (error) => page.faults.push(String(error)));
+  page.on('request', (request) => {
+    const url = request.url();
+    if (!url.startsWith(server.url) && !/^(blob|data):/.test(url)) page.faults.push(`asked another host: ${url}`);
+  });
+  await page.goto(`${server.url}/${hash}`);
+  return page;
+}
+
+/** What the picture shows at this moment, as text that can be compared; null before there is one. */
+export const pictureNow = (page) => page.evaluate(() => {
+  const canvas = document.querySelector('[data-testid=picture]');
+  if (!canvas || !canvas.width) return null;
+  const copy = document.createElement('canvas');
+  copy.width = canvas.width;
+  copy.height = canvas.height;
+  const context = copy.getContext('2d');
+  context.drawImage(canvas, 0, 0);
+  const bytes = context.getImageData(0, 0, copy.width, copy.height).data;
+  let shown = 0, hash = 0;
+  for (let i = 0; i < bytes.length; i += 4) {
+    if (bytes[i + 3]) shown += 1;
+    hash = (hash * 31 + bytes[i] * 65536 + bytes[i + 1] * 256 + bytes[i + 2]) | 0;
+  }
+  return shown ? { hash, share: shown / (copy.width * copy.height) } : null;
+});
+
+export async function until(what, check, timeoutMs = 60_000) {
+  const end = Date.now() + timeoutMs;
+  for (;;) {
+    const value = await check();
+    if (value) return value;
+    if (Date.now() > end) throw new Error(`not within ${timeoutMs / 1000} s: ${what}`);
+    await new Promise((resolve) => setTimeout(resolve, 100));
+  }
+}
+
+/** Fills in the form and presses Render. */
+export async function submit(page, { scene, size = '0', samples = 64 } = {}) {
+  if (scene) await page.selectOption('[data-testid=scene]', scene);
+  else await until('scenes in the list', () => page.$eval('[data-testid=scene]', (s) => s.value));
+  await page.selectOption('[data-testid=size]', size);
+  await page.fill('[data-testid=stop-samples]', String(samples));
+  const before = page.url();
+  await page.click('[data-testid=submit]');
+  await page.waitForURL((url) => url.href !== before && /#\/jobs\//.test(url.href));
+}
+
+/** The smallest model that can be rendered: one lit triangle. */
+export function triangleGlb() {
+  const positions = new Float32Array([-1, 0, 0, 1, 0, 0, 0, 1.6, 0]);
+  const bin = Buffer.from(positions.buffer);
+  let json = JSON.stringify({
+    asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, material: 0 }] }],
+    materials: [{ doubleSided: true, pbrMetallicRoughness: { baseColorFactor: [0.9, 0.5, 0.2, 1], metallicFactor: 0 } }],
+    buffers: [{ byteLength: bin.length }], bufferViews: [{ buffer: 0, byteLength: bin.length }],
+    accessors: [{ bufferView: 0, componentType: 5126, count: 3, type: 'VEC3', min: [-1, 0, 0], max: [1, 1.6, 0] }],
+  });
+  json += ' '.repeat((4 - (json.length % 4)) % 4);
+  const head = Buffer.alloc(20);
+  head.write('glTF', 0, 'latin1');
+  head.writeUInt32LE(2, 4);
+  head.writeUInt32LE(28 + json.length + bin.length, 8);
+  head.writeUInt32LE(json.length, 12);
+  head.write('JSON', 16, 'latin1');
+  const middle = Buffer.alloc(8);
+  middle.writeUInt32LE(bin.length, 0);
+  middle.write('BIN\0', 4, 'latin1');
+  return Buffer.concat([head, Buffer.from(json), middle, bin]);
+}
+
+/** Drops files on the page as a person's hand would. files: [{name, bytes}]. */
+export async function drop(page, files) {
+  const transfer = await page.evaluateHandle((list) => {
+    const data = new DataTransfer();
+    for (const { name, base64 } of list) {
+      data.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
+    }
+    return data;
+  }, files.map(({ name, bytes }) => ({ name, base64: bytes.toString('base64') })));
+  for (const type of ['dragenter', 'dragover', 'drop']) await page.dispatchEvent('body', type, { dataTransfer: transfer });
+}

@@ -5,7 +5,13 @@ declare const process: { env: Record<string, string | undefined> };
 export default defineConfig({
   esbuild: { jsx: 'automatic', jsxImportSource: 'preact', legalComments: 'none' },
   // Files, never data: URLs, so that a strict Content-Security-Policy holds.
-  build: { target: 'es2021', assetsInlineLimit: 0, cssCodeSplit: false, modulePreload: { polyfill: false }, reportCompressedSize: false },
+  build: {
+    target: 'es2021',
+    assetsInlineLimit: 0,
+    cssCodeSplit: false,
+    modulePreload: { polyfill: false },
+    reportCompressedSize: false,
+  },
   worker: { format: 'es' },
   server: { proxy: { '/v1': process.env.TESSERA_SERVER ?? 'http://127.0.0.1:8090' } },
 });

@@ -30,7 +30,18 @@ export class Server {
     this.#data ??= fs.mkdtempSync(path.join(os.tmpdir(), 'tessera-e2e-'));
     const [command, args] = binary
       ? [binary, ['serve', '--port', String(port), '--data', this.#data]]
-      : [process.execPath, [mock, '--port', String(port), '--dist', process.env.TESSERA_PAGE ?? '', '--speed', '900']];
+      : [
+          process.execPath,
+          [
+            mock,
+            '--port',
+            String(port),
+            '--dist',
+            process.env.TESSERA_PAGE ?? '',
+            '--speed',
+            '900',
+          ],
+        ];
     this.#process = spawn(command, args, { stdio: ['ignore', 'pipe', 'inherit'] });
     this.url = await new Promise((resolve, reject) => {
       let text = '';
@@ -39,7 +50,9 @@ export class Server {
         const found = /listening on (http:\/\/\S+)/.exec(text);
         if (found) resolve(found[1]);
       });
-      this.#process.on('exit', (code) => reject(new Error(`the server ended with ${code} before it listened`)));
+      this.#process.on('exit', (code) =>
+        reject(new Error(`the server ended with ${code} before it listened`)),
+      );
       this.#process.on('error', reject);
     });
   }
@@ -66,7 +79,13 @@ export function launch() {
 }
 
 export const desktop = { viewport: { width: 1400, height: 900 }, colorScheme: 'dark' };
-export const phone = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true, deviceScaleFactor: 1, colorScheme: 'light' };
+export const phone = {
+  viewport: { width: 390, height: 844 },
+  isMobile: true,
+  hasTouch: true,
+  deviceScaleFactor: 1,
+  colorScheme: 'light',
+};
 
 /** A page that notes what must not happen: script errors and requests to other hosts. */
 export async function openPage(browser, server, device, hash = '') {
@@ -77,29 +96,32 @@ export async function openPage(browser, server, device, hash = '') {
   page.on('pageerror', (error) => page.faults.push(String(error)));
   page.on('request', (request) => {
     const url = request.url();
-    if (!url.startsWith(server.url) && !/^(blob|data):/.test(url)) page.faults.push(`asked another host: ${url}`);
+    if (!url.startsWith(server.url) && !/^(blob|data):/.test(url))
+      page.faults.push(`asked another host: ${url}`);
   });
   await page.goto(`${server.url}/${hash}`);
   return page;
 }
 
 /** What the picture shows at this moment, as text that can be compared; null before there is one. */
-export const pictureNow = (page) => page.evaluate(() => {
-  const canvas = document.querySelector('[data-testid=picture]');
-  if (!canvas || !canvas.width) return null;
-  const copy = document.createElement('canvas');
-  copy.width = canvas.width;
-  copy.height = canvas.height;
-  const context = copy.getContext('2d');
-  context.drawImage(canvas, 0, 0);
-  const bytes = context.getImageData(0, 0, copy.width, copy.height).data;
-  let shown = 0, hash = 0;
-  for (let i = 0; i < bytes.length; i += 4) {
-    if (bytes[i + 3]) shown += 1;
-    hash = (hash * 31 + bytes[i] * 65536 + bytes[i + 1] * 256 + bytes[i + 2]) | 0;
-  }
-  return shown ? { hash, share: shown / (copy.width * copy.height) } : null;
-});
+export const pictureNow = (page) =>
+  page.evaluate(() => {
+    const canvas = document.querySelector('[data-testid=picture]');
+    if (!canvas || !canvas.width) return null;
+    const copy = document.createElement('canvas');
+    copy.width = canvas.width;
+    copy.height = canvas.height;
+    const context = copy.getContext('2d');
+    context.drawImage(canvas, 0, 0);
+    const bytes = context.getImageData(0, 0, copy.width, copy.height).data;
+    let shown = 0,
+      hash = 0;
+    for (let i = 0; i < bytes.length; i += 4) {
+      if (bytes[i + 3]) shown += 1;
+      hash = (hash * 31 + bytes[i] * 65536 + bytes[i + 1] * 256 + bytes[i + 2]) | 0;
+    }
+    return shown ? { hash, share: shown / (copy.width * copy.height) } : null;
+  });
 
 export async function until(what, check, timeoutMs = 60_000) {
   const end = Date.now() + timeoutMs;
@@ -127,11 +149,29 @@ export function triangleGlb() {
   const positions = new Float32Array([-1, 0, 0, 1, 0, 0, 0, 1.6, 0]);
   const bin = Buffer.from(positions.buffer);
   let json = JSON.stringify({
-    asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
+    asset: { version: '2.0' },
+    scene: 0,
+    scenes: [{ nodes: [0] }],
+    nodes: [{ mesh: 0 }],
     meshes: [{ primitives: [{ attributes: { POSITION: 0 }, material: 0 }] }],
-    materials: [{ doubleSided: true, pbrMetallicRoughness: { baseColorFactor: [0.9, 0.5, 0.2, 1], metallicFactor: 0 } }],
-    buffers: [{ byteLength: bin.length }], bufferViews: [{ buffer: 0, byteLength: bin.length }],
-    accessors: [{ bufferView: 0, componentType: 5126, count: 3, type: 'VEC3', min: [-1, 0, 0], max: [1, 1.6, 0] }],
+    materials: [
+      {
+        doubleSided: true,
+        pbrMetallicRoughness: { baseColorFactor: [0.9, 0.5, 0.2, 1], metallicFactor: 0 },
+      },
+    ],
+    buffers: [{ byteLength: bin.length }],
+    bufferViews: [{ buffer: 0, byteLength: bin.length }],
+    accessors: [
+      {
+        bufferView: 0,
+        componentType: 5126,
+        count: 3,
+        type: 'VEC3',
+        min: [-1, 0, 0],
+        max: [1, 1.6, 0],
+      },
+    ],
   });
   json += ' '.repeat((4 - (json.length % 4)) % 4);
   const head = Buffer.alloc(20);
@@ -148,12 +188,16 @@ export function triangleGlb() {
 
 /** Drops files on the page as a person's hand would. files: [{name, bytes}]. */
 export async function drop(page, files) {
-  const transfer = await page.evaluateHandle((list) => {
-    const data = new DataTransfer();
-    for (const { name, base64 } of list) {
-      data.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
-    }
-    return data;
-  }, files.map(({ name, bytes }) => ({ name, base64: bytes.toString('base64') })));
-  for (const type of ['dragenter', 'dragover', 'drop']) await page.dispatchEvent('body', type, { dataTransfer: transfer });
+  const transfer = await page.evaluateHandle(
+    (list) => {
+      const data = new DataTransfer();
+      for (const { name, base64 } of list) {
+        data.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
+      }
+      return data;
+    },
+    files.map(({ name, bytes }) => ({ name, base64: bytes.toString('base64') })),
+  );
+  for (const type of ['dragenter', 'dragover', 'drop'])
+    await page.dispatchEvent('body', type, { dataTransfer: transfer });
 }

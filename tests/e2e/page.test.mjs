@@ -2,9 +2,23 @@ import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import { createRequire } from 'node:module';
 import { after, before, test } from 'node:test';
-import { desktop, drop, launch, openPage, phone, pictureNow, Server, submit, triangleGlb, until } from './harness.mjs';
+import {
+  desktop,
+  drop,
+  launch,
+  openPage,
+  phone,
+  pictureNow,
+  Server,
+  submit,
+  triangleGlb,
+  until,
+} from './harness.mjs';
 
-const axeSource = fs.readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+const axeSource = fs.readFileSync(
+  createRequire(import.meta.url).resolve('axe-core/axe.min.js'),
+  'utf8',
+);
 const server = new Server();
 let browser;
 
@@ -19,7 +33,8 @@ after(async () => {
 });
 
 const text = (page, id) => page.textContent(`[data-testid=${id}]`);
-const finished = (page) => until('the render to finish', async () => /^Finished/.test(await text(page, 'state')), 120_000);
+const finished = (page) =>
+  until('the render to finish', async () => /^Finished/.test(await text(page, 'state')), 120_000);
 const choose = (page, view) => page.check(`[data-testid=view-${view}]`, { force: true });
 
 async function withPage(device, use, hash) {
@@ -32,18 +47,25 @@ async function withPage(device, use, hash) {
   }
 }
 
-test('a click on Render shows a picture that changes while it converges', { timeout: 180_000 }, () =>
-  withPage(desktop, async (page) => {
-    await submit(page, { scene: 'cornell-box', samples: 128 });
-    const early = await until('the first tiles', () => pictureNow(page));
-    await finished(page);
-    const late = await until('the whole picture', async () => {
-      const now = await pictureNow(page);
-      return now?.share === 1 ? now : null;
-    });
-    assert.notEqual(early.hash, late.hash);
-    assert.match(await text(page, 'error'), /\d+(\.\d+)? % to \d+(\.\d+)? % with 95 % confidence/);
-  }));
+test(
+  'a click on Render shows a picture that changes while it converges',
+  { timeout: 180_000 },
+  () =>
+    withPage(desktop, async (page) => {
+      await submit(page, { scene: 'cornell-box', samples: 128 });
+      const early = await until('the first tiles', () => pictureNow(page));
+      await finished(page);
+      const late = await until('the whole picture', async () => {
+        const now = await pictureNow(page);
+        return now?.share === 1 ? now : null;
+      });
+      assert.notEqual(early.hash, late.hash);
+      assert.match(
+        await text(page, 'error'),
+        /\d+(\.\d+)? % to \d+(\.\d+)? % with 95 % confidence/,
+      );
+    }),
+);
 
 test('the measuring views show other pictures, each with a legend', { timeout: 180_000 }, () =>
   withPage(desktop, async (page) => {
@@ -66,7 +88,8 @@ test('the measuring views show other pictures, each with a legend', { timeout: 1
         return image?.src.includes(`layer=${name}`) && image.complete && image.naturalWidth === 480;
       }, layer);
     }
-  }));
+  }),
+);
 
 test('exposure changes the picture without asking the server for it', { timeout: 120_000 }, () =>
   withPage(desktop, async (page) => {
@@ -74,33 +97,45 @@ test('exposure changes the picture without asking the server for it', { timeout:
     await finished(page);
     const before = await until('the picture', () => pictureNow(page));
     let asked = 0;
-    page.on('request', (request) => (asked += /\/(image|tiles)/.test(request.url()) && !/max_size/.test(request.url()) ? 1 : 0));
+    page.on(
+      'request',
+      (request) =>
+        (asked += /\/(image|tiles)/.test(request.url()) && !/max_size/.test(request.url()) ? 1 : 0),
+    );
     await page.focus('[data-testid=exposure]');
     for (let i = 0; i < 5; ++i) await page.keyboard.press('ArrowLeft');
     await until('a darker picture', async () => (await pictureNow(page)).hash !== before.hash);
     assert.equal(asked, 0);
-  }));
+  }),
+);
 
 test('the PNG can be downloaded', { timeout: 120_000 }, () =>
   withPage(desktop, async (page) => {
     await submit(page, { scene: 'cornell-box', samples: 8 });
     await finished(page);
     await page.click('[data-testid=download]');
-    const [download] = await Promise.all([page.waitForEvent('download'), page.click('[data-testid=download-png]')]);
+    const [download] = await Promise.all([
+      page.waitForEvent('download'),
+      page.click('[data-testid=download-png]'),
+    ]);
     const bytes = fs.readFileSync(await download.path());
     assert.equal(bytes.toString('latin1', 1, 4), 'PNG');
     assert.equal(bytes.readUInt32BE(16), 480);
     assert.equal(bytes.readUInt32BE(20), 270);
-  }));
+  }),
+);
 
 test('a GLB that is dropped on the page can be rendered', { timeout: 120_000 }, () =>
   withPage(desktop, async (page) => {
     await drop(page, [{ name: 'triangle.glb', bytes: triangleGlb() }]);
-    await until('the model in the list', async () => /^[0-9a-f]{64}$/.test(await page.$eval('[data-testid=scene]', (s) => s.value)));
+    await until('the model in the list', async () =>
+      /^[0-9a-f]{64}$/.test(await page.$eval('[data-testid=scene]', (s) => s.value)),
+    );
     await submit(page, { samples: 8 });
     await until('tiles', () => pictureNow(page));
     await finished(page);
-  }));
+  }),
+);
 
 test('a file that is no model is refused with the reason', () =>
   withPage(desktop, async (page) => {
@@ -130,7 +165,8 @@ test('a job can be paused, resumed and cancelled', { timeout: 120_000 }, () =>
     await until('the resume', async () => /Rendering/.test(await text(page, 'state')));
     await page.click('[data-testid=cancel]');
     await until('the end', async () => /Cancelled/.test(await text(page, 'state')));
-  }));
+  }),
+);
 
 test('a pixel that is clicked tells its value and interval', { timeout: 120_000 }, () =>
   withPage(desktop, async (page) => {
@@ -142,7 +178,8 @@ test('a pixel that is clicked tells its value and interval', { timeout: 120_000 
     await page.keyboard.press('ArrowRight');
     await page.keyboard.press('Escape');
     assert.match(await text(page, 'inspector'), /Point at the picture/);
-  }));
+  }),
+);
 
 test('the address of a job opens it, and an unknown one says so', { timeout: 120_000 }, () =>
   withPage(desktop, async (page) => {
@@ -153,38 +190,65 @@ test('the address of a job opens it, and an unknown one says so', { timeout: 120
     await other.context().close();
     await page.goto(`${server.url}/#/jobs/00000000-0000-4000-8000-000000000000`);
     await page.waitForSelector('text=This render is not here.');
-  }));
+  }),
+);
 
-for (const [name, device] of [['desktop', desktop], ['phone', phone]]) {
-  test(`WCAG 2.2 AA holds on a ${name}, and nothing is wider than the screen`, { timeout: 120_000 }, () =>
-    withPage(device, async (page) => {
-      await submit(page, { scene: 'cornell-box', samples: 16 });
-      await finished(page);
-      for (const hash of [new URL(page.url()).hash, '#/jobs', '#/settings']) {
-        await page.goto(`${server.url}/${hash}`);
-        await page.waitForSelector('h1');
-        await page.waitForTimeout(400);
-        const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
-        assert.ok(wide <= 0, `${hash} is ${wide} pixels too wide`);
-        // Through the debugger, because the page's own policy forbids foreign scripts.
-        await page.evaluate(axeSource);
-        const found = await page.evaluate(async () => {
-          const report = await globalThis.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] });
-          return report.violations.map((v) => `${v.id}: ${v.nodes.map((n) => `${n.target} ${n.any[0]?.message ?? ''}`).join(' | ')}`);
-        });
-        assert.deepEqual(found, [], hash);
-      }
-    }));
+for (const [name, device] of [
+  ['desktop', desktop],
+  ['phone', phone],
+]) {
+  test(
+    `WCAG 2.2 AA holds on a ${name}, and nothing is wider than the screen`,
+    { timeout: 120_000 },
+    () =>
+      withPage(device, async (page) => {
+        await submit(page, { scene: 'cornell-box', samples: 16 });
+        await finished(page);
+        for (const hash of [new URL(page.url()).hash, '#/jobs', '#/settings']) {
+          await page.goto(`${server.url}/${hash}`);
+          await page.waitForSelector('h1');
+          await page.waitForTimeout(400);
+          const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+          assert.ok(wide <= 0, `${hash} is ${wide} pixels too wide`);
+          // Through the debugger, because the page's own policy forbids foreign scripts.
+          await page.evaluate(axeSource);
+          const found = await page.evaluate(async () => {
+            const report = await globalThis.axe.run(document, {
+              runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'],
+            });
+            return report.violations.map(
+              (v) =>
+                `${v.id}: ${v.nodes.map((n) => `${n.target} ${n.any[0]?.message ?? ''}`).join(' | ')}`,
+            );
+          });
+          assert.deepEqual(found, [], hash);
+        }
+      }),
+  );
 }
 
-test('the page outlives a restart of the server', { timeout: 180_000, skip: process.env.TESSERA_URL || !process.env.TESSERA_BINARY }, () =>
-  withPage(desktop, async (page) => {
-    await submit(page, { scene: 'cornell-box', size: '1', samples: 2048 });
-    await until('tiles', () => pictureNow(page));
-    const { port } = new URL(server.url);
-    await server.kill();
-    await until('word of it', async () => /Reconnecting/.test(await page.textContent('.job-header')), 15_000);
-    await server.start(Number(port));
-    await until('the job goes on', async () => !/Reconnecting/.test(await page.textContent('.job-header')) && /Rendering|Finished/.test(await text(page, 'state')), 30_000);
-    if (!/Finished/.test(await text(page, 'state'))) await page.click('[data-testid=cancel]');
-  }));
+test(
+  'the page outlives a restart of the server',
+  { timeout: 180_000, skip: process.env.TESSERA_URL || !process.env.TESSERA_BINARY },
+  () =>
+    withPage(desktop, async (page) => {
+      await submit(page, { scene: 'cornell-box', size: '1', samples: 2048 });
+      await until('tiles', () => pictureNow(page));
+      const { port } = new URL(server.url);
+      await server.kill();
+      await until(
+        'word of it',
+        async () => /Reconnecting/.test(await page.textContent('.job-header')),
+        15_000,
+      );
+      await server.start(Number(port));
+      await until(
+        'the job goes on',
+        async () =>
+          !/Reconnecting/.test(await page.textContent('.job-header')) &&
+          /Rendering|Finished/.test(await text(page, 'state')),
+        30_000,
+      );
+      if (!/Finished/.test(await text(page, 'state'))) await page.click('[data-testid=cancel]');
+    }),
+);

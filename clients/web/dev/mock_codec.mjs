@@ -25,20 +25,31 @@ function chunk(type, data) {
 /** rgb: bytes, 3 per pixel. */
 export function png(width, height, rgb) {
   const raw = Buffer.alloc((width * 3 + 1) * height);
-  for (let y = 0; y < height; ++y) Buffer.from(rgb.buffer, y * width * 3, width * 3).copy(raw, y * (width * 3 + 1) + 1);
+  for (let y = 0; y < height; ++y)
+    Buffer.from(rgb.buffer, y * width * 3, width * 3).copy(raw, y * (width * 3 + 1) + 1);
   const head = Buffer.alloc(13);
   head.writeUInt32BE(width, 0);
   head.writeUInt32BE(height, 4);
   head.set([8, 2, 0, 0, 0], 8);
-  return Buffer.concat([Buffer.from([137, 80, 78, 71, 13, 10, 26, 10]), chunk('IHDR', head),
-    chunk('IDAT', zlib.deflateSync(raw, { level: 1 })), chunk('IEND', Buffer.alloc(0))]);
+  return Buffer.concat([
+    Buffer.from([137, 80, 78, 71, 13, 10, 26, 10]),
+    chunk('IHDR', head),
+    chunk('IDAT', zlib.deflateSync(raw, { level: 1 })),
+    chunk('IEND', Buffer.alloc(0)),
+  ]);
 }
 
-export const srgb8 = (v) => Math.round(255 * Math.min(1, Math.max(0, v <= 0.0031308 ? 12.92 * v : 1.055 * Math.pow(v, 1 / 2.4) - 0.055)));
+export const srgb8 = (v) =>
+  Math.round(
+    255 *
+      Math.min(1, Math.max(0, v <= 0.0031308 ? 12.92 * v : 1.055 * Math.pow(v, 1 / 2.4) - 0.055)),
+  );
 
 /** planes: Float32Array of 7 * width * height values; null makes the end frame. */
 export function tileFrame({ revision, x, y, width, height, error, planes }) {
-  const payload = planes ? Buffer.from(planes.buffer, planes.byteOffset, planes.byteLength) : Buffer.alloc(0);
+  const payload = planes
+    ? Buffer.from(planes.buffer, planes.byteOffset, planes.byteLength)
+    : Buffer.alloc(0);
   const head = Buffer.alloc(32);
   head.write('TSR1', 0, 'latin1');
   head.writeUInt32LE(payload.length, 4);

@@ -23,23 +23,88 @@ const scenes = [
   { name: 'interior', summary: 'A room lit through one small opening.' },
 ];
 const info = {
-  version: '0.1.0-mock', build: { id: 'mock', commit: '0000000', compiler: 'node', isa: 'avx2', embree: '4.3.3' },
-  limits: { samples_per_pixel: 65536, width: 16384, height: 16384, pixels: 67108864, asset_bytes: 1073741824 },
-  integrators: [{ type: 'path', bias: 'none', summary: 'Path tracing with next-event estimation.', accepts: ['estimator', 'light_sampler', 'adaptive'] }, { type: 'ao', bias: 'biased', summary: 'Ambient occlusion; ignores materials and lights.', accepts: [] }],
-  samplers: [{ type: 'sobol', bias: 'none', summary: 'Owen-scrambled Sobol points: the lowest error for most pictures.' }, { type: 'independent', bias: 'none', summary: 'Plain random numbers, as the textbook has it.' }],
-  light_samplers: [{ type: 'tree', bias: 'none', summary: 'Light tree: near and bright lamps first.' }, { type: 'uniform', bias: 'none', summary: 'Every lamp equally often.' }],
-  adaptive: [{ type: 'pilot', bias: 'none', summary: 'More samples where a pilot stream found noise.' }, { type: 'none', bias: 'none', summary: 'The same number everywhere.' }],
-  options: [], layers: ['beauty', 'albedo', 'normal', 'depth', 'alpha', 'samples', 'variance', 'error'], image_formats: ['png', 'jpg', 'webp', 'exr', 'hdr', 'tif'],
-  tone_maps: ['srgb', 'linear', 'aces', 'agx', 'khronos-neutral'], filters: ['blackman-harris', 'box', 'tent', 'gaussian', 'mitchell'], scenes, experiments: [], extensions: [],
+  version: '0.1.0-mock',
+  build: { id: 'mock', commit: '0000000', compiler: 'node', isa: 'avx2', embree: '4.3.3' },
+  limits: {
+    samples_per_pixel: 65536,
+    width: 16384,
+    height: 16384,
+    pixels: 67108864,
+    asset_bytes: 1073741824,
+  },
+  integrators: [
+    {
+      type: 'path',
+      bias: 'none',
+      summary: 'Path tracing with next-event estimation.',
+      accepts: ['estimator', 'light_sampler', 'adaptive'],
+    },
+    {
+      type: 'ao',
+      bias: 'biased',
+      summary: 'Ambient occlusion; ignores materials and lights.',
+      accepts: [],
+    },
+  ],
+  samplers: [
+    {
+      type: 'sobol',
+      bias: 'none',
+      summary: 'Owen-scrambled Sobol points: the lowest error for most pictures.',
+    },
+    { type: 'independent', bias: 'none', summary: 'Plain random numbers, as the textbook has it.' },
+  ],
+  light_samplers: [
+    { type: 'tree', bias: 'none', summary: 'Light tree: near and bright lamps first.' },
+    { type: 'uniform', bias: 'none', summary: 'Every lamp equally often.' },
+  ],
+  adaptive: [
+    { type: 'pilot', bias: 'none', summary: 'More samples where a pilot stream found noise.' },
+    { type: 'none', bias: 'none', summary: 'The same number everywhere.' },
+  ],
+  options: [],
+  layers: ['beauty', 'albedo', 'normal', 'depth', 'alpha', 'samples', 'variance', 'error'],
+  image_formats: ['png', 'jpg', 'webp', 'exr', 'hdr', 'tif'],
+  tone_maps: ['srgb', 'linear', 'aces', 'agx', 'khronos-neutral'],
+  filters: ['blackman-harris', 'box', 'tent', 'gaussian', 'mitchell'],
+  scenes,
+  experiments: [],
+  extensions: [],
 };
-const defaults = { name: '', labels: {}, priority: 0, seed: 0, class: 'normal', camera: {}, variant: null, integrator: { type: 'path', max_depth: 16 }, sampler: { type: 'sobol', replicates: 2 }, light_sampler: { type: 'tree' }, adaptive: { type: 'pilot' } };
-const jobs = new Map(), assets = new Map(), uploaded = new Map(), watchers = new Map();
+const defaults = {
+  name: '',
+  labels: {},
+  priority: 0,
+  seed: 0,
+  class: 'normal',
+  camera: {},
+  variant: null,
+  integrator: { type: 'path', max_depth: 16 },
+  sampler: { type: 'sobol', replicates: 2 },
+  light_sampler: { type: 'tree' },
+  adaptive: { type: 'pilot' },
+};
+const jobs = new Map(),
+  assets = new Map(),
+  uploaded = new Map(),
+  watchers = new Map();
 const stream = crypto.randomBytes(4).toString('hex');
 
-const problem = (res, status, title, detail, errors) => send(res, status, { type: 'about:blank', title, status, detail, instance: '/', ...(errors && { errors }) }, 'application/problem+json');
+const problem = (res, status, title, detail, errors) =>
+  send(
+    res,
+    status,
+    { type: 'about:blank', title, status, detail, instance: '/', ...(errors && { errors }) },
+    'application/problem+json',
+  );
 function send(res, status, body, type = 'application/json', headers = {}) {
   const data = Buffer.isBuffer(body) ? body : Buffer.from(JSON.stringify(body));
-  res.writeHead(status, { 'content-type': type, 'content-length': data.length, 'x-request-id': crypto.randomUUID(), ...headers });
+  res.writeHead(status, {
+    'content-type': type,
+    'content-length': data.length,
+    'x-request-id': crypto.randomUUID(),
+    ...headers,
+  });
   res.end(data);
 }
 async function read(req) {
@@ -50,20 +115,40 @@ async function read(req) {
 
 function emit(job, type, data) {
   const seq = job.log.push({ type, data });
-  for (const res of watchers.get(job.id) ?? []) res.write(`id: ${stream}-${seq}\nevent: ${type}\ndata: ${JSON.stringify(data)}\n\n`);
+  for (const res of watchers.get(job.id) ?? [])
+    res.write(`id: ${stream}-${seq}\nevent: ${type}\ndata: ${JSON.stringify(data)}\n\n`);
 }
 
 function parseJob(body) {
   const errors = [];
   const refuse = (pointer, detail) => errors.push({ pointer, detail });
-  const known = new Set([...Object.keys(defaults), 'scene', 'film', 'stop', 'environment', 'preview_key', 'time_seconds', 'estimator', 'medium', 'spectral']);
-  for (const key of Object.keys(body)) if (!known.has(key)) refuse(`/${key}`, 'is not a member of a job request');
-  if (!scenes.some((s) => s.name === body.scene) && !uploaded.has(body.scene)) return { missing: `there is no scene "${body.scene}"` };
+  const known = new Set([
+    ...Object.keys(defaults),
+    'scene',
+    'film',
+    'stop',
+    'environment',
+    'preview_key',
+    'time_seconds',
+    'estimator',
+    'medium',
+    'spectral',
+  ]);
+  for (const key of Object.keys(body))
+    if (!known.has(key)) refuse(`/${key}`, 'is not a member of a job request');
+  if (!scenes.some((s) => s.name === body.scene) && !uploaded.has(body.scene))
+    return { missing: `there is no scene "${body.scene}"` };
   const film = { width: 960, height: 540, ...body.film };
-  for (const side of ['width', 'height']) if (!(film[side] >= 1 && film[side] <= 16384)) refuse(`/film/${side}`, `${film[side]} is outside [1, 16384]`);
+  for (const side of ['width', 'height'])
+    if (!(film[side] >= 1 && film[side] <= 16384))
+      refuse(`/film/${side}`, `${film[side]} is outside [1, 16384]`);
   const stop = body.stop ?? { samples_per_pixel: 256 };
   if (!Object.keys(stop).length) refuse('/stop', 'names no rule');
-  if (stop.samples_per_pixel != null && !(stop.samples_per_pixel >= 1 && stop.samples_per_pixel <= 65536)) refuse('/stop/samples_per_pixel', `${stop.samples_per_pixel} is outside [1, 65536]`);
+  if (
+    stop.samples_per_pixel != null &&
+    !(stop.samples_per_pixel >= 1 && stop.samples_per_pixel <= 65536)
+  )
+    refuse('/stop/samples_per_pixel', `${stop.samples_per_pixel} is outside [1, 65536]`);
   if (errors.length) return { errors };
   return { spec: { ...defaults, ...body, film, stop } };
 }
@@ -72,16 +157,27 @@ function events(job, req, res) {
   const last = req.headers['last-event-id'];
   if (isFinal(job) && last === `${stream}-${job.log.length}`) return res.writeHead(204).end();
   res.writeHead(200, { 'content-type': 'text/event-stream', 'cache-control': 'no-store' });
-  res.write(`id: ${stream}-${job.log.length}\nevent: snapshot\ndata: ${JSON.stringify(job.json())}\n\n`);
-  if (isFinal(job)) return res.end(`id: ${stream}-${job.log.length}\nevent: end\ndata: ${JSON.stringify({ state: job.state, stop_reason: job.stopReason })}\n\n`);
+  res.write(
+    `id: ${stream}-${job.log.length}\nevent: snapshot\ndata: ${JSON.stringify(job.json())}\n\n`,
+  );
+  if (isFinal(job))
+    return res.end(
+      `id: ${stream}-${job.log.length}\nevent: end\ndata: ${JSON.stringify({ state: job.state, stop_reason: job.stopReason })}\n\n`,
+    );
   const set = watchers.get(job.id) ?? watchers.set(job.id, new Set()).get(job.id);
   set.add(res);
   const ping = setInterval(() => res.write(': ping\n\n'), 15000);
-  res.on('close', () => { clearInterval(ping); set.delete(res); });
+  res.on('close', () => {
+    clearInterval(ping);
+    set.delete(res);
+  });
 }
 
 function tiles(job, after, res) {
-  res.writeHead(200, { 'content-type': 'application/vnd.tessera.tiles', 'cache-control': 'no-store' });
+  res.writeHead(200, {
+    'content-type': 'application/vnd.tessera.tiles',
+    'cache-control': 'no-store',
+  });
   let seen = after;
   const push = () => {
     const due = job.tiles.filter((t) => t.revision > seen).sort((a, b) => a.revision - b.revision);
@@ -90,7 +186,17 @@ function tiles(job, after, res) {
       seen = tile.revision;
     }
     if (isFinal(job)) {
-      res.end(tileFrame({ revision: job.revision, x: 0, y: 0, width: 0, height: 0, error: job.error?.relative_rmse ?? NaN, planes: null }));
+      res.end(
+        tileFrame({
+          revision: job.revision,
+          x: 0,
+          y: 0,
+          width: 0,
+          height: 0,
+          error: job.error?.relative_rmse ?? NaN,
+          planes: null,
+        }),
+      );
       clearInterval(timer);
     }
   };
@@ -113,22 +219,39 @@ function onChange(job, what) {
 
 function submit(spec) {
   const job = new MockJob(spec, onChange);
-  if (spec.preview_key) for (const other of jobs.values()) if (other.spec.preview_key === spec.preview_key) { cancel(other); jobs.delete(other.id); }
-  jobs.set(job.id, job);
-  setTimeout(() => {
-    if (job.state !== 'queued') return;
-    job.state = 'loading';
-    onChange(job, 'state');
-    setTimeout(() => {
-      if (job.state !== 'loading') return;
-      if (spec.name === 'fail') {
-        job.failure = { type: 'about:blank', title: 'Scene cannot be loaded', status: 422, detail: 'accessor 3 points beyond the end of its buffer view', instance: '/' };
-        job.finish('failed', 'failed');
-      } else {
-        job.start();
+  if (spec.preview_key)
+    for (const other of jobs.values())
+      if (other.spec.preview_key === spec.preview_key) {
+        cancel(other);
+        jobs.delete(other.id);
       }
-    }, spec.class === 'preview' ? 5 : 250);
-  }, spec.class === 'preview' ? 1 : 120);
+  jobs.set(job.id, job);
+  setTimeout(
+    () => {
+      if (job.state !== 'queued') return;
+      job.state = 'loading';
+      onChange(job, 'state');
+      setTimeout(
+        () => {
+          if (job.state !== 'loading') return;
+          if (spec.name === 'fail') {
+            job.failure = {
+              type: 'about:blank',
+              title: 'Scene cannot be loaded',
+              status: 422,
+              detail: 'accessor 3 points beyond the end of its buffer view',
+              instance: '/',
+            };
+            job.finish('failed', 'failed');
+          } else {
+            job.start();
+          }
+        },
+        spec.class === 'preview' ? 5 : 250,
+      );
+    },
+    spec.class === 'preview' ? 1 : 120,
+  );
   return job;
 }
 
@@ -136,7 +259,8 @@ async function jobRoute(req, res, url, job, rest) {
   const size = { width: job.width, height: job.height };
   if (!rest && req.method === 'GET') return send(res, 200, job.json());
   if (!rest && req.method === 'DELETE') {
-    if (!isFinal(job)) return problem(res, 409, 'Conflict', 'the job is still running: cancel it first');
+    if (!isFinal(job))
+      return problem(res, 409, 'Conflict', 'the job is still running: cancel it first');
     jobs.delete(job.id);
     return res.writeHead(204).end();
   }
@@ -147,10 +271,14 @@ async function jobRoute(req, res, url, job, rest) {
       job.state = patch.paused ? 'paused' : 'rendering';
       onChange(job, 'state');
     }
-    for (const key of ['name', 'priority', 'labels', 'stop']) if (key in patch) job.spec[key] = patch[key];
+    for (const key of ['name', 'priority', 'labels', 'stop'])
+      if (key in patch) job.spec[key] = patch[key];
     return send(res, 200, job.json());
   }
-  if (rest === 'cancel') { cancel(job); return send(res, 200, job.json()); }
+  if (rest === 'cancel') {
+    cancel(job);
+    return send(res, 200, job.json());
+  }
   if (rest === 'extend') {
     if (!isFinal(job)) return problem(res, 409, 'Conflict', 'the job has not ended');
     job.spec.stop = JSON.parse(await read(req)).stop;
@@ -164,14 +292,23 @@ async function jobRoute(req, res, url, job, rest) {
   const image = /^image(?:\.(\w+))?$/.exec(rest);
   if (image) {
     if (!job.revision) return problem(res, 409, 'Conflict', 'there is no sample yet');
-    if (image[1] && image[1] !== 'png') return send(res, 200, Buffer.from('mock'), 'application/octet-stream');
-    const view = job.rgb8(url.searchParams.get('layer') ?? 'beauty', Number(url.searchParams.get('max_size') ?? Math.max(size.width, size.height)), Number(url.searchParams.get('exposure') ?? 0));
-    return send(res, 200, png(view.width, view.height, view.rgb), 'image/png', { etag: `"${job.revision}"` });
+    if (image[1] && image[1] !== 'png')
+      return send(res, 200, Buffer.from('mock'), 'application/octet-stream');
+    const view = job.rgb8(
+      url.searchParams.get('layer') ?? 'beauty',
+      Number(url.searchParams.get('max_size') ?? Math.max(size.width, size.height)),
+      Number(url.searchParams.get('exposure') ?? 0),
+    );
+    return send(res, 200, png(view.width, view.height, view.rgb), 'image/png', {
+      etag: `"${job.revision}"`,
+    });
   }
   const pixel = /^pixels\/(\d+)\/(\d+)$/.exec(rest);
   if (pixel && job.revision) {
     const [x, y] = [Number(pixel[1]), Number(pixel[2])];
-    return x < size.width && y < size.height ? send(res, 200, job.pixel(x, y)) : problem(res, 404, 'Not found', 'the pixel is outside the film');
+    return x < size.width && y < size.height
+      ? send(res, 200, job.pixel(x, y))
+      : problem(res, 404, 'Not found', 'the pixel is outside the film');
   }
   return problem(res, 404, 'Not found', `there is nothing at ${url.pathname}`);
 }
@@ -183,15 +320,44 @@ async function sceneRoute(req, res) {
   let name = 'uploaded';
   if (type.startsWith('application/json')) {
     const request = JSON.parse(body);
-    if (!assets.has(request.gltf)) return problem(res, 422, 'Unprocessable', 'unknown asset', [{ pointer: '/gltf', detail: 'there is no such asset' }]);
+    if (!assets.has(request.gltf))
+      return problem(res, 422, 'Unprocessable', 'unknown asset', [
+        { pointer: '/gltf', detail: 'there is no such asset' },
+      ]);
     name = 'gltf';
   } else if (type.startsWith('model/gltf-binary')) {
-    if (body.toString('latin1', 0, 4) !== 'glTF') return problem(res, 422, 'Scene cannot be read', 'the first four bytes are not "glTF"', [{ pointer: '', detail: 'the first four bytes are not "glTF"' }]);
+    if (body.toString('latin1', 0, 4) !== 'glTF')
+      return problem(res, 422, 'Scene cannot be read', 'the first four bytes are not "glTF"', [
+        { pointer: '', detail: 'the first four bytes are not "glTF"' },
+      ]);
   } else if (type !== 'application/zip' && type !== 'model/gltf+json') {
-    return problem(res, 415, 'Unsupported media type', `"${type}" is not one of model/gltf-binary, model/gltf+json, application/zip`);
+    return problem(
+      res,
+      415,
+      'Unsupported media type',
+      `"${type}" is not one of model/gltf-binary, model/gltf+json, application/zip`,
+    );
   }
   const id = crypto.createHash('sha256').update(body).digest('hex');
-  const scene = { id, name, bytes: body.length, bounds: { min: [-1, 0, -1], max: [1, 2, 1] }, triangles: 15340, instances: 4, cameras: [{ name: 'main', type: 'perspective' }, { name: 'detail', type: 'perspective' }, { name: 'above', type: 'perspective' }], lights: [], materials: ['brass', 'glaze', 'floor'], variants: ['noon', 'dusk'], animations: [], extensions: ['KHR_materials_variants'], warnings: [] };
+  const scene = {
+    id,
+    name,
+    bytes: body.length,
+    bounds: { min: [-1, 0, -1], max: [1, 2, 1] },
+    triangles: 15340,
+    instances: 4,
+    cameras: [
+      { name: 'main', type: 'perspective' },
+      { name: 'detail', type: 'perspective' },
+      { name: 'above', type: 'perspective' },
+    ],
+    lights: [],
+    materials: ['brass', 'glaze', 'floor'],
+    variants: ['noon', 'dusk'],
+    animations: [],
+    extensions: ['KHR_materials_variants'],
+    warnings: [],
+  };
   const status = uploaded.has(id) ? 200 : 201;
   uploaded.set(id, scene);
   return send(res, status, scene);
@@ -200,9 +366,25 @@ async function sceneRoute(req, res) {
 function page(req, res, url) {
   const name = url.pathname === '/' ? 'index.html' : url.pathname.slice(1);
   const file = dist && path.join(dist, path.normalize(name));
-  if (!file || !file.startsWith(dist) || !fs.existsSync(file)) return problem(res, 404, 'Not found', `there is nothing at ${url.pathname}`);
-  const types = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml', '.woff2': 'font/woff2' };
-  return send(res, 200, fs.readFileSync(file), types[path.extname(file)] ?? 'application/octet-stream', { 'content-security-policy': "default-src 'self'; img-src 'self' blob: data:; object-src 'none'; base-uri 'none'" });
+  if (!file || !file.startsWith(dist) || !fs.existsSync(file))
+    return problem(res, 404, 'Not found', `there is nothing at ${url.pathname}`);
+  const types = {
+    '.html': 'text/html; charset=utf-8',
+    '.js': 'text/javascript',
+    '.css': 'text/css',
+    '.svg': 'image/svg+xml',
+    '.woff2': 'font/woff2',
+  };
+  return send(
+    res,
+    200,
+    fs.readFileSync(file),
+    types[path.extname(file)] ?? 'application/octet-stream',
+    {
+      'content-security-policy':
+        "default-src 'self'; img-src 'self' blob: data:; object-src 'none'; base-uri 'none'",
+    },
+  );
 }
 
 async function route(req, res) {
@@ -220,29 +402,68 @@ async function route(req, res) {
   if (parts[1] === 'scenes' && parts.length === 2) return sceneRoute(req, res);
   if (parts[1] === 'scenes' && parts.length === 3) {
     const found = uploaded.get(parts[2]) ?? scenes.find((s) => s.name === parts[2]);
-    return found ? send(res, 200, { cameras: [{ name: 'main', type: 'perspective' }], variants: [], bounds: { min: [-1, 0, -1], max: [1, 2, 1] }, triangles: 36, materials: [], lights: [], warnings: [], id: found.name, ...found }) : problem(res, 404, 'Not found', 'there is no such scene');
+    return found
+      ? send(res, 200, {
+          cameras: [{ name: 'main', type: 'perspective' }],
+          variants: [],
+          bounds: { min: [-1, 0, -1], max: [1, 2, 1] },
+          triangles: 36,
+          materials: [],
+          lights: [],
+          warnings: [],
+          id: found.name,
+          ...found,
+        })
+      : problem(res, 404, 'Not found', 'there is no such scene');
   }
   if (parts[1] === 'jobs' && parts.length === 2) {
-    if (req.method === 'GET') return send(res, 200, { jobs: [...jobs.values()].filter((j) => j.spec.class !== 'preview').reverse().slice(0, Number(url.searchParams.get('limit') ?? 50)).map((j) => j.json()), next: null });
+    if (req.method === 'GET')
+      return send(res, 200, {
+        jobs: [...jobs.values()]
+          .filter((j) => j.spec.class !== 'preview')
+          .reverse()
+          .slice(0, Number(url.searchParams.get('limit') ?? 50))
+          .map((j) => j.json()),
+        next: null,
+      });
     let body;
-    try { body = JSON.parse(await read(req)); } catch { return problem(res, 400, 'Broken JSON', 'the body is not JSON'); }
+    try {
+      body = JSON.parse(await read(req));
+    } catch {
+      return problem(res, 400, 'Broken JSON', 'the body is not JSON');
+    }
     const parsed = parseJob(body);
-    if (parsed.missing) return problem(res, 404, 'Not found', parsed.missing, [{ pointer: '/scene', detail: parsed.missing }]);
-    if (parsed.errors) return problem(res, 422, 'The job request cannot be carried out', `${parsed.errors.length} member(s) refused`, parsed.errors);
-    if (url.searchParams.get('dry_run')) return send(res, 200, { spec: parsed.spec, estimate: { seconds: 12 } });
+    if (parsed.missing)
+      return problem(res, 404, 'Not found', parsed.missing, [
+        { pointer: '/scene', detail: parsed.missing },
+      ]);
+    if (parsed.errors)
+      return problem(
+        res,
+        422,
+        'The job request cannot be carried out',
+        `${parsed.errors.length} member(s) refused`,
+        parsed.errors,
+      );
+    if (url.searchParams.get('dry_run'))
+      return send(res, 200, { spec: parsed.spec, estimate: { seconds: 12 } });
     const job = submit(parsed.spec);
     return send(res, 201, job.json(), 'application/json', { location: `/v1/jobs/${job.id}` });
   }
   if (parts[1] === 'jobs') {
     const job = jobs.get(parts[2]);
-    return job ? jobRoute(req, res, url, job, parts.slice(3).join('/')) : problem(res, 404, 'Not found', 'there is no such job');
+    return job
+      ? jobRoute(req, res, url, job, parts.slice(3).join('/'))
+      : problem(res, 404, 'Not found', 'there is no such job');
   }
   return problem(res, 404, 'Not found', 'not available in this build');
 }
 
-let budget = 0, tick = Date.now();
+let budget = 0,
+  tick = Date.now();
 setInterval(() => {
-  const now = Date.now(), seconds = (now - tick) / 1000;
+  const now = Date.now(),
+    seconds = (now - tick) / 1000;
   tick = now;
   const active = [...jobs.values()].filter((j) => j.state === 'rendering');
   budget = Math.min(budget + seconds * speed, speed / 4);
@@ -253,7 +474,16 @@ setInterval(() => {
       budget -= 1;
       const tile = job.tiles[job.order[job.cursor]];
       const passed = job.step();
-      emit(job, 'tile', { x: tile.x, y: tile.y, width: tile.width, height: tile.height, revision: tile.revision, samples: tile.n, error: tile.error, url: `/v1/jobs/${job.id}/image?x=${tile.x}&y=${tile.y}&width=${tile.width}&height=${tile.height}` });
+      emit(job, 'tile', {
+        x: tile.x,
+        y: tile.y,
+        width: tile.width,
+        height: tile.height,
+        revision: tile.revision,
+        samples: tile.n,
+        error: tile.error,
+        url: `/v1/jobs/${job.id}/image?x=${tile.x}&y=${tile.y}&width=${tile.width}&height=${tile.height}`,
+      });
       const reason = passed ? job.endPass() : null;
       if (reason) job.finish('finished', reason);
     }
@@ -267,8 +497,18 @@ setInterval(() => {
   }
 }, 500);
 
-const server = http.createServer((req, res) => route(req, res).catch((e) => problem(res, 500, 'Internal error', String(e?.stack ?? e))));
+const server = http.createServer((req, res) =>
+  route(req, res).catch((e) => problem(res, 500, 'Internal error', String(e?.stack ?? e))),
+);
 server.listen(Number(flag('port', 8090)), '127.0.0.1', () => {
   console.log(`listening on http://127.0.0.1:${server.address().port}`);
-  if (process.argv.includes('--demo')) submit(parseJob({ scene: 'cornell-box', name: 'Demo', film: { width: 960, height: 540 }, stop: { samples_per_pixel: 512 } }).spec);
+  if (process.argv.includes('--demo'))
+    submit(
+      parseJob({
+        scene: 'cornell-box',
+        name: 'Demo',
+        film: { width: 960, height: 540 },
+        stop: { samples_per_pixel: 512 },
+      }).spec,
+    );
 });

@@ -1,4 +1,13 @@
-import type { Comparison, Convergence, Job, PixelReport, Problem, ProblemItem, SceneInfo, ServerInfo } from './types';
+import type {
+  Comparison,
+  Convergence,
+  Job,
+  PixelReport,
+  Problem,
+  ProblemItem,
+  SceneInfo,
+  ServerInfo,
+} from './types';
 
 /** The server answered, and said no. */
 export class RequestError extends Error {
@@ -32,10 +41,15 @@ const plainTitles: Record<number, string> = {
 };
 
 export async function problemOf(response: Response): Promise<Problem> {
-  const fallback: Problem = { title: plainTitles[response.status] ?? `The server answered ${response.status}.`, status: response.status };
+  const fallback: Problem = {
+    title: plainTitles[response.status] ?? `The server answered ${response.status}.`,
+    status: response.status,
+  };
   try {
     const body: unknown = await response.json();
-    return typeof body === 'object' && body !== null && 'title' in body ? { ...fallback, ...(body as Problem) } : fallback;
+    return typeof body === 'object' && body !== null && 'title' in body
+      ? { ...fallback, ...(body as Problem) }
+      : fallback;
   } catch {
     return fallback;
   }
@@ -49,7 +63,12 @@ interface Options {
 }
 
 async function call(path: string, options: Options = {}): Promise<Response> {
-  const init: RequestInit = { method: options.method ?? 'GET', headers: { accept: 'application/json', ...options.headers }, signal: options.signal, credentials: 'same-origin' };
+  const init: RequestInit = {
+    method: options.method ?? 'GET',
+    headers: { accept: 'application/json', ...options.headers },
+    signal: options.signal,
+    credentials: 'same-origin',
+  };
   if (options.json !== undefined) {
     init.body = JSON.stringify(options.json);
     (init.headers as Record<string, string>)['content-type'] = 'application/json';
@@ -73,37 +92,66 @@ const job = (id: string): string => `/v1/jobs/${encodeURIComponent(id)}`;
 
 export const api = {
   server: (signal?: AbortSignal) => json<ServerInfo>('/v1/server', { signal }),
-  scene: (id: string, signal?: AbortSignal) => json<SceneInfo>(`/v1/scenes/${encodeURIComponent(id)}`, { signal }),
+  scene: (id: string, signal?: AbortSignal) =>
+    json<SceneInfo>(`/v1/scenes/${encodeURIComponent(id)}`, { signal }),
   scenes: () => json<{ scenes: SceneInfo[]; next: string | null }>('/v1/scenes'),
-  jobs: (query: { limit: number; cursor?: string | null; state?: string }, signal?: AbortSignal) => {
+  jobs: (
+    query: { limit: number; cursor?: string | null; state?: string },
+    signal?: AbortSignal,
+  ) => {
     const params = new URLSearchParams({ limit: String(query.limit) });
     if (query.cursor) params.set('cursor', query.cursor);
     if (query.state) params.set('state', query.state);
     return json<{ jobs: Job[]; next: string | null }>(`/v1/jobs?${params}`, { signal });
   },
   job: (id: string, signal?: AbortSignal) => json<Job>(job(id), { signal }),
-  submit: (request: unknown) => json<Job>('/v1/jobs', { method: 'POST', json: request, headers: { 'idempotency-key': crypto.randomUUID?.() ?? String(Math.random()) } }),
-  dryRun: (request: unknown) => json<Record<string, unknown>>('/v1/jobs?dry_run=1', { method: 'POST', json: request }),
+  submit: (request: unknown) =>
+    json<Job>('/v1/jobs', {
+      method: 'POST',
+      json: request,
+      headers: { 'idempotency-key': crypto.randomUUID?.() ?? String(Math.random()) },
+    }),
+  dryRun: (request: unknown) =>
+    json<Record<string, unknown>>('/v1/jobs?dry_run=1', { method: 'POST', json: request }),
   patch: (id: string, patch: unknown) => json<Job>(job(id), { method: 'PATCH', json: patch }),
   cancel: (id: string) => json<Job>(`${job(id)}/cancel`, { method: 'POST' }),
-  extend: (id: string, stop: unknown) => json<Job>(`${job(id)}/extend`, { method: 'POST', json: { stop } }),
+  extend: (id: string, stop: unknown) =>
+    json<Job>(`${job(id)}/extend`, { method: 'POST', json: { stop } }),
   remove: async (id: string) => void (await call(job(id), { method: 'DELETE' })),
-  convergence: (id: string, signal?: AbortSignal) => json<Convergence>(`${job(id)}/convergence`, { signal }),
-  pixel: (id: string, x: number, y: number, signal?: AbortSignal) => json<PixelReport>(`${job(id)}/pixels/${x}/${y}`, { signal }),
-  compare: (a: string, b: string) => json<Comparison>('/v1/comparisons', { method: 'POST', json: { a, b } }),
-  openSession: async (key: string) => void (await call('/v1/session', { method: 'POST', headers: { authorization: `Bearer ${key}` } })),
-  createScene: (gltf: string, files: Record<string, string>) => json<SceneInfo>('/v1/scenes', { method: 'POST', json: { gltf, files } }),
+  convergence: (id: string, signal?: AbortSignal) =>
+    json<Convergence>(`${job(id)}/convergence`, { signal }),
+  pixel: (id: string, x: number, y: number, signal?: AbortSignal) =>
+    json<PixelReport>(`${job(id)}/pixels/${x}/${y}`, { signal }),
+  compare: (a: string, b: string) =>
+    json<Comparison>('/v1/comparisons', { method: 'POST', json: { a, b } }),
+  openSession: async (key: string) =>
+    void (await call('/v1/session', {
+      method: 'POST',
+      headers: { authorization: `Bearer ${key}` },
+    })),
+  createScene: (gltf: string, files: Record<string, string>) =>
+    json<SceneInfo>('/v1/scenes', { method: 'POST', json: { gltf, files } }),
 };
 
-export function imageUrl(id: string, extension: string, query: Record<string, string | number | undefined> = {}): string {
+export function imageUrl(
+  id: string,
+  extension: string,
+  query: Record<string, string | number | undefined> = {},
+): string {
   const params = new URLSearchParams();
-  for (const [key, value] of Object.entries(query)) if (value !== undefined) params.set(key, String(value));
+  for (const [key, value] of Object.entries(query))
+    if (value !== undefined) params.set(key, String(value));
   const tail = params.toString();
   return `${job(id)}/image${extension ? `.${extension}` : ''}${tail ? `?${tail}` : ''}`;
 }
 
 /** Sends bytes and reports the share that has left. fetch() cannot do that yet. */
-export function upload<T>(path: string, body: Blob, type: string, onProgress: (share: number) => void): Promise<T> {
+export function upload<T>(
+  path: string,
+  body: Blob,
+  type: string,
+  onProgress: (share: number) => void,
+): Promise<T> {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
     request.open('POST', path);
@@ -118,7 +166,10 @@ export function upload<T>(path: string, body: Blob, type: string, onProgress: (s
         answer = null;
       }
       if (request.status >= 200 && request.status < 300) return resolve(answer as T);
-      const fallback: Problem = { title: plainTitles[request.status] ?? `The server answered ${request.status}.`, status: request.status };
+      const fallback: Problem = {
+        title: plainTitles[request.status] ?? `The server answered ${request.status}.`,
+        status: request.status,
+      };
       reject(new RequestError({ ...fallback, ...(answer as Problem | null) }));
     };
     request.send(body);

@@ -1,6 +1,13 @@
 /** Shapes of the HTTP contract. Members that a server may leave out are optional. */
 
-export type JobState = 'queued' | 'loading' | 'rendering' | 'paused' | 'finished' | 'failed' | 'cancelled';
+export type JobState =
+  | 'queued'
+  | 'loading'
+  | 'rendering'
+  | 'paused'
+  | 'finished'
+  | 'failed'
+  | 'cancelled';
 
 export interface ProblemItem {
   pointer: string;
@@ -59,7 +66,9 @@ export interface SceneInfo {
   warnings?: Warning[];
 }
 
-export type Warning = string | { code?: string; detail?: string; message?: string; pointer?: string };
+export type Warning =
+  | string
+  | { code?: string; detail?: string; message?: string; pointer?: string };
 
 export interface ErrorEstimate {
   relative_rmse: number | null;
@@ -113,7 +122,13 @@ export interface Job {
   error?: ErrorEstimate | null;
   failure?: Problem | null;
   queue_position?: number | null;
-  statistics?: { rays?: number; rays_per_second?: number; efficiency?: number | null; rejected_samples?: number; peak_bytes?: number };
+  statistics?: {
+    rays?: number;
+    rays_per_second?: number;
+    efficiency?: number | null;
+    rejected_samples?: number;
+    peak_bytes?: number;
+  };
   revision?: number;
   film_digest?: string | null;
   warnings?: Warning[];
@@ -158,10 +173,12 @@ export interface Comparison {
   z: { mean: number; variance: number; share_above_3: number };
 }
 
-export const isFinal = (state: JobState): boolean => state === 'finished' || state === 'failed' || state === 'cancelled';
+export const isFinal = (state: JobState): boolean =>
+  state === 'finished' || state === 'failed' || state === 'cancelled';
 
 /** Entries of the server's lists are strings or objects with a name; both read the same here. */
 export const nameOf = (entry: string | { name?: string | null; type?: string }): string =>
-  typeof entry === 'string' ? entry : entry.name ?? entry.type ?? '';
+  typeof entry === 'string' ? entry : (entry.name ?? entry.type ?? '');
 
-export const warningText = (w: Warning): string => (typeof w === 'string' ? w : w.detail ?? w.message ?? w.code ?? '');
+export const warningText = (w: Warning): string =>
+  typeof w === 'string' ? w : (w.detail ?? w.message ?? w.code ?? '');

@@ -28,13 +28,17 @@ export async function filesOfDrop(data: DataTransfer): Promise<DroppedFile[]> {
 async function walk(entry: FileSystemEntry, folder: string, out: DroppedFile[]): Promise<void> {
   const path = folder + entry.name;
   if (entry.isFile) {
-    const file = await new Promise<File>((resolve, reject) => (entry as FileSystemFileEntry).file(resolve, reject));
+    const file = await new Promise<File>((resolve, reject) =>
+      (entry as FileSystemFileEntry).file(resolve, reject),
+    );
     out.push({ path, file });
     return;
   }
   const reader = (entry as FileSystemDirectoryEntry).createReader();
   for (;;) {
-    const batch = await new Promise<FileSystemEntry[]>((resolve, reject) => reader.readEntries(resolve, reject));
+    const batch = await new Promise<FileSystemEntry[]>((resolve, reject) =>
+      reader.readEntries(resolve, reject),
+    );
     if (!batch.length) return;
     for (const child of batch) await walk(child, `${path}/`, out);
   }
@@ -48,31 +52,53 @@ export async function uploadScene(files: DroppedFile[], report: UploadReport): P
   const single = files.find((f) => /\.(glb|zip)$/i.test(f.path));
   if (single) {
     const type = /\.zip$/i.test(single.path) ? 'application/zip' : 'model/gltf-binary';
-    return upload<SceneInfo>('/v1/scenes', single.file, type, (share) => report(single.file.name, share));
+    return upload<SceneInfo>('/v1/scenes', single.file, type, (share) =>
+      report(single.file.name, share),
+    );
   }
-  const gltf = files.filter((f) => /\.gltf$/i.test(f.path)).sort((a, b) => a.path.length - b.path.length)[0];
+  const gltf = files
+    .filter((f) => /\.gltf$/i.test(f.path))
+    .sort((a, b) => a.path.length - b.path.length)[0];
   if (!gltf) throw new UploadError('There is no .glb, .gltf or .zip among these files.');
   const wanted = await namedFiles(gltf.file);
-  if (!wanted.length) return upload<SceneInfo>('/v1/scenes', gltf.file, 'model/gltf+json', (share) => report(gltf.file.name, share));
+  if (!wanted.length)
+    return upload<SceneInfo>('/v1/scenes', gltf.file, 'model/gltf+json', (share) =>
+      report(gltf.file.name, share),
+    );
   return uploadFolder(gltf, wanted, files, report);
 }
 
-async function uploadFolder(gltf: DroppedFile, wanted: string[], files: DroppedFile[], report: UploadReport): Promise<SceneInfo> {
+async function uploadFolder(
+  gltf: DroppedFile,
+  wanted: string[],
+  files: DroppedFile[],
+  report: UploadReport,
+): Promise<SceneInfo> {
   const base = gltf.path.slice(0, gltf.path.lastIndexOf('/') + 1);
   const found = new Map<string, File>();
   const missing: string[] = [];
   for (const uri of wanted) {
     const path = base + decodeUri(uri);
     // A loose drop of files has no folders: fall back on the name alone.
-    const hit = files.find((f) => f.path === path) ?? files.find((f) => f.file.name === decodeUri(uri).split('/').pop());
+    const hit =
+      files.find((f) => f.path === path) ??
+      files.find((f) => f.file.name === decodeUri(uri).split('/').pop());
     if (hit) found.set(uri, hit.file);
     else missing.push(decodeUri(uri));
   }
-  if (missing.length) throw new UploadError(`${gltf.file.name} needs files that were not dropped with it: ${missing.join(', ')}. Drop the whole folder.`);
+  if (missing.length)
+    throw new UploadError(
+      `${gltf.file.name} needs files that were not dropped with it: ${missing.join(', ')}. Drop the whole folder.`,
+    );
   const total = [...found.values()].reduce((sum, f) => sum + f.size, gltf.file.size);
   let sent = 0;
   const send = async (file: File): Promise<string> => {
-    const answer = await upload<{ id: string }>('/v1/assets', file, 'application/octet-stream', (share) => report(file.name, (sent + share * file.size) / total));
+    const answer = await upload<{ id: string }>(
+      '/v1/assets',
+      file,
+      'application/octet-stream',
+      (share) => report(file.name, (sent + share * file.size) / total),
+    );
     sent += file.size;
     return answer.id;
   };
@@ -90,7 +116,9 @@ async function namedFiles(file: File): Promise<string[]> {
   } catch {
     throw new UploadError(`${file.name} is not valid JSON, so it is not a glTF file.`);
   }
-  const uris = [...(document.buffers ?? []), ...(document.images ?? [])].map((e) => e.uri).filter((u): u is string => !!u && !u.startsWith('data:'));
+  const uris = [...(document.buffers ?? []), ...(document.images ?? [])]
+    .map((e) => e.uri)
+    .filter((u): u is string => !!u && !u.startsWith('data:'));
   return [...new Set(uris)];
 }
 
@@ -103,6 +131,11 @@ function decodeUri(uri: string): string {
 }
 
 export async function uploadEnvironment(file: File, report: UploadReport): Promise<string> {
-  const answer = await upload<{ id: string }>('/v1/assets', file, 'application/octet-stream', (share) => report(file.name, share));
+  const answer = await upload<{ id: string }>(
+    '/v1/assets',
+    file,
+    'application/octet-stream',
+    (share) => report(file.name, share),
+  );
   return answer.id;
 }

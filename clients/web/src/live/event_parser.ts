@@ -20,7 +20,8 @@ export class EventParser {
 
   private line(line: string, onEvent: (event: ServerEvent) => void): void {
     if (line === '') {
-      if (this.data.length) onEvent({ type: this.type || 'message', data: this.data.join('\n'), id: this.lastId });
+      if (this.data.length)
+        onEvent({ type: this.type || 'message', data: this.data.join('\n'), id: this.lastId });
       this.type = '';
       this.data = [];
       return;

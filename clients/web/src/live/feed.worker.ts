@@ -14,7 +14,8 @@ declare const self: DedicatedWorkerGlobalScope;
 const silenceMs = 40_000;
 const maxDelayMs = 6_000;
 
-const post = (message: FromFeed, transfer: Transferable[] = []): void => self.postMessage(message, transfer);
+const post = (message: FromFeed, transfer: Transferable[] = []): void =>
+  self.postMessage(message, transfer);
 
 class Feed {
   private abort = new AbortController();
@@ -22,7 +23,10 @@ class Feed {
   private revision = 0;
   private link: LinkState | null = null;
 
-  constructor(private readonly jobId: string, private readonly tiles: boolean) {}
+  constructor(
+    private readonly jobId: string,
+    private readonly tiles: boolean,
+  ) {}
 
   /** A fresh start asks for every tile: while nobody listened, a restarted server may count revisions anew. */
   start(): void {
@@ -46,18 +50,27 @@ class Feed {
   private async runEvents(signal: AbortSignal): Promise<void> {
     this.setLink('connecting');
     for (let attempt = 0; !signal.aborted; ++attempt) {
-      const outcome = await this.readEvents(signal, () => (attempt = 0)).catch(() => 'lost' as const);
+      const outcome = await this.readEvents(signal, () => (attempt = 0)).catch(
+        () => 'lost' as const,
+      );
       if (signal.aborted || outcome === 'done') return;
       if (outcome !== 'overloaded') this.setLink('reconnecting');
       await delay(backoff(attempt), signal);
     }
   }
 
-  private async readEvents(signal: AbortSignal, onLife: () => void): Promise<'done' | 'lost' | 'overloaded'> {
+  private async readEvents(
+    signal: AbortSignal,
+    onLife: () => void,
+  ): Promise<'done' | 'lost' | 'overloaded'> {
     const watchdog = new Watchdog(signal);
     const headers: Record<string, string> = { accept: 'text/event-stream' };
     if (this.lastEventId) headers['last-event-id'] = this.lastEventId;
-    const response = await fetch(`/v1/jobs/${this.jobId}/events`, { headers, signal: watchdog.signal, cache: 'no-store' });
+    const response = await fetch(`/v1/jobs/${this.jobId}/events`, {
+      headers,
+      signal: watchdog.signal,
+      cache: 'no-store',
+    });
     if (response.status === 204) return this.finish();
     if (!response.ok || !response.body) return this.refused(response);
     const parser = new EventParser();
@@ -87,7 +100,10 @@ class Feed {
   private async refused(response: Response): Promise<'done' | 'lost'> {
     if (response.status >= 500 || response.status === 429) return 'lost';
     const problem = (await response.json().catch(() => null)) as Problem | null;
-    this.setLink(response.status === 404 || response.status === 410 ? 'gone' : 'refused', problem ?? { title: `The server answered ${response.status}.`, status: response.status });
+    this.setLink(
+      response.status === 404 || response.status === 410 ? 'gone' : 'refused',
+      problem ?? { title: `The server answered ${response.status}.`, status: response.status },
+    );
     this.stop();
     return 'done';
   }
@@ -132,7 +148,11 @@ class Feed {
 
   private async readTiles(signal: AbortSignal, onLife: () => void): Promise<boolean> {
     const headers = { accept: 'application/vnd.tessera.tiles' };
-    const response = await fetch(`/v1/jobs/${this.jobId}/tiles?after=${this.revision}`, { headers, signal, cache: 'no-store' });
+    const response = await fetch(`/v1/jobs/${this.jobId}/tiles?after=${this.revision}`, {
+      headers,
+      signal,
+      cache: 'no-store',
+    });
     if (response.status === 404 || response.status === 410) return true;
     if (!response.ok || !response.body) return false;
     const parser = new FrameParser();
@@ -182,7 +202,8 @@ function parse(text: string): Record<string, unknown> {
   }
 }
 
-const backoff = (attempt: number): number => Math.min(maxDelayMs, 300 * 1.7 ** attempt) * (0.8 + 0.4 * Math.random());
+const backoff = (attempt: number): number =>
+  Math.min(maxDelayMs, 300 * 1.7 ** attempt) * (0.8 + 0.4 * Math.random());
 
 function delay(ms: number, signal: AbortSignal): Promise<void> {
   return new Promise((resolve) => {

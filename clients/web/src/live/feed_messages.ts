@@ -1,9 +1,20 @@
 import type { Job, Problem, Warning } from '../api/types';
 import type { TileFrame } from './frames';
 
-export type LinkState = 'connecting' | 'live' | 'reconnecting' | 'overloaded' | 'ended' | 'gone' | 'refused';
+export type LinkState =
+  | 'connecting'
+  | 'live'
+  | 'reconnecting'
+  | 'overloaded'
+  | 'ended'
+  | 'gone'
+  | 'refused';
 
-export type ToFeed = { type: 'open'; jobId: string; tiles: boolean } | { type: 'sleep' } | { type: 'wake' } | { type: 'close' };
+export type ToFeed =
+  | { type: 'open'; jobId: string; tiles: boolean }
+  | { type: 'sleep' }
+  | { type: 'wake' }
+  | { type: 'close' };
 
 /** What a `progress` or `state` event changes in the job. */
 export type JobPatch = Partial<Job>;

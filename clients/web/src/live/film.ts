@@ -23,7 +23,10 @@ export class LiveFilm {
   version = 0;
   private readonly listeners = new Set<(rect: Rect) => void>();
 
-  constructor(readonly width: number, readonly height: number) {
+  constructor(
+    readonly width: number,
+    readonly height: number,
+  ) {
     const pixels = width * height;
     this.rgb = new Float32Array(pixels * 3);
     this.variance = new Float32Array(pixels * 3);
@@ -42,7 +45,8 @@ export class LiveFilm {
     const height = Math.min(tile.height, this.height - y);
     if (width <= 0 || height <= 0) return;
     const plane = tile.width * tile.height;
-    if (tile.hasAlpha && !this.alpha) this.alpha = new Float32Array(this.width * this.height).fill(1);
+    if (tile.hasAlpha && !this.alpha)
+      this.alpha = new Float32Array(this.width * this.height).fill(1);
     for (let row = 0; row < height; ++row) {
       let from = row * tile.width;
       let to = (y + row) * this.width + x;
@@ -68,16 +72,23 @@ export class LiveFilm {
    */
   relativeError(rect: Rect, out: Float32Array): void {
     const radius = 2;
-    const x0 = Math.max(0, rect.x - radius), x1 = Math.min(this.width, rect.x + rect.width + radius);
-    const y0 = Math.max(0, rect.y - radius), y1 = Math.min(this.height, rect.y + rect.height + radius);
+    const x0 = Math.max(0, rect.x - radius),
+      x1 = Math.min(this.width, rect.x + rect.width + radius);
+    const y0 = Math.max(0, rect.y - radius),
+      y1 = Math.min(this.height, rect.y + rect.height + radius);
     const columns = x1 - x0;
     // Sums over the rows of the window first, for every column; then over its columns.
     const sums = new Float32Array(columns * 7);
     for (let y = rect.y; y < rect.y + rect.height; ++y) {
       sums.fill(0);
-      for (let wy = Math.max(y0, y - radius); wy <= Math.min(y1 - 1, y + radius); ++wy) this.addRow(wy, x0, columns, sums);
+      for (let wy = Math.max(y0, y - radius); wy <= Math.min(y1 - 1, y + radius); ++wy)
+        this.addRow(wy, x0, columns, sums);
       for (let x = rect.x; x < rect.x + rect.width; ++x) {
-        out[(y - rect.y) * rect.width + x - rect.x] = pooled(sums, Math.max(0, x - radius - x0), Math.min(columns - 1, x + radius - x0));
+        out[(y - rect.y) * rect.width + x - rect.x] = pooled(
+          sums,
+          Math.max(0, x - radius - x0),
+          Math.min(columns - 1, x + radius - x0),
+        );
       }
     }
   }

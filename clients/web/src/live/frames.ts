@@ -42,7 +42,8 @@ export class FrameParser {
     for (;;) {
       if (this.used - at < headerBytes) break;
       const view = new DataView(this.pending.buffer, at, headerBytes);
-      const isFrame = view.getUint8(0) === 0x54 && view.getUint8(1) === 0x53 && view.getUint8(2) === 0x52;
+      const isFrame =
+        view.getUint8(0) === 0x54 && view.getUint8(1) === 0x53 && view.getUint8(2) === 0x52;
       const payloadBytes = view.getUint32(4, true);
       if (!isFrame || payloadBytes > maxPayloadBytes) throw new Error('the tile stream is damaged');
       if (this.used - at < headerBytes + payloadBytes) break;
@@ -68,11 +69,20 @@ export class FrameParser {
     if (crc32(payload) !== view.getUint32(28, true)) throw new Error('a tile arrived damaged');
     const flags = view.getUint32(20, true);
     const frame: TileFrame = {
-      revision: view.getUint32(8, true), x: view.getUint16(12, true), y: view.getUint16(14, true), width: view.getUint16(16, true), height: view.getUint16(18, true),
-      end: (flags & 1) !== 0, correlated: (flags & 2) !== 0, hasAlpha: (flags & 4) !== 0, error: view.getFloat32(24, true), planes: new Float32Array(payload.buffer),
+      revision: view.getUint32(8, true),
+      x: view.getUint16(12, true),
+      y: view.getUint16(14, true),
+      width: view.getUint16(16, true),
+      height: view.getUint16(18, true),
+      end: (flags & 1) !== 0,
+      correlated: (flags & 2) !== 0,
+      hasAlpha: (flags & 4) !== 0,
+      error: view.getFloat32(24, true),
+      planes: new Float32Array(payload.buffer),
     };
     const planes = frame.hasAlpha ? 8 : 7;
-    if (!frame.end && frame.planes.length !== planes * frame.width * frame.height) throw new Error('a tile has the wrong size');
+    if (!frame.end && frame.planes.length !== planes * frame.width * frame.height)
+      throw new Error('a tile has the wrong size');
     return frame;
   }
 }

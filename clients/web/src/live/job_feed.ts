@@ -114,10 +114,14 @@ export class JobFeed {
         this.makeFilm(message.job);
         return this.set({ job: message.job, problem: null });
       case 'patch':
-        return this.state.job ? this.set({ job: { ...this.state.job, ...message.patch } }) : undefined;
+        return this.state.job
+          ? this.set({ job: { ...this.state.job, ...message.patch } })
+          : undefined;
       case 'warning': {
         const { job } = this.state;
-        return job ? this.set({ job: { ...job, warnings: [...(job.warnings ?? []), message.warning] } }) : undefined;
+        return job
+          ? this.set({ job: { ...job, warnings: [...(job.warnings ?? []), message.warning] } })
+          : undefined;
       }
       case 'link':
         return this.set({ link: message.state, problem: message.problem ?? this.state.problem });

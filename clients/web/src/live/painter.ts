@@ -27,8 +27,16 @@ export interface Painter {
 export function makePainter(canvas: HTMLCanvasElement, onLost: () => void): Painter {
   const wish = readWish();
   if (wish !== '2d') {
-    const gl = canvas.getContext('webgl2', { alpha: true, antialias: false, depth: false, preserveDrawingBuffer: true, premultipliedAlpha: true, failIfMajorPerformanceCaveat: wish !== 'webgl' });
-    if (gl && Math.max(canvas.width, canvas.height) <= gl.getParameter(gl.MAX_TEXTURE_SIZE)) return new GlPainter(canvas, gl, onLost);
+    const gl = canvas.getContext('webgl2', {
+      alpha: true,
+      antialias: false,
+      depth: false,
+      preserveDrawingBuffer: true,
+      premultipliedAlpha: true,
+      failIfMajorPerformanceCaveat: wish !== 'webgl',
+    });
+    if (gl && Math.max(canvas.width, canvas.height) <= gl.getParameter(gl.MAX_TEXTURE_SIZE))
+      return new GlPainter(canvas, gl, onLost);
   }
   return new CanvasPainter(canvas);
 }
@@ -42,7 +50,11 @@ function readWish(): string | null {
   }
 }
 
-const scalarPosition = (value: number, look: Look): number => Math.min(1, Math.max(0, Math.log(Math.max(value, 1e-30) / look.low) / Math.log(look.high / look.low)));
+const scalarPosition = (value: number, look: Look): number =>
+  Math.min(
+    1,
+    Math.max(0, Math.log(Math.max(value, 1e-30) / look.low) / Math.log(look.high / look.low)),
+  );
 
 class CanvasPainter implements Painter {
   readonly kind = '2d';
@@ -62,7 +74,15 @@ class CanvasPainter implements Painter {
       const alpha = values[i + 3];
       if (!(alpha > 0)) continue;
       if (look.kind === 'colour') {
-        toBytes(values[i] / alpha, values[i + 1] / alpha, values[i + 2] / alpha, scale, look.tone, out, i);
+        toBytes(
+          values[i] / alpha,
+          values[i + 1] / alpha,
+          values[i + 2] / alpha,
+          scale,
+          look.tone,
+          out,
+          i,
+        );
         out[i + 3] = 255 * alpha;
       } else {
         const k = 4 * Math.round(255 * scalarPosition(values[i], look));
@@ -113,11 +133,16 @@ class GlPainter implements Painter {
   private uniforms: Record<string, WebGLUniformLocation | null> = {};
   private filmTexture: WebGLTexture;
 
-  constructor(private readonly canvas: HTMLCanvasElement, private readonly gl: WebGL2RenderingContext, onLost: () => void) {
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly gl: WebGL2RenderingContext,
+    onLost: () => void,
+  ) {
     canvas.addEventListener('webglcontextlost', (e) => e.preventDefault());
     canvas.addEventListener('webglcontextrestored', onLost);
     this.program = this.link();
-    for (const name of ['film', 'ramp', 'scale', 'range', 'tone', 'scalar']) this.uniforms[name] = gl.getUniformLocation(this.program, name);
+    for (const name of ['film', 'ramp', 'scale', 'range', 'tone', 'scalar'])
+      this.uniforms[name] = gl.getUniformLocation(this.program, name);
     this.filmTexture = this.texture();
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, canvas.width, canvas.height);
     for (const ramp of Object.keys(ramps) as Ramp[]) {
@@ -129,7 +154,10 @@ class GlPainter implements Painter {
   private link(): WebGLProgram {
     const { gl } = this;
     const program = gl.createProgram();
-    for (const [type, source] of [[gl.VERTEX_SHADER, vertexSource], [gl.FRAGMENT_SHADER, fragmentSource]] as const) {
+    for (const [type, source] of [
+      [gl.VERTEX_SHADER, vertexSource],
+      [gl.FRAGMENT_SHADER, fragmentSource],
+    ] as const) {
       const shader = gl.createShader(type)!;
       gl.shaderSource(shader, source);
       gl.compileShader(shader);
@@ -143,7 +171,8 @@ class GlPainter implements Painter {
     const { gl } = this;
     const texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, texture);
-    for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
+    for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
+      gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
     return texture;
   }
 
@@ -151,7 +180,17 @@ class GlPainter implements Painter {
     const { gl } = this;
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.filmTexture);
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, rect.x, rect.y, rect.width, rect.height, gl.RGBA, gl.FLOAT, values);
+    gl.texSubImage2D(
+      gl.TEXTURE_2D,
+      0,
+      rect.x,
+      rect.y,
+      rect.width,
+      rect.height,
+      gl.RGBA,
+      gl.FLOAT,
+      values,
+    );
   }
 
   draw(look: Look): void {

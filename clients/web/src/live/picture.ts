@@ -23,7 +23,11 @@ export class Picture {
   private frame = 0;
   private readonly unlisten: () => void;
 
-  constructor(private readonly canvas: HTMLCanvasElement, readonly film: LiveFilm, private look: Look) {
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    readonly film: LiveFilm,
+    private look: Look,
+  ) {
     canvas.width = film.width;
     canvas.height = film.height;
     this.columns = Math.ceil(film.width / cell);
@@ -59,12 +63,16 @@ export class Picture {
   }
 
   private mark(rect: Rect): void {
-    const c0 = Math.floor(rect.x / cell), c1 = Math.floor((rect.x + rect.width - 1) / cell);
-    const r0 = Math.floor(rect.y / cell), r1 = Math.floor((rect.y + rect.height - 1) / cell);
-    for (let r = r0; r <= r1; ++r) for (let c = c0; c <= c1; ++c) this.urgent.add(r * this.columns + c);
+    const c0 = Math.floor(rect.x / cell),
+      c1 = Math.floor((rect.x + rect.width - 1) / cell);
+    const r0 = Math.floor(rect.y / cell),
+      r1 = Math.floor((rect.y + rect.height - 1) / cell);
+    for (let r = r0; r <= r1; ++r)
+      for (let c = c0; c <= c1; ++c) this.urgent.add(r * this.columns + c);
     if (this.plane === 'error') {
       for (let r = Math.max(0, r0 - 1); r <= Math.min(this.rows - 1, r1 + 1); ++r) {
-        for (let c = Math.max(0, c0 - 1); c <= Math.min(this.columns - 1, c1 + 1); ++c) this.later.add(r * this.columns + c);
+        for (let c = Math.max(0, c0 - 1); c <= Math.min(this.columns - 1, c1 + 1); ++c)
+          this.later.add(r * this.columns + c);
       }
     }
     this.schedule();
@@ -90,12 +98,22 @@ export class Picture {
   }
 
   private paintCell(index: number): void {
-    const x = (index % this.columns) * cell, y = Math.floor(index / this.columns) * cell;
-    const rect = { x, y, width: Math.min(cell, this.film.width - x), height: Math.min(cell, this.film.height - y) };
-    const values = rect.width * rect.height === cell * cell ? this.values : this.values.subarray(0, rect.width * rect.height * 4);
+    const x = (index % this.columns) * cell,
+      y = Math.floor(index / this.columns) * cell;
+    const rect = {
+      x,
+      y,
+      width: Math.min(cell, this.film.width - x),
+      height: Math.min(cell, this.film.height - y),
+    };
+    const values =
+      rect.width * rect.height === cell * cell
+        ? this.values
+        : this.values.subarray(0, rect.width * rect.height * 4);
     if (this.plane === 'error') this.film.relativeError(rect, this.errors);
     for (let row = 0, o = 0; row < rect.height; ++row) {
-      for (let column = 0; column < rect.width; ++column, ++o) this.fill(values, 4 * o, (y + row) * this.film.width + x + column, o);
+      for (let column = 0; column < rect.width; ++column, ++o)
+        this.fill(values, 4 * o, (y + row) * this.film.width + x + column, o);
     }
     this.painter.upload(rect, values, this.look);
   }
@@ -117,10 +135,17 @@ export class Picture {
   private scalar(pixel: number, inCell: number): number {
     const { film } = this;
     switch (this.plane) {
-      case 'error': return this.errors[inCell];
-      case 'tile-error': return film.tileError[pixel];
-      case 'variance': return (film.variance[3 * pixel] + film.variance[3 * pixel + 1] + film.variance[3 * pixel + 2]) / 3;
-      default: return film.samples[pixel];
+      case 'error':
+        return this.errors[inCell];
+      case 'tile-error':
+        return film.tileError[pixel];
+      case 'variance':
+        return (
+          (film.variance[3 * pixel] + film.variance[3 * pixel + 1] + film.variance[3 * pixel + 2]) /
+          3
+        );
+      default:
+        return film.samples[pixel];
     }
   }
 }

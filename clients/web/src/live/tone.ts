@@ -4,14 +4,21 @@ export const toneMaps = ['srgb', 'linear', 'aces', 'agx', 'khronos-neutral'] as 
 export type ToneMap = (typeof toneMaps)[number];
 
 export const toneMapLabels: Record<ToneMap, string> = {
-  srgb: 'sRGB', linear: 'Linear', aces: 'ACES', agx: 'AgX', 'khronos-neutral': 'Neutral',
+  srgb: 'sRGB',
+  linear: 'Linear',
+  aces: 'ACES',
+  agx: 'AgX',
+  'khronos-neutral': 'Neutral',
 };
 
 const clamp01 = (v: number): number => (v < 0 ? 0 : v > 1 ? 1 : v);
-const encode = (v: number): number => (v <= 0.0031308 ? 12.92 * v : 1.055 * Math.pow(v, 1 / 2.4) - 0.055);
+const encode = (v: number): number =>
+  v <= 0.0031308 ? 12.92 * v : 1.055 * Math.pow(v, 1 / 2.4) - 0.055;
 
 const tableSize = 4096;
-const encodeTable = Uint8ClampedArray.from({ length: tableSize + 1 }, (_, i) => Math.round(255 * encode(i / tableSize)));
+const encodeTable = Uint8ClampedArray.from({ length: tableSize + 1 }, (_, i) =>
+  Math.round(255 * encode(i / tableSize)),
+);
 
 /** Only display clips; NaN is black, and beyond 1e9 everything is white. */
 const positive = (v: number): number => (v > 0 ? Math.min(v, 1e9) : 0);
@@ -19,7 +26,8 @@ const positive = (v: number): number => (v > 0 ? Math.min(v, 1e9) : 0);
 type Rgb = [number, number, number];
 
 function aces(c: Rgb): void {
-  const v = (x: number): number => (x * (x + 0.0245786) - 0.000090537) / (x * (0.983729 * x + 0.432951) + 0.238081);
+  const v = (x: number): number =>
+    (x * (x + 0.0245786) - 0.000090537) / (x * (0.983729 * x + 0.432951) + 0.238081);
   const r = v(0.59719 * c[0] + 0.35458 * c[1] + 0.04823 * c[2]);
   const g = v(0.076 * c[0] + 0.90834 * c[1] + 0.01566 * c[2]);
   const b = v(0.0284 * c[0] + 0.13383 * c[1] + 0.83777 * c[2]);
@@ -31,12 +39,21 @@ function aces(c: Rgb): void {
 function agx(c: Rgb): void {
   const curve = (v: number): number => {
     const x = clamp01((Math.log2(Math.max(v, 1e-10)) + 12.47393) / 16.5);
-    const x2 = x * x, x4 = x2 * x2;
-    return 15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x2 * x + 0.4298 * x2 + 0.1191 * x - 0.00232;
+    const x2 = x * x,
+      x4 = x2 * x2;
+    return (
+      15.5 * x4 * x2 -
+      40.14 * x4 * x +
+      31.96 * x4 -
+      6.868 * x2 * x +
+      0.4298 * x2 +
+      0.1191 * x -
+      0.00232
+    );
   };
   const r = curve(0.842479 * c[0] + 0.0784336 * c[1] + 0.0792237 * c[2]);
   const g = curve(0.0423283 * c[0] + 0.8784686 * c[1] + 0.0791661 * c[2]);
-  const b = curve(0.0423757 * c[0] + 0.0784336 * c[1] + 0.8791430 * c[2]);
+  const b = curve(0.0423757 * c[0] + 0.0784336 * c[1] + 0.879143 * c[2]);
   const lin = (x: number): number => Math.pow(clamp01(x), 2.2);
   c[0] = lin(1.196879 * r - 0.0980208 * g - 0.0990297 * b);
   c[1] = lin(-0.0528969 * r + 1.1519031 * g - 0.0989612 * b);
@@ -44,7 +61,8 @@ function agx(c: Rgb): void {
 }
 
 function neutral(c: Rgb): void {
-  const start = 0.8 - 0.04, desaturation = 0.15;
+  const start = 0.8 - 0.04,
+    desaturation = 0.15;
   const x = Math.min(c[0], c[1], c[2]);
   const offset = x < 0.08 ? x - 6.25 * x * x : 0.04;
   for (let i = 0; i < 3; ++i) c[i] -= offset;
@@ -56,11 +74,23 @@ function neutral(c: Rgb): void {
   for (let i = 0; i < 3; ++i) c[i] = c[i] * (newPeak / peak) * (1 - g) + newPeak * g;
 }
 
-const curves: Partial<Record<ToneMap, (c: Rgb) => void>> = { aces, agx, 'khronos-neutral': neutral };
+const curves: Partial<Record<ToneMap, (c: Rgb) => void>> = {
+  aces,
+  agx,
+  'khronos-neutral': neutral,
+};
 const scratch: Rgb = [0, 0, 0];
 
 /** Writes four bytes. scale: 2^exposure. */
-export function toBytes(r: number, g: number, b: number, scale: number, tone: ToneMap, out: Uint8ClampedArray, at: number): void {
+export function toBytes(
+  r: number,
+  g: number,
+  b: number,
+  scale: number,
+  tone: ToneMap,
+  out: Uint8ClampedArray,
+  at: number,
+): void {
   scratch[0] = positive(r * scale);
   scratch[1] = positive(g * scale);
   scratch[2] = positive(b * scale);

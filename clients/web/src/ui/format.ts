@@ -1,7 +1,8 @@
 /** Numbers as a person reads them. A missing number is a dash. */
 
 const dash = '–';
-const known = (v: number | null | undefined): v is number => typeof v === 'number' && Number.isFinite(v);
+const known = (v: number | null | undefined): v is number =>
+  typeof v === 'number' && Number.isFinite(v);
 
 /** Three significant digits, no exponent between 1e-3 and 1e5. */
 export function number(v: number | null | undefined, digits = 3): string {
@@ -22,13 +23,24 @@ export function percent(v: number | null | undefined): string {
 export function count(v: number | null | undefined): string {
   if (!known(v)) return dash;
   if (v < 1e4) return Math.round(v).toLocaleString('en');
-  for (const [unit, size] of [['T', 1e12], ['G', 1e9], ['M', 1e6], ['k', 1e3]] as const) if (v >= size) return `${number(v / size)} ${unit}`;
+  for (const [unit, size] of [
+    ['T', 1e12],
+    ['G', 1e9],
+    ['M', 1e6],
+    ['k', 1e3],
+  ] as const)
+    if (v >= size) return `${number(v / size)} ${unit}`;
   return String(v);
 }
 
 export function bytes(v: number | null | undefined): string {
   if (!known(v)) return dash;
-  for (const [unit, size] of [['GB', 1e9], ['MB', 1e6], ['kB', 1e3]] as const) if (v >= size) return `${number(v / size)} ${unit}`;
+  for (const [unit, size] of [
+    ['GB', 1e9],
+    ['MB', 1e6],
+    ['kB', 1e3],
+  ] as const)
+    if (v >= size) return `${number(v / size)} ${unit}`;
   return `${v} bytes`;
 }
 
@@ -36,8 +48,10 @@ export function duration(seconds: number | null | undefined): string {
   if (!known(seconds)) return dash;
   if (seconds < 10) return `${seconds.toFixed(1)} s`;
   if (seconds < 60) return `${Math.round(seconds)} s`;
-  if (seconds < 3600) return `${Math.floor(seconds / 60)} min ${String(Math.round(seconds % 60)).padStart(2, '0')} s`;
-  if (seconds < 86400) return `${Math.floor(seconds / 3600)} h ${String(Math.round((seconds % 3600) / 60)).padStart(2, '0')} min`;
+  if (seconds < 3600)
+    return `${Math.floor(seconds / 60)} min ${String(Math.round(seconds % 60)).padStart(2, '0')} s`;
+  if (seconds < 86400)
+    return `${Math.floor(seconds / 3600)} h ${String(Math.round((seconds % 3600) / 60)).padStart(2, '0')} min`;
   return `${number(seconds / 86400)} days`;
 }
 

@@ -13,7 +13,8 @@ const paths = {
   sun: 'M10 6.5a3.5 3.5 0 1 0 0 7 3.5 3.5 0 0 0 0-7zM10 2v1.5M10 16.5V18M2 10h1.5M16.5 10H18M4.3 4.3l1.1 1.1M14.6 14.6l1.1 1.1M4.3 15.7l1.1-1.1M14.6 5.4l1.1-1.1',
   moon: 'M16 11.5A6.5 6.5 0 1 1 8.5 4a5.2 5.2 0 0 0 7.5 7.5z',
   auto: 'M10 3a7 7 0 1 0 0 14 7 7 0 0 0 0-14zm0 0v14',
-  orbit: 'M10 12.5a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5zM3 12c0-2.5 3-4.5 7-4.5s7 2 7 4.5-3 3.5-7 3.5',
+  orbit:
+    'M10 12.5a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5zM3 12c0-2.5 3-4.5 7-4.5s7 2 7 4.5-3 3.5-7 3.5',
   compare: 'M10 3v14M3.5 5.5h4v9h-4zM12.5 5.5h4v9h-4z',
   gear: 'M4 6h7m4 0h1M4 14h1m4 0h7M13 4v4M7 12v4',
   close: 'M5 5l10 10M15 5 5 15',
@@ -24,8 +25,22 @@ export type IconName = keyof typeof paths;
 
 export function Icon({ name }: { name: IconName }) {
   return (
-    <svg class="icon" viewBox="0 0 20 20" width="20" height="20" aria-hidden="true" focusable="false">
-      <path d={paths[name]} fill="none" stroke="currentColor" stroke-width="1.6" stroke-linecap="round" stroke-linejoin="round" />
+    <svg
+      class="icon"
+      viewBox="0 0 20 20"
+      width="20"
+      height="20"
+      aria-hidden="true"
+      focusable="false"
+    >
+      <path
+        d={paths[name]}
+        fill="none"
+        stroke="currentColor"
+        stroke-width="1.6"
+        stroke-linecap="round"
+        stroke-linejoin="round"
+      />
     </svg>
   );
 }

@@ -10,7 +10,10 @@ export type Route =
   | { view: 'settings' };
 
 function parse(hash: string): Route {
-  const [head = '', ...rest] = hash.replace(/^#\/?/, '').split('/').map((part) => decodeURIComponent(part));
+  const [head = '', ...rest] = hash
+    .replace(/^#\/?/, '')
+    .split('/')
+    .map((part) => decodeURIComponent(part));
   if (head === 'jobs') return rest[0] ? { view: 'job', id: rest[0] } : { view: 'jobs' };
   if (head === 'compare') return { view: 'compare', a: rest[0] ?? '', b: rest[1] ?? '' };
   if (head === 'compose' && rest[0]) return { view: 'compose', scene: rest[0] };

@@ -11,15 +11,27 @@ export const serverInfo = new Store<ServerInfo | null>(null);
 export const jobs = new Store<Job[] | null>(null);
 
 export type Theme = 'auto' | 'dark' | 'light';
-export const theme = persistent<Theme>('tessera.theme', 'auto', (v): v is Theme => v === 'auto' || v === 'dark' || v === 'light');
+export const theme = persistent<Theme>(
+  'tessera.theme',
+  'auto',
+  (v): v is Theme => v === 'auto' || v === 'dark' || v === 'light',
+);
 
 export interface Display {
   exposure: number;
   tone: ToneMap;
   showTiles: boolean;
 }
-const isDisplay = (v: unknown): v is Display => typeof v === 'object' && v !== null && typeof (v as Display).exposure === 'number' && toneMaps.includes((v as Display).tone);
-export const display = persistent<Display>('tessera.display', { exposure: 0, tone: 'srgb', showTiles: true }, isDisplay);
+const isDisplay = (v: unknown): v is Display =>
+  typeof v === 'object' &&
+  v !== null &&
+  typeof (v as Display).exposure === 'number' &&
+  toneMaps.includes((v as Display).tone);
+export const display = persistent<Display>(
+  'tessera.display',
+  { exposure: 0, tone: 'srgb', showTiles: true },
+  isDisplay,
+);
 
 /** A short line at the bottom of the page, read out by screen readers. */
 export interface Toast {
@@ -52,8 +64,10 @@ export async function refresh(): Promise<void> {
     failures = 0;
   } catch (error) {
     failures += 1;
-    if (error instanceof RequestError && (error.status === 401 || error.status === 403)) connection.set('locked');
-    else if (error instanceof OfflineError || error instanceof RequestError) connection.set('offline');
+    if (error instanceof RequestError && (error.status === 401 || error.status === 403))
+      connection.set('locked');
+    else if (error instanceof OfflineError || error instanceof RequestError)
+      connection.set('offline');
   }
   const busy = jobs.get()?.some((job) => !isFinal(job.state)) ?? false;
   const wait = failures ? Math.min(8000, 700 * 1.6 ** failures) : busy ? 2500 : 8000;

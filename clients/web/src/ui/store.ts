@@ -28,7 +28,11 @@ export function useStore<T>(store: Store<T>): T {
 }
 
 /** A store that outlives the page, in localStorage where that is allowed. */
-export function persistent<T>(key: string, initial: T, valid: (value: unknown) => value is T): Store<T> {
+export function persistent<T>(
+  key: string,
+  initial: T,
+  valid: (value: unknown) => value is T,
+): Store<T> {
   let value = initial;
   try {
     const stored: unknown = JSON.parse(localStorage.getItem(key) ?? 'null');

@@ -24,19 +24,57 @@ function TopBar({ current }: { current: Route['view'] }) {
   const link = useStore(connection);
   const info = useStore(serverInfo);
   const chosen = useStore(theme);
-  const words = { connecting: 'Connecting…', online: 'Connected', offline: 'Server does not answer; trying again', locked: 'Access key needed' }[link];
+  const words = {
+    connecting: 'Connecting…',
+    online: 'Connected',
+    offline: 'Server does not answer; trying again',
+    locked: 'Access key needed',
+  }[link];
   const at = (view: Route['view']): 'page' | undefined => (current === view ? 'page' : undefined);
   return (
     <header class="top-bar">
-      <a class="brand" href="#/"><img src="/tessera.svg" width="26" height="26" alt="" />Tessera</a>
+      <a class="brand" href="#/">
+        <img src="/tessera.svg" width="26" height="26" alt="" />
+        Tessera
+      </a>
       <nav aria-label="Main">
-        <a href="#/" aria-current={current === 'home' || current === 'job' ? 'page' : undefined}>Render</a>
-        <a href="#/jobs" aria-current={at('jobs')}>Renders</a>
-        <a href="#/settings" aria-current={at('settings')}>Settings</a>
+        <a href="#/" aria-current={current === 'home' || current === 'job' ? 'page' : undefined}>
+          Render
+        </a>
+        <a href="#/jobs" aria-current={at('jobs')}>
+          Renders
+        </a>
+        <a href="#/settings" aria-current={at('settings')}>
+          Settings
+        </a>
       </nav>
-      {(current === 'home' || current === 'job') && <a class="new-link" href="#new" onClick={(e) => { e.preventDefault(); toForm(); }}>New</a>}
-      <span class={`connection connection-${link}`} role="status" title={info ? `Tessera ${info.version}` : undefined}><i aria-hidden="true" /><span>{words}</span></span>
-      <button type="button" class="icon-button" aria-label={`Colours: ${themeNames[chosen]}. Change.`} title={`Colours: ${themeNames[chosen]}`} onClick={() => theme.set(nextTheme[chosen])}>
+      {(current === 'home' || current === 'job') && (
+        <a
+          class="new-link"
+          href="#new"
+          onClick={(e) => {
+            e.preventDefault();
+            toForm();
+          }}
+        >
+          New
+        </a>
+      )}
+      <span
+        class={`connection connection-${link}`}
+        role="status"
+        title={info ? `Tessera ${info.version}` : undefined}
+      >
+        <i aria-hidden="true" />
+        <span>{words}</span>
+      </span>
+      <button
+        type="button"
+        class="icon-button"
+        aria-label={`Colours: ${themeNames[chosen]}. Change.`}
+        title={`Colours: ${themeNames[chosen]}`}
+        onClick={() => theme.set(nextTheme[chosen])}
+      >
         <Icon name={chosen === 'auto' ? 'auto' : chosen === 'dark' ? 'moon' : 'sun'} />
       </button>
     </header>
@@ -49,9 +87,19 @@ function DropVeil() {
   useEffect(() => {
     let depth = 0;
     const hasFiles = (e: DragEvent): boolean => e.dataTransfer?.types.includes('Files') ?? false;
-    const enter = (e: DragEvent): void => { if (hasFiles(e)) { depth += 1; setOver(true); } };
-    const leave = (): void => { depth = Math.max(0, depth - 1); if (!depth) setOver(false); };
-    const hover = (e: DragEvent): void => { if (hasFiles(e)) e.preventDefault(); };
+    const enter = (e: DragEvent): void => {
+      if (hasFiles(e)) {
+        depth += 1;
+        setOver(true);
+      }
+    };
+    const leave = (): void => {
+      depth = Math.max(0, depth - 1);
+      if (!depth) setOver(false);
+    };
+    const hover = (e: DragEvent): void => {
+      if (hasFiles(e)) e.preventDefault();
+    };
     const drop = (e: DragEvent): void => {
       depth = 0;
       setOver(false);
@@ -59,30 +107,48 @@ function DropVeil() {
       e.preventDefault();
       void filesOfDrop(e.dataTransfer).then(take);
     };
-    const listeners: [keyof WindowEventMap, (e: never) => void][] = [['dragenter', enter], ['dragleave', leave], ['dragover', hover], ['drop', drop]];
-    for (const [type, listener] of listeners) window.addEventListener(type, listener as EventListener);
-    return () => { for (const [type, listener] of listeners) window.removeEventListener(type, listener as EventListener); };
+    const listeners: [keyof WindowEventMap, (e: never) => void][] = [
+      ['dragenter', enter],
+      ['dragleave', leave],
+      ['dragover', hover],
+      ['drop', drop],
+    ];
+    for (const [type, listener] of listeners)
+      window.addEventListener(type, listener as EventListener);
+    return () => {
+      for (const [type, listener] of listeners)
+        window.removeEventListener(type, listener as EventListener);
+    };
   }, []);
-  return over ? <div class="drop-veil" aria-hidden="true"><p>Drop a model or an environment</p></div> : null;
+  return over ? (
+    <div class="drop-veil" aria-hidden="true">
+      <p>Drop a model or an environment</p>
+    </div>
+  ) : null;
 }
 
 function Toast() {
   const message = useStore(toast);
-  return <div class="toast-place" role="status" aria-live="polite">{message && <p class={`toast toast-${message.kind}`}>{message.text}</p>}</div>;
+  return (
+    <div class="toast-place" role="status" aria-live="polite">
+      {message && <p class={`toast toast-${message.kind}`}>{message.text}</p>}
+    </div>
+  );
 }
 
 /** At `/`: the newest running job, else the newest of all. Once chosen it stays, until the person goes on. */
 function useHomeJob(active: boolean): string | null | undefined {
   const list = useStore(jobs);
   const [chosen, setChosen] = useState<string | null>(null);
-  const pick = (all: Job[]): string | null => (all.find((j) => !isFinal(j.state)) ?? all[0])?.id ?? null;
+  const pick = (all: Job[]): string | null =>
+    (all.find((j) => !isFinal(j.state)) ?? all[0])?.id ?? null;
   useEffect(() => {
     if (active && list && !chosen) setChosen(pick(list));
   }, [active, list, chosen]);
   useEffect(() => {
     if (!active) setChosen(null);
   }, [active]);
-  return list ? chosen ?? pick(list) : undefined;
+  return list ? (chosen ?? pick(list)) : undefined;
 }
 
 function Empty() {
@@ -90,14 +156,28 @@ function Empty() {
     <div class="empty">
       <svg viewBox="0 0 120 68" class="empty-mosaic" aria-hidden="true">
         {Array.from({ length: 60 }, (_, i) => {
-          const x = i % 10, y = Math.floor(i / 10);
+          const x = i % 10,
+            y = Math.floor(i / 10);
           // Order grows to the right, as a picture does out of noise.
           const noise = Math.abs(Math.sin(i * 12.9898) * 43758.5453) % 1;
-          return <rect key={i} class={`smalto-${Math.floor((noise * (10 - x) + 0.55 * x + y * 0.35) % 4)}`} x={x * 12 + 1} y={y * 11.4 + 1} width="10" height="9.4" opacity={0.25 + 0.75 * (noise * (1 - x / 10) + x / 10)} />;
+          return (
+            <rect
+              key={i}
+              class={`smalto-${Math.floor((noise * (10 - x) + 0.55 * x + y * 0.35) % 4)}`}
+              x={x * 12 + 1}
+              y={y * 11.4 + 1}
+              width="10"
+              height="9.4"
+              opacity={0.25 + 0.75 * (noise * (1 - x / 10) + x / 10)}
+            />
+          );
         })}
       </svg>
       <h1>Nothing rendered yet</h1>
-      <p>Pick a scene and press Render, or drop a model anywhere on this page. You will see the picture come together, and how far off it still is.</p>
+      <p>
+        Pick a scene and press Render, or drop a model anywhere on this page. You will see the
+        picture come together, and how far off it still is.
+      </p>
     </div>
   );
 }
@@ -105,15 +185,32 @@ function Empty() {
 function Centre({ at }: { at: Route }) {
   const link = useStore(connection);
   const home = useHomeJob(at.view === 'home');
-  if (link === 'locked') return <div class="page page-narrow"><h1>This server is locked</h1><KeyForm /></div>;
+  if (link === 'locked')
+    return (
+      <div class="page page-narrow">
+        <h1>This server is locked</h1>
+        <KeyForm />
+      </div>
+    );
   switch (at.view) {
-    case 'jobs': return <JobsPage />;
-    case 'settings': return <SettingsPage />;
-    case 'job': return <JobView jobId={at.id} />;
+    case 'jobs':
+      return <JobsPage />;
+    case 'settings':
+      return <SettingsPage />;
+    case 'job':
+      return <JobView jobId={at.id} />;
     default:
       if (home) return <JobView jobId={home} />;
       if (home === null) return <Empty />;
-      return <div class="center-note"><p class="pulse">{link === 'offline' ? 'The server does not answer. This page keeps trying.' : 'Connecting…'}</p></div>;
+      return (
+        <div class="center-note">
+          <p class="pulse">
+            {link === 'offline'
+              ? 'The server does not answer. This page keeps trying.'
+              : 'Connecting…'}
+          </p>
+        </div>
+      );
   }
 }
 
@@ -122,11 +219,26 @@ export function App() {
   const bare = at.view === 'settings' || at.view === 'lab' || at.view === 'compare';
   return (
     <>
-      <a class="skip" href="#new" onClick={(e) => { e.preventDefault(); toForm(); }}>Skip to the form</a>
+      <a
+        class="skip"
+        href="#new"
+        onClick={(e) => {
+          e.preventDefault();
+          toForm();
+        }}
+      >
+        Skip to the form
+      </a>
       <TopBar current={at.view} />
       <div class={`layout${bare ? ' layout-bare' : ''}`}>
-        {!bare && <div class="side"><SubmitForm /></div>}
-        <main class="centre"><Centre at={at} /></main>
+        {!bare && (
+          <div class="side">
+            <SubmitForm />
+          </div>
+        )}
+        <main class="centre">
+          <Centre at={at} />
+        </main>
       </div>
       <DropVeil />
       <Toast />

@@ -12,7 +12,8 @@ export function ErrorRuler({ job, points }: { job: Job; points: ConvergencePoint
   const known = error?.relative_rmse != null;
   const target = job.spec.stop?.relative_error ?? null;
   const range = rangeFor(job, target);
-  const at = (v: number): number => 100 * Math.min(1, Math.max(0, Math.log(range.high / v) / Math.log(range.high / range.low)));
+  const at = (v: number): number =>
+    100 * Math.min(1, Math.max(0, Math.log(range.high / v) / Math.log(range.high / range.low)));
   const low = error?.low ?? error?.relative_rmse ?? 0;
   const high = error?.high ?? error?.relative_rmse ?? 0;
   const interval = known && error?.low != null && error.high != null;
@@ -22,21 +23,48 @@ export function ErrorRuler({ job, points }: { job: Job; points: ConvergencePoint
     <section class="ruler" aria-label="Error of the picture">
       <div class="ruler-head">
         <p class="ruler-value" data-testid="error">
-          <span class="ruler-label">Error</span> <strong>{known ? percent(error!.relative_rmse) : 'not known yet'}</strong>
-          {interval && <span class="ruler-interval"> {percent(low)} to {percent(high)} with {confidence} % confidence</span>}
+          <span class="ruler-label">Error</span>{' '}
+          <strong>{known ? percent(error!.relative_rmse) : 'not known yet'}</strong>
+          {interval && (
+            <span class="ruler-interval">
+              {' '}
+              {percent(low)} to {percent(high)} with {confidence} % confidence
+            </span>
+          )}
         </p>
-        <p class="ruler-words">{bias ? `This method is ${bias}: the error may be larger than shown.` : errorInWords(error?.relative_rmse)}</p>
+        <p class="ruler-words">
+          {bias
+            ? `This method is ${bias}: the error may be larger than shown.`
+            : errorInWords(error?.relative_rmse)}
+        </p>
       </div>
       <div class="ruler-track" aria-hidden="true">
         <div class="ruler-scale" style={{ backgroundImage: rampCss('error', 'to left') }} />
         {known && <div class="ruler-todo" style={{ left: `${at(error!.relative_rmse!)}%` }} />}
-        {ghosts(points).map((v, i) => <i key={i} class="ruler-ghost" style={{ left: `${at(v)}%` }} />)}
-        {target && <i class="ruler-target" style={{ left: `${at(target)}%` }}><b>target {percent(target)}</b></i>}
-        {interval && <div class="ruler-bar" style={{ left: `${at(high)}%`, right: `${100 - at(low)}%` }} />}
-        {known && <div class={`ruler-now${isFinal(job.state) ? '' : ' ruler-live'}`} style={{ left: `${at(error!.relative_rmse!)}%` }} />}
+        {ghosts(points).map((v, i) => (
+          <i key={i} class="ruler-ghost" style={{ left: `${at(v)}%` }} />
+        ))}
+        {target && (
+          <i class="ruler-target" style={{ left: `${at(target)}%` }}>
+            <b>target {percent(target)}</b>
+          </i>
+        )}
+        {interval && (
+          <div class="ruler-bar" style={{ left: `${at(high)}%`, right: `${100 - at(low)}%` }} />
+        )}
+        {known && (
+          <div
+            class={`ruler-now${isFinal(job.state) ? '' : ' ruler-live'}`}
+            style={{ left: `${at(error!.relative_rmse!)}%` }}
+          />
+        )}
       </div>
       <div class="ruler-ticks" aria-hidden="true">
-        {ticksOf(range).map((v) => <span key={v} style={{ left: `${at(v)}%` }}>{v >= 0.1 ? `${100 * v} %` : `${Number((100 * v).toPrecision(1))} %`}</span>)}
+        {ticksOf(range).map((v) => (
+          <span key={v} style={{ left: `${at(v)}%` }}>
+            {v >= 0.1 ? `${100 * v} %` : `${Number((100 * v).toPrecision(1))} %`}
+          </span>
+        ))}
       </div>
     </section>
   );

@@ -5,14 +5,20 @@ import { useStore } from '../ui/store';
 import { refusals } from './form_model';
 
 export const refusalsAt = (items: ProblemItem[], pointers: string[]): ProblemItem[] =>
-  items.filter((item) => pointers.some((p) => item.pointer === p || item.pointer.startsWith(`${p}/`)));
+  items.filter((item) =>
+    pointers.some((p) => item.pointer === p || item.pointer.startsWith(`${p}/`)),
+  );
 
 interface FieldProps {
   label: string;
   /** JSON pointers of the request that this field stands for. */
   pointers: string[];
   hint?: ComponentChildren;
-  children: (attributes: { id: string; 'aria-describedby': string; 'aria-invalid': boolean }) => ComponentChildren;
+  children: (attributes: {
+    id: string;
+    'aria-describedby': string;
+    'aria-invalid': boolean;
+  }) => ComponentChildren;
 }
 
 /** A labelled control with its explanation and what the server refused about it. */
@@ -22,9 +28,19 @@ export function Field({ label, pointers, hint, children }: FieldProps) {
   return (
     <div class={`field${wrong.length ? ' field-wrong' : ''}`}>
       <label for={id}>{label}</label>
-      {children({ id, 'aria-describedby': `${id}-hint ${id}-wrong`, 'aria-invalid': wrong.length > 0 })}
-      {hint && <p class="hint" id={`${id}-hint`}>{hint}</p>}
-      <p class="wrong" id={`${id}-wrong`} role={wrong.length ? 'alert' : undefined}>{wrong.map((w) => w.detail).join(' ')}</p>
+      {children({
+        id,
+        'aria-describedby': `${id}-hint ${id}-wrong`,
+        'aria-invalid': wrong.length > 0,
+      })}
+      {hint && (
+        <p class="hint" id={`${id}-hint`}>
+          {hint}
+        </p>
+      )}
+      <p class="wrong" id={`${id}-wrong`} role={wrong.length ? 'alert' : undefined}>
+        {wrong.map((w) => w.detail).join(' ')}
+      </p>
     </div>
   );
 }
@@ -40,5 +56,17 @@ interface NumberProps {
 
 /** A number field that lets one type freely and only passes on what is a number. */
 export function NumberInput({ value, onValue, ...rest }: NumberProps) {
-  return <input type="number" inputMode="decimal" value={value} {...rest} onInput={(e) => e.currentTarget.value !== '' && Number.isFinite(e.currentTarget.valueAsNumber) && onValue(e.currentTarget.valueAsNumber)} />;
+  return (
+    <input
+      type="number"
+      inputMode="decimal"
+      value={value}
+      {...rest}
+      onInput={(e) =>
+        e.currentTarget.value !== '' &&
+        Number.isFinite(e.currentTarget.valueAsNumber) &&
+        onValue(e.currentTarget.valueAsNumber)
+      }
+    />
+  );
 }

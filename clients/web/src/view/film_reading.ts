@@ -4,7 +4,10 @@ import type { Range } from './view_modes';
 /** At most this many pixels are looked at for a range or an exposure. */
 const looks = 20_000;
 
-const luminance = (film: LiveFilm, pixel: number): number => 0.2126 * film.rgb[3 * pixel] + 0.7152 * film.rgb[3 * pixel + 1] + 0.0722 * film.rgb[3 * pixel + 2];
+const luminance = (film: LiveFilm, pixel: number): number =>
+  0.2126 * film.rgb[3 * pixel] +
+  0.7152 * film.rgb[3 * pixel + 1] +
+  0.0722 * film.rgb[3 * pixel + 2];
 
 function sampled(film: LiveFilm, value: (pixel: number) => number): number[] {
   const pixels = film.width * film.height;
@@ -19,7 +22,8 @@ function sampled(film: LiveFilm, value: (pixel: number) => number): number[] {
   return out.sort((a, b) => a - b);
 }
 
-const quantile = (sorted: number[], q: number): number => sorted[Math.min(sorted.length - 1, Math.floor(q * sorted.length))];
+const quantile = (sorted: number[], q: number): number =>
+  sorted[Math.min(sorted.length - 1, Math.floor(q * sorted.length))];
 
 /** Stops that put the picture's middle at a middle grey without pushing its bright end far over white. */
 export function autoExposure(film: LiveFilm): number {
@@ -33,7 +37,10 @@ export function autoExposure(film: LiveFilm): number {
 
 /** Whole decades around the variances in sight. */
 export function varianceRange(film: LiveFilm): Range {
-  const values = sampled(film, (i) => (film.variance[3 * i] + film.variance[3 * i + 1] + film.variance[3 * i + 2]) / 3);
+  const values = sampled(
+    film,
+    (i) => (film.variance[3 * i] + film.variance[3 * i + 1] + film.variance[3 * i + 2]) / 3,
+  );
   if (values.length < 16) return { low: 1e-6, high: 1 };
   const low = 10 ** Math.floor(Math.log10(quantile(values, 0.1)));
   return { low, high: Math.max(100 * low, 10 ** Math.ceil(Math.log10(quantile(values, 0.995)))) };

@@ -12,7 +12,11 @@ export function Filmstrip({ current }: { current: string | null }) {
       <ol>
         {list.slice(0, 24).map((job) => (
           <li key={job.id}>
-            <a href={`#/jobs/${job.id}`} aria-current={job.id === current ? 'page' : undefined} title={`${sceneTitle(job)}, ${stateLabel(job)}`}>
+            <a
+              href={`#/jobs/${job.id}`}
+              aria-current={job.id === current ? 'page' : undefined}
+              title={`${sceneTitle(job)}, ${stateLabel(job)}`}
+            >
               <Thumbnail job={job} />
               <span class="strip-name">{sceneTitle(job)}</span>
               <span class={`strip-state state-text-${job.state}`}>{shortState(job)}</span>
@@ -20,7 +24,11 @@ export function Filmstrip({ current }: { current: string | null }) {
           </li>
         ))}
       </ol>
-      {list.length > 5 && <a class="strip-all" href="#/jobs">All renders</a>}
+      {list.length > 5 && (
+        <a class="strip-all" href="#/jobs">
+          All renders
+        </a>
+      )}
     </nav>
   );
 }

@@ -43,9 +43,34 @@ export interface FormValues {
 }
 
 const initial: FormValues = {
-  scene: '', name: '', width: 960, height: 540, useSamples: true, samples: 256, useError: false, errorPercent: 1, useSeconds: false, seconds: 60, camera: '', pose: null, variant: '',
-  environment: 'scene', environmentAsset: '', environmentName: '', environmentColour: '#ffffff', environmentIntensity: 1, environmentRotation: 0, environmentVisible: true,
-  integrator: '', maxDepth: 16, sampler: '', lightSampler: '', adaptive: '', filter: '', seed: 0, priority: 0,
+  scene: '',
+  name: '',
+  width: 960,
+  height: 540,
+  useSamples: true,
+  samples: 256,
+  useError: false,
+  errorPercent: 1,
+  useSeconds: false,
+  seconds: 60,
+  camera: '',
+  pose: null,
+  variant: '',
+  environment: 'scene',
+  environmentAsset: '',
+  environmentName: '',
+  environmentColour: '#ffffff',
+  environmentIntensity: 1,
+  environmentRotation: 0,
+  environmentVisible: true,
+  integrator: '',
+  maxDepth: 16,
+  sampler: '',
+  lightSampler: '',
+  adaptive: '',
+  filter: '',
+  seed: 0,
+  priority: 0,
 };
 
 export const form = new Store<FormValues>(initial);
@@ -69,14 +94,22 @@ export function requestOf(v: FormValues): Record<string, unknown> {
   if (v.useSamples) stop.samples_per_pixel = v.samples;
   if (v.useError) stop.relative_error = round(v.errorPercent / 100);
   if (v.useSeconds) stop.seconds = v.seconds;
-  const request: Record<string, unknown> = { scene: v.scene, film: { width: v.width, height: v.height, ...(v.filter && { filter: { type: v.filter } }) }, stop };
+  const request: Record<string, unknown> = {
+    scene: v.scene,
+    film: { width: v.width, height: v.height, ...(v.filter && { filter: { type: v.filter } }) },
+    stop,
+  };
   if (v.name) request.name = v.name;
   if (v.seed) request.seed = v.seed;
   if (v.priority) request.priority = v.priority;
   const camera = cameraOf(v);
   if (camera) request.camera = camera;
   if (v.variant) request.variant = v.variant;
-  if (v.integrator || v.maxDepth !== 16) request.integrator = { ...(v.integrator && { type: v.integrator }), ...(v.maxDepth !== 16 && { max_depth: v.maxDepth }) };
+  if (v.integrator || v.maxDepth !== 16)
+    request.integrator = {
+      ...(v.integrator && { type: v.integrator }),
+      ...(v.maxDepth !== 16 && { max_depth: v.maxDepth }),
+    };
   if (v.sampler) request.sampler = { type: v.sampler };
   if (v.lightSampler) request.light_sampler = { type: v.lightSampler };
   if (v.adaptive) request.adaptive = { type: v.adaptive };
@@ -86,7 +119,12 @@ export function requestOf(v: FormValues): Record<string, unknown> {
 }
 
 function cameraOf(v: FormValues): Record<string, unknown> | null {
-  if (v.pose) return { position: v.pose.position, target: v.pose.target, vertical_fov_degrees: v.pose.verticalFovDegrees };
+  if (v.pose)
+    return {
+      position: v.pose.position,
+      target: v.pose.target,
+      vertical_fov_degrees: v.pose.verticalFovDegrees,
+    };
   if (!v.camera) return null;
   // Cameras without a name are offered as "#index".
   return v.camera.startsWith('#') ? { index: Number(v.camera.slice(1)) } : { name: v.camera };
@@ -95,8 +133,14 @@ function cameraOf(v: FormValues): Record<string, unknown> | null {
 function environmentOf(v: FormValues): unknown {
   if (v.environment === 'scene') return undefined;
   if (v.environment === 'none') return null;
-  const common = { intensity: v.environmentIntensity, rotation_degrees: v.environmentRotation, visible: v.environmentVisible };
-  return v.environment === 'file' ? { asset: v.environmentAsset, ...common } : { color: linearOf(v.environmentColour), ...common };
+  const common = {
+    intensity: v.environmentIntensity,
+    rotation_degrees: v.environmentRotation,
+    visible: v.environmentVisible,
+  };
+  return v.environment === 'file'
+    ? { asset: v.environmentAsset, ...common }
+    : { color: linearOf(v.environmentColour), ...common };
 }
 
 /** "#rrggbb" as linear Rec.709. */
@@ -113,12 +157,16 @@ const round = (v: number): number => Number(v.toPrecision(7));
 export function check(v: FormValues): ProblemItem[] {
   const out: ProblemItem[] = [];
   if (!v.scene) out.push({ pointer: '/scene', detail: 'Choose a scene or drop a model.' });
-  if (!v.useSamples && !v.useError && !v.useSeconds) out.push({ pointer: '/stop', detail: 'Choose at least one rule, so that the render ends.' });
-  if (v.environment === 'file' && !v.environmentAsset) out.push({ pointer: '/environment', detail: 'Choose an .hdr or .exr file.' });
+  if (!v.useSamples && !v.useError && !v.useSeconds)
+    out.push({ pointer: '/stop', detail: 'Choose at least one rule, so that the render ends.' });
+  if (v.environment === 'file' && !v.environmentAsset)
+    out.push({ pointer: '/environment', detail: 'Choose an .hdr or .exr file.' });
   return out;
 }
 
 export function refusalsOf(error: unknown): ProblemItem[] {
   if (!(error instanceof RequestError)) return [];
-  return error.errors.length ? error.errors : [{ pointer: error.status === 404 ? '/scene' : '', detail: error.message }];
+  return error.errors.length
+    ? error.errors
+    : [{ pointer: error.status === 404 ? '/scene' : '', detail: error.message }];
 }

@@ -8,18 +8,26 @@ import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import type { Probe } from './stage';
 
-const asList = (v: number[] | number | null | undefined): number[] => (Array.isArray(v) ? v : typeof v === 'number' ? [v] : []);
+const asList = (v: number[] | number | null | undefined): number[] =>
+  Array.isArray(v) ? v : typeof v === 'number' ? [v] : [];
 
 /** The server's word on one pixel; asked for when the probe rests, and again while a pinned pixel changes. */
 function usePixel(job: Job, probe: Probe | null): PixelReport | null {
   const [report, setReport] = useState<PixelReport | null>(null);
-  const beat = probe?.pinned && !isFinal(job.state) ? Math.floor((job.progress?.elapsed_seconds ?? 0) / 2) : 0;
+  const beat =
+    probe?.pinned && !isFinal(job.state) ? Math.floor((job.progress?.elapsed_seconds ?? 0) / 2) : 0;
   useEffect(() => {
     if (!probe) return setReport(null);
     const abort = new AbortController();
-    const timer = setTimeout(() => {
-      api.pixel(job.id, probe.x, probe.y, abort.signal).then(setReport).catch(() => undefined);
-    }, probe.pinned ? 20 : 160);
+    const timer = setTimeout(
+      () => {
+        api
+          .pixel(job.id, probe.x, probe.y, abort.signal)
+          .then(setReport)
+          .catch(() => undefined);
+      },
+      probe.pinned ? 20 : 160,
+    );
     return () => {
       clearTimeout(timer);
       abort.abort();
@@ -28,60 +36,140 @@ function usePixel(job: Job, probe: Probe | null): PixelReport | null {
   return report && probe && report.x === probe.x && report.y === probe.y ? report : null;
 }
 
-export function Inspector({ job, film, probe, onRelease }: { job: Job; film: LiveFilm | null; probe: Probe | null; onRelease: () => void }) {
+export function Inspector({
+  job,
+  film,
+  probe,
+  onRelease,
+}: {
+  job: Job;
+  film: LiveFilm | null;
+  probe: Probe | null;
+  onRelease: () => void;
+}) {
   const report = usePixel(job, probe);
   return (
     <section class="card" aria-labelledby="inspector-title" data-testid="inspector">
       <header class="card-head">
         <h2 id="inspector-title">Pixel</h2>
-        {probe && <span class="mono dim">{probe.x}, {probe.y}</span>}
-        {probe?.pinned && <button type="button" class="link" onClick={onRelease}>Release</button>}
+        {probe && (
+          <span class="mono dim">
+            {probe.x}, {probe.y}
+          </span>
+        )}
+        {probe?.pinned && (
+          <button type="button" class="link" onClick={onRelease}>
+            Release
+          </button>
+        )}
       </header>
-      {probe ? <Reading film={film} probe={probe} report={report} /> : <p class="hint">Point at the picture to read a pixel; click to keep it.</p>}
+      {probe ? (
+        <Reading film={film} probe={probe} report={report} />
+      ) : (
+        <p class="hint">Point at the picture to read a pixel; click to keep it.</p>
+      )}
     </section>
   );
 }
 
-function Reading({ film, probe, report }: { film: LiveFilm | null; probe: Probe; report: PixelReport | null }) {
+function Reading({
+  film,
+  probe,
+  report,
+}: {
+  film: LiveFilm | null;
+  probe: Probe;
+  report: PixelReport | null;
+}) {
   const shown = useStore(display);
   const index = film ? probe.y * film.width + probe.x : -1;
-  const local = film && film.samples[index] > 0 ? [...film.rgb.subarray(3 * index, 3 * index + 3)] : null;
+  const local =
+    film && film.samples[index] > 0 ? [...film.rgb.subarray(3 * index, 3 * index + 3)] : null;
   const beauty = report?.layers.beauty;
   const mean = beauty ? asList(beauty.mean) : local;
   if (!mean) return <p class="hint">No sample here yet.</p>;
   const samples = report?.samples ?? film?.samples[index];
   const colour = new Uint8ClampedArray(4);
-  toBytes(mean[0], mean[1] ?? mean[0], mean[2] ?? mean[0], 2 ** shown.exposure, shown.tone, colour, 0);
-  const layers = Object.entries(report?.layers ?? {}).filter(([name]) => name === 'albedo' || name === 'normal' || name === 'depth');
+  toBytes(
+    mean[0],
+    mean[1] ?? mean[0],
+    mean[2] ?? mean[0],
+    2 ** shown.exposure,
+    shown.tone,
+    colour,
+    0,
+  );
+  const layers = Object.entries(report?.layers ?? {}).filter(
+    ([name]) => name === 'albedo' || name === 'normal' || name === 'depth',
+  );
   return (
     <div class="reading">
-      <div class="swatch" style={{ backgroundColor: `rgb(${colour[0]} ${colour[1]} ${colour[2]})` }} aria-hidden="true" />
+      <div
+        class="swatch"
+        style={{ backgroundColor: `rgb(${colour[0]} ${colour[1]} ${colour[2]})` }}
+        aria-hidden="true"
+      />
       <dl class="channels">
-        {['R', 'G', 'B'].map((name, c) => <Channel key={name} name={name} c={c} mean={mean[c]} layer={beauty} />)}
+        {['R', 'G', 'B'].map((name, c) => (
+          <Channel key={name} name={name} c={c} mean={mean[c]} layer={beauty} />
+        ))}
       </dl>
-      <p class="hint mono">{count(samples)} samples{layers.map(([name, layer]) => <span key={name}> · {name} {asList(layer.mean).map((v) => number(v, 2)).join(' ')}</span>)}</p>
+      <p class="hint mono">
+        {count(samples)} samples
+        {layers.map(([name, layer]) => (
+          <span key={name}>
+            {' '}
+            · {name}{' '}
+            {asList(layer.mean)
+              .map((v) => number(v, 2))
+              .join(' ')}
+          </span>
+        ))}
+      </p>
     </div>
   );
 }
 
 /** One channel: mean, half width of its interval, and the interval drawn with both halves as ticks. */
-function Channel({ name, c, mean, layer }: { name: string; c: number; mean: number; layer?: PixelLayer }) {
-  const low = asList(layer?.low)[c], high = asList(layer?.high)[c];
-  const halves = (layer?.halves ?? []).map((h) => asList(h as number[] | number)[c]).filter((v) => Number.isFinite(v));
+function Channel({
+  name,
+  c,
+  mean,
+  layer,
+}: {
+  name: string;
+  c: number;
+  mean: number;
+  layer?: PixelLayer;
+}) {
+  const low = asList(layer?.low)[c],
+    high = asList(layer?.high)[c];
+  const halves = (layer?.halves ?? [])
+    .map((h) => asList(h as number[] | number)[c])
+    .filter((v) => Number.isFinite(v));
   const known = Number.isFinite(low) && Number.isFinite(high) && high > low;
   const values = known ? [low, high, mean, ...halves] : [];
-  const from = Math.min(...values), to = Math.max(...values);
+  const from = Math.min(...values),
+    to = Math.max(...values);
   const pad = (to - from) * 0.12 || 1;
   const at = (v: number): string => `${(100 * (v - from + pad)) / (to - from + 2 * pad)}%`;
   return (
     <div class={`channel channel-${name.toLowerCase()}`}>
       <dt>{name}</dt>
       <dd>
-        <span class="mono">{number(mean, 4)}{known && <span class="dim"> ± {number((high - low) / 2, 2)}</span>}</span>
+        <span class="mono">
+          {number(mean, 4)}
+          {known && <span class="dim"> ± {number((high - low) / 2, 2)}</span>}
+        </span>
         {known && (
-          <span class="whisker" title={`95 % interval ${number(low, 3)} to ${number(high, 3)}; the two short marks are the independent halves`}>
+          <span
+            class="whisker"
+            title={`95 % interval ${number(low, 3)} to ${number(high, 3)}; the two short marks are the independent halves`}
+          >
             <i class="whisker-bar" style={{ left: at(low), right: `calc(100% - ${at(high)})` }} />
-            {halves.map((v, i) => <i key={i} class="whisker-half" style={{ left: at(v) }} />)}
+            {halves.map((v, i) => (
+              <i key={i} class="whisker-half" style={{ left: at(v) }} />
+            ))}
             <i class="whisker-mean" style={{ left: at(mean) }} />
           </span>
         )}

@@ -11,18 +11,47 @@ import { useStore } from '../ui/store';
 import { Menu } from './menu';
 import { sceneTitle, stateLabel } from './job_words';
 
-const formatNotes: Record<string, string> = { png: '8 bit, as shown here', jpg: 'small, as shown here', webp: 'small, as shown here', exr: 'linear floats, all layers', hdr: 'linear, Radiance', tif: 'as shown here' };
+const formatNotes: Record<string, string> = {
+  png: '8 bit, as shown here',
+  jpg: 'small, as shown here',
+  webp: 'small, as shown here',
+  exr: 'linear floats, all layers',
+  hdr: 'linear, Radiance',
+  tif: 'as shown here',
+};
 
 function Downloads({ job }: { job: Job }) {
   const shown = useStore(display);
   const info = useStore(serverInfo);
-  const formats = info?.image_formats?.map((f) => nameOf(typeof f === 'string' ? f : { name: (f as { name?: string; extension?: string }).name ?? (f as { extension?: string }).extension })) ?? ['png', 'exr'];
+  const formats = info?.image_formats?.map((f) =>
+    nameOf(
+      typeof f === 'string'
+        ? f
+        : {
+            name:
+              (f as { name?: string; extension?: string }).name ??
+              (f as { extension?: string }).extension,
+          },
+    ),
+  ) ?? ['png', 'exr'];
   const encoded = { exposure: shown.exposure, tonemap: shown.tone };
   const base = `${sceneTitle(job).replace(/[^\w-]+/g, '-')}-${job.id.slice(0, 8)}`;
   return (
-    <Menu label={<><Icon name="download" /> Download</>} testId="download">
+    <Menu
+      label={
+        <>
+          <Icon name="download" /> Download
+        </>
+      }
+      testId="download"
+    >
       {formats.map((f) => (
-        <a key={f} href={imageUrl(job.id, f, f === 'exr' || f === 'hdr' ? {} : encoded)} download={`${base}.${f}`} data-testid={`download-${f}`}>
+        <a
+          key={f}
+          href={imageUrl(job.id, f, f === 'exr' || f === 'hdr' ? {} : encoded)}
+          download={`${base}.${f}`}
+          data-testid={`download-${f}`}
+        >
           <b>{f.toUpperCase()}</b> <span>{formatNotes[f] ?? ''}</span>
         </a>
       ))}
@@ -35,9 +64,20 @@ function extensions(job: Job): { label: string; stop: StopRule }[] {
   const samples = job.progress?.samples_per_pixel?.mean ?? 0;
   const error = job.error?.relative_rmse;
   const out: { label: string; stop: StopRule }[] = [];
-  if (samples > 0) out.push({ label: `Four times the samples (${count(4 * samples)})`, stop: { samples_per_pixel: Math.min(65536, Math.round(4 * samples)) } });
-  if (error) out.push({ label: `Half the error (${percent(error / 2)})`, stop: { relative_error: Number((error / 2).toPrecision(3)) } });
-  out.push({ label: 'One more minute', stop: { seconds: Math.ceil((job.progress?.elapsed_seconds ?? 0) + 60) } });
+  if (samples > 0)
+    out.push({
+      label: `Four times the samples (${count(4 * samples)})`,
+      stop: { samples_per_pixel: Math.min(65536, Math.round(4 * samples)) },
+    });
+  if (error)
+    out.push({
+      label: `Half the error (${percent(error / 2)})`,
+      stop: { relative_error: Number((error / 2).toPrecision(3)) },
+    });
+  out.push({
+    label: 'One more minute',
+    stop: { seconds: Math.ceil((job.progress?.elapsed_seconds ?? 0) + 60) },
+  });
   return out;
 }
 
@@ -56,34 +96,130 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
     }
   };
   const running = !isFinal(job.state);
-  const others = (useStore(jobs) ?? []).filter((j) => j.id !== job.id && j.spec.film.width === job.spec.film.width && j.spec.film.height === job.spec.film.height && (j.revision ?? 0) > 0).slice(0, 8);
-  const copyLink = (): void => void navigator.clipboard?.writeText(location.href.replace(/#.*/, `#/jobs/${job.id}`)).then(() => say('Link copied.')).catch(() => undefined);
+  const others = (useStore(jobs) ?? [])
+    .filter(
+      (j) =>
+        j.id !== job.id &&
+        j.spec.film.width === job.spec.film.width &&
+        j.spec.film.height === job.spec.film.height &&
+        (j.revision ?? 0) > 0,
+    )
+    .slice(0, 8);
+  const copyLink = (): void =>
+    void navigator.clipboard
+      ?.writeText(location.href.replace(/#.*/, `#/jobs/${job.id}`))
+      .then(() => say('Link copied.'))
+      .catch(() => undefined);
   return (
     <header class="job-header">
       <div class="job-title">
         <h1>{sceneTitle(job)}</h1>
         <p>
-          <span class={`state state-${job.state}`} data-testid="state">{stateLabel(job)}</span>
-          <span class="dim">{job.spec.film.width} × {job.spec.film.height}</span>
+          <span class={`state state-${job.state}`} data-testid="state">
+            {stateLabel(job)}
+          </span>
+          <span class="dim">
+            {job.spec.film.width} × {job.spec.film.height}
+          </span>
           <LinkNote link={link} running={running} />
         </p>
       </div>
       <ProgressLine job={job} />
       <div class="job-actions">
-        {running && (job.state === 'paused'
-          ? <button type="button" class="quiet" disabled={busy} data-testid="resume" onClick={() => act(() => api.patch(job.id, { paused: false }))}><Icon name="play" /> Resume</button>
-          : <button type="button" class="quiet" disabled={busy} data-testid="pause" onClick={() => act(() => api.patch(job.id, { paused: true }))}><Icon name="pause" /> Pause</button>)}
-        {running && <button type="button" class="quiet" disabled={busy} data-testid="cancel" onClick={() => act(() => api.cancel(job.id))}><Icon name="stop" /> Cancel</button>}
+        {running &&
+          (job.state === 'paused' ? (
+            <button
+              type="button"
+              class="quiet"
+              disabled={busy}
+              data-testid="resume"
+              onClick={() => act(() => api.patch(job.id, { paused: false }))}
+            >
+              <Icon name="play" /> Resume
+            </button>
+          ) : (
+            <button
+              type="button"
+              class="quiet"
+              disabled={busy}
+              data-testid="pause"
+              onClick={() => act(() => api.patch(job.id, { paused: true }))}
+            >
+              <Icon name="pause" /> Pause
+            </button>
+          ))}
+        {running && (
+          <button
+            type="button"
+            class="quiet"
+            disabled={busy}
+            data-testid="cancel"
+            onClick={() => act(() => api.cancel(job.id))}
+          >
+            <Icon name="stop" /> Cancel
+          </button>
+        )}
         {!running && job.state !== 'failed' && (
-          <Menu label={<><Icon name="plus" /> Extend</>} testId="extend">
-            {extensions(job).map((e) => <button key={e.label} type="button" data-closes onClick={() => act(() => api.extend(job.id, e.stop))}>{e.label}</button>)}
+          <Menu
+            label={
+              <>
+                <Icon name="plus" /> Extend
+              </>
+            }
+            testId="extend"
+          >
+            {extensions(job).map((e) => (
+              <button
+                key={e.label}
+                type="button"
+                data-closes
+                onClick={() => act(() => api.extend(job.id, e.stop))}
+              >
+                {e.label}
+              </button>
+            ))}
           </Menu>
         )}
         {(job.revision ?? 0) > 0 && <Downloads job={job} />}
-        <Menu label={<><Icon name="more" /><span class="visually-hidden">More</span></>} testId="more" class="menu-icon">
-          <button type="button" data-closes onClick={copyLink}><Icon name="link" /> Copy link</button>
-          {others.map((o) => <button key={o.id} type="button" data-closes onClick={() => go(`/compare/${job.id}/${o.id}`)}><Icon name="compare" /> Compare with {sceneTitle(o)} {o.id.slice(0, 4)}</button>)}
-          {!running && <button type="button" data-closes class="danger" onClick={() => act(async () => { await api.remove(job.id); go('/'); say('The render and its files are gone.'); })}><Icon name="trash" /> Delete</button>}
+        <Menu
+          label={
+            <>
+              <Icon name="more" />
+              <span class="visually-hidden">More</span>
+            </>
+          }
+          testId="more"
+          class="menu-icon"
+        >
+          <button type="button" data-closes onClick={copyLink}>
+            <Icon name="link" /> Copy link
+          </button>
+          {others.map((o) => (
+            <button
+              key={o.id}
+              type="button"
+              data-closes
+              onClick={() => go(`/compare/${job.id}/${o.id}`)}
+            >
+              <Icon name="compare" /> Compare with {sceneTitle(o)} {o.id.slice(0, 4)}
+            </button>
+          ))}
+          {!running && (
+            <button
+              type="button"
+              data-closes
+              class="danger"
+              onClick={() =>
+                act(async () => {
+                  await api.remove(job.id);
+                  go('/');
+                  say('The render and its files are gone.');
+                })
+              }
+            >
+              <Icon name="trash" /> Delete
+            </button>
+          )}
         </Menu>
       </div>
     </header>
@@ -100,13 +236,25 @@ function ProgressLine({ job }: { job: Job }) {
   return (
     <div class="progress-line">
       {running && <progress max={1} value={fraction} aria-label="Progress" />}
-      <span class="mono" data-testid="progress">{text}</span>
+      <span class="mono" data-testid="progress">
+        {text}
+      </span>
     </div>
   );
 }
 
 function LinkNote({ link, running }: { link: LinkState; running: boolean }) {
-  if (link === 'reconnecting' && running) return <span class="link-note" role="status">Reconnecting…</span>;
-  if (link === 'overloaded') return <span class="link-note" role="status">The server has many viewers; trying again.</span>;
+  if (link === 'reconnecting' && running)
+    return (
+      <span class="link-note" role="status">
+        Reconnecting…
+      </span>
+    );
+  if (link === 'overloaded')
+    return (
+      <span class="link-note" role="status">
+        The server has many viewers; trying again.
+      </span>
+    );
   return null;
 }

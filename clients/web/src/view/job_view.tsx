@@ -23,10 +23,13 @@ export function useFeed(jobId: string): JobFeed {
   }
   const feed = holder.current;
   useEffect(() => feed.subscribe(() => again()), [feed]);
-  useEffect(() => () => {
-    holder.current?.close();
-    holder.current = null;
-  }, []);
+  useEffect(
+    () => () => {
+      holder.current?.close();
+      holder.current = null;
+    },
+    [],
+  );
   return feed;
 }
 
@@ -37,7 +40,8 @@ function useConvergence(job: Job | null): Convergence | null {
   const [data, setData] = useState<Convergence | null>(null);
   const revision = useRef(0);
   revision.current = job?.revision ?? 0;
-  const id = job?.id, state = job?.state;
+  const id = job?.id,
+    state = job?.state;
   useEffect(() => {
     if (!id || !state) return;
     const abort = new AbortController();
@@ -45,7 +49,10 @@ function useConvergence(job: Job | null): Convergence | null {
     const ask = (): void => {
       if (revision.current === asked || document.hidden) return;
       asked = revision.current;
-      api.convergence(id, abort.signal).then(setData).catch(() => (asked = -1));
+      api
+        .convergence(id, abort.signal)
+        .then(setData)
+        .catch(() => (asked = -1));
     };
     ask();
     const timer = isFinal(state) ? 0 : setInterval(ask, askEveryMs);
@@ -66,7 +73,8 @@ export function JobView({ jobId }: { jobId: string }) {
   const convergence = useConvergence(job);
   useEffect(() => setProbe(null), [jobId]);
   useEffect(() => {
-    const percent = job && !isFinal(job.state) ? `${Math.floor(100 * (job.progress?.fraction ?? 0))} % ` : '';
+    const percent =
+      job && !isFinal(job.state) ? `${Math.floor(100 * (job.progress?.fraction ?? 0))} % ` : '';
     document.title = job ? `${percent}${sceneTitle(job)} · Tessera` : 'Tessera';
     return () => void (document.title = 'Tessera');
   }, [job?.state, job?.progress?.fraction]);
@@ -74,16 +82,34 @@ export function JobView({ jobId }: { jobId: string }) {
   if (!job && (link === 'gone' || link === 'refused')) {
     return (
       <div class="center-note" role="alert">
-        <h1>{link === 'gone' ? 'This render is not here.' : 'The server refuses to show this render.'}</h1>
-        <p>{link === 'gone' ? 'It was deleted, or the link belongs to another server.' : state.problem?.detail ?? state.problem?.title}</p>
-        <a class="quiet" href="#/">Back to the newest render</a>
+        <h1>
+          {link === 'gone' ? 'This render is not here.' : 'The server refuses to show this render.'}
+        </h1>
+        <p>
+          {link === 'gone'
+            ? 'It was deleted, or the link belongs to another server.'
+            : (state.problem?.detail ?? state.problem?.title)}
+        </p>
+        <a class="quiet" href="#/">
+          Back to the newest render
+        </a>
       </div>
     );
   }
   return (
     <div class="job-view">
       <div class="job-main">
-        {job ? <JobHeader feed={feed} job={job} link={link} /> : <header class="job-header"><div class="job-title"><h1 class="dim">{link === 'reconnecting' ? 'Waiting for the server…' : 'Opening…'}</h1></div></header>}
+        {job ? (
+          <JobHeader feed={feed} job={job} link={link} />
+        ) : (
+          <header class="job-header">
+            <div class="job-title">
+              <h1 class="dim">
+                {link === 'reconnecting' ? 'Waiting for the server…' : 'Opening…'}
+              </h1>
+            </div>
+          </header>
+        )}
         <Stage feed={feed} state={state} mode={mode} probe={probe} onProbe={setProbe} />
         <Toolbar mode={mode} film={film} tooLarge={state.tooLarge} onMode={setMode} />
         {job && <ErrorRuler job={job} points={convergence?.points ?? []} />}

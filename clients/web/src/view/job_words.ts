@@ -9,9 +9,23 @@ export function sceneTitle(job: Job): string {
   return models.get().find((m) => m.id === scene)?.name || `Model ${scene.slice(0, 8)}`;
 }
 
-const labels: Record<JobState, string> = { queued: 'In line', loading: 'Loading scene', rendering: 'Rendering', paused: 'Paused', finished: 'Finished', failed: 'Failed', cancelled: 'Cancelled' };
+const labels: Record<JobState, string> = {
+  queued: 'In line',
+  loading: 'Loading scene',
+  rendering: 'Rendering',
+  paused: 'Paused',
+  finished: 'Finished',
+  failed: 'Failed',
+  cancelled: 'Cancelled',
+};
 
-const reasons: Record<string, string> = { samples_per_pixel: 'all samples taken', relative_error: 'error reached', seconds: 'time is up', deadline: 'deadline', limit: 'sample limit of the server' };
+const reasons: Record<string, string> = {
+  samples_per_pixel: 'all samples taken',
+  relative_error: 'error reached',
+  seconds: 'time is up',
+  deadline: 'deadline',
+  limit: 'sample limit of the server',
+};
 
 export function stateLabel(job: Job): string {
   const reason = job.state === 'finished' && job.stop_reason ? reasons[job.stop_reason] : null;
@@ -19,4 +33,8 @@ export function stateLabel(job: Job): string {
 }
 
 export const shortState = (job: Job): string =>
-  job.state === 'rendering' ? `${Math.floor(100 * (job.progress?.fraction ?? 0))} %` : job.state === 'finished' ? percent(job.error?.relative_rmse) : labels[job.state];
+  job.state === 'rendering'
+    ? `${Math.floor(100 * (job.progress?.fraction ?? 0))} %`
+    : job.state === 'finished'
+      ? percent(job.error?.relative_rmse)
+      : labels[job.state];

@@ -20,13 +20,18 @@ function useOlder(): { older: Job[]; more: boolean; load: () => void } {
   const [older, setOlder] = useState<Job[]>([]);
   const [cursor, setCursor] = useState<string | null | undefined>(undefined);
   const load = (): void => {
-    const first = cursor === undefined ? api.jobs({ limit: 40 }).then((page) => page.next) : Promise.resolve(cursor);
-    first.then(async (at) => {
-      if (!at) return setCursor(null);
-      const page = await api.jobs({ limit: 40, cursor: at });
-      setOlder((old) => [...old, ...page.jobs]);
-      setCursor(page.next);
-    }).catch(sayError);
+    const first =
+      cursor === undefined
+        ? api.jobs({ limit: 40 }).then((page) => page.next)
+        : Promise.resolve(cursor);
+    first
+      .then(async (at) => {
+        if (!at) return setCursor(null);
+        const page = await api.jobs({ limit: 40, cursor: at });
+        setOlder((old) => [...old, ...page.jobs]);
+        setCursor(page.next);
+      })
+      .catch(sayError);
   };
   return { older, more: cursor !== null, load };
 }
@@ -37,11 +42,20 @@ export function JobsPage() {
   const [filter, setFilter] = useState<Filter>('all');
   const [text, setText] = useState('');
   useEffect(() => void refresh(), []);
-  if (!newest) return <div class="center-note"><p class="pulse">Asking the server…</p></div>;
+  if (!newest)
+    return (
+      <div class="center-note">
+        <p class="pulse">Asking the server…</p>
+      </div>
+    );
   const known = new Set(newest.map((j) => j.id));
   const states = filters[filter].states;
   const wanted = text.trim().toLowerCase();
-  const list = [...newest, ...older.filter((j) => !known.has(j.id))].filter((j) => (!states || states.includes(j.state)) && (!wanted || `${sceneTitle(j)} ${j.id}`.toLowerCase().includes(wanted)));
+  const list = [...newest, ...older.filter((j) => !known.has(j.id))].filter(
+    (j) =>
+      (!states || states.includes(j.state)) &&
+      (!wanted || `${sceneTitle(j)} ${j.id}`.toLowerCase().includes(wanted)),
+  );
   return (
     <div class="page">
       <header class="page-head">
@@ -49,20 +63,52 @@ export function JobsPage() {
         <fieldset class="modes">
           <legend class="visually-hidden">Show</legend>
           {(Object.keys(filters) as Filter[]).map((f) => (
-            <label key={f} class={f === filter ? 'mode mode-on' : 'mode'}><input class="visually-hidden" type="radio" name="filter" checked={f === filter} onChange={() => setFilter(f)} />{filters[f].label}</label>
+            <label key={f} class={f === filter ? 'mode mode-on' : 'mode'}>
+              <input
+                class="visually-hidden"
+                type="radio"
+                name="filter"
+                checked={f === filter}
+                onChange={() => setFilter(f)}
+              />
+              {filters[f].label}
+            </label>
           ))}
         </fieldset>
-        <input type="search" placeholder="Find by name" aria-label="Find by name" value={text} onInput={(e) => setText(e.currentTarget.value)} />
+        <input
+          type="search"
+          placeholder="Find by name"
+          aria-label="Find by name"
+          value={text}
+          onInput={(e) => setText(e.currentTarget.value)}
+        />
       </header>
-      {list.length === 0 ? <p class="center-note">{newest.length ? 'No render matches.' : 'No render yet. Choose a scene and press Render.'}</p> : <ul class="job-grid">{list.map((j) => <JobCard key={j.id} job={j} />)}</ul>}
-      {newest.length >= 40 && more && <button type="button" class="quiet" onClick={load}>Show older renders</button>}
+      {list.length === 0 ? (
+        <p class="center-note">
+          {newest.length ? 'No render matches.' : 'No render yet. Choose a scene and press Render.'}
+        </p>
+      ) : (
+        <ul class="job-grid">
+          {list.map((j) => (
+            <JobCard key={j.id} job={j} />
+          ))}
+        </ul>
+      )}
+      {newest.length >= 40 && more && (
+        <button type="button" class="quiet" onClick={load}>
+          Show older renders
+        </button>
+      )}
     </div>
   );
 }
 
 function JobCard({ job }: { job: Job }) {
   const raise = (by: number): void => {
-    api.patch(job.id, { priority: Math.max(-100, Math.min(100, (job.spec.priority ?? 0) + by)) }).then(() => refresh()).catch(sayError);
+    api
+      .patch(job.id, { priority: Math.max(-100, Math.min(100, (job.spec.priority ?? 0) + by)) })
+      .then(() => refresh())
+      .catch(sayError);
   };
   return (
     <li class="job-card">
@@ -70,12 +116,33 @@ function JobCard({ job }: { job: Job }) {
         <Thumbnail job={job} size={400} />
         <strong>{sceneTitle(job)}</strong>
       </a>
-      <p><span class={`state state-${job.state}`}>{stateLabel(job)}</span></p>
-      <p class="dim">{job.error?.relative_rmse != null && `${percent(job.error.relative_rmse)} error · `}{count(job.progress?.samples_per_pixel?.mean)} samples · {duration(job.progress?.elapsed_seconds)} · {ago(job.created_at)}</p>
+      <p>
+        <span class={`state state-${job.state}`}>{stateLabel(job)}</span>
+      </p>
+      <p class="dim">
+        {job.error?.relative_rmse != null && `${percent(job.error.relative_rmse)} error · `}
+        {count(job.progress?.samples_per_pixel?.mean)} samples ·{' '}
+        {duration(job.progress?.elapsed_seconds)} · {ago(job.created_at)}
+      </p>
       {!isFinal(job.state) && (
-        <p class="priority"><span class="dim">Priority {job.spec.priority ?? 0}</span>
-          <button type="button" class="quiet small" aria-label="Lower the priority" onClick={() => raise(-10)}>−</button>
-          <button type="button" class="quiet small" aria-label="Raise the priority" onClick={() => raise(10)}>+</button>
+        <p class="priority">
+          <span class="dim">Priority {job.spec.priority ?? 0}</span>
+          <button
+            type="button"
+            class="quiet small"
+            aria-label="Lower the priority"
+            onClick={() => raise(-10)}
+          >
+            −
+          </button>
+          <button
+            type="button"
+            class="quiet small"
+            aria-label="Raise the priority"
+            onClick={() => raise(10)}
+          >
+            +
+          </button>
         </p>
       )}
     </li>

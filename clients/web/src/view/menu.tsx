@@ -2,13 +2,24 @@ import type { ComponentChildren } from 'preact';
 import { useEffect, useRef } from 'preact/hooks';
 
 /** A button that opens a small panel; closes on Escape, on a choice and on a click elsewhere. */
-export function Menu({ label, children, testId, class: extra = '' }: { label: ComponentChildren; children: ComponentChildren; testId?: string; class?: string }) {
+export function Menu({
+  label,
+  children,
+  testId,
+  class: extra = '',
+}: {
+  label: ComponentChildren;
+  children: ComponentChildren;
+  testId?: string;
+  class?: string;
+}) {
   const details = useRef<HTMLDetailsElement>(null);
   useEffect(() => {
     const close = (e: Event): void => {
       const inside = details.current?.contains(e.target as Node);
       if (e.type === 'keydown' ? (e as KeyboardEvent).key !== 'Escape' : inside) return;
-      if (details.current?.open && e.type === 'keydown') details.current.querySelector('summary')?.focus();
+      if (details.current?.open && e.type === 'keydown')
+        details.current.querySelector('summary')?.focus();
       details.current?.removeAttribute('open');
     };
     document.addEventListener('pointerdown', close);
@@ -19,12 +30,15 @@ export function Menu({ label, children, testId, class: extra = '' }: { label: Co
     };
   }, []);
   const chosen = (e: Event): void => {
-    if ((e.target as Element).closest('a, button[data-closes]')) details.current?.removeAttribute('open');
+    if ((e.target as Element).closest('a, button[data-closes]'))
+      details.current?.removeAttribute('open');
   };
   return (
     <details class={`menu ${extra}`} ref={details}>
       <summary data-testid={testId}>{label}</summary>
-      <div class="menu-panel" onClick={chosen}>{children}</div>
+      <div class="menu-panel" onClick={chosen}>
+        {children}
+      </div>
     </details>
   );
 }

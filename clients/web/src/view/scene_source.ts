@@ -32,10 +32,14 @@ export async function take(files: DroppedFile[]): Promise<void> {
   }
 }
 
-async function takeModel(files: DroppedFile[], report: (what: string, share: number) => void): Promise<void> {
+async function takeModel(
+  files: DroppedFile[],
+  report: (what: string, share: number) => void,
+): Promise<void> {
   const scene = await uploadScene(files, report);
   const main = files.find((f) => /\.(glb|gltf|zip)$/i.test(f.path)) ?? files[0];
-  const name = scene.name && scene.name !== 'uploaded' ? scene.name : main.file.name.replace(/\.\w+$/, '');
+  const name =
+    scene.name && scene.name !== 'uploaded' ? scene.name : main.file.name.replace(/\.\w+$/, '');
   models.set([{ ...scene, name }, ...models.get().filter((m) => m.id !== scene.id)]);
   chooseScene(scene.id);
   say(`${name} is ready to render.`);

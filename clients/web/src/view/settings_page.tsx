@@ -1,7 +1,16 @@
 import { useState } from 'preact/hooks';
 import { api } from '../api/client';
 import { bytes, count } from '../ui/format';
-import { connection, display, refresh, say, sayError, serverInfo, theme, type Theme } from '../ui/server_state';
+import {
+  connection,
+  display,
+  refresh,
+  say,
+  sayError,
+  serverInfo,
+  theme,
+  type Theme,
+} from '../ui/server_state';
 import { useStore } from '../ui/store';
 
 const themes: Record<Theme, string> = { auto: 'Like my system', dark: 'Dark', light: 'Light' };
@@ -17,21 +26,69 @@ export function SettingsPage() {
         <h2>Look</h2>
         <fieldset class="modes">
           <legend class="visually-hidden">Colours</legend>
-          {(Object.keys(themes) as Theme[]).map((t) => <label key={t} class={t === chosen ? 'mode mode-on' : 'mode'}><input class="visually-hidden" type="radio" name="theme" checked={t === chosen} onChange={() => theme.set(t)} />{themes[t]}</label>)}
+          {(Object.keys(themes) as Theme[]).map((t) => (
+            <label key={t} class={t === chosen ? 'mode mode-on' : 'mode'}>
+              <input
+                class="visually-hidden"
+                type="radio"
+                name="theme"
+                checked={t === chosen}
+                onChange={() => theme.set(t)}
+              />
+              {themes[t]}
+            </label>
+          ))}
         </fieldset>
-        <label class="check"><input type="checkbox" checked={shown.showTiles} onChange={(e) => display.set({ ...shown, showTiles: e.currentTarget.checked })} />Outline tiles as they arrive</label>
+        <label class="check">
+          <input
+            type="checkbox"
+            checked={shown.showTiles}
+            onChange={(e) => display.set({ ...shown, showTiles: e.currentTarget.checked })}
+          />
+          Outline tiles as they arrive
+        </label>
       </section>
       <KeyForm />
       {info && (
         <section class="card">
           <h2>Server</h2>
           <dl class="figures">
-            {[['Version', info.version], ['Build', info.build?.id], ['Commit', info.build?.commit], ['Compiler', info.build?.compiler], ['Instructions', info.build?.isa], ['Embree', info.build?.embree]].filter(([, v]) => v).map(([k, v]) => <div key={k}><dt>{k}</dt><dd class="mono">{v}</dd></div>)}
+            {[
+              ['Version', info.version],
+              ['Build', info.build?.id],
+              ['Commit', info.build?.commit],
+              ['Compiler', info.build?.compiler],
+              ['Instructions', info.build?.isa],
+              ['Embree', info.build?.embree],
+            ]
+              .filter(([, v]) => v)
+              .map(([k, v]) => (
+                <div key={k}>
+                  <dt>{k}</dt>
+                  <dd class="mono">{v}</dd>
+                </div>
+              ))}
           </dl>
-          <details><summary>Limits</summary>
-            <dl class="figures">{Object.entries(info.limits ?? {}).map(([k, v]) => <div key={k}><dt>{k.replace(/_/g, ' ')}</dt><dd class="mono">{typeof v === 'number' ? (k.includes('bytes') ? bytes(v) : count(v)) : JSON.stringify(v)}</dd></div>)}</dl>
+          <details>
+            <summary>Limits</summary>
+            <dl class="figures">
+              {Object.entries(info.limits ?? {}).map(([k, v]) => (
+                <div key={k}>
+                  <dt>{k.replace(/_/g, ' ')}</dt>
+                  <dd class="mono">
+                    {typeof v === 'number'
+                      ? k.includes('bytes')
+                        ? bytes(v)
+                        : count(v)
+                      : JSON.stringify(v)}
+                  </dd>
+                </div>
+              ))}
+            </dl>
           </details>
-          <p class="hint"><a href="/docs">HTTP interface</a> · <a href="/openapi.json">OpenAPI document</a></p>
+          <p class="hint">
+            <a href="/docs">HTTP interface</a> · <a href="/openapi.json">OpenAPI document</a>
+          </p>
         </section>
       )}
     </div>
@@ -55,11 +112,25 @@ export function KeyForm() {
   return (
     <form class="card key-form" onSubmit={open}>
       <h2>Access key</h2>
-      <p class="hint">{link === 'locked' ? 'This server asks for a key. It was printed when the server started.' : 'Only needed for servers that ask for one. The key is exchanged for a cookie and not kept in the page.'}</p>
+      <p class="hint">
+        {link === 'locked'
+          ? 'This server asks for a key. It was printed when the server started.'
+          : 'Only needed for servers that ask for one. The key is exchanged for a cookie and not kept in the page.'}
+      </p>
       <div class="key-row">
-        <label class="visually-hidden" for="key">Access key</label>
-        <input id="key" type="password" autocomplete="current-password" value={key} onInput={(e) => setKey(e.currentTarget.value)} />
-        <button type="submit" class="quiet" disabled={!key}>Use</button>
+        <label class="visually-hidden" for="key">
+          Access key
+        </label>
+        <input
+          id="key"
+          type="password"
+          autocomplete="current-password"
+          value={key}
+          onInput={(e) => setKey(e.currentTarget.value)}
+        />
+        <button type="submit" class="quiet" disabled={!key}>
+          Use
+        </button>
       </div>
     </form>
   );

@@ -29,14 +29,20 @@ const sameRange = (a: Range, b: Range): boolean => a.low === b.low && a.high ===
 
 /** Ranges of the measuring ramps, looked up now and then while the film changes. */
 function useRanges(state: FeedState, mode: Mode) {
-  const [ranges, setRanges] = useState({ variance: { low: 1e-6, high: 1 }, samples: { low: 1, high: 2 } });
+  const [ranges, setRanges] = useState({
+    variance: { low: 1e-6, high: 1 },
+    samples: { low: 1, high: 2 },
+  });
   const { film } = state;
   useEffect(() => {
     if (!film || !isHeat(mode)) return;
-    const read = (): void => setRanges((old) => {
-      const next = { variance: varianceRange(film), samples: samplesRange(film) };
-      return sameRange(old.variance, next.variance) && sameRange(old.samples, next.samples) ? old : next;
-    });
+    const read = (): void =>
+      setRanges((old) => {
+        const next = { variance: varianceRange(film), samples: samplesRange(film) };
+        return sameRange(old.variance, next.variance) && sameRange(old.samples, next.samples)
+          ? old
+          : next;
+      });
     read();
     let seen = film.version;
     const timer = setInterval(() => film.version !== seen && ((seen = film.version), read()), 1000);
@@ -53,7 +59,13 @@ export function Stage({ feed, state, mode, probe, onProbe }: StageProps) {
   const shown = useStore(display);
   const ranges = useRanges(state, mode);
   const size = job?.spec.film ?? { width: 16, height: 9 };
-  const view = useViewport(box, size, (x, y, pinned) => onProbe({ x, y, pinned }), () => onProbe(null), probe);
+  const view = useViewport(
+    box,
+    size,
+    (x, y, pinned) => onProbe({ x, y, pinned }),
+    () => onProbe(null),
+    probe,
+  );
   const look = lookOf(mode, shown, ranges);
 
   useLayoutEffect(() => {
@@ -61,19 +73,52 @@ export function Stage({ feed, state, mode, probe, onProbe }: StageProps) {
     picture.current = new Picture(canvas.current, film, look);
     return () => picture.current?.dispose();
   }, [film]);
-  useEffect(() => picture.current?.show(isLayer(mode) ? 'picture' : mode, look), [film, mode, look.exposure, look.tone, look.low, look.high]);
+  useEffect(
+    () => picture.current?.show(isLayer(mode) ? 'picture' : mode, look),
+    [film, mode, look.exposure, look.tone, look.low, look.high],
+  );
 
   return (
-    <div class="stage" ref={box} tabIndex={0} role="group" aria-roledescription="picture viewer" aria-label="Picture. Arrow keys move the pixel probe, plus and minus zoom, 0 fits." style={{ '--aspect': `${size.width} / ${size.height}` }}>
+    <div
+      class="stage"
+      ref={box}
+      tabIndex={0}
+      role="group"
+      aria-roledescription="picture viewer"
+      aria-label="Picture. Arrow keys move the pixel probe, plus and minus zoom, 0 fits."
+      style={{ '--aspect': `${size.width} / ${size.height}` }}
+    >
       <div class={`film${view.scale > 2.5 ? ' film-pixels' : ''}`} style={view.style}>
-        <canvas ref={canvas} key={job?.id} data-testid="picture" role="img" aria-label={`Render of ${job?.spec.scene ?? 'the scene'}`} hidden={state.tooLarge} />
-        {job && (state.tooLarge || isLayer(mode)) && <ServerImage job={job} mode={mode} large={state.tooLarge} />}
-        {job && film && shown.showTiles && mode === 'picture' && <TileFlashes feed={feed} width={size.width} height={size.height} active={!isFinal(job.state)} />}
+        <canvas
+          ref={canvas}
+          key={job?.id}
+          data-testid="picture"
+          role="img"
+          aria-label={`Render of ${job?.spec.scene ?? 'the scene'}`}
+          hidden={state.tooLarge}
+        />
+        {job && (state.tooLarge || isLayer(mode)) && (
+          <ServerImage job={job} mode={mode} large={state.tooLarge} />
+        )}
+        {job && film && shown.showTiles && mode === 'picture' && (
+          <TileFlashes
+            feed={feed}
+            width={size.width}
+            height={size.height}
+            active={!isFinal(job.state)}
+          />
+        )}
       </div>
       {probe && <ProbeMark probe={probe} view={view} />}
-      {isHeat(mode) && film && film.tilesSeen > 0 && <Legend mode={mode} look={look} correlated={film.correlated} />}
+      {isHeat(mode) && film && film.tilesSeen > 0 && (
+        <Legend mode={mode} look={look} correlated={film.correlated} />
+      )}
       {job && <StageNotice state={state} />}
-      {view.zoomed && <button type="button" class="stage-fit" onClick={view.reset}>{Math.round(view.scale * 100)} % · fit</button>}
+      {view.zoomed && (
+        <button type="button" class="stage-fit" onClick={view.reset}>
+          {Math.round(view.scale * 100)} % · fit
+        </button>
+      )}
     </div>
   );
 }
@@ -81,7 +126,13 @@ export function Stage({ feed, state, mode, probe, onProbe }: StageProps) {
 function ProbeMark({ probe, view }: { probe: Probe; view: Viewport }) {
   const at = view.toBox(probe.x + 0.5, probe.y + 0.5);
   const side = Math.max(9, view.scale + 2);
-  return <div class={`probe${probe.pinned ? ' probe-pinned' : ''}`} style={{ left: `${at.x}px`, top: `${at.y}px`, width: `${side}px`, height: `${side}px` }} aria-hidden="true" />;
+  return (
+    <div
+      class={`probe${probe.pinned ? ' probe-pinned' : ''}`}
+      style={{ left: `${at.x}px`, top: `${at.y}px`, width: `${side}px`, height: `${side}px` }}
+      aria-hidden="true"
+    />
+  );
 }
 
 /** A layer, or a picture beyond the page's memory, as the server encodes it; renewed as the film grows. */
@@ -102,7 +153,16 @@ function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large: boolea
   if (!revision) return null;
   const query = isLayer(mode) ? { layer: mode } : { exposure: shown.exposure, tonemap: shown.tone };
   const src = imageUrl(job.id, 'png', { ...query, revision, ...(large && { max_size: 2048 }) });
-  return fault ? <p class="stage-note">This layer is not there yet.</p> : <img class="server-image" src={src} alt={`${mode} of ${job.spec.scene}`} onError={() => setFault(true)} />;
+  return fault ? (
+    <p class="stage-note">This layer is not there yet.</p>
+  ) : (
+    <img
+      class="server-image"
+      src={src}
+      alt={`${mode} of ${job.spec.scene}`}
+      onError={() => setFault(true)}
+    />
+  );
 }
 
 /** States in which there is nothing to look at yet, or nothing more to come. */
@@ -114,14 +174,29 @@ function StageNotice({ state }: { state: FeedState }) {
       <div class="stage-notice notice-failed" role="alert">
         <strong>{job.failure?.title ?? 'The render failed.'}</strong>
         {job.failure?.detail && <p>{job.failure.detail}</p>}
-        {job.failure?.errors?.map((e) => <p key={e.pointer}><code>{e.pointer}</code> {e.detail}</p>)}
+        {job.failure?.errors?.map((e) => (
+          <p key={e.pointer}>
+            <code>{e.pointer}</code> {e.detail}
+          </p>
+        ))}
       </div>
     );
   }
   if (!empty) return null;
   const text = {
-    queued: job.queue_position ? `Waiting in line, ${job.queue_position} ahead.` : 'Waiting for its turn.',
-    loading: 'Loading the scene.', rendering: 'The first tiles are on their way.', paused: 'Paused before the first tile.', finished: 'Fetching the picture.', cancelled: 'Cancelled before the first tile.', failed: '',
+    queued: job.queue_position
+      ? `Waiting in line, ${job.queue_position} ahead.`
+      : 'Waiting for its turn.',
+    loading: 'Loading the scene.',
+    rendering: 'The first tiles are on their way.',
+    paused: 'Paused before the first tile.',
+    finished: 'Fetching the picture.',
+    cancelled: 'Cancelled before the first tile.',
+    failed: '',
   }[job.state];
-  return <div class="stage-notice"><span class={job.state === 'cancelled' || job.state === 'paused' ? '' : 'pulse'}>{text}</span></div>;
+  return (
+    <div class="stage-notice">
+      <span class={job.state === 'cancelled' || job.state === 'paused' ? '' : 'pulse'}>{text}</span>
+    </div>
+  );
 }

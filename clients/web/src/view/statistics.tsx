@@ -2,27 +2,59 @@ import { warningText, type Job } from '../api/types';
 import { bytes, count, duration, number } from '../ui/format';
 
 export function Statistics({ job }: { job: Job }) {
-  const p = job.progress, s = job.statistics;
+  const p = job.progress,
+    s = job.statistics;
   const pixels = job.spec.film.width * job.spec.film.height;
-  const perSecond = p?.elapsed_seconds && p.samples_per_pixel ? (p.samples_per_pixel.mean * pixels) / p.elapsed_seconds : null;
+  const perSecond =
+    p?.elapsed_seconds && p.samples_per_pixel
+      ? (p.samples_per_pixel.mean * pixels) / p.elapsed_seconds
+      : null;
   const range = p?.samples_per_pixel;
   const rows: [string, string, string?][] = [
-    ['Samples per pixel', range ? (range.min === range.max ? count(range.mean) : `${count(range.mean)} (${count(range.min)}–${count(range.max)})`) : '–'],
+    [
+      'Samples per pixel',
+      range
+        ? range.min === range.max
+          ? count(range.mean)
+          : `${count(range.mean)} (${count(range.min)}–${count(range.max)})`
+        : '–',
+    ],
     ['Samples per second', count(perSecond)],
     ['Rays per second', count(s?.rays_per_second)],
     ['Render time', duration(p?.elapsed_seconds)],
     ['CPU time', duration(p?.cpu_seconds)],
     ['Efficiency', number(s?.efficiency), '1 / (error² × CPU seconds)'],
     ['Peak memory', s?.peak_bytes ? bytes(s.peak_bytes) : '–'],
-    ['Rejected samples', count(s?.rejected_samples), 'Samples that were not a finite number; they count as zero'],
+    [
+      'Rejected samples',
+      count(s?.rejected_samples),
+      'Samples that were not a finite number; they count as zero',
+    ],
   ];
   return (
     <section class="card" aria-labelledby="statistics-title">
-      <header class="card-head"><h2 id="statistics-title">Figures</h2></header>
-      <dl class="figures">{rows.map(([name, value, title]) => <div key={name} title={title}><dt>{name}</dt><dd class="mono">{value}</dd></div>)}</dl>
-      {job.film_digest && <p class="hint digest" title="SHA-256 of the film: the same job gives the same bits">Film <code>{job.film_digest.slice(0, 16)}…</code></p>}
+      <header class="card-head">
+        <h2 id="statistics-title">Figures</h2>
+      </header>
+      <dl class="figures">
+        {rows.map(([name, value, title]) => (
+          <div key={name} title={title}>
+            <dt>{name}</dt>
+            <dd class="mono">{value}</dd>
+          </div>
+        ))}
+      </dl>
+      {job.film_digest && (
+        <p class="hint digest" title="SHA-256 of the film: the same job gives the same bits">
+          Film <code>{job.film_digest.slice(0, 16)}…</code>
+        </p>
+      )}
       {(job.warnings?.length ?? 0) > 0 && (
-        <ul class="warnings" aria-label="Notes about this render">{job.warnings!.map((w, i) => <li key={i}>{warningText(w)}</li>)}</ul>
+        <ul class="warnings" aria-label="Notes about this render">
+          {job.warnings!.map((w, i) => (
+            <li key={i}>{warningText(w)}</li>
+          ))}
+        </ul>
       )}
     </section>
   );

@@ -18,17 +18,26 @@ function useSceneDetails(scene: string): SceneInfo | null {
     sceneDetails.set(models.get().find((m) => m.id === scene) ?? null);
     if (!scene) return;
     const abort = new AbortController();
-    api.scene(scene, abort.signal).then((found) => sceneDetails.set(found)).catch(() => undefined);
+    api
+      .scene(scene, abort.signal)
+      .then((found) => sceneDetails.set(found))
+      .catch(() => undefined);
     return () => abort.abort();
   }, [scene]);
   return details;
 }
 
-const listLength = (v: unknown): number | undefined => (Array.isArray(v) ? v.length : typeof v === 'number' ? v : undefined);
+const listLength = (v: unknown): number | undefined =>
+  Array.isArray(v) ? v.length : typeof v === 'number' ? v : undefined;
 
 function SceneFacts({ details, summary }: { details: SceneInfo | null; summary?: string }) {
   const facts = details
-    ? [details.triangles != null && `${count(details.triangles)} triangles`, listLength(details.materials) && `${listLength(details.materials)} materials`, listLength(details.lights) && `${listLength(details.lights)} lights`, details.bytes && bytes(details.bytes)].filter(Boolean)
+    ? [
+        details.triangles != null && `${count(details.triangles)} triangles`,
+        listLength(details.materials) && `${listLength(details.materials)} materials`,
+        listLength(details.lights) && `${listLength(details.lights)} lights`,
+        details.bytes && bytes(details.bytes),
+      ].filter(Boolean)
     : [];
   return (
     <>
@@ -48,18 +57,49 @@ function ScenePicker() {
     if (!form.get().scene && builtIn.length) change({ scene: builtIn[0].name });
   }, [builtIn.length]);
   useEffect(() => {
-    api.scenes().then((list) => models.set(list.scenes.filter((s) => !builtIn.some((b) => b.name === s.id)))).catch(() => undefined);
+    api
+      .scenes()
+      .then((list) => models.set(list.scenes.filter((s) => !builtIn.some((b) => b.name === s.id))))
+      .catch(() => undefined);
   }, [info !== null]);
   const cameras = Array.isArray(details?.cameras) ? details.cameras : [];
   const variants = details?.variants ?? [];
   return (
     <>
-      <Field label="Scene" pointers={['/scene']} hint={<SceneFacts details={details} summary={builtIn.find((s) => s.name === v.scene)?.summary} />}>
+      <Field
+        label="Scene"
+        pointers={['/scene']}
+        hint={
+          <SceneFacts
+            details={details}
+            summary={builtIn.find((s) => s.name === v.scene)?.summary}
+          />
+        }
+      >
         {(a) => (
-          <select {...a} data-testid="scene" value={v.scene} onChange={(e) => chooseScene(e.currentTarget.value)}>
+          <select
+            {...a}
+            data-testid="scene"
+            value={v.scene}
+            onChange={(e) => chooseScene(e.currentTarget.value)}
+          >
             {!v.scene && <option value="">Waiting for the server…</option>}
-            <optgroup label="Built in">{builtIn.map((s) => <option key={s.name} value={s.name}>{s.name}</option>)}</optgroup>
-            {own.length > 0 && <optgroup label="Your models">{own.map((s) => <option key={s.id} value={s.id}>{s.name || s.id.slice(0, 10)}</option>)}</optgroup>}
+            <optgroup label="Built in">
+              {builtIn.map((s) => (
+                <option key={s.name} value={s.name}>
+                  {s.name}
+                </option>
+              ))}
+            </optgroup>
+            {own.length > 0 && (
+              <optgroup label="Your models">
+                {own.map((s) => (
+                  <option key={s.id} value={s.id}>
+                    {s.name || s.id.slice(0, 10)}
+                  </option>
+                ))}
+              </optgroup>
+            )}
           </select>
         )}
       </Field>
@@ -67,10 +107,21 @@ function ScenePicker() {
       {(cameras.length > 1 || v.pose) && (
         <Field label="Camera" pointers={['/camera']}>
           {(a) => (
-            <select {...a} value={v.pose ? 'pose' : v.camera} onChange={(e) => e.currentTarget.value !== 'pose' && change({ camera: e.currentTarget.value, pose: null })}>
+            <select
+              {...a}
+              value={v.pose ? 'pose' : v.camera}
+              onChange={(e) =>
+                e.currentTarget.value !== 'pose' &&
+                change({ camera: e.currentTarget.value, pose: null })
+              }
+            >
               {v.pose && <option value="pose">Placed by hand</option>}
               <option value="">The scene’s first camera</option>
-              {cameras.map((c, i) => <option key={i} value={nameOf(c) || `#${i}`}>{nameOf(c) || `Camera ${i + 1}`}</option>)}
+              {cameras.map((c, i) => (
+                <option key={i} value={nameOf(c) || `#${i}`}>
+                  {nameOf(c) || `Camera ${i + 1}`}
+                </option>
+              ))}
             </select>
           )}
         </Field>
@@ -78,9 +129,17 @@ function ScenePicker() {
       {variants.length > 0 && (
         <Field label="Variant" pointers={['/variant']} hint="The model comes in several finishes.">
           {(a) => (
-            <select {...a} value={v.variant} onChange={(e) => change({ variant: e.currentTarget.value })}>
+            <select
+              {...a}
+              value={v.variant}
+              onChange={(e) => change({ variant: e.currentTarget.value })}
+            >
               <option value="">As delivered</option>
-              {variants.map((x) => <option key={nameOf(x)} value={nameOf(x)}>{nameOf(x)}</option>)}
+              {variants.map((x) => (
+                <option key={nameOf(x)} value={nameOf(x)}>
+                  {nameOf(x)}
+                </option>
+              ))}
             </select>
           )}
         </Field>
@@ -98,10 +157,33 @@ function DropZone() {
       <button type="button" class="quiet" disabled={!!busy} onClick={() => input.current?.click()}>
         <Icon name="upload" /> {busy ? `Sending ${busy.what}` : 'Use your own model'}
       </button>
-      <input ref={input} class="visually-hidden" type="file" multiple tabIndex={-1} aria-label="Model files" data-testid="file" accept=".glb,.gltf,.zip,.bin,.png,.jpg,.jpeg,.webp,.ktx2,.hdr,.exr"
-        onChange={(e) => { void take(filesOfInput(e.currentTarget)); e.currentTarget.value = ''; }} />
-      {busy ? <progress max={1} value={busy.share} aria-label={`Sending ${busy.what}`} /> : <p class="hint">Drop a .glb, a glTF folder or a .zip anywhere on this page. An .hdr or .exr becomes the light around it.</p>}
-      {fault && <p class="wrong" role="alert">{fault}</p>}
+      <input
+        ref={input}
+        class="visually-hidden"
+        type="file"
+        multiple
+        tabIndex={-1}
+        aria-label="Model files"
+        data-testid="file"
+        accept=".glb,.gltf,.zip,.bin,.png,.jpg,.jpeg,.webp,.ktx2,.hdr,.exr"
+        onChange={(e) => {
+          void take(filesOfInput(e.currentTarget));
+          e.currentTarget.value = '';
+        }}
+      />
+      {busy ? (
+        <progress max={1} value={busy.share} aria-label={`Sending ${busy.what}`} />
+      ) : (
+        <p class="hint">
+          Drop a .glb, a glTF folder or a .zip anywhere on this page. An .hdr or .exr becomes the
+          light around it.
+        </p>
+      )}
+      {fault && (
+        <p class="wrong" role="alert">
+          {fault}
+        </p>
+      )}
     </div>
   );
 }
@@ -115,20 +197,49 @@ function SizeField() {
     <>
       <Field label="Size" pointers={free ? [] : ['/film/width', '/film/height', '/film']}>
         {(a) => (
-          <select {...a} data-testid="size" value={free ? 'custom' : String(preset)} onChange={(e) => {
-            const chosen = sizePresets[Number(e.currentTarget.value)];
-            setCustom(!chosen);
-            if (chosen) change({ width: chosen.width, height: chosen.height });
-          }}>
-            {sizePresets.map((p, i) => <option key={p.label} value={String(i)}>{`${p.label}  ${p.note}`}</option>)}
+          <select
+            {...a}
+            data-testid="size"
+            value={free ? 'custom' : String(preset)}
+            onChange={(e) => {
+              const chosen = sizePresets[Number(e.currentTarget.value)];
+              setCustom(!chosen);
+              if (chosen) change({ width: chosen.width, height: chosen.height });
+            }}
+          >
+            {sizePresets.map((p, i) => (
+              <option key={p.label} value={String(i)}>{`${p.label}  ${p.note}`}</option>
+            ))}
             <option value="custom">Other…</option>
           </select>
         )}
       </Field>
       {free && (
         <div class="pair">
-          <Field label="Width" pointers={['/film/width', '/film']}>{(a) => <NumberInput {...a} data-testid="width" value={v.width} min={1} max={16384} onValue={(width) => change({ width })} />}</Field>
-          <Field label="Height" pointers={['/film/height']}>{(a) => <NumberInput {...a} data-testid="height" value={v.height} min={1} max={16384} onValue={(height) => change({ height })} />}</Field>
+          <Field label="Width" pointers={['/film/width', '/film']}>
+            {(a) => (
+              <NumberInput
+                {...a}
+                data-testid="width"
+                value={v.width}
+                min={1}
+                max={16384}
+                onValue={(width) => change({ width })}
+              />
+            )}
+          </Field>
+          <Field label="Height" pointers={['/film/height']}>
+            {(a) => (
+              <NumberInput
+                {...a}
+                data-testid="height"
+                value={v.height}
+                min={1}
+                max={16384}
+                onValue={(height) => change({ height })}
+              />
+            )}
+          </Field>
         </div>
       )}
     </>
@@ -151,9 +262,27 @@ interface RuleProps {
 function Rule(p: RuleProps) {
   return (
     <div class={`rule${p.on ? ' rule-on' : ''}`}>
-      <label class="check"><input type="checkbox" checked={p.on} onChange={(e) => p.onToggle(e.currentTarget.checked)} />{p.label}</label>
-      <NumberInput aria-label={`${p.label}, ${p.unit}`} data-testid={p.testId} value={p.value} min={p.min} max={p.max} step={p.step} disabled={!p.on} onValue={p.onValue} />
-      <span class="unit" aria-hidden="true">{p.unit}</span>
+      <label class="check">
+        <input
+          type="checkbox"
+          checked={p.on}
+          onChange={(e) => p.onToggle(e.currentTarget.checked)}
+        />
+        {p.label}
+      </label>
+      <NumberInput
+        aria-label={`${p.label}, ${p.unit}`}
+        data-testid={p.testId}
+        value={p.value}
+        min={p.min}
+        max={p.max}
+        step={p.step}
+        disabled={!p.on}
+        onValue={p.onValue}
+      />
+      <span class="unit" aria-hidden="true">
+        {p.unit}
+      </span>
     </div>
   );
 }
@@ -164,16 +293,67 @@ function StopField() {
   return (
     <fieldset class={`stop${wrong.length ? ' field-wrong' : ''}`}>
       <legend>Stop when</legend>
-      <Rule on={v.useError} label="error is below" unit="%" value={v.errorPercent} min={0.01} max={100} step="any" testId="stop-error" onToggle={(useError) => change({ useError })} onValue={(errorPercent) => change({ errorPercent })} />
-      <Rule on={v.useSamples} label="samples reach" unit="/ pixel" value={v.samples} min={1} max={65536} step={1} testId="stop-samples" onToggle={(useSamples) => change({ useSamples })} onValue={(samples) => change({ samples })} />
-      <Rule on={v.useSeconds} label="time is up after" unit="s" value={v.seconds} min={0.1} max={1e6} step="any" testId="stop-seconds" onToggle={(useSeconds) => change({ useSeconds })} onValue={(seconds) => change({ seconds })} />
-      <p class="hint">The first rule met ends the render. Half the error takes four times the samples.</p>
-      <p class="wrong" role={wrong.length ? 'alert' : undefined}>{wrong.map((w) => w.detail).join(' ')}</p>
+      <Rule
+        on={v.useError}
+        label="error is below"
+        unit="%"
+        value={v.errorPercent}
+        min={0.01}
+        max={100}
+        step="any"
+        testId="stop-error"
+        onToggle={(useError) => change({ useError })}
+        onValue={(errorPercent) => change({ errorPercent })}
+      />
+      <Rule
+        on={v.useSamples}
+        label="samples reach"
+        unit="/ pixel"
+        value={v.samples}
+        min={1}
+        max={65536}
+        step={1}
+        testId="stop-samples"
+        onToggle={(useSamples) => change({ useSamples })}
+        onValue={(samples) => change({ samples })}
+      />
+      <Rule
+        on={v.useSeconds}
+        label="time is up after"
+        unit="s"
+        value={v.seconds}
+        min={0.1}
+        max={1e6}
+        step="any"
+        testId="stop-seconds"
+        onToggle={(useSeconds) => change({ useSeconds })}
+        onValue={(seconds) => change({ seconds })}
+      />
+      <p class="hint">
+        The first rule met ends the render. Half the error takes four times the samples.
+      </p>
+      <p class="wrong" role={wrong.length ? 'alert' : undefined}>
+        {wrong.map((w) => w.detail).join(' ')}
+      </p>
     </fieldset>
   );
 }
 
-const knownPointers = ['/scene', '/camera', '/variant', '/film', '/stop', '/environment', '/integrator', '/sampler', '/light_sampler', '/adaptive', '/seed', '/priority', '/name'];
+const knownPointers = [
+  '/scene',
+  '/camera',
+  '/variant',
+  '/film',
+  '/stop',
+  '/environment',
+  '/integrator',
+  '/sampler',
+  '/light_sampler',
+  '/adaptive',
+  '/seed',
+  '/priority',
+  '/name',
+];
 
 export function SubmitForm() {
   const info = useStore(serverInfo);
@@ -210,8 +390,19 @@ export function SubmitForm() {
       <StopField />
       <AdvancedFields info={info} />
       <div class="submit-bar">
-        {general.length > 0 && <p class="wrong" role="alert">{general.map((g) => g.detail).join(' ')}</p>}
-        <button class="primary" data-testid="submit" disabled={busy || !!uploading || link === 'locked'} type="submit">{busy ? 'Submitting…' : 'Render'}</button>
+        {general.length > 0 && (
+          <p class="wrong" role="alert">
+            {general.map((g) => g.detail).join(' ')}
+          </p>
+        )}
+        <button
+          class="primary"
+          data-testid="submit"
+          disabled={busy || !!uploading || link === 'locked'}
+          type="submit"
+        >
+          {busy ? 'Submitting…' : 'Render'}
+        </button>
       </div>
     </form>
   );

@@ -20,8 +20,20 @@ export function Thumbnail({ job, size = 192 }: { job: Job; size?: number }) {
   const ok = revision > 0 && broken !== revision;
   return (
     <span class="thumb">
-      {ok ? <img src={imageUrl(job.id, 'png', { max_size: size, revision })} alt="" decoding="async" loading="lazy" onError={() => setBroken(revision)} /> : <span class={`thumb-empty thumb-${job.state}`} />}
-      {job.state === 'rendering' && <i class="thumb-progress" style={{ width: `${100 * (job.progress?.fraction ?? 0)}%` }} />}
+      {ok ? (
+        <img
+          src={imageUrl(job.id, 'png', { max_size: size, revision })}
+          alt=""
+          decoding="async"
+          loading="lazy"
+          onError={() => setBroken(revision)}
+        />
+      ) : (
+        <span class={`thumb-empty thumb-${job.state}`} />
+      )}
+      {job.state === 'rendering' && (
+        <i class="thumb-progress" style={{ width: `${100 * (job.progress?.fraction ?? 0)}%` }} />
+      )}
     </span>
   );
 }

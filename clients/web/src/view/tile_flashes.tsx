@@ -6,7 +6,17 @@ const lifeMs = 420;
 const most = 160;
 
 /** Outlines that fade where tiles have just arrived. Nothing runs while nothing arrives. */
-export function TileFlashes({ feed, width, height, active }: { feed: JobFeed; width: number; height: number; active: boolean }) {
+export function TileFlashes({
+  feed,
+  width,
+  height,
+  active,
+}: {
+  feed: JobFeed;
+  width: number;
+  height: number;
+  active: boolean;
+}) {
   const canvas = useRef<HTMLCanvasElement>(null);
   useEffect(() => {
     const context = canvas.current?.getContext('2d');

@@ -17,7 +17,10 @@ export function Toolbar({ mode, film, tooLarge, onMode }: ToolbarProps) {
   const shown = useStore(display);
   const info = useStore(serverInfo);
   const offered = info?.layers?.map(nameOf);
-  const modes = [...(tooLarge ? planeModes.slice(0, 1) : planeModes), ...layerModes.filter((m) => !offered || offered.includes(m.mode))];
+  const modes = [
+    ...(tooLarge ? planeModes.slice(0, 1) : planeModes),
+    ...layerModes.filter((m) => !offered || offered.includes(m.mode)),
+  ];
   const set = (patch: Partial<typeof shown>): void => display.set({ ...display.get(), ...patch });
   return (
     <div class="toolbar">
@@ -25,7 +28,15 @@ export function Toolbar({ mode, film, tooLarge, onMode }: ToolbarProps) {
         <legend class="visually-hidden">View</legend>
         {modes.map((m) => (
           <label key={m.mode} class={mode === m.mode ? 'mode mode-on' : 'mode'} title={m.meaning}>
-            <input class="visually-hidden" type="radio" name="mode" value={m.mode} checked={mode === m.mode} data-testid={`view-${m.mode}`} onChange={() => onMode(m.mode)} />
+            <input
+              class="visually-hidden"
+              type="radio"
+              name="mode"
+              value={m.mode}
+              checked={mode === m.mode}
+              data-testid={`view-${m.mode}`}
+              onChange={() => onMode(m.mode)}
+            />
             {m.label}
           </label>
         ))}
@@ -33,14 +44,43 @@ export function Toolbar({ mode, film, tooLarge, onMode }: ToolbarProps) {
       <div class="light">
         <label class="exposure" title="Exposure in stops; double-click resets">
           <span>Exposure</span>
-          <input type="range" min={-8} max={8} step={0.1} value={shown.exposure} disabled={isLayer(mode)} data-testid="exposure" aria-valuetext={`${shown.exposure} stops`} onInput={(e) => set({ exposure: e.currentTarget.valueAsNumber })} onDblClick={() => set({ exposure: 0 })} />
-          <output class="mono">{shown.exposure > 0 ? '+' : ''}{shown.exposure.toFixed(1)}</output>
+          <input
+            type="range"
+            min={-8}
+            max={8}
+            step={0.1}
+            value={shown.exposure}
+            disabled={isLayer(mode)}
+            data-testid="exposure"
+            aria-valuetext={`${shown.exposure} stops`}
+            onInput={(e) => set({ exposure: e.currentTarget.valueAsNumber })}
+            onDblClick={() => set({ exposure: 0 })}
+          />
+          <output class="mono">
+            {shown.exposure > 0 ? '+' : ''}
+            {shown.exposure.toFixed(1)}
+          </output>
         </label>
-        <button type="button" class="quiet small" disabled={!film} onClick={() => film && set({ exposure: autoExposure(film) })}>Auto</button>
+        <button
+          type="button"
+          class="quiet small"
+          disabled={!film}
+          onClick={() => film && set({ exposure: autoExposure(film) })}
+        >
+          Auto
+        </button>
         <label class="tone">
           <span class="visually-hidden">Tone curve</span>
-          <select value={shown.tone} data-testid="tone" onChange={(e) => set({ tone: e.currentTarget.value as ToneMap })}>
-            {toneMaps.map((t) => <option key={t} value={t}>{toneMapLabels[t]}</option>)}
+          <select
+            value={shown.tone}
+            data-testid="tone"
+            onChange={(e) => set({ tone: e.currentTarget.value as ToneMap })}
+          >
+            {toneMaps.map((t) => (
+              <option key={t} value={t}>
+                {toneMapLabels[t]}
+              </option>
+            ))}
           </select>
         </label>
       </div>

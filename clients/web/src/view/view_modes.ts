@@ -14,9 +14,21 @@ export interface ModeInfo {
 
 export const planeModes: ModeInfo[] = [
   { mode: 'picture', label: 'Picture', meaning: 'The picture so far.' },
-  { mode: 'error', label: 'Error', meaning: 'How far each pixel may still be off, relative to its brightness.' },
-  { mode: 'tile-error', label: 'Tiles', meaning: 'The same for each tile of 32 pixels, as the server measured it.' },
-  { mode: 'variance', label: 'Variance', meaning: 'Variance of each pixel’s mean, in absolute terms: raw and itself noisy.' },
+  {
+    mode: 'error',
+    label: 'Error',
+    meaning: 'How far each pixel may still be off, relative to its brightness.',
+  },
+  {
+    mode: 'tile-error',
+    label: 'Tiles',
+    meaning: 'The same for each tile of 32 pixels, as the server measured it.',
+  },
+  {
+    mode: 'variance',
+    label: 'Variance',
+    meaning: 'Variance of each pixel’s mean, in absolute terms: raw and itself noisy.',
+  },
   { mode: 'samples', label: 'Samples', meaning: 'How many samples each pixel was given.' },
 ];
 
@@ -26,7 +38,8 @@ export const layerModes: ModeInfo[] = [
   { mode: 'depth', label: 'Depth', meaning: 'Distance from the eye.' },
 ];
 
-export const isLayer = (mode: Mode): mode is 'albedo' | 'normal' | 'depth' => mode === 'albedo' || mode === 'normal' || mode === 'depth';
+export const isLayer = (mode: Mode): mode is 'albedo' | 'normal' | 'depth' =>
+  mode === 'albedo' || mode === 'normal' || mode === 'depth';
 export const isHeat = (mode: Mode): boolean => mode !== 'picture' && !isLayer(mode);
 
 /** Ends of the error ramp; the ruler under the picture has the same ones. */
@@ -37,9 +50,19 @@ export interface Range {
   high: number;
 }
 
-export function lookOf(mode: Mode, display: Display, ranges: { variance: Range; samples: Range }): Look {
+export function lookOf(
+  mode: Mode,
+  display: Display,
+  ranges: { variance: Range; samples: Range },
+): Look {
   const base = { exposure: display.exposure, tone: display.tone };
-  if (mode === 'picture' || isLayer(mode)) return { ...base, kind: 'colour', ramp: 'error', ...errorRange };
+  if (mode === 'picture' || isLayer(mode))
+    return { ...base, kind: 'colour', ramp: 'error', ...errorRange };
   if (mode === 'samples') return { ...base, kind: 'scalar', ramp: 'samples', ...ranges.samples };
-  return { ...base, kind: 'scalar', ramp: 'error', ...(mode === 'variance' ? ranges.variance : errorRange) };
+  return {
+    ...base,
+    kind: 'scalar',
+    ramp: 'error',
+    ...(mode === 'variance' ? ranges.variance : errorRange),
+  };
 }

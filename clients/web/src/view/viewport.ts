@@ -29,7 +29,13 @@ const maxScale = 40;
  * Fit, zoom and pan of a film inside a box, by wheel, drag, pinch and keys. A move without a button asks for
  * onPoint(x, y, false); a click or an arrow key for onPoint(x, y, true).
  */
-export function useViewport(box: RefObject<HTMLElement>, film: Size, onPoint: (x: number, y: number, pinned: boolean) => void, onLeave: () => void, probe: { x: number; y: number; pinned: boolean } | null): Viewport {
+export function useViewport(
+  box: RefObject<HTMLElement>,
+  film: Size,
+  onPoint: (x: number, y: number, pinned: boolean) => void,
+  onLeave: () => void,
+  probe: { x: number; y: number; pinned: boolean } | null,
+): Viewport {
   const [size, setSize] = useState<Size>({ width: 0, height: 0 });
   const [pan, setPan] = useState<Pan>(still);
   useLayoutEffect(() => {
@@ -52,8 +58,15 @@ export function useViewport(box: RefObject<HTMLElement>, film: Size, onPoint: (x
   useEffect(() => setPan(still), [film.width, film.height]);
 
   return {
-    style: { width: `${film.width * scale}px`, height: `${film.height * scale}px`, transform: `translate(${left}px, ${top}px)` },
-    scale, zoomed: pan.zoom !== 1 || pan.x !== 0 || pan.y !== 0, reset: () => setPan(still), toBox: (x, y) => ({ x: left + x * scale, y: top + y * scale }),
+    style: {
+      width: `${film.width * scale}px`,
+      height: `${film.height * scale}px`,
+      transform: `translate(${left}px, ${top}px)`,
+    },
+    scale,
+    zoomed: pan.zoom !== 1 || pan.x !== 0 || pan.y !== 0,
+    reset: () => setPan(still),
+    toBox: (x, y) => ({ x: left + x * scale, y: top + y * scale }),
   };
 }
 
@@ -70,7 +83,11 @@ interface Live {
   probe: { x: number; y: number; pinned: boolean } | null;
 }
 
-function attach(element: HTMLElement, live: { current: Live }, setPan: (pan: Pan) => void): () => void {
+function attach(
+  element: HTMLElement,
+  live: { current: Live },
+  setPan: (pan: Pan) => void,
+): () => void {
   const pointers = new Map<number, { x: number; y: number }>();
   let moved = 0;
 
@@ -79,7 +96,8 @@ function attach(element: HTMLElement, live: { current: Live }, setPan: (pan: Pan
     const zoom = Math.max(1, Math.min(maxScale / fit, pan.zoom * factor));
     const k = zoom / pan.zoom;
     // The point under the cursor stays where it is.
-    const cx = bx - size.width / 2, cy = by - size.height / 2;
+    const cx = bx - size.width / 2,
+      cy = by - size.height / 2;
     setPan(zoom === 1 ? still : { zoom, x: cx - (cx - pan.x) * k, y: cy - (cy - pan.y) * k });
   };
   const inBox = (e: { clientX: number; clientY: number }): { x: number; y: number } => {
@@ -88,7 +106,8 @@ function attach(element: HTMLElement, live: { current: Live }, setPan: (pan: Pan
   };
   const point = (at: { x: number; y: number }, pinned: boolean): void => {
     const { left, top, scale, film } = live.current;
-    const x = Math.floor((at.x - left) / scale), y = Math.floor((at.y - top) / scale);
+    const x = Math.floor((at.x - left) / scale),
+      y = Math.floor((at.y - top) / scale);
     if (x >= 0 && y >= 0 && x < film.width && y < film.height) live.current.onPoint(x, y, pinned);
     else if (!pinned && !live.current.probe?.pinned) live.current.onLeave();
   };
@@ -116,7 +135,12 @@ function attach(element: HTMLElement, live: { current: Live }, setPan: (pan: Pan
     moved += Math.hypot(at.x - before.x, at.y - before.y);
     if (pointers.size === 2) {
       const other = [...pointers].find(([id]) => id !== e.pointerId)![1];
-      zoomAt(Math.hypot(at.x - other.x, at.y - other.y) / Math.max(1, Math.hypot(before.x - other.x, before.y - other.y)), (at.x + other.x) / 2, (at.y + other.y) / 2);
+      zoomAt(
+        Math.hypot(at.x - other.x, at.y - other.y) /
+          Math.max(1, Math.hypot(before.x - other.x, before.y - other.y)),
+        (at.x + other.x) / 2,
+        (at.y + other.y) / 2,
+      );
     } else if (live.current.pan.zoom > 1) {
       const { pan } = live.current;
       setPan({ ...pan, x: pan.x + at.x - before.x, y: pan.y + at.y - before.y });
@@ -129,7 +153,11 @@ function attach(element: HTMLElement, live: { current: Live }, setPan: (pan: Pan
     if (live.current.probe?.pinned && !e.shiftKey) {
       const { left, top, scale, probe } = live.current;
       const at = inBox(e);
-      if (Math.floor((at.x - left) / scale) === probe.x && Math.floor((at.y - top) / scale) === probe.y) return live.current.onLeave();
+      if (
+        Math.floor((at.x - left) / scale) === probe.x &&
+        Math.floor((at.y - top) / scale) === probe.y
+      )
+        return live.current.onLeave();
     }
     point(inBox(e), true);
   };
@@ -139,11 +167,20 @@ function attach(element: HTMLElement, live: { current: Live }, setPan: (pan: Pan
   const onKey = (e: KeyboardEvent): void => {
     const { probe, film, size } = live.current;
     const step = e.shiftKey ? 10 : 1;
-    const moves: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
+    const moves: Record<string, [number, number]> = {
+      ArrowLeft: [-step, 0],
+      ArrowRight: [step, 0],
+      ArrowUp: [0, -step],
+      ArrowDown: [0, step],
+    };
     const move = moves[e.key];
     if (move) {
       const from = probe ?? { x: film.width >> 1, y: film.height >> 1 };
-      live.current.onPoint(Math.max(0, Math.min(film.width - 1, from.x + move[0])), Math.max(0, Math.min(film.height - 1, from.y + move[1])), true);
+      live.current.onPoint(
+        Math.max(0, Math.min(film.width - 1, from.x + move[0])),
+        Math.max(0, Math.min(film.height - 1, from.y + move[1])),
+        true,
+      );
     } else if (e.key === '+' || e.key === '=') zoomAt(1.4, size.width / 2, size.height / 2);
     else if (e.key === '-') zoomAt(1 / 1.4, size.width / 2, size.height / 2);
     else if (e.key === '0') setPan(still);
@@ -152,9 +189,19 @@ function attach(element: HTMLElement, live: { current: Live }, setPan: (pan: Pan
     e.preventDefault();
   };
 
-  const listeners: [string, (e: never) => void, AddEventListenerOptions?][] = [['wheel', onWheel, { passive: false }], ['pointerdown', onDown], ['pointermove', onMove], ['pointerup', onUp], ['pointercancel', onUp], ['pointerleave', onOut], ['keydown', onKey]];
-  for (const [type, listener, options] of listeners) element.addEventListener(type, listener as EventListener, options);
+  const listeners: [string, (e: never) => void, AddEventListenerOptions?][] = [
+    ['wheel', onWheel, { passive: false }],
+    ['pointerdown', onDown],
+    ['pointermove', onMove],
+    ['pointerup', onUp],
+    ['pointercancel', onUp],
+    ['pointerleave', onOut],
+    ['keydown', onKey],
+  ];
+  for (const [type, listener, options] of listeners)
+    element.addEventListener(type, listener as EventListener, options);
   return () => {
-    for (const [type, listener] of listeners) element.removeEventListener(type, listener as EventListener);
+    for (const [type, listener] of listeners)
+      element.removeEventListener(type, listener as EventListener);
   };
 }

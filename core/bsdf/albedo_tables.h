@@ -12,6 +12,7 @@ namespace core {
 
 inline constexpr int kAlbedoNodes = 48;
 inline constexpr int kGlassNodes = 16;
+inline constexpr int kSheenNodes = 32;
 
 struct AlbedoTables {
   float e[kAlbedoNodes][kAlbedoNodes];   ///< [roughness][mu], F = 1
@@ -22,6 +23,7 @@ struct AlbedoTables {
   /// seen from outside, and its inverse seen from inside.
   float glass_outside[kGlassNodes][kGlassNodes][kGlassNodes];
   float glass_inside[kGlassNodes][kGlassNodes][kGlassNodes];
+  float sheen[kSheenNodes][kSheenNodes];  ///< [roughness][mu], mu linear
 };
 
 extern const AlbedoTables kAlbedoTables;
@@ -54,6 +56,21 @@ inline SpecularAlbedo specular_albedo_average(float roughness) noexcept {
   const float b = y - static_cast<float>(j);
   const auto at = [&](const float(&t)[kAlbedoNodes]) { return t[j] + (t[j + 1] - t[j]) * b; };
   return {at(kAlbedoTables.e_average), at(kAlbedoTables.e5_average)};
+}
+
+/// Directional albedo of a white sheen.
+inline float sheen_albedo(float mu, float roughness) noexcept {
+  constexpr float kLast = kSheenNodes - 1;
+  const float x = std::clamp(mu, 0.0F, 1.0F) * kLast;
+  const float y = std::clamp(roughness, 0.0F, 1.0F) * kLast;
+  const int i = std::min(static_cast<int>(x), kSheenNodes - 2);
+  const int j = std::min(static_cast<int>(y), kSheenNodes - 2);
+  const float a = x - static_cast<float>(i);
+  const float b = y - static_cast<float>(j);
+  const auto& t = kAlbedoTables.sheen;
+  const float low = t[j][i] + (t[j][i + 1] - t[j][i]) * a;
+  const float high = t[j + 1][i] + (t[j + 1][i + 1] - t[j + 1][i]) * a;
+  return low + (high - low) * b;
 }
 
 /// ior of the solid side over the outer side, above 1; inside: wo is in the solid.

@@ -8,6 +8,7 @@
 #include "core/bsdf/albedo_tables.h"
 #include "core/bsdf/fresnel.h"
 #include "core/bsdf/ggx.h"
+#include "core/bsdf/sheen.h"
 
 namespace {
 
@@ -29,14 +30,19 @@ float alpha_of(int node, int nodes) {
   return std::max(r * r, 1e-4F);
 }
 
-template <typename Weight>
-void over_normals(const Ggx& ggx, Vec3 wo, Weight&& weight) {
-  for (int a = 0; a < kSide; ++a) {
-    for (int b = 0; b < kSide; ++b) {
-      const Vec2 u = {(static_cast<float>(a) + 0.5F) / kSide, (static_cast<float>(b) + 0.5F) / kSide};
-      weight(ggx.sample_visible(wo, u));
+/// Mean of value(h) over the visible normals. Narrow lobes lose light where 1 - u.y is of the order of alpha^2: with
+/// u.y = 1 - t^2 the midpoints lie densest there.
+template <typename Value>
+double mean_over_normals(const Ggx& ggx, Vec3 wo, Value&& value) {
+  double sum = 0;
+  for (int b = 0; b < kSide; ++b) {
+    const float t = (static_cast<float>(b) + 0.5F) / kSide;
+    for (int a = 0; a < kSide; ++a) {
+      const Vec2 u = {(static_cast<float>(a) + 0.5F) / kSide, 1 - t * t};
+      sum += value(ggx.sample_visible(wo, u)) * static_cast<double>(2 * t);
     }
   }
+  return sum / (kSide * kSide);
 }
 
 void fill_reflection(core::AlbedoTables& t) {
@@ -45,20 +51,15 @@ void fill_reflection(core::AlbedoTables& t) {
     const Ggx ggx = {alpha, alpha};
     for (int i = 0; i < core::kAlbedoNodes; ++i) {
       const Vec3 wo = direction(mu_of(i, core::kAlbedoNodes));
-      double e = 0;
-      double e5 = 0;
-      over_normals(ggx, wo, [&](Vec3 h) {
-        const float cos_oh = dot(wo, h);
-        const Vec3 wi = h * (2 * cos_oh) - wo;
-        if (wi.z > 0) {
-          // f cos / pdf with F = 1 is G2 / G1.
-          const double w = static_cast<double>(ggx.g2(wo, wi) / ggx.g1(wo));
-          e += w;
-          e5 += w * static_cast<double>(core::schlick_weight(cos_oh));
-        }
-      });
-      t.e[j][i] = static_cast<float>(e / (kSide * kSide));
-      t.e5[j][i] = static_cast<float>(e5 / (kSide * kSide));
+      // f cos / pdf with F = 1 is G2 / G1.
+      const auto weight = [&](Vec3 h) {
+        const Vec3 wi = h * (2 * dot(wo, h)) - wo;
+        return wi.z > 0 ? static_cast<double>(ggx.g2(wo, wi) / ggx.g1(wo)) : 0.0;
+      };
+      t.e[j][i] = static_cast<float>(mean_over_normals(ggx, wo, weight));
+      t.e5[j][i] = static_cast<float>(mean_over_normals(ggx, wo, [&](Vec3 h) {
+        return weight(h) * static_cast<double>(core::schlick_weight(dot(wo, h)));
+      }));
     }
     // 2 * integral over mu of e(mu) mu, mu = t^2: 4 * integral over t of e t^3; the
     // interpolant is linear in t, so a fine midpoint rule is exact to rounding.
@@ -80,8 +81,8 @@ void fill_reflection(core::AlbedoTables& t) {
 }
 
 float glass(const Ggx& ggx, Vec3 wo, float eta) {
-  double sum = 0;
-  over_normals(ggx, wo, [&](Vec3 h) {
+  const double mean = mean_over_normals(ggx, wo, [&](Vec3 h) {
+    double sum = 0;
     const float cos_o = dot(wo, h);
     const float fresnel = core::fresnel_dielectric(cos_o, eta);
     const Vec3 reflected = h * (2 * cos_o) - wo;
@@ -96,8 +97,9 @@ float glass(const Ggx& ggx, Vec3 wo, float eta) {
         sum += static_cast<double>((1 - fresnel) * ggx.g2(wo, flipped) / ggx.g1(wo));
       }
     }
+    return sum;
   });
-  return static_cast<float>(sum / (kSide * kSide));
+  return static_cast<float>(mean);
 }
 
 void fill_glass(core::AlbedoTables& t) {
@@ -115,6 +117,27 @@ void fill_glass(core::AlbedoTables& t) {
   }
 }
 
+void fill_sheen(core::AlbedoTables& t) {
+  constexpr int kTheta = 256;
+  constexpr int kPhi = 128;
+  for (int j = 0; j < core::kSheenNodes; ++j) {
+    const float roughness = static_cast<float>(j) / (core::kSheenNodes - 1);
+    for (int i = 0; i < core::kSheenNodes; ++i) {
+      const Vec3 wo = direction(std::max(static_cast<float>(i) / (core::kSheenNodes - 1), 2e-3F));
+      double sum = 0;
+      for (int a = 0; a < kTheta; ++a) {
+        const float z = (static_cast<float>(a) + 0.5F) / kTheta;
+        const float r = core::safe_sqrt(1 - z * z);
+        for (int b = 0; b < kPhi; ++b) {  // half a turn: f is symmetric
+          const float phi = core::kPi * (static_cast<float>(b) + 0.5F) / kPhi;
+          sum += static_cast<double>(z * core::sheen_brdf(wo, {r * std::cos(phi), r * std::sin(phi), z}, roughness));
+        }
+      }
+      t.sheen[j][i] = std::min(static_cast<float>(sum * 6.283185307179586 / (kTheta * kPhi)), 1.0F);
+    }
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -125,6 +148,7 @@ int main(int argc, char** argv) {
   const auto tables = std::make_unique<core::AlbedoTables>();
   fill_reflection(*tables);
   fill_glass(*tables);
+  fill_sheen(*tables);
   std::ofstream out(argv[1]);
   out << "#include \"core/bsdf/albedo_tables.h\"\nnamespace core {\n"
       << "extern const AlbedoTables kAlbedoTables;\nconst AlbedoTables kAlbedoTables = {\n";
@@ -162,6 +186,8 @@ int main(int argc, char** argv) {
     }
     out << "}";
   }
+  out << ",\n";
+  write2(&tables->sheen[0][0], core::kSheenNodes, core::kSheenNodes);
   out << "};\n}  // namespace core\n";
   return out.good() ? 0 : 1;
 }

@@ -5,6 +5,9 @@
 
 #include "core/bsdf/albedo_tables.h"
 #include "core/bsdf/fresnel.h"
+#include "core/bsdf/sheen.h"
+#include "core/bsdf/thin_film.h"
+#include "core/math/frame.h"
 #include "core/math/numbers.h"
 #include "core/sampling/warp.h"
 
@@ -28,10 +31,16 @@ Rgb multiple_scattering(Rgb f0, Rgb f90, float e_average) {
 
 }  // namespace
 
-Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local) noexcept
-    : wo_(wo_local), ng_(ng_local), ggx_{p.alpha_x, p.alpha_y}, roughness_(p.roughness) {
+Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLayers* layers) noexcept
+    : wo_(wo_local), ng_(ng_local), ggx_{p.alpha_x, p.alpha_y}, roughness_(p.roughness), layers_(layers) {
   is_flat_ = ng_.z > 0.9999995F;
-  if (p.f90 == 0 && p.metallic == 0 && p.transmission == 0 && is_black(p.f0)) {
+  if (p.alpha_x != p.alpha_y) {
+    // The tables know round lobes. One whose width is the quadratic mean has the albedo of the long one within 0.06 at
+    // widths 1 and 0.01, and within 0.02 at 0.6 and 0.15; the roughness across it would be off by 0.4.
+    roughness_ = std::sqrt(std::sqrt(0.5F * (square(p.alpha_x) + square(p.alpha_y))));
+  }
+  if (p.f90 == 0 && p.metallic == 0 && p.transmission == 0 && is_black(p.f0) &&
+      layers == nullptr) {
     is_lambert_ = true;
     diffuse_ = p.base_color;
     albedo_ = p.base_color;
@@ -80,6 +89,18 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local) noexcept
     specular_albedo_wo = is_smooth_ ? fresnel_schlick(f0_, f90_, wo_.z)
                                     : f0_ * (e.e - e.e5) + f90_ * e.e5;
   }
+  if (layers_ != nullptr && layers_->diffuse_transmission > 0) {
+    below_ = layers_->diffuse_transmission_color * (lambert * layers_->diffuse_transmission);
+    diffuse_ *= 1 - layers_->diffuse_transmission;
+  }
+  if (layers_ != nullptr && layers_->iridescence > 0 && has_specular_) {
+    // At the view angle, for the albedo that picks lobes; evaluation uses the half vector.
+    film_weight_ = layers_->iridescence;
+    const float weight = metal + cover;
+    film_base_f0_ = f0_ / weight;
+    specular_albedo_wo = specular_albedo_wo * (1 - film_weight_) +
+                         fresnel(wo_.z) * (is_smooth_ ? film_weight_ : film_weight_ * e.e);
+  }
   const Rgb substrate_albedo = diffuse_ * cover_wo_;
   const Rgb ms_albedo = is_smooth_ ? Rgb{} : ms_color_ * (1 - e.e);
   if (p.thin && p.transmission > 0) {
@@ -97,15 +118,123 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local) noexcept
   prob_specular_ = luminance(specular_albedo_wo);
   prob_thin_ = luminance(thin_);
   prob_glass_ = glass_weight_ * std::max(luminance(glass_color_), 0.05F);
-  const float sum = prob_diffuse_ + prob_specular_ + prob_thin_ + prob_glass_;
-  if (sum > 0) {
-    prob_diffuse_ /= sum;
-    prob_specular_ /= sum;
-    prob_thin_ /= sum;
-    prob_glass_ /= sum;
+  prob_below_ = luminance(below_ * cover_wo_);
+  albedo_ = substrate_albedo + ms_albedo + specular_albedo_wo + thin_ + glass_color_ * glass_weight_ +
+            below_ * cover_wo_;
+  if (layers_ != nullptr) {
+    prepare_layers();
   }
-  has_spread_ = prob_diffuse_ > 0 || (!is_smooth_ && sum > 0);
-  albedo_ = substrate_albedo + ms_albedo + specular_albedo_wo + thin_ + glass_color_ * glass_weight_;
+  const float sum = prob_diffuse_ + prob_specular_ + prob_thin_ + prob_glass_ + prob_below_ + prob_coat_ +
+                    prob_sheen_;
+  if (sum > 0) {
+    for (float* prob : {&prob_diffuse_, &prob_specular_, &prob_thin_, &prob_glass_, &prob_below_,
+                        &prob_coat_, &prob_sheen_}) {
+      *prob /= sum;
+    }
+  }
+  has_spread_ = prob_diffuse_ + prob_below_ + prob_sheen_ > 0 || (!is_smooth_ && sum > 0) ||
+                (prob_coat_ > 0 && !coat_smooth_);
+}
+
+/// Clearcoat and sheen: what they reflect, and how much less the layers below are picked.
+void Bsdf::prepare_layers() noexcept {
+  float below = 1;
+  if (layers_->clearcoat > 0) {
+    const float alpha = std::max(square(layers_->clearcoat_roughness), 1e-4F);
+    coat_ = {alpha, alpha};
+    coat_smooth_ = alpha < kSmoothAlpha;
+    coat_mu_ = std::max(dot(wo_, layers_->clearcoat_normal), 1e-3F);
+    const auto weighted = [this](SpecularAlbedo a) {
+      return layers_->clearcoat * (0.04F * (a.e - a.e5) + a.e5);
+    };
+    coat_e_wo_ = weighted(specular_albedo(coat_mu_, layers_->clearcoat_roughness));
+    coat_e_average_ = weighted(specular_albedo_average(layers_->clearcoat_roughness));
+    below *= 1 - coat_e_wo_;
+    prob_coat_ = coat_e_wo_;
+  }
+  sheen_max_ = max_component(layers_->sheen_color);
+  if (sheen_max_ > 0) {
+    sheen_e_wo_ = sheen_albedo(wo_.z, layers_->sheen_roughness);
+    const float open = 1 - sheen_max_ * sheen_e_wo_;
+    below *= open;
+    prob_coat_ *= open;
+    prob_sheen_ = luminance(layers_->sheen_color) * sheen_e_wo_;
+  }
+  for (float* prob : {&prob_diffuse_, &prob_specular_, &prob_thin_, &prob_glass_, &prob_below_}) {
+    *prob *= below;
+  }
+  albedo_ = albedo_ * below + Rgb(prob_coat_) + layers_->sheen_color * sheen_e_wo_;
+}
+
+Rgb Bsdf::fresnel(float cos_oh) const noexcept {
+  const Rgb plain = fresnel_schlick(f0_, f90_, cos_oh);
+  if (!(film_weight_ > 0)) {
+    return plain;
+  }
+  const Rgb film = thin_film_fresnel(std::max(cos_oh, 0.0F), layers_->iridescence_ior,
+                                     layers_->iridescence_thickness_nm, film_base_f0_);
+  return plain * (1 - film_weight_) + film * (f90_ * film_weight_);
+}
+
+/// Share of light that the dielectric cover lets through to the substrate, at cosine mu.
+Rgb Bsdf::cover_share(float mu) const noexcept {
+  const SpecularAlbedo e = specular_albedo(mu, roughness_);
+  return one_minus(cover_f0_ * (e.e - e.e5) + Rgb(cover_f90_ * e.e5) + cover_ms_ * (1 - e.e));
+}
+
+void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
+  if (!(prob_below_ > 0)) {
+    return;
+  }
+  Rgb f = below_ * kInvPi;
+  if (has_specular_) {
+    f = f * cover_wo_ * cover_share(-wi.z) * cover_norm_;
+  }
+  out.value_cos += f * -wi.z;
+  out.pdf_solid_angle += prob_below_ * cosine_hemisphere_pdf_solid_angle(-wi.z);
+}
+
+/// The coat's own lobe, about its own normal; what lies below has been scaled already.
+void Bsdf::add_clearcoat(Vec3 wi, BsdfEval& out) const noexcept {
+  if (!(prob_coat_ > 0) || coat_smooth_) {
+    return;
+  }
+  const Frame frame = frame_from_normal(layers_->clearcoat_normal);
+  const Vec3 i = frame.to_local(wi);
+  Vec3 o = frame.to_local(wo_);
+  o.z = std::max(o.z, 1e-3F);
+  if (!(i.z > 0)) {
+    return;
+  }
+  const Vec3 h = normalize_or(o + i, {0, 0, 1});
+  const float lambda_o = coat_.lambda(o);
+  const float common = coat_.d(h) / (4 * o.z);
+  const float f = lerp(0.04F, 1.0F, schlick_weight(dot(o, h)));
+  out.value_cos += Rgb(layers_->clearcoat * f * common / (1 + lambda_o + coat_.lambda(i)));
+  out.pdf_solid_angle += prob_coat_ * common / (1 + lambda_o);
+}
+
+bool Bsdf::sample_clearcoat(Vec2 u, BsdfSample& s) const noexcept {
+  const Frame frame = frame_from_normal(layers_->clearcoat_normal);
+  Vec3 o = frame.to_local(wo_);
+  o.z = std::max(o.z, 1e-3F);
+  const Vec3 h = coat_smooth_ ? Vec3{0, 0, 1} : coat_.sample_visible(o, u);
+  const Vec3 i = h * (2 * dot(o, h)) - o;
+  if (coat_smooth_) {
+    s.is_delta = true;
+    const float open = sheen_max_ > 0 ? 1 - sheen_max_ * sheen_e_wo_ : 1.0F;
+    s.weight = Rgb(open * layers_->clearcoat * lerp(0.04F, 1.0F, schlick_weight(o.z)) / prob_coat_);
+  }
+  s.wi_local = normalize_or(frame.to_world(i), {0, 0, 1});
+  return i.z > 0 && s.wi_local.z > 0;
+}
+
+void Bsdf::add_sheen(Vec3 wi, BsdfEval& out) const noexcept {
+  if (!(prob_sheen_ > 0)) {
+    return;
+  }
+  out.value_cos += layers_->sheen_color * (sheen_brdf(wo_, wi, layers_->sheen_roughness) * wi.z);
+  out.pdf_solid_angle += prob_sheen_ * (0.5F * kInvPi);
 }
 
 Rgb Bsdf::albedo() const noexcept { return albedo_; }
@@ -117,8 +246,7 @@ void Bsdf::add_diffuse(Vec3 wi, BsdfEval& out) const noexcept {
   Rgb f = diffuse_ * kInvPi;
   if (has_specular_) {
     const SpecularAlbedo e = specular_albedo(wi.z, roughness_);
-    const Rgb cover_wi = one_minus(cover_f0_ * (e.e - e.e5) + Rgb(cover_f90_ * e.e5) +
-                                   cover_ms_ * (1 - e.e));
+    const Rgb cover_wi = cover_share(wi.z);
     f = f * cover_wo_ * cover_wi * cover_norm_ + ms_color_ * (ms_scale_ * (1 - e.e));
   }
   out.value_cos += f * wi.z;
@@ -135,7 +263,7 @@ void Bsdf::add_specular(Vec3 wi, BsdfEval& out) const noexcept {
   const float lambda_o = ggx_.lambda(wo_);
   const float g2 = 1 / (1 + lambda_o + ggx_.lambda(wi));
   const float common = d / (4 * wo_.z);
-  out.value_cos += fresnel_schlick(f0_, f90_, cos_oh) * (common * g2);
+  out.value_cos += fresnel(cos_oh) * (common * g2);
   out.pdf_solid_angle += prob_specular_ * common / (1 + lambda_o);
 }
 
@@ -184,6 +312,18 @@ void Bsdf::add_glass(Vec3 wi, BsdfEval& out) const noexcept {
   out.pdf_solid_angle += prob_glass_ * common * eta_ * eta_ / (1 + lambda_o);
 }
 
+/// Albedo of the coat from the side of wi, as weighted as coat_e_wo_.
+float Bsdf::coat_albedo(Vec3 wi) const noexcept {
+  const SpecularAlbedo a = specular_albedo(std::fabs(dot(wi, layers_->clearcoat_normal)),
+                                           layers_->clearcoat_roughness);
+  return layers_->clearcoat * (0.04F * (a.e - a.e5) + a.e5);
+}
+
+/// What clearcoat and sheen leave of a delta lobe below them; its wi has the cosine of wo.
+float Bsdf::delta_share() const noexcept {
+  return layers_ == nullptr ? 1.0F : (1 - coat_e_wo_) * (1 - sheen_max_ * sheen_e_wo_);
+}
+
 BsdfEval Bsdf::evaluate_raw(Vec3 wi) const noexcept {
   BsdfEval out;
   if (is_lambert_) {
@@ -195,11 +335,35 @@ BsdfEval Bsdf::evaluate_raw(Vec3 wi) const noexcept {
   }
   if (wi.z > 0) {
     add_diffuse(wi, out);
-    add_specular(wi, out);
-    add_glass(wi, out);
   } else if (wi.z < 0) {
-    add_thin(wi, out);
-    add_glass(wi, out);
+    add_below(wi, out);
+  } else {
+    return out;
+  }
+  if (coat_e_wo_ > 0) {
+    out.value_cos *= (1 - coat_e_wo_) * (1 - coat_albedo(wi)) / (1 - coat_e_average_);
+  }
+  BsdfEval glossy;
+  if (wi.z > 0) {
+    add_specular(wi, glossy);
+    add_glass(wi, glossy);
+  } else {
+    add_thin(wi, glossy);
+    add_glass(wi, glossy);
+  }
+  if (coat_e_wo_ > 0) {
+    glossy.value_cos *= 1 - std::max(coat_e_wo_, coat_albedo(wi));
+  }
+  out.value_cos += glossy.value_cos;
+  out.pdf_solid_angle += glossy.pdf_solid_angle;
+  if (layers_ != nullptr && wi.z > 0) {
+    add_clearcoat(wi, out);
+  }
+  if (sheen_max_ > 0) {
+    out.value_cos *= 1 - sheen_max_ * std::max(sheen_e_wo_, sheen_albedo(std::fabs(wi.z), layers_->sheen_roughness));
+    if (wi.z > 0) {
+      add_sheen(wi, out);
+    }
   }
   return out;
 }
@@ -235,7 +399,7 @@ void Bsdf::respect_geometry(BsdfSample& s) const noexcept {
 bool Bsdf::sample_specular(Vec2 u, BsdfSample& s) const noexcept {
   if (is_smooth_) {
     s.wi_local = {-wo_.x, -wo_.y, wo_.z};
-    s.weight = fresnel_schlick(f0_, f90_, wo_.z) / prob_specular_;
+    s.weight = fresnel(wo_.z) * (delta_share() / prob_specular_);
     s.is_delta = true;
     return true;
   }
@@ -247,7 +411,7 @@ bool Bsdf::sample_specular(Vec2 u, BsdfSample& s) const noexcept {
 bool Bsdf::sample_thin(Vec2 u, BsdfSample& s) const noexcept {
   if (is_smooth_) {
     s.wi_local = -wo_;
-    s.weight = thin_ / prob_thin_;
+    s.weight = thin_ * (delta_share() / prob_thin_);
     s.is_delta = true;
     return true;
   }
@@ -266,12 +430,12 @@ bool Bsdf::sample_glass(float u_lobe, Vec2 u, BsdfSample& s) const noexcept {
   s.is_delta = is_delta;
   if (u_lobe < f) {
     s.wi_local = h * (2 * cos_o) - wo_;
-    s.weight = Rgb(glass_weight_ / prob_glass_);
+    s.weight = Rgb(glass_weight_ * delta_share() / prob_glass_);
     return s.wi_local.z > 0;
   }
   const float cos_t = safe_sqrt(1 - (1 - cos_o * cos_o) / (eta_ * eta_));
   s.wi_local = normalize_or(h * (cos_o / eta_ - cos_t) - wo_ * (1 / eta_), -wo_);
-  s.weight = glass_color_ * (glass_weight_ / (prob_glass_ * eta_ * eta_));
+  s.weight = glass_color_ * (glass_weight_ * delta_share() / (prob_glass_ * eta_ * eta_));
   s.eta = eta_;
   return s.wi_local.z < 0;
 }
@@ -285,16 +449,34 @@ BsdfSample Bsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
     return s;
   }
   bool ok = false;
-  if (u_lobe < prob_diffuse_) {
+  // Spread lobes first and delta ones last: sample_delta() relies on the order.
+  float u = u_lobe;
+  const auto lobe = [&u](float prob) {
+    if (u < prob) {
+      return true;
+    }
+    u -= prob;
+    return false;
+  };
+  if (lobe(prob_diffuse_)) {
     s.wi_local = cosine_hemisphere(u_dir);
     ok = s.wi_local.z > 0;
-  } else if (u_lobe < prob_diffuse_ + prob_specular_) {
+  } else if (lobe(prob_below_)) {
+    s.wi_local = -cosine_hemisphere(u_dir);
+    ok = s.wi_local.z < 0;
+  } else if (lobe(prob_sheen_)) {
+    s.wi_local = uniform_hemisphere(u_dir);
+    ok = s.wi_local.z > 0;
+  } else if (!coat_smooth_ && lobe(prob_coat_)) {
+    ok = sample_clearcoat(u_dir, s);
+  } else if (lobe(prob_specular_)) {
     ok = sample_specular(u_dir, s);
-  } else if (u_lobe < prob_diffuse_ + prob_specular_ + prob_thin_) {
+  } else if (lobe(prob_thin_)) {
     ok = sample_thin(u_dir, s);
+  } else if (lobe(coat_smooth_ ? prob_coat_ : 0.0F)) {
+    ok = sample_clearcoat(u_dir, s);
   } else if (prob_glass_ > 0) {
-    const float rest = u_lobe - (prob_diffuse_ + prob_specular_ + prob_thin_);
-    ok = sample_glass(std::clamp(rest / prob_glass_, 0.0F, kOneMinusEpsilon), u_dir, s);
+    ok = sample_glass(std::clamp(u / prob_glass_, 0.0F, kOneMinusEpsilon), u_dir, s);
   }
   if (!ok) {
     return BsdfSample{};
@@ -314,13 +496,16 @@ BsdfSample Bsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
 
 float Bsdf::prob_delta() const noexcept {
   const bool matched = prob_glass_ > 0 && std::fabs(eta_ - 1) < 1e-4F;
-  return is_smooth_ ? 1 - prob_diffuse_ : (matched ? prob_glass_ : 0.0F);
+  const float coat = coat_smooth_ ? prob_coat_ : 0.0F;
+  return is_smooth_ ? prob_specular_ + prob_thin_ + coat + prob_glass_ : coat + (matched ? prob_glass_ : 0.0F);
 }
 
 BsdfSample Bsdf::sample_delta(float u_lobe, Vec2 u_dir) const noexcept {
-  // The delta lobes are the last part of the interval that sample() divides.
+  // The delta lobes are the last part of the interval that sample() divides; a rough solid
+  // glass under a smooth coat stands after the coat, and is left out.
   const float prob = prob_delta();
-  BsdfSample s = sample(std::min(1 - prob + u_lobe * prob, kOneMinusEpsilon), u_dir);
+  const float spread_after = !is_smooth_ && coat_smooth_ && std::fabs(eta_ - 1) >= 1e-4F ? prob_glass_ : 0.0F;
+  BsdfSample s = sample(std::min(1 - spread_after - prob + u_lobe * prob, kOneMinusEpsilon), u_dir);
   s.weight *= prob;
   return s;
 }

@@ -4,7 +4,9 @@
 /// to the light; both unit, away from the surface; wi.z < 0 is transmission.
 /// Layers: a GGX lobe (Schlick Fresnel, multiple scattering by Kulla and Conty 2017) over Lambert and thin
 /// transmission, coupled reciprocally by (1 - E(wo)) (1 - E(wi)) / (1 - E_avg); metal by weight; solid glass as a lobe of its
-/// own (Walter et al. 2007 with exact Fresnel, scaled by its tabulated albedo).
+/// own (Walter et al. 2007 with exact Fresnel, scaled by its tabulated albedo). Above it clearcoat (over
+/// diffuse lobes by the same product, over specular ones by the smaller of 1 - E(wo) and 1 - E(wi)) and
+/// sheen (KHR_materials_sheen's minimum). All but solid glass are reciprocal.
 /// Terminator: directions that the shading frame puts on one side of the surface and the geometry on
 /// the other are mirrored at the geometric plane, in evaluation, density and sampling alike, so a
 /// lossless surface stays lossless and nothing leaks through.
@@ -31,6 +33,20 @@ struct BsdfParameters {
   bool inside = false;  ///< wo is in the solid
 };
 
+/// The rarer layers; a surface without any of them carries none of this.
+struct BsdfLayers {
+  float clearcoat = 0;
+  float clearcoat_roughness = 0;
+  Vec3 clearcoat_normal = {0, 0, 1};  ///< local; its own normal map
+  Rgb sheen_color;
+  float sheen_roughness = 0;
+  float iridescence = 0;
+  float iridescence_ior = 1.3F;
+  float iridescence_thickness_nm = 0;
+  float diffuse_transmission = 0;
+  Rgb diffuse_transmission_color = {1, 1, 1};
+};
+
 struct BsdfEval {
   Rgb value_cos;               ///< f * |cos theta_i| [1/sr]
   float pdf_solid_angle = 0;   ///< density of sample() at wi; delta lobes left out
@@ -48,7 +64,9 @@ struct BsdfSample {
 class Bsdf {
  public:
   /// wo_local.z > 0; ng_local: geometric normal on wo's side, unit.
-  Bsdf(const BsdfParameters& parameters, Vec3 wo_local, Vec3 ng_local) noexcept;
+  /// layers: null, or borrowed for the Bsdf's life.
+  Bsdf(const BsdfParameters& parameters, Vec3 wo_local, Vec3 ng_local,
+       const BsdfLayers* layers = nullptr) noexcept;
 
   BsdfEval evaluate(Vec3 wi_local) const noexcept;
   /// weight 0 and pdf 0: nothing was sampled (absorbed). u_lobe, u_dir in [0,1).
@@ -59,7 +77,7 @@ class Bsdf {
   float prob_delta() const noexcept;
   /// Does any lobe spread over solid angle, so that light sampling makes sense?
   bool has_spread() const noexcept { return has_spread_; }
-  bool transmits() const noexcept { return prob_thin_ + prob_glass_ > 0; }
+  bool transmits() const noexcept { return prob_thin_ + prob_glass_ + prob_below_ > 0; }
   /// Share of light reflected or transmitted from wo, per channel, for the albedo layer.
   Rgb albedo() const noexcept;
 
@@ -72,6 +90,15 @@ class Bsdf {
   bool sample_specular(Vec2 u, BsdfSample& s) const noexcept;
   bool sample_thin(Vec2 u, BsdfSample& s) const noexcept;
   bool sample_glass(float u_lobe, Vec2 u, BsdfSample& s) const noexcept;
+  void add_below(Vec3 wi, BsdfEval& out) const noexcept;
+  void add_clearcoat(Vec3 wi, BsdfEval& out) const noexcept;
+  void add_sheen(Vec3 wi, BsdfEval& out) const noexcept;
+  bool sample_clearcoat(Vec2 u, BsdfSample& s) const noexcept;
+  void prepare_layers() noexcept;
+  Rgb cover_share(float mu) const noexcept;
+  float coat_albedo(Vec3 wi) const noexcept;
+  float delta_share() const noexcept;
+  Rgb fresnel(float cos_oh) const noexcept;
   void respect_geometry(BsdfSample& s) const noexcept;
 
   Vec3 wo_;
@@ -104,6 +131,20 @@ class Bsdf {
   float prob_specular_ = 0;
   float prob_thin_ = 0;
   float prob_glass_ = 0;
+  float prob_below_ = 0;     ///< diffuse transmission
+  float prob_coat_ = 0;
+  float prob_sheen_ = 0;
+  const BsdfLayers* layers_ = nullptr;
+  Rgb below_;                ///< diffuse transmission, weighted
+  float film_weight_ = 0;    ///< share of the specular lobe under the film
+  Rgb film_base_f0_;
+  Ggx coat_;
+  bool coat_smooth_ = false;
+  float coat_mu_ = 1;        ///< cosine between wo and the coat's normal
+  float coat_e_wo_ = 0;      ///< albedo of the coat from wo, weighted
+  float coat_e_average_ = 0;
+  float sheen_max_ = 0;
+  float sheen_e_wo_ = 0;
   Rgb albedo_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/color/wavelength.h"
 #include "core/math/numbers.h"
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
@@ -39,6 +40,7 @@ struct PathIntegrator::State {
   float cone_spread_rad = 0;
   const Material* medium = nullptr;  ///< the solid that the path is in
   std::uint32_t pass_through = 0;
+  float wavelength_nm = 0;  ///< 0: the path carries all of them
   float u_roulette = -1;  ///< of this bounce; below 0: not drawn yet
 };
 
@@ -255,7 +257,8 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   }
   if (roulette_ == RouletteType::kThroughput && path.depth >= 1) {
     // eta_scale takes the n^2 of radiance in denser media out: it comes back when the path leaves.
-    const float survive = std::min(max_component(path.beta) * path.eta_scale, 1.0F);
+    const Rgb size = {std::fabs(path.beta.r), std::fabs(path.beta.g), std::fabs(path.beta.b)};
+    const float survive = std::min(max_component(size) * path.eta_scale, 1.0F);
     if (survive < 0.95F) {
       if (path.u_roulette < 0) {
         path.u_roulette = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight)).w;
@@ -269,6 +272,17 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   path.u_roulette = -1;
   ++path.depth;
   return true;
+}
+
+/// From the first dispersive surface on, a path follows one wavelength.
+void PathIntegrator::disperse(State& path, const Material& material, BsdfParameters& bsdf) noexcept {
+  if (!(path.wavelength_nm > 0)) {
+    const Vec4 u = path.sampler.get_4d(dimension_group(0, BounceGroup::kVolume));
+    const WavelengthSample sample = sample_wavelength(u.w);
+    path.wavelength_nm = sample.wavelength_nm;
+    path.beta *= sample.weight;
+  }
+  bsdf.ior = dispersive_ior(material.factors.ior, material.factors.dispersion, path.wavelength_nm);
 }
 
 void PathIntegrator::record_first(State& path, const Vertex& vertex, Rgb albedo) noexcept {
@@ -308,9 +322,13 @@ PathSample PathIntegrator::trace(const Camera::CameraRay& camera_ray, const Path
       return path.out;
     }
     vertex.shading = shade(scene_, vertex.point, vertex.wo_world, path.cone_width_m);
+    if (material.factors.dispersion > 0 && material.is_volume) {
+      disperse(path, material, vertex.shading.bsdf);
+    }
     const Shading& shading = vertex.shading;
     const Bsdf bsdf(shading.bsdf, shading.frame.to_local(vertex.wo_world),
-                    shading.frame.to_local(shading.normal_geometric));
+                    shading.frame.to_local(shading.normal_geometric),
+                    shading.has_layers ? &shading.layers : nullptr);
     if (!path.out.hit) {
       record_first(path, vertex, bsdf.albedo());
     }

@@ -29,13 +29,12 @@ Vec4 read(const TextureSlot& slot, const SurfacePoint& p, float footprint_m) {
                                .nearest = d.nearest});
 }
 
-/// The normal map's normal in world space, on the front side like point.normal_shading.
-Vec3 mapped_normal(const Material& material, const SurfacePoint& p, float footprint_m) {
-  if (material.normal.texture == nullptr || length_squared(p.tangent) == 0) {
+/// A normal map's normal in world space, on the front side like point.normal_shading.
+Vec3 mapped_normal(const TextureSlot& slot, float scale, const SurfacePoint& p, float footprint_m) {
+  if (slot.texture == nullptr || length_squared(p.tangent) == 0) {
     return p.normal_shading;
   }
-  const Vec4 texel = read(material.normal, p, footprint_m);
-  const float scale = material.factors.normal_scale;
+  const Vec4 texel = read(slot, p, footprint_m);
   const Vec3 n = {(2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1};
   const Vec3 bitangent = cross(p.normal_shading, p.tangent) * p.tangent_sign;
   return normalize_or(p.tangent * n.x + bitangent * n.y + p.normal_shading * n.z, p.normal_shading);
@@ -52,6 +51,30 @@ Vec3 facing(Vec3 n, Vec3 wo) {
 }
 
 Rgb clamp01_rgb(Rgb c) { return {clamp01(c.r), clamp01(c.g), clamp01(c.b)}; }
+
+/// The rarer layers, textures applied.
+void fill_layers(const Material& material, const SurfacePoint& point, Vec3 wo_world, float footprint_m,
+                 Shading& s) {
+  const MaterialDescription& f = material.factors;
+  BsdfLayers& l = s.layers;
+  l.clearcoat = clamp01(f.clearcoat * read(material.clearcoat, point, footprint_m).x);
+  l.clearcoat_roughness = clamp01(f.clearcoat_roughness * read(material.clearcoat_roughness, point, footprint_m).y);
+  const Vec3 coat = mapped_normal(material.clearcoat_normal, f.clearcoat_normal_scale, point, footprint_m);
+  l.clearcoat_normal = s.frame.to_local(facing(s.front ? coat : -coat, wo_world));
+  const Vec4 sheen = read(material.sheen_color, point, footprint_m);
+  l.sheen_color = clamp01_rgb(f.sheen_color * Rgb{sheen.x, sheen.y, sheen.z});
+  l.sheen_roughness = clamp01(f.sheen_roughness * read(material.sheen_roughness, point, footprint_m).w);
+  l.iridescence = clamp01(f.iridescence * read(material.iridescence, point, footprint_m).x);
+  l.iridescence_ior = f.iridescence_ior;
+  l.iridescence_thickness_nm =
+      material.iridescence_thickness.texture == nullptr
+          ? f.iridescence_thickness_max_nm
+          : lerp(f.iridescence_thickness_min_nm, f.iridescence_thickness_max_nm,
+                 read(material.iridescence_thickness, point, footprint_m).y);
+  l.diffuse_transmission = clamp01(f.diffuse_transmission * read(material.diffuse_transmission, point, footprint_m).w);
+  const Vec4 below = read(material.diffuse_transmission_color, point, footprint_m);
+  l.diffuse_transmission_color = clamp01_rgb(f.diffuse_transmission_color * Rgb{below.x, below.y, below.z});
+}
 
 }  // namespace
 
@@ -79,7 +102,7 @@ Shading shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, 
     const Vec4 sc = read(material.specular_color, point, footprint_m);
     specular_color = specular_color * Rgb{sc.x, sc.y, sc.z};
     transmission *= read(material.transmission, point, footprint_m).x;
-    n = mapped_normal(material, point, footprint_m);
+    n = mapped_normal(material.normal, f.normal_scale, point, footprint_m);
   }
   n = facing(n * side, wo_world);
   s.frame = frame_from_normal(n);
@@ -114,6 +137,10 @@ Shading shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, 
   b.ior = std::max(f.ior, 1.0F);
   b.thin = !material.is_volume;
   b.inside = !s.front;
+  s.has_layers = material.has_layers;
+  if (material.has_layers) {
+    fill_layers(material, point, wo_world, footprint_m, s);
+  }
   return s;
 }
 

@@ -12,6 +12,8 @@ struct Shading {
   Vec3 normal_geometric;      ///< unit, world, on the viewer's side
   bool front = true;          ///< wo is on the front (counter-clockwise) side
   BsdfParameters bsdf;
+  bool has_layers = false;    ///< then `layers` holds
+  BsdfLayers layers;
   Rgb base_color;
 };
 

@@ -55,6 +55,27 @@ class Builder {
     return out;
   }
 
+  void add_layers(const MaterialDescription& d, Material& m) {
+    m.has_layers = d.clearcoat > 0 || !is_black(d.sheen_color) || d.iridescence > 0 || d.diffuse_transmission > 0;
+    if (!m.has_layers) {
+      return;
+    }
+    m.clearcoat = slot(d.clearcoat_texture, false);
+    m.clearcoat_roughness = slot(d.clearcoat_roughness_texture, false);
+    m.clearcoat_normal = slot(d.clearcoat_normal_texture, false);
+    m.sheen_color = slot(d.sheen_color_texture, true);
+    m.sheen_roughness = slot(d.sheen_roughness_texture, false);
+    m.iridescence = slot(d.iridescence_texture, false);
+    m.iridescence_thickness = slot(d.iridescence_thickness_texture, false);
+    m.diffuse_transmission = slot(d.diffuse_transmission_texture, false);
+    m.diffuse_transmission_color = slot(d.diffuse_transmission_color_texture, true);
+    for (const TextureSlot* t :
+         {&m.clearcoat, &m.clearcoat_roughness, &m.clearcoat_normal, &m.sheen_color, &m.sheen_roughness,
+          &m.iridescence, &m.iridescence_thickness, &m.diffuse_transmission, &m.diffuse_transmission_color}) {
+      m.has_texture = m.has_texture || t->texture != nullptr;
+    }
+  }
+
   Status add_materials() {
     from_.materials.push_back(MaterialDescription{});  // glTF's default, for primitives without one
     from_.materials.back().name = "default";
@@ -63,7 +84,11 @@ class Builder {
       const std::string where = "/materials/" + std::to_string(number++);
       for (const TextureDescription* t :
            {&d.base_color_texture, &d.metallic_roughness_texture, &d.normal_texture, &d.emissive_texture,
-            &d.specular_texture, &d.specular_color_texture, &d.transmission_texture, &d.anisotropy_texture}) {
+            &d.specular_texture, &d.specular_color_texture, &d.transmission_texture, &d.anisotropy_texture,
+            &d.clearcoat_texture, &d.clearcoat_roughness_texture, &d.clearcoat_normal_texture,
+            &d.sheen_color_texture, &d.sheen_roughness_texture, &d.iridescence_texture,
+            &d.iridescence_thickness_texture, &d.diffuse_transmission_texture,
+            &d.diffuse_transmission_color_texture}) {
         if (t->image >= static_cast<int>(from_.images.size()) ||
             (t->image >= 0 && from_.images[static_cast<std::size_t>(t->image)] == nullptr)) {
           return Error{ErrorCode::kInvalidArgument, "the material names an image that does not exist", where};
@@ -83,10 +108,11 @@ class Builder {
                       m.normal.texture != nullptr || m.specular.texture != nullptr ||
                       m.specular_color.texture != nullptr || m.transmission.texture != nullptr ||
                       m.anisotropy.texture != nullptr;
+      add_layers(d, m);
       m.is_emissive = !is_black(d.emissive) && !d.unlit;
       m.has_alpha = d.alpha_mode == AlphaMode::kMask ||
                     (d.alpha_mode == AlphaMode::kBlend);
-      m.is_volume = d.transmission > 0 && d.thickness > 0;
+      m.is_volume = (d.transmission > 0 || d.diffuse_transmission > 0) && d.thickness > 0;
       if (m.is_volume && d.attenuation_distance > 0) {
         const auto sigma = [&d](float c) {
           return -std::log(std::max(c, 1e-6F)) / d.attenuation_distance;

@@ -35,7 +35,17 @@ struct Material {
   TextureSlot specular_color;
   TextureSlot transmission;
   TextureSlot anisotropy;
+  TextureSlot clearcoat;
+  TextureSlot clearcoat_roughness;
+  TextureSlot clearcoat_normal;
+  TextureSlot sheen_color;
+  TextureSlot sheen_roughness;
+  TextureSlot iridescence;
+  TextureSlot iridescence_thickness;
+  TextureSlot diffuse_transmission;
+  TextureSlot diffuse_transmission_color;
   bool has_texture = false;   ///< any of the above
+  bool has_layers = false;    ///< clearcoat, sheen, iridescence or diffuse transmission
   bool is_emissive = false;
   bool has_alpha = false;     ///< MASK or BLEND: hits may be holes
   bool is_volume = false;     ///< bounds a solid (thickness > 0)

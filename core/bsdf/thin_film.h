@@ -1,0 +1,19 @@
+/// Reflectance of a thin film on a base, as linear RGB.
+#pragma once
+
+#include "core/color/rgb.h"
+
+namespace core {
+
+/// cos_outer: of the angle in air, in [0,1]; film_ior, thickness_nm of the film; base_f0: reflectance
+/// of the base at normal incidence in air. Thickness 0: the base alone.
+/// Source: Belcour and Barla, A Practical Extension to Microfacet Theory for the Modeling of Varying
+/// Iridescence, 2017, in the form of KHR_materials_iridescence.
+Rgb thin_film_fresnel(float cos_outer, float film_ior, float thickness_nm, Rgb base_f0) noexcept;
+
+/// Exact reflectance of one film at one wavelength (Airy's sum, unpolarised); dielectrics.
+/// n0, n1, n2: outside, film, base. For tests and for wavelengths that are followed one by one.
+double airy_reflectance(double cos_outer, double n0, double n1, double n2, double thickness_nm,
+                        double wavelength_nm) noexcept;
+
+}  // namespace core

@@ -1,0 +1,24 @@
+/// Wavelengths as samples of linear Rec.709 colour, for paths that meet dispersion.
+#pragma once
+
+#include "core/color/rgb.h"
+
+namespace core {
+
+struct WavelengthSample {
+  float wavelength_nm = 550;
+  /// What a path of this wavelength counts in each channel, divided by the density of the
+  /// wavelength. Its mean is (1, 1, 1), so white stays white; single values leave the gamut and may
+  /// be negative.
+  Rgb weight = {1, 1, 1};
+};
+
+/// u in [0,1). Colour matching functions: Wyman, Sloan and Shirley, Simple Analytic Approximations to the CIE XYZ
+/// Color Matching Functions, JCGT 2013; density by the size of the weight.
+WavelengthSample sample_wavelength(float u) noexcept;
+
+/// Index of refraction at a wavelength. n_d: at 587.6 nm; dispersion = 20 / Abbe number.
+/// Source: KHR_materials_dispersion (Cauchy's form through the Fraunhofer lines).
+float dispersive_ior(float n_d, float dispersion, float wavelength_nm) noexcept;
+
+}  // namespace core

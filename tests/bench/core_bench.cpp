@@ -1,0 +1,74 @@
+// Figures of the renderer alone. Prints, never asserts: times belong to a machine and a moment.
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "core/accel/accel.h"
+#include "tests/bench/hall.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double peak_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+core::View cornell_view(int side) {
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), side, side);
+  test_support::look_at(view, {0.5F, 0.5F, 2.4F}, {0.5F, 0.5F, 0}, 39);
+  view.settings.max_depth = 9;
+  return view;
+}
+
+void measure(const char* name, const core::View& view, int samples, int threads) {
+  const auto start = Clock::now();
+  const test_support::Picture p = test_support::render(view, samples, threads);
+  const double seconds = since(start);
+  const auto& film = view.settings.film;
+  const double count = static_cast<double>(film.width) * film.height * p.progress.samples_mean;
+  std::printf("%-12s %6.3f Msamples/s  %6.2f Mrays/s  %5.2f rays/sample  relative RMSE %.4f  efficiency %.3f\n",
+              name, count / seconds / 1e6, static_cast<double>(p.progress.rays) / seconds / 1e6,
+              static_cast<double>(p.progress.rays) / count, p.progress.error.relative_rmse,
+              p.progress.efficiency);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int samples = argc > 1 ? std::atoi(argv[1]) : 16;
+  const int threads = argc > 2 ? std::atoi(argv[2]) : 2;
+  const int side = argc > 3 ? std::atoi(argv[3]) : 512;
+  std::printf("Embree %s, %d threads, %dx%d, %d samples per pixel, max_depth 9, box filter\n",
+              core::embree_version(), threads, side, side, samples);
+  const core::View cornell = cornell_view(side);
+  measure("cornell-box", cornell, samples, threads);
+
+  const auto start = Clock::now();
+  const double before = peak_mb();
+  const auto scene = test_support::build(bench::hall());
+  std::printf("hall         %zu triangles, built in %.2f s, %.1f bytes per triangle, peak memory %.0f MB (%.0f before)\n",
+              scene->summary().triangles, since(start),
+              static_cast<double>(scene->summary().bytes) / static_cast<double>(scene->summary().triangles),
+              peak_mb(), before);
+  core::View view = test_support::view_of(scene, side, side);
+  view.settings.max_depth = 9;
+  view.environment = test_support::constant_sky({1, 1, 1});
+  measure("hall", view, samples, threads);
+
+  const core::Film film(core::FilmSettings{}, 2);
+  std::printf("film         %.1f bytes per pixel with albedo, normal and depth; 48 without\n",
+              static_cast<double>(film.bytes()) / (960.0 * 540.0));
+  std::printf("peak memory  %.0f MB\n", peak_mb());
+  return 0;
+}

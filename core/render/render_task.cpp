@@ -114,10 +114,10 @@ struct RenderTask::Impl {
 
   /// No tile goes beyond this before everything else is there too.
   int barrier() const REQUIRES(mutex) {
-    if (has_clock()) {
-      return pass_target;
-    }
     const int replicates = renderer->view().settings.replicates;
+    if (has_clock()) {  // one pass at a time, so that the last complete one can be kept
+      return base_samples < pass_target ? pass_target : pass_end(pass_target, samples_max(), replicates);
+    }
     return std::max(std::min(next_look(base_samples, replicates), samples_max()), pass_target);
   }
 

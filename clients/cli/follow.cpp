@@ -69,7 +69,9 @@ core::Result<std::string> job_path(ApiClient& client, const std::string& id) {
 core::Result<Json> follow_job(ApiClient& client, const std::string& path, const Follower& follower) {
   EventParser parser;
   auto last_contact = Clock::now();
+  bool told = false;
   while (true) {
+    const std::string before = parser.last_id();
     const auto ended = follow_once(client, path, follower, parser);
     if (ended && *ended) {
       return get_job(client, path);
@@ -82,9 +84,12 @@ core::Result<Json> follow_job(ApiClient& client, const std::string& path, const 
     } else if (Clock::now() - last_contact > kGiveUpAfter || parser.last_id().empty()) {
       return ended.error();
     }
+    told = told && parser.last_id() == before;
+    if (!told) {
+      follower.on_trouble("connection lost; trying again");
+      told = true;
+    }
     const auto pause = std::chrono::milliseconds(std::clamp(parser.retry_ms().value_or(1000), 100, 10000));
-    follower.on_trouble("connection lost; trying again in " +
-                        duration_text(std::chrono::duration<double>(pause).count()));
     std::this_thread::sleep_for(pause);
   }
 }

@@ -68,8 +68,11 @@ std::string duration_text(double seconds) {
   if (!(seconds < 1e9)) {
     return "long";
   }
+  if (seconds < 0.995) {
+    return printed("%.2f s", std::max(seconds, 0.0));
+  }
   if (seconds < 10) {
-    return printed("%.1f s", std::max(seconds, 0.0));
+    return printed("%.1f s", seconds);
   }
   const auto whole = static_cast<long long>(std::lround(seconds));
   if (whole < 60) {

@@ -35,7 +35,7 @@ TEST(ProgressText, LeavesOutAnErrorThatIsNotKnown) {
   cli::ProgressFacts facts;
   facts.samples_per_pixel = 1;
   facts.elapsed_seconds = 0.5;
-  EXPECT_EQ(cli::progress_text(facts), "rendering  0 %  1 samples  0.5 s");
+  EXPECT_EQ(cli::progress_text(facts), "rendering  0 %  1 samples  0.50 s");
 }
 
 TEST(ProgressText, NeverShowsAHundredPercentBeforeTheEnd) {
@@ -58,7 +58,7 @@ TEST(ProgressBar, IsFilledAsFarAsThePictureIs) {
 }
 
 TEST(DurationText, PicksTheUnit) {
-  EXPECT_EQ(cli::duration_text(0.04), "0.0 s");
+  EXPECT_EQ(cli::duration_text(0.04), "0.04 s");
   EXPECT_EQ(cli::duration_text(9.94), "9.9 s");
   EXPECT_EQ(cli::duration_text(59.4), "59 s");
   EXPECT_EQ(cli::duration_text(200), "3 min 20 s");

@@ -166,7 +166,8 @@ void add_rows(std::string& out, const Json& object, const std::string& prefix) {
 std::string members_table(const Json& schema) {
   std::string rows;
   add_rows(rows, schema, "");
-  return "<div class=\"scroll\"><table><thead><tr><th>Member</th><th>Meaning</th></tr></thead><tbody>" +
+  return "<div "
+         "class=\"scroll\"><table><thead><tr><th>Member</th><th>Meaning</th></tr></thead><tbody>" +
          rows + "</tbody></table></div>";
 }
 
@@ -187,7 +188,8 @@ std::string parameters_html(const Json& operation) {
     return {};
   }
   std::string out =
-      "<h4>Parameters</h4><div class=\"scroll\"><table><thead><tr><th>Name</th><th>Meaning</th></tr>"
+      "<h4>Parameters</h4><div "
+      "class=\"scroll\"><table><thead><tr><th>Name</th><th>Meaning</th></tr>"
       "</thead><tbody>";
   for (const Json& parameter : operation["parameters"]) {
     out += "<tr><td>" + code(text_of(parameter, "name")) + "</td><td>" +
@@ -248,11 +250,12 @@ std::string curl_example(const std::string& method, const std::string& path, con
   if (schema.contains("$ref") && schemas[ref_name(schema)].contains("examples")) {
     return out + " \\\n  -d '" + dump(schemas[ref_name(schema)]["examples"][0]) + "'";
   }
-  return out + " \\\n  --data-binary @" + (media.key() == "model/gltf-binary" ? "scene.glb" : "FILE");
+  return out + " \\\n  --data-binary @" +
+         (media.key() == "model/gltf-binary" ? "scene.glb" : "FILE");
 }
 
-std::string operation_html(const std::string& method, const std::string& path, const Json& operation,
-                           const Json& openapi) {
+std::string operation_html(const std::string& method, const std::string& path,
+                           const Json& operation, const Json& openapi) {
   const std::string id = text_of(operation, "operationId");
   std::string out = "<article id=\"" + id + "\"><h3>" + prose(text_of(operation, "summary")) +
                     "</h3><div class=\"route\"><code class=\"method " + method + "\">";
@@ -288,7 +291,8 @@ std::string navigation_html(const Json& openapi) {
     out += "<h2><a href=\"#tag-" + name + "\">" + name + "</a></h2><ul>";
     each_operation(openapi, name, [&](const auto& method, const auto&, const Json& operation) {
       out += "<li><a href=\"#" + text_of(operation, "operationId") + "\"><code class=\"" + method +
-             "\">" + upper_case(method) + "</code> " + escape(text_of(operation, "summary")) + "</a></li>";
+             "\">" + upper_case(method) + "</code> " + escape(text_of(operation, "summary")) +
+             "</a></li>";
     });
     out += "</ul>";
   }
@@ -306,8 +310,8 @@ std::string schemas_html(const Json& openapi) {
     out += "<article id=\"schema-" + entry.key() + "\"><h3>" + entry.key() + "</h3><p>" +
            prose(text_of(schema, "description")) + "</p>" + members_table(schema);
     if (schema.contains("examples")) {
-      out += "<details><summary>Example</summary><pre>" + escape(dump_pretty(schema["examples"][0])) +
-             "</pre></details>";
+      out += "<details><summary>Example</summary><pre>" +
+             escape(dump_pretty(schema["examples"][0])) + "</pre></details>";
     }
     out += "</article>";
   }
@@ -316,8 +320,10 @@ std::string schemas_html(const Json& openapi) {
 
 std::string problems_html() {
   std::string out =
-      "<h2 id=\"problems\">Problems</h2><p>Errors are <code>application/problem+json</code>. Faults of the "
-      "input are listed in <code>errors</code>, each with a JSON pointer to the place; all that were "
+      "<h2 id=\"problems\">Problems</h2><p>Errors are <code>application/problem+json</code>. "
+      "Faults of the "
+      "input are listed in <code>errors</code>, each with a JSON pointer to the place; all that "
+      "were "
       "found, not only the first.</p><div class=\"scroll\"><table><thead><tr><th>Status</th>"
       "<th>Meaning</th></tr></thead><tbody>";
   for (const ErrorRow& row : error_table()) {
@@ -333,22 +339,23 @@ std::string problems_html() {
 std::string docs_page(const Json& openapi) {
   const Json& info = openapi["info"];
   const std::string title = escape(text_of(info, "title"));
-  std::string out = "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>" + title +
+  std::string out = "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
+                    title +
                     " API</title><meta name=\"viewport\" content=\"width=device-width, "
                     "initial-scale=1\"><link rel=\"icon\" href=\"data:,\"><style>";
   out += kDocsStyle;
-  out += "</style></head><body><div class=\"page\">" + navigation_html(openapi) + "<main><h1>" + title +
-         " API</h1><p>" + prose(text_of(info, "description")) + "</p><p class=\"soft\">Version " +
-         escape(text_of(info, "version")) + ". As a document: <a href=\"/openapi.json\">" +
-         "/openapi.json</a> (OpenAPI " + escape(text_of(openapi, "openapi")) + ").</p>";
+  out += "</style></head><body><div class=\"page\">" + navigation_html(openapi) + "<main><h1>" +
+         title + " API</h1><p>" + prose(text_of(info, "description")) +
+         "</p><p class=\"soft\">Version " + escape(text_of(info, "version")) +
+         ". As a document: <a href=\"/openapi.json\">" + "/openapi.json</a> (OpenAPI " +
+         escape(text_of(openapi, "openapi")) + ").</p>";
   for (const Json& tag : openapi["tags"]) {
     const std::string name = text_of(tag, "name");
     out += "<section><h2 id=\"tag-" + name + "\">" + name + "</h2><p class=\"soft\">" +
            prose(text_of(tag, "description")) + "</p>";
-    each_operation(openapi, name,
-                   [&](const auto& method, const auto& path, const Json& operation) {
-                     out += operation_html(method, path, operation, openapi);
-                   });
+    each_operation(openapi, name, [&](const auto& method, const auto& path, const Json& operation) {
+      out += operation_html(method, path, operation, openapi);
+    });
     out += "</section>";
   }
   return out + schemas_html(openapi) + problems_html() + "</main></div></body></html>";

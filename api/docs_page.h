@@ -9,7 +9,8 @@
 
 namespace api {
 
-/// openapi: made by openapi_document(). Anchors: "#" + operationId, "#schema-NAME", "#problem-SLUG".
+/// openapi: made by openapi_document(). Anchors: "#" + operationId, "#schema-NAME",
+/// "#problem-SLUG".
 std::string docs_page(const Json& openapi);
 std::string docs_page(const Capabilities& capabilities, std::string_view version);
 

@@ -34,7 +34,9 @@ pre {
   background: var(--code); border: 1px solid var(--line); border-radius: 6px;
   padding: 0.75rem 1rem; overflow-x: auto; margin: 0.75rem 0;
 }
-.page { display: grid; grid-template-columns: 17rem minmax(0, 1fr); max-width: 84rem; margin: 0 auto; }
+.page {
+  display: grid; grid-template-columns: 17rem minmax(0, 1fr); max-width: 84rem; margin: 0 auto;
+}
 nav {
   position: sticky; top: 0; height: 100vh; overflow-y: auto; padding: 2rem 1rem 2rem 1.5rem;
   border-right: 1px solid var(--line); font-size: 0.875rem;
@@ -46,7 +48,9 @@ nav li a { display: block; padding: 0.1875rem 0; color: var(--soft); text-decora
 nav li a:hover { color: var(--ink); text-decoration: underline; }
 main { padding: 2rem clamp(1rem, 4vw, 3.5rem) 6rem; min-width: 0; }
 h1 { font-size: 2rem; line-height: 1.2; margin: 0 0 0.5rem; letter-spacing: -0.01em; }
-h2 { font-size: 1.5rem; margin: 3.5rem 0 0.25rem; padding-top: 1rem; border-top: 1px solid var(--line); }
+h2 {
+  font-size: 1.5rem; margin: 3.5rem 0 0.25rem; padding-top: 1rem; border-top: 1px solid var(--line);
+}
 h3 { font-size: 1.125rem; margin: 0; }
 h4 { font-size: 0.9375rem; margin: 1.25rem 0 0.25rem; }
 p { margin: 0.5rem 0; max-width: 46rem; }
@@ -55,14 +59,18 @@ article {
   background: var(--raised); border: 1px solid var(--line); border-radius: 8px;
   padding: 1.125rem 1.375rem; margin: 1.25rem 0;
 }
-.route { display: flex; flex-wrap: wrap; gap: 0.25rem 0.75rem; align-items: baseline; margin: 0.25rem 0; }
+.route {
+  display: flex; flex-wrap: wrap; gap: 0.25rem 0.75rem; align-items: baseline; margin: 0.25rem 0;
+}
 .method { font-weight: 700; min-width: 3.25rem; }
 .get { color: var(--get); } .post { color: var(--post); } .put { color: var(--put); }
 .patch { color: var(--patch); } .delete { color: var(--delete); }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-size: 0.9375rem; margin: 0.25rem 0; }
 th { text-align: left; font-weight: 600; color: var(--soft); font-size: 0.8125rem; }
-th, td { padding: 0.375rem 0.75rem 0.375rem 0; border-bottom: 1px solid var(--line); vertical-align: top; }
+th, td {
+  padding: 0.375rem 0.75rem 0.375rem 0; border-bottom: 1px solid var(--line); vertical-align: top;
+}
 tr:last-child td { border-bottom: 0; }
 td:first-child { white-space: nowrap; width: 1%; padding-right: 1.5rem; }
 nav code { font-size: 0.6875rem; font-weight: 700; }

@@ -51,11 +51,10 @@ std::string progress_event(const JobView& job) {
 
 std::string tile_event(std::string_view job_id, const TileEvent& tile) {
   const core::PixelRect& rect = tile.rect;
-  const std::string url = "/v1/jobs/" + std::string(job_id) + "/image.png?x=" +
-                          std::to_string(rect.x) + "&y=" + std::to_string(rect.y) +
-                          "&width=" + std::to_string(rect.width) +
-                          "&height=" + std::to_string(rect.height) +
-                          "&revision=" + std::to_string(tile.revision);
+  const std::string url =
+      "/v1/jobs/" + std::string(job_id) + "/image.png?x=" + std::to_string(rect.x) +
+      "&y=" + std::to_string(rect.y) + "&width=" + std::to_string(rect.width) +
+      "&height=" + std::to_string(rect.height) + "&revision=" + std::to_string(tile.revision);
   return dump({{"x", rect.x},
                {"y", rect.y},
                {"width", rect.width},

@@ -29,7 +29,8 @@ struct TileEvent {
   double samples = 0;  ///< per pixel
   double error = 0;    ///< relative RMSE of the tile; NaN: unknown
 };
-/// {"x", "y", "width", "height", "revision", "samples", "error", "url"}; url: the tile's part of the image.
+/// {"x", "y", "width", "height", "revision", "samples", "error", "url"}; url: the tile's part of
+/// the image.
 std::string tile_event(std::string_view job_id, const TileEvent& tile);
 
 /// {"message"}.

@@ -84,8 +84,9 @@ JobView example_job() {
   job.progress.efficiency = 25.4;
   job.progress.revision = 2040;
   job.peak_bytes = 41'943'040;
-  job.warnings = {"environment: none was given and the scene has no punctual light and no "
-                  "KHR_materials_emissive_strength above 1, so a white one lights it."};
+  job.warnings = {
+      "environment: none was given and the scene has no punctual light and no "
+      "KHR_materials_emissive_strength above 1, so a white one lights it."};
   return job;
 }
 

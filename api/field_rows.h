@@ -1,5 +1,5 @@
-/// Rows of field tables (api/fields.h): each reads, checks, prints and documents one member of a JSON
-/// object that stands for a plain struct S. A row has
+/// Rows of field tables (api/fields.h): each reads, checks, prints and documents one member of a
+/// JSON object that stands for a plain struct S. A row has
 ///   name()                                   the member
 ///   required()                               must be there
 ///   read(value, S&, pointer, Faults&)        the member is there
@@ -139,8 +139,7 @@ struct TextRow : RowBase<Get> {
   }
   template <typename S>
   void schema(const S& defaults, Json& properties) const {
-    Json made =
-        basic_schema("string", this->doc, RowBase<Get>::template Member<S>::kNullable);
+    Json made = basic_schema("string", this->doc, RowBase<Get>::template Member<S>::kNullable);
     if (rule.min_characters > 0) {
       made["minLength"] = rule.min_characters;
     }
@@ -204,8 +203,8 @@ struct TripleRow : RowBase<Get> {
   }
 };
 
-/// One of the names of a registry. entries(): rows with `name`, and `value` unless the name is what is
-/// stored.
+/// One of the names of a registry. entries(): rows with `name`, and `value` unless the name is what
+/// is stored.
 template <typename Get, typename Entries>
 struct ChoiceRow : RowBase<Get> {
   Entries entries;
@@ -281,8 +280,7 @@ struct FixedRow {
   }
   template <typename S>
   void schema(const S& /*defaults*/, Json& properties) const {
-    properties[std::string(key)] = {
-        {"description", doc}, {"const", fixed()}, {"default", fixed()}};
+    properties[std::string(key)] = {{"description", doc}, {"const", fixed()}, {"default", fixed()}};
   }
 };
 

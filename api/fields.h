@@ -1,5 +1,5 @@
-/// Field tables: a std::tuple of rows (api/field_rows.h) over a plain struct S reads, checks, prints and
-/// documents a whole JSON object. Makers of rows are at the end.
+/// Field tables: a std::tuple of rows (api/field_rows.h) over a plain struct S reads, checks,
+/// prints and documents a whole JSON object. Makers of rows are at the end.
 #pragma once
 
 #include <string>
@@ -179,7 +179,8 @@ constexpr auto nested(std::string_view key, Get get, std::string_view doc, Rows.
 /// A nested object whose rows look at the whole struct.
 template <typename... Rows>
 constexpr auto group(std::string_view key, std::string_view doc, Rows... rows) {
-  return nested(key, [](auto& s) -> auto& { return s; }, doc, rows...);
+  return nested(
+      key, [](auto& s) -> auto& { return s; }, doc, rows...);
 }
 template <typename Applies, typename Row>
 constexpr auto when(Applies applies, std::string_view otherwise, Row row) {

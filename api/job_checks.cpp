@@ -14,8 +14,8 @@
 namespace api {
 namespace {
 
-/// Sine of the angle below which two directions count as one: float coordinates of a few metres cannot
-/// tell them apart.
+/// Sine of the angle below which two directions count as one: float coordinates of a few metres
+/// cannot tell them apart.
 constexpr double kParallelSine = 1e-6;
 
 struct Exact {
@@ -48,7 +48,8 @@ void check_view(const core::CameraSettings& camera, Faults& faults) {
 
 void check_camera(const core::CameraSettings& camera, Faults& faults) {
   if (camera.name && camera.index) {
-    faults.add("/camera/index", "name and index both choose a camera of the file; give one of them");
+    faults.add("/camera/index",
+               "name and index both choose a camera of the file; give one of them");
   }
   if (camera.up && norm(exact(*camera.up)) == 0) {
     faults.add("/camera/up", "is the zero vector");
@@ -106,8 +107,7 @@ void check_options(const JobSpec& spec, std::span<const std::string> accepted, F
   const Json usual = to_json(plain);
   for (const char* option : kOptions) {
     const Json::json_pointer pointer(option);
-    const bool is_accepted =
-        std::find(accepted.begin(), accepted.end(), option) != accepted.end();
+    const bool is_accepted = std::find(accepted.begin(), accepted.end(), option) != accepted.end();
     if (!is_accepted && seen.at(pointer) != usual.at(pointer)) {
       faults.add(option, shown(seen.at(pointer)) + " is not used by integrator '" +
                              spec.render.integrator + "'; its only value there is " +

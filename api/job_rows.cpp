@@ -13,13 +13,16 @@ namespace {
 
 const auto& crop_table() {
   static constexpr auto kTable = std::tuple{
-      number("x", [](auto& s) -> auto& { return s.x; }, {0, limits::kFilmSide - 1},
-             "Left column, in pixels of the full film."),
-      number("y", [](auto& s) -> auto& { return s.y; }, {0, limits::kFilmSide - 1},
-             "Top row, in pixels of the full film."),
-      number("width", [](auto& s) -> auto& { return s.width; }, {1, limits::kFilmSide}, "Pixels."),
-      number("height", [](auto& s) -> auto& { return s.height; }, {1, limits::kFilmSide},
-             "Pixels."),
+      number(
+          "x", [](auto& s) -> auto& { return s.x; }, {0, limits::kFilmSide - 1},
+          "Left column, in pixels of the full film."),
+      number(
+          "y", [](auto& s) -> auto& { return s.y; }, {0, limits::kFilmSide - 1},
+          "Top row, in pixels of the full film."),
+      number(
+          "width", [](auto& s) -> auto& { return s.width; }, {1, limits::kFilmSide}, "Pixels."),
+      number(
+          "height", [](auto& s) -> auto& { return s.height; }, {1, limits::kFilmSide}, "Pixels."),
   };
   return kTable;
 }
@@ -54,14 +57,18 @@ const auto& environment_table() {
             schema["default"] = nullptr;
             return schema;
           }},
-      triple("color", [](auto& s) -> auto& { return s.environment.color; }, kRadiance,
-             "Linear Rec.709; multiplies the picture."),
-      number("intensity", [](auto& s) -> auto& { return s.environment.intensity; }, kRadiance,
-             "Multiplies colour and picture."),
-      number("rotation_degrees", [](auto& s) -> auto& { return s.environment.rotation_degrees; },
-             {-36000, 36000}, "Positive turns it counter-clockwise seen from above."),
-      flag("visible", [](auto& s) -> auto& { return s.environment.visible; },
-           "False: it lights the scene, but the background is transparent."),
+      triple(
+          "color", [](auto& s) -> auto& { return s.environment.color; }, kRadiance,
+          "Linear Rec.709; multiplies the picture."),
+      number(
+          "intensity", [](auto& s) -> auto& { return s.environment.intensity; }, kRadiance,
+          "Multiplies colour and picture."),
+      number(
+          "rotation_degrees", [](auto& s) -> auto& { return s.environment.rotation_degrees; },
+          {-36000, 36000}, "Positive turns it counter-clockwise seen from above."),
+      flag(
+          "visible", [](auto& s) -> auto& { return s.environment.visible; },
+          "False: it lights the scene, but the background is transparent."),
   };
   return kTable;
 }
@@ -102,7 +109,8 @@ Json labels_schema(const JobSpec& /*defaults*/) {
   Json schema = basic_schema("object", "Free key-value pairs to find jobs by.");
   schema["maxProperties"] = limits::kLabels;
   schema["propertyNames"] = {{"minLength", 1}, {"maxLength", limits::kLabelKeyCharacters}};
-  schema["additionalProperties"] = {{"type", "string"}, {"maxLength", limits::kLabelValueCharacters}};
+  schema["additionalProperties"] = {{"type", "string"},
+                                    {"maxLength", limits::kLabelValueCharacters}};
   schema["default"] = Json::object();
   return schema;
 }
@@ -222,8 +230,7 @@ Json layers_schema(const JobSpec& defaults) {
   return schema;
 }
 
-void read_replicates(const Json& value, JobSpec& spec, const std::string& pointer,
-                     Faults& faults) {
+void read_replicates(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
   const auto count = read_integer(value, {2, limits::kReplicates}, pointer, faults);
   if (count && *count % 2 != 0) {
     faults.add(pointer, std::to_string(*count) + " is odd; replicates come in pairs");

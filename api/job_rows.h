@@ -14,8 +14,7 @@ void read_labels(const Json& value, JobSpec& spec, const std::string& pointer, F
 void print_labels(const JobSpec& spec, Json& object);
 Json labels_schema(const JobSpec& defaults);
 
-void read_environment(const Json& value, JobSpec& spec, const std::string& pointer,
-                      Faults& faults);
+void read_environment(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
 void print_environment(const JobSpec& spec, Json& object);
 Json environment_schema(const JobSpec& defaults);
 

@@ -26,60 +26,78 @@ constexpr std::array kClasses = {
 };
 std::span<const core::NamedValue<JobClass>> classes() { return kClasses; }
 
-constexpr bool is_power(const JobSpec& s) { return s.render.estimator.mis == core::MisType::kPower; }
+constexpr bool is_power(const JobSpec& s) {
+  return s.render.estimator.mis == core::MisType::kPower;
+}
 
 constexpr auto camera_row() {
   return nested(
       "camera", [](auto& s) -> auto& { return s.camera; },
       "Null members are the file camera's own values, chosen by name or index, else the first.",
-      text("name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
-           "Camera of the file by name."),
-      number("index", [](auto& s) -> auto& { return s.index; }, {0, 65535},
-             "Camera of the file by index; not together with name."),
-      triple("position", [](auto& s) -> auto& { return s.position; }, kCoordinate,
-             "Eye, metres, world. Comes with target; together they replace the file's pose."),
-      triple("target", [](auto& s) -> auto& { return s.target; }, kCoordinate,
-             "Point that the camera looks at, metres, world."),
-      triple("up", [](auto& s) -> auto& { return s.up; }, kCoordinate,
-             "Upward direction; [0, 1, 0] if position and target are given without it."),
-      number("vertical_fov_degrees", [](auto& s) -> auto& { return s.vertical_fov_degrees; },
-             {0, 180, true, true}, "Vertical field of view, degrees; perspective cameras only."),
-      number("aperture_radius", [](auto& s) -> auto& { return s.aperture_radius_m; }, {0, kFar},
-             "Radius of the lens, metres; 0 is a pinhole."),
-      number("focus_distance", [](auto& s) -> auto& { return s.focus_distance_m; },
-             {0, kFar, true}, "Distance of the plane in focus, metres."));
+      text(
+          "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
+          "Camera of the file by name."),
+      number(
+          "index", [](auto& s) -> auto& { return s.index; }, {0, 65535},
+          "Camera of the file by index; not together with name."),
+      triple(
+          "position", [](auto& s) -> auto& { return s.position; }, kCoordinate,
+          "Eye, metres, world. Comes with target; together they replace the file's pose."),
+      triple(
+          "target", [](auto& s) -> auto& { return s.target; }, kCoordinate,
+          "Point that the camera looks at, metres, world."),
+      triple(
+          "up", [](auto& s) -> auto& { return s.up; }, kCoordinate,
+          "Upward direction; [0, 1, 0] if position and target are given without it."),
+      number(
+          "vertical_fov_degrees", [](auto& s) -> auto& { return s.vertical_fov_degrees; },
+          {0, 180, true, true}, "Vertical field of view, degrees; perspective cameras only."),
+      number(
+          "aperture_radius", [](auto& s) -> auto& { return s.aperture_radius_m; }, {0, kFar},
+          "Radius of the lens, metres; 0 is a pinhole."),
+      number(
+          "focus_distance", [](auto& s) -> auto& { return s.focus_distance_m; }, {0, kFar, true},
+          "Distance of the plane in focus, metres."));
 }
 
 constexpr auto film_row() {
   return group(
       "film", "Size, filter and recorded layers.",
-      number("width", [](auto& s) -> auto& { return s.render.film.width; }, {1, limits::kFilmSide},
-             "Pixels. Width times height is limited to 64 megapixels (413)."),
-      number("height", [](auto& s) -> auto& { return s.render.film.height; },
-             {1, limits::kFilmSide}, "Pixels."),
+      number(
+          "width", [](auto& s) -> auto& { return s.render.film.width; }, {1, limits::kFilmSide},
+          "Pixels. Width times height is limited to 64 megapixels (413)."),
+      number(
+          "height", [](auto& s) -> auto& { return s.render.film.height; }, {1, limits::kFilmSide},
+          "Pixels."),
       CustomRow<JobSpec>{"crop", &read_crop, &print_crop, &crop_schema},
       group("filter", "Reconstruction filter.",
-            choice("type", [](auto& s) -> auto& { return s.render.film.filter.type; },
-                   &core::filters, "Kind of filter."),
-            number("radius", [](auto& s) -> auto& { return s.render.film.filter.radius_px; },
-                   {0, limits::kFilterRadius, true}, "Radius in pixels.")),
+            choice(
+                "type", [](auto& s) -> auto& { return s.render.film.filter.type; }, &core::filters,
+                "Kind of filter."),
+            number(
+                "radius", [](auto& s) -> auto& { return s.render.film.filter.radius_px; },
+                {0, limits::kFilterRadius, true}, "Radius in pixels.")),
       CustomRow<JobSpec>{"layers", &read_layers, &print_layers, &layers_schema});
 }
 
 constexpr auto estimator_row() {
   return group(
       "estimator", "How paths are made and combined.",
-      choice("strategy", [](auto& s) -> auto& { return s.render.estimator.strategy; },
-             &core::strategies, "Where directions come from."),
+      choice(
+          "strategy", [](auto& s) -> auto& { return s.render.estimator.strategy; },
+          &core::strategies, "Where directions come from."),
       group("mis", "Weights of multiple importance sampling.",
-            choice("type", [](auto& s) -> auto& { return s.render.estimator.mis; },
-                   &core::mis_types, "Heuristic."),
+            choice(
+                "type", [](auto& s) -> auto& { return s.render.estimator.mis; }, &core::mis_types,
+                "Heuristic."),
             when(&is_power, "applies to type 'power' only",
-                 number("exponent", [](auto& s) -> auto& { return s.render.estimator.mis_exponent; },
-                        {1, 16}, "Exponent of the power heuristic."))),
+                 number(
+                     "exponent", [](auto& s) -> auto& { return s.render.estimator.mis_exponent; },
+                     {1, 16}, "Exponent of the power heuristic."))),
       group("roulette", "Russian roulette.",
-            choice("type", [](auto& s) -> auto& { return s.render.estimator.roulette; },
-                   &core::roulette_types, "What decides about survival.")),
+            choice(
+                "type", [](auto& s) -> auto& { return s.render.estimator.roulette; },
+                &core::roulette_types, "What decides about survival.")),
       only_type("splitting", R"("none")", "Several continuations of a path at its first hit."),
       only_type("control_variate", R"("none")", "What is subtracted and added in closed form."),
       FixedRow{"expected_values", "true", "Integrate in closed form what can be."});
@@ -87,53 +105,65 @@ constexpr auto estimator_row() {
 
 const auto& table() {
   static constexpr auto kTable = std::tuple{
-      required_text("scene", [](auto& s) -> auto& { return s.scene; }, {1, limits::kNameCharacters},
-                    "Id from POST /v1/scenes, or the name of a built-in scene."),
-      text("name", [](auto& s) -> auto& { return s.name; }, {0, limits::kNameCharacters},
-           "For people."),
+      required_text(
+          "scene", [](auto& s) -> auto& { return s.scene; }, {1, limits::kNameCharacters},
+          "Id from POST /v1/scenes, or the name of a built-in scene."),
+      text(
+          "name", [](auto& s) -> auto& { return s.name; }, {0, limits::kNameCharacters},
+          "For people."),
       CustomRow<JobSpec>{"labels", &read_labels, &print_labels, &labels_schema},
-      number("priority", [](auto& s) -> auto& { return s.priority; },
-             {-limits::kPriority, limits::kPriority}, "Higher is served first."),
-      number("seed", [](auto& s) -> auto& { return s.render.seed; }, {0, limits::kSeed},
-             "Every random number of the job is a function of it."),
+      number(
+          "priority", [](auto& s) -> auto& { return s.priority; },
+          {-limits::kPriority, limits::kPriority}, "Higher is served first."),
+      number(
+          "seed", [](auto& s) -> auto& { return s.render.seed; }, {0, limits::kSeed},
+          "Every random number of the job is a function of it."),
       camera_row(),
-      text("variant", [](auto& s) -> auto& { return s.variant; }, {1, limits::kNameCharacters},
-           "Material variant of the file by name (KHR_materials_variants)."),
-      number("time_seconds", [](auto& s) -> auto& { return s.time_seconds; }, {-1e6, 1e6},
-             "Animation time, seconds."),
+      text(
+          "variant", [](auto& s) -> auto& { return s.variant; }, {1, limits::kNameCharacters},
+          "Material variant of the file by name (KHR_materials_variants)."),
+      number(
+          "time_seconds", [](auto& s) -> auto& { return s.time_seconds; }, {-1e6, 1e6},
+          "Animation time, seconds."),
       FixedRow{"medium", "null", "Participating medium around the scene."},
-      choice("class", [](auto& s) -> auto& { return s.job_class; }, &classes, "How it is served."),
-      text("preview_key", [](auto& s) -> auto& { return s.preview_key; },
-           {1, limits::kNameCharacters},
-           "A later preview with the same key supersedes this one; class preview only."),
-      CustomRow<JobSpec>{"environment", &read_environment, &print_environment,
-                         &environment_schema},
+      choice(
+          "class", [](auto& s) -> auto& { return s.job_class; }, &classes, "How it is served."),
+      text(
+          "preview_key", [](auto& s) -> auto& { return s.preview_key; },
+          {1, limits::kNameCharacters},
+          "A later preview with the same key supersedes this one; class preview only."),
+      CustomRow<JobSpec>{"environment", &read_environment, &print_environment, &environment_schema},
       film_row(),
       group("integrator", "How light is followed.",
-            choice("type", [](auto& s) -> auto& { return s.render.integrator; },
-                   &core::integrators, "Algorithm."),
-            number("max_depth", [](auto& s) -> auto& { return s.render.max_depth; },
-                   {0, limits::kMaxDepth},
-                   "Scattering events on a path; 0 shows emitters only, 1 adds direct light.")),
+            choice(
+                "type", [](auto& s) -> auto& { return s.render.integrator; }, &core::integrators,
+                "Algorithm."),
+            number(
+                "max_depth", [](auto& s) -> auto& { return s.render.max_depth; },
+                {0, limits::kMaxDepth},
+                "Scattering events on a path; 0 shows emitters only, 1 adds direct light.")),
       estimator_row(),
       group("sampler", "Where random numbers come from.",
-            choice("type", [](auto& s) -> auto& { return s.render.sampler; }, &core::samplers,
-                   "Kind of point set."),
-            CustomRow<JobSpec>{"replicates", &read_replicates,
-                               [](const JobSpec& s, Json& object) {
-                                 object["replicates"] = s.render.replicates;
-                               },
-                               &replicates_schema}),
+            choice(
+                "type", [](auto& s) -> auto& { return s.render.sampler; }, &core::samplers,
+                "Kind of point set."),
+            CustomRow<JobSpec>{
+                "replicates", &read_replicates,
+                [](const JobSpec& s, Json& object) { object["replicates"] = s.render.replicates; },
+                &replicates_schema}),
       group("light_sampler", "Which light is looked at.",
-            choice("type", [](auto& s) -> auto& { return s.render.light_sampler; },
-                   &core::light_samplers, "Kind of choice.")),
+            choice(
+                "type", [](auto& s) -> auto& { return s.render.light_sampler; },
+                &core::light_samplers, "Kind of choice.")),
       only_type("adaptive", R"("none")", "Where further samples go."),
       FixedRow{"spectral", "false", "Wavelengths instead of three colours."},
-      CustomRow<JobSpec>{"stop",
-                         [](const Json& value, JobSpec& s, const std::string& pointer,
-                            Faults& faults) { s.stop = read_stop(value, pointer, faults); },
-                         [](const JobSpec& s, Json& object) { object["stop"] = print_stop(s.stop); },
-                         [](const JobSpec& defaults) { return stop_schema(defaults.stop); }},
+      CustomRow<JobSpec>{
+          "stop",
+          [](const Json& value, JobSpec& s, const std::string& pointer, Faults& faults) {
+            s.stop = read_stop(value, pointer, faults);
+          },
+          [](const JobSpec& s, Json& object) { object["stop"] = print_stop(s.stop); },
+          [](const JobSpec& defaults) { return stop_schema(defaults.stop); }},
       LaterRow{"webhook"},
       LaterRow{"retention_seconds"},
   };

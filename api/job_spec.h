@@ -63,7 +63,8 @@ std::string spec_json(const JobSpec& spec);
 bool same_spec(const JobSpec& a, const JobSpec& b);
 
 /// The rule for an absent `environment`: white, unless the scene has a punctual light or a material
-/// with emissive strength above 1. Returns the warning that says so; empty if it was settled before.
+/// with emissive strength above 1. Returns the warning that says so; empty if it was settled
+/// before.
 std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSummary& scene);
 
 }  // namespace api

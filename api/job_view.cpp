@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <limits>
 
 #include <nlohmann/json.hpp>
@@ -17,11 +16,11 @@
 namespace api {
 namespace {
 
-constexpr std::array<std::string_view, 7> kStates = {
-    "queued", "loading", "rendering", "paused", "finished", "failed", "cancelled"};
+constexpr std::array<std::string_view, 7> kStates = {"queued",   "loading", "rendering", "paused",
+                                                     "finished", "failed",  "cancelled"};
 constexpr std::array<std::string_view, 8> kReasons = {
-    "",      "samples_per_pixel", "relative_error", "seconds", "deadline", "limit",
-    "cancelled", "failed"};
+    "",      "samples_per_pixel", "relative_error", "seconds", "deadline",
+    "limit", "cancelled",         "failed"};
 
 Json time_json(const std::optional<double>& unix_seconds) {
   return unix_seconds ? Json(rfc3339(*unix_seconds)) : Json(nullptr);
@@ -79,14 +78,15 @@ Json progress_part(const JobView& job) {
   constexpr double kNearlyDone = 0.9999;
   const double fraction =
       job.state == JobState::kFinished ? 1.0 : std::clamp(progress.fraction, 0.0, kNearlyDone);
-  return {{"fraction", number_json(fraction)},
-          {"samples_per_pixel",
-           {{"min", progress.samples_min},
-            {"mean", number_json(progress.samples_mean)},
-            {"max", progress.samples_max}}},
-          {"elapsed_seconds", number_json(progress.elapsed_seconds)},
-          {"cpu_seconds", number_json(progress.cpu_seconds)},
-          {"eta_seconds", progress.eta_seconds ? number_json(*progress.eta_seconds) : Json(nullptr)}};
+  return {
+      {"fraction", number_json(fraction)},
+      {"samples_per_pixel",
+       {{"min", progress.samples_min},
+        {"mean", number_json(progress.samples_mean)},
+        {"max", progress.samples_max}}},
+      {"elapsed_seconds", number_json(progress.elapsed_seconds)},
+      {"cpu_seconds", number_json(progress.cpu_seconds)},
+      {"eta_seconds", progress.eta_seconds ? number_json(*progress.eta_seconds) : Json(nullptr)}};
 }
 
 Json error_part(const JobView& job) {
@@ -170,7 +170,8 @@ std::optional<std::uint32_t> etag_spec_version(std::string_view etag) {
   etag.remove_prefix(kStart.size());
   std::uint32_t version = 0;
   const auto read = std::from_chars(etag.data(), etag.data() + etag.size(), version);
-  const std::string_view rest(read.ptr, static_cast<std::size_t>(etag.data() + etag.size() - read.ptr));
+  const std::string_view rest(read.ptr,
+                              static_cast<std::size_t>(etag.data() + etag.size() - read.ptr));
   if (read.ec != std::errc() || !rest.starts_with("-r") || !rest.ends_with('"')) {
     return {};
   }

@@ -26,7 +26,8 @@ std::string_view to_text(JobState state);
 std::optional<JobState> job_state_from_text(std::string_view text);
 /// finished, failed or cancelled.
 bool is_final(JobState state);
-/// "samples_per_pixel" "relative_error" "seconds" "deadline" "limit" "cancelled" "failed"; "" for kNone.
+/// "samples_per_pixel" "relative_error" "seconds" "deadline" "limit" "cancelled" "failed"; "" for
+/// kNone.
 std::string_view to_text(core::StopReason reason);
 std::optional<core::StopReason> stop_reason_from_text(std::string_view text);
 
@@ -68,9 +69,9 @@ std::string scene_list_json(std::span<const std::string> scenes,
 /// {"id", "bytes"} of an asset.
 std::string asset_json(std::string_view id, std::uint64_t bytes);
 
-/// A line through (log samples_per_pixel, log relative_rmse) by least squares, with its 95 % interval
-/// (Student's t, n - 2 degrees). NaN: too few points. Points without an error are left out. The points
-/// of one run are not independent, so that the interval is a guide.
+/// A line through (log samples_per_pixel, log relative_rmse) by least squares, with its 95 %
+/// interval (Student's t, n - 2 degrees). NaN: too few points. Points without an error are left
+/// out. The points of one run are not independent, so that the interval is a guide.
 struct Slope {
   double value = 0;
   double low = 0;

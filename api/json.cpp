@@ -15,8 +15,8 @@
 namespace api {
 namespace {
 
-/// Builds the value while it watches depth, repeated members and number range. nlohmann's own builder
-/// keeps the last of two equal members and has no depth limit.
+/// Builds the value while it watches depth, repeated members and number range. nlohmann's own
+/// builder keeps the last of two equal members and has no depth limit.
 class Builder {
  public:
   explicit Builder(std::string_view text) : text_(text) {}
@@ -43,9 +43,9 @@ class Builder {
   bool key(string_t& name) {
     Level& level = levels_.back();
     if (name.size() > static_cast<std::size_t>(limits::kJsonKeyBytes)) {
-      return refuse(core::ErrorCode::kInvalidArgument, here(),
-                    "has a member name longer than " + std::to_string(limits::kJsonKeyBytes) +
-                        " bytes");
+      return refuse(
+          core::ErrorCode::kInvalidArgument, here(),
+          "has a member name longer than " + std::to_string(limits::kJsonKeyBytes) + " bytes");
     }
     if (!level.keys.insert(name).second) {
       return refuse(core::ErrorCode::kInvalidArgument, join_pointer(here(), name),
@@ -67,9 +67,9 @@ class Builder {
       problem_ = make_problem(core::ErrorCode::kBadSyntax, "The body is empty; JSON was expected.");
       return false;
     }
-    problem_ = make_problem(
-        core::ErrorCode::kBadSyntax,
-        "The body is not JSON: " + reason(exception.what()) + " at byte " + std::to_string(offset) + ".");
+    problem_ = make_problem(core::ErrorCode::kBadSyntax,
+                            "The body is not JSON: " + reason(exception.what()) + " at byte " +
+                                std::to_string(offset) + ".");
     return false;
   }
 
@@ -83,13 +83,14 @@ class Builder {
     std::unordered_set<std::string> keys;
   };
 
-  /// "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error while ...; last
-  /// read: ..." without the parts that name the library.
+  /// "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error while ...;
+  /// last read: ..." without the parts that name the library.
   static std::string reason(std::string what) {
     if (const auto bracket = what.find("] "); bracket != std::string::npos) {
       what.erase(0, bracket + 2);
     }
-    if (const auto colon = what.find(": "); what.starts_with("parse error") && colon != std::string::npos) {
+    if (const auto colon = what.find(": ");
+        what.starts_with("parse error") && colon != std::string::npos) {
       what.erase(0, colon + 2);
     }
     if (const auto last = what.find("; last read"); last != std::string::npos) {

@@ -54,7 +54,8 @@ Json path_parameter(const std::string& name, const Capabilities& capabilities) {
     }
     doc = "Extension of the image format.";
   }
-  return {{"name", name}, {"in", "path"}, {"required", true}, {"description", doc}, {"schema", schema}};
+  return {
+      {"name", name}, {"in", "path"}, {"required", true}, {"description", doc}, {"schema", schema}};
 }
 
 /// Parameters whose values the tables of this build hold.
@@ -117,8 +118,8 @@ Json responses_of(const Operation& operation) {
 
 Json operation_json(const Operation& operation, const std::string& id, const std::string& path,
                     const Capabilities& capabilities) {
-  Json body = {{"operationId", id}, {"tags", Json::array({operation.tag})},
-               {"summary", operation.summary}};
+  Json body = {
+      {"operationId", id}, {"tags", Json::array({operation.tag})}, {"summary", operation.summary}};
   if (!operation.description.empty()) {
     body["description"] = operation.description;
   }
@@ -242,15 +243,16 @@ Json components() {
 Json openapi_document(const Capabilities& capabilities, std::string_view version) {
   Json document;
   document["openapi"] = "3.1.0";
-  document["info"] = {
-      {"title", "Tessera"},
-      {"version", version},
-      {"summary", "A render server."},
-      {"description",
-       "Upload a glTF scene, post a job, watch the picture converge. Bodies are JSON in UTF-8; errors are "
-       "application/problem+json (RFC 9457) with JSON pointers to what is wrong; unknown members are "
-       "refused; every answer has X-Request-Id."},
-      {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}};
+  document["info"] = {{"title", "Tessera"},
+                      {"version", version},
+                      {"summary", "A render server."},
+                      {"description",
+                       "Upload a glTF scene, post a job, watch the picture converge. Bodies are "
+                       "JSON in UTF-8; errors are "
+                       "application/problem+json (RFC 9457) with JSON pointers to what is wrong; "
+                       "unknown members are "
+                       "refused; every answer has X-Request-Id."},
+                      {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}};
   document["servers"] = Json::array({{{"url", "/"}, {"description", "This server."}}});
   // The empty requirement: a server on loopback needs no key.
   document["security"] =

@@ -20,8 +20,9 @@ constexpr ParameterRow kIfNoneMatch = {"If-None-Match", "header", R"({"type":"st
 constexpr ParameterRow kIfMatch = {"If-Match", "header", R"({"type":"string"})",
                                    "ETag whose spec part must still hold, else 412."};
 constexpr ParameterRow kRange = {"Range", "header", R"({"type":"string"})", "Part of the bytes."};
-constexpr ParameterRow kPrefer = {"Prefer", "header", R"({"type":"string"})",
-                                  "`wait=N`: answer when the job has ended, or after N (at most 60) seconds."};
+constexpr ParameterRow kPrefer = {
+    "Prefer", "header", R"({"type":"string"})",
+    "`wait=N`: answer when the job has ended, or after N (at most 60) seconds."};
 constexpr ParameterRow kIdempotencyKey = {
     "Idempotency-Key", "header", R"({"type":"string","minLength":1,"maxLength":255})",
     "The same key with the same body answers with the first job (200)."};
@@ -33,15 +34,18 @@ constexpr std::array kSubmitParameters = {
                  "1: only validate and estimate the cost (200)."},
     kIdempotencyKey, kPrefer};
 constexpr std::array kJobListParameters = {
-    ParameterRow{"state", "query",
-                 R"({"type":"array","items":{"type":"string","enum":["queued","loading","rendering","paused","finished","failed","cancelled"]}})",
-                 "Only jobs in one of these states; may be repeated."},
+    ParameterRow{
+        "state", "query",
+        R"({"type":"array","items":{"type":"string","enum":["queued","loading","rendering",)"
+        R"("paused","finished","failed","cancelled"]}})",
+        "Only jobs in one of these states; may be repeated."},
     ParameterRow{"label", "query", R"({"type":"array","items":{"type":"string"}})",
                  "Only jobs with this label, `key=value` or `key`; may be repeated."},
     kCursor, kLimit};
 constexpr std::array kJobParameters = {
-    ParameterRow{"wait", "query", R"({"type":"number","minimum":0,"maximum":60,"default":0})",
-                 "Answer at a final state (with If-None-Match: at any change), or after so many seconds."},
+    ParameterRow{
+        "wait", "query", R"({"type":"number","minimum":0,"maximum":60,"default":0})",
+        "Answer at a final state (with If-None-Match: at any change), or after so many seconds."},
     kIfNoneMatch};
 constexpr std::array kPatchParameters = {kIfMatch};
 constexpr std::array kImageParameters = {
@@ -64,10 +68,9 @@ constexpr std::array kImageParameters = {
     ParameterRow{"max_size", "query", R"({"type":"integer","minimum":1,"maximum":16384})",
                  "Longest side of the answer; larger pictures are scaled down."},
     kIfNoneMatch};
-constexpr std::array kTilesParameters = {
-    ParameterRow{"after", "query",
-                 R"({"type":"integer","minimum":0,"maximum":4294967295,"default":0})",
-                 "Only tiles that are newer than this revision."}};
+constexpr std::array kTilesParameters = {ParameterRow{
+    "after", "query", R"({"type":"integer","minimum":0,"maximum":4294967295,"default":0})",
+    "Only tiles that are newer than this revision."}};
 constexpr std::array kEventsParameters = {
     ParameterRow{"Last-Event-ID", "header", R"({"type":"string"})",
                  "Goes on after this event; what is lost is announced by `reset`."}};
@@ -101,8 +104,8 @@ constexpr std::array kFilm = {ContentRow{"application/vnd.tessera.film", ""}};
 constexpr std::array kEvents = {ContentRow{"text/event-stream", R"({"type":"string"})"}};
 constexpr std::array kTiles = {ContentRow{"application/vnd.tessera.tiles", ""}};
 constexpr std::array kLines = {ContentRow{"application/x-ndjson", R"({"type":"string"})"}};
-constexpr std::array kImages = {ContentRow{"image/png", ""},  ContentRow{"image/jpeg", ""},
-                                ContentRow{"image/webp", ""}, ContentRow{"image/x-exr", ""},
+constexpr std::array kImages = {ContentRow{"image/png", ""},          ContentRow{"image/jpeg", ""},
+                                ContentRow{"image/webp", ""},         ContentRow{"image/x-exr", ""},
                                 ContentRow{"image/vnd.radiance", ""}, ContentRow{"image/tiff", ""}};
 
 // Responses.
@@ -171,8 +174,8 @@ constexpr std::array kOperations = {
               "Answers while everything else is busy.", "", kNoParameters, kNoBody, kTextAnswer,
               kNoProblems, true},
     Operation{"getReadiness", "GET", "/readyz", "Service", "Can it take work?",
-              "503 while it starts or stops.", "", kNoParameters, kNoBody, kReadyAnswer, kNoProblems,
-              true},
+              "503 while it starts or stops.", "", kNoParameters, kNoBody, kReadyAnswer,
+              kNoProblems, true},
     Operation{"getMetrics", "GET", "/metrics", "Service", "Prometheus metrics.", "", "",
               kNoParameters, kNoBody, kTextAnswer, kNoProblems, true},
     Operation{"getOpenApi", "GET", "/openapi.json", "Service", "This document.", "", "",
@@ -194,11 +197,13 @@ constexpr std::array kOperations = {
               "Never changes; may be cached for ever.", "read", kAssetParameters, kNoBody,
               kAssetContent, kContentProblems, true},
     Operation{"deleteAsset", "DELETE", "/v1/assets/{sha256}", "Assets", "Delete a file.",
-              "409 while a scene or job uses it.", "write", kNoParameters, kNoBody, kGone, k409, true},
-    Operation{"createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
-              "A GLB, a glTF without other files, a zip with everything, or asset ids. The file can name "
-              "only what is uploaded with it; 424 lists what is missing.",
-              "write", kNoParameters, kSceneBodies, kSceneMade, kSceneProblems, true},
+              "409 while a scene or job uses it.", "write", kNoParameters, kNoBody, kGone, k409,
+              true},
+    Operation{
+        "createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
+        "A GLB, a glTF without other files, a zip with everything, or asset ids. The file can name "
+        "only what is uploaded with it; 424 lists what is missing.",
+        "write", kNoParameters, kSceneBodies, kSceneMade, kSceneProblems, true},
     Operation{"listScenes", "GET", "/v1/scenes", "Scenes", "List scenes.", "", "read",
               kSceneListParameters, kNoBody, kSceneListAnswer, k400, true},
     Operation{"getScene", "GET", "/v1/scenes/{id}", "Scenes", "Describe a scene.", "", "read",
@@ -206,53 +211,57 @@ constexpr std::array kOperations = {
     Operation{"deleteScene", "DELETE", "/v1/scenes/{id}", "Scenes", "Delete a scene.",
               "409 while a job uses it.", "write", kNoParameters, kNoBody, kGone, k409, true},
     Operation{"getSceneGltf", "GET", "/v1/scenes/{id}/gltf", "Scenes",
-              "Download a built-in scene as GLB.", "", "read", kNoParameters, kNoBody, kGlbAnswer, k404,
-              true},
+              "Download a built-in scene as GLB.", "", "read", kNoParameters, kNoBody, kGlbAnswer,
+              k404, true},
     Operation{"createJob", "POST", "/v1/jobs", "Jobs", "Submit a job.",
               "Only `scene` is required. Unknown members are refused.", "write", kSubmitParameters,
               kJobRequest, kJobMade, kSubmitProblems, true},
     Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kJobListParameters,
               kNoBody, kJobListAnswer, k400, true},
-    Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Look at a job, or wait for it.", "", "read",
-              kJobParameters, kNoBody, kJobAnswer, k404_422, true},
+    Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Look at a job, or wait for it.", "",
+              "read", kJobParameters, kNoBody, kJobAnswer, k404_422, true},
     Operation{"patchJob", "PATCH", "/v1/jobs/{id}", "Jobs", "Change a job.",
               "A merge patch (RFC 7396) of priority, labels, name, stop and paused.", "write",
               kPatchParameters, kJobPatch, kJobChanged, kPatchProblems, true},
     Operation{"cancelJob", "POST", "/v1/jobs/{id}/cancel", "Jobs", "Cancel a job.",
-              "Keeps the picture so far. Cancelling twice is no error.", "write", kNoParameters, kNoBody,
-              kJobChanged, k404, true},
+              "Keeps the picture so far. Cancelling twice is no error.", "write", kNoParameters,
+              kNoBody, kJobChanged, k404, true},
     Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Let a finished job go on.", "",
               "write", kNoParameters, kExtend, kJobExtended, kExtendProblems, false},
     Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Forget a job and its files.",
               "409 while it runs.", "write", kNoParameters, kNoBody, kGone, k409, true},
-    Operation{"getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results", "The picture so far.",
-              "The format follows from the extension (png, jpg, webp, exr, hdr, tif) or from Accept.",
-              "read", kImageParameters, kNoBody, kImageAnswer, kImageProblems, true},
+    Operation{
+        "getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results", "The picture so far.",
+        "The format follows from the extension (png, jpg, webp, exr, hdr, tif) or from Accept.",
+        "read", kImageParameters, kNoBody, kImageAnswer, kImageProblems, true},
     Operation{"getPixel", "GET", "/v1/jobs/{id}/pixels/{x}/{y}", "Results",
-              "One pixel with its intervals.", "", "read", kNoParameters, kNoBody, kPixelAnswer, k404_422,
-              true},
+              "One pixel with its intervals.", "", "read", kNoParameters, kNoBody, kPixelAnswer,
+              k404_422, true},
     Operation{"getConvergence", "GET", "/v1/jobs/{id}/convergence", "Results",
-              "Error over samples and time.", "", "read", kNoParameters, kNoBody, kConvergenceAnswer, k404,
-              true},
+              "Error over samples and time.", "", "read", kNoParameters, kNoBody,
+              kConvergenceAnswer, k404, true},
     Operation{"getFilm", "GET", "/v1/jobs/{id}/film", "Results", "The raw sums.", "", "read",
               kNoParameters, kNoBody, kFilmAnswer, k409, false},
     Operation{"mergeFilms", "POST", "/v1/films/merge", "Results", "Add up films.",
               "409 when they overlap or do not fit.", "write", kNoParameters, kMerge, kMergeAnswer,
               kMergeProblems, false},
     Operation{"streamEvents", "GET", "/v1/jobs/{id}/events", "Streams", "Watch a job.",
-              "Events: snapshot, state, progress, tile, warning, end; reset after a loss; overloaded at the "
+              "Events: snapshot, state, progress, tile, warning, end; reset after a loss; "
+              "overloaded at the "
               "limit of streams.",
               "read", kEventsParameters, kNoBody, kEventsAnswer, k404, true},
-    Operation{"streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Receive the tiles.",
-              "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, height, "
-              "u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32, r g b, "
-              "their variances, the sample count. Flag 1: end frame; 2: correlated errors; 4: an alpha "
-              "plane follows.",
-              "read", kTilesParameters, kNoBody, kTilesAnswer, k404_422, true},
+    Operation{
+        "streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Receive the tiles.",
+        "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, "
+        "height, "
+        "u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32, r g b, "
+        "their variances, the sample count. Flag 1: end frame; 2: correlated errors; 4: an alpha "
+        "plane follows.",
+        "read", kTilesParameters, kNoBody, kTilesAnswer, k404_422, true},
     Operation{"createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.", "",
               "write", kNoParameters, kComparisonRequest, kComparisonAnswer, kMergeProblems, false},
-    Operation{"runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.", "", "write",
-              kNoParameters, kLabRequest, kLabAnswer, k422, false},
+    Operation{"runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.", "",
+              "write", kNoParameters, kLabRequest, kLabAnswer, k422, false},
 };
 
 }  // namespace

@@ -17,7 +17,8 @@ struct ParameterRow {
 
 struct ContentRow {
   std::string_view media_type;
-  std::string_view schema;  ///< name in components/schemas; "" for bytes; a schema as JSON text if it begins with '{'
+  std::string_view schema;  ///< name in components/schemas; "" for bytes; a schema as JSON text if
+                            ///< it begins with '{'
 };
 
 struct ResponseRow {
@@ -33,7 +34,7 @@ struct Operation {
   std::string_view tag;
   std::string_view summary;
   std::string_view description;
-  std::string_view scope;   ///< "", "read" or "write": what a key needs; "" needs none
+  std::string_view scope;  ///< "", "read" or "write": what a key needs; "" needs none
   std::span<const ParameterRow> parameters;
   std::span<const ContentRow> request;
   std::span<const ResponseRow> responses;

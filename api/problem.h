@@ -23,9 +23,9 @@ struct FieldError {
 
 struct Problem {
   int status = 500;
-  std::string type;    ///< URI reference, "/docs#problem-..."
-  std::string title;   ///< the same for every problem of this type
-  std::string detail;  ///< about this one
+  std::string type;      ///< URI reference, "/docs#problem-..."
+  std::string title;     ///< the same for every problem of this type
+  std::string detail;    ///< about this one
   std::string instance;  ///< path of the request; filled in by whoever knows it
   std::vector<FieldError> errors;
   friend bool operator==(const Problem&, const Problem&) = default;
@@ -35,8 +35,11 @@ struct Problem {
 template <typename T>
 class [[nodiscard]] Parsed {
  public:
-  Parsed(T value) : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
-  Parsed(Problem problem) : state_(std::in_place_index<1>, std::move(problem)) {}  // NOLINT(google-explicit-constructor)
+  Parsed(T value)
+      : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
+  Parsed(Problem problem)
+      : state_(std::in_place_index<1>, std::move(problem)) {
+  }  // NOLINT(google-explicit-constructor)
 
   bool has_value() const noexcept { return state_.index() == 0; }
   explicit operator bool() const noexcept { return has_value(); }

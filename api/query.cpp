@@ -22,10 +22,12 @@ bool is_hex(char c) {
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
 }
 
-/// The whole text as a number; the grammar is that of JSON, so that "0x10", "inf" and " 5" are none.
+/// The whole text as a number; the grammar is that of JSON, so that "0x10", "inf" and " 5" are
+/// none.
 Json number_from_text(const std::string& text) {
   Json value = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-  const bool plain = !text.empty() && text.find_first_not_of("0123456789+-.eE") == std::string::npos;
+  const bool plain =
+      !text.empty() && text.find_first_not_of("0123456789+-.eE") == std::string::npos;
   return plain && value.is_number() ? value : Json(text);
 }
 
@@ -34,8 +36,8 @@ std::optional<std::int64_t> query_integer(const std::string& text, const Range& 
   return read_integer(number_from_text(text), range, pointer, faults);
 }
 
-/// Calls row(name, value) for each parameter; false means that there is no such one. Repeated ones are
-/// refused unless named in `repeatable`.
+/// Calls row(name, value) for each parameter; false means that there is no such one. Repeated ones
+/// are refused unless named in `repeatable`.
 template <typename Row>
 void each_parameter(QueryParams query, std::span<const std::string_view> repeatable, Faults& faults,
                     const Row& row) {
@@ -105,23 +107,24 @@ Parsed<ListQuery> parse_list_query(QueryParams query, bool has_filters) {
   ListQuery out;
   Faults faults;
   constexpr std::array<std::string_view, 2> kRepeatable = {"state", "label"};
-  each_parameter(query, kRepeatable, faults,
-                 [&](const std::string& name, const std::string& value, const std::string& pointer) {
-                   if (name == "limit") {
-                     const Range range = {1, static_cast<double>(limits::kPageSize)};
-                     const auto limit = query_integer(value, range, pointer, faults);
-                     out.limit = static_cast<int>(limit.value_or(out.limit));
-                   } else if (name == "cursor") {
-                     read_cursor(value, out, pointer, faults);
-                   } else if (has_filters && name == "state") {
-                     read_states(value, out, pointer, faults);
-                   } else if (has_filters && name == "label") {
-                     read_label(value, out, pointer, faults);
-                   } else {
-                     return false;
-                   }
-                   return true;
-                 });
+  each_parameter(
+      query, kRepeatable, faults,
+      [&](const std::string& name, const std::string& value, const std::string& pointer) {
+        if (name == "limit") {
+          const Range range = {1, static_cast<double>(limits::kPageSize)};
+          const auto limit = query_integer(value, range, pointer, faults);
+          out.limit = static_cast<int>(limit.value_or(out.limit));
+        } else if (name == "cursor") {
+          read_cursor(value, out, pointer, faults);
+        } else if (has_filters && name == "state") {
+          read_states(value, out, pointer, faults);
+        } else if (has_filters && name == "label") {
+          read_label(value, out, pointer, faults);
+        } else {
+          return false;
+        }
+        return true;
+      });
   if (!faults.empty()) {
     return make_problem(core::ErrorCode::kBadSyntax, faults.problem().errors);
   }
@@ -164,7 +167,8 @@ struct RectParts {
     }
     for (std::size_t i = 0; i < parts.size(); ++i) {
       if (!parts[i]) {
-        faults.add("/" + std::string(kNames[i]), "is required; x, y, width and height come together");
+        faults.add("/" + std::string(kNames[i]),
+                   "is required; x, y, width and height come together");
       }
     }
     if (!faults.empty()) {
@@ -196,36 +200,37 @@ Parsed<ListQuery> parse_scene_list_query(QueryParams query) {
 Parsed<SubmitQuery> parse_submit_query(QueryParams query) {
   SubmitQuery out;
   Faults faults;
-  each_parameter(query, {}, faults,
-                 [&](const std::string& name, const std::string& value, const std::string& pointer) {
-                   if (name == "dry_run") {
-                     out.dry_run = value == "1" || value == "true";
-                     if (!out.dry_run && value != "0" && value != "false") {
-                       faults.add(pointer, shown(Json(value)) + " is not 0, 1, false or true");
-                     }
-                   } else if (name == "from") {
-                     faults.add(pointer, "'from' is not available in this build");
-                   } else {
-                     return false;
-                   }
-                   return true;
-                 });
+  each_parameter(
+      query, {}, faults,
+      [&](const std::string& name, const std::string& value, const std::string& pointer) {
+        if (name == "dry_run") {
+          out.dry_run = value == "1" || value == "true";
+          if (!out.dry_run && value != "0" && value != "false") {
+            faults.add(pointer, shown(Json(value)) + " is not 0, 1, false or true");
+          }
+        } else if (name == "from") {
+          faults.add(pointer, "'from' is not available in this build");
+        } else {
+          return false;
+        }
+        return true;
+      });
   return checked(out, faults);
 }
 
 Parsed<WaitQuery> parse_wait_query(QueryParams query) {
   WaitQuery out;
   Faults faults;
-  each_parameter(query, {}, faults,
-                 [&](const std::string& name, const std::string& value, const std::string& pointer) {
-                   if (name != "wait") {
-                     return false;
-                   }
-                   const Range range = {0, static_cast<double>(limits::kWaitSeconds)};
-                   out.wait_seconds =
-                       read_number(number_from_text(value), range, pointer, faults).value_or(0);
-                   return true;
-                 });
+  each_parameter(
+      query, {}, faults,
+      [&](const std::string& name, const std::string& value, const std::string& pointer) {
+        if (name != "wait") {
+          return false;
+        }
+        const Range range = {0, static_cast<double>(limits::kWaitSeconds)};
+        out.wait_seconds = read_number(number_from_text(value), range, pointer, faults).value_or(0);
+        return true;
+      });
   return checked(out, faults);
 }
 
@@ -270,15 +275,16 @@ std::optional<int> prefer_wait_seconds(std::string_view prefer_header) {
 Parsed<TilesQuery> parse_tiles_query(QueryParams query) {
   TilesQuery out;
   Faults faults;
-  each_parameter(query, {}, faults,
-                 [&](const std::string& name, const std::string& value, const std::string& pointer) {
-                   if (name != "after") {
-                     return false;
-                   }
-                   out.after = static_cast<std::uint32_t>(
-                       query_integer(value, {0, kRevisionMax}, pointer, faults).value_or(0));
-                   return true;
-                 });
+  each_parameter(
+      query, {}, faults,
+      [&](const std::string& name, const std::string& value, const std::string& pointer) {
+        if (name != "after") {
+          return false;
+        }
+        out.after = static_cast<std::uint32_t>(
+            query_integer(value, {0, kRevisionMax}, pointer, faults).value_or(0));
+        return true;
+      });
   return checked(out, faults);
 }
 

@@ -48,8 +48,9 @@ void read_paused(const Json& value, PatchBody& out, const std::string& pointer, 
 
 const auto& patch_table() {
   static constexpr auto kTable = std::tuple{
-      number("priority", [](auto& s) -> auto& { return s.spec.priority; },
-             {-limits::kPriority, limits::kPriority}, "Higher is served first."),
+      number(
+          "priority", [](auto& s) -> auto& { return s.spec.priority; },
+          {-limits::kPriority, limits::kPriority}, "Higher is served first."),
       CustomRow<PatchBody>{"labels", &read_labels_patch, [](const PatchBody&, Json&) {},
                            [](const PatchBody& defaults) {
                              Json schema = labels_schema(defaults.spec);
@@ -58,8 +59,9 @@ const auto& patch_table() {
                              schema["additionalProperties"]["type"] = {"string", "null"};
                              return schema;
                            }},
-      text("name", [](auto& s) -> auto& { return s.spec.name; }, {0, limits::kNameCharacters},
-           "For people."),
+      text(
+          "name", [](auto& s) -> auto& { return s.spec.name; }, {0, limits::kNameCharacters},
+          "For people."),
       CustomRow<PatchBody>{"stop", &read_stop_patch, [](const PatchBody&, Json&) {},
                            [](const PatchBody& defaults) {
                              Json schema = stop_schema(defaults.spec.stop);
@@ -68,10 +70,9 @@ const auto& patch_table() {
                              schema.erase("anyOf");
                              return schema;
                            }},
-      CustomRow<PatchBody>{"paused", &read_paused, [](const PatchBody&, Json&) {},
-                           [](const PatchBody&) {
-                             return basic_schema("boolean", "True pauses, false resumes.");
-                           }},
+      CustomRow<PatchBody>{
+          "paused", &read_paused, [](const PatchBody&, Json&) {},
+          [](const PatchBody&) { return basic_schema("boolean", "True pauses, false resumes."); }},
   };
   return kTable;
 }
@@ -144,7 +145,9 @@ const auto& scene_table() {
             read_asset_id(value, out.gltf, pointer, faults);
           },
           [](const SceneFromAssets& body, Json& object) { object["gltf"] = body.gltf; },
-          [](const SceneFromAssets&) { return asset_id_schema("Asset with the glTF or GLB file."); },
+          [](const SceneFromAssets&) {
+            return asset_id_schema("Asset with the glTF or GLB file.");
+          },
           true},
       CustomRow<SceneFromAssets>{
           "files", &read_files,
@@ -166,14 +169,17 @@ constexpr std::string_view kIdDoc = "Job id (UUID) or asset id (64 hex digits)."
 
 void check_id(const std::string& id, const std::string& pointer, Faults& faults) {
   if (!is_job_or_asset(id)) {
-    faults.add(pointer, shown(Json(id)) + " is neither a job id (UUID) nor an asset id (64 hex digits)");
+    faults.add(pointer,
+               shown(Json(id)) + " is neither a job id (UUID) nor an asset id (64 hex digits)");
   }
 }
 
 const auto& comparison_table() {
   static constexpr auto kTable = std::tuple{
-      required_text("a", [](auto& s) -> auto& { return s.a; }, {1, 64}, kIdDoc),
-      required_text("b", [](auto& s) -> auto& { return s.b; }, {1, 64}, kIdDoc),
+      required_text(
+          "a", [](auto& s) -> auto& { return s.a; }, {1, 64}, kIdDoc),
+      required_text(
+          "b", [](auto& s) -> auto& { return s.b; }, {1, 64}, kIdDoc),
   };
   return kTable;
 }
@@ -305,10 +311,9 @@ Json scene_from_assets_schema() {
   return object_schema(scene_table(), SceneFromAssets{}, "A scene whose files are assets.");
 }
 Json comparison_request_schema() {
-  return object_schema(comparison_table(), ComparisonRequest{}, "Two pictures; b is the reference.");
+  return object_schema(comparison_table(), ComparisonRequest{},
+                       "Two pictures; b is the reference.");
 }
-Json merge_schema() {
-  return object_schema(merge_table(), MergeRequest{}, "Films to add up.");
-}
+Json merge_schema() { return object_schema(merge_table(), MergeRequest{}, "Films to add up."); }
 
 }  // namespace api

@@ -1,7 +1,8 @@
 /// The requests other than the job itself: bodies and query strings.
 ///
-/// Bodies: 400 broken JSON, 413 too large, 422 with pointers. Query strings come decoded; a repeated or
-/// unknown parameter is refused. A query parameter `limit` is named by the pointer "/limit".
+/// Bodies: 400 broken JSON, 413 too large, 422 with pointers. Query strings come decoded; a
+/// repeated or unknown parameter is refused. A query parameter `limit` is named by the pointer
+/// "/limit".
 #pragma once
 
 #include <cstdint>
@@ -20,8 +21,8 @@
 
 namespace api {
 
-/// PATCH /v1/jobs/{id}: priority, labels, name, stop, paused. An RFC 7396 merge patch: labels and rules
-/// that are not named stay, null removes one.
+/// PATCH /v1/jobs/{id}: priority, labels, name, stop, paused. An RFC 7396 merge patch: labels and
+/// rules that are not named stay, null removes one.
 struct JobPatch {
   JobSpec spec;                ///< the current one with the changes
   std::optional<bool> paused;  ///< as asked for; empty: not mentioned
@@ -61,8 +62,8 @@ Parsed<MergeRequest> parse_merge(std::string_view body);
 using QueryParams = std::span<const std::pair<std::string, std::string>>;
 
 /// GET /v1/jobs?state=&label=&cursor=&limit=. state and label may be repeated or hold a list with
-/// commas (state only): any of the states, all of the labels. label: `key=value`, or `key` for any value.
-/// Wrong values are 400.
+/// commas (state only): any of the states, all of the labels. label: `key=value`, or `key` for any
+/// value. Wrong values are 400.
 struct LabelFilter {
   std::string key;
   std::optional<std::string> value;
@@ -98,8 +99,8 @@ struct TilesQuery {
 };
 Parsed<TilesQuery> parse_tiles_query(QueryParams query);
 
-/// GET /v1/jobs/{id}/image?layer=&exposure=&tonemap=&revision=&x=&y=&width=&height=&max_size=. 422 for
-/// wrong values. A path extension is the server's business.
+/// GET /v1/jobs/{id}/image?layer=&exposure=&tonemap=&revision=&x=&y=&width=&height=&max_size=. 422
+/// for wrong values. A path extension is the server's business.
 struct ImageQuery {
   std::optional<std::string> layer;  ///< empty: beauty, or all layers for EXR
   float exposure_stops = 0;

@@ -10,8 +10,8 @@
 namespace api {
 namespace {
 
-/// 0.975 quantile of Student's t. Table: NIST/SEMATECH e-Handbook 1.3.6.7.2; beyond it the expansion in
-/// 1/df of Abramowitz and Stegun 26.7.5, whose error there is below 2e-4.
+/// 0.975 quantile of Student's t. Table: NIST/SEMATECH e-Handbook 1.3.6.7.2; beyond it the
+/// expansion in 1/df of Abramowitz and Stegun 26.7.5, whose error there is below 2e-4.
 double student_t_975(std::size_t degrees) {
   constexpr std::array kTable = {12.7062, 4.3027, 3.1824, 2.7764, 2.5706,
                                  2.4469,  2.3646, 2.3060, 2.2622, 2.2281};
@@ -109,10 +109,8 @@ std::string pixel_json(const PixelView& pixel) {
                           {"high", numbers_json(layer.high)},
                           {"halves", layer.halves.empty() ? Json(nullptr) : std::move(halves)}};
   }
-  return dump({{"x", pixel.x},
-               {"y", pixel.y},
-               {"samples", pixel.samples},
-               {"layers", std::move(layers)}});
+  return dump(
+      {{"x", pixel.x}, {"y", pixel.y}, {"samples", pixel.samples}, {"layers", std::move(layers)}});
 }
 
 std::string comparison_json(const ComparisonView& comparison) {

@@ -24,7 +24,7 @@ struct FormatView {
 /// What the API tells about other parts of the program; handed in, so that nobody who only parses
 /// requests has to link them.
 struct Capabilities {
-  std::vector<NamedSummary> scenes;     ///< core::builtin_scenes()
+  std::vector<NamedSummary> scenes;       ///< core::builtin_scenes()
   std::vector<FormatView> image_formats;  ///< core::image_formats()
   std::vector<std::string> tone_maps;     ///< core::tone_maps()
   std::vector<std::string> extensions;    ///< of glTF

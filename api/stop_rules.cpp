@@ -40,39 +40,42 @@ void read_deadline(const Json& value, StopRules& rules, const std::string& point
 const auto& table() {
   static constexpr auto kTable = std::tuple{
       shown_if([](const StopRules& s) { return s.samples_per_pixel.has_value(); },
-               number("samples_per_pixel", [](auto& s) -> auto& { return s.samples_per_pixel; },
-                      {1, limits::kSamplesPerPixel},
-                      "Stop at this mean number of samples over the pixels of the crop, all "
-                      "replicates together. Rounded up to what the sampler can do.")),
+               number(
+                   "samples_per_pixel", [](auto& s) -> auto& { return s.samples_per_pixel; },
+                   {1, limits::kSamplesPerPixel},
+                   "Stop at this mean number of samples over the pixels of the crop, all "
+                   "replicates together. Rounded up to what the sampler can do.")),
       shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
-               number("relative_error", [](auto& s) -> auto& { return s.relative_error; },
-                      {1e-5, 10},
-                      "Stop when the relative error is at most this, with `confidence`.")),
-      shown_if(
-          [](const StopRules& s) { return s.relative_error || s.confidence != kConfidence; },
-          number("confidence", [](auto& s) -> auto& { return s.confidence; }, {0.5, 0.9999},
-                 "Confidence of relative_error and of the interval in `error`.")),
+               number(
+                   "relative_error", [](auto& s) -> auto& { return s.relative_error; }, {1e-5, 10},
+                   "Stop when the relative error is at most this, with `confidence`.")),
+      shown_if([](const StopRules& s) { return s.relative_error || s.confidence != kConfidence; },
+               number(
+                   "confidence", [](auto& s) -> auto& { return s.confidence; }, {0.5, 0.9999},
+                   "Confidence of relative_error and of the interval in `error`.")),
       shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
                when([](const StopRules& s) { return s.relative_error.has_value(); },
                     "applies to relative_error only",
-                    choice("scope", [](auto& s) -> auto& { return s.worst_tile; }, &scopes,
-                           "Whose error has to be small enough."))),
+                    choice(
+                        "scope", [](auto& s) -> auto& { return s.worst_tile; }, &scopes,
+                        "Whose error has to be small enough."))),
       shown_if([](const StopRules& s) { return s.seconds.has_value(); },
-               number("seconds", [](auto& s) -> auto& { return s.seconds; },
-                      {0, limits::kStopSeconds, true},
-                      "Stop after this many seconds of rendering, without pauses and downtime.")),
-      CustomRow<StopRules>{
-          "deadline", &read_deadline,
-          [](const StopRules& s, Json& object) {
-            if (s.deadline_unix_seconds) {
-              object["deadline"] = rfc3339(*s.deadline_unix_seconds);
-            }
-          },
-          [](const StopRules& /*defaults*/) {
-            Json schema = basic_schema("string", "Stop at this time (RFC 3339).", true);
-            schema["format"] = "date-time";
-            return schema;
-          }},
+               number(
+                   "seconds", [](auto& s) -> auto& { return s.seconds; },
+                   {0, limits::kStopSeconds, true},
+                   "Stop after this many seconds of rendering, without pauses and downtime.")),
+      CustomRow<StopRules>{"deadline", &read_deadline,
+                           [](const StopRules& s, Json& object) {
+                             if (s.deadline_unix_seconds) {
+                               object["deadline"] = rfc3339(*s.deadline_unix_seconds);
+                             }
+                           },
+                           [](const StopRules& /*defaults*/) {
+                             Json schema =
+                                 basic_schema("string", "Stop at this time (RFC 3339).", true);
+                             schema["format"] = "date-time";
+                             return schema;
+                           }},
   };
   return kTable;
 }
@@ -89,8 +92,7 @@ StopRules read_stop(const Json& value, const std::string& pointer, Faults& fault
   }
   if (!rules.samples_per_pixel && !rules.relative_error && !rules.seconds &&
       !rules.deadline_unix_seconds) {
-    faults.add(pointer,
-               "has no rule; give samples_per_pixel, relative_error, seconds or deadline");
+    faults.add(pointer, "has no rule; give samples_per_pixel, relative_error, seconds or deadline");
   }
   return rules;
 }

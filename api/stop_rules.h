@@ -18,7 +18,8 @@ Json print_stop(const core::StopRules& rules);
 Json stop_schema(const core::StopRules& defaults);
 std::vector<std::string_view> stop_member_names();
 
-/// Rounds samples_per_pixel by the sampler's rule; a warning says what was asked and what is in force.
+/// Rounds samples_per_pixel by the sampler's rule; a warning says what was asked and what is in
+/// force.
 void round_stop(core::StopRules& rules, const core::RenderSettings& settings,
                 std::vector<std::string>& warnings, Faults& faults);
 

@@ -105,8 +105,10 @@ core::Result<DecodedFrame> decode_tile_frame(std::span<const std::byte> bytes) {
   frame.relative_error = std::bit_cast<float>(take(bytes, 24, 4));
   const std::size_t expected = float_count(frame.rect, frame.flags) * sizeof(float);
   if (payload_bytes != expected) {
-    return broken("The frame has " + std::to_string(payload_bytes) + " bytes of payload; its size and "
-                  "flags ask for " + std::to_string(expected) + ".");
+    return broken("The frame has " + std::to_string(payload_bytes) +
+                  " bytes of payload; its size and "
+                  "flags ask for " +
+                  std::to_string(expected) + ".");
   }
   if (bytes.size() - kTileHeaderBytes < payload_bytes) {
     return DecodedFrame{};

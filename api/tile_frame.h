@@ -1,8 +1,8 @@
 /// Binary tile frames, application/vnd.tessera.tiles.
 ///
 /// Little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, height, u32 flags,
-/// f32 relative error, u32 CRC-32 (zlib's) of the payload: 32 bytes. Payload: planes of float32, row by
-/// row: mean r g b, variance of the mean vr vg vb, sample count n, and alpha if flagged.
+/// f32 relative error, u32 CRC-32 (zlib's) of the payload: 32 bytes. Payload: planes of float32,
+/// row by row: mean r g b, variance of the mean vr vg vb, sample count n, and alpha if flagged.
 #pragma once
 
 #include <cstddef>
@@ -18,9 +18,10 @@
 namespace api {
 
 inline constexpr std::size_t kTileHeaderBytes = 32;
-inline constexpr std::uint32_t kTileEnd = 1U << 0U;         ///< end frame, no payload
-inline constexpr std::uint32_t kTileCorrelated = 1U << 1U;  ///< variances do not add up over a block
-inline constexpr std::uint32_t kTileAlpha = 1U << 2U;       ///< an alpha plane follows n
+inline constexpr std::uint32_t kTileEnd = 1U << 0U;  ///< end frame, no payload
+inline constexpr std::uint32_t kTileCorrelated = 1U
+                                                 << 1U;  ///< variances do not add up over a block
+inline constexpr std::uint32_t kTileAlpha = 1U << 2U;    ///< an alpha plane follows n
 
 struct TileFrame {
   core::PixelRect rect;  ///< pixels of the full film; each number below 65536
@@ -35,8 +36,8 @@ std::string encode_tile_frame(const TileFrame& frame);
 /// The frame that ends a stream; revision: the job's last one.
 std::string encode_end_frame(std::uint32_t revision, float relative_error);
 
-/// A frame at the beginning of `bytes`, and how many bytes it took; consumed 0: not all of it is there yet.
-/// Errors: kInvalidArgument (magic, sizes that do not fit, checksum), with the reason.
+/// A frame at the beginning of `bytes`, and how many bytes it took; consumed 0: not all of it is
+/// there yet. Errors: kInvalidArgument (magic, sizes that do not fit, checksum), with the reason.
 struct DecodedFrame {
   std::size_t consumed = 0;
   TileFrame frame;

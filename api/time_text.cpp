@@ -13,7 +13,8 @@ namespace {
 constexpr std::int64_t kSecondsPerDay = 86400;
 constexpr std::int64_t kFirstSecond = -62167219200;  // 0000-01-01T00:00:00Z
 constexpr std::int64_t kLastSecond = 253402300799;   // 9999-12-31T23:59:59Z
-/// Ticks of a second. Not milliseconds: from 2106 on, doubles of seconds cannot tell two of them apart.
+/// Ticks of a second. Not milliseconds: from 2106 on, doubles of seconds cannot tell two of them
+/// apart.
 constexpr std::int64_t kMilli = 1000;
 
 struct Date {
@@ -22,15 +23,16 @@ struct Date {
   int day = 1;
 };
 
-/// Days since 1970-01-01 of the proleptic Gregorian calendar, by counting from 1 March in eras of 400
-/// years: leap days then come last in a year.
+/// Days since 1970-01-01 of the proleptic Gregorian calendar, by counting from 1 March in eras of
+/// 400 years: leap days then come last in a year.
 std::int64_t days_from_date(const Date& date) {
   const std::int64_t year = date.month <= 2 ? date.year - 1 : date.year;
   const std::int64_t era = (year >= 0 ? year : year - 399) / 400;
   const std::int64_t year_of_era = year - era * 400;
   const std::int64_t month_from_march = (date.month + 9) % 12;
   const std::int64_t day_of_year = (153 * month_from_march + 2) / 5 + date.day - 1;
-  const std::int64_t day_of_era = year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year;
+  const std::int64_t day_of_era =
+      year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year;
   return era * 146097 + day_of_era - 719468;
 }
 
@@ -44,7 +46,8 @@ Date date_from_days(std::int64_t days) {
       day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
   const std::int64_t month_from_march = (5 * day_of_year + 2) / 153;
   const auto day = static_cast<int>(day_of_year - (153 * month_from_march + 2) / 5 + 1);
-  const auto month = static_cast<int>(month_from_march < 10 ? month_from_march + 3 : month_from_march - 9);
+  const auto month =
+      static_cast<int>(month_from_march < 10 ? month_from_march + 3 : month_from_march - 9);
   const auto year = static_cast<int>(year_of_era + era * 400 + (month <= 2 ? 1 : 0));
   return {year, month, day};
 }
@@ -155,8 +158,8 @@ std::optional<double> parse_rfc3339(std::string_view text) {
 }
 
 std::string rfc3339(double unix_seconds) {
-  const double inside = std::clamp(unix_seconds, static_cast<double>(kFirstSecond),
-                                   static_cast<double>(kLastSecond));
+  const double inside =
+      std::clamp(unix_seconds, static_cast<double>(kFirstSecond), static_cast<double>(kLastSecond));
   const std::int64_t total = std::llround(inside * static_cast<double>(kMilli));
   const std::int64_t milli = ((total % kMilli) + kMilli) % kMilli;
   const std::int64_t seconds = (total - milli) / kMilli;

@@ -13,7 +13,8 @@ bool Range::contains(double value) const noexcept {
 }
 
 std::string Range::text() const {
-  return (min_open ? "(" : "[") + number_text(min) + ", " + number_text(max) + (max_open ? ")" : "]");
+  return (min_open ? "(" : "[") + number_text(min) + ", " + number_text(max) +
+         (max_open ? ")" : "]");
 }
 
 std::string_view type_text(const Json& value) {
@@ -55,13 +56,12 @@ std::string shown(const Json& value) {
 }
 
 std::int64_t character_count(std::string_view utf8) {
-  return std::count_if(utf8.begin(), utf8.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
-  });
+  return std::count_if(utf8.begin(), utf8.end(),
+                       [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; });
 }
 
-std::optional<double> read_number(const Json& value, const Range& range,
-                                  const std::string& pointer, Faults& faults) {
+std::optional<double> read_number(const Json& value, const Range& range, const std::string& pointer,
+                                  Faults& faults) {
   if (!value.is_number()) {
     faults.add(pointer, "expected a number, got " + std::string(type_text(value)));
     return {};
@@ -139,7 +139,8 @@ std::optional<core::Vec3> read_triple(const Json& value, const Range& range,
   float numbers[kCount] = {};
   bool good = true;
   for (std::size_t i = 0; i < kCount; ++i) {
-    const auto number = read_number(value[i], range, join_pointer(pointer, std::to_string(i)), faults);
+    const auto number =
+        read_number(value[i], range, join_pointer(pointer, std::to_string(i)), faults);
     good = good && number.has_value();
     numbers[i] = static_cast<float>(number.value_or(0));
   }

@@ -46,8 +46,8 @@ std::int64_t character_count(std::string_view utf8);
 std::optional<std::int64_t> read_integer(const Json& value, const Range& range,
                                          const std::string& pointer, Faults& faults);
 /// Negative zero becomes zero.
-std::optional<double> read_number(const Json& value, const Range& range,
-                                  const std::string& pointer, Faults& faults);
+std::optional<double> read_number(const Json& value, const Range& range, const std::string& pointer,
+                                  Faults& faults);
 /// Control characters are refused.
 std::optional<std::string> read_text(const Json& value, const TextRule& rule,
                                      const std::string& pointer, Faults& faults);

@@ -1,5 +1,5 @@
-// Schemas of the answers. tests/unit/api checks that what the printers write is valid against them, no
-// member left over.
+// Schemas of the answers. tests/unit/api checks that what the printers write is valid against them,
+// no member left over.
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,9 +34,7 @@ Json object_of(std::string_view doc, const std::vector<Member>& members) {
   return schema;
 }
 
-Json ref(std::string_view name) {
-  return {{"$ref", "#/components/schemas/" + std::string(name)}};
-}
+Json ref(std::string_view name) { return {{"$ref", "#/components/schemas/" + std::string(name)}}; }
 Json ref_or_null(std::string_view name) {
   return {{"anyOf", Json::array({ref(name), {{"type", "null"}}})}};
 }
@@ -110,15 +108,17 @@ Json spec_schema() {
 }
 
 Json problem_schema() {
-  const Json field_error = object_of("", {{"pointer", string("JSON pointer into the body; /name for a "
-                                                             "query parameter.")},
-                                          {"detail", string("What was seen and what is allowed.")}});
-  Json schema = object_of("RFC 9457.", {{"type", string("Kind of problem, a URI reference.")},
-                                        {"title", string("The same for every problem of the type.")},
-                                        {"status", integer("HTTP status.")},
-                                        {"detail", string("About this one.")},
-                                        {"instance", string("Path of the request.")},
-                                        {"errors", array_of(field_error, "Faults of the input.")}});
+  const Json field_error =
+      object_of("", {{"pointer", string("JSON pointer into the body; /name for a "
+                                        "query parameter.")},
+                     {"detail", string("What was seen and what is allowed.")}});
+  Json schema =
+      object_of("RFC 9457.", {{"type", string("Kind of problem, a URI reference.")},
+                              {"title", string("The same for every problem of the type.")},
+                              {"status", integer("HTTP status.")},
+                              {"detail", string("About this one.")},
+                              {"instance", string("Path of the request.")},
+                              {"errors", array_of(field_error, "Faults of the input.")}});
   schema["required"] = {"type", "title", "status", "detail"};
   return schema;
 }
@@ -126,18 +126,20 @@ Json problem_schema() {
 void add_job_schemas(Json& components) {
   components["Problem"] = problem_schema();
   components["JobSpec"] = spec_schema();
-  components["Progress"] = object_of(
-      "How far it is.",
-      {{"fraction", real("0 to 1; 1 only at the end.")},
-       {"samples_per_pixel", object_of("Samples a pixel has, over the pixels of the crop.",
-                                       {{"min", integer("")}, {"mean", real("")}, {"max", integer("")}})},
-       {"elapsed_seconds", real("Rendering time without pauses and downtime.")},
-       {"cpu_seconds", real("Of all threads.")},
-       {"eta_seconds", maybe_real("Until the end; null: unknown.")}});
+  components["Progress"] =
+      object_of("How far it is.",
+                {{"fraction", real("0 to 1; 1 only at the end.")},
+                 {"samples_per_pixel",
+                  object_of("Samples a pixel has, over the pixels of the crop.",
+                            {{"min", integer("")}, {"mean", real("")}, {"max", integer("")}})},
+                 {"elapsed_seconds", real("Rendering time without pauses and downtime.")},
+                 {"cpu_seconds", real("Of all threads.")},
+                 {"eta_seconds", maybe_real("Until the end; null: unknown.")}});
   components["ErrorEstimate"] = object_of(
       "How wrong the picture still is.",
-      {{"relative_rmse", maybe_real("sqrt(mean over pixels and channels of variance / (mean^2 + 0.01)); "
-                                    "null: unknown.")},
+      {{"relative_rmse",
+        maybe_real("sqrt(mean over pixels and channels of variance / (mean^2 + 0.01)); "
+                   "null: unknown.")},
        {"low", maybe_real("Lower end of the interval.")},
        {"high", maybe_real("Upper end of the interval.")},
        {"confidence", real("Of the interval.")},
@@ -175,54 +177,55 @@ void add_job_schemas(Json& components) {
 }
 
 void add_scene_schemas(Json& components) {
-  components["Asset"] = object_of("A stored file.", {{"id", string("sha256, hex.")},
-                                                     {"bytes", integer("")}});
-  Json bounds = object_of("Axis-aligned box, metres; null: empty.",
-                          {{"min", point("")}, {"max", point("")}});
+  components["Asset"] =
+      object_of("A stored file.", {{"id", string("sha256, hex.")}, {"bytes", integer("")}});
+  Json bounds =
+      object_of("Axis-aligned box, metres; null: empty.", {{"min", point("")}, {"max", point("")}});
   bounds["type"] = {"object", "null"};
   const Json camera = object_of("", {{"index", integer("")},
                                      {"name", string("")},
                                      {"type", one_of("", {"perspective", "orthographic"})},
                                      {"vertical_fov_degrees", maybe_real("")}});
-  const Json light = object_of("", {{"name", string("")},
-                                    {"type", one_of("", {"directional", "point", "spot"})},
-                                    {"intensity", point("W/sr, or W/m2 if directional; linear RGB.")}});
-  components["Scene"] = object_of(
-      "A loaded scene.",
-      {{"id", string("What a job's `scene` names.")},
-       {"name", string("")},
-       {"bytes", integer("Memory of geometry, acceleration structure and textures.")},
-       {"bounds", bounds},
-       {"triangles", integer("As placed: a mesh used twice counts twice.")},
-       {"instances", integer("")},
-       {"cameras", array_of(camera, "")},
-       {"lights", array_of(light, "Punctual lights.")},
-       {"materials", strings("Names.")},
-       {"variants", strings("Names.")},
-       {"animations", strings("Names.")},
-       {"extensions", strings("Extensions that the file uses.")},
-       {"warnings", strings("")}});
-  components["SceneList"] = object_of(
-      "A page of scenes.", {{"scenes", array_of(ref("Scene"), "Newest first.")},
-                            {"next", maybe_string("Cursor of the next page; null: the last one.")}});
+  const Json light =
+      object_of("", {{"name", string("")},
+                     {"type", one_of("", {"directional", "point", "spot"})},
+                     {"intensity", point("W/sr, or W/m2 if directional; linear RGB.")}});
+  components["Scene"] =
+      object_of("A loaded scene.",
+                {{"id", string("What a job's `scene` names.")},
+                 {"name", string("")},
+                 {"bytes", integer("Memory of geometry, acceleration structure and textures.")},
+                 {"bounds", bounds},
+                 {"triangles", integer("As placed: a mesh used twice counts twice.")},
+                 {"instances", integer("")},
+                 {"cameras", array_of(camera, "")},
+                 {"lights", array_of(light, "Punctual lights.")},
+                 {"materials", strings("Names.")},
+                 {"variants", strings("Names.")},
+                 {"animations", strings("Names.")},
+                 {"extensions", strings("Extensions that the file uses.")},
+                 {"warnings", strings("")}});
+  components["SceneList"] =
+      object_of("A page of scenes.",
+                {{"scenes", array_of(ref("Scene"), "Newest first.")},
+                 {"next", maybe_string("Cursor of the next page; null: the last one.")}});
 }
 
 void add_result_schemas(Json& components) {
-  const Json curve_point =
-      object_of("", {{"samples_per_pixel", integer("")},
-                     {"elapsed_seconds", real("")},
-                     {"cpu_seconds", real("")},
-                     {"rays", integer("")},
-                     {"relative_rmse", maybe_real("")},
-                     {"low", maybe_real("")},
-                     {"high", maybe_real("")}});
+  const Json curve_point = object_of("", {{"samples_per_pixel", integer("")},
+                                          {"elapsed_seconds", real("")},
+                                          {"cpu_seconds", real("")},
+                                          {"rays", integer("")},
+                                          {"relative_rmse", maybe_real("")},
+                                          {"low", maybe_real("")},
+                                          {"high", maybe_real("")}});
   components["Convergence"] = object_of(
       "Error over samples and time.",
       {{"points", array_of(curve_point, "One for each look.")},
-       {"slope", object_of("Of log error against log samples, least squares, 95 % interval.",
-                           {{"value", maybe_real("")},
-                            {"low", maybe_real("")},
-                            {"high", maybe_real("")}})}});
+       {"slope",
+        object_of(
+            "Of log error against log samples, least squares, 95 % interval.",
+            {{"value", maybe_real("")}, {"low", maybe_real("")}, {"high", maybe_real("")}})}});
   Json halves = array_of(reals(""), "Halves A and B; null where the layer has none.");
   halves["type"] = {"array", "null"};
   const Json layer = object_of("", {{"mean", reals("")},
@@ -243,9 +246,9 @@ void add_result_schemas(Json& components) {
        {"mse", maybe_real("")},
        {"relmse", maybe_real("Mean of (a-b)^2 / (b^2 + 0.01).")},
        {"flip", maybe_real("LDR, 67 pixels per degree.")},
-       {"bias", object_of("Mean of a - b.", {{"value", maybe_real("")},
-                                             {"low", maybe_real("")},
-                                             {"high", maybe_real("")}})},
+       {"bias",
+        object_of("Mean of a - b.",
+                  {{"value", maybe_real("")}, {"low", maybe_real("")}, {"high", maybe_real("")}})},
        {"z", object_of("Of (a-b) / standard error.", {{"mean", maybe_real("")},
                                                       {"variance", maybe_real("")},
                                                       {"share_above_3", maybe_real("")}})},
@@ -266,12 +269,12 @@ void add_server_schema(Json& components) {
   components["Server"] = object_of(
       "What this server can do.",
       {{"version", string("")},
-       {"build", object_of("What the bits of a film depend on besides the job.",
-                           {{"id", string("")},
-                            {"commit", string("")},
-                            {"compiler", string("")},
-                            {"isa", string("")},
-                            {"embree", string("")}})},
+       {"build",
+        object_of("What the bits of a film depend on besides the job.", {{"id", string("")},
+                                                                         {"commit", string("")},
+                                                                         {"compiler", string("")},
+                                                                         {"isa", string("")},
+                                                                         {"embree", string("")}})},
        {"limits", limits},
        {"integrators", typed("")},
        {"samplers", typed("")},
@@ -280,9 +283,10 @@ void add_server_schema(Json& components) {
        {"options", array_of(object_of("", {{"name", string("")},
                                            {"bias", bias_schema()},
                                            {"summary", string("")},
-                                           {"patch", basic_schema("object", "Merge patch (RFC 7396) of "
-                                                                            "the job request that turns "
-                                                                            "it on.")}}),
+                                           {"patch", basic_schema("object",
+                                                                  "Merge patch (RFC 7396) of "
+                                                                  "the job request that turns "
+                                                                  "it on.")}}),
                             "Every other switch of the estimation.")},
        {"layers", strings("")},
        {"image_formats", strings("Extensions.")},

@@ -43,7 +43,8 @@ TEST(ErrorTable, HasARowForEachCodeAndNoTypeTwice) {
 }
 
 TEST(FromError, TurnsAPointerIntoAFieldError) {
-  const auto problem = api::from_error({ErrorCode::kInvalidArgument, "no such camera", "/camera/name"});
+  const auto problem =
+      api::from_error({ErrorCode::kInvalidArgument, "no such camera", "/camera/name"});
   EXPECT_EQ(problem.status, 422);
   EXPECT_EQ(problem.type, "/docs#problem-invalid-argument");
   ASSERT_EQ(problem.errors.size(), 1U);
@@ -59,12 +60,13 @@ TEST(FromError, PutsAnotherPlaceBeforeTheMessage) {
 }
 
 TEST(ProblemJson, HasTheMembersOfTheRfc) {
-  const auto problem = api::make_problem(ErrorCode::kInvalidArgument,
-                                         {{"/film/width", "0 is outside [1, 16384]"}});
-  EXPECT_EQ(api::problem_json(problem, "/v1/jobs"),
-            R"({"type":"/docs#problem-invalid-argument","title":"A value is not allowed","status":422,)"
-            R"("detail":"/film/width: 0 is outside [1, 16384]","instance":"/v1/jobs",)"
-            R"("errors":[{"pointer":"/film/width","detail":"0 is outside [1, 16384]"}]})");
+  const auto problem =
+      api::make_problem(ErrorCode::kInvalidArgument, {{"/film/width", "0 is outside [1, 16384]"}});
+  EXPECT_EQ(
+      api::problem_json(problem, "/v1/jobs"),
+      R"({"type":"/docs#problem-invalid-argument","title":"A value is not allowed","status":422,)"
+      R"("detail":"/film/width: 0 is outside [1, 16384]","instance":"/v1/jobs",)"
+      R"("errors":[{"pointer":"/film/width","detail":"0 is outside [1, 16384]"}]})");
 }
 
 TEST(ProblemJson, LeavesOutWhatThereIsNot) {

@@ -28,8 +28,8 @@ TEST(Events, StateWarningAndEndAreDurable) {
   for (const auto type : {EventType::kState, EventType::kWarning, EventType::kEnd}) {
     EXPECT_TRUE(api::is_durable(type));
   }
-  for (const auto type : {EventType::kSnapshot, EventType::kProgress, EventType::kTile, EventType::kReset,
-                          EventType::kOverloaded}) {
+  for (const auto type : {EventType::kSnapshot, EventType::kProgress, EventType::kTile,
+                          EventType::kReset, EventType::kOverloaded}) {
     EXPECT_FALSE(api::is_durable(type));
   }
 }

@@ -72,13 +72,14 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("labels":[])", "/labels", "expected an object, got an array"},
         Case{R"("labels":{"":"x"})", "/labels/", "the key is empty"},
         Case{R"("labels":{"a/b~c":1})", "/labels/a~1b~0c", "expected a string, got a number"},
-        Case{R"("labels":{")" + std::string(64, 'k') + R"(":"x"})", "/labels/" + std::string(64, 'k'),
-             "the key has 64 characters, outside [1, 63]"},
+        Case{R"("labels":{")" + std::string(64, 'k') + R"(":"x"})",
+             "/labels/" + std::string(64, 'k'), "the key has 64 characters, outside [1, 63]"},
         Case{R"("labels":{"k":")" + std::string(256, 'v') + R"("})", "/labels/k",
              "has 256 characters, outside [0, 255]"},
-        Case{R"("labels":{"a":"","b":"","c":"","d":"","e":"","f":"","g":"","h":"","i":"","j":"","k":"",)"
-             R"("l":"","m":"","n":"","o":"","p":"","q":""})",
-             "/labels", "has 17 labels; at most 16 are allowed"}));
+        Case{
+            R"("labels":{"a":"","b":"","c":"","d":"","e":"","f":"","g":"","h":"","i":"","j":"","k":"",)"
+            R"("l":"","m":"","n":"","o":"","p":"","q":""})",
+            "/labels", "has 17 labels; at most 16 are allowed"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Names, JobRefusal,
@@ -92,8 +93,9 @@ INSTANTIATE_TEST_SUITE_P(
              "'restir' is not available in this build; available: uniform, power, tree"},
         Case{R"("adaptive":{"type":"pilot"})", "/adaptive/type",
              "'pilot' is not available in this build; available: none"},
-        Case{R"("estimator":{"strategy":"guess"})", "/estimator/strategy",
-             "'guess' is not available in this build; available: mis, light, bsdf, cosine, uniform"},
+        Case{
+            R"("estimator":{"strategy":"guess"})", "/estimator/strategy",
+            "'guess' is not available in this build; available: mis, light, bsdf, cosine, uniform"},
         Case{R"("estimator":{"mis":{"type":"optimal"}})", "/estimator/mis/type",
              "'optimal' is not available in this build; available: balance, power, maximum"},
         Case{R"("estimator":{"roulette":{"type":"threshold"}})", "/estimator/roulette/type",
@@ -107,19 +109,22 @@ INSTANTIATE_TEST_SUITE_P(
              "'analytic' is not available in this build; available: none"},
         Case{R"("estimator":{"expected_values":false})", "/estimator/expected_values",
              "false is not available in this build; available: true"},
-        Case{R"("spectral":true)", "/spectral", "true is not available in this build; available: false"},
+        Case{R"("spectral":true)", "/spectral",
+             "true is not available in this build; available: false"},
         Case{R"("medium":{"type":"fog"})", "/medium",
              R"({"type":"fog"} is not available in this build; available: null)"},
         Case{R"("class":"urgent")", "/class",
              "'urgent' is not available in this build; available: normal, preview"},
-        Case{R"("webhook":{"url":"http://x"})", "/webhook", "'webhook' is not available in this build"},
+        Case{R"("webhook":{"url":"http://x"})", "/webhook",
+             "'webhook' is not available in this build"},
         Case{R"("retention_seconds":60)", "/retention_seconds",
              "'retention_seconds' is not available in this build"},
         Case{R"("film":{"filter":{"type":"sinc"}})", "/film/filter/type",
              "'sinc' is not available in this build; available: box, tent, gaussian, mitchell, "
              "blackman-harris"},
         Case{R"("film":{"layers":["albedo","heat"]})", "/film/layers/1",
-             "'heat' is not available in this build; available: beauty, albedo, normal, depth, alpha, "
+             "'heat' is not available in this build; available: beauty, albedo, normal, depth, "
+             "alpha, "
              "samples, variance, error"},
         Case{R"("film":{"layers":["albedo","albedo"]})", "/film/layers/1",
              "'albedo' is there more than once"},
@@ -131,42 +136,43 @@ INSTANTIATE_TEST_SUITE_P(
              "applies to strategy 'mis' only"},
         Case{R"("preview_key":"k")", "/preview_key", "applies to class 'preview' only"},
         Case{R"("cameras":{})", "/cameras",
-             "unknown member; known: scene, name, labels, priority, seed, camera, variant, time_seconds, "
+             "unknown member; known: scene, name, labels, priority, seed, camera, variant, "
+             "time_seconds, "
              "medium, class, preview_key, environment, film, integrator, estimator, sampler, "
              "light_sampler, adaptive, spectral, stop, webhook, retention_seconds"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Camera, JobRefusal,
-    testing::Values(
-        Case{R"("camera":null)", "/camera", "expected an object, got null"},
-        Case{R"("camera":{"name":"a","index":0})", "/camera/index",
-             "name and index both choose a camera of the file; give one of them"},
-        Case{R"("camera":{"position":[0,0,1]})", "/camera/target",
-             "is required with position; they come together"},
-        Case{R"("camera":{"target":[0,0,1]})", "/camera/position",
-             "is required with target; they come together"},
-        Case{R"("camera":{"position":[0,0,1],"target":[0,0,1]})", "/camera/target",
-             "is the same point as position"},
-        Case{R"("camera":{"position":[0,5,0],"target":[0,0,0]})", "/camera/up",
-             "is [0, 1, 0], which is parallel to the direction from position to target; give another"},
-        Case{R"("camera":{"position":[0,0,0],"target":[1,2,3],"up":[-2,-4,-6]})", "/camera/up",
-             "is parallel to the direction from position to target"},
-        Case{R"("camera":{"up":[0,0,0]})", "/camera/up", "is the zero vector"},
-        Case{R"("camera":{"position":[0,0]})", "/camera/position",
-             "expected an array of 3 numbers, got 2 elements"},
-        Case{R"("camera":{"position":[0,"0",0]})", "/camera/position/1",
-             "expected a number, got a string"},
-        Case{R"("camera":{"position":[0,1e10,0]})", "/camera/position/1",
-             "10000000000 is outside [-1000000000, 1000000000]"},
-        Case{R"("camera":{"vertical_fov_degrees":180})", "/camera/vertical_fov_degrees",
-             "180 is outside (0, 180)"},
-        Case{R"("camera":{"vertical_fov_degrees":0})", "/camera/vertical_fov_degrees",
-             "0 is outside (0, 180)"},
-        Case{R"("camera":{"aperture_radius":-1})", "/camera/aperture_radius",
-             "-1 is outside [0, 1000000000]"},
-        Case{R"("camera":{"focus_distance":0})", "/camera/focus_distance",
-             "0 is outside (0, 1000000000]"},
-        Case{R"("camera":{"index":-1})", "/camera/index", "-1 is outside [0, 65535]"}));
+    testing::Values(Case{R"("camera":null)", "/camera", "expected an object, got null"},
+                    Case{R"("camera":{"name":"a","index":0})", "/camera/index",
+                         "name and index both choose a camera of the file; give one of them"},
+                    Case{R"("camera":{"position":[0,0,1]})", "/camera/target",
+                         "is required with position; they come together"},
+                    Case{R"("camera":{"target":[0,0,1]})", "/camera/position",
+                         "is required with target; they come together"},
+                    Case{R"("camera":{"position":[0,0,1],"target":[0,0,1]})", "/camera/target",
+                         "is the same point as position"},
+                    Case{R"("camera":{"position":[0,5,0],"target":[0,0,0]})", "/camera/up",
+                         "is [0, 1, 0], which is parallel to the direction from position to "
+                         "target; give another"},
+                    Case{R"("camera":{"position":[0,0,0],"target":[1,2,3],"up":[-2,-4,-6]})",
+                         "/camera/up", "is parallel to the direction from position to target"},
+                    Case{R"("camera":{"up":[0,0,0]})", "/camera/up", "is the zero vector"},
+                    Case{R"("camera":{"position":[0,0]})", "/camera/position",
+                         "expected an array of 3 numbers, got 2 elements"},
+                    Case{R"("camera":{"position":[0,"0",0]})", "/camera/position/1",
+                         "expected a number, got a string"},
+                    Case{R"("camera":{"position":[0,1e10,0]})", "/camera/position/1",
+                         "10000000000 is outside [-1000000000, 1000000000]"},
+                    Case{R"("camera":{"vertical_fov_degrees":180})", "/camera/vertical_fov_degrees",
+                         "180 is outside (0, 180)"},
+                    Case{R"("camera":{"vertical_fov_degrees":0})", "/camera/vertical_fov_degrees",
+                         "0 is outside (0, 180)"},
+                    Case{R"("camera":{"aperture_radius":-1})", "/camera/aperture_radius",
+                         "-1 is outside [0, 1000000000]"},
+                    Case{R"("camera":{"focus_distance":0})", "/camera/focus_distance",
+                         "0 is outside (0, 1000000000]"},
+                    Case{R"("camera":{"index":-1})", "/camera/index", "-1 is outside [0, 65535]"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Film, JobRefusal,
@@ -231,8 +237,7 @@ TEST(ParseJob, WantsAScene) {
   const auto parsed = api::parse_job("{}");
   ASSERT_FALSE(parsed);
   EXPECT_EQ(parsed.problem().status, 422);
-  EXPECT_EQ(parsed.problem().errors,
-            (std::vector<api::FieldError>{{"/scene", "is required"}}));
+  EXPECT_EQ(parsed.problem().errors, (std::vector<api::FieldError>{{"/scene", "is required"}}));
 }
 
 TEST(ParseJob, WantsAnObject) {

@@ -289,7 +289,9 @@ class RandomRequests {
       stop["confidence"] = real(0.5, 0.9999);
       stop["scope"] = integer(0, 1) == 1 ? "image" : "worst_tile";
     });
-    maybe([&] { stop["deadline"] = "2026-03-04T05:06:07." + std::to_string(integer(0, 999999)) + "+09:30"; });
+    maybe([&] {
+      stop["deadline"] = "2026-03-04T05:06:07." + std::to_string(integer(0, 999999)) + "+09:30";
+    });
     return stop;
   }
 

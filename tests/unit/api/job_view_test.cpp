@@ -26,13 +26,13 @@ std::vector<std::string> keys(const Json& object) {
 
 TEST(JobView, HasTheMembersOfTheContract) {
   const Json job = parsed(api::job_json(api::example_job()));
-  EXPECT_EQ(keys(job), (std::vector<std::string>{
-                           "id", "state", "stop_reason", "created_at", "started_at", "finished_at", "spec",
-                           "progress", "error", "failure", "queue_position", "statistics", "revision",
-                           "film_digest", "warnings", "links"}));
+  EXPECT_EQ(keys(job), (std::vector<std::string>{"id", "state", "stop_reason", "created_at",
+                                                 "started_at", "finished_at", "spec", "progress",
+                                                 "error", "failure", "queue_position", "statistics",
+                                                 "revision", "film_digest", "warnings", "links"}));
   EXPECT_EQ(keys(job["progress"]),
-            (std::vector<std::string>{"fraction", "samples_per_pixel", "elapsed_seconds", "cpu_seconds",
-                                      "eta_seconds"}));
+            (std::vector<std::string>{"fraction", "samples_per_pixel", "elapsed_seconds",
+                                      "cpu_seconds", "eta_seconds"}));
   EXPECT_EQ(keys(job["statistics"]),
             (std::vector<std::string>{"rays", "rays_per_second", "efficiency", "rejected_samples",
                                       "peak_bytes"}));
@@ -46,9 +46,10 @@ TEST(JobView, WritesNullForWhatIsNotKnown) {
   api::JobView job;
   job.spec.scene = "x";
   const Json body = parsed(api::job_json(job));
-  for (const char* pointer : {"/stop_reason", "/started_at", "/finished_at", "/failure", "/queue_position",
-                              "/film_digest", "/error/relative_rmse", "/error/low", "/error/high",
-                              "/statistics/efficiency", "/statistics/peak_bytes", "/progress/eta_seconds"}) {
+  for (const char* pointer :
+       {"/stop_reason", "/started_at", "/finished_at", "/failure", "/queue_position",
+        "/film_digest", "/error/relative_rmse", "/error/low", "/error/high",
+        "/statistics/efficiency", "/statistics/peak_bytes", "/progress/eta_seconds"}) {
     EXPECT_TRUE(body.at(Json::json_pointer(pointer)).is_null()) << pointer;
   }
 }
@@ -72,7 +73,8 @@ TEST(JobView, AJobThatItsErrorEndedReportsConsistent) {
 TEST(JobView, ShowsTheProblemOfAFailure) {
   api::JobView job = api::example_job();
   job.state = api::JobState::kFailed;
-  job.failure = api::from_error({core::ErrorCode::kInvalidArgument, "no such camera", "/camera/name"});
+  job.failure =
+      api::from_error({core::ErrorCode::kInvalidArgument, "no such camera", "/camera/name"});
   const Json failure = parsed(api::job_json(job))["failure"];
   EXPECT_EQ(failure["status"], 422);
   EXPECT_EQ(failure["errors"][0]["pointer"], "/camera/name");
@@ -89,7 +91,8 @@ TEST(JobEtag, CoversStateSpecAndRevision) {
 TEST(JobEtag, GivesTheSpecVersionBack) {
   EXPECT_EQ(api::etag_spec_version("\"s12-r2040-rendering\""), 12U);
   EXPECT_EQ(api::etag_spec_version("W/\"s12-r2040-rendering\""), 12U);
-  for (const char* text : {"", "*", "\"abc\"", "\"s-r1-x\"", "\"s1\"", "s1-r1-x", "\"s99999999999-r1-x\""}) {
+  for (const char* text :
+       {"", "*", "\"abc\"", "\"s-r1-x\"", "\"s1\"", "s1-r1-x", "\"s99999999999-r1-x\""}) {
     EXPECT_FALSE(api::etag_spec_version(text).has_value()) << text;
   }
 }
@@ -140,11 +143,11 @@ TEST(Slope, OfAPowerLawIsItsExponent) {
 }
 
 TEST(Slope, HasStudentsInterval) {
-  // x = 0, 1, 2 (in log 2), y = 0, 0, 3: slope 1.5, residuals 0.5, -1, 0.5, so that its standard error is
-  // sqrt(1.5 / 1 / 2) = 0.8660, times t(1, 0.975) = 12.7062: 11.0039. In natural logs y is in units of log 2.
+  // x = 0, 1, 2 (in log 2), y = 0, 0, 3: slope 1.5, residuals 0.5, -1, 0.5, so that its standard
+  // error is sqrt(1.5 / 1 / 2) = 0.8660, times t(1, 0.975) = 12.7062: 11.0039. In natural logs y is
+  // in units of log 2.
   const double ln2 = std::log(2.0);
-  const api::Slope slope = api::fit_slope(
-      points_of({{1, 1.0}, {2, 1.0}, {4, std::exp(3 * ln2)}}));
+  const api::Slope slope = api::fit_slope(points_of({{1, 1.0}, {2, 1.0}, {4, std::exp(3 * ln2)}}));
   EXPECT_NEAR(slope.value, 1.5, 1e-12);
   EXPECT_NEAR(slope.high - slope.value, 11.0039, 1e-3);
   EXPECT_NEAR(slope.value - slope.low, 11.0039, 1e-3);
@@ -196,9 +199,10 @@ TEST(PixelView, WritesNullForUnknownIntervals) {
 TEST(ComparisonView, HasTheMembersOfTheContract) {
   api::ComparisonView comparison;
   comparison.id = "c";
-  EXPECT_EQ(api::comparison_json(comparison),
-            R"({"id":"c","mse":0,"relmse":0,"flip":0,"bias":{"value":0,"low":0,"high":0},)"
-            R"("z":{"mean":0,"variance":0,"share_above_3":0},"links":{"self":"/v1/comparisons/c"}})");
+  EXPECT_EQ(
+      api::comparison_json(comparison),
+      R"({"id":"c","mse":0,"relmse":0,"flip":0,"bias":{"value":0,"low":0,"high":0},)"
+      R"("z":{"mean":0,"variance":0,"share_above_3":0},"links":{"self":"/v1/comparisons/c"}})");
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "api/events.h"
 #include "api/examples.h"
 #include "api/job_spec.h"
+#include "api/limits.h"
 #include "api/operations.h"
 #include "api/requests.h"
 #include "tests/unit/api/schema_check.h"
@@ -76,15 +77,33 @@ TEST(OpenApi, HasEachAvailableOperationAndNoOther) {
 
 TEST(OpenApi, HasTheRowsOfTheContract) {
   const std::vector<std::pair<std::string, std::string>> rows = {
-      {"/livez", "get"}, {"/readyz", "get"}, {"/metrics", "get"}, {"/openapi.json", "get"},
-      {"/docs", "get"}, {"/", "get"}, {"/v1/server", "get"}, {"/v1/assets", "post"},
-      {"/v1/assets/{sha256}", "put"}, {"/v1/assets/{sha256}", "get"}, {"/v1/assets/{sha256}", "delete"},
-      {"/v1/scenes", "post"}, {"/v1/scenes", "get"}, {"/v1/scenes/{id}", "get"},
-      {"/v1/scenes/{id}", "delete"}, {"/v1/scenes/{id}/gltf", "get"}, {"/v1/jobs", "post"},
-      {"/v1/jobs", "get"}, {"/v1/jobs/{id}", "get"}, {"/v1/jobs/{id}", "patch"},
-      {"/v1/jobs/{id}/cancel", "post"}, {"/v1/jobs/{id}", "delete"}, {"/v1/jobs/{id}/image", "get"},
-      {"/v1/jobs/{id}/image.{format}", "get"}, {"/v1/jobs/{id}/pixels/{x}/{y}", "get"},
-      {"/v1/jobs/{id}/convergence", "get"}, {"/v1/jobs/{id}/events", "get"},
+      {"/livez", "get"},
+      {"/readyz", "get"},
+      {"/metrics", "get"},
+      {"/openapi.json", "get"},
+      {"/docs", "get"},
+      {"/", "get"},
+      {"/v1/server", "get"},
+      {"/v1/assets", "post"},
+      {"/v1/assets/{sha256}", "put"},
+      {"/v1/assets/{sha256}", "get"},
+      {"/v1/assets/{sha256}", "delete"},
+      {"/v1/scenes", "post"},
+      {"/v1/scenes", "get"},
+      {"/v1/scenes/{id}", "get"},
+      {"/v1/scenes/{id}", "delete"},
+      {"/v1/scenes/{id}/gltf", "get"},
+      {"/v1/jobs", "post"},
+      {"/v1/jobs", "get"},
+      {"/v1/jobs/{id}", "get"},
+      {"/v1/jobs/{id}", "patch"},
+      {"/v1/jobs/{id}/cancel", "post"},
+      {"/v1/jobs/{id}", "delete"},
+      {"/v1/jobs/{id}/image", "get"},
+      {"/v1/jobs/{id}/image.{format}", "get"},
+      {"/v1/jobs/{id}/pixels/{x}/{y}", "get"},
+      {"/v1/jobs/{id}/convergence", "get"},
+      {"/v1/jobs/{id}/events", "get"},
       {"/v1/jobs/{id}/tiles", "get"}};
   for (const auto& [path, method] : rows) {
     EXPECT_TRUE(document()["paths"].contains(path) && document()["paths"][path].contains(method))
@@ -97,8 +116,8 @@ TEST(OpenApi, NamesEachParameterOfEachPath) {
   for (const auto& path : document()["paths"].items()) {
     const std::string text = path.key();
     std::set<std::string> in_path;
-    for (auto it = std::sregex_iterator(text.begin(), text.end(), name); it != std::sregex_iterator();
-         ++it) {
+    for (auto it = std::sregex_iterator(text.begin(), text.end(), name);
+         it != std::sregex_iterator(); ++it) {
       in_path.insert((*it)[1]);
     }
     for (const auto& method : path.value().items()) {
@@ -213,6 +232,23 @@ TEST(OpenApi, DefaultsAreThoseInForce) {
   check(check, document()["components"]["schemas"]["JobRequest"], spec);
 }
 
+TEST(OpenApi, ParametersHaveTheLimitsOfTheParsers) {
+  const auto maximum = [](const char* operation, const char* name) {
+    for (const api::ParameterRow& row : api::find_operation(operation)->parameters) {
+      if (row.name == name) {
+        return Json::parse(row.schema)["maximum"].get<std::int64_t>();
+      }
+    }
+    return std::int64_t{-1};
+  };
+  EXPECT_EQ(maximum("listJobs", "limit"), api::limits::kPageSize);
+  EXPECT_EQ(maximum("getJob", "wait"), api::limits::kWaitSeconds);
+  EXPECT_EQ(maximum("getImage", "exposure"), api::limits::kExposureStops);
+  EXPECT_EQ(maximum("getImage", "x"), api::limits::kFilmSide - 1);
+  EXPECT_EQ(maximum("getImage", "width"), api::limits::kFilmSide);
+  EXPECT_EQ(maximum("getImage", "max_size"), api::limits::kFilmSide);
+}
+
 TEST(Operations, AreFoundById) {
   ASSERT_NE(api::find_operation("createJob"), nullptr);
   EXPECT_EQ(api::find_operation("createJob")->path, "/v1/jobs");
@@ -223,7 +259,8 @@ TEST(Operations, AreFoundById) {
 TEST(DocsPage, LinksOnlyToAnchorsItHasAndToNoOtherHost) {
   const std::string page = api::docs_page(document());
   const std::regex link("href=\"#([^\"]+)\"");
-  for (auto it = std::sregex_iterator(page.begin(), page.end(), link); it != std::sregex_iterator(); ++it) {
+  for (auto it = std::sregex_iterator(page.begin(), page.end(), link); it != std::sregex_iterator();
+       ++it) {
     EXPECT_NE(page.find("id=\"" + std::string((*it)[1]) + "\""), std::string::npos) << (*it)[1];
   }
   EXPECT_EQ(page.find("src="), std::string::npos);
@@ -234,7 +271,8 @@ TEST(DocsPage, LinksOnlyToAnchorsItHasAndToNoOtherHost) {
 TEST(DocsPage, HasEachProblemType) {
   const std::string page = api::docs_page(document());
   for (const api::ErrorRow& row : api::error_table()) {
-    EXPECT_NE(page.find("id=\"problem-" + std::string(row.slug) + "\""), std::string::npos) << row.slug;
+    EXPECT_NE(page.find("id=\"problem-" + std::string(row.slug) + "\""), std::string::npos)
+        << row.slug;
   }
 }
 

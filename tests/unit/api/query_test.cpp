@@ -46,18 +46,24 @@ TEST(JobListQuery, ReadsFilters) {
 TEST(JobListQuery, Answers400ToWrongValues) {
   const auto errors = [](Query query) { return errors_of(api::parse_job_list_query(query), 400); };
   EXPECT_EQ(errors({{"state", "done"}}),
-            (Errors{{"/state", "'done' is not a state; states: queued, loading, rendering, paused, "
-                               "finished, failed, cancelled"}}));
+            (Errors{{"/state",
+                     "'done' is not a state; states: queued, loading, rendering, paused, "
+                     "finished, failed, cancelled"}}));
   EXPECT_EQ(errors({{"limit", "0"}}), (Errors{{"/limit", "0 is outside [1, 200]"}}));
   EXPECT_EQ(errors({{"limit", "201"}}), (Errors{{"/limit", "201 is outside [1, 200]"}}));
-  EXPECT_EQ(errors({{"limit", "ten"}}), (Errors{{"/limit", "expected a whole number, got a string"}}));
+  EXPECT_EQ(errors({{"limit", "ten"}}),
+            (Errors{{"/limit", "expected a whole number, got a string"}}));
   EXPECT_EQ(errors({{"limit", ""}}), (Errors{{"/limit", "expected a whole number, got a string"}}));
-  EXPECT_EQ(errors({{"limit", " 5"}}), (Errors{{"/limit", "expected a whole number, got a string"}}));
-  EXPECT_EQ(errors({{"limit", "1e999"}}), (Errors{{"/limit", "expected a whole number, got a string"}}));
-  EXPECT_EQ(errors({{"cursor", "a b"}}), (Errors{{"/cursor", "'a b' is not a cursor of this list"}}));
+  EXPECT_EQ(errors({{"limit", " 5"}}),
+            (Errors{{"/limit", "expected a whole number, got a string"}}));
+  EXPECT_EQ(errors({{"limit", "1e999"}}),
+            (Errors{{"/limit", "expected a whole number, got a string"}}));
+  EXPECT_EQ(errors({{"cursor", "a b"}}),
+            (Errors{{"/cursor", "'a b' is not a cursor of this list"}}));
   EXPECT_EQ(errors({{"label", "=x"}}), (Errors{{"/label", "'=x' is not key=value"}}));
   EXPECT_EQ(errors({{"sort", "x"}}), (Errors{{"/sort", "unknown query parameter"}}));
-  EXPECT_EQ(errors({{"limit", "1"}, {"limit", "2"}}), (Errors{{"/limit", "is there more than once"}}));
+  EXPECT_EQ(errors({{"limit", "1"}, {"limit", "2"}}),
+            (Errors{{"/limit", "is there more than once"}}));
 }
 
 TEST(SceneListQuery, HasNoFilters) {
@@ -103,10 +109,16 @@ TEST(TilesQuery, ReadsARevision) {
 }
 
 TEST(ImageQuery, ReadsEveryParameter) {
-  const auto image = api::parse_image_query(
-      Query{{"layer", "normal"}, {"exposure", "-1.5"}, {"tonemap", "aces"}, {"revision", "9"},
-            {"x", "1"}, {"y", "2"}, {"width", "3"}, {"height", "4"}, {"max_size", "64"}},
-      kToneMaps);
+  const auto image = api::parse_image_query(Query{{"layer", "normal"},
+                                                  {"exposure", "-1.5"},
+                                                  {"tonemap", "aces"},
+                                                  {"revision", "9"},
+                                                  {"x", "1"},
+                                                  {"y", "2"},
+                                                  {"width", "3"},
+                                                  {"height", "4"},
+                                                  {"max_size", "64"}},
+                                            kToneMaps);
   ASSERT_TRUE(image);
   EXPECT_EQ(image->layer, "normal");
   EXPECT_EQ(image->exposure_stops, -1.5F);
@@ -124,12 +136,15 @@ TEST(ImageQuery, Answers422ToWrongValues) {
     return errors_of(api::parse_image_query(query, kToneMaps), 422);
   };
   EXPECT_EQ(errors({{"layer", "heat"}}),
-            (Errors{{"/layer", "'heat' is not available in this build; available: beauty, albedo, "
-                               "normal, depth, alpha, samples, variance, error"}}));
+            (Errors{{"/layer",
+                     "'heat' is not available in this build; available: beauty, albedo, "
+                     "normal, depth, alpha, samples, variance, error"}}));
   EXPECT_EQ(errors({{"exposure", "30.5"}}), (Errors{{"/exposure", "30.5 is outside [-30, 30]"}}));
-  EXPECT_EQ(errors({{"exposure", "inf"}}), (Errors{{"/exposure", "expected a number, got a string"}}));
+  EXPECT_EQ(errors({{"exposure", "inf"}}),
+            (Errors{{"/exposure", "expected a number, got a string"}}));
   EXPECT_EQ(errors({{"tonemap", "film"}}),
-            (Errors{{"/tonemap", "'film' is not available in this build; available: srgb, linear, aces"}}));
+            (Errors{{"/tonemap",
+                     "'film' is not available in this build; available: srgb, linear, aces"}}));
   EXPECT_EQ(errors({{"revision", "-1"}}), (Errors{{"/revision", "-1 is outside [0, 4294967295]"}}));
   EXPECT_EQ(errors({{"max_size", "0"}}), (Errors{{"/max_size", "0 is outside [1, 16384]"}}));
   EXPECT_EQ(errors({{"x", "0"}, {"y", "0"}, {"width", "8"}}),

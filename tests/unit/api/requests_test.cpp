@@ -80,12 +80,14 @@ TEST(JobPatch, RefusesWithPointers) {
             (Errors{{"/paused", "expected true or false, got a number"}}));
   EXPECT_EQ(errors_of(api::parse_job_patch(R"({"labels":{"c":3}})", spec)),
             (Errors{{"/labels/c", "expected a string, got a number"}}));
-  EXPECT_EQ(errors_of(api::parse_job_patch(R"({"stop":{"relative_error":null,"samples_per_pixel":null}})",
-                                           spec)),
-            (Errors{{"/stop", "has no rule; give samples_per_pixel, relative_error, seconds or deadline"}}));
+  EXPECT_EQ(errors_of(api::parse_job_patch(
+                R"({"stop":{"relative_error":null,"samples_per_pixel":null}})", spec)),
+            (Errors{{"/stop",
+                     "has no rule; give samples_per_pixel, relative_error, seconds or deadline"}}));
   EXPECT_EQ(errors_of(api::parse_job_patch(R"({"stop":{"spp":null}})", spec)),
-            (Errors{{"/stop/spp", "unknown member; known: samples_per_pixel, relative_error, "
-                                  "confidence, scope, seconds, deadline"}}));
+            (Errors{{"/stop/spp",
+                     "unknown member; known: samples_per_pixel, relative_error, "
+                     "confidence, scope, seconds, deadline"}}));
   EXPECT_EQ(api::parse_job_patch("{", spec).problem().status, 400);
 }
 
@@ -104,8 +106,8 @@ TEST(Extend, WantsRules) {
 }
 
 TEST(SceneFromAssets, NamesFilesByHash) {
-  const auto scene = api::parse_scene_from_assets(R"({"gltf":")" + kHash + R"(","files":{"a b.bin":")" +
-                                                  kHash + R"("}})");
+  const auto scene = api::parse_scene_from_assets(R"({"gltf":")" + kHash +
+                                                  R"(","files":{"a b.bin":")" + kHash + R"("}})");
   ASSERT_TRUE(scene);
   EXPECT_EQ(scene->gltf, kHash);
   EXPECT_EQ(scene->files.at("a b.bin"), kHash);
@@ -122,7 +124,8 @@ TEST(SceneFromAssets, RefusesWithPointers) {
 }
 
 TEST(Comparison, TakesJobsAndAssets) {
-  EXPECT_TRUE(api::parse_comparison(R"({"a":")" + std::string(kUuid) + R"(","b":")" + kHash + R"("})"));
+  EXPECT_TRUE(
+      api::parse_comparison(R"({"a":")" + std::string(kUuid) + R"(","b":")" + kHash + R"("})"));
   EXPECT_EQ(errors_of(api::parse_comparison(R"({"a":"x","b":")" + kHash + R"("})")),
             (Errors{{"/a", "'x' is neither a job id (UUID) nor an asset id (64 hex digits)"}}));
   EXPECT_EQ(errors_of(api::parse_comparison("{}")),

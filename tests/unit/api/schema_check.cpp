@@ -25,11 +25,32 @@ bool has_type(const Json& value, const std::string& type) {
 }
 
 void check_keywords(const Json& schema) {
-  static const std::set<std::string> kKnown = {
-      "$ref", "type", "description", "default", "enum", "const", "minimum", "maximum",
-      "exclusiveMinimum", "exclusiveMaximum", "multipleOf", "minLength", "maxLength", "pattern", "format",
-      "items", "minItems", "maxItems", "uniqueItems", "properties", "required", "additionalProperties",
-      "propertyNames", "maxProperties", "anyOf", "examples"};
+  static const std::set<std::string> kKnown = {"$ref",
+                                               "type",
+                                               "description",
+                                               "default",
+                                               "enum",
+                                               "const",
+                                               "minimum",
+                                               "maximum",
+                                               "exclusiveMinimum",
+                                               "exclusiveMaximum",
+                                               "multipleOf",
+                                               "minLength",
+                                               "maxLength",
+                                               "pattern",
+                                               "format",
+                                               "items",
+                                               "minItems",
+                                               "maxItems",
+                                               "uniqueItems",
+                                               "properties",
+                                               "required",
+                                               "additionalProperties",
+                                               "propertyNames",
+                                               "maxProperties",
+                                               "anyOf",
+                                               "examples"};
   for (const auto& keyword : schema.items()) {
     CHECK(kKnown.count(keyword.key()) == 1);
   }

@@ -1,0 +1,24 @@
+// Any bytes as a glTF file: no crash, no read beyond the end, and what is accepted can be built.
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "core/scene/scene.h"
+#include "core/scene_io/gltf_load.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  core::GltfOptions options;
+  options.limits.triangles_max = 100'000;
+  options.limits.instances_max = 1'000;
+  options.limits.decoded_bytes_max = std::size_t{64} << 20U;
+  options.limits.image_side_max = 1024;
+  const std::span bytes(data, size);
+  const auto none = [](std::string_view) { return core::SharedBytes(); };
+  auto description = core::load_gltf(std::as_bytes(bytes), none, options);
+  if (description) {
+    const auto scene = core::Scene::build(*std::move(description), 1);
+    static_cast<void>(scene);
+  }
+  return 0;
+}

@@ -255,11 +255,14 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   if (!s.is_delta) {
     path.cone_spread_rad += 0.1F * std::max(vertex.shading.bsdf.alpha_x, vertex.shading.bsdf.alpha_y);
   }
-  if (roulette_ == RouletteType::kThroughput && path.depth >= 1) {
+  if (roulette_ == RouletteType::kThroughput) {
+    // Paths are left alone until their weight falls below one half, and weigh at least that after;
+    // measured against thresholds from 1/4 to 1 this gives the least error for the time.
     // eta_scale takes the n^2 of radiance in denser media out: it comes back when the path leaves.
+    constexpr float kThreshold = 0.5F;
     const Rgb size = {std::fabs(path.beta.r), std::fabs(path.beta.g), std::fabs(path.beta.b)};
-    const float survive = std::min(max_component(size) * path.eta_scale, 1.0F);
-    if (survive < 0.95F) {
+    const float survive = max_component(size) * path.eta_scale / kThreshold;
+    if (survive < 1) {
       if (path.u_roulette < 0) {
         path.u_roulette = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight)).w;
       }

@@ -108,7 +108,7 @@ Bytes make_glass() {
   const int clear = add_material(scene, glass_material("clear glass", Rgb(1), 0));
   const int amber = add_material(scene, glass_material("amber glass", {0.95F, 0.5F, 0.12F}, 0.16F));
   const int teal = add_material(scene, glass_material("teal glass", {0.35F, 0.8F, 0.78F}, 0.12F));
-  const int lamp = add_material(scene, emissive_material("lamp", Rgb{420, 385, 330}));
+  const int lamp = add_material(scene, emissive_material("lamp", Rgb{170, 156, 134}));
   add_object(scene, "backdrop", backdrop(), paper);
   // Everything floats a tenth of a millimetre above the floor, so that no two faces coincide.
   add_object(scene, "sphere", sphere(0.2F, 128), clear, translation({-0.4F, 0.2001F, 0.1F}));
@@ -117,7 +117,7 @@ Bytes make_glass() {
   add_object(scene, "goblet", lathe(kGoblet, 128), teal, translation({0.48F, 0, 0.12F}));
   const Vec3 at = {-1.5F, 2.1F, -0.35F};
   const Vec3 n = normalize(Vec3{0.05F, 0.1F, 0} - at);
-  const Vec3 u = normalize(cross({0, 1, 0}, n)) * 0.11F;
+  const Vec3 u = normalize(cross({0, 1, 0}, n)) * 0.17F;
   const Vec3 v = cross(n, u);
   add_object(scene, "lamp", quad(at - u - v, at + u - v, at + u + v, at - u + v), lamp);
   add_camera(scene, {0.15F, 0.72F, 2.0F}, {0.06F, 0.17F, 0}, 0.55F);

@@ -99,21 +99,19 @@ void add_door_and_light(SceneDescription& scene, const Materials& m) {
   append(handle, box({-0.07F, 1.02F, kWidth - 0.18F}, {-0.055F, 1.04F, kWidth - 0.06F}));
   append(handle, box({0.055F, 1.02F, kWidth - 0.18F}, {0.07F, 1.04F, kWidth - 0.06F}));
   add_object(scene, "handle", handle, m.brass, hinge);
-  const int glow = add_material(scene, emissive_material("corridor", Rgb{46, 41, 33}));
+  const int glow = add_material(scene, emissive_material("corridor", Rgb{36, 32, 26}));
   constexpr float kFar = kX + 1.5F;
+  constexpr float kNear = kX + kWall;
+  constexpr float kFrom = kDoorFrom - 0.7F;
+  constexpr float kTo = kDoorTo + 0.5F;
   add_object(scene, "corridor light",
-             quad({kFar, 0.05F, kDoorTo + 0.5F}, {kFar, 0.05F, kDoorFrom - 0.7F},
-                  {kFar, 2.4F, kDoorFrom - 0.7F}, {kFar, 2.4F, kDoorTo + 0.5F}),
+             quad({kFar, 0.05F, kFrom}, {kFar, 0.05F, kTo}, {kFar, 2.4F, kTo}, {kFar, 2.4F, kFrom}),
              glow);
-  // Corridor walls send some of it back.
+  // Ends and ceiling of the corridor send some of the light back.
   PrimitiveDescription corridor =
-      quad({kFar, 0, -kZ}, {kX + kWall, 0, -kZ}, {kX + kWall, kY, -kZ}, {kFar, kY, -kZ});
-  append(corridor, quad({kX + kWall, 0, kZ}, {kFar, 0, kZ}, {kFar, kY, kZ}, {kX + kWall, kY, kZ}));
-  append(corridor,
-         quad({kX + kWall, kY, -kZ}, {kFar, kY, -kZ}, {kFar, kY, kZ}, {kX + kWall, kY, kZ}));
-  turn_inside_out(corridor);
-  append(corridor,
-         quad({kX + kWall, kY, kZ}, {kX + kWall, kY, -kZ}, {kFar, kY, -kZ}, {kFar, kY, kZ}));
+      quad({kNear, 0, -kZ}, {kFar, 0, -kZ}, {kFar, kY, -kZ}, {kNear, kY, -kZ});
+  append(corridor, quad({kFar, 0, kZ}, {kNear, 0, kZ}, {kNear, kY, kZ}, {kFar, kY, kZ}));
+  append(corridor, quad({kNear, kY, kZ}, {kNear, kY, -kZ}, {kFar, kY, -kZ}, {kFar, kY, kZ}));
   add_object(scene, "corridor", corridor, m.plaster);
 }
 

@@ -42,13 +42,13 @@ PrimitiveDescription octahedron(float radius) {
   return p;
 }
 
-// From warm amber over rose to turquoise; most lanterns are warm.
+// Amber, rose and turquoise, most of them amber; luminance 1.
 Rgb lantern_color(float t) {
-  const float hue = 0.07F + 0.55F * t * t;
-  const auto channel = [hue](float shift) {
-    return 0.55F + 0.45F * std::cos(kTwoPi * (hue - shift));
-  };
-  const Rgb c = {channel(0), channel(1 / 3.0F), channel(2 / 3.0F)};
+  const Rgb amber = {1, 0.42F, 0.06F};
+  const Rgb rose = {1, 0.16F, 0.3F};
+  const Rgb turquoise = {0.08F, 0.6F, 0.75F};
+  const Rgb c =
+      t < 0.7F ? lerp(amber, rose, t * t / 0.49F) : lerp(rose, turquoise, (t - 0.7F) / 0.3F);
   return c / luminance(c);
 }
 
@@ -88,22 +88,22 @@ Bytes make_many_lights() {
   add_object(scene, "dunes", height_field(40, 40, 200, &dunes), sand);
   add_stones(scene);
   std::array<int, kColors> lanterns{};
-  const PrimitiveDescription body = octahedron(0.035F);
+  const PrimitiveDescription body = octahedron(0.06F);
   for (int i = 0; i < kColors; ++i) {
     const float t = static_cast<float>(i) / (kColors - 1);
-    const int glow = add_material(scene, emissive_material("lantern", lantern_color(t) * 60.0F));
+    const int glow = add_material(scene, emissive_material("lantern", lantern_color(t) * 7.0F));
     lanterns[static_cast<std::size_t>(i)] = add_mesh(scene, "lantern", body, glow);
   }
   PlacementNumbers numbers(11);
   for (int i = 0; i < kLanterns; ++i) {
     const float x = numbers.between(-12, 12);
     const float z = numbers.between(-16, 6);
-    const float height = 0.15F + 2.6F * numbers.next() * numbers.next();
+    const float height = 0.2F + 4.5F * numbers.next() * numbers.next();
     const Transform turn = rotation_y(numbers.between(0, kTwoPi));
     add_instance(scene, lanterns[static_cast<std::size_t>(i % kColors)],
                  translation({x, dunes(x, z) + height, z}) * turn);
   }
-  add_camera(scene, {0, 2.9F, 10.5F}, {0, 0.35F, -1.5F}, 0.7F);
+  add_camera(scene, {0, 3.1F, 10.5F}, {0, 0.55F, -1.5F}, 0.62F);
   return write_glb(scene);
 }
 

@@ -68,9 +68,9 @@ Bytes make_veach_mis() {
         scene, emissive_material("lamp", lamp.tint * (1 / (lamp.radius * lamp.radius))));
     add_object(scene, "lamp", sphere(lamp.radius, 48), glow, translation({lamp.x, 0, 0}));
   }
-  const int far_lamp = add_material(scene, emissive_material("far lamp", Rgb(800)));
+  const int far_lamp = add_material(scene, emissive_material("far lamp", Rgb(300)));
   add_object(scene, "far lamp", sphere(0.5F, 48), far_lamp, translation({10, 10, 4}));
-  add_camera(scene, {0, 2, 15}, {0, -1.9F, 2.5F}, 0.36F);
+  add_camera(scene, {0, 2, 15}, {0, -1.85F, 2.5F}, 0.42F);
   return write_glb(scene);
 }
 

@@ -15,6 +15,7 @@ export class LiveFilm {
   readonly rgb: Float32Array;
   readonly variance: Float32Array;
   readonly samples: Float32Array;
+  /** Relative error of the tile a pixel is in; in a film made from others, the value to show. */
   readonly tileError: Float32Array;
   alpha: Float32Array | null = null;
   correlated = false;
@@ -66,29 +67,45 @@ export class LiveFilm {
     for (const listener of this.listeners) listener({ x, y, width, height });
   }
 
-  /**
-   * Relative error of each pixel of a rectangle, variance and mean pooled over a window of 5 x 5 pixels: a pixel's
-   * variance over its own noisy mean would read low exactly where fireflies are. NaN where nothing is known.
-   */
+  /** Relative error of each pixel of a rectangle, pooled as below. */
   relativeError(rect: Rect, out: Float32Array): void {
+    this.pooled(rect, out, (variance, mean) => {
+      let square = 0;
+      for (let c = 0; c < 3; ++c) square += variance[c] / (mean[c] * mean[c] + 0.01);
+      return Math.sqrt(square / 3);
+    });
+  }
+
+  /**
+   * A figure for each pixel of a rectangle from variance and mean, both averaged over a window of 5 x 5 pixels: a
+   * pixel's variance over its own noisy mean would read low exactly where fireflies are. NaN where nothing is known.
+   * The two arguments of `figure` are reused; count is the number of pixels in the window.
+   */
+  pooled(
+    rect: Rect,
+    out: Float32Array,
+    figure: (variance: number[], mean: number[], count: number) => number,
+  ): void {
     const radius = 2;
-    const x0 = Math.max(0, rect.x - radius),
-      x1 = Math.min(this.width, rect.x + rect.width + radius);
-    const y0 = Math.max(0, rect.y - radius),
-      y1 = Math.min(this.height, rect.y + rect.height + radius);
+    const x0 = Math.max(0, rect.x - radius);
+    const x1 = Math.min(this.width, rect.x + rect.width + radius);
     const columns = x1 - x0;
+    const bottom = this.height - 1;
     // Sums over the rows of the window first, for every column; then over its columns.
     const sums = new Float32Array(columns * 7);
+    const variance = [0, 0, 0];
+    const mean = [0, 0, 0];
     for (let y = rect.y; y < rect.y + rect.height; ++y) {
       sums.fill(0);
-      for (let wy = Math.max(y0, y - radius); wy <= Math.min(y1 - 1, y + radius); ++wy)
+      for (let wy = Math.max(0, y - radius); wy <= Math.min(bottom, y + radius); ++wy) {
         this.addRow(wy, x0, columns, sums);
+      }
       for (let x = rect.x; x < rect.x + rect.width; ++x) {
-        out[(y - rect.y) * rect.width + x - rect.x] = pooled(
-          sums,
-          Math.max(0, x - radius - x0),
-          Math.min(columns - 1, x + radius - x0),
-        );
+        const from = Math.max(0, x - radius - x0);
+        const to = Math.min(columns - 1, x + radius - x0);
+        const count = average(sums, from, to, variance, mean);
+        const at = (y - rect.y) * rect.width + x - rect.x;
+        out[at] = count > 0 ? figure(variance, mean, count) : NaN;
       }
     }
   }
@@ -107,15 +124,27 @@ export class LiveFilm {
   }
 }
 
-function pooled(sums: Float32Array, from: number, to: number): number {
-  const total = [0, 0, 0, 0, 0, 0, 0];
-  for (let i = from; i <= to; ++i) for (let k = 0; k < 7; ++k) total[k] += sums[7 * i + k];
-  const count = total[6];
-  if (!(count > 0)) return NaN;
-  let square = 0;
-  for (let c = 0; c < 3; ++c) {
-    const mean = total[3 + c] / count;
-    square += total[c] / count / (mean * mean + 0.01);
+/** Means over the columns from..to; gives the number of known pixels. */
+function average(
+  sums: Float32Array,
+  from: number,
+  to: number,
+  variance: number[],
+  mean: number[],
+): number {
+  let count = 0;
+  variance.fill(0);
+  mean.fill(0);
+  for (let i = from; i <= to; ++i) {
+    for (let c = 0; c < 3; ++c) {
+      variance[c] += sums[7 * i + c];
+      mean[c] += sums[7 * i + 3 + c];
+    }
+    count += sums[7 * i + 6];
   }
-  return Math.sqrt(square / 3);
+  for (let c = 0; c < 3; ++c) {
+    variance[c] /= count;
+    mean[c] /= count;
+  }
+  return count;
 }

@@ -6,8 +6,11 @@ import { Field, NumberInput, refusalsAt } from './field';
 import { change, form, refusals, type EnvironmentMode, type FormValues } from './form_model';
 import { take } from './scene_source';
 
-const choiceLabel = (c: Choice): string =>
-  c.bias && c.bias !== 'none' ? `${c.type} (${c.bias})` : c.type;
+/** An option's own name is its last part; what is not unbiased says so. */
+const choiceLabel = (c: Choice): string => {
+  const name = c.type.slice(c.type.lastIndexOf('.') + 1);
+  return c.bias && c.bias !== 'none' ? `${name} (${c.bias})` : name;
+};
 const asChoices = (list: unknown[] | undefined): Choice[] =>
   (list ?? []).map((c) =>
     typeof c === 'string'
@@ -149,6 +152,40 @@ function EnvironmentField({ v }: { v: FormValues }) {
   );
 }
 
+const groupLabels: Record<string, string> = {
+  'estimator.strategy': 'Strategy',
+  'estimator.mis': 'Weights of strategies',
+  'estimator.roulette': 'End of paths',
+  'estimator.splitting': 'Splitting of paths',
+  'estimator.control_variate': 'Control variate',
+};
+
+/** Every other switch that the server lists, grouped by the part of its name before the last dot. */
+function OptionFields({ info, v }: { info: ServerInfo | null; v: FormValues }) {
+  const groups = new Map<string, Choice[]>();
+  for (const option of info?.options ?? []) {
+    const dot = option.name.lastIndexOf('.');
+    const group = dot < 0 ? option.name : option.name.slice(0, dot);
+    const list = groups.get(group) ?? [];
+    groups.set(group, [...list, { type: option.name, bias: option.bias, summary: option.summary }]);
+  }
+  return (
+    <>
+      {[...groups].map(([group, choices]) => (
+        <ChoiceField
+          key={group}
+          label={groupLabels[group] ?? group.replace(/[._]/g, ' ')}
+          pointer={`/${group.replace(/\./g, '/')}`}
+          standard="As the server does it by default."
+          value={v.options[group] ?? ''}
+          choices={choices}
+          onValue={(name) => change({ options: { ...v.options, [group]: name } })}
+        />
+      ))}
+    </>
+  );
+}
+
 export function AdvancedFields({ info }: { info: ServerInfo | null }) {
   const v = useStore(form);
   const items = useStore(refusals);
@@ -158,6 +195,7 @@ export function AdvancedFields({ info }: { info: ServerInfo | null }) {
       '/environment',
       '/integrator',
       '/sampler',
+      '/estimator',
       '/light_sampler',
       '/adaptive',
       '/film/filter',
@@ -229,6 +267,7 @@ export function AdvancedFields({ info }: { info: ServerInfo | null }) {
           choices={asChoices(info?.filters)}
           onValue={(filter) => change({ filter })}
         />
+        <OptionFields info={info} v={v} />
         <div class="pair">
           <Field label="Seed" pointers={['/seed']}>
             {(a) => (

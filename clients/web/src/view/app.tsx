@@ -5,6 +5,8 @@ import { Icon } from '../ui/icons';
 import { route, type Route } from '../ui/router';
 import { connection, jobs, serverInfo, theme, toast, type Theme } from '../ui/server_state';
 import { useStore } from '../ui/store';
+import { CompareView } from './compare_view';
+import { ComposeView } from './compose_view';
 import { JobView } from './job_view';
 import { JobsPage } from './jobs_page';
 import { take } from './scene_source';
@@ -43,6 +45,9 @@ function TopBar({ current }: { current: Route['view'] }) {
         </a>
         <a href="#/jobs" aria-current={at('jobs')}>
           Renders
+        </a>
+        <a href="#/compare" aria-current={at('compare')}>
+          Compare
         </a>
         <a href="#/settings" aria-current={at('settings')}>
           Settings
@@ -199,6 +204,10 @@ function Centre({ at }: { at: Route }) {
       return <SettingsPage />;
     case 'job':
       return <JobView jobId={at.id} />;
+    case 'compose':
+      return <ComposeView scene={at.scene} />;
+    case 'compare':
+      return <CompareView a={at.a} b={at.b} />;
     default:
       if (home) return <JobView jobId={home} />;
       if (home === null) return <Empty />;

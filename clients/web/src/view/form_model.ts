@@ -40,6 +40,8 @@ export interface FormValues {
   filter: string;
   seed: number;
   priority: number;
+  /** Chosen switches of the estimation: group to option name. */
+  options: Record<string, string>;
 }
 
 const initial: FormValues = {
@@ -71,6 +73,7 @@ const initial: FormValues = {
   filter: '',
   seed: 0,
   priority: 0,
+  options: {},
 };
 
 export const form = new Store<FormValues>(initial);
@@ -89,7 +92,10 @@ export const sizePresets = [
 ];
 
 /** The job request; members at their defaults are left out, so that the server's defaults hold. */
-export function requestOf(v: FormValues): Record<string, unknown> {
+export function requestOf(
+  v: FormValues,
+  offered: { name: string; patch: unknown }[] = [],
+): Record<string, unknown> {
   const stop: Record<string, number> = {};
   if (v.useSamples) stop.samples_per_pixel = v.samples;
   if (v.useError) stop.relative_error = round(v.errorPercent / 100);
@@ -115,7 +121,23 @@ export function requestOf(v: FormValues): Record<string, unknown> {
   if (v.adaptive) request.adaptive = { type: v.adaptive };
   const environment = environmentOf(v);
   if (environment !== undefined) request.environment = environment;
+  const chosen = new Set(Object.values(v.options));
+  for (const option of offered) if (chosen.has(option.name)) merge(request, option.patch);
   return request;
+}
+
+/** RFC 7396 merge patch, in place; null would remove what is not there and is left out. */
+function merge(target: Record<string, unknown>, patch: unknown): void {
+  for (const [key, value] of Object.entries((patch ?? {}) as Record<string, unknown>)) {
+    if (value === null) continue;
+    if (typeof value !== 'object' || Array.isArray(value)) {
+      target[key] = value;
+      continue;
+    }
+    const inner = (target[key] ?? {}) as Record<string, unknown>;
+    target[key] = inner;
+    merge(inner, value);
+  }
 }
 
 function cameraOf(v: FormValues): Record<string, unknown> | null {

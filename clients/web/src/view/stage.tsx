@@ -6,9 +6,9 @@ import { Picture } from '../live/picture';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { samplesRange, varianceRange } from './film_reading';
-import { Legend } from './legend';
+import { Legend, unitOf } from './legend';
 import { TileFlashes } from './tile_flashes';
-import { isHeat, isLayer, lookOf, type Mode, type Range } from './view_modes';
+import { isHeat, isLayer, lookOf, planeModes, type Mode, type Range } from './view_modes';
 import { useViewport, type Viewport } from './viewport';
 
 export interface Probe {
@@ -23,6 +23,13 @@ interface StageProps {
   mode: Mode;
   probe: Probe | null;
   onProbe: (probe: Probe | null) => void;
+}
+
+function meaningOf(mode: Mode, correlated: boolean): string {
+  const { meaning } = planeModes.find((m) => m.mode === mode)!;
+  return correlated && mode !== 'samples'
+    ? `${meaning} Errors of neighbouring pixels hang together here.`
+    : meaning;
 }
 
 const sameRange = (a: Range, b: Range): boolean => a.low === b.low && a.high === b.high;
@@ -111,7 +118,7 @@ export function Stage({ feed, state, mode, probe, onProbe }: StageProps) {
       </div>
       {probe && <ProbeMark probe={probe} view={view} />}
       {isHeat(mode) && film && film.tilesSeen > 0 && (
-        <Legend mode={mode} look={look} correlated={film.correlated} />
+        <Legend look={look} meaning={meaningOf(mode, film.correlated)} unit={unitOf(mode)} />
       )}
       {job && <StageNotice state={state} />}
       {view.zoomed && (

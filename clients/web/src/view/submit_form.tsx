@@ -104,7 +104,7 @@ function ScenePicker() {
         )}
       </Field>
       <DropZone />
-      {(cameras.length > 1 || v.pose) && (
+      {v.scene && (
         <Field label="Camera" pointers={['/camera']}>
           {(a) => (
             <select
@@ -125,6 +125,16 @@ function ScenePicker() {
             </select>
           )}
         </Field>
+      )}
+      {v.scene && (
+        <button
+          type="button"
+          class="quiet"
+          data-testid="compose"
+          onClick={() => go(`/compose/${v.scene}`)}
+        >
+          <Icon name="orbit" /> Place the camera by hand
+        </button>
       )}
       {variants.length > 0 && (
         <Field label="Variant" pointers={['/variant']} hint="The model comes in several finishes.">
@@ -348,6 +358,7 @@ const knownPointers = [
   '/environment',
   '/integrator',
   '/sampler',
+  '/estimator',
   '/light_sampler',
   '/adaptive',
   '/seed',
@@ -371,7 +382,7 @@ export function SubmitForm() {
     if (faults.length || busy) return;
     setBusy(true);
     try {
-      const job = await api.submit(requestOf(values));
+      const job = await api.submit(requestOf(values, info?.options));
       go(`/jobs/${job.id}`);
       void refresh();
     } catch (error) {

@@ -14,14 +14,12 @@ interface ToolbarProps {
 }
 
 export function Toolbar({ mode, film, tooLarge, onMode }: ToolbarProps) {
-  const shown = useStore(display);
   const info = useStore(serverInfo);
   const offered = info?.layers?.map(nameOf);
   const modes = [
     ...(tooLarge ? planeModes.slice(0, 1) : planeModes),
     ...layerModes.filter((m) => !offered || offered.includes(m.mode)),
   ];
-  const set = (patch: Partial<typeof shown>): void => display.set({ ...display.get(), ...patch });
   return (
     <div class="toolbar">
       <fieldset class="modes">
@@ -41,49 +39,58 @@ export function Toolbar({ mode, film, tooLarge, onMode }: ToolbarProps) {
           </label>
         ))}
       </fieldset>
-      <div class="light">
-        <label class="exposure" title="Exposure in stops; double-click resets">
-          <span>Exposure</span>
-          <input
-            type="range"
-            min={-8}
-            max={8}
-            step={0.1}
-            value={shown.exposure}
-            disabled={isLayer(mode)}
-            data-testid="exposure"
-            aria-valuetext={`${shown.exposure} stops`}
-            onInput={(e) => set({ exposure: e.currentTarget.valueAsNumber })}
-            onDblClick={() => set({ exposure: 0 })}
-          />
-          <output class="mono">
-            {shown.exposure > 0 ? '+' : ''}
-            {shown.exposure.toFixed(1)}
-          </output>
-        </label>
-        <button
-          type="button"
-          class="quiet small"
-          disabled={!film}
-          onClick={() => film && set({ exposure: autoExposure(film) })}
+      <LightControls film={film} disabled={isLayer(mode)} />
+    </div>
+  );
+}
+
+/** Exposure and tone curve: applied to the floats in the page, without asking the server. */
+export function LightControls({ film, disabled }: { film: LiveFilm | null; disabled: boolean }) {
+  const shown = useStore(display);
+  const set = (patch: Partial<typeof shown>): void => display.set({ ...display.get(), ...patch });
+  return (
+    <div class="light">
+      <label class="exposure" title="Exposure in stops; double-click resets">
+        <span>Exposure</span>
+        <input
+          type="range"
+          min={-8}
+          max={8}
+          step={0.1}
+          value={shown.exposure}
+          disabled={disabled}
+          data-testid="exposure"
+          aria-valuetext={`${shown.exposure} stops`}
+          onInput={(e) => set({ exposure: e.currentTarget.valueAsNumber })}
+          onDblClick={() => set({ exposure: 0 })}
+        />
+        <output class="mono">
+          {shown.exposure > 0 ? '+' : ''}
+          {shown.exposure.toFixed(1)}
+        </output>
+      </label>
+      <button
+        type="button"
+        class="quiet small"
+        disabled={!film}
+        onClick={() => film && set({ exposure: autoExposure(film) })}
+      >
+        Auto
+      </button>
+      <label class="tone">
+        <span class="visually-hidden">Tone curve</span>
+        <select
+          value={shown.tone}
+          data-testid="tone"
+          onChange={(e) => set({ tone: e.currentTarget.value as ToneMap })}
         >
-          Auto
-        </button>
-        <label class="tone">
-          <span class="visually-hidden">Tone curve</span>
-          <select
-            value={shown.tone}
-            data-testid="tone"
-            onChange={(e) => set({ tone: e.currentTarget.value as ToneMap })}
-          >
-            {toneMaps.map((t) => (
-              <option key={t} value={t}>
-                {toneMapLabels[t]}
-              </option>
-            ))}
-          </select>
-        </label>
-      </div>
+          {toneMaps.map((t) => (
+            <option key={t} value={t}>
+              {toneMapLabels[t]}
+            </option>
+          ))}
+        </select>
+      </label>
     </div>
   );
 }

@@ -1,0 +1,78 @@
+import { LiveFilm } from './film';
+
+export type Measure = 'difference' | 'z';
+
+/** What the page itself can say about two films, from their float tiles. */
+export interface Figures {
+  mse: number;
+  relmse: number;
+  bias: number;
+  shareAbove3: number;
+}
+
+const bandRows = 16;
+
+/**
+ * A film whose `tileError` holds, per pixel, the relative difference of two films or how many standard errors they
+ * are apart (both pooled over 5 x 5 pixels). Works in bands of rows and lets the page breathe between them.
+ */
+export async function compareFilms(
+  a: LiveFilm,
+  b: LiveFilm,
+  measure: Measure,
+  signal: AbortSignal,
+): Promise<{ film: LiveFilm; figures: Figures }> {
+  const film = new LiveFilm(a.width, a.height);
+  const figures = { mse: 0, relmse: 0, bias: 0, shareAbove3: 0 };
+  const pixels = a.width * a.height;
+  for (let i = 0; i < pixels; ++i) {
+    if (i % 65536 === 65535) await breathe(signal);
+    subtract(a, b, film, i, figures);
+  }
+  const pooled = new Float32Array(a.width * bandRows);
+  let known = 0;
+  for (let y = 0; y < a.height; y += bandRows) {
+    const rect = { x: 0, y, width: a.width, height: Math.min(bandRows, a.height - y) };
+    film.pooled(rect, pooled, zFigure);
+    for (let i = 0; i < rect.width * rect.height; ++i) {
+      const pixel = y * a.width + i;
+      if (film.samples[pixel] > 0) known += 1;
+      if (pooled[i] > 3) figures.shareAbove3 += 1;
+      if (measure === 'z') film.tileError[pixel] = pooled[i];
+    }
+    await breathe(signal);
+  }
+  figures.shareAbove3 /= Math.max(1, known);
+  for (const key of ['mse', 'relmse', 'bias'] as const) figures[key] /= Math.max(1, 3 * known);
+  film.tilesSeen = 1;
+  return { film, figures };
+}
+
+function subtract(a: LiveFilm, b: LiveFilm, out: LiveFilm, pixel: number, figures: Figures): void {
+  if (!(a.samples[pixel] > 0 && b.samples[pixel] > 0)) return;
+  out.samples[pixel] = 1;
+  let relative = 0;
+  for (let k = 3 * pixel; k < 3 * pixel + 3; ++k) {
+    const difference = a.rgb[k] - b.rgb[k];
+    out.rgb[k] = difference;
+    out.variance[k] = a.variance[k] + b.variance[k];
+    const square = (difference * difference) / (b.rgb[k] * b.rgb[k] + 0.01);
+    relative += square;
+    figures.mse += difference * difference;
+    figures.relmse += square;
+    figures.bias += difference;
+  }
+  out.tileError[pixel] = Math.sqrt(relative / 3);
+}
+
+/** The mean of n differences has the variance mean(v) / n. */
+function zFigure(variance: number[], mean: number[], count: number): number {
+  const difference = mean[0] + mean[1] + mean[2];
+  const spread = Math.sqrt((variance[0] + variance[1] + variance[2]) / count);
+  return spread > 0 ? Math.abs(difference) / spread : difference === 0 ? 0 : NaN;
+}
+
+async function breathe(signal: AbortSignal): Promise<void> {
+  await new Promise((resolve) => setTimeout(resolve, 0));
+  if (signal.aborted) throw new DOMException('stopped', 'AbortError');
+}

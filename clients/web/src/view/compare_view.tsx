@@ -1,0 +1,293 @@
+import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
+import { api } from '../api/client';
+import { isFinal, type Comparison, type Job } from '../api/types';
+import { compareFilms, type Figures, type Measure } from '../live/comparison';
+import { LiveFilm } from '../live/film';
+import type { FeedState } from '../live/job_feed';
+import { Picture, type Plane } from '../live/picture';
+import type { Look } from '../live/painter';
+import { number, percent } from '../ui/format';
+import { go } from '../ui/router';
+import { display, jobs } from '../ui/server_state';
+import { useStore } from '../ui/store';
+import { useFeed } from './job_view';
+import { sceneTitle, stateLabel } from './job_words';
+import { Legend } from './legend';
+import { LightControls } from './toolbar';
+import { errorRange, lookOf } from './view_modes';
+
+type View = 'wipe' | Measure;
+const views: { view: View; label: string; meaning: string }[] = [
+  { view: 'wipe', label: 'Side by side', meaning: 'Drag the line over the two pictures.' },
+  {
+    view: 'difference',
+    label: 'Difference',
+    meaning: 'How far the two are apart, relative to the brightness of B.',
+  },
+  {
+    view: 'z',
+    label: 'Against chance',
+    meaning: 'Distance in standard errors. Above 3, noise alone does not explain it.',
+  },
+];
+const zRange = { low: 0.3, high: 10 };
+
+function FilmCanvas({
+  film,
+  plane,
+  look,
+  label,
+  style,
+}: {
+  film: LiveFilm;
+  plane: Plane | 'value';
+  look: Look;
+  label: string;
+  style?: Record<string, string>;
+}) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const picture = useRef<Picture | null>(null);
+  // In a film made from two others the value to show stands where a film has its tiles' errors.
+  const shown = plane === 'value' ? 'tile-error' : plane;
+  useLayoutEffect(() => {
+    picture.current = new Picture(canvas.current!, film, look);
+    return () => picture.current?.dispose();
+  }, [film]);
+  useEffect(
+    () => picture.current?.show(shown, look),
+    [film, shown, look.exposure, look.tone, look.low, look.high],
+  );
+  return (
+    <canvas ref={canvas} class="compare-canvas" role="img" aria-label={label} style={style ?? {}} />
+  );
+}
+
+/** Difference film and figures of two jobs; renewed while either of them still renders. */
+function useDifference(a: FeedState, b: FeedState, measure: Measure) {
+  const [result, setResult] = useState<{ film: LiveFilm; figures: Figures } | null>(null);
+  const running =
+    (a.job && !isFinal(a.job.state)) || (b.job && !isFinal(b.job.state)) ? true : false;
+  const ready = (a.film?.tilesSeen ?? 0) > 0 && (b.film?.tilesSeen ?? 0) > 0;
+  useEffect(() => {
+    const { film: left } = a;
+    const { film: right } = b;
+    if (!left || !right || left.width !== right.width || left.height !== right.height) return;
+    const abort = new AbortController();
+    let seen = -1;
+    let timer = 0;
+    const work = async (): Promise<void> => {
+      const version = left.version + right.version;
+      if (version !== seen && left.tilesSeen > 0 && right.tilesSeen > 0) {
+        seen = version;
+        setResult(await compareFilms(left, right, measure, abort.signal));
+      }
+      timer = window.setTimeout(() => void work().catch(() => undefined), 1500);
+    };
+    void work().catch(() => undefined);
+    return () => {
+      abort.abort();
+      clearTimeout(timer);
+    };
+  }, [a.film, b.film, measure, running, ready]);
+  return result;
+}
+
+/** The server's own numbers, for two jobs that have ended. */
+function useComparison(a: Job | null, b: Job | null): Comparison | null {
+  const [found, setFound] = useState<Comparison | null>(null);
+  const ready = a && b && isFinal(a.state) && isFinal(b.state);
+  useEffect(() => {
+    setFound(null);
+    if (ready)
+      api
+        .compare(a.id, b.id)
+        .then(setFound)
+        .catch(() => undefined);
+  }, [a?.id, b?.id, ready]);
+  return found;
+}
+
+function JobPick({
+  label,
+  value,
+  onValue,
+}: {
+  label: string;
+  value: string;
+  onValue: (id: string) => void;
+}) {
+  const list = (useStore(jobs) ?? []).filter((j) => (j.revision ?? 0) > 0 || j.id === value);
+  return (
+    <label class="pick">
+      <span>{label}</span>
+      <select value={value} onChange={(e) => onValue(e.currentTarget.value)}>
+        {!list.some((j) => j.id === value) && (
+          <option value={value}>{value.slice(0, 8) || 'Choose'}</option>
+        )}
+        {list.map((j) => (
+          <option key={j.id} value={j.id}>
+            {`${sceneTitle(j)} ${j.spec.film.width}×${j.spec.film.height}, ${stateLabel(j)} (${j.id.slice(0, 4)})`}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+export function CompareView({ a, b }: { a: string; b: string }) {
+  const list = useStore(jobs);
+  const first = a || list?.[0]?.id;
+  const second = b || list?.find((j) => j.id !== first)?.id;
+  if (!first || !second) {
+    return (
+      <div class="center-note">
+        <p>{list ? 'Two renders are needed for a comparison.' : 'Asking the server…'}</p>
+      </div>
+    );
+  }
+  return <Comparing a={first} b={second} />;
+}
+
+function Comparing({ a, b }: { a: string; b: string }) {
+  const left = useFeed(a).state;
+  const right = useFeed(b).state;
+  const [view, setView] = useState<View>('wipe');
+  const [cut, setCut] = useState(50);
+  const shown = useStore(display);
+  const difference = useDifference(left, right, view === 'z' ? 'z' : 'difference');
+  const server = useComparison(left.job, right.job);
+  const size = left.job?.spec.film;
+  const other = right.job?.spec.film;
+  const fits = size && other && size.width === other.width && size.height === other.height;
+  const colour = lookOf('picture', shown, { variance: zRange, samples: zRange });
+  const heat: Look = {
+    ...colour,
+    kind: 'scalar',
+    ...(view === 'z' ? zRange : errorRange),
+  };
+  const meaning = views.find((v) => v.view === view)!.meaning;
+  return (
+    <div class="compare">
+      <header class="page-head compare-head">
+        <h1>Compare</h1>
+        <JobPick label="A" value={a} onValue={(id) => go(`/compare/${id}/${b}`)} />
+        <JobPick label="B" value={b} onValue={(id) => go(`/compare/${a}/${id}`)} />
+      </header>
+      {size && other && !fits && (
+        <p class="center-note" role="alert">
+          The two renders have different sizes and cannot be laid over each other.
+        </p>
+      )}
+      {size && fits && left.film && right.film && (
+        <>
+          <div class="compare-stage">
+            <div
+              class="compare-film"
+              style={{
+                aspectRatio: `${size.width} / ${size.height}`,
+                '--ratio': String(size.width / size.height),
+              }}
+            >
+              {view === 'wipe' ? (
+                <>
+                  <FilmCanvas key="b" film={right.film} plane="picture" look={colour} label="B" />
+                  <FilmCanvas
+                    key="a"
+                    film={left.film}
+                    plane="picture"
+                    look={colour}
+                    label="A"
+                    style={{ clipPath: `inset(0 ${100 - cut}% 0 0)` }}
+                  />
+                  <i class="wipe-line" style={{ left: `${cut}%` }} aria-hidden="true" />
+                  <input
+                    class="wipe"
+                    type="range"
+                    min={0}
+                    max={100}
+                    step={0.5}
+                    value={cut}
+                    aria-label="Position of the line between A and B"
+                    data-testid="wipe"
+                    onInput={(e) => setCut(e.currentTarget.valueAsNumber)}
+                  />
+                </>
+              ) : difference ? (
+                <>
+                  <FilmCanvas
+                    key={view}
+                    film={difference.film}
+                    plane="value"
+                    look={heat}
+                    label={meaning}
+                  />
+                  <Legend
+                    look={heat}
+                    meaning={meaning}
+                    unit={view === 'z' ? 'number' : 'percent'}
+                  />
+                </>
+              ) : (
+                <p class="stage-notice pulse">Working it out…</p>
+              )}
+            </div>
+          </div>
+          <div class="toolbar">
+            <fieldset class="modes">
+              <legend class="visually-hidden">View</legend>
+              {views.map((v) => (
+                <label key={v.view} class={v.view === view ? 'mode mode-on' : 'mode'}>
+                  <input
+                    class="visually-hidden"
+                    type="radio"
+                    name="compare"
+                    data-testid={`compare-${v.view}`}
+                    checked={v.view === view}
+                    onChange={() => setView(v.view)}
+                  />
+                  {v.label}
+                </label>
+              ))}
+            </fieldset>
+            <LightControls film={left.film} disabled={view !== 'wipe'} />
+          </div>
+          <Numbers server={server} own={difference?.figures ?? null} />
+        </>
+      )}
+    </div>
+  );
+}
+
+function Numbers({ server, own }: { server: Comparison | null; own: Figures | null }) {
+  const rows: [string, string, string][] = server
+    ? [
+        ['relMSE', number(server.relmse), 'mean of (A - B)² / (B² + 0.01)'],
+        ['MSE', number(server.mse), 'mean of (A - B)²'],
+        ['FLIP', number(server.flip), 'how different the two look to a person, 0 to 1'],
+        [
+          'Bias of A',
+          `${number(server.bias.value)} (${number(server.bias.low)} to ${number(server.bias.high)})`,
+          'mean of A - B with its interval',
+        ],
+        ['Pixels beyond 3 σ', percent(server.z.share_above_3), 'chance alone gives 0.27 %'],
+      ]
+    : own
+      ? [
+          ['relMSE', number(own.relmse), 'mean of (A - B)² / (B² + 0.01)'],
+          ['MSE', number(own.mse), 'mean of (A - B)²'],
+          ['Bias of A', number(own.bias), 'mean of A - B'],
+          ['Places beyond 3 σ', percent(own.shareAbove3), '5 x 5 pixels each'],
+        ]
+      : [];
+  return (
+    <dl class="compare-numbers" data-testid="compare-numbers">
+      {rows.map(([name, value, note]) => (
+        <div key={name}>
+          <dt>{name}</dt>
+          <dd>{value}</dd>
+          <dd class="hint">{note}</dd>
+        </div>
+      ))}
+    </dl>
+  );
+}

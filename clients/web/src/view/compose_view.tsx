@@ -1,0 +1,278 @@
+import { useEffect, useLayoutEffect, useReducer, useRef, useState } from 'preact/hooks';
+import type { RefObject } from 'preact';
+import { api } from '../api/client';
+import { documentOfGlb, placedCameras, type PlacedCamera } from '../api/gltf_camera';
+import type { SceneInfo } from '../api/types';
+import { Picture } from '../live/picture';
+import { Preview } from '../live/preview';
+import { Icon } from '../ui/icons';
+import { go } from '../ui/router';
+import { display, say } from '../ui/server_state';
+import { useStore } from '../ui/store';
+import { change, form, requestOf, type FormValues } from './form_model';
+import { framed, fromCamera, fromPose, nearer, poseOf, shifted, turned, type Orbit } from './orbit';
+import { chooseScene } from './scene_source';
+import { LightControls } from './toolbar';
+import { lookOf } from './view_modes';
+
+const previewPixels = 384 * 216;
+
+/** A small film of the shape that the form asks for. */
+function previewSize(width: number, height: number): { width: number; height: number } {
+  const scale = Math.min(1, Math.sqrt(previewPixels / (width * height)));
+  return {
+    width: Math.max(8, Math.round(width * scale)),
+    height: Math.max(8, Math.round(height * scale)),
+  };
+}
+
+/** The cameras of a built-in scene, which the server gives as GLB. Uploaded ones are framed. */
+async function camerasOf(scene: string): Promise<PlacedCamera[]> {
+  if (/^[0-9a-f]{64}$/.test(scene)) return [];
+  const response = await fetch(`/v1/scenes/${encodeURIComponent(scene)}/gltf`);
+  return response.ok ? placedCameras(documentOfGlb(await response.arrayBuffer())) : [];
+}
+
+async function startOrbit(values: FormValues): Promise<Orbit> {
+  if (values.pose) return fromPose(values.pose);
+  const info = await api.scene(values.scene).catch((): SceneInfo | null => null);
+  const cameras = await camerasOf(values.scene).catch((): PlacedCamera[] => []);
+  const camera = cameras.find((c) => c.name === values.camera) ?? cameras[0];
+  const { bounds } = info ?? {};
+  return camera ? fromCamera(camera, bounds) : framed(bounds, values.width / values.height);
+}
+
+export function ComposeView({ scene }: { scene: string }) {
+  const values = useStore(form);
+  const [orbit, setOrbit] = useState<Orbit | null>(null);
+  useEffect(() => {
+    if (form.get().scene !== scene) chooseScene(scene);
+    setOrbit(null);
+    let wanted = true;
+    void startOrbit(form.get()).then((o) => wanted && setOrbit(o));
+    return () => void (wanted = false);
+  }, [scene]);
+  // Another scene in the form is another thing to compose.
+  useEffect(() => {
+    if (values.scene && values.scene !== scene) go(`/compose/${values.scene}`);
+  }, [values.scene]);
+
+  const use = (): void => {
+    if (!orbit) return;
+    change({ pose: poseOf(orbit) });
+    say('The next render uses this camera.');
+    go('/');
+  };
+  return (
+    <div class="compose">
+      <header class="job-header">
+        <div class="job-title">
+          <h1>Place the camera</h1>
+          <p class="dim">Drag to turn, shift and drag to move, wheel or pinch to come nearer.</p>
+        </div>
+        <div class="job-actions">
+          <button
+            type="button"
+            class="quiet"
+            onClick={() => {
+              change({ pose: null });
+              void startOrbit({ ...form.get(), pose: null }).then(setOrbit);
+            }}
+          >
+            <Icon name="again" /> Start over
+          </button>
+          <button type="button" class="quiet" onClick={() => go('/')}>
+            Leave
+          </button>
+          <button
+            type="button"
+            class="primary"
+            data-testid="use-camera"
+            disabled={!orbit}
+            onClick={use}
+          >
+            Use this camera
+          </button>
+        </div>
+      </header>
+      {orbit ? (
+        <Viewfinder values={values} orbit={orbit} onOrbit={setOrbit} />
+      ) : (
+        <div class="stage">
+          <div class="stage-notice">
+            <span class="pulse">Looking for the scene’s camera.</span>
+          </div>
+        </div>
+      )}
+      <div class="toolbar">
+        <LightControls film={null} disabled={false} />
+        <label class="exposure">
+          <span>Field of view</span>
+          <input
+            type="range"
+            min={10}
+            max={100}
+            step={1}
+            value={orbit?.fovDegrees ?? 45}
+            onInput={(e) =>
+              orbit && setOrbit({ ...orbit, fovDegrees: e.currentTarget.valueAsNumber })
+            }
+          />
+          <output class="mono">{Math.round(orbit?.fovDegrees ?? 45)}°</output>
+        </label>
+      </div>
+    </div>
+  );
+}
+
+interface ViewfinderProps {
+  values: FormValues;
+  orbit: Orbit;
+  onOrbit: (orbit: Orbit) => void;
+}
+
+function Viewfinder({ values, orbit, onOrbit }: ViewfinderProps) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const box = useRef<HTMLDivElement>(null);
+  const picture = useRef<Picture | null>(null);
+  const preview = useRef<Preview | null>(null);
+  const [, again] = useReducer<number, void>((n) => n + 1, 0);
+  const shown = useStore(display);
+  const size = previewSize(values.width, values.height);
+  const look = lookOf('picture', shown, {
+    variance: { low: 1, high: 2 },
+    samples: { low: 1, high: 2 },
+  });
+
+  useLayoutEffect(() => {
+    preview.current = new Preview(size.width, size.height, () => again());
+    picture.current = new Picture(canvas.current!, preview.current.film, look);
+    return () => {
+      picture.current?.dispose();
+      preview.current?.close();
+    };
+  }, [size.width, size.height]);
+  useEffect(() => picture.current?.show('picture', look), [look.exposure, look.tone]);
+
+  // Everything of the form that changes the picture renews the preview, and so does the camera.
+  const request = { ...requestOf({ ...values, pose: poseOf(orbit) }) };
+  for (const key of ['film', 'stop', 'name', 'priority', 'seed']) delete request[key];
+  const wish = JSON.stringify(request);
+  useEffect(
+    () => preview.current?.show(JSON.parse(wish) as Record<string, unknown>),
+    [wish, size.width, size.height],
+  );
+  useOrbitControls(box, orbit, onOrbit);
+
+  const state = preview.current?.state;
+  return (
+    <div
+      class="stage stage-orbit"
+      ref={box}
+      tabIndex={0}
+      role="group"
+      aria-roledescription="viewfinder"
+      aria-label="Preview. Arrow keys turn, shift and arrow keys move, plus and minus come nearer or go back."
+      style={{ '--aspect': `${values.width} / ${values.height}` }}
+    >
+      <canvas
+        ref={canvas}
+        key={`${size.width}x${size.height}`}
+        class="viewfinder"
+        data-testid="picture"
+        role="img"
+        aria-label="Preview of the scene"
+      />
+      {(state === 'unavailable' || state === 'failed') && (
+        <div class="stage-notice notice-failed" role="alert">
+          <strong>
+            {state === 'unavailable'
+              ? 'This server offers no previews.'
+              : 'The preview cannot be made.'}
+          </strong>
+          <p>{preview.current?.detail}</p>
+        </div>
+      )}
+    </div>
+  );
+}
+
+function useOrbitControls(
+  box: RefObject<HTMLElement>,
+  orbit: Orbit,
+  onOrbit: (orbit: Orbit) => void,
+): void {
+  const live = useRef({ orbit, onOrbit });
+  live.current = { orbit, onOrbit };
+  useEffect(() => {
+    const element = box.current!;
+    const apply = (change: (o: Orbit) => Orbit): void => {
+      // Several moves may come before the next redraw: each builds on the last.
+      live.current.orbit = change(live.current.orbit);
+      live.current.onOrbit(live.current.orbit);
+    };
+    const pointers = new Map<number, { x: number; y: number }>();
+    const onDown = (e: PointerEvent): void => {
+      pointers.set(e.pointerId, { x: e.clientX, y: e.clientY });
+      element.setPointerCapture(e.pointerId);
+    };
+    const onMove = (e: PointerEvent): void => {
+      const before = pointers.get(e.pointerId);
+      if (!before) return;
+      const dx = e.clientX - before.x;
+      const dy = e.clientY - before.y;
+      const height = element.clientHeight;
+      if (pointers.size === 2) {
+        const other = [...pointers].find(([id]) => id !== e.pointerId)![1];
+        const apart = (p: { x: number; y: number }): number =>
+          Math.max(1, Math.hypot(p.x - other.x, p.y - other.y));
+        const factor = apart({ x: e.clientX, y: e.clientY }) / apart(before);
+        apply((o) => shifted(nearer(o, factor), -dx / height / 2, dy / height / 2));
+      } else if (e.shiftKey || e.buttons === 2 || e.buttons === 4) {
+        apply((o) => shifted(o, -dx / height, dy / height));
+      } else {
+        apply((o) => turned(o, (-dx / height) * 3, (dy / height) * 3));
+      }
+      pointers.set(e.pointerId, { x: e.clientX, y: e.clientY });
+    };
+    const onUp = (e: PointerEvent): void => void pointers.delete(e.pointerId);
+    const onWheel = (e: WheelEvent): void => {
+      e.preventDefault();
+      apply((o) => nearer(o, Math.exp(-e.deltaY * 0.0012)));
+    };
+    const onKey = (e: KeyboardEvent): void => {
+      const steps: Record<string, [number, number]> = {
+        ArrowLeft: [-1, 0],
+        ArrowRight: [1, 0],
+        ArrowUp: [0, 1],
+        ArrowDown: [0, -1],
+      };
+      const step = steps[e.key];
+      if (step) {
+        apply((o) =>
+          e.shiftKey
+            ? shifted(o, 0.04 * step[0], 0.04 * step[1])
+            : turned(o, 0.08 * step[0], 0.08 * step[1]),
+        );
+      } else if (e.key === '+' || e.key === '=') apply((o) => nearer(o, 1.12));
+      else if (e.key === '-') apply((o) => nearer(o, 1 / 1.12));
+      else return;
+      e.preventDefault();
+    };
+    const listeners: [string, (e: never) => void, AddEventListenerOptions?][] = [
+      ['pointerdown', onDown],
+      ['pointermove', onMove],
+      ['pointerup', onUp],
+      ['pointercancel', onUp],
+      ['wheel', onWheel, { passive: false }],
+      ['keydown', onKey],
+      ['contextmenu', (e: Event) => e.preventDefault()],
+    ];
+    for (const [type, listener, options] of listeners)
+      element.addEventListener(type, listener as EventListener, options);
+    return () => {
+      for (const [type, listener] of listeners)
+        element.removeEventListener(type, listener as EventListener);
+    };
+  }, []);
+}

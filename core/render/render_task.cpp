@@ -66,6 +66,10 @@ struct RenderTask::Impl {
   int base_samples GUARDED_BY(mutex) = 0;  // what every tile had at the last complete pass
   int in_flight GUARDED_BY(mutex) = 0;
   int last_reported GUARDED_BY(mutex) = -1;
+  double look_cost GUARDED_BY(mutex) = 0;    // seconds that the last report took
+  double look_ended GUARDED_BY(mutex) = -1e9;  // elapsed_now() then
+  bool reporting GUARDED_BY(mutex) = false;    // a report is being computed beside the rendering
+  CondVar report_done;
   bool deciding GUARDED_BY(mutex) = false;
   bool paused GUARDED_BY(mutex) = false;
   bool cancelled GUARDED_BY(mutex) = false;
@@ -321,7 +325,17 @@ void RenderTask::Impl::decide() {
   }
   const bool may_stop = rules.relative_error && samples >= std::min(kSamplesBeforeErrorStop, most);
   if (why == StopReason::kNone && !rules.relative_error && looks_now) {
-    // Only a report: the other threads go on while this one computes it.
+    // Only a report: the other threads go on while this one computes it; and it is left out where it
+    // would take more than a twentieth of the time.
+    {
+      MutexLock lock(mutex);
+      if (reporting || elapsed_now() - look_ended < 20 * look_cost) {
+        deciding = false;
+        return;
+      }
+      reporting = true;
+    }
+    const Clock::time_point start = Clock::now();
     const FilmSnapshot snapshot = film->snapshot();
     {
       MutexLock lock(mutex);
@@ -334,8 +348,15 @@ void RenderTask::Impl::decide() {
       MutexLock lock(mutex);
       error = point.error;
       points.push_back(point);
+      look_cost = std::chrono::duration<double>(Clock::now() - start).count();
+      look_ended = elapsed_now();
     }
     sink.on_pass(point);
+    {
+      MutexLock lock(mutex);
+      reporting = false;
+    }
+    report_done.notify_all();
     return;
   }
   if (looks_now) {
@@ -362,6 +383,12 @@ void RenderTask::Impl::decide() {
 }
 
 void RenderTask::Impl::finish(StopReason why) {
+  {
+    MutexLock lock(mutex);
+    while (reporting) {  // its on_pass comes before our on_finished
+      report_done.wait(mutex);
+    }
+  }
   // A job that its clock or its owner ended has an error estimate too.
   if (why != StopReason::kFailed) {
     const ErrorEstimate estimate(film->snapshot());

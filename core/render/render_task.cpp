@@ -389,8 +389,9 @@ void RenderTask::Impl::finish(StopReason why) {
       report_done.wait(mutex);
     }
   }
-  // A job that its clock or its owner ended has an error estimate too.
-  if (why != StopReason::kFailed) {
+  // A job that its clock ended has an error estimate too. Who cancels does not want to wait for
+  // one: the last look stands, which errs on the safe side.
+  if (why != StopReason::kFailed && why != StopReason::kCancelled) {
     const ErrorEstimate estimate(film->snapshot());
     int samples = 0;
     bool fresh = false;

@@ -1,2 +1,4 @@
 set(CORE_TEST_SOURCES
+  bsdf_test.cpp
+  distribution_test.cpp
   sampler_test.cpp)

@@ -1,0 +1,103 @@
+#include "tests/support/bsdf_cases.h"
+
+#include <cmath>
+
+#include "core/sampling/warp.h"
+
+namespace test_support {
+
+using core::BsdfParameters;
+using core::Rgb;
+using core::Vec3;
+
+namespace {
+
+BsdfParameters rough(float roughness) {
+  BsdfParameters p;
+  p.roughness = roughness;
+  p.alpha_x = p.alpha_y = roughness * roughness;
+  return p;
+}
+
+}  // namespace
+
+std::vector<BsdfCase> bsdf_cases() {
+  std::vector<BsdfCase> cases;
+  const auto add = [&cases](std::string name, const BsdfParameters& p, bool lossless, double tolerance = 0.005) {
+    cases.push_back({std::move(name), p, lossless, tolerance});
+  };
+  BsdfParameters p = rough(1);
+  p.f0 = {0, 0, 0};
+  p.f90 = 0;
+  add("Lambert", p, true, 1e-5);
+  p.base_color = {0.8F, 0.5F, 0.2F};
+  add("LambertColoured", p, false);
+  for (const float r : {0.3F, 0.6F, 1.0F}) {
+    const std::string tail = r == 1 ? "100" : (r < 0.5F ? "30" : "60");
+    add("Dielectric" + tail, rough(r), true);
+    p = rough(r);
+    p.metallic = 1;
+    add("Metal" + tail, p, true);
+    p = rough(r);
+    p.transmission = 1;
+    add("ThinGlass" + tail, p, true, 0.01);
+    cases.back().scaled_by_viewer = true;
+    cases.back().reciprocity_tolerance = 1.5;
+    p.thin = false;
+    p.f90 = 1;
+    add("SolidGlassOutside" + tail, p, true, 0.01);
+    cases.back().scaled_by_viewer = true;
+    cases.back().reciprocity_tolerance = 1.5;
+    p.inside = true;
+    add("SolidGlassInside" + tail, p, true, 0.01);
+    cases.back().scaled_by_viewer = true;
+    cases.back().reciprocity_tolerance = 1.5;
+  }
+  p = rough(0.5F);
+  p.metallic = 1;
+  p.alpha_x = 0.6F;
+  p.alpha_y = 0.25F;
+  add("AnisotropicWhiteMetal", p, true, 0.05);  // the tables know round lobes only
+  p.base_color = {1, 0.8F, 0.3F};
+  p.alpha_y = 0.15F;
+  add("AnisotropicGold", p, false, 0.05);
+  p = rough(0.5F);
+  p.metallic = 0.5F;
+  p.transmission = 0.5F;
+  p.base_color = {0.9F, 0.6F, 0.4F};
+  add("HalfMetalHalfThin", p, false);
+  cases.back().scaled_by_viewer = true;
+  cases.back().reciprocity_tolerance = 1.5;
+  p.thin = false;
+  add("HalfMetalHalfSolid", p, false);
+  cases.back().scaled_by_viewer = true;
+  cases.back().reciprocity_tolerance = 1.5;
+  p = rough(0);
+  p.alpha_x = p.alpha_y = 1e-4F;
+  add("SmoothDielectric", p, true);
+  p.transmission = 1;
+  add("SmoothThinGlass", p, true);
+  p.thin = false;
+  add("SmoothSolidGlass", p, true, 1e-3);
+  p.ior = 1;
+  p.f0 = {0, 0, 0};
+  add("IndexMatched", p, true, 1e-3);
+  return cases;
+}
+
+Vec3 direction(double degrees) {
+  const double theta = degrees * 3.14159265358979 / 180;
+  const double phi = 0.2;
+  return {static_cast<float>(std::sin(theta) * std::cos(phi)), static_cast<float>(std::sin(theta) * std::sin(phi)),
+          static_cast<float>(std::cos(theta))};
+}
+
+Vec3 tilted_normal() {
+  const double theta = 20 * 3.14159265358979 / 180;
+  return {static_cast<float>(std::sin(theta) * 0.6), static_cast<float>(std::sin(theta) * 0.8),
+          static_cast<float>(std::cos(theta))};
+}
+
+Vec3 random_hemisphere(Random& random) { return core::uniform_hemisphere(random.uniform_2d()); }
+
+}  // namespace test_support

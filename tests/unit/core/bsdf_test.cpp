@@ -1,0 +1,217 @@
+// Closed forms of microfacet theory (truths 3 and 8), energy and reciprocity of the layered BSDF.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/bsdf/albedo_tables.h"
+#include "core/bsdf/bsdf.h"
+#include "core/bsdf/fresnel.h"
+#include "tests/support/bsdf_cases.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::Bsdf;
+using core::Rgb;
+using core::Vec3;
+using test_support::BsdfCase;
+
+/// Share of uniform light that sample() carries from wo, over the first points of a Kronecker sequence in three
+/// dimensions (powers of the plastic number's kin, Roberts 2018): error about 1e-4 for smooth integrands.
+double sampled_albedo(const Bsdf& bsdf, int count = 150000) {
+  double sum = 0;
+  double u[3] = {0.5, 0.5, 0.5};
+  constexpr double kSteps[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+  for (int i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      u[k] += kSteps[k];
+      u[k] -= std::floor(u[k]);
+    }
+    const auto unit = [](double x) { return std::min(static_cast<float>(x), 0x1.fffffep-1F); };
+    const auto s = bsdf.sample(unit(u[0]), {unit(u[1]), unit(u[2])});
+    sum += static_cast<double>(core::average(s.weight) * s.eta * s.eta);  // radiance / n^2 is conserved
+  }
+  return sum / count;
+}
+
+// Truth 8.
+TEST(Fresnel, GlassInAirHasTheTextbookValues) {
+  EXPECT_NEAR(core::fresnel_dielectric(1, 1.5F), 0.04, 1e-6);
+  EXPECT_NEAR(core::fresnel_dielectric(1, 1 / 1.5F), 0.04, 1e-6);
+  const double r = static_cast<double>(core::fresnel_dielectric(1, 1.5F));
+  EXPECT_NEAR(2 * r / (1 + r), 0.0769231, 1e-6);
+  // At Brewster's angle one polarisation is not reflected: the rest is half of ((n^2-1)/(n^2+1))^2.
+  const double brewster = 56.3099 * std::numbers::pi / 180;
+  EXPECT_NEAR(core::fresnel_dielectric(static_cast<float>(std::cos(brewster)), 1.5F), 0.5 * std::pow(1.25 / 3.25, 2), 1e-6);
+  const double critical = 41.8103 * std::numbers::pi / 180;
+  EXPECT_EQ(core::fresnel_dielectric(static_cast<float>(std::cos(critical + 1e-5)), 1 / 1.5F), 1);
+  EXPECT_LT(core::fresnel_dielectric(static_cast<float>(std::cos(critical - 1e-5)), 1 / 1.5F), 1);
+  EXPECT_EQ(core::fresnel_dielectric(0, 1.5F), 1);
+}
+
+TEST(Fresnel, HemisphericalReflectanceIsTheTabulatedOne) {
+  for (const auto& [eta, truth] : {std::pair{1.5F, 0.091778}, std::pair{1 / 1.5F, 0.596346}}) {
+    double sum = 0;
+    constexpr int kSteps = 200000;
+    for (int i = 0; i < kSteps; ++i) {
+      const double mu = (i + 0.5) / kSteps;
+      sum += 2 * mu * static_cast<double>(core::fresnel_dielectric(static_cast<float>(mu), eta)) / kSteps;
+    }
+    EXPECT_NEAR(sum, truth, 1e-4);
+  }
+}
+
+// Truth 3; values of LIGHT_TRANSPORT.md, the first of them 1 - ln 2.
+struct GgxTruth {
+  float alpha;
+  double normal;
+  double slanted;  // mu = 0.5
+  double average;
+};
+constexpr GgxTruth kGgx[] = {{1, 0.306853, 0.45069, 0.40914},
+                             {0.5F, 0.68785, 0.69825, 0.70024},
+                             {0.25F, 0.91581, 0.85726, 0.88232}};
+
+double ggx_albedo(float alpha, double mu) {
+  const core::Ggx ggx = {alpha, alpha};
+  const auto z = static_cast<float>(mu);
+  const Vec3 wo = {std::sqrt(1 - z * z), 0, z};
+  double sum = 0;
+  constexpr int kSide = 1000;
+  for (int i = 0; i < kSide; ++i) {
+    for (int k = 0; k < kSide; ++k) {
+      const Vec3 h = ggx.sample_visible(wo, {(static_cast<float>(i) + 0.5F) / kSide, (static_cast<float>(k) + 0.5F) / kSide});
+      const Vec3 wi = h * (2 * dot(wo, h)) - wo;
+      if (wi.z > 0) {
+        sum += static_cast<double>(ggx.g2(wo, wi) / ggx.g1(wo));
+      }
+    }
+  }
+  return sum / (kSide * kSide);
+}
+
+TEST(Ggx, SingleScatteringAlbedosAreTheClosedForms) {
+  for (const GgxTruth& t : kGgx) {
+    EXPECT_NEAR(ggx_albedo(t.alpha, 1), t.normal, 2e-4) << t.alpha;
+    EXPECT_NEAR(ggx_albedo(t.alpha, 0.5), t.slanted, 2e-4) << t.alpha;
+  }
+}
+
+TEST(AlbedoTables, AgreeWithTheClosedForms) {
+  for (const GgxTruth& t : kGgx) {
+    const float roughness = std::sqrt(t.alpha);
+    EXPECT_NEAR(core::specular_albedo(1, roughness).e, t.normal, 1e-3) << t.alpha;
+    EXPECT_NEAR(core::specular_albedo(0.5F, roughness).e, t.slanted, 1e-3) << t.alpha;
+    EXPECT_NEAR(core::specular_albedo_average(roughness).e, t.average, 1e-3) << t.alpha;
+  }
+}
+
+// Between the nodes and for narrow lobes too, against the integral at high resolution.
+TEST(AlbedoTables, AgreeWithTheIntegral) {
+  for (const float roughness : {0.15F, 0.2F, 0.3F, 0.45F, 0.77F}) {
+    for (const double mu : {1.0, 0.8, 0.3}) {
+      EXPECT_NEAR(core::specular_albedo(static_cast<float>(mu), roughness).e, ggx_albedo(roughness * roughness, mu), 2e-3)
+          << roughness << " " << mu;
+    }
+  }
+}
+
+// The mean over all directions is what one wide lobe reflects of uniform light: a check that D and G belong together.
+TEST(Ggx, NormalsProjectToTheMacrosurface) {
+  for (const float ax : {0.1F, 0.5F, 1.0F}) {
+    for (const float ay : {0.3F, 1.0F}) {
+      const core::Ggx ggx = {ax, ay};
+      const double z[2] = {0, 1};
+      const double phi[2] = {0, 2 * std::numbers::pi};
+      const double sum = test_support::integrate_2d(
+          [&](double c, double p) {
+            const double s = std::sqrt(1 - c * c);
+            const Vec3 h = {static_cast<float>(s * std::cos(p)), static_cast<float>(s * std::sin(p)), static_cast<float>(c)};
+            return static_cast<double>(ggx.d(h)) * c;
+          }, z, phi, 1e-6, 4, 10);
+      EXPECT_NEAR(sum, 1, 2e-4) << ax << " " << ay;
+    }
+  }
+}
+
+class BsdfOf : public testing::TestWithParam<BsdfCase> {};
+
+INSTANTIATE_TEST_SUITE_P(Cases, BsdfOf, testing::ValuesIn(test_support::bsdf_cases()),
+                         [](const auto& c) { return c.param.name; });
+
+// A lossless surface gives back what it gets: 1 within the interpolation error of the tables, which is 0.5 % (truth 3).
+TEST_P(BsdfOf, WhiteFurnace) {
+  const BsdfCase& c = GetParam();
+  for (const double degrees : {0.0, 30.0, 60.0, 80.0}) {
+    const Bsdf bsdf(c.parameters, test_support::direction(degrees), {0, 0, 1});
+    const double albedo = sampled_albedo(bsdf);
+    if (c.lossless) {
+      EXPECT_NEAR(albedo, 1, c.furnace_tolerance) << degrees;
+    } else {
+      EXPECT_LE(albedo, 1 + c.furnace_tolerance) << degrees;
+    }
+  }
+}
+
+// Energy cannot be made by the trick that mirrors directions at the geometric plane.
+TEST_P(BsdfOf, WhiteFurnaceUnderATiltedGeometricNormal) {
+  const BsdfCase& c = GetParam();
+  for (const double degrees : {10.0, 50.0, 75.0}) {
+    const Vec3 wo = test_support::direction(degrees);
+    const Bsdf flat(c.parameters, wo, {0, 0, 1});
+    const Bsdf tilted(c.parameters, wo, test_support::tilted_normal());
+    EXPECT_NEAR(sampled_albedo(tilted), sampled_albedo(flat), 2e-3) << degrees;
+  }
+}
+
+// f(wo, wi) = f(wi, wo), times n^2 ratios for refraction: adjoint(wi -> wo) / n_o^2 = f / n_i^2.
+TEST_P(BsdfOf, IsReciprocal) {
+  const BsdfCase& c = GetParam();
+  test_support::Random random(1);
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 wo = test_support::random_hemisphere(random);
+    Vec3 wi = test_support::random_hemisphere(random);
+    const bool through = c.parameters.transmission > 0 && i % 2 == 0;
+    if (wo.z < 0.05F || wi.z < 0.05F) {
+      continue;
+    }
+    core::BsdfParameters back = c.parameters;
+    Vec3 from = wi;
+    Vec3 to = wo;
+    double scale = 1;
+    if (through) {
+      wi.z = -wi.z;
+      // Seen from the other side: the frame's z is turned, so both directions change sign of z.
+      to.z = -wo.z;
+      if (!c.parameters.thin) {
+        back.inside = !back.inside;
+        const double n = static_cast<double>(c.parameters.ior);
+        scale = c.parameters.inside ? 1 / (n * n) : n * n;
+      }
+    }
+    const double forward = static_cast<double>(Bsdf(c.parameters, wo, {0, 0, 1}).evaluate(wi).value_cos.g / std::fabs(wi.z));
+    const double backward = static_cast<double>(Bsdf(back, from, {0, 0, 1}).evaluate(to).value_cos.g / std::fabs(to.z));
+    // Factors that make a lobe lossless for one direction only (thin and rough glass) are not reciprocal.
+    const double tolerance = through || c.scaled_by_viewer ? c.reciprocity_tolerance : 2e-4;
+    EXPECT_NEAR(forward * scale, backward, tolerance * std::max(std::fabs(forward * scale), 1e-2)) << i << (through ? " through" : "");
+  }
+}
+
+// albedo() names what sample() carries on average.
+TEST_P(BsdfOf, AlbedoLayerIsTheShareThatIsScattered) {
+  const BsdfCase& c = GetParam();
+  for (const double degrees : {0.0, 45.0, 70.0}) {
+    const Bsdf bsdf(c.parameters, test_support::direction(degrees), {0, 0, 1});
+    const double tolerance = std::max(0.01, c.furnace_tolerance);
+    EXPECT_NEAR(core::average(bsdf.albedo()), sampled_albedo(bsdf), tolerance) << degrees;
+  }
+}
+
+TEST(Bsdf, BlackScattersNothing) {
+  const Bsdf bsdf({.base_color = {0, 0, 0}, .f0 = {0, 0, 0}, .f90 = 0}, test_support::direction(30), {0, 0, 1});
+  EXPECT_FALSE(bsdf.has_spread());
+  EXPECT_TRUE(core::is_black(bsdf.sample(0.5F, {0.5F, 0.5F}).weight));
+}
+
+}  // namespace

@@ -176,7 +176,7 @@ std::string content_html(const Json& content) {
   for (const auto& media : content.items()) {
     const Json& schema = media.value()["schema"];
     out += (out.empty() ? "" : ", ") + code(media.key());
-    if (schema.contains("$ref")) {
+    if (schema.contains("$ref") || schema.contains("anyOf")) {
       out += " " + type_html(schema);
     }
   }

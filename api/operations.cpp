@@ -96,6 +96,9 @@ constexpr std::array kAsset = {ContentRow{"application/json", "Asset"}};
 constexpr std::array kScene = {ContentRow{"application/json", "Scene"}};
 constexpr std::array kSceneList = {ContentRow{"application/json", "SceneList"}};
 constexpr std::array kJob = {ContentRow{"application/json", "Job"}};
+constexpr std::array kJobOrDryRun = {ContentRow{"application/json",
+                                                R"({"anyOf":[{"$ref":"#/components/schemas/Job"},)"
+                                                R"({"$ref":"#/components/schemas/DryRun"}]})"}};
 constexpr std::array kJobList = {ContentRow{"application/json", "JobList"}};
 constexpr std::array kPixel = {ContentRow{"application/json", "Pixel"}};
 constexpr std::array kConvergence = {ContentRow{"application/json", "Convergence"}};
@@ -131,7 +134,7 @@ constexpr std::array kGlbAnswer = {ResponseRow{200, "The scene as GLB.", kGlb}};
 constexpr std::array kJobMade = {
     ResponseRow{201, "Accepted (with Prefer: wait: it has ended).", kJob},
     ResponseRow{202, "It has not ended within the time of Prefer: wait.", kJob},
-    ResponseRow{200, "A dry run, or the job that this Idempotency-Key made before.", kJob}};
+    ResponseRow{200, "A dry run, or the job that this Idempotency-Key made before.", kJobOrDryRun}};
 constexpr std::array kJobListAnswer = {ResponseRow{200, "Jobs, newest first.", kJobList}};
 constexpr std::array kJobAnswer = {ResponseRow{200, "The job.", kJob},
                                    ResponseRow{304, "Unchanged.", kNothing}};

@@ -171,6 +171,13 @@ void add_job_schemas(Json& components) {
        {"film_digest", maybe_string("sha256 of the film's exact content, when finished.")},
        {"warnings", strings("What is in force instead of what was asked, and the like.")},
        {"links", links}});
+  components["DryRun"] =
+      object_of("What a job would be, and what it would cost.",
+                {{"spec", ref("JobSpec")},
+                 {"warnings", strings("")},
+                 {"estimate", object_of("A guess.", {{"seconds", real("On an idle server.")},
+                                                     {"cpu_seconds", real("")},
+                                                     {"memory_bytes", real("Film and scene.")}})}});
   components["JobList"] = object_of(
       "A page of jobs.", {{"jobs", array_of(ref("Job"), "Newest first.")},
                           {"next", maybe_string("Cursor of the next page; null: the last one.")}});

@@ -42,7 +42,7 @@ int execute_sibling(char** argv) {
   std::error_code problem;
   const auto self = std::filesystem::read_symlink("/proc/self/exe", problem);
   const std::string program = (self.parent_path() / "tessera-server").string();
-  execv(program.c_str(), argv);
+  execvp(program.c_str(), argv);  // without /proc: the one in PATH
   std::fprintf(stderr, "tessera: cannot start %s: %s\n", program.c_str(), std::strerror(errno));
   return kFailed;
 }

@@ -1,12 +1,19 @@
 // Runs a fuzz target without libFuzzer: every seed as it is, every seed cut at many places, then random
 // mutations until the time is over. The seed of the random numbers is fixed, so that a crash comes again.
 //   TARGET --seconds N SEED_FILE...
-// The input that is being tried is kept in the file named by --last, to be looked at after a crash.
+// The input that is being tried is kept in the file named by --last, mapped into memory: eight bytes of
+// length, then the input. After a crash TARGET --show FILE prints it.
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -21,14 +28,35 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Random = std::mt19937;
 
-std::string g_last_path;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+constexpr std::size_t kInputMax = std::size_t{1} << 20U;
+std::byte* g_last = nullptr;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+
+void map_last(const char* path) {
+  const int file = open(path, O_RDWR | O_CREAT, 0600);
+  if (file < 0 || ftruncate(file, static_cast<off_t>(kInputMax + 8)) != 0) {
+    std::perror(path);
+    std::exit(1);
+  }
+  void* place = mmap(nullptr, kInputMax + 8, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  g_last = place == MAP_FAILED ? nullptr : static_cast<std::byte*>(place);
+  close(file);
+}
+
+void show_last(const char* path) {
+  map_last(path);
+  std::uint64_t size = 0;
+  std::memcpy(&size, g_last, 8);
+  std::fwrite(g_last + 8, 1, std::min<std::uint64_t>(size, kInputMax), stdout);
+}
 
 void try_input(const std::string& input) {
-  if (!g_last_path.empty()) {
-    std::ofstream(g_last_path, std::ios::binary) << input;
+  const std::uint64_t size = std::min(input.size(), kInputMax);
+  if (g_last != nullptr) {
+    std::memcpy(g_last, &size, 8);
+    std::memcpy(g_last + 8, input.data(), size);
   }
   // A copy of the exact size, so that a sanitizer sees a read beyond its end.
-  const std::vector<std::uint8_t> exact(input.begin(), input.end());
+  const std::vector<std::uint8_t> exact(input.begin(), input.begin() + static_cast<std::ptrdiff_t>(size));
   LLVMFuzzerTestOneInput(exact.data(), exact.size());
 }
 
@@ -86,7 +114,10 @@ int main(int argc, char** argv) {
     if (arg == "--seconds" && i + 1 < argc) {
       seconds = std::atof(argv[++i]);
     } else if (arg == "--last" && i + 1 < argc) {
-      g_last_path = argv[++i];
+      map_last(argv[++i]);
+    } else if (arg == "--show" && i + 1 < argc) {
+      show_last(argv[i + 1]);
+      return 0;
     } else {
       std::ifstream in(argv[i], std::ios::binary);
       seeds.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());

@@ -123,7 +123,7 @@ Transform Affine::to_transform() const noexcept {
 }
 
 bool Affine::is_finite() const noexcept {
-  constexpr double kMax = std::numeric_limits<float>::max();
+  constexpr auto kMax = static_cast<double>(std::numeric_limits<float>::max());
   return std::all_of(column.begin(), column.end(), [](const Column& c) {
     return std::all_of(c.begin(), c.end(), [](double v) { return std::abs(v) <= kMax; });
   });

@@ -110,9 +110,10 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   if (solid > 0) {
     glass_color_ = p.base_color;
     glass_weight_ = solid;
-    const float ior = std::max(p.ior, 1.0F);
+    const float ior = std::max(p.ior, 1e-2F);
     eta_ = p.inside ? 1 / ior : ior;
-    glass_scale_ = is_smooth_ ? 1.0F : 1 / std::max(glass_albedo(wo_.z, roughness_, ior, p.inside), 1e-3F);
+    glass_scale_ = is_smooth_ ? 1.0F
+                              : 1 / std::max(glass_albedo(wo_.z, roughness_, std::max(eta_, 1 / eta_), eta_ < 1), 1e-3F);
   }
   prob_diffuse_ = luminance(substrate_albedo) + luminance(ms_albedo);
   prob_specular_ = luminance(specular_albedo_wo);

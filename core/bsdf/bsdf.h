@@ -29,7 +29,7 @@ struct BsdfParameters {
   float f90 = 1;                   ///< of the dielectric
   float transmission = 0;
   bool thin = true;  ///< transmission passes straight through
-  float ior = 1.5F;  ///< of the solid
+  float ior = 1.5F;  ///< of the solid over that of what surrounds it; may be below 1
   bool inside = false;  ///< wo is in the solid
 };
 

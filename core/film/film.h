@@ -88,7 +88,7 @@ class Film {
   int full_height() const noexcept { return full_height_; }
   int replicates() const noexcept { return replicates_; }
   bool has_aux() const noexcept { return has_aux_; }
-  int tile_count() const noexcept { return static_cast<int>(tiles_.size()); }
+  int tile_count() const noexcept { return static_cast<int>(rects_.size()); }
   PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
 
   TileState tile(int tile) const;

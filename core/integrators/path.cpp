@@ -22,6 +22,39 @@ Rgb absorbed(Rgb sigma_a, float distance_m) {
           std::exp(-sigma_a.b * distance_m)};
 }
 
+
+/// The solids around a point, the innermost last. Leaving one takes out its newest entry, wherever
+/// it stands, so overlapping and touching solids keep their order.
+class MediumStack {
+ public:
+  const Material* top() const noexcept { return count_ > 0 ? media_[count_ - 1] : nullptr; }
+  void enter(const Material* material) noexcept {
+    if (count_ < kMax) {
+      media_[count_++] = material;
+    }
+  }
+  void leave(const Material* material) noexcept {
+    for (int i = count_ - 1; i >= 0; --i) {
+      if (media_[i] == material) {
+        std::copy(media_ + i + 1, media_ + count_, media_ + i);
+        --count_;
+        return;
+      }
+    }
+  }
+  /// What is on the other side of a boundary of `material` for a path inside it.
+  const Material* without(const Material* material) const noexcept {
+    MediumStack rest = *this;
+    rest.leave(material);
+    return rest.top();
+  }
+
+ private:
+  static constexpr int kMax = 8;
+  const Material* media_[kMax] = {};
+  int count_ = 0;
+};
+
 }  // namespace
 
 /// What a path carries from vertex to vertex.
@@ -38,7 +71,7 @@ struct PathIntegrator::State {
   float eta_scale = 1;       ///< product of eta^2: radiance against importance
   float cone_width_m = 0;
   float cone_spread_rad = 0;
-  const Material* medium = nullptr;  ///< the solid that the path is in
+  MediumStack media{};       ///< the solids that the path is in
   std::uint32_t pass_through = 0;
   float wavelength_nm = 0;  ///< 0: the path carries all of them
   float u_roulette = -1;  ///< of this bounce; below 0: not drawn yet
@@ -196,8 +229,9 @@ void PathIntegrator::add_direct(State& path, const Vertex& vertex, const Bsdf& b
     return;
   }
   Rgb add = path.beta * f.value_cos * light.radiance * open * (weight / light.pdf_solid_angle);
-  if (path.medium != nullptr && side > 0 && !light.is_far) {
-    add *= absorbed(path.medium->sigma_a, length(shadow.direction));
+  const Material* medium = path.media.top();
+  if (medium != nullptr && side > 0 && !light.is_far) {
+    add *= absorbed(medium->sigma_a, length(shadow.direction));
   }
   path.out.radiance += add;
 }
@@ -249,7 +283,11 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   if (through && scene_.has_volumes) {
     const Material& material = scene_.materials[vertex.point.material];
     if (material.is_volume) {
-      path.medium = vertex.shading.front ? &material : nullptr;
+      if (vertex.shading.front) {
+        path.media.enter(&material);
+      } else {
+        path.media.leave(&material);
+      }
     }
   }
   if (!s.is_delta) {
@@ -277,15 +315,30 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   return true;
 }
 
-/// From the first dispersive surface on, a path follows one wavelength.
-void PathIntegrator::disperse(State& path, const Material& material, BsdfParameters& bsdf) noexcept {
+/// Index of refraction that this path sees; from the first dispersive solid on it follows one
+/// wavelength.
+float PathIntegrator::ior_of(State& path, const Material* material) noexcept {
+  if (material == nullptr) {
+    return 1;
+  }
+  const MaterialDescription& f = material->factors;
+  if (!(f.dispersion > 0)) {
+    return std::max(f.ior, 1.0F);
+  }
   if (!(path.wavelength_nm > 0)) {
     const Vec4 u = path.sampler.get_4d(dimension_group(0, BounceGroup::kVolume));
     const WavelengthSample sample = sample_wavelength(u.w);
     path.wavelength_nm = sample.wavelength_nm;
     path.beta *= sample.weight;
   }
-  bsdf.ior = dispersive_ior(material.factors.ior, material.factors.dispersion, path.wavelength_nm);
+  return dispersive_ior(f.ior, f.dispersion, path.wavelength_nm);
+}
+
+/// A solid's boundary bends light by its index over that of what surrounds it here.
+void PathIntegrator::set_relative_ior(State& path, const Material& material, Shading& shading) noexcept {
+  const Material* around = shading.front ? path.media.top() : path.media.without(&material);
+  const float inner = ior_of(path, &material);
+  shading.bsdf.ior = inner / ior_of(path, around);
 }
 
 void PathIntegrator::record_first(State& path, const Vertex& vertex, Rgb albedo) noexcept {
@@ -310,8 +363,10 @@ PathSample PathIntegrator::trace(const Camera::CameraRay& camera_ray, const Path
     path.cone_width_m += path.cone_spread_rad * vertex.distance_m;
     const Material& material = scene_.materials[vertex.point.material];
     const bool inner = dot(vertex.point.normal_geometric, vertex.wo_world) < 0;
-    const Material* medium = path.medium != nullptr ? path.medium
-                             : (inner && material.is_volume ? &material : nullptr);
+    if (inner && material.is_volume && path.media.top() == nullptr) {
+      path.media.enter(&material);  // the eye is inside, or the solid was entered through a hole
+    }
+    const Material* medium = path.media.top();
     if (medium != nullptr) {
       path.beta *= absorbed(medium->sigma_a, vertex.distance_m);
     }
@@ -325,8 +380,8 @@ PathSample PathIntegrator::trace(const Camera::CameraRay& camera_ray, const Path
       return path.out;
     }
     vertex.shading = shade(scene_, vertex.point, vertex.wo_world, path.cone_width_m);
-    if (material.factors.dispersion > 0 && material.is_volume) {
-      disperse(path, material, vertex.shading.bsdf);
+    if (material.is_volume) {
+      set_relative_ior(path, material, vertex.shading);
     }
     const Shading& shading = vertex.shading;
     const Bsdf bsdf(shading.bsdf, shading.frame.to_local(vertex.wo_world),

@@ -25,7 +25,8 @@ class PathIntegrator final : public Integrator {
   BsdfSample sample_direction(State& path, const Bsdf& bsdf) const noexcept;
   bool scatter(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
   Rgb transmittance(State& path, const Ray& ray) const noexcept;
-  static void disperse(State& path, const Material& material, BsdfParameters& bsdf) noexcept;
+  static float ior_of(State& path, const Material* material) noexcept;
+  static void set_relative_ior(State& path, const Material& material, Shading& shading) noexcept;
   static void record_first(State& path, const Vertex& vertex, Rgb albedo) noexcept;
 
   const SceneData& scene_;

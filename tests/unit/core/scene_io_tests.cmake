@@ -1,5 +1,4 @@
 find_package(meshoptimizer REQUIRED CONFIG)
-pkg_check_modules(DRACO REQUIRED IMPORTED_TARGET draco)
 
 set(SCENE_IO_TEST_SOURCES
   builtin_scenes_test.cpp
@@ -11,4 +10,4 @@ set(SCENE_IO_TEST_SOURCES
   gltf_geometry_test.cpp
   gltf_material_test.cpp
   gltf_tangent_test.cpp)
-set(SCENE_IO_TEST_LIBRARIES core_image_io meshoptimizer::meshoptimizer PkgConfig::DRACO)
+set(SCENE_IO_TEST_LIBRARIES core_image_io meshoptimizer::meshoptimizer ${DRACO_LIBRARY})

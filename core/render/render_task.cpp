@@ -64,12 +64,14 @@ struct RenderTask::Impl {
   std::size_t cursor GUARDED_BY(mutex) = 0;
   int pass_target GUARDED_BY(mutex) = 0;
   int base_samples GUARDED_BY(mutex) = 0;  // what every tile had at the last complete pass
+  // Can every tile be put back to base_samples? Not in the pass that a restart or a late clock rule met half done:
+  // that one is completed first.
+  bool base_is_whole GUARDED_BY(mutex) = false;
   int in_flight GUARDED_BY(mutex) = 0;
   int last_reported GUARDED_BY(mutex) = -1;
   double look_cost GUARDED_BY(mutex) = 0;    // seconds that the last report took
   double look_ended GUARDED_BY(mutex) = -1e9;  // elapsed_now() then
   bool reporting GUARDED_BY(mutex) = false;    // a report is being computed beside the rendering
-  CondVar report_done;
   bool deciding GUARDED_BY(mutex) = false;
   bool paused GUARDED_BY(mutex) = false;
   bool cancelled GUARDED_BY(mutex) = false;
@@ -97,6 +99,7 @@ struct RenderTask::Impl {
       pass_target = std::max(pass_target, done.back());
     }
     base_samples = *std::min_element(done.begin(), done.end());
+    base_is_whole = base_samples == pass_target;
   }
 
   bool has_clock() const REQUIRES(mutex) { return stop.seconds || stop.deadline_unix_seconds; }
@@ -131,7 +134,7 @@ struct RenderTask::Impl {
   }
 
   void note_clock() REQUIRES(mutex) {
-    if (expired || base_samples < 1 || !has_clock()) {
+    if (expired || base_samples < 1 || !base_is_whole || !has_clock()) {
       return;
     }
     if (stop.seconds && elapsed_now() >= *stop.seconds) {
@@ -252,6 +255,9 @@ void RenderTask::Impl::after_slice() {
     }
     cancel_now = cancelled;
     expire_now = expired && !cancelled;
+    if ((cancel_now || expire_now) && reporting) {
+      return;  // on_pass comes before on_finished: the report comes here again
+    }
     if (!cancel_now && !expire_now) {
       if (!pass_complete() || (pass_target < barrier())) {
         return;
@@ -308,6 +314,7 @@ void RenderTask::Impl::decide() {
   {
     MutexLock lock(mutex);
     base_samples = pass_target;
+    base_is_whole = true;
     pass_base.clear();
     rules = stop;
     samples = base_samples;
@@ -317,11 +324,10 @@ void RenderTask::Impl::decide() {
   }
   StopReason why = StopReason::kNone;
   if (samples >= most) {
-    why = rules.samples_per_pixel && most < options.samples_limit ? StopReason::kSamples : StopReason::kLimit;
-    if (rules.samples_per_pixel && *rules.samples_per_pixel >= options.samples_limit &&
-        most == options.samples_limit) {
-      why = StopReason::kSamples;
-    }
+    const bool asked = rules.samples_per_pixel &&
+                       rounded_samples(renderer->view().settings.sampler, replicates, *rules.samples_per_pixel) <=
+                           options.samples_limit;
+    why = asked ? StopReason::kSamples : StopReason::kLimit;
   }
   const bool may_stop = rules.relative_error && samples >= std::min(kSamplesBeforeErrorStop, most);
   if (why == StopReason::kNone && !rules.relative_error && looks_now) {
@@ -330,9 +336,13 @@ void RenderTask::Impl::decide() {
     {
       MutexLock lock(mutex);
       if (reporting || elapsed_now() - look_ended < 20 * look_cost) {
-        deciding = false;
-        return;
+        looks_now = false;
       }
+    }
+  }
+  if (why == StopReason::kNone && !rules.relative_error && looks_now) {
+    {
+      MutexLock lock(mutex);
       reporting = true;
     }
     const Clock::time_point start = Clock::now();
@@ -356,8 +366,15 @@ void RenderTask::Impl::decide() {
       MutexLock lock(mutex);
       reporting = false;
     }
-    report_done.notify_all();
+    after_slice();  // what had to wait for the report
     return;
+  }
+  if (why != StopReason::kNone || rules.relative_error) {
+    MutexLock lock(mutex);
+    if (reporting) {  // keeps the order of the points; the report comes here again
+      deciding = false;
+      return;
+    }
   }
   if (looks_now) {
     const ErrorEstimate estimate(film->snapshot());
@@ -378,17 +395,18 @@ void RenderTask::Impl::decide() {
     finish(why);
     return;
   }
-  MutexLock lock(mutex);
-  deciding = false;
+  bool again = false;
+  {
+    MutexLock lock(mutex);
+    deciding = false;
+    again = cancelled || expired;  // asked for meanwhile; nobody else may be there to act on it
+  }
+  if (again) {
+    after_slice();
+  }
 }
 
 void RenderTask::Impl::finish(StopReason why) {
-  {
-    MutexLock lock(mutex);
-    while (reporting) {  // its on_pass comes before our on_finished
-      report_done.wait(mutex);
-    }
-  }
   // A job that its clock ended has an error estimate too. Who cancels does not want to wait for
   // one: the last look stands, which errs on the safe side.
   if (why != StopReason::kFailed && why != StopReason::kCancelled) {
@@ -446,8 +464,15 @@ void RenderTask::set_paused(bool paused) {
 }
 
 void RenderTask::set_stop(const StopRules& stop) {
-  MutexLock lock(impl_->mutex);
-  impl_->stop = stop;
+  Impl& m = *impl_;
+  MutexLock lock(m.mutex);
+  const bool had_clock = m.has_clock();
+  m.stop = stop;
+  if (!had_clock && m.has_clock()) {  // the tiles of this pass were not kept
+    m.base_is_whole = m.in_flight == 0 && std::all_of(m.done.begin(), m.done.end(), [&m](int n) REQUIRES(m.mutex) {
+                        return n == m.base_samples;
+                      });
+  }
 }
 
 bool RenderTask::finished() const {

@@ -1,0 +1,474 @@
+// What a film holds is a function of the job alone; when and why a job ends.
+#include "core/render/render_task.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "core/render/pass_plan.h"
+#include "core/render/registry.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::Film;
+using core::RenderTask;
+using core::StopReason;
+using core::StopRules;
+using core::TaskOptions;
+using Clock = std::chrono::steady_clock;
+
+/// Remembers what it is told, and checks the order.
+class RecordingSink : public core::RenderSink {
+ public:
+  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {
+    ++tiles;
+    after_end += finished > 0 ? 1 : 0;
+  }
+  void on_pass(const core::ConvergencePoint& point) override {
+    ordered = ordered && point.samples_per_pixel > last_samples;
+    last_samples = point.samples_per_pixel;
+    after_end += finished > 0 ? 1 : 0;
+    if (pass_hook) {
+      pass_hook();
+    }
+  }
+  void on_finished(StopReason why) override {
+    ++finished;
+    reason = why;
+  }
+  std::atomic<int> tiles = 0;
+  std::atomic<int> finished = 0;
+  std::atomic<int> after_end = 0;
+  std::atomic<int> last_samples = 0;
+  std::atomic<bool> ordered = true;
+  StopReason reason = StopReason::kNone;
+  std::function<void()> pass_hook;
+};
+
+core::View small_view(core::SamplerType sampler = core::SamplerType::kSobol) {
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 70, 45);
+  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  view.settings.sampler = sampler;
+  view.settings.film.filter = {core::FilterType::kMitchell, 2};
+  view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = true;
+  view.settings.seed = 42;
+  return view;
+}
+
+std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
+  auto renderer = core::Renderer::create(view);
+  EXPECT_TRUE(renderer);
+  return *renderer;
+}
+
+std::shared_ptr<Film> film_of(const core::View& view) {
+  return std::make_shared<Film>(view.settings.film, view.settings.replicates);
+}
+
+TaskOptions samples(int n) {
+  TaskOptions options;
+  options.stop.samples_per_pixel = n;
+  return options;
+}
+
+std::string digest_of(const core::View& view, TaskOptions options, int threads) {
+  const auto film = film_of(view);
+  RecordingSink sink;
+  RenderTask task(renderer_of(view), film, std::move(options), sink);
+  core::run_to_end(task, threads);
+  EXPECT_EQ(sink.finished, 1);
+  EXPECT_EQ(sink.after_end, 0);
+  return film->digest();
+}
+
+/// What a checkpoint keeps: every tile as it is.
+std::shared_ptr<Film> reloaded(const core::View& view, const Film& from) {
+  auto film = film_of(view);
+  for (int t = 0; t < from.tile_count(); ++t) {
+    film->restore(t, from.tile(t), from.tile_revision(t));
+  }
+  return film;
+}
+
+int tiles_apart(const Film& film) {
+  int low = film.tile_samples(0);
+  int high = low;
+  for (int t = 1; t < film.tile_count(); ++t) {
+    low = std::min(low, film.tile_samples(t));
+    high = std::max(high, film.tile_samples(t));
+  }
+  return high - low;
+}
+
+TEST(RenderTaskBits, AreTheSameForOneTwoAndSevenThreads) {
+  for (const auto& sampler : core::samplers()) {
+    const core::View view = small_view(sampler.value);
+    const std::string one = digest_of(view, samples(12), 1);
+    EXPECT_EQ(digest_of(view, samples(12), 2), one) << sampler.name;
+    EXPECT_EQ(digest_of(view, samples(12), 7), one) << sampler.name;
+  }
+}
+
+TEST(RenderTaskBits, DependOnTheSeed) {
+  core::View other = small_view();
+  other.settings.seed = 43;
+  EXPECT_NE(digest_of(other, samples(2), 2), digest_of(small_view(), samples(2), 2));
+}
+
+TEST(RenderTaskBits, AreTheSameForEverySliceLength) {
+  const core::View view = small_view();
+  const std::string usual = digest_of(view, samples(12), 2);
+  for (const double seconds : {1e-9, 1e-4, 100.0}) {
+    TaskOptions options = samples(12);
+    options.slice_target_seconds = seconds;
+    EXPECT_EQ(digest_of(view, options, 2), usual) << seconds;
+  }
+}
+
+TEST(RenderTaskBits, AreTheSameAfterKillAndResume) {
+  const core::View view = small_view();
+  const auto renderer = renderer_of(view);
+  const std::string whole = digest_of(view, samples(12), 2);
+  test_support::Random random(3);
+  for (int round = 0; round < 12; ++round) {
+    auto film = film_of(view);
+    // Killed up to three times, each time after some slices, with a slice lost in the middle.
+    for (int kill = 0; kill < 3; ++kill) {
+      RecordingSink sink;
+      TaskOptions options = samples(12);
+      options.slice_target_seconds = 1e-6;
+      RenderTask task(renderer, film, options, sink);
+      const int count = static_cast<int>(random.bits() % 25);
+      for (int i = 0; i < count && !task.finished(); ++i) {
+        if (const auto slice = task.take()) {
+          task.run(*slice);
+        }
+      }
+      (void)task.take();  // taken, never run
+      film = reloaded(view, *film);
+    }
+    RecordingSink sink;
+    RenderTask task(renderer, film, samples(12), sink);
+    core::run_to_end(task, 2);
+    EXPECT_EQ(film->digest(), whole) << round;
+  }
+}
+
+TEST(RenderTaskBits, AreTheSameAfterCancelInTheMiddleOfASliceAndResume) {
+  const core::View view = small_view();
+  const auto renderer = renderer_of(view);
+  const std::string whole = digest_of(view, samples(64), 2);
+  for (const int delay_us : {500, 3000, 9000, 20000}) {
+    auto film = film_of(view);
+    {
+      RecordingSink sink;
+      RenderTask task(renderer, film, samples(64), sink);
+      std::jthread killer([&] {
+        std::this_thread::sleep_for(std::chrono::microseconds(delay_us));
+        task.cancel();
+      });
+      core::run_to_end(task, 2);
+    }
+    film = reloaded(view, *film);
+    RecordingSink sink;
+    RenderTask task(renderer, film, samples(64), sink);
+    core::run_to_end(task, 2);
+    EXPECT_EQ(film->digest(), whole) << delay_us;
+  }
+}
+
+TEST(RenderTaskBits, OfAnExtendedJobAreThoseOfTheLongOne) {
+  for (const auto& sampler : core::samplers()) {
+    const core::View view = small_view(sampler.value);
+    const auto film = film_of(view);
+    for (const int target : {1, 6, 20}) {
+      RecordingSink sink;
+      RenderTask task(renderer_of(view), film, samples(target), sink);
+      core::run_to_end(task, 2);
+      EXPECT_EQ(film->tile_samples(0), core::rounded_samples(sampler.value, 2, target));
+    }
+    EXPECT_EQ(film->digest(), digest_of(view, samples(20), 1)) << sampler.name;
+  }
+}
+
+TEST(RenderTaskBits, OfACropAreThoseOfTheFullFilm) {
+  core::View full = small_view();
+  const auto whole = test_support::render(full, 6).snapshot;
+  core::View part = full;
+  part.settings.film.crop = core::PixelRect{21, 9, 37, 30};
+  const auto piece = test_support::render(part, 6).snapshot;
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 37; ++x) {
+      for (std::size_t r = 0; r < 2; ++r) {
+        const auto& a = piece.pixels[static_cast<std::size_t>(y * 37 + x) * 2 + r];
+        const auto& b = whole.pixels[static_cast<std::size_t>((y + 9) * 70 + x + 21) * 2 + r];
+        ASSERT_TRUE(a.mean_r == b.mean_r && a.mean_g == b.mean_g && a.mean_b == b.mean_b &&
+                    a.m2_luminance == b.m2_luminance && a.count == b.count);
+      }
+    }
+  }
+}
+
+TEST(RenderTaskStop, EverySampleAskedForIsThereAndNoMore) {
+  for (const int n : {1, 2, 3, 7, 16}) {
+    const core::View view = small_view(core::SamplerType::kIndependent);
+    const auto picture = test_support::render(view, n);
+    EXPECT_EQ(picture.reason, StopReason::kSamples);
+    EXPECT_EQ(tiles_apart(*picture.film), 0);
+    EXPECT_EQ(picture.film->tile_samples(0), n);
+    EXPECT_EQ(picture.progress.fraction, 1);
+    EXPECT_EQ(picture.progress.rejected_samples, 0U);
+    EXPECT_EQ(core::half_value(picture.snapshot, 0, 1).count, static_cast<unsigned>(n / 2));
+  }
+}
+
+TEST(RenderTaskStop, SobolRoundsOddCountsUp) {
+  EXPECT_EQ(test_support::render(small_view(), 5).film->tile_samples(0), 6);
+  EXPECT_EQ(test_support::render(small_view(), 1).film->tile_samples(0), 1);
+}
+
+TEST(RenderTaskStop, TheServersLimitEndsWhatNoRuleEnded) {
+  const core::View view = small_view();
+  for (const int asked : {0, 100, 8}) {
+    const auto film = film_of(view);
+    RecordingSink sink;
+    TaskOptions options;
+    options.samples_limit = 8;
+    if (asked > 0) {
+      options.stop.samples_per_pixel = asked;
+    } else {
+      options.stop.relative_error = 1e-9;
+    }
+    RenderTask task(renderer_of(view), film, options, sink);
+    core::run_to_end(task, 2);
+    EXPECT_EQ(sink.reason, asked == 8 ? StopReason::kSamples : StopReason::kLimit) << asked;
+    EXPECT_EQ(film->tile_samples(0), 8);
+  }
+}
+
+TEST(RenderTaskStop, SecondsKeepTheLastCompletePass) {
+  const core::View view = small_view();
+  const auto renderer = renderer_of(view);
+  for (const double seconds : {0.02, 0.05, 0.11}) {
+    const auto film = film_of(view);
+    RecordingSink sink;
+    TaskOptions options;
+    options.stop.seconds = seconds;
+    options.slice_target_seconds = 1e-4;
+    RenderTask task(renderer, film, options, sink);
+    core::run_to_end(task, 2);
+    EXPECT_EQ(sink.reason, StopReason::kSeconds);
+    EXPECT_EQ(tiles_apart(*film), 0) << seconds;
+    const int n = film->tile_samples(0);
+    EXPECT_GE(n, 1);
+    EXPECT_EQ(film->digest(), digest_of(view, samples(n), 2));
+  }
+}
+
+TEST(RenderTaskStop, APastDeadlineStillDeliversOneCompletePass) {
+  const core::View view = small_view();
+  const auto film = film_of(view);
+  RecordingSink sink;
+  TaskOptions options;
+  options.stop.deadline_unix_seconds = 1;
+  RenderTask task(renderer_of(view), film, options, sink);
+  core::run_to_end(task, 2);
+  EXPECT_EQ(sink.reason, StopReason::kDeadline);
+  EXPECT_EQ(tiles_apart(*film), 0);
+  EXPECT_GE(film->tile_samples(0), 1);
+}
+
+TEST(RenderTaskStop, AClockAlsoKeepsACompletePassAfterARestartInTheMiddleOfOne) {
+  const core::View view = small_view();
+  const auto renderer = renderer_of(view);
+  auto film = film_of(view);
+  {
+    RecordingSink sink;
+    TaskOptions options = samples(64);
+    options.slice_target_seconds = 1e-9;
+    RenderTask task(renderer, film, options, sink);
+    for (int i = 0; i < 40; ++i) {
+      if (const auto slice = task.take()) {
+        task.run(*slice);
+      }
+    }
+    ASSERT_GT(tiles_apart(*film), 0) << "the test wants a film in the middle of a pass";
+  }
+  film = reloaded(view, *film);
+  RecordingSink sink;
+  TaskOptions options;
+  options.stop.deadline_unix_seconds = 1;
+  RenderTask task(renderer, film, options, sink);
+  core::run_to_end(task, 2);
+  EXPECT_EQ(sink.reason, StopReason::kDeadline);
+  EXPECT_EQ(tiles_apart(*film), 0);
+}
+
+TEST(RenderTaskStop, AClockSetInTheMiddleOfAPassKeepsACompleteOne) {
+  const core::View view = small_view();
+  const auto film = film_of(view);
+  RecordingSink sink;
+  TaskOptions options = samples(64);
+  options.slice_target_seconds = 1e-9;
+  RenderTask task(renderer_of(view), film, options, sink);
+  for (int i = 0; i < 40; ++i) {
+    if (const auto slice = task.take()) {
+      task.run(*slice);
+    }
+  }
+  ASSERT_GT(tiles_apart(*film), 0);
+  StopRules stop;
+  stop.deadline_unix_seconds = 1;
+  task.set_stop(stop);
+  core::run_to_end(task, 2);
+  EXPECT_EQ(sink.reason, StopReason::kDeadline);
+  EXPECT_EQ(tiles_apart(*film), 0);
+}
+
+TEST(RenderTaskStop, LooksHappenInOrderAndTheEndComesLast) {
+  const core::View view = small_view();
+  for (int round = 0; round < 5; ++round) {
+    const auto film = film_of(view);
+    RecordingSink sink;
+    RenderTask task(renderer_of(view), film, samples(32), sink);
+    core::run_to_end(task, 3);
+    EXPECT_TRUE(sink.ordered);
+    EXPECT_EQ(sink.after_end, 0);
+    EXPECT_EQ(sink.last_samples, 32);
+    EXPECT_EQ(task.points().back().samples_per_pixel, 32);
+    EXPECT_GT(sink.tiles, 0);
+  }
+}
+
+TEST(RenderTaskCancel, EndsWithinATenthOfASecond) {
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 480, 270);
+  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  const auto renderer = renderer_of(view);
+  for (const int delay_ms : {5, 40, 90}) {
+    const auto film = film_of(view);
+    RecordingSink sink;
+    RenderTask task(renderer, film, samples(65536), sink);
+    std::atomic<double> taken = 0;
+    std::jthread killer([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+      const auto start = Clock::now();
+      task.cancel();
+      while (!task.finished()) {
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
+      }
+      taken = std::chrono::duration<double>(Clock::now() - start).count();
+    });
+    core::run_to_end(task, 2);
+    killer.join();
+    EXPECT_EQ(sink.reason, StopReason::kCancelled);
+    EXPECT_EQ(sink.finished, 1);
+#if !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
+    EXPECT_LT(taken, 0.1);
+#endif
+  }
+}
+
+TEST(RenderTaskCancel, BeforeTheFirstSliceEndsTheJob) {
+  const core::View view = small_view();
+  RecordingSink sink;
+  RenderTask task(renderer_of(view), film_of(view), samples(4), sink);
+  task.cancel();
+  EXPECT_TRUE(task.finished());
+  EXPECT_EQ(sink.reason, StopReason::kCancelled);
+  task.cancel();
+  EXPECT_EQ(sink.finished, 1);
+  EXPECT_FALSE(task.take());
+}
+
+// A decision is being taken, nothing is in flight: nobody but the decider can end the job.
+TEST(RenderTaskCancel, DuringADecisionEndsTheJob) {
+  const core::View view = small_view();
+  for (const bool error_rule : {true, false}) {
+    RecordingSink sink;
+    TaskOptions options;
+    options.samples_limit = 4096;
+    if (error_rule) {
+      options.stop.relative_error = 1e-6;
+    } else {
+      options.stop.samples_per_pixel = 4096;
+    }
+    RenderTask task(renderer_of(view), film_of(view), options, sink);
+    sink.pass_hook = [&] { task.cancel(); };
+    const auto start = Clock::now();
+    while (!task.finished() && Clock::now() - start < std::chrono::seconds(5)) {
+      if (const auto slice = task.take()) {
+        task.run(*slice);
+      }
+    }
+    EXPECT_TRUE(task.finished());
+    EXPECT_EQ(sink.reason, StopReason::kCancelled);
+    EXPECT_EQ(sink.finished, 1);
+  }
+}
+
+TEST(RenderTaskPause, HandsOutNothingAndStopsTheClock) {
+  const core::View view = small_view();
+  RecordingSink sink;
+  RenderTask task(renderer_of(view), film_of(view), samples(8), sink);
+  const auto slice = task.take();
+  ASSERT_TRUE(slice);
+  task.set_paused(true);
+  task.run(*slice);
+  EXPECT_FALSE(task.take());
+  const double before = task.progress().elapsed_seconds;
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  EXPECT_EQ(task.progress().elapsed_seconds, before);
+  task.set_paused(false);
+  core::run_to_end(task, 2);
+  EXPECT_EQ(sink.reason, StopReason::kSamples);
+}
+
+TEST(RenderTaskProgress, NeverShowsTheEndBeforeTheEnd) {
+  const core::View view = small_view();
+  RecordingSink sink;
+  RenderTask task(renderer_of(view), film_of(view), samples(8), sink);
+  double last = 0;
+  while (!task.finished()) {
+    const core::Progress p = task.progress();
+    if (!task.finished()) {
+      EXPECT_LT(p.fraction, 1);
+      EXPECT_GE(p.fraction, last);
+      last = p.fraction;
+    }
+    if (const auto slice = task.take()) {
+      task.run(*slice);
+    }
+  }
+  EXPECT_EQ(task.progress().fraction, 1);
+  EXPECT_EQ(task.progress().samples_mean, 8);
+}
+
+TEST(PassPlan, LooksAreAtPowersOfTwoAndHalfAbovePerReplicate) {
+  std::vector<int> looks;
+  for (int at = core::next_look(0, 2); at <= 64; at = core::next_look(at, 2)) {
+    looks.push_back(at);
+  }
+  EXPECT_EQ(looks, (std::vector<int>{2, 4, 6, 8, 12, 16, 24, 32, 48, 64}));
+  EXPECT_EQ(core::look_count(64, 2), 10);
+  EXPECT_EQ(core::look_count(1, 2), 1);
+}
+
+TEST(PassPlan, PassesGrowByAnEighthAtMostAndMeetEveryLook) {
+  for (const int most : {1, 2, 37, 1000, 65536}) {
+    int at = 0;
+    while (at < most) {
+      const int end = core::pass_end(at, most, 2);
+      ASSERT_GT(end, at);
+      ASSERT_LE(end, most);
+      ASSERT_LE(end, core::next_look(at, 2));
+      ASSERT_LE(end - at, std::max(at / 8, 2));
+      at = end;
+    }
+  }
+}
+
+}  // namespace

@@ -15,6 +15,7 @@ namespace core {
 namespace {
 
 constexpr float kHalfMax = 65504;
+constexpr int kWebpSideMax = 16383;
 
 Error failed(std::string message) { return {ErrorCode::kInternal, std::move(message), ""}; }
 
@@ -38,7 +39,8 @@ std::vector<std::uint8_t> display_bytes(const FloatImage& image, int channels_ou
     const float alpha = channels == 4 ? in[3] : 1.0F;
     const float scale = channels == 4 && channels_out == 4 && alpha > 0 ? gain / alpha : gain;
     if (channels == 1) {
-      *write++ = quantize(apply_tone_map(tone_map, Rgb(in[0] * scale)).r);
+      const std::uint8_t grey = quantize(apply_tone_map(tone_map, Rgb(in[0] * scale)).r);
+      write = std::fill_n(write, channels_out, grey);
       continue;
     }
     const Rgb c = apply_tone_map(tone_map, Rgb{in[0], in[1], in[2]} * scale);
@@ -102,7 +104,16 @@ void add_metadata(OIIO::ImageSpec& spec, const EncodeOptions& options) {
 
 Result<std::vector<std::byte>> encode_display(const FloatImage& image, const ImageFormat& format,
                                               const EncodeOptions& options) {
-  const int channels = image.channels() == 4 && !format.has_alpha ? 3 : image.channels();
+  // A WebpOutput that could not be opened frees memory that it never had (OpenImageIO 2.4), so it
+  // is only given what it takes: three or four channels, and not too large.
+  const bool webp = format.extension == "webp";
+  if (webp && (image.width > kWebpSideMax || image.height > kWebpSideMax)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "a WebP picture has at most " + std::to_string(kWebpSideMax) + " pixels a side",
+                 ""};
+  }
+  const bool drops_alpha = image.channels() == 4 && !format.has_alpha;
+  const int channels = drops_alpha || (webp && image.channels() == 1) ? 3 : image.channels();
   const std::vector<std::uint8_t> bytes = display_bytes(image, channels, options);
   OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:UnassociatedAlpha", 1);
@@ -113,8 +124,7 @@ Result<std::vector<std::byte>> encode_display(const FloatImage& image, const Ima
     spec.attribute("png:compressionLevel", 1);
     add_metadata(spec, options);
   } else {
-    spec.attribute("Compression", (format.extension == "jpg" ? "jpeg:" : "webp:") +
-                                      std::to_string(options.quality));
+    spec.attribute("Compression", (webp ? "webp:" : "jpeg:") + std::to_string(options.quality));
   }
   return write(format.extension, spec, {OIIO::TypeDesc::UINT8, bytes.data()});
 }

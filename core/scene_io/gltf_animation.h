@@ -5,11 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include <tiny_gltf.h>
-
 #include "core/base/result.h"
 #include "core/math/vec.h"
 #include "core/scene_io/gltf_source.h"
+#include "core/scene_io/tinygltf.h"
 
 namespace core {
 

@@ -1,11 +1,10 @@
 /// glTF materials with all KHR_materials extensions to MaterialDescription.
 #pragma once
 
-#include <tiny_gltf.h>
-
 #include "core/base/result.h"
 #include "core/scene/scene_description.h"
 #include "core/scene_io/gltf_images.h"
+#include "core/scene_io/tinygltf.h"
 
 namespace core {
 

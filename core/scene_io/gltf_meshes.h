@@ -6,11 +6,10 @@
 #include <tuple>
 #include <vector>
 
-#include <tiny_gltf.h>
-
 #include "core/base/result.h"
 #include "core/scene/scene_description.h"
 #include "core/scene_io/gltf_source.h"
+#include "core/scene_io/tinygltf.h"
 
 namespace core {
 

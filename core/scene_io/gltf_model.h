@@ -5,10 +5,9 @@
 #include <string>
 #include <string_view>
 
-#include <tiny_gltf.h>
-
 #include "core/base/result.h"
 #include "core/color/rgb.h"
+#include "core/scene_io/tinygltf.h"
 
 namespace core {
 

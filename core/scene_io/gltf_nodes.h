@@ -5,11 +5,10 @@
 #include <map>
 #include <vector>
 
-#include <tiny_gltf.h>
-
 #include "core/base/result.h"
 #include "core/math/transform.h"
 #include "core/scene_io/gltf_animation.h"
+#include "core/scene_io/tinygltf.h"
 
 namespace core {
 

@@ -1,13 +1,12 @@
 /// Places the meshes, lights and cameras of a scene's nodes in the world.
 #pragma once
 
-#include <tiny_gltf.h>
-
 #include "core/base/result.h"
 #include "core/scene/scene_description.h"
 #include "core/scene_io/gltf_load.h"
 #include "core/scene_io/gltf_meshes.h"
 #include "core/scene_io/gltf_source.h"
+#include "core/scene_io/tinygltf.h"
 
 namespace core {
 

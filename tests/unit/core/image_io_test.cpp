@@ -215,6 +215,14 @@ TEST(ImageWrite, GreyPicturesStayGrey) {
   EXPECT_EQ(decoded(encoded(ramp(2, 2, {"Y"}), "png")).channels, 1);
 }
 
+TEST(ImageWrite, GreyWebpIsWrittenAsRgb) {
+  EXPECT_EQ(decoded(encoded(ramp(8, 8, {"Y"}), "webp")).channels, 3);
+}
+
+TEST(ImageWrite, WebpBeyondItsLargestSideIsAnError) {
+  EXPECT_FALSE(core::encode_image(ramp(16384, 1, {"R", "G", "B"}), format("webp"), {}).has_value());
+}
+
 TEST(ImageWrite, JpegLeavesAlphaOut) {
   EXPECT_EQ(decoded(encoded(ramp(8, 8, {"R", "G", "B", "A"}), "jpg")).channels, 3);
 }

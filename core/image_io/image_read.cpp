@@ -75,7 +75,7 @@ Result<OpenedImage> open_image(std::span<const std::byte> file, const ImageLimit
     if (auto fits = check_size(size->width, size->height, 1, limits); !fits) {
       return fits.error();
     }
-  } else if (kind == "png" || kind == "jpg" || kind == "webp") {
+  } else if (kind != "hdr" && kind != "tif") {
     return invalid("the " + std::string(kind) + " header is cut or malformed");
   }
   // libpng tells of this on stderr, and not to us.

@@ -18,8 +18,8 @@ struct PixelSize {
   std::uint64_t height = 0;
 };
 
-/// Width and height of a PNG, JPEG or WebP, read without its decoder. Empty for other formats and
-/// for headers that are cut or malformed.
+/// Width and height of a PNG, JPEG, WebP or EXR, read without its decoder. Empty for other formats
+/// and for headers that are cut, malformed, or (EXR) whose offset table would not fit in the file.
 std::optional<PixelSize> peek_image_size(std::span<const std::byte> file) noexcept;
 
 /// Whether the chunks of a PNG are whole up to its IEND. Pre: image_kind() is "png".

@@ -379,7 +379,7 @@ PathSample PathIntegrator::trace(const Camera::CameraRay& camera_ray, const Path
       path.out.radiance += path.beta * color;
       return path.out;
     }
-    vertex.shading = shade(scene_, vertex.point, vertex.wo_world, path.cone_width_m);
+    shade(scene_, vertex.point, vertex.wo_world, path.cone_width_m, vertex.shading);
     if (material.is_volume) {
       set_relative_ior(path, material, vertex.shading);
     }

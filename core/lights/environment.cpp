@@ -9,6 +9,21 @@
 #include "core/textures/texture.h"
 
 namespace core {
+namespace {
+
+struct MapPoint {
+  float u = 0;
+  float v = 0;
+  float sin_theta = 0;
+};
+
+/// d: unit, in the map's frame. Near the poles 1 - y^2 has no digits left and acos(y) few; x and z have all of theirs.
+MapPoint map_point(Vec3 d) noexcept {
+  const float sin_theta = std::sqrt(d.x * d.x + d.z * d.z);
+  return {0.5F + std::atan2(d.z, d.x) * (0.5F * kInvPi), std::atan2(sin_theta, d.y) * kInvPi, sin_theta};
+}
+
+}  // namespace
 
 Vec3 Environment::to_map(Vec3 d) const noexcept {
   // Turning the map counter-clockwise seen from +y turns directions the other way before look-up.
@@ -81,11 +96,9 @@ Rgb Environment::radiance(Vec3 direction_world) const noexcept {
   }
   // Constant over a texel: the sampling density below then matches exactly, and a picture of the
   // environment is its integral.
-  const Vec3 d = to_map(direction_world);
-  const float u = 0.5F + std::atan2(d.z, d.x) * (0.5F * kInvPi);
-  const float v = std::acos(std::clamp(d.y, -1.0F, 1.0F)) * kInvPi;
-  const int x = std::clamp(static_cast<int>(u * static_cast<float>(width_)), 0, width_ - 1);
-  const int y = std::clamp(static_cast<int>(v * static_cast<float>(height_)), 0, height_ - 1);
+  const MapPoint at = map_point(to_map(direction_world));
+  const int x = std::clamp(static_cast<int>(at.u * static_cast<float>(width_)), 0, width_ - 1);
+  const int y = std::clamp(static_cast<int>(at.v * static_cast<float>(height_)), 0, height_ - 1);
   return texel(x, y);
 }
 
@@ -93,11 +106,9 @@ Rgb Environment::background(Vec3 direction_world) const noexcept {
   if (width_ == 0) {
     return constant_;
   }
-  const Vec3 d = to_map(direction_world);
-  const float u = 0.5F + std::atan2(d.z, d.x) * (0.5F * kInvPi);
-  const float v = std::acos(std::clamp(d.y, -1.0F, 1.0F)) * kInvPi;
-  const float x = u * static_cast<float>(width_) - 0.5F;
-  const float y = v * static_cast<float>(height_) - 0.5F;
+  const MapPoint at = map_point(to_map(direction_world));
+  const float x = at.u * static_cast<float>(width_) - 0.5F;
+  const float y = at.v * static_cast<float>(height_) - 0.5F;
   const float fx = std::floor(x);
   const float fy = std::floor(y);
   const int x0 = (static_cast<int>(fx) + width_) % width_;
@@ -121,7 +132,9 @@ EnvironmentSample Environment::sample(Vec2 u) const noexcept {
   const float theta = kPi * at.uv.y;
   const float sin_theta = std::sin(theta);
   s.wi_world = from_map({sin_theta * std::cos(phi), std::cos(theta), sin_theta * std::sin(phi)});
-  s.radiance = radiance(s.wi_world);
+  // Of the cell that was drawn: looked up again by direction, rounding would now and then pair a bright texel with
+  // the density of its dark neighbour.
+  s.radiance = texel(static_cast<int>(at.column), static_cast<int>(at.row));
   s.pdf_solid_angle = sin_theta > 0 ? at.pdf_unit / (2 * kPi * kPi * sin_theta) : 0.0F;
   return s;
 }
@@ -130,14 +143,8 @@ float Environment::pdf_solid_angle(Vec3 direction_world) const noexcept {
   if (width_ == 0) {
     return kInvPi * 0.25F;
   }
-  const Vec3 d = to_map(direction_world);
-  const float sin_theta = safe_sqrt(1 - d.y * d.y);
-  if (!(sin_theta > 0)) {
-    return 0;
-  }
-  const float u = 0.5F + std::atan2(d.z, d.x) * (0.5F * kInvPi);
-  const float v = std::acos(std::clamp(d.y, -1.0F, 1.0F)) * kInvPi;
-  return distribution_.pdf_unit({u, v}) / (2 * kPi * kPi * sin_theta);
+  const MapPoint at = map_point(to_map(direction_world));
+  return at.sin_theta > 0 ? distribution_.pdf_unit({at.u, at.v}) / (2 * kPi * kPi * at.sin_theta) : 0.0F;
 }
 
 }  // namespace core

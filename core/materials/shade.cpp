@@ -78,70 +78,91 @@ void fill_layers(const Material& material, const SurfacePoint& point, Vec3 wo_wo
 
 }  // namespace
 
-Shading shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, float footprint_m) noexcept {
-  const Material& material = scene.materials[point.material];
+namespace {
+
+/// KHR_materials_ior and KHR_materials_specular. An ior of 0 asks for full reflection.
+void set_dielectric(BsdfParameters& b, float ior, Rgb specular_color, float specular) {
+  const float r0 = ior == 0 ? 1.0F : square((ior - 1) / (ior + 1));
+  b.f0 = clamp01_rgb(specular_color * r0) * clamp01(specular);
+  b.f90 = clamp01(specular);
+  b.ior = std::max(ior, 1.0F);
+}
+
+void set_roughness(BsdfParameters& b, float roughness) {
+  b.roughness = clamp01(roughness);
+  b.alpha_x = b.alpha_y = std::max(b.roughness * b.roughness, 1e-4F);
+}
+
+/// Textures and vertex colours over the plain parameters.
+void apply_textures(const Material& material, const SurfacePoint& point, float footprint_m, BsdfParameters& b) {
   const MaterialDescription& f = material.factors;
-  Shading s;
+  const Vec4 c = read(material.base_color, point, footprint_m);
+  b.base_color = clamp01_rgb(f.base_color * Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z});
+  if (material.metallic_roughness.texture != nullptr) {
+    const Vec4 mr = read(material.metallic_roughness, point, footprint_m);
+    set_roughness(b, f.roughness * mr.y);
+    b.metallic = clamp01(f.metallic * mr.z);
+  }
+  if (material.specular.texture != nullptr || material.specular_color.texture != nullptr) {
+    const Vec4 sc = read(material.specular_color, point, footprint_m);
+    set_dielectric(b, f.ior, f.specular_color * Rgb{sc.x, sc.y, sc.z},
+                   f.specular * read(material.specular, point, footprint_m).w);
+  }
+  if (material.transmission.texture != nullptr) {
+    b.transmission = clamp01(f.transmission * read(material.transmission, point, footprint_m).x);
+  }
+}
+
+/// KHR_materials_anisotropy: wider along the direction.
+void apply_anisotropy(const Material& material, const SurfacePoint& point, float footprint_m, Shading& s) {
+  const MaterialDescription& f = material.factors;
+  float strength = f.anisotropy;
+  Vec2 direction = {std::cos(f.anisotropy_rotation_rad), std::sin(f.anisotropy_rotation_rad)};
+  if (material.anisotropy.texture != nullptr) {
+    const Vec4 t = read(material.anisotropy, point, footprint_m);
+    const Vec2 d = {2 * t.x - 1, 2 * t.y - 1};
+    direction = {direction.x * d.x - direction.y * d.y, direction.y * d.x + direction.x * d.y};
+    strength *= t.z;
+  }
+  s.bsdf.alpha_x = std::max(lerp(s.bsdf.alpha_y, 1.0F, strength * strength), 1e-4F);
+  const Vec3 bitangent = cross(point.normal_shading, point.tangent) * point.tangent_sign;
+  s.frame = frame_from_normal_tangent(s.frame.n, point.tangent * direction.x + bitangent * direction.y);
+}
+
+}  // namespace
+
+BsdfParameters plain_parameters(const MaterialDescription& f, bool is_volume) noexcept {
+  BsdfParameters b;
+  b.base_color = clamp01_rgb(f.base_color);
+  b.metallic = clamp01(f.metallic);
+  set_roughness(b, f.roughness);
+  set_dielectric(b, f.ior, f.specular_color, f.specular);
+  b.transmission = clamp01(f.transmission);
+  b.thin = !is_volume;
+  return b;
+}
+
+void shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, float footprint_m,
+           Shading& s) noexcept {
+  const Material& material = scene.materials[point.material];
   s.front = dot(point.normal_geometric, wo_world) >= 0;
   const float side = s.front ? 1.0F : -1.0F;
   s.normal_geometric = point.normal_geometric * side;
+  s.bsdf = material.plain;
+  s.bsdf.inside = !s.front;
   Vec3 n = point.normal_shading;
-  float metallic = f.metallic;
-  float roughness = f.roughness;
-  float specular = f.specular;
-  float transmission = f.transmission;
-  Rgb specular_color = f.specular_color;
-  Rgb base = f.base_color * Rgb{point.color.x, point.color.y, point.color.z};
-  if (material.has_texture) {
-    const Vec4 c = read(material.base_color, point, footprint_m);
-    base = base * Rgb{c.x, c.y, c.z};
-    const Vec4 mr = read(material.metallic_roughness, point, footprint_m);
-    roughness *= mr.y;
-    metallic *= mr.z;
-    specular *= read(material.specular, point, footprint_m).w;
-    const Vec4 sc = read(material.specular_color, point, footprint_m);
-    specular_color = specular_color * Rgb{sc.x, sc.y, sc.z};
-    transmission *= read(material.transmission, point, footprint_m).x;
-    n = mapped_normal(material.normal, f.normal_scale, point, footprint_m);
+  if (material.has_texture || point.has_color) {
+    apply_textures(material, point, footprint_m, s.bsdf);
+    n = mapped_normal(material.normal, material.factors.normal_scale, point, footprint_m);
   }
-  n = facing(n * side, wo_world);
-  s.frame = frame_from_normal(n);
-
-  BsdfParameters& b = s.bsdf;
-  b.base_color = clamp01_rgb(base);
-  s.base_color = b.base_color;
-  b.metallic = clamp01(metallic);
-  b.roughness = clamp01(roughness);
-  b.transmission = clamp01(transmission);
-  const float alpha = std::max(b.roughness * b.roughness, 1e-4F);
-  b.alpha_x = alpha;
-  b.alpha_y = alpha;
-  if (f.anisotropy > 0 && length_squared(point.tangent) > 0) {
-    float strength = f.anisotropy;
-    Vec2 direction = {std::cos(f.anisotropy_rotation_rad), std::sin(f.anisotropy_rotation_rad)};
-    if (material.anisotropy.texture != nullptr) {
-      const Vec4 t = read(material.anisotropy, point, footprint_m);
-      const Vec2 d = {2 * t.x - 1, 2 * t.y - 1};
-      direction = {direction.x * d.x - direction.y * d.y, direction.y * d.x + direction.x * d.y};
-      strength *= t.z;
-    }
-    // KHR_materials_anisotropy: wider along the direction.
-    b.alpha_x = std::max(lerp(alpha, 1.0F, strength * strength), 1e-4F);
-    const Vec3 bitangent = cross(point.normal_shading, point.tangent) * point.tangent_sign;
-    s.frame = frame_from_normal_tangent(n, point.tangent * direction.x + bitangent * direction.y);
+  s.frame = frame_from_normal(facing(n * side, wo_world));
+  if (material.factors.anisotropy > 0 && length_squared(point.tangent) > 0) {
+    apply_anisotropy(material, point, footprint_m, s);
   }
-  // KHR_materials_ior and KHR_materials_specular. An ior of 0 asks for full reflection.
-  const float r0 = f.ior == 0 ? 1.0F : square((f.ior - 1) / (f.ior + 1));
-  b.f0 = clamp01_rgb(specular_color * r0) * specular;
-  b.f90 = clamp01(specular);
-  b.ior = std::max(f.ior, 1.0F);
-  b.thin = !material.is_volume;
-  b.inside = !s.front;
   s.has_layers = material.has_layers;
   if (material.has_layers) {
     fill_layers(material, point, wo_world, footprint_m, s);
   }
-  return s;
 }
 
 Rgb emitted(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world) noexcept {

@@ -14,11 +14,15 @@ struct Shading {
   BsdfParameters bsdf;
   bool has_layers = false;    ///< then `layers` holds
   BsdfLayers layers;
-  Rgb base_color;
 };
 
-/// wo_world: unit, to the viewer. footprint_m: width of the ray's cone at the point, for mip levels.
-Shading shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, float footprint_m) noexcept;
+/// Fills `out` (in place: it is large, and most surfaces need little of it). wo_world: unit, to the
+/// viewer. footprint_m: width of the ray's cone at the point, for mip levels.
+void shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, float footprint_m,
+           Shading& out) noexcept;
+
+/// What shade() finds wherever a material has neither textures nor vertex colours.
+BsdfParameters plain_parameters(const MaterialDescription& factors, bool is_volume) noexcept;
 
 /// Radiance that the material emits at the point towards wo [W/(m^2 sr)]; zero behind a single-sided one.
 Rgb emitted(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world) noexcept;

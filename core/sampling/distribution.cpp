@@ -56,7 +56,7 @@ Distribution2D::Distribution2D(const std::vector<float>& weights, int width, int
 Distribution2D::Sample Distribution2D::sample(Vec2 u) const noexcept {
   const auto row = marginal_.sample(u.y);
   const auto column = rows_[row.cell].sample(u.x);
-  return {{column.x, row.x}, row.pdf_unit * column.pdf_unit};
+  return {{column.x, row.x}, row.pdf_unit * column.pdf_unit, column.cell, row.cell};
 }
 
 float Distribution2D::pdf_unit(Vec2 uv) const noexcept {

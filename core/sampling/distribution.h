@@ -42,6 +42,8 @@ class Distribution2D {
   struct Sample {
     Vec2 uv;
     float pdf_unit = 0;  ///< density over [0,1)^2
+    std::size_t column = 0;  ///< of the cell that was drawn
+    std::size_t row = 0;
   };
   Sample sample(Vec2 u) const noexcept;
   float pdf_unit(Vec2 uv) const noexcept;

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/materials/shade.h"
 #include "core/math/numbers.h"
 #include "core/scene/scene_data.h"
 
@@ -120,6 +121,7 @@ class Builder {
         m.sigma_a = {sigma(d.attenuation_color.r), sigma(d.attenuation_color.g),
                      sigma(d.attenuation_color.b)};
       }
+      m.plain = plain_parameters(d, m.is_volume);
       to_.has_volumes = to_.has_volumes || m.is_volume;
       to_.materials.push_back(std::move(m));
     }

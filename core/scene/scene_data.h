@@ -27,6 +27,7 @@ struct TextureSlot {
 /// What shading needs of a material, textures resolved.
 struct Material {
   MaterialDescription factors;
+  BsdfParameters plain;  ///< as the factors alone give them
   TextureSlot base_color;
   TextureSlot metallic_roughness;
   TextureSlot normal;
@@ -87,6 +88,7 @@ struct SurfacePoint {
   Vec3 normal_shading;    ///< unit, interpolated, normal map not applied
   std::array<Vec2, 2> uv;
   Vec4 color = {1, 1, 1, 1};
+  bool has_color = false;
   Vec3 tangent;          ///< unit along +u of the normal map's set; zero when there is none
   float tangent_sign = 1;
   float texels_per_m = 0;  ///< of uv set 0: sqrt(uv area / world area); times the texture's side

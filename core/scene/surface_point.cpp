@@ -96,6 +96,7 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
   }
   if (!mesh.colors.empty()) {
     s.color = blend(mesh.colors, c, b);
+    s.has_color = true;
   }
   if (!mesh.tangents.empty()) {
     const Vec4 t = blend(mesh.tangents, c, b);

@@ -1,0 +1,70 @@
+#include "tests/render/asset_files.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+
+#include "core/base/check.h"
+#include "core/image_io/image_io.h"
+
+namespace test_support {
+
+namespace fs = std::filesystem;
+
+std::optional<fs::path> assets_folder() {
+  const char* named = std::getenv("TESSERA_ASSETS");
+  const fs::path folder =
+      named != nullptr ? fs::path(named) : fs::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "assets";
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) {
+    return std::nullopt;
+  }
+  return folder;
+}
+
+std::vector<std::string> asset_names(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string extension = entry.path().extension().string();
+    if (entry.is_regular_file() && (extension == ".glb" || extension == ".gltf")) {
+      names.push_back(entry.path().lexically_relative(folder).generic_string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+core::Bytes read_file(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
+  if (!in) {
+    return {};
+  }
+  core::Bytes bytes(static_cast<std::size_t>(in.tellg()));
+  in.seekg(0);
+  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  return bytes;
+}
+
+core::Result<core::SceneDescription> load_asset(const fs::path& file, const core::GltfOptions& options) {
+  const fs::path home = file.parent_path();
+  const auto resolve = [&home](std::string_view uri) -> core::SharedBytes {
+    const fs::path side = home / std::string(uri);
+    std::error_code error;
+    if (!fs::is_regular_file(side, error)) {
+      return nullptr;
+    }
+    return std::make_shared<const core::Bytes>(read_file(side));
+  };
+  return core::load_gltf(read_file(file), resolve, options);
+}
+
+std::shared_ptr<const core::Environment> load_sky(const fs::path& file,
+                                                  const core::EnvironmentSettings& settings) {
+  const auto image = core::decode_image(read_file(file), core::ImageLimits{});
+  CHECK(image);
+  auto sky = core::Environment::create(&*image, settings);
+  CHECK(sky);
+  return *sky;
+}
+
+}  // namespace test_support

@@ -28,9 +28,8 @@ void read_names(const tinygltf::Model& model, SceneDescription& scene) {
     scene.animations.push_back(animation.name);
   }
   if (const auto* variants = find_extension(model.extensions, "KHR_materials_variants")) {
-    const tinygltf::Value& list = variants->Get("variants");
-    for (int i = 0; i < static_cast<int>(list.ArrayLen()); ++i) {
-      scene.variants.push_back(list.Get(i).Get("name").Get<std::string>());
+    for (const tinygltf::Value& variant : value_array(variants->Get("variants"))) {
+      scene.variants.push_back(variant.Get("name").Get<std::string>());
     }
   }
 }

@@ -109,12 +109,10 @@ int GltfMeshes::material_of(const tinygltf::Primitive& primitive) const {
   if (variant_ < 0 || extension == nullptr) {
     return primitive.material;
   }
-  const tinygltf::Value& mappings = extension->Get("mappings");
-  for (int m = 0; m < static_cast<int>(mappings.ArrayLen()); ++m) {
-    const tinygltf::Value& variants = mappings.Get(m).Get("variants");
-    for (int v = 0; v < static_cast<int>(variants.ArrayLen()); ++v) {
-      if (variants.Get(v).GetNumberAsInt() == variant_) {
-        return value_integer(mappings.Get(m), "material", -1);
+  for (const tinygltf::Value& mapping : value_array(extension->Get("mappings"))) {
+    for (const tinygltf::Value& variant : value_array(mapping.Get("variants"))) {
+      if (variant.GetNumberAsInt() == variant_) {
+        return value_integer(mapping, "material", -1);
       }
     }
   }

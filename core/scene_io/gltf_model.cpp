@@ -158,13 +158,17 @@ int value_integer(const tinygltf::Value& object, const char* name, int otherwise
                                                          : otherwise;
 }
 
+const std::vector<tinygltf::Value>& value_array(const tinygltf::Value& value) {
+  return value.Get<tinygltf::Value::Array>();
+}
+
 Rgb value_rgb(const tinygltf::Value& object, const char* name, Rgb otherwise) {
   if (!object.Has(name) || object.Get(name).ArrayLen() < 3) {
     return otherwise;
   }
-  const tinygltf::Value& array = object.Get(name);
-  const auto channel = [&array](int i) {
-    return static_cast<float>(array.Get(i).GetNumberAsDouble());
+  const auto& array = value_array(object.Get(name));
+  const auto channel = [&array](std::size_t i) {
+    return static_cast<float>(array[i].GetNumberAsDouble());
   };
   return {channel(0), channel(1), channel(2)};
 }

@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
-#include <map>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 namespace core {
@@ -119,26 +119,39 @@ class TangentMaker {
     }
   }
 
+  // Faces that run along an edge in opposite directions are neighbours; the first of each direction
+  // meet first where more than two share it.
   void find_neighbors() {
-    std::map<std::pair<Index, Index>, std::vector<std::pair<Index, Index>>>
-        open;  // edge: face, side
+    struct Edge {
+      Index low, high, face, side;
+      bool rises;
+    };
+    std::vector<Edge> edges;
+    edges.reserve(faces_.size() * 3);
     for (Index f = 0; f < faces_.size(); ++f) {
-      if (faces_[f].degenerate) {
-        continue;
-      }
-      for (Index i = 0; i < 3; ++i) {
+      for (Index i = 0; i < 3 && !faces_[f].degenerate; ++i) {
         const Index from = corner(f, i);
         const Index to = corner(f, (i + 1) % 3);
-        const auto other = open.find({to, from});
-        if (other != open.end() && !other->second.empty()) {
-          const auto [face, side] = other->second.front();
-          other->second.erase(other->second.begin());
-          faces_[f].neighbor[i] = face;
-          faces_[face].neighbor[side] = f;
-        } else {
-          open[{from, to}].emplace_back(f, i);
-        }
+        edges.push_back(Edge{std::min(from, to), std::max(from, to), f, i, from < to});
       }
+    }
+    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+      return std::tie(a.low, a.high, a.rises, a.face, a.side) <
+             std::tie(b.low, b.high, b.rises, b.face, b.side);
+    });
+    for (std::size_t first = 0; first < edges.size();) {
+      std::size_t last = first;
+      std::size_t rising = first;  // where the rising ones begin
+      while (last < edges.size() && edges[last].low == edges[first].low &&
+             edges[last].high == edges[first].high) {
+        rising += edges[last].rises ? 0U : 1U;
+        ++last;
+      }
+      for (std::size_t down = first, up = rising; down < rising && up < last; ++down, ++up) {
+        faces_[edges[down].face].neighbor[edges[down].side] = edges[up].face;
+        faces_[edges[up].face].neighbor[edges[up].side] = edges[down].face;
+      }
+      first = last;
     }
   }
 
@@ -211,25 +224,23 @@ class TangentMaker {
 
   // One vertex for each pair of original vertex and tangent.
   void write() {
-    std::map<std::pair<Index, Index>, Index> known;
-    std::map<Index, Index> group_at;  // of a welded vertex, for faces that are in no group
+    std::vector<Index> group_at(welded_.size(), kNone);  // for faces that are in no group
     for (Index f = 0; f < faces_.size(); ++f) {
       for (std::size_t i = 0; i < 3; ++i) {
-        if (faces_[f].group[i] != kNone) {
-          group_at.emplace(corner(f, i), faces_[f].group[i]);
-        }
+        Index& group = group_at[corner(f, i)];
+        group = group == kNone ? faces_[f].group[i] : group;
       }
     }
+    std::unordered_map<std::uint64_t, Index> known;
+    known.reserve(welded_.size());
     std::vector<Index> from;
     std::vector<Vec4> tangents;
     for (std::size_t c = 0; c < p_.indices.size(); ++c) {
       const Index vertex = p_.indices[c];
-      Index group = faces_[c / 3].group[c % 3];
-      if (group == kNone) {
-        const auto it = group_at.find(welded_[vertex]);
-        group = it == group_at.end() ? kNone : it->second;
-      }
-      const auto [it, is_new] = known.try_emplace({vertex, group}, static_cast<Index>(from.size()));
+      const Index own = faces_[c / 3].group[c % 3];
+      const Index group = own == kNone ? group_at[welded_[vertex]] : own;
+      const std::uint64_t key = std::uint64_t{vertex} << 32U | group;
+      const auto [it, is_new] = known.try_emplace(key, static_cast<Index>(from.size()));
       if (is_new) {
         from.push_back(vertex);
         tangents.push_back(tangent_of(group, p_.normals[vertex]));

@@ -124,6 +124,16 @@ TEST(ImageRead, HugePngIsRefusedByItsHeader) {
   EXPECT_EQ(image.error().code, core::ErrorCode::kTooLarge);
 }
 
+TEST(ImageRead, ExrThatClaimsMillionsOfLinesIsRefusedByItsHeader) {
+  Bytes file = encoded(ramp(4, 4, {"R", "G", "B"}), "exr");
+  const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+  // Name, type "box2i", size 16, then x and y of the first and of the last pixel.
+  const std::size_t window = text.find("dataWindow") + sizeof("dataWindow") + sizeof("box2i") + 4;
+  file[window + 14] = std::byte{0x7F};  // last line: 8 million and more
+  EXPECT_FALSE(core::decode_image(file, {}).has_value());
+  EXPECT_FALSE(core::read_image_header(file).has_value());
+}
+
 TEST(ImageRead, PngKeepsColorBesideAlpha) {
   core::EncodeOptions data;
   data.is_color = false;

@@ -1,5 +1,5 @@
 import { render } from 'preact';
-import { api } from './api/client';
+import { api, RequestError } from './api/client';
 import './style/main.css';
 import { takeKey } from './ui/router';
 import { refresh, sayError } from './ui/server_state';
@@ -9,9 +9,20 @@ import { App } from './view/app';
 async function start(): Promise<void> {
   followTheme();
   render(<App />, document.getElementById('app')!);
-  const key = takeKey();
-  if (key) await api.openSession(key).catch(sayError);
+  await useKey();
   await refresh();
+  // A link with a key may also be opened in a page that is already here.
+  window.addEventListener('hashchange', () => void useKey().then((used) => (used ? refresh() : undefined)));
+}
+
+/** Exchanges `#key=...` for a cookie; servers without keys do not know the path, and need none. */
+async function useKey(): Promise<boolean> {
+  const key = takeKey();
+  if (!key) return false;
+  await api.openSession(key).catch((error: unknown) => {
+    if (!(error instanceof RequestError && error.status === 404)) sayError(error);
+  });
+  return true;
 }
 
 void start();

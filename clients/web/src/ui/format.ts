@@ -4,13 +4,15 @@ const dash = '–';
 const known = (v: number | null | undefined): v is number =>
   typeof v === 'number' && Number.isFinite(v);
 
+const minus = (text: string): string => text.replace('-', '−');
+
 /** Three significant digits, no exponent between 1e-3 and 1e5. */
 export function number(v: number | null | undefined, digits = 3): string {
   if (!known(v)) return dash;
   if (v === 0) return '0';
   const size = Math.abs(v);
-  if (size >= 1e5 || size < 1e-3) return v.toExponential(digits - 1).replace('e+', 'e');
-  return v.toLocaleString('en', { maximumSignificantDigits: digits, useGrouping: false });
+  if (size >= 1e5 || size < 1e-3) return minus(v.toExponential(digits - 1).replace('e+', 'e'));
+  return minus(v.toLocaleString('en', { maximumSignificantDigits: digits, useGrouping: false }));
 }
 
 /** A share as percent with two to three digits. */

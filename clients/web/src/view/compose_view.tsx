@@ -7,7 +7,7 @@ import { Picture } from '../live/picture';
 import { Preview } from '../live/preview';
 import { Icon } from '../ui/icons';
 import { go } from '../ui/router';
-import { display, say } from '../ui/server_state';
+import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { change, form, requestOf, type FormValues } from './form_model';
 import { framed, fromCamera, fromPose, nearer, poseOf, shifted, turned, type Orbit } from './orbit';
@@ -42,26 +42,26 @@ async function startOrbit(values: FormValues): Promise<Orbit> {
   return camera ? fromCamera(camera, bounds) : framed(bounds, values.width / values.height);
 }
 
+/** The camera is the form's own while it is placed: the Render button uses it at any moment. */
 export function ComposeView({ scene }: { scene: string }) {
   const values = useStore(form);
   const [orbit, setOrbit] = useState<Orbit | null>(null);
+  const byHand = values.pose !== null;
   useEffect(() => {
     if (form.get().scene !== scene) chooseScene(scene);
+  }, [scene]);
+  // Another scene or camera in the form is another place to start from.
+  useEffect(() => {
+    if (values.scene && values.scene !== scene) return go(`/compose/${values.scene}`);
+    if (orbit && byHand) return;
     setOrbit(null);
     let wanted = true;
     void startOrbit(form.get()).then((o) => wanted && setOrbit(o));
     return () => void (wanted = false);
-  }, [scene]);
-  // Another scene in the form is another thing to compose.
-  useEffect(() => {
-    if (values.scene && values.scene !== scene) go(`/compose/${values.scene}`);
-  }, [values.scene]);
-
-  const use = (): void => {
-    if (!orbit) return;
-    change({ pose: poseOf(orbit) });
-    say('The next render uses this camera.');
-    go('/');
+  }, [values.scene, scene, values.camera, byHand]);
+  const move = (next: Orbit): void => {
+    setOrbit(next);
+    change({ pose: poseOf(next) });
   };
   return (
     <div class="compose">
@@ -74,29 +74,19 @@ export function ComposeView({ scene }: { scene: string }) {
           <button
             type="button"
             class="quiet"
-            onClick={() => {
-              change({ pose: null });
-              void startOrbit({ ...form.get(), pose: null }).then(setOrbit);
-            }}
+            disabled={!byHand}
+            data-testid="compose-reset"
+            onClick={() => change({ pose: null })}
           >
             <Icon name="again" /> Start over
           </button>
-          <button type="button" class="quiet" onClick={() => go('/')}>
-            Leave
-          </button>
-          <button
-            type="button"
-            class="primary"
-            data-testid="use-camera"
-            disabled={!orbit}
-            onClick={use}
-          >
-            Use this camera
+          <button type="button" class="quiet" data-testid="compose-done" onClick={() => go('/')}>
+            Done
           </button>
         </div>
       </header>
       {orbit ? (
-        <Viewfinder values={values} orbit={orbit} onOrbit={setOrbit} />
+        <Viewfinder values={values} orbit={orbit} onOrbit={move} />
       ) : (
         <div class="stage">
           <div class="stage-notice">
@@ -114,9 +104,8 @@ export function ComposeView({ scene }: { scene: string }) {
             max={100}
             step={1}
             value={orbit?.fovDegrees ?? 45}
-            onInput={(e) =>
-              orbit && setOrbit({ ...orbit, fovDegrees: e.currentTarget.valueAsNumber })
-            }
+            disabled={!orbit}
+            onInput={(e) => orbit && move({ ...orbit, fovDegrees: e.currentTarget.valueAsNumber })}
           />
           <output class="mono">{Math.round(orbit?.fovDegrees ?? 45)}°</output>
         </label>

@@ -38,7 +38,7 @@ export function ErrorRuler({ job, points }: { job: Job; points: ConvergencePoint
             : errorInWords(error?.relative_rmse)}
         </p>
       </div>
-      <div class="ruler-track" aria-hidden="true">
+      <div class={`ruler-track${target ? ' ruler-aims' : ''}`} aria-hidden="true">
         <div class="ruler-scale" style={{ backgroundImage: rampCss('error', 'to left') }} />
         {known && <div class="ruler-todo" style={{ left: `${at(error!.relative_rmse!)}%` }} />}
         {ghosts(points).map((v, i) => (

@@ -232,7 +232,9 @@ function ProgressLine({ job }: { job: Job }) {
   const running = !isFinal(job.state);
   const text = running
     ? `${Math.floor(100 * fraction)} %${p?.eta_seconds != null && job.state === 'rendering' ? `, about ${duration(p.eta_seconds)} left` : ''}`
-    : `${count(p?.samples_per_pixel?.mean)} samples in ${duration(p?.elapsed_seconds)}`;
+    : p?.samples_per_pixel?.mean
+      ? `${count(p.samples_per_pixel.mean)} samples in ${duration(p.elapsed_seconds)}`
+      : '';
   return (
     <div class="progress-line">
       {running && <progress max={1} value={fraction} aria-label="Progress" />}

@@ -33,6 +33,9 @@ export function useFeed(jobId: string): JobFeed {
   return feed;
 }
 
+/** A render that failed before its first tile has nothing to measure. */
+const shows = (job: Job): boolean => job.state !== 'failed' || (job.revision ?? 0) > 0;
+
 const askEveryMs = 2000;
 
 /** The error over time. While the job renders, asked for when new tiles came, at most every two seconds. */
@@ -112,12 +115,12 @@ export function JobView({ jobId }: { jobId: string }) {
         )}
         <Stage feed={feed} state={state} mode={mode} probe={probe} onProbe={setProbe} />
         <Toolbar mode={mode} film={film} tooLarge={state.tooLarge} onMode={setMode} />
-        {job && <ErrorRuler job={job} points={convergence?.points ?? []} />}
+        {job && shows(job) && <ErrorRuler job={job} points={convergence?.points ?? []} />}
         <Filmstrip current={jobId} />
       </div>
       <aside class="measures" aria-label="Measurements">
-        {job && <ConvergencePlot job={job} data={convergence} />}
-        {job && <Inspector job={job} film={film} probe={probe} onRelease={() => setProbe(null)} />}
+        {job && shows(job) && <ConvergencePlot job={job} data={convergence} />}
+        {job && shows(job) && <Inspector job={job} film={film} probe={probe} onRelease={() => setProbe(null)} />}
         {job && <Statistics job={job} />}
       </aside>
     </div>

@@ -4,7 +4,7 @@ import { nameOf, type SceneInfo } from '../api/types';
 import { filesOfInput } from '../api/upload';
 import { bytes, count } from '../ui/format';
 import { Icon } from '../ui/icons';
-import { go } from '../ui/router';
+import { go, route } from '../ui/router';
 import { connection, refresh, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { AdvancedFields } from './advanced_fields';
@@ -51,6 +51,7 @@ function ScenePicker() {
   const v = useStore(form);
   const info = useStore(serverInfo);
   const own = useStore(models);
+  const at = useStore(route);
   const details = useSceneDetails(v.scene);
   const builtIn = info?.scenes ?? [];
   useEffect(() => {
@@ -126,7 +127,7 @@ function ScenePicker() {
           )}
         </Field>
       )}
-      {v.scene && (
+      {v.scene && at.view !== 'compose' && (
         <button
           type="button"
           class="quiet"

@@ -69,14 +69,16 @@ export function LightControls({ film, disabled }: { film: LiveFilm | null; disab
           {shown.exposure.toFixed(1)}
         </output>
       </label>
-      <button
-        type="button"
-        class="quiet small"
-        disabled={!film}
-        onClick={() => film && set({ exposure: autoExposure(film) })}
-      >
-        Auto
-      </button>
+      {film && (
+        <button
+          type="button"
+          class="quiet small"
+          disabled={disabled}
+          onClick={() => set({ exposure: autoExposure(film) })}
+        >
+          Auto
+        </button>
+      )}
       <label class="tone">
         <span class="visually-hidden">Tone curve</span>
         <select

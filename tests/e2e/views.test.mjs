@@ -1,0 +1,150 @@
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { desktop, launch, openPage, phone, pictureNow, Server, submit, until } from './harness.mjs';
+
+const server = new Server();
+let browser;
+
+before(async () => {
+  await server.start();
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  await server.stop();
+});
+
+const state = (page) => page.textContent('[data-testid=state]');
+
+async function renderOf(page, scene, samples = 16) {
+  await submit(page, { scene, samples });
+  await until('the render to finish', async () => /^Finished/.test(await state(page)), 120_000);
+  return new URL(page.url()).hash.split('/').pop();
+}
+
+async function withPage(device, hash, use) {
+  const page = await openPage(browser, server, device, hash);
+  try {
+    await use(page);
+    assert.deepEqual(page.faults, []);
+  } finally {
+    await page.context().close();
+  }
+}
+
+/** Whether this build renders jobs of class `preview`. */
+async function offersPreviews() {
+  const response = await fetch(`${server.url}/v1/jobs?dry_run=1`, {
+    method: 'POST',
+    headers: { 'content-type': 'application/json' },
+    body: JSON.stringify({ scene: 'cornell-box', class: 'preview', preview_key: 'probe' }),
+  });
+  return response.ok;
+}
+
+test(
+  'the camera is placed in a live preview, and the next render uses it',
+  { timeout: 120_000 },
+  (t) =>
+    withPage(desktop, '#/compose/cornell-box', async (page) => {
+      if (!(await offersPreviews())) return t.skip('this build offers no previews');
+      const first = await until('a preview', () => pictureNow(page));
+      const box = await page.locator('.stage').boundingBox();
+      const middle = [box.x + box.width / 2, box.y + box.height / 2];
+      await page.mouse.move(...middle);
+      await page.mouse.down();
+      await page.mouse.move(middle[0] + 160, middle[1] + 40, { steps: 8 });
+      await page.mouse.up();
+      await until('another view', async () => (await pictureNow(page))?.hash !== first.hash);
+      const [request] = await Promise.all([
+        page.waitForRequest(
+          (r) =>
+            r.method() === 'POST' && /\/v1\/jobs$/.test(r.url()) && !/preview/.test(r.postData()),
+        ),
+        page.click('[data-testid=submit]'),
+      ]);
+      const { camera } = request.postDataJSON();
+      assert.equal(camera.position.length, 3);
+      assert.equal(camera.target.length, 3);
+      assert.ok(camera.vertical_fov_degrees > 0);
+      await until('the new job', async () => /#\/jobs\//.test(page.url()));
+      await page.click('[data-testid=cancel]');
+    }),
+);
+
+for (const [name, device] of [
+  ['desktop', desktop],
+  ['phone', phone],
+]) {
+  test(
+    `two renders are compared on a ${name}: wipe, difference, chance, numbers`,
+    { timeout: 180_000 },
+    () =>
+      withPage(device, '', async (page) => {
+        const a = await renderOf(page, 'cornell-box', 8);
+        await page.goto(`${server.url}/#/`);
+        const b = await renderOf(page, 'cornell-box', 32);
+        await page.goto(`${server.url}/#/compare/${a}/${b}`);
+        await page.waitForSelector('[data-testid=wipe]');
+        await until('numbers', async () =>
+          /relMSE\s*[\d.]/.test(await page.textContent('[data-testid=compare-numbers]')),
+        );
+        for (const view of ['difference', 'z']) {
+          await page.check(`[data-testid=compare-${view}]`, { force: true });
+          await page.waitForSelector('[data-testid=legend]');
+        }
+      }),
+  );
+}
+
+test('the list of renders can be filtered and leads to each of them', { timeout: 120_000 }, () =>
+  withPage(desktop, '', async (page) => {
+    const id = await renderOf(page, 'furnace', 8);
+    await page.goto(`${server.url}/#/jobs`);
+    await page.waitForSelector('.job-card');
+    await page.fill('input[type=search]', id);
+    await until('one card', async () => (await page.locator('.job-card').count()) === 1);
+    await page.click('.job-card a');
+    await until('its picture', () => pictureNow(page));
+  }),
+);
+
+test('the choice of colours is kept', () =>
+  withPage(desktop, '#/settings', async (page) => {
+    await page.getByText('Light', { exact: true }).click();
+    assert.equal(await page.getAttribute('html', 'data-theme'), 'light');
+    await page.reload();
+    await page.waitForSelector('h1');
+    assert.equal(await page.getAttribute('html', 'data-theme'), 'light');
+  }));
+
+test('while tiles arrive the page stays responsive', { timeout: 120_000 }, (t) =>
+  withPage(desktop, '', async (page) => {
+    await submit(page, { scene: 'cornell-box', size: '3', samples: 4096 });
+    await until('tiles', () => pictureNow(page));
+    const waits = await page.evaluate(
+      () =>
+        new Promise((resolve) => {
+          const found = [];
+          let last = performance.now();
+          const end = last + 4000;
+          const tick = () => {
+            const now = performance.now();
+            found.push(now - last);
+            last = now;
+            if (now < end) setTimeout(tick, 0);
+            else resolve(found.sort((x, y) => x - y));
+          };
+          setTimeout(tick, 0);
+        }),
+    );
+    const at = (share) => waits[Math.floor(share * (waits.length - 1))];
+    t.diagnostic(
+      `wait for the main thread: 99 % under ${at(0.99).toFixed(0)} ms, longest ${at(1).toFixed(0)} ms`,
+    );
+    // The renderer shares this machine's processors, so single waits say little; 99 of 100 do.
+    assert.ok(at(0.99) < 50, `one wait in a hundred took ${at(0.99)} ms`);
+    await page.click('[data-testid=cancel]');
+  }),
+);

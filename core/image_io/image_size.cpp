@@ -1,7 +1,8 @@
 #include "core/image_io/image_size.h"
 
-#include <array>
 #include <cstring>
+
+#include "core/image_io/exr_header.h"
 
 namespace core {
 namespace {
@@ -80,67 +81,6 @@ std::optional<PixelSize> webp_size(Span file) noexcept {
     return PixelSize{u16_little(file, 26) & 0x3FFFU, u16_little(file, 28) & 0x3FFFU};
   }
   return std::nullopt;
-}
-
-std::uint32_t u32_little(Span file, std::size_t at) noexcept {
-  return u16_little(file, at + 2) << 16U | u16_little(file, at);
-}
-
-// Text up to a zero byte; moves `at` behind it. Empty at the end of the header and in cut files.
-std::string_view take_name(Span file, std::size_t& at) noexcept {
-  constexpr std::size_t kNameMax = 255;
-  const std::size_t first = at;
-  while (at < file.size() && at - first <= kNameMax && file[at] != std::byte{0}) {
-    ++at;
-  }
-  const std::size_t length = at - first;
-  if (at >= file.size() || length > kNameMax) {
-    return {};
-  }
-  ++at;
-  return {reinterpret_cast<const char*>(file.data() + first), length};
-}
-
-// Attributes of the first header: name, type, size, value. OpenEXR takes memory for the table of
-// chunk offsets before it reads it; a table that is larger than the file is not there.
-std::optional<PixelSize> exr_size(Span file) noexcept {
-  constexpr std::uint64_t kLinesPerChunkMax = 256;
-  std::optional<PixelSize> size;
-  std::uint64_t tile_width = 0;
-  std::uint64_t tile_height = 0;
-  std::size_t at = 8;
-  for (std::string_view name = take_name(file, at); !name.empty(); name = take_name(file, at)) {
-    const std::string_view type = take_name(file, at);
-    if (type.empty() || at + 4 > file.size()) {
-      return std::nullopt;
-    }
-    const std::size_t bytes = u32_little(file, at);
-    at += 4;
-    if (bytes > file.size() - at) {
-      return std::nullopt;
-    }
-    if (name == "dataWindow" && bytes == 16) {
-      const auto corner = [&](std::size_t i) {
-        return static_cast<std::int64_t>(static_cast<std::int32_t>(u32_little(file, at + i * 4)));
-      };
-      if (corner(2) < corner(0) || corner(3) < corner(1)) {
-        return std::nullopt;
-      }
-      size = PixelSize{static_cast<std::uint64_t>(corner(2) - corner(0) + 1),
-                       static_cast<std::uint64_t>(corner(3) - corner(1) + 1)};
-    } else if (name == "tiles" && bytes >= 8) {
-      tile_width = u32_little(file, at);
-      tile_height = u32_little(file, at + 4);
-    }
-    at += bytes;
-  }
-  if (!size) {
-    return std::nullopt;
-  }
-  const bool tiled = tile_width > 0 && tile_height > 0;
-  const std::uint64_t chunks = tiled ? (size->width / tile_width) * (size->height / tile_height)
-                                     : size->height / kLinesPerChunkMax;
-  return chunks <= file.size() / 8 ? size : std::nullopt;
 }
 
 }  // namespace

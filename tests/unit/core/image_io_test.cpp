@@ -134,6 +134,15 @@ TEST(ImageRead, ExrThatClaimsMillionsOfLinesIsRefusedByItsHeader) {
   EXPECT_FALSE(core::read_image_header(file).has_value());
 }
 
+TEST(ImageRead, ExrAttributeThatIsTooShortForItsTypeIsRefused) {
+  // OpenEXR reads 16 bytes of a window whatever size the file gives, and takes what follows for the
+  // next attribute, with a size of gigabytes.
+  Bytes file = encoded(ramp(4, 4, {"R", "G", "B"}), "exr");
+  const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+  file[text.find("displayWindow") + sizeof("displayWindow") + sizeof("box2i")] = std::byte{2};
+  EXPECT_FALSE(core::decode_image(file, {}).has_value());
+}
+
 TEST(ImageRead, PngKeepsColorBesideAlpha) {
   core::EncodeOptions data;
   data.is_color = false;

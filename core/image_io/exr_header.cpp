@@ -1,0 +1,167 @@
+#include "core/image_io/exr_header.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+namespace core {
+namespace {
+
+using Span = std::span<const std::byte>;
+
+// Attribute types of one size. OpenEXR reads this many bytes whatever size the file gives.
+struct FixedType {
+  std::string_view name;
+  std::size_t bytes;
+};
+constexpr std::array kFixedTypes = {
+    FixedType{"box2i", 16},
+    FixedType{"box2f", 16},
+    FixedType{"chromaticities", 32},
+    FixedType{"compression", 1},
+    FixedType{"deepImageState", 1},
+    FixedType{"double", 8},
+    FixedType{"envmap", 1},
+    FixedType{"float", 4},
+    FixedType{"int", 4},
+    FixedType{"keycode", 28},
+    FixedType{"lineOrder", 1},
+    FixedType{"m33f", 36},
+    FixedType{"m33d", 72},
+    FixedType{"m44f", 64},
+    FixedType{"m44d", 128},
+    FixedType{"rational", 8},
+    FixedType{"tiledesc", 9},
+    FixedType{"timecode", 8},
+    FixedType{"v2i", 8},
+    FixedType{"v2f", 8},
+    FixedType{"v2d", 16},
+    FixedType{"v3i", 12},
+    FixedType{"v3f", 12},
+    FixedType{"v3d", 24},
+};
+
+std::uint32_t u32(Span file, std::size_t at) noexcept {
+  std::uint32_t value = 0;
+  std::memcpy(&value, file.data() + at, sizeof(value));  // little-endian, as the machine is
+  return value;
+}
+std::int64_t i32(Span file, std::size_t at) noexcept {
+  return static_cast<std::int32_t>(u32(file, at));
+}
+
+// Text up to a zero byte; moves `at` behind it. Empty for no text, and in files that end before it.
+std::string_view take_name(Span file, std::size_t& at) noexcept {
+  constexpr std::size_t kNameMax = 255;
+  const std::size_t first = at;
+  while (at < file.size() && at - first <= kNameMax && file[at] != std::byte{0}) {
+    ++at;
+  }
+  const std::size_t length = at - first;
+  if (at >= file.size() || length > kNameMax) {
+    at = file.size();
+    return {};
+  }
+  ++at;
+  return {reinterpret_cast<const char*>(file.data() + first), length};
+}
+
+// Channels: a name and 16 bytes each, up to an empty name that has to be the value's last byte.
+bool is_channel_list(Span value) noexcept {
+  constexpr std::size_t kChannelBytes = 16;
+  std::size_t at = 0;
+  while (!take_name(value, at).empty()) {
+    if (at + kChannelBytes > value.size()) {
+      return false;
+    }
+    at += kChannelBytes;
+  }
+  return at == value.size() && !value.empty() && value.back() == std::byte{0};
+}
+
+bool fits_its_type(std::string_view type, Span value) noexcept {
+  if (type == "chlist") {
+    return is_channel_list(value);
+  }
+  if (type == "preview") {
+    return value.size() >= 8 &&
+           std::uint64_t{u32(value, 0)} * u32(value, 4) == (value.size() - 8) / 4 &&
+           value.size() % 4 == 0;
+  }
+  const auto* const fixed = std::find_if(kFixedTypes.begin(), kFixedTypes.end(),
+                                         [type](const FixedType& t) { return t.name == type; });
+  return fixed == kFixedTypes.end() || fixed->bytes == value.size();
+}
+
+struct Part {
+  std::optional<PixelSize> size;
+  std::uint64_t tile_width = 0;
+  std::uint64_t tile_height = 0;
+  std::uint64_t chunks = 0;  // as the header says; 0 when it does not
+};
+
+// Reads one attribute whose name is known into `part`.
+bool take_attribute(Span file, std::size_t& at, std::string_view name, Part& part) noexcept {
+  const std::string_view type = take_name(file, at);
+  if (type.empty() || at + 4 > file.size() || u32(file, at) > file.size() - at - 4) {
+    return false;
+  }
+  const Span value = file.subspan(at + 4, u32(file, at));
+  at += 4 + value.size();
+  if (!fits_its_type(type, value)) {
+    return false;
+  }
+  if (name == "dataWindow") {
+    if (type != "box2i" || i32(value, 8) < i32(value, 0) || i32(value, 12) < i32(value, 4)) {
+      return false;
+    }
+    part.size = PixelSize{static_cast<std::uint64_t>(i32(value, 8) - i32(value, 0) + 1),
+                          static_cast<std::uint64_t>(i32(value, 12) - i32(value, 4) + 1)};
+  } else if (name == "tiles" && type == "tiledesc") {
+    part.tile_width = u32(value, 0);
+    part.tile_height = u32(value, 4);
+    return part.tile_width > 0 && part.tile_height > 0;
+  } else if (name == "chunkCount" && type == "int") {
+    part.chunks = u32(value, 0);
+  }
+  return true;
+}
+
+bool has_room_for_its_table(const Part& part, std::size_t file_bytes) noexcept {
+  constexpr std::uint64_t kLinesPerChunkMax = 256;
+  const std::uint64_t needed = part.tile_width > 0 ? (part.size->width / part.tile_width) *
+                                                         (part.size->height / part.tile_height)
+                                                   : part.size->height / kLinesPerChunkMax;
+  return std::max(needed, part.chunks) <= file_bytes / 8;
+}
+
+}  // namespace
+
+std::optional<PixelSize> exr_size(Span file) noexcept {
+  constexpr std::size_t kVersionBytes = 8;
+  constexpr std::uint32_t kMultiPart = 0x1000;
+  if (file.size() < kVersionBytes) {
+    return std::nullopt;
+  }
+  const bool multi_part = (u32(file, 4) & kMultiPart) != 0;
+  std::optional<PixelSize> first;
+  std::size_t at = kVersionBytes;
+  // A file of several parts ends its headers by an empty one.
+  do {
+    Part part;
+    for (auto name = take_name(file, at); !name.empty(); name = take_name(file, at)) {
+      if (!take_attribute(file, at, name, part)) {
+        return std::nullopt;
+      }
+    }
+    if (at >= file.size() || !part.size || !has_room_for_its_table(part, file.size())) {
+      return std::nullopt;
+    }
+    first = first ? first : part.size;
+  } while (multi_part && file[at] != std::byte{0});
+  return first;
+}
+
+}  // namespace core

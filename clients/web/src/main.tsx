@@ -12,7 +12,10 @@ async function start(): Promise<void> {
   await useKey();
   await refresh();
   // A link with a key may also be opened in a page that is already here.
-  window.addEventListener('hashchange', () => void useKey().then((used) => (used ? refresh() : undefined)));
+  window.addEventListener(
+    'hashchange',
+    () => void useKey().then((used) => (used ? refresh() : undefined)),
+  );
 }
 
 /** Exchanges `#key=...` for a cookie; servers without keys do not know the path, and need none. */

@@ -74,9 +74,11 @@ export class JobFeed {
       if (!this.state.tooLarge) this.early.push(tile);
       return;
     }
+    const first = film.tilesSeen === 0;
     film.apply(tile);
     for (const listener of this.tileListeners) listener(tile);
-    this.notify();
+    // The picture listens to the film itself; the rest of the page only needs to know that there is one.
+    if (first) this.notify();
   }
 
   private send(message: ToFeed): void {

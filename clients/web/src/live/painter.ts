@@ -26,19 +26,40 @@ export interface Painter {
 
 export function makePainter(canvas: HTMLCanvasElement, onLost: () => void): Painter {
   const wish = readWish();
-  if (wish !== '2d') {
+  if (wish === 'webgl' || (wish !== '2d' && hasGraphicsProcessor())) {
     const gl = canvas.getContext('webgl2', {
       alpha: true,
       antialias: false,
       depth: false,
       preserveDrawingBuffer: true,
       premultipliedAlpha: true,
-      failIfMajorPerformanceCaveat: wish !== 'webgl',
     });
-    if (gl && Math.max(canvas.width, canvas.height) <= gl.getParameter(gl.MAX_TEXTURE_SIZE))
+    const limit = gl ? (gl.getParameter(gl.MAX_TEXTURE_SIZE) as number) : 0;
+    if (gl && Math.max(canvas.width, canvas.height) <= limit)
       return new GlPainter(canvas, gl, onLost);
   }
   return new CanvasPainter(canvas);
+}
+
+let graphicsProcessor: boolean | null = null;
+
+/**
+ * WebGL made by the processor is many times slower than our own loop over the changed tiles: it redraws the whole
+ * picture each time and blocks the page while doing so. Browsers do not always admit it when asked to fail on a
+ * major performance caveat, but the renderer's name tells.
+ */
+function hasGraphicsProcessor(): boolean {
+  graphicsProcessor ??= ((): boolean => {
+    const options: WebGLContextAttributes = { failIfMajorPerformanceCaveat: true };
+    const canvas = document.createElement('canvas');
+    const gl = canvas.getContext('webgl2', options) as WebGL2RenderingContext | null;
+    if (!gl) return false;
+    const names = gl.getExtension('WEBGL_debug_renderer_info');
+    const name = String(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+    gl.getExtension('WEBGL_lose_context')?.loseContext();
+    return !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+  })();
+  return graphicsProcessor;
 }
 
 /** `localStorage["tessera.painter"]` pins one of the two, for tests and for odd graphics drivers. */

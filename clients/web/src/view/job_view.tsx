@@ -120,7 +120,9 @@ export function JobView({ jobId }: { jobId: string }) {
       </div>
       <aside class="measures" aria-label="Measurements">
         {job && shows(job) && <ConvergencePlot job={job} data={convergence} />}
-        {job && shows(job) && <Inspector job={job} film={film} probe={probe} onRelease={() => setProbe(null)} />}
+        {job && shows(job) && (
+          <Inspector job={job} film={film} probe={probe} onRelease={() => setProbe(null)} />
+        )}
         {job && <Statistics job={job} />}
       </aside>
     </div>

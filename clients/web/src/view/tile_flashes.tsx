@@ -4,6 +4,8 @@ import type { JobFeed } from '../live/job_feed';
 
 const lifeMs = 420;
 const most = 160;
+/** Outlines need no more pixels than this; clearing and composing a large canvas would cost more than the picture. */
+const mostWidth = 960;
 
 /** Outlines that fade where tiles have just arrived. Nothing runs while nothing arrives. */
 export function TileFlashes({
@@ -18,6 +20,9 @@ export function TileFlashes({
   active: boolean;
 }) {
   const canvas = useRef<HTMLCanvasElement>(null);
+  const scale = Math.min(1, mostWidth / width);
+  const columns = Math.ceil(width * scale);
+  const rows = Math.ceil(height * scale);
   useEffect(() => {
     const context = canvas.current?.getContext('2d');
     if (!context || !active || matchMedia('(prefers-reduced-motion: reduce)').matches) return;
@@ -25,11 +30,12 @@ export function TileFlashes({
     let frame = 0;
     const draw = (now: number): void => {
       frame = 0;
-      context.clearRect(0, 0, width, height);
+      context.clearRect(0, 0, columns, rows);
       while (recent.length && now - recent[0].at > lifeMs) recent.shift();
       for (const { rect, at } of recent) {
         context.strokeStyle = `rgba(255, 206, 110, ${0.85 * (1 - Math.max(0, now - at) / lifeMs)})`;
-        context.strokeRect(rect.x + 1, rect.y + 1, rect.width - 2, rect.height - 2);
+        const [x, y] = [rect.x * scale, rect.y * scale];
+        context.strokeRect(x + 0.5, y + 0.5, rect.width * scale - 1, rect.height * scale - 1);
       }
       if (recent.length) frame = requestAnimationFrame(draw);
     };
@@ -41,8 +47,8 @@ export function TileFlashes({
     return () => {
       stop();
       cancelAnimationFrame(frame);
-      context.clearRect(0, 0, width, height);
+      context.clearRect(0, 0, columns, rows);
     };
-  }, [feed, width, height, active]);
-  return <canvas ref={canvas} class="flashes" width={width} height={height} aria-hidden="true" />;
+  }, [feed, columns, rows, active]);
+  return <canvas ref={canvas} class="flashes" width={columns} height={rows} aria-hidden="true" />;
 }

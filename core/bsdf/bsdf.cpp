@@ -17,8 +17,6 @@ namespace {
 /// Below this GGX width a lobe is a mirror: narrower ones are beyond float.
 constexpr float kSmoothAlpha = 5e-4F;
 
-Rgb one_minus(Rgb c) { return {1 - c.r, 1 - c.g, 1 - c.b}; }
-
 /// Share of energy that comes back after two or more bounces between facets.
 /// Source: Kulla and Conty 2017, with F_avg = F0 + (F90 - F0) / 21 for Schlick's Fresnel.
 Rgb multiple_scattering(Rgb f0, Rgb f90, float e_average) {
@@ -66,23 +64,18 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
     e = specular_albedo(wo_.z, roughness_);
     average = specular_albedo_average(roughness_);
   }
+  if (layers_ != nullptr && layers_->iridescence > 0 && has_specular_) {
+    film_weight_ = layers_->iridescence;
+    film_base_f0_ = f0_ / (metal + cover);
+  }
   if (has_cover) {
-    cover_f0_ = p.f0;
-    cover_f90_ = p.f90;
-    cover_ms_ = multiple_scattering(p.f0, Rgb(p.f90), average.e);
-    const auto total = [this](SpecularAlbedo a) {
-      return cover_f0_ * (a.e - a.e5) + Rgb(cover_f90_ * a.e5) + cover_ms_ * (1 - a.e);
-    };
-    cover_wo_ = one_minus(total(e));
-    const Rgb left = one_minus(total(average));
-    cover_norm_ = {1 / std::max(left.r, 1e-4F), 1 / std::max(left.g, 1e-4F),
-                   1 / std::max(left.b, 1e-4F)};
+    prepare_cover(p, e, average);
   }
   Rgb specular_albedo_wo;
   if (has_specular_) {
     e_wo_ = e.e;
     ms_scale_ = is_smooth_ ? 0.0F : (1 - e.e) * kInvPi / std::max(1 - average.e, 1e-4F);
-    ms_color_ = cover_ms_ * cover;
+    ms_color_ = multiple_scattering(p.f0, Rgb(p.f90), average.e) * cover;
     if (metal > 0) {
       ms_color_ += multiple_scattering(p.base_color, Rgb(1), average.e) * metal;
     }
@@ -93,11 +86,8 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
     below_ = layers_->diffuse_transmission_color * (lambert * layers_->diffuse_transmission);
     diffuse_ *= 1 - layers_->diffuse_transmission;
   }
-  if (layers_ != nullptr && layers_->iridescence > 0 && has_specular_) {
+  if (film_weight_ > 0) {
     // At the view angle, for the albedo that picks lobes; evaluation uses the half vector.
-    film_weight_ = layers_->iridescence;
-    const float weight = metal + cover;
-    film_base_f0_ = f0_ / weight;
     specular_albedo_wo = specular_albedo_wo * (1 - film_weight_) +
                          fresnel(wo_.z) * (is_smooth_ ? film_weight_ : film_weight_ * e.e);
   }
@@ -135,6 +125,38 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   }
   has_spread_ = prob_diffuse_ + prob_below_ + prob_sheen_ > 0 || (!is_smooth_ && sum > 0) ||
                 (prob_coat_ > 0 && !coat_smooth_);
+}
+
+/// KHR_materials_specular dims what lies below by the greatest channel, so that it keeps its hue.
+void Bsdf::prepare_cover(const BsdfParameters& p, SpecularAlbedo wo, SpecularAlbedo average) noexcept {
+  cover_f0_ = max_component(p.f0);
+  cover_f90_ = p.f90;
+  cover_film_f0_ = p.f0;
+  cover_ms_ = multiple_scattering(Rgb(cover_f0_), Rgb(cover_f90_), average.e).r;
+  cover_wo_ = 1 - cover_albedo(wo_.z, wo);
+  // The mean over the hemisphere; of a film by the two points of Gauss's rule for the weight 2 mu.
+  constexpr float kMu[2] = {0.3550510F, 0.8449490F};
+  constexpr float kWeight[2] = {0.3639173F, 0.6360827F};
+  float mean = 0;
+  if (film_weight_ > 0) {
+    for (int i = 0; i < 2; ++i) {
+      mean += kWeight[i] * cover_albedo(kMu[i], specular_albedo(kMu[i], roughness_));
+    }
+  } else {
+    mean = cover_albedo(1, average);
+  }
+  cover_norm_ = 1 / std::max(1 - mean, 1e-4F);
+}
+
+/// What the dielectric cover reflects of light at cosine mu, where the lobe's own albedo is e.
+float Bsdf::cover_albedo(float mu, SpecularAlbedo e) const noexcept {
+  float single = cover_f0_ * (e.e - e.e5) + cover_f90_ * e.e5;
+  if (film_weight_ > 0) {
+    const Rgb film = thin_film_fresnel(mu, layers_->iridescence_ior, layers_->iridescence_thickness_nm,
+                                       cover_film_f0_);
+    single = lerp(single, max_component(film) * cover_f90_ * e.e, film_weight_);
+  }
+  return single + cover_ms_ * (1 - e.e);
 }
 
 /// Clearcoat and sheen: what they reflect, and how much less the layers below are picked.
@@ -178,9 +200,8 @@ Rgb Bsdf::fresnel(float cos_oh) const noexcept {
 }
 
 /// Share of light that the dielectric cover lets through to the substrate, at cosine mu.
-Rgb Bsdf::cover_share(float mu) const noexcept {
-  const SpecularAlbedo e = specular_albedo(mu, roughness_);
-  return one_minus(cover_f0_ * (e.e - e.e5) + Rgb(cover_f90_ * e.e5) + cover_ms_ * (1 - e.e));
+float Bsdf::cover_share(float mu) const noexcept {
+  return 1 - cover_albedo(mu, specular_albedo(mu, roughness_));
 }
 
 void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
@@ -189,7 +210,7 @@ void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
   }
   Rgb f = below_ * kInvPi;
   if (has_specular_) {
-    f = f * cover_wo_ * cover_share(-wi.z) * cover_norm_;
+    f *= cover_wo_ * cover_share(-wi.z) * cover_norm_;
   }
   out.value_cos += f * -wi.z;
   out.pdf_solid_angle += prob_below_ * cosine_hemisphere_pdf_solid_angle(-wi.z);
@@ -240,6 +261,10 @@ void Bsdf::add_sheen(Vec3 wi, BsdfEval& out) const noexcept {
 
 Rgb Bsdf::albedo() const noexcept { return albedo_; }
 
+Rgb Bsdf::straight() const noexcept {
+  return is_smooth_ && prob_thin_ > 0 ? thin_ * delta_share() : Rgb{};
+}
+
 void Bsdf::add_diffuse(Vec3 wi, BsdfEval& out) const noexcept {
   if (!(prob_diffuse_ > 0)) {
     return;
@@ -247,8 +272,7 @@ void Bsdf::add_diffuse(Vec3 wi, BsdfEval& out) const noexcept {
   Rgb f = diffuse_ * kInvPi;
   if (has_specular_) {
     const SpecularAlbedo e = specular_albedo(wi.z, roughness_);
-    const Rgb cover_wi = cover_share(wi.z);
-    f = f * cover_wo_ * cover_wi * cover_norm_ + ms_color_ * (ms_scale_ * (1 - e.e));
+    f = f * (cover_wo_ * cover_share(wi.z) * cover_norm_) + ms_color_ * (ms_scale_ * (1 - e.e));
   }
   out.value_cos += f * wi.z;
   out.pdf_solid_angle += prob_diffuse_ * cosine_hemisphere_pdf_solid_angle(wi.z);
@@ -414,6 +438,7 @@ bool Bsdf::sample_thin(Vec2 u, BsdfSample& s) const noexcept {
     s.wi_local = -wo_;
     s.weight = thin_ * (delta_share() / prob_thin_);
     s.is_delta = true;
+    s.is_straight = true;
     return true;
   }
   const Vec3 h = ggx_.sample_visible(wo_, u);

@@ -3,10 +3,11 @@
 /// Frame: local shading frame, n = (0,0,1) on the viewer's side, so wo.z > 0. wo points to the viewer, wi
 /// to the light; both unit, away from the surface; wi.z < 0 is transmission.
 /// Layers: a GGX lobe (Schlick Fresnel, multiple scattering by Kulla and Conty 2017) over Lambert and thin
-/// transmission, coupled reciprocally by (1 - E(wo)) (1 - E(wi)) / (1 - E_avg); metal by weight; solid glass as a lobe of its
-/// own (Walter et al. 2007 with exact Fresnel, scaled by its tabulated albedo). Above it clearcoat (over
-/// diffuse lobes by the same product, over specular ones by the smaller of 1 - E(wo) and 1 - E(wi)) and
-/// sheen (KHR_materials_sheen's minimum). All but solid glass are reciprocal.
+/// transmission, coupled reciprocally by (1 - E(wo)) (1 - E(wi)) / (1 - E_avg), E of the greatest
+/// channel; metal by weight; solid glass as a lobe of its own (Walter et al. 2007 with exact Fresnel,
+/// scaled by its tabulated albedo). Above it clearcoat (over diffuse lobes by the same product, over
+/// specular ones by the smaller of 1 - E(wo) and 1 - E(wi)) and sheen (KHR_materials_sheen's minimum).
+/// All but solid glass are reciprocal.
 /// Terminator: directions that the shading frame puts on one side of the surface and the geometry on
 /// the other are mirrored at the geometric plane, in evaluation, density and sampling alike, so a
 /// lossless surface stays lossless and nothing leaks through.
@@ -17,6 +18,8 @@
 #include "core/math/vec.h"
 
 namespace core {
+
+struct SpecularAlbedo;
 
 /// glTF's parameters after textures. Colours in [0,1].
 struct BsdfParameters {
@@ -58,6 +61,7 @@ struct BsdfSample {
   float pdf_solid_angle = 0;  ///< 0 when is_delta
   bool is_delta = false;
   bool transmitted = false;  ///< wi is on the other side of the geometric plane
+  bool is_straight = false;  ///< smooth thin transmission: wi = -wo, as if through a hole
   float eta = 1;             ///< n(wi) / n(wo); 1 unless refracted
 };
 
@@ -78,6 +82,8 @@ class Bsdf {
   /// Does any lobe spread over solid angle, so that light sampling makes sense?
   bool has_spread() const noexcept { return has_spread_; }
   bool transmits() const noexcept { return prob_thin_ + prob_glass_ + prob_below_ > 0; }
+  /// Share of light that goes straight through (smooth thin transmission), for shadow rays.
+  Rgb straight() const noexcept;
   /// Share of light reflected or transmitted from wo, per channel, for the albedo layer.
   Rgb albedo() const noexcept;
 
@@ -94,8 +100,10 @@ class Bsdf {
   void add_clearcoat(Vec3 wi, BsdfEval& out) const noexcept;
   void add_sheen(Vec3 wi, BsdfEval& out) const noexcept;
   bool sample_clearcoat(Vec2 u, BsdfSample& s) const noexcept;
+  void prepare_cover(const BsdfParameters& p, SpecularAlbedo wo, SpecularAlbedo average) noexcept;
   void prepare_layers() noexcept;
-  Rgb cover_share(float mu) const noexcept;
+  float cover_albedo(float mu, SpecularAlbedo e) const noexcept;
+  float cover_share(float mu) const noexcept;
   float coat_albedo(Vec3 wi) const noexcept;
   float delta_share() const noexcept;
   Rgb fresnel(float cos_oh) const noexcept;
@@ -116,11 +124,12 @@ class Bsdf {
   float e_wo_ = 1;          ///< single-scattering albedo with F = 1
   float ms_scale_ = 0;      ///< (1 - E(wo)) / (pi (1 - E_avg))
   Rgb ms_color_;
-  Rgb cover_f0_;            ///< dielectric cover over the substrate, unweighted
+  float cover_f0_ = 0;      ///< dielectric cover over the substrate, unweighted; its greatest channel
   float cover_f90_ = 0;
-  Rgb cover_ms_;
-  Rgb cover_wo_ = {1, 1, 1};       ///< 1 - E_cover(wo)
-  Rgb cover_norm_ = {1, 1, 1};     ///< 1 / (1 - E_cover_avg)
+  float cover_ms_ = 0;
+  Rgb cover_film_f0_;       ///< of the cover under a thin film
+  float cover_wo_ = 1;      ///< 1 - E_cover(wo)
+  float cover_norm_ = 1;    ///< 1 / (1 - E_cover_avg)
   Rgb thin_;                ///< weight of thin transmission, cover included
   float thin_scale_ = 1;
   Rgb glass_color_;

@@ -12,8 +12,8 @@
 namespace core {
 namespace {
 
-/// Holes and index-matched boundaries do not count as scattering; this bounds a path that meets
-/// nothing else.
+/// Holes and clear thin walls do not count as scattering; this bounds a path that meets nothing
+/// else.
 constexpr int kPassThroughMax = 4096;
 constexpr float kFar = 3.0e38F;
 
@@ -22,6 +22,11 @@ Rgb absorbed(Rgb sigma_a, float distance_m) {
           std::exp(-sigma_a.b * distance_m)};
 }
 
+Bsdf make_bsdf(const Shading& shading, Vec3 wo_world) {
+  return Bsdf(shading.bsdf, shading.frame.to_local(wo_world),
+              shading.frame.to_local(shading.normal_geometric),
+              shading.has_layers ? &shading.layers : nullptr);
+}
 
 /// The solids around a point, the innermost last. Leaving one takes out its newest entry, wherever
 /// it stands, so overlapping and touching solids keep their order.
@@ -64,7 +69,8 @@ struct PathIntegrator::State {
   PathSample out{};
   Ray ray{};
   Rgb beta = {1, 1, 1};
-  int depth = 0;             ///< scattering events so far
+  int depth = 0;             ///< surfaces met so far, holes left out: names the random numbers
+  int straight = 0;          ///< of these, thin walls that the path went straight through
   float pdf_bsdf = 0;        ///< density of the last direction; 0: camera or delta
   Vec3 last_point{};
   Vec3 last_normal{};          ///< as given to the light sampler at the last vertex
@@ -82,6 +88,7 @@ struct PathIntegrator::Vertex {
   Vec3 wo_world;
   float distance_m = 0;
   Shading shading;
+  Vec3 light_normal;  ///< for the light sampler: zero where light may come from behind
 };
 
 PathIntegrator::PathIntegrator(const IntegratorInput& input)
@@ -166,28 +173,42 @@ void PathIntegrator::add_emission(State& path, const Vertex& vertex) const noexc
   path.out.radiance += path.beta * radiance * weight;
 }
 
-/// Share of light that gets along the ray: 0 behind surfaces, the product of (1 - alpha) through
-/// BLEND, its expected value rather than a throw of dice.
+/// Share of light that gets along the ray: 0 behind surfaces; through BLEND 1 - alpha, its expected
+/// value rather than a throw of dice; through clear thin walls what they let straight through.
+/// scatter() takes such walls for no vertex at all, so light sampling and BSDF sampling share the
+/// paths through them by MIS.
 Rgb PathIntegrator::transmittance(State& path, const Ray& shadow) const noexcept {
   ++path.rays;
-  if (!scene_.has_alpha) {
+  if (!scene_.has_alpha && !scene_.has_clear_walls) {
     return scene_.accel->occluded(shadow) ? Rgb{} : Rgb(1);
   }
-  float open = 1;
+  Rgb open(1);
   Ray ray = shadow;
   const Vec3 end = shadow.origin + shadow.direction;
   const bool far = shadow.t_max > 1;
   for (int pass = 0; pass < kPassThroughMax; ++pass) {
     RawHit hit;
     if (!scene_.accel->intersect(ray, hit)) {
-      return Rgb(open);
+      return open;
     }
-    open *= 1 - scene_.coverage(hit, ray);
-    if (!(open > 0)) {
+    const float coverage = scene_.coverage(hit, ray);
+    const bool is_clear = scene_.materials[scene_.meshes[scene_.placed_mesh(hit).mesh].material].is_clear_wall;
+    if (coverage >= 1 && !is_clear) {
+      return {};
+    }
+    const SurfacePoint hole = scene_.surface_point(hit, ray);
+    Rgb share(1 - coverage);
+    if (is_clear) {
+      const Vec3 wo = -normalize(ray.direction);
+      Shading shading;
+      shade(scene_, hole, wo, path.cone_width_m, shading);
+      share += make_bsdf(shading, wo).straight() * coverage;
+    }
+    open *= share;
+    if (is_black(open)) {
       return {};
     }
     ++path.rays;
-    const SurfacePoint hole = scene_.surface_point(hit, ray);
     const float side = dot(hole.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
     ray.origin = offset_ray(hole.position, hole.normal_geometric * side);
     if (!far) {
@@ -205,7 +226,7 @@ void PathIntegrator::add_direct(State& path, const Vertex& vertex, const Bsdf& b
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
   path.u_roulette = u.w;
   const Vec3 p = vertex.point.position;
-  const LightSample light = all ? lights_.sample(p, path.last_normal, u.x, {u.y, u.z})
+  const LightSample light = all ? lights_.sample(p, vertex.light_normal, u.x, {u.y, u.z})
                                 : lights_.sample_delta(p, u.x);
   if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
     return;
@@ -275,11 +296,16 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   const Vec3 wi = vertex.shading.frame.to_world(s.wi_local);
   const bool through = dot(wi, n) < 0;
   path.beta *= s.weight;
-  path.pdf_bsdf = s.is_delta ? 0.0F : s.pdf_solid_angle;
+  if (s.is_straight) {
+    ++path.straight;  // seen from the last vertex, the light is where it was
+  } else {
+    path.pdf_bsdf = s.is_delta ? 0.0F : s.pdf_solid_angle;
+    path.last_point = vertex.point.position;
+    path.last_normal = vertex.light_normal;
+  }
   path.eta_scale *= s.eta * s.eta;
   path.ray.origin = offset_ray(vertex.point.position, through ? -n : n);
   path.ray.direction = wi;
-  path.last_point = vertex.point.position;
   if (through && scene_.has_volumes) {
     const Material& material = scene_.materials[vertex.point.material];
     if (material.is_volume) {
@@ -384,19 +410,17 @@ PathSample PathIntegrator::trace(const Camera::CameraRay& camera_ray, const Path
       set_relative_ior(path, material, vertex.shading);
     }
     const Shading& shading = vertex.shading;
-    const Bsdf bsdf(shading.bsdf, shading.frame.to_local(vertex.wo_world),
-                    shading.frame.to_local(shading.normal_geometric),
-                    shading.has_layers ? &shading.layers : nullptr);
+    const Bsdf bsdf = make_bsdf(shading, vertex.wo_world);
     if (!path.out.hit) {
       record_first(path, vertex, bsdf.albedo());
     }
     if (material.is_emissive) {
       add_emission(path, vertex);
     }
-    if (path.depth >= max_depth_) {
+    if (path.depth - path.straight >= max_depth_ || path.straight > kPassThroughMax) {
       return path.out;
     }
-    path.last_normal = bsdf.transmits() ? Vec3{} : shading.normal_geometric;
+    vertex.light_normal = bsdf.transmits() ? Vec3{} : shading.normal_geometric;
     add_direct(path, vertex, bsdf);
     if (!scatter(path, vertex, bsdf)) {
       return path.out;

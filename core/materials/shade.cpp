@@ -96,7 +96,9 @@ void set_roughness(BsdfParameters& b, float roughness) {
 /// Textures and vertex colours over the plain parameters.
 void apply_textures(const Material& material, const SurfacePoint& point, float footprint_m, BsdfParameters& b) {
   const MaterialDescription& f = material.factors;
-  const Vec4 c = read(material.base_color, point, footprint_m);
+  // Where coverage comes from the same texture, colour is read as sharply: coarser levels would mix
+  // in what stands behind alpha 0.
+  const Vec4 c = read(material.base_color, point, material.has_alpha ? 0.0F : footprint_m);
   b.base_color = clamp01_rgb(f.base_color * Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z});
   if (material.metallic_roughness.texture != nullptr) {
     const Vec4 mr = read(material.metallic_roughness, point, footprint_m);
@@ -181,7 +183,7 @@ Rgb emitted(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world) no
 
 Rgb unlit_color(const SceneData& scene, const SurfacePoint& point, float footprint_m) noexcept {
   const Material& material = scene.materials[point.material];
-  const Vec4 c = read(material.base_color, point, footprint_m);
+  const Vec4 c = read(material.base_color, point, material.has_alpha ? 0.0F : footprint_m);
   return material.factors.base_color * Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z};
 }
 

@@ -114,6 +114,12 @@ class Builder {
       m.has_alpha = d.alpha_mode == AlphaMode::kMask ||
                     (d.alpha_mode == AlphaMode::kBlend);
       m.is_volume = (d.transmission > 0 || d.diffuse_transmission > 0) && d.thickness > 0;
+      // Below this roughness, a quarter above the one of Bsdf's mirrors, shadow rays ask the Bsdf.
+      constexpr float kClearRoughness = 0.028F;
+      m.is_clear_wall = d.transmission > 0 && !m.is_volume && !d.unlit &&
+                        (d.roughness < kClearRoughness || m.metallic_roughness.texture != nullptr) &&
+                        (d.metallic < 1 || m.metallic_roughness.texture != nullptr);
+      to_.has_clear_walls = to_.has_clear_walls || m.is_clear_wall;
       if (m.is_volume && d.attenuation_distance > 0) {
         const auto sigma = [&d](float c) {
           return -std::log(std::max(c, 1e-6F)) / d.attenuation_distance;

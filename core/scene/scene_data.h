@@ -50,6 +50,7 @@ struct Material {
   bool is_emissive = false;
   bool has_alpha = false;     ///< MASK or BLEND: hits may be holes
   bool is_volume = false;     ///< bounds a solid (thickness > 0)
+  bool is_clear_wall = false;  ///< thin and smooth enough somewhere to let light straight through
   Rgb sigma_a;                ///< absorption inside [1/m]
 };
 
@@ -111,6 +112,7 @@ class SceneData {
   float radius_m = 0;
   bool has_alpha = false;
   bool has_volumes = false;
+  bool has_clear_walls = false;
 
   const PlacedMesh& placed_mesh(const RawHit& hit) const noexcept {
     return placed[hit.instance == kNoInstance ? hit.geometry

@@ -13,6 +13,8 @@ declare const self: DedicatedWorkerGlobalScope;
 
 const silenceMs = 40_000;
 const maxDelayMs = 6_000;
+const steadyMs = 5_000;
+const overloadedMs = 5_000;
 
 const post = (message: FromFeed, transfer: Transferable[] = []): void =>
   self.postMessage(message, transfer);
@@ -22,6 +24,8 @@ class Feed {
   private lastEventId: string | null = null;
   private revision = 0;
   private link: LinkState | null = null;
+  /** When to come back to a server that has too many viewers; it says so itself. */
+  private retryMs = overloadedMs;
 
   constructor(
     private readonly jobId: string,
@@ -50,19 +54,17 @@ class Feed {
   private async runEvents(signal: AbortSignal): Promise<void> {
     this.setLink('connecting');
     for (let attempt = 0; !signal.aborted; ++attempt) {
-      const outcome = await this.readEvents(signal, () => (attempt = 0)).catch(
-        () => 'lost' as const,
-      );
+      const began = Date.now();
+      const outcome = await this.readEvents(signal).catch(() => 'lost' as const);
       if (signal.aborted || outcome === 'done') return;
       if (outcome !== 'overloaded') this.setLink('reconnecting');
-      await delay(backoff(attempt), signal);
+      // A stream that breaks at once is no reason to come back at once.
+      if (Date.now() - began > steadyMs) attempt = 0;
+      await delay(outcome === 'overloaded' ? this.retryMs : backoff(attempt), signal);
     }
   }
 
-  private async readEvents(
-    signal: AbortSignal,
-    onLife: () => void,
-  ): Promise<'done' | 'lost' | 'overloaded'> {
+  private async readEvents(signal: AbortSignal): Promise<'done' | 'lost' | 'overloaded'> {
     const watchdog = new Watchdog(signal);
     const headers: Record<string, string> = { accept: 'text/event-stream' };
     if (this.lastEventId) headers['last-event-id'] = this.lastEventId;
@@ -81,7 +83,6 @@ class Feed {
       const { done, value } = await reader.read();
       if (done) break;
       watchdog.feed();
-      onLife();
       parser.push(text.decode(value, { stream: true }), (event) => {
         if (event.id) this.lastEventId = event.id;
         const result = this.handle(event);
@@ -89,6 +90,7 @@ class Feed {
       });
     }
     watchdog.stop();
+    this.retryMs = parser.retryMs ?? overloadedMs;
     return outcome;
   }
 

@@ -230,7 +230,7 @@ constexpr std::array kOperations = {
               "Keeps the picture so far. Cancelling twice is no error.", "write", kNoParameters,
               kNoBody, kJobChanged, k404, true},
     Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Let a finished job go on.", "",
-              "write", kNoParameters, kExtend, kJobExtended, kExtendProblems, false},
+              "write", kNoParameters, kExtend, kJobExtended, kExtendProblems, true},
     Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Forget a job and its files.",
               "409 while it runs.", "write", kNoParameters, kNoBody, kGone, k409, true},
     Operation{

@@ -11,6 +11,7 @@
 #include "server/jobs/event_log.h"
 #include "server/jobs/job_record.h"
 #include "server/jobs/render_run.h"
+#include "server/jobs/tile_errors.h"
 
 namespace server {
 
@@ -45,6 +46,7 @@ class Job {
   History history() const { return history_; }
   EventLog& log() const { return *log_; }
   std::shared_ptr<EventLog> shared_log() const { return log_; }
+  TileErrors& tile_errors() const { return tile_errors_; }
 
   JobRecord record() const {
     const core::MutexLock lock(mutex_);
@@ -100,6 +102,7 @@ class Job {
   const bool memory_only_;
   const History history_;
   const std::shared_ptr<EventLog> log_ = std::make_shared<EventLog>();
+  mutable TileErrors tile_errors_;  ///< A cache.
   core::Mutex change_mutex_;
   std::atomic<int> load_generation_ = 0;
   mutable core::Mutex mutex_;

@@ -60,6 +60,8 @@ class BlobStore {
 
   /// Size; empty when there is no such blob.
   std::optional<std::uint64_t> find(std::string_view id) const;
+  /// Where a blob of that id is or would be. Pre: the id is a sha256.
+  std::string path_of(std::string_view id) const;
   core::Result<UniqueFd> open_blob(std::string_view id) const;
   /// The whole content. Errors: kNotFound.
   core::Result<core::SharedBytes> read(std::string_view id) const;
@@ -68,7 +70,6 @@ class BlobStore {
  private:
   explicit BlobStore(std::string directory) : directory_(std::move(directory)) {}
   std::string folder_of(std::string_view id) const;
-  std::string path_of(std::string_view id) const;
 
   std::string directory_;
 };

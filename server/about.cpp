@@ -1,0 +1,115 @@
+#include "server/about.h"
+
+#include <cstring>
+#include <span>
+
+#include <elf.h>
+#include <link.h>
+
+#include "core/accel/accel.h"
+#include "core/image_io/image_io.h"
+#include "core/scene_io/builtin_scenes.h"
+
+namespace server {
+namespace {
+
+std::string hex(std::span<const unsigned char> bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const unsigned char byte : bytes) {
+    text += kDigits[byte >> 4U];
+    text += kDigits[byte & 15U];
+  }
+  return text;
+}
+
+/// The linker's hash of this program, from its NT_GNU_BUILD_ID note; empty when it made none.
+std::string linker_build_id() {
+  std::string id;
+  const auto visit = [](dl_phdr_info* object, std::size_t, void* result) -> int {
+    for (int i = 0; i < object->dlpi_phnum; ++i) {
+      const ElfW(Phdr)& segment = object->dlpi_phdr[i];
+      if (segment.p_type != PT_NOTE) {
+        continue;
+      }
+      const auto* begin = reinterpret_cast<const unsigned char*>(object->dlpi_addr + segment.p_vaddr);
+      std::span<const unsigned char> notes(begin, segment.p_memsz);
+      while (notes.size() >= sizeof(ElfW(Nhdr))) {
+        ElfW(Nhdr) note;
+        std::memcpy(&note, notes.data(), sizeof note);
+        const std::size_t name_bytes = (note.n_namesz + 3U) & ~std::size_t{3};
+        const std::size_t head_bytes = sizeof note + name_bytes;
+        const std::size_t all_bytes = head_bytes + ((note.n_descsz + 3U) & ~std::size_t{3});
+        if (all_bytes > notes.size()) {
+          break;
+        }
+        if (note.n_type == NT_GNU_BUILD_ID) {
+          *static_cast<std::string*>(result) = hex(notes.subspan(head_bytes, note.n_descsz));
+          return 1;
+        }
+        notes = notes.subspan(all_bytes);
+      }
+    }
+    return 1;  // The first object is the program itself.
+  };
+  dl_iterate_phdr(visit, &id);
+  return id;
+}
+
+std::string compiler_name() {
+#ifdef __clang__
+  return "clang " __clang_version__;
+#else
+  return "gcc " __VERSION__;
+#endif
+}
+
+/// What the compiler was allowed to use; Embree picks wider code by itself.
+std::string instruction_set() {
+#if defined(__AVX512F__)
+  return "avx512";
+#elif defined(__AVX2__)
+  return "avx2";
+#else
+  return "sse2";
+#endif
+}
+
+}  // namespace
+
+std::string program_version() { return TESSERA_VERSION; }
+
+api::ServerView about_server(const Config& config) {
+  api::ServerView about;
+  about.version = program_version();
+  about.build.commit = TESSERA_COMMIT;
+  about.build.id = linker_build_id();
+  if (about.build.id.empty()) {
+    about.build.id = about.build.commit;
+  }
+  about.build.compiler = compiler_name();
+  about.build.isa = instruction_set();
+  about.build.embree = core::embree_version();
+  for (const core::BuiltinScene& scene : core::builtin_scenes()) {
+    about.capabilities.scenes.push_back({std::string(scene.name), std::string(scene.summary)});
+  }
+  for (const core::ImageFormat& format : core::image_formats()) {
+    about.capabilities.image_formats.push_back(
+        {std::string(format.extension), std::string(format.mime)});
+  }
+  for (const core::ToneMapEntry& entry : core::tone_maps()) {
+    about.capabilities.tone_maps.emplace_back(entry.name);
+  }
+  about.limits = {
+      {"queue_jobs", config.queue_max},
+      {"running_jobs", config.running_max},
+      {"streams", config.streams_max},
+      {"samples_per_job", config.samples_max},
+      {"upload_bytes", static_cast<std::int64_t>(config.upload_bytes_max)},
+      {"scene_cache_bytes", static_cast<std::int64_t>(config.scene_cache_bytes)},
+      {"film_cache_bytes", static_cast<std::int64_t>(config.film_cache_bytes)},
+  };
+  return about;
+}
+
+}  // namespace server

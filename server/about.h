@@ -1,0 +1,15 @@
+/// What GET /v1/server tells of this program: version, build, names from the registries.
+#pragma once
+
+#include <string>
+
+#include "api/server_view.h"
+#include "server/config.h"
+
+namespace server {
+
+std::string program_version();
+/// config: limits that the operator chose.
+api::ServerView about_server(const Config& config);
+
+}  // namespace server

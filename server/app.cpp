@@ -1,0 +1,262 @@
+#include "server/app.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include <pthread.h>
+
+#include "api/job_spec.h"
+#include "server/about.h"
+#include "server/guard.h"
+#include "server/http/http_server.h"
+#include "server/jobs/job_service.h"
+#include "server/observe/log.h"
+#include "server/observe/metrics.h"
+#include "server/routes/context.h"
+#include "server/scenes/scene_service.h"
+#include "server/store/blob_store.h"
+#include "server/store/data_dir.h"
+#include "server/store/database.h"
+#include "server/store/job_table.h"
+#include "server/store/scene_table.h"
+#include "server/store/schema.h"
+
+namespace server {
+namespace {
+
+using std::chrono::milliseconds;
+
+int render_threads(const Config& config) {
+  const auto cores = static_cast<int>(std::thread::hardware_concurrency());
+  return config.threads > 0 ? config.threads : std::max(cores, 1);
+}
+
+JobServiceOptions job_options(const Config& config) {
+  JobServiceOptions options;
+  options.threads = render_threads(config);
+  options.book.queue_max = config.queue_max;
+  options.book.running_max = config.running_max;
+  options.samples_max = config.samples_max;
+  options.checkpoint_seconds = config.checkpoint_seconds;
+  options.film_cache_bytes = config.film_cache_bytes;
+  options.disk_limit_percent = config.disk_limit_percent;
+  options.disk_limit_bytes = config.disk_limit_bytes;
+  return options;
+}
+
+/// Everything that a running server is made of, in the order in which it is built and, backwards,
+/// taken apart.
+class App {
+ public:
+  App(const Config& config, DataDir data, std::unique_ptr<Database> database, BlobStore blobs)
+      : config_(config),
+        about_(about_server(config)),
+        log_(config.log_level),
+        data_(std::move(data)),
+        database_(std::move(database)),
+        blobs_(std::move(blobs)),
+        job_table_(*database_),
+        scene_table_(*database_),
+        scenes_(blobs_, scene_table_,
+                {.cache_bytes = config.scene_cache_bytes, .threads = render_threads(config)}),
+        streams_(config.streams_max),
+        guard_(config) {}
+
+  /// Opens the store. Errors: a directory that cannot be used, a store that cannot be read.
+  static core::Result<std::unique_ptr<App>> create(const Config& config) {
+    auto data = DataDir::open(config.data_dir);
+    if (!data) {
+      return data.error();
+    }
+    auto database = Database::open(data->database_path());
+    if (!database) {
+      return database.error();
+    }
+    if (auto migrated = migrate(**database); !migrated) {
+      return migrated.error();
+    }
+    auto blobs = BlobStore::open(data->assets_path());
+    if (!blobs) {
+      return blobs.error();
+    }
+    auto app = std::make_unique<App>(config, *std::move(data), *std::move(database), *std::move(blobs));
+    const auto run = app->job_table_.next_run();
+    if (!run) {
+      return run.error();
+    }
+    app->jobs_ = std::make_unique<JobService>(
+        JobServiceParts{app->job_table_, app->scenes_, app->data_, app->log_, app->metrics_},
+        job_options(config), *run);
+    return app;
+  }
+
+  core::Result<int> bind() {
+    HttpOptions options;
+    options.host = config_.listen;
+    options.port = config_.port;
+    options.limits.max_connections = std::max(4096, config_.streams_max + 1024);
+    options.hooks.before = [this](Request& request) { return guard_.check(request); };
+    options.hooks.decorate = [this](const Request& request, Response& response) {
+      guard_.decorate(request, response);
+    };
+    options.hooks.after = [this](const Request& request, const Outcome& outcome) { note(request, outcome); };
+    std::vector<Route> routes =
+        make_routes({config_, data_, blobs_, scene_table_, job_table_, scenes_, *jobs_, streams_, metrics_,
+                     log_, about_, ready_});
+    routes.push_back({.method = "POST", .pattern = "/v1/session", .handler = [this](Request& request) {
+                        return guard_.start_session(request);
+                      }});
+    http_ = std::make_unique<HttpServer>(std::move(options), std::move(routes), streams_);
+    return http_->bind();
+  }
+
+  /// Takes up old jobs, adds the demo, serves until a signal.
+  int run(const sigset_t& signals) {
+    if (const auto resumed = jobs_->resume(); !resumed) {
+      log_.write(LogLevel::kError, "resume failed", {{"reason", resumed.error().message}});
+      return 1;
+    }
+    submit_demo();
+    ready_ = true;
+    std::thread serving([this] { http_->run(); });
+    int signal = 0;
+    sigwait(&signals, &signal);
+    ready_ = false;
+    log_.write(LogLevel::kInfo, "stopping", {{"signal", std::int64_t{signal}}});
+    const auto grace = milliseconds(static_cast<std::int64_t>(config_.grace_seconds * 1000));
+    const auto start = std::chrono::steady_clock::now();
+    // Films first: an answer that is cut off can be asked for again, a sample is gone.
+    std::thread saving([this] { jobs_->stop(); });
+    const bool quiet = http_->stop(std::max(grace - milliseconds(500), milliseconds(100)));
+    saving.join();
+    serving.join();
+    log_.write(LogLevel::kInfo, "stopped",
+               {{"seconds", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()},
+                {"clean", std::int64_t{quiet ? 1 : 0}}});
+    return 0;
+  }
+
+  void log_start(int port) {
+    log_.write(LogLevel::kInfo, "started",
+               {{"version", about_.version},
+                {"build", about_.build.id},
+                {"listen", config_.listen},
+                {"port", std::int64_t{port}},
+                {"data", config_.data_dir},
+                {"threads", std::int64_t{render_threads(config_)}}});
+  }
+
+ private:
+  void note(const Request& request, const Outcome& outcome) {
+    metrics_.count_request(request.method, request.route.empty() ? "unknown" : request.route, outcome.status,
+                           outcome.seconds, outcome.bytes_received, outcome.bytes_sent);
+    const LogLevel level = outcome.status >= 500 ? LogLevel::kError : LogLevel::kDebug;
+    if (log_.enabled(level)) {
+      log_.write(level, "request",
+                 {{"method", request.method},
+                  {"path", request.path},
+                  {"status", std::int64_t{outcome.status}},
+                  {"seconds", outcome.seconds},
+                  {"request_id", request.request_id},
+                  {"remote", request.remote_addr},
+                  {"error", outcome.internal_error}});
+    }
+  }
+
+  void submit_demo() {
+    if (!config_.demo || jobs_->any_job()) {
+      return;
+    }
+    constexpr std::string_view kDemo =
+        R"({"scene": "interior", "name": "Welcome to Tessera", "labels": {"demo": "1"},
+            "film": {"width": 960, "height": 540}, "stop": {"samples_per_pixel": 512}})";
+    auto parsed = api::parse_job(kDemo);
+    CHECK(parsed);
+    const auto submitted = jobs_->submit(*std::move(parsed), {});
+    if (!submitted) {
+      log_.write(LogLevel::kWarning, "no demo job", {{"reason", submitted.problem().detail}});
+    }
+  }
+
+  const Config& config_;
+  const api::ServerView about_;
+  Log log_;
+  Metrics metrics_;
+  DataDir data_;
+  std::unique_ptr<Database> database_;
+  BlobStore blobs_;
+  JobTable job_table_;
+  SceneTable scene_table_;
+  SceneService scenes_;
+  StreamGate streams_;
+  Guard guard_;
+  std::atomic<bool> ready_ = false;
+  std::unique_ptr<JobService> jobs_;
+  std::unique_ptr<HttpServer> http_;
+};
+
+std::string url_host(const std::string& host) {
+  return host.find(':') == std::string::npos ? host : "[" + host + "]";
+}
+
+int report(const core::Error& error) {
+  std::fprintf(stderr, "tessera: %s%s%s\n", error.where.empty() ? "" : error.where.c_str(),
+               error.where.empty() ? "" : ": ", error.message.c_str());
+  return 1;
+}
+
+}  // namespace
+
+int serve(const Config& config) {
+  if (config.key.empty() && !is_loopback(config.listen)) {
+    return report({core::ErrorCode::kInvalidArgument,
+                   "listening on " + config.listen + " needs a key: set --key or TESSERA_KEY", "--listen"});
+  }
+  // Signals are taken by sigwait() in this thread; every thread made from here on inherits the mask.
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+
+  auto app = App::create(config);
+  if (!app) {
+    return report(app.error());
+  }
+  const auto port = (*app)->bind();
+  if (!port) {
+    return report(port.error());
+  }
+  std::printf("listening on http://%s:%d\n", url_host(config.listen).c_str(), *port);
+  if (config.demo) {
+    std::printf("open http://localhost:%d/ in a browser\n", *port);
+  }
+  std::fflush(stdout);
+  (*app)->log_start(*port);
+  return (*app)->run(signals);
+}
+
+int serve_command(std::span<const std::string_view> args) {
+  if (std::any_of(args.begin(), args.end(), [](std::string_view a) { return a == "--help" || a == "-h"; })) {
+    std::fputs(config_help().c_str(), stdout);
+    return 0;
+  }
+  const auto config = parse_config(args, process_environ);
+  if (!config) {
+    std::fprintf(stderr, "tessera serve: %s: %s\n", config.error().where.c_str(),
+                 config.error().message.c_str());
+    return 2;
+  }
+  return serve(*config);
+}
+
+}  // namespace server

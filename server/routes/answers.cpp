@@ -1,0 +1,87 @@
+#include "server/routes/answers.h"
+
+#include "api/errors.h"
+#include "api/requests.h"
+#include "server/http/text.h"
+
+namespace server {
+namespace {
+
+std::string percent_encode(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  constexpr std::string_view kPlain = "-._~";
+  std::string encoded;
+  for (const char c : text) {
+    const bool is_plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                          kPlain.find(c) != std::string_view::npos;
+    if (is_plain) {
+      encoded += c;
+      continue;
+    }
+    const auto byte = static_cast<unsigned char>(c);
+    encoded += '%';
+    encoded += kDigits[byte >> 4U];
+    encoded += kDigits[byte & 15U];
+  }
+  return encoded;
+}
+
+}  // namespace
+
+Response problem_answer(const Request& request, const api::Problem& problem) {
+  Response response =
+      text_response(problem.status, "application/problem+json",
+                    api::problem_json(problem, request.path));
+  if (problem.status == 429 || problem.status == 503) {
+    response.headers.set("Retry-After", "5");
+  }
+  return response;
+}
+
+Response error_answer(const Request& request, const core::Error& error) {
+  return problem_answer(request, api::from_error(error));
+}
+
+Response error_answer(const Request& request, core::ErrorCode code, std::string detail) {
+  return problem_answer(request, api::make_problem(code, std::move(detail)));
+}
+
+std::variant<JobPointer, Response> find_job(JobService& jobs, const Request& request) {
+  auto job = jobs.find(std::string(request.path_param("id")));
+  if (!job) {
+    return error_answer(request, job.error());
+  }
+  return std::move(*job);
+}
+
+std::optional<Response> refuse_query(const Request& request) {
+  const auto parsed = api::parse_no_query(request.query_params);
+  return parsed ? std::nullopt : std::optional<Response>(problem_answer(request, parsed.problem()));
+}
+
+std::optional<std::int64_t> cursor_sequence(const std::string& cursor) {
+  const auto number = parse_decimal(cursor);
+  if (!number || *number > static_cast<std::uint64_t>(INT64_MAX)) {
+    return std::nullopt;
+  }
+  return static_cast<std::int64_t>(*number);
+}
+
+Response list_answer(const Request& request, std::string json,
+                     const std::optional<std::string>& next) {
+  Response response = json_response(200, std::move(json));
+  response.compressible = true;
+  if (next) {
+    // The same request with another cursor.
+    std::string target = request.path + "?cursor=" + *next;
+    for (const auto& [name, value] : request.query_params) {
+      if (name != "cursor") {
+        target += "&" + percent_encode(name) + "=" + percent_encode(value);
+      }
+    }
+    response.headers.add("Link", "<" + target + ">; rel=\"next\"");
+  }
+  return response;
+}
+
+}  // namespace server

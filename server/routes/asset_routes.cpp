@@ -1,0 +1,120 @@
+// Assets: files by the hash of their content.
+
+#include <string>
+#include <utility>
+
+#include "api/errors.h"
+#include "api/job_view.h"
+#include "api/requests.h"
+#include "server/http/conditional.h"
+#include "server/http/file_response.h"
+#include "server/observe/clock.h"
+#include "server/routes/answers.h"
+#include "server/routes/context.h"
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+Response upload(const RouteContext& context, Request& request, const std::string& expected_id) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto upload = context.blobs.start_upload();
+  if (!upload) {
+    return error_answer(request, upload.error());
+  }
+  core::Status written = core::ok_status();
+  const bool complete = request.body_reader->read([&](std::string_view piece) {
+    written = upload->write(piece);
+    return written.has_value();
+  });
+  if (!written) {
+    return error_answer(request, written.error());
+  }
+  if (!complete) {
+    return error_answer(request, ErrorCode::kBadSyntax, "the body was cut short");
+  }
+  const auto stored = upload->finish(expected_id);
+  if (!stored) {
+    return error_answer(request, stored.error());
+  }
+  const auto noted = context.scene_table.insert_asset(stored->id, stored->bytes, true, unix_now());
+  if (!noted) {
+    return error_answer(request, noted.error());
+  }
+  Response response =
+      json_response(stored->known ? 200 : 201, api::asset_json(stored->id, stored->bytes));
+  response.headers.set("Location", "/v1/assets/" + stored->id);
+  return response;
+}
+
+Response put(const RouteContext& context, Request& request) {
+  const std::string id(request.path_param("sha256"));
+  if (!api::is_sha256(id)) {
+    return error_answer(
+        request, Error{ErrorCode::kInvalidArgument,
+                       "\"" + id + "\" is no sha256: 64 lower-case hex digits", "/sha256"});
+  }
+  return upload(context, request, id);
+}
+
+Response get(const RouteContext& context, Request& request) {
+  const std::string id(request.path_param("sha256"));
+  if (!context.blobs.find(id)) {
+    return error_answer(request, ErrorCode::kNotFound, "no asset has the id \"" + id + "\"");
+  }
+  Response response = file_response(
+      request, FileSource{.path = context.blobs.path_of(id),
+                          .content_type = "application/octet-stream",
+                          .etag = make_etag(id),
+                          .cache_control = "public, max-age=31536000, immutable"});
+  if (response.status == 416) {
+    Response problem = error_answer(request, ErrorCode::kRangeNotSatisfiable,
+                                    "the range lies outside the asset");
+    if (const auto range = response.headers.find("Content-Range")) {
+      problem.headers.set("Content-Range", *range);
+    }
+    return problem;
+  }
+  return response;
+}
+
+Response remove(const RouteContext& context, Request& request) {
+  const std::string id(request.path_param("sha256"));
+  if (!context.blobs.find(id)) {
+    return error_answer(request, ErrorCode::kNotFound, "no asset has the id \"" + id + "\"");
+  }
+  const auto in_scene = context.scene_table.asset_in_a_scene(id);
+  const auto in_job = context.job_table.environment_in_use(id);
+  if (!in_scene || !in_job) {
+    return error_answer(request, in_scene ? in_job.error() : in_scene.error());
+  }
+  if (*in_scene || *in_job) {
+    return error_answer(request, ErrorCode::kConflict,
+                        *in_scene ? "a scene uses the asset" : "a job uses the asset");
+  }
+  if (const auto removed = context.scene_table.remove_asset(id); !removed) {
+    return error_answer(request, removed.error());
+  }
+  if (const auto removed = context.blobs.remove(id); !removed) {
+    return error_answer(request, removed.error());
+  }
+  return empty_response();
+}
+
+}  // namespace
+
+void add_asset_handlers(const RouteContext& context, HandlerTable& table) {
+  const BodyPolicy body = BodyPolicy::stream(context.config.upload_bytes_max);
+  table["createAsset"] = {
+      .handler = [context](Request& request) { return upload(context, request, {}); }, .body = body};
+  table["putAsset"] = {.handler = [context](Request& request) { return put(context, request); },
+                       .body = body};
+  table["getAsset"] = {.handler = [context](Request& request) { return get(context, request); }};
+  table["deleteAsset"] = {.handler = [context](Request& request) { return remove(context, request); }};
+}
+
+}  // namespace server

@@ -1,0 +1,59 @@
+/// What the handlers of all routes share. Everything outlives the HTTP server.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "api/server_view.h"
+#include "server/config.h"
+#include "server/http/message.h"
+#include "server/http/router.h"
+#include "server/http/stream_gate.h"
+#include "server/jobs/job_service.h"
+#include "server/observe/log.h"
+#include "server/observe/metrics.h"
+#include "server/scenes/scene_service.h"
+#include "server/store/blob_store.h"
+#include "server/store/data_dir.h"
+
+namespace server {
+
+struct RouteContext {
+  const Config& config;
+  const DataDir& data;
+  BlobStore& blobs;
+  SceneTable& scene_table;
+  JobTable& job_table;
+  SceneService& scenes;
+  JobService& jobs;
+  StreamGate& streams;
+  Metrics& metrics;
+  Log& log;
+  const api::ServerView& about;
+  std::atomic<bool>& ready;
+};
+
+/// A handler before it has its path: that comes from api::operations().
+struct RouteHandler {
+  Handler handler;
+  BodyPolicy body = {};
+  bool is_probe = false;
+};
+/// By operation id.
+using HandlerTable = std::map<std::string_view, RouteHandler>;
+
+void add_system_handlers(const RouteContext& context, HandlerTable& table);
+void add_asset_handlers(const RouteContext& context, HandlerTable& table);
+void add_scene_handlers(const RouteContext& context, HandlerTable& table);
+void add_job_handlers(const RouteContext& context, HandlerTable& table);
+void add_result_handlers(const RouteContext& context, HandlerTable& table);
+void add_stream_handlers(const RouteContext& context, HandlerTable& table);
+
+/// All routes: one for each available row of api::operations(), and the files of the page. Stops the
+/// process (CHECK) when a row has no handler, or a handler no row.
+std::vector<Route> make_routes(const RouteContext& context);
+
+}  // namespace server

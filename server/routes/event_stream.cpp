@@ -1,0 +1,205 @@
+#include "server/routes/event_stream.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace server {
+namespace {
+
+constexpr std::string_view kDigits = "0123456789abcdefghijklmnopqrstuvwxyz";
+constexpr std::size_t kStreamDigitsMax = 12;
+constexpr std::uint32_t kRetryMs = 2000;
+
+std::string format(std::string_view id, api::EventType type, std::string_view data) {
+  return format_sse(SseEvent{.id = id, .event = api::to_text(type), .data = data, .retry_ms = {}});
+}
+
+}  // namespace
+
+std::string stream_name(std::int64_t run) {
+  std::string name;
+  for (auto rest = static_cast<std::uint64_t>(std::max<std::int64_t>(run, 0)); rest > 0; rest /= 36) {
+    name.insert(name.begin(), kDigits[rest % 36]);
+  }
+  return name.empty() ? "0" : name;
+}
+
+std::optional<std::int64_t> stream_number(std::string_view name) {
+  if (name.empty() || name.size() > kStreamDigitsMax) {
+    return std::nullopt;
+  }
+  std::int64_t run = 0;
+  for (const char digit : name) {
+    const auto value = kDigits.find(digit);
+    if (value == std::string_view::npos) {
+      return std::nullopt;
+    }
+    run = run * 36 + static_cast<std::int64_t>(value);
+  }
+  return run;
+}
+
+EventStream::EventStream(JobService& jobs, JobPointer job, std::optional<SseId> last, Options options)
+    : jobs_(jobs),
+      job_(std::move(job)),
+      last_(std::move(last)),
+      options_(options),
+      stream_(stream_name(jobs.run_number())) {}
+
+bool EventStream::is_over() const {
+  const auto end = job_->end_mark();
+  return last_ && end && api::is_final(job_->state()) && stream_number(last_->stream) == end->stream &&
+         last_->seq == end->seq;
+}
+
+std::string EventStream::snapshot(const std::string& id) const {
+  return format(id, api::EventType::kSnapshot, api::snapshot_event(jobs_.view(*job_)));
+}
+
+void EventStream::run(StreamWriter& writer) {
+  written_ = Clock::now();
+  if (!send_beginning(writer)) {
+    return;
+  }
+  while (!ended_ && !writer.client_gone()) {
+    if (writer.stopping()) {
+      // The client comes back, and goes on where it was.
+      writer.write("retry: " + std::to_string(kRetryMs) + "\n\n" +
+                   format_sse_comment("the server stops"));
+      return;
+    }
+    if (!send_news(writer)) {
+      return;
+    }
+  }
+}
+
+bool EventStream::send_beginning(StreamWriter& writer) {
+  const bool in_log = job_->history() == Job::History::kInLog;
+  if (last_) {
+    const bool same_stream = last_->stream == stream_ && in_log;
+    if (!same_stream || last_->seq > job_->log().last_seq()) {
+      return send_from_store(writer, *last_);
+    }
+    // The id stays the client's own: should it break off now, it has still missed the rest.
+    seq_ = last_->seq;
+    return writer.write(snapshot(format_sse_id(stream_, seq_)));
+  }
+  if (api::is_final(job_->state())) {
+    return send_ended_job(writer);
+  }
+  seq_ = job_->log().last_seq();
+  return writer.write(snapshot(format_sse_id(stream_, seq_)));
+}
+
+bool EventStream::send_ended_job(StreamWriter& writer) {
+  const api::JobView view = jobs_.view(*job_);
+  const EndMark end = job_->end_mark().value_or(EndMark{.stream = jobs_.run_number(), .seq = 1});
+  const std::string stream = stream_name(end.stream);
+  ended_ = true;
+  return writer.write(snapshot(format_sse_id(stream, end.seq - 1)) +
+                      format(format_sse_id(stream, end.seq), api::EventType::kEnd,
+                             api::end_event(view)));
+}
+
+bool EventStream::send_from_store(StreamWriter& writer, const SseId& last) {
+  seq_ = job_->log().last_seq();
+  std::string text;
+  const auto number = stream_number(last.stream);
+  if (number && *number <= jobs_.run_number()) {
+    const auto missed = jobs_.stored_events(*job_, *number, last.seq);
+    for (const EventRow& event : missed ? *missed : std::vector<EventRow>()) {
+      const bool later = event.stream == jobs_.run_number() && event.seq > seq_ &&
+                         job_->history() == Job::History::kInLog;
+      if (event.type == api::to_text(api::EventType::kEnd) || later) {
+        continue;  // The end comes last, what is later in its turn.
+      }
+      text += format_sse(SseEvent{.id = format_sse_id(stream_name(event.stream), event.seq),
+                                  .event = event.type,
+                                  .data = event.data,
+                                  .retry_ms = {}});
+    }
+  }
+  text += format("", api::EventType::kReset,
+                 api::reset_event("progress and tiles of the time in between are not kept"));
+  if (!writer.write(text)) {
+    return false;
+  }
+  if (api::is_final(job_->state())) {
+    return send_ended_job(writer);
+  }
+  return writer.write(snapshot(format_sse_id(stream_, seq_)));
+}
+
+bool EventStream::send_news(StreamWriter& writer) {
+  const auto events = job_->log().read_after(seq_, options_.tiles_at_a_time);
+  std::string text;
+  for (const LoggedEvent& event : events) {
+    text += format_event(event);
+    seq_ = event.seq;
+    ended_ = ended_ || event.type == api::EventType::kEnd;
+  }
+  append_due_progress(text);
+  const auto now = Clock::now();
+  if (!text.empty()) {
+    if (!writer.write(text)) {
+      return false;
+    }
+    written_ = now;
+  } else if (now - written_ >= options_.ping) {
+    if (!writer.write(format_sse_comment("ping"))) {
+      return false;
+    }
+    written_ = now;
+  }
+  if (ended_) {
+    return true;
+  }
+  const auto ping_due = written_ + options_.ping;
+  if (!events.empty()) {
+    // Tiles may wait for others of their kind; states may not.
+    job_->log().wait_after(seq_, EventLog::Wake::kDurable, now + options_.pace, writer.stop_token());
+    return true;
+  }
+  const auto due = progress_pending_ ? std::min(ping_due, progress_told_ + options_.progress) : ping_due;
+  job_->log().wait_after(seq_, EventLog::Wake::kAnything, due, writer.stop_token());
+  return true;
+}
+
+void EventStream::append_due_progress(std::string& text) {
+  const auto now = Clock::now();
+  if (!progress_pending_ || ended_ || now - progress_told_ < options_.progress) {
+    return;
+  }
+  progress_pending_ = false;
+  progress_told_ = now;
+  text += format(format_sse_id(stream_, seq_), api::EventType::kProgress,
+                 api::progress_event(jobs_.view(*job_)));
+}
+
+std::string EventStream::format_event(const LoggedEvent& event) {
+  if (event.type == api::EventType::kProgress) {
+    progress_pending_ = true;
+    return {};
+  }
+  if (event.type == api::EventType::kTile) {
+    return format_tile(event);
+  }
+  return format(format_sse_id(stream_, event.seq), event.type, event.data);
+}
+
+std::string EventStream::format_tile(const LoggedEvent& event) {
+  const auto film = jobs_.film(*job_);
+  if (!film) {
+    return {};
+  }
+  const api::TileEvent tile = {
+      .rect = (*film)->tile_rect(event.tile),
+      .revision = (*film)->tile_revision(event.tile),
+      .samples = static_cast<double>((*film)->tile_samples(event.tile)),
+      .error = static_cast<double>(job_->tile_errors().of(**film, event.tile))};
+  return format(format_sse_id(stream_, event.seq), api::EventType::kTile,
+                api::tile_event(job_->id(), tile));
+}
+
+}  // namespace server

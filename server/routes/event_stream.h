@@ -1,0 +1,66 @@
+/// GET /v1/jobs/{id}/events: one client's way through the events of a job.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "api/events.h"
+#include "server/http/message.h"
+#include "server/http/sse.h"
+#include "server/jobs/job_service.h"
+
+namespace server {
+
+/// STREAM of an event's id: the number of the server's run, in base 36.
+std::string stream_name(std::int64_t run);
+/// Empty when it is no such number.
+std::optional<std::int64_t> stream_number(std::string_view name);
+
+class EventStream {
+ public:
+  struct Options {
+    std::chrono::milliseconds ping{15000};
+    std::chrono::milliseconds progress{500};
+    /// Between two looks; grows with the number of clients, so that all together stay cheap.
+    std::chrono::milliseconds pace{50};
+    std::size_t tiles_at_a_time = 256;
+  };
+
+  /// last: what the client has seen already.
+  EventStream(JobService& jobs, JobPointer job, std::optional<SseId> last, Options options);
+
+  /// The client has seen the `end`, and there is nothing after it: 204.
+  bool is_over() const;
+  /// Sends until the job has ended or the client has gone.
+  void run(StreamWriter& writer);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// Each returns false when the client has gone.
+  bool send_beginning(StreamWriter& writer);
+  bool send_from_store(StreamWriter& writer, const SseId& last);
+  bool send_ended_job(StreamWriter& writer);
+  bool send_news(StreamWriter& writer);
+  std::string format_event(const LoggedEvent& event);
+  std::string format_tile(const LoggedEvent& event);
+  std::string snapshot(const std::string& id) const;
+  void append_due_progress(std::string& text);
+
+  JobService& jobs_;
+  const JobPointer job_;
+  const std::optional<SseId> last_;
+  const Options options_;
+  const std::string stream_;
+  std::uint64_t seq_ = 0;  ///< The client has everything up to here.
+  bool ended_ = false;
+  bool progress_pending_ = false;
+  Clock::time_point progress_told_;
+  Clock::time_point written_;
+};
+
+}  // namespace server

@@ -1,0 +1,258 @@
+// Jobs: submit, list, look, change, cancel, extend, delete.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "api/errors.h"
+#include "api/job_view.h"
+#include "api/limits.h"
+#include "api/requests.h"
+#include "core/base/sha256.h"
+#include "server/http/conditional.h"
+#include "server/routes/answers.h"
+#include "server/routes/context.h"
+#include "server/routes/estimate.h"
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kKeyBytesMax = 255;
+
+Clock::time_point deadline_in(double seconds) {
+  return Clock::now() + std::chrono::microseconds(std::llround(seconds * 1e6));
+}
+
+Response job_answer(int status, const api::JobView& view) {
+  Response response = json_response(status, api::job_json(view));
+  response.headers.set("ETag", api::job_etag(view));
+  response.headers.set("Cache-Control", "no-cache");
+  response.compressible = true;
+  return response;
+}
+
+/// Until the job is final, or the deadline.
+void wait_for_end(const Job& job, Clock::time_point deadline,
+                  const std::stop_token& stop) {
+  while (!api::is_final(job.state()) && Clock::now() < deadline && !stop.stop_requested()) {
+    const std::uint64_t seen = job.log().last_seq();
+    if (!api::is_final(job.state())) {
+      job.log().wait_after(seen, EventLog::Wake::kDurable, deadline, stop);
+    }
+  }
+}
+
+/// Until the ETag is another than `known`, or the deadline.
+void wait_for_change(const JobService& jobs, const Job& job, std::string_view known,
+                     Clock::time_point deadline, const std::stop_token& stop) {
+  while (Clock::now() < deadline && !stop.stop_requested()) {
+    const std::uint64_t seen = job.log().last_seq();
+    const api::JobView view = jobs.view(job);
+    if (!etag_matches_weakly(known, api::job_etag(view)) || api::is_final(view.state)) {
+      return;
+    }
+    job.log().wait_after(seen, EventLog::Wake::kAnything, deadline, stop);
+  }
+}
+
+Response dry_run(const RouteContext& context, const Request& request, api::ParsedJob parsed) {
+  auto checked = context.jobs.check(std::move(parsed));
+  if (!checked) {
+    return problem_answer(request, checked.problem());
+  }
+  const auto facts = context.scenes.facts(checked->spec.scene);
+  if (!facts) {
+    return error_answer(request, facts.error());
+  }
+  return json_response(200, dry_run_json(*checked, *facts, context.jobs.threads()));
+}
+
+Response create(const RouteContext& context, Request& request) {
+  const auto query = api::parse_submit_query(request.query_params);
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
+  auto parsed = api::parse_job(request.body);
+  if (!parsed) {
+    return problem_answer(request, parsed.problem());
+  }
+  if (query->dry_run) {
+    return dry_run(context, request, std::move(*parsed));
+  }
+  JobService::Idempotency idempotency;
+  if (const auto key = request.header("Idempotency-Key")) {
+    if (key->empty() || key->size() > kKeyBytesMax) {
+      return error_answer(request, ErrorCode::kBadSyntax,
+                          "Idempotency-Key has " + std::to_string(key->size()) +
+                              " bytes; 1 to 255 are allowed");
+    }
+    idempotency.key = request.principal + " " + std::string(*key);
+    idempotency.body_hash = core::sha256_hex(request.body.data(), request.body.size());
+  }
+  auto submitted = context.jobs.submit(std::move(*parsed), idempotency);
+  if (!submitted) {
+    return problem_answer(request, submitted.problem());
+  }
+  const Job& job = *submitted->job;
+  int status = submitted->is_replay ? 200 : 201;
+  const auto wait = api::prefer_wait_seconds(request.headers.joined("Prefer").value_or(""));
+  if (wait) {
+    wait_for_end(job, deadline_in(*wait), request.stop_token());
+  }
+  const api::JobView view = context.jobs.view(job);
+  if (wait && !submitted->is_replay) {
+    status = api::is_final(view.state) ? 201 : 202;
+  }
+  Response response = job_answer(status, view);
+  response.headers.set("Location", "/v1/jobs/" + job.id());
+  if (wait) {
+    response.headers.set("Preference-Applied", "wait=" + std::to_string(*wait));
+  }
+  return response;
+}
+
+Response list(const RouteContext& context, Request& request) {
+  const auto query = api::parse_job_list_query(request.query_params);
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
+  JobQuery wanted;
+  wanted.limit = query->limit;
+  wanted.before = cursor_sequence(query->cursor);
+  if (!query->cursor.empty() && !wanted.before) {
+    return error_answer(request,
+                        Error{ErrorCode::kBadSyntax, "not a cursor of this list", "/cursor"});
+  }
+  for (const api::JobState state : query->states) {
+    wanted.states.emplace_back(api::to_text(state));
+  }
+  for (const api::LabelFilter& label : query->labels) {
+    wanted.labels.emplace_back(label.key, label.value);
+  }
+  const auto page = context.jobs.list(wanted);
+  if (!page) {
+    return error_answer(request, page.error());
+  }
+  const auto next = page->next ? std::optional<std::string>(std::to_string(*page->next)) : std::nullopt;
+  return list_answer(request, api::job_list_json(page->jobs, next), next);
+}
+
+Response look(const RouteContext& context, Request& request) {
+  const auto query = api::parse_wait_query(request.query_params);
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const Job& job = **std::get_if<JobPointer>(&found);
+  const auto known = request.headers.joined("If-None-Match");
+  if (query->wait_seconds > 0) {
+    const auto deadline = deadline_in(query->wait_seconds);
+    if (known) {
+      wait_for_change(context.jobs, job, *known, deadline, request.stop_token());
+    } else {
+      wait_for_end(job, deadline, request.stop_token());
+    }
+  }
+  const api::JobView view = context.jobs.view(job);
+  const std::string etag = api::job_etag(view);
+  if (is_not_modified(request, etag)) {
+    return not_modified(etag);
+  }
+  return job_answer(200, view);
+}
+
+Response patch(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const JobPointer job = *std::get_if<JobPointer>(&found);
+  std::optional<std::uint32_t> version;
+  if (const auto if_match = request.headers.joined("If-Match"); if_match && *if_match != "*") {
+    version = api::etag_spec_version(*if_match);
+    if (!version) {
+      return error_answer(request, ErrorCode::kPreconditionFailed,
+                          "If-Match names no ETag of this job");
+    }
+  }
+  const auto patched = context.jobs.patch(job, request.body, version);
+  if (!patched) {
+    return problem_answer(request, patched.problem());
+  }
+  return job_answer(200, context.jobs.view(*job));
+}
+
+Response cancel(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const JobPointer job = *std::get_if<JobPointer>(&found);
+  if (const auto cancelled = context.jobs.cancel(job); !cancelled) {
+    return error_answer(request, cancelled.error());
+  }
+  return job_answer(200, context.jobs.view(*job));
+}
+
+Response extend(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const JobPointer job = *std::get_if<JobPointer>(&found);
+  const auto extended = context.jobs.extend(job, request.body);
+  if (!extended) {
+    return problem_answer(request, extended.problem());
+  }
+  return job_answer(202, context.jobs.view(*job));
+}
+
+Response remove(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  if (const auto removed = context.jobs.remove(*std::get_if<JobPointer>(&found)); !removed) {
+    return error_answer(request, removed.error());
+  }
+  return empty_response();
+}
+
+}  // namespace
+
+void add_job_handlers(const RouteContext& context, HandlerTable& table) {
+  const BodyPolicy json = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes));
+  table["createJob"] = {.handler = [context](Request& request) { return create(context, request); },
+                        .body = json};
+  table["listJobs"] = {.handler = [context](Request& request) { return list(context, request); }};
+  table["getJob"] = {.handler = [context](Request& request) { return look(context, request); }};
+  table["patchJob"] = {.handler = [context](Request& request) { return patch(context, request); },
+                       .body = json};
+  table["cancelJob"] = {.handler = [context](Request& request) { return cancel(context, request); }};
+  table["extendJob"] = {.handler = [context](Request& request) { return extend(context, request); },
+                        .body = json};
+  table["deleteJob"] = {.handler = [context](Request& request) { return remove(context, request); }};
+}
+
+}  // namespace server

@@ -1,0 +1,23 @@
+/// The web page's files as they are served: from memory, by path.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "server/http/message.h"
+
+namespace server {
+
+struct PageFile {
+  std::string path;  ///< "/" or "/assets/index-3fa2.js"
+  std::string content_type;
+  SharedBytes content;
+  std::string etag;
+  bool is_immutable = false;  ///< The name changes with the content.
+};
+std::vector<PageFile> page_files();
+
+/// 200 or 304, compressed when the client takes it.
+Response page_answer(const Request& request, const PageFile& file);
+
+}  // namespace server

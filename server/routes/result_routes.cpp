@@ -1,0 +1,368 @@
+// What came of a job: picture, pixels, convergence.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/errors.h"
+#include "api/job_view.h"
+#include "api/requests.h"
+#include "api/values.h"
+#include "core/base/sha256.h"
+#include "core/film/error_estimate.h"
+#include "core/image_io/image_io.h"
+#include "core/render/registry.h"
+#include "server/http/conditional.h"
+#include "server/http/negotiation.h"
+#include "server/http/text.h"
+#include "server/routes/answers.h"
+#include "server/routes/context.h"
+#include "server/routes/image_scale.h"
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+/// Error estimates pool over at most this many pixels to each side.
+constexpr int kPoolRadius = 32;
+
+std::vector<std::string> tone_map_names() {
+  std::vector<std::string> names;
+  for (const core::ToneMapEntry& entry : core::tone_maps()) {
+    names.emplace_back(entry.name);
+  }
+  return names;
+}
+
+/// By the extension, or by Accept; null: 406.
+const core::ImageFormat* choose_format(const Request& request) {
+  const auto formats = core::image_formats();
+  const std::string_view extension = request.path_param("format");
+  if (!extension.empty()) {
+    const auto found = std::find_if(formats.begin(), formats.end(), [&](const auto& format) {
+      return format.extension == extension || (extension == "jpeg" && format.extension == "jpg") ||
+             (extension == "tiff" && format.extension == "tif");
+    });
+    return found == formats.end() ? nullptr : &*found;
+  }
+  std::vector<std::string_view> offers;
+  for (const core::ImageFormat& format : formats) {
+    offers.push_back(format.mime);
+  }
+  const auto chosen =
+      negotiate_media_type(request.headers.joined("Accept").value_or(""), offers);
+  return chosen ? &formats[*chosen] : nullptr;
+}
+
+Error unknown_format() {
+  std::string list;
+  for (const core::ImageFormat& format : core::image_formats()) {
+    list += (list.empty() ? "" : ", ") + std::string(format.mime) + " (." +
+            std::string(format.extension) + ")";
+  }
+  return Error{ErrorCode::kNotAcceptable, "pictures come as " + list, ""};
+}
+
+bool hides_environment(const api::JobSpec& spec) {
+  return spec.environment_choice == api::EnvironmentChoice::kGiven && !spec.environment.visible;
+}
+
+/// Without the channel named A; what stays keeps its order.
+core::FloatImage without_alpha(const core::FloatImage& image) {
+  core::FloatImage opaque;
+  opaque.width = image.width;
+  opaque.height = image.height;
+  std::vector<int> kept;
+  for (int c = 0; c < image.channels(); ++c) {
+    if (image.channel_names[static_cast<std::size_t>(c)] != "A") {
+      kept.push_back(c);
+      opaque.channel_names.push_back(image.channel_names[static_cast<std::size_t>(c)]);
+    }
+  }
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (const int c : kept) {
+        opaque.values.push_back(image.values[image.index(x, y, c)]);
+      }
+    }
+  }
+  return opaque;
+}
+
+bool lies_inside(core::PixelRect part, core::PixelRect whole) {
+  return part.x >= whole.x && part.y >= whole.y && part.x + part.width <= whole.x + whole.width &&
+         part.y + part.height <= whole.y + whole.height;
+}
+
+/// Where a picture comes from, in the file itself.
+std::map<std::string, std::string> provenance(const api::JobView& view, const RouteContext& context) {
+  std::map<std::string, std::string> texts = {
+      {"tessera:job", view.id},
+      {"tessera:scene", view.spec.scene},
+      {"tessera:spec", api::dump(api::to_json(view.spec))},
+      {"tessera:build", context.about.build.id},
+      {"tessera:samples_per_pixel", api::number_text(view.progress.samples_mean)},
+      {"Software", "Tessera " + context.about.version},
+  };
+  if (std::isfinite(view.progress.error.relative_rmse)) {
+    texts["tessera:relative_rmse"] = api::number_text(view.progress.error.relative_rmse);
+  }
+  if (!view.film_digest.empty()) {
+    texts["tessera:film_digest"] = view.film_digest;
+    texts["tessera:stop_reason"] = api::to_text(view.stop_reason);
+  }
+  return texts;
+}
+
+std::string_view bias_of(const api::JobSpec& spec) {
+  for (const core::IntegratorEntry& integrator : core::integrators()) {
+    if (integrator.name == spec.render.integrator) {
+      return integrator.bias;
+    }
+  }
+  return "none";
+}
+
+struct Picture {
+  const core::ImageFormat& format;
+  const api::ImageQuery& query;
+  const api::JobView& view;
+  core::PixelRect rect;
+};
+
+core::Result<core::FloatImage> make_picture(const core::Film& film, const Picture& picture) {
+  const core::FilmSnapshot snapshot = film.snapshot(picture.rect);
+  const bool all_layers = !picture.query.layer && picture.format.extension == "exr";
+  auto image = all_layers
+                   ? core::Result<core::FloatImage>(
+                         core::all_layers_image(snapshot, picture.view.spec.render.film))
+                   : core::layer_image(snapshot, picture.query.layer.value_or("beauty"));
+  if (!image) {
+    Error error = image.error();
+    error.where = "/layer";
+    return error;
+  }
+  const bool keep_alpha = all_layers || (hides_environment(picture.view.spec) && picture.format.has_alpha);
+  if (!keep_alpha) {
+    image = without_alpha(*image);
+  }
+  return picture.query.max_size ? scaled_down(std::move(*image), *picture.query.max_size)
+                                : std::move(*image);
+}
+
+core::Result<std::vector<std::byte>> encode(const core::FloatImage& image, const Picture& picture,
+                                            const RouteContext& context) {
+  core::EncodeOptions options;
+  for (const core::ToneMapEntry& entry : core::tone_maps()) {
+    if (entry.name == picture.query.tone_map) {
+      options.tone_map = entry.tone_map;
+    }
+  }
+  for (const core::LayerEntry& layer : core::layers()) {
+    if (layer.name == picture.query.layer.value_or("beauty")) {
+      options.is_color = layer.is_color;
+    }
+  }
+  options.exposure_stops = picture.query.exposure_stops;
+  options.metadata = provenance(picture.view, context);
+  return core::encode_image(image, picture.format, options);
+}
+
+std::string picture_etag(const Request& request, const Picture& picture, std::uint32_t revision) {
+  std::string query = std::string(picture.format.extension) + "?";
+  for (const auto& [name, value] : request.query_params) {
+    query += name == "revision" ? "" : name + "=" + value + "&";
+  }
+  // The state too: a finished picture carries its digest.
+  return make_etag("r" + std::to_string(revision) + "-" +
+                   std::string(api::to_text(picture.view.state)) + "-" +
+                   core::sha256_hex(query.data(), query.size()).substr(0, 16));
+}
+
+Response image(const RouteContext& context, Request& request) {
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const Job& job = **std::get_if<JobPointer>(&found);
+  const core::ImageFormat* format = choose_format(request);
+  if (format == nullptr) {
+    return error_answer(request, unknown_format());
+  }
+  const std::vector<std::string> tone_maps = tone_map_names();
+  const auto query = api::parse_image_query(request.query_params, tone_maps);
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
+  const auto film = context.jobs.film(job);
+  if (!film) {
+    return error_answer(request, film.error());
+  }
+  const std::uint32_t revision = (*film)->revision();
+  if (query->revision && *query->revision > revision) {
+    return error_answer(request, Error{ErrorCode::kConflict,
+                                       "revision " + std::to_string(*query->revision) +
+                                           " is not there yet; the newest is " +
+                                           std::to_string(revision),
+                                       "/revision"});
+  }
+  const core::PixelRect crop = (*film)->crop();
+  const api::JobView view = context.jobs.view(job);
+  const Picture picture{
+      .format = *format, .query = *query, .view = view, .rect = query->rect.value_or(crop)};
+  if (!lies_inside(picture.rect, crop)) {
+    return error_answer(request, Error{ErrorCode::kInvalidArgument,
+                                       "the part reaches beyond the film's " +
+                                           std::to_string(crop.width) + " by " +
+                                           std::to_string(crop.height) + " pixels at " +
+                                           std::to_string(crop.x) + ", " + std::to_string(crop.y),
+                                       "/x"});
+  }
+  const std::string etag = picture_etag(request, picture, revision);
+  if (is_not_modified(request, etag)) {
+    return not_modified(etag);
+  }
+  const auto pixels = make_picture(**film, picture);
+  if (!pixels) {
+    return error_answer(request, pixels.error());
+  }
+  const auto encoded = encode(*pixels, picture, context);
+  if (!encoded) {
+    return error_answer(request, encoded.error());
+  }
+  Response response = bytes_response(
+      200, format->mime,
+      std::make_shared<const std::string>(reinterpret_cast<const char*>(encoded->data()),
+                                          encoded->size()));
+  response.headers.set("ETag", etag);
+  response.headers.set("Cache-Control", "no-cache");
+  response.headers.add("Vary", "Accept");
+  response.headers.set("X-Tessera-Revision", std::to_string(revision));
+  response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
+  response.headers.set("X-Tessera-Bias", bias_of(view.spec));
+  return response;
+}
+
+std::vector<double> triple(core::Rgb value) {
+  return {static_cast<double>(value.r), static_cast<double>(value.g), static_cast<double>(value.b)};
+}
+
+/// Layers that are means over the samples, without an error of their own.
+api::PixelLayer plain_layer(std::string name, std::vector<double> mean) {
+  const std::vector<double> unknown(mean.size(), std::numeric_limits<double>::quiet_NaN());
+  return api::PixelLayer{.name = std::move(name),
+                         .mean = std::move(mean),
+                         .standard_error = unknown,
+                         .low = unknown,
+                         .high = unknown,
+                         .halves = {}};
+}
+
+api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec& spec, int x, int y) {
+  const std::size_t index =
+      static_cast<std::size_t>(y - snapshot.rect.y) * static_cast<std::size_t>(snapshot.rect.width) +
+      static_cast<std::size_t>(x - snapshot.rect.x);
+  const core::HalfValue value = core::pixel_value(snapshot, index);
+  const core::ErrorEstimate estimate(snapshot);
+  api::PixelView pixel;
+  pixel.x = x;
+  pixel.y = y;
+  pixel.samples = value.count;
+  api::PixelLayer beauty = plain_layer("beauty", triple(value.mean));
+  if (estimate.valid()) {
+    const core::PixelError error = estimate.pixel(x, y);
+    beauty.standard_error = triple(error.standard_error);
+    beauty.low = triple(error.low);
+    beauty.high = triple(error.high);
+  }
+  for (int half = 0; half < 2; ++half) {
+    const core::HalfValue part = core::half_value(snapshot, index, half);
+    beauty.halves.push_back(part.count > 0
+                                ? triple(part.mean)
+                                : std::vector<double>(3, std::numeric_limits<double>::quiet_NaN()));
+  }
+  pixel.layers.push_back(std::move(beauty));
+  pixel.layers.push_back(plain_layer("alpha", {static_cast<double>(value.alpha)}));
+  if (snapshot.has_aux) {
+    const core::AuxPixel& aux = snapshot.aux[index];
+    if (spec.render.film.albedo) {
+      pixel.layers.push_back(plain_layer("albedo", triple(aux.albedo)));
+    }
+    if (spec.render.film.normal) {
+      pixel.layers.push_back(plain_layer(
+          "normal", triple({aux.normal_world.x, aux.normal_world.y, aux.normal_world.z})));
+    }
+    if (spec.render.film.depth) {
+      pixel.layers.push_back(plain_layer("depth", {static_cast<double>(aux.depth_m)}));
+    }
+  }
+  return pixel;
+}
+
+Response pixel(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const Job& job = **std::get_if<JobPointer>(&found);
+  const auto film = context.jobs.film(job);
+  if (!film) {
+    return error_answer(request, film.error());
+  }
+  const core::PixelRect crop = (*film)->crop();
+  const auto column = parse_decimal(request.path_param("x"));
+  const auto row = parse_decimal(request.path_param("y"));
+  const auto inside = [](const std::optional<std::uint64_t>& value, int first, int count) {
+    return value && *value >= static_cast<std::uint64_t>(first) &&
+           *value < static_cast<std::uint64_t>(first) + static_cast<std::uint64_t>(count);
+  };
+  if (!inside(column, crop.x, crop.width) || !inside(row, crop.y, crop.height)) {
+    return error_answer(request, ErrorCode::kNotFound,
+                        "no such pixel; the film has x from " + std::to_string(crop.x) + " to " +
+                            std::to_string(crop.x + crop.width - 1) + " and y from " +
+                            std::to_string(crop.y) + " to " +
+                            std::to_string(crop.y + crop.height - 1));
+  }
+  const int x = static_cast<int>(*column);
+  const int y = static_cast<int>(*row);
+  core::PixelRect window;
+  window.x = std::max(crop.x, x - kPoolRadius);
+  window.y = std::max(crop.y, y - kPoolRadius);
+  window.width = std::min(crop.x + crop.width, x + kPoolRadius + 1) - window.x;
+  window.height = std::min(crop.y + crop.height, y + kPoolRadius + 1) - window.y;
+  return json_response(200, api::pixel_json(pixel_view((*film)->snapshot(window),
+                                                       job.record().view.spec, x, y)));
+}
+
+Response convergence(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const auto points = context.jobs.points(**std::get_if<JobPointer>(&found));
+  return json_response(200, api::convergence_json(points));
+}
+
+}  // namespace
+
+void add_result_handlers(const RouteContext& context, HandlerTable& table) {
+  table["getImage"] = {.handler = [context](Request& request) { return image(context, request); }};
+  table["getPixel"] = {.handler = [context](Request& request) { return pixel(context, request); }};
+  table["getConvergence"] = {
+      .handler = [context](Request& request) { return convergence(context, request); }};
+}
+
+}  // namespace server

@@ -1,0 +1,166 @@
+// Scenes: taken in, described, listed, deleted.
+
+#include <cstddef>
+#include <string>
+#include <utility>
+
+#include "api/errors.h"
+#include "api/job_view.h"
+#include "api/limits.h"
+#include "api/requests.h"
+#include "server/http/conditional.h"
+#include "server/http/text.h"
+#include "server/routes/answers.h"
+#include "server/routes/context.h"
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+/// The body in memory; the transport has its limit.
+core::Result<core::Bytes> read_body(const Request& request) {
+  core::Bytes content;
+  if (const auto declared = request.body_reader->declared_bytes()) {
+    // A claim costs nothing: memory for it is taken as it comes true.
+    content.reserve(static_cast<std::size_t>(std::min<std::uint64_t>(*declared, 64U << 20U)));
+  }
+  const bool complete = request.body_reader->read([&](std::string_view piece) {
+    const auto* bytes = reinterpret_cast<const std::byte*>(piece.data());
+    content.insert(content.end(), bytes, bytes + piece.size());
+    return true;
+  });
+  if (!complete) {
+    return Error{ErrorCode::kBadSyntax, "the body was cut short", ""};
+  }
+  return content;
+}
+
+Response added_answer(const Request& request, const core::Result<SceneService::Added>& added) {
+  if (!added) {
+    return error_answer(request, added.error());
+  }
+  Response response = json_response(added->known ? 200 : 201, added->description);
+  response.headers.set("Location", "/v1/scenes/" + added->id);
+  return response;
+}
+
+Response create(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const std::string type = media_type(request.header("Content-Type").value_or(""));
+  const bool is_scene = type == "model/gltf-binary" || type == "model/gltf+json";
+  const bool is_zip = type == "application/zip" || type == "application/x-zip-compressed";
+  if (!is_scene && !is_zip && type != "application/json") {
+    return error_answer(request, ErrorCode::kUnsupportedMedia,
+                        "\"" + type + "\" is none of model/gltf-binary, model/gltf+json, "
+                        "application/zip, application/json");
+  }
+  auto content = read_body(request);
+  if (!content) {
+    return error_answer(request, content.error());
+  }
+  if (is_scene) {
+    return added_answer(request, context.scenes.add_file(std::move(*content)));
+  }
+  if (is_zip) {
+    return added_answer(request, context.scenes.add_zip(std::move(*content)));
+  }
+  const auto parsed = api::parse_scene_from_assets(
+      std::string_view(reinterpret_cast<const char*>(content->data()), content->size()));
+  if (!parsed) {
+    return problem_answer(request, parsed.problem());
+  }
+  return added_answer(request, context.scenes.add_from_assets(*parsed));
+}
+
+Response list(const RouteContext& context, Request& request) {
+  const auto query = api::parse_scene_list_query(request.query_params);
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
+  const auto before = cursor_sequence(query->cursor);
+  if (!query->cursor.empty() && !before) {
+    return error_answer(request,
+                        Error{ErrorCode::kBadSyntax, "not a cursor of this list", "/cursor"});
+  }
+  auto rows = context.scenes.list(before, query->limit + 1);
+  if (!rows) {
+    return error_answer(request, rows.error());
+  }
+  std::optional<std::string> next;
+  if (static_cast<int>(rows->size()) > query->limit) {
+    rows->pop_back();
+    next = std::to_string(rows->back().sequence);
+  }
+  std::vector<std::string> scenes;
+  for (SceneRow& row : *rows) {
+    scenes.push_back(std::move(row.description));
+  }
+  return list_answer(request, api::scene_list_json(scenes, next), next);
+}
+
+Response describe(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto description = context.scenes.description(std::string(request.path_param("id")));
+  if (!description) {
+    return error_answer(request, description.error());
+  }
+  Response response = json_response(200, std::move(*description));
+  response.compressible = true;
+  return response;
+}
+
+Response remove(const RouteContext& context, Request& request) {
+  const std::string id(request.path_param("id"));
+  const auto in_use = context.job_table.scene_in_use(id);
+  if (!in_use) {
+    return error_answer(request, in_use.error());
+  }
+  if (context.scenes.builtin_glb(id) != nullptr) {
+    return error_answer(request, ErrorCode::kConflict, "a built-in scene cannot be deleted");
+  }
+  if (*in_use) {
+    return error_answer(request, ErrorCode::kConflict, "a job that has not ended uses the scene");
+  }
+  if (const auto removed = context.scenes.remove(id); !removed) {
+    return error_answer(request, removed.error());
+  }
+  return empty_response();
+}
+
+Response gltf(const RouteContext& context, Request& request) {
+  const std::string id(request.path_param("id"));
+  const auto glb = context.scenes.builtin_glb(id);
+  if (!glb) {
+    return error_answer(request, ErrorCode::kNotFound, "no built-in scene has the name \"" + id + "\"");
+  }
+  const std::string etag = make_etag(id + "-" + std::to_string(glb->size()) + "-" +
+                                     context.about.build.id.substr(0, 16));
+  if (is_not_modified(request, etag)) {
+    return not_modified(etag);
+  }
+  Response response = bytes_response(
+      200, "model/gltf-binary",
+      std::make_shared<const std::string>(reinterpret_cast<const char*>(glb->data()), glb->size()));
+  response.headers.set("ETag", etag);
+  response.headers.set("Content-Disposition", "attachment; filename=\"" + id + ".glb\"");
+  return response;
+}
+
+}  // namespace
+
+void add_scene_handlers(const RouteContext& context, HandlerTable& table) {
+  table["createScene"] = {.handler = [context](Request& request) { return create(context, request); },
+                          .body = BodyPolicy::stream(context.config.upload_bytes_max)};
+  table["listScenes"] = {.handler = [context](Request& request) { return list(context, request); }};
+  table["getScene"] = {.handler = [context](Request& request) { return describe(context, request); }};
+  table["deleteScene"] = {.handler = [context](Request& request) { return remove(context, request); }};
+  table["getSceneGltf"] = {.handler = [context](Request& request) { return gltf(context, request); }};
+}
+
+}  // namespace server

@@ -1,0 +1,105 @@
+#include "server/routes/tile_stream.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace server {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Frames are handed to the transport in pieces of about this size.
+constexpr std::size_t kPieceBytes = 128U << 10U;
+constexpr std::chrono::milliseconds kLookAgain{1000};
+
+bool has_alpha(const api::JobSpec& spec) {
+  return spec.environment_choice == api::EnvironmentChoice::kGiven && !spec.environment.visible;
+}
+
+}  // namespace
+
+api::TileFrame tile_frame(const core::TileState& state, int replicates, bool has_alpha) {
+  core::FilmSnapshot film;
+  film.rect = state.rect;
+  film.replicates = replicates;
+  film.pixels = state.pixels;
+  const std::size_t count = film.pixel_count();
+  api::TileFrame frame;
+  frame.rect = state.rect;
+  frame.flags = has_alpha ? api::kTileAlpha : 0;
+  frame.planes.resize(count * (has_alpha ? 8 : 7));
+  const auto plane = [&](std::size_t p, std::size_t pixel) -> float& {
+    return frame.planes[p * count + pixel];
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    const core::HalfValue value = core::pixel_value(film, i);
+    const core::HalfValue a = core::half_value(film, i, 0);
+    const core::HalfValue b = core::half_value(film, i, 1);
+    const bool known = a.count > 0 && b.count > 0;
+    for (int c = 0; c < 3; ++c) {
+      const float difference = a.mean[c] - b.mean[c];
+      plane(static_cast<std::size_t>(c), i) = value.mean[c];
+      plane(static_cast<std::size_t>(c) + 3, i) =
+          known ? difference * difference * 0.25F : std::numeric_limits<float>::quiet_NaN();
+    }
+    plane(6, i) = static_cast<float>(value.count);
+    if (has_alpha) {
+      plane(7, i) = value.alpha;
+    }
+  }
+  return frame;
+}
+
+TileStream::TileStream(JobService& jobs, JobPointer job, std::uint32_t after,
+                       std::chrono::milliseconds pace)
+    : jobs_(jobs), job_(std::move(job)), after_(after), pace_(pace) {}
+
+void TileStream::run(StreamWriter& writer) {
+  while (!writer.client_gone() && !writer.stopping()) {
+    // In this order: what comes after the number is seen at the next look.
+    const std::uint64_t seq = job_->log().last_seq();
+    const bool is_final = api::is_final(job_->state());
+    const auto film = jobs_.film(*job_);
+    if (film && !send_new_tiles(writer, **film)) {
+      return;
+    }
+    if (is_final) {
+      const api::JobView view = jobs_.view(*job_);
+      writer.write(api::encode_end_frame(film ? (*film)->revision() : view.progress.revision,
+                                         static_cast<float>(view.progress.error.relative_rmse)));
+      return;
+    }
+    const auto now = Clock::now();
+    job_->log().wait_after(seq, EventLog::Wake::kAnything, now + kLookAgain, writer.stop_token());
+    const std::uint64_t news = job_->log().last_seq();
+    job_->log().wait_after(news, EventLog::Wake::kDurable, Clock::now() + pace_, writer.stop_token());
+  }
+}
+
+bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film) {
+  const auto tiles = static_cast<std::size_t>(film.tile_count());
+  sent_.resize(tiles, after_);
+  const bool alpha = has_alpha(job_->record().view.spec);
+  std::string piece;
+  for (std::size_t t = 0; t < tiles; ++t) {
+    const int tile = static_cast<int>(t);
+    const std::uint32_t revision = film.tile_revision(tile);
+    if (revision <= sent_[t] || film.tile_samples(tile) == 0) {
+      continue;
+    }
+    api::TileFrame frame = tile_frame(film.tile(tile), film.replicates(), alpha);
+    frame.revision = revision;
+    frame.relative_error = job_->tile_errors().of(film, tile);
+    piece += api::encode_tile_frame(frame);
+    sent_[t] = revision;
+    if (piece.size() >= kPieceBytes) {
+      if (!writer.write(piece)) {
+        return false;
+      }
+      piece.clear();
+    }
+  }
+  return piece.empty() || writer.write(piece);
+}
+
+}  // namespace server

@@ -1,0 +1,38 @@
+/// GET /v1/jobs/{id}/tiles: one client's copy of the film, tile by tile, newest revisions only.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "api/tile_frame.h"
+#include "core/film/film.h"
+#include "server/http/message.h"
+#include "server/jobs/job_service.h"
+
+namespace server {
+
+/// Means, variances of the mean (NaN with one half) and counts of one tile.
+api::TileFrame tile_frame(const core::TileState& state, int replicates, bool has_alpha);
+
+class TileStream {
+ public:
+  /// after: the client has all revisions up to this one. pace: between two looks at the film.
+  TileStream(JobService& jobs, JobPointer job, std::uint32_t after, std::chrono::milliseconds pace);
+
+  /// Sends until the job has ended or the client has gone; the end frame comes last.
+  void run(StreamWriter& writer);
+
+ private:
+  /// False when the client has gone.
+  bool send_new_tiles(StreamWriter& writer, const core::Film& film);
+
+  JobService& jobs_;
+  const JobPointer job_;
+  const std::uint32_t after_;
+  const std::chrono::milliseconds pace_;
+  std::vector<std::uint32_t> sent_;  ///< Newest revision that was sent, by tile.
+};
+
+}  // namespace server

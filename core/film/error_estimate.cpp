@@ -6,37 +6,14 @@
 #include <limits>
 
 #include "core/base/statistics.h"
+#include "core/film/moment_sums.h"
 
 namespace core {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr double kRegularizer = 0.01;  // DESIGN section 3: Var / (mu^2 + 0.01)
+/// Of the windows that the errors of single pixels are pooled over.
 constexpr std::array<int, 7> kRadii = {1, 2, 3, 5, 8, 16, 32};
-
-/// Sums over any rectangle of an image in constant time, in double.
-class SummedArea {
- public:
-  SummedArea(int width, int height) : stride_(static_cast<std::size_t>(width) + 1) {
-    sums_.assign(stride_ * (static_cast<std::size_t>(height) + 1), 0.0);
-  }
-  /// Rows and columns in increasing order.
-  void set(int x, int y, double value) {
-    const std::size_t i = (static_cast<std::size_t>(y) + 1) * stride_ + static_cast<std::size_t>(x) + 1;
-    sums_[i] = value + sums_[i - 1] + sums_[i - stride_] - sums_[i - stride_ - 1];
-  }
-  /// Half-open.
-  double sum(int x0, int y0, int x1, int y1) const {
-    const auto at = [this](int x, int y) {
-      return sums_[static_cast<std::size_t>(y) * stride_ + static_cast<std::size_t>(x)];
-    };
-    return at(x1, y1) - at(x0, y1) - at(x1, y0) + at(x0, y0);
-  }
-
- private:
-  std::size_t stride_;
-  std::vector<double> sums_;
-};
 
 }  // namespace
 
@@ -50,73 +27,65 @@ ErrorEstimate::ErrorEstimate(const FilmSnapshot& film) : rect_(film.rect) {
   const int h = rect_.height;
   const std::size_t n = film.pixel_count();
   mean_.resize(n);
-  std::array<SummedArea, 3> means = {SummedArea(w, h), SummedArea(w, h), SummedArea(w, h)};
-  std::array<SummedArea, 3> variances = {SummedArea(w, h), SummedArea(w, h), SummedArea(w, h)};
+  MomentSums sums(w, h);
   std::vector<Rgb> raw(n);
   valid_ = n > 0;
-  for (int y = 0; y < h && valid_; ++y) {
-    for (int x = 0; x < w; ++x) {
-      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x);
-      const HalfValue a = half_value(film, i, 0);
-      const HalfValue b = half_value(film, i, 1);
-      if (a.count == 0 || b.count == 0) {
-        valid_ = false;
-        break;
-      }
-      mean_[i] = pixel_value(film, i).mean;
-      const Rgb d = a.mean - b.mean;
-      raw[i] = d * d * 0.25F;
-      for (int c = 0; c < 3; ++c) {
-        means[static_cast<std::size_t>(c)].set(x, y, static_cast<double>(mean_[i][c]));
-        variances[static_cast<std::size_t>(c)].set(x, y, static_cast<double>(raw[i][c]));
-      }
-    }
+  for (std::size_t i = 0; i < n; ++i) {
+    const HalfValue a = half_value(film, i, 0);
+    const HalfValue b = half_value(film, i, 1);
+    valid_ = valid_ && a.count > 0 && b.count > 0;
+    mean_[i] = pixel_value(film, i).mean;
+    const Rgb d = a.mean - b.mean;
+    raw[i] = d * d * 0.25F;
+    sums.set(static_cast<int>(i % static_cast<std::size_t>(w)), static_cast<int>(i / static_cast<std::size_t>(w)),
+             mean_[i], raw[i]);
   }
   if (!valid_) {
-    for (std::size_t i = 0; i < n; ++i) {
-      mean_[i] = pixel_value(film, i).mean;
-    }
     return;
   }
-  pooled_variance_.resize(n);
   raw_ratio_.resize(n);
+  influence_.resize(n);
+  SummedArea ratios(w, h);
+  const std::vector<MomentSums::Expected> expected = sums.expected_values();
+  for (std::size_t i = 0; i < n; ++i) {
+    float ratio = 0;
+    // How the sum of the ratios moves with this pixel: by its own ratio, and through the expected value that it
+    // shares with its region. d/dmu of Var / (mu^2 + c) is -2 mu Var / (mu^2 + c)^2.
+    float through_mean = 0;
+    for (int c = 0; c < 3; ++c) {
+      const float mu = expected[i].mean[c];
+      const float scale = 1 / (mu * mu + static_cast<float>(MomentSums::kRegularizer));
+      ratio += raw[i][c] * scale * (1.0F / 3);
+      through_mean += 2 * mu * expected[i].variance[c] * scale * scale * (mean_[i][c] - mu) * (1.0F / 3);
+    }
+    influence_[i] = ratio - through_mean;
+    raw_ratio_[i] = ratio;
+    ratios.set(static_cast<int>(i % static_cast<std::size_t>(w)), static_cast<int>(i / static_cast<std::size_t>(w)),
+               static_cast<double>(ratio));
+  }
+  pooled_variance_.resize(n);
   pooled_ratio_.resize(n);
+  pooled_pixels_.resize(n);
   for (int y = 0; y < h; ++y) {
     for (int x = 0; x < w; ++x) {
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x);
-      std::array<double, 3> mu{};
-      std::array<double, 3> variance{};
-      // The window grows until mu^2 is known to about 10 %: with K events in it, the ratio of the
-      // pooled variance to mu^2 has a bias of 1/K.
+      // The window grows until its mean is known to about 10 %.
+      PixelRect window;
+      MomentSums::Values v;
       for (const int r : kRadii) {
-        const int x0 = std::max(x - r, 0);
-        const int y0 = std::max(y - r, 0);
-        const int x1 = std::min(x + r + 1, w);
-        const int y1 = std::min(y + r + 1, h);
-        const double count = static_cast<double>(x1 - x0) * static_cast<double>(y1 - y0);
-        double noise = 0;
-        double signal = 0;
-        for (std::size_t c = 0; c < 3; ++c) {
-          mu[c] = means[c].sum(x0, y0, x1, y1) / count;
-          variance[c] = std::max(variances[c].sum(x0, y0, x1, y1), 0.0) / count;
-          noise += variance[c] / count;
-          signal += mu[c] * mu[c] + kRegularizer;
-        }
-        if (noise <= 0.01 * signal) {
+        window.x = std::max(x - r, 0);
+        window.y = std::max(y - r, 0);
+        window.width = std::min(x + r + 1, w) - window.x;
+        window.height = std::min(y + r + 1, h) - window.y;
+        v = sums.over(window);
+        if (v.relative_variance() <= 0.01) {
           break;
         }
       }
-      double raw_sum = 0;
-      double pooled_sum = 0;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double scale = 1 / (mu[c] * mu[c] + kRegularizer);
-        raw_sum += static_cast<double>(raw[i][static_cast<int>(c)]) * scale;
-        pooled_sum += variance[c] * scale;
-      }
-      pooled_variance_[i] = {static_cast<float>(variance[0]), static_cast<float>(variance[1]),
-                             static_cast<float>(variance[2])};
-      raw_ratio_[i] = static_cast<float>(raw_sum / 3);
-      pooled_ratio_[i] = static_cast<float>(pooled_sum / 3);
+      pooled_variance_[i] = {static_cast<float>(v.variance[0]), static_cast<float>(v.variance[1]),
+                             static_cast<float>(v.variance[2])};
+      pooled_ratio_[i] = static_cast<float>(std::max(ratios.sum(window), 0.0) / v.count);
+      pooled_pixels_[i] = static_cast<std::uint16_t>(v.count);
     }
   }
 }
@@ -131,8 +100,8 @@ ErrorInterval ErrorEstimate::region(PixelRect rect, double confidence) const {
   if (!valid_ || n < 1) {
     return out;
   }
-  // Q = mean of the raw ratios. Each has one degree of freedom, or less where events are rare: its
-  // own variance is taken from the differences of neighbours, which share their expected value, and is
+  // Q = mean of the raw ratios. Each has one degree of freedom, or less where events are rare: the
+  // variance of Q is taken from the differences of neighbours, which share their expected value, and is
   // never less than the 2 q^2 of a Gaussian.
   double sum = 0;
   double pairs = 0;
@@ -147,7 +116,7 @@ ErrorInterval ErrorEstimate::region(PixelRect rect, double confidence) const {
       gaussian += 2 * pooled * pooled;
       const int column = x - rect.x;
       if (column % 2 == 1) {
-        const double d = q - static_cast<double>(raw_ratio_[index(x - 1, y)]);
+        const double d = static_cast<double>(influence_[index(x, y)]) - static_cast<double>(influence_[index(x - 1, y)]);
         pairs += d * d;
       } else if (column + 1 == rect.width) {
         pairs += 2 * pooled * pooled;
@@ -180,9 +149,12 @@ PixelError ErrorEstimate::pixel(int x, int y) const {
   }
   const Rgb v = pooled_variance_[i];
   out.standard_error = {std::sqrt(v.r), std::sqrt(v.g), std::sqrt(v.b)};
-  constexpr float kNormal975 = 1.959964F;
-  out.low = mean_[i] - out.standard_error * kNormal975;
-  out.high = mean_[i] + out.standard_error * kNormal975;
+  // 97.5 % quantile of Student's t with as many degrees of freedom as pixels were pooled, by its expansion in 1/k
+  // (Abramowitz and Stegun 26.7.5): exact to 0.003 for the least k, 4.
+  const float inverse = 1 / static_cast<float>(pooled_pixels_[i]);
+  const float quantile = 1.959964F + inverse * (2.372271F + inverse * (2.822500F + inverse * 2.555850F));
+  out.low = mean_[i] - out.standard_error * quantile;
+  out.high = mean_[i] + out.standard_error * quantile;
   return out;
 }
 

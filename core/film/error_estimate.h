@@ -1,11 +1,12 @@
 /// How wrong a picture still is.
 ///
 /// relative RMSE = sqrt(mean over pixels and channels of Var / (mu^2 + 0.01)), Var being the
-/// variance of the pixel's mean, estimated from the two halves as (A - B)^2 / 4, and mu the expected value. Both are
-/// pooled over a window that grows until mu is known well enough: dividing by a pixel's own noisy
-/// mean cannot exceed 1 and reads low where fireflies are.
+/// variance of the pixel's mean, estimated from the two halves as (A - B)^2 / 4, and mu the expected value,
+/// which is pooled over a region large enough to know it: dividing by a pixel's own noisy mean cannot
+/// exceed 1 and reads low where fireflies are.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "core/film/film.h"
@@ -45,7 +46,9 @@ class ErrorEstimate {
   std::vector<Rgb> mean_;
   std::vector<Rgb> pooled_variance_;
   std::vector<float> raw_ratio_;     ///< mean over channels of (A-B)^2/4 / (mu_w^2 + 0.01)
+  std::vector<float> influence_;     ///< of the pixel on the sum of raw_ratio_, mu_w included
   std::vector<float> pooled_ratio_;
+  std::vector<std::uint16_t> pooled_pixels_;
 };
 
 }  // namespace core

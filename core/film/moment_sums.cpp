@@ -1,0 +1,147 @@
+#include "core/film/moment_sums.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace core {
+namespace {
+
+/// 1 / mu^2 is too large by three times this share on average, and by it once more where rare events make noise and
+/// mean rise together.
+constexpr double kKnownVariance = 0.004;
+/// Squared standard deviations between two parts that are not one.
+constexpr double kEdge = 16;
+constexpr int kCuts = 64;  // places that are tried along a side
+
+std::pair<PixelRect, PixelRect> cut(const PixelRect& r, bool across, int at) {
+  if (across) {
+    return {{r.x, r.y, at, r.height}, {r.x + at, r.y, r.width - at, r.height}};
+  }
+  return {{r.x, r.y, r.width, at}, {r.x, r.y + at, r.width, r.height - at}};
+}
+
+}  // namespace
+
+MomentSums::MomentSums(int width, int height)
+    : width_(width), height_(height), stride_(static_cast<std::size_t>(width) + 1) {
+  sums_.resize(stride_ * (static_cast<std::size_t>(height) + 1));
+}
+
+void MomentSums::set(int x, int y, Rgb mean, Rgb variance) {
+  const std::size_t i = (static_cast<std::size_t>(y) + 1) * stride_ + static_cast<std::size_t>(x) + 1;
+  for (int c = 0; c < 3; ++c) {
+    const auto at = static_cast<std::size_t>(c);
+    const auto add = [&](std::size_t k, float value) {
+      sums_[i][k] = static_cast<double>(value) + sums_[i - 1][k] + sums_[i - stride_][k] - sums_[i - stride_ - 1][k];
+    };
+    add(at, mean[c]);
+    add(at + 3, variance[c]);
+  }
+}
+
+double MomentSums::Values::relative_variance() const {
+  double noise = 0;
+  double signal = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    noise += variance[c] / count;
+    signal += mean[c] * mean[c] + kRegularizer;
+  }
+  return noise / signal;
+}
+
+MomentSums::Values MomentSums::over(const PixelRect& rect) const {
+  Values v;
+  v.count = static_cast<double>(rect.width) * static_cast<double>(rect.height);
+  const double scale = 1 / v.count;
+  const auto row0 = static_cast<std::size_t>(rect.y) * stride_;
+  const auto row1 = row0 + static_cast<std::size_t>(rect.height) * stride_;
+  const auto x0 = static_cast<std::size_t>(rect.x);
+  const auto x1 = x0 + static_cast<std::size_t>(rect.width);
+  const Sums& a = sums_[row0 + x0];
+  const Sums& b = sums_[row0 + x1];
+  const Sums& c = sums_[row1 + x0];
+  const Sums& d = sums_[row1 + x1];
+  for (std::size_t k = 0; k < 3; ++k) {
+    v.mean[k] = (d[k] - c[k] - b[k] + a[k]) * scale;
+    v.variance[k] = std::max(d[k + 3] - c[k + 3] - b[k + 3] + a[k + 3], 0.0) * scale;
+  }
+  return v;
+}
+
+PixelRect MomentSums::grown(const PixelRect& r) const {
+  const int x0 = std::max(r.x - 1, 0);
+  const int y0 = std::max(r.y - 1, 0);
+  return {x0, y0, std::min(r.x + r.width + 1, width_) - x0, std::min(r.y + r.height + 1, height_) - y0};
+}
+
+bool MomentSums::is_known(const PixelRect& rect) const {
+  // One pixel's variance has one degree of freedom and is often near 0 by luck: its neighbours are asked too.
+  Values v = over(rect);
+  v.variance = over(grown(rect)).variance;
+  return v.relative_variance() <= kKnownVariance;
+}
+
+void MomentSums::divide(const PixelRect& rect, std::vector<Expected>& out) const {
+  if (rect.width * rect.height > 1) {
+    const bool wide = rect.width >= rect.height;
+    const auto halves = cut(rect, wide, (wide ? rect.width : rect.height) / 2);
+    if (is_known(halves.first) && is_known(halves.second)) {
+      divide(halves.first, out);
+      divide(halves.second, out);
+      return;
+    }
+    const auto variance = over(grown(rect)).variance;
+    const double noise = variance[0] + variance[1] + variance[2];
+    double best = kEdge * noise;
+    std::pair<PixelRect, PixelRect> parts;
+    bool found = false;
+    for (const bool across : {true, false}) {
+      const int side = across ? rect.width : rect.height;
+      int last = 0;
+      for (int k = 1; k < kCuts; ++k) {
+        const int at = side * k / kCuts;
+        if (at == last) {
+          continue;
+        }
+        last = at;
+        const auto two = cut(rect, across, at);
+        const Values a = over(two.first);
+        const Values b = over(two.second);
+        double difference = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+          difference += (a.mean[c] - b.mean[c]) * (a.mean[c] - b.mean[c]);
+        }
+        difference /= 1 / a.count + 1 / b.count;
+        if (difference > best) {
+          best = difference;
+          parts = two;
+          found = true;
+        }
+      }
+    }
+    if (found) {
+      divide(parts.first, out);
+      divide(parts.second, out);
+      return;
+    }
+  }
+  const Values v = over(rect);
+  const auto rgb = [](const std::array<double, 3>& c) {
+    return Rgb{static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
+  };
+  const Expected expected = {rgb(v.mean), rgb(v.variance)};
+  for (int y = rect.y; y < rect.y + rect.height; ++y) {
+    const auto row = out.begin() + static_cast<std::ptrdiff_t>(y) * width_ + rect.x;
+    std::fill(row, row + rect.width, expected);
+  }
+}
+
+std::vector<MomentSums::Expected> MomentSums::expected_values() const {
+  std::vector<Expected> out(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  if (!out.empty()) {
+    divide({0, 0, width_, height_}, out);
+  }
+  return out;
+}
+
+}  // namespace core

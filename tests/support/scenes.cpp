@@ -1,6 +1,7 @@
 #include "tests/support/scenes.h"
 
 #include <cmath>
+#include <cstring>
 
 #include "core/base/check.h"
 #include "core/math/numbers.h"
@@ -116,6 +117,27 @@ std::shared_ptr<const core::Scene> build(core::SceneDescription description) {
 
 std::shared_ptr<const core::Environment> constant_sky(Rgb radiance) {
   auto sky = core::Environment::create(nullptr, {.color = radiance});
+  CHECK(sky);
+  return *sky;
+}
+
+std::shared_ptr<const core::Environment> sky_map(int width, int height,
+                                                 const std::function<Rgb(int, int)>& value, float rotation_degrees) {
+  core::Image image;
+  image.width = width;
+  image.height = height;
+  image.channels = 3;
+  image.type = core::PixelType::kF32;
+  std::vector<float> values;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const Rgb c = value(x, y);
+      values.insert(values.end(), {c.r, c.g, c.b});
+    }
+  }
+  image.bytes.resize(values.size() * sizeof(float));
+  std::memcpy(image.bytes.data(), values.data(), image.bytes.size());
+  auto sky = core::Environment::create(&image, {.rotation_degrees = rotation_degrees});
   CHECK(sky);
   return *sky;
 }

@@ -2,6 +2,7 @@
 /// renderer.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "core/lights/environment.h"
@@ -26,6 +27,11 @@ core::SceneDescription cornell();
 
 std::shared_ptr<const core::Scene> build(core::SceneDescription description);
 std::shared_ptr<const core::Environment> constant_sky(core::Rgb radiance);
+
+/// An equirectangular map; value(column, row), row 0 on top.
+std::shared_ptr<const core::Environment> sky_map(int width, int height,
+                                                 const std::function<core::Rgb(int, int)>& value,
+                                                 float rotation_degrees = 0);
 
 /// A view with box filter and no auxiliary layers.
 core::View view_of(std::shared_ptr<const core::Scene> scene, int width, int height);

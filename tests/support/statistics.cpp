@@ -16,45 +16,47 @@ double sidak(double alpha, int tests) { return 1 - std::pow(1 - alpha, 1.0 / tes
 double two_sided_p(double z) { return std::erfc(std::fabs(z) / std::sqrt(2.0)); }
 
 Chi2Report chi2(std::span<const double> observed, std::span<const double> expected) {
-  std::vector<std::size_t> order(expected.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return expected[a] < expected[b]; });
   Chi2Report report;
-  double pooled_observed = 0;
-  double pooled_expected = 0;
+  double rest_observed = 0;
+  double rest_expected = 0;
   int cells = 0;
-  const auto close = [&] {
-    if (pooled_expected > 0) {
-      const double d = pooled_observed - pooled_expected;
-      report.statistic += d * d / pooled_expected;
-      ++cells;
-    }
-    pooled_observed = pooled_expected = 0;
+  const auto add = [&](double seen, double due) {
+    report.statistic += (seen - due) * (seen - due) / due;
+    ++cells;
   };
-  for (const std::size_t i : order) {
-    if (!(expected[i] > 0) && observed[i] > 0) {
-      report.statistic = 1e30;
-      return report;
-    }
-    pooled_observed += observed[i];
-    pooled_expected += expected[i];
-    if (pooled_expected >= 5) {
-      close();
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    if (expected[i] >= 5) {
+      add(observed[i], expected[i]);
+    } else {
+      rest_observed += observed[i];
+      rest_expected += expected[i];
     }
   }
-  close();
+  if (rest_expected >= 5) {
+    add(rest_observed, rest_expected);
+  } else if (rest_observed > 15) {
+    report.statistic = 1e30;
+    return report;
+  }
   report.degrees = std::max(cells - 1, 1);
   report.p_value = 1 - core::chi2_cdf(report.statistic, report.degrees);
   return report;
 }
 
-std::uint64_t Random::bits() {
-  std::uint64_t x = state_ += 0x9e3779b97f4a7c15ULL;
+namespace {
+
+std::uint64_t mixed(std::uint64_t x) {
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
   return x ^ (x >> 31);
 }
+
+}  // namespace
+
+// The seed is mixed: streams whose starts are a few steps apart would be one stream shifted.
+Random::Random(std::uint64_t seed) : state_(mixed(mixed(seed + 0x632be59bd9b4e019ULL) + 0x1234567ULL)) {}
+
+std::uint64_t Random::bits() { return mixed(state_ += 0x9e3779b97f4a7c15ULL); }
 
 float Random::uniform() { return static_cast<float>(bits() >> 40) * 0x1p-24F; }
 
@@ -149,17 +151,17 @@ Chi2Report chi2_sphere(const SampleDirection& sample, const DensityOfDirection& 
     for (int column = 0; column < grid.columns; ++column) {
       const double z[2] = {2.0 * row / grid.rows - 1, 2.0 * (row + 1) / grid.rows - 1};
       const double phi[2] = {kTwoPi * column / grid.columns, kTwoPi * (column + 1) / grid.columns};
-      const double mass = integrate_2d(density, z, phi, 2e-6, grid.depth_least, 8);
+      const double mass = integrate_2d(density, z, phi, 2e-6, grid.depth_least, grid.depth_most);
       expected[static_cast<std::size_t>(row * grid.columns + column)] = mass * sample_count;
       total += mass;
     }
   }
-  expected[cells] = std::max(1 - total, 0.0) * sample_count;
-  // What the integration cannot tell from 0 is no cell.
-  if (expected[cells] < 1 && observed[cells] == 0) {
-    expected[cells] = 0;
+  expected[cells] = (1 - total) * sample_count;
+  // A density whose integral is above 1 is as wrong as samples in the wrong place; 5e-3 is left to the integration.
+  if (total > 1.005) {
+    return {1e30, 1, 0};
   }
-  expected[cells] = std::max(expected[cells], observed[cells] > 0 ? 1e-3 : 0.0);
+  expected[cells] = std::max(expected[cells], 0.0);
   return chi2(observed, expected);
 }
 

@@ -24,14 +24,14 @@ struct Chi2Report {
   double p_value = 0;
 };
 
-/// Pearson's test. Cells whose expected count is below 5 are pooled in order of size; a count where
-/// nothing is expected gives p = 0.
+/// Pearson's test. Cells whose expected count is below 5 are one cell together. When even that expects less than 5,
+/// up to 15 observations there count as errors of the expected values; more give p = 0.
 Chi2Report chi2(std::span<const double> observed, std::span<const double> expected);
 
 /// Random numbers for tests: a counter through SplitMix64, not the renderer's sampler.
 class Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ULL + 0x1234567ULL) {}
+  explicit Random(std::uint64_t seed);
   std::uint64_t bits();
   float uniform();  ///< [0,1)
   double uniform_double();
@@ -50,6 +50,7 @@ struct SphereGrid {
   int rows = 20;     ///< of equal height in z; even, so that z = 0 is an edge
   int columns = 24;  ///< of equal azimuth
   int depth_least = 2;  ///< every cell is cut at least so often in four before it is integrated
+  int depth_most = 8;   ///< higher where the density jumps
 };
 
 /// Are directions distributed as the density over solid angle says? `nothing` has a cell of its own, whose

@@ -1,0 +1,70 @@
+// Every sample against its density. 180 p-values or so, each refused below sidak(0.01, 200) = 5e-5; seeds are fixed.
+#include <gtest/gtest.h>
+
+#include "core/bsdf/bsdf.h"
+#include "tests/support/bsdf_cases.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::Bsdf;
+using core::Vec3;
+using test_support::BsdfCase;
+using test_support::Random;
+
+const double kLevel = test_support::sidak(0.01, 200);
+
+double p_value(const Bsdf& bsdf, int samples, float spoil = 1) {
+  return test_support::chi2_sphere(
+      [&](Random& r) -> std::optional<Vec3> {
+        const float lobe = r.uniform();
+        const auto s = bsdf.sample(lobe, r.uniform_2d());
+        if (!(s.pdf_solid_angle > 0)) {
+          return std::nullopt;  // absorbed, or a delta lobe
+        }
+        EXPECT_EQ(s.pdf_solid_angle, bsdf.evaluate(s.wi_local).pdf_solid_angle);
+        return s.wi_local;
+      },
+      [&](Vec3 wi) { return spoil * bsdf.evaluate(wi).pdf_solid_angle; }, samples, 7).p_value;
+}
+
+class BsdfChi2 : public testing::TestWithParam<BsdfCase> {};
+
+INSTANTIATE_TEST_SUITE_P(Cases, BsdfChi2, testing::ValuesIn(test_support::bsdf_cases()),
+                         [](const auto& c) { return c.param.name; });
+
+TEST_P(BsdfChi2, SampleFollowsItsDensity) {
+  for (const double degrees : {5.0, 45.0, 78.0}) {
+    const Bsdf bsdf(GetParam().parameters, test_support::direction(degrees), {0, 0, 1});
+    EXPECT_GT(p_value(bsdf, 150000), kLevel) << degrees;
+  }
+}
+
+TEST_P(BsdfChi2, SampleFollowsItsDensityUnderATiltedGeometricNormal) {
+  for (const double degrees : {20.0, 60.0}) {
+    const Bsdf bsdf(GetParam().parameters, test_support::direction(degrees), test_support::tilted_normal());
+    EXPECT_GT(p_value(bsdf, 150000), kLevel) << degrees;
+  }
+}
+
+TEST_P(BsdfChi2, TwoPercentTooMuchIsSeen) {
+  const Bsdf bsdf(GetParam().parameters, test_support::direction(45), {0, 0, 1});
+  if (bsdf.prob_delta() > 0.5F) {
+    return;  // hardly anything spreads
+  }
+  EXPECT_LT(p_value(bsdf, 1000000, 1.02F), kLevel);
+}
+
+// The share of delta samples is what prob_delta() says: |z| < 4.5.
+TEST_P(BsdfChi2, DeltaLobesAreTakenAsOftenAsSaid) {
+  const Bsdf bsdf(GetParam().parameters, test_support::direction(40), {0, 0, 1});
+  Random random(8);
+  test_support::Moments delta;
+  for (int i = 0; i < 100000; ++i) {
+    const float lobe = random.uniform();
+    delta.add(bsdf.sample(lobe, random.uniform_2d()).is_delta ? 1 : 0);
+  }
+  EXPECT_LT(std::abs(delta.z(static_cast<double>(bsdf.prob_delta()))), 4.5) << delta.mean;
+}
+
+}  // namespace

@@ -1,0 +1,232 @@
+// Error estimates against closed forms (DESIGN section 3): films made of known distributions.
+#include "core/film/error_estimate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::ErrorEstimate;
+using core::FilmSnapshot;
+using test_support::Moments;
+using test_support::Random;
+
+/// The mean of one half of a pixel; adds the variance of the pixel's mean and its expected value are in the plan.
+struct Plan {
+  int width = 64;
+  int height = 64;
+  std::function<double(Random&, int x, int y)> half;  ///< mean of a half, by its own random numbers
+  std::function<double(int x, int y)> mu;
+  std::function<double(int x, int y)> variance;  ///< of the mean of both halves
+};
+
+FilmSnapshot draw(const Plan& plan, std::uint64_t seed) {
+  FilmSnapshot film;
+  film.rect = {0, 0, plan.width, plan.height};
+  film.pixels.resize(film.pixel_count() * 2);
+  Random random(seed);
+  for (int y = 0; y < plan.height; ++y) {
+    for (int x = 0; x < plan.width; ++x) {
+      for (std::size_t r = 0; r < 2; ++r) {
+        const auto v = static_cast<float>(plan.half(random, x, y));
+        film.pixels[static_cast<std::size_t>(y * plan.width + x) * 2 + r] = {v, v, v, 1, 0, 128};
+      }
+    }
+  }
+  return film;
+}
+
+double true_error(const Plan& plan) {
+  double sum = 0;
+  for (int y = 0; y < plan.height; ++y) {
+    for (int x = 0; x < plan.width; ++x) {
+      const double mu = plan.mu(x, y);
+      sum += plan.variance(x, y) / (mu * mu + 0.01);
+    }
+  }
+  return std::sqrt(sum / (plan.width * plan.height));
+}
+
+/// Mean over 128 samples of events of the given probability, each worth 1 / probability.
+double events(Random& random, double probability) {
+  const double log_miss = std::log1p(-probability);
+  int count = 0;
+  for (double at = std::log(1 - random.uniform_double()) / log_miss; at < 128;
+       at += 1 + std::floor(std::log(1 - random.uniform_double()) / log_miss)) {
+    ++count;
+  }
+  return count / (128 * probability);
+}
+
+Plan rare_events(double probability, int size = 64) {
+  Plan plan;
+  plan.width = plan.height = size;
+  plan.half = [probability](Random& r, int, int) { return events(r, probability); };
+  plan.mu = [](int, int) { return 1.0; };
+  plan.variance = [probability](int, int) { return (1 / probability - 1) / 256; };
+  return plan;
+}
+
+Plan gaussian(double sd, int size = 64) {
+  Plan plan;
+  plan.width = plan.height = size;
+  plan.half = [sd](Random& r, int, int) { return 1 + sd * std::sqrt(2.0) * r.normal(); };
+  plan.mu = [](int, int) { return 1.0; };
+  plan.variance = [sd](int, int) { return sd * sd; };
+  return plan;
+}
+
+/// Black left of column `middle`, beyond it as in `bright`.
+Plan half_black(Plan bright, int middle = 32) {
+  Plan plan = bright;
+  plan.half = [=](Random& r, int x, int y) { return x < middle ? 0.0 : bright.half(r, x, y); };
+  plan.mu = [=](int x, int y) { return x < middle ? 0.0 : bright.mu(x, y); };
+  plan.variance = [=](int x, int y) { return x < middle ? 0.0 : bright.variance(x, y); };
+  return plan;
+}
+
+struct Outcome {
+  double truth = 0;
+  Moments estimate;
+  double covered = 0;
+  double naive = 0;
+};
+
+/// sqrt(mean of (A-B)^2/4 / (own mean^2 + 0.01)): what DESIGN forbids.
+double naive_error(const FilmSnapshot& film) {
+  double sum = 0;
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    const auto a = static_cast<double>(film.pixels[2 * i].mean_r);
+    const auto b = static_cast<double>(film.pixels[2 * i + 1].mean_r);
+    sum += (a - b) * (a - b) / 4 / ((a + b) * (a + b) / 4 + 0.01);
+  }
+  return std::sqrt(sum / static_cast<double>(film.pixel_count()));
+}
+
+Outcome measure(const Plan& plan, int trials = 300) {
+  Outcome out;
+  out.truth = true_error(plan);
+  for (int t = 0; t < trials; ++t) {
+    const FilmSnapshot film = draw(plan, static_cast<std::uint64_t>(t) + 1);
+    const ErrorEstimate estimate(film);
+    const auto e = estimate.image(0.95);
+    out.estimate.add(e.relative_rmse);
+    out.covered += e.low <= out.truth && out.truth <= e.high ? 1.0 / trials : 0.0;
+    out.naive += naive_error(film) / trials;
+  }
+  testing::Test::RecordProperty("truth", std::to_string(out.truth));
+  testing::Test::RecordProperty("estimate", std::to_string(out.estimate.mean));
+  testing::Test::RecordProperty("coverage", std::to_string(out.covered));
+  std::printf("    truth %.4f  estimate %.4f (%+.1f %%, sd %.1f %%)  covered %.1f %%  naive %.4f\n", out.truth,
+              out.estimate.mean, 100 * (out.estimate.mean / out.truth - 1),
+              100 * std::sqrt(out.estimate.variance()) / out.truth, 100 * out.covered, out.naive);
+  return out;
+}
+
+// Over 1,500 trials each of these plans covers 93.5 to 97.4 %. Of 300, the standard deviation is 1.26 %: bounds that cover
+// 95 % fall below 92 % in 0.9 % of cases; the seeds are fixed.
+constexpr double kLeastCoverage = 0.92;
+
+TEST(ErrorEstimate, EventsOfOneInAThousandAt256Samples) {
+  const Outcome o = measure(rare_events(0.001));
+  EXPECT_NEAR(o.truth, 1.966, 0.001);
+  EXPECT_NEAR(o.estimate.mean, o.truth, 0.1 * o.truth);
+  EXPECT_GE(o.covered, kLeastCoverage);
+  EXPECT_LT(o.naive, 0.3 * o.truth) << "a pixel's own mean hides its fireflies";
+}
+
+TEST(ErrorEstimate, EventsOfOneInAThousandOnALargerFilm) {
+  const Outcome o = measure(rare_events(0.001, 160), 100);
+  EXPECT_NEAR(o.estimate.mean, o.truth, 0.05 * o.truth);
+  EXPECT_GE(o.covered, kLeastCoverage - 0.02);
+}
+
+TEST(ErrorEstimate, EventsOfTwoPercent) {
+  const Outcome o = measure(rare_events(0.02));
+  EXPECT_NEAR(o.estimate.mean, o.truth, 0.1 * o.truth);
+  EXPECT_GE(o.covered, kLeastCoverage);
+}
+
+TEST(ErrorEstimate, GaussianNoise) {
+  for (const double sd : {0.02, 0.2, 1.0}) {
+    const Outcome o = measure(gaussian(sd));
+    EXPECT_NEAR(o.estimate.mean, o.truth, 0.1 * o.truth) << sd;
+    EXPECT_GE(o.covered, kLeastCoverage) << sd;
+    EXPECT_LE(o.covered, 0.99) << sd;
+  }
+}
+
+TEST(ErrorEstimate, HalfBlackHalfBright) {
+  for (const Plan& plan : {half_black(gaussian(0.1)), half_black(gaussian(0.5)), half_black(rare_events(0.02)),
+                           half_black(rare_events(0.001)), half_black(gaussian(0.5), 37), half_black(rare_events(0.02), 19),
+                           half_black(rare_events(0.001), 43)}) {
+    const Outcome o = measure(plan);
+    EXPECT_NEAR(o.estimate.mean, o.truth, 0.1 * o.truth);
+    EXPECT_GE(o.covered, kLeastCoverage);
+  }
+}
+
+TEST(ErrorEstimate, RegionsSayTheSameOfTheirOwnPixels) {
+  const Plan plan = half_black(gaussian(0.1));
+  Moments dark;
+  Moments bright;
+  for (int t = 0; t < 50; ++t) {
+    const ErrorEstimate estimate(draw(plan, static_cast<std::uint64_t>(t) + 1000));
+    dark.add(estimate.region({0, 0, 16, 64}, 0.95).relative_rmse);
+    bright.add(estimate.region({48, 0, 16, 64}, 0.95).relative_rmse);
+  }
+  EXPECT_EQ(dark.mean, 0);
+  EXPECT_NEAR(bright.mean, 0.1 / std::sqrt(1.01), 0.003);
+}
+
+TEST(ErrorEstimate, TooFewEventsAreCalledUnreliable) {
+  int flagged = 0;
+  for (int t = 0; t < 20; ++t) {
+    flagged += ErrorEstimate(draw(rare_events(3e-6), static_cast<std::uint64_t>(t))).image(0.95).unreliable ? 1 : 0;
+  }
+  EXPECT_GE(flagged, 15);
+  EXPECT_FALSE(ErrorEstimate(draw(gaussian(0.1), 1)).image(0.95).unreliable);
+}
+
+// Pixels: pooled standard errors, 95 % intervals, on average over the picture; 50 x 4096 pixels.
+TEST(ErrorEstimate, PixelIntervalsCover) {
+  for (const Plan& plan : {gaussian(0.1), half_black(gaussian(0.1)), rare_events(0.02)}) {
+    double inside = 0;
+    double all = 0;
+    for (int t = 0; t < 50; ++t) {
+      const ErrorEstimate estimate(draw(plan, static_cast<std::uint64_t>(t) + 1));
+      for (int y = 0; y < plan.height; ++y) {
+        for (int x = 0; x < plan.width; ++x) {
+          const auto p = estimate.pixel(x, y);
+          const auto mu = static_cast<float>(plan.mu(x, y));
+          inside += p.low.g <= mu && mu <= p.high.g ? 1 : 0;
+          all += 1;
+        }
+      }
+    }
+    std::printf("    pixels covered %.2f %%\n", 100 * inside / all);
+    EXPECT_GE(inside / all, 0.90);
+    EXPECT_LE(inside / all, 0.99);
+  }
+}
+
+TEST(ErrorEstimate, OneHalfGivesNoNumber) {
+  FilmSnapshot film = draw(gaussian(0.1, 8), 1);
+  film.pixels[5].count = 0;
+  const ErrorEstimate estimate(film);
+  EXPECT_FALSE(estimate.valid());
+  EXPECT_TRUE(std::isnan(estimate.image(0.95).relative_rmse));
+  EXPECT_TRUE(std::isnan(estimate.pixel(0, 0).standard_error.r));
+}
+
+TEST(ErrorEstimate, ANoiselessPictureHasNoError) {
+  const ErrorEstimate estimate(draw(gaussian(0), 1));
+  EXPECT_EQ(estimate.image(0.95).relative_rmse, 0);
+  EXPECT_EQ(estimate.image(0.95).high, 0);
+}
+
+}  // namespace

@@ -11,7 +11,7 @@
 namespace core {
 
 inline constexpr int kAlbedoNodes = 48;
-inline constexpr int kGlassNodes = 16;
+inline constexpr int kGlassNodes = 24;
 inline constexpr int kSheenNodes = 32;
 
 struct AlbedoTables {

@@ -204,7 +204,8 @@ for (const [name, device] of [
       withPage(device, async (page) => {
         await submit(page, { scene: 'cornell-box', samples: 16 });
         await finished(page);
-        for (const hash of [new URL(page.url()).hash, '#/jobs', '#/settings']) {
+        const job = new URL(page.url()).hash;
+        for (const hash of [job, '#/jobs', '#/settings', '#/compare', '#/compose/cornell-box']) {
           await page.goto(`${server.url}/${hash}`);
           await page.waitForSelector('h1');
           await page.waitForTimeout(400);

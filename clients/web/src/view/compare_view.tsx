@@ -141,6 +141,7 @@ export function CompareView({ a, b }: { a: string; b: string }) {
   if (!first || !second) {
     return (
       <div class="center-note">
+        <h1>Compare</h1>
         <p>{list ? 'Two renders are needed for a comparison.' : 'Asking the server…'}</p>
       </div>
     );

@@ -34,6 +34,8 @@ function fit(
   };
 }
 
+const exponent = (v: number | null): string => (v ?? 0).toFixed(2).replace('-', '−');
+
 function decades(low: number, high: number): number[] {
   const out: number[] = [];
   const steps = high / low < 4 ? [1, 1.5, 2, 3, 4, 5, 6, 8] : [1, 2, 5];
@@ -100,9 +102,9 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
           `${count(hover.samples_per_pixel)} samples, ${duration(hover.elapsed_seconds)}: ${percent(hover.relative_rmse)} (${percent(hover.low)} to ${percent(hover.high)})`
         ) : slope != null ? (
           <>
-            Slope <b>{number(slope, 3)}</b>
+            Slope <b>{exponent(slope)}</b>
             {data?.slope?.low != null &&
-              ` (${number(data.slope.low, 3)} to ${number(data.slope.high, 3)})`}
+              ` (${exponent(data.slope.low)} to ${exponent(data.slope.high)})`}
             . Plain random numbers give −0.5; steeper is better.
           </>
         ) : (

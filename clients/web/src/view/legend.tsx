@@ -18,10 +18,18 @@ function ticks(look: Look): number[] {
 
 export type Unit = 'percent' | 'count' | 'number';
 
+/** Ticks below 0.01 are whole or threefold decades. */
+function powerOfTen(v: number): string {
+  const exponent = Math.floor(Math.log10(v) + 1e-6);
+  const factor = Math.round(v / 10 ** exponent);
+  const digits = String(-exponent).replace(/\d/g, (d) => '⁰¹²³⁴⁵⁶⁷⁸⁹'[Number(d)]);
+  return `${factor === 1 ? '' : `${factor}·`}10⁻${digits}`;
+}
+
 const texts: Record<Unit, (v: number) => string> = {
   percent: (v) => `${number(100 * v, 2)} %`,
   count,
-  number: (v) => number(v, 2),
+  number: (v) => (v < 0.01 ? powerOfTen(v) : number(v, 2)),
 };
 
 export const unitOf = (mode: Mode): Unit =>

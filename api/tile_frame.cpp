@@ -11,7 +11,7 @@
 namespace api {
 namespace {
 
-constexpr std::array<unsigned char, 4> kMagic = {'T', 'S', 'R', 1};
+constexpr std::array<unsigned char, 4> kMagic = {'T', 'S', 'R', '1'};
 constexpr std::size_t kPlanes = 7;
 constexpr int kSideMax = 65535;
 

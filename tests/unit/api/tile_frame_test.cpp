@@ -32,7 +32,7 @@ TEST(TileFrame, HasTheBytesOfTheContract) {
   frame.planes = {1, 0, 0, 0, 0, 0, 2};
   const std::string text = api::encode_tile_frame(frame);
   const std::string header(
-      "TSR\x01\x1c\0\0\0\x0d\x0c\x0b\x0a\x02\x01\x04\x03\x01\0\x01\0\0\0\0\0\0\0\x80\x3f", 28);
+      "TSR1\x1c\0\0\0\x0d\x0c\x0b\x0a\x02\x01\x04\x03\x01\0\x01\0\0\0\0\0\0\0\x80\x3f", 28);
   ASSERT_EQ(text.size(), 60U);
   EXPECT_EQ(text.substr(0, 28), header);
   EXPECT_EQ(text.substr(32, 4), std::string("\0\0\x80\x3f", 4));

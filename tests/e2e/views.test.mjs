@@ -45,7 +45,7 @@ async function offersPreviews() {
 
 test(
   'the camera is placed in a live preview, and the next render uses it',
-  { timeout: 120_000 },
+  { timeout: 300_000 },
   (t) =>
     withPage(desktop, '#/compose/cornell-box', async (page) => {
       if (!(await offersPreviews())) return t.skip('this build offers no previews');
@@ -79,7 +79,7 @@ for (const [name, device] of [
 ]) {
   test(
     `two renders are compared on a ${name}: wipe, difference, chance, numbers`,
-    { timeout: 180_000 },
+    { timeout: 300_000 },
     () =>
       withPage(device, '', async (page) => {
         const a = await renderOf(page, 'cornell-box', 8);
@@ -98,7 +98,7 @@ for (const [name, device] of [
   );
 }
 
-test('the list of renders can be filtered and leads to each of them', { timeout: 120_000 }, () =>
+test('the list of renders can be filtered and leads to each of them', { timeout: 300_000 }, () =>
   withPage(desktop, '', async (page) => {
     const id = await renderOf(page, 'furnace', 8);
     await page.goto(`${server.url}/#/jobs`);
@@ -133,7 +133,7 @@ function mainThreadTasks(trace) {
     .sort((x, y) => y - x);
 }
 
-test('no task holds the page for 50 ms while tiles arrive', { timeout: 120_000 }, (t) =>
+test('no task holds the page for 50 ms while tiles arrive', { timeout: 300_000 }, (t) =>
   withPage(desktop, '', async (page) => {
     await submit(page, { scene: 'cornell-box', size: '3', samples: 4096 });
     await until('tiles', () => pictureNow(page));

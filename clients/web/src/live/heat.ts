@@ -42,7 +42,10 @@ export const ramps: Record<Ramp, Uint8Array> = {
   samples: table(sampleStops),
 };
 
-export function rampCss(ramp: Ramp, direction = 'to right'): string {
+/** from, to: where the ramp's low and high end lie, in percent along the direction. */
+export function rampCss(ramp: Ramp, direction = 'to right', from = 0, to = 100): string {
   const stops = ramp === 'error' ? errorStops : sampleStops;
-  return `linear-gradient(${direction}, ${stops.map((s) => `rgb(${s.join(' ')})`).join(', ')})`;
+  const step = (to - from) / (stops.length - 1);
+  const parts = stops.map((s, i) => `rgb(${s.join(' ')}) ${from + i * step}%`);
+  return `linear-gradient(${direction}, ${parts.join(', ')})`;
 }

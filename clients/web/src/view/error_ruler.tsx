@@ -1,46 +1,66 @@
-import type { ConvergencePoint, Job } from '../api/types';
-import { isFinal } from '../api/types';
+import type { ConvergencePoint, ErrorEstimate, Job } from '../api/types';
 import { rampCss } from '../live/heat';
 import { errorInWords, percent } from '../ui/format';
+import { errorRange } from './view_modes';
 
 /**
  * The page's signature: how wrong the picture still is, on a logarithmic scale from noise (left) to clean (right).
  * The scale's colours are those of the error picture. Ghost marks are earlier estimates; the bar is the interval.
  */
 export function ErrorRuler({ job, points }: { job: Job; points: ConvergencePoint[] }) {
-  const error = job.error;
-  const known = error?.relative_rmse != null;
-  const target = job.spec.stop?.relative_error ?? null;
-  const range = rangeFor(job, target);
-  const at = (v: number): number =>
-    100 * Math.min(1, Math.max(0, Math.log(range.high / v) / Math.log(range.high / range.low)));
-  const low = error?.low ?? error?.relative_rmse ?? 0;
-  const high = error?.high ?? error?.relative_rmse ?? 0;
-  const interval = known && error?.low != null && error.high != null;
+  const { error } = job;
+  const value = error?.relative_rmse;
   const confidence = Math.round(100 * (error?.confidence ?? 0.95));
-  const bias = error?.bias && error.bias !== 'none' ? error.bias : null;
   return (
     <section class="ruler" aria-label="Error of the picture">
       <div class="ruler-head">
         <p class="ruler-value" data-testid="error">
           <span class="ruler-label">Error</span>{' '}
-          <strong>{known ? percent(error!.relative_rmse) : 'not known yet'}</strong>
-          {interval && (
+          <strong>{value != null ? percent(value) : 'not known yet'}</strong>
+          {value != null && error?.low != null && error.high != null && (
             <span class="ruler-interval">
               {' '}
-              {percent(low)} to {percent(high)} with {confidence} % confidence
+              {percent(error.low)} to {percent(error.high)} with {confidence} % confidence
             </span>
           )}
         </p>
-        <p class="ruler-words">
-          {bias
-            ? `This method is ${bias}: the error may be larger than shown.`
-            : errorInWords(error?.relative_rmse)}
-        </p>
+        <p class="ruler-words">{wordsFor(error)}</p>
       </div>
+      <Track job={job} points={points} />
+    </section>
+  );
+}
+
+function wordsFor(error: ErrorEstimate | null | undefined): string {
+  if (error?.bias && error.bias !== 'none') {
+    return `This method is ${error.bias}: the error may be larger than shown.`;
+  }
+  if (error?.unreliable) return 'Too few bright events so far: the interval may be too narrow.';
+  return errorInWords(error?.relative_rmse);
+}
+
+function Track({ job, points }: { job: Job; points: ConvergencePoint[] }) {
+  const { error } = job;
+  const value = error?.relative_rmse;
+  const target = job.spec.stop?.relative_error;
+  const range = rangeFor(job, target ?? null);
+  const place = (v: number): number =>
+    (100 * Math.log(range.high / v)) / Math.log(range.high / range.low);
+  const at = (v: number): number => Math.min(100, Math.max(0, place(v)));
+  // The colours stand where the error picture has them, whatever the range.
+  const [clean, noisy] = [100 - place(errorRange.low), 100 - place(errorRange.high)];
+  const bar =
+    value != null && error?.low != null && error.high != null
+      ? { left: `${at(error.high)}%`, right: `${100 - at(error.low)}%` }
+      : null;
+  return (
+    <>
       <div class={`ruler-track${target ? ' ruler-aims' : ''}`} aria-hidden="true">
-        <div class="ruler-scale" style={{ backgroundImage: rampCss('error', 'to left') }} />
-        {known && <div class="ruler-todo" style={{ left: `${at(error!.relative_rmse!)}%` }} />}
+        <div
+          class="ruler-scale"
+          style={{ backgroundImage: rampCss('error', 'to left', clean, noisy) }}
+        />
+        {value != null && <div class="ruler-todo" style={{ left: `${at(value)}%` }} />}
         {ghosts(points).map((v, i) => (
           <i key={i} class="ruler-ghost" style={{ left: `${at(v)}%` }} />
         ))}
@@ -49,15 +69,8 @@ export function ErrorRuler({ job, points }: { job: Job; points: ConvergencePoint
             <b>target {percent(target)}</b>
           </i>
         )}
-        {interval && (
-          <div class="ruler-bar" style={{ left: `${at(high)}%`, right: `${100 - at(low)}%` }} />
-        )}
-        {known && (
-          <div
-            class={`ruler-now${isFinal(job.state) ? '' : ' ruler-live'}`}
-            style={{ left: `${at(error!.relative_rmse!)}%` }}
-          />
-        )}
+        {bar && <div class="ruler-bar" style={bar} />}
+        {value != null && <div class="ruler-now" style={{ left: `${at(value)}%` }} />}
       </div>
       <div class="ruler-ticks" aria-hidden="true">
         {ticksOf(range).map((v) => (
@@ -66,16 +79,16 @@ export function ErrorRuler({ job, points }: { job: Job; points: ConvergencePoint
           </span>
         ))}
       </div>
-    </section>
+    </>
   );
 }
 
-/** 100 % to 0.1 %, and further down by decades when the picture or its target is better than that. */
+/** 100 % to 0.1 %; further by decades when the picture or its target is better, or the picture worse. */
 function rangeFor(job: Job, target: number | null): { low: number; high: number } {
   const best = Math.min(job.error?.low ?? 1, target ?? 1);
   let low = 0.001;
   while (best > 0 && best < low * 1.5 && low > 1e-6) low /= 10;
-  return { low, high: 1 };
+  return { low, high: (job.error?.relative_rmse ?? 0) > 1 ? 10 : 1 };
 }
 
 function ticksOf({ low, high }: { low: number; high: number }): number[] {

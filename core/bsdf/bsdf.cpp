@@ -262,7 +262,14 @@ void Bsdf::add_sheen(Vec3 wi, BsdfEval& out) const noexcept {
 Rgb Bsdf::albedo() const noexcept { return albedo_; }
 
 Rgb Bsdf::straight() const noexcept {
-  return is_smooth_ && prob_thin_ > 0 ? thin_ * delta_share() : Rgb{};
+  Rgb sum;
+  if (is_smooth_ && prob_thin_ > 0) {
+    sum += thin_ * delta_share();
+  }
+  if (prob_glass_ > 0 && is_index_matched()) {
+    sum += glass_color_ * (glass_weight_ * delta_share());
+  }
+  return sum;
 }
 
 void Bsdf::add_diffuse(Vec3 wi, BsdfEval& out) const noexcept {
@@ -305,7 +312,7 @@ void Bsdf::add_thin(Vec3 wi, BsdfEval& out) const noexcept {
 }
 
 void Bsdf::add_glass(Vec3 wi, BsdfEval& out) const noexcept {
-  if (!(prob_glass_ > 0) || is_smooth_ || std::fabs(eta_ - 1) < 1e-4F) {
+  if (!(prob_glass_ > 0) || is_smooth_ || is_index_matched()) {
     return;
   }
   const float lambda_o = ggx_.lambda(wo_);
@@ -448,7 +455,7 @@ bool Bsdf::sample_thin(Vec2 u, BsdfSample& s) const noexcept {
 }
 
 bool Bsdf::sample_glass(float u_lobe, Vec2 u, BsdfSample& s) const noexcept {
-  const bool index_matched = std::fabs(eta_ - 1) < 1e-4F;
+  const bool index_matched = is_index_matched();
   const bool is_delta = is_smooth_ || index_matched;
   const Vec3 h = is_delta ? Vec3{0, 0, 1} : ggx_.sample_visible(wo_, u);
   const float cos_o = dot(wo_, h);
@@ -463,6 +470,7 @@ bool Bsdf::sample_glass(float u_lobe, Vec2 u, BsdfSample& s) const noexcept {
   s.wi_local = normalize_or(h * (cos_o / eta_ - cos_t) - wo_ * (1 / eta_), -wo_);
   s.weight = glass_color_ * (glass_weight_ * delta_share() / (prob_glass_ * eta_ * eta_));
   s.eta = eta_;
+  s.is_straight = index_matched;
   return s.wi_local.z < 0;
 }
 
@@ -521,7 +529,7 @@ BsdfSample Bsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
 }
 
 float Bsdf::prob_delta() const noexcept {
-  const bool matched = prob_glass_ > 0 && std::fabs(eta_ - 1) < 1e-4F;
+  const bool matched = prob_glass_ > 0 && is_index_matched();
   const float coat = coat_smooth_ ? prob_coat_ : 0.0F;
   return is_smooth_ ? prob_specular_ + prob_thin_ + coat + prob_glass_ : coat + (matched ? prob_glass_ : 0.0F);
 }
@@ -530,7 +538,7 @@ BsdfSample Bsdf::sample_delta(float u_lobe, Vec2 u_dir) const noexcept {
   // The delta lobes are the last part of the interval that sample() divides; a rough solid
   // glass under a smooth coat stands after the coat, and is left out.
   const float prob = prob_delta();
-  const float spread_after = !is_smooth_ && coat_smooth_ && std::fabs(eta_ - 1) >= 1e-4F ? prob_glass_ : 0.0F;
+  const float spread_after = !is_smooth_ && coat_smooth_ && !is_index_matched() ? prob_glass_ : 0.0F;
   BsdfSample s = sample(std::min(1 - spread_after - prob + u_lobe * prob, kOneMinusEpsilon), u_dir);
   s.weight *= prob;
   return s;

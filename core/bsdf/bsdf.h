@@ -61,7 +61,7 @@ struct BsdfSample {
   float pdf_solid_angle = 0;  ///< 0 when is_delta
   bool is_delta = false;
   bool transmitted = false;  ///< wi is on the other side of the geometric plane
-  bool is_straight = false;  ///< smooth thin transmission: wi = -wo, as if through a hole
+  bool is_straight = false;  ///< wi = -wo, as if through a hole: see straight()
   float eta = 1;             ///< n(wi) / n(wo); 1 unless refracted
 };
 
@@ -82,7 +82,8 @@ class Bsdf {
   /// Does any lobe spread over solid angle, so that light sampling makes sense?
   bool has_spread() const noexcept { return has_spread_; }
   bool transmits() const noexcept { return prob_thin_ + prob_glass_ + prob_below_ > 0; }
-  /// Share of light that goes straight through (smooth thin transmission), for shadow rays.
+  /// Share of light that goes straight through (smooth thin transmission, solids of the index around
+  /// them), for shadow rays.
   Rgb straight() const noexcept;
   /// Share of light reflected or transmitted from wo, per channel, for the albedo layer.
   Rgb albedo() const noexcept;
@@ -106,6 +107,7 @@ class Bsdf {
   float cover_share(float mu) const noexcept;
   float coat_albedo(Vec3 wi) const noexcept;
   float delta_share() const noexcept;
+  bool is_index_matched() const noexcept { return eta_ > 0.9999F && eta_ < 1.0001F; }
   Rgb fresnel(float cos_oh) const noexcept;
   void respect_geometry(BsdfSample& s) const noexcept;
 

@@ -12,7 +12,7 @@
 namespace core {
 namespace {
 
-/// Holes and clear thin walls do not count as scattering; this bounds a path that meets nothing
+/// Holes and clear surfaces do not count as scattering; this bounds a path that meets nothing
 /// else.
 constexpr int kPassThroughMax = 4096;
 constexpr float kFar = 3.0e38F;
@@ -28,9 +28,11 @@ Bsdf make_bsdf(const Shading& shading, Vec3 wo_world) {
               shading.has_layers ? &shading.layers : nullptr);
 }
 
+}  // namespace
+
 /// The solids around a point, the innermost last. Leaving one takes out its newest entry, wherever
 /// it stands, so overlapping and touching solids keep their order.
-class MediumStack {
+class PathIntegrator::MediumStack {
  public:
   const Material* top() const noexcept { return count_ > 0 ? media_[count_ - 1] : nullptr; }
   void enter(const Material* material) noexcept {
@@ -47,6 +49,9 @@ class MediumStack {
       }
     }
   }
+  void cross(const Material& material, bool inwards) noexcept {
+    inwards ? enter(&material) : leave(&material);
+  }
   /// What is on the other side of a boundary of `material` for a path inside it.
   const Material* without(const Material* material) const noexcept {
     MediumStack rest = *this;
@@ -60,8 +65,6 @@ class MediumStack {
   int count_ = 0;
 };
 
-}  // namespace
-
 /// What a path carries from vertex to vertex.
 struct PathIntegrator::State {
   const PathSampler& sampler;
@@ -70,7 +73,7 @@ struct PathIntegrator::State {
   Ray ray{};
   Rgb beta = {1, 1, 1};
   int depth = 0;             ///< surfaces met so far, holes left out: names the random numbers
-  int straight = 0;          ///< of these, thin walls that the path went straight through
+  int straight = 0;          ///< of these, clear ones that the path went straight through
   float pdf_bsdf = 0;        ///< density of the last direction; 0: camera or delta
   Vec3 last_point{};
   Vec3 last_normal{};          ///< as given to the light sampler at the last vertex
@@ -173,35 +176,54 @@ void PathIntegrator::add_emission(State& path, const Vertex& vertex) const noexc
   path.out.radiance += path.beta * radiance * weight;
 }
 
-/// Share of light that gets along the ray: 0 behind surfaces; through BLEND 1 - alpha, its expected
-/// value rather than a throw of dice; through clear thin walls what they let straight through.
-/// scatter() takes such walls for no vertex at all, so light sampling and BSDF sampling share the
-/// paths through them by MIS.
-Rgb PathIntegrator::transmittance(State& path, const Ray& shadow) const noexcept {
+/// Share of light that gets along the ray, which starts inside `media`: 0 behind surfaces; through BLEND
+/// 1 - alpha, its expected value rather than a throw of dice; through clear surfaces what they let
+/// straight through. scatter() takes those for no vertex at all, so light sampling and BSDF sampling
+/// share the paths through them by MIS.
+Rgb PathIntegrator::transmittance(State& path, const Ray& shadow, MediumStack& media) const noexcept {
   ++path.rays;
-  if (!scene_.has_alpha && !scene_.has_clear_walls) {
-    return scene_.accel->occluded(shadow) ? Rgb{} : Rgb(1);
-  }
   Rgb open(1);
+  const auto absorb = [&open, &media](Vec3 way) {
+    if (media.top() != nullptr) {
+      open *= absorbed(media.top()->sigma_a, length(way));
+    }
+  };
+  if (!scene_.has_alpha && !scene_.has_clear) {
+    if (scene_.accel->occluded(shadow)) {
+      return {};
+    }
+    if (shadow.t_max <= 1) {
+      absorb(shadow.direction);
+    }
+    return open;
+  }
   Ray ray = shadow;
   const Vec3 end = shadow.origin + shadow.direction;
   const bool far = shadow.t_max > 1;
   for (int pass = 0; pass < kPassThroughMax; ++pass) {
     RawHit hit;
     if (!scene_.accel->intersect(ray, hit)) {
+      if (!far) {
+        absorb(ray.direction);
+      }
       return open;
     }
     const float coverage = scene_.coverage(hit, ray);
-    const bool is_clear = scene_.materials[scene_.meshes[scene_.placed_mesh(hit).mesh].material].is_clear_wall;
-    if (coverage >= 1 && !is_clear) {
+    const Material& material = scene_.materials[scene_.meshes[scene_.placed_mesh(hit).mesh].material];
+    if (coverage >= 1 && !material.is_clear) {
       return {};
     }
     const SurfacePoint hole = scene_.surface_point(hit, ray);
+    absorb(hole.position - ray.origin);
     Rgb share(1 - coverage);
-    if (is_clear) {
+    if (material.is_clear && coverage > 0) {
       const Vec3 wo = -normalize(ray.direction);
       Shading shading;
       shade(scene_, hole, wo, path.cone_width_m, shading);
+      if (material.is_volume) {
+        shading.bsdf.ior = relative_ior(path, media, material, shading.front);
+        media.cross(material, shading.front);
+      }
       share += make_bsdf(shading, wo).straight() * coverage;
     }
     open *= share;
@@ -245,16 +267,13 @@ void PathIntegrator::add_direct(State& path, const Vertex& vertex, const Bsdf& b
   shadow.origin = offset_ray(p, n * side);
   shadow.direction = light.is_far ? light.wi_world : light.target - shadow.origin;
   shadow.t_max = light.is_far ? kFar : 1.0F;
-  const Rgb open = transmittance(path, shadow);
-  if (is_black(open)) {
-    return;
+  MediumStack media = path.media;
+  const Material& material = scene_.materials[vertex.point.material];
+  if (side < 0 && material.is_volume) {
+    media.cross(material, vertex.shading.front);
   }
-  Rgb add = path.beta * f.value_cos * light.radiance * open * (weight / light.pdf_solid_angle);
-  const Material* medium = path.media.top();
-  if (medium != nullptr && side > 0 && !light.is_far) {
-    add *= absorbed(medium->sigma_a, length(shadow.direction));
-  }
-  path.out.radiance += add;
+  const Rgb open = transmittance(path, shadow, media);
+  path.out.radiance += path.beta * f.value_cos * light.radiance * open * (weight / light.pdf_solid_angle);
 }
 
 /// By the BSDF, or for study by the cosine or uniformly: delta lobes always by the BSDF.
@@ -309,11 +328,7 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   if (through && scene_.has_volumes) {
     const Material& material = scene_.materials[vertex.point.material];
     if (material.is_volume) {
-      if (vertex.shading.front) {
-        path.media.enter(&material);
-      } else {
-        path.media.leave(&material);
-      }
+      path.media.cross(material, vertex.shading.front);
     }
   }
   if (!s.is_delta) {
@@ -360,11 +375,13 @@ float PathIntegrator::ior_of(State& path, const Material* material) noexcept {
   return dispersive_ior(f.ior, f.dispersion, path.wavelength_nm);
 }
 
-/// A solid's boundary bends light by its index over that of what surrounds it here.
-void PathIntegrator::set_relative_ior(State& path, const Material& material, Shading& shading) noexcept {
-  const Material* around = shading.front ? path.media.top() : path.media.without(&material);
+/// A solid's boundary bends light by its index over that of what surrounds it here. front: seen from
+/// outside, for a path inside `media`.
+float PathIntegrator::relative_ior(State& path, const MediumStack& media, const Material& material,
+                                   bool front) noexcept {
+  const Material* around = front ? media.top() : media.without(&material);
   const float inner = ior_of(path, &material);
-  shading.bsdf.ior = inner / ior_of(path, around);
+  return inner / ior_of(path, around);
 }
 
 void PathIntegrator::record_first(State& path, const Vertex& vertex, Rgb albedo) noexcept {
@@ -407,7 +424,7 @@ PathSample PathIntegrator::trace(const Camera::CameraRay& camera_ray, const Path
     }
     shade(scene_, vertex.point, vertex.wo_world, path.cone_width_m, vertex.shading);
     if (material.is_volume) {
-      set_relative_ior(path, material, vertex.shading);
+      vertex.shading.bsdf.ior = relative_ior(path, path.media, material, vertex.shading.front);
     }
     const Shading& shading = vertex.shading;
     const Bsdf bsdf = make_bsdf(shading, vertex.wo_world);
@@ -417,12 +434,16 @@ PathSample PathIntegrator::trace(const Camera::CameraRay& camera_ray, const Path
     if (material.is_emissive) {
       add_emission(path, vertex);
     }
-    if (path.depth - path.straight >= max_depth_ || path.straight > kPassThroughMax) {
+    // At the greatest depth the path may still go straight on.
+    const bool at_end = path.depth - path.straight >= max_depth_;
+    if (path.straight > kPassThroughMax || (at_end && is_black(bsdf.straight()))) {
       return path.out;
     }
     vertex.light_normal = bsdf.transmits() ? Vec3{} : shading.normal_geometric;
-    add_direct(path, vertex, bsdf);
-    if (!scatter(path, vertex, bsdf)) {
+    if (!at_end) {
+      add_direct(path, vertex, bsdf);
+    }
+    if (!scatter(path, vertex, bsdf) || path.depth - path.straight > max_depth_) {
       return path.out;
     }
   }

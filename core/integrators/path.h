@@ -18,15 +18,17 @@ class PathIntegrator final : public Integrator {
  private:
   struct State;
   struct Vertex;
+  class MediumStack;
   bool find_surface(State& path, Vertex& vertex) const noexcept;
   void add_background(State& path) const noexcept;
   void add_emission(State& path, const Vertex& vertex) const noexcept;
   void add_direct(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
   BsdfSample sample_direction(State& path, const Bsdf& bsdf) const noexcept;
   bool scatter(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
-  Rgb transmittance(State& path, const Ray& ray) const noexcept;
+  Rgb transmittance(State& path, const Ray& ray, MediumStack& media) const noexcept;
   static float ior_of(State& path, const Material* material) noexcept;
-  static void set_relative_ior(State& path, const Material& material, Shading& shading) noexcept;
+  static float relative_ior(State& path, const MediumStack& media, const Material& material,
+                            bool front) noexcept;
   static void record_first(State& path, const Vertex& vertex, Rgb albedo) noexcept;
 
   const SceneData& scene_;

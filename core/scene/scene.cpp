@@ -114,12 +114,6 @@ class Builder {
       m.has_alpha = d.alpha_mode == AlphaMode::kMask ||
                     (d.alpha_mode == AlphaMode::kBlend);
       m.is_volume = (d.transmission > 0 || d.diffuse_transmission > 0) && d.thickness > 0;
-      // Below this roughness, a quarter above the one of Bsdf's mirrors, shadow rays ask the Bsdf.
-      constexpr float kClearRoughness = 0.028F;
-      m.is_clear_wall = d.transmission > 0 && !m.is_volume && !d.unlit &&
-                        (d.roughness < kClearRoughness || m.metallic_roughness.texture != nullptr) &&
-                        (d.metallic < 1 || m.metallic_roughness.texture != nullptr);
-      to_.has_clear_walls = to_.has_clear_walls || m.is_clear_wall;
       if (m.is_volume && d.attenuation_distance > 0) {
         const auto sigma = [&d](float c) {
           return -std::log(std::max(c, 1e-6F)) / d.attenuation_distance;
@@ -131,7 +125,28 @@ class Builder {
       to_.has_volumes = to_.has_volumes || m.is_volume;
       to_.materials.push_back(std::move(m));
     }
+    for (Material& m : to_.materials) {
+      m.is_clear = may_be_clear(m);
+      to_.has_clear = to_.has_clear || m.is_clear;
+    }
     return ok_status();
+  }
+
+  /// Thin walls that are smooth somewhere, and solids whose index can be that of what is around them.
+  bool may_be_clear(const Material& m) const {
+    const MaterialDescription& d = m.factors;
+    const bool textured = m.metallic_roughness.texture != nullptr;
+    if (!(d.transmission > 0) || d.unlit || (d.metallic >= 1 && !textured)) {
+      return false;
+    }
+    if (!m.is_volume) {
+      constexpr float kSmooth = 0.028F;  // a quarter above the roughness of Bsdf's mirrors
+      return d.roughness < kSmooth || textured;
+    }
+    return !(d.dispersion > 0) &&
+           (d.ior == 1 || std::any_of(to_.materials.begin(), to_.materials.end(), [&](const Material& other) {
+              return &other != &m && other.is_volume && other.factors.ior == d.ior;
+            }));
   }
 
   Status check_meshes() {

@@ -50,7 +50,7 @@ struct Material {
   bool is_emissive = false;
   bool has_alpha = false;     ///< MASK or BLEND: hits may be holes
   bool is_volume = false;     ///< bounds a solid (thickness > 0)
-  bool is_clear_wall = false;  ///< thin and smooth enough somewhere to let light straight through
+  bool is_clear = false;      ///< may let light straight through: Bsdf::straight() tells where
   Rgb sigma_a;                ///< absorption inside [1/m]
 };
 
@@ -112,7 +112,7 @@ class SceneData {
   float radius_m = 0;
   bool has_alpha = false;
   bool has_volumes = false;
-  bool has_clear_walls = false;
+  bool has_clear = false;
 
   const PlacedMesh& placed_mesh(const RawHit& hit) const noexcept {
     return placed[hit.instance == kNoInstance ? hit.geometry

@@ -1,0 +1,9 @@
+set(RENDER_TEST_SOURCES
+  furnace_test.cpp
+  irradiance_test.cpp
+  truth.cpp)
+# Features of glTF: scenes made in code, through a GLB and the loader, rendered small.
+list(APPEND RENDER_TEST_SOURCES
+  gltf_stage.cpp
+  gltf_lights_test.cpp
+  gltf_textures_test.cpp)

@@ -1,0 +1,222 @@
+// Textures as the glTF specification and KHR_texture_transform say: decoding, wrapping, transforms, sets of
+// coordinates, normal maps. Unlit patches show texels exactly; a lit one shows the normal.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "tests/render/gltf_stage.h"
+
+namespace {
+
+using core::Rgb;
+using core::TextureWrap;
+using test_support::Picture;
+using test_support::pixel;
+using test_support::Shot;
+
+core::MaterialDescription unlit() {
+  core::MaterialDescription m;
+  m.unlit = true;
+  return m;
+}
+
+void expect_rgb(Rgb seen, Rgb expected, float tolerance, const std::string& what) {
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(seen[c], expected[c], tolerance) << what << ", channel " << c;
+  }
+}
+
+constexpr double kPi = 3.14159265358979323846;
+
+TEST(GltfTextures, ColoursAreSrgbAndDataIsLinear) {
+  core::MaterialDescription m = unlit();
+  m.base_color_texture.image = 0;
+  core::SceneDescription scene = test_support::stage(m);
+  test_support::add_image(scene, 1, 1, 3, {128, 10, 255});
+  const Rgb seen = pixel(test_support::shoot_glb(scene, {}), 4, 4);
+  expect_rgb(seen, {static_cast<float>(test_support::srgb_to_linear(128)),
+                    static_cast<float>(test_support::srgb_to_linear(10)), 1},
+             1e-5F, "base colour");
+  // Roughness and metalness stay as stored: metal of 51/255 = 0.2 under a sun, specular layer off.
+  core::MaterialDescription data = test_support::lambert({0.5F, 0.5F, 0.5F});
+  data.metallic = 1;
+  data.metallic_roughness_texture.image = 0;
+  core::SceneDescription lit = test_support::stage(data);
+  test_support::add_image(lit, 1, 1, 3, {0, 255, 51});
+  lit.lights.push_back(test_support::sun(test_support::towards(80), {1, 1, 1}));
+  const float diffuse = pixel(test_support::shoot_glb(lit, {}), 4, 4).r;
+  const double expected = 0.8 * 0.5 / kPi * std::cos(80 * kPi / 180);
+  EXPECT_GT(diffuse, expected);          // plus what the rough metal part reflects:
+  EXPECT_LT(diffuse, expected * 1.25);   // at most 0.2 of a Lambertian's albedo 0.5
+}
+
+TEST(GltfTextures, WrapModesRepeatMirrorAndClamp) {
+  // A row of red, green, blue over u in [-1, 2]: nine columns of one texel each.
+  const std::array<TextureWrap, 3> modes = {TextureWrap::kRepeat, TextureWrap::kMirroredRepeat,
+                                            TextureWrap::kClampToEdge};
+  const char* expected[3] = {"rgbrgbrgb", "bgrrgbbgr", "rrrrgbbbb"};
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (const bool along_v : {false, true}) {
+      core::MaterialDescription m = unlit();
+      m.base_color_texture.image = 0;
+      m.base_color_texture.nearest = true;
+      (along_v ? m.base_color_texture.wrap_v : m.base_color_texture.wrap_u) = modes[k];
+      core::SceneDescription scene = test_support::stage(m);
+      const std::vector<int> texels = {255, 0, 0, 0, 255, 0, 0, 0, 255};
+      test_support::add_image(scene, along_v ? 1 : 3, along_v ? 3 : 1, 3, texels);
+      for (core::Vec2& uv : scene.meshes[0].primitives[0].uv[0]) {
+        (along_v ? uv.y : uv.x) = (along_v ? uv.y : uv.x) * 3 - 1;
+      }
+      const Picture picture = test_support::shoot_glb(scene, {.width = 9, .height = 9});
+      for (int i = 0; i < 9; ++i) {
+        const Rgb seen = pixel(picture, along_v ? 4 : i, along_v ? i : 4);
+        const char letter = seen.r > 0.99F ? 'r' : (seen.g > 0.99F ? 'g' : (seen.b > 0.99F ? 'b' : '?'));
+        EXPECT_EQ(letter, expected[k][i]) << "mode " << k << (along_v ? " v " : " u ") << i;
+      }
+    }
+  }
+}
+
+TEST(GltfTextures, TransformScalesThenRotatesThenMoves) {
+  // KHR_texture_transform: uv' = offset + R(rotation) scale uv; a positive rotation turns the picture
+  // counter-clockwise, so +u of the surface reads towards -v (up) of the picture.
+  const double angle = 0.6;
+  const std::array<double, 2> scale = {0.7, 0.4};
+  const std::array<double, 2> offset = {0.1, 0.35};
+  core::MaterialDescription m = unlit();
+  m.base_color_texture.image = 0;
+  const auto c = static_cast<float>(std::cos(angle));
+  const auto s = static_cast<float>(std::sin(angle));
+  m.base_color_texture.uv_transform = {c * 0.7F, s * 0.4F, 0.1F, -s * 0.7F, c * 0.4F, 0.35F};
+  core::SceneDescription scene = test_support::stage(m);
+  // A linear ramp: red grows with u, green with v; read between texel centres it is exactly linear,
+  // but for the sRGB curve, which the two ends of each channel pin down.
+  test_support::add_image(scene, 2, 2, 3, {0, 0, 0, 255, 0, 0, 0, 255, 0, 255, 255, 0});
+  const Picture picture = test_support::shoot_glb(scene, {.width = 16, .height = 16, .samples = 64});
+  const auto ramp = [](double x) {  // bilinear between texel centres 1/4 and 3/4, repeated beyond
+    const double t = x - std::floor(x);
+    return t < 0.25 ? 0.5 - 2 * t : (t < 0.75 ? 2 * t - 0.5 : 2.5 - 2 * t);
+  };
+  for (int y = 0; y < 16; y += 3) {
+    for (int x = 0; x < 16; x += 3) {
+      const double u = (x + 0.5) / 16 * scale[0];
+      const double v = (y + 0.5) / 16 * scale[1];
+      const double u2 = std::cos(angle) * u + std::sin(angle) * v + offset[0];
+      const double v2 = -std::sin(angle) * u + std::cos(angle) * v + offset[1];
+      const Rgb seen = pixel(picture, x, y);
+      EXPECT_NEAR(static_cast<double>(seen.r), ramp(u2), 0.04) << x << " " << y;  // half a pixel of the ramp
+      EXPECT_NEAR(static_cast<double>(seen.g), ramp(v2), 0.04) << x << " " << y;
+    }
+  }
+}
+
+TEST(GltfTextures, TheSecondSetOfCoordinatesIsItsOwn) {
+  core::MaterialDescription m = unlit();
+  m.base_color_texture.image = 0;
+  m.base_color_texture.nearest = true;
+  m.base_color_texture.uv_set = 1;
+  core::SceneDescription scene = test_support::stage(m);
+  test_support::add_image(scene, 2, 1, 3, {255, 0, 0, 0, 0, 255});
+  auto& p = scene.meshes[0].primitives[0];
+  p.uv[1] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};  // turned: blue on the left
+  const Picture picture = test_support::shoot_glb(scene, {});
+  expect_rgb(pixel(picture, 1, 4), {0, 0, 1}, 1e-5F, "left");
+  expect_rgb(pixel(picture, 6, 4), {1, 0, 0}, 1e-5F, "right");
+}
+
+TEST(GltfTextures, VertexColoursMultiplyTheFactorLinearly) {
+  core::MaterialDescription m = unlit();
+  m.base_color = {0.5F, 1, 1};
+  core::SceneDescription scene = test_support::stage(m);
+  // Linear in x and y: red grows to the right, green upwards.
+  scene.meshes[0].primitives[0].colors = {{0, 0, 0.3F, 1}, {1, 0, 0.3F, 1}, {1, 1, 0.3F, 1}, {0, 1, 0.3F, 1}};
+  const Picture picture = test_support::shoot_glb(scene, {.samples = 64});
+  for (const int x : {0, 3, 7}) {
+    for (const int y : {0, 4, 7}) {
+      const auto fx = (static_cast<float>(x) + 0.5F) / 8;
+      const auto fy = 1 - (static_cast<float>(y) + 0.5F) / 8;
+      expect_rgb(pixel(picture, x, y), {0.5F * fx, fy, 0.3F}, 0.01F, "at a vertex colour");
+    }
+  }
+}
+
+/// A patch whose normal map tilts the normal by `degrees` towards +u, or towards -v (the map's green).
+core::SceneDescription tilted(double degrees, bool along_v, float scale = 1) {
+  core::MaterialDescription m = test_support::lambert({0.8F, 0.8F, 0.8F});
+  m.normal_texture.image = 0;
+  m.normal_scale = scale;
+  core::SceneDescription scene = test_support::stage(m);
+  const auto byte = [](double v) { return static_cast<int>(std::lround((v + 1) / 2 * 255)); };
+  const double s = std::sin(degrees * kPi / 180);
+  test_support::add_image(scene, 1, 1, 3,
+                          {byte(along_v ? 0 : s), byte(along_v ? s : 0), byte(std::cos(degrees * kPi / 180))});
+  return scene;
+}
+
+/// What a Lambertian of albedo 0.8 with normal n sends from a sun at wi.
+double lambert_radiance(core::Vec3 n, core::Vec3 wi) { return 0.8 / kPi * static_cast<double>(core::dot(n, wi)); }
+
+float shown(core::SceneDescription scene, core::Vec3 wi) {
+  scene.lights.push_back(test_support::sun(wi, {1, 1, 1}));
+  return pixel(test_support::shoot_glb(scene, {}), 4, 4).r;
+}
+
+constexpr double kByte = 0.004;  // a normal of 8 bits is off by up to 1/255 in each direction
+
+TEST(GltfNormalMaps, RedTiltsAlongUAndGreenUpwards) {
+  const core::Vec3 wi = test_support::towards(30, 20);
+  EXPECT_NEAR(static_cast<double>(shown(tilted(25, false), wi)), lambert_radiance(test_support::towards(25, 0), wi), kByte);
+  EXPECT_NEAR(static_cast<double>(shown(tilted(25, true), wi)), lambert_radiance(test_support::towards(25, 90), wi), kByte);
+}
+
+TEST(GltfNormalMaps, TheScaleStretchesRedAndGreen) {
+  const core::Vec3 wi = test_support::towards(20);
+  for (const float scale : {0.5F, 2.0F, -1.0F}) {
+    const double tilt = std::atan2(static_cast<double>(scale) * std::sin(0.3), std::cos(0.3)) * 180 / kPi;
+    EXPECT_NEAR(static_cast<double>(shown(tilted(0.3 * 180 / kPi, false, scale), wi)),
+                lambert_radiance(test_support::towards(tilt), wi), 2 * kByte)
+        << scale;
+  }
+}
+
+TEST(GltfNormalMaps, GivenTangentsCountWithTheirSign) {
+  const core::Vec3 wi = test_support::towards(20, 90);
+  for (const float sign : {1.0F, -1.0F}) {
+    core::SceneDescription scene = tilted(25, true);
+    scene.meshes[0].primitives[0].tangents.assign(4, {1, 0, 0, sign});
+    EXPECT_NEAR(static_cast<double>(shown(scene, wi)),
+                lambert_radiance(test_support::towards(25, sign > 0 ? 90 : -90), wi), kByte);
+  }
+}
+
+TEST(GltfNormalMaps, MirroredInstancesMirrorTheTilt) {
+  const core::Vec3 wi = test_support::towards(20);
+  for (const bool twice : {false, true}) {  // placed once, or as one of two instances
+    for (const bool given : {false, true}) {
+      core::SceneDescription scene = tilted(25, false);
+      if (given) {
+        scene.meshes[0].primitives[0].tangents.assign(4, {1, 0, 0, 1});
+      }
+      scene.instances[0].to_world = core::scaling({-1, 1, 1});
+      if (twice) {
+        scene.instances.push_back({0, core::translation({5, 0, 0})});
+      }
+      EXPECT_NEAR(static_cast<double>(shown(scene, wi)), lambert_radiance(test_support::towards(-25), wi), kByte)
+          << twice << given;
+    }
+  }
+}
+
+TEST(GltfNormalMaps, TheBackOfADoubleSidedSurfaceTurnsTheNormalOver) {
+  // Seen from behind (the patch is turned about y), u grows to the left, and the tilt goes with it; the
+  // normal's other parts face the viewer.
+  core::SceneDescription scene = tilted(25, false);
+  scene.materials[0].double_sided = true;
+  scene.instances[0].to_world = core::rotation({0, 1, 0, 0});
+  const core::Vec3 wi = test_support::towards(20);
+  // In the patch's frame n = (s, 0, c); turned: (-s, 0, -c); reversed for the back: (s, 0, c).
+  EXPECT_NEAR(static_cast<double>(shown(scene, wi)), lambert_radiance(test_support::towards(25), wi), kByte);
+}
+
+}  // namespace

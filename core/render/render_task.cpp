@@ -3,30 +3,17 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <thread>
 #include <utility>
 
-#include "core/render/pass_plan.h"
-#include "core/render/registry.h"
+#include "core/render/render_task_impl.h"
 
 namespace core {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 /// Below this nothing is said about an error target: rare events have not had their chance.
 constexpr int kSamplesBeforeErrorStop = 32;
-
-double unix_seconds() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-ErrorInterval unknown_error() {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  return {nan, nan, nan, false};
-}
 
 /// Does the look at `estimate` end the job? alpha is shared by all looks, and by tiles for worst_tile.
 bool meets_error_target(const ErrorEstimate& estimate, const Film& film, const StopRules& stop,
@@ -47,125 +34,6 @@ bool meets_error_target(const ErrorEstimate& estimate, const Film& film, const S
 
 }  // namespace
 
-struct RenderTask::Impl {
-  std::shared_ptr<const Renderer> renderer;
-  std::shared_ptr<Film> film;
-  TaskOptions options;
-  RenderSink& sink;
-  std::stop_source stop_source;
-
-  mutable Mutex mutex;
-  StopRules stop GUARDED_BY(mutex);
-  std::vector<int> done GUARDED_BY(mutex);             // samples a tile has
-  std::vector<char> busy GUARDED_BY(mutex);            // a slice of the tile is out
-  std::map<int, TileState> pass_base GUARDED_BY(mutex);  // tiles before this pass; clock rules only
-  std::vector<ConvergencePoint> points GUARDED_BY(mutex);
-  ErrorInterval error GUARDED_BY(mutex) = unknown_error();
-  std::size_t cursor GUARDED_BY(mutex) = 0;
-  int pass_target GUARDED_BY(mutex) = 0;
-  int base_samples GUARDED_BY(mutex) = 0;  // what every tile had at the last complete pass
-  // Can every tile be put back to base_samples? Not in the pass that a restart or a late clock rule met half done:
-  // that one is completed first.
-  bool base_is_whole GUARDED_BY(mutex) = false;
-  int in_flight GUARDED_BY(mutex) = 0;
-  int last_reported GUARDED_BY(mutex) = -1;
-  double look_cost GUARDED_BY(mutex) = 0;    // seconds that the last report took
-  double look_ended GUARDED_BY(mutex) = -1e9;  // elapsed_now() then
-  bool reporting GUARDED_BY(mutex) = false;    // a report is being computed beside the rendering
-  bool deciding GUARDED_BY(mutex) = false;
-  bool paused GUARDED_BY(mutex) = false;
-  bool cancelled GUARDED_BY(mutex) = false;
-  bool expired GUARDED_BY(mutex) = false;
-  StopReason expired_reason GUARDED_BY(mutex) = StopReason::kNone;
-  StopReason reason GUARDED_BY(mutex) = StopReason::kNone;
-  bool over GUARDED_BY(mutex) = false;
-  double elapsed GUARDED_BY(mutex) = 0;
-  std::optional<Clock::time_point> running_since GUARDED_BY(mutex);
-
-  Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> f, TaskOptions o, RenderSink& s)
-      : renderer(std::move(r)), film(std::move(f)), options(std::move(o)), sink(s) {
-    MutexLock lock(mutex);
-    stop = options.stop;
-    elapsed = options.elapsed_before;
-    points = options.points_before;
-    if (!points.empty()) {
-      error = points.back().error;
-      last_reported = points.back().samples_per_pixel;
-    }
-    const auto n = static_cast<std::size_t>(film->tile_count());
-    busy.assign(n, 0);
-    for (int t = 0; t < film->tile_count(); ++t) {
-      done.push_back(film->tile_samples(t));
-      pass_target = std::max(pass_target, done.back());
-    }
-    base_samples = *std::min_element(done.begin(), done.end());
-    base_is_whole = base_samples == pass_target;
-  }
-
-  bool has_clock() const REQUIRES(mutex) { return stop.seconds || stop.deadline_unix_seconds; }
-
-  double elapsed_now() const REQUIRES(mutex) {
-    return elapsed + (running_since
-                          ? std::chrono::duration<double>(Clock::now() - *running_since).count()
-                          : 0.0);
-  }
-
-  int samples_max() const REQUIRES(mutex) {
-    int most = options.samples_limit;
-    if (stop.samples_per_pixel) {
-      const RenderSettings& settings = renderer->view().settings;
-      most = std::min(most, rounded_samples(settings.sampler, settings.replicates, *stop.samples_per_pixel));
-    }
-    return std::max(most, 1);
-  }
-
-  /// No tile goes beyond this before everything else is there too.
-  int barrier() const REQUIRES(mutex) {
-    const int replicates = renderer->view().settings.replicates;
-    if (has_clock()) {  // one pass at a time, so that the last complete one can be kept
-      return base_samples < pass_target ? pass_target : pass_end(pass_target, samples_max(), replicates);
-    }
-    return std::max(std::min(next_look(base_samples, replicates), samples_max()), pass_target);
-  }
-
-  bool pass_complete() const REQUIRES(mutex) {
-    return in_flight == 0 &&
-           std::all_of(done.begin(), done.end(), [this](int n) REQUIRES(mutex) { return n >= pass_target; });
-  }
-
-  void note_clock() REQUIRES(mutex) {
-    if (expired || base_samples < 1 || !base_is_whole || !has_clock()) {
-      return;
-    }
-    if (stop.seconds && elapsed_now() >= *stop.seconds) {
-      expired = true;
-      expired_reason = StopReason::kSeconds;
-    } else if (stop.deadline_unix_seconds && unix_seconds() >= *stop.deadline_unix_seconds) {
-      expired = true;
-      expired_reason = StopReason::kDeadline;
-    }
-    if (expired) {
-      stop_source.request_stop();
-    }
-  }
-
-  std::optional<Slice> find_slice() REQUIRES(mutex) {
-    const std::size_t n = done.size();
-    for (std::size_t step = 0; step < n; ++step) {
-      const std::size_t t = (cursor + step) % n;
-      if (busy[t] == 0 && done[t] < pass_target) {
-        cursor = (t + 1) % n;
-        return Slice{static_cast<int>(t), done[t], pass_target};
-      }
-    }
-    return std::nullopt;
-  }
-
-  void after_slice() EXCLUDES(mutex);
-  void decide() EXCLUDES(mutex);
-  void finish(StopReason why) EXCLUDES(mutex);
-  ConvergencePoint look(const ErrorEstimate& estimate, int samples) const EXCLUDES(mutex);
-};
 
 RenderTask::RenderTask(std::shared_ptr<const Renderer> renderer, std::shared_ptr<Film> film,
                        TaskOptions options, RenderSink& sink)
@@ -182,7 +50,7 @@ std::optional<Slice> RenderTask::take() {
       return std::nullopt;
     }
     if (!m.running_since) {
-      m.running_since = Clock::now();
+      m.running_since = TaskClock::now();
     }
     m.note_clock();
     if (!m.expired) {
@@ -345,7 +213,7 @@ void RenderTask::Impl::decide() {
       MutexLock lock(mutex);
       reporting = true;
     }
-    const Clock::time_point start = Clock::now();
+    const TaskClock::time_point start = TaskClock::now();
     const FilmSnapshot snapshot = film->snapshot();
     {
       MutexLock lock(mutex);
@@ -358,7 +226,7 @@ void RenderTask::Impl::decide() {
       MutexLock lock(mutex);
       error = point.error;
       points.push_back(point);
-      look_cost = std::chrono::duration<double>(Clock::now() - start).count();
+      look_cost = std::chrono::duration<double>(TaskClock::now() - start).count();
       look_ended = elapsed_now();
     }
     sink.on_pass(point);
@@ -492,51 +360,6 @@ std::vector<ConvergencePoint> RenderTask::points() const {
 
 const Film& RenderTask::film() const noexcept { return *impl_->film; }
 const Renderer& RenderTask::renderer() const noexcept { return *impl_->renderer; }
-
-Progress RenderTask::progress() const {
-  const Impl& m = *impl_;
-  Progress p;
-  p.cpu_seconds = m.film->cpu_seconds();
-  p.rays = m.film->rays();
-  p.rejected_samples = m.film->rejected_samples();
-  p.revision = m.film->revision();
-  double area = 0;
-  double sum = 0;
-  MutexLock lock(m.mutex);
-  p.samples_min = *std::min_element(m.done.begin(), m.done.end());
-  p.samples_max = *std::max_element(m.done.begin(), m.done.end());
-  for (std::size_t t = 0; t < m.done.size(); ++t) {
-    const PixelRect r = m.film->tile_rect(static_cast<int>(t));
-    const double pixels = static_cast<double>(r.width) * r.height;
-    area += pixels;
-    sum += pixels * m.done[t];
-  }
-  p.samples_mean = sum / area;
-  p.elapsed_seconds = m.elapsed_now();
-  p.rays_per_second = p.elapsed_seconds > 0 ? static_cast<double>(p.rays) / p.elapsed_seconds : 0;
-  p.error = m.error;
-  const double e = p.error.relative_rmse;
-  p.efficiency = e > 0 && p.cpu_seconds > 0 ? 1 / (e * e * p.cpu_seconds)
-                                            : std::numeric_limits<double>::quiet_NaN();
-  double share = p.samples_mean / m.samples_max();
-  if (m.stop.relative_error && e > 0 && !m.points.empty()) {
-    // The variance falls as 1/N.
-    const double needed = m.points.back().samples_per_pixel * (e / *m.stop.relative_error) * (e / *m.stop.relative_error);
-    share = std::max(share, p.samples_mean / std::max(needed, 1.0));
-  }
-  if (m.stop.seconds) {
-    share = std::max(share, p.elapsed_seconds / *m.stop.seconds);
-  }
-  if (m.stop.deadline_unix_seconds) {
-    const double left = *m.stop.deadline_unix_seconds - unix_seconds();
-    share = std::max(share, p.elapsed_seconds / std::max(p.elapsed_seconds + left, 1e-9));
-  }
-  p.fraction = m.over && m.reason != StopReason::kCancelled ? 1.0 : std::clamp(share, 0.0, 0.999);
-  if (!m.over && share > 0 && p.elapsed_seconds > 0.05) {
-    p.eta_seconds = p.elapsed_seconds * (1 - p.fraction) / std::max(p.fraction, 1e-9);
-  }
-  return p;
-}
 
 void run_to_end(RenderTask& task, int threads) {
   std::vector<std::jthread> pool;

@@ -1,6 +1,7 @@
 #include "core/sampling/distribution.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/math/numbers.h"
 
@@ -28,7 +29,10 @@ Distribution1D::Sample Distribution1D::sample(float u) const noexcept {
   const float width = cdf_[cell + 1] - cdf_[cell];
   const float within = width > 0 ? (u - cdf_[cell]) / width : 0.5F;
   const auto n = static_cast<float>(size());
-  const float x = std::min((static_cast<float>(cell) + within) / n, kOneMinusEpsilon);
+  float x = std::min((static_cast<float>(cell) + within) / n, kOneMinusEpsilon);
+  while (static_cast<std::size_t>(x * n) > cell) {  // rounded up into the next cell
+    x = std::nextafter(x, 0.0F);
+  }
   return {x, width * n, cell};
 }
 

@@ -42,7 +42,7 @@ LAYERS = {
     "server/scenes": ["server/scenes", "server/store", "server/observe", "server/http/text.h", "api",
                       "core"],
     "server/jobs": ["server/jobs", "server/scenes", "server/store", "server/observe", "api", "core"],
-    "server/routes": ["server", "api", "core"],
+    "server/routes": ["server", "api", "core", "clients/web"],
     "server": ["server", "clients/cli", "clients/web", "api", "core"],
     "clients/cli": ["clients/cli", "api", "core"],
     "clients/web": ["clients/web", "core/base"],

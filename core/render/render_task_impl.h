@@ -1,0 +1,150 @@
+/// What a RenderTask is inside; for render_task.cpp and render_progress.cpp alone.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/render/pass_plan.h"
+#include "core/render/registry.h"
+#include "core/render/render_task.h"
+
+namespace core {
+
+using TaskClock = std::chrono::steady_clock;
+
+inline double unix_seconds() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+inline ErrorInterval unknown_error() {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  return {nan, nan, nan, false};
+}
+
+struct RenderTask::Impl {
+  std::shared_ptr<const Renderer> renderer;
+  std::shared_ptr<Film> film;
+  TaskOptions options;
+  RenderSink& sink;
+  std::stop_source stop_source;
+
+  mutable Mutex mutex;
+  StopRules stop GUARDED_BY(mutex);
+  std::vector<int> done GUARDED_BY(mutex);             // samples a tile has
+  std::vector<char> busy GUARDED_BY(mutex);            // a slice of the tile is out
+  std::map<int, TileState> pass_base GUARDED_BY(mutex);  // tiles before this pass; clock rules only
+  std::vector<ConvergencePoint> points GUARDED_BY(mutex);
+  ErrorInterval error GUARDED_BY(mutex) = unknown_error();
+  std::size_t cursor GUARDED_BY(mutex) = 0;
+  int pass_target GUARDED_BY(mutex) = 0;
+  int base_samples GUARDED_BY(mutex) = 0;  // what every tile had at the last complete pass
+  // Can every tile be put back to base_samples? Not in the pass that a restart or a late clock rule met half done:
+  // that one is completed first.
+  bool base_is_whole GUARDED_BY(mutex) = false;
+  int in_flight GUARDED_BY(mutex) = 0;
+  int last_reported GUARDED_BY(mutex) = -1;
+  double look_cost GUARDED_BY(mutex) = 0;    // seconds that the last report took
+  double look_ended GUARDED_BY(mutex) = -1e9;  // elapsed_now() then
+  bool reporting GUARDED_BY(mutex) = false;    // a report is being computed beside the rendering
+  bool deciding GUARDED_BY(mutex) = false;
+  bool paused GUARDED_BY(mutex) = false;
+  bool cancelled GUARDED_BY(mutex) = false;
+  bool expired GUARDED_BY(mutex) = false;
+  StopReason expired_reason GUARDED_BY(mutex) = StopReason::kNone;
+  StopReason reason GUARDED_BY(mutex) = StopReason::kNone;
+  bool over GUARDED_BY(mutex) = false;
+  double elapsed GUARDED_BY(mutex) = 0;
+  std::optional<TaskClock::time_point> running_since GUARDED_BY(mutex);
+
+  Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> f, TaskOptions o, RenderSink& s)
+      : renderer(std::move(r)), film(std::move(f)), options(std::move(o)), sink(s) {
+    MutexLock lock(mutex);
+    stop = options.stop;
+    elapsed = options.elapsed_before;
+    points = options.points_before;
+    if (!points.empty()) {
+      error = points.back().error;
+      last_reported = points.back().samples_per_pixel;
+    }
+    const auto n = static_cast<std::size_t>(film->tile_count());
+    busy.assign(n, 0);
+    for (int t = 0; t < film->tile_count(); ++t) {
+      done.push_back(film->tile_samples(t));
+      pass_target = std::max(pass_target, done.back());
+    }
+    base_samples = *std::min_element(done.begin(), done.end());
+    base_is_whole = base_samples == pass_target;
+  }
+
+  bool has_clock() const REQUIRES(mutex) { return stop.seconds || stop.deadline_unix_seconds; }
+
+  double elapsed_now() const REQUIRES(mutex) {
+    return elapsed + (running_since
+                          ? std::chrono::duration<double>(TaskClock::now() - *running_since).count()
+                          : 0.0);
+  }
+
+  int samples_max() const REQUIRES(mutex) {
+    int most = options.samples_limit;
+    if (stop.samples_per_pixel) {
+      const RenderSettings& settings = renderer->view().settings;
+      most = std::min(most, rounded_samples(settings.sampler, settings.replicates, *stop.samples_per_pixel));
+    }
+    return std::max(most, 1);
+  }
+
+  /// No tile goes beyond this before everything else is there too.
+  int barrier() const REQUIRES(mutex) {
+    const int replicates = renderer->view().settings.replicates;
+    if (has_clock()) {  // one pass at a time, so that the last complete one can be kept
+      return base_samples < pass_target ? pass_target : pass_end(pass_target, samples_max(), replicates);
+    }
+    return std::max(std::min(next_look(base_samples, replicates), samples_max()), pass_target);
+  }
+
+  bool pass_complete() const REQUIRES(mutex) {
+    return in_flight == 0 &&
+           std::all_of(done.begin(), done.end(), [this](int n) REQUIRES(mutex) { return n >= pass_target; });
+  }
+
+  void note_clock() REQUIRES(mutex) {
+    if (expired || base_samples < 1 || !base_is_whole || !has_clock()) {
+      return;
+    }
+    if (stop.seconds && elapsed_now() >= *stop.seconds) {
+      expired = true;
+      expired_reason = StopReason::kSeconds;
+    } else if (stop.deadline_unix_seconds && unix_seconds() >= *stop.deadline_unix_seconds) {
+      expired = true;
+      expired_reason = StopReason::kDeadline;
+    }
+    if (expired) {
+      stop_source.request_stop();
+    }
+  }
+
+  std::optional<Slice> find_slice() REQUIRES(mutex) {
+    const std::size_t n = done.size();
+    for (std::size_t step = 0; step < n; ++step) {
+      const std::size_t t = (cursor + step) % n;
+      if (busy[t] == 0 && done[t] < pass_target) {
+        cursor = (t + 1) % n;
+        return Slice{static_cast<int>(t), done[t], pass_target};
+      }
+    }
+    return std::nullopt;
+  }
+
+  void after_slice() EXCLUDES(mutex);
+  void decide() EXCLUDES(mutex);
+  void finish(StopReason why) EXCLUDES(mutex);
+  ConvergencePoint look(const ErrorEstimate& estimate, int samples) const EXCLUDES(mutex);
+};
+
+}  // namespace core

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include <arpa/inet.h>
+
 namespace server {
 namespace {
 
@@ -293,7 +295,13 @@ std::string config_help() {
 }
 
 bool is_loopback(std::string_view host) {
-  return host == "localhost" || host == "::1" || host == "[::1]" || host.substr(0, 4) == "127.";
+  if (host == "localhost" || host == "::1" || host == "[::1]") {
+    return true;
+  }
+  // The whole of it has to be an address: 127.0.0.1.example.org is anybody's name.
+  in_addr address = {};
+  return ::inet_pton(AF_INET, std::string(host).c_str(), &address) == 1 &&
+         (ntohl(address.s_addr) >> 24U) == 127;
 }
 
 }  // namespace server

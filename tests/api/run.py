@@ -1,0 +1,72 @@
+#!/usr/bin/env python3
+"""Runs the API tests against a built server.
+
+    tests/api/run.py BINARY [PATTERN...]     BINARY: build/release/tessera
+    tests/api/run.py --binary BINARY [...]
+
+PATTERN picks tests whose name contains it. The last line counts; exit code 0 only when none failed.
+"""
+
+import argparse
+import os
+import sys
+import time
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+class Report(unittest.TextTestResult):
+    """One line for each test, with its seconds."""
+
+    def startTest(self, test):
+        self.began = time.monotonic()
+        self.good = getattr(self, "good", 0)
+        super(unittest.TextTestResult, self).startTest(test)
+
+    def line(self, word, test):
+        self.stream.writeln(f"{word:5} {time.monotonic() - self.began:6.2f} s  {test.id()}")
+        self.stream.flush()
+
+    def addSuccess(self, test):
+        super(unittest.TextTestResult, self).addSuccess(test)
+        self.good += 1
+        self.line("ok", test)
+
+    def addError(self, test, err):
+        super(unittest.TextTestResult, self).addError(test, err)
+        self.stream.writeln(f"ERROR          {test.id()}")
+
+    def addFailure(self, test, err):
+        super(unittest.TextTestResult, self).addFailure(test, err)
+        self.line("FAIL", test)
+
+
+def chosen(suite, patterns):
+    for test in suite:
+        if isinstance(test, unittest.TestSuite):
+            yield from chosen(test, patterns)
+        elif not patterns or any(p in test.id() for p in patterns):
+            yield test
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--binary")
+    parser.add_argument("rest", nargs="*")
+    options = parser.parse_args()
+    binary = options.binary or (options.rest.pop(0) if options.rest else "build/release/tessera")
+    os.environ["TESSERA_BINARY"] = os.path.abspath(binary)
+    sys.path.insert(0, HERE)
+    found = unittest.defaultTestLoader.discover(HERE, pattern="*_test.py", top_level_dir=HERE)
+    suite = unittest.TestSuite(chosen(found, options.rest))
+    runner = unittest.TextTestRunner(stream=sys.stdout, resultclass=Report, verbosity=0)
+    result = runner.run(suite)
+    failed = len(result.failures) + len(result.errors) + len(result.unexpectedSuccesses)
+    passed = getattr(result, "good", 0)
+    print(f"{passed} passed, {failed} failed", flush=True)
+    return 0 if failed == 0 and passed > 0 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,200 @@
+"""Scenes: every way in, what is said about them, and files that are cut or wrong."""
+
+import io
+import json
+import struct
+import zipfile
+
+from harness import (ApiTest, TRIANGLE, glb, job_body, triangle_document, triangle_glb)
+
+GLB = {"Content-Type": "model/gltf-binary"}
+GLTF = {"Content-Type": "model/gltf+json"}
+ZIP = {"Content-Type": "application/zip"}
+BYTES = {"Content-Type": "application/octet-stream"}
+
+
+def zipped(files, method=zipfile.ZIP_DEFLATED):
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", method) as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return out.getvalue()
+
+
+class Scenes(ApiTest):
+    def asset(self, data):
+        return self.server.post("/v1/assets", data, BYTES).json()["id"]
+
+    def test_a_glb_is_201_and_then_200(self):
+        data = triangle_glb(cameras=[{"type": "perspective", "name": "front",
+                                      "perspective": {"yfov": 0.8, "znear": 0.1}}],
+                            nodes=[{"mesh": 0}, {"camera": 0, "translation": [0, 0, 4]}],
+                            scenes=[{"nodes": [0, 1]}])
+        first = self.server.post("/v1/scenes", data, GLB)
+        again = self.server.post("/v1/scenes", data, GLB)
+        self.assertEqual((first.status, again.status), (201, 200), first)
+        self.assertEqual(first.json(), again.json())
+        scene = first.json()
+        self.assertEqual(first.headers["Location"], "/v1/scenes/" + scene["id"])
+        self.assertEqual(self.server.get("/v1/scenes/" + scene["id"]).json(), scene)
+        self.assertEqual(set(scene), {"id", "name", "bytes", "bounds", "triangles", "instances",
+                                      "cameras", "lights", "materials", "variants", "animations",
+                                      "extensions", "warnings"})
+        self.assertEqual(scene["triangles"], 1)
+        self.assertEqual(scene["bounds"], {"min": [-1, -1, 0], "max": [1, 1, 0]})
+        self.assertIn("front", json.dumps(scene["cameras"]))
+        self.assertIn(scene["id"], [s["id"] for s in self.server.get("/v1/scenes").json()["scenes"]])
+        self.assertEqual(self.server.render(job_body(scene["id"], camera={"name": "front"}))["state"],
+                         "finished")
+
+    def test_a_gltf_with_its_data_inside_is_taken(self):
+        import base64
+        uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE).decode()
+        answer = self.server.post("/v1/scenes", json.dumps(triangle_document(uri)).encode(), GLTF)
+        self.assertEqual(answer.status, 201, answer)
+
+    def test_missing_files_are_424_and_named(self):
+        gltf = self.asset(json.dumps(triangle_document("parts/points.bin")).encode())
+        answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {}})
+        problem = self.assert_problem(answer, 424)
+        self.assertIn("parts/points.bin", json.dumps(problem))
+        answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {"parts/points.bin": "0" * 64}})
+        self.assert_problem(answer, 422, "/files/parts~1points.bin")
+        points = self.asset(TRIANGLE)
+        answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {"parts/points.bin": points}})
+        self.assertEqual(answer.status, 201, answer)
+
+    def test_a_gltf_alone_that_names_files_is_424(self):
+        body = json.dumps(triangle_document("points.bin")).encode()
+        self.assert_problem(self.server.post("/v1/scenes", body, GLTF), 424)
+
+    def test_a_file_of_the_server_cannot_be_named(self):
+        for uri in ("/etc/passwd", "../../../etc/passwd", "file:///etc/passwd", "http://127.0.0.1/x"):
+            body = json.dumps(triangle_document(uri)).encode()
+            answer = self.server.post("/v1/scenes", body, GLTF)
+            self.assertIn(answer.status, (422, 424), (uri, answer))
+
+    def test_asset_requests_are_checked(self):
+        for body, status, pointer in (({}, 422, "/gltf"), ({"gltf": "x"}, 422, "/gltf"),
+                                      ({"gltf": "0" * 64, "colour": 1}, 422, "/colour"),
+                                      ({"gltf": "0" * 64, "files": {"a": "x"}}, 422, "/files/a")):
+            self.assert_problem(self.server.post("/v1/scenes", body), status, pointer)
+        self.assertIn(self.server.post("/v1/scenes", {"gltf": "0" * 64}).status, (404, 422, 424))
+
+    def test_a_zip_holds_a_scene_in_a_folder(self):
+        for method in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            data = zipped({"thing/scene.gltf": json.dumps(triangle_document("bin/points.bin")),
+                           "thing/bin/points.bin": TRIANGLE, f"thing/readme{method}.txt": "hello"}, method)
+            answer = self.server.post("/v1/scenes", data, ZIP)
+            self.assertIn(answer.status, (200, 201), answer)
+            self.assertEqual(answer.json()["triangles"], 1)
+
+    def test_zips_that_are_wrong_are_refused(self):
+        good = zipped({"scene.glb": triangle_glb(), "big.txt": "x" * 5000})
+        cases = [b"", b"PK", good[:40], good[:-10], zipped({"readme.txt": "nothing"}),
+                 zipped({"a.glb": triangle_glb(), "b.glb": triangle_glb()}),
+                 zipped({"scene.gltf": json.dumps(triangle_document("../outside.bin"))}),
+                 zipped({"scene.gltf": json.dumps(triangle_document("missing.bin"))})]
+        flipped = bytearray(good)
+        flipped[60] ^= 0xFF
+        cases.append(bytes(flipped))
+        for data in cases:
+            answer = self.server.post("/v1/scenes", data, ZIP)
+            self.assertTrue(400 <= answer.status < 500, (len(data), answer))
+            self.assert_problem(answer, answer.status)
+
+    def test_a_zip_bomb_is_refused(self):
+        data = zipped({"scene.glb": triangle_glb(), "bomb.bin": b"\0" * (64 << 20)})
+        answer = self.server.post("/v1/scenes", data, ZIP)
+        self.assertIn(answer.status, (201, 413, 422), answer)
+
+    def test_an_unknown_required_extension_is_422(self):
+        data = triangle_glb(extensionsRequired=["EXT_nobody_knows"], extensionsUsed=["EXT_nobody_knows"])
+        problem = self.assert_problem(self.server.post("/v1/scenes", data, GLB), 422)
+        self.assertIn("EXT_nobody_knows", problem["detail"])
+
+    def test_an_unknown_used_extension_is_a_warning(self):
+        data = triangle_glb(extensionsUsed=["EXT_nobody_needs"])
+        answer = self.server.post("/v1/scenes", data, GLB)
+        self.assertEqual(answer.status, 201, answer)
+        self.assertIn("EXT_nobody_needs", json.dumps(answer.json()["warnings"]))
+
+    def test_wrong_documents_are_422_with_a_reason(self):
+        def broken(**members):
+            return triangle_glb(**members)
+        cases = [
+            broken(asset={"version": "1.0"}), broken(nodes=[{"mesh": 7}]), broken(accessors=[]),
+            broken(nodes=[{"mesh": 0, "children": [0]}]),
+            broken(bufferViews=[{"buffer": 0, "byteLength": 1 << 40}]),
+            broken(accessors=[{"bufferView": 0, "componentType": 5126, "count": 1 << 40, "type": "VEC3"}]),
+            glb({"asset": {"version": "2.0"}}), b"glTF", b"", b"\0" * 100,
+            b"glTF" + struct.pack("<IIII", 2, 1 << 30, 1 << 30, 0x4E4F534A),
+        ]
+        for data in cases:
+            answer = self.server.post("/v1/scenes", data, GLB)
+            if answer.status < 400:
+                self.assertEqual(data, cases[6])  # An empty scene may be taken.
+                continue
+            self.assertTrue(400 <= answer.status < 500, answer)
+            self.assert_problem(answer, answer.status)
+
+    def test_a_built_in_scene_cut_anywhere_is_refused(self):
+        whole = self.server.get("/v1/scenes/cornell-box/gltf")
+        self.assertEqual(whole.headers["Content-Type"].split(";")[0], "model/gltf-binary")
+        data = whole.body
+        json_bytes = struct.unpack("<I", data[12:16])[0]
+        cuts = sorted({*range(0, 28), *range(28, json_bytes, max(1, json_bytes // 40)), 19 + json_bytes,
+                       20 + json_bytes, 24 + json_bytes, 28 + json_bytes,
+                       *range(28 + json_bytes, len(data), max(1, len(data) // 40)),
+                       *range(len(data) - 9, len(data))})
+        for cut in cuts:
+            answer = self.server.post("/v1/scenes", data[:cut], GLB)
+            self.assertTrue(400 <= answer.status < 500, (cut, answer))
+            # The same with a header that tells the truth about the length.
+            if cut >= 12:
+                honest = data[:8] + struct.pack("<I", cut) + data[12:cut]
+                answer = self.server.post("/v1/scenes", honest, GLB)
+                self.assertTrue(400 <= answer.status < 500, (cut, answer))
+        self.assertTrue(self.server.alive())
+        answer = self.server.post("/v1/scenes", data, GLB)
+        self.assertIn(answer.status, (200, 201), answer)
+
+    def test_a_built_in_scene_comes_back_as_the_same_picture(self):
+        data = self.server.get("/v1/scenes/veach-mis/gltf").body
+        scene = self.server.post("/v1/scenes", data, GLB).json()
+        here = self.server.render(job_body("veach-mis"))
+        there = self.server.render(job_body(scene["id"]))
+        self.assertEqual(here["film_digest"], there["film_digest"])
+
+    def test_built_in_scenes_are_described(self):
+        for name in [s["name"] for s in self.server.get("/v1/server").json()["scenes"]]:
+            scene = self.server.get("/v1/scenes/" + name)
+            self.assertEqual(scene.status, 200, scene)
+            self.assertGreater(scene.json()["triangles"], 0)
+        self.assert_problem(self.server.request("DELETE", "/v1/scenes/glass"), 409)
+        self.assert_problem(self.server.get("/v1/scenes/nowhere"), 404)
+        self.assert_problem(self.server.get("/v1/scenes/nowhere/gltf"), 404)
+
+    def test_delete_is_409_while_a_job_needs_it(self):
+        scene = self.server.post("/v1/scenes", triangle_glb(nodes=[{"mesh": 0, "name": "del"}]),
+                                 GLB).json()["id"]
+        job = self.server.submit(job_body(scene, samples=65536))["id"]
+        self.assert_problem(self.server.request("DELETE", "/v1/scenes/" + scene), 409)
+        self.server.post(f"/v1/jobs/{job}/cancel")
+        self.assertEqual(self.server.request("DELETE", "/v1/scenes/" + scene).status, 204)
+        self.assert_problem(self.server.request("DELETE", "/v1/scenes/" + scene), 404)
+        self.assert_problem(self.server.post("/v1/jobs", job_body(scene)), 404)
+
+    def test_lists_have_pages(self):
+        for number in range(3):
+            self.server.post("/v1/scenes", triangle_glb(nodes=[{"mesh": 0, "name": f"p{number}"}]), GLB)
+        everything = [s["id"] for s in self.server.get("/v1/scenes?limit=200").json()["scenes"]]
+        seen, cursor = [], None
+        while True:
+            page = self.server.get("/v1/scenes?limit=2" + (f"&cursor={cursor}" if cursor else ""))
+            seen += [s["id"] for s in page.json()["scenes"]]
+            cursor = page.json()["next"]
+            self.assertEqual(cursor is not None, "Link" in page.headers)
+            if cursor is None:
+                break
+        self.assertEqual(seen, everything)

@@ -1,0 +1,137 @@
+// Closed spheres and constant skies (truths 1, 2 and 9), for every row of the registries.
+#include "core/render/registry.h"
+#include "tests/render/truth.h"
+
+namespace {
+
+using core::Rgb;
+using core::Vec3;
+using test_support::expect_truth;
+
+core::View inside_sphere(const core::MaterialDescription& material, int stacks = 8) {
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of({material}, {test_support::sphere({0, 0, 0}, 1, stacks, true, 0)})), 24, 24);
+  test_support::look_at(view, {0.1F, 0.2F, 0.3F}, {1, 0.1F, -0.4F}, 70);
+  return view;
+}
+
+core::MaterialDescription grey_lamp() {
+  auto material = test_support::lambert(Rgb(0.5F));
+  material.emissive = Rgb(0.5F);
+  return material;
+}
+
+// Truth 1: L = L_e / (1 - rho) = 1.
+TEST(ClosedSphere, GlowsWithOneForEveryOptionOfTheRegistries) {
+  core::View view = inside_sphere(grey_lamp());
+  view.settings.max_depth = 32;
+  for (const auto& v : test_support::variants()) {
+    test_support::apply(v, view);
+    expect_truth(test_support::render(view, 256), 1, 1e-3, v.name);
+  }
+}
+
+TEST(ClosedSphere, GlowsWithOneMinusAPowerOfTheDepth) {
+  core::View view = inside_sphere(grey_lamp());
+  view.settings.estimator.roulette = core::RouletteType::kNone;
+  for (const int depth : {0, 1, 2, 3, 7}) {
+    view.settings.max_depth = depth;
+    expect_truth(test_support::render(view, 128), 1 - std::pow(0.5, depth + 1), 1e-3, "depth " + std::to_string(depth));
+  }
+}
+
+TEST(ClosedSphere, ThousandsOfLightsChangeNothing) {
+  core::View view = inside_sphere(grey_lamp(), 40);
+  view.settings.max_depth = 32;
+  for (const auto& lights : core::light_samplers()) {
+    view.settings.light_sampler = lights.value;
+    expect_truth(test_support::render(view, 128), 1, 1e-3, std::string(lights.name));
+  }
+}
+
+struct Lossless {
+  const char* name;
+  core::MaterialDescription material;
+  double cap;
+};
+
+std::vector<Lossless> lossless() {
+  std::vector<Lossless> all;
+  all.push_back({"lambert", test_support::lambert(Rgb(1)), 1e-3});
+  for (const float roughness : {0.0F, 0.25F, 0.5F, 1.0F}) {
+    core::MaterialDescription m;
+    m.roughness = roughness;
+    m.metallic = 0;
+    all.push_back({"dielectric", m, 5e-3});  // tables of energy compensation: truth 3
+    m.metallic = 1;
+    all.push_back({"metal", m, 5e-3});
+    m.metallic = 0;
+    m.transmission = 1;
+    m.double_sided = true;
+    all.push_back({"thin glass", m, roughness > 0 ? 1e-2 : 1e-3});
+    m.thickness = 1;
+    all.push_back({"solid glass", m, roughness > 0 ? 2e-2 : 1e-3});
+  }
+  return all;
+}
+
+// Truth 2: in a white furnace a lossless ball cannot be seen.
+TEST(WhiteFurnace, LosslessBallsCannotBeSeen) {
+  for (const Lossless& l : lossless()) {
+    core::View view = test_support::view_of(
+        test_support::build(test_support::scene_of({l.material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})), 20, 20);
+    test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);  // the ball fills the picture
+    view.environment = test_support::constant_sky({1, 1, 1});
+    view.settings.max_depth = 128;
+    const auto picture = test_support::render(view, 256);
+    const std::string what = std::string(l.name) + " roughness " + std::to_string(l.material.roughness);
+    const auto mean = static_cast<double>(picture.mean().g);
+    const auto error = static_cast<double>(picture.standard_error().g);
+    EXPECT_NEAR(mean, 1, l.cap + 4 * error) << what;
+    EXPECT_LT(error, 5e-3) << what;
+    EXPECT_EQ(picture.progress.rejected_samples, 0U) << what;
+    // No pixel above 1 by more than noise: 400 pixels, standard error from the spread of the picture, and what the
+    // tables are allowed. A half has one degree of freedom a pixel, so the spread is taken over all.
+    const double spread = error * 20;
+    for (std::size_t i = 0; i < picture.snapshot.pixel_count(); ++i) {
+      EXPECT_LT(static_cast<double>(core::pixel_value(picture.snapshot, i).mean.g), 1 + l.cap + 6 * spread + 1e-5) << what;
+    }
+  }
+}
+
+TEST(WhiteFurnace, HoldsForEveryOptionOfTheRegistries) {
+  core::MaterialDescription m;
+  m.metallic = 0;
+  m.roughness = 0.7F;
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of({test_support::lambert(Rgb(1)), m},
+                                                 {test_support::sphere({0, 0, 0}, 1, 16, false, 1),
+                                                  test_support::quad({-9, -1, 9}, {18, 0, 0}, {0, 0, -18}, 0)})), 20, 20);
+  test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);
+  view.environment = test_support::constant_sky({1, 1, 1});
+  view.settings.max_depth = 128;
+  for (const auto& v : test_support::variants()) {
+    test_support::apply(v, view);
+    const auto picture = test_support::render(view, 128);
+    EXPECT_NEAR(picture.mean().g, 1, 5e-3 + 4 * static_cast<double>(picture.standard_error().g)) << v.name;
+    EXPECT_LT(picture.standard_error().g, 8e-3F) << v.name;
+  }
+}
+
+// Truth 9: radiance in glass is n^2 that of air.
+TEST(GlassSphere, SeenFromItsCentreTheSkyIsNSquaredAsBright) {
+  core::MaterialDescription glass;
+  glass.metallic = 0;
+  glass.roughness = 0;
+  glass.transmission = 1;
+  glass.thickness = 1;
+  glass.ior = 1.5F;
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of({glass}, {test_support::sphere({0, 0, 0}, 1, 32, false, 0)})), 24, 24);
+  test_support::look_at(view, {0, 0, 0}, {0, 0, -1}, 60);
+  view.environment = test_support::constant_sky({1, 1, 1});
+  view.settings.max_depth = 256;
+  expect_truth(test_support::render(view, 256), 2.25, 1e-3, "glass");
+}
+
+}  // namespace

@@ -1,0 +1,273 @@
+// Irradiance under simple lights (truths 4 to 8), and absorption in solid glass.
+#include <numbers>
+
+#include "core/math/numbers.h"
+#include "tests/render/truth.h"
+
+namespace {
+
+using core::Rgb;
+using core::Strategy;
+using core::Vec3;
+using test_support::expect_truth;
+
+constexpr double kPi = std::numbers::pi;
+
+core::PrimitiveDescription disk(Vec3 center, float radius_m, int material) {  // faces down
+  core::PrimitiveDescription p;
+  p.material = material;
+  constexpr std::uint32_t kSides = 512;
+  p.positions.push_back(center);
+  for (std::uint32_t i = 0; i < kSides; ++i) {
+    const float phi = core::kTwoPi * static_cast<float>(i) / kSides;
+    p.positions.push_back(center + Vec3{radius_m * std::cos(phi), 0, radius_m * std::sin(phi)});
+    p.indices.insert(p.indices.end(), {0, 1 + i, 1 + (i + 1) % kSides});
+  }
+  return p;
+}
+
+/// A white floor at y = 0 seen at the origin alone, under `light`.
+core::View meter(std::vector<core::PrimitiveDescription> light) {
+  light.push_back(test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0));
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of({test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1))}, std::move(light))),
+      32, 32);
+  test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 0.001F);
+  view.settings.max_depth = 1;
+  return view;
+}
+
+// Truth 4. The picture is E / pi. Strategies that do not aim at the light are noisy: their cap is four standard errors.
+TEST(Irradiance, UnderASquareADiskAndASphere) {
+  struct Light {
+    const char* name;
+    std::vector<core::PrimitiveDescription> parts;
+    double truth;
+  };
+  const Light lights[] = {
+      {"square", {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1)}, 0.7522747},
+      {"disk", {disk({0, 1, 0}, 0.5F, 1)}, kPi / 5},
+      {"sphere", {test_support::sphere({0, 1, 0}, 0.5F, 100, false, 1)}, kPi / 4},
+  };
+  for (const Light& light : lights) {
+    core::View view = meter(light.parts);
+    for (const auto& v : test_support::variants()) {
+      test_support::apply(v, view);
+      const bool blind = v.estimator.strategy != Strategy::kMis && v.estimator.strategy != Strategy::kLight;
+      // Lines and triangles in place of curves: 2e-4 for the sphere.
+      expect_truth(test_support::render(view, blind ? 512 : 256), light.truth / kPi, 5e-4, light.name + (" " + v.name), 2e-4);
+    }
+  }
+}
+
+// Truth 5: unit squares, from above with parallel rays; the picture is F itself.
+core::View plates(const core::PrimitiveDescription& lamp) {
+  core::SceneDescription scene = test_support::scene_of(
+      {test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1))},
+      {test_support::quad({0, 0, 1}, {1, 0, 0}, {0, 0, -1}, 0), lamp});
+  core::CameraDescription camera;
+  camera.orthographic = true;
+  camera.x_magnification = camera.y_magnification = 0.5F;
+  camera.to_world = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0.5F, 0.5F, 0.5F}};  // looks down
+  scene.cameras.push_back(camera);
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), 64, 64);
+  view.settings.max_depth = 1;
+  return view;
+}
+
+TEST(FormFactor, OfParallelAndOfAdjacentUnitSquares) {
+  expect_truth(test_support::render(plates(test_support::quad({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 1)), 128), 0.199825, 1e-3, "parallel");
+  expect_truth(test_support::render(plates(test_support::quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 1)), 128), 0.200044, 1e-3, "adjacent");
+}
+
+core::View under_sky(std::shared_ptr<const core::Environment> sky) {
+  core::View view = meter({});
+  view.environment = std::move(sky);
+  return view;
+}
+
+// Truth 6.
+TEST(Irradiance, UnderAConstantSky) {
+  core::View view = under_sky(test_support::constant_sky(Rgb(1)));
+  for (const auto& v : test_support::variants()) {
+    test_support::apply(v, view);
+    expect_truth(test_support::render(view, 256), 1, 5e-4, v.name);
+  }
+}
+
+TEST(Irradiance, UnderASkyOfTheCosine) {
+  // Texels hold the cosine-weighted mean of cos(theta) over them, so that the integral is exact: 2 pi / 3.
+  constexpr int kRows = 64;
+  const auto row = [](int y) {
+    const double c0 = std::cos(kPi * y / kRows);
+    const double c1 = std::cos(kPi * (y + 1) / kRows);
+    return y >= kRows / 2 ? 0.0 : 2.0 / 3 * (c0 * c0 * c0 - c1 * c1 * c1) / (c0 * c0 - c1 * c1);
+  };
+  core::View view = under_sky(test_support::sky_map(128, kRows, [&](int, int y) { return Rgb(static_cast<float>(row(y))); }));
+  for (const auto& v : test_support::variants()) {
+    test_support::apply(v, view);
+    expect_truth(test_support::render(view, 256), 2.0 / 3, 5e-4, v.name);
+  }
+}
+
+TEST(Irradiance, UnderOneBrightTexel) {
+  constexpr int kWidth = 32;
+  constexpr int kHeight = 16;
+  for (const int bright : {0, 3, 7}) {
+    const double t1 = kPi * bright / kHeight;
+    const double t2 = kPi * (bright + 1) / kHeight;
+    const double e = 2 * kPi / kWidth * 0.5 * (std::sin(t2) * std::sin(t2) - std::sin(t1) * std::sin(t1));
+    core::View view = under_sky(test_support::sky_map(kWidth, kHeight, [&](int x, int y) {
+      return Rgb(x == 11 && y == bright ? 1.0F : 0.0F);
+    }));
+    for (const auto& v : test_support::variants()) {
+      test_support::apply(v, view);
+      expect_truth(test_support::render(view, 256), e / kPi, 5e-4, v.name + " row " + std::to_string(bright));
+    }
+  }
+}
+
+// Truth 7: no noise at all.
+TEST(Punctual, PointSpotAndSunOnLambert) {
+  struct Case {
+    const char* name;
+    core::PunctualLightDescription light;
+    double truth;
+  };
+  std::vector<Case> cases;
+  core::PunctualLightDescription light;
+  light.intensity = Rgb(3);
+  light.to_world = core::translation({0, 2, 0});
+  cases.push_back({"point above", light, 3.0 / 4});
+  light.to_world = core::translation({1, 1, 0});
+  cases.push_back({"point at 45 degrees", light, 3.0 / 2 * std::sqrt(0.5)});
+  light.range_m = 2;
+  cases.push_back({"point with range 2", light, 3.0 / 2 * std::sqrt(0.5) * (1 - 0.25)});  // 1 - (d / range)^4
+  light.range_m = 0;
+  light.type = core::PunctualType::kSpot;
+  light.inner_cone_rad = 0.2F;
+  light.outer_cone_rad = 0.6F;
+  light.to_world = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 2, 0}};  // -z of it is down
+  cases.push_back({"spot on its axis", light, 3.0 / 4});
+  // 0.4 rad off the axis: KHR_lights_punctual's squared ramp between the cosines.
+  const double tilt = 0.4;
+  const auto c = static_cast<float>(std::cos(tilt));
+  const auto s = static_cast<float>(std::sin(tilt));
+  light.to_world = {{c, s, 0}, {0, 0, -1}, {-s, c, 0}, {0, 2, 0}};
+  const double ramp = (std::cos(tilt) - std::cos(0.6)) / (std::cos(0.2) - std::cos(0.6));
+  cases.push_back({"spot off its axis", light, 3.0 / 4 * ramp * ramp});
+  light = {};
+  light.type = core::PunctualType::kDirectional;
+  light.intensity = Rgb(3);
+  const double turn = 0.7;
+  light.to_world = {{1, 0, 0}, {0, static_cast<float>(std::sin(turn)), static_cast<float>(-std::cos(turn))},
+                    {0, static_cast<float>(std::cos(turn)), static_cast<float>(std::sin(turn))}, {}};
+  cases.push_back({"sun", light, 3 * std::cos(turn)});
+  for (const Case& test : cases) {
+    core::SceneDescription scene = test_support::scene_of({test_support::lambert({1, 0.5F, 0.25F})},
+                                                          {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)});
+    scene.lights.push_back(test.light);
+    core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
+    test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 2e-5F);
+    for (const auto& v : test_support::variants()) {
+      test_support::apply(v, view);
+      const Rgb mean = test_support::render(view, 4).mean();
+      EXPECT_NEAR(mean.r, test.truth / kPi, 3e-6 * test.truth) << test.name << " " << v.name;
+      EXPECT_NEAR(mean.b, 0.25 * test.truth / kPi, 3e-6 * test.truth) << test.name << " " << v.name;
+    }
+  }
+}
+
+core::MaterialDescription glass(float ior) {
+  core::MaterialDescription m;
+  m.metallic = 0;
+  m.roughness = 0;
+  m.transmission = 1;
+  m.thickness = 1;
+  m.ior = ior;
+  return m;
+}
+
+/// A closed slab between z = -1/2 and z = 1/2, seen along -z.
+core::View slab(const core::MaterialDescription& material) {
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of({material},
+                                                 {test_support::quad({-50, -50, 0.5F}, {100, 0, 0}, {0, 100, 0}, 0),
+                                                  test_support::quad({-50, -50, -0.5F}, {0, 100, 0}, {100, 0, 0}, 0)})), 32, 32);
+  test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 0.01F);
+  return view;
+}
+
+// Truth 8: 2R / (1 + R) comes back from the front half of the sky, the rest from the back.
+TEST(Slab, ReflectsTheSumOfAllItsBounces) {
+  core::View view = slab(glass(1.5F));
+  view.settings.max_depth = 64;
+  view.environment = test_support::sky_map(4, 2, [](int x, int) {
+    // u = 0.5 + atan2(z, x) / 2 pi: +z is the second half of the map.
+    return x >= 2 ? Rgb{0, 1, 0} : Rgb{1, 0, 0};
+  });
+  const auto picture = test_support::render(view, 1024);
+  expect_truth(picture, 0.0769231, 5e-3, "slab");
+  EXPECT_NEAR(picture.mean().r, 1 - 0.0769231, 4 * static_cast<double>(picture.standard_error().r));
+}
+
+// A clear thin wall between floor and light: R of two boundaries, 2R / (1 + R) or what the material makes of it, but the
+// same for every strategy and as deep as one looks; light sampling and BSDF sampling share what goes through it.
+TEST(ClearWall, HidesNothingFromAnyStrategyAtAnyDepth) {
+  core::MaterialDescription wall;
+  wall.metallic = 0;
+  wall.roughness = 0;
+  wall.transmission = 1;
+  wall.double_sided = true;
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of(
+          {test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1)), wall},
+          {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1), test_support::quad({-5, 0.5F, -5}, {10, 0, 0}, {0, 0, 10}, 2),
+           test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)})), 32, 32);
+  test_support::look_at(view, {0.3F, 0.4F, 0.3F}, {0, 0, 0}, 0.001F);
+  for (const int depth : {1, 2, 3}) {
+    view.settings.max_depth = depth;
+    view.settings.estimator.strategy = Strategy::kLight;
+    const double truth = static_cast<double>(test_support::render(view, 512).mean().g);
+    EXPECT_NEAR(truth, 0.7522747 / kPi * 0.96, 0.004);
+    for (const auto& v : test_support::variants()) {
+      test_support::apply(v, view);
+      expect_truth(test_support::render(view, 128), truth, 2e-3, v.name + " depth " + std::to_string(depth), 1e-4);
+    }
+  }
+}
+
+// Absorption alone: nothing is reflected where the indices match, so there is no noise.
+TEST(BeerLambert, ThroughSolidGlassOfMatchedIndex) {
+  core::MaterialDescription m = glass(1);
+  m.attenuation_distance = 2;
+  m.attenuation_color = {0.25F, 0.5F, 0.8F};
+  core::View view = slab(m);
+  view.environment = test_support::constant_sky(Rgb(1));
+  const Rgb mean = test_support::render(view, 4).mean();
+  // The path is 1 m plus the offsets of two rays that leave surfaces (1e-6 m each) and the slant of the pixel.
+  EXPECT_NEAR(mean.r, std::sqrt(0.25), 5e-6);
+  EXPECT_NEAR(mean.g, std::sqrt(0.5), 5e-6);
+  EXPECT_NEAR(mean.b, std::sqrt(0.8), 5e-6);
+}
+
+// Passing a boundary of equal indices is no scattering event (DESIGN section 4).
+TEST(BeerLambert, BoundariesOfEqualIndexDoNotCountAsDepth) {
+  core::MaterialDescription m = glass(1);
+  core::View view = slab(m);
+  view.environment = test_support::constant_sky(Rgb(1));
+  view.settings.max_depth = 0;
+  EXPECT_NEAR(test_support::render(view, 2).mean().g, 1, 1e-6);
+}
+
+TEST(BeerLambert, SeenFromInsideTheGlass) {
+  core::MaterialDescription m = glass(1);
+  m.attenuation_distance = 1;
+  m.attenuation_color = {0.25F, 0.5F, 0.8F};
+  core::View view = slab(m);
+  test_support::look_at(view, {0, 0, 0.25F}, {0, 0, 0}, 0.01F);  // 0.75 m of glass ahead
+  view.environment = test_support::constant_sky(Rgb(1));
+  EXPECT_NEAR(test_support::render(view, 4).mean().g, std::pow(0.5, 0.75), 5e-6);
+}
+
+}  // namespace

@@ -1,0 +1,44 @@
+/// The gate of LIGHT_TRANSPORT section 4: |z| < 4 and a relative cap.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "tests/support/scenes.h"
+
+namespace test_support {
+
+struct Variant {
+  std::string name;
+  core::EstimatorSettings estimator;
+  core::SamplerType sampler = core::SamplerType::kSobol;
+  core::LightSamplerType light_sampler = core::LightSamplerType::kTree;
+};
+
+/// Every strategy, MIS rule, roulette, sampler and light sampler of the registries, each with the others' defaults, and
+/// strategies with every light sampler.
+std::vector<Variant> variants();
+
+inline void apply(const Variant& v, core::View& view) {
+  view.settings.estimator = v.estimator;
+  view.settings.sampler = v.sampler;
+  view.settings.light_sampler = v.light_sampler;
+}
+
+/// Is the mean of the picture's green channel the truth? z below 4 (false alarm 6e-5) and within the cap; a picture
+/// noisier than a quarter of the cap may be off by four standard errors, but not noisier than the cap itself.
+/// scene: relative error of the scene (round things made of triangles), for z.
+inline void expect_truth(const Picture& picture, double truth, double cap, const std::string& what, double scene = 0) {
+  const auto mean = static_cast<double>(picture.mean().g);
+  const auto error = static_cast<double>(picture.standard_error().g);
+  const double rounding = 3e-6 * truth;
+  const double off = std::fabs(mean - truth);
+  EXPECT_LT(off, 4 * error + rounding + scene * truth) << what << ": " << mean << " +- " << error << " for " << truth;
+  EXPECT_LT(off, std::max(cap * truth, 4 * error) + rounding) << what << ": " << mean << " +- " << error << " for " << truth;
+  EXPECT_LT(error, cap * truth) << what << " is too noisy to tell";
+  EXPECT_EQ(picture.progress.rejected_samples, 0U) << what;
+}
+
+}  // namespace test_support

@@ -144,23 +144,18 @@ export async function submit(page, { scene, size = '0', samples = 64 } = {}) {
   await page.waitForURL((url) => url.href !== before && /#\/jobs\//.test(url.href));
 }
 
-/** The smallest model that can be rendered: one lit triangle. */
-export function triangleGlb() {
-  const positions = new Float32Array([-1, 0, 0, 1, 0, 0, 0, 1.6, 0]);
-  const bin = Buffer.from(positions.buffer);
-  let json = JSON.stringify({
+/** The smallest model that can be rendered, one lit triangle: its document and its buffer. */
+function triangle(uri) {
+  const bin = Buffer.from(new Float32Array([-1, 0, 0, 1, 0, 0, 0, 1.6, 0]).buffer);
+  const pbrMetallicRoughness = { baseColorFactor: [0.9, 0.5, 0.2, 1], metallicFactor: 0 };
+  const document = {
     asset: { version: '2.0' },
     scene: 0,
     scenes: [{ nodes: [0] }],
     nodes: [{ mesh: 0 }],
     meshes: [{ primitives: [{ attributes: { POSITION: 0 }, material: 0 }] }],
-    materials: [
-      {
-        doubleSided: true,
-        pbrMetallicRoughness: { baseColorFactor: [0.9, 0.5, 0.2, 1], metallicFactor: 0 },
-      },
-    ],
-    buffers: [{ byteLength: bin.length }],
+    materials: [{ doubleSided: true, pbrMetallicRoughness }],
+    buffers: [{ byteLength: bin.length, ...(uri && { uri }) }],
     bufferViews: [{ buffer: 0, byteLength: bin.length }],
     accessors: [
       {
@@ -172,8 +167,13 @@ export function triangleGlb() {
         max: [1, 1.6, 0],
       },
     ],
-  });
-  json += ' '.repeat((4 - (json.length % 4)) % 4);
+  };
+  return { json: JSON.stringify(document), bin };
+}
+
+export function triangleGlb() {
+  const { json: text, bin } = triangle(null);
+  const json = text + ' '.repeat((4 - (text.length % 4)) % 4);
   const head = Buffer.alloc(20);
   head.write('glTF', 0, 'latin1');
   head.writeUInt32LE(2, 4);
@@ -184,6 +184,15 @@ export function triangleGlb() {
   middle.writeUInt32LE(bin.length, 0);
   middle.write('BIN\0', 4, 'latin1');
   return Buffer.concat([head, Buffer.from(json), middle, bin]);
+}
+
+/** The same as two files, the buffer's name needing an escape in the document. */
+export function triangleFiles() {
+  const { json, bin } = triangle('the%20buffer.bin');
+  return [
+    { name: 'triangle.gltf', bytes: Buffer.from(json) },
+    { name: 'the buffer.bin', bytes: bin },
+  ];
 }
 
 /** Drops files on the page as a person's hand would. files: [{name, bytes}]. */

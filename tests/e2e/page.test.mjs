@@ -11,6 +11,7 @@ import {
   pictureNow,
   Server,
   submit,
+  triangleFiles,
   triangleGlb,
   until,
 } from './harness.mjs';
@@ -135,6 +136,25 @@ test('a GLB that is dropped on the page can be rendered', { timeout: 300_000 }, 
     await until('tiles', () => pictureNow(page));
     await finished(page);
   }),
+);
+
+test(
+  'a glTF document is sent with the files it names, and missing ones are named',
+  { timeout: 300_000 },
+  () =>
+    withPage(desktop, async (page) => {
+      const files = triangleFiles();
+      await drop(page, files.slice(0, 1));
+      await page.waitForSelector('.drop-zone .wrong');
+      assert.match(await page.textContent('.drop-zone .wrong'), /the buffer\.bin/);
+      await drop(page, files);
+      await until('the model in the list', async () =>
+        /^[0-9a-f]{64}$/.test(await page.$eval('[data-testid=scene]', (s) => s.value)),
+      );
+      await submit(page, { samples: 8 });
+      await until('tiles', () => pictureNow(page));
+      assert.equal(await page.textContent('.job-title h1'), 'triangle');
+    }),
 );
 
 test('a file that is no model is refused with the reason', () =>

@@ -1,13 +1,8 @@
 import type { Job, JobState } from '../api/types';
 import { percent } from '../ui/format';
-import { models } from './scene_source';
+import { sceneName } from './scene_source';
 
-export function sceneTitle(job: Job): string {
-  if (job.spec.name) return job.spec.name;
-  const { scene } = job.spec;
-  if (!/^[0-9a-f]{64}$/.test(scene)) return scene;
-  return models.get().find((m) => m.id === scene)?.name || `Model ${scene.slice(0, 8)}`;
-}
+export const sceneTitle = (job: Job): string => job.spec.name || sceneName(job.spec.scene);
 
 const labels: Record<JobState, string> = {
   queued: 'In line',

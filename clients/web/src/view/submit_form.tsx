@@ -10,7 +10,16 @@ import { useStore } from '../ui/store';
 import { AdvancedFields } from './advanced_fields';
 import { Field, NumberInput, refusalsAt } from './field';
 import { change, check, form, refusals, refusalsOf, requestOf, sizePresets } from './form_model';
-import { chooseScene, models, sceneDetails, sendFault, sending, take } from './scene_source';
+import {
+  chooseScene,
+  isModel,
+  models,
+  sceneDetails,
+  sceneName,
+  sendFault,
+  sending,
+  take,
+} from './scene_source';
 
 function useSceneDetails(scene: string): SceneInfo | null {
   const details = useStore(sceneDetails);
@@ -30,12 +39,15 @@ function useSceneDetails(scene: string): SceneInfo | null {
 const listLength = (v: unknown): number | undefined =>
   Array.isArray(v) ? v.length : typeof v === 'number' ? v : undefined;
 
+const plural = (n: number | undefined, what: string): string | null =>
+  n ? `${count(n)} ${what}${n === 1 ? '' : 's'}` : null;
+
 function SceneFacts({ details, summary }: { details: SceneInfo | null; summary?: string }) {
   const facts = details
     ? [
-        details.triangles != null && `${count(details.triangles)} triangles`,
-        listLength(details.materials) && `${listLength(details.materials)} materials`,
-        listLength(details.lights) && `${listLength(details.lights)} lights`,
+        plural(details.triangles, 'triangle'),
+        plural(listLength(details.materials), 'material'),
+        plural(listLength(details.lights), 'light'),
         details.bytes && bytes(details.bytes),
       ].filter(Boolean)
     : [];
@@ -96,7 +108,7 @@ function ScenePicker() {
               <optgroup label="Your models">
                 {own.map((s) => (
                   <option key={s.id} value={s.id}>
-                    {s.name || s.id.slice(0, 10)}
+                    {sceneName(s.id)}
                   </option>
                 ))}
               </optgroup>
@@ -377,7 +389,9 @@ export function SubmitForm() {
 
   const submit = async (event: Event): Promise<void> => {
     event.preventDefault();
-    const values = form.get();
+    const values = { ...form.get() };
+    // A hash says little in a list that others read.
+    if (!values.name && isModel(values.scene)) values.name = sceneName(values.scene);
     const faults = check(values);
     refusals.set(faults);
     if (faults.length || busy) return;

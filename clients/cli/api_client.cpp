@@ -79,8 +79,10 @@ core::Error error_of_reply(const Reply& reply) {
     text += detail.empty() ? "" : ": " + detail;
     if (const auto faults = json.find("errors"); faults != json.end() && faults->is_array()) {
       for (const auto& fault : *faults) {
-        if (fault.is_object()) {
-          text += "\n  " + member(fault, "pointer") + ": " + member(fault, "detail");
+        const std::string line =
+            fault.is_object() ? member(fault, "pointer") + ": " + member(fault, "detail") : "";
+        if (text.find(line) == std::string::npos) {  // the detail may be the only fault itself
+          text += "\n  " + line;
         }
       }
     }

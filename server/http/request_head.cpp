@@ -228,6 +228,10 @@ std::optional<Refusal> check_host(Request& request, const Framing& framing,
 
 HeadScanner::Progress HeadScanner::scan(std::string_view received) {
   const auto refuse = [](Refusal refusal) { return Progress{.refusal = std::move(refusal)}; };
+  // At once: other protocols (TLS above all) may never send a line.
+  if (!received.empty() && !is_visible_ascii(received.front()) && received.front() != '\r') {
+    return refuse(bad_request("this is not HTTP"));
+  }
   while (true) {
     const std::size_t newline = received.find('\n', scanned_);
     const std::size_t line_bytes = std::min(newline, received.size()) - line_begin_;
@@ -242,9 +246,7 @@ HeadScanner::Progress HeadScanner::scan(std::string_view received) {
     }
     if (newline == std::string_view::npos) {
       scanned_ = received.size();
-      const bool is_text = line_begin_ == received.size() || lines_ > 0 ||
-                           is_visible_ascii(received[line_begin_]) || received == "\r";
-      return is_text ? Progress{} : refuse(bad_request("this is not HTTP"));
+      return {};
     }
     if (line_bytes == 0 || received[newline - 1] != '\r') {
       return refuse(bad_request("lines must end in CR LF"));

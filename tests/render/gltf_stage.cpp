@@ -76,6 +76,7 @@ Picture shoot(core::SceneDescription scene, const Shot& shot) {
   view.environment = shot.sky;
   view.settings.max_depth = shot.depth;
   view.settings.film.depth = shot.depth_layer;
+  view.settings.estimator.roulette = core::RouletteType::kNone;  // no dice but those of the feature
   return render(view, shot.samples);
 }
 

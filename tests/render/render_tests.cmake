@@ -5,5 +5,8 @@ set(RENDER_TEST_SOURCES
 # Features of glTF: scenes made in code, through a GLB and the loader, rendered small.
 list(APPEND RENDER_TEST_SOURCES
   gltf_stage.cpp
+  gltf_geometry_test.cpp
+  gltf_glass_test.cpp
   gltf_lights_test.cpp
+  gltf_materials_test.cpp
   gltf_textures_test.cpp)

@@ -1,0 +1,293 @@
+// Transmission, volume and dispersion of glTF: shares that pass, colours that are absorbed, angles that differ by
+// wavelength. The false alarm rate of each z-test is that of 4.5 standard deviations, 7e-6.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/color/wavelength.h"
+#include "tests/render/gltf_stage.h"
+
+namespace {
+
+using core::Rgb;
+using core::Vec3;
+using test_support::Picture;
+using test_support::pixel;
+using test_support::Shot;
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kSigmas = 4.5;
+
+core::MaterialDescription glass(float ior, float thickness) {
+  core::MaterialDescription m;
+  m.metallic = 0;
+  m.roughness = 0;
+  m.transmission = 1;
+  m.ior = ior;
+  m.thickness = thickness;
+  return m;
+}
+
+double fresnel(double cos_i, double eta) {
+  const double cos_t = std::sqrt(1 - (1 - cos_i * cos_i) / (eta * eta));
+  const double a = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  const double b = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+  return 0.5 * (a * a + b * b);
+}
+
+void expect_mean(const Picture& picture, const double (&expected)[3], const char* what) {
+  for (int c = 0; c < 3; ++c) {
+    const auto error = static_cast<double>(picture.standard_error()[c]);
+    EXPECT_NEAR(static_cast<double>(picture.mean()[c]), expected[c], kSigmas * error + 1e-5) << what << " " << c;
+  }
+}
+
+TEST(GltfGlass, AThinPaneShowsACheckerBehindItInItsColour) {
+  // Unlit squares behind a thin pane: base colour * (1 - 0.04), in its place, and the black sky's reflection.
+  core::MaterialDescription pane = glass(1.5F, 0);
+  pane.base_color = {0.9F, 0.5F, 0.25F};
+  core::SceneDescription scene = test_support::stage(pane);
+  core::MaterialDescription checker;
+  checker.unlit = true;
+  checker.base_color_texture.image = 0;
+  checker.base_color_texture.nearest = true;
+  scene.materials.push_back(checker);
+  scene.meshes[0].primitives.push_back(test_support::patch(-1, 1));
+  test_support::add_image(scene, 2, 2, 3, {255, 255, 255, 0, 0, 0, 0, 0, 0, 255, 255, 255});
+  const Picture picture = test_support::shoot_glb(scene, {.width = 2, .height = 2, .samples = 4096, .depth = 4});
+  for (int i = 0; i < 4; ++i) {
+    const Rgb seen = pixel(picture, i % 2, i / 2);
+    const bool white = i == 0 || i == 3;
+    for (int c = 0; c < 3; ++c) {
+      const auto expected = white ? 0.96F * pane.base_color[c] : 0.0F;
+      // The lobe is a throw of dice with p near 0.95: 4.5 standard deviations of 4096 throws.
+      EXPECT_NEAR(seen[c], expected, 4.5F * 0.25F / 64) << i << " " << c;
+    }
+  }
+}
+
+/// A white floor of 2 m under a window 1 m above it, an eye in between, light from above.
+core::SceneDescription under_window(const core::MaterialDescription& window) {
+  core::SceneDescription scene = test_support::stage(test_support::lambert({1, 1, 1}));
+  scene.materials.push_back(window);
+  core::PrimitiveDescription pane = test_support::patch(1, 1);
+  for (Vec3& p : pane.positions) {
+    p = {p.x * 50, p.y * 50, p.z};
+  }
+  scene.meshes[0].primitives.push_back(pane);
+  scene.cameras[0].to_world.t = {0, 0, 0.5F};
+  return scene;
+}
+
+TEST(GltfGlass, SunAndLampsShineThroughClearWindows) {
+  core::MaterialDescription window = glass(1.5F, 0);
+  window.base_color = {1, 0.5F, 0.25F};
+  for (const double theta : {0.0, 60.0}) {
+    core::SceneDescription scene = under_window(window);
+    const Vec3 wi = test_support::towards(theta);
+    scene.lights.push_back(test_support::sun(wi, {1, 1, 1}));
+    const double cosine = static_cast<double>(wi.z);
+    const double share = 1 - (0.04 + 0.96 * std::pow(1 - cosine, 5));  // Schlick, as glTF has it
+    const Rgb sun = pixel(test_support::shoot_glb(scene, {}), 4, 4);
+    for (int c = 0; c < 3; ++c) {
+      const double expected = static_cast<double>(window.base_color[c]) * share * cosine / kPi;
+      EXPECT_NEAR(static_cast<double>(sun[c]), expected, 5e-4 * expected) << theta << " " << c;  // tables
+    }
+  }
+  core::SceneDescription scene = under_window(window);
+  core::PunctualLightDescription lamp;
+  lamp.intensity = {4, 4, 4};
+  lamp.to_world.t = {0, 0, 2};
+  scene.lights.push_back(lamp);
+  scene.cameras[0].x_magnification = scene.cameras[0].y_magnification = 0.002F;
+  EXPECT_NEAR(static_cast<double>(pixel(test_support::shoot_glb(scene, {}), 4, 4).g), 0.5 * 0.96 / kPi, 1e-5);
+}
+
+TEST(GltfGlass, LightThroughAWindowIsCountedOnceByEveryStrategy) {
+  // The same room by BSDF sampling alone, light sampling alone and both: under a sky of 1 the floor has
+  // albedo 1 times what the window lets through of the hemisphere, 2 * integral of T(mu) mu dmu.
+  const core::SceneDescription scene = under_window(glass(1.5F, 0));
+  double expected = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double mu = (i + 0.5) / 1000;
+    expected += (1 - (0.04 + 0.96 * std::pow(1 - mu, 5))) * 2 * mu / 1000;
+  }
+  for (const core::Strategy strategy : {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
+    for (const bool doubled : {false, true}) {  // the planted fault: a sky of 1.03 must be told apart
+      core::View view = test_support::view_of(test_support::build(scene), 8, 8);
+      view.environment = test_support::constant_sky(Rgb(doubled ? 1.03F : 1.0F));
+      view.settings.max_depth = 1;
+      view.settings.estimator.strategy = strategy;
+      const Picture picture = test_support::render(view, 2048);
+      // The window ends 50 m away: 1/2500 of the hemisphere passes beside it, at grazing angles.
+      const double z = std::fabs(static_cast<double>(picture.mean().g) - expected) /
+                       (static_cast<double>(picture.standard_error().g) + 1e-4);
+      EXPECT_EQ(z > kSigmas, doubled) << static_cast<int>(strategy) << ": " << picture.mean().g << " for " << expected;
+    }
+  }
+}
+
+/// Two faces, 1 m apart: a slab that the camera meets head on.
+core::SceneDescription slab(const core::MaterialDescription& m) {
+  core::SceneDescription scene = test_support::stage(m);
+  core::PrimitiveDescription top = test_support::patch(0.5F);
+  core::PrimitiveDescription bottom = test_support::patch(-0.5F);
+  for (core::PrimitiveDescription* p : {&top, &bottom}) {
+    for (Vec3& v : p->positions) {
+      v = {v.x * 20, v.y * 20, v.z};
+    }
+  }
+  bottom.normals.assign(4, {0, 0, -1});
+  bottom.indices = {0, 2, 1, 0, 3, 2};
+  scene.meshes[0].primitives = {top, bottom};
+  return scene;
+}
+
+TEST(GltfGlass, AVolumeAbsorbsByItsColourAtItsDistance) {
+  // KHR_materials_volume: what is left after d metres is attenuationColor^(d / attenuationDistance).
+  core::MaterialDescription m = glass(1, 1);
+  m.attenuation_color = {0.5F, 0.25F, static_cast<float>(std::exp(-1.0))};
+  m.attenuation_distance = 0.5F;
+  Picture picture = test_support::shoot_glb(slab(m), {.depth = 8, .sky = test_support::constant_sky({1, 1, 1})});
+  const double clear[3] = {0.25, 0.0625, std::exp(-2.0)};
+  expect_mean(picture, clear, "matched index");
+  // Of index 1.5: R + (1 - R)^2 (a + R a^2) / (1 - R^2 a^2) with a for one way through.
+  m.ior = 1.5F;
+  picture = test_support::shoot_glb(slab(m), {.samples = 1024, .depth = 32, .sky = test_support::constant_sky({1, 1, 1})});
+  double expected[3];
+  for (int c = 0; c < 3; ++c) {
+    const double a = clear[c];
+    const double r = 0.04;
+    expected[c] = r + (1 - r) * (1 - r) * (a + r * a * a) / (1 - r * r * a * a);
+  }
+  expect_mean(picture, expected, "index 1.5");
+}
+
+TEST(GltfGlass, SunlightPassesAVolumeOfMatchedIndexWithAbsorption) {
+  core::MaterialDescription m = glass(1, 1);
+  m.attenuation_color = {0.5F, 0.25F, 0.125F};
+  m.attenuation_distance = 1;
+  core::SceneDescription scene = slab(m);
+  scene.materials.push_back(test_support::lambert({1, 1, 1}));
+  scene.meshes[0].primitives.push_back(test_support::patch(-2, 1));
+  scene.cameras[0].to_world.t = {0, 0, -1};
+  scene.lights.push_back(test_support::sun(test_support::towards(60), {1, 1, 1}));
+  const Rgb seen = pixel(test_support::shoot_glb(scene, {}), 4, 4);
+  for (int c = 0; c < 3; ++c) {
+    const double one_way = std::pow(std::pow(0.5, c + 1), 2);  // 2 m through the slab at 60 degrees
+    EXPECT_NEAR(static_cast<double>(seen[c]), one_way * 0.5 / kPi, 1e-5) << c;
+  }
+}
+
+constexpr float kBk7Index = 1.5168F;
+constexpr float kBk7Dispersion = 20 / 64.17F;  // Abbe number 64.17
+
+double deviation_degrees(double index) { return (2 * std::asin(index * 0.5) - kPi / 3) * 180 / kPi; }
+
+TEST(GltfDispersion, IndicesGiveTheMinimumDeviationsOfABk7Prism) {
+  // Truth 15: F 39.1384, d 38.6467, C 38.4289 degrees from Cauchy's A + B / lambda^2 through n_d and V_d.
+  const double lines[3][2] = {{486.1, 39.1384}, {587.6, 38.6467}, {656.3, 38.4289}};
+  for (const auto& [nm, degrees] : lines) {
+    const auto index = static_cast<double>(core::dispersive_ior(kBk7Index, kBk7Dispersion, static_cast<float>(nm)));
+    EXPECT_NEAR(deviation_degrees(index), degrees, 0.01) << nm;
+  }
+}
+
+/// A prism of 60 degrees, its edge along y, met by a thin beam of camera rays along -z at the angle of minimum deviation of
+/// n_d; a bright wall far away begins where light of `edge_nm` leaves and covers greater deviations (shorter waves).
+core::SceneDescription prism(float edge_nm) {
+  core::MaterialDescription m = glass(kBk7Index, 1);
+  m.dispersion = kBk7Dispersion;
+  const double incidence = std::asin(static_cast<double>(kBk7Index) * 0.5);
+  // In the prism's own frame the first face's normal points to -x turned by 30 degrees up: faces
+  // at 60 degrees meet at the top. Directions are angles in the x-z plane, measured from -z towards +x.
+  const auto direction = [](double angle) {
+    return Vec3{static_cast<float>(std::sin(angle)), 0, static_cast<float>(-std::cos(angle))};
+  };
+  // The beam goes along angle 0. The outward normal of face 1 makes `incidence` with the way back
+  // (+z); the base is on the +x side, towards which light is bent.
+  const double normal1 = kPi + incidence;  // angle of the outward normal of face 1
+  const double normal2 = normal1 + kPi - kPi / 3;  // outward normals of faces at 60 degrees differ by 120
+  const Vec3 n1 = direction(normal1);
+  const Vec3 n2 = direction(normal2);
+  // Corners: the edge E where both faces meet, and 1 m along each face away from it.
+  const auto along = [](Vec3 n, double sign) {
+    return Vec3{static_cast<float>(sign) * n.z, 0, static_cast<float>(-sign) * n.x};
+  };
+  Vec3 d1 = along(n1, 1);
+  Vec3 d2 = along(n2, 1);
+  d1 = core::dot(d1, n2) < 0 ? d1 : -d1;  // face 1 lies behind face 2, and the other way round
+  d2 = core::dot(d2, n1) < 0 ? d2 : -d2;
+  const Vec3 edge = d1 * -0.5F;  // the beam meets face 1 half way down
+  const Vec3 corner1 = edge + d1;
+  const Vec3 corner2 = edge + d2;
+  const auto face = [](Vec3 a, Vec3 b, Vec3 outward, int material) {
+    core::PrimitiveDescription p = test_support::quad({a.x, -1, a.z}, b - a, {0, 2, 0}, material);
+    const Vec3 n = core::cross(b - a, {0, 2, 0});
+    if (core::dot(n, outward) < 0) {
+      std::swap(p.indices[1], p.indices[2]);
+      std::swap(p.indices[4], p.indices[5]);
+    }
+    return p;
+  };
+  // Exit direction by Snell's law in the plane, for one wavelength.
+  const auto exit_angle = [&](double index) {
+    const double inside1 = std::asin(std::sin(incidence) / index);
+    const double inside2 = kPi / 3 - inside1;
+    return incidence + std::asin(index * std::sin(inside2)) - kPi / 3;  // deviation
+  };
+  const double first = exit_angle(static_cast<double>(core::dispersive_ior(kBk7Index, kBk7Dispersion, edge_nm)));
+  constexpr float kFar = 1e4F;
+  const Vec3 near_edge = direction(first) * kFar;
+  const Vec3 far_edge = direction(first + 0.05) * kFar;
+  core::PrimitiveDescription wall =
+      test_support::quad({near_edge.x, -2000, near_edge.z}, far_edge - near_edge, {0, 4000, 0}, 1);
+  core::MaterialDescription bright;
+  bright.unlit = true;
+  bright.double_sided = true;
+  const Vec3 base_normal = core::normalize((n1 + n2) * -1.0F);
+  core::SceneDescription scene = test_support::scene_of(
+      {m, bright}, {face(edge, corner1, n1, 0), face(edge, corner2, n2, 0), face(corner1, corner2, base_normal, 0), wall});
+  core::CameraDescription beam = test_support::front_camera(1e-4F);
+  scene.cameras.push_back(beam);
+  return scene;
+}
+
+TEST(GltfDispersion, APrismSendsEachWavelengthWhereSnellSays) {
+  for (const float edge_nm : {480.0F, 540.0F, 600.0F}) {
+    const Picture picture = test_support::shoot_glb(prism(edge_nm), {.samples = 1024, .depth = 2});
+    // Expected: all wavelengths below the edge, weighed as colour, times (1 - F)^2 at both faces.
+    const double incidence = std::asin(static_cast<double>(kBk7Index) * 0.5);
+    const auto expected_below = [incidence](float nm_edge) {
+      std::array<double, 3> sum{};
+      constexpr int kSteps = 200'000;
+      for (int i = 0; i < kSteps; ++i) {
+        const auto sample = core::sample_wavelength((static_cast<float>(i) + 0.5F) / kSteps);
+        if (sample.wavelength_nm < nm_edge) {
+          const auto n = static_cast<double>(core::dispersive_ior(kBk7Index, kBk7Dispersion, sample.wavelength_nm));
+          const double inside1 = std::asin(std::sin(incidence) / n);
+          const double out = std::asin(n * std::sin(kPi / 3 - inside1));
+          const double share = (1 - fresnel(std::cos(incidence), n)) * (1 - fresnel(std::cos(out), n));
+          for (std::size_t c = 0; c < 3; ++c) {
+            sum[c] += static_cast<double>(sample.weight[static_cast<int>(c)]) * share / kSteps;
+          }
+        }
+      }
+      return sum;
+    };
+    const auto expected = expected_below(edge_nm);
+    const auto planted = expected_below(edge_nm + 8);  // an index wrong by 2e-4 to 4e-4
+    double planted_z = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto error = static_cast<double>(picture.standard_error()[static_cast<int>(c)]);
+      const auto mean = static_cast<double>(picture.mean()[static_cast<int>(c)]);
+      EXPECT_NEAR(mean, expected[c], kSigmas * error + 2e-3) << edge_nm << " channel " << c;
+      planted_z = std::max(planted_z, (std::fabs(mean - planted[c]) - 2e-3) / error);
+    }
+    EXPECT_GT(planted_z, kSigmas) << edge_nm;
+  }
+}
+
+}  // namespace

@@ -60,7 +60,7 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   const bool has_cover = cover > 0 && (max_component(p.f0) > 0 || p.f90 > 0);
   SpecularAlbedo e{1, 0};
   SpecularAlbedo average{1, 0};
-  if (has_specular_ || has_cover) {
+  if (has_specular_ || has_cover || p.transmission > 0) {
     e = specular_albedo(wo_.z, roughness_);
     average = specular_albedo_average(roughness_);
   }
@@ -95,7 +95,9 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   const Rgb ms_albedo = is_smooth_ ? Rgb{} : ms_color_ * (1 - e.e);
   if (p.thin && p.transmission > 0) {
     thin_ = p.base_color * cover_wo_ * (dielectric * p.transmission);
-    thin_scale_ = is_smooth_ ? 1.0F : 1 / std::max(e.e, 1e-3F);
+    if (!is_smooth_) {  // what meets more than one facet goes on diffusely
+      below_ms_ = p.base_color * (dielectric * p.transmission * (1 - e.e) * kInvPi / std::max(1 - average.e, 1e-4F));
+    }
   }
   if (solid > 0) {
     glass_color_ = p.base_color;
@@ -107,9 +109,9 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   }
   prob_diffuse_ = luminance(substrate_albedo) + luminance(ms_albedo);
   prob_specular_ = luminance(specular_albedo_wo);
-  prob_thin_ = luminance(thin_);
+  prob_thin_ = luminance(thin_) * (is_smooth_ ? 1.0F : e.e);
   prob_glass_ = glass_weight_ * std::max(luminance(glass_color_), 0.05F);
-  prob_below_ = luminance(below_ * cover_wo_);
+  prob_below_ = luminance(below_ * cover_wo_) + luminance(thin_) * (is_smooth_ ? 0.0F : 1 - e.e);
   albedo_ = substrate_albedo + ms_albedo + specular_albedo_wo + thin_ + glass_color_ * glass_weight_ +
             below_ * cover_wo_;
   if (layers_ != nullptr) {
@@ -209,6 +211,9 @@ void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
     return;
   }
   Rgb f = below_ * kInvPi;
+  if (!is_black(below_ms_)) {
+    f += below_ms_ * (1 - specular_albedo(-wi.z, roughness_).e);
+  }
   if (has_specular_) {
     f *= cover_wo_ * cover_share(-wi.z) * cover_norm_;
   }
@@ -307,7 +312,7 @@ void Bsdf::add_thin(Vec3 wi, BsdfEval& out) const noexcept {
   const Vec3 h = normalize_or(wo_ + flipped, {0, 0, 1});
   const float lambda_o = ggx_.lambda(wo_);
   const float common = ggx_.d(h) / (4 * wo_.z);
-  out.value_cos += thin_ * (thin_scale_ * common / (1 + lambda_o + ggx_.lambda(flipped)));
+  out.value_cos += thin_ * (common / (1 + lambda_o + ggx_.lambda(flipped)));
   out.pdf_solid_angle += prob_thin_ * common / (1 + lambda_o);
 }
 
@@ -416,132 +421,6 @@ BsdfEval Bsdf::evaluate(Vec3 wi) const noexcept {
     out.pdf_solid_angle += folded.pdf_solid_angle;
   }
   return out;
-}
-
-void Bsdf::respect_geometry(BsdfSample& s) const noexcept {
-  s.transmitted = s.wi_local.z < 0;
-  if (!is_flat_) {
-    const float side = dot(s.wi_local, ng_);
-    if (side * s.wi_local.z < 0) {
-      s.wi_local = s.wi_local - ng_ * (2 * side);
-    }
-  }
-}
-
-bool Bsdf::sample_specular(Vec2 u, BsdfSample& s) const noexcept {
-  if (is_smooth_) {
-    s.wi_local = {-wo_.x, -wo_.y, wo_.z};
-    s.weight = fresnel(wo_.z) * (delta_share() / prob_specular_);
-    s.is_delta = true;
-    return true;
-  }
-  const Vec3 h = ggx_.sample_visible(wo_, u);
-  s.wi_local = h * (2 * dot(wo_, h)) - wo_;
-  return s.wi_local.z > 0;
-}
-
-bool Bsdf::sample_thin(Vec2 u, BsdfSample& s) const noexcept {
-  if (is_smooth_) {
-    s.wi_local = -wo_;
-    s.weight = thin_ * (delta_share() / prob_thin_);
-    s.is_delta = true;
-    s.is_straight = true;
-    return true;
-  }
-  const Vec3 h = ggx_.sample_visible(wo_, u);
-  const Vec3 reflected = h * (2 * dot(wo_, h)) - wo_;
-  s.wi_local = {reflected.x, reflected.y, -reflected.z};
-  return reflected.z > 0;
-}
-
-bool Bsdf::sample_glass(float u_lobe, Vec2 u, BsdfSample& s) const noexcept {
-  const bool index_matched = is_index_matched();
-  const bool is_delta = is_smooth_ || index_matched;
-  const Vec3 h = is_delta ? Vec3{0, 0, 1} : ggx_.sample_visible(wo_, u);
-  const float cos_o = dot(wo_, h);
-  const float f = index_matched ? 0.0F : fresnel_dielectric(cos_o, eta_);
-  s.is_delta = is_delta;
-  if (u_lobe < f) {
-    s.wi_local = h * (2 * cos_o) - wo_;
-    s.weight = Rgb(glass_weight_ * delta_share() / prob_glass_);
-    return s.wi_local.z > 0;
-  }
-  const float cos_t = safe_sqrt(1 - (1 - cos_o * cos_o) / (eta_ * eta_));
-  s.wi_local = normalize_or(h * (cos_o / eta_ - cos_t) - wo_ * (1 / eta_), -wo_);
-  s.weight = glass_color_ * (glass_weight_ * delta_share() / (prob_glass_ * eta_ * eta_));
-  s.eta = eta_;
-  s.is_straight = index_matched;
-  return s.wi_local.z < 0;
-}
-
-BsdfSample Bsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
-  BsdfSample s;
-  if (is_lambert_ && is_flat_) {
-    s.wi_local = cosine_hemisphere(u_dir);
-    s.weight = s.wi_local.z > 0 ? diffuse_ : Rgb{};
-    s.pdf_solid_angle = s.wi_local.z * kInvPi;
-    return s;
-  }
-  bool ok = false;
-  // Spread lobes first and delta ones last: sample_delta() relies on the order.
-  float u = u_lobe;
-  const auto lobe = [&u](float prob) {
-    if (u < prob) {
-      return true;
-    }
-    u -= prob;
-    return false;
-  };
-  if (lobe(prob_diffuse_)) {
-    s.wi_local = cosine_hemisphere(u_dir);
-    ok = s.wi_local.z > 0;
-  } else if (lobe(prob_below_)) {
-    s.wi_local = -cosine_hemisphere(u_dir);
-    ok = s.wi_local.z < 0;
-  } else if (lobe(prob_sheen_)) {
-    s.wi_local = uniform_hemisphere(u_dir);
-    ok = s.wi_local.z > 0;
-  } else if (!coat_smooth_ && lobe(prob_coat_)) {
-    ok = sample_clearcoat(u_dir, s);
-  } else if (lobe(prob_specular_)) {
-    ok = sample_specular(u_dir, s);
-  } else if (lobe(prob_thin_)) {
-    ok = sample_thin(u_dir, s);
-  } else if (lobe(coat_smooth_ ? prob_coat_ : 0.0F)) {
-    ok = sample_clearcoat(u_dir, s);
-  } else if (prob_glass_ > 0) {
-    ok = sample_glass(std::clamp(u / prob_glass_, 0.0F, kOneMinusEpsilon), u_dir, s);
-  }
-  if (!ok) {
-    return BsdfSample{};
-  }
-  respect_geometry(s);
-  if (s.is_delta) {
-    return s;
-  }
-  const BsdfEval eval = evaluate(s.wi_local);
-  if (!(eval.pdf_solid_angle > 0)) {
-    return BsdfSample{};
-  }
-  s.weight = eval.value_cos / eval.pdf_solid_angle;
-  s.pdf_solid_angle = eval.pdf_solid_angle;
-  return s;
-}
-
-float Bsdf::prob_delta() const noexcept {
-  const bool matched = prob_glass_ > 0 && is_index_matched();
-  const float coat = coat_smooth_ ? prob_coat_ : 0.0F;
-  return is_smooth_ ? prob_specular_ + prob_thin_ + coat + prob_glass_ : coat + (matched ? prob_glass_ : 0.0F);
-}
-
-BsdfSample Bsdf::sample_delta(float u_lobe, Vec2 u_dir) const noexcept {
-  // The delta lobes are the last part of the interval that sample() divides; a rough solid
-  // glass under a smooth coat stands after the coat, and is left out.
-  const float prob = prob_delta();
-  const float spread_after = !is_smooth_ && coat_smooth_ && !is_index_matched() ? prob_glass_ : 0.0F;
-  BsdfSample s = sample(std::min(1 - spread_after - prob + u_lobe * prob, kOneMinusEpsilon), u_dir);
-  s.weight *= prob;
-  return s;
 }
 
 }  // namespace core

@@ -7,7 +7,7 @@
 /// channel; metal by weight; solid glass as a lobe of its own (Walter et al. 2007 with exact Fresnel,
 /// scaled by its tabulated albedo). Above it clearcoat (over diffuse lobes by the same product, over
 /// specular ones by the smaller of 1 - E(wo) and 1 - E(wi)) and sheen (KHR_materials_sheen's minimum).
-/// All but solid glass are reciprocal.
+/// All are reciprocal but solid glass, and rough thin transmission by its cover, which is taken at wo alone.
 /// Terminator: directions that the shading frame puts on one side of the surface and the geometry on
 /// the other are mirrored at the geometric plane, in evaluation, density and sampling alike, so a
 /// lossless surface stays lossless and nothing leaks through.
@@ -133,7 +133,7 @@ class Bsdf {
   float cover_wo_ = 1;      ///< 1 - E_cover(wo)
   float cover_norm_ = 1;    ///< 1 / (1 - E_cover_avg)
   Rgb thin_;                ///< weight of thin transmission, cover included
-  float thin_scale_ = 1;
+  Rgb below_ms_;             ///< multiple scattering of rough thin transmission, [1/sr]
   Rgb glass_color_;
   float glass_weight_ = 0;
   float glass_scale_ = 1;

@@ -177,6 +177,8 @@ void JobService::start(const JobPointer& job, const std::shared_ptr<RenderRun>& 
       {.go_on_in_memory = true,
        .before_telling =
            [&](const JobRecord& record) {
+             // A patch while the scene was loading found no run to tell.
+             run->task().set_stop(record.view.spec.stop);
              job->set_run(run);
              if (is_paused) {
                run->task().set_paused(true);

@@ -213,7 +213,21 @@ class Changing(ApiTest):
                                      {"Content-Type": "application/merge-patch+json"})
         self.assertEqual(answer.json()["spec"]["name"], "merged")
 
-    def test_stop_can_be_lowered(self):
+    def test_stop_can_be_lowered_while_rendering(self):
+        self.server.wait_for_samples(self.job)
+        self.assertEqual(self.patch(self.job, {"stop": {"samples_per_pixel": 4}}).status, 200)
+        done = self.server.wait(self.job)
+        self.assertEqual((done["state"], done["stop_reason"]), ("finished", "samples_per_pixel"))
+        samples = done["progress"]["samples_per_pixel"]
+        self.assertEqual(samples["min"], samples["max"])
+        self.assertLess(samples["max"], 65536)
+
+    def test_stop_can_be_raised(self):
+        job = self.server.submit(job_body(samples=256))["id"]
+        self.patch(job, {"stop": {"samples_per_pixel": 258}})
+        self.assertEqual(self.server.wait(job)["progress"]["samples_per_pixel"]["mean"], 258)
+
+    def test_stop_can_be_lowered_while_loading(self):
         self.assertEqual(self.patch(self.job, {"stop": {"samples_per_pixel": 4}}).status, 200)
         done = self.server.wait(self.job)
         self.assertEqual((done["state"], done["stop_reason"]), ("finished", "samples_per_pixel"))

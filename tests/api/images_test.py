@@ -1,0 +1,240 @@
+"""The picture in every format and part, single pixels, the convergence curve."""
+
+import math
+import struct
+
+from harness import ApiTest, job_body, png_pixels, png_size
+
+MAGIC = {"png": b"\x89PNG", "jpg": b"\xff\xd8\xff", "webp": b"RIFF", "exr": b"\x76\x2f\x31\x01",
+         "hdr": b"#?", "tif": (b"II*\0", b"MM\0*")}
+MIME = {"png": "image/png", "jpg": "image/jpeg", "webp": "image/webp", "exr": "image/x-exr",
+        "hdr": "image/vnd.radiance", "tif": "image/tiff"}
+
+
+class Images(ApiTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        body = job_body(samples=8)
+        body["film"] = {"width": 70, "height": 40}
+        cls.job = cls.server.render(body)
+        cls.path = f"/v1/jobs/{cls.job['id']}"
+
+    def image(self, rest="/image.png", **headers):
+        answer = self.server.get(self.path + rest, {k.replace("_", "-"): v for k, v in headers.items()})
+        self.assertEqual(answer.status, 200, answer)
+        return answer
+
+    def test_every_format_by_suffix(self):
+        for suffix, magic in MAGIC.items():
+            answer = self.image("/image." + suffix)
+            self.assertTrue(answer.body.startswith(magic), suffix)
+            self.assertEqual(answer.headers["Content-Type"], MIME[suffix])
+
+    def test_every_format_by_accept(self):
+        for suffix, mime in MIME.items():
+            answer = self.image("/image", Accept=mime)
+            self.assertEqual(answer.headers["Content-Type"], mime)
+            self.assertTrue(answer.body.startswith(MAGIC[suffix]), suffix)
+            self.assertIn("Accept", answer.headers["Vary"])
+
+    def test_accept_has_weights_and_wildcards(self):
+        for accept, mime in (("image/gif, image/webp;q=0.5, image/jpeg;q=0.9", "image/jpeg"),
+                             ("image/*", "image/png"), ("*/*", "image/png"),
+                             ("image/png;q=0, image/x-exr", "image/x-exr")):
+            self.assertEqual(self.image("/image", Accept=accept).headers["Content-Type"], mime, accept)
+
+    def test_a_picture_without_accept_is_png(self):
+        self.assertEqual(self.image("/image").headers["Content-Type"], "image/png")
+
+    def test_bias_is_told_with_every_picture(self):
+        self.assertEqual(self.image().headers["X-Tessera-Bias"], "none")
+
+    def test_every_layer_in_png_and_exr(self):
+        for layer in self.server.get("/v1/server").json()["layers"]:
+            self.assertEqual(png_size(self.image(f"/image.png?layer={layer}").body)[:2], (70, 40), layer)
+            self.assertTrue(self.image(f"/image.exr?layer={layer}").body.startswith(MAGIC["exr"]))
+
+    def test_exr_holds_all_layers(self):
+        head = self.image("/image.exr").body[:4000]
+        for channel in (b"R\0", b"G\0", b"B\0", b"albedo.", b"normal.", b"depth.", b"samples.",
+                        b"variance.", b"error."):
+            self.assertIn(channel, head)
+        self.assertNotIn(b"albedo.", self.image("/image.exr?layer=beauty").body[:1000])
+
+    def test_the_etag_gives_304_and_tells_pictures_apart(self):
+        tags = set()
+        for rest in ("/image.png", "/image.jpg", "/image.png?layer=alpha", "/image.png?exposure=1",
+                     "/image.png?tonemap=aces", "/image.png?max_size=10"):
+            first = self.image(rest)
+            again = self.server.get(self.path + rest, {"If-None-Match": first.headers["ETag"]})
+            self.assertEqual((again.status, again.body), (304, b""))
+            tags.add(first.headers["ETag"])
+        self.assertEqual(len(tags), 6)
+        self.assertEqual(len({self.image("/image", Accept=m).headers["ETag"] for m in MIME.values()}), 6)
+
+    def test_an_equal_picture_has_equal_bytes(self):
+        self.assertEqual(self.image("/image.exr").body, self.image("/image.exr").body)
+
+    def test_a_known_revision_is_given(self):
+        self.assertEqual(self.image(f"/image.png?revision={self.job['revision']}").headers["ETag"],
+                         self.image().headers["ETag"])
+
+    def test_max_size_scales_down_and_never_up(self):
+        for size, expected in ((35, (35, 20)), (1, (1, 1)), (70, (70, 40)), (500, (70, 40))):
+            got = png_size(self.image(f"/image.png?max_size={size}").body)[:2]
+            self.assertEqual(got, expected, size)
+
+    def test_a_part_is_cut_out_of_the_whole(self):
+        whole = png_pixels(self.image().body)
+        part = png_pixels(self.image("/image.png?x=33&y=5&width=20&height=30").body)
+        self.assertEqual(part, [row[33:53] for row in whole[5:35]])
+
+    def test_exposure_and_tone_maps_change_the_picture(self):
+        plain = self.image().body
+        self.assertNotEqual(self.image("/image.png?exposure=1").body, plain)
+        bodies = {self.image(f"/image.png?tonemap={t}").body
+                  for t in self.server.get("/v1/server").json()["tone_maps"]}
+        self.assertEqual(len(bodies), 5)
+        self.assertEqual(self.image("/image.png?tonemap=srgb").body, plain)
+
+    def test_one_stop_doubles_the_light(self):
+        dark = png_pixels(self.image("/image.png?tonemap=linear").body)
+        light = png_pixels(self.image("/image.png?tonemap=linear&exposure=1").body)
+        for a_row, b_row in zip(dark, light):
+            for a, b in zip(a_row, b_row):
+                for c in range(3):
+                    # Each is rounded to 8 bits: half a step of a doubled, half a step of b.
+                    self.assertLessEqual(abs(min(255, 2 * a[c]) - b[c]), 2)
+
+    def test_opaque_pictures_are_rgb(self):
+        self.assertEqual(png_size(self.image().body)[2], 2)
+
+    def test_tile_urls_of_a_crop_lie_in_the_crop(self):
+        body = job_body(samples=2)
+        body["film"]["crop"] = {"x": 10, "y": 5, "width": 30, "height": 20}
+        path = f"/v1/jobs/{self.server.render(body)['id']}"
+        self.assertEqual(png_size(self.server.get(path + "/image.png").body)[:2], (30, 20))
+        inside = self.server.get(path + "/image.png?x=10&y=5&width=4&height=4")
+        self.assertEqual(png_size(inside.body)[:2], (4, 4))
+        self.assert_problem(self.server.get(path + "/image.png?x=0&y=0&width=4&height=4"), 422)
+        self.assertEqual(self.server.get(path + "/pixels/10/5").status, 200)
+        self.assert_problem(self.server.get(path + "/pixels/9/5"), 404)
+        self.assert_problem(self.server.get(path + "/pixels/40/5"), 404)
+
+
+class Transparency(ApiTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        body = job_body("furnace", samples=8, environment={"visible": False})
+        body["film"] = {"width": 64, "height": 48}
+        cls.path = f"/v1/jobs/{cls.server.render(body)['id']}"
+
+    def test_a_hidden_environment_gives_rgba(self):
+        rows = png_pixels(self.server.get(self.path + "/image.png").body)
+        alphas = {pixel[3] for row in rows for pixel in row}
+        self.assertIn(0, alphas)
+        self.assertIn(255, alphas)
+
+    def test_formats_without_alpha_stay_opaque(self):
+        for suffix in ("jpg", "hdr"):
+            self.assertEqual(self.server.get(f"{self.path}/image.{suffix}").status, 200)
+
+
+class Pixels(ApiTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        body = job_body(samples=16)
+        body["film"]["layers"] = ["albedo", "normal", "depth"]
+        cls.job = cls.server.render(body)
+        cls.path = f"/v1/jobs/{cls.job['id']}"
+
+    def test_a_pixel_has_means_intervals_and_halves(self):
+        pixel = self.server.get(self.path + "/pixels/24/30").json()
+        self.assertEqual((pixel["x"], pixel["y"], pixel["samples"]), (24, 30, 16))
+        beauty = pixel["layers"]["beauty"]
+        self.assertEqual(set(beauty), {"mean", "standard_error", "low", "high", "halves"})
+        self.assertEqual([len(half) for half in beauty["halves"]], [3, 3])
+        for c in range(3):
+            self.assertTrue(beauty["low"][c] <= beauty["mean"][c] <= beauty["high"][c])
+            self.assertGreaterEqual(beauty["standard_error"][c], 0)
+            middle = (beauty["halves"][0][c] + beauty["halves"][1][c]) / 2
+            self.assert_close(beauty["mean"][c], middle, 1e-5 * max(1, abs(middle)))
+        self.assertLessEqual({"albedo", "normal", "depth", "alpha"}, set(pixel["layers"]))
+
+    def test_a_normal_is_at_most_a_unit_long_and_depth_positive(self):
+        layers = self.server.get(self.path + "/pixels/24/30").json()["layers"]
+        self.assertLessEqual(math.hypot(*layers["normal"]["mean"]), 1 + 1e-5)
+        self.assertGreater(layers["depth"]["mean"][0], 0)
+
+    def test_the_picture_shows_the_pixels_mean(self):
+        row = png_pixels(self.server.get(self.path + "/image.png?tonemap=linear").body)[30]
+        mean = self.server.get(self.path + "/pixels/24/30").json()["layers"]["beauty"]["mean"]
+        for c in range(3):
+            # 8 bits, whatever the rounding.
+            self.assert_close(row[24][c] / 255, min(1, max(0, mean[c])), 1.01 / 255)
+
+    def test_the_curve_starts_early_and_ends_at_the_end(self):
+        answer = self.server.get(self.path + "/convergence")
+        curve = answer.json()
+        self.assertEqual(set(curve), {"points", "slope"})
+        self.assertEqual(set(curve["slope"]), {"value", "low", "high"})
+        points = curve["points"]
+        self.assertEqual(points[-1]["samples_per_pixel"], 16)
+        self.assertEqual(points[-1]["relative_rmse"], self.job["error"]["relative_rmse"])
+        for before, after in zip(points, points[1:]):
+            for member in ("samples_per_pixel", "elapsed_seconds", "cpu_seconds", "rays"):
+                self.assertLessEqual(before[member], after[member])
+        for point in points:
+            self.assertLessEqual({"samples_per_pixel", "elapsed_seconds", "cpu_seconds", "rays",
+                                  "relative_rmse", "low", "high"}, set(point))
+
+    def test_one_sample_has_unknown_errors(self):
+        job = self.server.render(job_body(samples=1, sampler={"type": "independent"}))
+        pixel = self.server.get(f"/v1/jobs/{job['id']}/pixels/3/3").json()
+        if pixel["samples"] == 1:
+            self.assertEqual(pixel["layers"]["beauty"]["standard_error"], [None] * 3)
+            self.assertEqual(pixel["layers"]["beauty"]["halves"][1], [None] * 3)
+
+
+class Furnace(ApiTest):
+    def test_every_pixel_is_one_within_the_error_bar(self):
+        body = job_body("furnace", samples=64)
+        body["film"] = {"width": 96, "height": 64, "layers": []}
+        job = self.server.render(body)
+        self.assertEqual(job["statistics"]["rejected_samples"], 0)
+        data = self.server.get(f"/v1/jobs/{job['id']}/image.hdr?layer=beauty").body
+        self.assertTrue(data.startswith(b"#?"))
+        tiles = self.server.get(f"/v1/jobs/{job['id']}/tiles").body
+        means, variances, place = [], [], 0
+        while place < len(tiles):
+            size, flags = struct.unpack("<I", tiles[place + 4:place + 8])[0], tiles[place + 20]
+            payload = tiles[place + 32:place + 32 + size]
+            place += 32 + size
+            if flags & 1:
+                break
+            values = struct.unpack(f"<{size // 4}f", payload)
+            count = len(values) // 7
+            means += values[:count]
+            variances += values[3 * count:4 * count]
+        count = len(means)
+        mean = sum(means) / count
+        deviation = math.sqrt(sum(variances)) / count
+        # Four deviations, and what thousands of float sums may be off: 2^-23 each at most.
+        self.assert_close(mean, 1, 4 * deviation + 1e-4)
+
+
+class Growing(ApiTest):
+    def test_a_picture_that_grows_changes_its_etag(self):
+        job = self.server.submit(job_body(samples=65536))["id"]
+        self.server.wait_for_samples(job)
+        tags = set()
+        for _ in range(3):
+            answer = self.server.get(f"/v1/jobs/{job}/image.png")
+            tags.add(answer.headers["ETag"])
+            seen = self.server.job(job)["revision"]
+            self.server.wait_until(job, lambda now: now["revision"] > seen + 2)
+        self.assertEqual(len(tags), 3)
+        self.server.post(f"/v1/jobs/{job}/cancel")

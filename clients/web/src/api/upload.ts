@@ -103,7 +103,12 @@ async function uploadFolder(
     return answer.id;
   };
   const ids: Record<string, string> = {};
-  for (const [uri, file] of found) ids[uri] = await send(file);
+  for (const [uri, file] of found) {
+    const id = await send(file);
+    // As the document writes it, and without escapes: a server may look for either.
+    ids[uri] = id;
+    ids[decodeUri(uri)] = id;
+  }
   const root = await send(gltf.file);
   return api.createScene(root, ids);
 }

@@ -4,9 +4,12 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <utility>
@@ -27,7 +30,6 @@
 #include "server/store/database.h"
 #include "server/store/job_table.h"
 #include "server/store/scene_table.h"
-#include "server/store/schema.h"
 
 namespace server {
 namespace {
@@ -50,6 +52,18 @@ JobServiceOptions job_options(const Config& config) {
   options.disk_limit_percent = config.disk_limit_percent;
   options.disk_limit_bytes = config.disk_limit_bytes;
   return options;
+}
+
+/// Ends the process, successfully, unless it is stopped before.
+void end_after(milliseconds time, const std::stop_token& stop) {
+  std::mutex mutex;
+  std::condition_variable_any never;
+  std::unique_lock<std::mutex> lock(mutex);
+  never.wait_for(lock, stop, time, [] { return false; });
+  if (!stop.stop_requested()) {
+    std::fputs("tessera: the grace time is over\n", stderr);
+    std::_Exit(0);
+  }
 }
 
 /// Everything that a running server is made of, in the order in which it is built and, backwards,
@@ -79,9 +93,6 @@ class App {
     auto database = Database::open(data->database_path());
     if (!database) {
       return database.error();
-    }
-    if (auto migrated = migrate(**database); !migrated) {
-      return migrated.error();
     }
     auto blobs = BlobStore::open(data->assets_path());
     if (!blobs) {
@@ -133,11 +144,15 @@ class App {
     log_.write(LogLevel::kInfo, "stopping", {{"signal", std::int64_t{signal}}});
     const auto grace = milliseconds(static_cast<std::int64_t>(config_.grace_seconds * 1000));
     const auto start = std::chrono::steady_clock::now();
+    // A scene that is being loaded cannot be interrupted. What was acknowledged is on the disk, so that
+    // the process may end at any moment; at the end of the grace time it does.
+    std::jthread watchdog([grace](const std::stop_token& stop) { end_after(grace, stop); });
     // Films first: an answer that is cut off can be asked for again, a sample is gone.
     std::thread saving([this] { jobs_->stop(); });
     const bool quiet = http_->stop(std::max(grace - milliseconds(500), milliseconds(100)));
     saving.join();
     serving.join();
+    watchdog.request_stop();
     log_.write(LogLevel::kInfo, "stopped",
                {{"seconds", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()},
                 {"clean", std::int64_t{quiet ? 1 : 0}}});
@@ -226,7 +241,9 @@ int serve(const Config& config) {
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  // A write beyond a limit is an error to be told, not the end.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
 
   auto app = App::create(config);
   if (!app) {

@@ -8,6 +8,9 @@
 #include <cstdlib>
 
 #include <arpa/inet.h>
+#include <netinet/in.h>
+
+#include <arpa/inet.h>
 
 namespace server {
 namespace {

@@ -1,7 +1,12 @@
 #include "server/store/database.h"
 
+#include <array>
+#include <cstddef>
+
+#include <fcntl.h>
 #include <sqlite3.h>
 
+#include "server/store/files.h"
 #include "server/store/schema.h"
 
 namespace server {
@@ -22,6 +27,44 @@ Error sqlite_error(int code, const std::string& message, const std::string& path
     words += "; restore it from a backup, or start with another --data directory";
   }
   return Error{ErrorCode::kInternal, std::move(words), path};
+}
+
+/// SQLite reads the pages that a file has lost as zeros. The file's head says how many there are; it
+/// is right whenever no journal is left to be played back.
+/// Source: "Database File Format", 1.3: page size at 16, pages at 28, big-endian.
+Status check_not_cut(const std::string& path) {
+  const auto journal = open_file(path + "-wal", O_RDONLY);
+  if (journal) {
+    const auto bytes = file_bytes(journal->get(), path);
+    if (!bytes || *bytes > 0) {
+      return core::ok_status();
+    }
+  }
+  const auto file = open_file(path, O_RDONLY);
+  if (!file) {
+    return file.error().code == ErrorCode::kNotFound ? core::ok_status() : Status(file.error());
+  }
+  std::array<std::byte, 32> head{};
+  const auto bytes = file_bytes(file->get(), path);
+  const auto got = read_at(file->get(), head, 0, path);
+  if (!bytes || !got) {
+    return bytes ? got.error() : bytes.error();
+  }
+  if (*bytes == 0) {
+    return core::ok_status();
+  }
+  const auto number = [&head](std::size_t offset, std::size_t size) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      value = value << 8U | std::to_integer<std::uint64_t>(head[offset + i]);
+    }
+    return value;
+  };
+  const std::uint64_t page_bytes = number(16, 2) == 1 ? 65536 : number(16, 2);
+  if (*got < head.size() || *bytes < number(28, 4) * page_bytes) {
+    return sqlite_error(SQLITE_CORRUPT, "the file is cut short", path);
+  }
+  return core::ok_status();
 }
 
 }  // namespace
@@ -126,6 +169,9 @@ std::int64_t Database::Session::last_row_id() const { return sqlite3_last_insert
 std::int64_t Database::Session::changes() const { return sqlite3_changes(db_->handle_); }
 
 core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) {
+  if (const Status whole = check_not_cut(path); !whole) {
+    return whole.error();
+  }
   sqlite3* handle = nullptr;
   const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
   const int code = sqlite3_open_v2(path.c_str(), &handle, flags, nullptr);

@@ -1,0 +1,79 @@
+#include "server/config.h"
+
+#include <map>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using server::parse_config;
+
+core::Result<server::Config> parse(std::vector<std::string_view> args,
+                                   const std::map<std::string, std::string>& variables = {}) {
+  return parse_config(args, [&](const std::string& name) -> std::optional<std::string> {
+    const auto found = variables.find(name);
+    return found == variables.end() ? std::nullopt : std::optional<std::string>(found->second);
+  });
+}
+
+TEST(Config, DefaultsAreThoseOfTheContract) {
+  const auto config = parse({});
+  ASSERT_TRUE(config);
+  EXPECT_EQ(config->port, 8080);
+  EXPECT_EQ(config->listen, "127.0.0.1");
+  EXPECT_EQ(config->grace_seconds, 10);
+  EXPECT_GE(config->streams_max, 2048);
+  EXPECT_FALSE(config->demo);
+}
+
+TEST(Config, AFlagWinsOverItsVariable) {
+  const auto config = parse({"--port", "9", "--max-queue=3", "--demo"},
+                            {{"TESSERA_PORT", "7"}, {"TESSERA_MAX_STREAMS", "12"}});
+  ASSERT_TRUE(config);
+  EXPECT_EQ(config->port, 9);
+  EXPECT_EQ(config->queue_max, 3);
+  EXPECT_EQ(config->streams_max, 12);
+  EXPECT_TRUE(config->demo);
+}
+
+TEST(Config, BytesAndPercentsAreRead) {
+  const auto config = parse({"--max-upload", "3M", "--disk-limit", "50%"});
+  ASSERT_TRUE(config);
+  EXPECT_EQ(config->upload_bytes_max, 3U << 20U);
+  EXPECT_EQ(config->disk_limit_percent, 50);
+  EXPECT_EQ(parse({"--disk-limit", "2G"})->disk_limit_bytes, 2ULL << 30U);
+}
+
+TEST(Config, WhatIsWrongIsNamed) {
+  EXPECT_EQ(parse({"--port", "70000"}).error().where, "--port");
+  EXPECT_EQ(parse({"--port", "70000"}).error().message, "70000 is outside [0, 65535]");
+  EXPECT_EQ(parse({"--port"}).error().message, "needs a value");
+  EXPECT_EQ(parse({"--nonsense", "1"}).error().message, "unknown flag");
+  EXPECT_EQ(parse({"here"}).error().where, "here");
+  EXPECT_EQ(parse({}, {{"TESSERA_PORT", "x"}}).error().where, "TESSERA_PORT");
+  EXPECT_FALSE(parse({"--max-upload", "99999999999999T"}));
+}
+
+TEST(Config, TheDataDirectoryFollowsTheUser) {
+  EXPECT_EQ(parse({}, {{"XDG_DATA_HOME", "/x"}, {"HOME", "/h"}})->data_dir, "/x/tessera");
+  EXPECT_EQ(parse({}, {{"HOME", "/h"}})->data_dir, "/h/.local/share/tessera");
+  EXPECT_EQ(parse({"--data", "/d"}, {{"HOME", "/h"}})->data_dir, "/d");
+}
+
+TEST(Config, TheHelpNamesEveryFlagWithItsVariable) {
+  const std::string help = server::config_help();
+  for (const char* text : {"--port", "TESSERA_PORT", "--max-queue", "TESSERA_MAX_QUEUE", "--demo"}) {
+    EXPECT_NE(help.find(text), std::string::npos) << text;
+  }
+}
+
+TEST(Config, LoopbackIsKnown) {
+  for (const char* name : {"127.0.0.1", "127.9.9.9", "localhost", "::1", "[::1]"}) {
+    EXPECT_TRUE(server::is_loopback(name)) << name;
+  }
+  for (const char* name : {"0.0.0.0", "10.0.0.1", "example.org", "127.0.0.1.example.org", "127.evil", ""}) {
+    EXPECT_FALSE(server::is_loopback(name)) << name;
+  }
+}
+
+}  // namespace

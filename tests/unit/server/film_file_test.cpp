@@ -1,0 +1,288 @@
+#include "server/store/film_file.h"
+
+#include <cmath>
+#include <csignal>
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/server/server_test_support.h"
+
+namespace {
+
+using server::FilmFile;
+using server::FilmRecord;
+using test_support::made_tile;
+using test_support::small_film;
+using test_support::TemporaryFolder;
+
+FilmRecord record_of(int samples) {
+  FilmRecord record;
+  record.elapsed_seconds = samples * 0.5;
+  core::ConvergencePoint point;
+  point.samples_per_pixel = samples;
+  point.rays = 7;
+  point.error = {0.25, std::nan(""), 0.5, true};
+  record.points.push_back(point);
+  return record;
+}
+
+void fill(core::Film& film, int samples) {
+  for (int tile = 0; tile < film.tile_count(); ++tile) {
+    film.commit(tile, made_tile(film, tile, samples));
+  }
+}
+
+core::Result<FilmRecord> load(const std::string& path, core::Film& film) {
+  auto file = FilmFile::open(path);
+  if (!file) {
+    return file.error();
+  }
+  return file->restore(film);
+}
+
+/// A file with two checkpoints, of 2 and of 4 samples; returns the digest of each film.
+std::pair<std::string, std::string> write_two(const std::string& path) {
+  core::Film film(small_film(), 2);
+  auto file = FilmFile::open(path);
+  EXPECT_TRUE(file->restore(film));
+  fill(film, 2);
+  EXPECT_TRUE(file->write(film, record_of(2), false));
+  const std::string first = film.digest();
+  fill(film, 4);
+  EXPECT_TRUE(file->write(film, record_of(4), false));
+  return {first, film.digest()};
+}
+
+std::uint64_t blocks_of(const std::string& path) {
+  struct stat info = {};
+  EXPECT_EQ(::stat(path.c_str(), &info), 0);
+  return static_cast<std::uint64_t>(info.st_blocks);
+}
+
+TEST(FilmFile, AFilmComesBackBitByBit) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  const std::string digest = write_two(path).second;
+  core::Film film(small_film(), 2);
+  const auto record = load(path, film);
+  ASSERT_TRUE(record) << record.error().message;
+  EXPECT_EQ(film.digest(), digest);
+  EXPECT_EQ(record->elapsed_seconds, 2.0);
+  ASSERT_EQ(record->points.size(), 1U);
+  EXPECT_EQ(record->points[0].samples_per_pixel, 4);
+  EXPECT_EQ(record->points[0].rays, 7U);
+  EXPECT_TRUE(std::isnan(record->points[0].error.low));
+  EXPECT_TRUE(record->points[0].error.unreliable);
+  EXPECT_EQ(film.tile(3).rays, 40U);
+  EXPECT_EQ(film.tile(3).cpu_seconds, 1.0);
+  EXPECT_EQ(film.tile(3).rejected_samples, 3U);
+}
+
+TEST(FilmFile, RevisionsGoOnAfterARestart) {
+  const TemporaryFolder folder;
+  write_two(folder.file("a.film"));
+  core::Film film(small_film(), 2);
+  ASSERT_TRUE(load(folder.file("a.film"), film));
+  EXPECT_EQ(film.revision(), 12U);  // Two passes over six tiles.
+  EXPECT_EQ(film.commit(0, made_tile(film, 0, 6)), 13U);
+}
+
+TEST(FilmFile, ANewFileGivesAnEmptyFilm) {
+  const TemporaryFolder folder;
+  core::Film film(small_film(), 2);
+  const auto record = load(folder.file("new.film"), film);
+  ASSERT_TRUE(record);
+  EXPECT_EQ(film.tile_samples(0), 0);
+  EXPECT_TRUE(record->points.empty());
+}
+
+TEST(FilmFile, OnlyChangedTilesAreWritten) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  core::Film film(small_film(), 2);
+  auto file = FilmFile::open(path);
+  ASSERT_TRUE(file->restore(film));
+  fill(film, 2);
+  ASSERT_TRUE(file->write(film, record_of(2), false));
+  const std::uint64_t one_slot_each = blocks_of(path);
+  film.commit(1, made_tile(film, 1, 4));
+  ASSERT_TRUE(file->write(film, record_of(4), false));
+  // The second slot of one tile, and the other head: less than the first checkpoint took.
+  EXPECT_LT(blocks_of(path) - one_slot_each, one_slot_each / 2);
+  core::Film again(small_film(), 2);
+  ASSERT_TRUE(load(path, again));
+  EXPECT_EQ(again.digest(), film.digest());
+}
+
+TEST(FilmFile, AFinalFilmGivesItsOldSlotsBack) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  core::Film film(small_film(), 2);
+  auto file = FilmFile::open(path);
+  ASSERT_TRUE(file->restore(film));
+  fill(film, 2);
+  ASSERT_TRUE(file->write(film, record_of(2), false));
+  fill(film, 4);
+  ASSERT_TRUE(file->write(film, record_of(4), false));
+  const std::uint64_t both = blocks_of(path);
+  ASSERT_TRUE(file->write(film, record_of(4), true));
+  EXPECT_LT(blocks_of(path), both * 3 / 4);
+  core::Film again(small_film(), 2);
+  ASSERT_TRUE(load(path, again));
+  EXPECT_EQ(again.digest(), film.digest());
+}
+
+/// Tears the newer checkpoint: every byte range of the file may be old or new after a power loss, as
+/// long as what was synced before is whole.
+TEST(FilmFile, ATornCheckpointLeavesTheOneBefore) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  core::Film film(small_film(), 2);
+  auto file = FilmFile::open(path);
+  ASSERT_TRUE(file->restore(film));
+  fill(film, 2);
+  ASSERT_TRUE(file->write(film, record_of(2), false));
+  const std::string old_digest = film.digest();
+  const std::string before = test_support::read_file(path);
+  fill(film, 4);
+  ASSERT_TRUE(file->write(film, record_of(4), false));
+  const std::string new_digest = film.digest();
+  const std::string after = test_support::read_file(path);
+  ASSERT_GE(after.size(), before.size());
+  // The head comes after a sync: as long as it is old, any mixture of the rest must give the old film.
+  const std::size_t head_bytes = 2 * 4096 * 30;  // Beyond both heads, before the last slots.
+  for (std::size_t cut = head_bytes; cut < after.size(); cut += 8191) {
+    std::string torn = before;
+    torn.resize(after.size());
+    for (std::size_t i = cut; i < after.size(); ++i) {
+      torn[i] = after[i];
+    }
+    test_support::write_file(path, torn);
+    core::Film loaded(small_film(), 2);
+    ASSERT_TRUE(load(path, loaded)) << cut;
+    EXPECT_EQ(loaded.digest(), old_digest) << cut;
+  }
+  // The head itself cut short: its checksum does not fit.
+  for (std::size_t cut = 0; cut < 4096; cut += 7) {
+    std::string torn = after;
+    for (std::size_t i = cut; i < head_bytes && i < before.size(); ++i) {
+      torn[i] = before[i];
+    }
+    test_support::write_file(path, torn);
+    core::Film loaded(small_film(), 2);
+    ASSERT_TRUE(load(path, loaded)) << cut;
+    EXPECT_TRUE(loaded.digest() == old_digest || loaded.digest() == new_digest) << cut;
+  }
+}
+
+TEST(FilmFile, ADamagedTileTakesTheWholeFilmOneCheckpointBack) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  const auto [old_digest, new_digest] = write_two(path);
+  const std::string whole = test_support::read_file(path);
+  int went_back = 0;
+  for (std::uint64_t at = 0; at < whole.size(); at += 4001) {
+    test_support::damage_file(path, at);
+    core::Film film(small_film(), 2);
+    if (load(path, film)) {
+      const std::string digest = film.digest();
+      EXPECT_TRUE(digest == new_digest || digest == old_digest) << at;
+      went_back += digest == old_digest ? 1 : 0;
+    }
+    test_support::damage_file(path, at);  // Back again.
+  }
+  EXPECT_GT(went_back, 0);
+}
+
+TEST(FilmFile, DamageToBothCheckpointsIsToldAndNotLoaded) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  write_two(path);
+  std::string content = test_support::read_file(path);
+  for (std::size_t i = 100; i < content.size(); i += 512) {
+    content[i] = static_cast<char>(content[i] ^ 1);
+  }
+  test_support::write_file(path, content);
+  core::Film film(small_film(), 2);
+  const auto record = load(path, film);
+  ASSERT_FALSE(record);
+  EXPECT_EQ(record.error().code, core::ErrorCode::kInternal);
+}
+
+TEST(FilmFile, AFileCutAtAnyPlaceNeverGivesAWrongFilm) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  const auto [old_digest, new_digest] = write_two(path);
+  const std::string whole = test_support::read_file(path);
+  const std::string empty_digest = core::Film(small_film(), 2).digest();
+  for (std::size_t size = 0; size < whole.size(); size += 3001) {
+    test_support::write_file(path, std::string_view(whole).substr(0, size));
+    core::Film film(small_film(), 2);
+    if (load(path, film)) {
+      const std::string digest = film.digest();
+      EXPECT_TRUE(digest == new_digest || digest == old_digest || digest == empty_digest) << size;
+    }
+  }
+}
+
+TEST(FilmFile, AFilmOfAnotherSizeIsRefused) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  write_two(path);
+  core::FilmSettings other = small_film();
+  other.width = 71;
+  core::Film film(other, 2);
+  EXPECT_EQ(load(path, film).error().code, core::ErrorCode::kConflict);
+  core::Film more_replicates(small_film(), 4);
+  EXPECT_EQ(load(path, more_replicates).error().code, core::ErrorCode::kConflict);
+}
+
+TEST(FilmFile, AfterAFailedWriteTheLastCheckpointIsGood) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  const std::string digest = write_two(path).second;
+  core::Film film(small_film(), 2);
+  auto file = FilmFile::open(path);
+  ASSERT_TRUE(file->restore(film));
+  fill(film, 6);
+  // A file-size limit stands in for a full disk; the signal that comes with it is ignored.
+  ASSERT_NE(std::signal(SIGXFSZ, SIG_IGN), SIG_ERR);
+  rlimit before = {};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit tight = {.rlim_cur = 4096, .rlim_max = before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &tight), 0);
+  const auto written = file->write(film, record_of(6), false);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  ASSERT_FALSE(written);
+  EXPECT_EQ(written.error().code, core::ErrorCode::kNoSpace);
+  core::Film loaded(small_film(), 2);
+  ASSERT_TRUE(load(path, loaded));
+  EXPECT_EQ(loaded.digest(), digest);
+  EXPECT_TRUE(file->write(film, record_of(6), false));
+}
+
+TEST(FilmFile, ThousandsOfPointsAreThinnedToTheNewestAndSome) {
+  const TemporaryFolder folder;
+  core::Film film(small_film(), 2);
+  auto file = FilmFile::open(folder.file("a.film"));
+  ASSERT_TRUE(file->restore(film));
+  fill(film, 2);
+  FilmRecord record;
+  for (int i = 1; i <= 5000; ++i) {
+    core::ConvergencePoint point;
+    point.samples_per_pixel = i;
+    record.points.push_back(point);
+  }
+  ASSERT_TRUE(file->write(film, record, false));
+  core::Film again(small_film(), 2);
+  const auto loaded = load(folder.file("a.film"), again);
+  ASSERT_TRUE(loaded);
+  EXPECT_LE(loaded->points.size(), 2048U);
+  EXPECT_GE(loaded->points.size(), 1000U);
+  EXPECT_EQ(loaded->points.back().samples_per_pixel, 5000);
+}
+
+}  // namespace

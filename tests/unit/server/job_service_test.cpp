@@ -1,0 +1,361 @@
+#include "server/jobs/job_service.h"
+
+#include <chrono>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "server/store/database.h"
+#include "tests/unit/server/server_test_support.h"
+
+namespace {
+
+using api::JobState;
+using server::JobPointer;
+using server::JobService;
+using std::chrono::milliseconds;
+using Clock = std::chrono::steady_clock;
+
+/// A server without a transport; restart() is what a new process would do.
+class Jobs : public testing::Test {
+ protected:
+  void SetUp() override { start(); }
+  void TearDown() override { halt(); }
+
+  void start() {
+    auto opened_data = server::DataDir::open(folder.file("data"));
+    ASSERT_TRUE(opened_data) << opened_data.error().message;
+    data = std::make_unique<server::DataDir>(std::move(*opened_data));
+    auto opened = server::Database::open(data->database_path());
+    ASSERT_TRUE(opened);
+    database = std::move(*opened);
+    auto store = server::BlobStore::open(data->assets_path());
+    ASSERT_TRUE(store);
+    blobs = std::make_unique<server::BlobStore>(std::move(*store));
+    table = std::make_unique<server::JobTable>(*database);
+    scene_table = std::make_unique<server::SceneTable>(*database);
+    scenes = std::make_unique<server::SceneService>(*blobs, *scene_table, server::SceneServiceOptions{});
+    const auto run = table->next_run();
+    ASSERT_TRUE(run);
+    jobs = std::make_unique<JobService>(server::JobServiceParts{*table, *scenes, *data, log, metrics},
+                                        options, *run);
+    ASSERT_TRUE(jobs->resume());
+  }
+  void halt() {
+    jobs.reset();
+    scenes.reset();
+    scene_table.reset();
+    table.reset();
+    blobs.reset();
+    database.reset();
+    data.reset();
+  }
+  void restart() {
+    halt();
+    start();
+  }
+
+  static api::ParsedJob request(int samples, const std::string& more = "") {
+    auto parsed = api::parse_job(R"({"scene": "cornell-box", "film": {"width": 64, "height": 40})" + more +
+                                 R"(, "stop": {"samples_per_pixel": )" + std::to_string(samples) + "}}");
+    EXPECT_TRUE(parsed) << parsed.problem().detail;
+    return *std::move(parsed);
+  }
+  JobPointer submit(int samples, const std::string& more = "") {
+    auto submitted = jobs->submit(request(samples, more), {});
+    EXPECT_TRUE(submitted) << submitted.problem().detail;
+    return submitted->job;
+  }
+  static bool wait_for(const JobPointer& job, const std::function<bool(JobState)>& wanted) {
+    const auto deadline = Clock::now() + std::chrono::seconds(60);
+    while (!wanted(job->state()) && Clock::now() < deadline) {
+      std::this_thread::sleep_for(milliseconds(1));
+    }
+    return wanted(job->state());
+  }
+  static bool wait_for(const JobPointer& job, JobState state) {
+    return wait_for(job, [state](JobState now) { return now == state; });
+  }
+  bool wait_for_samples(const JobPointer& job) {
+    const auto deadline = Clock::now() + std::chrono::seconds(60);
+    while (jobs->view(*job).progress.samples_min < 2 && Clock::now() < deadline) {
+      std::this_thread::sleep_for(milliseconds(1));
+    }
+    return jobs->view(*job).progress.samples_min >= 2;
+  }
+
+  test_support::TemporaryFolder folder;
+  server::Log log{server::LogLevel::kOff};
+  server::Metrics metrics;
+  server::JobServiceOptions options = [] {
+    server::JobServiceOptions made;
+    made.threads = 2;
+    made.checkpoint_seconds = 0.1;
+    return made;
+  }();
+  std::unique_ptr<server::DataDir> data;
+  std::unique_ptr<server::Database> database;
+  std::unique_ptr<server::BlobStore> blobs;
+  std::unique_ptr<server::JobTable> table;
+  std::unique_ptr<server::SceneTable> scene_table;
+  std::unique_ptr<server::SceneService> scenes;
+  std::unique_ptr<JobService> jobs;
+};
+
+constexpr int kForever = 65536;
+
+TEST_F(Jobs, AJobFinishesWithItsDigestAndItsFilm) {
+  const auto job = submit(8);
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  const api::JobView view = jobs->view(*job);
+  EXPECT_EQ(view.stop_reason, core::StopReason::kSamples);
+  EXPECT_EQ(view.progress.samples_min, 8);
+  EXPECT_EQ(view.progress.fraction, 1.0);
+  EXPECT_EQ(view.film_digest.size(), 64U);
+  const auto film = jobs->film(*job);
+  ASSERT_TRUE(film);
+  EXPECT_EQ((*film)->digest(), view.film_digest);
+  EXPECT_FALSE(jobs->points(*job).empty());
+}
+
+TEST_F(Jobs, TheSameJobGivesTheSameDigest) {
+  const auto first = submit(8);
+  const auto second = submit(8);
+  ASSERT_TRUE(wait_for(first, JobState::kFinished));
+  ASSERT_TRUE(wait_for(second, JobState::kFinished));
+  EXPECT_EQ(jobs->view(*first).film_digest, jobs->view(*second).film_digest);
+}
+
+TEST_F(Jobs, AFinishedJobOutlivesTheProcess) {
+  const auto job = submit(8);
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  const api::JobView before = jobs->view(*job);
+  const std::string id = job->id();
+  restart();
+  const auto found = jobs->find(id);
+  ASSERT_TRUE(found);
+  const api::JobView after = jobs->view(**found);
+  EXPECT_EQ(after.state, JobState::kFinished);
+  EXPECT_EQ(after.film_digest, before.film_digest);
+  EXPECT_EQ(after.progress.rays, before.progress.rays);
+  EXPECT_EQ(after.progress.error.relative_rmse, before.progress.error.relative_rmse);
+  EXPECT_EQ((*jobs->film(**found))->digest(), before.film_digest);
+  EXPECT_TRUE((*found)->end_mark());
+}
+
+TEST_F(Jobs, AJobThatWasInterruptedEndsBitByBitTheSame) {
+  const auto whole = submit(256);
+  ASSERT_TRUE(wait_for(whole, JobState::kFinished));
+  const std::string digest = jobs->view(*whole).film_digest;
+  const auto job = submit(256, R"(, "name": "interrupted")");
+  const std::string id = job->id();
+  ASSERT_TRUE(wait_for_samples(job));
+  restart();
+  const auto resumed = jobs->find(id);
+  ASSERT_TRUE(resumed);
+  ASSERT_TRUE(wait_for(*resumed, JobState::kFinished));
+  EXPECT_EQ(jobs->view(**resumed).film_digest, digest);
+}
+
+TEST_F(Jobs, ACancelledJobKeepsItsPicture) {
+  const auto job = submit(kForever);
+  ASSERT_TRUE(wait_for_samples(job));
+  ASSERT_TRUE(jobs->cancel(job));
+  EXPECT_EQ(job->state(), JobState::kCancelled);
+  EXPECT_EQ(jobs->view(*job).stop_reason, core::StopReason::kCancelled);
+  EXPECT_LT(jobs->view(*job).progress.fraction, 1.0);
+  EXPECT_TRUE(jobs->cancel(job));  // Twice is no error.
+  const std::string id = job->id();
+  restart();
+  const auto found = jobs->find(id);
+  ASSERT_TRUE(found);
+  EXPECT_EQ((*found)->state(), JobState::kCancelled);
+  EXPECT_TRUE(jobs->film(**found));
+}
+
+TEST_F(Jobs, APausedJobStandsStillAndGoesOn) {
+  const auto job = submit(kForever);
+  ASSERT_TRUE(wait_for_samples(job));
+  ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt));
+  EXPECT_EQ(job->state(), JobState::kPaused);
+  std::this_thread::sleep_for(milliseconds(100));
+  const auto revision = jobs->view(*job).progress.revision;
+  std::this_thread::sleep_for(milliseconds(50));
+  EXPECT_EQ(jobs->view(*job).progress.revision, revision);
+  ASSERT_TRUE(jobs->patch(job, R"({"paused": false, "stop": {"samples_per_pixel": 64}})", std::nullopt));
+  EXPECT_TRUE(wait_for(job, JobState::kFinished));
+}
+
+TEST_F(Jobs, APausedJobIsPausedAfterARestartAndGoesOnToTheSameFilm) {
+  const auto whole = submit(128);
+  ASSERT_TRUE(wait_for(whole, JobState::kFinished));
+  const std::string digest = jobs->view(*whole).film_digest;
+  const auto job = submit(128, R"(, "name": "paused")");
+  const std::string id = job->id();
+  ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt));
+  restart();
+  auto found = jobs->find(id);
+  ASSERT_TRUE(found);
+  EXPECT_EQ((*found)->state(), JobState::kPaused);
+  ASSERT_TRUE(jobs->patch(*found, R"({"paused": false})", std::nullopt));
+  ASSERT_TRUE(wait_for(*found, JobState::kFinished));
+  EXPECT_EQ(jobs->view(**found).film_digest, digest);
+}
+
+TEST_F(Jobs, PatchingChecksTheVersionItWasMadeFor) {
+  const auto job = submit(kForever);
+  EXPECT_EQ(jobs->view(*job).spec_version, 1U);
+  ASSERT_TRUE(jobs->patch(job, R"({"priority": 5})", 1));
+  EXPECT_EQ(jobs->view(*job).spec_version, 2U);
+  EXPECT_EQ(jobs->patch(job, R"({"priority": 6})", 1).problem().status, 412);
+  ASSERT_TRUE(jobs->cancel(job));
+  EXPECT_EQ(jobs->patch(job, R"({"stop": {"seconds": 1}})", std::nullopt).problem().status, 409);
+  EXPECT_TRUE(jobs->patch(job, R"({"labels": {"a": "b"}})", std::nullopt));
+}
+
+TEST_F(Jobs, ExtendingGivesTheFilmOfAJobAskedForMore) {
+  const auto whole = submit(64);
+  ASSERT_TRUE(wait_for(whole, JobState::kFinished));
+  const auto job = submit(16);
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  EXPECT_EQ(jobs->extend(job, R"({"stop": {"samples_per_pixel": 16}})").problem().status, 422);
+  ASSERT_TRUE(jobs->extend(job, R"({"stop": {"samples_per_pixel": 64}})"));
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  EXPECT_EQ(jobs->view(*job).film_digest, jobs->view(*whole).film_digest);
+}
+
+TEST_F(Jobs, OfOneKeyThereIsOneJob) {
+  const JobService::Idempotency key{.key = "k", .body_hash = "h"};
+  const auto first = jobs->submit(request(8), key);
+  ASSERT_TRUE(first);
+  const auto second = jobs->submit(request(8), key);
+  ASSERT_TRUE(second);
+  EXPECT_TRUE(second->is_replay);
+  EXPECT_EQ(second->job, first->job);
+  EXPECT_EQ(jobs->submit(request(16), {.key = "k", .body_hash = "other"}).problem().status, 409);
+  const std::string id = first->job->id();
+  restart();
+  const auto third = jobs->submit(request(8), key);
+  ASSERT_TRUE(third);
+  EXPECT_EQ(third->job->id(), id);
+}
+
+TEST_F(Jobs, APreviewIsSupersededByTheNextOfItsKey) {
+  const std::string preview = R"(, "class": "preview", "preview_key": "orbit")";
+  const auto first = submit(kForever, preview);
+  const auto second = submit(8, preview);
+  EXPECT_TRUE(wait_for(first, JobState::kCancelled));
+  EXPECT_TRUE(wait_for(second, JobState::kFinished));
+  EXPECT_TRUE(jobs->film(*second));
+  const std::string id = second->id();
+  restart();
+  EXPECT_EQ(jobs->find(id).error().code, core::ErrorCode::kNotFound);
+}
+
+TEST_F(Jobs, OnlyAFinalJobIsDeletedAndThenItIsGone) {
+  const auto job = submit(kForever);
+  EXPECT_EQ(jobs->remove(job).error().code, core::ErrorCode::kConflict);
+  ASSERT_TRUE(jobs->cancel(job));
+  ASSERT_TRUE(jobs->remove(job));
+  EXPECT_EQ(jobs->find(job->id()).error().code, core::ErrorCode::kNotFound);
+}
+
+TEST_F(Jobs, ADamagedFilmIsRenderedAnewToTheSameEnd) {
+  const auto whole = submit(64);
+  ASSERT_TRUE(wait_for(whole, JobState::kFinished));
+  const std::string digest = jobs->view(*whole).film_digest;
+  const auto job = submit(64, R"(, "name": "damaged")");
+  const std::string id = job->id();
+  ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt));
+  halt();
+  test_support::write_file(folder.file("data/films/" + id + ".film"), std::string(100000, 'x'));
+  start();
+  const auto found = jobs->find(id);
+  ASSERT_TRUE(found);
+  ASSERT_TRUE(jobs->patch(*found, R"({"paused": false})", std::nullopt));
+  ASSERT_TRUE(wait_for(*found, JobState::kFinished));
+  EXPECT_EQ(jobs->view(**found).film_digest, digest);
+  EXPECT_FALSE(jobs->view(**found).warnings.empty());
+}
+
+TEST_F(Jobs, WithoutASampleThereIsNoFilm) {
+  options.book.running_max = 1;
+  restart();
+  const auto busy = submit(kForever, R"(, "priority": 5)");
+  const auto waiting = submit(8);
+  EXPECT_EQ(waiting->state(), JobState::kQueued);
+  EXPECT_EQ(jobs->view(*waiting).queue_position, 0);
+  EXPECT_EQ(jobs->film(*waiting).error().code, core::ErrorCode::kConflict);
+  ASSERT_TRUE(jobs->cancel(busy));
+  EXPECT_TRUE(wait_for(waiting, JobState::kFinished));
+}
+
+TEST_F(Jobs, AFullQueueRefuses) {
+  options.book.running_max = 1;
+  options.book.queue_max = 1;
+  restart();
+  submit(kForever);
+  submit(8);
+  EXPECT_EQ(jobs->submit(request(8), {}).problem().status, 429);
+}
+
+TEST_F(Jobs, FilmsBeyondTheDiskLimitAreEvictedOldestFirst) {
+  options.disk_limit_bytes = 1;
+  restart();
+  const auto job = submit(8);
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  const auto deadline = Clock::now() + std::chrono::seconds(30);
+  while (jobs->film(*job) && Clock::now() < deadline) {
+    std::this_thread::sleep_for(milliseconds(5));
+  }
+  EXPECT_EQ(jobs->film(*job).error().code, core::ErrorCode::kGone);
+  EXPECT_EQ(jobs->view(*job).state, JobState::kFinished);
+}
+
+TEST_F(Jobs, ListsHoldJobsOfMemoryAndOfTheStoreInOneOrder) {
+  const auto first = submit(8);
+  const auto preview = submit(8, R"(, "class": "preview")");
+  const auto last = submit(8);
+  ASSERT_TRUE(wait_for(last, JobState::kFinished));
+  server::JobQuery query;
+  query.limit = 2;
+  const auto page = jobs->list(query);
+  ASSERT_TRUE(page);
+  ASSERT_EQ(page->jobs.size(), 2U);
+  EXPECT_EQ(page->jobs[0].id, last->id());
+  EXPECT_EQ(page->jobs[1].id, preview->id());
+  ASSERT_TRUE(page->next);
+  query.before = page->next;
+  const auto rest = jobs->list(query);
+  ASSERT_EQ(rest->jobs.size(), 1U);
+  EXPECT_EQ(rest->jobs[0].id, first->id());
+  EXPECT_FALSE(rest->next);
+}
+
+TEST_F(Jobs, AnUnknownSceneOrCameraIsRefusedAtOnce) {
+  auto unknown = request(8);
+  unknown.spec.scene = "nowhere";
+  EXPECT_EQ(jobs->submit(unknown, {}).problem().status, 404);
+  auto camera = request(8);
+  camera.spec.camera.name = "nobody";
+  const auto refused = jobs->submit(camera, {});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.problem().status, 422);
+  EXPECT_EQ(refused.problem().errors.at(0).pointer, "/camera/name");
+}
+
+TEST_F(Jobs, ManyAtOnceAllEnd) {
+  std::vector<JobPointer> all;
+  for (int i = 0; i < 24; ++i) {
+    all.push_back(submit(4, R"(, "priority": )" + std::to_string(i % 3)));
+    if (i % 5 == 4) {
+      EXPECT_TRUE(jobs->cancel(all[static_cast<std::size_t>(i) - 2]));
+    }
+  }
+  for (const JobPointer& job : all) {
+    EXPECT_TRUE(wait_for(job, [](JobState state) { return api::is_final(state); }));
+    EXPECT_NE(job->state(), JobState::kFailed);
+  }
+}
+
+}  // namespace

@@ -1,0 +1,183 @@
+#include "server/scenes/scene_service.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/sha256.h"
+#include "core/scene_io/builtin_scenes.h"
+#include "server/scenes/scene_facts.h"
+#include "server/store/database.h"
+#include "tests/unit/server/server_test_support.h"
+
+namespace {
+
+using core::ErrorCode;
+using test_support::bytes_of;
+using test_support::make_zip;
+using test_support::triangle_buffer;
+using test_support::triangle_gltf;
+
+class Scenes : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = server::Database::open(folder.file("tessera.db"));
+    ASSERT_TRUE(opened);
+    database = std::move(*opened);
+    auto store = server::BlobStore::open(folder.file("assets"));
+    ASSERT_TRUE(store);
+    blobs = std::make_unique<server::BlobStore>(std::move(*store));
+    table = std::make_unique<server::SceneTable>(*database);
+    scenes = std::make_unique<server::SceneService>(*blobs, *table, server::SceneServiceOptions{});
+  }
+
+  test_support::TemporaryFolder folder;
+  std::unique_ptr<server::Database> database;
+  std::unique_ptr<server::BlobStore> blobs;
+  std::unique_ptr<server::SceneTable> table;
+  std::unique_ptr<server::SceneService> scenes;
+};
+
+TEST_F(Scenes, AGlbIsNamedByItsHashAndKnownTheSecondTime) {
+  const core::Bytes glb = core::find_builtin_scene("cornell-box")->make_glb();
+  const auto first = scenes->add_file(glb);
+  ASSERT_TRUE(first) << first.error().message;
+  EXPECT_EQ(first->id, core::sha256_hex(glb.data(), glb.size()));
+  EXPECT_FALSE(first->known);
+  const auto second = scenes->add_file(glb);
+  ASSERT_TRUE(second);
+  EXPECT_TRUE(second->known);
+  EXPECT_EQ(second->description, first->description);
+  EXPECT_TRUE(scenes->load(first->id, 0, std::nullopt));
+}
+
+TEST_F(Scenes, AStoredSceneIsLoadedFromItsFilesAgain) {
+  const auto added = scenes->add_zip(bytes_of(make_zip(
+      {{"model/scene.gltf", triangle_gltf("data/mesh.bin"), true}, {"model/data/mesh.bin", triangle_buffer()}})));
+  ASSERT_TRUE(added) << added.error().message;
+  scenes = std::make_unique<server::SceneService>(*blobs, *table, server::SceneServiceOptions{});
+  const auto scene = scenes->load(added->id, 0, std::nullopt);
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ((*scene)->summary().triangles, 1U);
+}
+
+TEST_F(Scenes, TheSameFilesHaveTheSameIdHoweverTheyCame) {
+  const auto zipped = scenes->add_zip(bytes_of(make_zip(
+      {{"readme.txt", "x"}, {"a.gltf", triangle_gltf("m.bin")}, {"m.bin", triangle_buffer()}})));
+  ASSERT_TRUE(zipped) << zipped.error().message;
+  const auto gltf = blobs->put(triangle_gltf("m.bin"));
+  const auto mesh = blobs->put(triangle_buffer());
+  const auto named = scenes->add_from_assets({.gltf = gltf->id, .files = {{"m.bin", mesh->id}}});
+  ASSERT_TRUE(named) << named.error().message;
+  EXPECT_EQ(named->id, zipped->id);
+  EXPECT_TRUE(named->known);
+}
+
+TEST_F(Scenes, AUriMayGoUpInsideTheArchiveButNotOutOfIt) {
+  EXPECT_TRUE(scenes->add_zip(bytes_of(
+      make_zip({{"gltf/a.gltf", triangle_gltf("../m.bin")}, {"m.bin", triangle_buffer()}}))));
+  const auto outside = scenes->add_zip(
+      bytes_of(make_zip({{"a.gltf", triangle_gltf("../m.bin")}, {"m.bin", triangle_buffer()}})));
+  EXPECT_FALSE(outside);
+}
+
+TEST_F(Scenes, MissingFilesAreListed) {
+  const auto zipped = scenes->add_zip(bytes_of(make_zip({{"a.gltf", triangle_gltf("m.bin")}})));
+  ASSERT_FALSE(zipped);
+  EXPECT_EQ(zipped.error().code, ErrorCode::kMissingFiles);
+  EXPECT_NE(zipped.error().message.find("m.bin"), std::string::npos);
+  const auto alone = scenes->add_file(bytes_of(triangle_gltf("/etc/passwd")));
+  ASSERT_FALSE(alone);
+  EXPECT_EQ(alone.error().code, ErrorCode::kMissingFiles);
+}
+
+TEST_F(Scenes, UnknownAssetsAreNamedByTheirPointer) {
+  const std::string nothing(64, '0');
+  EXPECT_EQ(scenes->add_from_assets({.gltf = nothing, .files = {}}).error().where, "/gltf");
+  const auto gltf = blobs->put(triangle_gltf("a/m.bin"));
+  EXPECT_EQ(scenes->add_from_assets({.gltf = gltf->id, .files = {{"a/m.bin", nothing}}}).error().where,
+            "/files/a~1m.bin");
+}
+
+TEST_F(Scenes, ARefusedUploadLeavesNothingBehind) {
+  EXPECT_FALSE(scenes->add_file(bytes_of("{\"asset\": 3}")));
+  EXPECT_TRUE(scenes->list(std::nullopt, 10)->empty());
+}
+
+TEST_F(Scenes, RemovingASceneRemovesWhatCameWithIt) {
+  const auto uploaded = blobs->put(triangle_buffer());
+  ASSERT_TRUE(table->insert_asset(uploaded->id, uploaded->bytes, true, 0));
+  const auto added = scenes->add_zip(
+      bytes_of(make_zip({{"a.gltf", triangle_gltf("m.bin")}, {"m.bin", triangle_buffer()}})));
+  ASSERT_TRUE(added);
+  const std::string document = triangle_gltf("m.bin");
+  const std::string document_id = core::sha256_hex(document.data(), document.size());
+  EXPECT_TRUE(blobs->find(document_id));
+  ASSERT_TRUE(scenes->remove(added->id));
+  EXPECT_FALSE(blobs->find(document_id));
+  EXPECT_TRUE(blobs->find(uploaded->id));
+  EXPECT_EQ(scenes->load(added->id, 0, std::nullopt).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(scenes->remove(added->id).error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(Scenes, BuiltInScenesAreThereByName) {
+  for (const core::BuiltinScene& scene : core::builtin_scenes()) {
+    const auto described = scenes->description(std::string(scene.name));
+    ASSERT_TRUE(described) << scene.name << ": " << described.error().message;
+  }
+  EXPECT_EQ(scenes->description("nowhere").error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(Scenes, AnUnknownEnvironmentIsNamedByItsPointer) {
+  EXPECT_EQ(scenes->check_environment(std::string(64, '0')).error().where, "/environment/asset");
+  const auto text = blobs->put("no picture");
+  const auto checked = scenes->check_environment(text->id);
+  ASSERT_FALSE(checked);
+  EXPECT_EQ(checked.error().code, ErrorCode::kInvalidArgument);
+}
+
+core::SceneSummary two_cameras() {
+  core::SceneSummary summary;
+  core::CameraDescription main;
+  main.name = "main view %";
+  core::CameraDescription top;
+  top.name = "top";
+  top.orthographic = true;
+  summary.cameras = {main, top};
+  summary.variants = {"red", "dark\nblue"};
+  summary.triangles = 12;
+  summary.bytes = 3456;
+  return summary;
+}
+
+TEST(SceneFacts, ComeBackFromTheirText) {
+  core::SceneSummary summary = two_cameras();
+  summary.lights.emplace_back();
+  summary.has_emissive_strength = true;
+  const core::SceneSummary back = server::decode_facts(server::encode_facts(summary));
+  ASSERT_EQ(back.cameras.size(), 2U);
+  EXPECT_EQ(back.cameras[0].name, "main view %");
+  EXPECT_TRUE(back.cameras[1].orthographic);
+  EXPECT_EQ(back.variants, summary.variants);
+  EXPECT_EQ(back.lights.size(), 1U);
+  EXPECT_TRUE(back.has_emissive_strength);
+  EXPECT_EQ(back.triangles, 12U);
+  EXPECT_EQ(back.bytes, 3456U);
+}
+
+std::string fault_of(const char* members) {
+  const auto parsed = api::parse_job(std::string("{\"scene\": \"s\", ") + members + "}");
+  EXPECT_TRUE(parsed) << members;
+  const auto faults = server::faults_against_scene(parsed->spec, two_cameras());
+  return faults.empty() ? "" : faults[0].pointer;
+}
+
+TEST(SceneFacts, WhatTheSceneDoesNotHaveIsNamed) {
+  EXPECT_EQ(fault_of(R"("camera": {"name": "side"})"), "/camera/name");
+  EXPECT_EQ(fault_of(R"("camera": {"index": 2})"), "/camera/index");
+  EXPECT_EQ(fault_of(R"("camera": {"name": "top", "vertical_fov_degrees": 40})"),
+            "/camera/vertical_fov_degrees");
+  EXPECT_EQ(fault_of(R"("camera": {"name": "main view %", "vertical_fov_degrees": 40})"), "");
+  EXPECT_EQ(fault_of(R"("variant": "green")"), "/variant");
+  EXPECT_EQ(fault_of(R"("variant": "red")"), "");
+}
+
+}  // namespace

@@ -1,0 +1,155 @@
+#include "server/jobs/scheduler.h"
+
+#include <atomic>
+#include <chrono>
+#include <ctime>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using server::Rank;
+using server::Scheduler;
+using server::SliceSource;
+using std::chrono::milliseconds;
+using Clock = std::chrono::steady_clock;
+
+double thread_seconds() {
+  timespec time = {};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// Burns CPU time in slices, as often as it is asked, up to a number.
+class Burner : public SliceSource {
+ public:
+  explicit Burner(double slice_seconds, int slices_max = 1 << 30)
+      : slice_seconds_(slice_seconds), left_(slices_max) {}
+  bool run_slice() override {
+    if (left_.fetch_sub(1) <= 0) {
+      left_ = 0;
+      return false;
+    }
+    const double end = thread_seconds() + slice_seconds_;
+    while (thread_seconds() < end) {
+    }
+    ++done_;
+    return true;
+  }
+  int done() const { return done_; }
+  void allow(int slices) { left_ += slices; }
+
+ private:
+  const double slice_seconds_;
+  std::atomic<int> left_;
+  std::atomic<int> done_ = 0;
+};
+
+template <typename Condition>
+bool eventually(const Condition& condition) {
+  const auto deadline = Clock::now() + milliseconds(30000);
+  while (!condition() && Clock::now() < deadline) {
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+  return condition();
+}
+
+TEST(Scheduler, EqualJobsGetEqualCpuTimeWhateverTheirSlices) {
+  Scheduler scheduler(2);
+  const auto fine = std::make_shared<Burner>(0.001);
+  const auto coarse = std::make_shared<Burner>(0.004);
+  scheduler.add("fine", fine, {});
+  scheduler.add("coarse", coarse, {});
+  ASSERT_TRUE(eventually([&] { return coarse->done() >= 60; }));
+  const double ratio = fine->done() * 0.001 / (coarse->done() * 0.004);
+  scheduler.stop();
+  // Both start level; at the end they differ by the slices in flight at most, of 0.24 s.
+  EXPECT_GT(ratio, 0.8);
+  EXPECT_LT(ratio, 1.25);
+}
+
+TEST(Scheduler, TheHigherPriorityIsServedAlone) {
+  Scheduler scheduler(1);
+  const auto low = std::make_shared<Burner>(0.001);
+  scheduler.add("low", low, {.priority = 0});
+  ASSERT_TRUE(eventually([&] { return low->done() > 5; }));
+  const auto high = std::make_shared<Burner>(0.001, 50);
+  scheduler.add("high", high, {.priority = 1});
+  const int before = low->done();
+  ASSERT_TRUE(eventually([&] { return high->done() >= 49; }));
+  // The slice that ran when it came, and one that was already chosen.
+  EXPECT_LE(low->done() - before, 2);
+}
+
+TEST(Scheduler, APreviewGoesBeforeAnyPriority) {
+  Scheduler scheduler(1);
+  const auto normal = std::make_shared<Burner>(0.001);
+  scheduler.add("normal", normal, {.priority = 100});
+  ASSERT_TRUE(eventually([&] { return normal->done() > 5; }));
+  const auto preview = std::make_shared<Burner>(0.001, 50);
+  scheduler.add("preview", preview, {.is_preview = true, .priority = -100});
+  const int before = normal->done();
+  ASSERT_TRUE(eventually([&] { return preview->done() >= 49; }));
+  EXPECT_LE(normal->done() - before, 2);
+}
+
+TEST(Scheduler, ANewcomerDoesNotStarveThoseWhoWereServedBefore) {
+  Scheduler scheduler(1);
+  const auto old = std::make_shared<Burner>(0.001);
+  scheduler.add("old", old, {});
+  ASSERT_TRUE(eventually([&] { return old->done() > 200; }));
+  const auto fresh = std::make_shared<Burner>(0.001);
+  scheduler.add("fresh", fresh, {});
+  const int before = old->done();
+  ASSERT_TRUE(eventually([&] { return fresh->done() >= 50; }));
+  EXPECT_GE(old->done() - before, 40);
+}
+
+TEST(Scheduler, ASourceWithoutWorkLeavesTheThreadsToOthers) {
+  Scheduler scheduler(2);
+  const auto empty = std::make_shared<Burner>(0.001, 0);
+  const auto busy = std::make_shared<Burner>(0.001);
+  scheduler.add("empty", empty, {.priority = 100});
+  scheduler.add("busy", busy, {});
+  EXPECT_TRUE(eventually([&] { return busy->done() > 100; }));
+  empty->allow(5);
+  scheduler.wake();
+  EXPECT_TRUE(eventually([&] { return empty->done() == 5; }));
+}
+
+TEST(Scheduler, NewWorkIsFoundWithoutAWakeToo) {
+  Scheduler scheduler(1);
+  const auto source = std::make_shared<Burner>(0.0001, 1);
+  scheduler.add("source", source, {});
+  ASSERT_TRUE(eventually([&] { return source->done() == 1; }));
+  source->allow(1);
+  EXPECT_TRUE(eventually([&] { return source->done() == 2; }));
+}
+
+TEST(Scheduler, NothingRunsAfterRemove) {
+  Scheduler scheduler(2);
+  const auto source = std::make_shared<Burner>(0.001);
+  scheduler.add("source", source, {});
+  ASSERT_TRUE(eventually([&] { return source->done() > 10; }));
+  scheduler.remove("source");
+  const int after = source->done() + 2;  // One on each thread may be under way.
+  std::this_thread::sleep_for(milliseconds(50));
+  EXPECT_LE(source->done(), after);
+  EXPECT_EQ(scheduler.active_count(), 0);
+}
+
+TEST(Scheduler, AChangedPriorityCountsAtTheNextSlice) {
+  Scheduler scheduler(1);
+  const auto a = std::make_shared<Burner>(0.001);
+  const auto b = std::make_shared<Burner>(0.001);
+  scheduler.add("a", a, {.priority = 1});
+  scheduler.add("b", b, {.priority = 0});
+  ASSERT_TRUE(eventually([&] { return a->done() > 20; }));
+  scheduler.set_rank("b", {.priority = 2});
+  const int before = a->done();
+  ASSERT_TRUE(eventually([&] { return b->done() > 50; }));
+  EXPECT_LE(a->done() - before, 2);
+}
+
+}  // namespace

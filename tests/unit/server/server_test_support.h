@@ -1,0 +1,51 @@
+/// What the tests of the server share: a folder that vanishes, bytes, small films, a zip writer.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/film/film.h"
+#include "core/scene_io/gltf_load.h"
+
+namespace test_support {
+
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  std::string path() const { return path_.string(); }
+  std::string file(std::string_view name) const { return (path_ / name).string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+core::Bytes bytes_of(std::string_view text);
+std::string read_file(const std::string& path);
+void write_file(const std::string& path, std::string_view content);
+/// Turns over one bit of the file.
+void damage_file(const std::string& path, std::uint64_t offset);
+
+/// 70 x 40 pixels (3 x 2 tiles), with auxiliary layers.
+core::FilmSettings small_film();
+/// Every number of the tile a function of (tile, samples).
+core::TileState made_tile(const core::Film& film, int tile, int samples);
+
+struct ZipFile {
+  std::string name;
+  std::string content;
+  bool deflate = false;
+};
+std::string make_zip(const std::vector<ZipFile>& files);
+
+/// A glTF document of one triangle whose buffer is the file `uri`; the buffer's content.
+std::string triangle_gltf(std::string_view uri);
+std::string triangle_buffer();
+
+}  // namespace test_support

@@ -1,0 +1,17 @@
+# Store, checkpoints, scheduling, events, scenes: the server without its transport.
+set(SERVER_TEST_SOURCES
+  blob_store_test.cpp
+  config_test.cpp
+  event_log_test.cpp
+  film_file_test.cpp
+  guard_test.cpp
+  job_book_test.cpp
+  job_record_test.cpp
+  job_service_test.cpp
+  scene_service_test.cpp
+  scheduler_test.cpp
+  server_test_support.cpp
+  single_flight_cache_test.cpp
+  store_test.cpp
+  zip_test.cpp)
+set(SERVER_TEST_LIBRARIES ZLIB::ZLIB)

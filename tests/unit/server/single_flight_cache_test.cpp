@@ -1,0 +1,88 @@
+#include "server/scenes/single_flight_cache.h"
+
+#include <atomic>
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using Cache = server::SingleFlightCache<int>;
+
+Cache::Made made(int value, std::uint64_t bytes = 1) {
+  return {.value = std::make_shared<const int>(value), .bytes = bytes};
+}
+
+TEST(SingleFlightCache, ManyWhoAskAtOnceCostOneMaking) {
+  Cache cache(100);
+  std::atomic<int> makings = 0;
+  std::vector<std::jthread> threads;
+  std::atomic<int> right = 0;
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back([&] {
+      const auto value = cache.get("a", [&]() -> core::Result<Cache::Made> {
+        ++makings;
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        return made(7);
+      });
+      right += value && **value == 7 ? 1 : 0;
+    });
+  }
+  threads.clear();
+  EXPECT_EQ(makings, 1);
+  EXPECT_EQ(right, 8);
+}
+
+TEST(SingleFlightCache, ErrorsAreSharedButNotKept) {
+  Cache cache(100);
+  const auto failed = cache.get("a", []() -> core::Result<Cache::Made> {
+    return core::Error{core::ErrorCode::kNotFound, "none", ""};
+  });
+  EXPECT_EQ(failed.error().message, "none");
+  EXPECT_TRUE(cache.get("a", []() -> core::Result<Cache::Made> { return made(1); }));
+}
+
+TEST(SingleFlightCache, TheLeastRecentlyUsedGoFirst) {
+  Cache cache(2);
+  cache.put("a", made(1));
+  cache.put("b", made(2));
+  EXPECT_TRUE(cache.get("a", []() -> core::Result<Cache::Made> { return made(9); }));
+  cache.put("c", made(3));
+  EXPECT_NE(cache.peek("a"), nullptr);
+  EXPECT_EQ(cache.peek("b"), nullptr);
+  EXPECT_EQ(cache.bytes(), 2U);
+}
+
+TEST(SingleFlightCache, OneValueMayBeLargerThanTheWhole) {
+  Cache cache(2);
+  cache.put("a", made(1));
+  cache.put("big", made(2, 100));
+  EXPECT_EQ(cache.peek("a"), nullptr);
+  EXPECT_NE(cache.peek("big"), nullptr);
+}
+
+TEST(SingleFlightCache, WhatSomebodyHoldsOutlivesTheCache) {
+  Cache::Pointer held;
+  {
+    Cache cache(1);
+    cache.put("a", made(5));
+    held = cache.peek("a");
+    cache.erase_prefix("a");
+    EXPECT_EQ(cache.peek("a"), nullptr);
+    EXPECT_EQ(cache.bytes(), 0U);
+  }
+  EXPECT_EQ(*held, 5);
+}
+
+TEST(SingleFlightCache, AMakingThatThrowsFreesTheKey) {
+  Cache cache(10);
+  EXPECT_THROW(static_cast<void>(cache.get(
+                   "a", []() -> core::Result<Cache::Made> { throw std::runtime_error("no"); })),
+               std::runtime_error);
+  EXPECT_TRUE(cache.get("a", []() -> core::Result<Cache::Made> { return made(1); }));
+}
+
+}  // namespace

@@ -1,0 +1,326 @@
+#include <filesystem>
+#include <set>
+
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "server/store/data_dir.h"
+#include "server/store/database.h"
+#include "server/store/job_table.h"
+#include "server/store/scene_table.h"
+#include "server/store/schema.h"
+#include "tests/unit/server/server_test_support.h"
+
+namespace {
+
+using server::Database;
+using server::EventRow;
+using server::JobQuery;
+using server::JobRow;
+using server::JobTable;
+using server::SceneTable;
+using test_support::TemporaryFolder;
+
+JobRow made_job(std::int64_t sequence, std::string id) {
+  JobRow row;
+  row.sequence = sequence;
+  row.id = std::move(id);
+  row.spec_json = "{\"scene\":\"cornell-box\"}";
+  row.scene = "cornell-box";
+  row.state = "queued";
+  row.created_at = 1000.0 + static_cast<double>(sequence);
+  return row;
+}
+
+class Store : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = Database::open(folder.file("tessera.db"));
+    ASSERT_TRUE(opened) << opened.error().message;
+    database = std::move(*opened);
+    jobs = std::make_unique<JobTable>(*database);
+    scenes = std::make_unique<SceneTable>(*database);
+  }
+  void reopen() {
+    jobs.reset();
+    scenes.reset();
+    database.reset();
+    SetUp();
+  }
+  std::vector<std::string> listed(const JobQuery& query) {
+    std::vector<std::string> ids;
+    const auto rows = jobs->list(query);
+    for (const JobRow& row : *rows) {
+      ids.push_back(row.id);
+    }
+    return ids;
+  }
+
+  TemporaryFolder folder;
+  std::unique_ptr<Database> database;
+  std::unique_ptr<JobTable> jobs;
+  std::unique_ptr<SceneTable> scenes;
+};
+
+TEST_F(Store, AJobComesBackWithEveryMember) {
+  JobRow row = made_job(1, "a");
+  row.spec_version = 3;
+  row.environment_asset = "e";
+  row.labels = {{"team", "light"}, {"x", ""}};
+  row.priority = -7;
+  row.state = "failed";
+  row.stop_reason = "failed";
+  row.started_at = 1001.5;
+  row.finished_at = 1002.25;
+  row.warnings = {"one", "two"};
+  row.failure = {core::ErrorCode::kNoSpace, "the disk is full", "/data"};
+  row.film = server::FilmPlace::kOnDisk;
+  row.film_bytes = 1ULL << 40U;
+  row.film_digest = "d";
+  row.revision = 4'000'000'000U;
+  row.fraction = 0.5;
+  row.samples_min = 1;
+  row.samples_mean = 1.5;
+  row.samples_max = 2;
+  row.elapsed_seconds = 3.5;
+  row.cpu_seconds = 7;
+  row.rays = 12;
+  row.rejected_samples = 13;
+  row.peak_bytes = 14;
+  row.error_rmse = 0.125;
+  row.error_unreliable = true;
+  ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
+  reopen();
+  const auto found = jobs->find("a");
+  ASSERT_TRUE(found && *found);
+  const JobRow& back = **found;
+  EXPECT_EQ(back.spec_json, row.spec_json);
+  EXPECT_EQ(back.spec_version, 3);
+  EXPECT_EQ(back.labels, row.labels);
+  EXPECT_EQ(back.priority, -7);
+  EXPECT_EQ(back.started_at, row.started_at);
+  EXPECT_EQ(back.finished_at, row.finished_at);
+  EXPECT_EQ(back.warnings, row.warnings);
+  EXPECT_EQ(back.failure.code, core::ErrorCode::kNoSpace);
+  EXPECT_EQ(back.failure.where, "/data");
+  EXPECT_EQ(back.film, server::FilmPlace::kOnDisk);
+  EXPECT_EQ(back.film_bytes, row.film_bytes);
+  EXPECT_EQ(back.revision, row.revision);
+  EXPECT_EQ(back.samples_mean, 1.5);
+  EXPECT_EQ(back.rays, 12U);
+  EXPECT_EQ(back.error_rmse, 0.125);
+  EXPECT_FALSE(back.error_low);
+  EXPECT_TRUE(back.error_unreliable);
+}
+
+TEST_F(Store, ListsAreNewestFirstAndPaged) {
+  for (int i = 1; i <= 5; ++i) {
+    ASSERT_TRUE(jobs->insert(made_job(i, "job" + std::to_string(i)), {}, std::nullopt));
+  }
+  JobQuery query;
+  query.limit = 2;
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job5", "job4"}));
+  query.before = 4;
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job3", "job2"}));
+}
+
+TEST_F(Store, ListsFilterByAnyStateAndAllLabels) {
+  for (int i = 1; i <= 4; ++i) {
+    JobRow row = made_job(i, "job" + std::to_string(i));
+    row.state = i % 2 == 0 ? "finished" : "queued";
+    row.labels["n"] = std::to_string(i);
+    if (i > 2) {
+      row.labels["big"] = "";
+    }
+    ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
+  }
+  JobQuery query;
+  query.states = {"finished"};
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job4", "job2"}));
+  query.states = {"finished", "queued"};
+  query.labels = {{"big", std::nullopt}};
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job4", "job3"}));
+  query.labels = {{"big", std::nullopt}, {"n", "3"}};
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job3"}));
+  query.labels = {{"n", "x' OR 1=1 --"}};
+  EXPECT_TRUE(listed(query).empty());
+}
+
+TEST_F(Store, EventsAreOrderedByStreamThenNumber) {
+  ASSERT_TRUE(jobs->insert(made_job(1, "a"), {{1, 1, "state", "x"}, {1, 9, "warning", "y"}}, {}));
+  JobRow row = made_job(1, "a");
+  row.state = "finished";
+  ASSERT_TRUE(jobs->update(row, {{2, 3, "end", "z"}}));
+  const auto all = jobs->events_after(1, 0, 0);
+  ASSERT_TRUE(all);
+  ASSERT_EQ(all->size(), 3U);
+  EXPECT_EQ((*all)[2].data, "z");
+  // Number 3 of the second stream comes after number 9 of the first.
+  const auto later = jobs->events_after(1, 1, 5);
+  ASSERT_EQ(later->size(), 2U);
+  EXPECT_EQ((*later)[0].data, "y");
+}
+
+TEST_F(Store, AChangeAndItsEventsAreCommittedTogetherOrNotAtAll) {
+  ASSERT_TRUE(jobs->insert(made_job(1, "a"), {{1, 1, "state", "x"}}, {}));
+  JobRow row = made_job(1, "a");
+  row.state = "finished";
+  // The second event has a number that is taken.
+  EXPECT_FALSE(jobs->update(row, {{1, 2, "state", "y"}, {1, 1, "end", "z"}}));
+  EXPECT_EQ((**jobs->find("a")).state, "queued");
+  EXPECT_EQ(jobs->events_after(1, 0, 0)->size(), 1U);
+}
+
+TEST_F(Store, DeletingAJobTakesItsEventsAndLabelsWithIt) {
+  JobRow row = made_job(1, "a");
+  row.labels["x"] = "y";
+  ASSERT_TRUE(jobs->insert(row, {{1, 1, "state", "x"}}, {}));
+  ASSERT_TRUE(jobs->remove("a"));
+  EXPECT_FALSE(*jobs->find("a"));
+  EXPECT_TRUE(jobs->events_after(1, 0, 0)->empty());
+  ASSERT_TRUE(jobs->insert(made_job(1, "b"), {{1, 1, "state", "x"}}, {}));
+  EXPECT_TRUE((**jobs->find("b")).labels.empty());
+}
+
+TEST_F(Store, UpdatingADeletedJobChangesNothing) {
+  EXPECT_TRUE(jobs->update(made_job(7, "gone"), {{1, 1, "state", "x"}}));
+  EXPECT_FALSE(*jobs->find("gone"));
+}
+
+TEST_F(Store, SequencesAreNotGivenTwice) {
+  EXPECT_EQ(*jobs->last_sequence(), 0);
+  ASSERT_TRUE(jobs->insert(made_job(5, "a"), {}, {}));
+  ASSERT_TRUE(jobs->remove("a"));
+  reopen();
+  EXPECT_EQ(*jobs->last_sequence(), 5);
+}
+
+TEST_F(Store, EveryRunHasItsOwnNumber) {
+  EXPECT_EQ(*jobs->next_run(), 1);
+  reopen();
+  EXPECT_EQ(*jobs->next_run(), 2);
+}
+
+TEST_F(Store, KeysAreKeptAndForgotten) {
+  ASSERT_TRUE(jobs->insert(made_job(1, "a"), {}, server::IdempotencyRow{"k", "hash", "a", 100}));
+  const auto found = jobs->find_key("k");
+  ASSERT_TRUE(found && *found);
+  EXPECT_EQ((**found).job, "a");
+  ASSERT_TRUE(jobs->forget_keys_before(100));
+  EXPECT_TRUE(*jobs->find_key("k"));
+  ASSERT_TRUE(jobs->forget_keys_before(101));
+  EXPECT_FALSE(*jobs->find_key("k"));
+}
+
+TEST_F(Store, UnfinishedJobsKeepScenesAndAssetsInUse) {
+  JobRow row = made_job(1, "a");
+  row.environment_asset = "sky";
+  row.state = "rendering";
+  ASSERT_TRUE(jobs->insert(row, {}, {}));
+  EXPECT_TRUE(*jobs->scene_in_use("cornell-box"));
+  EXPECT_TRUE(*jobs->environment_in_use("sky"));
+  EXPECT_EQ(jobs->unfinished()->size(), 1U);
+  row.state = "finished";
+  ASSERT_TRUE(jobs->update(row, {}));
+  EXPECT_FALSE(*jobs->scene_in_use("cornell-box"));
+  EXPECT_FALSE(*jobs->environment_in_use("sky"));
+  EXPECT_TRUE(jobs->unfinished()->empty());
+}
+
+TEST_F(Store, ASceneKnowsItsFilesAndLeavesOrphansOnly) {
+  for (const char* id : {"doc1", "doc2", "shared", "own", "uploaded"}) {
+    ASSERT_TRUE(scenes->insert_asset(id, 1, std::string(id) == "uploaded", 0));
+  }
+  server::SceneRow first;
+  first.id = "s1";
+  first.description = "{}";
+  first.files = {{"", "doc1"}, {"a", "shared"}, {"b", "own"}, {"c", "uploaded"}};
+  server::SceneRow second;
+  second.id = "s2";
+  second.files = {{"", "doc2"}, {"a", "shared"}};
+  ASSERT_TRUE(scenes->insert_scene(first));
+  ASSERT_TRUE(scenes->insert_scene(second));
+  EXPECT_TRUE(*scenes->asset_in_a_scene("uploaded"));
+  EXPECT_EQ((**scenes->find_scene("s1")).files, first.files);
+  const auto orphans = scenes->remove_scene("s1");
+  ASSERT_TRUE(orphans);
+  EXPECT_EQ(std::set<std::string>(orphans->begin(), orphans->end()),
+            (std::set<std::string>{"doc1", "own"}));
+  EXPECT_FALSE(*scenes->asset_in_a_scene("uploaded"));
+  EXPECT_TRUE(*scenes->asset_in_a_scene("shared"));
+  EXPECT_EQ(scenes->list_scenes(std::nullopt, 10)->size(), 1U);
+}
+
+TEST(StoreFile, AFileThatIsNoDatabaseIsRefusedWithItsPlace) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("tessera.db");
+  test_support::write_file(path, std::string(8192, 'x'));
+  const auto opened = Database::open(path);
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().where, path);
+}
+
+TEST(StoreFile, AStoreOfANewerVersionIsRefused) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("tessera.db");
+  {
+    auto opened = Database::open(path);
+    auto session = (*opened)->session();
+    ASSERT_TRUE(session.execute("PRAGMA user_version=1000"));
+  }
+  const auto opened = Database::open(path);
+  ASSERT_FALSE(opened);
+  EXPECT_NE(opened.error().message.find("newer version"), std::string::npos);
+}
+
+/// Cuts the database at many places: it opens with what was committed, or is refused; never a crash.
+TEST(StoreFile, ACutDatabaseIsRefusedOrReadsAsItWas) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("tessera.db");
+  {
+    auto opened = Database::open(path);
+    JobTable table(**opened);
+    for (int i = 1; i <= 50; ++i) {
+      JobRow row = made_job(i, "job" + std::to_string(i));
+      row.spec_json = std::string(500, 's');
+      ASSERT_TRUE(table.insert(row, {}, std::nullopt));
+    }
+  }
+  const std::string whole = test_support::read_file(path);
+  ASSERT_GT(whole.size(), 8192U);
+  for (std::size_t size = 0; size < whole.size(); size += 1500) {
+    test_support::write_file(path, std::string_view(whole).substr(0, size));
+    std::filesystem::remove(path + "-wal");
+    std::filesystem::remove(path + "-shm");
+    auto opened = Database::open(path);
+    if (!opened) {
+      continue;
+    }
+    JobTable table(**opened);
+    const auto rows = table.list(JobQuery{.states = {}, .labels = {}, .before = {}, .limit = 100});
+    for (const JobRow& row : rows ? *rows : std::vector<JobRow>()) {
+      EXPECT_EQ(row.spec_json.size(), 500U) << size;
+    }
+  }
+}
+
+TEST(DataDir, ASecondServerIsKeptOutAndTold) {
+  const TemporaryFolder folder;
+  auto first = server::DataDir::open(folder.file("data"));
+  ASSERT_TRUE(first);
+  const auto second = server::DataDir::open(folder.file("data"));
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().code, core::ErrorCode::kConflict);
+  EXPECT_NE(second.error().message.find(std::to_string(::getpid())), std::string::npos);
+}
+
+TEST(DataDir, APlaceThatIsAFileIsRefused) {
+  const TemporaryFolder folder;
+  test_support::write_file(folder.file("data"), "x");
+  const auto opened = server::DataDir::open(folder.file("data"));
+  ASSERT_FALSE(opened);
+  EXPECT_FALSE(opened.error().message.empty());
+}
+
+}  // namespace

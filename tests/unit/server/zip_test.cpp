@@ -1,0 +1,97 @@
+#include "server/scenes/zip.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/server/server_test_support.h"
+
+namespace {
+
+using server::read_zip_directory;
+using server::read_zip_entry;
+using test_support::bytes_of;
+using test_support::make_zip;
+
+std::string text_of(const std::vector<std::byte>& bytes) {
+  return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+}
+
+TEST(Zip, ReadsStoredAndDeflatedEntries) {
+  const std::string repeated(5000, 'a');
+  const auto archive =
+      bytes_of(make_zip({{"a.txt", "hello"}, {"folder/b.bin", repeated, true}, {"empty", "", true}}));
+  const auto entries = read_zip_directory(archive, {});
+  ASSERT_TRUE(entries) << entries.error().message;
+  ASSERT_EQ(entries->size(), 3U);
+  EXPECT_EQ((*entries)[1].name, "folder/b.bin");
+  EXPECT_EQ(text_of(*read_zip_entry(archive, (*entries)[0])), "hello");
+  EXPECT_EQ(text_of(*read_zip_entry(archive, (*entries)[1])), repeated);
+  EXPECT_EQ(text_of(*read_zip_entry(archive, (*entries)[2])), "");
+}
+
+TEST(Zip, LeavesOutFolders) {
+  const auto archive = bytes_of(make_zip({{"folder/", ""}, {"folder/a", "x"}}));
+  const auto entries = read_zip_directory(archive, {});
+  ASSERT_TRUE(entries);
+  ASSERT_EQ(entries->size(), 1U);
+}
+
+TEST(Zip, RefusesNamesThatLeaveTheArchive) {
+  for (const char* name : {"../a", "/etc/passwd", "a/../../b", "a\\b", "C:/a", "a//b", "./a", "a\nb"}) {
+    const auto archive = bytes_of(make_zip({{name, "x"}}));
+    EXPECT_FALSE(read_zip_directory(archive, {})) << name;
+  }
+}
+
+TEST(Zip, RefusesANameThatIsThereTwice) {
+  EXPECT_FALSE(read_zip_directory(bytes_of(make_zip({{"a", "x"}, {"a", "y"}})), {}));
+}
+
+TEST(Zip, EveryCutOfTheFileIsAnErrorAndNoCrash) {
+  const std::string whole = make_zip({{"a.txt", "hello"}, {"b.bin", std::string(300, 'b'), true}});
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const auto cut = bytes_of(std::string_view(whole).substr(0, size));
+    const auto entries = read_zip_directory(cut, {});
+    EXPECT_FALSE(entries) << size;
+  }
+}
+
+TEST(Zip, EveryTurnedBitIsSeenOrHarmless) {
+  const std::string whole = make_zip({{"a.txt", "hello"}, {"b.bin", std::string(300, 'b'), true}});
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string turned = whole;
+    turned[at] = static_cast<char>(turned[at] ^ 0x10);
+    const auto archive = bytes_of(turned);
+    const auto entries = read_zip_directory(archive, {});
+    if (!entries) {
+      continue;
+    }
+    for (const auto& entry : *entries) {
+      const auto content = read_zip_entry(archive, entry);
+      if (content && !content->empty()) {
+        EXPECT_TRUE(text_of(*content) == "hello" || text_of(*content) == std::string(300, 'b'));
+      }
+    }
+  }
+}
+
+TEST(Zip, LimitsAreHeldBeforeAnythingIsUnpacked) {
+  const auto bomb = bytes_of(make_zip({{"a", std::string(1 << 20, '\0'), true}}));
+  EXPECT_LT(bomb.size(), 4096U);
+  EXPECT_EQ(read_zip_directory(bomb, {.entry_bytes_max = 1000}).error().code,
+            core::ErrorCode::kTooLarge);
+  EXPECT_EQ(read_zip_directory(bomb, {.total_bytes_max = 1000}).error().code,
+            core::ErrorCode::kTooLarge);
+  const auto many = bytes_of(make_zip({{"a", "x"}, {"b", "x"}, {"c", "x"}}));
+  EXPECT_EQ(read_zip_directory(many, {.entries_max = 2}).error().code, core::ErrorCode::kTooLarge);
+}
+
+TEST(Zip, ASizeThatDeflateCannotReachTakesNoMemory) {
+  std::string archive = make_zip({{"a", std::string(100, 'x'), true}});
+  const auto entries = read_zip_directory(bytes_of(archive), {});
+  ASSERT_TRUE(entries);
+  auto entry = entries->front();
+  entry.bytes = std::uint64_t{1} << 31U;
+  EXPECT_FALSE(read_zip_entry(bytes_of(archive), entry));
+}
+
+}  // namespace

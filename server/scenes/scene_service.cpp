@@ -8,6 +8,7 @@
 #include "core/base/sha256.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/builtin_scenes.h"
+#include "core/scene_io/gltf_uri.h"
 #include "server/observe/clock.h"
 #include "server/scenes/scene_facts.h"
 
@@ -307,7 +308,9 @@ core::Result<SceneService::Added> SceneService::add_from_assets(const api::Scene
     if (!bytes) {
       return bytes.error();
     }
-    document.files[uri] = std::move(*bytes);
+    // As the document writes it ("the%20buffer.bin") or as the file is called: the loader asks for
+    // the latter.
+    document.files[core::percent_decode(uri)] = std::move(*bytes);
   }
   return add_document(std::move(document));
 }

@@ -10,7 +10,7 @@ constexpr std::string_view kDigits = "0123456789abcdefghijklmnopqrstuvwxyz";
 constexpr std::size_t kStreamDigitsMax = 12;
 constexpr std::uint32_t kRetryMs = 2000;
 
-std::string format(std::string_view id, api::EventType type, std::string_view data) {
+std::string event_text(std::string_view id, api::EventType type, std::string_view data) {
   return format_sse(SseEvent{.id = id, .event = api::to_text(type), .data = data, .retry_ms = {}});
 }
 
@@ -53,7 +53,7 @@ bool EventStream::is_over() const {
 }
 
 std::string EventStream::snapshot(const std::string& id) const {
-  return format(id, api::EventType::kSnapshot, api::snapshot_event(jobs_.view(*job_)));
+  return event_text(id, api::EventType::kSnapshot, api::snapshot_event(jobs_.view(*job_)));
 }
 
 void EventStream::run(StreamWriter& writer) {
@@ -98,7 +98,7 @@ bool EventStream::send_ended_job(StreamWriter& writer) {
   const std::string stream = stream_name(end.stream);
   ended_ = true;
   return writer.write(snapshot(format_sse_id(stream, end.seq - 1)) +
-                      format(format_sse_id(stream, end.seq), api::EventType::kEnd,
+                      event_text(format_sse_id(stream, end.seq), api::EventType::kEnd,
                              api::end_event(view)));
 }
 
@@ -120,7 +120,7 @@ bool EventStream::send_from_store(StreamWriter& writer, const SseId& last) {
                                   .retry_ms = {}});
     }
   }
-  text += format("", api::EventType::kReset,
+  text += event_text("", api::EventType::kReset,
                  api::reset_event("progress and tiles of the time in between are not kept"));
   if (!writer.write(text)) {
     return false;
@@ -131,13 +131,25 @@ bool EventStream::send_from_store(StreamWriter& writer, const SseId& last) {
   return writer.write(snapshot(format_sse_id(stream_, seq_)));
 }
 
+bool EventStream::is_last_end(const LoggedEvent& event) const {
+  const auto end = job_->end_mark();
+  return end && end->stream == jobs_.run_number() && end->seq == event.seq &&
+         api::is_final(job_->state());
+}
+
 bool EventStream::send_news(StreamWriter& writer) {
   const auto events = job_->log().read_after(seq_, options_.tiles_at_a_time);
   std::string text;
   for (const LoggedEvent& event : events) {
-    text += format_event(event);
     seq_ = event.seq;
-    ended_ = ended_ || event.type == api::EventType::kEnd;
+    if (event.type == api::EventType::kEnd && !is_last_end(event)) {
+      continue;  // The job was extended since: who reads "end" goes away.
+    }
+    text += format_event(event);
+    if (event.type == api::EventType::kEnd) {
+      ended_ = true;
+      break;  // Nothing comes after it, not even the tiles that were on their way.
+    }
   }
   append_due_progress(text);
   const auto now = Clock::now();
@@ -173,7 +185,7 @@ void EventStream::append_due_progress(std::string& text) {
   }
   progress_pending_ = false;
   progress_told_ = now;
-  text += format(format_sse_id(stream_, seq_), api::EventType::kProgress,
+  text += event_text(format_sse_id(stream_, seq_), api::EventType::kProgress,
                  api::progress_event(jobs_.view(*job_)));
 }
 
@@ -185,7 +197,7 @@ std::string EventStream::format_event(const LoggedEvent& event) {
   if (event.type == api::EventType::kTile) {
     return format_tile(event);
   }
-  return format(format_sse_id(stream_, event.seq), event.type, event.data);
+  return event_text(format_sse_id(stream_, event.seq), event.type, event.data);
 }
 
 std::string EventStream::format_tile(const LoggedEvent& event) {
@@ -198,7 +210,7 @@ std::string EventStream::format_tile(const LoggedEvent& event) {
       .revision = (*film)->tile_revision(event.tile),
       .samples = static_cast<double>((*film)->tile_samples(event.tile)),
       .error = static_cast<double>(job_->tile_errors().of(**film, event.tile))};
-  return format(format_sse_id(stream_, event.seq), api::EventType::kTile,
+  return event_text(format_sse_id(stream_, event.seq), api::EventType::kTile,
                 api::tile_event(job_->id(), tile));
 }
 

@@ -45,6 +45,8 @@ class EventStream {
   bool send_beginning(StreamWriter& writer);
   bool send_from_store(StreamWriter& writer, const SseId& last);
   bool send_ended_job(StreamWriter& writer);
+  /// Did the job end with this event, and has not gone on since?
+  bool is_last_end(const LoggedEvent& event) const;
   bool send_news(StreamWriter& writer);
   std::string format_event(const LoggedEvent& event);
   std::string format_tile(const LoggedEvent& event);

@@ -1,6 +1,7 @@
 """Assets: files by the hash of their content."""
 
 import hashlib
+import json
 
 from harness import ApiTest, TRIANGLE, hdr_image, job_body, triangle_document
 
@@ -79,7 +80,6 @@ class Assets(ApiTest):
             self.assert_problem(self.server.get("/v1/assets/" + name), 404)
 
     def test_an_asset_in_a_scene_cannot_be_deleted(self):
-        import json
         gltf = json.dumps(triangle_document("triangle.bin")).encode()
         ids = [self.server.post("/v1/assets", data, BYTES).json()["id"] for data in (gltf, TRIANGLE)]
         scene = self.server.post("/v1/scenes", {"gltf": ids[0], "files": {"triangle.bin": ids[1]}})

@@ -10,6 +10,7 @@ import math
 import os
 import shutil
 import signal
+import socket
 import struct
 import subprocess
 import tempfile
@@ -123,7 +124,6 @@ class Server:
 
     def raw(self, data):
         """Bytes as they are, and everything that comes back until the server closes."""
-        import socket
         with socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE_S) as plug:
             plug.sendall(data)
             received = b""
@@ -311,6 +311,7 @@ class ApiTest(unittest.TestCase):
 
     FLAGS = ()
     THREADS = 2
+    UNFINISHED = "/v1/jobs?state=queued&state=loading&state=rendering&state=paused&limit=200"
     maxDiff = None
 
     @classmethod
@@ -322,6 +323,9 @@ class ApiTest(unittest.TestCase):
     def tearDown(self):
         if self.server.process is not None and not self.server.alive():
             self.fail(f"the server died ({self.server.process.returncode}): {self.server.log_text()}")
+        # What a test leaves running would take the machine from the next.
+        for job in self.server.get(self.UNFINISHED).json()["jobs"]:
+            self.server.post(f"/v1/jobs/{job['id']}/cancel")
 
     def assert_problem(self, answer, status, *pointers):
         """RFC 9457, with these and only these pointers (when any are given)."""

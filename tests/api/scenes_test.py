@@ -1,5 +1,6 @@
 """Scenes: every way in, what is said about them, and files that are cut or wrong."""
 
+import base64
 import io
 import json
 import struct
@@ -48,7 +49,6 @@ class Scenes(ApiTest):
                          "finished")
 
     def test_a_gltf_with_its_data_inside_is_taken(self):
-        import base64
         uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE).decode()
         answer = self.server.post("/v1/scenes", json.dumps(triangle_document(uri)).encode(), GLTF)
         self.assertEqual(answer.status, 201, answer)

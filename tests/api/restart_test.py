@@ -1,0 +1,202 @@
+"""What survives: kill -9 in the middle, SIGTERM, and what clients see of it."""
+
+import os
+import signal
+import time
+import unittest
+
+from harness import (EventStream, Server, TileStream, hdr_image, in_background, job_body, tile_places,
+                     triangle_glb)
+
+
+def body(samples, **members):
+    wanted = job_body(samples=samples, **members)
+    wanted["film"] = {"width": 96, "height": 64, "layers": ["albedo", "normal", "depth"]}
+    return wanted
+
+
+class Restart(unittest.TestCase):
+    FLAGS = ("--checkpoint", "0.3")
+
+    def setUp(self):
+        self.server = Server(*self.FLAGS)
+        self.addCleanup(self.server.close)
+        self.server.start()
+
+    def film_of(self, job):
+        path = os.path.join(self.server.data, "films", job + ".film")
+        return os.path.getsize(path) if os.path.exists(path) else 0
+
+    def wait_for_checkpoint(self, job):
+        deadline = time.monotonic() + 100
+        while time.monotonic() < deadline:
+            if self.film_of(job) > 10000:
+                return
+            time.sleep(0.02)
+        self.fail("no checkpoint was written")
+
+    def test_killed_again_and_again_the_film_is_the_same(self):
+        calm = self.server.render(body(384))
+        job = self.server.submit(body(384, name="killed", labels={"k": "v"}))["id"]
+        self.wait_for_checkpoint(job)
+        for threads in (2, 1, 3):
+            before = self.server.job(job)
+            self.server.kill()
+            self.server.start(threads)
+            after = self.server.job(job)
+            self.assertEqual(after["spec"], before["spec"])
+            self.assertEqual(after["created_at"], before["created_at"])
+            self.assertGreater(after["progress"]["samples_per_pixel"]["max"], 0)
+            # It goes on from a checkpoint, and its revisions go on above those that were given.
+            self.server.wait_until(job, lambda now: now["revision"] > before["revision"]
+                                   or now["state"] == "finished")
+            if after["state"] == "finished":
+                break
+        done = self.server.wait(job)
+        self.assertEqual(done["state"], "finished")
+        self.assertEqual(done["film_digest"], calm["film_digest"])
+        with TileStream(self.server, job) as stream:
+            tiles = stream.all()
+        self.assertEqual({tile.place() for tile in tiles[:-1]}, tile_places(0, 0, 96, 64))
+
+    def test_killed_before_the_first_checkpoint_nothing_is_lost(self):
+        calm = self.server.render(job_body(samples=64))
+        jobs = [self.server.submit(job_body(samples=64, name=str(n)))["id"] for n in range(4)]
+        self.server.kill()
+        self.server.start()
+        listed = [job["id"] for job in self.server.get("/v1/jobs").json()["jobs"]]
+        self.assertEqual(listed[:4], jobs[::-1])
+        for job in jobs:
+            self.assertEqual(self.server.wait(job)["film_digest"], calm["film_digest"])
+
+    def test_finished_jobs_scenes_and_assets_are_there(self):
+        asset = self.server.post("/v1/assets", hdr_image(8, 4, (0.9, 0.5, 0.1))).json()["id"]
+        scene = self.server.post("/v1/scenes", triangle_glb(),
+                                 {"Content-Type": "model/gltf-binary"}).json()["id"]
+        job = self.server.render(job_body(scene, environment={"asset": asset}))
+        picture = self.server.get(f"/v1/jobs/{job['id']}/image.png")
+        self.server.kill()
+        self.server.start()
+        self.assertEqual(self.server.job(job["id"]), job)
+        again = self.server.get(f"/v1/jobs/{job['id']}/image.png")
+        self.assertEqual((again.body, again.headers["ETag"]), (picture.body, picture.headers["ETag"]))
+        self.assertEqual(self.server.get("/v1/assets/" + asset).status, 200)
+        self.assertEqual(self.server.get("/v1/scenes/" + scene).status, 200)
+        self.assertEqual(self.server.get(f"/v1/jobs/{job['id']}/convergence").json()["points"][-1]
+                         ["samples_per_pixel"], 8)
+        extended = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 16}})
+        self.assertEqual(extended.status, 202)
+        whole = job_body(scene, samples=16, environment={"asset": asset})
+        self.assertEqual(self.server.wait(job["id"])["film_digest"],
+                         self.server.render(whole)["film_digest"])
+
+    def test_an_idempotency_key_survives(self):
+        key = {"Idempotency-Key": "once"}
+        first = self.server.post("/v1/jobs", job_body(), key)
+        self.server.kill()
+        self.server.start()
+        again = self.server.post("/v1/jobs", job_body(), key)
+        self.assertEqual((again.status, again.json()["id"]), (200, first.json()["id"]))
+
+    def test_cancelled_and_paused_jobs_stay_so(self):
+        cancelled = self.server.submit(body(65536))["id"]
+        self.server.wait_for_samples(cancelled)
+        self.server.post(f"/v1/jobs/{cancelled}/cancel")
+        paused = self.server.submit(body(65536))["id"]
+        self.server.wait_for_samples(paused)
+        self.server.request("PATCH", f"/v1/jobs/{paused}", {"paused": True})
+        deleted = self.server.render(job_body())["id"]
+        self.server.request("DELETE", f"/v1/jobs/{deleted}")
+        time.sleep(1)  # The cancelled film is written after the answer.
+        self.server.kill()
+        self.server.start()
+        self.assertEqual(self.server.job(cancelled)["state"], "cancelled")
+        self.assertEqual(self.server.get(f"/v1/jobs/{cancelled}/image.png").status, 200)
+        self.assertEqual(self.server.job(paused)["state"], "paused")
+        self.assertEqual(self.server.get(f"/v1/jobs/{deleted}").status, 404)
+        before = self.server.job(paused)["revision"]
+        self.server.request("PATCH", f"/v1/jobs/{paused}", {"paused": False})
+        self.server.wait_until(paused, lambda job: job["revision"] > before)
+
+    def test_a_stream_resumed_after_a_kill_gets_reset_and_snapshot(self):
+        job = self.server.submit(body(65536))["id"]
+        with EventStream(self.server, job) as stream:
+            for event in stream:
+                if event.name == "tile":
+                    last = event.id
+                    break
+        self.server.request("PATCH", f"/v1/jobs/{job}", {"name": "missed"})
+        self.server.kill()
+        self.server.start()
+        with EventStream(self.server, job, last=last) as stream:
+            names = []
+            for event in stream:
+                names.append(event.name)
+                if event.name == "snapshot":
+                    self.assertEqual(event.json()["spec"]["name"], "missed")
+                    break
+        self.assertEqual(names[-2:], ["reset", "snapshot"])
+        self.assertIn("state", names[:-2])
+        self.server.post(f"/v1/jobs/{job}/cancel")
+
+    def test_the_end_is_known_after_a_kill(self):
+        job = self.server.render(job_body())["id"]
+        with EventStream(self.server, job) as stream:
+            end = stream.all()[-1]
+        self.server.kill()
+        self.server.start()
+        with EventStream(self.server, job, last=end.id) as stream:
+            self.assertEqual(stream.status, 204)
+        with EventStream(self.server, job) as stream:
+            self.assertEqual([e.name for e in stream], ["snapshot", "end"])
+
+    def test_sigterm_saves_and_lets_go(self):
+        calm = self.server.render(body(256))["film_digest"]
+        job = self.server.submit(body(256))["id"]
+        self.server.wait_for_samples(job)
+        poll = self.server.connect()
+        self.addCleanup(poll.close)
+        poll.request("GET", f"/v1/jobs/{job}?wait=60")
+        with EventStream(self.server, job) as stream:
+            events = iter(stream)
+            next(events)  # The poll came before it, and is being waited on by now.
+            rest = in_background(lambda: list(events))
+            began = time.monotonic()
+            self.assertEqual(self.server.stop(), 0)
+            took = time.monotonic() - began
+            names = [event.name for event in rest()]
+        self.assertNotIn("reset", names)
+        self.assertEqual(poll.getresponse().status, 200)
+        self.assertLess(took, 20)  # The grace is 10 s, however busy the machine.
+        self.server.start()
+        after = self.server.job(job)
+        if after["state"] != "finished":
+            # All that was rendered is there.
+            self.assertGreater(after["progress"]["samples_per_pixel"]["max"], 0)
+        self.assertEqual(self.server.wait(job)["film_digest"], calm)
+
+    def test_sigterm_is_quick_when_nothing_is_to_do(self):
+        self.assertEqual(self.server.stop(), 0)
+        self.server.start()
+
+    def test_interrupt_is_a_stop_too(self):
+        self.server.process.send_signal(signal.SIGINT)
+        self.assertEqual(self.server.process.wait(30), 0)
+
+    def test_a_torn_film_is_rendered_anew(self):
+        calm = self.server.render(body(256))["film_digest"]
+        job = self.server.submit(body(256))["id"]
+        self.wait_for_checkpoint(job)
+        self.server.kill()
+        path = os.path.join(self.server.data, "films", job + ".film")
+        with open(path, "r+b") as film:
+            film.truncate(os.path.getsize(path) // 2)
+        self.server.start()
+        self.assertEqual(self.server.wait(job)["film_digest"], calm)
+
+    def test_a_second_server_on_the_same_data_is_refused(self):
+        other = Server(data=self.server.data)
+        with self.assertRaises(RuntimeError):
+            other.start()
+        other.process.stdout.close()
+        self.assertEqual(self.server.get("/livez").status, 200)

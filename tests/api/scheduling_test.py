@@ -1,0 +1,130 @@
+"""Several jobs on one machine: priorities, fairness, previews, and the same bits for any threads."""
+
+import os
+import time
+
+from harness import ApiTest, Server, job_body
+
+
+def big(**members):
+    body = job_body(**{"samples": 65536, **members})
+    body["film"] = {"width": 96, "height": 64, "layers": []}
+    return body
+
+
+class Sharing(ApiTest):
+    def progress(self, job):
+        return self.server.job(job)["progress"]
+
+    def watch(self, jobs, seconds=1.5):
+        """CPU seconds that each job got within a while."""
+        before = [self.progress(job)["cpu_seconds"] for job in jobs]
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline:
+            time.sleep(0.2)
+            spent = [self.progress(job)["cpu_seconds"] - b for job, b in zip(jobs, before)]
+            if sum(spent) > seconds:
+                return spent
+        self.fail(f"hardly anything is rendered: {spent}")
+
+    def cancel(self, *jobs):
+        for job in jobs:
+            self.server.post(f"/v1/jobs/{job}/cancel")
+
+    def test_the_higher_priority_is_served_first(self):
+        low = self.server.submit(big())["id"]
+        self.server.wait_for_samples(low)
+        high = self.server.submit(big(priority=10))["id"]
+        self.server.wait_for_samples(high)
+        spent = self.watch([low, high])
+        # At the end of a pass a thread may find nothing to do in the first job and helps the second.
+        self.assertGreater(spent[1], 4 * spent[0], spent)
+        # And the other way round.
+        self.server.request("PATCH", f"/v1/jobs/{low}", {"priority": 20})
+        time.sleep(0.2)
+        spent = self.watch([low, high])
+        self.assertGreater(spent[0], 4 * spent[1], spent)
+        self.cancel(low, high)
+
+    def test_equal_priorities_share_fairly(self):
+        jobs = [self.server.submit(big(seed=seed))["id"] for seed in range(3)]
+        for job in jobs:
+            self.server.wait_for_samples(job)
+        spent = self.watch(jobs, 3)
+        self.assertLess(max(spent), 2 * min(spent), spent)
+        self.cancel(*jobs)
+
+    def test_a_late_job_is_not_kept_waiting_by_an_early_one(self):
+        early = self.server.submit(big())["id"]
+        self.server.wait_until(early, lambda job: job["progress"]["cpu_seconds"] > 1)
+        late = self.server.submit(big())["id"]
+        self.server.wait_for_samples(late)
+        spent = self.watch([early, late], 2)
+        self.assertLess(max(spent), 2.5 * min(spent), spent)
+        self.cancel(early, late)
+
+    def test_a_preview_is_served_before_everything(self):
+        hog = self.server.submit(big(priority=100))["id"]
+        self.server.wait_for_samples(hog)
+        preview = self.server.submit(big(**{"class": "preview"}))["id"]
+        self.server.wait_for_samples(preview)
+        spent = self.watch([hog, preview])
+        self.assertGreater(spent[1], 4 * spent[0], spent)
+        self.cancel(hog, preview)
+
+    def test_a_preview_is_superseded_by_its_key(self):
+        def preview(key):
+            return self.server.submit(big(**{"class": "preview", "preview_key": key}))["id"]
+
+        first, other = preview("a"), preview("b")
+        second = preview("a")
+        self.assertEqual(self.server.wait(first)["state"], "cancelled")
+        for job in (other, second):
+            self.assertNotIn(self.server.job(job)["state"], ("finished", "failed", "cancelled"))
+        self.cancel(other, second)
+
+    def test_the_workers_are_nice_but_not_too_nice(self):
+        self.server.render(job_body())
+        with open(f"/proc/{self.server.process.pid}/comm", encoding="ascii") as comm:
+            self.assertTrue(comm.read().startswith("tessera"))
+        levels = [os.getpriority(os.PRIO_PROCESS, int(task))
+                  for task in os.listdir(f"/proc/{self.server.process.pid}/task")]
+        base = os.getpriority(os.PRIO_PROCESS, 0)
+        self.assertLessEqual(max(levels), min(19, base + 5))
+        self.assertEqual(min(levels), base)
+
+    def test_probes_answer_while_everything_is_busy(self):
+        jobs = [self.server.submit(big(seed=seed))["id"] for seed in range(6)]
+        for _ in range(20):
+            self.assertEqual(self.server.get("/livez").status, 200)
+            self.assertEqual(self.server.get("/readyz").status, 200)
+        self.cancel(*jobs)
+
+
+class SameBits(ApiTest):
+    def test_the_film_is_the_same_for_any_threads(self):
+        digests = {}
+        bodies = [job_body(samples=12, seed=5), job_body("veach-mis", samples=6),
+                  job_body(samples=6, sampler={"type": "independent", "replicates": 4})]
+        for threads in (1, 2, 7):
+            server = Server(threads=threads)
+            self.addCleanup(server.close)
+            server.start()
+            jobs = [server.submit(body)["id"] for body in bodies]  # Together: slices interleave.
+            digests[threads] = [server.wait(job)["film_digest"] for job in jobs]
+            self.assertNotIn(None, digests[threads])
+            self.assertEqual(server.stop(), 0)
+        self.assertEqual(digests[1], digests[2])
+        self.assertEqual(digests[1], digests[7])
+
+    def test_another_seed_is_another_film(self):
+        digests = [self.server.render(job_body(seed=seed))["film_digest"] for seed in (1, 2, 1)]
+        self.assertEqual(digests[0], digests[2])
+        self.assertNotEqual(digests[0], digests[1])
+
+    def test_a_pause_leaves_no_trace(self):
+        calm = self.server.render(job_body(samples=256))["film_digest"]
+        job = self.server.submit(job_body(samples=256))["id"]
+        for paused in (True, False, True, False):
+            self.server.request("PATCH", f"/v1/jobs/{job}", {"paused": paused})
+        self.assertEqual(self.server.wait(job)["film_digest"], calm)

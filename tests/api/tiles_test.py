@@ -1,0 +1,151 @@
+"""The binary tile stream."""
+
+import gzip
+import math
+import time
+
+from harness import ApiTest, Tile, TileStream, job_body, png_pixels, tile_places
+
+
+class Tiles(ApiTest):
+    def submit(self, samples=16, **members):
+        body = job_body(samples=samples, **members)
+        body["film"] = {"width": 80, "height": 50, "layers": []}
+        return self.server.submit(body)["id"]
+
+    def newest(self, job, query=""):
+        with TileStream(self.server, job, query) as stream:
+            self.assertEqual(stream.status, 200)
+            self.assertEqual(stream.headers["Content-Type"], "application/vnd.tessera.tiles")
+            return stream.all()
+
+    def test_a_stream_shows_every_tile_until_the_end(self):
+        tiles = self.newest(self.submit())
+        for tile in tiles:
+            tile.check()
+        self.assertEqual({tile.place() for tile in tiles[:-1]}, tile_places(0, 0, 80, 50))
+        self.assertEqual([tile.is_end for tile in tiles], [False] * (len(tiles) - 1) + [True])
+
+    def test_revisions_of_a_tile_grow(self):
+        seen = {}
+        for tile in self.newest(self.submit(64))[:-1]:
+            self.assertGreater(tile.revision, seen.get(tile.place(), 0))
+            seen[tile.place()] = tile.revision
+
+    def test_a_finished_job_sends_every_tile_once(self):
+        job = self.submit()
+        done = self.server.wait(job)
+        tiles = self.newest(job)
+        self.assertEqual(len(tiles), 7)
+        self.assertEqual({tile.place() for tile in tiles[:-1]}, tile_places(0, 0, 80, 50))
+        end = tiles[-1]
+        self.assertEqual((end.revision, end.payload, end.flags), (done["revision"], b"", Tile.END))
+        self.assert_close(end.error, done["error"]["relative_rmse"], 1e-6)
+        for tile in tiles[:-1]:
+            planes = tile.check()
+            self.assertEqual(tile.flags, 0)
+            self.assertEqual(set(planes[6]), {16.0})
+            self.assertGreaterEqual(tile.error, 0)
+            for variance in planes[3] + planes[4] + planes[5]:
+                self.assertGreaterEqual(variance, 0)
+
+    def test_planes_are_the_pixels_of_the_picture(self):
+        job = self.submit()
+        self.server.wait(job)
+        rows = png_pixels(self.server.get(f"/v1/jobs/{job}/image.png?tonemap=linear").body)
+        for tile in self.newest(job)[:-1]:
+            planes = tile.check()
+            for y in range(tile.height):
+                for x in range(tile.width):
+                    for c in range(3):
+                        value = min(1, max(0, planes[c][y * tile.width + x]))
+                        shown = rows[tile.y + y][tile.x + x][c] / 255
+                        self.assertLessEqual(abs(value - shown), 1.01 / 255)
+
+    def test_variance_is_that_of_the_halves(self):
+        job = self.submit()
+        self.server.wait(job)
+        tile = self.newest(job)[0]
+        planes = tile.check()
+        pixel = self.server.get(f"/v1/jobs/{job}/pixels/{tile.x + 5}/{tile.y + 7}").json()
+        a, b = pixel["layers"]["beauty"]["halves"]
+        for c in range(3):
+            expected = (a[c] - b[c]) ** 2 / 4
+            self.assert_close(planes[3 + c][7 * tile.width + 5], expected, 1e-5 * expected + 1e-12)
+
+    def test_one_half_alone_has_no_variance(self):
+        # With one sample in all only half A exists; with two, the first pass may be seen or not.
+        tiles = self.newest(self.submit(1, sampler={"type": "independent"}))[:-1]
+        for tile in tiles + self.newest(self.submit(2))[:-1]:
+            planes = tile.check()
+            for i, count in enumerate(planes[6]):
+                if count == 1:
+                    self.assertTrue(all(math.isnan(planes[c][i]) for c in (3, 4, 5)))
+                else:
+                    self.assertFalse(any(math.isnan(planes[c][i]) for c in (3, 4, 5)))
+
+    def test_after_a_revision_only_newer_tiles_come(self):
+        job = self.submit()
+        done = self.server.wait(job)
+        everything = self.newest(job)[:-1]
+        middle = sorted(tile.revision for tile in everything)[2]
+        newer = self.newest(job, f"?after={middle}")
+        self.assertEqual({t.place() for t in newer[:-1]},
+                         {t.place() for t in everything if t.revision > middle})
+        self.assertEqual(len(self.newest(job, f"?after={done['revision']}")), 1)
+
+    def test_a_hidden_environment_adds_an_alpha_plane(self):
+        job = self.submit(environment={"visible": False}, samples=4)
+        self.server.wait(job)
+        for tile in self.newest(job)[:-1]:
+            self.assertEqual(tile.flags, Tile.ALPHA)
+            planes = tile.check()
+            self.assertEqual(len(planes), 8)
+            self.assertTrue(all(0 <= alpha <= 1 for alpha in planes[7]))
+
+    def test_a_crop_keeps_the_positions_of_the_full_film(self):
+        body = job_body(samples=2)
+        body["film"] = {"width": 100, "height": 80, "layers": [],
+                        "crop": {"x": 20, "y": 30, "width": 50, "height": 40}}
+        job = self.server.render(body)["id"]
+        tiles = self.newest(job)[:-1]
+        self.assertEqual({tile.place() for tile in tiles}, tile_places(20, 30, 50, 40))
+
+    def test_compression_is_of_the_whole_stream(self):
+        job = self.submit()
+        self.server.wait(job)
+        plain = self.server.get(f"/v1/jobs/{job}/tiles")
+        packed = self.server.get(f"/v1/jobs/{job}/tiles", {"Accept-Encoding": "gzip"})
+        self.assertEqual(plain.headers.get("Content-Encoding"), None)
+        body = gzip.decompress(packed.body) if packed.headers.get("Content-Encoding") == "gzip" \
+            else packed.body
+        self.assertEqual(body, plain.body)
+
+    def test_a_cancelled_job_ends_its_stream(self):
+        job = self.submit(65536)
+        with TileStream(self.server, job) as stream:
+            tiles = iter(stream)
+            next(tiles)
+            self.server.post(f"/v1/jobs/{job}/cancel")
+            last = None
+            for last in tiles:
+                last.check()
+        self.assertTrue(last.is_end)
+
+    def test_the_stream_of_a_job_without_a_sample_ends_too(self):
+        job = self.submit(65536)
+        self.server.post(f"/v1/jobs/{job}/cancel")
+        self.assertTrue(self.newest(job)[-1].is_end)
+
+    def test_a_slow_reader_gets_the_newest_of_each_tile(self):
+        job = self.submit(65536)
+        with TileStream(self.server, job) as stream:
+            time.sleep(2)
+            self.server.post(f"/v1/jobs/{job}/cancel")
+            tiles = stream.all()
+        final = {tile.place(): tile for tile in self.newest(job)[:-1]}
+        last = {tile.place(): tile for tile in tiles[:-1]}
+        self.assertEqual({p: t.revision for p, t in last.items()},
+                         {p: t.revision for p, t in final.items()})
+        self.assertEqual({p: t.payload for p, t in last.items()},
+                         {p: t.payload for p, t in final.items()})

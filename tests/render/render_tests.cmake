@@ -4,6 +4,8 @@ set(RENDER_TEST_SOURCES
   truth.cpp)
 # Features of glTF: scenes made in code, through a GLB and the loader, rendered small.
 list(APPEND RENDER_TEST_SOURCES
+  asset_files.cpp
+  assets_test.cpp
   gltf_stage.cpp
   gltf_geometry_test.cpp
   gltf_glass_test.cpp

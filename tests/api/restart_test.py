@@ -5,8 +5,8 @@ import signal
 import time
 import unittest
 
-from harness import (EventStream, Server, TileStream, hdr_image, in_background, job_body, tile_places,
-                     triangle_glb)
+from harness import (PATIENCE_S, EventStream, Server, TileStream, hdr_image, in_background, job_body,
+                     tile_places, triangle_glb)
 
 
 def body(samples, **members):
@@ -16,22 +16,19 @@ def body(samples, **members):
 
 
 class Restart(unittest.TestCase):
-    FLAGS = ("--checkpoint", "0.3")
+    FLAGS = ("--checkpoint", "0.3", "--log-level", "debug")
 
     def setUp(self):
         self.server = Server(*self.FLAGS)
         self.addCleanup(self.server.close)
         self.server.start()
 
-    def film_of(self, job):
-        path = os.path.join(self.server.data, "films", job + ".film")
-        return os.path.getsize(path) if os.path.exists(path) else 0
-
     def wait_for_checkpoint(self, job):
-        deadline = time.monotonic() + 100
+        deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
-            if self.film_of(job) > 10000:
-                return
+            with open(self.server.log, encoding="utf-8") as log:
+                if any('"checkpoint"' in line and job in line for line in log):
+                    return
             time.sleep(0.02)
         self.fail("no checkpoint was written")
 

@@ -1,2 +1,8 @@
 add_executable(core_bench bench/core_bench.cpp bench/hall.cpp)
 target_link_libraries(core_bench PRIVATE test_support core tessera_lto)
+
+# Seconds and bytes a triangle of large glTF files.
+if(TARGET core_scene_io AND TARGET core_image_io)
+  add_executable(load_bench bench/load_bench.cpp render/asset_files.cpp)
+  target_link_libraries(load_bench PRIVATE test_support core_scene_io core_image_io core)
+endif()

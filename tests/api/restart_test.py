@@ -191,6 +191,20 @@ class Restart(unittest.TestCase):
         self.server.start()
         self.assertEqual(self.server.wait(job)["film_digest"], calm)
 
+    def test_a_cut_database_is_told_and_not_overwritten(self):
+        self.server.render(job_body())
+        self.server.stop()
+        path = os.path.join(self.server.data, "tessera.db")
+        for size in (os.path.getsize(path) // 2, 50):
+            with open(path, "r+b") as database:
+                database.truncate(size)
+            with self.assertRaises(RuntimeError) as refused:
+                self.server.start()
+            self.server.process.stdout.close()
+            self.assertEqual(self.server.process.returncode, 1)
+            self.assertIn("tessera.db", str(refused.exception))
+            self.assertEqual(os.path.getsize(path), size)
+
     def test_a_second_server_on_the_same_data_is_refused(self):
         other = Server(data=self.server.data)
         with self.assertRaises(RuntimeError):

@@ -11,6 +11,7 @@
 #include "server/jobs/event_log.h"
 #include "server/jobs/job_record.h"
 #include "server/jobs/render_run.h"
+#include "server/jobs/shared_texts.h"
 #include "server/jobs/tile_errors.h"
 
 namespace server {
@@ -47,6 +48,7 @@ class Job {
   EventLog& log() const { return *log_; }
   std::shared_ptr<EventLog> shared_log() const { return log_; }
   TileErrors& tile_errors() const { return tile_errors_; }
+  SharedTexts& tile_texts() const { return tile_texts_; }
 
   JobRecord record() const {
     const core::MutexLock lock(mutex_);
@@ -102,7 +104,8 @@ class Job {
   const bool memory_only_;
   const History history_;
   const std::shared_ptr<EventLog> log_ = std::make_shared<EventLog>();
-  mutable TileErrors tile_errors_;  ///< A cache.
+  mutable TileErrors tile_errors_;  ///< Caches.
+  mutable SharedTexts tile_texts_;
   core::Mutex change_mutex_;
   std::atomic<int> load_generation_ = 0;
   mutable core::Mutex mutex_;

@@ -39,10 +39,12 @@ std::optional<std::int64_t> stream_number(std::string_view name) {
   return run;
 }
 
-EventStream::EventStream(JobService& jobs, JobPointer job, std::optional<SseId> last, Options options)
+EventStream::EventStream(JobService& jobs, JobPointer job, std::optional<SseId> last,
+                         const StreamGate& streams, Options options)
     : jobs_(jobs),
       job_(std::move(job)),
       last_(std::move(last)),
+      streams_(streams),
       options_(options),
       stream_(stream_name(jobs.run_number())) {}
 
@@ -170,7 +172,7 @@ bool EventStream::send_news(StreamWriter& writer) {
   const auto ping_due = written_ + options_.ping;
   if (!events.empty()) {
     // Tiles may wait for others of their kind; states may not.
-    job_->log().wait_after(seq_, EventLog::Wake::kDurable, now + options_.pace, writer.stop_token());
+    job_->log().wait_after(seq_, EventLog::Wake::kDurable, now + pace(), writer.stop_token());
     return true;
   }
   const auto due = progress_pending_ ? std::min(ping_due, progress_told_ + options_.progress) : ping_due;
@@ -195,12 +197,16 @@ std::string EventStream::format_event(const LoggedEvent& event) {
     return {};
   }
   if (event.type == api::EventType::kTile) {
-    return format_tile(event);
+    return *job_->tile_texts().of(event.tile, event.seq, [&] { return tile_text(event); });
   }
   return event_text(format_sse_id(stream_, event.seq), event.type, event.data);
 }
 
-std::string EventStream::format_tile(const LoggedEvent& event) {
+EventStream::Clock::duration EventStream::pace() const {
+  return options_.pace + options_.pace_for_each * streams_.open_count();
+}
+
+std::string EventStream::tile_text(const LoggedEvent& event) {
   const auto film = jobs_.film(*job_);
   if (!film) {
     return {};

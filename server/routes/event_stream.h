@@ -11,6 +11,7 @@
 #include "api/events.h"
 #include "server/http/message.h"
 #include "server/http/sse.h"
+#include "server/http/stream_gate.h"
 #include "server/jobs/job_service.h"
 
 namespace server {
@@ -25,13 +26,15 @@ class EventStream {
   struct Options {
     std::chrono::milliseconds ping{15000};
     std::chrono::milliseconds progress{500};
-    /// Between two looks; grows with the number of clients, so that all together stay cheap.
-    std::chrono::milliseconds pace{50};
+    /// Between two looks, and so much more for each open stream, so that all together stay cheap.
+    std::chrono::microseconds pace{50'000};
+    std::chrono::microseconds pace_for_each{500};
     std::size_t tiles_at_a_time = 256;
   };
 
-  /// last: what the client has seen already.
-  EventStream(JobService& jobs, JobPointer job, std::optional<SseId> last, Options options);
+  /// last: what the client has seen already. streams: how many there are.
+  EventStream(JobService& jobs, JobPointer job, std::optional<SseId> last, const StreamGate& streams,
+              Options options);
 
   /// The client has seen the `end`, and there is nothing after it: 204.
   bool is_over() const;
@@ -49,13 +52,15 @@ class EventStream {
   bool is_last_end(const LoggedEvent& event) const;
   bool send_news(StreamWriter& writer);
   std::string format_event(const LoggedEvent& event);
-  std::string format_tile(const LoggedEvent& event);
+  std::string tile_text(const LoggedEvent& event);
+  Clock::duration pace() const;
   std::string snapshot(const std::string& id) const;
   void append_due_progress(std::string& text);
 
   JobService& jobs_;
   const JobPointer job_;
   const std::optional<SseId> last_;
+  const StreamGate& streams_;
   const Options options_;
   const std::string stream_;
   std::uint64_t seq_ = 0;  ///< The client has everything up to here.

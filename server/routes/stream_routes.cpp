@@ -1,6 +1,5 @@
 // The streams of a job: events and tiles.
 
-#include <chrono>
 #include <memory>
 #include <string>
 #include <utility>
@@ -17,7 +16,6 @@ namespace server {
 namespace {
 
 constexpr int kOverloadedRetrySeconds = 15;
-constexpr std::chrono::milliseconds kTilePace{20};
 
 /// EventSource cannot read a status code: the refusal is an event.
 Response overloaded() {
@@ -32,20 +30,14 @@ Response overloaded() {
   return response;
 }
 
-/// A thousand clients look half as often as one each, and together still cost little.
-std::chrono::milliseconds pace_for(int clients, std::chrono::milliseconds least) {
-  return least + std::chrono::milliseconds(clients / 2);
-}
-
 Response events(const RouteContext& context, Request& request) {
   auto found = find_job(context.jobs, request);
   if (auto* answer = std::get_if<Response>(&found)) {
     return std::move(*answer);
   }
-  EventStream::Options options;
-  options.pace = pace_for(context.streams.open_count(), options.pace);
   auto stream = std::make_shared<EventStream>(context.jobs, *std::get_if<JobPointer>(&found),
-                                              last_event_id(request), options);
+                                              last_event_id(request), context.streams,
+                                              EventStream::Options{});
   if (stream->is_over()) {
     return empty_response();
   }
@@ -76,7 +68,7 @@ Response tiles(const RouteContext& context, Request& request) {
     return error_answer(request, core::ErrorCode::kUnavailable, "too many streams are open");
   }
   auto stream = std::make_shared<TileStream>(context.jobs, job, query->after,
-                                             pace_for(context.streams.open_count(), kTilePace));
+                                             context.streams);
   Response response = stream_response(
       "application/vnd.tessera.tiles", [stream](StreamWriter& writer) { stream->run(writer); },
       std::move(slot));

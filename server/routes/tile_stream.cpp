@@ -1,6 +1,7 @@
 #include "server/routes/tile_stream.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 namespace server {
@@ -11,6 +12,8 @@ using Clock = std::chrono::steady_clock;
 /// Frames are handed to the transport in pieces of about this size.
 constexpr std::size_t kPieceBytes = 128U << 10U;
 constexpr std::chrono::milliseconds kLookAgain{1000};
+constexpr std::chrono::microseconds kPace{20'000};
+constexpr std::chrono::microseconds kPaceForEach{500};
 
 bool has_alpha(const api::JobSpec& spec) {
   return spec.environment_choice == api::EnvironmentChoice::kGiven && !spec.environment.visible;
@@ -51,8 +54,8 @@ api::TileFrame tile_frame(const core::TileState& state, int replicates, bool has
 }
 
 TileStream::TileStream(JobService& jobs, JobPointer job, std::uint32_t after,
-                       std::chrono::milliseconds pace)
-    : jobs_(jobs), job_(std::move(job)), after_(after), pace_(pace) {}
+                       const StreamGate& streams)
+    : jobs_(jobs), job_(std::move(job)), after_(after), streams_(streams) {}
 
 void TileStream::run(StreamWriter& writer) {
   while (!writer.client_gone() && !writer.stopping()) {
@@ -72,7 +75,8 @@ void TileStream::run(StreamWriter& writer) {
     const auto now = Clock::now();
     job_->log().wait_after(seq, EventLog::Wake::kAnything, now + kLookAgain, writer.stop_token());
     const std::uint64_t news = job_->log().last_seq();
-    job_->log().wait_after(news, EventLog::Wake::kDurable, Clock::now() + pace_, writer.stop_token());
+    const auto pace = kPace + kPaceForEach * streams_.open_count();
+    job_->log().wait_after(news, EventLog::Wake::kDurable, Clock::now() + pace, writer.stop_token());
   }
 }
 

@@ -1,7 +1,6 @@
 /// GET /v1/jobs/{id}/tiles: one client's copy of the film, tile by tile, newest revisions only.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "api/tile_frame.h"
 #include "core/film/film.h"
 #include "server/http/message.h"
+#include "server/http/stream_gate.h"
 #include "server/jobs/job_service.h"
 
 namespace server {
@@ -18,8 +18,9 @@ api::TileFrame tile_frame(const core::TileState& state, int replicates, bool has
 
 class TileStream {
  public:
-  /// after: the client has all revisions up to this one. pace: between two looks at the film.
-  TileStream(JobService& jobs, JobPointer job, std::uint32_t after, std::chrono::milliseconds pace);
+  /// after: the client has all revisions up to this one. streams: how many there are; the more, the
+  /// longer between two looks at the film.
+  TileStream(JobService& jobs, JobPointer job, std::uint32_t after, const StreamGate& streams);
 
   /// Sends until the job has ended or the client has gone; the end frame comes last.
   void run(StreamWriter& writer);
@@ -31,7 +32,7 @@ class TileStream {
   JobService& jobs_;
   const JobPointer job_;
   const std::uint32_t after_;
-  const std::chrono::milliseconds pace_;
+  const StreamGate& streams_;
   std::vector<std::uint32_t> sent_;  ///< Newest revision that was sent, by tile.
 };
 

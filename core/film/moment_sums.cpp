@@ -13,6 +13,8 @@ constexpr double kKnownVariance = 0.004;
 constexpr double kEdge = 16;
 constexpr int kCuts = 64;  // places that are tried along a side
 
+double total(const std::array<double, 3>& v) { return v[0] + v[1] + v[2]; }
+
 std::pair<PixelRect, PixelRect> cut(const PixelRect& r, bool across, int at) {
   if (across) {
     return {{r.x, r.y, at, r.height}, {r.x + at, r.y, r.width - at, r.height}};
@@ -90,9 +92,13 @@ void MomentSums::divide(const PixelRect& rect, std::vector<Expected>& out) const
       divide(halves.second, out);
       return;
     }
-    const auto variance = over(grown(rect)).variance;
-    const double noise = variance[0] + variance[1] + variance[2];
-    double best = kEdge * noise;
+    const double noise = total(over(grown(rect)).variance);
+    // Variance of the mean of a part: its own, and as if four more pixels had that of the whole, because a few pixels
+    // may be without noise by luck. Its own counts: the rim of a lamp is a part as noisy as it is different.
+    const auto variance_of_mean = [noise](const Values& v) {
+      return (v.count * total(v.variance) + 4 * noise) / ((v.count + 4) * v.count);
+    };
+    double best = kEdge;
     std::pair<PixelRect, PixelRect> parts;
     bool found = false;
     for (const bool across : {true, false}) {
@@ -111,9 +117,9 @@ void MomentSums::divide(const PixelRect& rect, std::vector<Expected>& out) const
         for (std::size_t c = 0; c < 3; ++c) {
           difference += (a.mean[c] - b.mean[c]) * (a.mean[c] - b.mean[c]);
         }
-        difference /= 1 / a.count + 1 / b.count;
-        if (difference > best) {
-          best = difference;
+        const double variance = variance_of_mean(a) + variance_of_mean(b);
+        if (difference > best * variance) {
+          best = variance > 0 ? difference / variance : 1e30;
           parts = two;
           found = true;
         }

@@ -1,6 +1,8 @@
 set(RENDER_TEST_SOURCES
+  agreement_test.cpp
   furnace_test.cpp
   irradiance_test.cpp
+  planted_bugs_test.cpp
   truth.cpp)
 # Features of glTF: scenes made in code, through a GLB and the loader, rendered small.
 list(APPEND RENDER_TEST_SOURCES

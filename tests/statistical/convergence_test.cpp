@@ -1,0 +1,107 @@
+// How fast errors fall: LIGHT_TRANSPORT sections 2 and 3.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "core/samplers/path_sampler.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::PathSampler;
+using core::SamplerType;
+using core::Vec4;
+
+struct Integrand {
+  std::function<double(Vec4)> f;
+  double truth = 0;
+};
+
+// Both over the first two of four dimensions; and a smooth one over all four.
+Integrand smooth_2d() {
+  return {[](Vec4 u) { return std::exp(static_cast<double>(u.x)) * std::exp(static_cast<double>(u.y)); },
+          (std::exp(1.0) - 1) * (std::exp(1.0) - 1)};
+}
+Integrand disk() {
+  return {[](Vec4 u) { return static_cast<double>(u.x * u.x + u.y * u.y) < 1 ? 1.0 : 0.0; }, 0.785398163397448};
+}
+Integrand smooth_4d() {
+  return {[](Vec4 u) { return std::exp(static_cast<double>(u.x + u.y + u.z + u.w)); }, std::pow(std::exp(1.0) - 1, 4)};
+}
+
+double rmse(SamplerType type, const Integrand& g, int n) {
+  double sum = 0;
+  constexpr int kReplicates = 200;
+  PathSampler sampler(type, 2, 4);
+  for (int r = 0; r < kReplicates; ++r) {
+    double mean = 0;
+    for (int s = 0; s < n; ++s) {
+      sampler.start(r, 7, 2 * s);
+      mean += g.f(sampler.get_4d(3));
+    }
+    mean /= n;
+    sum += (mean - g.truth) * (mean - g.truth);
+  }
+  return std::sqrt(sum / kReplicates);
+}
+
+double slope_of(SamplerType type, const Integrand& g) {
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int n = 16; n <= 1024; n *= 2) {
+    x.push_back(std::log(n));
+    y.push_back(std::log(rmse(type, g, n)));
+  }
+  const double s = test_support::slope(x, y);
+  std::printf("    slope %.3f\n", s);
+  return s;
+}
+
+// The standard error of each log rmse of 200 is 0.05, of a slope over 16..1024 it is 0.014.
+TEST(Convergence, IndependentSamplesHalveTheErrorAtFourTimesTheCost) {
+  EXPECT_NEAR(slope_of(SamplerType::kIndependent, smooth_2d()), -0.5, 0.05);
+  EXPECT_NEAR(slope_of(SamplerType::kIndependent, disk()), -0.5, 0.05);
+}
+
+TEST(Convergence, SobolIsFasterTheSmootherTheIntegrand) {
+  EXPECT_NEAR(slope_of(SamplerType::kSobol, smooth_2d()), -1.5, 0.1);
+  EXPECT_NEAR(slope_of(SamplerType::kSobol, disk()), -0.75, 0.08);
+  EXPECT_LT(slope_of(SamplerType::kSobol, smooth_4d()), -1.2);
+}
+
+// LIGHT_TRANSPORT section 3, 1,024 points: 570 times in 2-D smooth, 5.7 on the disk.
+TEST(Convergence, SobolGainsWhatWasMeasured) {
+  const double smooth = rmse(SamplerType::kIndependent, smooth_2d(), 1024) / rmse(SamplerType::kSobol, smooth_2d(), 1024);
+  const double edge = rmse(SamplerType::kIndependent, disk(), 1024) / rmse(SamplerType::kSobol, disk(), 1024);
+  std::printf("    gain %.0f smooth, %.1f disk\n", smooth, edge);
+  EXPECT_GT(smooth, 300);
+  EXPECT_NEAR(edge, 5.7, 1.5);
+}
+
+// A whole picture of soft light: the renderer's own error estimate must fall as the sampler allows.
+TEST(Convergence, APictureUnderASoftLightBeatsTheSquareRoot) {
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 48, 48);
+  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
+  view.settings.max_depth = 1;
+  const auto fall = [&view](SamplerType type) {
+    view.settings.sampler = type;
+    std::vector<double> x;
+    std::vector<double> y;
+    for (const auto& point : test_support::render(view, 256).points) {
+      if (point.samples_per_pixel >= 8 && (point.samples_per_pixel & (point.samples_per_pixel - 1)) == 0) {
+        x.push_back(std::log(point.samples_per_pixel));
+        y.push_back(std::log(point.error.relative_rmse));
+      }
+    }
+    const double s = test_support::slope(x, y);
+    std::printf("    slope %.3f over %zu looks\n", s, x.size());
+    return s;
+  };
+  EXPECT_NEAR(fall(SamplerType::kIndependent), -0.5, 0.05);
+  EXPECT_LT(fall(SamplerType::kSobol), -0.65);
+}
+
+}  // namespace

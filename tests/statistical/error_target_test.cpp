@@ -1,0 +1,107 @@
+// Jobs that end by an error target: the true error is at most the target in `confidence` of the runs, and at least 0.65 of it
+// in the median (DESIGN section 3).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::Rgb;
+
+core::View room() {
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 48, 48);
+  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
+  view.settings.max_depth = 4;
+  return view;
+}
+
+core::View sky_and_ball() {
+  core::MaterialDescription metal;
+  metal.metallic = 1;
+  metal.roughness = 0.3F;
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of({test_support::lambert(Rgb(0.6F)), metal},
+                                                 {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0),
+                                                  test_support::sphere({0, 0.6F, 0}, 0.6F, 16, false, 1)})), 48, 48);
+  test_support::look_at(view, {0, 1, 3}, {0, 0.5F, 0}, 45);
+  view.environment = test_support::sky_map(32, 16, [](int x, int y) { return x == 5 && y == 4 ? Rgb(60) : Rgb(0.4F); });
+  view.settings.max_depth = 4;
+  return view;
+}
+
+/// A lamp behind clear glass: caustics on the floor, found by chance alone.
+core::View caustic() {
+  core::MaterialDescription glass;
+  glass.metallic = 0;
+  glass.roughness = 0;
+  glass.transmission = 1;
+  glass.thickness = 1;
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of({test_support::lambert(Rgb(0.6F)), glass, test_support::emitter(Rgb(12))},
+                                                 {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0),
+                                                  test_support::sphere({0, 0.7F, 0}, 0.5F, 16, false, 1),
+                                                  test_support::quad({-0.5F, 2, -0.5F}, {1, 0, 0}, {0, 0, 1}, 2)})), 48, 48);
+  test_support::look_at(view, {0, 1.2F, 3}, {0, 0.4F, 0}, 40);
+  view.settings.max_depth = 6;
+  return view;
+}
+
+struct Targets {
+  double met = 0;
+  double median = 0;  ///< of true error over target
+  double most = 0;
+  double samples = 0;
+};
+
+Targets run(core::View view, double target, double confidence, int seeds) {
+  view.settings.seed = 999;
+  const auto reference = test_support::render(view, 4096).snapshot;
+  std::vector<double> ratios;
+  Targets out;
+  for (int i = 0; i < seeds; ++i) {
+    view.settings.seed = static_cast<std::uint64_t>(i) + 1;
+    core::StopRules stop;
+    stop.relative_error = target;
+    stop.confidence = confidence;
+    const auto picture = test_support::render(view, stop);
+    EXPECT_EQ(picture.reason, core::StopReason::kRelativeError);
+    double sum = 0;
+    for (std::size_t p = 0; p < reference.pixel_count(); ++p) {
+      const Rgb truth = core::pixel_value(reference, p).mean;
+      const Rgb seen = core::pixel_value(picture.snapshot, p).mean;
+      const Rgb d = core::half_value(reference, p, 0).mean - core::half_value(reference, p, 1).mean;
+      for (int c = 0; c < 3; ++c) {
+        const auto off = static_cast<double>(seen[c] - truth[c]);
+        const auto mu = static_cast<double>(truth[c]);
+        // Less what the reference itself is off by.
+        sum += (off * off - static_cast<double>(d[c] * d[c]) / 4) / (mu * mu + 0.01);
+      }
+    }
+    ratios.push_back(std::sqrt(std::max(sum, 0.0) / (3.0 * static_cast<double>(reference.pixel_count()))) / target);
+    out.met += ratios.back() <= 1 ? 1.0 / seeds : 0.0;
+    out.samples += picture.progress.samples_mean / seeds;
+  }
+  std::sort(ratios.begin(), ratios.end());
+  out.median = ratios[ratios.size() / 2];
+  out.most = ratios.back();
+  std::printf("    target %.3f: met %.1f %%, true error over target: median %.2f, most %.2f; %.0f samples\n", target, 100 * out.met,
+              out.median, out.most, out.samples);
+  return out;
+}
+
+// 40 seeds: of runs that meet the target with probability 0.95, fewer than 35 of 40 do in 1.4 % of cases (binomial).
+void expect_kept(const Targets& t) {
+  EXPECT_GE(t.met, 34.5 / 40);
+  EXPECT_GE(t.median, 0.65);
+}
+
+TEST(ErrorTarget, IsKeptInARoom) { expect_kept(run(room(), 0.1, 0.95, 40)); }
+TEST(ErrorTarget, IsKeptUnderASky) { expect_kept(run(sky_and_ball(), 0.05, 0.95, 40)); }
+TEST(ErrorTarget, IsKeptWithCaustics) { expect_kept(run(caustic(), 0.15, 0.95, 40)); }
+
+}  // namespace

@@ -255,34 +255,38 @@ core::Result<std::optional<JobRow>> JobTable::find(std::string_view id) {
 
 core::Result<std::vector<JobRow>> JobTable::list(const JobQuery& query) {
   auto session = database_.session();
-  std::string sql = "SELECT " TESSERA_JOB_COLUMNS " FROM jobs WHERE 1";
-  if (!query.states.empty()) {
-    sql += " AND state IN (?";
-    for (std::size_t i = 1; i < query.states.size(); ++i) {
-      sql += ",?";
-    }
-    sql += ")";
+  // A label leads: its index is in the order of the jobs, so that a page is read and no more.
+  const bool by_label = !query.labels.empty();
+  const std::string sequence = by_label ? "lead.job" : "sequence";
+  std::string sql = "SELECT " TESSERA_JOB_COLUMNS " FROM ";
+  if (by_label) {
+    sql += "job_labels AS lead CROSS JOIN jobs ON sequence=lead.job WHERE lead.name=?";
+    sql += query.labels.front().second ? " AND lead.value=?" : "";
+  } else {
+    sql += "jobs WHERE 1";
   }
-  if (query.before) {
-    sql += " AND sequence<?";
+  for (std::size_t i = 1; i < query.labels.size(); ++i) {
+    sql += " AND EXISTS (SELECT 1 FROM job_labels WHERE job=sequence AND name=?";
+    sql += query.labels[i].second ? " AND value=?)" : ")";
   }
-  for (const auto& label : query.labels) {
-    sql += " AND EXISTS (SELECT 1 FROM job_labels WHERE job=jobs.sequence AND name=?";
-    sql += label.second ? " AND value=?)" : ")";
+  for (std::size_t i = 0; i < query.states.size(); ++i) {
+    sql += i == 0 ? " AND state IN (?" : ",?";
   }
-  sql += " ORDER BY sequence DESC LIMIT ?";
+  sql += query.states.empty() ? "" : ")";
+  sql += query.before ? " AND " + sequence + "<?" : "";
+  sql += " ORDER BY " + sequence + " DESC LIMIT ?";
   Statement select = session.prepare(sql.c_str());
-  for (const std::string& state : query.states) {
-    select.bind(state);
-  }
-  if (query.before) {
-    select.bind(*query.before);
-  }
   for (const auto& [name, value] : query.labels) {
     select.bind(name);
     if (value) {
       select.bind(*value);
     }
+  }
+  for (const std::string& state : query.states) {
+    select.bind(state);
+  }
+  if (query.before) {
+    select.bind(*query.before);
   }
   return read_rows(session, select.bind(std::int64_t{query.limit}));
 }

@@ -99,6 +99,8 @@ CREATE TABLE scene_files(
 ) WITHOUT ROWID;
 CREATE INDEX scene_files_by_asset ON scene_files(asset);
 )sql",
+    // Lists of all jobs that have a label, whatever its value.
+    "CREATE INDEX job_labels_by_name ON job_labels(name, job);",
 };
 
 }  // namespace

@@ -1,0 +1,150 @@
+#include "core/camera/camera.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::Bounds;
+using core::Camera;
+using core::CameraDescription;
+using core::CameraSettings;
+using core::Vec2;
+using core::Vec3;
+
+Bounds unit_box() {
+  Bounds b;
+  b.add(Vec3{-1, -1, -1});
+  b.add(Vec3{1, 1, 1});
+  return b;
+}
+
+Camera make(const CameraSettings& settings, const std::vector<CameraDescription>& cameras, int width, int height) {
+  const auto camera = Camera::create(settings, cameras, unit_box(), width, height);
+  EXPECT_TRUE(camera);
+  return *camera;
+}
+
+CameraSettings posed(float fov_degrees) {
+  CameraSettings s;
+  s.position = Vec3{0, 0, 5};
+  s.target = Vec3{0, 0, 0};
+  s.vertical_fov_degrees = fov_degrees;
+  return s;
+}
+
+void expect_direction(Vec3 a, Vec3 b) {
+  EXPECT_NEAR(a.x, b.x, 1e-6);
+  EXPECT_NEAR(a.y, b.y, 1e-6);
+  EXPECT_NEAR(a.z, b.z, 1e-6);
+}
+
+TEST(Camera, VerticalFieldOfViewSpansTheHeight) {
+  const Camera camera = make(posed(90), {}, 200, 100);
+  const float s = std::sqrt(0.5F);
+  expect_direction(camera.ray({100, 50}, {}).ray.direction, {0, 0, -1});
+  expect_direction(camera.ray({100, 0}, {}).ray.direction, {0, s, -s});    // top edge
+  expect_direction(camera.ray({100, 100}, {}).ray.direction, {0, -s, -s});
+  expect_direction(camera.ray({200, 50}, {}).ray.direction, normalize(Vec3{2, 0, -1}));  // right edge
+}
+
+TEST(Camera, AFileCameraLooksAlongMinusZ) {
+  CameraDescription file;
+  file.name = "front";
+  file.vertical_fov_rad = 1.5707964F;
+  file.to_world = core::translation({1, 2, 3});
+  const Camera camera = make({}, {file}, 100, 100);
+  EXPECT_TRUE(camera.ray({50, 50}, {}).ray.origin == (Vec3{1, 2, 3}));
+  expect_direction(camera.ray({50, 50}, {}).ray.direction, {0, 0, -1});
+}
+
+TEST(Camera, OrthographicRaysAreParallelAndOneMagnificationApart) {
+  CameraDescription file;
+  file.orthographic = true;
+  file.x_magnification = 4;
+  file.y_magnification = 2;
+  const Camera camera = make({}, {file}, 200, 100);
+  const auto top = camera.ray({100, 0}, {}).ray;
+  const auto right = camera.ray({200, 50}, {}).ray;
+  expect_direction(top.direction, {0, 0, -1});
+  EXPECT_NEAR(top.origin.y, 2, 1e-6);
+  EXPECT_NEAR(right.origin.x, 4, 1e-6);
+}
+
+// DESIGN section 4: eye = c + r / sin(min(vertical, horizontal fov) / 2) * normalize(0, 0.25, 1).
+TEST(Camera, ASceneWithoutOneIsFramed) {
+  for (const auto& [width, height] : {std::pair{100, 100}, std::pair{300, 100}, std::pair{100, 300}}) {
+    const Camera camera = make({}, {}, width, height);
+    const float r = std::sqrt(3.0F);
+    const float vertical = 0.7853982F;
+    const float horizontal = 2 * std::atan(std::tan(vertical / 2) * static_cast<float>(width) / static_cast<float>(height));
+    const float distance = r / std::sin(std::min(vertical, horizontal) / 2);
+    const Vec3 way = normalize(Vec3{0, 0.25F, 1});
+    const auto ray = camera.ray({static_cast<float>(width) / 2, static_cast<float>(height) / 2}, {}).ray;
+    EXPECT_NEAR(length(ray.origin - way * distance), 0, 1e-5);
+    expect_direction(ray.direction, -way);
+  }
+}
+
+TEST(Camera, SaysWhatIsWrong) {
+  CameraDescription file;
+  file.name = "front";
+  CameraDescription flat;
+  flat.name = "flat";
+  flat.orthographic = true;
+  const std::vector<CameraDescription> cameras = {file, flat};
+  const auto where = [&](const CameraSettings& s) {
+    const auto camera = Camera::create(s, cameras, unit_box(), 10, 10);
+    return camera ? std::string("none") : camera.error().where;
+  };
+  CameraSettings s;
+  s.name = "back";
+  EXPECT_EQ(where(s), "/camera/name");
+  s = {};
+  s.index = 2;
+  EXPECT_EQ(where(s), "/camera/index");
+  s.index = 0;
+  s.name = "front";
+  EXPECT_EQ(where(s), "/camera/index");
+  s = {};
+  s.name = "flat";
+  s.vertical_fov_degrees = 40;
+  EXPECT_EQ(where(s), "/camera/vertical_fov_degrees");
+  s = {};
+  s.position = Vec3{1, 1, 1};
+  EXPECT_EQ(where(s), "/camera/target");
+  s.target = s.position;
+  EXPECT_EQ(where(s), "/camera/target");
+  s.target = Vec3{1, 5, 1};
+  EXPECT_EQ(where(s), "/camera/up");
+}
+
+// Truth 16, the lens: origins are uniform on the aperture's disk, and rays of one film point meet in the focal plane.
+TEST(CameraChi2, TheLensIsAUniformDisk) {
+  CameraSettings s = posed(40);
+  s.aperture_radius_m = 0.25F;
+  s.focus_distance_m = 4;
+  const Camera camera = make(s, {}, 100, 100);
+  test_support::Random random(3);
+  std::vector<double> observed(12 * 16, 0.0);
+  constexpr int kSamples = 100000;
+  const Vec3 meeting = camera.ray({30, 80}, {0.5F, 0.5F}).ray.direction * (4 / -camera.ray({30, 80}, {0.5F, 0.5F}).ray.direction.z) +
+                       Vec3{0, 0, 5};
+  for (int i = 0; i < kSamples; ++i) {
+    const auto ray = camera.ray({30, 80}, random.uniform_2d()).ray;
+    EXPECT_NEAR(ray.origin.z, 5, 1e-6);
+    const Vec3 at = ray.origin + ray.direction * (4 / -ray.direction.z);
+    ASSERT_NEAR(length(at - meeting), 0, 1e-5);
+    const double r2 = static_cast<double>(ray.origin.x * ray.origin.x + ray.origin.y * ray.origin.y) / 0.0625;
+    const double phi = std::atan2(static_cast<double>(ray.origin.y), static_cast<double>(ray.origin.x)) / 6.2831853 + 0.5;
+    ++observed[std::min<std::size_t>(static_cast<std::size_t>(r2 * 12), 11) * 16 +
+               std::min<std::size_t>(static_cast<std::size_t>(phi * 16), 15)];
+  }
+  const std::vector<double> expected(observed.size(), kSamples / 192.0);
+  EXPECT_GT(test_support::chi2(observed, expected).p_value, 0.001);  // the false alarm rate
+}
+
+}  // namespace

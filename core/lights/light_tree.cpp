@@ -17,6 +17,13 @@ float cos_sub_clamped(float sin_a, float cos_a, float sin_b, float cos_b) {
   return cos_a > cos_b ? 1.0F : cos_a * cos_b + sin_a * sin_b;
 }
 
+constexpr float kOneDirection = 0.9999999F;  ///< cosine of a cone of normals that is one direction
+
+/// How far a box with this half diagonal reaches from its centre along a direction.
+float reach(Vec3 half, Vec3 along) {
+  return std::fabs(along.x) * half.x + std::fabs(along.y) * half.y + std::fabs(along.z) * half.z;
+}
+
 float component(Vec3 v, int axis) { return v[axis]; }
 
 /// The cost of a group: power times surface times the measure of its cone of directions.
@@ -54,20 +61,27 @@ LightBounds merge_bounds(const LightBounds& a, const LightBounds& b) {
   out.power = a.power + b.power;
   out.two_sided = a.two_sided || b.two_sided;
   out.cos_theta_e = std::min(a.cos_theta_e, b.cos_theta_e);
-  // The cone around both cones. Source: PBR 4th ed. 3.8.4.
-  const float theta_a = std::acos(std::clamp(a.cos_theta_o, -1.0F, 1.0F));
-  const float theta_b = std::acos(std::clamp(b.cos_theta_o, -1.0F, 1.0F));
-  const float theta_d = std::acos(std::clamp(dot(a.axis, b.axis), -1.0F, 1.0F));
-  if (std::min(theta_d + theta_b, kPi) <= theta_a) {
+  // The cone around both cones. Source: PBR 4th ed. 3.8.4. First whether one holds the other, by cosines alone:
+  // the larger half-angle is at least the angle between the axes plus the smaller one.
+  const float cos_d = std::clamp(dot(a.axis, b.axis), -1.0F, 1.0F);
+  const float sin_d = safe_sqrt(1 - cos_d * cos_d);
+  const auto holds = [cos_d, sin_d](float cos_outer, float cos_inner) {
+    const float sin_inner = safe_sqrt(1 - cos_inner * cos_inner);
+    return cos_outer <= -1 || (cos_d > -cos_inner && cos_d * cos_inner - sin_d * sin_inner >= cos_outer);
+  };
+  if (holds(a.cos_theta_o, b.cos_theta_o)) {
     out.axis = a.axis;
     out.cos_theta_o = a.cos_theta_o;
     return out;
   }
-  if (std::min(theta_d + theta_a, kPi) <= theta_b) {
+  if (holds(b.cos_theta_o, a.cos_theta_o)) {
     out.axis = b.axis;
     out.cos_theta_o = b.cos_theta_o;
     return out;
   }
+  const float theta_a = std::acos(std::clamp(a.cos_theta_o, -1.0F, 1.0F));
+  const float theta_b = std::acos(std::clamp(b.cos_theta_o, -1.0F, 1.0F));
+  const float theta_d = std::acos(cos_d);
   const float theta_o = (theta_a + theta_d + theta_b) * 0.5F;
   const Vec3 turn = cross(a.axis, b.axis);
   if (theta_o >= kPi || !(dot(turn, turn) > 1e-12F)) {
@@ -104,7 +118,8 @@ std::uint32_t LightTree::build(std::span<const LightBounds> lights, std::span<st
   const auto index = static_cast<std::uint32_t>(nodes_.size());
   Node node;
   node.center = all.box.center();
-  node.radius2 = 0.25F * length_squared(all.box.diagonal());
+  node.half = all.box.diagonal() * 0.5F;
+  node.radius2 = length_squared(node.half);
   node.axis = all.axis;
   node.power = all.power;
   node.cos_theta_o = all.cos_theta_o;
@@ -179,6 +194,15 @@ float LightTree::importance(const Node& node, Vec3 point, Vec3 normal) noexcept 
     return 0;
   }
   const Vec3 to_point = point - node.center;
+  // The sphere around the box, used below, is generous; nothing of a box wholly below the surface arrives, nor
+  // of lights that face one way and have the point behind them.
+  if (dot(normal, to_point) >= reach(node.half, normal) && dot(normal, normal) > 0) {
+    return 0;
+  }
+  if (!node.two_sided && node.cos_theta_o > kOneDirection && node.cos_theta_e >= 0 &&
+      dot(node.axis, to_point) <= -reach(node.half, node.axis)) {
+    return 0;
+  }
   const float distance2 = dot(to_point, to_point);
   const float d2 = std::max(std::max(distance2, node.radius2), 1e-20F);
   const bool inside = distance2 <= node.radius2 * 1.0001F;

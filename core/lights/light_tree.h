@@ -45,6 +45,7 @@ class LightTree {
   struct Node {
     Vec3 center;
     float radius2 = 0;       ///< squared half diagonal
+    Vec3 half;               ///< half diagonal
     Vec3 axis;
     float power = 0;
     float cos_theta_o = 1;

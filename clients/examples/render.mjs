@@ -1,0 +1,30 @@
+// A picture in 30 lines of JavaScript, without packages: node render.mjs [SCENE] [FILE.png]
+import { writeFile } from 'node:fs/promises';
+
+const server = process.env.TESSERA_SERVER ?? 'http://127.0.0.1:8080';
+const headers = process.env.TESSERA_KEY ? { Authorization: `Bearer ${process.env.TESSERA_KEY}` } : {};
+const [scene = 'cornell-box', file = 'picture.png'] = process.argv.slice(2);
+
+async function call(path, body) {
+  const answer = await fetch(server + path, {
+    method: body ? 'POST' : 'GET',
+    headers: { ...headers, 'Content-Type': 'application/json' },
+    body: body && JSON.stringify(body),
+  });
+  if (!answer.ok) throw new Error(`${path}: ${await answer.text()}`);
+  return answer;
+}
+
+const request = { scene, film: { width: 160, height: 90 }, stop: { relative_error: 0.15 } };
+const job = await (await call('/v1/jobs', request)).json();
+let text = '';
+for await (const piece of (await call(job.links.events)).body.pipeThrough(new TextDecoderStream())) {
+  const messages = (text + piece).split('\n\n');
+  text = messages.pop();
+  for (const message of messages) {
+    const [, type] = /^event: (.*)$/m.exec(message) ?? [];
+    const [, data] = /^data: (.*)$/m.exec(message) ?? [];
+    if (type === 'progress' || type === 'end') console.log(type, JSON.parse(data).error.relative_rmse);
+  }
+}
+await writeFile(file, Buffer.from(await (await call(`${job.links.image}.png`)).arrayBuffer()));

@@ -1,0 +1,116 @@
+"""Client of the Tessera render server.
+
+    from tessera import Client
+
+    with Client() as client:                     # TESSERA_SERVER, else http://127.0.0.1:8080
+        job = client.submit("cornell-box", size=(480, 270), relative_error=0.05)
+        job.wait()
+        print(job.error)                         # 4.71% (4.32% to 5.07%)
+        pixels = job.image()                     # (270, 480, 3), float32, linear
+
+`AsyncClient` has the same calls to be awaited. Values, units and names are those of the HTTP API.
+"""
+
+from ._wire import Retry
+from .async_client import AsyncClient
+from .async_job import AsyncJob
+from .client import Client
+from .errors import (
+    BadRequest,
+    Conflict,
+    ConnectionFailed,
+    CorruptData,
+    FieldError,
+    Forbidden,
+    Gone,
+    Invalid,
+    JobFailed,
+    MethodNotAllowed,
+    Misdirected,
+    MissingFiles,
+    NoSpace,
+    NotAcceptable,
+    NotFound,
+    NotOffered,
+    PreconditionFailed,
+    Problem,
+    ServerFault,
+    TesseraError,
+    TooLarge,
+    TooManyRequests,
+    Unauthorized,
+    Unavailable,
+    UnsupportedMedia,
+    WaitTimeout,
+)
+from .events import Event
+from .job import Job
+from .options import JobOptions
+from .png import encode_png, srgb8
+from .results import (
+    Comparison,
+    Convergence,
+    ErrorBar,
+    Interval,
+    LabPoint,
+    LabRun,
+    Pixel,
+    PixelLayer,
+    Progress,
+    Scene,
+    ServerInfo,
+)
+from .tiles import Tile, TileImage
+
+__version__ = "1.0.0"
+
+__all__ = [
+    "AsyncClient",
+    "AsyncJob",
+    "BadRequest",
+    "Client",
+    "Comparison",
+    "Conflict",
+    "ConnectionFailed",
+    "Convergence",
+    "CorruptData",
+    "ErrorBar",
+    "Event",
+    "FieldError",
+    "Forbidden",
+    "Gone",
+    "Interval",
+    "Invalid",
+    "Job",
+    "JobFailed",
+    "JobOptions",
+    "LabPoint",
+    "LabRun",
+    "MethodNotAllowed",
+    "Misdirected",
+    "MissingFiles",
+    "NoSpace",
+    "NotAcceptable",
+    "NotFound",
+    "NotOffered",
+    "Pixel",
+    "PixelLayer",
+    "PreconditionFailed",
+    "Problem",
+    "Progress",
+    "Retry",
+    "Scene",
+    "ServerFault",
+    "ServerInfo",
+    "TesseraError",
+    "Tile",
+    "TileImage",
+    "TooLarge",
+    "TooManyRequests",
+    "Unauthorized",
+    "Unavailable",
+    "UnsupportedMedia",
+    "WaitTimeout",
+    "encode_png",
+    "srgb8",
+]

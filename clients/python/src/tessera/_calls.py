@@ -1,0 +1,87 @@
+"""Requests of both clients that take some thought."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any, TypeGuard
+
+from ._job_data import JobData
+from ._wire import Call, Json, Params
+from .errors import CorruptData, NotOffered
+from .results import LabPoint, LabRun, Scene
+
+_EXPERIMENT_S = 600.0
+
+
+def scene_id_of(scene: Scene | str | PathLike[str]) -> str:
+    return scene.id if isinstance(scene, Scene) else str(scene)
+
+
+@dataclass(frozen=True)
+class JobQuery:
+    state: str | Sequence[str] | None
+    label: str | Sequence[str] | Mapping[str, str] | None
+
+    def params(self) -> Params:
+        params: dict[str, Sequence[str]] = {}
+        if self.state is not None:
+            params["state"] = [self.state] if isinstance(self.state, str) else list(self.state)
+        if isinstance(self.label, Mapping):
+            params["label"] = [f"{key}={value}" for key, value in self.label.items()]
+        elif self.label is not None:
+            params["label"] = [self.label] if isinstance(self.label, str) else list(self.label)
+        return params
+
+
+def _is_asset_id(text: str) -> bool:
+    return len(text) == 64 and all(c in "0123456789abcdef" for c in text)
+
+
+def wants_upload(side: JobData | str | PathLike[str]) -> TypeGuard[str | PathLike[str]]:
+    """Is this side of a comparison an image file?"""
+    if isinstance(side, JobData):
+        return False
+    return not (isinstance(side, str) and (_is_asset_id(side) or side.count("-") == 4))
+
+
+def comparison_call(a: JobData | str | PathLike[str], b: JobData | str | PathLike[str]) -> Call:
+    ids = [side.id if isinstance(side, JobData) else str(side) for side in (a, b)]
+    return Call("POST", "/v1/comparisons", json={"a": ids[0], "b": ids[1]}, timeout_s=120)
+
+
+def lab_call(experiment: str, members: Mapping[str, Any]) -> Call:
+    return Call(
+        "POST", "/v1/lab/runs", json={"experiment": experiment} | dict(members),
+        headers={"Accept": "application/x-ndjson"}, timeout_s=_EXPERIMENT_S,
+    )  # fmt: skip
+
+
+def lab_line(line: str, lines: list[Json], on_point: Callable[[LabPoint], object] | None) -> None:
+    """Takes over one line of an experiment's stream."""
+    if not line.strip():
+        return
+    try:
+        data = json.loads(line)
+    except ValueError as error:
+        raise CorruptData(f"a line of the experiment is no JSON: {line[:200]!r}") from error
+    lines.append(data)
+    if on_point is not None and "n" in data:
+        on_point(LabPoint.of(data))
+
+
+def lab_run(lines: Sequence[Json]) -> LabRun:
+    if not lines or "n" in lines[-1]:
+        raise CorruptData("the experiment's stream broke off before its closing line")
+    return LabRun.of(lines)
+
+
+def is_offered(path: str, openapi: Json) -> bool:
+    """Does the server's own description have this path?"""
+    return path in openapi.get("paths", {})
+
+
+def not_offered(what: str) -> NotOffered:
+    return NotOffered(f"this server's build has no {what}")

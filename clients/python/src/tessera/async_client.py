@@ -1,0 +1,279 @@
+"""AsyncClient: a server, with calls to be awaited."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from contextlib import asynccontextmanager
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import httpx
+
+from . import _upload
+from ._calls import (
+    JobQuery,
+    comparison_call,
+    is_offered,
+    lab_call,
+    lab_line,
+    lab_run,
+    not_offered,
+    scene_id_of,
+    wants_upload,
+)
+from ._wire import (
+    PIECE_BYTES,
+    Address,
+    Call,
+    Json,
+    Params,
+    Retry,
+    conclude,
+    is_loopback,
+    pause_before_retry,
+    segment,
+    submit_call,
+    unreachable,
+)
+from .async_job import AsyncJob
+from .errors import MethodNotAllowed, NotFound, problem_of
+from .options import JobOptions, make_request
+from .results import Comparison, LabPoint, LabRun, Scene, ServerInfo
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+
+async def async_pieces(path: Path) -> AsyncIterator[bytes]:
+    with path.open("rb") as file:
+        while piece := await asyncio.to_thread(file.read, PIECE_BYTES):
+            yield piece
+
+
+Pathish = str | PathLike[str]
+
+
+class AsyncClient:
+    """Speaks to one server; a context manager.
+
+    server: http://HOST[:PORT], else TESSERA_SERVER, else http://127.0.0.1:8080. key: bearer token,
+    else TESSERA_KEY, else none. timeout: seconds that an answer may take (uploads and long polls
+    have their own). compressed: ask for compressed tiles; None: unless the server is on this
+    machine. transport: an httpx transport, for tests.
+    """
+
+    def __init__(
+        self, server: str | None = None, key: str | None = None, *, timeout: float = 30.0,
+        retry: Retry | None = None, compressed: bool | None = None,
+        transport: httpx.AsyncBaseTransport | None = None,
+    ) -> None:  # fmt: skip
+        address = Address.of(server, key)
+        self.server = address.server
+        self.retry = retry or Retry()
+        self.compressed = not is_loopback(self.server) if compressed is None else compressed
+        self._http = httpx.AsyncClient(transport=transport, **address.settings(timeout))
+
+    async def __aenter__(self) -> AsyncClient:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """Closes all connections. Jobs go on."""
+        await self._http.aclose()
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.server}>"
+
+    # What the server has.
+
+    async def info(self) -> ServerInfo:
+        return ServerInfo(await self.ask(Call("GET", "/v1/server")))
+
+    async def scene(self, scene_id: str) -> Scene:
+        """A scene by id or built-in name."""
+        data = await self.ask(Call("GET", f"/v1/scenes/{segment(scene_id)}", timeout_s=120))
+        return Scene(str(data["id"]), data)
+
+    async def scenes(self, limit: int | None = None) -> AsyncIterator[Scene]:
+        """Uploaded scenes, newest first; pages are asked for as they are needed."""
+        async for data in self._pages("/v1/scenes", {}, "scenes", limit):
+            yield Scene(str(data["id"]), data)
+
+    async def delete_scene(self, scene: Scene | str) -> None:
+        """Conflict while a job uses it."""
+        await self.send(Call("DELETE", f"/v1/scenes/{segment(scene_id_of(scene))}"))
+
+    async def scene_glb(self, name: str) -> bytes:
+        """A built-in scene as GLB."""
+        headers = {"Accept": "model/gltf-binary"}
+        call = Call("GET", f"/v1/scenes/{segment(name)}/gltf", headers=headers)
+        response = await self.send(call)
+        return response.content
+
+    # Giving it something.
+
+    async def upload(self, scene: Pathish | bytes) -> Scene:
+        """A scene: a .glb, .gltf or .zip file, a folder with a glTF, or the bytes of a GLB or zip.
+
+        Files that the server has already are not sent again.
+        """
+        if isinstance(scene, bytes):
+            return await self._scene(_upload.single_file_call(scene, _upload.bytes_suffix(scene)))
+        path = _upload.scene_file(scene)
+        if path.suffix.lower() != ".gltf":
+            return await self._scene(_upload.single_file_call(path, path.suffix.lower()))
+        files = {side.uri: await self.upload_asset(side.path) for side in _upload.side_files(path)}
+        return await self._scene(
+            _upload.scene_from_assets_call(await self.upload_asset(path), files)
+        )
+
+    async def upload_asset(self, content: Pathish | bytes) -> str:
+        """Any file, e.g. an environment map. Returns its id, the sha256 of the content."""
+        source = content if isinstance(content, bytes) else Path(content)
+        asset_id = await asyncio.to_thread(_upload.sha256_of, source)
+        known = await self.send(_upload.find_asset_call(asset_id))
+        if known.status_code == 404:
+            await self.send(_upload.put_asset_call(asset_id, source))
+        return asset_id
+
+    async def submit(self, scene: Scene | Pathish, **options: Unpack[JobOptions]) -> AsyncJob:
+        """A new job. scene: built-in name, id, Scene, or a file or folder, which is uploaded first.
+
+        See JobOptions for the options. Never makes two jobs, however often the network makes it
+        try.
+        """
+        return AsyncJob(self, await self.ask(submit_call(await self._request(scene, options))))
+
+    async def estimate(
+        self, scene: Scene | Pathish, **options: Unpack[JobOptions]
+    ) -> dict[str, Any]:
+        """Checks a job and estimates its cost without submitting it."""
+        call = submit_call(await self._request(scene, options), dry_run=True)
+        return await self.ask(call)
+
+    # Jobs.
+
+    async def job(self, job_id: str) -> AsyncJob:
+        return AsyncJob(self, await self.ask(Call("GET", f"/v1/jobs/{segment(job_id)}")))
+
+    async def jobs(
+        self, *, state: str | Sequence[str] | None = None,
+        label: str | Sequence[str] | Mapping[str, str] | None = None, limit: int | None = None,
+    ) -> AsyncIterator[AsyncJob]:  # fmt: skip
+        """Jobs, newest first; pages are asked for as they are needed.
+
+        state: one or several. label: `key`, `key=value`, several of them, or a mapping; all must
+        fit.
+        """
+        params = JobQuery(state, label).params()
+        async for data in self._pages("/v1/jobs", params, "jobs", limit):
+            yield AsyncJob(self, data)
+
+    # Comparing and teaching.
+
+    async def compare(self, a: AsyncJob | Pathish, b: AsyncJob | Pathish) -> Comparison:
+        """Two jobs, or a job and an image (a file, which is uploaded, or an asset id).
+
+        NotOffered where the server's build has no comparisons.
+        """
+        sides = [await self.upload_asset(s) if wants_upload(s) else s for s in (a, b)]
+        try:
+            return Comparison.of(await self.ask(comparison_call(*sides)))
+        except (NotFound, MethodNotAllowed) as error:
+            if await self._offers("/v1/comparisons"):
+                raise
+            raise not_offered("comparisons") from error
+
+    async def lab(
+        self, experiment: str, *, on_point: Callable[[LabPoint], object] | None = None,
+        **members: Any,
+    ) -> LabRun:  # fmt: skip
+        """Runs an experiment of the laboratory to its end.
+
+        members: estimator, sampler, n (list), replicates, seed, params. on_point: called with each
+        line as it comes. NotOffered where the server's build has no laboratory.
+        """
+        lines: list[Json] = []
+        try:
+            async with self.stream(lab_call(experiment, members)) as response:
+                async for line in response.aiter_lines():
+                    lab_line(line, lines, on_point)
+        except (NotFound, MethodNotAllowed) as error:
+            raise not_offered("laboratory") from error
+        except httpx.TransportError as error:
+            raise unreachable(self.server, error) from error
+        return lab_run(lines)
+
+    # Underneath.
+
+    async def send(self, call: Call, *, patient: bool = False) -> httpx.Response:
+        """Sends a request, again if need be; raises unless it succeeds."""
+        retry = self.retry.endless() if patient else self.retry
+        tries, began = 0, time.monotonic()
+        while True:
+            tries += 1
+            body = async_pieces(call.content) if isinstance(call.content, Path) else call.content
+            outcome: httpx.Response | httpx.TransportError
+            try:
+                outcome = await self._http.send(call.build(self._http, body))
+            except httpx.TransportError as error:
+                outcome = error
+            pause = pause_before_retry(call, outcome, tries, time.monotonic() - began, retry)
+            if pause is None:
+                return conclude(call, outcome, tries, self.server)
+            await asyncio.sleep(pause)
+
+    async def ask(self, call: Call, *, patient: bool = False) -> Json:
+        """send(), and the JSON object of the answer."""
+        answer: Json = (await self.send(call, patient=patient)).json()
+        return answer
+
+    @asynccontextmanager
+    async def stream(self, call: Call) -> AsyncIterator[httpx.Response]:
+        """An answer whose body is read as it comes. Tried once."""
+        response = await self._http.send(call.build(self._http, call.content), stream=True)
+        try:
+            if not response.is_success:
+                await response.aread()
+                raise problem_of(response)
+            yield response
+        finally:
+            await response.aclose()
+
+    async def _offers(self, path: str) -> bool:
+        return is_offered(path, await self.ask(Call("GET", "/openapi.json")))
+
+    async def _scene(self, call: Call) -> Scene:
+        data = await self.ask(call)
+        return Scene(str(data["id"]), data)
+
+    async def _request(self, scene: Scene | Pathish, options: Mapping[str, Any]) -> Json:
+        given = dict(options)
+        if not isinstance(scene, Scene) and _upload.looks_like_file(scene):
+            given.setdefault("name", Path(scene).name)
+            scene = await self.upload(scene)
+        environment = given.get("environment")
+        if isinstance(environment, str | PathLike):
+            given["environment"] = {"asset": await self.upload_asset(environment)}
+        return make_request(scene_id_of(scene), given)
+
+    async def _pages(
+        self, path: str, params: Params, member: str, limit: int | None
+    ) -> AsyncIterator[Json]:
+        cursor, left = "", limit
+        while left is None or left > 0:
+            page = dict(params) | {"limit": 200 if left is None else min(left, 200)}
+            if cursor:
+                page["cursor"] = cursor
+            data = await self.ask(Call("GET", path, params=page))
+            for item in data[member]:
+                yield item
+            left = None if left is None else left - len(data[member])
+            cursor = data.get("next") or ""
+            if not cursor:
+                return

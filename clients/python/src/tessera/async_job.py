@@ -1,0 +1,199 @@
+"""AsyncJob: a render job on the server, with calls to be awaited."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncGenerator
+from contextlib import suppress
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import display
+from ._job_data import FORMATS, JobData
+from ._wire import LONG_POLL_S, Call, Comeback, Json
+from .errors import Conflict, Gone, WaitTimeout
+from .events import Event, EventFeed
+from .results import Convergence, Pixel
+from .tiff import decode_tiff
+from .tiles import FloatArray, Tile, TileFeed
+
+if TYPE_CHECKING:
+    from .async_client import AsyncClient
+
+
+class AsyncJob(JobData):
+    """A job. What is known of it (state, progress, error, ...) is of the last answer or event.
+
+    Comes from `AsyncClient.submit`, `AsyncClient.job` or `AsyncClient.jobs`.
+    """
+
+    def __init__(self, client: AsyncClient, data: Json) -> None:
+        super().__init__(data)
+        self._client = client
+
+    # Looking.
+
+    async def refresh(self) -> AsyncJob:
+        """Asks for the job as it is now."""
+        return await self._take(self.look_call())
+
+    async def wait(self, timeout: float | None = None, *, check: bool = True) -> AsyncJob:
+        """Until the job has ended, through restarts of the server.
+
+        timeout: seconds; then WaitTimeout. check: raise JobFailed if it failed. A cancelled job is
+        returned like a finished one: it keeps its picture so far.
+        """
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while not self.ended:
+            left = float(LONG_POLL_S) if deadline is None else deadline - time.monotonic()
+            if left <= 0:
+                raise WaitTimeout(f"job {self.id} is {self.state} after {timeout} s")
+            await self._take(self.look_call(left), patient=True)
+        if check:
+            self.raise_if_failed()
+        return self
+
+    async def events(self, last_event_id: str | None = None) -> AsyncGenerator[Event, None]:
+        """The job's events until its end. Broken connections are made again where they broke.
+
+        last_event_id: goes on after this one. The job itself is kept up to date. Raises
+        ConnectionFailed when the server stays away for `Retry.patience_s`.
+        """
+        feed = EventFeed(self.path, last_event_id)
+        comeback = Comeback(self._client.retry, self._client.server)
+        while True:
+            broken: Exception | None = None
+            try:
+                async with self._client.stream(feed.call()) as response:
+                    if response.status_code == 204:
+                        return  # last_event_id was the end
+                    async for piece in response.aiter_bytes():
+                        for event in feed.take(piece):
+                            self.apply(event)
+                            yield event
+                        if feed.ended:
+                            return
+                        if not feed.refused:
+                            comeback.contact()
+            except Exception as error:
+                broken = error
+            await asyncio.sleep(feed.pause_s(comeback.pause_s(broken)))
+
+    async def tiles(self, after: int = 0) -> AsyncGenerator[Tile, None]:
+        """Tiles as they come, to the job's end; every tile of the final picture is among them.
+
+        after: only tiles newer than this revision. A slow reader gets the newest state of a tile,
+        no backlog.
+        """
+        feed = TileFeed(self.path, after, self._client.compressed)
+        comeback = Comeback(self._client.retry, self._client.server)
+        while True:
+            broken: Exception | None = None
+            try:
+                async with self._client.stream(feed.call()) as response:
+                    comeback.contact()
+                    async for piece in response.aiter_bytes():
+                        for tile in feed.take(piece):
+                            yield tile
+                        if feed.end is not None:
+                            return
+            except Exception as error:
+                broken = error
+            await asyncio.sleep(comeback.pause_s(broken))
+
+    # The picture.
+
+    async def image(
+        self, layer: str = "beauty", *, part: tuple[int, int, int, int] | None = None,
+        max_size: int | None = None,
+    ) -> FloatArray:  # fmt: skip
+        """A layer as it is now: float32, linear, (height, width) or (height, width, channels).
+
+        layer: beauty (RGB; RGBA with an environment that is not visible), albedo, normal, depth
+        [m], alpha, samples, variance (of the mean), error (relative), as far as the job records
+        them. part: x, y, width, height in pixels of the full film. max_size: longest side. Raises
+        Conflict before the first sample.
+        """
+        options = {"layer": layer, "part": part, "max_size": max_size}
+        response = await self._client.send(self.picture_call("tif", options))
+        return decode_tiff(response.content)
+
+    async def picture(self, format: str = "png", **options: Any) -> bytes:
+        """The bytes of a picture file: png, jpg, webp, exr, hdr or tif.
+
+        options: layer (without it beauty, or all layers for exr), exposure (stops), tonemap (srgb,
+        linear, aces, agx, khronos-neutral), revision (at least), part, max_size.
+        """
+        response = await self._client.send(self.picture_call(format, options))
+        return response.content
+
+    async def save(self, path: str | PathLike[str], **options: Any) -> Path:
+        """Writes the picture; the format follows from the name. options: see picture()."""
+        place = Path(path)
+        format = place.suffix[1:].lower()
+        if format not in FORMATS:
+            raise ValueError(f"{place}: the name must end in one of {', '.join(FORMATS)}")
+        content = await self.picture(format, **options)
+        await asyncio.to_thread(place.write_bytes, content)
+        return place
+
+    async def pixels(self, x: int, y: int) -> Pixel:
+        """One pixel with its intervals; x, y in pixels of the full film."""
+        return Pixel.of(await self._client.ask(Call("GET", f"{self.path}/pixels/{x}/{y}")))
+
+    async def convergence(self) -> Convergence:
+        """The error over samples and time."""
+        return Convergence.of(await self._client.ask(Call("GET", self.path + "/convergence")))
+
+    # Steering.
+
+    async def extend(self, **stop: Any) -> AsyncJob:
+        """Lets a finished job go on: samples_per_pixel, relative_error, seconds, deadline, ..."""
+        return await self._take(self.extend_call(stop))
+
+    async def cancel(self) -> AsyncJob:
+        """Ends the job; the picture so far is kept. Cancelling twice is no error."""
+        return await self._take(self.cancel_call())
+
+    async def pause(self) -> AsyncJob:
+        return await self.update(paused=True)
+
+    async def resume(self) -> AsyncJob:
+        return await self.update(paused=False)
+
+    async def update(self, **changes: Any) -> AsyncJob:
+        """A merge patch of priority, labels, name, stop, paused: None removes a label or a rule."""
+        return await self._take(self.patch_call(changes))
+
+    async def delete(self) -> None:
+        """Forgets the job and its files. Conflict while it runs."""
+        await self._client.send(Call("DELETE", self.path))
+
+    # Notebooks.
+
+    async def show(self, refresh_s: float = 1.0) -> AsyncJob:
+        """Draws the job in a notebook and keeps it up to date until it ends."""
+        page = display.Page()
+        page.show(await self._html())
+        drawn = time.monotonic()
+        async for event in self.events():
+            if event.type == "end" or time.monotonic() - drawn >= refresh_s:
+                page.show(await self._html())
+                drawn = time.monotonic()
+        return self
+
+    def _repr_html_(self) -> str:
+        # A notebook does not await: the picture is left to show().
+        return display.job_html(self, None)
+
+    async def _html(self) -> str:
+        png = None
+        with suppress(Conflict, Gone):  # nothing rendered yet; evicted
+            png = await self.picture("png", max_size=display.PICTURE_PX)
+        return display.job_html(self, png)
+
+    async def _take(self, call: Call, *, patient: bool = False) -> AsyncJob:
+        self.data = await self._client.ask(call, patient=patient)
+        return self

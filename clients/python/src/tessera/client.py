@@ -1,0 +1,262 @@
+"""Client: a server, with calls that wait."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import httpx
+
+from . import _upload
+from ._calls import (
+    JobQuery,
+    comparison_call,
+    is_offered,
+    lab_call,
+    lab_line,
+    lab_run,
+    not_offered,
+    scene_id_of,
+    wants_upload,
+)
+from ._wire import (
+    Address,
+    Call,
+    Json,
+    Params,
+    Retry,
+    conclude,
+    is_loopback,
+    pause_before_retry,
+    segment,
+    submit_call,
+    unreachable,
+)
+from .errors import MethodNotAllowed, NotFound, problem_of
+from .job import Job
+from .options import JobOptions, make_request
+from .results import Comparison, LabPoint, LabRun, Scene, ServerInfo
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+Pathish = str | PathLike[str]
+
+
+class Client:
+    """Speaks to one server; a context manager.
+
+    server: http://HOST[:PORT], else TESSERA_SERVER, else http://127.0.0.1:8080. key: bearer token,
+    else TESSERA_KEY, else none. timeout: seconds that an answer may take (uploads and long polls
+    have their own). compressed: ask for compressed tiles; None: unless the server is on this
+    machine. transport: an httpx transport, for tests.
+    """
+
+    def __init__(
+        self, server: str | None = None, key: str | None = None, *, timeout: float = 30.0,
+        retry: Retry | None = None, compressed: bool | None = None,
+        transport: httpx.BaseTransport | None = None,
+    ) -> None:  # fmt: skip
+        address = Address.of(server, key)
+        self.server = address.server
+        self.retry = retry or Retry()
+        self.compressed = not is_loopback(self.server) if compressed is None else compressed
+        self._http = httpx.Client(transport=transport, **address.settings(timeout))
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes all connections. Jobs go on."""
+        self._http.close()
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.server}>"
+
+    # What the server has.
+
+    def info(self) -> ServerInfo:
+        return ServerInfo(self.ask(Call("GET", "/v1/server")))
+
+    def scene(self, scene_id: str) -> Scene:
+        """A scene by id or built-in name."""
+        data = self.ask(Call("GET", f"/v1/scenes/{segment(scene_id)}", timeout_s=120))
+        return Scene(str(data["id"]), data)
+
+    def scenes(self, limit: int | None = None) -> Iterator[Scene]:
+        """Uploaded scenes, newest first; pages are asked for as they are needed."""
+        for data in self._pages("/v1/scenes", {}, "scenes", limit):
+            yield Scene(str(data["id"]), data)
+
+    def delete_scene(self, scene: Scene | str) -> None:
+        """Conflict while a job uses it."""
+        self.send(Call("DELETE", f"/v1/scenes/{segment(scene_id_of(scene))}"))
+
+    def scene_glb(self, name: str) -> bytes:
+        """A built-in scene as GLB."""
+        headers = {"Accept": "model/gltf-binary"}
+        call = Call("GET", f"/v1/scenes/{segment(name)}/gltf", headers=headers)
+        response = self.send(call)
+        return response.content
+
+    # Giving it something.
+
+    def upload(self, scene: Pathish | bytes) -> Scene:
+        """A scene: a .glb, .gltf or .zip file, a folder with a glTF, or the bytes of a GLB or zip.
+
+        Files that the server has already are not sent again.
+        """
+        if isinstance(scene, bytes):
+            return self._scene(_upload.single_file_call(scene, _upload.bytes_suffix(scene)))
+        path = _upload.scene_file(scene)
+        if path.suffix.lower() != ".gltf":
+            return self._scene(_upload.single_file_call(path, path.suffix.lower()))
+        files = {side.uri: self.upload_asset(side.path) for side in _upload.side_files(path)}
+        return self._scene(_upload.scene_from_assets_call(self.upload_asset(path), files))
+
+    def upload_asset(self, content: Pathish | bytes) -> str:
+        """Any file, e.g. an environment map. Returns its id, the sha256 of the content."""
+        source = content if isinstance(content, bytes) else Path(content)
+        asset_id = _upload.sha256_of(source)
+        known = self.send(_upload.find_asset_call(asset_id))
+        if known.status_code == 404:
+            self.send(_upload.put_asset_call(asset_id, source))
+        return asset_id
+
+    def submit(self, scene: Scene | Pathish, **options: Unpack[JobOptions]) -> Job:
+        """A new job. scene: built-in name, id, Scene, or a file or folder, which is uploaded first.
+
+        See JobOptions for the options. Never makes two jobs, however often the network makes it
+        try.
+        """
+        return Job(self, self.ask(submit_call(self._request(scene, options))))
+
+    def estimate(self, scene: Scene | Pathish, **options: Unpack[JobOptions]) -> dict[str, Any]:
+        """Checks a job and estimates its cost without submitting it."""
+        call = submit_call(self._request(scene, options), dry_run=True)
+        return self.ask(call)
+
+    # Jobs.
+
+    def job(self, job_id: str) -> Job:
+        return Job(self, self.ask(Call("GET", f"/v1/jobs/{segment(job_id)}")))
+
+    def jobs(
+        self, *, state: str | Sequence[str] | None = None,
+        label: str | Sequence[str] | Mapping[str, str] | None = None, limit: int | None = None,
+    ) -> Iterator[Job]:  # fmt: skip
+        """Jobs, newest first; pages are asked for as they are needed.
+
+        state: one or several. label: `key`, `key=value`, several of them, or a mapping; all must
+        fit.
+        """
+        params = JobQuery(state, label).params()
+        return (Job(self, data) for data in self._pages("/v1/jobs", params, "jobs", limit))
+
+    # Comparing and teaching.
+
+    def compare(self, a: Job | Pathish, b: Job | Pathish) -> Comparison:
+        """Two jobs, or a job and an image (a file, which is uploaded, or an asset id).
+
+        NotOffered where the server's build has no comparisons.
+        """
+        sides = [self.upload_asset(s) if wants_upload(s) else s for s in (a, b)]
+        try:
+            return Comparison.of(self.ask(comparison_call(*sides)))
+        except (NotFound, MethodNotAllowed) as error:
+            if self._offers("/v1/comparisons"):
+                raise
+            raise not_offered("comparisons") from error
+
+    def lab(
+        self, experiment: str, *, on_point: Callable[[LabPoint], object] | None = None,
+        **members: Any,
+    ) -> LabRun:  # fmt: skip
+        """Runs an experiment of the laboratory to its end.
+
+        members: estimator, sampler, n (list), replicates, seed, params. on_point: called with each
+        line as it comes. NotOffered where the server's build has no laboratory.
+        """
+        lines: list[Json] = []
+        try:
+            with self.stream(lab_call(experiment, members)) as response:
+                for line in response.iter_lines():
+                    lab_line(line, lines, on_point)
+        except (NotFound, MethodNotAllowed) as error:
+            raise not_offered("laboratory") from error
+        except httpx.TransportError as error:
+            raise unreachable(self.server, error) from error
+        return lab_run(lines)
+
+    # Underneath.
+
+    def send(self, call: Call, *, patient: bool = False) -> httpx.Response:
+        """Sends a request, again if need be; raises unless it succeeds."""
+        retry = self.retry.endless() if patient else self.retry
+        tries, began = 0, time.monotonic()
+        while True:
+            tries += 1
+            body = _upload.pieces(call.content) if isinstance(call.content, Path) else call.content
+            outcome: httpx.Response | httpx.TransportError
+            try:
+                outcome = self._http.send(call.build(self._http, body))
+            except httpx.TransportError as error:
+                outcome = error
+            pause = pause_before_retry(call, outcome, tries, time.monotonic() - began, retry)
+            if pause is None:
+                return conclude(call, outcome, tries, self.server)
+            time.sleep(pause)
+
+    def ask(self, call: Call, *, patient: bool = False) -> Json:
+        """send(), and the JSON object of the answer."""
+        answer: Json = self.send(call, patient=patient).json()
+        return answer
+
+    @contextmanager
+    def stream(self, call: Call) -> Iterator[httpx.Response]:
+        """An answer whose body is read as it comes. Tried once."""
+        response = self._http.send(call.build(self._http, call.content), stream=True)
+        try:
+            if not response.is_success:
+                response.read()
+                raise problem_of(response)
+            yield response
+        finally:
+            response.close()
+
+    def _offers(self, path: str) -> bool:
+        return is_offered(path, self.ask(Call("GET", "/openapi.json")))
+
+    def _scene(self, call: Call) -> Scene:
+        data = self.ask(call)
+        return Scene(str(data["id"]), data)
+
+    def _request(self, scene: Scene | Pathish, options: Mapping[str, Any]) -> Json:
+        given = dict(options)
+        if not isinstance(scene, Scene) and _upload.looks_like_file(scene):
+            given.setdefault("name", Path(scene).name)
+            scene = self.upload(scene)
+        environment = given.get("environment")
+        if isinstance(environment, str | PathLike):
+            given["environment"] = {"asset": self.upload_asset(environment)}
+        return make_request(scene_id_of(scene), given)
+
+    def _pages(self, path: str, params: Params, member: str, limit: int | None) -> Iterator[Json]:
+        cursor, left = "", limit
+        while left is None or left > 0:
+            page = dict(params) | {"limit": 200 if left is None else min(left, 200)}
+            if cursor:
+                page["cursor"] = cursor
+            data = self.ask(Call("GET", path, params=page))
+            yield from data[member]
+            left = None if left is None else left - len(data[member])
+            cursor = data.get("next") or ""
+            if not cursor:
+                return

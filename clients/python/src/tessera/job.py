@@ -1,0 +1,194 @@
+"""Job: a render job on the server, with calls that wait."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator
+from contextlib import suppress
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import display
+from ._job_data import FORMATS, JobData
+from ._wire import LONG_POLL_S, Call, Comeback, Json
+from .errors import Conflict, Gone, WaitTimeout
+from .events import Event, EventFeed
+from .results import Convergence, Pixel
+from .tiff import decode_tiff
+from .tiles import FloatArray, Tile, TileFeed
+
+if TYPE_CHECKING:
+    from .client import Client
+
+
+class Job(JobData):
+    """A job. What is known of it (state, progress, error, ...) is of the last answer or event.
+
+    Comes from `Client.submit`, `Client.job` or `Client.jobs`.
+    """
+
+    def __init__(self, client: Client, data: Json) -> None:
+        super().__init__(data)
+        self._client = client
+
+    # Looking.
+
+    def refresh(self) -> Job:
+        """Asks for the job as it is now."""
+        return self._take(self.look_call())
+
+    def wait(self, timeout: float | None = None, *, check: bool = True) -> Job:
+        """Until the job has ended, through restarts of the server.
+
+        timeout: seconds; then WaitTimeout. check: raise JobFailed if it failed. A cancelled job is
+        returned like a finished one: it keeps its picture so far.
+        """
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while not self.ended:
+            left = float(LONG_POLL_S) if deadline is None else deadline - time.monotonic()
+            if left <= 0:
+                raise WaitTimeout(f"job {self.id} is {self.state} after {timeout} s")
+            self._take(self.look_call(left), patient=True)
+        if check:
+            self.raise_if_failed()
+        return self
+
+    def events(self, last_event_id: str | None = None) -> Generator[Event, None, None]:
+        """The job's events until its end. Broken connections are made again where they broke.
+
+        last_event_id: goes on after this one. The job itself is kept up to date. Raises
+        ConnectionFailed when the server stays away for `Retry.patience_s`.
+        """
+        feed = EventFeed(self.path, last_event_id)
+        comeback = Comeback(self._client.retry, self._client.server)
+        while True:
+            broken: Exception | None = None
+            try:
+                with self._client.stream(feed.call()) as response:
+                    if response.status_code == 204:
+                        return  # last_event_id was the end
+                    for piece in response.iter_bytes():
+                        for event in feed.take(piece):
+                            self.apply(event)
+                            yield event
+                        if feed.ended:
+                            return
+                        if not feed.refused:
+                            comeback.contact()
+            except Exception as error:
+                broken = error
+            time.sleep(feed.pause_s(comeback.pause_s(broken)))
+
+    def tiles(self, after: int = 0) -> Generator[Tile, None, None]:
+        """Tiles as they come, to the job's end; every tile of the final picture is among them.
+
+        after: only tiles newer than this revision. A slow reader gets the newest state of a tile,
+        no backlog.
+        """
+        feed = TileFeed(self.path, after, self._client.compressed)
+        comeback = Comeback(self._client.retry, self._client.server)
+        while True:
+            broken: Exception | None = None
+            try:
+                with self._client.stream(feed.call()) as response:
+                    comeback.contact()
+                    for piece in response.iter_bytes():
+                        yield from feed.take(piece)
+                        if feed.end is not None:
+                            return
+            except Exception as error:
+                broken = error
+            time.sleep(comeback.pause_s(broken))
+
+    # The picture.
+
+    def image(
+        self, layer: str = "beauty", *, part: tuple[int, int, int, int] | None = None,
+        max_size: int | None = None,
+    ) -> FloatArray:  # fmt: skip
+        """A layer as it is now: float32, linear, (height, width) or (height, width, channels).
+
+        layer: beauty (RGB; RGBA with an environment that is not visible), albedo, normal, depth
+        [m], alpha, samples, variance (of the mean), error (relative), as far as the job records
+        them. part: x, y, width, height in pixels of the full film. max_size: longest side. Raises
+        Conflict before the first sample.
+        """
+        options = {"layer": layer, "part": part, "max_size": max_size}
+        response = self._client.send(self.picture_call("tif", options))
+        return decode_tiff(response.content)
+
+    def picture(self, format: str = "png", **options: Any) -> bytes:
+        """The bytes of a picture file: png, jpg, webp, exr, hdr or tif.
+
+        options: layer (without it beauty, or all layers for exr), exposure (stops), tonemap (srgb,
+        linear, aces, agx, khronos-neutral), revision (at least), part, max_size.
+        """
+        response = self._client.send(self.picture_call(format, options))
+        return response.content
+
+    def save(self, path: str | PathLike[str], **options: Any) -> Path:
+        """Writes the picture; the format follows from the name. options: see picture()."""
+        place = Path(path)
+        format = place.suffix[1:].lower()
+        if format not in FORMATS:
+            raise ValueError(f"{place}: the name must end in one of {', '.join(FORMATS)}")
+        place.write_bytes(self.picture(format, **options))
+        return place
+
+    def pixels(self, x: int, y: int) -> Pixel:
+        """One pixel with its intervals; x, y in pixels of the full film."""
+        return Pixel.of(self._client.ask(Call("GET", f"{self.path}/pixels/{x}/{y}")))
+
+    def convergence(self) -> Convergence:
+        """The error over samples and time."""
+        return Convergence.of(self._client.ask(Call("GET", self.path + "/convergence")))
+
+    # Steering.
+
+    def extend(self, **stop: Any) -> Job:
+        """Lets a finished job go on: samples_per_pixel, relative_error, seconds, deadline, ..."""
+        return self._take(self.extend_call(stop))
+
+    def cancel(self) -> Job:
+        """Ends the job; the picture so far is kept. Cancelling twice is no error."""
+        return self._take(self.cancel_call())
+
+    def pause(self) -> Job:
+        return self.update(paused=True)
+
+    def resume(self) -> Job:
+        return self.update(paused=False)
+
+    def update(self, **changes: Any) -> Job:
+        """A merge patch of priority, labels, name, stop, paused: None removes a label or a rule."""
+        return self._take(self.patch_call(changes))
+
+    def delete(self) -> None:
+        """Forgets the job and its files. Conflict while it runs."""
+        self._client.send(Call("DELETE", self.path))
+
+    # Notebooks.
+
+    def show(self, refresh_s: float = 1.0) -> Job:
+        """Draws the job in a notebook and keeps it up to date until it ends."""
+        page = display.Page()
+        page.show(self._repr_html_())
+        drawn = time.monotonic()
+        for event in self.events():
+            if event.type == "end" or time.monotonic() - drawn >= refresh_s:
+                page.show(self._repr_html_())
+                drawn = time.monotonic()
+        return self
+
+    def _repr_html_(self) -> str:
+        return display.job_html(self, self._repr_png_())
+
+    def _repr_png_(self) -> bytes | None:
+        with suppress(Conflict, Gone):  # nothing rendered yet; evicted
+            return self.picture("png", max_size=display.PICTURE_PX)
+        return None
+
+    def _take(self, call: Call, *, patient: bool = False) -> Job:
+        self.data = self._client.ask(call, patient=patient)
+        return self

@@ -1,0 +1,97 @@
+"""The options of a job, and the request that they make."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypedDict
+
+from ._wire import Json
+
+
+class JobOptions(TypedDict, total=False):
+    """Everything that `submit` takes besides the scene. What is left out has the server's default.
+
+    Short forms: size, crop, layers, samples_per_pixel, relative_error, confidence, scope, seconds
+    and deadline go into `film` and `stop`; integrator, sampler, light_sampler and adaptive may be
+    the name of a type, camera a name or an index, environment the path of an .hdr or .exr file. All
+    other members are those of the request (`/docs` of the server describes them). `request` is a
+    whole request, over which the options are put: the way to what this list does not name.
+    """
+
+    name: str
+    labels: Mapping[str, str]
+    priority: int
+    seed: int
+    camera: str | int | Mapping[str, Any] | None  # None: the scene's own
+    environment: str | Path | Mapping[str, Any] | None
+    variant: str | None
+    time_seconds: float
+    medium: Mapping[str, Any] | None
+    job_class: str  # the member `class`
+    preview_key: str | None
+    integrator: str | Mapping[str, Any]
+    estimator: Mapping[str, Any]
+    sampler: str | Mapping[str, Any]
+    light_sampler: str | Mapping[str, Any]
+    adaptive: str | Mapping[str, Any]
+    spectral: bool
+    film: Mapping[str, Any]
+    size: tuple[int, int]
+    crop: Mapping[str, int] | tuple[int, int, int, int]  # x, y, width, height
+    layers: Sequence[str]
+    stop: Mapping[str, Any]
+    samples_per_pixel: int
+    relative_error: float
+    confidence: float
+    scope: str
+    seconds: float
+    deadline: str
+    request: Mapping[str, Any]
+
+
+_STOP = ("samples_per_pixel", "relative_error", "confidence", "scope", "seconds", "deadline")
+_TYPED = ("integrator", "sampler", "light_sampler", "adaptive")
+
+
+def stop_rules(options: Mapping[str, Any]) -> Json:
+    """{"stop": ...} of the rules among the options."""
+    return {name: options[name] for name in _STOP if name in options}
+
+
+def make_request(scene_id: str, options: Mapping[str, Any]) -> Json:
+    """The body of POST /v1/jobs. Unknown names are sent as they are: the server judges."""
+    given = dict(options)
+    body: Json = dict(given.pop("request", None) or {})
+    body["scene"] = scene_id
+    film: Json = dict(body.get("film") or {}) | dict(given.pop("film", None) or {})
+    if "size" in given:
+        film["width"], film["height"] = given.pop("size")
+    if "crop" in given:
+        crop = given.pop("crop")
+        film["crop"] = (
+            dict(zip(("x", "y", "width", "height"), crop, strict=True))
+            if isinstance(crop, tuple)
+            else crop
+        )
+    if "layers" in given:
+        film["layers"] = list(given.pop("layers"))
+    stop: Json = dict(body.get("stop") or {}) | dict(given.pop("stop", None) or {})
+    stop |= stop_rules(given)
+    for name in _STOP:
+        given.pop(name, None)
+    body |= {name: part for name, part in (("film", film), ("stop", stop)) if part}
+    if "job_class" in given:
+        body["class"] = given.pop("job_class")
+    if "camera" in given:
+        camera = given.pop("camera")
+        if isinstance(camera, str):
+            camera = {"name": camera}
+        elif isinstance(camera, int):
+            camera = {"index": camera}
+        if camera is not None:
+            body["camera"] = camera
+    for name in _TYPED:
+        if isinstance(given.get(name), str):
+            body[name] = {"type": given.pop(name)}
+    return body | given

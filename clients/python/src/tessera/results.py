@@ -1,0 +1,343 @@
+"""What the server says, as plain values. Unknown numbers (JSON null) are NaN."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+DoubleArray = npt.NDArray[np.float64]
+
+
+def number(value: Any) -> float:
+    return float(value) if isinstance(value, int | float) else math.nan
+
+
+def numbers(values: Any) -> DoubleArray:
+    return np.array([number(v) for v in values or ()], dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """An estimate and the bounds that hold it: with 95 % confidence unless said otherwise."""
+
+    value: float
+    low: float
+    high: float
+
+    @staticmethod
+    def of(data: Mapping[str, Any]) -> Interval:
+        return Interval(
+            number(data.get("value")), number(data.get("low")), number(data.get("high"))
+        )
+
+
+@dataclass(frozen=True)
+class ErrorBar:
+    """How wrong the picture still is: sqrt(mean over pixels, channels of Var / (mu^2 + 0.01)).
+
+    bias: `none`, `consistent` or `biased`. unreliable: too few distinct events for the interval to
+    be trusted.
+    """
+
+    relative_rmse: float
+    low: float
+    high: float
+    confidence: float
+    bias: str
+    unreliable: bool
+
+    @staticmethod
+    def of(data: Mapping[str, Any]) -> ErrorBar:
+        return ErrorBar(
+            relative_rmse=number(data.get("relative_rmse")),
+            low=number(data.get("low")),
+            high=number(data.get("high")),
+            confidence=number(data.get("confidence")),
+            bias=str(data.get("bias", "none")),
+            unreliable=bool(data.get("unreliable", False)),
+        )
+
+    def __str__(self) -> str:
+        if math.isnan(self.relative_rmse):
+            return "unknown"
+        text = f"{self.relative_rmse:.2%}"
+        if not (math.isnan(self.low) or math.isnan(self.high)):
+            text += f" ({self.low:.2%} to {self.high:.2%})"
+        return text + (", unreliable" if self.unreliable else "")
+
+
+@dataclass(frozen=True)
+class Progress:
+    """fraction: 0 to 1, 1 only at the end. samples_*: per pixel. Times: seconds or NaN."""
+
+    fraction: float
+    samples_min: int
+    samples_mean: float
+    samples_max: int
+    elapsed_seconds: float
+    cpu_seconds: float
+    eta_seconds: float
+
+    @staticmethod
+    def of(data: Mapping[str, Any]) -> Progress:
+        samples = data.get("samples_per_pixel") or {}
+        return Progress(
+            fraction=float(data.get("fraction") or 0.0),
+            samples_min=int(samples.get("min") or 0),
+            samples_mean=float(samples.get("mean") or 0.0),
+            samples_max=int(samples.get("max") or 0),
+            elapsed_seconds=number(data.get("elapsed_seconds")),
+            cpu_seconds=number(data.get("cpu_seconds")),
+            eta_seconds=number(data.get("eta_seconds")),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class PixelLayer:
+    """mean: one value per channel. standard_error, low, high: of the mean; NaN if unknown.
+
+    halves: (2, channels), the means of the two independent halves of the samples; None if there are
+    none.
+    """
+
+    mean: DoubleArray
+    standard_error: DoubleArray
+    low: DoubleArray
+    high: DoubleArray
+    halves: DoubleArray | None
+
+
+@dataclass(frozen=True, eq=False)
+class Pixel:
+    x: int
+    y: int
+    samples: int
+    layers: dict[str, PixelLayer]
+
+    @property
+    def beauty(self) -> PixelLayer:
+        return self.layers["beauty"]
+
+    @staticmethod
+    def of(data: Mapping[str, Any]) -> Pixel:
+        layers = {}
+        for name, layer in data["layers"].items():
+            halves = layer.get("halves")
+            layers[name] = PixelLayer(
+                mean=numbers(layer["mean"]),
+                standard_error=numbers(layer["standard_error"]),
+                low=numbers(layer["low"]),
+                high=numbers(layer["high"]),
+                halves=None if halves is None else np.stack([numbers(half) for half in halves]),
+            )
+        return Pixel(int(data["x"]), int(data["y"]), int(data["samples"]), layers)
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """The error over the course of a job, one array element for each look.
+
+    slope: of log error over log samples; -0.5 is plain Monte Carlo.
+    """
+
+    samples_per_pixel: DoubleArray
+    elapsed_seconds: DoubleArray
+    cpu_seconds: DoubleArray
+    rays: DoubleArray
+    relative_rmse: DoubleArray
+    low: DoubleArray
+    high: DoubleArray
+    slope: Interval
+
+    def __len__(self) -> int:
+        return len(self.samples_per_pixel)
+
+    @staticmethod
+    def of(data: Mapping[str, Any]) -> Convergence:
+        points: Sequence[Mapping[str, Any]] = data["points"]
+
+        def column(name: str) -> DoubleArray:
+            return numbers([point.get(name) for point in points])
+
+        return Convergence(
+            samples_per_pixel=column("samples_per_pixel"),
+            elapsed_seconds=column("elapsed_seconds"),
+            cpu_seconds=column("cpu_seconds"),
+            rays=column("rays"),
+            relative_rmse=column("relative_rmse"),
+            low=column("low"),
+            high=column("high"),
+            slope=Interval.of(data["slope"]),
+        )
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How two pictures differ. relmse: mean of (a-b)^2 / (b^2 + 0.01). bias: signed, mean of a - b.
+
+    z_*: of the differences over their standard errors; about 0, 1 and 0.0027 if only noise differs.
+    `data` is the whole answer.
+    """
+
+    id: str
+    mse: float
+    relmse: float
+    flip: float
+    bias: Interval
+    z_mean: float
+    z_variance: float
+    z_share_above_3: float
+    data: dict[str, Any] = field(repr=False)
+
+    @staticmethod
+    def of(data: dict[str, Any]) -> Comparison:
+        z = data.get("z") or {}
+        return Comparison(
+            id=str(data["id"]),
+            mse=number(data.get("mse")),
+            relmse=number(data.get("relmse")),
+            flip=number(data.get("flip")),
+            bias=Interval.of(data.get("bias") or {}),
+            z_mean=number(z.get("mean")),
+            z_variance=number(z.get("variance")),
+            z_share_above_3=number(z.get("share_above_3")),
+            data=data,
+        )
+
+
+@dataclass(frozen=True)
+class LabPoint:
+    """One line of an experiment; `data` is all of it."""
+
+    n: int
+    mean: float
+    rmse: float
+    standard_error: float
+    seconds: float
+    data: dict[str, Any] = field(repr=False)
+
+    @staticmethod
+    def of(data: dict[str, Any]) -> LabPoint:
+        return LabPoint(
+            n=int(data["n"]),
+            mean=number(data.get("mean")),
+            rmse=number(data.get("rmse")),
+            standard_error=number(data.get("standard_error")),
+            seconds=number(data.get("seconds")),
+            data=data,
+        )
+
+
+@dataclass(frozen=True)
+class LabRun:
+    """An experiment of the estimator laboratory: its points and what they show.
+
+    `data` is the closing line: expected, slope, slope_interval, efficiency, verdict and what else
+    there is.
+    """
+
+    points: tuple[LabPoint, ...]
+    expected: float
+    slope: float
+    verdict: str
+    data: dict[str, Any] = field(repr=False)
+
+    @staticmethod
+    def of(lines: Sequence[dict[str, Any]]) -> LabRun:
+        """lines: of the stream, the closing one last."""
+        *points, last = lines
+        return LabRun(
+            points=tuple(LabPoint.of(each) for each in points),
+            expected=number(last.get("expected")),
+            slope=number(last.get("slope")),
+            verdict=str(last.get("verdict", "")),
+            data=last,
+        )
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene that the server knows. materials, variants: names; data: the whole description."""
+
+    id: str
+    data: dict[str, Any] = field(repr=False)
+
+    @property
+    def name(self) -> str:
+        return str(self.data.get("name", ""))
+
+    @property
+    def triangles(self) -> int:
+        return int(self.data.get("triangles", 0))
+
+    @property
+    def bounds(self) -> tuple[DoubleArray, DoubleArray] | None:
+        """Smallest and largest corner in metres; None for a scene without surfaces."""
+        box = self.data.get("bounds")
+        return (numbers(box["min"]), numbers(box["max"])) if box else None
+
+    @property
+    def cameras(self) -> list[dict[str, Any]]:
+        return list(self.data.get("cameras", []))
+
+    @property
+    def lights(self) -> list[dict[str, Any]]:
+        return list(self.data.get("lights", []))
+
+    @property
+    def materials(self) -> list[str]:
+        return list(self.data.get("materials", []))
+
+    @property
+    def variants(self) -> list[str]:
+        return list(self.data.get("variants", []))
+
+    @property
+    def animations(self) -> list[Any]:
+        return list(self.data.get("animations", []))
+
+    @property
+    def warnings(self) -> list[str]:
+        return list(self.data.get("warnings", []))
+
+
+@dataclass(frozen=True)
+class ServerInfo:
+    """What the server can do; `data` is the whole of GET /v1/server."""
+
+    data: dict[str, Any] = field(repr=False)
+
+    @property
+    def version(self) -> str:
+        return str(self.data.get("version", ""))
+
+    @property
+    def scenes(self) -> list[str]:
+        """Names of the built-in scenes."""
+        return [str(each["name"]) for each in self.data.get("scenes", [])]
+
+    @property
+    def integrators(self) -> list[str]:
+        return [str(each["type"]) for each in self.data.get("integrators", [])]
+
+    @property
+    def samplers(self) -> list[str]:
+        return [str(each["type"]) for each in self.data.get("samplers", [])]
+
+    @property
+    def layers(self) -> list[str]:
+        return list(self.data.get("layers", []))
+
+    @property
+    def experiments(self) -> list[Any]:
+        """Experiments of the laboratory; empty where the build has none."""
+        return list(self.data.get("experiments", []))
+
+    @property
+    def limits(self) -> dict[str, Any]:
+        return dict(self.data.get("limits", {}))

@@ -2,9 +2,9 @@
 """Runs the API tests against a built server.
 
     tests/api/run.py BINARY [PATTERN...]     BINARY: build/release/tessera
-    tests/api/run.py --binary BINARY [...]
+    tests/api/run.py --binary BINARY [--tests FOLDER] [...]
 
-PATTERN picks tests whose name contains it. The last line counts; exit code 0 only when none failed.
+PATTERN picks tests whose name contains it; FOLDER holds other tests that use this folder's harness. The last line counts; exit code 0 only when none failed.
 """
 
 import argparse
@@ -53,12 +53,14 @@ def chosen(suite, patterns):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--binary")
+    parser.add_argument("--tests", default=HERE)
     parser.add_argument("rest", nargs="*")
     options = parser.parse_args()
     binary = options.binary or (options.rest.pop(0) if options.rest else "build/release/tessera")
     os.environ["TESSERA_BINARY"] = os.path.abspath(binary)
     sys.path.insert(0, HERE)
-    found = unittest.defaultTestLoader.discover(HERE, pattern="*_test.py", top_level_dir=HERE)
+    found = unittest.defaultTestLoader.discover(
+        options.tests, pattern="*_test.py", top_level_dir=options.tests)
     suite = unittest.TestSuite(chosen(found, options.rest))
     runner = unittest.TextTestRunner(stream=sys.stdout, resultclass=Report, verbosity=0)
     result = runner.run(suite)

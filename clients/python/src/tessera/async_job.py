@@ -72,6 +72,8 @@ class AsyncJob(JobData):
                     async for piece in response.aiter_bytes():
                         for event in feed.take(piece):
                             self.apply(event)
+                            if feed.ended:
+                                await self.refresh()  # the event leaves out the progress
                             yield event
                         if feed.ended:
                             return

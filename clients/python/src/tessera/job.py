@@ -71,6 +71,8 @@ class Job(JobData):
                     for piece in response.iter_bytes():
                         for event in feed.take(piece):
                             self.apply(event)
+                            if feed.ended:
+                                self.refresh()  # the event leaves out the progress
                             yield event
                         if feed.ended:
                             return

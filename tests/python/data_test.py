@@ -1,0 +1,239 @@
+"""Bytes to events, tiles and pictures: whole, in pieces, and broken."""
+
+import json
+import struct
+import unittest
+import zlib
+
+import numpy as np
+from support import END, frame
+
+import tessera
+from tessera.events import EventFeed, EventParser
+from tessera.png import encode_png, srgb8
+from tessera.tiff import decode_tiff
+from tessera.tiles import EndFrame, FrameParser, TileFeed, TileImage
+
+EVENTS = (": hello\n\nid: a-1\nevent: state\ndata: {\"state\":\ndata:  \"queued\"}\n\n"
+          "retry: 250\r\n\r\nevent: tile\r\ndata: {\"x\": 1}\r\nid: a-2\r\n\r\n"
+          "data: {\"half\": 1}\n")
+
+
+def told(events):
+    return [(event.type, event.data, event.id) for event in events]
+
+
+class Events(unittest.TestCase):
+    EXPECTED = [("state", {"state": "queued"}, "a-1"), ("tile", {"x": 1}, "a-2")]
+
+    def test_a_stream_is_read(self):
+        parser = EventParser()
+        self.assertEqual(told(parser.feed(EVENTS.encode())), self.EXPECTED)
+        self.assertEqual((parser.last_id, parser.retry_s), ("a-2", 0.25))
+
+    def test_pieces_may_end_anywhere(self):
+        for text in (EVENTS, EVENTS.replace("\r\n", "\n"), EVENTS.replace("\r\n", "\n").replace("\n", "\r")):
+            data = text.encode()
+            for size in (1, 2, 3, 7):
+                parser, events = EventParser(), []
+                for i in range(0, len(data), size):
+                    events += parser.feed(data[i:i + size])
+                # A CR at the very end waits for its LF.
+                self.assertEqual(told(events), self.EXPECTED, (size, text[:20]))
+
+    def test_an_event_that_did_not_come_whole_does_not_move_the_place_to_resume(self):
+        feed = EventFeed("/v1/jobs/x", None)
+        self.assertNotIn("Last-Event-ID", feed.call().headers)
+        list(feed.take(b"id: a-1\nevent: tile\ndata: {}\n\nid: a-2\nevent: tile\ndata: {"))
+        self.assertEqual(feed.call().headers["Last-Event-ID"], "a-1")
+        self.assertEqual(told(feed.take(b"id: a-3\nevent: end\ndata: {}\n\n")), [("end", {}, "a-3")])
+        self.assertTrue(feed.ended)
+
+    def test_nothing_follows_the_end(self):
+        feed = EventFeed("/v1/jobs/x", None)
+        feed.call()
+        text = b"event: end\ndata: {}\n\nevent: tile\ndata: {}\n\n"
+        self.assertEqual([event.type for event in feed.take(text)], ["end"])
+
+    def test_overloaded_is_a_pause_and_no_event(self):
+        feed = EventFeed("/v1/jobs/x", None)
+        feed.call()
+        text = b'event: overloaded\nretry: 15000\ndata: {"retry_after_seconds": 15}\n\n'
+        self.assertEqual(list(feed.take(text)), [])
+        self.assertTrue(feed.refused)
+        self.assertEqual(feed.pause_s(0.1), 15)
+
+    def test_data_that_is_no_object_is_refused(self):
+        for data in (b"{", b"[1]", b"\xff"):
+            with self.assertRaises(tessera.CorruptData):
+                list(EventParser().feed(b"data: " + data + b"\n\n"))
+
+
+PLANES = [[1, 2], [3, 4], [5, 6], [0.1, 0.2], [0.3, 0.4], [0.5, 0.6], [16, 32]]
+
+
+class Tiles(unittest.TestCase):
+    def test_planes_become_arrays(self):
+        data = frame(PLANES, x=32, y=64, width=2, height=1, revision=7, flags=2, error=0.25) + END
+        tile, end = FrameParser().feed(data)
+        self.assertEqual((tile.x, tile.y, tile.width, tile.height, tile.revision), (32, 64, 2, 1, 7))
+        self.assertEqual((tile.relative_error, tile.correlated, tile.alpha), (0.25, True, None))
+        np.testing.assert_array_equal(tile.mean, [[[1, 3, 5], [2, 4, 6]]])
+        np.testing.assert_array_equal(tile.variance, np.float32([[[0.1, 0.3, 0.5], [0.2, 0.4, 0.6]]]))
+        np.testing.assert_array_equal(tile.samples, [[16, 32]])
+        self.assertEqual({a.dtype for a in (tile.mean, tile.variance, tile.samples)},
+                         {np.dtype(np.float32)})
+        self.assertIsInstance(end, EndFrame)
+
+    def test_rows_come_one_after_another(self):
+        (tile,) = FrameParser().feed(frame([[1, 2, 3, 4, 5, 6]] * 7, width=3, height=2))
+        np.testing.assert_array_equal(tile.samples, [[1, 2, 3], [4, 5, 6]])
+
+    def test_alpha_follows_if_flagged(self):
+        (tile,) = FrameParser().feed(frame([*PLANES, [0.5, 1]], width=2, height=1, flags=4))
+        np.testing.assert_array_equal(tile.alpha, [[0.5, 1]])
+
+    def test_pieces_may_end_anywhere(self):
+        data = frame(PLANES, width=2) + frame(PLANES, x=32, width=2) + END
+        for size in (1, 5, 31, 33):
+            parser, frames = FrameParser(), []
+            for i in range(0, len(data), size):
+                frames += parser.feed(data[i:i + size])
+            self.assertEqual([getattr(f, "x", "end") for f in frames], [0, 32, "end"])
+
+    def test_every_flipped_bit_of_the_payload_is_seen(self):
+        data = bytearray(frame(PLANES, width=2))
+        for place in range(32, len(data)):
+            broken = data.copy()
+            broken[place] ^= 0x10
+            with self.assertRaisesRegex(tessera.CorruptData, "checksum"):
+                list(FrameParser().feed(broken))
+
+    def test_magic_and_sizes_are_checked(self):
+        good = frame(PLANES, width=2)
+        for broken in (b"TSR2" + good[4:], good[:4] + struct.pack("<I", 60) + good[8:],
+                       good[:16] + struct.pack("<H", 3) + good[18:],
+                       good[:20] + struct.pack("<I", 4) + good[24:]):
+            with self.assertRaises(tessera.CorruptData):
+                list(FrameParser().feed(broken))
+
+    def test_a_new_connection_repeats_only_what_is_new(self):
+        feed = TileFeed("/v1/jobs/x", 0, compressed=False)
+        self.assertEqual(feed.call().headers["Accept-Encoding"], "identity")
+        first = frame(PLANES, width=2, revision=5)
+        other = frame(PLANES, x=32, width=2, revision=6)
+        self.assertEqual(len(list(feed.take(first + other[:40]))), 1)
+        feed.call()
+        changed = frame([*PLANES[:6], [64, 64]], width=2, revision=9)
+        tiles = list(feed.take(first + other + changed + END))
+        self.assertEqual([(tile.x, tile.revision) for tile in tiles], [(32, 6), (0, 9)])
+        self.assertIsNotNone(feed.end)
+
+    def test_a_film_that_went_back_after_a_crash_is_shown_as_it_is(self):
+        feed = TileFeed("/v1/jobs/x", 0, compressed=True)
+        feed.call()
+        later, earlier = frame(PLANES, width=2, revision=9), frame(PLANES, width=2, revision=4)
+        self.assertEqual(len(list(feed.take(later))), 1)
+        feed.call()
+        self.assertEqual([tile.revision for tile in feed.take(earlier)], [4])
+
+    def test_a_picture_is_put_together(self):
+        image = TileImage(4, 1, x=30, y=0)
+        (left,) = FrameParser().feed(frame(PLANES, x=30, width=2))
+        (right,) = FrameParser().feed(frame([*PLANES, [0.5, 0]], x=32, width=2, flags=4))
+        image.put(left)
+        self.assertFalse(image.complete)
+        self.assertTrue(np.isnan(image.mean[0, 2:]).all())
+        image.put(right)
+        self.assertTrue(image.complete)
+        np.testing.assert_array_equal(image.mean[0, :, 0], [1, 2, 1, 2])
+        np.testing.assert_array_equal(image.alpha, [[1, 1, 0.5, 0]])
+        with self.assertRaises(ValueError):
+            TileImage(3, 1, x=30).put(right)
+
+
+def tiff(values, predictor=1, deflate=False, rows=2):
+    """A float TIFF by the letter of TIFF 6.0 and Technote 3, written independently of the reader."""
+    height, width, channels = values.shape
+    strips = []
+    for top in range(0, height, rows):
+        strip = b""
+        for row in values[top:top + rows]:
+            data = row.astype("<f4").tobytes()
+            if predictor == 3:
+                count = width * channels
+                planes = b"".join(bytes(data[4 * i + 3 - p] for i in range(count)) for p in range(4))
+                data = bytes((planes[i] - (planes[i - channels] if i >= channels else 0)) & 255
+                             for i in range(len(planes)))
+            strip += data
+        strips.append(zlib.compress(strip) if deflate else strip)
+    entries = [(256, 3, [width]), (257, 3, [height]), (258, 3, [32] * channels),
+               (259, 3, [8 if deflate else 1]), (262, 3, [1]), (273, 4, None), (277, 3, [channels]),
+               (278, 3, [rows]), (279, 4, [len(s) for s in strips]), (284, 3, [1]),
+               (317, 3, [predictor]), (339, 3, [3] * channels)]
+    place = 8 + 2 + 12 * len(entries) + 4
+    extra_bytes = sum(len(v or strips) * (2 if k == 3 else 4) for _, k, v in entries)
+    data_at, extra, table = place + extra_bytes, b"", b""
+    offsets, at = [], data_at
+    for strip in strips:
+        offsets.append(at)
+        at += len(strip)
+    for tag, kind, numbers in entries:
+        packed = b"".join(struct.pack("<H" if kind == 3 else "<I", n) for n in numbers or offsets)
+        table += struct.pack("<HHI", tag, kind, len(numbers or offsets))
+        if len(packed) <= 4:
+            table += packed.ljust(4, b"\0")
+        else:
+            table += struct.pack("<I", place + len(extra))
+            extra += packed
+    head = struct.pack("<2sHI", b"II", 42, 8) + struct.pack("<H", len(entries)) + table + b"\0" * 4
+    return head + extra.ljust(extra_bytes, b"\0") + b"".join(strips)
+
+
+class Pictures(unittest.TestCase):
+    def values(self, channels):
+        random = np.random.default_rng(1)
+        values = random.normal(size=(5, 3, channels)) * 10.0 ** random.integers(-30, 30, (5, 3, channels))
+        values[0, 0, 0], values[1, 1, 0] = np.nan, np.inf
+        return values.astype(np.float32)
+
+    def test_all_kinds_of_tiff_that_the_server_may_write_are_read_to_the_bit(self):
+        for channels in (1, 3, 4):
+            values = self.values(channels)
+            for predictor, deflate in ((1, False), (1, True), (3, True)):
+                picture = decode_tiff(tiff(values, predictor, deflate))
+                expected = values[:, :, 0] if channels == 1 else values
+                self.assertEqual(picture.dtype, np.float32)
+                self.assertEqual(picture.tobytes(), expected.tobytes())
+                self.assertEqual(picture.shape, expected.shape)
+
+    def test_other_or_broken_tiffs_are_refused(self):
+        good = tiff(self.values(3), 3, True)
+        for broken in (b"", b"MM" + good[2:], good[:20], good[:-40], good.replace(
+                struct.pack("<HHI", 339, 3, 3), struct.pack("<HHI", 340, 3, 3)), tiff(self.values(3), 2)):
+            with self.assertRaises(tessera.CorruptData):
+                decode_tiff(broken)
+
+    def test_srgb_has_its_known_values(self):
+        # IEC 61966-2-1: the line ends at 0.0031308; ((128 / 255 + 0.055) / 1.055)^2.4 = 0.215861.
+        values = [np.nan, -1, 0, 0.0031308, 0.215861, 1, 7, np.inf]
+        np.testing.assert_array_equal(srgb8(values), [0, 0, 0, 10, 128, 255, 255, 255])
+        self.assertEqual(srgb8(0.5, exposure_stops=1), 255)
+
+    def test_a_png_holds_the_pixels(self):
+        from harness import png_pixels
+        pixels = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
+        rows = png_pixels(encode_png(pixels))
+        np.testing.assert_array_equal(rows, pixels)
+        for wrong in (pixels.astype(float), pixels[:, :, :2], pixels[0, 0]):
+            with self.assertRaises(ValueError):
+                encode_png(wrong)
+
+
+class Values(unittest.TestCase):
+    def test_unknown_numbers_are_nan(self):
+        error = tessera.ErrorBar.of(json.loads('{"relative_rmse": null, "confidence": 0.95}'))
+        self.assertTrue(np.isnan(error.relative_rmse) and np.isnan(error.low))
+        self.assertEqual(str(error), "unknown")
+        known = tessera.ErrorBar(0.051, 0.05, 0.06, 0.95, "none", True)
+        self.assertEqual(str(known), "5.10% (5.00% to 6.00%), unreliable")

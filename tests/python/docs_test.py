@@ -1,0 +1,140 @@
+"""The README's examples and those of clients/examples, run as a reader would run them."""
+
+import contextlib
+import io
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+from harness import PATIENCE_S, png_pixels, png_size
+from support import REPOSITORY, ServerTest
+
+EXAMPLES = Path(REPOSITORY, "clients/examples")
+README = Path(REPOSITORY, "clients/python/README.md")
+
+
+class Documents(ServerTest):
+    def setUp(self):
+        super().setUp()
+        self.folder = Path(tempfile.mkdtemp(prefix="tessera-examples-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.environment = {**os.environ, "TESSERA_SERVER": self.url(),
+                            "PATH": os.path.dirname(sys.executable) + ":" + os.environ["PATH"]}
+
+    def run_example(self, name, *arguments, program=sys.executable):
+        done = subprocess.run([program, EXAMPLES / name, *arguments], env=self.environment, cwd=self.folder,
+                              capture_output=True, text=True, timeout=PATIENCE_S)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        return done.stdout
+
+    def test_the_readme_runs_from_top_to_bottom(self):
+        blocks = re.findall(r"^```python\n(.*?)^```$", README.read_text(), re.S | re.M)
+        self.assertGreaterEqual(len(blocks), 8)
+        names = {"__name__": "readme"}
+        shown = io.StringIO()
+        home = os.getcwd()
+        os.chdir(self.folder)
+        try:
+            with mock.patch.dict(os.environ, self.environment), contextlib.redirect_stdout(shown):
+                for number, block in enumerate(blocks, 1):
+                    exec(compile(block, f"README.md, example {number}", "exec"), names)
+        finally:
+            os.chdir(home)
+        self.assertIn("/film/width 0 is outside [1, 16384]", shown.getvalue())
+        self.assertIn("finished relative_error", shown.getvalue())
+        self.assertEqual(png_size((self.folder / "cornell.png").read_bytes())[:2], (160, 90))
+        self.assertTrue((self.folder / "cornell.exr").read_bytes().startswith(b"v/1\x01"))
+        self.assertEqual(names["images"][0].shape, (64, 64, 3))
+
+    def test_every_example_is_run_by_a_test(self):
+        here = Path(__file__).read_text()
+        for path in EXAMPLES.iterdir():
+            if path.suffix in (".py", ".sh", ".mjs") and path.name not in ("simple_glb.py", "product.py"):
+                self.assertIn(f'run_example("{path.name}"', here)
+
+    def test_curl_tour(self):
+        told = self.run_example("curl_tour.sh", ".", program="sh")
+        self.assertRegex(told, r"relative error 0\.\d+, 95 % between 0\.\d+ and 0\.\d+")
+        self.assertIn("finished with 64 samples", told)
+        self.assertIn("'pointer': '/film/width'", told)
+        for name in ("picture.png", "error.png"):
+            self.assertEqual(png_size((self.folder / name).read_bytes())[:2], (160, 90))
+        pixel = json.loads((self.folder / "pixel.json").read_text())
+        self.assertEqual((pixel["x"], pixel["y"]), (80, 45))
+
+    def test_turntable(self):
+        arguments = ("--frames", "3", "--size", "48x36", "--error", "0.3")
+        self.run_example("turntable.py", *arguments)
+        frames = [(self.folder / f"turntable-{i:03}.png").read_bytes() for i in range(3)]
+        self.assertEqual({png_size(frame) for frame in frames}, {(48, 36, 6)})
+        self.assertEqual(len(set(frames)), 3)
+        jobs = len(list(self.client.jobs(label="turntable")))
+        self.run_example("turntable.py", *arguments)
+        self.assertEqual(len(list(self.client.jobs(label="turntable"))), jobs, "found by their labels")
+
+    def test_variants(self):
+        told = self.run_example("variants.py", "--size", "40x60", "--samples", "16")
+        names = re.findall(r"^(\w+): albedo in the middle ([0-9.]+) ([0-9.]+) ([0-9.]+)", told, re.M)
+        albedos = {name: [float(v) for v in values] for name, *values in names}
+        self.assertEqual(list(albedos), ["ivory", "cobalt", "oxblood", "copper"])
+        # The metal's albedo is its base colour; the glazes have a little white reflection on top.
+        np.testing.assert_allclose(albedos["copper"], [0.95, 0.55, 0.40], atol=0.01)
+        self.assertEqual(np.argmax(albedos["cobalt"]), 2)
+        self.assertEqual(np.argmax(albedos["oxblood"]), 0)
+        sheet = png_pixels((self.folder / "variants.png").read_bytes())
+        self.assertEqual((len(sheet), len(sheet[0])), (60, 160))
+        self.assertEqual(sheet[0][0], (255, 255, 255))
+        middles = {sheet[30][20 + 40 * i] for i in range(4)}
+        self.assertEqual(len(middles), 4)
+
+    def test_error_target(self):
+        told = self.run_example("error_target.py", "--error", "0.15", "--size", "64x36", "--out", "p.png")
+        ended, value, high = re.search(r"^(\w+): .* error ([0-9.]+)% \([0-9.]+% to ([0-9.]+)%\)", told,
+                                       re.M).groups()
+        self.assertEqual(ended, "relative_error")
+        self.assertLessEqual(float(value), 15)
+        self.assertLess(float(high), 20)
+        power = float(re.search(r"to the power (-?[0-9.]+)", told).group(1))
+        self.assertLess(power, -0.3)
+        self.assertEqual(png_size((self.folder / "p.png").read_bytes())[:2], (64, 36))
+
+    def test_lighting_study(self):
+        samples = 256
+        told = self.run_example("lighting_study.py", "--samples", str(samples))
+        rows = re.findall(r"^ +([0-9.]+) m +([0-9.]+) lx +\(([0-9.]+) to ([0-9.]+)\) +exact +([0-9.]+)",
+                          told, re.M)
+        self.assertEqual(len(rows), 8)
+        for i, row in enumerate(rows):
+            x, value, low, high, exact = map(float, row)
+            # Four standard errors of independent samples, spread evenly over the luminaire: what the
+            # renderer does is no worse. 0.01 lx is the last digit; within a pixel E bends by less than 2e-4.
+            mean, deviation = self.illuminance(float(x) // 0.0625 * 0.0625 + 0.03125, (1.5, 2.5)[i // 4])
+            self.assertAlmostEqual(exact, mean, delta=0.01 + 1e-4 * mean)
+            tolerance = 4 * deviation / math.sqrt(samples) + 0.01 + 2e-4 * exact
+            self.assertLess(tolerance, 0.15 * exact)  # it means something
+            self.assertLess(abs(value - exact), tolerance, row)
+            self.assertTrue(low < value < high < 1.02 * low, row)
+
+    @staticmethod
+    def illuminance(x, height):
+        """Mean and deviation over points of the luminaire of what each would give if all were like it, by the
+        midpoint rule: 1.2 m by 0.3 m of 1000 cd/m^2, L cos^2 / r^2 per area, at (x, 0.03125)."""
+        u = (np.arange(400) + 0.5) / 400 * 1.2 - 0.6 - x
+        v = (np.arange(100) + 0.5) / 100 * 0.3 - 0.15 - 0.03125
+        square = u[:, None] ** 2 + v[None, :] ** 2 + height**2
+        given = 1000 * 1.2 * 0.3 * height**2 / square**2
+        return float(given.mean()), float(given.std())
+
+    def test_javascript(self):
+        told = self.run_example("render.mjs", "cornell-box", "js.png", program="node")
+        self.assertLess(float(re.search(r"^end (.*)$", told, re.M).group(1)), 0.15)
+        self.assertEqual(png_size((self.folder / "js.png").read_bytes())[:2], (160, 90))
+        self.assertLessEqual(len((EXAMPLES / "render.mjs").read_text().splitlines()), 30)

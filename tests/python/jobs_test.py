@@ -1,0 +1,268 @@
+"""Jobs, pictures, pixels, lists and errors against a real server."""
+
+import asyncio
+import math
+import os
+import tempfile
+
+import numpy as np
+from harness import png_size
+from support import FAST, ServerTest
+
+import tessera
+from tessera import AsyncClient, Client
+
+SMALL = {"size": (48, 32), "layers": []}
+LONG = {**SMALL, "samples_per_pixel": 65536}
+
+
+class Jobs(ServerTest):
+    def test_a_job_is_submitted_waited_for_and_described(self):
+        job = self.client.submit("cornell-box", name="a box", labels={"k": "v"}, seed=3,
+                                 samples_per_pixel=8, **SMALL)
+        self.assertFalse(job.ended)
+        self.assertIs(job.wait(), job)
+        self.assertEqual((job.state, job.stop_reason), ("finished", "samples_per_pixel"))
+        self.assertEqual((job.name, job.labels, job.spec["seed"]), ("a box", {"k": "v"}, 3))
+        self.assertEqual((job.progress.fraction, job.progress.samples_mean), (1, 8))
+        self.assertLess(job.error.low, job.error.relative_rmse)
+        self.assertLess(job.error.relative_rmse, job.error.high)
+        self.assertEqual((job.error.confidence, job.error.bias), (0.95, "none"))
+        self.assertRegex(job.film_digest, "^[0-9a-f]{64}$")
+        self.assertGreater(job.statistics["rays"], 0)
+        self.assertEqual(self.client.job(job.id).data, job.data)
+
+    def test_every_layer_is_the_film_to_the_bit(self):
+        job = self.client.submit("cornell-box", size=(70, 40), samples_per_pixel=4)
+        film = job.tile_image()
+        for tile in job.tiles():
+            film.put(tile)
+        job.wait()
+        self.assertTrue(film.complete)
+        for layer, values in (("beauty", film.mean), ("variance", film.variance),
+                              ("samples", film.samples), ("alpha", film.alpha)):
+            self.assertEqual(job.image(layer).tobytes(), values.tobytes(), layer)
+        self.assertEqual(job.image().dtype, np.float32)
+        shapes = {layer: job.image(layer).shape for layer in self.client.info().layers}
+        colours = {"beauty", "albedo", "normal", "variance"}
+        self.assertEqual(shapes, {name: (40, 70, 3) if name in colours else (40, 70) for name in shapes})
+        self.assertLessEqual({"beauty", "albedo", "normal", "depth", "error"}, set(shapes))
+        normal = job.image("normal")
+        self.assertLess(abs(np.linalg.norm(normal[20, 35]) - 1), 1e-3)
+
+    def test_a_crop_and_parts_lie_where_they_were_asked_for(self):
+        whole = self.client.submit("cornell-box", size=(96, 64), samples_per_pixel=2, layers=[])
+        crop = self.client.submit("cornell-box", size=(96, 64), samples_per_pixel=2, layers=[],
+                                  crop=(20, 10, 50, 40))
+        pixels = whole.wait().image()
+        self.assertEqual(crop.wait().size, (50, 40))
+        np.testing.assert_array_equal(crop.image(), pixels[10:50, 20:70])
+        film = crop.tile_image()
+        for tile in crop.tiles():
+            film.put(tile)
+        np.testing.assert_array_equal(film.mean, pixels[10:50, 20:70])
+        np.testing.assert_array_equal(crop.image(part=(30, 20, 5, 6)), pixels[20:26, 30:35])
+        self.assertEqual(whole.image(max_size=24).shape, (16, 24, 3))
+
+    def test_a_transparent_background_has_alpha(self):
+        glb = self.client.scene_glb("furnace")
+        environment = {"color": [1, 0, 0], "visible": False}
+        job = self.client.submit(self.client.upload(glb), environment=environment,
+                                 samples_per_pixel=4, **SMALL).wait()
+        image, film = job.image(), job.tile_image()
+        for tile in job.tiles():
+            self.assertIsNotNone(tile.alpha)
+            film.put(tile)
+        self.assertEqual(image.shape, (32, 48, 4))
+        np.testing.assert_array_equal(image[:, :, :3], film.mean)
+        np.testing.assert_array_equal(image[:, :, 3], film.alpha)
+        self.assertEqual((image[:, :, 3].min(), image[:, :, 3].max()), (0, 1))
+
+    def test_picture_files_have_their_formats(self):
+        job = self.client.submit("cornell-box", samples_per_pixel=2, **SMALL).wait()
+        starts = {"png": b"\x89PNG", "jpg": b"\xff\xd8", "webp": b"RIFF", "exr": b"v/1\x01",
+                  "hdr": b"#?RADIANCE", "tif": b"II*\0"}
+        with tempfile.TemporaryDirectory() as folder:
+            for name, start in starts.items():
+                path = job.save(os.path.join(folder, "p." + name))
+                self.assertTrue(path.read_bytes().startswith(start), name)
+            with self.assertRaises(ValueError):
+                job.save(os.path.join(folder, "p.bmp"))
+        self.assertEqual(png_size(job.picture(max_size=12))[:2], (12, 8))
+        self.assertNotEqual(job.picture(exposure=2), job.picture())
+        with self.assertRaises(tessera.Invalid):
+            job.picture(tonemap="sepia")
+
+    def test_a_pixel_has_its_interval_and_its_halves(self):
+        job = self.client.submit("cornell-box", size=(48, 32), samples_per_pixel=8).wait()
+        pixel = job.pixels(20, 10)
+        np.testing.assert_array_equal(pixel.beauty.mean.astype(np.float32), job.image()[10, 20])
+        np.testing.assert_allclose(pixel.beauty.halves.mean(axis=0), pixel.beauty.mean, rtol=1e-5)
+        self.assertTrue((pixel.beauty.low <= pixel.beauty.mean).all())
+        self.assertTrue((pixel.beauty.high >= pixel.beauty.mean).all())
+        self.assertEqual((pixel.x, pixel.y, pixel.samples), (20, 10, 8))
+        self.assertIsNone(pixel.layers["depth"].halves)
+        with self.assertRaises(tessera.NotFound):
+            job.pixels(48, 0)
+
+    def test_convergence_ends_where_the_job_does(self):
+        job = self.client.submit("cornell-box", samples_per_pixel=32, **SMALL).wait()
+        curve = job.convergence()
+        self.assertEqual(curve.samples_per_pixel[-1], 32)
+        self.assertEqual(curve.relative_rmse[-1], job.error.relative_rmse)
+        self.assertTrue((np.diff(curve.samples_per_pixel) > 0).all())
+        self.assertEqual(len(curve), len(curve.rays))
+        self.assertTrue(math.isfinite(curve.slope.value))
+
+    def test_an_error_target_is_kept(self):
+        job = self.client.submit("cornell-box", relative_error=0.3, **SMALL).wait()
+        self.assertEqual(job.stop_reason, "relative_error")
+        self.assertLessEqual(job.error.relative_rmse, 0.3)
+
+    def test_extending_gives_the_digest_of_a_longer_job(self):
+        job = self.client.submit("cornell-box", samples_per_pixel=4, **SMALL).wait()
+        before = job.film_digest
+        job.extend(samples_per_pixel=16).wait()
+        longer = self.client.submit("cornell-box", samples_per_pixel=16, **SMALL).wait()
+        self.assertEqual(job.film_digest, longer.film_digest)
+        self.assertNotEqual(job.film_digest, before)
+
+    def test_a_job_is_paused_resumed_changed_cancelled_and_deleted(self):
+        job = self.client.submit("cornell-box", **LONG)
+        with self.assertRaises(tessera.Conflict):
+            job.delete()
+        self.server.wait_for_samples(job.id)
+        self.assertEqual(job.pause().state, "paused")
+        self.assertEqual(self.client.job(job.id).state, "paused")
+        self.assertIn(job.resume().state, ("queued", "loading", "rendering"))
+        job.update(name="new", priority=7, labels={"a": "b"})
+        self.assertEqual((job.name, job.spec["priority"], job.labels), ("new", 7, {"a": "b"}))
+        with self.assertRaises(tessera.WaitTimeout):
+            job.wait(timeout=0.1)
+        job.cancel()
+        self.assertEqual(job.wait().state, "cancelled")
+        self.assertEqual(job.cancel().stop_reason, "cancelled")
+        self.assertEqual(job.image().shape, (32, 48, 3))
+        job.delete()
+        with self.assertRaises(tessera.NotFound):
+            job.refresh()
+
+    def test_faults_of_a_request_name_their_places(self):
+        with self.assertRaises(tessera.Invalid) as caught:
+            self.client.submit("cornell-box", size=(0, 32), request={"colour": 1})
+        self.assertEqual({fault.pointer for fault in caught.exception.errors},
+                         {"/film/width", "/colour"})
+        self.assertTrue(caught.exception.request_id)
+        with self.assertRaises(tessera.NotFound):
+            self.client.submit("no-such-scene")
+        with self.assertRaises(tessera.NotFound):
+            self.client.job("no-such-job")
+
+    def test_an_estimate_submits_nothing(self):
+        before = len(list(self.client.jobs()))
+        self.assertTrue(self.client.estimate("cornell-box", **LONG))
+        with self.assertRaises(tessera.Invalid):
+            self.client.estimate("cornell-box", size=(0, 1))
+        self.assertEqual(len(list(self.client.jobs())), before)
+
+    def test_lists_find_by_state_and_label(self):
+        jobs = [self.client.submit("cornell-box", labels={"batch": "lists", "n": str(i)},
+                                   samples_per_pixel=1, **SMALL) for i in range(5)]
+        for job in jobs:
+            job.wait()
+        ids = [job.id for job in reversed(jobs)]
+        found = self.client.jobs(label={"batch": "lists"}, state="finished")
+        self.assertEqual([job.id for job in found], ids)
+        found = self.client.jobs(label=["batch", "n=3"], state=["finished", "failed"])
+        self.assertEqual([job.id for job in found], [jobs[3].id])
+        self.assertEqual([job.id for job in self.client.jobs(label="batch", limit=2)], ids[:2])
+        # The server's pages are shorter than the list.
+        pages = self.client._pages("/v1/jobs", {"label": "batch", "limit": 2}, "jobs", None)
+        self.assertEqual(len(list(pages)), 5)
+
+    def test_what_the_server_has_not_is_said_politely(self):
+        info = self.client.info()
+        self.assertIn("cornell-box", info.scenes)
+        self.assertIn("path", info.integrators)
+        paths = self.server.get("/openapi.json").json()["paths"]
+        jobs = [self.client.submit("cornell-box", samples_per_pixel=4, seed=seed, **SMALL).wait()
+                for seed in (1, 2)]
+        if "/v1/comparisons" in paths:
+            comparison = self.client.compare(*jobs)
+            a, b = (job.image().astype(np.float64) for job in jobs)
+            self.assertAlmostEqual(comparison.mse, ((a - b) ** 2).mean(), delta=1e-4 * comparison.mse)
+            self.assertAlmostEqual(comparison.relmse, ((a - b) ** 2 / (b**2 + 0.01)).mean(),
+                                   delta=1e-4 * comparison.relmse)
+        else:
+            with self.assertRaises(tessera.NotOffered):
+                self.client.compare(*jobs)
+        if "/v1/lab/runs" in paths:
+            run = self.client.lab("pi", n=[16, 64, 256], replicates=64, seed=1)
+            self.assertEqual([point.n for point in run.points], [16, 64, 256])
+            self.assertLess(run.slope, 0)
+        else:
+            with self.assertRaises(tessera.NotOffered):
+                self.client.lab("pi", n=[16])
+
+
+class Waiting(ServerTest):
+    FLAGS = ("--max-running", "1")
+
+    def test_there_is_no_picture_before_the_first_sample(self):
+        first = self.client.submit("cornell-box", **LONG)
+        self.server.wait_for_samples(first.id)
+        job = self.client.submit("cornell-box", **LONG)
+        with self.assertRaises(tessera.Conflict):
+            job.image()
+        with self.assertRaises(tessera.Conflict):
+            job.picture()
+        self.assertIsNone(job._repr_png_())
+        self.assertIn("queued", job._repr_html_())
+
+
+class Together(ServerTest):
+    def test_many_jobs_are_awaited_at_once(self):
+        async def one(client, seed):
+            job = await client.submit("cornell-box", seed=seed, samples_per_pixel=2, **SMALL)
+            events = [event.type async for event in job.events()]
+            film = job.tile_image()
+            async for tile in job.tiles():
+                film.put(tile)
+            image = await job.image()
+            np.testing.assert_array_equal(image, film.mean)
+            pixel = await job.pixels(5, 5)
+            np.testing.assert_array_equal(pixel.beauty.mean.astype(np.float32), image[5, 5])
+            return events[0], events[-1], image.tobytes()
+
+        async def run():
+            async with AsyncClient(self.url()) as client:
+                results = await asyncio.gather(*(one(client, seed) for seed in range(6)))
+                listed = [job.id async for job in client.jobs(state="finished")]
+                await (await client.job(listed[0])).delete()
+                with self.assertRaises(tessera.NotFound):
+                    await client.job(listed[0])
+                return results, listed
+
+        results, listed = asyncio.run(run())
+        self.assertEqual({(first, last) for first, last, _ in results}, {("snapshot", "end")})
+        self.assertEqual(len({image for _, _, image in results}), 6)
+        self.assertGreaterEqual(len(listed), 6)
+
+
+class Keys(ServerTest):
+    FLAGS = ("--key", "a-long-enough-secret-key")
+
+    def setUp(self):
+        self.client = Client(self.url(), key=self.FLAGS[1], retry=FAST)
+        self.addCleanup(self.client.close)
+
+    def tearDown(self):
+        self.assertTrue(self.server.alive())
+
+    def test_the_key_opens_the_server(self):
+        job = self.client.submit("cornell-box", samples_per_pixel=2, **SMALL)
+        self.assertEqual([e.type for e in job.events()][-1], "end")
+        with self.assertRaises(tessera.Unauthorized):
+            Client(self.url(), key="wrong").job(job.id)
+        with self.assertRaises(tessera.Unauthorized):
+            next(Client(self.url(), key="")._pages("/v1/jobs", {}, "jobs", 1))

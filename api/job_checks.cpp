@@ -98,8 +98,10 @@ void check_options(const JobSpec& spec, std::span<const std::string> accepted, F
     faults.add("/estimator/mis", "applies to strategy 'mis' only");
   }
   constexpr std::array kOptions = {
-      "/integrator/max_depth", "/estimator/strategy", "/estimator/mis", "/estimator/roulette",
-      "/sampler/type",         "/sampler/replicates", "/light_sampler", "/adaptive",
+      "/integrator/max_depth",      "/estimator/strategy",  "/estimator/mis",
+      "/estimator/roulette",        "/estimator/splitting", "/estimator/expected_values",
+      "/sampler/type",              "/sampler/replicates",  "/light_sampler",
+      "/adaptive",
   };
   JobSpec plain;
   plain.render.integrator = spec.render.integrator;

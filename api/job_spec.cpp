@@ -30,6 +30,16 @@ constexpr bool is_power(const JobSpec& s) {
   return s.render.estimator.mis == core::MisType::kPower;
 }
 
+constexpr bool is_threshold(const JobSpec& s) {
+  return s.render.estimator.roulette == core::RouletteType::kThreshold;
+}
+constexpr bool is_split(const JobSpec& s) {
+  return s.render.estimator.splitting == core::SplittingType::kFixed;
+}
+constexpr bool is_resampled(const JobSpec& s) {
+  return s.render.light_sampler == core::LightSamplerType::kRis;
+}
+
 constexpr auto camera_row() {
   return nested(
       "camera", [](auto& s) -> auto& { return s.camera; },
@@ -97,10 +107,24 @@ constexpr auto estimator_row() {
       group("roulette", "Russian roulette.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.estimator.roulette; },
-                &core::roulette_types, "What decides about survival.")),
-      only_type("splitting", R"("none")", "Several continuations of a path at its first hit."),
+                &core::roulette_types, "What decides about survival."),
+            when(&is_threshold, "applies to type 'threshold' only",
+                 number(
+                     "delta", [](auto& s) -> auto& { return s.render.estimator.roulette_delta; },
+                     {0, 1e9},
+                     "Radiance [W/(m^2 sr)]; 0 traces every shadow ray."))),
+      group("splitting", "Several continuations of a path at its first surface.",
+            choice(
+                "type", [](auto& s) -> auto& { return s.render.estimator.splitting; },
+                &core::splitting_types, "How many there are."),
+            when(&is_split, "applies to type 'fixed' only",
+                 number(
+                     "count", [](auto& s) -> auto& { return s.render.estimator.split_count; },
+                     {1, limits::kSplitCount}, "Continuations of each path."))),
       only_type("control_variate", R"("none")", "What is subtracted and added in closed form."),
-      FixedRow{"expected_values", "true", "Integrate in closed form what can be."});
+      flag(
+          "expected_values", [](auto& s) -> auto& { return s.render.estimator.expected_values; },
+          "True: absorption and transparency as factors; false: by throws of dice."));
 }
 
 const auto& table() {
@@ -154,7 +178,11 @@ const auto& table() {
       group("light_sampler", "Which light is looked at.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.light_sampler; },
-                &core::light_samplers, "Kind of choice.")),
+                &core::light_samplers, "Kind of choice."),
+            when(&is_resampled, "applies to type 'ris' only",
+                 number(
+                     "candidates", [](auto& s) -> auto& { return s.render.light_candidates; },
+                     {1, limits::kLightCandidates}, "Light samples of which one is taken."))),
       only_type("adaptive", R"("none")", "Where further samples go."),
       FixedRow{"spectral", "false", "Wavelengths instead of three colours."},
       CustomRow<JobSpec>{

@@ -21,6 +21,8 @@ constexpr std::array kLimits = {
     LimitRow{"filter_radius", limits::kFilterRadius, "Radius of the film filter in pixels."},
     LimitRow{"max_depth", limits::kMaxDepth, "Scattering events on a path."},
     LimitRow{"replicates", limits::kReplicates, "Independent randomisations of a pixel."},
+    LimitRow{"split_count", limits::kSplitCount, "Continuations of a path that is split."},
+    LimitRow{"light_candidates", limits::kLightCandidates, "Light samples of which one is taken."},
     LimitRow{"samples_per_pixel", limits::kSamplesPerPixel,
              "Samples a pixel, all replicates together."},
     LimitRow{"stop_seconds", limits::kStopSeconds, "Rendering seconds that a job may ask for."},

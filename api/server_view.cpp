@@ -25,6 +25,16 @@ Json typed_list(const Entries& entries, const std::vector<std::string>& accepts)
   return list;
 }
 
+/// Parameters that one type of a group alone has.
+struct TypeParameter {
+  std::string_view group, type, parameter;
+};
+constexpr std::array kParameters = {
+    TypeParameter{"mis", "power", "exponent"},
+    TypeParameter{"roulette", "threshold", "delta"},
+    TypeParameter{"splitting", "fixed", "count"},
+};
+
 /// A patch of one string at estimator/`path`..., from the innermost member outwards.
 OptionRow option(const std::vector<std::string>& path, std::string_view value,
                  std::string_view bias, std::string_view summary) {
@@ -35,9 +45,11 @@ OptionRow option(const std::vector<std::string>& path, std::string_view value,
     outer[*key] = std::move(patch);
     patch = std::move(outer);
   }
-  // Other types have no exponent; null takes it out of a request that has one.
-  if (path.size() > 2 && path[1] == "mis" && value != "power") {
-    patch["estimator"]["mis"]["exponent"] = nullptr;
+  // A parameter of another type is refused; null takes it out of a request that has one.
+  for (const auto& [group, type, parameter] : kParameters) {
+    if (path.size() > 2 && path[1] == group && value != type) {
+      patch[path[0]][path[1]][std::string(parameter)] = nullptr;
+    }
   }
   for (const std::string& key : path) {
     if (key != "type") {
@@ -65,8 +77,9 @@ Json limits_json(const std::vector<ConfiguredLimit>& configured) {
 }  // namespace
 
 std::vector<std::string> accepted_options(std::string_view /*integrator*/) {
-  return {"/integrator/max_depth", "/estimator/strategy", "/estimator/mis", "/estimator/roulette",
-          "/sampler/type",         "/sampler/replicates", "/light_sampler"};
+  return {"/integrator/max_depth", "/estimator/strategy",  "/estimator/mis",
+          "/estimator/roulette",   "/estimator/splitting", "/estimator/expected_values",
+          "/sampler/type",         "/sampler/replicates",  "/light_sampler"};
 }
 
 std::vector<OptionRow> estimation_options() {
@@ -80,6 +93,15 @@ std::vector<OptionRow> estimation_options() {
   for (const auto& entry : core::roulette_types()) {
     options.push_back(
         option({"estimator", "roulette", "type"}, entry.name, entry.bias, entry.summary));
+  }
+  for (const auto& entry : core::splitting_types()) {
+    options.push_back(
+        option({"estimator", "splitting", "type"}, entry.name, entry.bias, entry.summary));
+  }
+  for (const auto& entry : core::expected_value_types()) {
+    OptionRow row = option({"estimator", "expected_values"}, entry.name, entry.bias, entry.summary);
+    row.patch = dump({{"estimator", {{"expected_values", entry.value}}}});
+    options.push_back(std::move(row));
   }
   return options;
 }
@@ -103,6 +125,11 @@ std::string server_json(const ServerView& server) {
   body["integrators"] = std::move(integrators);
   body["samplers"] = typed_list(core::samplers(), {"/sampler/replicates"});
   body["light_samplers"] = typed_list(core::light_samplers(), {});
+  for (Json& entry : body["light_samplers"]) {
+    if (entry["type"] == "ris") {
+      entry["accepts"] = {"/light_sampler/candidates"};
+    }
+  }
   body["adaptive"] = Json::array({{{"type", "none"},
                                    {"bias", "none"},
                                    {"summary", "Every pixel gets the same number of samples."},

@@ -76,6 +76,9 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
       ->type_name("FILE");
   app.add_option("--integrator", flags.integrator, "How light is estimated (path)")->type_name("T");
   app.add_option("--sampler", flags.sampler, "Where samples come from (sobol)")->type_name("T");
+  app.add_option("--light-sampler", flags.light_sampler, "How lights are chosen (tree)")->type_name("T");
+  app.add_option("--roulette", flags.roulette, "How paths end before their time (throughput)")->type_name("T");
+  app.add_option("--split", flags.split, "Continuations of each path at its first surface (1)")->type_name("N");
   app.add_option("--seed", flags.seed, "Another seed gives another noise (0)")->type_name("N");
   app.add_option("--threads", flags.threads, "Threads that render (all of the machine's)")
       ->check(CLI::Range(0, 1024).description(""))
@@ -113,6 +116,15 @@ core::Result<Json> make_request(const JobFlags& flags) {
   }
   if (flags.sampler) {
     object_at(request, "sampler")["type"] = *flags.sampler;
+  }
+  if (flags.light_sampler) {
+    object_at(request, "light_sampler")["type"] = *flags.light_sampler;
+  }
+  if (flags.roulette) {
+    object_at(object_at(request, "estimator"), "roulette")["type"] = *flags.roulette;
+  }
+  if (flags.split) {
+    object_at(request, "estimator")["splitting"] = {{"type", "fixed"}, {"count", *flags.split}};
   }
   if (flags.seed) {
     request["seed"] = *flags.seed;

@@ -26,6 +26,9 @@ struct JobFlags {
   std::optional<std::string> camera;
   std::optional<std::string> integrator;
   std::optional<std::string> sampler;
+  std::optional<std::string> light_sampler;
+  std::optional<std::string> roulette;
+  std::optional<int> split;
   std::optional<std::uint64_t> seed;
   int threads = 0;
   bool json = false;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/integrators/integrator.h"
+#include "core/integrators/medium_stack.h"
 #include "core/lights/light_sampler.h"
 #include "core/materials/shade.h"
 #include "core/sampling/mis.h"
@@ -18,11 +19,17 @@ class PathIntegrator final : public Integrator {
  private:
   struct State;
   struct Vertex;
-  class MediumStack;
   bool find_surface(State& path, Vertex& vertex) const noexcept;
   void add_background(State& path) const noexcept;
   void add_emission(State& path, const Vertex& vertex) const noexcept;
   void add_direct(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
+  struct DirectLight;
+  DirectLight sample_light(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
+  DirectLight unshadowed(const State& path, const Vertex& vertex, const Bsdf& bsdf,
+                         const LightSample& light) const noexcept;
+  bool lets_through(State& path, Rgb& share) const noexcept;
+  void follow(State& path) const noexcept;
+  void split(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
   BsdfSample sample_direction(State& path, const Bsdf& bsdf) const noexcept;
   bool scatter(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
   Rgb transmittance(State& path, const Ray& ray, MediumStack& media) const noexcept;
@@ -37,6 +44,11 @@ class PathIntegrator final : public Integrator {
   MisRule mis_;
   Strategy strategy_;
   RouletteType roulette_;
+  float shadow_threshold_;  ///< 0: every shadow ray is traced
+  int candidates_;          ///< light samples of which one is taken
+  float light_share_;       ///< light samples for each BSDF sample, in the weights of MIS
+  bool expected_values_;
+  int split_count_;
   int max_depth_;
 };
 

@@ -13,7 +13,7 @@ LightSampler::LightSampler(const SceneData& scene, const Environment* environmen
                            LightSamplerType type)
     : scene_(scene),
       environment_(environment != nullptr && !environment->is_black() ? environment : nullptr),
-      type_(type),
+      type_(type == LightSamplerType::kRis ? LightSamplerType::kTree : type),
       triangles_(scene.triangle_lights.size()) {
   const auto& punctual = scene.punctual_lights;
   local_punctual_ = static_cast<std::size_t>(
@@ -129,6 +129,7 @@ LightSample LightSampler::sample(Vec3 point, Vec3 normal_world, float u_pick, Ve
       prob = power_.prob_cell(light);
       break;
     }
+    case LightSamplerType::kRis:  // never: see the constructor
     case LightSamplerType::kTree: {
       if (u_pick < prob_tree_) {
         const auto pick = scene_.light_tree.pick(point, normal_world, std::min(u_pick / prob_tree_, kOneMinusEpsilon));
@@ -174,6 +175,7 @@ float LightSampler::pdf_triangle(std::uint32_t light, Vec3 point, Vec3 normal_wo
     case LightSamplerType::kPower:
       prob = power_.prob_cell(light);
       break;
+    case LightSamplerType::kRis:
     case LightSamplerType::kTree:
       prob = prob_tree_ * scene_.light_tree.prob_light(point, normal_world, light);
       break;

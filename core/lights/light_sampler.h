@@ -1,7 +1,8 @@
 /// LightSampler: picks a light and a point on it, for one scene and one environment.
 ///
 /// uniform: every light alike; power: by emitted power; tree: the scene's light tree, with the
-/// environment and directional lights beside it.
+/// environment and directional lights beside it; ris: as the tree, for the candidates of which the integrator
+/// takes one.
 #pragma once
 
 #include <cstdint>

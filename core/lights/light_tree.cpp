@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "core/math/numbers.h"
 
@@ -11,6 +10,7 @@ namespace core {
 namespace {
 
 constexpr int kBuckets = 12;
+constexpr double kPiExact = 3.14159265358979;
 
 /// cos(max(0, a - b)) from sines and cosines.
 float cos_sub_clamped(float sin_a, float cos_a, float sin_b, float cos_b) {
@@ -26,24 +26,31 @@ float reach(Vec3 half, Vec3 along) {
 
 float component(Vec3 v, int axis) { return v[axis]; }
 
+/// Integral over the directions of a cone of normals and of the emission around each.
+double cone_measure(float cos_theta_o, float cos_theta_e) {
+  const double cos_o = std::clamp(static_cast<double>(cos_theta_o), -1.0, 1.0);
+  const double sin_o = std::sqrt(1 - cos_o * cos_o);
+  if (cos_theta_e == 0) {  // theta_e = pi/2, so that theta_w = min(theta_o + pi/2, pi)
+    const double emission = cos_o > 0 ? 0.5 * kPiExact * sin_o + cos_o
+                                      : sin_o > 0 ? (kPiExact - std::acos(cos_o)) * sin_o : 0.0;
+    return kPiExact * (2 * (1 - cos_o) + emission);
+  }
+  const double theta_o = std::acos(cos_o);
+  const double theta_e = std::acos(std::clamp(static_cast<double>(cos_theta_e), -1.0, 1.0));
+  const double theta_w = std::min(theta_o + theta_e, kPiExact);
+  return kPiExact * (2 * (1 - cos_o) + 0.5 * (2 * theta_w * sin_o - std::cos(theta_o - 2 * theta_w) -
+                                              2 * theta_o * sin_o + cos_o));
+}
+
 /// The cost of a group: power times surface times the measure of its cone of directions.
 /// Source: Conty Estevez and Kulla 2018, eq. 1.
 double orientation_cost(const LightBounds& b, Vec3 parent_diagonal, int axis) {
-  const double theta_o = std::acos(std::clamp(static_cast<double>(b.cos_theta_o), -1.0, 1.0));
-  const double theta_e = std::acos(std::clamp(static_cast<double>(b.cos_theta_e), -1.0, 1.0));
-  const double theta_w = std::min(theta_o + theta_e, 3.14159265358979);
-  const double sin_o = std::sin(theta_o);
-  const double cos_o = std::cos(theta_o);
-  const double measure =
-      6.28318530717959 * (1 - cos_o) +
-      1.57079632679490 * (2 * theta_w * sin_o - std::cos(theta_o - 2 * theta_w) -
-                          2 * theta_o * sin_o + cos_o);
   const Vec3 d = b.box.diagonal();
   const double area = 2.0 * static_cast<double>(d.x * d.y + d.y * d.z + d.z * d.x);
   const float longest = max_component(parent_diagonal);
   const double regular = static_cast<double>(longest) /
                          std::max(1e-12, static_cast<double>(component(parent_diagonal, axis)));
-  return static_cast<double>(b.power) * measure * regular * std::max(area, 1e-12);
+  return static_cast<double>(b.power) * cone_measure(b.cos_theta_o, b.cos_theta_e) * regular * std::max(area, 1e-12);
 }
 
 }  // namespace
@@ -61,13 +68,18 @@ LightBounds merge_bounds(const LightBounds& a, const LightBounds& b) {
   out.power = a.power + b.power;
   out.two_sided = a.two_sided || b.two_sided;
   out.cos_theta_e = std::min(a.cos_theta_e, b.cos_theta_e);
+  if (a.cos_theta_o <= -1 || b.cos_theta_o <= -1) {  // all directions
+    out.axis = a.cos_theta_o <= -1 ? a.axis : b.axis;
+    out.cos_theta_o = -1;
+    return out;
+  }
   // The cone around both cones. Source: PBR 4th ed. 3.8.4. First whether one holds the other, by cosines alone:
   // the larger half-angle is at least the angle between the axes plus the smaller one.
   const float cos_d = std::clamp(dot(a.axis, b.axis), -1.0F, 1.0F);
   const float sin_d = safe_sqrt(1 - cos_d * cos_d);
   const auto holds = [cos_d, sin_d](float cos_outer, float cos_inner) {
     const float sin_inner = safe_sqrt(1 - cos_inner * cos_inner);
-    return cos_outer <= -1 || (cos_d > -cos_inner && cos_d * cos_inner - sin_d * sin_inner >= cos_outer);
+    return cos_d > -cos_inner && cos_d * cos_inner - sin_d * sin_inner >= cos_outer;
   };
   if (holds(a.cos_theta_o, b.cos_theta_o)) {
     out.axis = a.axis;
@@ -102,18 +114,84 @@ LightTree::LightTree(std::span<const LightBounds> lights) {
     return;
   }
   nodes_.reserve(2 * lights.size());
-  std::vector<std::uint32_t> order(lights.size());
-  std::iota(order.begin(), order.end(), 0U);
-  build(lights, order, 0);
+  std::vector<Item> items;
+  items.reserve(lights.size());
+  for (const LightBounds& light : lights) {
+    items.push_back({light, light.box.center(), static_cast<std::uint32_t>(items.size()), {}});
+  }
+  build(items, 0);
 }
 
-std::uint32_t LightTree::build(std::span<const LightBounds> lights, std::span<std::uint32_t> order,
-                               std::uint32_t parent) {
+/// The cheapest of the splits between buckets along each axis. Buckets without lights make no split of
+/// their own. Low sides grow from the left, high sides from the right, so that each bucket is merged twice.
+LightTree::Split LightTree::best_split(std::span<Item> items, const Bounds& centers, Vec3 diagonal) {
+  Split best;
+  const Vec3 extent = centers.diagonal();
+  if (items.size() == 2) {  // every split is the same but for the regularity of the axis
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool longer = best.axis < 0 || component(diagonal, axis) > component(diagonal, best.axis);
+      if (component(extent, axis) > 0 && longer) {
+        best.axis = axis;
+      }
+    }
+    if (best.axis >= 0) {
+      best.bucket = 1;
+      for (Item& item : items) {
+        item.bucket[best.axis] = component(item.center, best.axis) > component(centers.min, best.axis) ? 1 : 0;
+      }
+    }
+    return best;
+  }
+  std::array<std::array<LightBounds, kBuckets>, 3> buckets{};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(component(extent, axis) > 0)) {
+      continue;
+    }
+    const float low = component(centers.min, axis);
+    const float width = component(extent, axis);
+    auto& along = buckets[static_cast<std::size_t>(axis)];
+    for (Item& item : items) {
+      const int b = std::clamp(static_cast<int>((component(item.center, axis) - low) / width * kBuckets), 0, kBuckets - 1);
+      item.bucket[axis] = static_cast<std::uint8_t>(b);
+      LightBounds& bucket = along[static_cast<std::size_t>(b)];
+      bucket = merge_bounds(bucket, item.bounds);
+    }
+    std::array<double, kBuckets> cost_high{};  // of buckets from this one on
+    LightBounds high;
+    for (std::size_t b = kBuckets - 1; b > 0; --b) {
+      if (along[b].power > 0) {
+        high = merge_bounds(high, along[b]);
+        cost_high[b] = orientation_cost(high, diagonal, axis);
+      }
+    }
+    LightBounds side;
+    for (std::size_t b = 0; b + 1 < kBuckets; ++b) {
+      if (!(along[b].power > 0)) {
+        continue;
+      }
+      side = merge_bounds(side, along[b]);
+      std::size_t next = b + 1;
+      while (next < kBuckets && !(along[next].power > 0)) {
+        ++next;
+      }
+      if (next == kBuckets) {
+        break;
+      }
+      const double cost = orientation_cost(side, diagonal, axis) + cost_high[next];
+      if (cost < best.cost) {
+        best = {cost, axis, static_cast<int>(b) + 1};
+      }
+    }
+  }
+  return best;
+}
+
+std::uint32_t LightTree::build(std::span<Item> items, std::uint32_t parent) {
   LightBounds all;
   Bounds centers;
-  for (const std::uint32_t i : order) {
-    all = merge_bounds(all, lights[i]);
-    centers.add(lights[i].box.center());
+  for (const Item& item : items) {
+    all = merge_bounds(all, item.bounds);
+    centers.add(item.center);
   }
   const auto index = static_cast<std::uint32_t>(nodes_.size());
   Node node;
@@ -127,64 +205,28 @@ std::uint32_t LightTree::build(std::span<const LightBounds> lights, std::span<st
   node.cos_theta_e = all.cos_theta_e;
   node.two_sided = all.two_sided;
   node.parent = parent;
-  node.leaf = order.size() == 1;
+  node.leaf = items.size() == 1;
   if (node.leaf) {
-    node.right = order[0];
-    leaf_of_[order[0]] = index;
+    node.right = items[0].light;
+    leaf_of_[items[0].light] = index;
     nodes_.push_back(node);
     return index;
   }
   nodes_.push_back(node);
 
-  std::size_t middle = order.size() / 2;
-  double best = 1e300;
-  int best_axis = -1;
-  int best_split = 0;
-  const Vec3 extent = centers.diagonal();
-  const auto bucket_of = [&](std::uint32_t i, int axis) {
-    const float at = (component(lights[i].box.center(), axis) - component(centers.min, axis)) /
-                     component(extent, axis);
-    return std::clamp(static_cast<int>(at * kBuckets), 0, kBuckets - 1);
-  };
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(component(extent, axis) > 0)) {
-      continue;
-    }
-    std::array<LightBounds, kBuckets> buckets{};
-    for (const std::uint32_t i : order) {
-      auto& bucket = buckets[static_cast<std::size_t>(bucket_of(i, axis))];
-      bucket = merge_bounds(bucket, lights[i]);
-    }
-    for (int split = 1; split < kBuckets; ++split) {
-      LightBounds low;
-      LightBounds high;
-      for (int b = 0; b < kBuckets; ++b) {
-        LightBounds& side = b < split ? low : high;
-        side = merge_bounds(side, buckets[static_cast<std::size_t>(b)]);
-      }
-      if (!(low.power > 0) || !(high.power > 0)) {
-        continue;
-      }
-      const Vec3 diagonal = all.box.diagonal();
-      const double cost = orientation_cost(low, diagonal, axis) + orientation_cost(high, diagonal, axis);
-      if (cost < best) {
-        best = cost;
-        best_axis = axis;
-        best_split = split;
-      }
-    }
-  }
-  if (best_axis >= 0) {
-    const auto split = std::stable_partition(order.begin(), order.end(), [&](std::uint32_t i) {
-      return bucket_of(i, best_axis) < best_split;
+  std::size_t middle = items.size() / 2;
+  const Split split = best_split(items, centers, all.box.diagonal());
+  if (split.axis >= 0) {
+    const auto at = std::stable_partition(items.begin(), items.end(), [&split](const Item& item) {
+      return item.bucket[split.axis] < split.bucket;
     });
-    const auto count = static_cast<std::size_t>(split - order.begin());
-    if (count > 0 && count < order.size()) {
+    const auto count = static_cast<std::size_t>(at - items.begin());
+    if (count > 0 && count < items.size()) {
       middle = count;
     }
   }
-  build(lights, order.subspan(0, middle), index);
-  const std::uint32_t right = build(lights, order.subspan(middle), index);
+  build(items.subspan(0, middle), index);
+  const std::uint32_t right = build(items.subspan(middle), index);
   nodes_[index].right = right;
   return index;
 }

@@ -56,8 +56,20 @@ class LightTree {
     bool leaf = false;
     bool two_sided = false;
   };
-  std::uint32_t build(std::span<const LightBounds> lights, std::span<std::uint32_t> order,
-                      std::uint32_t parent);
+  /// A light on its way to its leaf.
+  struct Item {
+    LightBounds bounds;
+    Vec3 center;
+    std::uint32_t light = 0;
+    std::uint8_t bucket[3] = {};  ///< along each axis, in the group that is being split
+  };
+  struct Split {
+    double cost = 1e300;
+    int axis = -1;  ///< none
+    int bucket = 0;  ///< the first of the high side
+  };
+  static Split best_split(std::span<Item> items, const Bounds& centers, Vec3 diagonal);
+  std::uint32_t build(std::span<Item> items, std::uint32_t parent);
   static float importance(const Node& node, Vec3 point, Vec3 normal) noexcept;
 
   std::vector<Node> nodes_;

@@ -22,6 +22,9 @@ constexpr std::array kLightSamplers = {
     NamedValue<LightSamplerType>{"power", LightSamplerType::kPower, "By emitted power."},
     NamedValue<LightSamplerType>{"tree", LightSamplerType::kTree,
                                  "A tree of lights, by what each can contribute at the point."},
+    NamedValue<LightSamplerType>{"ris", LightSamplerType::kRis,
+                                 "Of `candidates` that the tree gives, one by what it would add without "
+                                 "shadows (resampled importance sampling)."},
 };
 
 constexpr std::array kStrategies = {
@@ -42,6 +45,22 @@ constexpr std::array kRouletteTypes = {
     NamedValue<RouletteType>{"none", RouletteType::kNone, "Paths end at max_depth only."},
     NamedValue<RouletteType>{"throughput", RouletteType::kThroughput,
                              "Paths go on with the probability of their throughput."},
+    NamedValue<RouletteType>{"threshold", RouletteType::kThreshold,
+                             "The same; and of light samples that would add less than `delta` to the pixel "
+                             "without shadows, a share in proportion has its shadow ray traced."},
+};
+
+constexpr std::array kSplittingTypes = {
+    NamedValue<SplittingType>{"none", SplittingType::kNone, "One path for each camera ray."},
+    NamedValue<SplittingType>{"fixed", SplittingType::kFixed,
+                              "`count` continuations at the first surface that a camera ray meets, averaged."},
+};
+
+constexpr std::array kExpectedValues = {
+    NamedValue<bool>{"true", true, "Absorption and transparency are factors of what a path carries."},
+    NamedValue<bool>{"false", false,
+                     "Absorption by surfaces and media, and transparency in the way of light samples, end a "
+                     "path at random: the same mean, more noise."},
 };
 
 constexpr std::array kFilters = {
@@ -72,6 +91,8 @@ std::span<const NamedValue<LightSamplerType>> light_samplers() { return kLightSa
 std::span<const NamedValue<Strategy>> strategies() { return kStrategies; }
 std::span<const NamedValue<MisType>> mis_types() { return kMisTypes; }
 std::span<const NamedValue<RouletteType>> roulette_types() { return kRouletteTypes; }
+std::span<const NamedValue<SplittingType>> splitting_types() { return kSplittingTypes; }
+std::span<const NamedValue<bool>> expected_value_types() { return kExpectedValues; }
 std::span<const NamedValue<FilterType>> filters() { return kFilters; }
 std::span<const LayerEntry> layers() { return kLayers; }
 

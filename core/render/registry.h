@@ -30,6 +30,8 @@ std::span<const NamedValue<LightSamplerType>> light_samplers();
 std::span<const NamedValue<Strategy>> strategies();
 std::span<const NamedValue<MisType>> mis_types();
 std::span<const NamedValue<RouletteType>> roulette_types();
+std::span<const NamedValue<SplittingType>> splitting_types();
+std::span<const NamedValue<bool>> expected_value_types();
 std::span<const NamedValue<FilterType>> filters();
 
 /// Layers a film can show. beauty albedo normal depth alpha samples variance error.

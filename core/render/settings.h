@@ -53,15 +53,20 @@ struct CameraSettings {
 
 enum class Strategy { kMis, kLight, kBsdf, kCosine, kUniform };
 enum class MisType { kBalance, kPower, kMaximum };
-enum class RouletteType { kNone, kThroughput };
+enum class RouletteType { kNone, kThroughput, kThreshold };
+enum class SplittingType { kNone, kFixed, kMeasured };
 enum class SamplerType { kIndependent, kSobol };
-enum class LightSamplerType { kUniform, kPower, kTree };
+enum class LightSamplerType { kUniform, kPower, kTree, kRis };
 
 struct EstimatorSettings {
   Strategy strategy = Strategy::kMis;
   MisType mis = MisType::kPower;
   float mis_exponent = 2;
   RouletteType roulette = RouletteType::kThroughput;
+  float roulette_delta = 0.02F;  ///< threshold: smallest light whose shadow ray is always traced [W/(m^2 sr)]
+  SplittingType splitting = SplittingType::kNone;
+  int split_count = 2;           ///< fixed: continuations of a path at its first surface
+  bool expected_values = true;
 };
 
 struct RenderSettings {
@@ -72,6 +77,7 @@ struct RenderSettings {
   SamplerType sampler = SamplerType::kSobol;
   int replicates = 2;  ///< even, at least 2
   LightSamplerType light_sampler = LightSamplerType::kTree;
+  int light_candidates = 8;  ///< ris: light samples of which one is taken
   std::uint64_t seed = 0;
 };
 

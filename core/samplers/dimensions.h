@@ -18,4 +18,8 @@ constexpr int dimension_group(int bounce, BounceGroup group) {
   return 1 + bounce * static_cast<int>(BounceGroup::kCount) + static_cast<int>(group);
 }
 
+/// What options need beside the bounce's own groups. x: which of several light samples, y: whether its
+/// shadow ray is traced, z and w: free. Far beyond the blocks of the deepest bounce.
+constexpr int choice_group(int bounce) { return (1 << 20) + bounce; }
+
 }  // namespace core

@@ -121,6 +121,20 @@ class PathSampler {
     return to_unit_float(static_cast<std::uint32_t>(hash_combine(base_ ^ (std::uint64_t{index_} << 1), key) >> 32));
   }
 
+  /// The numbers of continuation k of `count` of this path. Those of all continuations of all samples are again point
+  /// sets, `count` times as large.
+  PathSampler branch(int k, int count) const noexcept {
+    PathSampler out = *this;
+    const auto n = static_cast<std::uint32_t>(count);
+    out.base_ = hash_combine(base_, (std::uint64_t{0xb4a2} << 32) | n);
+    if (type_ == SamplerType::kIndependent) {
+      out.base_ = hash_combine(out.base_, static_cast<std::uint64_t>(k));
+    } else {
+      out.index_ = index_ * n + static_cast<std::uint32_t>(k);
+    }
+    return out;
+  }
+
   /// Point `index` of the scrambled 4-D sequence that (h, h2) name. Public for tests and the laboratory.
   static Vec4 sobol_4d(std::uint32_t index, std::uint64_t h, std::uint64_t h2) noexcept {
     // An Owen scramble of the index keeps every block [m 2^k, (m + 1) 2^k) together, so that each

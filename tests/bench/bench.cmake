@@ -5,4 +5,8 @@ target_link_libraries(core_bench PRIVATE test_support core tessera_lto)
 if(TARGET core_scene_io AND TARGET core_image_io)
   add_executable(load_bench bench/load_bench.cpp render/asset_files.cpp)
   target_link_libraries(load_bench PRIVATE test_support core_scene_io core_image_io core)
+
+  # What each option of the estimators is worth; how light samplers scale.
+  add_executable(options_bench bench/options_bench.cpp)
+  target_link_libraries(options_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()

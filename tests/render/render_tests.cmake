@@ -2,6 +2,7 @@ set(RENDER_TEST_SOURCES
   agreement_test.cpp
   furnace_test.cpp
   irradiance_test.cpp
+  options_test.cpp
   planted_bugs_test.cpp
   truth.cpp)
 # Features of glTF: scenes made in code, through a GLB and the loader, rendered small.

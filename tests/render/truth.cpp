@@ -11,6 +11,9 @@ std::vector<Variant> variants() {
       Variant v{std::string(strategy.name) + "/" + std::string(lights.name), {}};
       v.estimator.strategy = strategy.value;
       v.light_sampler = lights.value;
+      if (is_blind(v) && lights.value == core::LightSamplerType::kRis) {
+        continue;  // light samples of lamps that have no size: as the others
+      }
       all.push_back(v);
     }
   }
@@ -25,6 +28,18 @@ std::vector<Variant> variants() {
   for (const auto& roulette : core::roulette_types()) {
     Variant v{"roulette " + std::string(roulette.name), {}};
     v.estimator.roulette = roulette.value;
+    v.estimator.roulette_delta = 0.5F;
+    all.push_back(v);
+  }
+  for (const auto& splitting : core::splitting_types()) {
+    Variant v{"splitting " + std::string(splitting.name), {}};
+    v.estimator.splitting = splitting.value;
+    v.estimator.split_count = 3;
+    all.push_back(v);
+  }
+  for (const auto& expected : core::expected_value_types()) {
+    Variant v{"expected values " + std::string(expected.name), {}};
+    v.estimator.expected_values = expected.value;
     all.push_back(v);
   }
   for (const auto& sampler : core::samplers()) {

@@ -17,7 +17,7 @@ struct Variant {
   core::LightSamplerType light_sampler = core::LightSamplerType::kTree;
 };
 
-/// Every strategy, MIS rule, roulette, sampler and light sampler of the registries, each with the others' defaults, and
+/// Every strategy, MIS rule, roulette, splitting, sampler and light sampler of the registries, each with the others' defaults, and
 /// strategies with every light sampler.
 std::vector<Variant> variants();
 

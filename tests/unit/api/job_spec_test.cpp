@@ -55,9 +55,10 @@ TEST(JobSpec, EveryMemberArrives) {
              "filter": {"type": "box", "radius": 0.5}, "layers": ["depth", "beauty"]},
     "integrator": {"type": "path", "max_depth": 0},
     "estimator": {"strategy": "mis", "mis": {"type": "power", "exponent": 3},
-                  "roulette": {"type": "none"}},
+                  "roulette": {"type": "threshold", "delta": 0.25},
+                  "splitting": {"type": "fixed", "count": 3}, "expected_values": false},
     "sampler": {"type": "independent", "replicates": 8},
-    "light_sampler": {"type": "power"},
+    "light_sampler": {"type": "ris", "candidates": 5},
     "stop": {"relative_error": 0.02, "confidence": 0.9, "scope": "worst_tile", "seconds": 60,
              "deadline": "2026-01-01T01:00:00+01:00", "samples_per_pixel": 1000}
   })");
@@ -94,10 +95,15 @@ TEST(JobSpec, EveryMemberArrives) {
   EXPECT_TRUE(spec.render.film.depth);
   EXPECT_EQ(spec.render.max_depth, 0);
   EXPECT_EQ(spec.render.estimator.mis_exponent, 3.0F);
-  EXPECT_EQ(spec.render.estimator.roulette, core::RouletteType::kNone);
+  EXPECT_EQ(spec.render.estimator.roulette, core::RouletteType::kThreshold);
+  EXPECT_EQ(spec.render.estimator.roulette_delta, 0.25F);
+  EXPECT_EQ(spec.render.estimator.splitting, core::SplittingType::kFixed);
+  EXPECT_EQ(spec.render.estimator.split_count, 3);
+  EXPECT_FALSE(spec.render.estimator.expected_values);
   EXPECT_EQ(spec.render.sampler, core::SamplerType::kIndependent);
   EXPECT_EQ(spec.render.replicates, 8);
-  EXPECT_EQ(spec.render.light_sampler, core::LightSamplerType::kPower);
+  EXPECT_EQ(spec.render.light_sampler, core::LightSamplerType::kRis);
+  EXPECT_EQ(spec.render.light_candidates, 5);
   EXPECT_EQ(spec.stop.relative_error, 0.02);
   EXPECT_EQ(spec.stop.confidence, 0.9);
   EXPECT_TRUE(spec.stop.worst_tile);
@@ -205,6 +211,7 @@ class RandomRequests {
       job["sampler"] = {{"type", name(core::samplers())}, {"replicates", 2 * integer(1, 32)}};
     });
     maybe([&] { job["light_sampler"] = {{"type", name(core::light_samplers())}}; });
+    maybe([&] { job["light_sampler"] = {{"type", "ris"}, {"candidates", integer(1, 64)}}; });
     maybe([&] { job["stop"] = stop(); });
     return job;
   }
@@ -279,6 +286,9 @@ class RandomRequests {
       maybe([&] { estimator["mis"] = {{"type", "power"}, {"exponent", real(1, 16)}}; });
     }
     maybe([&] { estimator["roulette"] = {{"type", name(core::roulette_types())}}; });
+    maybe([&] { estimator["roulette"] = {{"type", "threshold"}, {"delta", real(0, 10)}}; });
+    maybe([&] { estimator["splitting"] = {{"type", "fixed"}, {"count", integer(1, 64)}}; });
+    maybe([&] { estimator["expected_values"] = integer(0, 1) == 1; });
     return estimator;
   }
   Json stop() {

@@ -43,10 +43,15 @@ TEST(MakeRequest, EveryFlagHasItsMember) {
   flags.camera = "left";
   flags.integrator = "path";
   flags.sampler = "independent";
+  flags.light_sampler = "ris";
+  flags.roulette = "none";
+  flags.split = 2;
   flags.seed = 7;
   EXPECT_EQ(cli::make_request(flags)->dump(),
             R"({"scene":"glass","film":{"width":640,"height":360},"camera":{"name":"left"},)"
-            R"("integrator":{"type":"path"},"sampler":{"type":"independent"},"seed":7,)"
+            R"("integrator":{"type":"path"},"sampler":{"type":"independent"},)"
+            R"("light_sampler":{"type":"ris"},"estimator":{"roulette":{"type":"none"},)"
+            R"("splitting":{"type":"fixed","count":2}},"seed":7,)"
             R"("stop":{"samples_per_pixel":64,"relative_error":0.02,"seconds":5.0}})");
 }
 

@@ -4,4 +4,5 @@ set(CORE_TEST_SOURCES
   distribution_test.cpp
   film_test.cpp
   render_task_test.cpp
+  reservoir_test.cpp
   sampler_test.cpp)

@@ -157,6 +157,7 @@ const groupLabels: Record<string, string> = {
   'estimator.mis': 'Weights of strategies',
   'estimator.roulette': 'End of paths',
   'estimator.splitting': 'Splitting of paths',
+  'estimator.expected_values': 'Expected values',
   'estimator.control_variate': 'Control variate',
 };
 

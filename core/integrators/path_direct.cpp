@@ -1,0 +1,194 @@
+// Light samples of the path integrator, and what stands in their way.
+#include <algorithm>
+#include <cmath>
+
+#include "core/integrators/path_state.h"
+#include "core/math/numbers.h"
+#include "core/math/offset_ray.h"
+#include "core/samplers/dimensions.h"
+#include "core/sampling/reservoir.h"
+
+namespace core {
+namespace {
+
+/// How much a contribution weighs; above 0 for all that is not black, of whatever sign.
+float size_of(Rgb c) { return luminance({std::fabs(c.r), std::fabs(c.g), std::fabs(c.b)}); }
+
+/// x modulo 1, for x >= 0.
+constexpr float fraction(float x) { return x < 1 ? x : x - static_cast<float>(static_cast<int>(x)); }
+
+}  // namespace
+
+/// Share of light that gets along the ray, which starts inside `media`: 0 behind surfaces; through BLEND
+/// 1 - alpha, its expected value rather than a throw of dice (unless those were asked for); through clear
+/// surfaces what they let straight through. scatter() takes those for no vertex at all, so light sampling and
+/// BSDF sampling share the paths through them by MIS.
+Rgb PathIntegrator::transmittance(State& path, const Ray& shadow, MediumStack& media) const noexcept {
+  ++path.rays;
+  Rgb open(1);
+  const auto absorb = [&open, &media](Vec3 way) {
+    if (media.top() != nullptr) {
+      open *= absorbed(media.top()->sigma_a, length(way));
+    }
+  };
+  if (!scene_.has_alpha && !scene_.has_clear) {
+    if (scene_.accel->occluded(shadow)) {
+      return {};
+    }
+    if (shadow.t_max <= 1) {
+      absorb(shadow.direction);
+    }
+    return lets_through(path, open) ? open : Rgb{};
+  }
+  Ray ray = shadow;
+  const Vec3 end = shadow.origin + shadow.direction;
+  const bool far = shadow.t_max > 1;
+  for (int pass = 0; pass < kPassThroughMax; ++pass) {
+    RawHit hit;
+    if (!scene_.accel->intersect(ray, hit)) {
+      if (!far) {
+        absorb(ray.direction);
+      }
+      return lets_through(path, open) ? open : Rgb{};
+    }
+    const float coverage = scene_.coverage(hit, ray);
+    const Material& material = scene_.materials[scene_.meshes[scene_.placed_mesh(hit).mesh].material];
+    if (coverage >= 1 && !material.is_clear) {
+      return {};
+    }
+    const SurfacePoint hole = scene_.surface_point(hit, ray);
+    absorb(hole.position - ray.origin);
+    Rgb share(1 - coverage);
+    if (material.is_clear && coverage > 0) {
+      const Vec3 wo = -normalize(ray.direction);
+      Shading shading;
+      shade(scene_, hole, wo, path.cone_width_m, shading);
+      if (material.is_volume) {
+        shading.bsdf.ior = relative_ior(path, media, material, shading.front);
+        media.cross(material, shading.front);
+      }
+      share += make_bsdf(shading, wo).straight() * coverage;
+    }
+    open *= share;
+    if (is_black(open) || !lets_through(path, open)) {
+      return {};
+    }
+    ++path.rays;
+    const float side = dot(hole.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
+    ray.origin = offset_ray(hole.position, hole.normal_geometric * side);
+    if (!far) {
+      ray.direction = end - ray.origin;
+    }
+  }
+  return {};
+}
+
+/// Without expected values: all of what gets through or nothing, with the same mean.
+bool PathIntegrator::lets_through(State& path, Rgb& share) const noexcept {
+  const float survive = max_component(Rgb{std::fabs(share.r), std::fabs(share.g), std::fabs(share.b)});
+  if (expected_values_ || survive >= 1) {
+    return true;
+  }
+  constexpr std::uint32_t kDice = 0x80000000U;  // apart from holes, which count from 0
+  if (path.sampler.extra_1d(path.depth, kDice + path.dice++) >= survive) {
+    return false;
+  }
+  share *= 1 / survive;
+  return true;
+}
+
+PathIntegrator::DirectLight PathIntegrator::unshadowed(const State& path, const Vertex& vertex, const Bsdf& bsdf,
+                                                       const LightSample& light) const noexcept {
+  DirectLight out;
+  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
+    return out;
+  }
+  const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));
+  if (is_black(f.value_cos)) {
+    return out;
+  }
+  float weight = 1;
+  if (!light.is_delta && strategy_ == Strategy::kMis) {
+    weight = mis_.weight(light_share_ * light.pdf_solid_angle, f.pdf_solid_angle);
+  }
+  out.light = light;
+  out.value = path.beta * f.value_cos * light.radiance;
+  out.scale = weight / light.pdf_solid_angle;
+  return out;
+}
+
+/// One light sample; with several candidates, one of them by resampled importance sampling (Talbot 2005).
+///
+/// The candidates y_i, i < M, together follow the light sampler's density p: candidate i picks its light in
+/// stratum i of M, and its place on the light by an R2 sequence (Roberts 2018) shifted at random. Let
+/// g(y) = w(y) f(y) L(y) be the light without shadows times the weight w that MIS gives a light sample
+/// against p and the BSDF's density, and t_i = |g(y_i)| / p(y_i). Candidate j is taken with probability t_j / sum t,
+/// and its g/p is multiplied by sum t / (M t_j), so that, given the candidates, the mean of what is added is
+/// (1/M) sum V(y_i) g(y_i) / p(y_i), and over candidates the integral of V g: the same as of one plain light
+/// sample. Weights are taken before the choice, with densities that are known, so BSDF samples keep their
+/// 1 - w and the density of the taken candidate, which has no closed form, is never asked for.
+PathIntegrator::DirectLight PathIntegrator::sample_light(State& path, const Vertex& vertex,
+                                                         const Bsdf& bsdf) const noexcept {
+  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
+  path.u_roulette = u.w;
+  const Vec3 p = vertex.point.position;
+  if (strategy_ != Strategy::kMis && strategy_ != Strategy::kLight) {
+    return unshadowed(path, vertex, bsdf, lights_.sample_delta(p, u.x));
+  }
+  if (candidates_ == 1) {
+    return unshadowed(path, vertex, bsdf, lights_.sample(p, vertex.light_normal, u.x, {u.y, u.z}));
+  }
+  const auto count = static_cast<float>(candidates_);
+  WeightedReservoir<DirectLight> reservoir(
+      static_cast<double>(path.sampler.get_4d(choice_group(path.depth)).x));
+  for (int i = 0; i < candidates_; ++i) {
+    const auto k = static_cast<float>(i);
+    const float pick = std::min((u.x + k) / count, kOneMinusEpsilon);
+    const Vec2 place = {fraction(u.y + k * 0.754877666F), fraction(u.z + k * 0.569840291F)};
+    const DirectLight one = unshadowed(path, vertex, bsdf, lights_.sample(p, vertex.light_normal, pick, place));
+    reservoir.add(one, static_cast<double>(size_of(one.value) * one.scale));
+  }
+  if (reservoir.empty()) {
+    return {};
+  }
+  DirectLight taken = reservoir.item();
+  taken.scale *= static_cast<float>(reservoir.sum() / (static_cast<double>(count) * reservoir.weight()));
+  return taken;
+}
+
+void PathIntegrator::add_direct(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept {
+  const bool all = strategy_ == Strategy::kMis || strategy_ == Strategy::kLight;
+  if (!bsdf.has_spread() || lights_.empty() || (!all && !lights_.has_delta())) {
+    return;
+  }
+  DirectLight direct = sample_light(path, vertex, bsdf);
+  if (is_black(direct.value)) {
+    return;
+  }
+  if (shadow_threshold_ > 0) {
+    // The shadow ray of what would hardly be seen is traced now and then, and counts for those that were not.
+    const float survive = size_of(direct.value) * direct.scale * path.share / shadow_threshold_;
+    if (survive < 1) {
+      if (path.sampler.get_4d(choice_group(path.depth)).y >= survive) {
+        return;
+      }
+      direct.scale /= survive;
+    }
+  }
+  const LightSample& light = direct.light;
+  const Vec3 n = vertex.shading.normal_geometric;
+  const float side = dot(n, light.wi_world) >= 0 ? 1.0F : -1.0F;
+  Ray shadow;
+  shadow.origin = offset_ray(vertex.point.position, n * side);
+  shadow.direction = light.is_far ? light.wi_world : light.target - shadow.origin;
+  shadow.t_max = light.is_far ? kFar : 1.0F;
+  MediumStack media = path.media;
+  const Material& material = scene_.materials[vertex.point.material];
+  if (side < 0 && material.is_volume) {
+    media.cross(material, vertex.shading.front);
+  }
+  const Rgb open = transmittance(path, shadow, media);
+  path.out.radiance += direct.value * open * direct.scale;
+}
+
+}  // namespace core

@@ -1,0 +1,65 @@
+/// What a path carries, for path.cpp and path_direct.cpp alone.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "core/integrators/path.h"
+
+namespace core {
+
+/// Holes and clear surfaces do not count as scattering; this bounds a path that meets nothing
+/// else.
+inline constexpr int kPassThroughMax = 4096;
+inline constexpr float kFar = 3.0e38F;
+
+inline Rgb absorbed(Rgb sigma_a, float distance_m) {
+  return {std::exp(-sigma_a.r * distance_m), std::exp(-sigma_a.g * distance_m),
+          std::exp(-sigma_a.b * distance_m)};
+}
+
+inline Bsdf make_bsdf(const Shading& shading, Vec3 wo_world) {
+  return Bsdf(shading.bsdf, shading.frame.to_local(wo_world),
+              shading.frame.to_local(shading.normal_geometric),
+              shading.has_layers ? &shading.layers : nullptr);
+}
+
+/// What a path carries from vertex to vertex.
+struct PathIntegrator::State {
+  PathSampler sampler;
+  std::uint64_t& rays;
+  PathSample out{};
+  Ray ray{};
+  Rgb beta = {1, 1, 1};
+  int depth = 0;             ///< surfaces met so far, holes left out: names the random numbers
+  int straight = 0;          ///< of these, clear ones that the path went straight through
+  float pdf_bsdf = 0;        ///< density of the last direction; 0: camera or delta
+  Vec3 last_point{};
+  Vec3 last_normal{};          ///< as given to the light sampler at the last vertex
+  float eta_scale = 1;       ///< product of eta^2: radiance against importance
+  float cone_width_m = 0;
+  float cone_spread_rad = 0;
+  MediumStack media{};       ///< the solids that the path is in
+  std::uint32_t pass_through = 0;
+  float wavelength_nm = 0;  ///< 0: the path carries all of them
+  float u_roulette = -1;  ///< of this bounce; below 0: not drawn yet
+  float share = 1;        ///< of the pixel: less where a path was split
+  std::uint32_t dice = 0;  ///< thrown where expected values are not used
+};
+
+/// What a light sample adds to the pixel if nothing is in its way: value * scale.
+struct PathIntegrator::DirectLight {
+  LightSample light;
+  Rgb value;
+  float scale = 0;
+};
+
+struct PathIntegrator::Vertex {
+  SurfacePoint point;
+  Vec3 wo_world;
+  float distance_m = 0;
+  Shading shading;
+  Vec3 light_normal;  ///< for the light sampler: zero where light may come from behind
+};
+
+}  // namespace core

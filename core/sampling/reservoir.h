@@ -1,0 +1,45 @@
+/// WeightedReservoir: one item of a stream, taken with probability in proportion to its weight, by one
+/// uniform number for the whole stream.
+///
+/// Item i replaces what is held with probability p = w_i / (w_1 + ... + w_i). Of u, the part below p
+/// or above it is stretched to [0,1) again, so that it serves the next item.
+/// Sources: Chao, A general purpose unequal probability sampling plan, 1982; the reuse of u is Shirley's.
+#pragma once
+
+namespace core {
+
+template <typename Item>
+class WeightedReservoir {
+ public:
+  /// u in [0,1).
+  explicit WeightedReservoir(double u) noexcept : u_(u) {}
+
+  /// weight: finite; items of weight 0 or less are never taken.
+  void add(const Item& item, double weight) noexcept {
+    if (!(weight > 0)) {
+      return;
+    }
+    sum_ += weight;
+    const double p = weight / sum_;
+    if (u_ < p || p >= 1) {  // 1 by rounding: what came before is lost in the sum
+      u_ = u_ / p;
+      item_ = item;
+      weight_ = weight;
+    } else {
+      u_ = (u_ - p) / (1 - p);
+    }
+  }
+
+  bool empty() const noexcept { return !(weight_ > 0); }
+  const Item& item() const noexcept { return item_; }  ///< Pre: !empty()
+  double weight() const noexcept { return weight_; }   ///< of item()
+  double sum() const noexcept { return sum_; }         ///< of all weights
+
+ private:
+  Item item_{};
+  double u_;
+  double weight_ = 0;
+  double sum_ = 0;
+};
+
+}  // namespace core

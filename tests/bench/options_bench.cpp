@@ -1,0 +1,235 @@
+// What each option of the estimators is worth against the plain default, and how the light samplers scale.
+// Prints, never asserts: times belong to a machine and a moment.
+//
+// Efficiency is 1 / (V T): V the mean over pixels of the picture's variance relative to mu^2 + 0.01, from the difference
+// of its halves; mu the mean of pictures of the default with other seeds; T the CPU seconds of the pixels. Options take
+// turns, round by round, so that a slow minute of the machine is shared by all of them.
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "core/base/check.h"
+#include "core/scene/scene_data.h"
+#include "core/scene_io/builtin_scenes.h"
+#include "core/scene_io/gltf_load.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::Rgb;
+using core::View;
+
+struct Option {
+  std::string name;
+  core::RenderSettings settings;
+};
+
+struct Plan {
+  int width = 160;
+  int height = 90;
+  int samples = 32;
+  int rounds = 6;
+  bool is_short = false;
+};
+
+struct Cost {
+  double variance = 0;
+  double seconds = 0;
+  double rays = 0;
+  double efficiency() const { return 1 / (variance * seconds); }
+};
+
+template <typename Change>
+Option option(std::string name, const Change& change) {
+  Option o{std::move(name), {}};
+  change(o.settings);
+  return o;
+}
+
+std::vector<Option> options() {
+  using core::LightSamplerType;
+  using core::RouletteType;
+  using core::SplittingType;
+  using S = core::RenderSettings;
+  std::vector<Option> all = {{"default", {}}};
+  for (const int m : {2, 4, 8, 16}) {
+    all.push_back(option("light_sampler.ris " + std::to_string(m), [m](S& s) {
+      s.light_sampler = LightSamplerType::kRis;
+      s.light_candidates = m;
+    }));
+  }
+  all.push_back(option("light_sampler.power", [](S& s) { s.light_sampler = LightSamplerType::kPower; }));
+  all.push_back(option("light_sampler.uniform", [](S& s) { s.light_sampler = LightSamplerType::kUniform; }));
+  all.push_back(option("roulette.none", [](S& s) { s.estimator.roulette = RouletteType::kNone; }));
+  for (const float delta : {0.005F, 0.02F, 0.1F, 0.5F}) {
+    char name[40];
+    std::snprintf(name, sizeof name, "roulette.threshold %g", static_cast<double>(delta));
+    all.push_back(option(name, [delta](S& s) {
+      s.estimator.roulette = RouletteType::kThreshold;
+      s.estimator.roulette_delta = delta;
+    }));
+  }
+  for (const int n : {2, 4}) {
+    all.push_back(option("splitting.fixed " + std::to_string(n), [n](S& s) {
+      s.estimator.splitting = SplittingType::kFixed;
+      s.estimator.split_count = n;
+    }));
+  }
+  all.push_back(option("expected_values.false", [](S& s) { s.estimator.expected_values = false; }));
+  all.push_back(option("mis.balance", [](S& s) { s.estimator.mis = core::MisType::kBalance; }));
+  all.push_back(option("mis.maximum", [](S& s) { s.estimator.mis = core::MisType::kMaximum; }));
+  return all;
+}
+
+View builtin(const char* name, const Plan& plan) {
+  const auto glb = core::find_builtin_scene(name)->make_glb();
+  auto description = core::load_gltf(glb, {}, {});
+  CHECK(description);
+  View view = test_support::view_of(test_support::build(std::move(*description)), plan.width, plan.height);
+  const core::SceneData& data = view.scene->data();
+  if (data.punctual_lights.empty() && data.triangle_lights.empty()) {
+    view.environment = test_support::constant_sky(Rgb(1));
+  }
+  return view;
+}
+
+/// `emitters` small triangles, turned every way, over a square floor; the same power in all.
+View swarm(int emitters, const Plan& plan) {
+  test_support::Random random(7);
+  const auto number = [&random](float low, float high) { return low + (high - low) * random.uniform(); };
+  core::PrimitiveDescription lights;
+  lights.material = 1;
+  const float side = 0.5F / std::sqrt(static_cast<float>(emitters));
+  for (int i = 0; i < emitters; ++i) {
+    const core::Vec3 at = {number(-4, 4), number(0.3F, 2.5F), number(-4, 4)};
+    const auto corner = [&] { return at + core::Vec3{number(-side, side), number(-side, side), number(-side, side)}; };
+    for (int k = 0; k < 3; ++k) {
+      lights.indices.push_back(static_cast<std::uint32_t>(lights.positions.size()));
+      lights.positions.push_back(corner());
+    }
+  }
+  View view = test_support::view_of(
+      test_support::build(test_support::scene_of({test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(30))},
+                                                 {test_support::quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}, 0), lights})),
+      plan.width, plan.height);
+  test_support::look_at(view, {0, 2.5F, 8}, {0, 0.5F, 0}, 50);
+  view.settings.max_depth = 3;
+  return view;
+}
+
+std::vector<double> means(const View& view, int samples) {
+  const auto film = test_support::render(view, samples).snapshot;
+  std::vector<double> out;
+  for (std::size_t p = 0; p < film.pixel_count(); ++p) {
+    out.push_back(static_cast<double>(core::luminance(core::pixel_value(film, p).mean)));
+  }
+  return out;
+}
+
+void add(Cost& cost, const View& view, int samples, const std::vector<double>& mu) {
+  const test_support::Picture picture = test_support::render(view, samples);
+  const auto& film = picture.snapshot;
+  double sum = 0;
+  for (std::size_t p = 0; p < film.pixel_count(); ++p) {
+    const Rgb d = core::half_value(film, p, 0).mean - core::half_value(film, p, 1).mean;
+    const auto y = static_cast<double>(core::luminance(d));
+    sum += y * y / 4 / (mu[p] * mu[p] + 0.01);
+  }
+  cost.variance += sum / static_cast<double>(film.pixel_count());
+  cost.seconds += picture.progress.cpu_seconds;
+  cost.rays += static_cast<double>(picture.progress.rays);
+}
+
+std::vector<Cost> compare(View view, const std::vector<Option>& all, const Plan& plan) {
+  view.settings.seed = 1000;
+  const std::vector<double> mu = means(view, plan.samples * (plan.is_short ? 2 : 8));
+  std::vector<Cost> costs(all.size());
+  for (int round = 0; round < plan.rounds; ++round) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      View one = view;
+      one.settings.estimator = all[i].settings.estimator;
+      one.settings.light_sampler = all[i].settings.light_sampler;
+      one.settings.light_candidates = all[i].settings.light_candidates;
+      one.settings.seed = static_cast<std::uint64_t>(round);
+      add(costs[i], one, plan.samples, mu);
+    }
+  }
+  return costs;
+}
+
+void print_options(const Plan& plan) {
+  const std::vector<Option> all = options();
+  const std::vector<const char*> scenes = {"cornell-box", "veach-mis", "many-lights", "glass", "interior"};
+  std::vector<std::vector<Cost>> table;
+  for (const char* name : scenes) {
+    table.push_back(compare(builtin(name, plan), all, plan));
+  }
+  std::printf("efficiency 1/(V T) over that of the default; rays over the default's in brackets\n%-26s", "");
+  for (const char* name : scenes) {
+    std::printf("%16s", name);
+  }
+  std::printf("\n");
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    std::printf("%-26s", all[i].name.c_str());
+    for (const auto& costs : table) {
+      std::printf("   %6.3f (%4.2f)", costs[i].efficiency() / costs[0].efficiency(), costs[i].rays / costs[0].rays);
+    }
+    std::printf("\n");
+  }
+}
+
+void print_light_samplers(const Plan& plan) {
+  using core::LightSamplerType;
+  std::vector<Option> all;
+  for (const auto& [name, type] : {std::pair{"uniform", LightSamplerType::kUniform}, std::pair{"power", LightSamplerType::kPower},
+                                   std::pair{"tree", LightSamplerType::kTree}, std::pair{"ris", LightSamplerType::kRis}}) {
+    all.push_back(option(name, [type = type](core::RenderSettings& s) { s.light_sampler = type; }));
+  }
+  std::printf("\nlight samplers: V T, in seconds for a relative variance of 1e-4\n%-10s%12s%12s", "emitters", "build s",
+              "tree s");
+  for (const Option& o : all) {
+    std::printf("%12s", o.name.c_str());
+  }
+  std::printf("\n");
+  for (const int emitters : {1, 100, 10000, 300000}) {
+    const auto start = std::chrono::steady_clock::now();
+    const View view = swarm(emitters, plan);
+    const double build = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    std::vector<core::LightBounds> bounds;
+    for (const core::TriangleLight& t : view.scene->data().triangle_lights) {
+      core::LightBounds b;
+      b.box.add(t.p0);
+      b.box.add(t.p0 + t.edge1);
+      b.box.add(t.p0 + t.edge2);
+      b.axis = t.normal;
+      b.power = core::luminance(t.radiance) * t.area_m2;
+      bounds.push_back(b);
+    }
+    const auto tree_start = std::chrono::steady_clock::now();
+    const core::LightTree tree(bounds);
+    const double tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - tree_start).count();
+    CHECK(tree.size() == bounds.size());
+    std::printf("%-10d%12.3f%12.3f", emitters, build, tree_seconds);
+    for (const Cost& c : compare(view, all, plan)) {
+      std::printf("%12.4f", c.variance / plan.rounds * (c.seconds / plan.rounds) / 1e-4);
+    }
+    std::printf("\n");
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Plan plan;
+  if (argc > 1 && std::string(argv[1]) == "--short") {
+    plan = {48, 27, 8, 1, true};
+  }
+  std::printf("%dx%d, %d samples per pixel, %d rounds, 2 threads, box filter, max_depth 16\n", plan.width, plan.height,
+              plan.samples, plan.rounds);
+  print_options(plan);
+  print_light_samplers(plan);
+  return 0;
+}

@@ -4,6 +4,10 @@
 /// variance of the pixel's mean, estimated from the two halves as (A - B)^2 / 4, and mu the expected value,
 /// which is pooled over a region large enough to know it: dividing by a pixel's own noisy mean cannot
 /// exceed 1 and reads low where fireflies are.
+///
+/// Where the errors of neighbouring pixels are correlated (PixelErrors), variances still are what the halves say of each
+/// pixel and the mean over pixels is right, but fewer of them are known independently: intervals are wider. The variance
+/// of a block's mean is then not the sum of its pixels' variances; it is had from the block's means in the replicates.
 #pragma once
 
 #include <cstdint>
@@ -43,6 +47,7 @@ class ErrorEstimate {
   std::size_t index(int x, int y) const noexcept;
   PixelRect rect_;
   bool valid_ = false;
+  double dependence_ = 1;  ///< variance of a sum of (A - B)^2 over that of independent pixels
   std::vector<Rgb> mean_;
   std::vector<Rgb> pooled_variance_;
   std::vector<float> raw_ratio_;     ///< mean over channels of (A-B)^2/4 / (mu_w^2 + 0.01)

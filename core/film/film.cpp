@@ -32,12 +32,13 @@ std::vector<PixelRect> tile_rects(PixelRect crop) {
   return rects;
 }
 
-Film::Film(const FilmSettings& settings, int replicates)
+Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors)
     : crop_(settings.crop.value_or(PixelRect{0, 0, settings.width, settings.height})),
       full_width_(settings.width),
       full_height_(settings.height),
       replicates_(replicates),
       has_aux_(settings.albedo || settings.normal || settings.depth),
+      errors_(errors),
       rects_(tile_rects(crop_)),
       tiles_(rects_.size()) {
   for (std::size_t i = 0; i < rects_.size(); ++i) {
@@ -96,6 +97,7 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
   out.rect = rect;
   out.replicates = replicates_;
   out.has_aux = has_aux_;
+  out.errors = errors_;
   const auto r = static_cast<std::size_t>(replicates_);
   out.pixels.resize(area(rect) * r);
   if (has_aux_) {

@@ -69,6 +69,7 @@ struct FilmSnapshot {
   PixelRect rect;
   int replicates = 2;
   bool has_aux = false;
+  PixelErrors errors = PixelErrors::kIndependent;
   std::vector<ReplicatePixel> pixels;  ///< [pixel * R + replicate], row by row over rect
   std::vector<AuxPixel> aux;
   std::uint32_t revision = 0;
@@ -81,13 +82,15 @@ struct FilmSnapshot {
 /// Thread-safe: any thread may read; a tile is written by the one thread that has its slice.
 class Film {
  public:
-  Film(const FilmSettings& settings, int replicates);
+  /// errors: pixel_errors() of the job; what the film is told about its samples, not part of its content.
+  Film(const FilmSettings& settings, int replicates, PixelErrors errors = PixelErrors::kIndependent);
 
   PixelRect crop() const noexcept { return crop_; }
   int full_width() const noexcept { return full_width_; }
   int full_height() const noexcept { return full_height_; }
   int replicates() const noexcept { return replicates_; }
   bool has_aux() const noexcept { return has_aux_; }
+  PixelErrors errors() const noexcept { return errors_; }
   int tile_count() const noexcept { return static_cast<int>(rects_.size()); }
   PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
 
@@ -123,6 +126,7 @@ class Film {
   int full_height_;
   int replicates_;
   bool has_aux_;
+  PixelErrors errors_;
   std::vector<PixelRect> rects_;
   mutable Mutex mutex_;
   std::vector<Slot> tiles_ GUARDED_BY(mutex_);

@@ -3,28 +3,39 @@
 #include <algorithm>
 
 namespace core {
+namespace {
 
-int next_look(int samples, int replicates) {
+long rounded_up(long samples, int unit) { return (samples + unit - 1) / unit * unit; }
+
+}  // namespace
+
+int next_look(int samples, int replicates, int unit) {
   for (long per = 1;; per *= 2) {
-    if (per * replicates > samples) {
-      return static_cast<int>(per * replicates);
+    const long look = rounded_up(per * replicates, unit);
+    if (look > samples) {
+      return static_cast<int>(look);
     }
-    const long half_more = per + per / 2;
-    if (per >= 2 && half_more * replicates > samples) {
-      return static_cast<int>(half_more * replicates);
+    const long half_more = rounded_up((per + per / 2) * replicates, unit);
+    if (per >= 2 && half_more > samples) {
+      return static_cast<int>(half_more);
     }
   }
 }
 
-int look_count(int samples_max, int replicates) {
+int look_count(int samples_max, int replicates, int unit) {
   int looks = 0;
-  for (int at = next_look(0, replicates); at <= samples_max; at = next_look(at, replicates)) {
+  for (int at = next_look(0, replicates, unit); at <= samples_max; at = next_look(at, replicates, unit)) {
     ++looks;
   }
   return std::max(looks, 1);
 }
 
-int pass_end(int samples, int samples_max, int replicates) {
+int pass_end(int samples, int samples_max, int replicates, int unit) {
+  if (unit > 1) {
+    const int step = std::max(unit, samples / 8 / unit * unit);
+    const auto end = static_cast<int>(rounded_up(static_cast<long>(samples) + step, unit));
+    return std::min({end, next_look(samples, replicates, unit), samples_max});
+  }
   if (samples < 2) {
     return std::min(samples + 1, samples_max);
   }
@@ -34,5 +45,7 @@ int pass_end(int samples, int samples_max, int replicates) {
   end = std::min(end, next_look(samples, replicates));
   return std::min(end, samples_max);
 }
+
+int whole_sets(int limit, int unit) { return limit < unit ? limit : limit / unit * unit; }
 
 }  // namespace core

@@ -1,4 +1,7 @@
 /// PassPlan: at which sample counts the picture is complete and decisions are taken. Pure functions.
+///
+/// unit: samples of one whole set in every replicate, sample_unit(); passes and looks of samplers without prefixes are
+/// rounded up to whole sets.
 #pragma once
 
 #include "core/render/settings.h"
@@ -7,13 +10,16 @@ namespace core {
 
 /// The first count above `samples` at which errors are looked at: 2^k and 1.5 * 2^k samples per
 /// replicate.
-int next_look(int samples, int replicates);
+int next_look(int samples, int replicates, int unit = 1);
 
 /// How many looks there are up to `samples_max`.
-int look_count(int samples_max, int replicates);
+int look_count(int samples_max, int replicates, int unit = 1);
 
 /// Where the pass that starts at `samples` ends: one sample, one more, then at most an eighth of what
-/// is there, never beyond the next look or `samples_max`, and even.
-int pass_end(int samples, int samples_max, int replicates);
+/// is there, never beyond the next look or `samples_max`, and even. With sets, a whole one is the least step.
+int pass_end(int samples, int samples_max, int replicates, int unit = 1);
+
+/// The most samples that `limit` allows: whole sets, or `limit` itself where it is below one.
+int whole_sets(int limit, int unit);
 
 }  // namespace core

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "core/samplers/sample_sets.h"
+
 namespace core {
 namespace {
 
@@ -13,8 +15,28 @@ constexpr std::array kIntegrators = {
 constexpr std::array kSamplers = {
     NamedValue<SamplerType>{"independent", SamplerType::kIndependent,
                             "Independent uniform numbers; error falls as N^-1/2."},
+    NamedValue<SamplerType>{"antithetic", SamplerType::kAntithetic,
+                            "Pairs of mirrored points on film, lens and lamps; counts are rounded up to whole pairs in "
+                            "every replicate: multiples of 2 times the replicates."},
+    NamedValue<SamplerType>{"stratified", SamplerType::kStratified,
+                            "Independent sets of 16 points, jittered in 4 x 4 cells of film, lens, lamp and direction; counts "
+                            "are rounded up to multiples of 16 times the replicates."},
+    NamedValue<SamplerType>{"latin-hypercube", SamplerType::kLatinHypercube,
+                            "Independent sets of 16 points, one in each of 16 intervals of every dimension; counts are "
+                            "rounded up to multiples of 16 times the replicates."},
+    NamedValue<SamplerType>{"orthogonal-array", SamplerType::kOrthogonalArray,
+                            "Independent sets of 25 points, one in each of 5 x 5 cells of every pair within four "
+                            "dimensions; counts are rounded up to multiples of 25 times the replicates."},
+    NamedValue<SamplerType>{"halton", SamplerType::kHalton,
+                            "Halton points with scrambled digits in bases 2 to 311, one sequence over ten bounces; even "
+                            "sample counts (odd ones above 1 are rounded up)."},
     NamedValue<SamplerType>{"sobol", SamplerType::kSobol,
-                            "Owen-scrambled Sobol points in groups of four dimensions; even sample counts."},
+                            "Owen-scrambled Sobol points in groups of four dimensions; even sample counts (odd ones above "
+                            "1 are rounded up)."},
+    NamedValue<SamplerType>{"zsobol", SamplerType::kZsobol,
+                            "Sobol points in blue-noise order, for previews: errors of neighbouring pixels cancel, so "
+                            "variances do not add up over a block; independent sets of 8 points a pixel, counts are rounded "
+                            "up to multiples of 8 times the replicates."},
 };
 
 constexpr std::array kLightSamplers = {
@@ -96,11 +118,21 @@ std::span<const NamedValue<bool>> expected_value_types() { return kExpectedValue
 std::span<const NamedValue<FilterType>> filters() { return kFilters; }
 std::span<const LayerEntry> layers() { return kLayers; }
 
-int rounded_samples(SamplerType sampler, int /*replicates*/, int samples_per_pixel) {
-  if (sampler == SamplerType::kSobol && samples_per_pixel > 1) {
+int sample_unit(SamplerType sampler, int replicates) {
+  const int set = samples_in_set(sampler);
+  return set > 1 ? set * replicates : 1;
+}
+
+int rounded_samples(SamplerType sampler, int replicates, int samples_per_pixel) {
+  if ((sampler == SamplerType::kSobol || sampler == SamplerType::kHalton) && samples_per_pixel > 1) {
     return samples_per_pixel + samples_per_pixel % 2;
   }
-  return samples_per_pixel;
+  const int unit = sample_unit(sampler, replicates);
+  return (samples_per_pixel + unit - 1) / unit * unit;
+}
+
+PixelErrors pixel_errors(const RenderSettings& settings) {
+  return settings.sampler == SamplerType::kZsobol ? PixelErrors::kCorrelated : PixelErrors::kIndependent;
 }
 
 }  // namespace core

@@ -43,7 +43,14 @@ struct LayerEntry {
 };
 std::span<const LayerEntry> layers();
 
-/// What a sample count becomes under the sampler's rule (sobol: even counts, except 1).
+/// Samples per pixel of one whole set in every replicate, for samplers whose sets have no prefixes; 1 for the others.
+int sample_unit(SamplerType sampler, int replicates);
+
+/// What a sample count becomes under the sampler's rule. sobol, halton: even counts, except 1. Samplers without prefixes:
+/// multiples of sample_unit(). Never less than what was asked for.
 int rounded_samples(SamplerType sampler, int replicates, int samples_per_pixel);
+
+/// What the estimation does to the errors of neighbouring pixels.
+PixelErrors pixel_errors(const RenderSettings& settings);
 
 }  // namespace core

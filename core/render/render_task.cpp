@@ -56,7 +56,7 @@ std::optional<Slice> RenderTask::take() {
     if (!m.expired) {
       auto slice = m.find_slice();
       while (!slice && m.pass_target < m.barrier()) {
-        m.pass_target = std::min(pass_end(m.pass_target, m.samples_max(), m.renderer->view().settings.replicates),
+        m.pass_target = std::min(pass_end(m.pass_target, m.samples_max(), m.renderer->view().settings.replicates, m.unit()),
                                  m.barrier());
         slice = m.find_slice();
       }
@@ -187,7 +187,7 @@ void RenderTask::Impl::decide() {
     rules = stop;
     samples = base_samples;
     most = samples_max();
-    looks_now = samples >= most || next_look(samples - 1, replicates) == samples;
+    looks_now = samples >= most || next_look(samples - 1, replicates, unit()) == samples;
     looks_now = looks_now && samples != last_reported;
   }
   StopReason why = StopReason::kNone;
@@ -248,7 +248,7 @@ void RenderTask::Impl::decide() {
     const ErrorEstimate estimate(film->snapshot());
     const ConvergencePoint point = look(estimate, samples);
     if (may_stop && estimate.valid() &&
-        meets_error_target(estimate, *film, rules, look_count(most, replicates))) {
+        meets_error_target(estimate, *film, rules, look_count(most, replicates, unit()))) {
       why = StopReason::kRelativeError;
     }
     {

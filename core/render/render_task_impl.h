@@ -90,8 +90,13 @@ struct RenderTask::Impl {
                           : 0.0);
   }
 
+  int unit() const {
+    const RenderSettings& settings = renderer->view().settings;
+    return sample_unit(settings.sampler, settings.replicates);
+  }
+
   int samples_max() const REQUIRES(mutex) {
-    int most = options.samples_limit;
+    int most = whole_sets(options.samples_limit, unit());
     if (stop.samples_per_pixel) {
       const RenderSettings& settings = renderer->view().settings;
       most = std::min(most, rounded_samples(settings.sampler, settings.replicates, *stop.samples_per_pixel));
@@ -103,9 +108,9 @@ struct RenderTask::Impl {
   int barrier() const REQUIRES(mutex) {
     const int replicates = renderer->view().settings.replicates;
     if (has_clock()) {  // one pass at a time, so that the last complete one can be kept
-      return base_samples < pass_target ? pass_target : pass_end(pass_target, samples_max(), replicates);
+      return base_samples < pass_target ? pass_target : pass_end(pass_target, samples_max(), replicates, unit());
     }
-    return std::max(std::min(next_look(base_samples, replicates), samples_max()), pass_target);
+    return std::max(std::min(next_look(base_samples, replicates, unit()), samples_max()), pass_target);
   }
 
   bool pass_complete() const REQUIRES(mutex) {

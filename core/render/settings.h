@@ -55,7 +55,18 @@ enum class Strategy { kMis, kLight, kBsdf, kCosine, kUniform };
 enum class MisType { kBalance, kPower, kMaximum };
 enum class RouletteType { kNone, kThroughput, kThreshold };
 enum class SplittingType { kNone, kFixed, kMeasured };
-enum class SamplerType { kIndependent, kSobol };
+enum class SamplerType {
+  kIndependent,
+  kAntithetic,
+  kStratified,
+  kLatinHypercube,
+  kOrthogonalArray,
+  kHalton,
+  kSobol,
+  kZsobol
+};
+/// Are the errors of neighbouring pixels independent? If not, variances do not add up over a block.
+enum class PixelErrors { kIndependent, kCorrelated };
 enum class LightSamplerType { kUniform, kPower, kTree, kRis };
 
 struct EstimatorSettings {

@@ -1,8 +1,18 @@
 /// PathSampler: the random numbers of one camera path, by named dimension.
 ///
-/// A number is a pure function of (seed, pixel, sample, dimension). With `sobol`, sample s belongs to
-/// replicate s % R and is point s / R of that replicate's own Owen-scrambled Sobol set: groups of four
-/// dimensions are one scrambled 4-D Sobol sequence, groups are decorrelated by shuffling the index.
+/// A number is a pure function of (seed, pixel, sample, dimension). Sample s belongs to replicate s % R and is point
+/// s / R of that replicate's own randomisation, which is independent of every other replicate's.
+///
+/// independent       uniform numbers.
+/// antithetic        pairs: the second takes 1 - u for film, lens and lamps, fresh numbers for the rest.
+/// stratified, latin-hypercube, orthogonal-array    independent sets of samples_in_set() points, one after
+///                   another, in each group of four dimensions by itself (core/samplers/point_sets.h).
+/// halton            one sequence over all dimensions (core/samplers/halton.h).
+/// sobol             groups of four dimensions are one Owen-scrambled 4-D Sobol sequence, groups are decorrelated by
+///                   shuffling the index.
+/// zsobol            sets of kBlueNoiseSize points of such a sequence, which the pixels of a tile share
+///                   (core/samplers/zsobol.h); sets and tiles are independent, pixels of a tile are not.
+///
 /// Sources: Burley, Practical Hash-based Owen Scrambling, JCGT 2020; the hash is Laine and Karras' form with
 /// Vegdahl's constants; direction numbers of Joe and Kuo, 2008.
 #pragma once
@@ -95,23 +105,24 @@ class PathSampler {
     const auto pixel = (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) |
                        static_cast<std::uint32_t>(x);
     const auto s = static_cast<std::uint32_t>(sample);
-    if (type_ == SamplerType::kIndependent) {
+    if (type_ == SamplerType::kSobol) {
+      index_ = s / replicates_;
+      base_ = hash_combine(hash_combine(seed_, pixel), s % replicates_);
+    } else if (type_ == SamplerType::kIndependent) {
       base_ = hash_combine(hash_combine(seed_, pixel), s);
-      return;
+    } else {
+      start_other(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), s);
     }
-    index_ = s / replicates_;
-    base_ = hash_combine(hash_combine(seed_, pixel), s % replicates_);
   }
 
   /// Four numbers in [0,1).
   Vec4 get_4d(int group) const noexcept {
     const std::uint64_t h = hash_combine(base_, static_cast<std::uint64_t>(group));
     const std::uint64_t h2 = mix_bits(h + 0x632be59bd9b4e019ULL);
-    if (type_ == SamplerType::kIndependent) {
-      return {to_unit_float(static_cast<std::uint32_t>(h)), to_unit_float(static_cast<std::uint32_t>(h >> 32)),
-              to_unit_float(static_cast<std::uint32_t>(h2)), to_unit_float(static_cast<std::uint32_t>(h2 >> 32))};
+    if (type_ == SamplerType::kSobol) {
+      return sobol_4d(index_, h, h2);
     }
-    return sobol_4d(index_, h, h2);
+    return type_ == SamplerType::kIndependent ? independent_4d(h, h2) : other_4d(group, h, h2);
   }
 
   /// A number for decisions whose count is not known beforehand (holes along a ray): independent of
@@ -121,18 +132,23 @@ class PathSampler {
     return to_unit_float(static_cast<std::uint32_t>(hash_combine(base_ ^ (std::uint64_t{index_} << 1), key) >> 32));
   }
 
-  /// The numbers of continuation k of `count` of this path. Those of all continuations of all samples are again point
-  /// sets, `count` times as large.
+  /// The numbers of continuation k of `count` of this path. With sobol and halton those of all continuations of all samples
+  /// are again point sets, `count` times as large; with the others continuation k of all samples is a set of its own.
   PathSampler branch(int k, int count) const noexcept {
     PathSampler out = *this;
     const auto n = static_cast<std::uint32_t>(count);
     out.base_ = hash_combine(base_, (std::uint64_t{0xb4a2} << 32) | n);
-    if (type_ == SamplerType::kIndependent) {
-      out.base_ = hash_combine(out.base_, static_cast<std::uint64_t>(k));
-    } else {
+    if (type_ == SamplerType::kSobol || type_ == SamplerType::kHalton) {
       out.index_ = index_ * n + static_cast<std::uint32_t>(k);
+    } else {
+      out.base_ = hash_combine(out.base_, static_cast<std::uint64_t>(k));
     }
     return out;
+  }
+
+  static Vec4 independent_4d(std::uint64_t h, std::uint64_t h2) noexcept {
+    return {to_unit_float(static_cast<std::uint32_t>(h)), to_unit_float(static_cast<std::uint32_t>(h >> 32)),
+            to_unit_float(static_cast<std::uint32_t>(h2)), to_unit_float(static_cast<std::uint32_t>(h2 >> 32))};
   }
 
   /// Point `index` of the scrambled 4-D sequence that (h, h2) name. Public for tests and the laboratory.
@@ -157,6 +173,9 @@ class PathSampler {
   }
 
  private:
+  [[gnu::noinline]] void start_other(std::uint32_t x, std::uint32_t y, std::uint32_t sample) noexcept;
+  [[gnu::noinline]] Vec4 other_4d(int group, std::uint64_t h, std::uint64_t h2) const noexcept;
+
   SamplerType type_;
   std::uint32_t replicates_;
   std::uint64_t seed_;

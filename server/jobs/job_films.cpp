@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 
+#include "core/render/registry.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/clock.h"
 
@@ -61,7 +62,8 @@ core::Result<std::shared_ptr<const StoredFilm>> JobService::stored_film(const Jo
       return file.error();
     }
     const core::RenderSettings& settings = record.view.spec.render;
-    auto film = std::make_shared<core::Film>(settings.film, settings.replicates);
+    auto film = std::make_shared<core::Film>(settings.film, settings.replicates,
+                                             core::pixel_errors(settings));
     auto restored = file->restore(*film);
     if (!restored) {
       return restored.error();

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "api/errors.h"
+#include "core/render/registry.h"
 #include "core/render/render_task.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/clock.h"
@@ -95,7 +96,8 @@ core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& j
   RenderRun::Parts parts;
   parts.job = job->id();
   parts.renderer = std::move(*renderer);
-  parts.film = std::make_shared<core::Film>(spec.render.film, spec.render.replicates);
+  parts.film = std::make_shared<core::Film>(spec.render.film, spec.render.replicates,
+                                            core::pixel_errors(spec.render));
   parts.scene_bytes = (*scene)->summary().bytes;
   parts.options.stop = spec.stop;
   parts.options.samples_limit = options_.samples_max;

@@ -92,6 +92,9 @@ bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film) {
       continue;
     }
     api::TileFrame frame = tile_frame(film.tile(tile), film.replicates(), alpha);
+    if (film.errors() == core::PixelErrors::kCorrelated) {
+      frame.flags |= api::kTileCorrelated;
+    }
     frame.revision = revision;
     frame.relative_error = job_->tile_errors().of(film, tile);
     piece += api::encode_tile_frame(frame);

@@ -4,4 +4,6 @@ set(STATISTICAL_TEST_SOURCES
   coverage_test.cpp
   error_estimate_test.cpp
   error_target_test.cpp
-  lights_chi2_test.cpp)
+  lights_chi2_test.cpp
+  sampler_convergence_test.cpp
+  sampler_coverage_test.cpp)

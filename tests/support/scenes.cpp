@@ -5,6 +5,7 @@
 
 #include "core/base/check.h"
 #include "core/math/numbers.h"
+#include "core/render/registry.h"
 
 namespace test_support {
 
@@ -187,7 +188,8 @@ Picture render(const core::View& view, const core::StopRules& stop, int threads)
   auto renderer = core::Renderer::create(view);
   CHECK(renderer);
   Picture picture;
-  picture.film = std::make_shared<core::Film>(view.settings.film, view.settings.replicates);
+  picture.film = std::make_shared<core::Film>(view.settings.film, view.settings.replicates,
+                                              core::pixel_errors(view.settings));
   NullSink sink;
   core::TaskOptions options;
   options.stop = stop;

@@ -5,4 +5,5 @@ set(CORE_TEST_SOURCES
   film_test.cpp
   render_task_test.cpp
   reservoir_test.cpp
+  sample_sets_test.cpp
   sampler_test.cpp)

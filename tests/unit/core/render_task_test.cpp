@@ -130,11 +130,12 @@ TEST(RenderTaskBits, AreTheSameForEverySliceLength) {
 }
 
 TEST(RenderTaskBits, AreTheSameAfterKillAndResume) {
-  const core::View view = small_view();
-  const auto renderer = renderer_of(view);
-  const std::string whole = digest_of(view, samples(12), 2);
   test_support::Random random(3);
-  for (int round = 0; round < 12; ++round) {
+  for (int round = 0; round < 18; ++round) {
+    const auto& sampler = core::samplers()[static_cast<std::size_t>(round) % core::samplers().size()];
+    const core::View view = small_view(sampler.value);
+    const auto renderer = renderer_of(view);
+    const std::string whole = digest_of(view, samples(12), 2);
     auto film = film_of(view);
     // Killed up to three times, each time after some slices, with a slice lost in the middle.
     for (int kill = 0; kill < 3; ++kill) {
@@ -154,7 +155,7 @@ TEST(RenderTaskBits, AreTheSameAfterKillAndResume) {
     RecordingSink sink;
     RenderTask task(renderer, film, samples(12), sink);
     core::run_to_end(task, 2);
-    EXPECT_EQ(film->digest(), whole) << round;
+    EXPECT_EQ(film->digest(), whole) << round << " " << sampler.name;
   }
 }
 
@@ -229,6 +230,42 @@ TEST(RenderTaskStop, EverySampleAskedForIsThereAndNoMore) {
 TEST(RenderTaskStop, SobolRoundsOddCountsUp) {
   EXPECT_EQ(test_support::render(small_view(), 5).film->tile_samples(0), 6);
   EXPECT_EQ(test_support::render(small_view(), 1).film->tile_samples(0), 1);
+}
+
+TEST(RenderTaskStop, SetsAreRenderedWhole) {
+  for (const auto& sampler : core::samplers()) {
+    const core::View view = small_view(sampler.value);
+    const auto picture = test_support::render(view, 5);
+    EXPECT_EQ(picture.film->tile_samples(0), core::rounded_samples(sampler.value, 2, 5)) << sampler.name;
+    EXPECT_EQ(picture.reason, StopReason::kSamples);
+  }
+}
+
+// A job that its clock ended, and one that the server's limit ended, hold whole sets.
+TEST(RenderTaskStop, ClocksAndLimitsKeepWholeSets) {
+  const core::View view = small_view(core::SamplerType::kOrthogonalArray);
+  {
+    const auto film = film_of(view);
+    RecordingSink sink;
+    TaskOptions options;
+    options.stop.seconds = 0.25;
+    options.slice_target_seconds = 1e-4;
+    RenderTask task(renderer_of(view), film, options, sink);
+    core::run_to_end(task, 2);
+    EXPECT_EQ(tiles_apart(*film), 0);
+    EXPECT_GE(film->tile_samples(0), 50);
+    EXPECT_EQ(film->tile_samples(0) % 50, 0);
+    EXPECT_EQ(film->digest(), digest_of(view, samples(film->tile_samples(0)), 2));
+  }
+  const auto film = film_of(view);
+  RecordingSink sink;
+  TaskOptions options;
+  options.stop.relative_error = 1e-9;
+  options.samples_limit = 130;
+  RenderTask task(renderer_of(view), film, options, sink);
+  core::run_to_end(task, 2);
+  EXPECT_EQ(sink.reason, StopReason::kLimit);
+  EXPECT_EQ(film->tile_samples(0), 100);
 }
 
 TEST(RenderTaskStop, TheServersLimitEndsWhatNoRuleEnded) {
@@ -455,6 +492,31 @@ TEST(PassPlan, LooksAreAtPowersOfTwoAndHalfAbovePerReplicate) {
   EXPECT_EQ(looks, (std::vector<int>{2, 4, 6, 8, 12, 16, 24, 32, 48, 64}));
   EXPECT_EQ(core::look_count(64, 2), 10);
   EXPECT_EQ(core::look_count(1, 2), 1);
+}
+
+TEST(PassPlan, LooksAndPassesOfSetsAreWholeSets) {
+  std::vector<int> looks;
+  for (int at = core::next_look(0, 2, 50); at <= 400; at = core::next_look(at, 2, 50)) {
+    looks.push_back(at);
+  }
+  // 2^k and 1.5 * 2^k samples per replicate: 2 ... 48, 64, 96, 128, 192, 256, 384 in all.
+  EXPECT_EQ(looks, (std::vector<int>{50, 100, 150, 200, 300, 400}));
+  EXPECT_EQ(core::look_count(400, 2, 50), 6);
+  for (const int unit : {4, 32, 50, 1600}) {
+    const int most = core::whole_sets(65536, unit);
+    int at = 0;
+    while (at < most) {
+      const int end = core::pass_end(at, most, 2, unit);
+      ASSERT_GT(end, at);
+      ASSERT_EQ(end % unit, 0);
+      ASSERT_LE(end, core::next_look(at, 2, unit));
+      ASSERT_LE(end - at, std::max(at / 8, unit));
+      at = end;
+    }
+    EXPECT_EQ(at, most);
+    EXPECT_EQ(core::pass_end(5, most, 2, unit), unit == 4 ? 8 : unit) << "a set cut by a cancellation is completed";
+  }
+  EXPECT_EQ(core::whole_sets(30, 50), 30) << "less than a set is all that there may be";
 }
 
 TEST(PassPlan, PassesGrowByAnEighthAtMostAndMeetEveryLook) {

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <set>
 #include <vector>
 
+#include "core/render/registry.h"
 #include "core/samplers/dimensions.h"
 #include "core/samplers/path_sampler.h"
 #include "tests/support/statistics.h"
@@ -108,9 +111,9 @@ TEST(Sobol, SamplesOfAReplicateAreOneSet) {
 }
 
 TEST(PathSampler, NumbersLieInTheUnitIntervalAndNeverReachOne) {
-  for (const SamplerType type : {SamplerType::kIndependent, SamplerType::kSobol}) {
-    PathSampler sampler(type, 2, 1);
-    for (int s = 0; s < 200000; ++s) {
+  for (const auto& entry : core::samplers()) {
+    PathSampler sampler(entry.value, 2, 1);
+    for (int s = 0; s < 100000; ++s) {
       sampler.start(s % 100, s / 1000, s % 4096);
       const Vec4 u = sampler.get_4d(s % 7);
       for (int d = 0; d < 4; ++d) {
@@ -126,9 +129,9 @@ TEST(PathSampler, NumbersLieInTheUnitIntervalAndNeverReachOne) {
 }
 
 TEST(PathSampler, ANumberDependsOnNothingButItsName) {
-  for (const SamplerType type : {SamplerType::kIndependent, SamplerType::kSobol}) {
-    PathSampler a(type, 2, 5);
-    PathSampler b(type, 2, 5);
+  for (const auto& entry : core::samplers()) {
+    PathSampler a(entry.value, 2, 5);
+    PathSampler b(entry.value, 2, 5);
     a.start(1, 2, 3);
     a.get_4d(1);
     a.start(7, 8, 9);
@@ -158,9 +161,12 @@ double correlation(SamplerType type, const std::function<std::pair<float, float>
   return xy / std::sqrt(xx * yy) * std::sqrt(static_cast<double>(kPairs));  // N(0,1)
 }
 
-// |z| < 4.5: false alarm 7e-6 a comparison, 48 comparisons: 0.03 %.
+// |z| < 4.5: false alarm 7e-6 a comparison, 192 comparisons: 0.13 %. zsobol means its neighbours to be correlated: there
+// pixels of two tiles are asked.
 TEST(PathSampler, NeighboursReplicatesGroupsAndSeedsAreUncorrelated) {
-  for (const SamplerType type : {SamplerType::kIndependent, SamplerType::kSobol}) {
+  for (const auto& entry : core::samplers()) {
+    const SamplerType type = entry.value;
+    const int step = type == SamplerType::kZsobol ? 32 : 1;
     for (int d = 0; d < 4; ++d) {
       const auto at = [d](PathSampler& s, int x, int y, int sample, int group) {
         s.start(x, y, sample);
@@ -170,13 +176,13 @@ TEST(PathSampler, NeighboursReplicatesGroupsAndSeedsAreUncorrelated) {
         return correlation(type, [&](PathSampler& s, int i) {
           const int x = i % 200;
           const int y = i / 200;
-          return std::pair(at(s, 3 * x, y, 4, 2), at(s, 3 * x + dx, y + dy, 4 + ds, 2 + dg));
+          return std::pair(at(s, 3 * x, y, 4, 2), at(s, 3 * x + step * dx, y + step * dy, 4 + ds, 2 + dg));
         });
       };
-      EXPECT_LT(std::fabs(over(1, 0, 0, 0)), 4.5);
+      EXPECT_LT(std::fabs(over(1, 0, 0, 0)), 4.5) << entry.name;
       EXPECT_LT(std::fabs(over(0, 1, 0, 0)), 4.5);
-      EXPECT_LT(std::fabs(over(0, 0, 1, 0)), 4.5);  // the other replicate
-      EXPECT_LT(std::fabs(over(0, 0, 0, 1)), 4.5);
+      EXPECT_LT(std::fabs(over(0, 0, 1, 0)), 4.5) << entry.name;  // the other replicate
+      EXPECT_LT(std::fabs(over(0, 0, 0, 1)), 4.5) << entry.name;
       EXPECT_LT(std::fabs(over(1, 1, 1, 3)), 4.5);
       PathSampler other(type, 2, 12);
       EXPECT_LT(std::fabs(correlation(type, [&](PathSampler& s, int i) {
@@ -208,6 +214,84 @@ TEST(PathSampler, ACorrelationOfFivePercentIsSeen) {
     return std::pair(a, i % 20 == 0 ? a : other.get_4d(0).x);
   });
   EXPECT_GT(std::fabs(z), 4.5);
+}
+
+/// 16 x 16 boxes of two of the four numbers, each pair from a pixel of its own (zsobol: from a tile of its own), at all
+/// positions of a set.
+double uniformity(const core::NamedValue<SamplerType>& entry, int d0, int d1, int group, float squeeze) {
+  constexpr int kSide = 16;
+  constexpr int kCount = 40000;
+  const int step = entry.value == SamplerType::kZsobol ? 32 : 1;
+  PathSampler sampler(entry.value, 2, 21);
+  std::vector<double> observed(kSide * kSide, 0.0);
+  const std::vector<double> expected(kSide * kSide, kCount / static_cast<double>(kSide * kSide));
+  for (int i = 0; i < kCount; ++i) {
+    sampler.start(i % 200 * step, i / 200 * step, i % 128);
+    const Vec4 u = sampler.get_4d(group);
+    const auto cell = [&](int d) {
+      return static_cast<std::size_t>(component(u, d) * static_cast<double>(squeeze) * kSide);
+    };
+    ++observed[cell(d0) * kSide + cell(d1)];
+  }
+  return test_support::chi2(observed, expected).p_value;
+}
+
+// 8 samplers, 6 pairs of dimensions, 3 groups: 1 % over all 144 tests.
+TEST(PathSampler, EveryPairOfNumbersIsUniform) {
+  const double level = test_support::sidak(0.01, 144);
+  for (const auto& entry : core::samplers()) {
+    for (const int group : {core::kCameraGroup, core::dimension_group(0, core::BounceGroup::kLight),
+                            core::dimension_group(4, core::BounceGroup::kBsdf)}) {
+      for (int a = 0; a < 4; ++a) {
+        for (int b = a + 1; b < 4; ++b) {
+          EXPECT_GT(uniformity(entry, a, b, group, 1), level) << entry.name << " " << group << " " << a << b;
+        }
+      }
+    }
+    EXPECT_LT(uniformity(entry, 0, 1, 0, 0.98F), level) << "two percent off must be seen: " << entry.name;
+  }
+}
+
+/// N(0,1) if the errors of two estimates of the integral of e^(x + y) are independent.
+double correlation_of_errors(SamplerType type, const std::function<std::pair<int, int>(int)>& pixels, int replicate) {
+  PathSampler sampler(type, 2, 31);
+  const int n = std::max(8, core::sample_unit(type, 1));
+  const auto error = [&](int pixel, int which) {
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+      sampler.start(pixel % 1024, pixel / 1024, 2 * i + which);
+      const Vec4 u = sampler.get_4d(core::kCameraGroup);
+      sum += std::exp(static_cast<double>(u.x + u.y));
+    }
+    return sum / n - std::pow(std::exp(1.0) - 1, 2);
+  };
+  constexpr int kPairs = 4000;
+  double xy = 0;
+  double xx = 0;
+  double yy = 0;
+  for (int i = 0; i < kPairs; ++i) {
+    const auto [a, b] = pixels(i);
+    const double x = error(a, 0);
+    const double y = error(b, replicate);
+    xy += x * y;
+    xx += x * x;
+    yy += y * y;
+  }
+  return xy / std::sqrt(xx * yy) * std::sqrt(static_cast<double>(kPairs));
+}
+
+// What error bars rest on. 16 comparisons: false alarm 0.01 %. zsobol shows that a correlation is seen.
+TEST(PathSampler, ErrorsOfReplicatesAndOfPixelsAreIndependent) {
+  const auto neighbours = [](int i) { return std::pair(2 * i, 2 * i + 1); };
+  for (const auto& entry : core::samplers()) {
+    EXPECT_LT(std::fabs(correlation_of_errors(entry.value, [](int i) { return std::pair(i, i); }, 1)), 4.5) << entry.name;
+    const double z = correlation_of_errors(entry.value, neighbours, 0);
+    if (entry.value == SamplerType::kZsobol) {
+      EXPECT_LT(z, -8) << "blue noise: neighbours err in opposite directions";
+    } else {
+      EXPECT_LT(std::fabs(z), 4.5) << entry.name;
+    }
+  }
 }
 
 }  // namespace

@@ -30,6 +30,7 @@ export async function compareFilms(
     subtract(a, b, film, i, figures);
   }
   const pooled = new Float32Array(a.width * bandRows);
+  const zFigure = a.correlated || b.correlated ? zCorrelated : zIndependent;
   let known = 0;
   for (let y = 0; y < a.height; y += bandRows) {
     const rect = { x: 0, y, width: a.width, height: Math.min(bandRows, a.height - y) };
@@ -65,8 +66,13 @@ function subtract(a: LiveFilm, b: LiveFilm, out: LiveFilm, pixel: number, figure
   out.tileError[pixel] = Math.sqrt(relative / 3);
 }
 
-/** The mean of n differences has the variance mean(v) / n. */
-function zFigure(variance: number[], mean: number[], count: number): number {
+/** The mean of n correlated differences has the variance mean(v) at most: z is never shown too large. */
+function zCorrelated(variance: number[], mean: number[]): number {
+  return zIndependent(variance, mean, 1);
+}
+
+/** The mean of n independent differences has the variance mean(v) / n. */
+function zIndependent(variance: number[], mean: number[], count: number): number {
   const difference = mean[0] + mean[1] + mean[2];
   const spread = Math.sqrt((variance[0] + variance[1] + variance[2]) / count);
   return spread > 0 ? Math.abs(difference) / spread : difference === 0 ? 0 : NaN;

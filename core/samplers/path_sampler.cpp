@@ -40,7 +40,9 @@ void PathSampler::start_other(std::uint32_t x, std::uint32_t y, std::uint32_t sa
   base_ = hash_combine(hash_combine(hash_combine(seed_, key_of(x, y)), replicate), set);
 }
 
-Vec4 PathSampler::other_4d(int group, std::uint64_t h, std::uint64_t h2) const noexcept {
+Vec4 PathSampler::other_4d(int group) const noexcept {
+  const std::uint64_t h = hash_combine(base_, static_cast<std::uint64_t>(group));
+  const std::uint64_t h2 = mix_bits(h + 0x632be59bd9b4e019ULL);
   switch (type_) {
     case SamplerType::kAntithetic: {
       if (index_ == 0) {

@@ -105,7 +105,7 @@ class PathSampler {
     const auto pixel = (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) |
                        static_cast<std::uint32_t>(x);
     const auto s = static_cast<std::uint32_t>(sample);
-    if (type_ == SamplerType::kSobol) {
+    if (type_ == SamplerType::kSobol) [[likely]] {
       index_ = s / replicates_;
       base_ = hash_combine(hash_combine(seed_, pixel), s % replicates_);
     } else if (type_ == SamplerType::kIndependent) {
@@ -119,10 +119,10 @@ class PathSampler {
   Vec4 get_4d(int group) const noexcept {
     const std::uint64_t h = hash_combine(base_, static_cast<std::uint64_t>(group));
     const std::uint64_t h2 = mix_bits(h + 0x632be59bd9b4e019ULL);
-    if (type_ == SamplerType::kSobol) {
+    if (type_ == SamplerType::kSobol) [[likely]] {
       return sobol_4d(index_, h, h2);
     }
-    return type_ == SamplerType::kIndependent ? independent_4d(h, h2) : other_4d(group, h, h2);
+    return type_ == SamplerType::kIndependent ? independent_4d(h, h2) : other_4d(group);
   }
 
   /// A number for decisions whose count is not known beforehand (holes along a ray): independent of
@@ -174,7 +174,7 @@ class PathSampler {
 
  private:
   [[gnu::noinline]] void start_other(std::uint32_t x, std::uint32_t y, std::uint32_t sample) noexcept;
-  [[gnu::noinline]] Vec4 other_4d(int group, std::uint64_t h, std::uint64_t h2) const noexcept;
+  [[gnu::noinline]] Vec4 other_4d(int group) const noexcept;
 
   SamplerType type_;
   std::uint32_t replicates_;

@@ -115,6 +115,32 @@ class Submitting(ApiTest):
         self.assertEqual(len({a.json()["id"] for a in answers}), 1)
         self.assertEqual(sorted(a.status for a in answers), [200] * 5 + [201])
 
+    def test_every_sampler_renders_whole_sets_and_says_so(self):
+        # What the contract says: even counts for sobol and halton, whole sets of every replicate for the others.
+        least = {"independent": 1, "antithetic": 4, "stratified": 32, "latin-hypercube": 32,
+                 "orthogonal-array": 50, "halton": 2, "sobol": 2, "zsobol": 16}
+        listed = {entry["type"] for entry in self.server.get("/v1/server").json()["samplers"]}
+        self.assertEqual(listed, set(least))
+        for sampler, unit in least.items():
+            job = self.server.render(job_body(samples=5, sampler={"type": sampler}))
+            rounded = -(-5 // unit) * unit
+            self.assertEqual(job["spec"]["stop"]["samples_per_pixel"], rounded, sampler)
+            self.assertEqual(job["progress"]["samples_per_pixel"],
+                             {"min": rounded, "mean": rounded, "max": rounded}, sampler)
+            said = [w for w in job["warnings"] if "5 was asked for" in w and sampler in w]
+            self.assertEqual(len(said), 0 if rounded == 5 else 1, job["warnings"])
+            self.assertGreater(job["error"]["relative_rmse"], 0)
+
+    def test_extending_by_sets_gives_the_digest_of_the_longer_job(self):
+        body = job_body(samples=32, sampler={"type": "stratified"})
+        job = self.server.render(body)
+        answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 40}})
+        self.assertEqual(answer.status, 202)
+        extended = self.server.wait(job["id"])
+        self.assertEqual(extended["spec"]["stop"]["samples_per_pixel"], 64)
+        longer = self.server.render(job_body(samples=64, sampler={"type": "stratified"}))
+        self.assertEqual(extended["film_digest"], longer["film_digest"])
+
     def test_one_sample_has_half_a_only(self):
         job = self.server.render(job_body(samples=1, sampler={"type": "independent"}))
         count = job["progress"]["samples_per_pixel"]["max"]

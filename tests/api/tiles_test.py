@@ -94,6 +94,15 @@ class Tiles(ApiTest):
                          {t.place() for t in everything if t.revision > middle})
         self.assertEqual(len(self.newest(job, f"?after={done['revision']}")), 1)
 
+    def test_blue_noise_order_says_that_errors_are_correlated(self):
+        for sampler, flags in (("zsobol", Tile.CORRELATED), ("sobol", 0), ("halton", 0)):
+            job = self.submit(16, sampler={"type": sampler})
+            self.server.wait(job)
+            for tile in self.newest(job)[:-1]:
+                self.assertEqual(tile.flags, flags, sampler)
+                self.assertGreater(tile.error, 0)
+                tile.check()
+
     def test_a_hidden_environment_adds_an_alpha_plane(self):
         job = self.submit(environment={"visible": False}, samples=4)
         self.server.wait(job)

@@ -1,18 +1,55 @@
 // Figures of the renderer alone. Prints, never asserts: times belong to a machine and a moment.
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <string>
 
 #include "core/accel/accel.h"
+#include "core/render/registry.h"
+#include "core/samplers/path_sampler.h"
 #include "tests/bench/hall.h"
 #include "tests/support/scenes.h"
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+double thread_cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// CPU time of one number group, a point of two dimensions being half of it: the numbers of a path of two bounces, five
+/// groups for each start. Best of five.
+void measure_samplers() {
+  constexpr int kPaths = 100'000;
+  constexpr int kGroups = 5;
+  for (const auto& entry : core::samplers()) {
+    double best = 1e9;
+    float sum = 0;
+    for (int round = 0; round < 5; ++round) {
+      core::PathSampler sampler(entry.value, 2, 1);
+      const double start = thread_cpu_seconds();
+      for (int i = 0; i < kPaths; ++i) {
+        sampler.start(i / 64 % 512, i / 64 / 512, i % 64);
+        for (int group = 0; group < kGroups; ++group) {
+          const core::Vec4 u = sampler.get_4d(group);
+          sum += u.x + u.y + u.z + u.w;
+        }
+      }
+      best = std::min(best, thread_cpu_seconds() - start);
+    }
+    const double ns = best / kPaths / kGroups * 1e9;
+    std::printf("sampler      %-16s %6.1f ns per 2-D point, %6.1f per four numbers (mean of all %.4f)\n",
+                std::string(entry.name).c_str(), ns / 2, ns,
+                static_cast<double>(sum) / (5.0 * kPaths * kGroups * 4));
+  }
+}
 
 double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -51,6 +88,7 @@ int main(int argc, char** argv) {
   const int side = argc > 3 ? std::atoi(argv[3]) : 512;
   std::printf("Embree %s, %d threads, %dx%d, %d samples per pixel, max_depth 9, box filter\n",
               core::embree_version(), threads, side, side, samples);
+  measure_samplers();
   const core::View cornell = cornell_view(side);
   measure("cornell-box", cornell, samples, threads);
 

@@ -95,8 +95,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("integrator":{"type":"bdpt"})", "/integrator/type",
              "'bdpt' is not available in this build; available: path"},
         Case{R"("integrator":"path")", "/integrator", "expected an object, got a string"},
-        Case{R"("sampler":{"type":"halton"})", "/sampler/type",
-             "'halton' is not available in this build; available: independent, sobol"},
+        Case{R"("sampler":{"type":"dice"})", "/sampler/type",
+             "'dice' is not available in this build; available: independent, antithetic, "
+             "stratified, latin-hypercube, orthogonal-array, halton, sobol, zsobol"},
         Case{R"("light_sampler":{"type":"restir"})", "/light_sampler/type",
              "'restir' is not available in this build; available: uniform, power, tree, ris"},
         Case{R"("adaptive":{"type":"pilot"})", "/adaptive/type",

@@ -149,6 +149,16 @@ TEST(JobSpec, RoundsSampleCountsAndSaysSo) {
             (std::vector<std::string>{"stop.samples_per_pixel: 15 was asked for, 16 is in force: "
                                       "sampler 'sobol' with 2 replicates rounds 15 to 16."}));
   EXPECT_TRUE(api::parse_job(R"({"scene":"x","stop":{"samples_per_pixel":1}})")->warnings.empty());
+  const auto sets = api::parse_job(
+      R"({"scene":"x","sampler":{"type":"stratified","replicates":4},"stop":{"samples_per_pixel":100}})");
+  ASSERT_TRUE(sets);
+  EXPECT_EQ(sets->spec.stop.samples_per_pixel, 128);
+  EXPECT_EQ(sets->warnings, (std::vector<std::string>{
+                                "stop.samples_per_pixel: 100 was asked for, 128 is in force: sampler "
+                                "'stratified' with 4 replicates rounds 100 to 128."}));
+  const auto beyond = api::parse_job(
+      R"({"scene":"x","sampler":{"type":"orthogonal-array"},"stop":{"samples_per_pixel":65536}})");
+  ASSERT_FALSE(beyond) << "65550 would be more than a job may have";
 }
 
 TEST(JobSpec, NullTakesTheExponentAway) {

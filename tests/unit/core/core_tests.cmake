@@ -3,6 +3,7 @@ set(CORE_TEST_SOURCES
   camera_test.cpp
   distribution_test.cpp
   film_test.cpp
+  pass_plan_test.cpp
   render_task_test.cpp
   reservoir_test.cpp
   sample_sets_test.cpp

@@ -170,7 +170,7 @@ const auto& table() {
       group("sampler", "Where random numbers come from.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.sampler; }, &core::samplers,
-                "Kind of point set."),
+                "Kind of point set. Each has a rule for sample counts, which /v1/server tells."),
             CustomRow<JobSpec>{
                 "replicates", &read_replicates,
                 [](const JobSpec& s, Json& object) { object["replicates"] = s.render.replicates; },

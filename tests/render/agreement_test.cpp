@@ -103,13 +103,13 @@ core::View zoo() {
   return view;
 }
 
-// Fewer than 40 variants in two scenes, each with a KS test and the least of 16 p-values; 0.1 % over all of them (Sidak). The null
+// Fewer than 50 variants in two scenes, each with a KS test and the least of 16 p-values; 0.1 % over all of them (Sidak). The null
 // comparison is one of them.
 // gloss: not for the strategies that ignore the BSDF. Their samples of a narrow lobe are so rare and so large that means of
 // 16 pictures are far from normal; they are held to the truths of irradiance_test.cpp and furnace_test.cpp.
 void expect_agreement(core::View view, int samples, bool gloss) {
-  const double level_ks = test_support::sidak(0.001, 80);
-  const double level_p = test_support::sidak(0.001, 80 * static_cast<int>(kBlocks));
+  const double level_ks = test_support::sidak(0.001, 100);
+  const double level_p = test_support::sidak(0.001, 100 * static_cast<int>(kBlocks));
   view.settings.estimator.roulette = core::RouletteType::kNone;
   const Blocks reference = blocks_of(view, 1000, 2 * samples);
   int seed = 1;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
@@ -159,6 +160,33 @@ TEST(OrthogonalArray, IsOneForEveryPrime) {
           EXPECT_TRUE(is_even(set, a, levels, b, levels)) << p << a << b;
         }
       }
+    }
+  }
+}
+
+// Continuations of a path: those with the same number are a set, those of one path are not each other's copies.
+TEST(SampleSets, ContinuationsOfAllPathsAreSetsToo) {
+  for (const auto& entry : core::samplers()) {
+    PathSampler sampler(entry.value, kReplicates, 5);
+    const int size = std::max(core::samples_in_set(entry.value), 16);
+    std::vector<Point> all;
+    std::vector<Point> second;
+    for (int i = 0; i < size; ++i) {
+      sampler.start(4, 5, i * kReplicates + 1);
+      for (int k = 0; k < 4; ++k) {
+        all.push_back(point_of(sampler.branch(k, 4).get_4d(kLight)));
+      }
+      second.push_back(all[all.size() - 3]);
+    }
+    for (std::size_t i = 1; i < all.size(); ++i) {
+      EXPECT_NE(all[i][1], all[i - 1][1]) << entry.name;
+    }
+    if (entry.value == SamplerType::kSobol) {
+      EXPECT_TRUE(is_even(all, 0, 64)) << "one set of 64";
+    }
+    if (entry.value == SamplerType::kStratified || entry.value == SamplerType::kLatinHypercube ||
+        entry.value == SamplerType::kOrthogonalArray) {
+      EXPECT_TRUE(is_even(second, 0, size)) << entry.name;
     }
   }
 }

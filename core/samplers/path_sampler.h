@@ -179,8 +179,8 @@ class PathSampler {
   SamplerType type_;
   std::uint32_t replicates_;
   std::uint64_t seed_;
-  std::uint64_t base_ = 0;
-  std::uint32_t index_ = 0;
+  std::uint64_t base_ = 0;   ///< names the set that the sample belongs to
+  std::uint32_t index_ = 0;  ///< of the point in it: below samples_in_set() where that is above 1; zsobol: along the curve
 };
 
 }  // namespace core

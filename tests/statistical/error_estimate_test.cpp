@@ -159,7 +159,8 @@ FilmSnapshot blue_noise(std::uint64_t seed, double sd, core::PixelErrors errors)
   return film;
 }
 
-// 2,000 trials: a standard deviation of 0.5 %. Taken for independent, 1.96 * sqrt(3/4) standard deviations are 91 %.
+// 2,000 trials: a standard deviation of 0.5 %, of a difference with the same seeds less. The bounds are somewhat wide for
+// Gaussian errors, so those taken for independent lose a part of their coverage only.
 TEST(ErrorEstimate, OfBlueNoiseIsCoveredWhenItIsToldSo) {
   constexpr int kTrials = 2000;
   const double truth = 0.1 / std::sqrt(1.01);
@@ -174,8 +175,8 @@ TEST(ErrorEstimate, OfBlueNoiseIsCoveredWhenItIsToldSo) {
   };
   const double told = covered(core::PixelErrors::kCorrelated);
   EXPECT_GE(told, 0.935);
-  EXPECT_LE(told, 0.98);
-  EXPECT_LT(covered(core::PixelErrors::kIndependent), 0.93) << "the correlation must matter";
+  EXPECT_LE(told, 0.985);
+  EXPECT_LT(covered(core::PixelErrors::kIndependent), told - 0.015) << "the correlation must matter";
 }
 
 TEST(ErrorEstimate, EventsOfOneInAThousandAt256Samples) {

@@ -267,6 +267,10 @@ int serve_command(std::span<const std::string_view> args) {
     std::fputs(config_help().c_str(), stdout);
     return 0;
   }
+  if (args.size() == 1 && args.front() == "--describe") {
+    std::fputs(config_description().c_str(), stdout);
+    return 0;
+  }
   const auto config = parse_config(args, process_environ);
   if (!config) {
     std::fprintf(stderr, "tessera serve: %s: %s\n", config.error().where.c_str(),

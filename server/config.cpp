@@ -10,7 +10,7 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 
-#include <arpa/inet.h>
+#include <nlohmann/json.hpp>
 
 namespace server {
 namespace {
@@ -295,6 +295,22 @@ std::string config_help() {
     text += head + std::string(flag.text) + " [" + variable_name(flag.name) + "]\n";
   }
   return text;
+}
+
+std::string config_description() {
+  using Json = nlohmann::ordered_json;
+  Json options = Json::array();
+  for (const Flag& flag : kFlags) {
+    options.push_back({{"names", Json::array({"--" + std::string(flag.name)})},
+                       {"value", flag.value},
+                       {"text", flag.text},
+                       {"variable", variable_name(flag.name)},
+                       {"preset", ""},
+                       {"repeats", false}});
+  }
+  options.push_back({{"names", Json::array({"-h", "--help"})}, {"value", ""}, {"text", "Print the flags"}});
+  const Json line = {{"text", "Starts the service."}, {"operands", Json::array()}, {"options", std::move(options)}};
+  return line.dump() + "\n";
 }
 
 bool is_loopback(std::string_view host) {

@@ -53,6 +53,8 @@ core::Result<Config> parse_config(std::span<const std::string_view> args, const 
 
 /// One paragraph a flag, with its variable and default.
 std::string config_help();
+/// The same as one line of JSON, for completions and the manual page (clients/cli/verb_text.h).
+std::string config_description();
 
 /// True for 127.0.0.0/8, ::1 and localhost.
 bool is_loopback(std::string_view host);

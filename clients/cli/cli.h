@@ -4,6 +4,7 @@
 /// 1 failed, 2 wrong usage. Results go to stdout, everything else to stderr.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,12 +24,17 @@ struct Verb {
   int (*run)(const Args& args);
 };
 
+/// The table of verbs; in the order of the help.
+std::span<const Verb> verbs();
+
 int submit(const Args& args);
 int watch(const Args& args);
 int fetch(const Args& args);
 int jobs(const Args& args);
 int cancel(const Args& args);
 int health(const Args& args);
+int completion(const Args& args);
+int man(const Args& args);
 
 /// One picture without a service; lives in the library cli_render, which links the renderer.
 int render(const Args& args);

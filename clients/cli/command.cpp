@@ -3,9 +3,15 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "clients/cli/verb_text.h"
+
 namespace cli {
 
 int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body) {
+  if (args.size() == 1 && args.front() == kDescribe) {
+    std::printf("%s\n", describe(app).dump().c_str());
+    return kDone;
+  }
   try {
     // CLI11 takes the arguments from the back.
     Args reversed(args.rbegin(), args.rend());

@@ -11,8 +11,8 @@
 
 namespace cli {
 
-/// Parses args with `app`, then calls body. --help prints to stdout and gives 0; anything wrong is
-/// told on stderr and gives 2.
+/// Parses args with `app`, then calls body. --help prints to stdout and gives 0; --describe does the
+/// same for programs (verb_text.h); anything wrong is told on stderr and gives 2.
 int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body);
 
 /// "tessera VERB: message", with the place before it if there is one, on stderr. Returns kFailed.

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -17,22 +16,11 @@
 namespace cli {
 namespace {
 
-constexpr std::array kVerbs = {
-    Verb{"serve", "start the service", nullptr},
-    Verb{"render", "render one picture without a service", nullptr},
-    Verb{"submit", "give a job to a server", &submit},
-    Verb{"watch", "follow a job until it ends", &watch},
-    Verb{"fetch", "download the picture of a job", &fetch},
-    Verb{"jobs", "list the jobs of a server", &jobs},
-    Verb{"cancel", "cancel jobs", &cancel},
-    Verb{"health", "ask a server whether it is ready", &health},
-};
-
 std::string help_text() {
   std::string text = "tessera: pictures from glTF scenes, with an honest error bar\n\nUsage: tessera VERB ...\n\n";
-  for (const Verb& verb : kVerbs) {
+  for (const Verb& verb : verbs()) {
     std::string name(verb.name);
-    name.resize(10, ' ');
+    name.resize(12, ' ');
     text += "  " + name + std::string(verb.summary) + "\n";
   }
   return text + "\n`tessera VERB --help` says more. Exit codes: 0 done, 1 failed, 2 wrong usage.\n";
@@ -57,8 +45,9 @@ int dispatch(int argc, char** argv) {
     std::puts("tessera " TESSERA_VERSION);
     return kDone;
   }
-  const auto* verb = std::find_if(kVerbs.begin(), kVerbs.end(), [name](const Verb& v) { return v.name == name; });
-  if (verb == kVerbs.end()) {
+  const auto known = verbs();
+  const auto verb = std::find_if(known.begin(), known.end(), [name](const Verb& v) { return v.name == name; });
+  if (verb == known.end()) {
     const std::string given(name);
     std::fprintf(stderr, "%s%s\n\n%s", name.empty() ? "tessera: which verb?" : "tessera: unknown verb: ",
                  given.c_str(), help_text().c_str());

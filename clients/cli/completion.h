@@ -1,0 +1,19 @@
+/// Shell completions and the manual page, as text. Pure functions of what the verbs take.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "clients/cli/verb_text.h"
+
+namespace cli {
+
+/// Scripts to be sourced, or put where the shell looks for completions of `tessera`.
+std::string bash_completion(std::span<const VerbText> verbs);
+std::string zsh_completion(std::span<const VerbText> verbs);
+std::string fish_completion(std::span<const VerbText> verbs);
+
+/// tessera(1), in the macros of man(7).
+std::string manual_page(std::span<const VerbText> verbs);
+
+}  // namespace cli

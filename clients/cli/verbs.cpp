@@ -1,0 +1,25 @@
+#include <array>
+
+#include "clients/cli/cli.h"
+
+namespace cli {
+namespace {
+
+constexpr std::array kVerbs = {
+    Verb{"serve", "start the service", nullptr},
+    Verb{"render", "render one picture without a service", nullptr},
+    Verb{"submit", "give a job to a server", &submit},
+    Verb{"watch", "follow a job until it ends", &watch},
+    Verb{"fetch", "download the picture of a job", &fetch},
+    Verb{"jobs", "list the jobs of a server", &jobs},
+    Verb{"cancel", "cancel jobs", &cancel},
+    Verb{"health", "ask a server whether it is ready", &health},
+    Verb{"completion", "print completions for a shell", &completion},
+    Verb{"man", "print the manual page", &man},
+};
+
+}  // namespace
+
+std::span<const Verb> verbs() { return kVerbs; }
+
+}  // namespace cli

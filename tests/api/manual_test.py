@@ -1,0 +1,162 @@
+"""Shell completions and the manual page: all that --help says, read by the shells themselves."""
+
+import os
+import pty
+import re
+import select
+import subprocess
+import tempfile
+import time
+
+from harness import BINARY, PATIENCE_S, ApiTest, job_body
+
+PROGRAM = os.path.abspath(BINARY)
+HERE = {**os.environ, "PATH": os.path.dirname(PROGRAM) + ":" + os.environ["PATH"]}
+
+
+def tessera(*args):
+    done = subprocess.run([PROGRAM, *args], capture_output=True, text=True, timeout=PATIENCE_S)
+    if done.returncode != 0 or done.stderr:
+        raise AssertionError(f"{args}: {done}")
+    return done.stdout
+
+
+def run(command, text=None, **environ):
+    done = subprocess.run(command, input=text, capture_output=True, text=True, timeout=PATIENCE_S,
+                          env={**HERE, **environ})
+    if done.returncode != 0 or done.stderr:
+        raise AssertionError(f"{command}: {done}")
+    return done.stdout
+
+
+class Manual(ApiTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.verbs = re.findall(r"^  ([a-z]+) ", tessera("--help"), re.M)
+        cls.flags = {verb: set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", cls.heads(tessera(verb, "--help"))))
+                     for verb in cls.verbs}
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.files = {}
+        for shell in ("bash", "zsh", "fish"):
+            cls.files[shell] = os.path.join(folder.name, "tessera." + shell)
+            with open(cls.files[shell], "w", encoding="utf-8") as file:
+                file.write(tessera("completion", shell))
+        cls.page = tessera("man")
+
+    @staticmethod
+    def heads(text):
+        """The first column of a help text."""
+        return "\n".join(re.findall(r"^ +(-.*?)(?:  |$)", text, re.M))
+
+    def bash(self, *words, **environ):
+        """What bash offers for the last of the words."""
+        script = ('source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); '
+                  '_tessera; printf "%s\\n" "${COMPREPLY[@]}"')
+        return run(["bash", "-c", script, "bash", self.files["bash"], "tessera", *words],
+                   **environ).split()
+
+    def fish(self, line, **environ):
+        told = run(["fish", "--no-config", "-c", 'source $argv[1]; complete -C $argv[2]',
+                    self.files["fish"], line], HOME=os.path.dirname(self.files["fish"]), **environ)
+        return [row.split("\t")[0] for row in told.splitlines()]
+
+    def test_there_are_verbs_and_flags_to_speak_of(self):
+        self.assertLessEqual({"serve", "render", "submit", "watch", "man", "completion"}, set(self.verbs))
+        for verb in self.verbs:
+            self.assertIn("--help", self.flags[verb] | ({"--help"} if verb == "serve" else set()), verb)
+        self.assertIn("--relative-error", self.flags["submit"])
+        self.assertIn("--disk-limit", self.flags["serve"])
+
+    def test_the_page_has_every_verb_with_every_flag(self):
+        sections = dict(re.findall(r"^\.SS tessera ([a-z]+)[^\n]*\n(.*?)(?=^\.S[SH])", self.page,
+                                   re.S | re.M))
+        self.assertEqual(list(sections), self.verbs)
+        for verb, flags in self.flags.items():
+            for flag in flags:
+                self.assertIn(flag.replace("-", "\\-") + "\\fR", sections[verb], verb)
+        for variable in ("TESSERA_SERVER", "TESSERA_KEY", "TESSERA_DATA"):
+            self.assertIn(variable, self.page.split(".SH ENVIRONMENT")[1])
+
+    def test_the_page_is_free_of_faults(self):
+        run(["groff", "-man", "-ww", "-Tutf8", "-z"], self.page)
+        with self.assertRaises(AssertionError):
+            run(["groff", "-man", "-ww", "-Tutf8", "-z"], self.page + ".SS\n.no-such-macro\n")
+        shown = run(["groff", "-man", "-Tascii", "-P-cbou"], self.page)
+        self.assertRegex(shown, r"--relative-error E\n +Stop when the relative error")
+
+    def test_bash_offers_every_verb_and_flag(self):
+        self.assertEqual(self.bash(""), [*self.verbs, "--help", "--version"])
+        self.assertEqual(self.bash("su"), ["submit"])
+        for verb, flags in self.flags.items():
+            self.assertLessEqual(flags, set(self.bash(verb, "--")), verb)
+        self.assertEqual(self.bash("submit", "--rel"), ["--relative-error"])
+        self.assertEqual(self.bash("submit", "--spp", ""), [], "a number is the user's own")
+
+    def test_bash_offers_files_where_a_file_is_wanted(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("chair.glb", "chess.zip"):
+                open(os.path.join(folder, name), "w", encoding="utf-8").close()
+            os.mkdir(os.path.join(folder, "chambers"))
+            head = os.path.join(folder, "ch")
+            self.assertEqual(len(self.bash("submit", head)), 3)
+            self.assertEqual(self.bash("submit", "box", "--environment", head + "e"), [head + "ess.zip"])
+            self.assertEqual(self.bash("submit", "box", "-o", "=", head + "air"), [head + "air.glb"])
+            self.assertEqual(self.bash("serve", "--data", head), [head + "ambers"])
+
+    def test_jobs_are_offered_by_their_ids(self):
+        ids = [self.server.render(job_body())["id"] for _ in range(2)]
+        server = {"TESSERA_SERVER": f"http://127.0.0.1:{self.server.port}"}
+        self.assertEqual(set(self.bash("watch", "", **server)), {"latest", *ids})
+        self.assertEqual(self.bash("cancel", ids[0][:10], **server), [ids[0]])
+        self.assertLessEqual(set(ids), set(self.fish("tessera fetch ", **server)))
+        self.assertEqual(self.bash("watch", "", TESSERA_SERVER="http://127.0.0.1:9"), ["latest"])
+
+    def test_fish_offers_every_verb_and_flag(self):
+        self.assertLessEqual(set(self.verbs), set(self.fish("tessera ")))
+        self.assertEqual(self.fish("tessera su"), ["submit"])
+        for verb, flags in self.flags.items():
+            self.assertLessEqual(flags, set(self.fish(f"tessera {verb} --")), verb)
+
+    def test_zsh_completes_verbs_and_flags(self):
+        script = open(self.files["zsh"], encoding="utf-8").read()
+        for verb, flags in self.flags.items():
+            part = script.split(f"\n    {verb})\n")[1].split(";;")[0]
+            for flag in flags:
+                self.assertIn(flag + "[", part, verb)
+        for typed, expected in (("tessera heal\t", "tessera health "),
+                                ("tessera submit --rel\t", "tessera submit --relative-error ")):
+            self.assertIn(expected, self.typed_in_zsh(typed, expected))
+
+    def typed_in_zsh(self, keys, expected):
+        """What a terminal shows after the keys, up to when `expected` is there."""
+        begin = f"autoload -U compinit; compinit -u -D; source {self.files['zsh']}; PS1='ready> '\n"
+        child, terminal = pty.fork()
+        if child == 0:
+            os.environ["TERM"] = "dumb"
+            os.execvp("zsh", ["zsh", "-f", "-i"])
+        shown, deadline = "", time.monotonic() + PATIENCE_S
+        try:
+            os.write(terminal, begin.encode())
+            steps = ["ready> ", expected]
+            while steps and time.monotonic() < deadline:
+                if select.select([terminal], [], [], 1)[0]:
+                    shown += os.read(terminal, 4096).decode(errors="replace")
+                if steps[0] in re.sub(r"PS1='ready> '", "", shown):
+                    steps.pop(0)
+                    if steps:
+                        shown = ""
+                        os.write(terminal, keys.encode())
+        finally:
+            os.close(terminal)
+            os.waitpid(child, 0)
+        return shown
+
+    def test_another_shell_is_refused(self):
+        done = subprocess.run([PROGRAM, "completion", "tcsh"], capture_output=True, text=True,
+                              timeout=PATIENCE_S)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("bash, zsh, fish", done.stderr)
+
+

@@ -8,6 +8,7 @@
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
 #include "core/render/render_task.h"
+#include "core/render/split_pilot.h"
 #include "core/samplers/dimensions.h"
 
 namespace core {
@@ -43,13 +44,26 @@ void add_auxiliary(AuxPixel& p, const PathSample& s) {
   p.depth_m += (s.depth_m - p.depth_m) * w;
 }
 
+/// With `measured` splitting: as fixed, with the count that the pilot finds.
+std::unique_ptr<const Integrator> planned_integrator(const View& view, const Camera& camera) {
+  RenderSettings settings = view.settings;
+  EstimatorSettings& estimator = settings.estimator;
+  const auto make = [&] { return make_integrator({view.scene->data(), view.environment.get(), settings}); };
+  if (estimator.splitting == SplittingType::kMeasured) {
+    estimator.splitting = SplittingType::kNone;
+    estimator.split_count = best_split_count(measure_split(camera, *make(), settings));
+    estimator.splitting = SplittingType::kFixed;
+  }
+  return make();
+}
+
 class PictureRenderer final : public Renderer {
  public:
   PictureRenderer(View view, const Camera& camera)
       : view_(std::move(view)),
         camera_(camera),
         filter_(view_.settings.film.filter),
-        integrator_(make_integrator({view_.scene->data(), view_.environment.get(), view_.settings})) {}
+        integrator_(planned_integrator(view_, camera_)) {}
 
   const View& view() const noexcept override { return view_; }
   bool render(TileState& state, int last_sample, std::stop_token stop) const override;

@@ -78,6 +78,7 @@ std::vector<Option> options() {
       s.estimator.split_count = n;
     }));
   }
+  all.push_back(option("splitting.measured", [](S& s) { s.estimator.splitting = SplittingType::kMeasured; }));
   all.push_back(option("expected_values.false", [](S& s) { s.estimator.expected_values = false; }));
   all.push_back(option("mis.balance", [](S& s) { s.estimator.mis = core::MisType::kBalance; }));
   all.push_back(option("mis.maximum", [](S& s) { s.estimator.mis = core::MisType::kMaximum; }));

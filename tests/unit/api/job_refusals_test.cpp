@@ -110,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("estimator":{"roulette":{"type":"adjoint"}})", "/estimator/roulette/type",
              "'adjoint' is not available in this build; available: none, throughput, threshold"},
         Case{R"("estimator":{"splitting":{"type":"ears"}})", "/estimator/splitting/type",
-             "'ears' is not available in this build; available: none, fixed"},
+             "'ears' is not available in this build; available: none, fixed, measured"},
         Case{R"("estimator":{"control_variate":{"type":"analytic"}})",
              "/estimator/control_variate/type",
              "'analytic' is not available in this build; available: none"},

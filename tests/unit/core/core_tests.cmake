@@ -7,4 +7,5 @@ set(CORE_TEST_SOURCES
   render_task_test.cpp
   reservoir_test.cpp
   sample_sets_test.cpp
-  sampler_test.cpp)
+  sampler_test.cpp
+  split_pilot_test.cpp)

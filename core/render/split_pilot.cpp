@@ -1,0 +1,74 @@
+#include "core/render/split_pilot.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/accel/accel.h"
+#include "core/math/numbers.h"
+#include "core/samplers/dimensions.h"
+
+namespace core {
+namespace {
+
+constexpr int kPixels = 1024;
+constexpr std::uint64_t kStream = 0x5b117;  ///< tells the pilot's numbers from the picture's
+constexpr double kDark = 0.01;              ///< as in the error of a picture: Var / (mu^2 + 0.01)
+
+}  // namespace
+
+int best_split_count(const SplitCosts& costs) {
+  int best = 1;
+  double least = 0;
+  for (int n = 1; n <= kMeasuredSplitMax && costs.branch_rays > 0; ++n) {
+    const double work =
+        (costs.way_variance + costs.branch_variance / n) * (costs.way_rays + n * costs.branch_rays);
+    if (n == 1 || work < least) {
+      best = n;
+      least = work;
+    }
+  }
+  return best;
+}
+
+SplitCosts measure_split(const Camera& camera, const Integrator& plain, const RenderSettings& settings) {
+  prepare_tracing_thread();
+  const FilterSampler filter(settings.film.filter);
+  PathSampler sampler(SamplerType::kIndependent, 2, hash_combine(settings.seed, kStream));
+  SplitCosts out;
+  std::uint64_t rays = 0;
+  int paths = 0;
+  for (int i = 0; i < kPixels; ++i) {
+    // Even over the film: the R2 sequence (Roberts 2018).
+    const double u = 0.5 + i * 0.7548776662466927;
+    const double v = 0.5 + i * 0.5698402909980532;
+    const int x = std::min(static_cast<int>((u - std::floor(u)) * settings.film.width), settings.film.width - 1);
+    const int y = std::min(static_cast<int>((v - std::floor(v)) * settings.film.height), settings.film.height - 1);
+    double value[2][2] = {};
+    for (int way = 0; way < 2; ++way) {
+      sampler.start(x, y, 2 * i + way);
+      const Vec4 at = sampler.get_4d(kCameraGroup);
+      const FilterSampler::Offset offset = filter.sample({at.x, at.y});
+      const Camera::CameraRay ray = camera.ray({static_cast<float>(x) + 0.5F + offset.offset_px.x,
+                                                static_cast<float>(y) + 0.5F + offset.offset_px.y},
+                                               {at.z, at.w});
+      for (int branch = 0; branch < 2; ++branch) {
+        const PathSample sample = plain.trace(ray, sampler.branch(branch, 2), rays);
+        value[way][branch] = is_finite(sample.radiance) ? static_cast<double>(luminance(sample.radiance)) : 0;
+        ++paths;
+      }
+    }
+    // Two paths of one camera ray differ by the branch alone, those of two by both.
+    const auto half_square = [](double a, double b) { return 0.5 * (a - b) * (a - b); };
+    const double within = 0.5 * (half_square(value[0][0], value[0][1]) + half_square(value[1][0], value[1][1]));
+    const double total = 0.5 * (half_square(value[0][0], value[1][0]) + half_square(value[0][1], value[1][1]));
+    const double mu = 0.25 * (value[0][0] + value[0][1] + value[1][0] + value[1][1]);
+    out.branch_variance += within / (mu * mu + kDark) / kPixels;
+    out.way_variance += (total - within) / (mu * mu + kDark) / kPixels;
+  }
+  out.way_variance = std::max(out.way_variance, 0.0);
+  out.way_rays = 1;
+  out.branch_rays = std::max(static_cast<double>(rays) / paths - out.way_rays, 0.0);
+  return out;
+}
+
+}  // namespace core

@@ -19,7 +19,7 @@ PathIntegrator::PathIntegrator(const IntegratorInput& input)
       roulette_(input.settings.estimator.roulette),
       shadow_threshold_(roulette_ == RouletteType::kThreshold ? input.settings.estimator.roulette_delta : 0.0F),
       candidates_(input.settings.light_sampler == LightSamplerType::kRis ? input.settings.light_candidates : 1),
-      light_share_(1),
+      light_share_(static_cast<float>(candidates_)),
       expected_values_(input.settings.estimator.expected_values),
       split_count_(input.settings.estimator.splitting == SplittingType::kFixed ? input.settings.estimator.split_count : 1),
       max_depth_(input.settings.max_depth) {}

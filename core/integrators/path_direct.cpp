@@ -121,12 +121,12 @@ PathIntegrator::DirectLight PathIntegrator::unshadowed(const State& path, const 
 ///
 /// The candidates y_i, i < M, together follow the light sampler's density p: candidate i picks its light in
 /// stratum i of M, and its place on the light by an R2 sequence (Roberts 2018) shifted at random. Let
-/// g(y) = w(y) f(y) L(y) be the light without shadows times the weight w that MIS gives a light sample
-/// against p and the BSDF's density, and t_i = |g(y_i)| / p(y_i). Candidate j is taken with probability t_j / sum t,
+/// g(y) = w(y) f(y) L(y) be the light without shadows times the weight w that MIS gives M samples of p beside one of
+/// the BSDF's density, and t_i = |g(y_i)| / p(y_i). Candidate j is taken with probability t_j / sum t,
 /// and its g/p is multiplied by sum t / (M t_j), so that, given the candidates, the mean of what is added is
-/// (1/M) sum V(y_i) g(y_i) / p(y_i), and over candidates the integral of V g: the same as of one plain light
-/// sample. Weights are taken before the choice, with densities that are known, so BSDF samples keep their
-/// 1 - w and the density of the taken candidate, which has no closed form, is never asked for.
+/// (1/M) sum V(y_i) g(y_i) / p(y_i), V being visibility, and over candidates the integral of V g. Weights are taken
+/// before the choice, with densities that are known, so BSDF samples get 1 - w, both together the integral of V f L,
+/// and the density of the taken candidate, which has no closed form, is never asked for.
 PathIntegrator::DirectLight PathIntegrator::sample_light(State& path, const Vertex& vertex,
                                                          const Bsdf& bsdf) const noexcept {
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));

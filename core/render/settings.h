@@ -88,7 +88,7 @@ struct RenderSettings {
   SamplerType sampler = SamplerType::kSobol;
   int replicates = 2;  ///< even, at least 2
   LightSamplerType light_sampler = LightSamplerType::kTree;
-  int light_candidates = 8;  ///< ris: light samples of which one is taken
+  int light_candidates = 2;  ///< ris: light samples of which one is taken
   std::uint64_t seed = 0;
 };
 

@@ -135,7 +135,7 @@ TEST(Options, SplittingLowersTheVarianceBehindTheFirstSurface) {
   EXPECT_LT(variance(), 0.5 * plain);
 }
 
-enum class Fault { kNone, kForgetsTheSum, kBlindTarget, kWeightOfChosen, kNoDivision };
+enum class Fault { kNone, kForgetsTheSum, kBlindTarget, kCountsOneSample, kNoDivision };
 
 /// Irradiance over pi under 16 lamps in a row, by light samples (RIS of 4 candidates, then roulette of shadow rays) and
 /// BSDF samples, made of the renderer's parts. Half of the floor's sky is behind a wall, which candidates do not know.
@@ -165,7 +165,8 @@ Moments lamps(Fault fault, int samples) {
         continue;
       }
       const float f = cosine(light.wi_world);
-      const double g = static_cast<double>(f * light.radiance.g * mis.weight(light.pdf_solid_angle, f) / light.pdf_solid_angle);
+      const float w = mis.weight(kCandidates * light.pdf_solid_angle, f);
+      const double g = static_cast<double>(f * light.radiance.g * w / light.pdf_solid_angle);
       const bool blind = fault == Fault::kBlindTarget && light.wi_world.x < -0.5F;
       reservoir.add({light.wi_world, g}, blind ? 0 : g);
     }
@@ -187,11 +188,9 @@ Moments lamps(Fault fault, int samples) {
       const float y = (hit.y + 0.5F);
       const float across = (x - std::floor(x)) / 0.8F;
       const auto triangle = 2 * static_cast<std::uint32_t>(x) + (across > y ? 1U : 0U);
-      float pdf = lights.pdf_triangle(triangle, {}, {0, 0, 1}, length(hit), wi.z);
-      if (fault == Fault::kWeightOfChosen) {
-        pdf *= kCandidates;  // as if each candidate counted for the weights of BSDF samples alone
-      }
-      sum += static_cast<double>(mis.weight(cosine(wi), pdf));
+      const float pdf = lights.pdf_triangle(triangle, {}, {0, 0, 1}, length(hit), wi.z);
+      const float counted = fault == Fault::kCountsOneSample ? 1.0F : kCandidates;
+      sum += static_cast<double>(mis.weight(cosine(wi), counted * pdf));
     }
     out.add(sum);
   }
@@ -225,7 +224,7 @@ TEST(ResampledLights, HaveTheMeanOfTheLight) {
 }
 TEST(ResampledLights, FaultsAreRefused) {
   const double truth = lamps_truth();
-  for (const Fault fault : {Fault::kForgetsTheSum, Fault::kBlindTarget, Fault::kWeightOfChosen, Fault::kNoDivision}) {
+  for (const Fault fault : {Fault::kForgetsTheSum, Fault::kBlindTarget, Fault::kCountsOneSample, Fault::kNoDivision}) {
     EXPECT_GT(std::fabs(lamps(fault, 300000).z(truth)), 4) << static_cast<int>(fault);
   }
 }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/json.h"
+#include "api/time_text.h"
 #include "api/values.h"
 #include "api/view_parts.h"
 
@@ -30,6 +31,14 @@ constexpr std::array kEvents = {
 }  // namespace
 
 std::string_view to_text(EventType type) { return kEvents[static_cast<std::size_t>(type)].name; }
+std::optional<EventType> event_type_from_text(std::string_view text) {
+  for (const EventRow& row : kEvents) {
+    if (row.name == text) {
+      return row.type;
+    }
+  }
+  return {};
+}
 bool is_durable(EventType type) { return kEvents[static_cast<std::size_t>(type)].durable; }
 
 std::string snapshot_event(const JobView& job) { return job_json(job); }
@@ -74,6 +83,12 @@ std::string end_event(const JobView& job) {
                {"revision", job.progress.revision},
                {"error", error_part(job)},
                {"failure", failure_part(job)}});
+}
+
+std::string webhook_body(EventType type, double unix_seconds, const JobView& job) {
+  return dump({{"type", "job." + std::string(to_text(type))},
+               {"timestamp", rfc3339(unix_seconds)},
+               {"data", job_part(job)}});
 }
 
 std::string reset_event(std::string_view reason) { return dump({{"reason", reason}}); }

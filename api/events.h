@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -13,6 +14,7 @@ namespace api {
 enum class EventType { kSnapshot, kState, kProgress, kTile, kWarning, kEnd, kReset, kOverloaded };
 /// "snapshot" "state" "progress" "tile" "warning" "end" "reset" "overloaded".
 std::string_view to_text(EventType type);
+std::optional<EventType> event_type_from_text(std::string_view text);
 /// state, warning and end survive a restart.
 bool is_durable(EventType type);
 
@@ -37,6 +39,9 @@ std::string tile_event(std::string_view job_id, const TileEvent& tile);
 std::string warning_event(std::string_view message);
 /// {"state", "stop_reason", "film_digest", "revision", "error", "failure"}.
 std::string end_event(const JobView& job);
+/// The body of a webhook: {"type": "job.end", "timestamp", "data": the job}.
+std::string webhook_body(EventType type, double unix_seconds, const JobView& job);
+
 /// {"reason"}: what was lost; a snapshot follows.
 std::string reset_event(std::string_view reason);
 /// {"detail", "retry_after_seconds"}.

@@ -284,22 +284,6 @@ struct FixedRow {
   }
 };
 
-/// A member that the contract names and this build does not have.
-struct LaterRow {
-  std::string_view key;
-
-  constexpr std::string_view name() const { return key; }
-  static constexpr bool required() { return false; }
-  template <typename S>
-  void read(const Json& /*value*/, S& /*out*/, const std::string& pointer, Faults& faults) const {
-    faults.add(pointer, "'" + std::string(key) + "' is not available in this build");
-  }
-  template <typename S>
-  void print(const S& /*s*/, Json& /*object*/) const {}
-  template <typename S>
-  void schema(const S& /*defaults*/, Json& /*properties*/) const {}
-};
-
 /// A row with its own functions.
 template <typename S>
 struct CustomRow {

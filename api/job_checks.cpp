@@ -88,6 +88,13 @@ void check_class(const JobSpec& spec, Faults& faults) {
   if (spec.preview_key && spec.job_class != JobClass::kPreview) {
     faults.add("/preview_key", "applies to class 'preview' only");
   }
+  // A preview is in memory only; these promise something that outlives the process.
+  if (spec.webhook && spec.job_class == JobClass::kPreview) {
+    faults.add("/webhook", "applies to class 'normal' only");
+  }
+  if (spec.retention_seconds && spec.job_class == JobClass::kPreview) {
+    faults.add("/retention_seconds", "applies to class 'normal' only");
+  }
 }
 
 void check_options(const JobSpec& spec, std::span<const std::string> accepted, Faults& faults) {

@@ -1,6 +1,8 @@
 #include "api/job_rows.h"
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 #include <vector>
 
 #include "api/fields.h"
@@ -141,6 +143,90 @@ Json environment_schema(const JobSpec& defaults) {
       "Light from far away, added to the scene's own. Null: black. Absent: white, unless the scene "
       "has a punctual light or an emissive strength above 1.");
   schema["type"] = {"object", "null"};
+  return schema;
+}
+
+/// scheme://host[:port][/...] without a user, spaces or a fragment.
+bool is_web_address(std::string_view url) {
+  const auto after_scheme = [&url](std::string_view scheme) {
+    return url.substr(0, scheme.size()) == scheme ? url.substr(scheme.size()) : std::string_view();
+  };
+  std::string_view rest = after_scheme("https://");
+  rest = rest.empty() ? after_scheme("http://") : rest;
+  const std::string_view authority = rest.substr(0, rest.find_first_of("/?"));
+  const bool plain = std::all_of(url.begin(), url.end(), [](char c) {
+    return c > ' ' && c < '\x7f' && c != '#' && c != '\\' && c != '"';
+  });
+  return plain && !authority.empty() && authority.front() != ':' &&
+         authority.find('@') == std::string_view::npos;
+}
+
+constexpr std::array<std::string_view, 3> kWebhookEvents = {"state", "warning", "end"};
+
+void read_webhook_events(const Json& value, Webhook& webhook, const std::string& pointer,
+                         Faults& faults) {
+  if (!value.is_array() || value.empty()) {
+    faults.add(pointer, "expected an array of at least one of state, warning, end");
+    return;
+  }
+  webhook.events.clear();
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const bool known = value[i].is_string() &&
+                       std::find(kWebhookEvents.begin(), kWebhookEvents.end(),
+                                 value[i].get<std::string>()) != kWebhookEvents.end();
+    if (!known) {
+      faults.add(join_pointer(pointer, std::to_string(i)),
+                 shown(value[i]) + " is none of state, warning, end");
+    }
+  }
+  for (const std::string_view name : kWebhookEvents) {
+    if (std::find(value.begin(), value.end(), Json(name)) != value.end()) {
+      webhook.events.emplace_back(name);
+    }
+  }
+}
+
+const auto& webhook_table() {
+  static constexpr auto kTable = std::tuple{
+      required_text(
+          "url", [](auto& s) -> auto& { return s.url; }, {1, limits::kWebhookUrlCharacters},
+          "http or https; gets a POST for each event, signed as Standard Webhooks do."),
+      CustomRow<Webhook>{
+          "events", &read_webhook_events,
+          [](const Webhook& s, Json& object) { object["events"] = s.events; },
+          [](const Webhook& defaults) {
+            Json schema = basic_schema("array", "What is told.");
+            schema["items"] = {{"type", "string"}, {"enum", kWebhookEvents}};
+            schema["minItems"] = 1;
+            schema["default"] = defaults.events;
+            return schema;
+          }},
+  };
+  return kTable;
+}
+
+void read_webhook(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  spec.webhook.reset();
+  if (value.is_null()) {
+    return;
+  }
+  Webhook webhook;
+  read_members(webhook_table(), value, webhook, pointer, faults);
+  if (!webhook.url.empty() && !is_web_address(webhook.url)) {
+    faults.add(join_pointer(pointer, "url"),
+               shown(Json(webhook.url)) + " is not http(s)://host[:port]/path without a user");
+  }
+  spec.webhook = std::move(webhook);
+}
+
+void print_webhook(const JobSpec& spec, Json& object) {
+  object["webhook"] = spec.webhook ? print_members(webhook_table(), *spec.webhook) : Json(nullptr);
+}
+
+Json webhook_schema(const JobSpec& /*defaults*/) {
+  Json schema = object_schema(webhook_table(), Webhook{}, "Whom to tell of the job's events.");
+  schema["type"] = {"object", "null"};
+  schema["default"] = nullptr;
   return schema;
 }
 

@@ -192,8 +192,13 @@ const auto& table() {
           },
           [](const JobSpec& s, Json& object) { object["stop"] = print_stop(s.stop); },
           [](const JobSpec& defaults) { return stop_schema(defaults.stop); }},
-      LaterRow{"webhook"},
-      LaterRow{"retention_seconds"},
+      shown_if([](const JobSpec& s) { return s.webhook.has_value(); },
+               CustomRow<JobSpec>{"webhook", &read_webhook, &print_webhook, &webhook_schema}),
+      shown_if([](const JobSpec& s) { return s.retention_seconds.has_value(); },
+               number(
+                   "retention_seconds", [](auto& s) -> auto& { return s.retention_seconds; },
+                   {0, limits::kRetentionSeconds},
+                   "The job and its files are deleted so long after its end; null: kept.")),
   };
   return kTable;
 }

@@ -20,6 +20,13 @@ enum class JobClass { kNormal, kPreview };
 /// known: settle_environment() turns it into kGiven (white) or kBlack.
 enum class EnvironmentChoice { kAutomatic, kBlack, kGiven };
 
+/// Where to tell of a job's events, besides its stream.
+struct Webhook {
+  std::string url;
+  std::vector<std::string> events = {"end"};  ///< of state, warning, end; in this order
+  friend bool operator==(const Webhook&, const Webhook&) = default;
+};
+
 struct JobSpec {
   std::string scene;  ///< scene id or name of a built-in scene
   std::string name;
@@ -35,6 +42,8 @@ struct JobSpec {
   std::optional<std::string> environment_asset;  ///< sha256 (hex) of an asset; empty: constant
   /// Recorded layers as asked for, in the order of core::layers(); render.film has the switches.
   std::vector<std::string> layers = {"albedo", "normal", "depth"};
+  std::optional<Webhook> webhook;
+  std::optional<double> retention_seconds;  ///< forgotten so long after its end; empty: kept
   core::RenderSettings render;
   core::StopRules stop = {.samples_per_pixel = 256,
                           .relative_error = {},

@@ -178,6 +178,16 @@ std::optional<std::uint32_t> etag_spec_version(std::string_view etag) {
   return version;
 }
 
+std::string ticket_json(std::string_view ticket, double ends_unix_seconds,
+                        std::span<const std::string> jobs) {
+  Json list = Json::array();
+  for (const std::string& job : jobs) {
+    list.push_back(job);
+  }
+  return dump(
+      {{"ticket", ticket}, {"expires_at", rfc3339(ends_unix_seconds)}, {"jobs", std::move(list)}});
+}
+
 std::string job_list_json(std::span<const JobView> jobs, const std::optional<std::string>& next) {
   Json list = Json::array();
   for (const JobView& job : jobs) {

@@ -69,6 +69,10 @@ std::string scene_list_json(std::span<const std::string> scenes,
 /// {"id", "bytes"} of an asset.
 std::string asset_json(std::string_view id, std::uint64_t bytes);
 
+/// {"ticket", "expires_at", "jobs"}.
+std::string ticket_json(std::string_view ticket, double ends_unix_seconds,
+                        std::span<const std::string> jobs);
+
 /// A line through (log samples_per_pixel, log relative_rmse) by least squares, with its 95 %
 /// interval (Student's t, n - 2 degrees). NaN: too few points. Points without an error are left
 /// out. The points of one run are not independent, so that the interval is a guide.

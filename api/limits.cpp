@@ -32,6 +32,10 @@ constexpr std::array kLimits = {
     LimitRow{"merge_films", limits::kMergeFilms, "Films of one merge."},
     LimitRow{"exposure_stops", limits::kExposureStops,
              "Largest exposure in stops; the smallest is its negative."},
+    LimitRow{"retention_seconds", limits::kRetentionSeconds,
+             "Seconds for which a job may ask to be kept."},
+    LimitRow{"webhook_url_characters", limits::kWebhookUrlCharacters, "Characters of a webhook."},
+    LimitRow{"watched_jobs", limits::kWatchedJobs, "Jobs of one GET /v1/events or ticket."},
     LimitRow{"errors_shown", limits::kErrorsShown, "Entries of `errors` in one problem."},
 };
 

@@ -40,6 +40,9 @@ inline constexpr std::int64_t kPageSize = 200;
 inline constexpr std::int64_t kSceneFiles = 4096;
 inline constexpr std::int64_t kMergeFilms = 1024;
 inline constexpr std::int64_t kExposureStops = 30;
+inline constexpr std::int64_t kRetentionSeconds = 315'576'000;
+inline constexpr std::int64_t kWebhookUrlCharacters = 2048;
+inline constexpr std::int64_t kWatchedJobs = 32;
 inline constexpr std::int64_t kErrorsShown = 32;
 }  // namespace limits
 

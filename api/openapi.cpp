@@ -76,7 +76,7 @@ Json parameters_of(const Operation& operation, const std::string& path,
     add_names(schema, row.name, capabilities);
     list.push_back({{"name", row.name},
                     {"in", row.in},
-                    {"required", false},
+                    {"required", row.required},
                     {"description", row.summary},
                     {"schema", std::move(schema)}});
   }
@@ -85,7 +85,7 @@ Json parameters_of(const Operation& operation, const std::string& path,
 
 std::vector<int> problem_statuses(const Operation& operation) {
   std::vector<int> statuses(operation.problems.begin(), operation.problems.end());
-  statuses.insert(statuses.end(), {421, 500});  // a wrong Host; a mistake of ours
+  statuses.insert(statuses.end(), {400, 421, 500});  // no HTTP; a wrong Host; a mistake of ours
   if (!operation.scope.empty()) {
     statuses.insert(statuses.end(), {401, 403, 429});
   }
@@ -93,6 +93,7 @@ std::vector<int> problem_statuses(const Operation& operation) {
     statuses.push_back(503);
   }
   std::sort(statuses.begin(), statuses.end());
+  statuses.erase(std::unique(statuses.begin(), statuses.end()), statuses.end());
   return statuses;
 }
 
@@ -211,6 +212,7 @@ Json components() {
   if (find_operation("mergeFilms")->available) {
     schemas["MergeRequest"] = merge_schema();
   }
+  schemas["TicketRequest"] = ticket_request_schema();
   add_view_schemas(schemas);
   if (find_operation("createComparison")->available) {
     schemas["ComparisonRequest"] = comparison_request_schema();
@@ -229,11 +231,11 @@ Json components() {
       {"bearer",
        {{"type", "http"},
         {"scheme", "bearer"},
-        {"description", "The key of the server. Without one only loopback is served."}}},
+        {"description", "A key of the server. Without any, only loopback is served."}}},
       {"cookie",
        {{"type", "apiKey"},
         {"in", "cookie"},
-        {"name", "tessera_key"},
+        {"name", "tessera_session"},
         {"description", "What the web page gets in exchange for the key."}}}};
   return body;
 }

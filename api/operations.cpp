@@ -67,7 +67,14 @@ constexpr std::array kImageParameters = {
                  "Height of a part."},
     ParameterRow{"max_size", "query", R"({"type":"integer","minimum":1,"maximum":16384})",
                  "Longest side of the answer; larger pictures are scaled down."},
+    ParameterRow{"stream", "query", R"({"type":"integer","enum":[0,1],"default":0})",
+                 "1, or Accept: multipart/x-mixed-replace: every new picture until the end, for <img>."},
     kIfNoneMatch};
+constexpr std::array kWatchParameters = {
+    ParameterRow{"jobs", "query", R"({"type":"string","minLength":36,"maxLength":1184})",
+                 "Job ids with commas between them; at most 32.", true},
+    ParameterRow{"Last-Event-ID", "header", R"({"type":"string"})",
+                 "Goes on after this event of the same jobs in the same order."}};
 constexpr std::array kTilesParameters = {ParameterRow{
     "after", "query", R"({"type":"integer","minimum":0,"maximum":4294967295,"default":0})",
     "Only tiles that are newer than this revision."}};
@@ -87,6 +94,8 @@ constexpr std::array kJobPatch = {ContentRow{"application/json", "JobPatch"},
 constexpr std::array kExtend = {ContentRow{"application/json", "ExtendRequest"}};
 constexpr std::array kMerge = {ContentRow{"application/json", "MergeRequest"}};
 constexpr std::array kComparisonRequest = {ContentRow{"application/json", "ComparisonRequest"}};
+constexpr std::array kTicketRequest = {ContentRow{"application/json", "TicketRequest"}};
+constexpr std::array kTicket = {ContentRow{"application/json", "Ticket"}};
 constexpr std::array kLabRequest = {ContentRow{"application/json", R"({"type":"object"})"}};
 constexpr std::array kText = {ContentRow{"text/plain", R"({"type":"string"})"}};
 constexpr std::array kHtml = {ContentRow{"text/html", R"({"type":"string"})"}};
@@ -104,12 +113,13 @@ constexpr std::array kPixel = {ContentRow{"application/json", "Pixel"}};
 constexpr std::array kConvergence = {ContentRow{"application/json", "Convergence"}};
 constexpr std::array kComparison = {ContentRow{"application/json", "Comparison"}};
 constexpr std::array kFilm = {ContentRow{"application/vnd.tessera.film", ""}};
-constexpr std::array kEvents = {ContentRow{"text/event-stream", R"({"type":"string"})"}};
+constexpr std::array kEvents = {ContentRow{"text/event-stream", ""}};
 constexpr std::array kTiles = {ContentRow{"application/vnd.tessera.tiles", ""}};
 constexpr std::array kLines = {ContentRow{"application/x-ndjson", R"({"type":"string"})"}};
 constexpr std::array kImages = {ContentRow{"image/png", ""},          ContentRow{"image/jpeg", ""},
                                 ContentRow{"image/webp", ""},         ContentRow{"image/x-exr", ""},
-                                ContentRow{"image/vnd.radiance", ""}, ContentRow{"image/tiff", ""}};
+                                ContentRow{"image/vnd.radiance", ""}, ContentRow{"image/tiff", ""},
+                                ContentRow{"multipart/x-mixed-replace", ""}};
 
 // Responses.
 constexpr Contents kNothing = {};
@@ -147,6 +157,12 @@ constexpr std::array kConvergenceAnswer = {ResponseRow{200, "The curve.", kConve
 constexpr std::array kEventsAnswer = {
     ResponseRow{200, "Server-sent events, until the job ends.", kEvents},
     ResponseRow{204, "Last-Event-ID was the end: nothing will follow.", kNothing}};
+constexpr std::array kJobPut = {ResponseRow{201, "Accepted.", kJob},
+                                ResponseRow{200, "The job that the same request made before.", kJob}};
+constexpr std::array kWatchAnswer = {
+    ResponseRow{200, "Server-sent events of all these jobs, until they have ended.", kEvents},
+    ResponseRow{204, "Last-Event-ID was the end of all: nothing will follow.", kNothing}};
+constexpr std::array kTicketMade = {ResponseRow{201, "Good for a minute.", kTicket}};
 constexpr std::array kTilesAnswer = {ResponseRow{200, "Tile frames, until the job ends.", kTiles}};
 constexpr std::array kFilmAnswer = {ResponseRow{200, "The film.", kFilm}};
 constexpr std::array kMergeAnswer = {ResponseRow{201, "A finished job with the sum.", kJob}};
@@ -164,6 +180,7 @@ constexpr std::array kPutProblems = {413, 422, 507};
 constexpr std::array kContentProblems = {404, 416};
 constexpr std::array kSceneProblems = {400, 404, 413, 415, 422, 424, 507};
 constexpr std::array kSubmitProblems = {400, 404, 409, 413, 415, 422};
+constexpr std::array kTicketProblems = {400, 404, 415, 422};
 constexpr std::array kPatchProblems = {400, 404, 409, 412, 415, 422};
 constexpr std::array kExtendProblems = {400, 404, 409, 415, 422};
 constexpr std::array kImageProblems = {404, 406, 409, 410, 422};
@@ -219,6 +236,9 @@ constexpr std::array kOperations = {
     Operation{"createJob", "POST", "/v1/jobs", "Jobs", "Submit a job.",
               "Only `scene` is required. Unknown members are refused.", "write", kSubmitParameters,
               kJobRequest, kJobMade, kSubmitProblems, true},
+    Operation{"putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job under an id of one's own.",
+              "The id is a UUID. Again with the same body: 200, and no second job; with another: 409.",
+              "write", kNoParameters, kJobRequest, kJobPut, kSubmitProblems, true},
     Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kJobListParameters,
               kNoBody, kJobListAnswer, k400, true},
     Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Look at a job, or wait for it.", "",
@@ -253,6 +273,14 @@ constexpr std::array kOperations = {
               "overloaded at the "
               "limit of streams.",
               "read", kEventsParameters, kNoBody, kEventsAnswer, k404, true},
+    Operation{"watchJobs", "GET", "/v1/events", "Streams", "Watch several jobs on one connection.",
+              "The events of each job, with `job` in their data.", "read", kWatchParameters, kNoBody,
+              kWatchAnswer, k404_422, true},
+    Operation{"createStreamTicket", "POST", "/v1/stream-tickets", "Streams",
+              "Leave to watch jobs for a minute.",
+              "Added as `?ticket=` to events, tiles or image, it stands for the key, which pages cannot "
+              "send with an EventSource or a picture.",
+              "read", kNoParameters, kTicketRequest, kTicketMade, kTicketProblems, true},
     Operation{
         "streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Receive the tiles.",
         "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, "

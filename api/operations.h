@@ -13,6 +13,7 @@ struct ParameterRow {
   std::string_view in;      ///< "query" or "header"; those in the path follow from the path
   std::string_view schema;  ///< JSON text of its schema
   std::string_view summary;
+  bool required = false;
 };
 
 struct ContentRow {

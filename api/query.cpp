@@ -288,6 +288,40 @@ Parsed<TilesQuery> parse_tiles_query(QueryParams query) {
   return checked(out, faults);
 }
 
+Parsed<EventsQuery> parse_events_query(QueryParams query) {
+  EventsQuery out;
+  Faults faults;
+  each_parameter(
+      query, {}, faults,
+      [&](const std::string& name, const std::string& value, const std::string& pointer) {
+        if (name == "last_event_id") {
+          return true;  // Stands for the header; whoever reads that looks at it.
+        }
+        if (name != "jobs") {
+          return false;
+        }
+        for (std::size_t begin = 0; begin <= value.size();) {
+          const std::size_t end = std::min(value.find(',', begin), value.size());
+          const std::string id = value.substr(begin, end - begin);
+          begin = end + 1;
+          if (!is_uuid(id)) {
+            faults.add(pointer, shown(Json(id)) + " is not a job id (UUID)");
+          } else if (std::find(out.jobs.begin(), out.jobs.end(), id) == out.jobs.end()) {
+            out.jobs.push_back(id);
+          }
+        }
+        return true;
+      });
+  const auto most = static_cast<std::size_t>(limits::kWatchedJobs);
+  if (faults.empty() && (out.jobs.empty() || out.jobs.size() > most)) {
+    faults.add("/jobs", out.jobs.empty() ? std::string("is required")
+                                         : "names " + std::to_string(out.jobs.size()) +
+                                               " jobs; at most " + std::to_string(most) +
+                                               " are allowed");
+  }
+  return checked(std::move(out), faults);
+}
+
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps) {
   ImageQuery out;
   RectParts rect;
@@ -310,6 +344,11 @@ Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::str
         } else if (name == "revision") {
           if (const auto n = query_integer(value, {0, kRevisionMax}, pointer, faults)) {
             out.revision = static_cast<std::uint32_t>(*n);
+          }
+        } else if (name == "stream") {
+          out.stream = value == "1" || value == "true";
+          if (!out.stream && value != "0" && value != "false") {
+            faults.add(pointer, shown(Json(value)) + " is not 0, 1, false or true");
           }
         } else if (name == "max_size") {
           const Range range = {1, static_cast<double>(limits::kFilmSide)};

@@ -226,6 +226,46 @@ const auto& merge_table() {
   return kTable;
 }
 
+void read_watched_jobs(const Json& value, TicketRequest& out, const std::string& pointer,
+                       Faults& faults) {
+  if (!value.is_array() || value.empty() ||
+      value.size() > static_cast<std::size_t>(limits::kWatchedJobs)) {
+    faults.add(pointer, "expected an array of 1 to " + std::to_string(limits::kWatchedJobs) +
+                            " job ids, got " + std::string(type_text(value)));
+    return;
+  }
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const std::string place = join_pointer(pointer, std::to_string(i));
+    const auto id = read_text(value[i], {1, 64}, place, faults);
+    if (id && !is_uuid(*id)) {
+      faults.add(place, shown(value[i]) + " is not a job id (UUID)");
+    } else if (id && std::find(out.jobs.begin(), out.jobs.end(), *id) != out.jobs.end()) {
+      faults.add(place, shown(value[i]) + " is there more than once");
+    } else if (id) {
+      out.jobs.push_back(*id);
+    }
+  }
+}
+
+const auto& ticket_table() {
+  static constexpr auto kTable = std::tuple{
+      CustomRow<TicketRequest>{
+          "jobs", &read_watched_jobs,
+          [](const TicketRequest& body, Json& object) { object["jobs"] = body.jobs; },
+          [](const TicketRequest&) {
+            Json schema = basic_schema("array", "Jobs that the ticket lets its bearer watch.");
+            schema["items"] = basic_schema("string", "Job id (UUID).");
+            schema["items"]["format"] = "uuid";
+            schema["minItems"] = 1;
+            schema["maxItems"] = limits::kWatchedJobs;
+            schema["uniqueItems"] = true;
+            return schema;
+          },
+          true},
+  };
+  return kTable;
+}
+
 template <typename Body, typename Table>
 Parsed<Body> parse_body(const Table& table, std::string_view text, Body body) {
   const Parsed<Json> value = parse_json(text, limits::kBodyBytes);
@@ -298,6 +338,10 @@ Parsed<MergeRequest> parse_merge(std::string_view body) {
   return parse_body(merge_table(), body, MergeRequest{});
 }
 
+Parsed<TicketRequest> parse_ticket(std::string_view body) {
+  return parse_body(ticket_table(), body, TicketRequest{});
+}
+
 Json job_patch_schema() {
   Json schema = object_schema(patch_table(), PatchBody{},
                               "A merge patch (RFC 7396) of the members that may change.");
@@ -313,6 +357,9 @@ Json scene_from_assets_schema() {
 Json comparison_request_schema() {
   return object_schema(comparison_table(), ComparisonRequest{},
                        "Two pictures; b is the reference.");
+}
+Json ticket_request_schema() {
+  return object_schema(ticket_table(), TicketRequest{}, "What a ticket is for.");
 }
 Json merge_schema() { return object_schema(merge_table(), MergeRequest{}, "Films to add up."); }
 

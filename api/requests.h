@@ -58,6 +58,12 @@ struct MergeRequest {
 };
 Parsed<MergeRequest> parse_merge(std::string_view body);
 
+/// POST /v1/stream-tickets: {"jobs": [ids]}.
+struct TicketRequest {
+  std::vector<std::string> jobs;  ///< UUIDs, none twice
+};
+Parsed<TicketRequest> parse_ticket(std::string_view body);
+
 /// Decoded, in order of appearance.
 using QueryParams = std::span<const std::pair<std::string, std::string>>;
 
@@ -99,8 +105,14 @@ struct TilesQuery {
 };
 Parsed<TilesQuery> parse_tiles_query(QueryParams query);
 
-/// GET /v1/jobs/{id}/image?layer=&exposure=&tonemap=&revision=&x=&y=&width=&height=&max_size=. 422
-/// for wrong values. A path extension is the server's business.
+/// GET /v1/events?jobs=ID,ID. 422 for what is no job id, or too many.
+struct EventsQuery {
+  std::vector<std::string> jobs;
+};
+Parsed<EventsQuery> parse_events_query(QueryParams query);
+
+/// GET /v1/jobs/{id}/image?layer=&exposure=&tonemap=&revision=&x=&y=&width=&height=&max_size=
+/// &stream=. 422 for wrong values. A path extension is the server's business.
 struct ImageQuery {
   std::optional<std::string> layer;  ///< empty: beauty, or all layers for EXR
   float exposure_stops = 0;
@@ -108,6 +120,7 @@ struct ImageQuery {
   std::optional<std::uint32_t> revision;  ///< this one or newer
   std::optional<core::PixelRect> rect;    ///< pixels of the full film
   std::optional<int> max_size;            ///< longest side of the answer
+  bool stream = false;                    ///< every new revision, as multipart/x-mixed-replace
 };
 /// tone_maps: the names that are allowed.
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps);

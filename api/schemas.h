@@ -13,6 +13,7 @@ Json extend_schema();
 Json scene_from_assets_schema();
 Json comparison_request_schema();
 Json merge_schema();
+Json ticket_request_schema();
 
 /// Adds the schemas of all answers to `components`.
 void add_view_schemas(Json& components);

@@ -34,8 +34,9 @@ struct BuildView {
   std::string id;
   std::string commit;
   std::string compiler;
-  std::string isa;
+  std::string isa;         ///< that Embree traces with
   std::string embree;
+  std::string arithmetic = {};  ///< core::arithmetic_class(); written into pictures and films
 };
 
 /// A maximum that the operator chose: name and value join the table of api/limits.h.

@@ -99,7 +99,8 @@ Json spec_schema() {
   schema["description"] = "The job request with every member in force.";
   Json required = Json::array();
   for (const auto& property : schema["properties"].items()) {
-    if (property.key() != "environment") {
+    if (property.key() != "environment" && property.key() != "webhook" &&
+        property.key() != "retention_seconds") {
       required.push_back(property.key());
     }
   }
@@ -175,9 +176,22 @@ void add_job_schemas(Json& components) {
       object_of("What a job would be, and what it would cost.",
                 {{"spec", ref("JobSpec")},
                  {"warnings", strings("")},
-                 {"estimate", object_of("A guess.", {{"seconds", real("On an idle server.")},
-                                                     {"cpu_seconds", real("")},
-                                                     {"memory_bytes", real("Film and scene.")}})}});
+                 {"estimate",
+                  object_of("From a pilot of at most half a second.",
+                            {{"seconds", real("On an idle server.")},
+                             {"seconds_low", real("Lower end of the interval.")},
+                             {"seconds_high", real("Upper end of the interval.")},
+                             {"confidence", real("Of the interval.")},
+                             {"cpu_seconds", real("")},
+                             {"samples_per_pixel", real("That will be needed.")},
+                             {"memory_bytes", real("Film and scene.")},
+                             {"memory_bytes_low", real("The film alone.")},
+                             {"memory_bytes_high", real("With what encoding and a checkpoint take.")},
+                             {"pilot_cpu_seconds", real("What the pilot took.")}})}});
+  components["Ticket"] =
+      object_of("Leave to watch.", {{"ticket", string("Goes into `?ticket=`.")},
+                                    {"expires_at", time("", false)},
+                                    {"jobs", strings("What it is for.")}});
   components["JobList"] = object_of(
       "A page of jobs.", {{"jobs", array_of(ref("Job"), "Newest first.")},
                           {"next", maybe_string("Cursor of the next page; null: the last one.")}});

@@ -7,6 +7,7 @@
 #include <link.h>
 
 #include "core/accel/accel.h"
+#include "core/accel/arithmetic.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/builtin_scenes.h"
 
@@ -64,22 +65,11 @@ std::string compiler_name() {
 #endif
 }
 
-/// What the compiler was allowed to use; Embree picks wider code by itself.
-std::string instruction_set() {
-#if defined(__AVX512F__)
-  return "avx512";
-#elif defined(__AVX2__)
-  return "avx2";
-#else
-  return "sse2";
-#endif
-}
-
 }  // namespace
 
 std::string program_version() { return TESSERA_VERSION; }
 
-api::ServerView about_server(const Config& config) {
+api::ServerView about_server(const Config& config, const std::string& isa) {
   api::ServerView about;
   about.version = program_version();
   about.build.commit = TESSERA_COMMIT;
@@ -88,7 +78,8 @@ api::ServerView about_server(const Config& config) {
     about.build.id = about.build.commit;
   }
   about.build.compiler = compiler_name();
-  about.build.isa = instruction_set();
+  about.build.isa = isa;
+  about.build.arithmetic = core::arithmetic_class(isa);
   about.build.embree = core::embree_version();
   for (const core::BuiltinScene& scene : core::builtin_scenes()) {
     about.capabilities.scenes.push_back({std::string(scene.name), std::string(scene.summary)});
@@ -107,6 +98,8 @@ api::ServerView about_server(const Config& config) {
       {"samples_per_job", config.samples_max},
       {"upload_bytes", static_cast<std::int64_t>(config.upload_bytes_max)},
       {"scene_cache_bytes", static_cast<std::int64_t>(config.scene_cache_bytes)},
+      {"requests_per_minute_of_a_key", config.rate_limit},
+      {"unfinished_jobs_of_a_key", config.quota_jobs},
       {"film_cache_bytes", static_cast<std::int64_t>(config.film_cache_bytes)},
   };
   return about;

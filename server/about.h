@@ -9,7 +9,7 @@
 namespace server {
 
 std::string program_version();
-/// config: limits that the operator chose.
-api::ServerView about_server(const Config& config);
+/// config: limits that the operator chose. isa: as core::resolve_isa() gives it.
+api::ServerView about_server(const Config& config, const std::string& isa);
 
 }  // namespace server

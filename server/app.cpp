@@ -15,11 +15,14 @@
 #include <utility>
 
 #include <pthread.h>
+#include <sys/resource.h>
 
 #include "api/job_spec.h"
+#include "core/accel/arithmetic.h"
 #include "server/about.h"
 #include "server/guard.h"
 #include "server/http/http_server.h"
+#include "server/key_ring.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/log.h"
 #include "server/observe/metrics.h"
@@ -29,7 +32,10 @@
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
 #include "server/store/job_table.h"
+#include "server/store/key_table.h"
 #include "server/store/scene_table.h"
+#include "server/tickets.h"
+#include "server/webhook_sender.h"
 
 namespace server {
 namespace {
@@ -41,8 +47,10 @@ int render_threads(const Config& config) {
   return config.threads > 0 ? config.threads : std::max(cores, 1);
 }
 
-JobServiceOptions job_options(const Config& config) {
+JobServiceOptions job_options(const Config& config, const std::string& arithmetic) {
   JobServiceOptions options;
+  options.quota_jobs = config.quota_jobs;
+  options.arithmetic = arithmetic;
   options.threads = render_threads(config);
   options.book.queue_max = config.queue_max;
   options.book.running_max = config.running_max;
@@ -66,26 +74,57 @@ void end_after(milliseconds time, const std::stop_token& stop) {
   }
 }
 
+/// Every stream is an open file, and shells allow few of them.
+void allow_open_files() {
+  rlimit limit = {};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < limit.rlim_max) {
+    limit.rlim_cur = limit.rlim_max;
+    ::setrlimit(RLIMIT_NOFILE, &limit);
+  }
+}
+
+/// The trace of a `traceparent` header (W3C Trace Context); empty when there is none.
+std::string_view trace_id(const Request& request) {
+  const std::string_view text = request.header("traceparent").value_or("");
+  constexpr std::size_t kBegin = 3;
+  constexpr std::size_t kDigits = 32;
+  if (text.size() < 55 || text[2] != '-' || text[kBegin + kDigits] != '-') {
+    return {};
+  }
+  const std::string_view id = text.substr(kBegin, kDigits);
+  return id.find_first_not_of("0123456789abcdef") == std::string_view::npos ? id : std::string_view();
+}
+
 /// Everything that a running server is made of, in the order in which it is built and, backwards,
 /// taken apart.
 class App {
  public:
-  App(const Config& config, DataDir data, std::unique_ptr<Database> database, BlobStore blobs)
+  App(const Config& config, const std::string& isa, DataDir data,
+      std::unique_ptr<Database> database, BlobStore blobs)
       : config_(config),
-        about_(about_server(config)),
+        about_(about_server(config, isa)),
         log_(config.log_level),
         data_(std::move(data)),
         database_(std::move(database)),
         blobs_(std::move(blobs)),
         job_table_(*database_),
         scene_table_(*database_),
+        key_table_(*database_),
         scenes_(blobs_, scene_table_,
-                {.cache_bytes = config.scene_cache_bytes, .threads = render_threads(config)}),
+                {.cache_bytes = config.scene_cache_bytes,
+                 .threads = render_threads(config),
+                 .isa = config.isa == "native" ? std::string() : isa}),
         streams_(config.streams_max),
-        guard_(config) {}
+        keys_(config, key_table_),
+        guard_(config, keys_, tickets_) {}
 
-  /// Opens the store. Errors: a directory that cannot be used, a store that cannot be read.
+  /// Opens the store. Errors: an instruction set that is not there, a directory that cannot be used,
+  /// a store that cannot be read, an address that needs a key and has none.
   static core::Result<std::unique_ptr<App>> create(const Config& config) {
+    auto isa = core::resolve_isa(config.isa);
+    if (!isa) {
+      return core::Error{isa.error().code, isa.error().message, "--isa"};
+    }
     auto data = DataDir::open(config.data_dir);
     if (!data) {
       return data.error();
@@ -98,14 +137,20 @@ class App {
     if (!blobs) {
       return blobs.error();
     }
-    auto app = std::make_unique<App>(config, *std::move(data), *std::move(database), *std::move(blobs));
+    auto app = std::make_unique<App>(config, *isa, *std::move(data), *std::move(database), *std::move(blobs));
+    if (const auto keyed = app->check_keys(); !keyed) {
+      return keyed.error();
+    }
     const auto run = app->job_table_.next_run();
     if (!run) {
       return run.error();
     }
     app->jobs_ = std::make_unique<JobService>(
         JobServiceParts{app->job_table_, app->scenes_, app->data_, app->log_, app->metrics_},
-        job_options(config), *run);
+        job_options(config, app->about_.build.arithmetic), *run);
+    if (const auto started = app->start_webhooks(); !started) {
+      return started.error();
+    }
     return app;
   }
 
@@ -113,6 +158,13 @@ class App {
     HttpOptions options;
     options.host = config_.listen;
     options.port = config_.port;
+    if (!config_.tls_cert.empty()) {
+      auto tls = TlsContext::load(config_.tls_cert, config_.tls_key);
+      if (!tls) {
+        return tls.error();
+      }
+      options.tls = *std::move(tls);
+    }
     options.limits.max_connections = std::max(4096, config_.streams_max + 1024);
     options.hooks.before = [this](Request& request) { return guard_.check(request); };
     options.hooks.decorate = [this](const Request& request, Response& response) {
@@ -120,7 +172,7 @@ class App {
     };
     options.hooks.after = [this](const Request& request, const Outcome& outcome) { note(request, outcome); };
     std::vector<Route> routes =
-        make_routes({config_, data_, blobs_, scene_table_, job_table_, scenes_, *jobs_, streams_, metrics_,
+        make_routes({config_, data_, blobs_, scene_table_, job_table_, scenes_, *jobs_, streams_, tickets_, metrics_,
                      log_, about_, ready_});
     routes.push_back({.method = "POST", .pattern = "/v1/session", .handler = [this](Request& request) {
                         return guard_.start_session(request);
@@ -148,7 +200,10 @@ class App {
     // the process may end at any moment; at the end of the grace time it does.
     std::jthread watchdog([grace](const std::stop_token& stop) { end_after(grace, stop); });
     // Films first: an answer that is cut off can be asked for again, a sample is gone.
-    std::thread saving([this] { jobs_->stop(); });
+    std::thread saving([this] {
+      jobs_->stop();
+      webhooks_->stop();
+    });
     const bool quiet = http_->stop(std::max(grace - milliseconds(500), milliseconds(100)));
     saving.join();
     serving.join();
@@ -170,10 +225,46 @@ class App {
   }
 
  private:
+  core::Status check_keys() {
+    const auto keys = key_table_.list();
+    if (!keys) {
+      return keys.error();
+    }
+    if (config_.key.empty() && keys->empty() && !is_loopback(config_.listen)) {
+      return core::Error{core::ErrorCode::kInvalidArgument,
+                         "listening on " + config_.listen +
+                             " needs a key: set --key or TESSERA_KEY, or `tessera keys add`",
+                         "--listen"};
+    }
+    return core::ok_status();
+  }
+
+  core::Status start_webhooks() {
+    auto secret = config_.webhook_secret.empty() ? stored_webhook_secret(data_.path())
+                                                 : core::Result<std::string>(config_.webhook_secret);
+    if (!secret) {
+      return secret.error();
+    }
+    auto key = webhook_key(*secret);
+    if (!key) {
+      return core::Error{core::ErrorCode::kInvalidArgument,
+                         "the secret is not whsec_ and the base64 of at least 16 bytes",
+                         config_.webhook_secret.empty() ? data_.path() + "/webhook.secret"
+                                                        : "--webhook-secret"};
+    }
+    webhooks_ = std::make_unique<WebhookSender>(
+        job_table_, log_, *std::move(key),
+        config_.webhook_private ? Reach::kAnywhere : Reach::kPublicOnly);
+    return core::ok_status();
+  }
+
   void note(const Request& request, const Outcome& outcome) {
     metrics_.count_request(request.method, request.route.empty() ? "unknown" : request.route, outcome.status,
                            outcome.seconds, outcome.bytes_received, outcome.bytes_sent);
-    const LogLevel level = outcome.status >= 500 ? LogLevel::kError : LogLevel::kDebug;
+    const bool only_looks = request.method == "GET" || request.method == "HEAD";
+    const LogLevel level = outcome.status >= 500 ? LogLevel::kError
+                           : only_looks          ? LogLevel::kDebug
+                                                 : LogLevel::kInfo;
     if (log_.enabled(level)) {
       log_.write(level, "request",
                  {{"method", request.method},
@@ -181,6 +272,8 @@ class App {
                   {"status", std::int64_t{outcome.status}},
                   {"seconds", outcome.seconds},
                   {"request_id", request.request_id},
+                  {"trace_id", trace_id(request)},
+                  {"key", request.principal},
                   {"remote", request.remote_addr},
                   {"error", outcome.internal_error}});
     }
@@ -210,11 +303,15 @@ class App {
   BlobStore blobs_;
   JobTable job_table_;
   SceneTable scene_table_;
+  KeyTable key_table_;
   SceneService scenes_;
   StreamGate streams_;
+  KeyRing keys_;
+  Tickets tickets_;
   Guard guard_;
   std::atomic<bool> ready_ = false;
   std::unique_ptr<JobService> jobs_;
+  std::unique_ptr<WebhookSender> webhooks_;
   std::unique_ptr<HttpServer> http_;
 };
 
@@ -231,10 +328,6 @@ int report(const core::Error& error) {
 }  // namespace
 
 int serve(const Config& config) {
-  if (config.key.empty() && !is_loopback(config.listen)) {
-    return report({core::ErrorCode::kInvalidArgument,
-                   "listening on " + config.listen + " needs a key: set --key or TESSERA_KEY", "--listen"});
-  }
   // Signals are taken by sigwait() in this thread; every thread made from here on inherits the mask.
   sigset_t signals;
   sigemptyset(&signals);
@@ -245,6 +338,7 @@ int serve(const Config& config) {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
 
+  allow_open_files();
   auto app = App::create(config);
   if (!app) {
     return report(app.error());
@@ -253,9 +347,12 @@ int serve(const Config& config) {
   if (!port) {
     return report(port.error());
   }
-  std::printf("listening on http://%s:%d\n", url_host(config.listen).c_str(), *port);
-  if (config.demo) {
-    std::printf("open http://localhost:%d/ in a browser\n", *port);
+  const char* scheme = config.tls_cert.empty() ? "http" : "https";
+  std::printf("listening on %s://%s:%d\n", scheme, url_host(config.listen).c_str(), *port);
+  if (!config.announce.empty()) {
+    std::printf("open %s in a browser\n", config.announce.c_str());
+  } else if (config.demo) {
+    std::printf("open %s://localhost:%d/ in a browser\n", scheme, *port);
   }
   std::fflush(stdout);
   (*app)->log_start(*port);
@@ -275,6 +372,14 @@ int serve_command(std::span<const std::string_view> args) {
   if (!config) {
     std::fprintf(stderr, "tessera serve: %s: %s\n", config.error().where.c_str(),
                  config.error().message.c_str());
+    return 2;
+  }
+  if (config->print_config) {
+    std::fputs(config_text(*config).c_str(), stdout);
+    return 0;
+  }
+  if (config->tls_cert.empty() != config->tls_key.empty()) {
+    std::fputs("tessera serve: --tls-cert and --tls-key come together\n", stderr);
     return 2;
   }
   return serve(*config);

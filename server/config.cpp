@@ -6,6 +6,9 @@
 #include <charconv>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <type_traits>
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -139,12 +142,61 @@ Status set_log_level(Config& config, std::string_view text) {
   return refuse("\"" + std::string(text) + "\" is none of debug, info, warning, error, off");
 }
 
-Status set_demo(Config& config, std::string_view text) {
+template <bool Config::*member>
+Status set_switch(Config& config, std::string_view text) {
   if (text != "1" && text != "true" && text != "0" && text != "false") {
     return refuse("\"" + std::string(text) + "\" is neither true nor false");
   }
-  config.demo = text == "1" || text == "true";
+  config.*member = text == "1" || text == "true";
   return core::ok_status();
+}
+
+template <auto member>
+std::string show_number(const Config& config) {
+  if constexpr (std::is_same_v<decltype(config.*member), const double&>) {
+    std::ostringstream text;
+    text << config.*member;
+    return text.str();
+  } else {
+    return std::to_string(config.*member);
+  }
+}
+
+template <std::string Config::*member>
+std::string show_text(const Config& config) {
+  return config.*member;
+}
+
+constexpr std::string_view kHidden = "(not shown)";
+
+template <std::string Config::*member>
+std::string show_secret(const Config& config) {
+  return (config.*member).empty() ? std::string() : std::string(kHidden);
+}
+
+template <bool Config::*member>
+std::string show_switch(const Config& config) {
+  return config.*member ? "true" : "false";
+}
+
+template <std::vector<std::string> Config::*member>
+std::string show_list(const Config& config) {
+  std::string text;
+  for (const std::string& part : config.*member) {
+    text += (text.empty() ? "" : ",") + part;
+  }
+  return text;
+}
+
+std::string show_disk_limit(const Config& config) {
+  return config.disk_limit_bytes > 0 ? show_number<&Config::disk_limit_bytes>(config)
+                                     : show_number<&Config::disk_limit_percent>(config) + "%";
+}
+
+std::string show_log_level(const Config& config) {
+  const auto* found = std::find_if(kLogLevels.begin(), kLogLevels.end(),
+                                   [&](const auto& each) { return each.second == config.log_level; });
+  return std::string(found->first);
 }
 
 struct Flag {
@@ -152,41 +204,68 @@ struct Flag {
   std::string_view value;  ///< What stands for the value in the help; empty: a switch.
   std::string_view text;
   Status (*set)(Config&, std::string_view);
+  std::string (*show)(const Config&);  ///< Null: not part of a configuration file.
 };
 
 constexpr std::array kFlags = {
     Flag{"listen", "ADDRESS", "Address to listen on (127.0.0.1). Any other than loopback needs a key.",
-         &set_text<&Config::listen>},
-    Flag{"port", "N", "Port (8080); 0 takes a free one.", &set_int<&Config::port, 0, 65535>},
+         &set_text<&Config::listen>, &show_text<&Config::listen>},
+    Flag{"port", "N", "Port (8080); 0 takes a free one.",
+         &set_int<&Config::port, 0, 65535>, &show_number<&Config::port>},
     Flag{"data", "DIR", "Where jobs, assets and films live ($XDG_DATA_HOME/tessera).",
-         &set_text<&Config::data_dir>},
+         &set_text<&Config::data_dir>, &show_text<&Config::data_dir>},
     Flag{"threads", "N", "Render threads (0: as many as the machine has).",
-         &set_int<&Config::threads, 0, 1024>},
+         &set_int<&Config::threads, 0, 1024>, &show_number<&Config::threads>},
+    Flag{"isa", "NAME", "Instruction set Embree is held to: native (default), sse2, sse4.2, avx, avx2, avx512.",
+         &set_text<&Config::isa>, &show_text<&Config::isa>},
     Flag{"key", "TEXT", "Key that every request must bring; without one only loopback is served.",
-         &set_text<&Config::key>},
+         &set_text<&Config::key>, &show_secret<&Config::key>},
     Flag{"hosts", "A,B", "Host names accepted besides the loopback ones.",
-         &set_list<&Config::hosts>},
+         &set_list<&Config::hosts>, &show_list<&Config::hosts>},
     Flag{"origins", "A,B", "Origins of other pages that may call this server (CORS).",
-         &set_list<&Config::origins>},
-    Flag{"demo", "", "Submit a demo job when the store has none yet.", &set_demo},
+         &set_list<&Config::origins>, &show_list<&Config::origins>},
+    Flag{"demo", "", "Submit a demo job when the store has none yet.",
+         &set_switch<&Config::demo>, &show_switch<&Config::demo>},
     Flag{"grace", "SECONDS", "Longest time from SIGTERM to the end (10).",
-         &set_seconds<&Config::grace_seconds, 0, 3600>},
-    Flag{"log-level", "LEVEL", "debug, info (default), warning, error or off.", &set_log_level},
-    Flag{"max-queue", "N", "Jobs waiting (1000); 429 beyond.", &set_int<&Config::queue_max, 0, 1000000>},
-    Flag{"max-running", "N", "Jobs rendering at a time (16).", &set_int<&Config::running_max, 1, 1024>},
+         &set_seconds<&Config::grace_seconds, 0, 3600>, &show_number<&Config::grace_seconds>},
+    Flag{"log-level", "LEVEL", "debug, info (default), warning, error or off.",
+         &set_log_level, &show_log_level},
+    Flag{"max-queue", "N", "Jobs waiting (1000); 429 beyond.",
+         &set_int<&Config::queue_max, 0, 1000000>, &show_number<&Config::queue_max>},
+    Flag{"max-running", "N", "Jobs rendering at a time (16).",
+         &set_int<&Config::running_max, 1, 1024>, &show_number<&Config::running_max>},
     Flag{"max-streams", "N", "Open event and tile streams (2048).",
-         &set_int<&Config::streams_max, 1, 60000>},
+         &set_int<&Config::streams_max, 1, 60000>, &show_number<&Config::streams_max>},
     Flag{"max-samples", "N", "Samples per pixel of any job (65536).",
-         &set_int<&Config::samples_max, 1, 65536>},
-    Flag{"max-upload", "BYTES", "Largest upload (2G).", &set_bytes<&Config::upload_bytes_max>},
+         &set_int<&Config::samples_max, 1, 65536>, &show_number<&Config::samples_max>},
+    Flag{"max-upload", "BYTES", "Largest upload (2G).",
+         &set_bytes<&Config::upload_bytes_max>, &show_number<&Config::upload_bytes_max>},
     Flag{"scene-cache", "BYTES", "Memory for loaded scenes (4G).",
-         &set_bytes<&Config::scene_cache_bytes>},
+         &set_bytes<&Config::scene_cache_bytes>, &show_number<&Config::scene_cache_bytes>},
     Flag{"film-cache", "BYTES", "Memory for finished films (512M).",
-         &set_bytes<&Config::film_cache_bytes>},
+         &set_bytes<&Config::film_cache_bytes>, &show_number<&Config::film_cache_bytes>},
     Flag{"checkpoint", "SECONDS", "Between checkpoints of a rendering job (10).",
-         &set_seconds<&Config::checkpoint_seconds, 0, 3600>},
+         &set_seconds<&Config::checkpoint_seconds, 0, 3600>, &show_number<&Config::checkpoint_seconds>},
     Flag{"disk-limit", "BYTES|N%", "Finished films are evicted, oldest first, above this (80%).",
-         &set_disk_limit},
+         &set_disk_limit, &show_disk_limit},
+    Flag{"rate-limit", "N", "Requests a minute of each key of `tessera keys` (6000); 0 is no limit.",
+         &set_int<&Config::rate_limit, 0, 100000000>, &show_number<&Config::rate_limit>},
+    Flag{"quota-jobs", "N", "Unfinished jobs of each key of `tessera keys` (0: no limit).",
+         &set_int<&Config::quota_jobs, 0, 1000000>, &show_number<&Config::quota_jobs>},
+    Flag{"webhook-secret", "TEXT", "whsec_ and base64: signs webhooks (made in the data directory).",
+         &set_text<&Config::webhook_secret>, &show_secret<&Config::webhook_secret>},
+    Flag{"webhook-private", "", "Webhooks may go to loopback and private addresses.",
+         &set_switch<&Config::webhook_private>, &show_switch<&Config::webhook_private>},
+    Flag{"tls-cert", "FILE", "Certificate chain (PEM); with --tls-key the server speaks https.",
+         &set_text<&Config::tls_cert>, &show_text<&Config::tls_cert>},
+    Flag{"tls-key", "FILE", "Private key of the certificate (PEM).",
+         &set_text<&Config::tls_key>, &show_text<&Config::tls_key>},
+    Flag{"announce", "URL", "Address to print for the page, where users know it by another than ours.",
+         &set_text<&Config::announce>, nullptr},
+    Flag{"config", "FILE", "File with a line `flag = value` for each flag; variables and flags win.",
+         &set_text<&Config::config_file>, nullptr},
+    Flag{"print-config", "", "Print the configuration in force and end.",
+         &set_switch<&Config::print_config>, nullptr},
 };
 
 std::string variable_name(std::string_view flag) {
@@ -246,6 +325,42 @@ Status apply_args(std::span<const std::string_view> args, Config& config) {
   return core::ok_status();
 }
 
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  return first == std::string_view::npos
+             ? std::string_view()
+             : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// `flag = value` on each line; `#` begins a line that is not read.
+Status apply_file(const std::string& path, Config& config) {
+  std::ifstream file(path);
+  if (!file) {
+    return Error{ErrorCode::kInvalidArgument, "cannot be read", path};
+  }
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const std::string_view text = trimmed(line);
+    if (text.empty() || text.front() == '#') {
+      continue;
+    }
+    const std::string where = path + ", line " + std::to_string(number);
+    const auto equals = text.find('=');
+    const std::string_view name = trimmed(text.substr(0, equals));
+    const Flag* flag = find_flag(name);
+    if (flag == nullptr || flag->show == nullptr) {
+      return Error{ErrorCode::kInvalidArgument, "\"" + std::string(name) + "\" cannot be set here", where};
+    }
+    if (equals == std::string_view::npos) {
+      return Error{ErrorCode::kInvalidArgument, "expected `flag = value`", where};
+    }
+    if (auto status = set_flag(*flag, config, trimmed(text.substr(equals + 1)), where); !status) {
+      return status;
+    }
+  }
+  return core::ok_status();
+}
+
 std::string default_data_dir(const Environ& environ) {
   if (const auto data = environ("XDG_DATA_HOME"); data && !data->empty()) {
     return *data + "/tessera";
@@ -264,7 +379,20 @@ std::optional<std::string> process_environ(const std::string& name) {
 }
 
 core::Result<Config> parse_config(std::span<const std::string_view> args, const Environ& environ) {
+  // Twice: the file comes first, but only the variables and flags say which it is.
+  Config asked;
+  if (auto status = apply_args(args, asked); !status) {
+    return status.error();
+  }
   Config config;
+  config.config_file = asked.config_file.empty()
+                           ? environ("TESSERA_CONFIG").value_or("")
+                           : asked.config_file;
+  if (!config.config_file.empty()) {
+    if (auto status = apply_file(config.config_file, config); !status) {
+      return status.error();
+    }
+  }
   for (const Flag& flag : kFlags) {
     const std::string name = variable_name(flag.name);
     if (const auto value = environ(name)) {
@@ -282,10 +410,23 @@ core::Result<Config> parse_config(std::span<const std::string_view> args, const 
   return config;
 }
 
+std::string config_text(const Config& config) {
+  std::string text = "# tessera serve; read with --config FILE\n";
+  for (const Flag& flag : kFlags) {
+    if (flag.show != nullptr) {
+      const std::string value = flag.show(config);
+      text += value == kHidden ? "# " : "";
+      text += std::string(flag.name) + " = " + value + "\n";
+    }
+  }
+  return text;
+}
+
 std::string config_help() {
   std::string text =
       "tessera serve: render jobs over HTTP\n\n"
-      "Every flag has an environment variable; a flag wins over its variable.\n\n";
+      "Every flag has an environment variable; a flag wins over its variable, and that over the file of\n"
+      "--config.\n\n";
   for (const Flag& flag : kFlags) {
     std::string head = "  --" + std::string(flag.name);
     if (!flag.value.empty()) {

@@ -1,8 +1,8 @@
 /// Config: everything an operator can set, from one table of flags.
 ///
-/// Order: defaults, then environment variables TESSERA_<FLAG> (dashes become underscores), then
-/// flags. Unknown flags and values out of range are refused with kInvalidArgument; `where` is the
-/// flag or the variable.
+/// Order: defaults, then the file that --config names, then environment variables TESSERA_<FLAG>
+/// (dashes become underscores), then flags. Unknown flags and values out of range are refused with
+/// kInvalidArgument; `where` is the flag, the variable, or the file with its line.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,8 @@ struct Config {
   int port = 8080;                 ///< 0: any free one
   std::string data_dir;            ///< empty: $XDG_DATA_HOME/tessera, else ~/.local/share/tessera
   int threads = 0;                 ///< render threads; 0: as many as the machine has
-  std::string key;                 ///< bearer key; empty: none, which only loopback may have
+  std::string isa = "native";      ///< what Embree is held to: native, sse2 ... avx512
+  std::string key;                 ///< bearer key with all rights; empty: none
   std::vector<std::string> hosts;  ///< names accepted in Host besides the loopback ones
   std::vector<std::string> origins;  ///< other origins that pages may call from (CORS)
   double grace_seconds = 10;       ///< from SIGTERM to the end
@@ -41,6 +42,17 @@ struct Config {
   double checkpoint_seconds = 10;  ///< between checkpoints of a rendering job
   double disk_limit_percent = 80;  ///< of the disk; used when disk_limit_bytes is 0
   std::uint64_t disk_limit_bytes = 0;
+
+  int rate_limit = 6000;           ///< requests a minute of each stored key; 0: any number
+  int quota_jobs = 0;              ///< unfinished jobs of each stored key; 0: any number
+  std::string webhook_secret;      ///< whsec_...; empty: the data directory has one
+  bool webhook_private = false;    ///< webhooks may go to private addresses
+  std::string tls_cert;            ///< PEM; empty: plain HTTP
+  std::string tls_key;             ///< PEM
+
+  std::string announce;            ///< address of the page as its users know it; empty: as it is
+  std::string config_file;         ///< that was read
+  bool print_config = false;
 };
 
 /// Reads an environment variable; empty when it is not set.
@@ -50,6 +62,9 @@ std::optional<std::string> process_environ(const std::string& name);
 
 /// args: what follows the verb `serve`, without --help.
 core::Result<Config> parse_config(std::span<const std::string_view> args, const Environ& environ);
+
+/// The configuration in force as the text of a file for --config. Secrets are not shown.
+std::string config_text(const Config& config);
 
 /// One paragraph a flag, with its variable and default.
 std::string config_help();

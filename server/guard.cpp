@@ -1,22 +1,18 @@
 #include "server/guard.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
-
-#include <openssl/crypto.h>
+#include <vector>
 
 #include "api/operations.h"
-#include "core/base/sha256.h"
+#include "server/http/text.h"
 #include "server/routes/answers.h"
 
 namespace server {
 namespace {
 
 constexpr std::string_view kCookieName = "tessera_session";
-
-bool same_secret(std::string_view a, std::string_view b) {
-  return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
-}
 
 std::string_view without_port(std::string_view host) {
   if (!host.empty() && host.front() == '[') {
@@ -29,16 +25,36 @@ std::string_view without_port(std::string_view host) {
 
 bool is_probe(std::string_view path) { return path == "/livez" || path == "/readyz" || path == "/metrics"; }
 
-/// Does the row of the API ask for a key? What is no row (page files, unknown paths) does not, but
-/// everything below /v1 does.
-bool needs_key(const Request& request) {
+/// What a key needs for the row of the API: "read", "write", or "" for nothing. What is no row (page
+/// files, unknown paths) needs nothing, but everything below /v1 does.
+std::string_view needed_scope(const Request& request) {
   const std::string_view method = request.method == "HEAD" ? "GET" : std::string_view(request.method);
   for (const api::Operation& operation : api::operations()) {
     if (operation.method == method && operation.path == request.route) {
-      return !operation.scope.empty();
+      return operation.scope;
     }
   }
-  return request.path.rfind("/v1/", 0) == 0 && request.path != "/v1/session";
+  return request.path.rfind("/v1/", 0) == 0 && request.path != "/v1/session" ? "read" : "";
+}
+
+/// The jobs that a request would watch, if it is one that a ticket can stand for; else none.
+std::vector<std::string> watched_jobs(const Request& request) {
+  constexpr std::array<std::string_view, 3> kOfOneJob = {
+      "/v1/jobs/{id}/events", "/v1/jobs/{id}/tiles", "/v1/jobs/{id}/image{.format}"};
+  if (request.method != "GET" && request.method != "HEAD") {
+    return {};
+  }
+  if (std::find(kOfOneJob.begin(), kOfOneJob.end(), request.route) != kOfOneJob.end()) {
+    return {std::string(request.path_param("id"))};
+  }
+  std::vector<std::string> jobs;
+  if (request.route == "/v1/events") {
+    const std::string list = request.query("jobs").value_or("");
+    for (const std::string_view job : split_list(list)) {
+      jobs.emplace_back(job);
+    }
+  }
+  return jobs;
 }
 
 std::string_view cookie_value(std::string_view cookies, std::string_view name) {
@@ -56,12 +72,17 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) {
   return {};
 }
 
+Response unauthorized(const Request& request, std::string detail) {
+  Response response =
+      error_answer(request, core::ErrorCode::kUnauthorized, std::move(detail));
+  response.headers.set("WWW-Authenticate", "Bearer realm=\"tessera\"");
+  return response;
+}
+
 }  // namespace
 
-Guard::Guard(const Config& config) : config_(config) {
-  const std::string salted = "tessera session " + config.key;
-  cookie_ = core::sha256_hex(salted.data(), salted.size());
-}
+Guard::Guard(const Config& config, KeyRing& keys, const Tickets& tickets)
+    : config_(config), keys_(keys), tickets_(tickets) {}
 
 bool Guard::is_known_host(std::string_view host) const {
   const std::string_view name = without_port(host);
@@ -74,22 +95,20 @@ bool Guard::is_named_origin(std::string_view origin) const {
   return std::find(config_.origins.begin(), config_.origins.end(), origin) != config_.origins.end();
 }
 
-bool Guard::is_key(std::string_view text) const { return same_secret(text, config_.key); }
-
-bool Guard::has_key(const Request& request) const {
+std::optional<Holder> Guard::holder_of(const Request& request) {
   if (const auto given = request.header("Authorization")) {
     constexpr std::string_view kBearer = "Bearer ";
-    return given->size() > kBearer.size() && given->substr(0, kBearer.size()) == kBearer &&
-           is_key(given->substr(kBearer.size()));
+    if (given->size() <= kBearer.size() ||
+        !equal_ignoring_case(given->substr(0, kBearer.size()), kBearer)) {
+      return std::nullopt;
+    }
+    return keys_.holder_of_token(given->substr(kBearer.size()));
   }
   const auto cookies = request.header("Cookie");
-  return cookies && same_secret(cookie_value(*cookies, kCookieName), cookie_);
+  return cookies ? keys_.holder_of_session(cookie_value(*cookies, kCookieName)) : std::nullopt;
 }
 
-std::optional<Response> Guard::check(Request& request) const {
-  if (is_probe(request.path)) {
-    return std::nullopt;
-  }
+std::optional<Response> Guard::check_host_and_origin(const Request& request) const {
   const std::string_view host = request.header("Host").value_or("");
   if (!is_known_host(host)) {
     return error_answer(request, core::ErrorCode::kMisdirected,
@@ -103,25 +122,89 @@ std::optional<Response> Guard::check(Request& request) const {
                           "pages of the origin '" + std::string(*origin) + "' may not call this server");
     }
   }
-  if (config_.key.empty() || request.method == "OPTIONS" || !needs_key(request) || has_key(request)) {
+  return std::nullopt;
+}
+
+std::variant<Holder, Response> Guard::authorize(Request& request, std::string_view scope) {
+  auto& query = request.query_params;
+  const auto ticket = std::find_if(query.begin(), query.end(),
+                                   [](const auto& each) { return each.first == "ticket"; });
+  if (ticket != query.end()) {
+    if (const auto jobs = watched_jobs(request); !jobs.empty()) {
+      auto holder = tickets_.holder_of(ticket->second, jobs);
+      query.erase(ticket);
+      if (!holder) {
+        return unauthorized(request, "the ticket is not for this, or its minute is over");
+      }
+      return Holder{.id = std::move(*holder)};
+    }
+  }
+  if (scope.empty() || !keys_.is_needed()) {
+    return Holder{};
+  }
+  auto holder = holder_of(request);
+  if (!holder) {
+    return unauthorized(request, "bring a key as 'Authorization: Bearer KEY'");
+  }
+  if (scope == "write" ? !holder->may_write : !holder->may_read) {
+    return error_answer(request, core::ErrorCode::kForbidden,
+                        "the key '" + holder->id + "' has no scope '" + std::string(scope) + "'");
+  }
+  return std::move(*holder);
+}
+
+std::optional<Response> Guard::count(const Request& request, const Holder& holder) {
+  if (holder.id.empty() || holder.rate_limit <= 0) {
     return std::nullopt;
   }
-  Response response = error_answer(request, core::ErrorCode::kUnauthorized,
-                                   "bring the key as 'Authorization: Bearer KEY'");
-  response.headers.set("WWW-Authenticate", "Bearer realm=\"tessera\"");
+  const RateLimiter::State state = rates_.take(holder.id, holder.rate_limit);
+  if (state.allowed) {
+    return std::nullopt;
+  }
+  Response response = error_answer(request, core::ErrorCode::kTooManyRequests,
+                                   "the key '" + holder.id + "' may ask " +
+                                       std::to_string(state.limit) + " times a minute");
+  response.headers.set("Retry-After", std::to_string(state.reset_seconds));
   return response;
+}
+
+std::optional<Response> Guard::check(Request& request) {
+  if (is_probe(request.path)) {
+    return std::nullopt;
+  }
+  if (auto refused = check_host_and_origin(request)) {
+    return refused;
+  }
+  if (request.method == "OPTIONS") {
+    return std::nullopt;
+  }
+  auto authorized = authorize(request, needed_scope(request));
+  if (auto* refused = std::get_if<Response>(&authorized)) {
+    return std::move(*refused);
+  }
+  const Holder& holder = *std::get_if<Holder>(&authorized);
+  request.principal = holder.id;
+  return count(request, holder);
 }
 
 void Guard::decorate(const Request& request, Response& response) const {
   response.headers.set("X-Content-Type-Options", "nosniff");
+  // draft-ietf-httpapi-ratelimit-headers-10: a list of policies, and what is left of them.
+  if (const auto rate = request.principal.empty() ? std::nullopt : rates_.last(request.principal)) {
+    response.headers.set("RateLimit-Policy", "\"key\";q=" + std::to_string(rate->limit) + ";w=60");
+    response.headers.set("RateLimit", "\"key\";r=" + std::to_string(rate->remaining) + ";t=" +
+                                          std::to_string(rate->reset_seconds));
+  }
   const auto origin = request.header("Origin");
   if (!origin || !is_named_origin(*origin)) {
     return;
   }
   response.headers.set("Access-Control-Allow-Origin", *origin);
-  response.headers.set("Vary", "Origin");
+  response.headers.add("Vary", "Origin");
   response.headers.set("Access-Control-Allow-Credentials", "true");
-  response.headers.set("Access-Control-Expose-Headers", "ETag, Link, Location, X-Request-Id");
+  response.headers.set("Access-Control-Expose-Headers", 
+                       "ETag, Link, Location, Preference-Applied, RateLimit, RateLimit-Policy, "
+                       "Retry-After, X-Request-Id, X-Tessera-Revision");
   if (request.method == "OPTIONS") {
     response.headers.set("Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, PATCH, DELETE");
     response.headers.set("Access-Control-Allow-Headers",
@@ -130,15 +213,20 @@ void Guard::decorate(const Request& request, Response& response) const {
   }
 }
 
-Response Guard::start_session(const Request& request) const {
-  if (!config_.key.empty() && !has_key(request)) {
-    return error_answer(request, core::ErrorCode::kUnauthorized,
-                        "bring the key as 'Authorization: Bearer KEY'");
+Response Guard::start_session(const Request& request) {
+  if (!keys_.is_needed()) {
+    return empty_response();
+  }
+  if (!holder_of(request)) {
+    return unauthorized(request, "bring a key as 'Authorization: Bearer KEY'");
   }
   Response response = empty_response();
-  if (!config_.key.empty()) {
-    response.headers.set("Set-Cookie", std::string(kCookieName) + "=" + cookie_ +
-                                           "; Path=/; HttpOnly; SameSite=Strict");
+  if (const auto given = request.header("Authorization")) {
+    const std::string_view token = given->substr(given->find(' ') + 1);
+    response.headers.set("Set-Cookie",
+                         std::string(kCookieName) + "=" + session_of_token(token) +
+                             "; Path=/; HttpOnly; SameSite=Strict" +
+                             (config_.tls_cert.empty() ? "" : "; Secure"));
   }
   return response;
 }

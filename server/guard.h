@@ -1,4 +1,5 @@
-/// Guard: who may ask. Host and Origin of every request, and its key where one is set.
+/// Guard: who may ask. Host and Origin of every request, its key where one is needed, what the key
+/// allows, and how often.
 ///
 /// Runs before the routes. Probes answer anybody; the page, its files and the API's description need
 /// no key, so that a browser can get to the point of bringing one.
@@ -7,32 +8,41 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 
 #include "server/config.h"
 #include "server/http/message.h"
+#include "server/key_ring.h"
+#include "server/rate_limiter.h"
+#include "server/tickets.h"
 
 namespace server {
 
 class Guard {
  public:
-  /// config must outlive it.
-  explicit Guard(const Config& config);
+  /// All must outlive it.
+  Guard(const Config& config, KeyRing& keys, const Tickets& tickets);
 
-  /// 421 for a wrong Host, 403 for a foreign Origin, 401 without the key; else empty.
-  std::optional<Response> check(Request& request) const;
-  /// CORS headers for the origins that the operator named.
+  /// 421 for a wrong Host, 403 for a foreign Origin or a scope that the key lacks, 401 without a key,
+  /// 429 for too many requests; else empty, and request.principal is the key's id.
+  std::optional<Response> check(Request& request);
+  /// CORS headers for the origins that the operator named; how much of its rate the key has left.
   void decorate(const Request& request, Response& response) const;
   /// POST /v1/session: the key, brought as a bearer token, becomes a cookie for images and events.
-  Response start_session(const Request& request) const;
+  Response start_session(const Request& request);
 
  private:
   bool is_known_host(std::string_view host) const;
   bool is_named_origin(std::string_view origin) const;
-  bool has_key(const Request& request) const;
-  bool is_key(std::string_view text) const;
+  std::optional<Response> check_host_and_origin(const Request& request) const;
+  std::optional<Holder> holder_of(const Request& request);
+  std::variant<Holder, Response> authorize(Request& request, std::string_view scope);
+  std::optional<Response> count(const Request& request, const Holder& holder);
 
   const Config& config_;
-  std::string cookie_;  ///< Value of the session cookie: a hash of the key.
+  KeyRing& keys_;
+  const Tickets& tickets_;
+  RateLimiter rates_;
 };
 
 }  // namespace server

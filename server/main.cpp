@@ -1,4 +1,4 @@
-// tessera-server: the verbs that need the renderer, `serve` and `render`. The program `tessera`
+// tessera-server: the verbs that need the renderer or the store. The program `tessera`
 // (clients/cli) executes it in its own place.
 #include <cstdio>
 #include <exception>
@@ -9,19 +9,23 @@
 
 #include "clients/cli/cli.h"
 #include "server/app.h"
+#include "server/check_command.h"
+#include "server/keys_command.h"
 
 namespace {
 
 int dispatch(std::span<char*> args) {
   const std::string_view verb = args.size() > 1 ? args[1] : "";
-  if (verb == "serve") {
+  if (verb == "serve" || verb == "keys" || verb == "check") {
     const std::vector<std::string_view> rest(args.begin() + 2, args.end());
-    return server::serve_command(rest);
+    return verb == "serve"  ? server::serve_command(rest)
+           : verb == "keys" ? server::keys_command(rest)
+                            : server::check_command(rest);
   }
   if (verb == "render") {
     return cli::render(cli::Args(args.begin() + 2, args.end()));
   }
-  std::fprintf(stderr, "tessera-server: knows only serve and render; `tessera --help` has all verbs\n");
+  std::fprintf(stderr, "tessera-server: knows only serve, keys, check and render; `tessera --help` has all verbs\n");
   return cli::kWrongUsage;
 }
 

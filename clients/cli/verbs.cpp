@@ -7,6 +7,8 @@ namespace {
 
 constexpr std::array kVerbs = {
     Verb{"serve", "start the service", nullptr},
+    Verb{"keys", "add, list and remove the keys of a server", nullptr},
+    Verb{"check", "verify a data directory", nullptr},
     Verb{"render", "render one picture without a service", nullptr},
     Verb{"submit", "give a job to a server", &submit},
     Verb{"watch", "follow a job until it ends", &watch},

@@ -91,10 +91,13 @@ Accel::~Accel() = default;
 Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_level,
                                             std::span<const std::vector<AccelGeometry>> groups,
                                             std::span<const AccelInstance> instances,
-                                            int threads) {
+                                            int threads, std::string_view isa) {
   std::unique_ptr<Accel> accel(new Accel());
   Impl& impl = *accel->impl_;
-  const std::string config = "threads=" + std::to_string(threads) + ",set_affinity=0";
+  std::string config = "threads=" + std::to_string(threads) + ",set_affinity=0";
+  if (!isa.empty()) {
+    config += ",isa=" + std::string(isa);
+  }
   impl.device = rtcNewDevice(config.c_str());
   if (impl.device == nullptr) {
     return Error{ErrorCode::kInternal, "Embree could not make a device", ""};

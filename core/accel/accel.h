@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/base/result.h"
@@ -46,11 +47,13 @@ struct AccelInstance {
 class Accel {
  public:
   /// The spans are used in place: they must outlive the Accel, and each vertex buffer must have
-  /// four readable bytes past its end. threads: for building.
+  /// four readable bytes past its end. threads: for building. isa: what Embree is held to, as
+  /// resolve_isa() gives it; empty leaves the choice to Embree.
   /// Errors: kTooLarge when memory runs out, kInternal with Embree's words.
   static Result<std::unique_ptr<Accel>> build(std::span<const AccelGeometry> top_level,
                                               std::span<const std::vector<AccelGeometry>> groups,
-                                              std::span<const AccelInstance> instances, int threads);
+                                              std::span<const AccelInstance> instances, int threads,
+                                              std::string_view isa = {});
   ~Accel();
   Accel(const Accel&) = delete;
   Accel& operator=(const Accel&) = delete;

@@ -18,7 +18,7 @@ class Builder {
  public:
   Builder(SceneDescription& from, SceneData& to) : from_(from), to_(to) {}
 
-  Status run(int threads) {
+  Status run(int threads, std::string_view isa) {
     if (Status s = add_materials(); !s) {
       return s;
     }
@@ -26,7 +26,7 @@ class Builder {
       return s;
     }
     place_meshes();
-    if (Status s = build_accel(threads); !s) {
+    if (Status s = build_accel(threads, isa); !s) {
       return s;
     }
     add_lights();
@@ -271,7 +271,7 @@ class Builder {
     return {std::span<const Vec3>(mesh.positions.data(), mesh.positions.size() - 1), mesh.indices};
   }
 
-  Status build_accel(int threads) {
+  Status build_accel(int threads, std::string_view isa) {
     std::vector<AccelGeometry> top;
     for (std::size_t i = 0; i < top_level_; ++i) {
       top.push_back(geometry(to_.meshes[to_.placed[i].mesh]));
@@ -287,7 +287,7 @@ class Builder {
     for (std::size_t i = 0; i < to_.instances.size(); ++i) {
       instances.push_back({instance_groups_[i], to_.instances[i].to_world});
     }
-    auto accel = Accel::build(top, groups, instances, threads);
+    auto accel = Accel::build(top, groups, instances, threads, isa);
     if (!accel) {
       return accel.error();
     }
@@ -450,7 +450,8 @@ std::size_t MeshData::bytes() const noexcept {
 Scene::Scene() : data_(std::make_unique<SceneData>()) {}
 Scene::~Scene() = default;
 
-Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, int threads) {
+Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, int threads,
+                                                   std::string_view isa) {
   std::shared_ptr<Scene> scene(new Scene());
   SceneSummary& summary = scene->summary_;
   summary.name = description.name;
@@ -458,7 +459,7 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
     summary.materials.push_back(m.name);
   }
   Builder builder(description, *scene->data_);
-  if (Status status = builder.run(threads); !status) {
+  if (Status status = builder.run(threads, isa); !status) {
     return status.error();
   }
   summary.bounds = builder.bounds();

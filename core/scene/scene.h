@@ -6,6 +6,7 @@
 #include <memory>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/result.h"
@@ -36,9 +37,10 @@ struct SceneSummary {
 
 class Scene {
  public:
-  /// Takes the description apart. threads: for the acceleration structure.
+  /// Takes the description apart. threads: for the acceleration structure. isa: see Accel::build().
   /// Errors: kInvalidArgument (indices that do not fit), kTooLarge, kCancelled.
-  static Result<std::shared_ptr<const Scene>> build(SceneDescription description, int threads);
+  static Result<std::shared_ptr<const Scene>> build(SceneDescription description, int threads,
+                                                    std::string_view isa = {});
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;

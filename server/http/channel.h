@@ -1,6 +1,6 @@
 /// Bytes to and from one client, with a limit on every wait.
 ///
-/// An interface because TLS will be a second implementation.
+/// An interface because there are two: SocketChannel, and TlsChannel in tls.h.
 #pragma once
 
 #include <chrono>

@@ -62,6 +62,14 @@ bool is_json(std::string_view content_type) {
           type.substr(type.size() - kSuffix.size()) == kSuffix);
 }
 
+std::unique_ptr<Channel> make_channel(const HttpOptions& options, int fd) {
+  const WritePace pace = {.stall = options.limits.write_stall};
+  if (options.tls) {
+    return std::make_unique<TlsChannel>(*options.tls, fd, pace);
+  }
+  return std::make_unique<SocketChannel>(fd, pace);
+}
+
 Response body_failure_response(const RequestBody& body, const Request& request) {
   switch (body.failure()) {
     case RequestBody::Failure::kTooLarge:
@@ -84,7 +92,8 @@ Connection::Connection(const ConnectionContext& context, int fd, Service service
     : context_(context),
       limits_(context.options.limits),
       service_(service),
-      channel_(fd, {.stall = context.options.limits.write_stall}),
+      owned_channel_(make_channel(context.options, fd)),
+      channel_(*owned_channel_),
       inbox_(channel_) {}
 
 void Connection::run() {

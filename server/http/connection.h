@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -65,7 +66,8 @@ class Connection {
   const ConnectionContext& context_;
   const HttpLimits& limits_;
   const Service service_;
-  SocketChannel channel_;
+  const std::unique_ptr<Channel> owned_channel_;
+  Channel& channel_;
   Inbox inbox_;
   std::string remote_addr_;
   std::optional<ClientWatch::Registration> registration_;  ///< Since the first wait.

@@ -39,7 +39,12 @@ RangeRequest parse_range(std::string_view range, std::uint64_t total_bytes) {
     return kUnsatisfiable;
   }
   const auto first = parse_decimal(range.substr(0, dash));
-  const auto last = parse_decimal(range.substr(dash + 1));
+  auto last = parse_decimal(range.substr(dash + 1));
+  const std::string_view last_text = range.substr(dash + 1);
+  if (!last && !last_text.empty() &&
+      last_text.find_first_not_of("0123456789") == std::string_view::npos) {
+    last = UINT64_MAX;  // Too long for 64 bits, and so beyond every end.
+  }
   if (dash == 0) {
     if (!last || *last == 0) {
       return kUnsatisfiable;

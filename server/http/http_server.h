@@ -18,6 +18,7 @@
 #include "server/http/message.h"
 #include "server/http/router.h"
 #include "server/http/stream_gate.h"
+#include "server/http/tls.h"
 
 namespace server {
 
@@ -62,6 +63,7 @@ struct HttpOptions {
   int port = 8080;  ///< 0: any free one.
   HttpLimits limits = {};
   HttpHooks hooks = {};
+  std::shared_ptr<const TlsContext> tls = {};  ///< Null: plain HTTP.
 };
 
 class HttpServer {

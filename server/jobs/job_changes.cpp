@@ -75,18 +75,18 @@ void JobService::follow_patch(const JobPointer& job, const JobRecord& before, co
 }
 
 api::Parsed<std::monostate> JobService::patch(const JobPointer& job, std::string_view body,
-                                              std::optional<std::uint32_t> if_version) {
+                                              const std::optional<std::vector<std::uint32_t>>& if_versions) {
   std::optional<api::Problem> problem;
   JobRecord before;
   const Status changed = change(
       *job,
       [&](JobRecord& record) -> Status {
         before = record;
-        if (if_version && *if_version != record.view.spec_version) {
+        if (if_versions && std::find(if_versions->begin(), if_versions->end(),
+                                     record.view.spec_version) == if_versions->end()) {
           return Error{ErrorCode::kPreconditionFailed,
                        "the spec has changed: it is version " +
-                           std::to_string(record.view.spec_version) + " now, If-Match names " +
-                           std::to_string(*if_version),
+                           std::to_string(record.view.spec_version) + " now, which If-Match does not name",
                        ""};
         }
         auto parsed = api::parse_job_patch(body, record.view.spec);
@@ -152,6 +152,10 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
   std::optional<api::Problem> problem;
   if (stopping_) {
     return api::make_problem(ErrorCode::kUnavailable, "the server is stopping");
+  }
+  const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
+  if (const auto facts = scenes_.facts(job->record().view.spec.scene); !facts) {
+    return api::make_problem(ErrorCode::kConflict, "the scene of the job is not there any more");
   }
   const Status changed = change(
       *job,

@@ -26,6 +26,7 @@ constexpr double kWriteShare = 20;
 constexpr double kBegin = 0.8;
 constexpr int kEvictAtATime = 16;
 constexpr double kHousekeepingSeconds = 600;
+constexpr double kForgetSeconds = 1;
 
 Error no_sample_yet() { return Error{ErrorCode::kConflict, "the job has no sample yet", ""}; }
 
@@ -104,6 +105,7 @@ void JobService::checkpoint_loop(const std::stop_token& stop) {
   core::Mutex mutex;
   core::CondVar never;
   auto kept_house = Clock::now();
+  auto forgot = kept_house;
   while (!stop.stop_requested()) {
     {
       const core::MutexLock lock(mutex);
@@ -128,6 +130,10 @@ void JobService::checkpoint_loop(const std::stop_token& stop) {
       const auto job = book_.find(entry.first);
       return !job || !job->run();
     });
+    if (std::chrono::duration<double>(Clock::now() - forgot).count() > kForgetSeconds) {
+      forgot = Clock::now();
+      forget_expired();
+    }
     if (std::chrono::duration<double>(Clock::now() - kept_house).count() > kHousekeepingSeconds) {
       kept_house = Clock::now();
       evict_films();

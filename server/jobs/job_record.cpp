@@ -81,6 +81,9 @@ JobRow to_row(const JobRecord& record) {
   row.error_low = known(view.progress.error.low);
   row.error_high = known(view.progress.error.high);
   row.error_unreliable = view.progress.error.unreliable;
+  if (view.spec.retention_seconds && view.finished_at_unix_seconds) {
+    row.delete_at = *view.finished_at_unix_seconds + *view.spec.retention_seconds;
+  }
   return row;
 }
 

@@ -71,9 +71,8 @@ void JobService::load(const JobPointer& job) {
   }
 }
 
-core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& job) {
-  const JobRecord record = job->record();
-  const api::JobSpec& spec = record.view.spec;
+core::Result<std::shared_ptr<const core::Renderer>> JobService::make_renderer(
+    const api::JobSpec& spec) {
   auto scene = scenes_.load(spec.scene, spec.time_seconds, spec.variant);
   if (!scene) {
     return scene.error();
@@ -89,7 +88,13 @@ core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& j
     }
     view.environment = std::move(*environment);
   }
-  auto renderer = core::Renderer::create(std::move(view));
+  return core::Renderer::create(std::move(view));
+}
+
+core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& job) {
+  const JobRecord record = job->record();
+  const api::JobSpec& spec = record.view.spec;
+  auto renderer = make_renderer(spec);
   if (!renderer) {
     return renderer.error();
   }
@@ -98,7 +103,8 @@ core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& j
   parts.renderer = std::move(*renderer);
   parts.film = std::make_shared<core::Film>(spec.render.film, spec.render.replicates,
                                             core::pixel_errors(spec.render));
-  parts.scene_bytes = (*scene)->summary().bytes;
+  parts.scene_bytes = parts.renderer->view().scene->summary().bytes;
+  parts.arithmetic = options_.arithmetic;
   parts.options.stop = spec.stop;
   parts.options.samples_limit = options_.samples_max;
   if (!job->memory_only()) {
@@ -150,6 +156,20 @@ core::Result<FilmFile> JobService::open_film_file(const JobPointer& job, core::F
     restored = file->restore(film);
     if (!restored) {
       return restored.error();
+    }
+  }
+  if (const std::string& before = restored->arithmetic;
+      !before.empty() && before != options_.arithmetic) {
+    const Status warned = change(
+        *job,
+        [&](JobRecord& record) {
+          record.view.warnings.push_back("The film was begun with " + before + " and goes on with " +
+                                         options_.arithmetic + "; its bits may be neither's.");
+          return core::ok_status();
+        },
+        {.go_on_in_memory = true});
+    if (!warned) {
+      return warned.error();
     }
   }
   options.elapsed_before = restored->elapsed_seconds;
@@ -221,7 +241,8 @@ void JobService::keep_film_of(const JobPointer& job, const RenderRun& run) {
   auto stored = std::make_shared<const StoredFilm>(
       StoredFilm{.film = run.film(),
                  .record = {.elapsed_seconds = run.task().progress().elapsed_seconds,
-                            .points = run.task().points()}});
+                            .points = run.task().points(),
+                            .arithmetic = options_.arithmetic}});
   if (job->memory_only()) {
     job->keep_film(std::move(stored));
   } else {
@@ -332,9 +353,13 @@ void JobService::fail(const JobPointer& job, const Error& failure) {
 }
 
 void JobService::release(const JobPointer& job) {
+  const auto run = job->run();
   job->set_run(nullptr);
   book_.leave(job->id());
   book_.retire(job);
+  if (run) {
+    count_work(*run);
+  }
 }
 
 }  // namespace server

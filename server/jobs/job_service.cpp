@@ -21,6 +21,7 @@ using core::Status;
 namespace {
 
 constexpr double kKeySeconds = 24 * 3600;
+constexpr int kPilotsAtATime = 4;
 
 /// A random UUID (RFC 9562, version 4).
 std::string make_uuid() {
@@ -40,6 +41,9 @@ std::string make_uuid() {
   return text;
 }
 
+/// In the table of idempotency keys, whose other keys begin with the id of a bearer key or a space.
+std::string own_id_key(const std::string& id) { return "put " + id; }
+
 int threads_or_machine(int threads) {
   return threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
@@ -54,6 +58,7 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
       metrics_(parts.metrics),
       options_(options),
       run_(run),
+      pilots_(kPilotsAtATime),
       book_(options.book),
       films_(options.film_cache_bytes),
       scheduler_(threads_or_machine(options.threads)),
@@ -189,7 +194,7 @@ Status JobService::change(Job& job, const Modify& modify, const ChangeOptions& o
   std::vector<EventRow> rows;
   const std::uint64_t first = reserve_events(job, told, rows);
   if (!job.memory_only()) {
-    const Status stored = table_.update(to_row(after), rows);
+    const Status stored = table_.update(to_row(after), rows, deliveries_of(after.view, told));
     if (!stored) {
       log_.write(LogLevel::kError, "store_failed",
                  {{"job", job.id()}, {"detail", stored.error().message}});
@@ -236,10 +241,10 @@ api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request) {
   return request;
 }
 
-core::Result<JobPointer> JobService::find_replay(const Idempotency& idempotency) {
+core::Result<JobPointer> JobService::find_replay(const Submission& submission) {
   std::optional<IdempotencyRow> row;
   {
-    auto stored = table_.find_key(idempotency.key);
+    auto stored = table_.find_key(submission.key);
     if (!stored) {
       return stored.error();
     }
@@ -252,22 +257,55 @@ core::Result<JobPointer> JobService::find_replay(const Idempotency& idempotency)
   if (!job) {
     return job.error().code == ErrorCode::kNotFound ? core::Result<JobPointer>(JobPointer()) : job;
   }
-  if (row->body_hash != idempotency.body_hash) {
+  if (row->body_hash != submission.body_hash) {
     return Error{ErrorCode::kConflict,
                  "this Idempotency-Key was used with another body, for job " + row->job, ""};
   }
   return job;
 }
 
+core::Result<JobPointer> JobService::find_own_id(const Submission& submission) {
+  auto job = find(submission.id);
+  if (!job) {
+    return job.error().code == ErrorCode::kNotFound ? core::Result<JobPointer>(JobPointer()) : job;
+  }
+  const auto row = table_.find_key(own_id_key(submission.id));
+  if (!row) {
+    return row.error();
+  }
+  if (!*row || (*row)->body_hash != submission.body_hash) {
+    return Error{ErrorCode::kConflict, "the job " + submission.id + " is there, and was asked for otherwise",
+                 ""};
+  }
+  return job;
+}
+
+std::optional<api::Problem> JobService::over_quota(const std::string& owner) {
+  if (owner.empty() || options_.quota_jobs == 0) {
+    return std::nullopt;
+  }
+  const auto count = table_.unfinished_of(owner);
+  if (!count) {
+    return api::from_error(count.error());
+  }
+  if (*count < options_.quota_jobs) {
+    return std::nullopt;
+  }
+  return api::make_problem(ErrorCode::kTooManyRequests,
+                           "the key '" + owner + "' has " + std::to_string(*count) +
+                               " unfinished jobs; at most " + std::to_string(options_.quota_jobs) +
+                               " are allowed");
+}
+
 api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
-                                                      const Idempotency& idempotency) {
+                                                      const Submission& submission) {
   if (stopping_) {
     return api::make_problem(ErrorCode::kUnavailable, "the server is stopping");
   }
   std::unique_lock<core::Mutex> keyed;
-  if (!idempotency.key.empty()) {
+  if (!submission.key.empty() || !submission.id.empty()) {
     keyed = std::unique_lock<core::Mutex>(keyed_mutex_);
-    auto replay = find_replay(idempotency);
+    auto replay = submission.id.empty() ? find_replay(submission) : find_own_id(submission);
     if (!replay) {
       return api::from_error(replay.error());
     }
@@ -275,6 +313,8 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
       return Submitted{.job = std::move(*replay), .is_replay = true};
     }
   }
+  // Until the record names them, nobody deletes the scene and the asset that are found here.
+  const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
   auto checked = check(std::move(request));
   if (!checked) {
     return checked.problem();
@@ -285,8 +325,11 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
                              "the queue is full: " + std::to_string(book_.queue_length()) +
                                  " jobs are waiting");
   }
+  if (auto problem = over_quota(submission.owner)) {
+    return std::move(*problem);
+  }
   const std::optional<std::string> preview_key = checked->spec.preview_key;
-  auto job = insert(std::move(*checked), idempotency);
+  auto job = insert(std::move(*checked), submission);
   if (!job) {
     return api::from_error(job.error());
   }
@@ -298,10 +341,10 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
   return Submitted{.job = std::move(*job), .is_replay = false};
 }
 
-core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Idempotency& idempotency) {
+core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submission& submission) {
   JobRecord record;
   record.sequence = ++last_sequence_;
-  record.view.id = make_uuid();
+  record.view.id = submission.id.empty() ? make_uuid() : submission.id;
   record.view.created_at_unix_seconds = unix_now();
   record.view.spec = std::move(request.spec);
   record.view.warnings = std::move(request.warnings);
@@ -310,20 +353,23 @@ core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Idempo
   std::vector<EventRow> rows;
   const std::uint64_t first = reserve_events(*job, told, rows);
   std::optional<IdempotencyRow> key;
-  if (!idempotency.key.empty()) {
-    key = IdempotencyRow{.key = idempotency.key,
-                         .body_hash = idempotency.body_hash,
+  if (!submission.key.empty() || !submission.id.empty()) {
+    key = IdempotencyRow{.key = submission.id.empty() ? submission.key : own_id_key(submission.id),
+                         .body_hash = submission.body_hash,
                          .job = record.view.id,
                          .created_at = record.view.created_at_unix_seconds};
   }
-  const Status stored = job->memory_only() ? (key ? table_.insert_key(*key) : core::ok_status())
-                                           : table_.insert(to_row(record), rows, key);
+  JobRow row = to_row(record);
+  row.owner = submission.owner;
+  const Status stored = job->memory_only()
+                            ? (key ? table_.insert_key(*key) : core::ok_status())
+                            : table_.insert(row, rows, key, deliveries_of(record.view, told));
   if (!stored) {
     return stored.error();
   }
   book_.add(job);
   log_.write(LogLevel::kInfo, "job_submitted",
-             {{"job", record.view.id}, {"scene", record.view.spec.scene}});
+             {{"job", record.view.id}, {"scene", record.view.spec.scene}, {"key", submission.owner}});
   publish_events(*job, first, std::move(told));
   return job;
 }
@@ -441,18 +487,6 @@ core::Result<std::vector<EventRow>> JobService::stored_events(const Job& job, st
     return std::vector<EventRow>();
   }
   return table_.events_after(job.sequence(), stream, seq);
-}
-
-JobService::Counts JobService::counts() const {
-  Counts counts;
-  if (auto by_state = table_.count_by_state()) {
-    counts.by_state = std::move(*by_state);
-  }
-  counts.queued = book_.queue_length();
-  counts.rendering = scheduler_.active_count();
-  counts.cpu_seconds = scheduler_.cpu_seconds();
-  counts.film_cache_bytes = films_.bytes();
-  return counts;
 }
 
 bool JobService::any_job() const { return last_sequence_ > 0; }

@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <semaphore>
 #include <string>
 #include <thread>
 #include <vector>
@@ -22,6 +23,7 @@
 #include "server/jobs/background.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_book.h"
+#include "server/jobs/pilot.h"
 #include "server/jobs/scheduler.h"
 #include "server/observe/log.h"
 #include "server/observe/metrics.h"
@@ -40,6 +42,8 @@ struct JobServiceOptions {
   std::uint64_t film_cache_bytes = std::uint64_t{512} << 20U;
   double disk_limit_percent = 80;
   std::uint64_t disk_limit_bytes = 0;  ///< 0: the percentage counts.
+  int quota_jobs = 0;                  ///< Unfinished jobs of one owner; 0: any number.
+  std::string arithmetic = {};         ///< core::arithmetic_class() of this process.
 };
 
 /// What the service is built on; all outlive it.
@@ -68,16 +72,23 @@ class JobService final : private RenderRun::Owner {
   /// depends on the scene. Problems: 404 scene, 422.
   api::Parsed<api::ParsedJob> check(api::ParsedJob request);
 
-  struct Idempotency {
-    std::string key;  ///< Empty: none.
-    std::string body_hash;
+  /// Where a submission comes from.
+  struct Submission {
+    std::string key = {};  ///< Idempotency-Key, with the owner's name; empty: none.
+    std::string body_hash = {};
+    std::string owner = {};  ///< Id of a stored key; empty: none.
+    std::string id = {};     ///< The client's own UUID; empty: one is made.
   };
   struct Submitted {
     JobPointer job;
     bool is_replay = false;
   };
-  /// Problems: of check(); 409 key with another body; 429 queue full; 503 stopping; 507.
-  api::Parsed<Submitted> submit(api::ParsedJob request, const Idempotency& idempotency);
+  /// Problems: of check(); 409 key or id with another body; 429 queue or quota full; 503 stopping; 507.
+  api::Parsed<Submitted> submit(api::ParsedJob request, const Submission& submission);
+
+  /// What a job would cost, from a pilot among the other jobs' slices; waits for it, some seconds at
+  /// most. Errors: those of loading the scene; kUnavailable when the pilot got no turn.
+  core::Result<CostEstimate> estimate(const api::JobSpec& spec);
 
   /// Errors: kNotFound.
   core::Result<JobPointer> find(const std::string& id);
@@ -89,15 +100,18 @@ class JobService final : private RenderRun::Owner {
   };
   core::Result<Page> list(const JobQuery& query);
 
-  /// body: JSON merge patch. if_version: the spec_version that the caller knows. Problems: 409, 412,
-  /// 422.
+  /// body: JSON merge patch. if_versions: those that spec_version may have. Problems: 409, 412, 422.
   api::Parsed<std::monostate> patch(const JobPointer& job, std::string_view body,
-                                    std::optional<std::uint32_t> if_version);
+                                    const std::optional<std::vector<std::uint32_t>>& if_versions);
   core::Status cancel(const JobPointer& job);
   /// Problems: 409 not finished or film gone; 422.
   api::Parsed<std::monostate> extend(const JobPointer& job, std::string_view body);
   /// Errors: kConflict while it is not final.
   core::Status remove(const JobPointer& job);
+
+  /// Is there a job that renders, may yet, or could be extended, and needs it?
+  core::Result<bool> needs_scene(const std::string& scene);
+  core::Result<bool> needs_asset(const std::string& asset);
 
   /// The film as it is: being rendered, or stored. Errors: kConflict no sample yet; kGone evicted.
   core::Result<std::shared_ptr<const core::Film>> film(const Job& job);
@@ -114,6 +128,8 @@ class JobService final : private RenderRun::Owner {
     int queued = 0;
     int rendering = 0;
     double cpu_seconds = 0;
+    std::uint64_t rays = 0;     ///< Since this process began.
+    std::uint64_t samples = 0;  ///< The same, over all pixels.
     std::uint64_t film_cache_bytes = 0;
   };
   Counts counts() const;
@@ -139,15 +155,19 @@ class JobService final : private RenderRun::Owner {
   std::uint64_t reserve_events(Job& job, const std::vector<Told>& told,
                                std::vector<EventRow>& rows) const;
   static void publish_events(Job& job, std::uint64_t first, std::vector<Told> told);
+  static std::vector<DeliveryRow> deliveries_of(const api::JobView& view, const std::vector<Told>& told);
 
-  core::Result<JobPointer> insert(api::ParsedJob request, const Idempotency& idempotency);
-  core::Result<JobPointer> find_replay(const Idempotency& idempotency);
+  core::Result<JobPointer> insert(api::ParsedJob request, const Submission& submission);
+  core::Result<JobPointer> find_replay(const Submission& submission);
+  core::Result<JobPointer> find_own_id(const Submission& submission);
+  std::optional<api::Problem> over_quota(const std::string& owner);
   void supersede(const std::string& preview_key, const std::string& by);
 
   // A job's way: admit() -> load() -> start() -> on_end() -> finish(). Cancelled ones are told at
   // once, and settle_cancelled() keeps what they have.
   void admit();
   void load(const JobPointer& job);
+  core::Result<std::shared_ptr<const core::Renderer>> make_renderer(const api::JobSpec& spec);
   core::Result<std::shared_ptr<RenderRun>> prepare(const JobPointer& job);
   core::Result<FilmFile> open_film_file(const JobPointer& job, core::Film& film,
                                         core::TaskOptions& options);
@@ -168,6 +188,8 @@ class JobService final : private RenderRun::Owner {
   void checkpoint_loop(const std::stop_token& stop);
   void checkpoint(const JobPointer& job);
   void evict_films();
+  void forget_expired();
+  void count_work(const RenderRun& run);
   std::uint64_t film_limit_bytes() const;
   static core::Progress progress_of(const RenderRun& run);
   core::Result<std::shared_ptr<const StoredFilm>> stored_film(const Job& job);
@@ -181,6 +203,10 @@ class JobService final : private RenderRun::Owner {
   Metrics& metrics_;
   const JobServiceOptions options_;
   const std::int64_t run_;
+  std::atomic<std::uint64_t> rays_done_ = 0;  ///< Of runs that are over.
+  std::atomic<std::uint64_t> samples_done_ = 0;
+  std::counting_semaphore<16> pilots_;
+  std::atomic<std::uint64_t> pilot_count_ = 0;
   std::atomic<std::int64_t> last_sequence_ = 0;
   std::atomic<bool> stopping_ = false;
   JobBook book_;

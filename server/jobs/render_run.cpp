@@ -1,5 +1,6 @@
 #include "server/jobs/render_run.h"
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <new>
@@ -23,10 +24,26 @@ RenderRun::RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner)
     : job_(std::move(parts.job)),
       film_(parts.film),
       scene_bytes_(parts.scene_bytes),
+      arithmetic_(std::move(parts.arithmetic)),
       log_(std::move(log)),
       owner_(owner),
       file_(std::move(parts.file)),
-      task_(std::move(parts.renderer), std::move(parts.film), std::move(parts.options), *this) {}
+      task_(std::move(parts.renderer), std::move(parts.film), std::move(parts.options), *this),
+      before_(all_work()) {}
+
+RenderRun::Work RenderRun::all_work() const {
+  const core::Progress progress = task_.progress();
+  const core::PixelRect crop = film_->crop();
+  const double pixels = static_cast<double>(crop.width) * static_cast<double>(crop.height);
+  return {.rays = progress.rays,
+          .samples = static_cast<std::uint64_t>(progress.samples_mean * pixels)};
+}
+
+RenderRun::Work RenderRun::work() const {
+  const Work now = all_work();
+  return {.rays = now.rays - std::min(now.rays, before_.rays),
+          .samples = now.samples - std::min(now.samples, before_.samples)};
+}
 
 bool RenderRun::run_slice() {
   try {
@@ -55,7 +72,8 @@ core::Status RenderRun::save(bool is_final) {
   }
   const auto begin = std::chrono::steady_clock::now();
   const FilmRecord record{.elapsed_seconds = task_.progress().elapsed_seconds,
-                          .points = task_.points()};
+                          .points = task_.points(),
+                          .arithmetic = arithmetic_};
   auto status = file_->write(*film_, record, is_final);
   last_save_seconds_ =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -36,6 +36,7 @@ class RenderRun final : public SliceSource, private core::RenderSink {
     std::optional<FilmFile> file;  ///< Empty: memory only.
     core::TaskOptions options;
     std::uint64_t scene_bytes = 0;
+    std::string arithmetic = {};  ///< Noted in the film file.
   };
 
   /// owner must outlive the run; log is shared with the job.
@@ -48,6 +49,13 @@ class RenderRun final : public SliceSource, private core::RenderSink {
   std::shared_ptr<const core::Film> film() const { return film_; }
   /// Of the film and the scene it is made from.
   std::uint64_t peak_bytes() const;
+
+  /// What this run has done, without what it found in the film file.
+  struct Work {
+    std::uint64_t rays = 0;
+    std::uint64_t samples = 0;  ///< Over all pixels.
+  };
+  Work work() const;
 
   /// Brings the film file up to the film. False status: kNoSpace, kInternal. Without a file: nothing.
   core::Status save(bool is_final);
@@ -67,6 +75,7 @@ class RenderRun final : public SliceSource, private core::RenderSink {
   const std::string job_;
   const std::shared_ptr<core::Film> film_;
   const std::uint64_t scene_bytes_;
+  const std::string arithmetic_;
   const std::shared_ptr<EventLog> log_;
   Owner& owner_;
   std::atomic<bool> started_ = false;
@@ -76,6 +85,9 @@ class RenderRun final : public SliceSource, private core::RenderSink {
   mutable core::Mutex file_mutex_;  ///< Held while writing: one writer at a time.
   std::optional<FilmFile> file_ GUARDED_BY(file_mutex_);
   core::RenderTask task_;
+  const Work before_;
+
+  Work all_work() const;
 };
 
 }  // namespace server

@@ -1,5 +1,7 @@
 // Assets: files by the hash of their content.
 
+#include <mutex>
+#include <shared_mutex>
 #include <string>
 #include <utility>
 
@@ -37,6 +39,7 @@ Response upload(const RouteContext& context, Request& request, const std::string
   if (!complete) {
     return error_answer(request, ErrorCode::kBadSyntax, "the body was cut short");
   }
+  const std::shared_lock<std::shared_mutex> naming(context.scenes.names_mutex());
   const auto stored = upload->finish(expected_id);
   if (!stored) {
     return error_answer(request, stored.error());
@@ -62,6 +65,9 @@ Response put(const RouteContext& context, Request& request) {
 }
 
 Response get(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
   const std::string id(request.path_param("sha256"));
   if (!context.blobs.find(id)) {
     return error_answer(request, ErrorCode::kNotFound, "no asset has the id \"" + id + "\"");
@@ -83,18 +89,24 @@ Response get(const RouteContext& context, Request& request) {
 }
 
 Response remove(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
   const std::string id(request.path_param("sha256"));
   if (!context.blobs.find(id)) {
     return error_answer(request, ErrorCode::kNotFound, "no asset has the id \"" + id + "\"");
   }
-  const auto in_scene = context.scene_table.asset_in_a_scene(id);
-  const auto in_job = context.job_table.environment_in_use(id);
-  if (!in_scene || !in_job) {
-    return error_answer(request, in_scene ? in_job.error() : in_scene.error());
+  if (!precondition_holds(request, make_etag(id))) {
+    return error_answer(request, ErrorCode::kPreconditionFailed, "If-Match names another content");
   }
-  if (*in_scene || *in_job) {
-    return error_answer(request, ErrorCode::kConflict,
-                        *in_scene ? "a scene uses the asset" : "a job uses the asset");
+  // Nobody can name it between the look and the deletion.
+  const std::unique_lock<std::shared_mutex> naming(context.scenes.names_mutex());
+  const auto in_job = context.jobs.needs_asset(id);
+  if (!in_job) {
+    return error_answer(request, in_job.error());
+  }
+  if (*in_job) {
+    return error_answer(request, ErrorCode::kConflict, "a job uses the asset");
   }
   if (const auto removed = context.scene_table.remove_asset(id); !removed) {
     return error_answer(request, removed.error());

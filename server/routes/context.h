@@ -18,6 +18,7 @@
 #include "server/scenes/scene_service.h"
 #include "server/store/blob_store.h"
 #include "server/store/data_dir.h"
+#include "server/tickets.h"
 
 namespace server {
 
@@ -30,6 +31,7 @@ struct RouteContext {
   SceneService& scenes;
   JobService& jobs;
   StreamGate& streams;
+  Tickets& tickets;
   Metrics& metrics;
   Log& log;
   const api::ServerView& about;

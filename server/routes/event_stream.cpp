@@ -10,10 +10,6 @@ constexpr std::string_view kDigits = "0123456789abcdefghijklmnopqrstuvwxyz";
 constexpr std::size_t kStreamDigitsMax = 12;
 constexpr std::uint32_t kRetryMs = 2000;
 
-std::string event_text(std::string_view id, api::EventType type, std::string_view data) {
-  return format_sse(SseEvent{.id = id, .event = api::to_text(type), .data = data, .retry_ms = {}});
-}
-
 }  // namespace
 
 std::string stream_name(std::int64_t run) {
@@ -54,13 +50,19 @@ bool EventStream::is_over() const {
          last_->seq == end->seq;
 }
 
+std::string EventStream::text_of(std::string_view id, api::EventType type,
+                                 std::string_view data) const {
+  const SseEvent event = {.id = id, .event = api::to_text(type), .data = data, .retry_ms = {}};
+  return options_.format ? options_.format(event) : format_sse(event);
+}
+
 std::string EventStream::snapshot(const std::string& id) const {
-  return event_text(id, api::EventType::kSnapshot, api::snapshot_event(jobs_.view(*job_)));
+  return text_of(id, api::EventType::kSnapshot, api::snapshot_event(jobs_.view(*job_)));
 }
 
 void EventStream::run(StreamWriter& writer) {
   written_ = Clock::now();
-  if (!send_beginning(writer)) {
+  if (!writer.write(beginning())) {
     return;
   }
   while (!ended_ && !writer.client_gone()) {
@@ -76,35 +78,36 @@ void EventStream::run(StreamWriter& writer) {
   }
 }
 
-bool EventStream::send_beginning(StreamWriter& writer) {
+std::string EventStream::beginning() {
   const bool in_log = job_->history() == Job::History::kInLog;
   if (last_) {
     const bool same_stream = last_->stream == stream_ && in_log;
     if (!same_stream || last_->seq > job_->log().last_seq()) {
-      return send_from_store(writer, *last_);
+      return from_store(*last_);
     }
     // The id stays the client's own: should it break off now, it has still missed the rest.
     seq_ = last_->seq;
-    return writer.write(snapshot(format_sse_id(stream_, seq_)));
+    return snapshot(format_sse_id(stream_, seq_));
   }
   if (api::is_final(job_->state())) {
-    return send_ended_job(writer);
+    return ended_job();
   }
   seq_ = job_->log().last_seq();
-  return writer.write(snapshot(format_sse_id(stream_, seq_)));
+  return snapshot(format_sse_id(stream_, seq_));
 }
 
-bool EventStream::send_ended_job(StreamWriter& writer) {
+std::string EventStream::ended_job() {
   const api::JobView view = jobs_.view(*job_);
   const EndMark end = job_->end_mark().value_or(EndMark{.stream = jobs_.run_number(), .seq = 1});
   const std::string stream = stream_name(end.stream);
   ended_ = true;
-  return writer.write(snapshot(format_sse_id(stream, end.seq - 1)) +
-                      event_text(format_sse_id(stream, end.seq), api::EventType::kEnd,
-                             api::end_event(view)));
+  // One after the other: who watches several jobs counts them as they are written.
+  const std::string first = snapshot(format_sse_id(stream, end.seq - 1));
+  return first +
+         text_of(format_sse_id(stream, end.seq), api::EventType::kEnd, api::end_event(view));
 }
 
-bool EventStream::send_from_store(StreamWriter& writer, const SseId& last) {
+std::string EventStream::from_store(const SseId& last) {
   seq_ = job_->log().last_seq();
   std::string text;
   const auto number = stream_number(last.stream);
@@ -113,24 +116,19 @@ bool EventStream::send_from_store(StreamWriter& writer, const SseId& last) {
     for (const EventRow& event : missed ? *missed : std::vector<EventRow>()) {
       const bool later = event.stream == jobs_.run_number() && event.seq > seq_ &&
                          job_->history() == Job::History::kInLog;
-      if (event.type == api::to_text(api::EventType::kEnd) || later) {
+      const auto type = api::event_type_from_text(event.type);
+      if (!type || *type == api::EventType::kEnd || later) {
         continue;  // The end comes last, what is later in its turn.
       }
-      text += format_sse(SseEvent{.id = format_sse_id(stream_name(event.stream), event.seq),
-                                  .event = event.type,
-                                  .data = event.data,
-                                  .retry_ms = {}});
+      text += text_of(format_sse_id(stream_name(event.stream), event.seq), *type, event.data);
     }
   }
-  text += event_text("", api::EventType::kReset,
-                 api::reset_event("progress and tiles of the time in between are not kept"));
-  if (!writer.write(text)) {
-    return false;
-  }
+  text += text_of("", api::EventType::kReset,
+                  api::reset_event("progress and tiles of the time in between are not kept"));
   if (api::is_final(job_->state())) {
-    return send_ended_job(writer);
+    return text + ended_job();
   }
-  return writer.write(snapshot(format_sse_id(stream_, seq_)));
+  return text + snapshot(format_sse_id(stream_, seq_));
 }
 
 bool EventStream::is_last_end(const LoggedEvent& event) const {
@@ -139,7 +137,7 @@ bool EventStream::is_last_end(const LoggedEvent& event) const {
          api::is_final(job_->state());
 }
 
-bool EventStream::send_news(StreamWriter& writer) {
+std::string EventStream::news() {
   const auto events = job_->log().read_after(seq_, options_.tiles_at_a_time);
   std::string text;
   for (const LoggedEvent& event : events) {
@@ -154,6 +152,12 @@ bool EventStream::send_news(StreamWriter& writer) {
     }
   }
   append_due_progress(text);
+  return text;
+}
+
+bool EventStream::send_news(StreamWriter& writer) {
+  const std::uint64_t seq_before = seq_;
+  const std::string text = news();
   const auto now = Clock::now();
   if (!text.empty()) {
     if (!writer.write(text)) {
@@ -166,18 +170,21 @@ bool EventStream::send_news(StreamWriter& writer) {
     }
     written_ = now;
   }
-  if (ended_) {
-    return true;
+  if (!ended_) {
+    wait_for_news(seq_ != seq_before, writer);
+  }
+  return true;
+}
+
+void EventStream::wait_for_news(bool has_sent, StreamWriter& writer) const {
+  if (has_sent) {
+    // Tiles may wait for others of their kind; states may not.
+    job_->log().wait_after(seq_, EventLog::Wake::kDurable, Clock::now() + pace(), writer.stop_token());
+    return;
   }
   const auto ping_due = written_ + options_.ping;
-  if (!events.empty()) {
-    // Tiles may wait for others of their kind; states may not.
-    job_->log().wait_after(seq_, EventLog::Wake::kDurable, now + pace(), writer.stop_token());
-    return true;
-  }
   const auto due = progress_pending_ ? std::min(ping_due, progress_told_ + options_.progress) : ping_due;
   job_->log().wait_after(seq_, EventLog::Wake::kAnything, due, writer.stop_token());
-  return true;
 }
 
 void EventStream::append_due_progress(std::string& text) {
@@ -187,7 +194,7 @@ void EventStream::append_due_progress(std::string& text) {
   }
   progress_pending_ = false;
   progress_told_ = now;
-  text += event_text(format_sse_id(stream_, seq_), api::EventType::kProgress,
+  text += text_of(format_sse_id(stream_, seq_), api::EventType::kProgress,
                  api::progress_event(jobs_.view(*job_)));
 }
 
@@ -196,10 +203,13 @@ std::string EventStream::format_event(const LoggedEvent& event) {
     progress_pending_ = true;
     return {};
   }
+  if (event.type == api::EventType::kTile && options_.format) {
+    return tile_text(event);
+  }
   if (event.type == api::EventType::kTile) {
     return *job_->tile_texts().of(event.tile, event.seq, [&] { return tile_text(event); });
   }
-  return event_text(format_sse_id(stream_, event.seq), event.type, event.data);
+  return text_of(format_sse_id(stream_, event.seq), event.type, event.data);
 }
 
 EventStream::Clock::duration EventStream::pace() const {
@@ -216,7 +226,7 @@ std::string EventStream::tile_text(const LoggedEvent& event) {
       .revision = (*film)->tile_revision(event.tile),
       .samples = static_cast<double>((*film)->tile_samples(event.tile)),
       .error = static_cast<double>(job_->tile_errors().of(**film, event.tile))};
-  return event_text(format_sse_id(stream_, event.seq), api::EventType::kTile,
+  return text_of(format_sse_id(stream_, event.seq), api::EventType::kTile,
                 api::tile_event(job_->id(), tile));
 }
 

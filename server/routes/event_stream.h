@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -30,6 +31,8 @@ class EventStream {
     std::chrono::microseconds pace{50'000};
     std::chrono::microseconds pace_for_each{500};
     std::size_t tiles_at_a_time = 256;
+    /// How an event is written; empty: format_sse().
+    std::function<std::string(const SseEvent&)> format = {};
   };
 
   /// last: what the client has seen already. streams: how many there are.
@@ -41,16 +44,23 @@ class EventStream {
   /// Sends until the job has ended or the client has gone.
   void run(StreamWriter& writer);
 
+  // For who watches several jobs: what to send first, and what has come since then. Neither waits.
+  std::string beginning();
+  std::string news();
+  /// The `end` was among it.
+  bool has_ended() const { return ended_; }
+  const Job& job() const { return *job_; }
+
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// Each returns false when the client has gone.
-  bool send_beginning(StreamWriter& writer);
-  bool send_from_store(StreamWriter& writer, const SseId& last);
-  bool send_ended_job(StreamWriter& writer);
+  std::string from_store(const SseId& last);
+  std::string ended_job();
+  std::string text_of(std::string_view id, api::EventType type, std::string_view data) const;
   /// Did the job end with this event, and has not gone on since?
   bool is_last_end(const LoggedEvent& event) const;
   bool send_news(StreamWriter& writer);
+  void wait_for_news(bool has_sent, StreamWriter& writer) const;
   std::string format_event(const LoggedEvent& event);
   std::string tile_text(const LoggedEvent& event);
   Clock::duration pace() const;

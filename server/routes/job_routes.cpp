@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "api/errors.h"
 #include "api/job_view.h"
@@ -12,6 +13,8 @@
 #include "api/requests.h"
 #include "core/base/sha256.h"
 #include "server/http/conditional.h"
+#include "server/http/text.h"
+#include "server/http/web_post.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
 #include "server/routes/estimate.h"
@@ -66,11 +69,77 @@ Response dry_run(const RouteContext& context, const Request& request, api::Parse
   if (!checked) {
     return problem_answer(request, checked.problem());
   }
-  const auto facts = context.scenes.facts(checked->spec.scene);
-  if (!facts) {
-    return error_answer(request, facts.error());
+  const auto cost = context.jobs.estimate(checked->spec);
+  if (!cost) {
+    return error_answer(request, cost.error());
   }
-  return json_response(200, dry_run_json(*checked, *facts, context.jobs.threads()));
+  return json_response(200, dry_run_json(*checked, *cost));
+}
+
+/// A name is looked up when it is called; an address can be judged at once.
+std::optional<Response> refuse_webhook(const RouteContext& context, const Request& request,
+                                       const api::JobSpec& spec) {
+  if (!spec.webhook || context.config.webhook_private) {
+    return std::nullopt;
+  }
+  const auto target = parse_web_target(spec.webhook->url);
+  if (target && !is_private_literal(target->host)) {
+    return std::nullopt;
+  }
+  return error_answer(request,
+                      Error{ErrorCode::kInvalidArgument,
+                            target ? "\"" + target->host + "\" is not on the public internet, and "
+                                     "the operator allows no other (--webhook-private)"
+                                   : "\"" + spec.webhook->url + "\" is no address",
+                            "/webhook/url"});
+}
+
+Response submitted_answer(const RouteContext& context, const Request& request,
+                          const JobService::Submitted& submitted, std::optional<int> wait) {
+  const Job& job = *submitted.job;
+  int status = submitted.is_replay ? 200 : 201;
+  if (wait) {
+    wait_for_end(job, deadline_in(*wait), request.stop_token());
+  }
+  const api::JobView view = context.jobs.view(job);
+  if (wait && !submitted.is_replay) {
+    status = api::is_final(view.state) ? 201 : 202;
+  }
+  Response response = job_answer(status, view);
+  response.headers.set("Location", "/v1/jobs/" + job.id());
+  if (wait) {
+    response.headers.set("Preference-Applied", "wait=" + std::to_string(*wait));
+  }
+  return response;
+}
+
+/// PUT: the id is the client's, so that asking twice makes one job.
+Response put(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  std::string id(request.path_param("id"));
+  if (!api::is_uuid(id)) {
+    return error_answer(request, Error{ErrorCode::kInvalidArgument, "\"" + id + "\" is no UUID", "/id"});
+  }
+  std::transform(id.begin(), id.end(), id.begin(),
+                 [](char c) { return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c; });
+  auto parsed = api::parse_job(request.body);
+  if (!parsed) {
+    return problem_answer(request, parsed.problem());
+  }
+  if (auto refused = refuse_webhook(context, request, parsed->spec)) {
+    return std::move(*refused);
+  }
+  const auto submitted = context.jobs.submit(
+      std::move(*parsed), {.body_hash = core::sha256_hex(request.body.data(), request.body.size()),
+                           .owner = request.principal,
+                           .id = std::move(id)});
+  if (!submitted) {
+    return problem_answer(request, submitted.problem());
+  }
+  return submitted_answer(context, request, *submitted,
+                          api::prefer_wait_seconds(request.headers.joined("Prefer").value_or("")));
 }
 
 Response create(const RouteContext& context, Request& request) {
@@ -85,36 +154,26 @@ Response create(const RouteContext& context, Request& request) {
   if (query->dry_run) {
     return dry_run(context, request, std::move(*parsed));
   }
-  JobService::Idempotency idempotency;
+  if (auto refused = refuse_webhook(context, request, parsed->spec)) {
+    return std::move(*refused);
+  }
+  JobService::Submission submission;
+  submission.owner = request.principal;
   if (const auto key = request.header("Idempotency-Key")) {
     if (key->empty() || key->size() > kKeyBytesMax) {
       return error_answer(request, ErrorCode::kBadSyntax,
                           "Idempotency-Key has " + std::to_string(key->size()) +
                               " bytes; 1 to 255 are allowed");
     }
-    idempotency.key = request.principal + " " + std::string(*key);
-    idempotency.body_hash = core::sha256_hex(request.body.data(), request.body.size());
+    submission.key = request.principal + " " + std::string(*key);
+    submission.body_hash = core::sha256_hex(request.body.data(), request.body.size());
   }
-  auto submitted = context.jobs.submit(std::move(*parsed), idempotency);
+  const auto submitted = context.jobs.submit(std::move(*parsed), submission);
   if (!submitted) {
     return problem_answer(request, submitted.problem());
   }
-  const Job& job = *submitted->job;
-  int status = submitted->is_replay ? 200 : 201;
-  const auto wait = api::prefer_wait_seconds(request.headers.joined("Prefer").value_or(""));
-  if (wait) {
-    wait_for_end(job, deadline_in(*wait), request.stop_token());
-  }
-  const api::JobView view = context.jobs.view(job);
-  if (wait && !submitted->is_replay) {
-    status = api::is_final(view.state) ? 201 : 202;
-  }
-  Response response = job_answer(status, view);
-  response.headers.set("Location", "/v1/jobs/" + job.id());
-  if (wait) {
-    response.headers.set("Preference-Applied", "wait=" + std::to_string(*wait));
-  }
-  return response;
+  return submitted_answer(context, request, *submitted,
+                          api::prefer_wait_seconds(request.headers.joined("Prefer").value_or("")));
 }
 
 Response list(const RouteContext& context, Request& request) {
@@ -179,15 +238,20 @@ Response patch(const RouteContext& context, Request& request) {
     return std::move(*answer);
   }
   const JobPointer job = *std::get_if<JobPointer>(&found);
-  std::optional<std::uint32_t> version;
-  if (const auto if_match = request.headers.joined("If-Match"); if_match && *if_match != "*") {
-    version = api::etag_spec_version(*if_match);
-    if (!version) {
+  std::optional<std::vector<std::uint32_t>> versions;
+  if (const auto if_match = request.headers.joined("If-Match"); if_match && trim(*if_match) != "*") {
+    versions.emplace();
+    for (const std::string_view etag : split_list(*if_match)) {
+      if (const auto version = api::etag_spec_version(etag)) {
+        versions->push_back(*version);
+      }
+    }
+    if (versions->empty()) {
       return error_answer(request, ErrorCode::kPreconditionFailed,
                           "If-Match names no ETag of this job");
     }
   }
-  const auto patched = context.jobs.patch(job, request.body, version);
+  const auto patched = context.jobs.patch(job, request.body, versions);
   if (!patched) {
     return problem_answer(request, patched.problem());
   }
@@ -245,6 +309,8 @@ void add_job_handlers(const RouteContext& context, HandlerTable& table) {
   const BodyPolicy json = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes));
   table["createJob"] = {.handler = [context](Request& request) { return create(context, request); },
                         .body = json};
+  table["putJob"] = {.handler = [context](Request& request) { return put(context, request); },
+                     .body = json};
   table["listJobs"] = {.handler = [context](Request& request) { return list(context, request); }};
   table["getJob"] = {.handler = [context](Request& request) { return look(context, request); }};
   table["patchJob"] = {.handler = [context](Request& request) { return patch(context, request); },

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -108,6 +109,7 @@ std::map<std::string, std::string> provenance(const api::JobView& view, const Ro
       {"tessera:scene", view.spec.scene},
       {"tessera:spec", api::dump(api::to_json(view.spec))},
       {"tessera:build", context.about.build.id},
+      {"tessera:arithmetic", context.about.build.arithmetic},
       {"tessera:samples_per_pixel", api::number_text(view.progress.samples_mean)},
       {"Software", "Tessera " + context.about.version},
   };
@@ -186,6 +188,116 @@ std::string picture_etag(const Request& request, const Picture& picture, std::ui
                    core::sha256_hex(query.data(), query.size()).substr(0, 16));
 }
 
+constexpr std::string_view kMultipart = "multipart/x-mixed-replace";
+constexpr std::string_view kBoundary = "tessera-picture";
+/// Pictures of one stream: as often, and never more than a fifth of a thread.
+constexpr std::chrono::milliseconds kPicturePace{500};
+constexpr int kPictureShare = 5;
+
+bool wants_stream(const Request& request, const api::ImageQuery& query) {
+  if (query.stream) {
+    return true;
+  }
+  const auto accept = request.headers.joined("Accept").value_or("");
+  const auto types = split_list(accept);
+  return std::any_of(types.begin(), types.end(),
+                     [](std::string_view type) { return media_type(type) == kMultipart; });
+}
+
+/// One picture after the other until the job has ended: what browsers show in an <img>.
+class PictureStream {
+ public:
+  PictureStream(const RouteContext& context, JobPointer job, const core::ImageFormat& format,
+                api::ImageQuery query)
+      : context_(context), job_(std::move(job)), format_(format), query_(std::move(query)) {}
+
+  void run(StreamWriter& writer) {
+    using Clock = std::chrono::steady_clock;
+    bool alive = writer.write(delimiter());
+    while (alive && !writer.client_gone() && !writer.stopping()) {
+      // In this order: what comes after the number is seen at the next look.
+      const std::uint64_t seq = job_->log().last_seq();
+      const bool is_final = api::is_final(job_->state());
+      const auto begin = Clock::now();
+      alive = send_if_new(writer);
+      if (is_final) {
+        writer.write("--\r\n");
+        return;
+      }
+      const auto pace = std::max<Clock::duration>(kPicturePace, (Clock::now() - begin) * kPictureShare);
+      job_->log().wait_after(job_->log().last_seq(), EventLog::Wake::kDurable, Clock::now() + pace,
+                             writer.stop_token());
+      job_->log().wait_after(seq, EventLog::Wake::kAnything, Clock::now() + kPicturePace,
+                             writer.stop_token());
+    }
+  }
+
+ private:
+  static std::string delimiter() { return "--" + std::string(kBoundary); }
+
+  bool send_if_new(StreamWriter& writer) {
+    const auto film = context_.jobs.film(*job_);
+    if (!film || (*film)->revision() == sent_) {
+      return true;
+    }
+    const std::uint32_t revision = (*film)->revision();
+    const api::JobView view = context_.jobs.view(*job_);
+    const Picture picture{.format = format_,
+                          .query = query_,
+                          .view = view,
+                          .rect = query_.rect.value_or((*film)->crop())};
+    const auto pixels = make_picture(**film, picture);
+    const auto encoded = pixels ? encode(*pixels, picture, context_)
+                                : core::Result<std::vector<std::byte>>(pixels.error());
+    if (!encoded) {
+      return false;
+    }
+    sent_ = revision;
+    std::string part = "\r\nContent-Type: " + std::string(format_.mime) +
+                       "\r\nContent-Length: " + std::to_string(encoded->size()) +
+                       "\r\nX-Tessera-Revision: " + std::to_string(revision) + "\r\n\r\n";
+    part.append(reinterpret_cast<const char*>(encoded->data()), encoded->size());
+    // The next delimiter at once: browsers show a picture when they have seen it.
+    return writer.write(part + "\r\n" + delimiter());
+  }
+
+  const RouteContext context_;
+  const JobPointer job_;
+  const core::ImageFormat& format_;
+  const api::ImageQuery query_;
+  std::uint32_t sent_ = 0;
+};
+
+Response stream_pictures(const RouteContext& context, const Request& request, const JobPointer& job,
+                         const api::ImageQuery& query) {
+  const core::ImageFormat* format = choose_format(request);
+  for (const core::ImageFormat& each : core::image_formats()) {
+    if (request.path_param("format").empty() && each.extension == "jpg") {
+      format = &each;  // Accept speaks of the whole, not of its parts.
+    }
+  }
+  if (format == nullptr) {
+    return error_answer(request, unknown_format());
+  }
+  const core::FilmSettings film = job->record().view.spec.render.film;
+  const core::PixelRect crop = film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
+  if (query.rect && !lies_inside(*query.rect, crop)) {
+    return error_answer(request, Error{ErrorCode::kInvalidArgument,
+                                       "the part reaches beyond the film", "/x"});
+  }
+  if (const auto there = context.jobs.film(*job); !there && there.error().code == ErrorCode::kGone) {
+    return error_answer(request, there.error());
+  }
+  StreamSlot slot = context.streams.try_enter();
+  if (!slot) {
+    return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
+  }
+  auto stream = std::make_shared<PictureStream>(context, job, *format, query);
+  return stream_response(
+      std::string(kMultipart) + "; boundary=" + std::string(kBoundary),
+      [stream](StreamWriter& writer) { stream->run(writer); }, std::move(slot));
+}
+
 Response image(const RouteContext& context, Request& request) {
   auto found = find_job(context.jobs, request);
   if (auto* answer = std::get_if<Response>(&found)) {
@@ -193,11 +305,14 @@ Response image(const RouteContext& context, Request& request) {
   }
   const Job& job = **std::get_if<JobPointer>(&found);
   const core::ImageFormat* format = choose_format(request);
+  const std::vector<std::string> tone_maps = tone_map_names();
+  const auto query = api::parse_image_query(request.query_params, tone_maps);
+  if (query && wants_stream(request, *query)) {
+    return stream_pictures(context, request, *std::get_if<JobPointer>(&found), *query);
+  }
   if (format == nullptr) {
     return error_answer(request, unknown_format());
   }
-  const std::vector<std::string> tone_maps = tone_map_names();
-  const auto query = api::parse_image_query(request.query_params, tone_maps);
   if (!query) {
     return problem_answer(request, query.problem());
   }
@@ -227,7 +342,10 @@ Response image(const RouteContext& context, Request& request) {
   }
   const std::string etag = picture_etag(request, picture, revision);
   if (is_not_modified(request, etag)) {
-    return not_modified(etag);
+    Response response = not_modified(etag);
+    response.headers.set("Cache-Control", "no-cache");
+    response.headers.add("Vary", "Accept");
+    return response;
   }
   const auto pixels = make_picture(**film, picture);
   if (!pixels) {

@@ -1,6 +1,8 @@
 // Scenes: taken in, described, listed, deleted.
 
 #include <cstddef>
+#include <mutex>
+#include <shared_mutex>
 #include <string>
 #include <utility>
 
@@ -116,16 +118,22 @@ Response describe(const RouteContext& context, Request& request) {
 }
 
 Response remove(const RouteContext& context, Request& request) {
-  const std::string id(request.path_param("id"));
-  const auto in_use = context.job_table.scene_in_use(id);
-  if (!in_use) {
-    return error_answer(request, in_use.error());
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
   }
+  const std::string id(request.path_param("id"));
   if (context.scenes.builtin_glb(id) != nullptr) {
     return error_answer(request, ErrorCode::kConflict, "a built-in scene cannot be deleted");
   }
+  // Nobody can name it between the look and the deletion.
+  const std::unique_lock<std::shared_mutex> naming(context.scenes.names_mutex());
+  const auto in_use = context.jobs.needs_scene(id);
+  if (!in_use) {
+    return error_answer(request, in_use.error());
+  }
   if (*in_use) {
-    return error_answer(request, ErrorCode::kConflict, "a job that has not ended uses the scene");
+    return error_answer(request, ErrorCode::kConflict,
+                        "a job uses the scene, or has finished and could be extended; delete it first");
   }
   if (const auto removed = context.scenes.remove(id); !removed) {
     return error_answer(request, removed.error());
@@ -134,6 +142,9 @@ Response remove(const RouteContext& context, Request& request) {
 }
 
 Response gltf(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
   const std::string id(request.path_param("id"));
   const auto glb = context.scenes.builtin_glb(id);
   if (!glb) {

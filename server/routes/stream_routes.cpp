@@ -1,15 +1,21 @@
 // The streams of a job: events and tiles.
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "api/events.h"
+#include "api/job_view.h"
+#include "api/limits.h"
 #include "api/requests.h"
 #include "server/http/sse.h"
+#include "server/observe/clock.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
 #include "server/routes/event_stream.h"
+#include "server/routes/jobs_stream.h"
 #include "server/routes/tile_stream.h"
 
 namespace server {
@@ -31,6 +37,12 @@ Response overloaded() {
 }
 
 Response events(const RouteContext& context, Request& request) {
+  for (const auto& [name, value] : request.query_params) {
+    if (name != "last_event_id") {
+      return error_answer(request, core::Error{core::ErrorCode::kInvalidArgument,
+                                               "unknown query parameter", "/" + name});
+    }
+  }
   auto found = find_job(context.jobs, request);
   if (auto* answer = std::get_if<Response>(&found)) {
     return std::move(*answer);
@@ -76,10 +88,64 @@ Response tiles(const RouteContext& context, Request& request) {
   return response;
 }
 
+Response watch(const RouteContext& context, Request& request) {
+  const auto query = api::parse_events_query(request.query_params);
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
+  std::vector<JobPointer> watched;
+  for (const std::string& id : query->jobs) {
+    auto job = context.jobs.find(id);
+    if (!job) {
+      return error_answer(request, job.error());
+    }
+    watched.push_back(*std::move(job));
+  }
+  const std::string last(request.header("Last-Event-ID")
+                             .value_or(request.query("last_event_id").value_or("")));
+  auto stream = std::make_shared<JobsStream>(context.jobs, watched, last, context.streams);
+  if (stream->is_over()) {
+    return empty_response();
+  }
+  StreamSlot slot = context.streams.try_enter();
+  if (!slot) {
+    return overloaded();
+  }
+  return stream_response(
+      "text/event-stream", [stream](StreamWriter& writer) { stream->run(writer); }, std::move(slot));
+}
+
+Response create_ticket(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const auto parsed = api::parse_ticket(request.body);
+  if (!parsed) {
+    return problem_answer(request, parsed.problem());
+  }
+  for (const std::string& id : parsed->jobs) {
+    if (const auto job = context.jobs.find(id); !job) {
+      return error_answer(request, job.error());
+    }
+  }
+  const auto ticket = context.tickets.issue(parsed->jobs, request.principal);
+  if (!ticket) {
+    return error_answer(request, core::ErrorCode::kTooManyRequests, "too many tickets are about");
+  }
+  const double ends = unix_now() + std::chrono::duration<double>(Tickets::kLife).count();
+  Response response = json_response(201, api::ticket_json(*ticket, ends, parsed->jobs));
+  response.headers.set("Cache-Control", "no-store");
+  return response;
+}
+
 }  // namespace
 
 void add_stream_handlers(const RouteContext& context, HandlerTable& table) {
   table["streamEvents"] = {.handler = [context](Request& request) { return events(context, request); }};
+  table["watchJobs"] = {.handler = [context](Request& request) { return watch(context, request); }};
+  table["createStreamTicket"] = {
+      .handler = [context](Request& request) { return create_ticket(context, request); },
+      .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
   table["streamTiles"] = {.handler = [context](Request& request) { return tiles(context, request); }};
 }
 

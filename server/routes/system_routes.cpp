@@ -61,6 +61,10 @@ std::string metrics_text(const RouteContext& context) {
   write_gauge(text, "tessera_render_threads", "Threads that render.", context.jobs.threads());
   text.family("tessera_render_cpu_seconds_total", "counter", "CPU time of all slices.");
   text.sample("tessera_render_cpu_seconds_total", "", counts.cpu_seconds);
+  text.family("tessera_rays_total", "counter", "Rays traced since the process began.");
+  text.sample("tessera_rays_total", "", static_cast<double>(counts.rays));
+  text.family("tessera_samples_total", "counter", "Pixel samples since the process began.");
+  text.sample("tessera_samples_total", "", static_cast<double>(counts.samples));
   write_gauge(text, "tessera_streams", "Open event and tile streams.", context.streams.open_count());
   write_gauge(text, "tessera_film_cache_bytes", "Finished films in memory.",
               static_cast<double>(counts.film_cache_bytes));
@@ -71,6 +75,8 @@ std::string metrics_text(const RouteContext& context) {
   if (const auto space = disk_space(context.data.path())) {
     write_gauge(text, "tessera_disk_free_bytes", "Free space of the data directory's disk.",
                 static_cast<double>(space->free_bytes));
+    write_gauge(text, "tessera_disk_total_bytes", "Size of the data directory's disk.",
+                static_cast<double>(space->total_bytes));
   }
   context.metrics.write(text);
   return text.take();

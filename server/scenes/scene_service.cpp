@@ -164,7 +164,7 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::build(
   if (!description) {
     return description.error();
   }
-  return core::Scene::build(std::move(*description), options_.threads);
+  return core::Scene::build(std::move(*description), options_.threads, options_.isa);
 }
 
 core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
@@ -226,6 +226,7 @@ core::Result<SceneService::Added> SceneService::add_document(Document document) 
                .files = files};
   row.files[""] = main_id;
   document.files[""] = document.bytes;
+  const std::shared_lock<std::shared_mutex> naming(names_mutex_);
   for (const auto& [uri, bytes] : document.files) {
     const auto stored = blobs_.put(view_of(*bytes));
     if (!stored) {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <semaphore>
+#include <shared_mutex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,6 +31,7 @@ struct SceneServiceOptions {
   std::uint64_t cache_bytes = std::uint64_t{4} << 30U;
   std::uint64_t environment_cache_bytes = std::uint64_t{512} << 20U;
   int threads = 1;  ///< For acceleration structures.
+  std::string isa = {};  ///< What Embree is held to; empty: nothing.
   ZipLimits zip = {};
 };
 
@@ -71,6 +73,10 @@ class SceneService {
   /// The same errors, from the head of the file alone.
   core::Status check_environment(const std::string& asset);
 
+  /// Held shared from finding a scene or asset to naming it in a record; alone from looking for such
+  /// names to deleting. Taken before every other lock here.
+  std::shared_mutex& names_mutex() { return names_mutex_; }
+
   std::uint64_t cached_bytes() const { return scenes_.bytes(); }
 
  private:
@@ -90,6 +96,7 @@ class SceneService {
   SingleFlightCache<core::Scene> scenes_;
   SingleFlightCache<core::Environment> environments_;
   std::counting_semaphore<64> uploads_;  ///< Scenes being checked at a time hold memory.
+  std::shared_mutex names_mutex_;
   core::Mutex builtin_mutex_;
   std::map<std::string, core::SharedBytes, std::less<>> builtin_ GUARDED_BY(builtin_mutex_);
 };

@@ -18,6 +18,9 @@ namespace {
 
 constexpr std::uint64_t kAlign = 4096;
 constexpr std::size_t kPointsMax = 2048;
+constexpr std::size_t kArithmeticBytesMax = 256;
+/// Of the room for points, some is for the text.
+constexpr std::size_t kPointsWritten = kPointsMax - 8;
 constexpr std::array<char, 4> kHeadMagic = {'T', 'S', 'F', '1'};
 constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
 
@@ -104,7 +107,7 @@ void take(std::span<const std::byte>& rest, Value* values, std::size_t count) {
 }
 
 std::vector<core::ConvergencePoint> thinned(std::vector<core::ConvergencePoint> points) {
-  while (points.size() > kPointsMax) {
+  while (points.size() > kPointsWritten) {
     std::vector<core::ConvergencePoint> every_second;
     for (std::size_t i = (points.size() - 1) % 2; i < points.size(); i += 2) {
       every_second.push_back(points[i]);
@@ -182,8 +185,9 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
       fields.tile_count != static_cast<std::uint32_t>(film.tile_count())) {
     return Error{ErrorCode::kConflict, "the stored film has another size or other layers", path_};
   }
-  if (fields.bytes != sizeof fields + fields.point_count * sizeof(PointFields) +
-                          fields.tile_count * sizeof(Tile)) {
+  const std::size_t text_begin = sizeof fields + fields.point_count * sizeof(PointFields) +
+                                 fields.tile_count * sizeof(Tile);
+  if (fields.bytes < text_begin || fields.bytes > text_begin + kArithmeticBytesMax) {
     return damaged(path_, "its head has another length");
   }
   Checkpoint checkpoint;
@@ -202,6 +206,8 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   }
   checkpoint.tiles.resize(fields.tile_count);
   take(rest, checkpoint.tiles.data(), checkpoint.tiles.size());
+  checkpoint.record.arithmetic.resize(rest.size());
+  take(rest, checkpoint.record.arithmetic.data(), rest.size());
   return checkpoint;
 }
 
@@ -301,10 +307,11 @@ Status FilmFile::write_tile(const core::Film& film, int tile, std::uint32_t sequ
 
 Status FilmFile::write_head(const core::Film& film, const FilmRecord& record, std::uint32_t sequence) {
   const auto points = thinned(record.points);
+  const std::string_view text = std::string_view(record.arithmetic).substr(0, kArithmeticBytesMax);
   const core::PixelRect crop = film.crop();
   HeadFields fields;
   fields.bytes = static_cast<std::uint32_t>(sizeof fields + points.size() * sizeof(PointFields) +
-                                            tiles_.size() * sizeof(Tile));
+                                            tiles_.size() * sizeof(Tile) + text.size());
   fields.sequence = sequence;
   fields.full_width = film.full_width();
   fields.full_height = film.full_height();
@@ -331,6 +338,7 @@ Status FilmFile::write_head(const core::Film& film, const FilmRecord& record, st
     append(buffer_, &stored, 1);
   }
   append(buffer_, tiles_.data(), tiles_.size());
+  append(buffer_, text.data(), text.size());
   seal(buffer_);
   return write_at(fd_.get(), buffer_, Layout(film).head_offset(sequence), path_);
 }

@@ -28,6 +28,8 @@ struct FilmRecord {
   double elapsed_seconds = 0;
   /// More than 2,048 are thinned out.
   std::vector<core::ConvergencePoint> points;
+  /// core::arithmetic_class() of the last writer; empty: not noted. At most 256 bytes.
+  std::string arithmetic = {};
 };
 
 class FilmFile {

@@ -33,6 +33,9 @@ constexpr const char* kUpdate =
   " error_high, error_unreliable"
 
 constexpr const char* kUnfinishedStates = "state NOT IN ('finished','failed','cancelled')";
+/// Those that render or may yet: a finished job with its film can be extended.
+constexpr const char* kNeedsInputs =
+    "(state NOT IN ('finished','failed','cancelled') OR (state='finished' AND film=1))";
 
 std::int64_t signed_of(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 std::uint64_t unsigned_of(std::int64_t value) { return static_cast<std::uint64_t>(value); }
@@ -147,6 +150,27 @@ Status write_events(Database::Session& session, std::int64_t job,
   return core::ok_status();
 }
 
+Status write_expiry(Database::Session& session, const JobRow& row) {
+  if (!row.delete_at) {
+    return session.prepare("DELETE FROM job_expiries WHERE job=?").bind(row.sequence).run();
+  }
+  Statement keep =
+      session.prepare("INSERT OR REPLACE INTO job_expiries(job, delete_at) VALUES(?,?)");
+  return keep.bind(row.sequence).bind(*row.delete_at).run();
+}
+
+Status write_deliveries(Database::Session& session, const std::vector<DeliveryRow>& deliveries) {
+  for (const DeliveryRow& row : deliveries) {
+    Statement insert = session.prepare(
+        "INSERT INTO deliveries(id, job, url, body, attempts, next_at) VALUES(?,?,?,?,?,?)");
+    insert.bind(row.id).bind(row.job).bind(row.url).bind(row.body);
+    if (auto status = insert.bind(std::int64_t{row.attempts}).bind(row.next_at).run(); !status) {
+      return status;
+    }
+  }
+  return core::ok_status();
+}
+
 Status write_key(Database::Session& session, const IdempotencyRow& key) {
   Statement keep = session.prepare(
       "INSERT OR REPLACE INTO idempotency(key, body_hash, job, created_at) VALUES(?,?,?,?)");
@@ -207,7 +231,8 @@ core::Result<std::int64_t> JobTable::last_sequence() {
 }
 
 Status JobTable::insert(const JobRow& row, const std::vector<EventRow>& events,
-                        const std::optional<IdempotencyRow>& key) {
+                        const std::optional<IdempotencyRow>& key,
+                        const std::vector<DeliveryRow>& deliveries) {
   return database_.transact([&](Database::Session& session) -> Status {
     Statement insert = session.prepare(kInsert);
     bind_row(insert, row);
@@ -222,11 +247,21 @@ Status JobTable::insert(const JobRow& row, const std::vector<EventRow>& events,
         return status;
       }
     }
+    if (!row.owner.empty()) {
+      Statement own = session.prepare("INSERT INTO job_owners(job, owner) VALUES(?,?)");
+      if (auto status = own.bind(row.sequence).bind(row.owner).run(); !status) {
+        return status;
+      }
+    }
+    if (auto status = write_deliveries(session, deliveries); !status) {
+      return status;
+    }
     return write_events(session, row.sequence, events);
   });
 }
 
-Status JobTable::update(const JobRow& row, const std::vector<EventRow>& events) {
+Status JobTable::update(const JobRow& row, const std::vector<EventRow>& events,
+                        const std::vector<DeliveryRow>& deliveries) {
   return database_.transact([&](Database::Session& session) -> Status {
     Statement update = session.prepare(kUpdate);
     bind_row(update, row);
@@ -237,6 +272,12 @@ Status JobTable::update(const JobRow& row, const std::vector<EventRow>& events) 
       return core::ok_status();  // Deleted in the meantime.
     }
     if (auto status = write_labels(session, row); !status) {
+      return status;
+    }
+    if (auto status = write_expiry(session, row); !status) {
+      return status;
+    }
+    if (auto status = write_deliveries(session, deliveries); !status) {
       return status;
     }
     return write_events(session, row.sequence, events);
@@ -301,6 +342,9 @@ core::Result<std::vector<JobRow>> JobTable::unfinished() {
 
 Status JobTable::remove(std::string_view id) {
   return database_.transact([id](Database::Session& session) -> Status {
+    if (auto status = session.prepare("DELETE FROM idempotency WHERE job=?").bind(id).run(); !status) {
+      return status;
+    }
     return session.prepare("DELETE FROM jobs WHERE id=?").bind(id).run();
   });
 }
@@ -381,12 +425,16 @@ core::Result<std::optional<IdempotencyRow>> JobTable::find_key(std::string_view 
 
 Status JobTable::forget_keys_before(double created_at) {
   auto session = database_.session();
-  return session.prepare("DELETE FROM idempotency WHERE created_at<?").bind(created_at).run();
+  // What a client named itself stays for as long as the job does.
+  Statement forget = session.prepare(
+      "DELETE FROM idempotency WHERE created_at<? AND (key NOT GLOB 'put *'"
+      " OR NOT EXISTS (SELECT 1 FROM jobs WHERE jobs.id=idempotency.job))");
+  return forget.bind(created_at).run();
 }
 
 core::Result<bool> JobTable::scene_in_use(std::string_view scene) {
   auto session = database_.session();
-  const std::string sql = std::string("SELECT 1 FROM jobs WHERE scene=? AND ") + kUnfinishedStates;
+  const std::string sql = std::string("SELECT 1 FROM jobs WHERE scene=? AND ") + kNeedsInputs + " LIMIT 1";
   Statement select = session.prepare(sql.c_str());
   return any_row(select.bind(scene));
 }
@@ -394,9 +442,22 @@ core::Result<bool> JobTable::scene_in_use(std::string_view scene) {
 core::Result<bool> JobTable::environment_in_use(std::string_view asset) {
   auto session = database_.session();
   const std::string sql =
-      std::string("SELECT 1 FROM jobs WHERE environment_asset=? AND ") + kUnfinishedStates;
+      std::string("SELECT 1 FROM jobs WHERE environment_asset=? AND ") + kNeedsInputs + " LIMIT 1";
   Statement select = session.prepare(sql.c_str());
   return any_row(select.bind(asset));
+}
+
+core::Result<int> JobTable::unfinished_of(std::string_view owner) {
+  auto session = database_.session();
+  const std::string sql =
+      std::string("SELECT COUNT(*) FROM job_owners JOIN jobs ON sequence=job WHERE owner=? AND ") +
+      kUnfinishedStates;
+  Statement select = session.prepare(sql.c_str());
+  const int count = select.bind(owner).step() ? static_cast<int>(select.integer(0)) : 0;
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return count;
 }
 
 core::Result<std::map<std::string, std::int64_t>> JobTable::count_by_state() {

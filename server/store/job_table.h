@@ -53,6 +53,20 @@ struct JobRow {
   std::optional<double> error_low;
   std::optional<double> error_high;
   bool error_unreliable = false;
+
+  // Written by insert() and update(), not read back: they follow from the spec and the request.
+  std::string owner = {};  ///< Id of the key that submitted it; empty: no stored key. insert() only.
+  std::optional<double> delete_at = {};  ///< When it is to be forgotten.
+};
+
+/// A webhook call that has not been answered yet.
+struct DeliveryRow {
+  std::string id;
+  std::string job;
+  std::string url;
+  std::string body;
+  int attempts = 0;
+  double next_at = 0;  ///< Seconds since 1970.
 };
 
 /// A durable event. (stream, seq) grows within a job; stream is the number of the server's run.
@@ -91,9 +105,11 @@ class JobTable {
 
   /// Record, first events and key, all or nothing.
   core::Status insert(const JobRow& row, const std::vector<EventRow>& events,
-                      const std::optional<IdempotencyRow>& key);
-  /// Replaces everything but the identity, and adds the events.
-  core::Status update(const JobRow& row, const std::vector<EventRow>& events);
+                      const std::optional<IdempotencyRow>& key,
+                      const std::vector<DeliveryRow>& deliveries = {});
+  /// Replaces everything but the identity, and adds the events and webhooks.
+  core::Status update(const JobRow& row, const std::vector<EventRow>& events,
+                      const std::vector<DeliveryRow>& deliveries = {});
   core::Result<std::optional<JobRow>> find(std::string_view id);
   /// Newest first.
   core::Result<std::vector<JobRow>> list(const JobQuery& query);
@@ -116,7 +132,17 @@ class JobTable {
   core::Result<std::optional<IdempotencyRow>> find_key(std::string_view key);
   core::Status forget_keys_before(double created_at);
 
-  /// Unfinished jobs that need the scene or asset.
+  /// Unfinished jobs of that owner.
+  core::Result<int> unfinished_of(std::string_view owner);
+  /// Ids of jobs whose time is over.
+  core::Result<std::vector<std::string>> expired(double now, int limit);
+
+  /// Webhooks that are due, the oldest first.
+  core::Result<std::vector<DeliveryRow>> due_deliveries(double now, int limit);
+  core::Status postpone_delivery(std::string_view id, int attempts, double next_at);
+  core::Status remove_delivery(std::string_view id);
+
+  /// Jobs that need the scene or asset: unfinished ones, and finished ones that could go on.
   core::Result<bool> scene_in_use(std::string_view scene);
   core::Result<bool> environment_in_use(std::string_view asset);
 

@@ -17,6 +17,13 @@ Status SceneTable::insert_asset(std::string_view id, std::uint64_t bytes, bool u
 
 Status SceneTable::remove_asset(std::string_view id) {
   return database_.transact([&](Database::Session& session) -> Status {
+    Statement used = session.prepare("SELECT 1 FROM scene_files WHERE asset=? LIMIT 1");
+    if (used.bind(id).step()) {
+      return core::Error{core::ErrorCode::kConflict, "a scene uses the asset", ""};
+    }
+    if (auto status = used.status(); !status) {
+      return status;
+    }
     return session.prepare("DELETE FROM assets WHERE id=?").bind(id).run();
   });
 }

@@ -33,6 +33,7 @@ class SceneTable {
   /// uploaded: by itself, through /v1/assets; such an asset stays when its last scene goes.
   core::Status insert_asset(std::string_view id, std::uint64_t bytes, bool uploaded,
                             double created_at);
+  /// Errors: kConflict while a scene has it.
   core::Status remove_asset(std::string_view id);
   core::Result<bool> asset_in_a_scene(std::string_view id);
   core::Result<bool> knows_asset(std::string_view id);

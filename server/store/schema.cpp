@@ -101,6 +101,43 @@ CREATE INDEX scene_files_by_asset ON scene_files(asset);
 )sql",
     // Lists of all jobs that have a label, whatever its value.
     "CREATE INDEX job_labels_by_name ON job_labels(name, job);",
+    // Keys, whose jobs they are, when jobs are forgotten, and webhooks on their way.
+    R"sql(
+CREATE TABLE keys(
+  id TEXT PRIMARY KEY,
+  name TEXT NOT NULL,
+  token_hash TEXT NOT NULL UNIQUE,
+  session_hash TEXT NOT NULL UNIQUE,
+  scopes TEXT NOT NULL,
+  rate_limit INTEGER,
+  created_at REAL NOT NULL,
+  expires_at REAL
+) WITHOUT ROWID;
+
+CREATE TABLE job_owners(
+  job INTEGER PRIMARY KEY REFERENCES jobs(sequence) ON DELETE CASCADE,
+  owner TEXT NOT NULL
+);
+CREATE INDEX job_owners_by_owner ON job_owners(owner, job);
+
+CREATE TABLE job_expiries(
+  job INTEGER PRIMARY KEY REFERENCES jobs(sequence) ON DELETE CASCADE,
+  delete_at REAL NOT NULL
+);
+CREATE INDEX job_expiries_by_time ON job_expiries(delete_at);
+
+CREATE TABLE deliveries(
+  id TEXT PRIMARY KEY,
+  job TEXT NOT NULL,
+  url TEXT NOT NULL,
+  body TEXT NOT NULL,
+  attempts INTEGER NOT NULL,
+  next_at REAL NOT NULL
+) WITHOUT ROWID;
+CREATE INDEX deliveries_by_time ON deliveries(next_at);
+
+CREATE INDEX idempotency_by_job ON idempotency(job);
+)sql",
 };
 
 }  // namespace

@@ -1,0 +1,247 @@
+#include "server/check_command.h"
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <fcntl.h>
+
+#include "api/json.h"
+#include "core/base/sha256.h"
+#include "core/film/film.h"
+#include "server/command_flags.h"
+#include "server/jobs/job_record.h"
+#include "server/store/data_dir.h"
+#include "server/store/database.h"
+#include "server/store/film_file.h"
+#include "server/store/job_table.h"
+#include "server/store/scene_table.h"
+
+#include <nlohmann/json.hpp>
+
+namespace server {
+namespace {
+
+constexpr std::array kFlags = {
+    CommandFlag{"data", "DIR", "The data directory; no server may use it meanwhile."},
+    CommandFlag{"json", "", "Print the findings as JSON."},
+};
+constexpr CommandText kText = {
+    .text = "Verifies a data directory: the database's pages and references, the hash of every asset, the files of "
+            "every scene, the checksums and the digest of every film. Nothing is changed. Exit code 1 when something "
+            "is damaged; what is merely left over is told and is no damage.",
+    .operand = "",
+    .operand_text = "",
+    .flags = kFlags,
+};
+
+constexpr int kPage = 200;
+
+struct Findings {
+  std::vector<std::string> damages;
+  std::vector<std::string> leftovers;
+  int jobs = 0;
+  int films = 0;
+  int scenes = 0;
+  int assets = 0;
+};
+
+void check_pages(Database& database, Findings& findings) {
+  auto session = database.session();
+  for (const char* pragma : {"PRAGMA integrity_check(20)", "PRAGMA foreign_key_check"}) {
+    Statement check = session.prepare(pragma);
+    while (check.step()) {
+      if (const std::string told = check.text(0); told != "ok") {
+        findings.damages.push_back("database: " + told);
+      }
+    }
+    if (const auto status = check.status(); !status) {
+      findings.damages.push_back("database: " + status.error().message);
+    }
+  }
+}
+
+/// Empty: it cannot be read.
+std::optional<std::string> hash_of_file(const std::string& path) {
+  const auto fd = open_file(path, O_RDONLY);
+  if (!fd) {
+    return std::nullopt;
+  }
+  core::Sha256 hash;
+  std::vector<std::byte> piece(1U << 20U);
+  for (std::uint64_t offset = 0;;) {
+    const auto got = read_at(fd->get(), piece, offset, path);
+    if (!got) {
+      return std::nullopt;
+    }
+    if (*got == 0) {
+      return hash.hex();
+    }
+    hash.add(piece.data(), *got);
+    offset += *got;
+  }
+}
+
+std::vector<std::string> column(Database& database, const char* sql, Findings& findings) {
+  auto session = database.session();
+  Statement select = session.prepare(sql);
+  std::vector<std::string> values;
+  while (select.step()) {
+    values.push_back(select.text(0));
+  }
+  if (const auto status = select.status(); !status) {
+    findings.damages.push_back("database: " + status.error().message);
+  }
+  return values;
+}
+
+void check_assets(Database& database, const DataDir& data, Findings& findings) {
+  std::set<std::string> known;
+  for (const std::string& id : column(database, "SELECT id FROM assets", findings)) {
+    ++findings.assets;
+    known.insert(id);
+    const auto hash = hash_of_file(data.assets_path() + "/" + id.substr(0, 2) + "/" + id);
+    if (!hash || *hash != id) {
+      findings.damages.push_back("asset " + id + ": " + (hash ? "its content has another hash" : "its file is gone"));
+    }
+  }
+  for (const std::string& id :
+       column(database, "SELECT DISTINCT asset FROM scene_files", findings)) {
+    if (known.count(id) == 0) {
+      findings.damages.push_back("asset " + id + ": a scene names it, and it is not known");
+    }
+  }
+  findings.scenes = static_cast<int>(column(database, "SELECT id FROM scenes", findings).size());
+  std::error_code code;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(data.assets_path(), code)) {
+    if (entry.is_regular_file(code) && known.count(entry.path().filename().string()) == 0) {
+      findings.leftovers.push_back("asset file " + entry.path().filename().string());
+    }
+  }
+}
+
+void check_film(const JobRow& row, const DataDir& data, Findings& findings) {
+  const auto record = to_record(row);
+  if (!record) {
+    findings.damages.push_back("job " + row.id + ": " + record.error().message);
+    return;
+  }
+  const std::string path = data.film_path(row.id);
+  const bool is_finished = row.state == "finished" && row.film == FilmPlace::kOnDisk;
+  std::error_code code;
+  if (!std::filesystem::exists(path, code)) {
+    if (is_finished) {
+      findings.damages.push_back("job " + row.id + ": its film is gone");
+    }
+    return;
+  }
+  ++findings.films;
+  const core::RenderSettings& settings = record->view.spec.render;
+  core::Film film(settings.film, settings.replicates);
+  auto file = FilmFile::open(path);
+  const auto restored = file ? file->restore(film) : core::Result<FilmRecord>(file.error());
+  if (!restored) {
+    findings.damages.push_back("job " + row.id + ": " + restored.error().message);
+  } else if (is_finished && film.digest() != row.film_digest) {
+    findings.damages.push_back("job " + row.id + ": its film has another digest");
+  }
+}
+
+void check_jobs(Database& database, const DataDir& data, Findings& findings) {
+  JobTable table(database);
+  std::set<std::string> known;
+  JobQuery query;
+  query.limit = kPage;
+  while (true) {
+    const auto rows = table.list(query);
+    if (!rows) {
+      findings.damages.push_back("database: " + rows.error().message);
+      return;
+    }
+    for (const JobRow& row : *rows) {
+      ++findings.jobs;
+      known.insert(row.id + ".film");
+      check_film(row, data, findings);
+      query.before = row.sequence;
+    }
+    if (static_cast<int>(rows->size()) < kPage) {
+      break;
+    }
+  }
+  std::error_code code;
+  for (const auto& entry : std::filesystem::directory_iterator(data.films_path(), code)) {
+    if (known.count(entry.path().filename().string()) == 0) {
+      findings.leftovers.push_back("film file " + entry.path().filename().string());
+    }
+  }
+}
+
+void print(const Findings& findings, bool as_json) {
+  if (as_json) {
+    std::printf("%s\n", api::dump({{"damages", findings.damages},
+                                   {"leftovers", findings.leftovers},
+                                   {"jobs", findings.jobs},
+                                   {"films", findings.films},
+                                   {"scenes", findings.scenes},
+                                   {"assets", findings.assets}})
+                            .c_str());
+    return;
+  }
+  for (const std::string& damage : findings.damages) {
+    std::printf("damaged: %s\n", damage.c_str());
+  }
+  for (const std::string& leftover : findings.leftovers) {
+    std::printf("left over: %s\n", leftover.c_str());
+  }
+  std::printf("%d jobs, %d films, %d scenes, %d assets: %zu damaged, %zu left over\n", findings.jobs,
+              findings.films, findings.scenes, findings.assets, findings.damages.size(),
+              findings.leftovers.size());
+}
+
+int complain(const core::Error& error, int code) {
+  std::fprintf(stderr, "tessera check: %s%s%s\n", error.where.c_str(), error.where.empty() ? "" : ": ",
+               error.message.c_str());
+  return code;
+}
+
+}  // namespace
+
+int check_command(std::span<const std::string_view> args) {
+  const auto flags = parse_command_flags(args, kFlags);
+  if (!flags || !flags->words.empty()) {
+    return flags ? complain({core::ErrorCode::kInvalidArgument, "not a flag", flags->words.front()}, 2)
+                 : complain(flags.error(), 2);
+  }
+  if (print_command_text(*flags, kText)) {
+    return 0;
+  }
+  const auto directory = data_directory(*flags);
+  if (!directory) {
+    return complain(directory.error(), 2);
+  }
+  std::error_code code;
+  if (!std::filesystem::exists(*directory + "/tessera.db", code)) {
+    return complain({core::ErrorCode::kNotFound, "no data directory", *directory}, 1);
+  }
+  const auto data = DataDir::open(*directory);
+  if (!data) {
+    return complain(data.error(), 1);
+  }
+  auto database = Database::open(data->database_path());
+  if (!database) {
+    return complain(database.error(), 1);
+  }
+  Findings findings;
+  check_pages(**database, findings);
+  check_assets(**database, *data, findings);
+  check_jobs(**database, *data, findings);
+  print(findings, flags->switches.count("json") != 0);
+  return findings.damages.empty() ? 0 : 1;
+}
+
+}  // namespace server

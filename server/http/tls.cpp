@@ -1,0 +1,191 @@
+#include "server/http/tls.h"
+
+#include <fcntl.h>
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <limits>
+
+#include "core/base/check.h"
+
+namespace server {
+namespace {
+
+/// One record: more would be cut into several anyway.
+constexpr std::size_t kRecordBytes = 16U << 10U;
+
+core::Error tls_error(const std::string& file) {
+  std::array<char, 256> text = {};
+  ERR_error_string_n(ERR_get_error(), text.data(), text.size());
+  ERR_clear_error();
+  return core::Error{core::ErrorCode::kInvalidArgument, text.data(), file};
+}
+
+/// True when an event came. Rounds up, so that a wait never ends before its deadline.
+bool poll_until(int fd, short events, Clock::time_point deadline) {
+  while (true) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
+    pollfd entry = {.fd = fd, .events = events, .revents = 0};
+    const int ready = ::poll(
+        &entry, 1, static_cast<int>(std::clamp<std::int64_t>(left, 0, std::numeric_limits<int>::max())));
+    if (ready > 0) {
+      return true;
+    }
+    if (ready == 0 || errno != EINTR) {
+      return false;
+    }
+  }
+}
+
+/// What poll() has to wait for after that error; 0: nothing will help.
+short wanted_events(int error) {
+  return error == SSL_ERROR_WANT_READ ? POLLIN : error == SSL_ERROR_WANT_WRITE ? POLLOUT : short{0};
+}
+
+}  // namespace
+
+core::Result<std::shared_ptr<const TlsContext>> TlsContext::load(const std::string& certificate_file,
+                                                                 const std::string& key_file) {
+  SSL_CTX* raw = SSL_CTX_new(TLS_server_method());
+  CHECK(raw != nullptr);
+  const std::shared_ptr<const TlsContext> context(new TlsContext(raw));  // NOLINT: private constructor.
+  SSL_CTX_set_min_proto_version(raw, TLS1_2_VERSION);
+  SSL_CTX_set_options(raw, SSL_OP_NO_RENEGOTIATION | SSL_OP_CIPHER_SERVER_PREFERENCE);
+  SSL_CTX_set_mode(raw, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER |
+                            SSL_MODE_RELEASE_BUFFERS);
+  ERR_clear_error();
+  if (SSL_CTX_use_certificate_chain_file(raw, certificate_file.c_str()) != 1) {
+    return tls_error(certificate_file);
+  }
+  if (SSL_CTX_use_PrivateKey_file(raw, key_file.c_str(), SSL_FILETYPE_PEM) != 1 ||
+      SSL_CTX_check_private_key(raw) != 1) {
+    return tls_error(key_file);
+  }
+  return context;
+}
+
+TlsContext::~TlsContext() { SSL_CTX_free(context_); }
+
+TlsChannel::TlsChannel(const TlsContext& context, int fd, WritePace pace)
+    : fd_(fd), pace_(pace), tls_(SSL_new(context.get())) {
+  ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) | O_NONBLOCK);
+  has_failed_ = tls_ == nullptr || SSL_set_fd(tls_, fd) != 1;
+  if (!has_failed_) {
+    SSL_set_accept_state(tls_);
+  }
+}
+
+TlsChannel::~TlsChannel() { SSL_free(tls_); }
+
+Channel::Read TlsChannel::read(char* into, std::size_t capacity, Clock::time_point deadline) {
+  while (!has_failed_) {
+    ERR_clear_error();
+    std::size_t bytes = 0;
+    const int result = SSL_read_ex(tls_, into, capacity, &bytes);
+    if (result == 1) {
+      return {.status = Status::kOk, .bytes = bytes};
+    }
+    const int error = SSL_get_error(tls_, result);
+    const short events = wanted_events(error);
+    if (events == 0) {
+      // After a fatal error the library must not be called again, not even to say goodbye.
+      has_failed_ = error != SSL_ERROR_ZERO_RETURN;
+      break;
+    }
+    if (!poll_until(fd_, events, deadline)) {
+      return {.status = Status::kTimeout};
+    }
+  }
+  return {.status = Status::kClosed};
+}
+
+Channel::Read TlsChannel::read_idle(char* into, std::size_t capacity,
+                                    std::chrono::milliseconds timeout) {
+  return read(into, capacity, Clock::now() + timeout);
+}
+
+bool TlsChannel::wait_to_write(int result) {
+  const int error = SSL_get_error(tls_, result);
+  const short events = wanted_events(error);
+  const auto start = Clock::now();
+  if (events == 0 || !poll_until(fd_, events, start + pace_.stall)) {
+    has_failed_ = true;
+    return false;
+  }
+  write_waited_ += Clock::now() - start;
+  const double waited_seconds = std::chrono::duration<double>(write_waited_).count();
+  return write_waited_ <= pace_.stall ||
+         static_cast<double>(written_bytes_) >=
+             waited_seconds * static_cast<double>(pace_.min_bytes_per_second);
+}
+
+bool TlsChannel::write_all(std::string_view bytes) {
+  while (!bytes.empty()) {
+    if (has_failed_) {
+      return false;
+    }
+    ERR_clear_error();
+    std::size_t sent = 0;
+    const int result = SSL_write_ex(tls_, bytes.data(), std::min(bytes.size(), kRecordBytes), &sent);
+    if (result == 1) {
+      bytes.remove_prefix(sent);
+      written_bytes_ += sent;
+    } else if (!wait_to_write(result)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool TlsChannel::write(std::initializer_list<std::string_view> pieces) {
+  std::string small;  // Pieces that fit into one record go as one.
+  for (const std::string_view piece : pieces) {
+    if (small.size() + piece.size() <= kRecordBytes) {
+      small += piece;
+      continue;
+    }
+    if (!write_all(small) || !write_all(piece)) {
+      return false;
+    }
+    small.clear();
+  }
+  return write_all(small);
+}
+
+bool TlsChannel::write_file(int file_fd, std::uint64_t offset, std::uint64_t size) {
+  std::string piece(4 * kRecordBytes, '\0');
+  while (size > 0) {
+    const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(size, piece.size()));
+    const ssize_t got = ::pread(file_fd, piece.data(), wanted, static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) {
+      continue;
+    }
+    if (got <= 0 || !write_all(std::string_view(piece).substr(0, static_cast<std::size_t>(got)))) {
+      return false;
+    }
+    offset += static_cast<std::uint64_t>(got);
+    size -= static_cast<std::uint64_t>(got);
+  }
+  return true;
+}
+
+void TlsChannel::restart_pace() {
+  write_waited_ = {};
+  written_bytes_ = 0;
+}
+
+void TlsChannel::finish_writing() {
+  if (!has_failed_) {
+    ERR_clear_error();
+    SSL_shutdown(tls_);
+  }
+  ::shutdown(fd_, SHUT_WR);
+}
+
+}  // namespace server

@@ -1,0 +1,123 @@
+// What else is done with jobs: webhooks, retention, figures, and who needs which scene.
+
+#include <utility>
+
+#include "api/events.h"
+#include "server/jobs/job_service.h"
+#include "server/observe/clock.h"
+#include "server/store/key_table.h"
+
+namespace server {
+
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+constexpr int kForgottenAtATime = 64;
+
+}  // namespace
+
+std::vector<DeliveryRow> JobService::deliveries_of(const api::JobView& view,
+                                                   const std::vector<Told>& told) {
+  std::vector<DeliveryRow> deliveries;
+  if (!view.spec.webhook) {
+    return deliveries;
+  }
+  const std::vector<std::string>& wanted = view.spec.webhook->events;
+  for (const Told& event : told) {
+    if (std::find(wanted.begin(), wanted.end(), api::to_text(event.type)) != wanted.end()) {
+      const double now = unix_now();
+      deliveries.push_back(DeliveryRow{.id = "msg_" + random_hex(12),
+                                       .job = view.id,
+                                       .url = view.spec.webhook->url,
+                                       .body = api::webhook_body(event.type, now, view),
+                                       .attempts = 0,
+                                       .next_at = now});
+    }
+  }
+  return deliveries;
+}
+
+void JobService::forget_expired() {
+  const auto ids = table_.expired(unix_now(), kForgottenAtATime);
+  for (const std::string& id : ids ? *ids : std::vector<std::string>()) {
+    const auto job = find(id);
+    if (job && remove(*job)) {
+      log_.write(LogLevel::kInfo, "job_forgotten", {{"job", id}});
+    }
+  }
+}
+
+core::Result<bool> JobService::needs_scene(const std::string& scene) {
+  for (const JobPointer& job : book_.all()) {
+    const JobRecord record = job->record();
+    if (job->memory_only() && record.view.spec.scene == scene && !api::is_final(record.view.state)) {
+      return true;
+    }
+  }
+  return table_.scene_in_use(scene);
+}
+
+core::Result<bool> JobService::needs_asset(const std::string& asset) {
+  for (const JobPointer& job : book_.all()) {
+    const JobRecord record = job->record();
+    if (job->memory_only() && record.view.spec.environment_asset == asset &&
+        !api::is_final(record.view.state)) {
+      return true;
+    }
+  }
+  return table_.environment_in_use(asset);
+}
+
+void JobService::count_work(const RenderRun& run) {
+  const RenderRun::Work work = run.work();
+  rays_done_ += work.rays;
+  samples_done_ += work.samples;
+}
+
+JobService::Counts JobService::counts() const {
+  Counts counts;
+  if (auto by_state = table_.count_by_state()) {
+    counts.by_state = std::move(*by_state);
+  }
+  counts.queued = book_.queue_length();
+  counts.rendering = scheduler_.active_count();
+  counts.cpu_seconds = scheduler_.cpu_seconds();
+  counts.film_cache_bytes = films_.bytes();
+  // In this order a run that ends meanwhile is missed for once, not counted twice.
+  counts.rays = rays_done_;
+  counts.samples = samples_done_;
+  for (const JobPointer& job : book_.all()) {
+    if (const auto run = job->run()) {
+      const RenderRun::Work work = run->work();
+      counts.rays += work.rays;
+      counts.samples += work.samples;
+    }
+  }
+  return counts;
+}
+
+core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec) {
+  auto renderer = make_renderer(pilot_spec(spec));
+  if (!renderer) {
+    return renderer.error();
+  }
+  pilots_.acquire();
+  struct Release {
+    std::counting_semaphore<16>& semaphore;
+    ~Release() { semaphore.release(); }
+  } const release{pilots_};
+  const auto pilot = std::make_shared<Pilot>(*renderer);
+  const std::string name = "pilot " + std::to_string(++pilot_count_);
+  scheduler_.add(name, pilot, Rank{.is_preview = true, .priority = 0});
+  const bool worked = pilot->wait();
+  scheduler_.remove(name);
+  if (!worked) {
+    return Error{ErrorCode::kUnavailable, "the pilot got no turn in time", ""};
+  }
+  return pilot->estimate(spec, scheduler_.threads(), options_.samples_max);
+}
+
+}  // namespace server

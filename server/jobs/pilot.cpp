@@ -1,0 +1,186 @@
+#include "server/jobs/pilot.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <vector>
+
+#include "core/render/registry.h"
+#include "server/observe/clock.h"
+
+namespace server {
+namespace {
+
+constexpr double kPixels = 64.0 * 64.0;
+constexpr int kSamples = 16;
+constexpr double kSeconds = 0.5;
+constexpr std::chrono::seconds kPatience{5};
+constexpr double kMachine = 1.25;
+constexpr double kNormal95 = 1.96;
+
+int scaled(int pixels, double factor) { return std::max(1, static_cast<int>(std::lround(pixels * factor))); }
+
+/// Samplers without prefixes render whole sets only.
+int whole_sets(const core::RenderSettings& settings) {
+  return core::rounded_samples(settings.sampler, settings.replicates, kSamples);
+}
+
+core::PixelRect crop_of(const core::FilmSettings& film) {
+  return film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
+}
+
+double pixels_of(const core::PixelRect& rect) {
+  return static_cast<double>(rect.width) * static_cast<double>(rect.height);
+}
+
+/// CPU seconds a sample of one pixel, with its interval.
+struct PathCost {
+  double mean = 0;
+  double low = 0;
+  double high = 0;
+};
+
+PathCost path_cost(const core::Film& film) {
+  std::vector<double> costs;
+  double cpu_seconds = 0;
+  double samples = 0;
+  for (int tile = 0; tile < film.tile_count(); ++tile) {
+    const core::TileState state = film.tile(tile);
+    const double count = static_cast<double>(state.samples) * pixels_of(state.rect);
+    if (count > 0) {
+      costs.push_back(state.cpu_seconds / count);
+      cpu_seconds += state.cpu_seconds;
+      samples += count;
+    }
+  }
+  PathCost cost;
+  cost.mean = samples > 0 ? cpu_seconds / samples : 0;
+  double squares = 0;
+  for (const double each : costs) {
+    squares += (each - cost.mean) * (each - cost.mean);
+  }
+  const auto n = static_cast<double>(costs.size());
+  const double spread = n > 1 ? kNormal95 * std::sqrt(squares / (n - 1) / n) : cost.mean / 2;
+  cost.low = std::max(0.0, cost.mean - spread) / kMachine;
+  cost.high = (cost.mean + spread) * kMachine;
+  return cost;
+}
+
+/// Samples a pixel until the error is at most the target: it falls as 1 / sqrt(samples).
+double samples_for_error(double error, double at_samples, double target) {
+  const double ratio = error / target;
+  return std::isfinite(ratio) ? at_samples * ratio * ratio : at_samples;
+}
+
+}  // namespace
+
+api::JobSpec pilot_spec(api::JobSpec spec) {
+  core::FilmSettings& film = spec.render.film;
+  const core::PixelRect crop = crop_of(film);
+  const double factor = std::min(1.0, std::sqrt(kPixels / pixels_of(crop)));
+  film.width = scaled(film.width, factor);
+  film.height = scaled(film.height, factor);
+  if (film.crop) {
+    core::PixelRect small;
+    small.width = std::min(film.width, scaled(crop.width, factor));
+    small.height = std::min(film.height, scaled(crop.height, factor));
+    small.x = std::min(static_cast<int>(crop.x * factor), film.width - small.width);
+    small.y = std::min(static_cast<int>(crop.y * factor), film.height - small.height);
+    film.crop = small;
+  }
+  return spec;
+}
+
+Pilot::Pilot(std::shared_ptr<const core::Renderer> renderer)
+    : film_(std::make_shared<core::Film>(renderer->view().settings.film,
+                                         renderer->view().settings.replicates,
+                                         core::pixel_errors(renderer->view().settings))),
+      task_(renderer, film_,
+            core::TaskOptions{.stop = {.samples_per_pixel = whole_sets(renderer->view().settings),
+                                       .relative_error = {},
+                                       .confidence = 0.95,
+                                       .worst_tile = false,
+                                       .seconds = kSeconds,
+                                       .deadline_unix_seconds = {}},
+                              .slice_target_seconds = 0.005,
+                              .points_before = {}},
+            *this) {}
+
+bool Pilot::run_slice() {
+  try {
+    const auto slice = task_.take();
+    if (!slice) {
+      return false;
+    }
+    task_.run(*slice);
+  } catch (const std::exception&) {
+    end();  // No memory, mostly: whoever waits finds no sample.
+    return false;
+  }
+  return true;
+}
+
+void Pilot::on_finished(core::StopReason /*reason*/) { end(); }
+
+void Pilot::end() {
+  const core::MutexLock lock(mutex_);
+  is_done_ = true;
+  done_.notify_all();
+}
+
+bool Pilot::wait() {
+  {
+    const auto until = std::chrono::steady_clock::now() + kPatience;
+    const core::MutexLock lock(mutex_);
+    while (!is_done_ && done_.wait_until(mutex_, until) == std::cv_status::no_timeout) {
+    }
+  }
+  task_.cancel();
+  return task_.progress().samples_min > 0;
+}
+
+CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_max) const {
+  const core::Progress progress = task_.progress();
+  const core::StopRules& stop = spec.stop;
+  const double most = samples_max;
+  double samples = stop.samples_per_pixel.value_or(samples_max);
+  double samples_low = samples;
+  double samples_high = samples;
+  if (stop.relative_error) {
+    const auto needed = [&](double error) {
+      return std::min(samples, samples_for_error(error, progress.samples_mean, *stop.relative_error));
+    };
+    samples_low = std::max(1.0, needed(progress.error.low));
+    samples_high = std::max(1.0, needed(progress.error.high));
+    samples = std::max(1.0, needed(progress.error.relative_rmse));
+  }
+  const PathCost cost = path_cost(*film_);
+  const double pixels = pixels_of(crop_of(spec.render.film));
+  CostEstimate out;
+  out.samples_per_pixel = std::min(samples, most);
+  out.cpu_seconds = pixels * out.samples_per_pixel * cost.mean;
+  out.seconds = out.cpu_seconds / threads;
+  out.seconds_low = pixels * std::min(samples_low, most) * cost.low / threads;
+  out.seconds_high = pixels * std::min(samples_high, most) * cost.high / threads;
+  double limit = stop.seconds.value_or(INFINITY);
+  if (stop.deadline_unix_seconds) {
+    limit = std::min(limit, std::max(0.0, *stop.deadline_unix_seconds - unix_now()));
+  }
+  if (out.seconds > limit) {
+    out.samples_per_pixel *= limit / out.seconds;
+    out.cpu_seconds *= limit / out.seconds;
+  }
+  for (double* seconds : {&out.seconds, &out.seconds_low, &out.seconds_high}) {
+    *seconds = std::min(*seconds, limit);
+  }
+  const double film_bytes = static_cast<double>(film_->bytes()) * pixels / pixels_of(film_->crop());
+  const auto scene_bytes = static_cast<double>(task_.renderer().view().scene->summary().bytes);
+  out.memory_bytes = film_bytes + scene_bytes;
+  out.memory_bytes_low = film_bytes;
+  out.memory_bytes_high = 2 * film_bytes + scene_bytes;
+  out.pilot_cpu_seconds = progress.cpu_seconds;
+  return out;
+}
+
+}  // namespace server

@@ -1,0 +1,82 @@
+#include "server/key_ring.h"
+
+#include <utility>
+
+#include <openssl/crypto.h>
+
+#include "server/observe/clock.h"
+
+namespace server {
+namespace {
+
+constexpr std::chrono::milliseconds kFresh{1000};
+
+bool same_secret(std::string_view a, std::string_view b) {
+  return !a.empty() && a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
+}  // namespace
+
+KeyRing::KeyRing(const Config& config, KeyTable& table)
+    : config_(config),
+      table_(table),
+      own_token_hash_(config.key.empty() ? std::string() : secret_hash(config.key)),
+      own_session_hash_(config.key.empty() ? std::string()
+                                           : secret_hash(session_of_token(config.key))) {}
+
+void KeyRing::refresh() {
+  const auto now = Clock::now();
+  if (read_at_ && now - *read_at_ < kFresh) {
+    return;
+  }
+  // A store that cannot be read keeps the keys that were known: nobody is let in by that.
+  if (auto rows = table_.list()) {
+    rows_.clear();
+    for (KeyRow& row : *rows) {
+      std::string id = row.id;
+      rows_.emplace(std::move(id), std::move(row));
+    }
+  }
+  read_at_ = now;
+}
+
+bool KeyRing::is_needed() {
+  if (!config_.key.empty() || !is_loopback(config_.listen)) {
+    return true;
+  }
+  const core::MutexLock lock(mutex_);
+  refresh();
+  return !rows_.empty();
+}
+
+std::optional<Holder> KeyRing::find(const std::string& hash, std::string KeyRow::*member) {
+  const core::MutexLock lock(mutex_);
+  refresh();
+  for (const auto& [id, row] : rows_) {
+    if (same_secret(row.*member, hash) && !(row.expires_at && *row.expires_at <= unix_now())) {
+      return Holder{.id = id,
+                    .may_read = row.may_read,
+                    .may_write = row.may_write,
+                    .rate_limit = row.rate_limit.value_or(config_.rate_limit)};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Holder> KeyRing::holder_of_token(std::string_view token) {
+  const std::string hash = secret_hash(token);
+  if (same_secret(hash, own_token_hash_)) {
+    return Holder{};
+  }
+  return find(hash, &KeyRow::token_hash);
+}
+
+std::optional<Holder> KeyRing::holder_of_session(std::string_view cookie) {
+  const std::string hash = secret_hash(cookie);
+  if (same_secret(hash, own_session_hash_)) {
+    return Holder{};
+  }
+  return find(hash, &KeyRow::session_hash);
+}
+
+}  // namespace server

@@ -1,0 +1,50 @@
+/// KeyRing: whose a key or session cookie is, from the operator's own key and the stored ones.
+///
+/// The stored keys are read anew every second: one that was removed stops working by then.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/base/mutex.h"
+#include "server/config.h"
+#include "server/store/key_table.h"
+
+namespace server {
+
+/// Who asks, and what they may.
+struct Holder {
+  std::string id;  ///< Of a stored key; empty: the operator, or anybody where no key is needed.
+  bool may_read = true;
+  bool may_write = true;
+  int rate_limit = 0;  ///< Requests a minute; 0: any number.
+};
+
+class KeyRing {
+ public:
+  /// Both must outlive it.
+  KeyRing(const Config& config, KeyTable& table);
+
+  /// Without any key, on loopback, nobody needs one.
+  bool is_needed();
+  std::optional<Holder> holder_of_token(std::string_view token);
+  std::optional<Holder> holder_of_session(std::string_view cookie);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void refresh() REQUIRES(mutex_);
+  std::optional<Holder> find(const std::string& hash, std::string KeyRow::*member);
+
+  const Config& config_;
+  KeyTable& table_;
+  const std::string own_token_hash_;  ///< Empty: the operator has set no key.
+  const std::string own_session_hash_;
+  core::Mutex mutex_;
+  std::map<std::string, KeyRow> rows_ GUARDED_BY(mutex_);  ///< By id.
+  std::optional<Clock::time_point> read_at_ GUARDED_BY(mutex_);
+};
+
+}  // namespace server

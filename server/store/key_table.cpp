@@ -1,0 +1,105 @@
+#include "server/store/key_table.h"
+
+#include <array>
+#include <span>
+
+#include <openssl/rand.h>
+
+#include "core/base/check.h"
+#include "core/base/sha256.h"
+
+namespace server {
+
+std::string random_hex(std::size_t bytes) {
+  std::array<unsigned char, 32> random{};
+  CHECK(bytes <= random.size());
+  CHECK(RAND_bytes(random.data(), static_cast<int>(bytes)) == 1);
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const unsigned char byte : std::span(random).first(bytes)) {
+    text += kDigits[byte >> 4U];
+    text += kDigits[byte & 15U];
+  }
+  return text;
+}
+
+namespace {
+
+std::string scopes_text(const KeyRow& row) {
+  return row.may_read && row.may_write ? "read,write" : row.may_write ? "write" : "read";
+}
+
+}  // namespace
+
+std::string secret_hash(std::string_view secret) {
+  return core::sha256_hex(secret.data(), secret.size());
+}
+
+std::string session_of_token(std::string_view token) {
+  return secret_hash("tessera session " + std::string(token));
+}
+
+MadeKey make_key(std::string name) {
+  MadeKey made;
+  made.row.id = random_hex(4);
+  made.row.name = std::move(name);
+  made.token = "tsk_" + made.row.id + "_" + random_hex(24);
+  made.row.token_hash = secret_hash(made.token);
+  made.row.session_hash = secret_hash(session_of_token(made.token));
+  return made;
+}
+
+core::Status KeyTable::insert(const KeyRow& row) {
+  return database_.transact([&row](Database::Session& session) -> core::Status {
+    Statement insert = session.prepare(
+        "INSERT INTO keys(id, name, token_hash, session_hash, scopes, rate_limit, created_at,"
+        " expires_at) VALUES(?,?,?,?,?,?,?,?)");
+    insert.bind(row.id).bind(row.name).bind(row.token_hash).bind(row.session_hash);
+    insert.bind(scopes_text(row));
+    insert.bind(row.rate_limit ? std::optional<double>(*row.rate_limit) : std::nullopt);
+    return insert.bind(row.created_at).bind(row.expires_at).run();
+  });
+}
+
+core::Result<std::vector<KeyRow>> KeyTable::list() {
+  auto session = database_.session();
+  Statement select = session.prepare(
+      "SELECT id, name, token_hash, session_hash, scopes, rate_limit, created_at, expires_at"
+      " FROM keys ORDER BY created_at, id");
+  std::vector<KeyRow> rows;
+  while (select.step()) {
+    KeyRow row;
+    row.id = select.text(0);
+    row.name = select.text(1);
+    row.token_hash = select.text(2);
+    row.session_hash = select.text(3);
+    const std::string scopes = select.text(4);
+    row.may_read = scopes.find("read") != std::string::npos;
+    row.may_write = scopes.find("write") != std::string::npos;
+    if (const auto limit = select.optional_real(5)) {
+      row.rate_limit = static_cast<int>(*limit);
+    }
+    row.created_at = select.real(6);
+    row.expires_at = select.optional_real(7);
+    rows.push_back(std::move(row));
+  }
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return rows;
+}
+
+core::Result<bool> KeyTable::remove(std::string_view id) {
+  bool found = false;
+  const core::Status done = database_.transact([&](Database::Session& session) -> core::Status {
+    auto status = session.prepare("DELETE FROM keys WHERE id=?").bind(id).run();
+    found = session.changes() > 0;
+    return status;
+  });
+  if (!done) {
+    return done.error();
+  }
+  return found;
+}
+
+}  // namespace server

@@ -1,0 +1,39 @@
+/// Tickets: leave to watch some jobs for a minute, without a key. For pages that cannot send headers
+/// with an event stream or a picture. Kept in memory: a restart ends them.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/mutex.h"
+
+namespace server {
+
+class Tickets {
+ public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kLife{60};
+  static constexpr std::size_t kMax = 10'000;
+
+  /// A new ticket for these jobs in the name of `holder`; empty when too many are about.
+  std::optional<std::string> issue(std::vector<std::string> jobs, std::string holder,
+                                   Clock::time_point now = Clock::now());
+  /// In whose name the ticket lets somebody watch all of these jobs; empty: it does not.
+  std::optional<std::string> holder_of(std::string_view ticket, const std::vector<std::string>& jobs,
+                                       Clock::time_point now = Clock::now()) const;
+
+ private:
+  struct Entry {
+    std::vector<std::string> jobs;
+    std::string holder;
+    Clock::time_point ends;
+  };
+  mutable core::Mutex mutex_;
+  std::map<std::string, Entry, std::less<>> entries_ GUARDED_BY(mutex_);
+};
+
+}  // namespace server

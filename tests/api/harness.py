@@ -49,8 +49,11 @@ class Answer:
 class Server:
     """A server with a data directory, which outlives kill() and stop() until close()."""
 
-    def __init__(self, *flags, threads=2, data=None):
+    def __init__(self, *flags, threads=2, data=None, key=None, preexec=None, scheme="http"):
         self.flags = list(flags)
+        self.scheme = scheme
+        self.key = key  # Brought with every request.
+        self.preexec = preexec  # Called in the child before it becomes the server.
         self.threads = threads
         self.data = data or tempfile.mkdtemp(prefix="tessera-api-")
         self.process = None
@@ -62,9 +65,10 @@ class Server:
                    "--threads", str(threads or self.threads), *self.flags]
         environ = {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")}
         with open(self.log, "ab") as log:
-            self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, env=environ)
+            self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, env=environ,
+                                            preexec_fn=self.preexec)
         line = self.process.stdout.readline().decode()
-        if not line.startswith("listening on http://127.0.0.1:"):
+        if not line.startswith(f"listening on {self.scheme}://127.0.0.1:"):
             self.process.wait(10)
             raise RuntimeError(f"no address but {line!r}; {self.log_text()}")
         self.port = int(line.rsplit(":", 1)[1])
@@ -105,7 +109,7 @@ class Server:
 
     def request(self, method, path, body=None, headers=None, timeout=PATIENCE_S):
         connection = self.connect(timeout)
-        headers = dict(headers or {})
+        headers = self.with_key(headers)
         if isinstance(body, (dict, list)):
             body = json.dumps(body)
             headers.setdefault("Content-Type", "application/json")
@@ -115,6 +119,12 @@ class Server:
             return Answer(response.status, response.headers, response.read())
         finally:
             connection.close()
+
+    def with_key(self, headers):
+        headers = dict(headers or {})
+        if self.key:
+            headers.setdefault("Authorization", "Bearer " + self.key)
+        return headers
 
     def get(self, path, headers=None):
         return self.request("GET", path, headers=headers)
@@ -178,7 +188,7 @@ class Stream:
 
     def __init__(self, server, path, headers=None, timeout=PATIENCE_S):
         self.connection = server.connect(timeout)
-        self.connection.request("GET", path, headers=dict(headers or {}))
+        self.connection.request("GET", path, headers=server.with_key(headers))
         self.response = self.connection.getresponse()
         self.status = self.response.status
         self.headers = self.response.headers
@@ -212,8 +222,11 @@ class EventStream(Stream):
         headers = {"Accept": "text/event-stream"}
         if last is not None:
             headers["Last-Event-ID"] = last
-        super().__init__(server, f"/v1/jobs/{job_id}/events", headers)
+        super().__init__(server, self.path(job_id), headers)
         self.comments = []
+
+    def path(self, job_id):
+        return f"/v1/jobs/{job_id}/events"
 
     def __iter__(self):
         name, event_id, data, retry = "message", None, [], None
@@ -242,6 +255,21 @@ class EventStream(Stream):
 
     def all(self):
         return list(self)
+
+
+class JobsStream(EventStream):
+    """The events of several jobs on one connection."""
+
+    def path(self, job_ids):
+        return "/v1/events?jobs=" + ",".join(job_ids)
+
+
+def tessera(*arguments, environ=None):
+    """Runs a verb to its end; its exit code, output and complaints."""
+    variables = {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")}
+    done = subprocess.run([BINARY, *arguments], capture_output=True, text=True, timeout=PATIENCE_S,
+                          env={**variables, **(environ or {})})
+    return done.returncode, done.stdout, done.stderr
 
 
 class Tile:

@@ -92,8 +92,14 @@ class RequestProblems(ApiTest):
             ({"environment": {"asset": "0" * 64}}, "/environment/asset"),
             ({"environment": {"asset": "sky.hdr"}}, "/environment/asset"),
             ({"variant": "red"}, "/variant"),
-            ({"webhook": {"url": "http://example.org"}}, "/webhook"),
-            ({"retention_seconds": 3}, "/retention_seconds"),
+            ({"webhook": {}}, "/webhook/url"),
+            ({"webhook": {"url": "ftp://example.org"}}, "/webhook/url"),
+            ({"webhook": {"url": "http://user@example.org/"}}, "/webhook/url"),
+            ({"webhook": {"url": "http://example.org", "events": []}}, "/webhook/events"),
+            ({"webhook": {"url": "http://example.org", "events": ["tile"]}}, "/webhook/events/0"),
+            ({"webhook": {"url": "http://example.org"}, "class": "preview"}, "/webhook"),
+            ({"retention_seconds": -1}, "/retention_seconds"),
+            ({"retention_seconds": 3, "class": "preview"}, "/retention_seconds"),
         ]
         for members, pointer in cases:
             with self.subTest(members=str(members)[:100]):
@@ -158,8 +164,7 @@ class RequestProblems(ApiTest):
         for method, path, body in (
                 ("POST", "/v1/films/merge", {"films": []}), ("GET", NO_JOB + "/film", None),
                 ("POST", "/v1/comparisons", {"a": "", "b": ""}), ("POST", "/v1/lab/runs", {}),
-                ("GET", "/v1/events", None), ("POST", "/v1/stream-tickets", {}),
-                ("POST", "/v1/jobs?from=image", {}), ("PUT", NO_JOB, {"scene": "cornell-box"})):
+                ("POST", "/v1/jobs?from=image", {})):
             answer = self.server.request(method, path, body)
             self.assertIn(answer.status, (404, 405, 422), (method, path, answer))
             self.assert_problem(answer, answer.status)

@@ -81,6 +81,28 @@ TEST(FilmFile, AFilmComesBackBitByBit) {
   EXPECT_EQ(film.tile(3).rejected_samples, 3U);
 }
 
+TEST(FilmFile, TheArithmeticIsNotedBesideAnyNumberOfPoints) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  core::Film film(small_film(), 2);
+  fill(film, 2);
+  server::FilmRecord record = record_of(2);
+  record.points.assign(5000, record.points.front());
+  for (const std::string& text : {std::string("embree 4, avx2"), std::string(300, 'x'), std::string()}) {
+    record.arithmetic = text;
+    auto file = FilmFile::open(path);
+    core::Film other(small_film(), 2);
+    ASSERT_TRUE(file->restore(other));
+    ASSERT_TRUE(file->write(film, record, false));
+    core::Film again(small_film(), 2);
+    const auto read = load(path, again);
+    ASSERT_TRUE(read);
+    EXPECT_EQ(read->arithmetic, text.substr(0, 256));
+    EXPECT_EQ(again.digest(), film.digest());
+    EXPECT_LE(read->points.size(), 2048U);
+  }
+}
+
 TEST(FilmFile, RevisionsGoOnAfterARestart) {
   const TemporaryFolder folder;
   write_two(folder.file("a.film"));

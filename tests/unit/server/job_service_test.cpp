@@ -205,9 +205,9 @@ TEST_F(Jobs, APausedJobIsPausedAfterARestartAndGoesOnToTheSameFilm) {
 TEST_F(Jobs, PatchingChecksTheVersionItWasMadeFor) {
   const auto job = submit(kForever);
   EXPECT_EQ(jobs->view(*job).spec_version, 1U);
-  ASSERT_TRUE(jobs->patch(job, R"({"priority": 5})", 1));
+  ASSERT_TRUE(jobs->patch(job, R"({"priority": 5})", std::vector<std::uint32_t>{7, 1}));
   EXPECT_EQ(jobs->view(*job).spec_version, 2U);
-  EXPECT_EQ(jobs->patch(job, R"({"priority": 6})", 1).problem().status, 412);
+  EXPECT_EQ(jobs->patch(job, R"({"priority": 6})", std::vector<std::uint32_t>{7, 1}).problem().status, 412);
   ASSERT_TRUE(jobs->cancel(job));
   EXPECT_EQ(jobs->patch(job, R"({"stop": {"seconds": 1}})", std::nullopt).problem().status, 409);
   EXPECT_TRUE(jobs->patch(job, R"({"labels": {"a": "b"}})", std::nullopt));
@@ -225,7 +225,7 @@ TEST_F(Jobs, ExtendingGivesTheFilmOfAJobAskedForMore) {
 }
 
 TEST_F(Jobs, OfOneKeyThereIsOneJob) {
-  const JobService::Idempotency key{.key = "k", .body_hash = "h"};
+  const JobService::Submission key{.key = "k", .body_hash = "h"};
   const auto first = jobs->submit(request(8), key);
   ASSERT_TRUE(first);
   const auto second = jobs->submit(request(8), key);

@@ -13,5 +13,6 @@ set(SERVER_TEST_SOURCES
   server_test_support.cpp
   single_flight_cache_test.cpp
   store_test.cpp
+  webhook_test.cpp
   zip_test.cpp)
 set(SERVER_TEST_LIBRARIES ZLIB::ZLIB)

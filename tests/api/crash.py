@@ -1,0 +1,161 @@
+"""A server that is killed again and again while clients upload, submit and watch.
+
+After each kill: whatever was acknowledged is there. At the end: every film has the digest of one that
+was never disturbed, and the data directory is sound.
+"""
+
+import hashlib
+import http.client
+import json
+import random
+import threading
+import time
+import uuid
+
+from harness import PATIENCE_S, Server, job_body, tessera, triangle_glb
+
+BYTES = {"Content-Type": "application/octet-stream"}
+GLB = {"Content-Type": "model/gltf-binary"}
+KINDS = 6
+SAMPLES = (16, 32, 512)  # The last is long enough for checkpoints.
+
+
+def body_of_kind(kind):
+    body = job_body(samples=SAMPLES[kind % 3], seed=kind // 3)
+    body["film"]["layers"] = ["normal"] if kind % 2 else []
+    return body
+
+
+class Clients:
+    """Uploads and submits without end; remembers only what was acknowledged."""
+
+    def __init__(self, server, seed):
+        self.server = server
+        self.lock = threading.Lock()
+        self.assets, self.scenes, self.jobs = {}, set(), {}
+        self.stopped = threading.Event()
+        self.resting = threading.Event()
+        self.faults = []
+        self.threads = [threading.Thread(target=self.work, args=(act, random.Random(f"{seed} {i}")), daemon=True)
+                        for i, act in enumerate((self.upload, self.upload_scene, self.submit, self.put, self.look))]
+        for thread in self.threads:
+            thread.start()
+
+    def work(self, act, chance):
+        while not self.stopped.is_set():
+            try:
+                act(chance)
+            except (OSError, http.client.HTTPException):
+                time.sleep(0.02)  # The server is dead, or not yet alive.
+            except BaseException as fault:  # Told by the thread that checks.
+                self.faults.append(fault)
+                return
+            self.stopped.wait(chance.random() * 0.05)
+
+    def upload(self, chance):
+        data = chance.randbytes(chance.randrange(1, 1 << 20))
+        answer = self.server.post("/v1/assets", data, BYTES)
+        if answer.status in (200, 201):
+            assert answer.json()["id"] == hashlib.sha256(data).hexdigest()
+            with self.lock:
+                self.assets[answer.json()["id"]] = len(data)
+
+    def upload_scene(self, chance):
+        glb = triangle_glb(nodes=[{"mesh": 0, "name": f"n{chance.random()}"}])
+        answer = self.server.post("/v1/scenes", glb, GLB)
+        if answer.status in (200, 201):
+            with self.lock:
+                self.scenes.add(answer.json()["id"])
+
+    def remember(self, answer, kind):
+        if answer.status in (200, 201):
+            with self.lock:
+                self.jobs[answer.json()["id"]] = kind
+        else:
+            assert answer.status == 429, answer
+
+    def submit(self, chance):
+        kind = chance.choice((0, 1, 3, 4, 0, 1, 3, 4, 2, 5))
+        key = {"Idempotency-Key": str(chance.random())}
+        for _ in range(2):  # Whoever got no answer asks again, and there is one job.
+            self.remember(self.server.post("/v1/jobs", body_of_kind(kind), key), kind)
+
+    def put(self, chance):
+        kind = chance.choice((0, 1, 3, 4, 0, 1, 3, 4, 2, 5))
+        name = uuid.UUID(int=chance.getrandbits(128), version=4)
+        answer = self.server.request("PUT", f"/v1/jobs/{name}", body_of_kind(kind))
+        self.remember(answer, kind)
+
+    def look(self, chance):
+        with self.lock:
+            jobs = list(self.jobs)
+        if jobs:
+            self.server.get(f"/v1/jobs/{chance.choice(jobs)}/image.png")
+
+    def stop(self):
+        self.stopped.set()
+        for thread in self.threads:
+            thread.join(PATIENCE_S)
+
+
+def check_acknowledged(server, clients, chance):
+    with clients.lock:
+        assets, scenes, jobs = dict(clients.assets), set(clients.scenes), dict(clients.jobs)
+    for asset in chance.sample(sorted(assets), min(20, len(assets))):
+        answer = server.get("/v1/assets/" + asset)
+        assert answer.status == 200 and len(answer.body) == assets[asset], (asset, answer.status)
+        assert hashlib.sha256(answer.body).hexdigest() == asset
+    for scene in chance.sample(sorted(scenes), min(20, len(scenes))):
+        assert server.get("/v1/scenes/" + scene).status == 200, scene
+    for job, kind in jobs.items():
+        answer = server.get("/v1/jobs/" + job)
+        assert answer.status == 200, (job, answer)
+        spec = answer.json()["spec"]
+        assert spec["seed"] == kind // 3, spec
+        assert spec["stop"] == {"samples_per_pixel": SAMPLES[kind % 3]}, spec
+        assert answer.json()["state"] != "failed", answer
+    return len(assets), len(scenes), len(jobs)
+
+
+def run(kills, seed, say=lambda text: None):
+    """Kills `kills` times; raises AssertionError on the first thing that is lost or different."""
+    chance = random.Random(seed)
+    server = Server("--checkpoint", "0.2", "--max-queue", "8")
+    server.start()
+    clients = None
+    try:
+        calm = {kind: server.render(body_of_kind(kind))["film_digest"] for kind in range(KINDS)}
+        clients = Clients(server, seed)
+        for kill in range(kills):
+            time.sleep(chance.random() ** 2 * 1.5)
+            server.kill()
+            server.start(chance.randrange(1, 4))
+            counts = check_acknowledged(server, clients, chance)
+            assert not clients.faults, clients.faults
+            say(f"kill {kill + 1}: {counts[0]} assets, {counts[1]} scenes, {counts[2]} jobs are there")
+        clients.stop()
+        check_acknowledged(server, clients, chance)
+        assert not clients.faults, clients.faults
+        for job, kind in clients.jobs.items():
+            done = server.wait(job)
+            assert done["state"] == "finished", done
+            assert done["film_digest"] == calm[kind], (job, kind)
+        listed, cursor = set(), None
+        while True:
+            page = server.get("/v1/jobs?limit=200" + (f"&cursor={cursor}" if cursor else "")).json()
+            listed |= {job["id"] for job in page["jobs"]}
+            cursor = page["next"]
+            if cursor is None:
+                break
+        assert set(clients.jobs) <= listed
+        server.stop()
+        code, said, complaints = tessera("check", "--json", "--data", server.data)
+        assert code == 0, said + complaints
+        found = json.loads(said)
+        say(f"{found['jobs']} jobs, {found['films']} films, {found['assets']} assets: sound; "
+            f"left over: {len(found['leftovers'])}")
+        return found
+    finally:
+        if clients is not None:
+            clients.stopped.set()
+        server.close()

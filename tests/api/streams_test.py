@@ -1,0 +1,65 @@
+"""As many watchers as the contract promises, at once, while the renderer is busy."""
+
+import resource
+import select
+import socket
+import time
+
+from harness import PATIENCE_S, ApiTest, EventStream, job_body
+
+STREAMS = 2048
+
+
+class ManyStreams(ApiTest):
+    @classmethod
+    def setUpClass(cls):
+        hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 16384), hard))
+        super().setUpClass()
+
+    def open_stream(self, job):
+        plug = socket.create_connection(("127.0.0.1", self.server.port), timeout=PATIENCE_S)
+        plug.sendall(f"GET /v1/jobs/{job}/events HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+        return plug
+
+    def read_until(self, plugs, word):
+        """Reads from all until each has had the word; it may have been cut in two."""
+        waiting = {plug.fileno(): (plug, b"") for plug in plugs}
+        poll = select.poll()
+        for number in waiting:
+            poll.register(number, select.POLLIN)
+        deadline = time.monotonic() + PATIENCE_S
+        while waiting and time.monotonic() < deadline:
+            for number, _ in poll.poll(1000):
+                plug, before = waiting[number]
+                piece = plug.recv(65536)
+                self.assertTrue(piece, "a stream broke off")
+                seen = before + piece
+                if word in seen:
+                    poll.unregister(number)
+                    del waiting[number]
+                else:
+                    waiting[number] = (plug, seen[-len(word):])
+        self.assertFalse(waiting, f"{len(waiting)} streams never had {word}")
+
+    def test_2048_watchers_hear_from_snapshot_to_end(self):
+        job = self.server.submit(job_body(samples=65536))["id"]
+        self.server.wait_for_samples(job)
+        plugs = []
+        try:
+            for _ in range(STREAMS):
+                plugs.append(self.open_stream(job))
+            self.read_until(plugs, b"event: snapshot")
+            with EventStream(self.server, job) as one_more:
+                self.assertEqual([e.name for e in one_more], ["overloaded"])
+            self.assertEqual(self.server.get("/livez").status, 200)
+            self.assertIn(f"tessera_streams {STREAMS}", self.server.get("/metrics").body.decode())
+            self.read_until(plugs, b"event: tile")
+            self.server.post(f"/v1/jobs/{job}/cancel")
+            self.read_until(plugs, b"event: end")
+        finally:
+            for plug in plugs:
+                plug.close()
+        # Their places are free again.
+        with EventStream(self.server, job) as stream:
+            self.assertEqual(stream.all()[-1].name, "end")

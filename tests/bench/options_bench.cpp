@@ -30,7 +30,7 @@ struct Option {
 struct Plan {
   int width = 96;
   int height = 54;
-  int samples = 32;
+  int samples = 16;
   int rounds = 4;
   bool is_short = false;
 };
@@ -163,22 +163,15 @@ std::vector<Cost> compare(View view, const std::vector<Option>& all, const Plan&
 
 void print_options(const Plan& plan) {
   const std::vector<Option> all = options();
-  const std::vector<const char*> scenes = {"cornell-box", "veach-mis", "many-lights", "glass", "interior"};
-  std::vector<std::vector<Cost>> table;
-  for (const char* name : scenes) {
-    table.push_back(compare(builtin(name, plan), all, plan));
-  }
-  std::printf("efficiency 1/(V T) over that of the default; rays over the default's in brackets\n%-26s", "");
-  for (const char* name : scenes) {
-    std::printf("%16s", name);
-  }
-  std::printf("\n");
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    std::printf("%-26s", all[i].name.c_str());
-    for (const auto& costs : table) {
-      std::printf("   %6.3f (%4.2f)", costs[i].efficiency() / costs[0].efficiency(), costs[i].rays / costs[0].rays);
+  for (const char* name : {"cornell-box", "veach-mis", "many-lights", "glass", "interior"}) {
+    const std::vector<Cost> costs = compare(builtin(name, plan), all, plan);
+    std::printf("\n%-26s%12s%12s%12s%12s\n", name, "efficiency", "variance", "seconds", "rays");
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const Cost& c = costs[i];
+      std::printf("%-26s%12.3f%12.3f%12.3f%12.3f\n", all[i].name.c_str(), c.efficiency() / costs[0].efficiency(),
+                  c.variance / costs[0].variance, c.seconds / costs[0].seconds, c.rays / costs[0].rays);
     }
-    std::printf("\n");
+    std::fflush(stdout);
   }
 }
 
@@ -228,7 +221,7 @@ int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "--short") {
     plan = {48, 27, 8, 1, true};
   }
-  std::printf("%dx%d, %d samples per pixel, %d rounds, 2 threads, box filter, max_depth 16\n", plan.width, plan.height,
+  std::printf("%dx%d, %d samples per pixel, %d rounds, 2 threads, box filter, max_depth 16; all over the default's\n", plan.width, plan.height,
               plan.samples, plan.rounds);
   print_options(plan);
   print_light_samplers(plan);

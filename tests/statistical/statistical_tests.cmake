@@ -1,5 +1,6 @@
 set(STATISTICAL_TEST_SOURCES
   bsdf_chi2_test.cpp
+  comparison_test.cpp
   convergence_test.cpp
   coverage_test.cpp
   error_estimate_test.cpp

@@ -25,6 +25,7 @@ LAYERS = {
                                       "core/scene/scene_description.h"],
     "core/image_io": BASICS,
     "core/film": BASICS + VALUES + ["core/sampling"],
+    "core/compare": BASICS + VALUES + ["core/film", "core/image_io/image.h"],
     "core/materials": BASICS + ["core/bsdf", "core/textures", "core/geometry", "core/sampling",
                                 "core/scene/scene_description.h", "core/scene/scene_data.h"],
     "core/lights": BASICS + VALUES + ["core/sampling", "core/textures", "core/geometry",

@@ -1,8 +1,12 @@
 set(CORE_TEST_SOURCES
   bsdf_test.cpp
   camera_test.cpp
+  comparison_test.cpp
   distribution_test.cpp
+  film_format_test.cpp
+  film_merge_test.cpp
   film_test.cpp
+  flip_test.cpp
   pass_plan_test.cpp
   render_task_test.cpp
   reservoir_test.cpp

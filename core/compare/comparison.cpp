@@ -1,0 +1,215 @@
+#include "core/compare/comparison.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "core/base/statistics.h"
+#include "core/compare/flip.h"
+#include "core/film/moment_sums.h"
+
+namespace core {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kRegularizer = 0.01;
+/// Noise is pooled over so many pixels to each side.
+constexpr int kPoolRadius = 3;
+/// Running means in single precision are this far off, relatively.
+constexpr double kRounding = 0x1p-21;
+constexpr double kZMax = 38;  // where the normal distribution ends in double precision
+
+/// Degrees of freedom of a sum of squares, from sum e^2 and sum e^4: as many as terms when they are Gaussian and alike
+/// (E e^4 = 3 sigma^4), 1 when one of them is all of it.
+double degrees_of(double squares, double fourths) {
+  return fourths > 0 ? std::max(3 * squares * squares / fourths - 2, 1.0) : 1.0;
+}
+
+/// A normal deviate as improbable as Student's t with k degrees of freedom.
+/// Source: Wallace, Bounds on normal approximations to Student's and the chi-square distributions, 1959.
+double normal_from_t(double t, double k) {
+  const double z = (8 * k + 1) / (8 * k + 3) * std::sqrt(k * std::log1p(t * t / k));
+  return std::copysign(std::min(z, kZMax), t);
+}
+
+/// Variance of one side's luminance, pixel by pixel.
+class SideNoise {
+ public:
+  explicit SideNoise(const Picture& picture)
+      : picture_(picture),
+        squares_(picture.width, picture.height),
+        fourths_(picture.width, picture.height),
+        spread_(picture.width, picture.height) {
+    if (picture.half_difference.empty()) {
+      return;
+    }
+    for (int y = 0; y < picture.height; ++y) {
+      for (int x = 0; x < picture.width; ++x) {
+        const std::size_t i = index(x, y);
+        const auto e = static_cast<double>(luminance(picture.half_difference[i]));
+        squares_.set(x, y, e * e);
+        fourths_.set(x, y, e * e * e * e);
+        spread_.set(x, y, picture.sample_variance.empty() ? 1.0 : static_cast<double>(picture.sample_variance[i]));
+      }
+    }
+  }
+
+  struct Value {
+    double variance = 0;
+    double squares = 0;  ///< sums over the window, for the degrees of freedom
+    double fourths = 0;
+  };
+  Value at(int x, int y) const {
+    Value value;
+    if (picture_.half_difference.empty()) {
+      return value;
+    }
+    const int x0 = std::max(x - kPoolRadius, 0);
+    const int y0 = std::max(y - kPoolRadius, 0);
+    const PixelRect window = {x0, y0, std::min(x + kPoolRadius + 1, picture_.width) - x0,
+                              std::min(y + kPoolRadius + 1, picture_.height) - y0};
+    const double count = static_cast<double>(window.width) * static_cast<double>(window.height);
+    value.squares = std::max(squares_.sum(window), 0.0);
+    value.fourths = std::max(fourths_.sum(window), 0.0);
+    // Half of it as the window has it, half as the pixel's own samples spread: noise ends at edges.
+    const double spread = spread_.sum(window) / count;
+    const double own = picture_.sample_variance.empty() ? 1.0 : static_cast<double>(picture_.sample_variance[index(x, y)]);
+    value.variance = value.squares / count * (spread > 0 ? 0.5 + 0.5 * own / spread : 1.0);
+    return value;
+  }
+  double rounding_variance(std::size_t i) const {
+    const double own = static_cast<double>(luminance(picture_.values[i])) * kRounding;
+    return own * own +
+           (picture_.rounding_variance.empty() ? 0.0 : static_cast<double>(picture_.rounding_variance[i]));
+  }
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(picture_.width) + static_cast<std::size_t>(x);
+  }
+
+ private:
+  const Picture& picture_;
+  SummedArea squares_;
+  SummedArea fourths_;
+  SummedArea spread_;
+};
+
+void measure_difference(const Picture& a, const Picture& b, Comparison& out) {
+  const std::size_t n = a.pixel_count();
+  out.difference.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    out.difference[i] = a.values[i] - b.values[i];
+    for (int c = 0; c < 3; ++c) {
+      const auto d = static_cast<double>(a.values[i][c]) - static_cast<double>(b.values[i][c]);
+      const auto reference = static_cast<double>(b.values[i][c]);
+      out.mse += d * d;
+      out.relmse += d * d / (reference * reference + kRegularizer);
+      out.bias += d;
+    }
+  }
+  const double values = 3 * static_cast<double>(n);
+  out.mse /= values;
+  out.relmse /= values;
+  out.bias /= values;
+}
+
+void bound_bias(const Picture& a, const Picture& b, Comparison& out) {
+  const bool adds_up = a.errors == PixelErrors::kIndependent && b.errors == PixelErrors::kIndependent;
+  if (!adds_up || !a.knows_its_error() || !b.knows_its_error()) {
+    out.bias_low = out.bias_high = kNan;
+    return;
+  }
+  double squares = 0;
+  double fourths = 0;
+  for (const Picture* side : {&a, &b}) {
+    for (const Rgb& half : side->half_difference) {
+      const auto e = static_cast<double>(average(half));
+      squares += e * e;
+      fourths += e * e * e * e;
+    }
+  }
+  const double error = std::sqrt(squares) / static_cast<double>(a.pixel_count());
+  const double width = student_t_quantile(0.975, degrees_of(squares, fourths)) * error;
+  out.bias_low = out.bias - width;
+  out.bias_high = out.bias + width;
+}
+
+void map_z(const Picture& a, const Picture& b, Comparison& out) {
+  out.z.resize(a.pixel_count());
+  if (!a.knows_its_error() || !b.knows_its_error()) {
+    std::fill(out.z.begin(), out.z.end(), std::numeric_limits<float>::quiet_NaN());
+    out.z_mean = out.z_variance = out.z_share_above_3 = kNan;
+    return;
+  }
+  const SideNoise left(a);
+  const SideNoise right(b);
+  double count = 0;
+  double sum = 0;
+  double squares = 0;
+  double beyond = 0;
+  for (int y = 0; y < a.height; ++y) {
+    for (int x = 0; x < a.width; ++x) {
+      const std::size_t i = left.index(x, y);
+      const double d = static_cast<double>(luminance(a.values[i])) - static_cast<double>(luminance(b.values[i]));
+      const SideNoise::Value va = left.at(x, y);
+      const SideNoise::Value vb = right.at(x, y);
+      const double noise = va.variance + vb.variance;
+      const double rounding = left.rounding_variance(i) + right.rounding_variance(i);
+      if (!(noise + rounding > 0) || (!(noise > 0) && d * d <= 16 * rounding)) {
+        continue;  // Nothing is random here, and nothing differs.
+      }
+      const double z = normal_from_t(d / std::sqrt(noise + rounding),
+                                     noise > 0 ? degrees_of(va.squares + vb.squares, va.fourths + vb.fourths) : 1e9);
+      out.z[i] = static_cast<float>(z);
+      count += 1;
+      sum += z;
+      squares += z * z;
+      beyond += std::abs(z) > 3 ? 1 : 0;
+    }
+  }
+  out.z_mean = count > 0 ? sum / count : 0;
+  out.z_variance = count > 1 ? (squares - sum * sum / count) / (count - 1) : kNan;
+  out.z_share_above_3 = count > 0 ? beyond / count : 0;
+}
+
+Rgb between(const Rgb* colors, std::size_t count, float t) noexcept {
+  const float at = std::clamp(t, 0.0F, 1.0F) * static_cast<float>(count - 1);
+  const auto first = std::min(static_cast<std::size_t>(at), count - 2);
+  return lerp(colors[first], colors[first + 1], at - static_cast<float>(first));
+}
+
+}  // namespace
+
+Result<Comparison> compare_pictures(const Picture& a, const Picture& b) {
+  if (a.width != b.width || a.height != b.height) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "the pictures have different sizes: " + std::to_string(a.width) + " by " + std::to_string(a.height) +
+                     " and " + std::to_string(b.width) + " by " + std::to_string(b.height) + " pixels",
+                 "/b"};
+  }
+  Comparison out;
+  measure_difference(a, b, out);
+  bound_bias(a, b, out);
+  map_z(a, b, out);
+  out.flip_map = flip_map(a.values, b.values, a.width, a.height);
+  for (const float value : out.flip_map) {
+    out.flip += static_cast<double>(value);
+  }
+  out.flip /= static_cast<double>(a.pixel_count());
+  return out;
+}
+
+Rgb heat_color(float value) noexcept {
+  constexpr std::array<Rgb, 5> kColors = {Rgb{0, 0, 0.02F}, Rgb{0.27F, 0.08F, 0.45F}, Rgb{0.73F, 0.22F, 0.33F},
+                                          Rgb{0.98F, 0.57F, 0.15F}, Rgb{0.99F, 0.98F, 0.75F}};
+  return between(kColors.data(), kColors.size(), value > 0 ? value : 0.0F);
+}
+
+Rgb signed_color(float value) noexcept {
+  constexpr std::array<Rgb, 5> kColors = {Rgb{0.03F, 0.19F, 0.42F}, Rgb{0.33F, 0.6F, 0.82F}, Rgb{0.97F, 0.97F, 0.97F},
+                                          Rgb{0.93F, 0.54F, 0.4F}, Rgb{0.45F, 0, 0.08F}};
+  return between(kColors.data(), kColors.size(), std::isfinite(value) ? 0.5F + 0.5F * value : 0.5F);
+}
+
+}  // namespace core

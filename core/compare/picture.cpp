@@ -1,0 +1,163 @@
+#include "core/compare/picture.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include "core/color/tone_map.h"
+
+namespace core {
+namespace {
+
+constexpr std::array<float, 3> kLuminance = {0.2126F, 0.7152F, 0.0722F};
+
+/// A stored number, and the width of what is rounded to it; both linear.
+struct Stored {
+  float value = 0;
+  float step = 0;
+};
+
+template <typename Word>
+Stored encoded(const std::byte* at, float most) {
+  Word word = 0;
+  std::memcpy(&word, at, sizeof word);
+  const auto v = static_cast<float>(word);
+  return {linear_from_srgb(v / most), linear_from_srgb((v + 0.5F) / most) - linear_from_srgb((v - 0.5F) / most)};
+}
+
+float float_at(const std::byte* at) {
+  float value = 0;
+  std::memcpy(&value, at, sizeof value);
+  return value;
+}
+
+/// Whether ten bits of mantissa are all that a float uses: it was a half float in the file.
+bool is_half(float value) { return (std::bit_cast<std::uint32_t>(value) & 0x1fffU) == 0; }
+
+/// Distance of neighbouring half floats around a value.
+float half_step(float value) {
+  int exponent = 0;
+  std::frexp(value, &exponent);
+  return std::ldexp(1.0F, std::max(exponent - 11, -24));
+}
+
+Stored stored_value(const Image& image, std::size_t index, bool halves) {
+  switch (image.type) {
+    case PixelType::kU8: return encoded<std::uint8_t>(image.bytes.data() + index, 255);
+    case PixelType::kU16: return encoded<std::uint16_t>(image.bytes.data() + 2 * index, 65535);
+    case PixelType::kF32: break;
+  }
+  const float value = float_at(image.bytes.data() + 4 * index);
+  return {value, halves ? half_step(value) : 0};
+}
+
+/// Bytes hold colours beside their alpha; films and float files hold products.
+float coverage(const Image& image, std::size_t pixel) {
+  const auto channels = static_cast<std::size_t>(image.channels);
+  if (image.type == PixelType::kF32 || channels % 2 != 0) {
+    return 1;
+  }
+  const std::size_t at = (pixel + 1) * channels - 1;
+  if (image.type == PixelType::kU8) {
+    return static_cast<float>(image.bytes[at]) / 255;
+  }
+  std::uint16_t word = 0;
+  std::memcpy(&word, image.bytes.data() + 2 * at, sizeof word);
+  return static_cast<float>(word) / 65535;
+}
+
+bool all_halves(const Image& image) {
+  if (image.type != PixelType::kF32) {
+    return false;
+  }
+  for (std::size_t i = 0; i < image.value_count(); ++i) {
+    if (!is_half(float_at(image.bytes.data() + 4 * i))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Of the luminance's mean, from the spread of the samples within each replicate. Negative: too few samples.
+float sample_variance(const FilmSnapshot& film, std::size_t pixel) {
+  const auto stride = static_cast<std::size_t>(film.replicates);
+  double squares = 0;
+  double degrees = 0;
+  double count = 0;
+  for (std::size_t k = 0; k < stride; ++k) {
+    const ReplicatePixel& p = film.pixels[pixel * stride + k];
+    count += p.count;
+    if (p.count > 1) {
+      squares += static_cast<double>(p.m2_luminance);
+      degrees += p.count - 1;
+    }
+  }
+  return degrees > 0 ? static_cast<float>(std::max(squares, 0.0) / degrees / count) : -1.0F;
+}
+
+}  // namespace
+
+Picture picture_of(const FilmSnapshot& film) {
+  Picture picture;
+  picture.width = film.rect.width;
+  picture.height = film.rect.height;
+  picture.errors = film.errors;
+  const std::size_t n = film.pixel_count();
+  picture.values.resize(n);
+  picture.half_difference.resize(n);
+  picture.sample_variance.resize(n);
+  bool has_halves = true;
+  bool has_spread = true;
+  for (std::size_t i = 0; i < n; ++i) {
+    const HalfValue a = half_value(film, i, 0);
+    const HalfValue b = half_value(film, i, 1);
+    picture.values[i] = pixel_value(film, i).mean;
+    picture.half_difference[i] = (a.mean - b.mean) * 0.5F;
+    picture.sample_variance[i] = sample_variance(film, i);
+    has_halves = has_halves && a.count > 0 && b.count > 0;
+    has_spread = has_spread && picture.sample_variance[i] >= 0;
+  }
+  if (!has_halves) {
+    picture.half_difference.clear();
+  }
+  if (!has_spread) {
+    picture.sample_variance.clear();
+  }
+  return picture;
+}
+
+Result<Picture> picture_of(const Image& image) {
+  Picture picture;
+  picture.width = image.width;
+  picture.height = image.height;
+  picture.is_exact = true;
+  const std::size_t n = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  picture.values.resize(n);
+  picture.rounding_variance.resize(n);
+  const bool halves = all_halves(image);
+  const auto stride = static_cast<std::size_t>(image.channels);
+  for (std::size_t i = 0; i < n; ++i) {
+    std::array<Stored, 3> rgb;
+    for (std::size_t c = 0; c < 3; ++c) {
+      rgb[c] = stored_value(image, i * stride + (stride >= 3 ? c : 0), halves);
+      // Uniform over a step: its square by 12.
+      const float deviation = kLuminance[c] * rgb[c].step;
+      picture.rounding_variance[i] += deviation * deviation / 12;
+    }
+    picture.values[i] = Rgb{rgb[0].value, rgb[1].value, rgb[2].value} * coverage(image, i);
+    if (!is_finite(picture.values[i])) {
+      return Error{ErrorCode::kInvalidArgument,
+                   "the image holds a value that is not finite, at pixel " +
+                       std::to_string(i % static_cast<std::size_t>(image.width)) + ", " +
+                       std::to_string(i / static_cast<std::size_t>(image.width)),
+                   ""};
+    }
+  }
+  return picture;
+}
+
+}  // namespace core

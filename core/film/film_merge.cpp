@@ -1,0 +1,193 @@
+#include "core/film/film_merge.h"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+#include <utility>
+
+namespace core {
+namespace {
+
+/// A range, and where its replicates are.
+struct Piece {
+  SampleRange range;
+  std::size_t part = 0;
+  int offset = 0;  ///< of its first replicate in the part's film
+};
+
+Error at_film(ErrorCode code, std::size_t part, std::string message) {
+  return Error{code, std::move(message), "/films/" + std::to_string(part)};
+}
+
+bool goes_before(const Piece& a, const Piece& b) {
+  return a.range.seed != b.range.seed ? a.range.seed < b.range.seed
+                                      : a.range.first_replicate < b.range.first_replicate;
+}
+
+/// Most samples that a pixel has in `replicates` replicates from `offset` on.
+int most_samples(const Film& film, int offset, int replicates) {
+  std::uint32_t most = 0;
+  const auto stride = static_cast<std::size_t>(film.replicates());
+  for (int tile = 0; tile < film.tile_count(); ++tile) {
+    const TileState state = film.tile(tile);
+    for (std::size_t i = static_cast<std::size_t>(offset); i < state.pixels.size(); i += stride) {
+      std::uint32_t count = 0;
+      for (std::size_t k = 0; k < static_cast<std::size_t>(replicates); ++k) {
+        count += state.pixels[i + k].count;
+      }
+      most = std::max(most, count);
+    }
+  }
+  return static_cast<int>(most);
+}
+
+Result<std::vector<Piece>> sorted_pieces(std::span<const FilmPart> parts, int replicates_max) {
+  std::vector<Piece> pieces;
+  int replicates = 0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Film& film = *parts[i].film;
+    const Film& first = *parts[0].film;
+    if (film.full_width() != first.full_width() || film.full_height() != first.full_height() ||
+        film.crop() != first.crop()) {
+      return at_film(ErrorCode::kInvalidArgument, i, "the film has another size or crop than the first one");
+    }
+    if (film.has_aux() != first.has_aux()) {
+      return at_film(ErrorCode::kInvalidArgument, i, "the film has other layers than the first one");
+    }
+    int offset = 0;
+    for (const SampleRange& range : parts[i].ledger) {
+      pieces.push_back({range, i, offset});
+      offset += range.replicates;
+    }
+    CHECK(offset == film.replicates());
+    replicates += offset;
+  }
+  if (replicates > replicates_max) {
+    return at_film(ErrorCode::kInvalidArgument, parts.size() - 1,
+                   "the films have " + std::to_string(replicates) + " replicates together; at most " +
+                       std::to_string(replicates_max) + " make one film");
+  }
+  std::sort(pieces.begin(), pieces.end(), goes_before);
+  for (std::size_t i = 1; i < pieces.size(); ++i) {
+    const SampleRange& a = pieces[i - 1].range;
+    const SampleRange& b = pieces[i].range;
+    if (a.seed == b.seed && b.first_replicate < a.first_replicate + a.replicates) {
+      const std::size_t earlier = std::min(pieces[i - 1].part, pieces[i].part);
+      return at_film(ErrorCode::kConflict, std::max(pieces[i - 1].part, pieces[i].part),
+                     "the film has samples in common with film " + std::to_string(earlier) +
+                         ": replicate " + std::to_string(b.first_replicate) + " of seed " +
+                         std::to_string(b.seed));
+    }
+  }
+  return pieces;
+}
+
+SampleLedger joined(const std::vector<Piece>& pieces) {
+  SampleLedger ledger;
+  for (const Piece& piece : pieces) {
+    const SampleRange& next = piece.range;
+    if (!ledger.empty()) {
+      SampleRange& last = ledger.back();
+      const bool follows =
+          last.seed == next.seed && last.first_replicate + last.replicates == next.first_replicate;
+      if (follows && std::int64_t{last.samples} * next.replicates == std::int64_t{next.samples} * last.replicates) {
+        last.replicates += next.replicates;
+        last.samples += next.samples;
+        continue;
+      }
+    }
+    ledger.push_back(next);
+  }
+  return ledger;
+}
+
+/// Means weighted by hits, in double.
+void add_aux(std::vector<AuxPixel>& sums, const std::vector<AuxPixel>& more) {
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    AuxPixel& to = sums[i];
+    const AuxPixel& from = more[i];
+    if (from.hits == 0) {
+      continue;
+    }
+    const double all = static_cast<double>(to.hits) + static_cast<double>(from.hits);
+    const double share = static_cast<double>(from.hits) / all;
+    const auto mix = [share](float a, float b) {
+      return static_cast<float>(static_cast<double>(a) + (static_cast<double>(b) - static_cast<double>(a)) * share);
+    };
+    to.albedo = {mix(to.albedo.r, from.albedo.r), mix(to.albedo.g, from.albedo.g), mix(to.albedo.b, from.albedo.b)};
+    to.normal_world = {mix(to.normal_world.x, from.normal_world.x), mix(to.normal_world.y, from.normal_world.y),
+                       mix(to.normal_world.z, from.normal_world.z)};
+    to.depth_m = mix(to.depth_m, from.depth_m);
+    to.hits += from.hits;
+  }
+}
+
+/// Tile `tile` of all parts in one; samples 0 when none of them has any.
+TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>& pieces, const Film& out, int tile) {
+  std::vector<TileState> from;
+  from.reserve(parts.size());
+  for (const FilmPart& part : parts) {
+    from.push_back(part.film->tile(tile));
+  }
+  TileState state = out.tile(tile);
+  const auto stride = static_cast<std::size_t>(out.replicates());
+  std::size_t at = 0;
+  std::vector<bool> seen(parts.size());
+  for (const Piece& piece : pieces) {
+    const TileState& source = from[piece.part];
+    const auto source_stride = static_cast<std::size_t>(parts[piece.part].film->replicates());
+    const auto count = static_cast<std::size_t>(piece.range.replicates);
+    for (std::size_t pixel = 0; pixel * stride < state.pixels.size(); ++pixel) {
+      std::copy_n(&source.pixels[pixel * source_stride + static_cast<std::size_t>(piece.offset)], count,
+                  &state.pixels[pixel * stride + at]);
+    }
+    at += count;
+    if (!seen[piece.part]) {
+      seen[piece.part] = true;
+      add_aux(state.aux, source.aux);
+      state.samples += source.samples;
+      state.rejected_samples += source.rejected_samples;
+      state.rays += source.rays;
+      state.cpu_seconds += source.cpu_seconds;
+    }
+  }
+  return state;
+}
+
+}  // namespace
+
+SampleLedger ledger_of(const Film& film, std::uint64_t seed, int first_replicate) {
+  return {SampleRange{.seed = seed,
+                      .first_replicate = first_replicate,
+                      .replicates = film.replicates(),
+                      .samples = most_samples(film, 0, film.replicates())}};
+}
+
+Result<FilmPart> merge_films(std::span<const FilmPart> parts, int replicates_max) {
+  CHECK(!parts.empty());
+  const auto pieces = sorted_pieces(parts, replicates_max);
+  if (!pieces) {
+    return pieces.error();
+  }
+  const Film& first = *parts[0].film;
+  FilmSettings settings;
+  settings.width = first.full_width();
+  settings.height = first.full_height();
+  settings.crop = first.crop();
+  settings.albedo = settings.normal = settings.depth = first.has_aux();
+  const int replicates = std::accumulate(pieces->begin(), pieces->end(), 0,
+                                         [](int sum, const Piece& piece) { return sum + piece.range.replicates; });
+  const bool is_correlated = std::any_of(
+      parts.begin(), parts.end(), [](const FilmPart& part) { return part.film->errors() == PixelErrors::kCorrelated; });
+  auto film = std::make_shared<Film>(settings, replicates,
+                                     is_correlated ? PixelErrors::kCorrelated : PixelErrors::kIndependent);
+  for (int tile = 0; tile < film->tile_count(); ++tile) {
+    TileState state = merged_tile(parts, *pieces, *film, tile);
+    if (state.samples > 0) {
+      film->commit(tile, std::move(state));
+    }
+  }
+  return FilmPart{.film = std::move(film), .ledger = joined(*pieces)};
+}
+
+}  // namespace core

@@ -19,6 +19,8 @@ struct AlbedoTables {
   float e5[kAlbedoNodes][kAlbedoNodes];  ///< weighted by w
   float e_average[kAlbedoNodes];         ///< 2 * integral of e * mu
   float e5_average[kAlbedoNodes];
+  float glass_outside_average[kGlassNodes][kGlassNodes];  ///< 2 * integral of the next one times mu; [ior][roughness]
+  float glass_inside_average[kGlassNodes][kGlassNodes];
   /// Reflection plus refraction of a rough dielectric; [ior][roughness][mu]; ior = 1 + 2 (k/(N-1))^2
   /// seen from outside, and its inverse seen from inside.
   float glass_outside[kGlassNodes][kGlassNodes][kGlassNodes];
@@ -73,29 +75,53 @@ inline float sheen_albedo(float mu, float roughness) noexcept {
   return low + (high - low) * b;
 }
 
-/// ior of the solid side over the outer side, above 1; inside: wo is in the solid.
-inline float glass_albedo(float mu, float roughness, float ior, bool inside) noexcept {
+namespace glass_detail {
+
+struct Place {
+  int node[3];
+  float share[3];
+};
+
+inline Place place(float mu, float roughness, float ior) noexcept {
   constexpr float kLast = kGlassNodes - 1;
   const float at[3] = {std::sqrt(std::clamp((ior - 1) * 0.5F, 0.0F, 1.0F)) * kLast,
                        std::clamp(roughness, 0.0F, 1.0F) * kLast,
                        std::sqrt(std::clamp(mu, 0.0F, 1.0F)) * kLast};
-  int n[3];
-  float f[3];
+  Place p{};
   for (int k = 0; k < 3; ++k) {
-    n[k] = std::min(static_cast<int>(at[k]), kGlassNodes - 2);
-    f[k] = at[k] - static_cast<float>(n[k]);
+    p.node[k] = std::min(static_cast<int>(at[k]), kGlassNodes - 2);
+    p.share[k] = at[k] - static_cast<float>(p.node[k]);
   }
+  return p;
+}
+
+}  // namespace glass_detail
+
+/// ior of the denser side over the thinner one, above 1; inside: the direction is in the denser one.
+inline float glass_albedo(float mu, float roughness, float ior, bool inside) noexcept {
+  const auto p = glass_detail::place(mu, roughness, ior);
   const auto& table = inside ? kAlbedoTables.glass_inside : kAlbedoTables.glass_outside;
   float sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const int c[3] = {corner & 1, (corner >> 1) & 1, corner >> 2};
     float weight = 1;
     for (int k = 0; k < 3; ++k) {
-      weight *= c[k] != 0 ? f[k] : 1 - f[k];
+      weight *= c[k] != 0 ? p.share[k] : 1 - p.share[k];
     }
-    sum += weight * table[n[0] + c[0]][n[1] + c[1]][n[2] + c[2]];
+    sum += weight * table[p.node[0] + c[0]][p.node[1] + c[1]][p.node[2] + c[2]];
   }
   return sum;
+}
+
+/// Its mean over the hemisphere, cosine-weighted.
+inline float glass_albedo_average(float roughness, float ior, bool inside) noexcept {
+  const auto p = glass_detail::place(1, roughness, ior);
+  const auto& t = inside ? kAlbedoTables.glass_inside_average : kAlbedoTables.glass_outside_average;
+  const auto row = [&](int i) {
+    return t[i][p.node[1]] + (t[i][p.node[1] + 1] - t[i][p.node[1]]) * p.share[1];
+  };
+  const float low = row(p.node[0]);
+  return low + (row(p.node[0] + 1) - low) * p.share[0];
 }
 
 }  // namespace core

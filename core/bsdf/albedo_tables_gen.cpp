@@ -30,19 +30,40 @@ float alpha_of(int node, int nodes) {
   return std::max(r * r, 1e-4F);
 }
 
-/// Mean of value(h) over the visible normals. Narrow lobes lose light where 1 - u.y is of the order of alpha^2: with
-/// u.y = 1 - t^2 the midpoints lie densest there.
-template <typename Value>
-double mean_over_normals(const Ggx& ggx, Vec3 wo, Value&& value) {
-  double sum = 0;
+/// Visible normals h, each with its weight in a mean. Narrow lobes lose light where 1 - u.y is of the order of alpha^2:
+/// with u.y = 1 - t^2 the midpoints lie densest there.
+template <typename Visit>
+void for_normals(const Ggx& ggx, Vec3 wo, Visit&& visit) {
   for (int b = 0; b < kSide; ++b) {
     const float t = (static_cast<float>(b) + 0.5F) / kSide;
     for (int a = 0; a < kSide; ++a) {
       const Vec2 u = {(static_cast<float>(a) + 0.5F) / kSide, 1 - t * t};
-      sum += value(ggx.sample_visible(wo, u)) * static_cast<double>(2 * t);
+      visit(ggx.sample_visible(wo, u), static_cast<double>(2 * t) / (kSide * kSide));
     }
   }
-  return sum / (kSide * kSide);
+}
+
+template <typename Value>
+double mean_over_normals(const Ggx& ggx, Vec3 wo, Value&& value) {
+  double sum = 0;
+  for_normals(ggx, wo, [&](Vec3 h, double weight) { sum += value(h) * weight; });
+  return sum;
+}
+
+/// 2 * integral over mu of e(mu) mu, mu = t^2: 4 * integral over t of e t^3; the interpolant is linear in t, so a fine
+/// midpoint rule is exact to rounding.
+template <std::size_t N>
+float average_of(const float (&e)[N]) {
+  constexpr int kFine = 4096;
+  double sum = 0;
+  for (int k = 0; k < kFine; ++k) {
+    const double x = (k + 0.5) / kFine;
+    const double at = x * static_cast<double>(N - 1);
+    const auto n = static_cast<std::size_t>(at);
+    const double f = at - static_cast<double>(n);
+    sum += x * x * x * (static_cast<double>(e[n]) * (1 - f) + static_cast<double>(e[n + 1]) * f);
+  }
+  return static_cast<float>(4 * sum / kFine);
 }
 
 void fill_reflection(core::AlbedoTables& t) {
@@ -61,24 +82,12 @@ void fill_reflection(core::AlbedoTables& t) {
         return weight(h) * static_cast<double>(core::schlick_weight(dot(wo, h)));
       }));
     }
-    // 2 * integral over mu of e(mu) mu, mu = t^2: 4 * integral over t of e t^3; the
-    // interpolant is linear in t, so a fine midpoint rule is exact to rounding.
-    constexpr int kFine = 4096;
-    double sum = 0;
-    double sum5 = 0;
-    for (int k = 0; k < kFine; ++k) {
-      const double x = (k + 0.5) / kFine;
-      const double at = x * (core::kAlbedoNodes - 1);
-      const int n = static_cast<int>(at);
-      const double f = at - n;
-      const double cube = x * x * x;
-      sum += cube * (static_cast<double>(t.e[j][n]) * (1 - f) + static_cast<double>(t.e[j][n + 1]) * f);
-      sum5 += cube * (static_cast<double>(t.e5[j][n]) * (1 - f) + static_cast<double>(t.e5[j][n + 1]) * f);
-    }
-    t.e_average[j] = static_cast<float>(4 * sum / kFine);
-    t.e5_average[j] = static_cast<float>(4 * sum5 / kFine);
+    t.e_average[j] = average_of(t.e[j]);
+    t.e5_average[j] = average_of(t.e5[j]);
   }
 }
+
+constexpr int kG = core::kGlassNodes;
 
 float glass(const Ggx& ggx, Vec3 wo, float eta) {
   const double mean = mean_over_normals(ggx, wo, [&](Vec3 h) {
@@ -103,16 +112,18 @@ float glass(const Ggx& ggx, Vec3 wo, float eta) {
 }
 
 void fill_glass(core::AlbedoTables& t) {
-  for (int k = 0; k < core::kGlassNodes; ++k) {
-    const float x = static_cast<float>(k) / (core::kGlassNodes - 1);
+  for (int k = 0; k < kG; ++k) {
+    const float x = static_cast<float>(k) / (kG - 1);
     const float ior = 1 + 2 * x * x;
-    for (int j = 0; j < core::kGlassNodes; ++j) {
-      const float alpha = alpha_of(j, core::kGlassNodes);
-      for (int i = 0; i < core::kGlassNodes; ++i) {
-        const Vec3 wo = direction(mu_of(i, core::kGlassNodes));
+    for (int j = 0; j < kG; ++j) {
+      const float alpha = alpha_of(j, kG);
+      for (int i = 0; i < kG; ++i) {
+        const Vec3 wo = direction(mu_of(i, kG));
         t.glass_outside[k][j][i] = glass({alpha, alpha}, wo, ior);
         t.glass_inside[k][j][i] = glass({alpha, alpha}, wo, 1 / ior);
       }
+      t.glass_outside_average[k][j] = average_of(t.glass_outside[k][j]);
+      t.glass_inside_average[k][j] = average_of(t.glass_inside[k][j]);
     }
   }
 }
@@ -170,7 +181,6 @@ int main(int argc, char** argv) {
     out << "}";
   };
   constexpr int kN = core::kAlbedoNodes;
-  constexpr int kG = core::kGlassNodes;
   write2(&tables->e[0][0], kN, kN);
   out << ",\n";
   write2(&tables->e5[0][0], kN, kN);
@@ -178,6 +188,10 @@ int main(int argc, char** argv) {
   write(tables->e_average, kN);
   out << ",\n";
   write(tables->e5_average, kN);
+  for (const auto* plane : {&tables->glass_outside_average, &tables->glass_inside_average}) {
+    out << ",\n";
+    write2(&(*plane)[0][0], kG, kG);
+  }
   for (const auto* cube : {&tables->glass_outside, &tables->glass_inside}) {
     out << ",\n{";
     for (const auto& plane : *cube) {

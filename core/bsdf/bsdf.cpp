@@ -94,26 +94,26 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   const Rgb substrate_albedo = diffuse_ * cover_wo_;
   const Rgb ms_albedo = is_smooth_ ? Rgb{} : ms_color_ * (1 - e.e);
   if (p.thin && p.transmission > 0) {
-    thin_ = p.base_color * cover_wo_ * (dielectric * p.transmission);
-    if (!is_smooth_) {  // what meets more than one facet goes on diffusely
-      below_ms_ = p.base_color * (dielectric * p.transmission * (1 - e.e) * kInvPi / std::max(1 - average.e, 1e-4F));
+    thin_ = p.base_color * (dielectric * p.transmission);
+    if (is_smooth_) {
+      cover_wo_ = 1 - cover_fresnel(wo_.z);
+    } else {  // what meets more than one facet goes on diffusely
+      below_ms_ = thin_ * ((1 - cover_ms_) * (1 - e.e) * kInvPi / std::max(1 - average.e, 1e-4F));
     }
   }
   if (solid > 0) {
-    glass_color_ = p.base_color;
     glass_weight_ = solid;
-    const float ior = std::max(p.ior, 1e-2F);
-    eta_ = p.inside ? 1 / ior : ior;
-    glass_scale_ = is_smooth_ ? 1.0F
-                              : 1 / std::max(glass_albedo(wo_.z, roughness_, std::max(eta_, 1 / eta_), eta_ < 1), 1e-3F);
+    prepare_glass(p);
   }
-  prob_diffuse_ = luminance(substrate_albedo) + luminance(ms_albedo);
+  prob_diffuse_ += luminance(substrate_albedo) + luminance(ms_albedo);
   prob_specular_ = luminance(specular_albedo_wo);
-  prob_thin_ = luminance(thin_) * (is_smooth_ ? 1.0F : e.e);
-  prob_glass_ = glass_weight_ * std::max(luminance(glass_color_), 0.05F);
-  prob_below_ = luminance(below_ * cover_wo_) + luminance(thin_) * (is_smooth_ ? 0.0F : 1 - e.e);
-  albedo_ = substrate_albedo + ms_albedo + specular_albedo_wo + thin_ + glass_color_ * glass_weight_ +
+  const float thin_diffuse = is_smooth_ ? 0.0F : (1 - e.e) * (1 - cover_ms_);
+  prob_thin_ = luminance(thin_) * std::max(cover_wo_ - thin_diffuse, 0.01F);
+  prob_glass_ *= glass_weight_ * std::max(luminance(p.base_color), 0.05F);
+  prob_below_ += luminance(below_) * cover_wo_ + luminance(thin_) * thin_diffuse;
+  albedo_ = substrate_albedo + ms_albedo + specular_albedo_wo + thin_ * cover_wo_ + p.base_color * glass_weight_ +
             below_ * cover_wo_;
+  below_ *= p.refraction_weight;
   if (layers_ != nullptr) {
     prepare_layers();
   }
@@ -127,6 +127,17 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   }
   has_spread_ = prob_diffuse_ + prob_below_ + prob_sheen_ > 0 || (!is_smooth_ && sum > 0) ||
                 (prob_coat_ > 0 && !coat_smooth_);
+}
+
+/// What a facet of the cover reflects of the greatest channel, which is lost to thin transmission.
+float Bsdf::cover_fresnel(float cos_oh) const noexcept {
+  const float plain = lerp(cover_f0_, cover_f90_, schlick_weight(cos_oh));
+  if (!(film_weight_ > 0)) {
+    return plain;
+  }
+  const Rgb film = thin_film_fresnel(std::max(cos_oh, 0.0F), layers_->iridescence_ior,
+                                     layers_->iridescence_thickness_nm, cover_film_f0_);
+  return lerp(plain, max_component(film) * cover_f90_, film_weight_);
 }
 
 /// KHR_materials_specular dims what lies below by the greatest channel, so that it keeps its hue.
@@ -211,11 +222,14 @@ void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
     return;
   }
   Rgb f = below_ * kInvPi;
-  if (!is_black(below_ms_)) {
-    f += below_ms_ * (1 - specular_albedo(-wi.z, roughness_).e);
-  }
   if (has_specular_) {
     f *= cover_wo_ * cover_share(-wi.z) * cover_norm_;
+  }
+  if (!is_black(glass_ms_below_)) {
+    f += glass_ms_below_ * (1 - glass_albedo(-wi.z, roughness_, std::max(eta_, 1 / eta_), eta_ > 1));
+  }
+  if (!is_black(below_ms_)) {
+    f += below_ms_ * (1 - specular_albedo(-wi.z, roughness_).e);
   }
   out.value_cos += f * -wi.z;
   out.pdf_solid_angle += prob_below_ * cosine_hemisphere_pdf_solid_angle(-wi.z);
@@ -269,7 +283,7 @@ Rgb Bsdf::albedo() const noexcept { return albedo_; }
 Rgb Bsdf::straight() const noexcept {
   Rgb sum;
   if (is_smooth_ && prob_thin_ > 0) {
-    sum += thin_ * delta_share();
+    sum += thin_ * (cover_wo_ * delta_share());
   }
   if (prob_glass_ > 0 && is_index_matched()) {
     sum += glass_color_ * (glass_weight_ * delta_share());
@@ -285,6 +299,9 @@ void Bsdf::add_diffuse(Vec3 wi, BsdfEval& out) const noexcept {
   if (has_specular_) {
     const SpecularAlbedo e = specular_albedo(wi.z, roughness_);
     f = f * (cover_wo_ * cover_share(wi.z) * cover_norm_) + ms_color_ * (ms_scale_ * (1 - e.e));
+  }
+  if (!is_black(glass_ms_)) {
+    f += glass_ms_ * (1 - glass_albedo(wi.z, roughness_, std::max(eta_, 1 / eta_), eta_ < 1));
   }
   out.value_cos += f * wi.z;
   out.pdf_solid_angle += prob_diffuse_ * cosine_hemisphere_pdf_solid_angle(wi.z);
@@ -312,47 +329,15 @@ void Bsdf::add_thin(Vec3 wi, BsdfEval& out) const noexcept {
   const Vec3 h = normalize_or(wo_ + flipped, {0, 0, 1});
   const float lambda_o = ggx_.lambda(wo_);
   const float common = ggx_.d(h) / (4 * wo_.z);
-  out.value_cos += thin_ * (common / (1 + lambda_o + ggx_.lambda(flipped)));
+  const float open = 1 - cover_fresnel(dot(wo_, h));
+  out.value_cos += thin_ * (open * common / (1 + lambda_o + ggx_.lambda(flipped)));
   out.pdf_solid_angle += prob_thin_ * common / (1 + lambda_o);
-}
-
-void Bsdf::add_glass(Vec3 wi, BsdfEval& out) const noexcept {
-  if (!(prob_glass_ > 0) || is_smooth_ || is_index_matched()) {
-    return;
-  }
-  const float lambda_o = ggx_.lambda(wo_);
-  if (wi.z > 0) {
-    const Vec3 h = normalize_or(wo_ + wi, {0, 0, 1});
-    const float f = fresnel_dielectric(dot(wo_, h), eta_);
-    const float common = ggx_.d(h) / (4 * wo_.z);
-    out.value_cos += Rgb(glass_weight_ * glass_scale_ * f * common / (1 + lambda_o + ggx_.lambda(wi)));
-    out.pdf_solid_angle += prob_glass_ * f * common / (1 + lambda_o);
-    return;
-  }
-  Vec3 h = normalize_or(wo_ + wi * eta_, {0, 0, 1});
-  if (h.z < 0) {
-    h = -h;
-  }
-  const float cos_o = dot(wo_, h);
-  const float cos_i = dot(wi, h);
-  if (!(cos_o > 0 && cos_i < 0)) {
-    return;
-  }
-  const float t = 1 - fresnel_dielectric(cos_o, eta_);
-  const float denominator = square(cos_o + eta_ * cos_i);
-  if (!(denominator > 1e-12F)) {
-    return;
-  }
-  const Vec3 flipped = {wi.x, wi.y, -wi.z};
-  const float common = t * ggx_.d(h) * cos_o * -cos_i / (wo_.z * denominator);
-  out.value_cos += glass_color_ * (glass_weight_ * glass_scale_ * common / (1 + lambda_o + ggx_.lambda(flipped)));
-  out.pdf_solid_angle += prob_glass_ * common * eta_ * eta_ / (1 + lambda_o);
 }
 
 /// Albedo of the coat from the side of wi, as weighted as coat_e_wo_.
 float Bsdf::coat_albedo(Vec3 wi) const noexcept {
-  const SpecularAlbedo a = specular_albedo(std::fabs(dot(wi, layers_->clearcoat_normal)),
-                                           layers_->clearcoat_roughness);
+  const float mu = dot(wi, layers_->clearcoat_normal);
+  const SpecularAlbedo a = specular_albedo(std::max(wi.z > 0 ? mu : -mu, 1e-3F), layers_->clearcoat_roughness);
   return layers_->clearcoat * (0.04F * (a.e - a.e5) + a.e5);
 }
 

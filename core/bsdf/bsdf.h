@@ -3,14 +3,15 @@
 /// Frame: local shading frame, n = (0,0,1) on the viewer's side, so wo.z > 0. wo points to the viewer, wi
 /// to the light; both unit, away from the surface; wi.z < 0 is transmission.
 /// Layers: a GGX lobe (Schlick Fresnel, multiple scattering by Kulla and Conty 2017) over Lambert and thin
-/// transmission, coupled reciprocally by (1 - E(wo)) (1 - E(wi)) / (1 - E_avg), E of the greatest
-/// channel; metal by weight; solid glass as a lobe of its own (Walter et al. 2007 with exact Fresnel,
-/// scaled by its tabulated albedo). Above it clearcoat (over diffuse lobes by the same product, over
-/// specular ones by the smaller of 1 - E(wo) and 1 - E(wi)) and sheen (KHR_materials_sheen's minimum).
-/// All are reciprocal but solid glass, and rough thin transmission by its cover, which is taken at wo alone.
-/// Terminator: directions that the shading frame puts on one side of the surface and the geometry on
-/// the other are mirrored at the geometric plane, in evaluation, density and sampling alike, so a
-/// lossless surface stays lossless and nothing leaks through.
+/// transmission. Diffuse lobes are coupled by (1 - E(wo)) (1 - E(wi)) / (1 - E_avg), E of the greatest channel;
+/// rough thin transmission passes 1 - F at each facet, and diffusely what meets more of them; metal by weight;
+/// solid glass as a lobe of its own (Walter et al. 2007 with exact Fresnel, bent to F0 and F90 of
+/// KHR_materials_specular and to the film of KHR_materials_iridescence); what it loses to further facets leaves
+/// diffusely on both sides (Kulla and Conty 2017), exact for the unbent curve. Above it clearcoat (over diffuse lobes by the same product, over specular ones by the
+/// smaller of 1 - E(wo) and 1 - E(wi)) and sheen (KHR_materials_sheen's minimum). All are reciprocal.
+/// Directions that the shading frame puts on one side of the surface and the horizon (Shading::horizon) on
+/// the other are mirrored at the horizon's plane, in evaluation, density and sampling alike, so a lossless
+/// surface stays lossless and nothing leaks through.
 #pragma once
 
 #include "core/bsdf/ggx.h"
@@ -30,10 +31,13 @@ struct BsdfParameters {
   float alpha_y = 1;
   Rgb f0 = {0.04F, 0.04F, 0.04F};  ///< of the dielectric, KHR_materials_ior and _specular applied
   float f90 = 1;                   ///< of the dielectric
+  Rgb specular_color = {1, 1, 1};  ///< of KHR_materials_specular, not clamped: F0 of solid glass, whose ior is relative
   float transmission = 0;
   bool thin = true;  ///< transmission passes straight through
   float ior = 1.5F;  ///< of the solid over that of what surrounds it; may be below 1
   bool inside = false;  ///< wo is in the solid
+  Rgb reflection_weight = {1, 1, 1};  ///< of what solid glass reflects, for paths of one wavelength; may be negative
+  Rgb refraction_weight = {1, 1, 1};  ///< of what it refracts
 };
 
 /// The rarer layers; a surface without any of them carries none of this.
@@ -107,6 +111,9 @@ class Bsdf {
   float cover_share(float mu) const noexcept;
   float coat_albedo(Vec3 wi) const noexcept;
   float delta_share() const noexcept;
+  float cover_fresnel(float cos_oh) const noexcept;
+  void prepare_glass(const BsdfParameters& p) noexcept;
+  Rgb glass_fresnel(float cos_oh) const noexcept;
   bool is_index_matched() const noexcept { return eta_ > 0.9999F && eta_ < 1.0001F; }
   Rgb fresnel(float cos_oh) const noexcept;
   void respect_geometry(BsdfSample& s) const noexcept;
@@ -132,11 +139,18 @@ class Bsdf {
   Rgb cover_film_f0_;       ///< of the cover under a thin film
   float cover_wo_ = 1;      ///< 1 - E_cover(wo)
   float cover_norm_ = 1;    ///< 1 / (1 - E_cover_avg)
-  Rgb thin_;                ///< weight of thin transmission, cover included
+  Rgb thin_;                ///< weight of thin transmission below its cover
   Rgb below_ms_;             ///< multiple scattering of rough thin transmission, [1/sr]
-  Rgb glass_color_;
+  Rgb glass_color_;          ///< of refraction
+  Rgb glass_reflection_;     ///< weight of reflection
   float glass_weight_ = 0;
-  float glass_scale_ = 1;
+  Rgb glass_ms_;             ///< what meets more than one facet and is reflected, [1/sr]
+  Rgb glass_ms_below_;       ///< and transmitted
+  bool glass_bent_ = false;  ///< its Fresnel is not the plain one: the next four count
+  Rgb glass_f0_;
+  float glass_f90_ = 1;
+  float glass_film_ = 0;
+  bool inside_ = false;
   float eta_ = 1;           ///< n(other side) / n(wo's side)
   float prob_diffuse_ = 0;
   float prob_specular_ = 0;

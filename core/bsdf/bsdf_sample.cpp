@@ -35,7 +35,7 @@ bool Bsdf::sample_specular(Vec2 u, BsdfSample& s) const noexcept {
 bool Bsdf::sample_thin(Vec2 u, BsdfSample& s) const noexcept {
   if (is_smooth_) {
     s.wi_local = -wo_;
-    s.weight = thin_ * (delta_share() / prob_thin_);
+    s.weight = thin_ * (cover_wo_ * delta_share() / prob_thin_);
     s.is_delta = true;
     s.is_straight = true;
     return true;
@@ -51,11 +51,12 @@ bool Bsdf::sample_glass(float u_lobe, Vec2 u, BsdfSample& s) const noexcept {
   const bool is_delta = is_smooth_ || index_matched;
   const Vec3 h = is_delta ? Vec3{0, 0, 1} : ggx_.sample_visible(wo_, u);
   const float cos_o = dot(wo_, h);
-  const float f = index_matched ? 0.0F : fresnel_dielectric(cos_o, eta_);
+  const Rgb f = index_matched ? Rgb{} : glass_fresnel(cos_o);
+  const float prob_reflect = max_component(f);
   s.is_delta = is_delta;
-  if (u_lobe < f) {
+  if (u_lobe < prob_reflect) {
     s.wi_local = h * (2 * cos_o) - wo_;
-    s.weight = Rgb(glass_weight_ * delta_share() / prob_glass_);
+    s.weight = f * glass_reflection_ * (glass_weight_ * delta_share() / (prob_glass_ * prob_reflect));
     return s.wi_local.z > 0;
   }
   const float cos_t = safe_sqrt(1 - (1 - cos_o * cos_o) / (eta_ * eta_));
@@ -89,6 +90,7 @@ BsdfSample Bsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
     ok = s.wi_local.z > 0;
   } else if (lobe(prob_below_)) {
     s.wi_local = -cosine_hemisphere(u_dir);
+    s.eta = prob_glass_ > 0 && is_black(below_) ? eta_ : 1.0F;
     ok = s.wi_local.z < 0;
   } else if (lobe(prob_sheen_)) {
     s.wi_local = uniform_hemisphere(u_dir);

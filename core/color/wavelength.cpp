@@ -29,6 +29,7 @@ Rgb matching(float nm) {
 struct Table {
   std::array<float, kCells + 1> cdf{};
   std::array<Rgb, kCells> weight;
+  std::array<double, 3> inverse_square{};  ///< mean of 1 / nm^2 of each channel
 
   Table() {
     std::array<Rgb, kCells> rgb;
@@ -44,8 +45,14 @@ struct Table {
     for (std::size_t i = 0; i < kCells; ++i) {
       rgb[i] = {rgb[i].r / static_cast<float>(mean[0]), rgb[i].g / static_cast<float>(mean[1]),
                 rgb[i].b / static_cast<float>(mean[2])};
-      size[i] = static_cast<double>(std::fabs(rgb[i].r) + std::fabs(rgb[i].g) + std::fabs(rgb[i].b)) + 1e-3;
+      constexpr float kMost = 3.89F;  // over the least of -1
+      const float least = std::min({rgb[i].r, rgb[i].g, rgb[i].b});
+      size[i] = static_cast<double>(std::max(max_component(rgb[i]) / kMost, -least)) + 1e-3;
       sum += size[i];
+      const auto nm = static_cast<double>(kFirst + (static_cast<float>(i) + 0.5F) * kStep);
+      for (std::size_t c = 0; c < 3; ++c) {
+        inverse_square[c] += static_cast<double>(rgb[i][static_cast<int>(c)]) / (nm * nm * kCells);
+      }
     }
     double at = 0;
     for (std::size_t i = 0; i < kCells; ++i) {
@@ -58,10 +65,21 @@ struct Table {
   }
 };
 
+const Table& table_of_colours() {
+  static const Table table;
+  return table;
+}
+
+/// inverse_square: 1 / wavelength^2 [1/nm^2].
+float cauchy_ior(float n_d, float dispersion, float inverse_square) {
+  const float abbe_inverse = dispersion / 20;
+  return std::max(n_d + (n_d - 1) * abbe_inverse * (523655.0F * inverse_square - 1.5168F), 1.0F);
+}
+
 }  // namespace
 
 WavelengthSample sample_wavelength(float u) noexcept {
-  static const Table table;
+  const Table& table = table_of_colours();
   const auto after = std::upper_bound(table.cdf.begin(), table.cdf.end(), u);
   const auto cell = std::min<std::size_t>(
       static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - table.cdf.begin() - 1, 0)), kCells - 1);
@@ -71,9 +89,15 @@ WavelengthSample sample_wavelength(float u) noexcept {
 }
 
 float dispersive_ior(float n_d, float dispersion, float wavelength_nm) noexcept {
-  const float abbe_inverse = dispersion / 20;
-  const float n = n_d + (n_d - 1) * abbe_inverse * (523655.0F / (wavelength_nm * wavelength_nm) - 1.5168F);
-  return std::max(n, 1.0F);
+  return cauchy_ior(n_d, dispersion, 1 / (wavelength_nm * wavelength_nm));
+}
+
+Rgb mean_dispersive_ior(float n_d, float dispersion) noexcept {
+  const auto at = [n_d, dispersion](double inverse_square) {
+    return cauchy_ior(n_d, dispersion, static_cast<float>(inverse_square));
+  };
+  const auto& mean = table_of_colours().inverse_square;
+  return {at(mean[0]), at(mean[1]), at(mean[2])};
 }
 
 }  // namespace core

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/bsdf/fresnel.h"
 #include "core/color/wavelength.h"
 #include "core/integrators/path_state.h"
 #include "core/math/numbers.h"
@@ -138,17 +139,20 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   }
   const Vec3 n = vertex.shading.normal_geometric;
   const Vec3 wi = vertex.shading.frame.to_world(s.wi_local);
-  const bool through = dot(wi, n) < 0;
+  const bool through = dot(wi, vertex.shading.horizon) < 0;
   path.beta *= weight;
+  if (vertex.drew_wavelength && !through) {
+    path.wavelength_nm = 0;  // the colours parted in what went through
+  }
   if (s.is_straight) {
     ++path.straight;  // seen from the last vertex, the light is where it was
   } else {
     path.pdf_bsdf = s.is_delta ? 0.0F : s.pdf_solid_angle;
-    path.last_point = vertex.point.position;
+    path.last_point = vertex.shading.origin;
     path.last_normal = vertex.light_normal;
   }
   path.eta_scale *= s.eta * s.eta;
-  path.ray.origin = offset_ray(vertex.point.position, through ? -n : n);
+  path.ray.origin = offset_ray(vertex.shading.origin, through ? -n : n);
   path.ray.direction = wi;
   if (through && scene_.has_volumes) {
     const Material& material = scene_.materials[vertex.point.material];
@@ -158,6 +162,7 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   }
   if (!s.is_delta) {
     path.cone_spread_rad += 0.1F * std::max(vertex.shading.bsdf.alpha_x, vertex.shading.bsdf.alpha_y);
+    path.is_sharp = false;
   }
   if (roulette_ != RouletteType::kNone) {
     // Paths are left alone until their weight falls below one half, and weigh at least that after;
@@ -181,32 +186,53 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   return true;
 }
 
-/// Index of refraction that this path sees; from the first dispersive solid on it follows one
-/// wavelength.
-float PathIntegrator::ior_of(State& path, const Material* material) noexcept {
+/// Index of refraction that this path sees, at its wavelength once it has one.
+float PathIntegrator::ior_of(const State& path, const Material* material) noexcept {
   if (material == nullptr) {
     return 1;
   }
   const MaterialDescription& f = material->factors;
-  if (!(f.dispersion > 0)) {
-    return std::max(f.ior, 1.0F);
-  }
-  if (!(path.wavelength_nm > 0)) {
-    const Vec4 u = path.sampler.get_4d(dimension_group(0, BounceGroup::kVolume));
-    const WavelengthSample sample = sample_wavelength(u.w);
-    path.wavelength_nm = sample.wavelength_nm;
-    path.beta *= sample.weight;
-  }
-  return dispersive_ior(f.ior, f.dispersion, path.wavelength_nm);
+  const bool at_wavelength = f.dispersion > 0 && path.wavelength_nm > 0;
+  return at_wavelength ? dispersive_ior(f.ior, f.dispersion, path.wavelength_nm) : std::max(f.ior, 1.0F);
 }
 
 /// A solid's boundary bends light by its index over that of what surrounds it here. front: seen from
 /// outside, for a path inside `media`.
-float PathIntegrator::relative_ior(State& path, const MediumStack& media, const Material& material,
+float PathIntegrator::relative_ior(const State& path, const MediumStack& media, const Material& material,
                                    bool front) noexcept {
   const Material* around = front ? media.top() : media.without(&material);
   const float inner = ior_of(path, &material);
   return inner / ior_of(path, around);
+}
+
+/// From the first dispersive boundary on a path follows one wavelength. Met from outside, what is reflected keeps
+/// all of them: each channel then counts with the reflectance at its own mean index (of 1 / wavelength^2, in which the
+/// index is linear), over that at the wavelength drawn, which decides.
+void PathIntegrator::meet_solid(State& path, const Material& material, Vertex& vertex) noexcept {
+  BsdfParameters& b = vertex.shading.bsdf;
+  const bool front = vertex.shading.front;
+  const Material* around = front ? path.media.top() : path.media.without(&material);
+  const MaterialDescription& f = material.factors;
+  const bool disperses_around = around != nullptr && around->factors.dispersion > 0;
+  if ((f.dispersion > 0 || disperses_around) && !(path.wavelength_nm > 0)) {
+    const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kVolume));
+    const WavelengthSample sample = sample_wavelength(u.w);
+    path.wavelength_nm = sample.wavelength_nm;
+    if (front && !disperses_around) {
+      const float outer = ior_of(path, around);
+      const float cos_o = std::max(dot(vertex.shading.frame.n, vertex.wo_world), 0.0F);
+      const float here = fresnel_dielectric(cos_o, ior_of(path, &material) / outer);
+      const Rgb n = mean_dispersive_ior(f.ior, f.dispersion);
+      b.reflection_weight = here > 0 ? Rgb{fresnel_dielectric(cos_o, n.r / outer), fresnel_dielectric(cos_o, n.g / outer),
+                                           fresnel_dielectric(cos_o, n.b / outer)} / here
+                                     : Rgb(1);
+      b.refraction_weight = sample.weight;
+      vertex.drew_wavelength = true;
+    } else {
+      path.beta *= sample.weight;
+    }
+  }
+  b.ior = relative_ior(path, path.media, material, front);
 }
 
 void PathIntegrator::record_first(State& path, const Vertex& vertex, Rgb albedo) noexcept {
@@ -258,7 +284,7 @@ void PathIntegrator::follow(State& path) const noexcept {
       path.beta *= share;
     }
     if (material.factors.unlit) {
-      const Rgb color = unlit_color(scene_, vertex.point, path.cone_width_m);
+      const Rgb color = unlit_color(scene_, vertex.point, vertex.wo_world, path.footprint());
       if (!path.out.hit) {
         vertex.shading.frame.n = vertex.point.normal_shading;
         record_first(path, vertex, color);
@@ -266,9 +292,10 @@ void PathIntegrator::follow(State& path) const noexcept {
       path.out.radiance += path.beta * color;
       return;
     }
-    shade(scene_, vertex.point, vertex.wo_world, path.cone_width_m, vertex.shading);
+    shade(scene_, vertex.point, vertex.wo_world, path.footprint(), vertex.shading);
+    vertex.drew_wavelength = false;
     if (material.is_volume) {
-      vertex.shading.bsdf.ior = relative_ior(path, path.media, material, vertex.shading.front);
+      meet_solid(path, material, vertex);
     }
     const Shading& shading = vertex.shading;
     const Bsdf bsdf = make_bsdf(shading, vertex.wo_world);
@@ -283,7 +310,7 @@ void PathIntegrator::follow(State& path) const noexcept {
     if (path.straight > kPassThroughMax || (at_end && is_black(bsdf.straight()))) {
       return;
     }
-    vertex.light_normal = bsdf.transmits() ? Vec3{} : shading.normal_geometric;
+    vertex.light_normal = bsdf.transmits() ? Vec3{} : shading.horizon;
     if (path.depth == 0 && split_count_ > 1 && !at_end) {
       split(path, vertex, bsdf);
       return;

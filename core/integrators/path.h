@@ -33,9 +33,10 @@ class PathIntegrator final : public Integrator {
   BsdfSample sample_direction(State& path, const Bsdf& bsdf) const noexcept;
   bool scatter(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
   Rgb transmittance(State& path, const Ray& ray, MediumStack& media) const noexcept;
-  static float ior_of(State& path, const Material* material) noexcept;
-  static float relative_ior(State& path, const MediumStack& media, const Material& material,
+  static float ior_of(const State& path, const Material* material) noexcept;
+  static float relative_ior(const State& path, const MediumStack& media, const Material& material,
                             bool front) noexcept;
+  static void meet_solid(State& path, const Material& material, Vertex& vertex) noexcept;
   static void record_first(State& path, const Vertex& vertex, Rgb albedo) noexcept;
 
   const SceneData& scene_;

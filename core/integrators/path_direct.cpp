@@ -62,7 +62,7 @@ Rgb PathIntegrator::transmittance(State& path, const Ray& shadow, MediumStack& m
     if (material.is_clear && coverage > 0) {
       const Vec3 wo = -normalize(ray.direction);
       Shading shading;
-      shade(scene_, hole, wo, path.cone_width_m, shading);
+      shade(scene_, hole, wo, path.footprint(), shading);
       if (material.is_volume) {
         shading.bsdf.ior = relative_ior(path, media, material, shading.front);
         media.cross(material, shading.front);
@@ -131,7 +131,7 @@ PathIntegrator::DirectLight PathIntegrator::sample_light(State& path, const Vert
                                                          const Bsdf& bsdf) const noexcept {
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
   path.u_roulette = u.w;
-  const Vec3 p = vertex.point.position;
+  const Vec3 p = vertex.shading.origin;
   if (strategy_ != Strategy::kMis && strategy_ != Strategy::kLight) {
     return unshadowed(path, vertex, bsdf, lights_.sample_delta(p, u.x));
   }
@@ -177,9 +177,9 @@ void PathIntegrator::add_direct(State& path, const Vertex& vertex, const Bsdf& b
   }
   const LightSample& light = direct.light;
   const Vec3 n = vertex.shading.normal_geometric;
-  const float side = dot(n, light.wi_world) >= 0 ? 1.0F : -1.0F;
+  const float side = dot(vertex.shading.horizon, light.wi_world) >= 0 ? 1.0F : -1.0F;
   Ray shadow;
-  shadow.origin = offset_ray(vertex.point.position, n * side);
+  shadow.origin = offset_ray(vertex.shading.origin, n * side);
   shadow.direction = light.is_far ? light.wi_world : light.target - shadow.origin;
   shadow.t_max = light.is_far ? kFar : 1.0F;
   MediumStack media = path.media;

@@ -20,7 +20,7 @@ inline Rgb absorbed(Rgb sigma_a, float distance_m) {
 
 inline Bsdf make_bsdf(const Shading& shading, Vec3 wo_world) {
   return Bsdf(shading.bsdf, shading.frame.to_local(wo_world),
-              shading.frame.to_local(shading.normal_geometric),
+              shading.frame.to_local(shading.horizon),
               shading.has_layers ? &shading.layers : nullptr);
 }
 
@@ -39,12 +39,15 @@ struct PathIntegrator::State {
   float eta_scale = 1;       ///< product of eta^2: radiance against importance
   float cone_width_m = 0;
   float cone_spread_rad = 0;
+  bool is_sharp = true;        ///< no rough surface so far: textures are seen as the camera sees them
   MediumStack media{};       ///< the solids that the path is in
   std::uint32_t pass_through = 0;
   float wavelength_nm = 0;  ///< 0: the path carries all of them
   float u_roulette = -1;  ///< of this bounce; below 0: not drawn yet
   float share = 1;        ///< of the pixel: less where a path was split
   std::uint32_t dice = 0;  ///< thrown where expected values are not used
+
+  Footprint footprint() const noexcept { return {cone_width_m, is_sharp}; }
 };
 
 /// What a light sample adds to the pixel if nothing is in its way: value * scale.
@@ -60,6 +63,7 @@ struct PathIntegrator::Vertex {
   float distance_m = 0;
   Shading shading;
   Vec3 light_normal;  ///< for the light sampler: zero where light may come from behind
+  bool drew_wavelength = false;  ///< here, for what is refracted alone
 };
 
 }  // namespace core

@@ -8,33 +8,66 @@
 namespace core {
 namespace {
 
-Vec2 transformed(const TextureDescription& d, const SurfacePoint& p) {
-  const Vec2 uv = p.uv[static_cast<std::size_t>(d.uv_set)];
-  const auto& m = d.uv_transform;
-  return {m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]};
+/// A point and what is seen of it.
+struct Seen {
+  const SurfacePoint& point;
+  Vec3 across_m;  ///< axes of the footprint's ellipse on the surface, world; the short one
+  Vec3 along_m;
+  bool is_sharp;
+};
+
+Seen seen(const SurfacePoint& point, Vec3 wo, Footprint footprint) {
+  // A pixel has many samples, whose places are a filter already: half of its width leaves a blur of little more than
+  // the pixel's own, and hardly more noise at 4 samples.
+  footprint.width_m *= 0.5F;
+  constexpr float kLeast = 0.02F;  // of the cosine: beyond, footprints are longer than what they lie on
+  const Vec3 n = point.normal_geometric;
+  const float cosine = dot(n, wo);
+  const Vec3 slope = wo - n * cosine;
+  const float sine2 = length_squared(slope);
+  if (!(sine2 > 1e-6F)) {
+    const Frame frame = frame_from_normal(n);
+    return {point, frame.s * footprint.width_m, frame.t * footprint.width_m, footprint.is_sharp};
+  }
+  const Vec3 along = slope * (1 / std::sqrt(sine2));
+  return {point, cross(n, along) * footprint.width_m,
+          along * (footprint.width_m / std::max(std::fabs(cosine), kLeast)), footprint.is_sharp};
 }
 
-Vec4 read(const TextureSlot& slot, const SurfacePoint& p, float footprint_m) {
+Vec4 read(const TextureSlot& slot, const Seen& at) {
   if (slot.texture == nullptr) {
     return {1, 1, 1, 1};
   }
   const TextureDescription& d = slot.description;
-  const float side = static_cast<float>(std::max(slot.texture->width(), slot.texture->height()));
+  const auto set = static_cast<std::size_t>(d.uv_set);
   const auto& m = d.uv_transform;
-  const float scale = std::sqrt(std::fabs(m[0] * m[4] - m[1] * m[3]));
-  return slot.texture->sample({.uv = transformed(d, p),
-                               .texels = footprint_m * p.texels_per_m * side * scale,
+  const Vec2 uv = at.point.uv[set];
+  const auto turned = [&m](Vec2 v) { return Vec2{m[0] * v.x + m[1] * v.y, m[3] * v.x + m[4] * v.y}; };
+  const auto moved = [&](Vec3 way) {
+    const float a = dot(way, at.point.to_edge1);
+    const float b = dot(way, at.point.to_edge2);
+    return turned(at.point.uv_edge1[set] * a + at.point.uv_edge2[set] * b);
+  };
+  const Vec2 base = turned(uv);
+  return slot.texture->sample({.uv = {base.x + m[2], base.y + m[5]},
+                               .across = moved(at.across_m),
+                               .along = moved(at.along_m),
+                               .taps_max = at.is_sharp ? kTextureTapsMax : 1,
                                .wrap_u = d.wrap_u,
                                .wrap_v = d.wrap_v,
                                .nearest = d.nearest});
 }
 
+/// The same point at the finest level.
+Seen finest(const SurfacePoint& point) { return {point, {}, {}, false}; }
+
 /// A normal map's normal in world space, on the front side like point.normal_shading.
-Vec3 mapped_normal(const TextureSlot& slot, float scale, const SurfacePoint& p, float footprint_m) {
+Vec3 mapped_normal(const TextureSlot& slot, float scale, const Seen& at) {
+  const SurfacePoint& p = at.point;
   if (slot.texture == nullptr || length_squared(p.tangent) == 0) {
     return p.normal_shading;
   }
-  const Vec4 texel = read(slot, p, footprint_m);
+  const Vec4 texel = read(slot, at);
   const Vec3 n = {(2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1};
   const Vec3 bitangent = cross(p.normal_shading, p.tangent) * p.tangent_sign;
   return normalize_or(p.tangent * n.x + bitangent * n.y + p.normal_shading * n.z, p.normal_shading);
@@ -53,26 +86,25 @@ Vec3 facing(Vec3 n, Vec3 wo) {
 Rgb clamp01_rgb(Rgb c) { return {clamp01(c.r), clamp01(c.g), clamp01(c.b)}; }
 
 /// The rarer layers, textures applied.
-void fill_layers(const Material& material, const SurfacePoint& point, Vec3 wo_world, float footprint_m,
-                 Shading& s) {
+void fill_layers(const Material& material, const Seen& at, Vec3 wo_world, Shading& s) {
   const MaterialDescription& f = material.factors;
   BsdfLayers& l = s.layers;
-  l.clearcoat = clamp01(f.clearcoat * read(material.clearcoat, point, footprint_m).x);
-  l.clearcoat_roughness = clamp01(f.clearcoat_roughness * read(material.clearcoat_roughness, point, footprint_m).y);
-  const Vec3 coat = mapped_normal(material.clearcoat_normal, f.clearcoat_normal_scale, point, footprint_m);
+  l.clearcoat = clamp01(f.clearcoat * read(material.clearcoat, at).x);
+  l.clearcoat_roughness = clamp01(f.clearcoat_roughness * read(material.clearcoat_roughness, at).y);
+  const Vec3 coat = mapped_normal(material.clearcoat_normal, f.clearcoat_normal_scale, at);
   l.clearcoat_normal = s.frame.to_local(facing(s.front ? coat : -coat, wo_world));
-  const Vec4 sheen = read(material.sheen_color, point, footprint_m);
+  const Vec4 sheen = read(material.sheen_color, at);
   l.sheen_color = clamp01_rgb(f.sheen_color * Rgb{sheen.x, sheen.y, sheen.z});
-  l.sheen_roughness = clamp01(f.sheen_roughness * read(material.sheen_roughness, point, footprint_m).w);
-  l.iridescence = clamp01(f.iridescence * read(material.iridescence, point, footprint_m).x);
+  l.sheen_roughness = clamp01(f.sheen_roughness * read(material.sheen_roughness, at).w);
+  l.iridescence = clamp01(f.iridescence * read(material.iridescence, at).x);
   l.iridescence_ior = f.iridescence_ior;
   l.iridescence_thickness_nm =
       material.iridescence_thickness.texture == nullptr
           ? f.iridescence_thickness_max_nm
           : lerp(f.iridescence_thickness_min_nm, f.iridescence_thickness_max_nm,
-                 read(material.iridescence_thickness, point, footprint_m).y);
-  l.diffuse_transmission = clamp01(f.diffuse_transmission * read(material.diffuse_transmission, point, footprint_m).w);
-  const Vec4 below = read(material.diffuse_transmission_color, point, footprint_m);
+                 read(material.iridescence_thickness, at).y);
+  l.diffuse_transmission = clamp01(f.diffuse_transmission * read(material.diffuse_transmission, at).w);
+  const Vec4 below = read(material.diffuse_transmission_color, at);
   l.diffuse_transmission_color = clamp01_rgb(f.diffuse_transmission_color * Rgb{below.x, below.y, below.z});
 }
 
@@ -85,6 +117,7 @@ void set_dielectric(BsdfParameters& b, float ior, Rgb specular_color, float spec
   const float r0 = ior == 0 ? 1.0F : square((ior - 1) / (ior + 1));
   b.f0 = clamp01_rgb(specular_color * r0) * clamp01(specular);
   b.f90 = clamp01(specular);
+  b.specular_color = specular_color;
   b.ior = std::max(ior, 1.0F);
 }
 
@@ -94,34 +127,36 @@ void set_roughness(BsdfParameters& b, float roughness) {
 }
 
 /// Textures and vertex colours over the plain parameters.
-void apply_textures(const Material& material, const SurfacePoint& point, float footprint_m, BsdfParameters& b) {
+void apply_textures(const Material& material, const Seen& at, BsdfParameters& b) {
+  const SurfacePoint& point = at.point;
   const MaterialDescription& f = material.factors;
   // Where coverage comes from the same texture, colour is read as sharply: coarser levels would mix
   // in what stands behind alpha 0.
-  const Vec4 c = read(material.base_color, point, material.has_alpha ? 0.0F : footprint_m);
+  const Vec4 c = read(material.base_color, material.has_alpha ? finest(point) : at);
   b.base_color = clamp01_rgb(f.base_color * Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z});
   if (material.metallic_roughness.texture != nullptr) {
-    const Vec4 mr = read(material.metallic_roughness, point, footprint_m);
+    const Vec4 mr = read(material.metallic_roughness, at);
     set_roughness(b, f.roughness * mr.y);
     b.metallic = clamp01(f.metallic * mr.z);
   }
   if (material.specular.texture != nullptr || material.specular_color.texture != nullptr) {
-    const Vec4 sc = read(material.specular_color, point, footprint_m);
+    const Vec4 sc = read(material.specular_color, at);
     set_dielectric(b, f.ior, f.specular_color * Rgb{sc.x, sc.y, sc.z},
-                   f.specular * read(material.specular, point, footprint_m).w);
+                   f.specular * read(material.specular, at).w);
   }
   if (material.transmission.texture != nullptr) {
-    b.transmission = clamp01(f.transmission * read(material.transmission, point, footprint_m).x);
+    b.transmission = f.ior == 0 ? 0.0F : clamp01(f.transmission * read(material.transmission, at).x);
   }
 }
 
 /// KHR_materials_anisotropy: wider along the direction.
-void apply_anisotropy(const Material& material, const SurfacePoint& point, float footprint_m, Shading& s) {
+void apply_anisotropy(const Material& material, const Seen& at, Shading& s) {
+  const SurfacePoint& point = at.point;
   const MaterialDescription& f = material.factors;
   float strength = f.anisotropy;
   Vec2 direction = {std::cos(f.anisotropy_rotation_rad), std::sin(f.anisotropy_rotation_rad)};
   if (material.anisotropy.texture != nullptr) {
-    const Vec4 t = read(material.anisotropy, point, footprint_m);
+    const Vec4 t = read(material.anisotropy, at);
     const Vec2 d = {2 * t.x - 1, 2 * t.y - 1};
     direction = {direction.x * d.x - direction.y * d.y, direction.y * d.x + direction.x * d.y};
     strength *= t.z;
@@ -139,12 +174,12 @@ BsdfParameters plain_parameters(const MaterialDescription& f, bool is_volume) no
   b.metallic = clamp01(f.metallic);
   set_roughness(b, f.roughness);
   set_dielectric(b, f.ior, f.specular_color, f.specular);
-  b.transmission = clamp01(f.transmission);
+  b.transmission = f.ior == 0 ? 0.0F : clamp01(f.transmission);  // all is reflected
   b.thin = !is_volume;
   return b;
 }
 
-void shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, float footprint_m,
+void shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, Footprint footprint,
            Shading& s) noexcept {
   const Material& material = scene.materials[point.material];
   s.front = dot(point.normal_geometric, wo_world) >= 0;
@@ -152,18 +187,25 @@ void shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, flo
   s.normal_geometric = point.normal_geometric * side;
   s.bsdf = material.plain;
   s.bsdf.inside = !s.front;
+  s.horizon = s.normal_geometric;
+  s.origin = point.position;
+  if (point.bulge_m > 0 && !material.transmits && dot(point.normal_shading, point.normal_geometric) > 0) {
+    s.horizon = facing(point.normal_shading * side, wo_world);
+    s.origin = point.position + point.normal_shading * (side * point.bulge_m);
+  }
+  const Seen at = material.has_texture ? seen(point, wo_world, footprint) : finest(point);
   Vec3 n = point.normal_shading;
   if (material.has_texture || point.has_color) {
-    apply_textures(material, point, footprint_m, s.bsdf);
-    n = mapped_normal(material.normal, material.factors.normal_scale, point, footprint_m);
+    apply_textures(material, at, s.bsdf);
+    n = mapped_normal(material.normal, material.factors.normal_scale, at);
   }
   s.frame = frame_from_normal(facing(n * side, wo_world));
   if (material.factors.anisotropy > 0 && length_squared(point.tangent) > 0) {
-    apply_anisotropy(material, point, footprint_m, s);
+    apply_anisotropy(material, at, s);
   }
   s.has_layers = material.has_layers;
   if (material.has_layers) {
-    fill_layers(material, point, wo_world, footprint_m, s);
+    fill_layers(material, at, wo_world, s);
   }
 }
 
@@ -177,13 +219,13 @@ Rgb emitted(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world) no
     return material.factors.emissive;
   }
   // The finest level always: light sampling and rays that hit must see the same function.
-  const Vec4 c = read(material.emissive, point, 0);
+  const Vec4 c = read(material.emissive, finest(point));
   return material.factors.emissive * Rgb{c.x, c.y, c.z};
 }
 
-Rgb unlit_color(const SceneData& scene, const SurfacePoint& point, float footprint_m) noexcept {
+Rgb unlit_color(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, Footprint footprint) noexcept {
   const Material& material = scene.materials[point.material];
-  const Vec4 c = read(material.base_color, point, material.has_alpha ? 0.0F : footprint_m);
+  const Vec4 c = read(material.base_color, material.has_alpha ? finest(point) : seen(point, wo_world, footprint));
   return material.factors.base_color * Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z};
 }
 

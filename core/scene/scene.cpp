@@ -113,6 +113,7 @@ class Builder {
       m.is_emissive = !is_black(d.emissive) && !d.unlit;
       m.has_alpha = d.alpha_mode == AlphaMode::kMask ||
                     (d.alpha_mode == AlphaMode::kBlend);
+      m.transmits = (d.transmission > 0 && d.ior != 0) || d.diffuse_transmission > 0;
       m.is_volume = (d.transmission > 0 || d.diffuse_transmission > 0) && d.thickness > 0;
       if (m.is_volume && d.attenuation_distance > 0) {
         const auto sigma = [&d](float c) {

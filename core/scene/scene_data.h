@@ -50,6 +50,7 @@ struct Material {
   bool is_emissive = false;
   bool has_alpha = false;     ///< MASK or BLEND: hits may be holes
   bool is_volume = false;     ///< bounds a solid (thickness > 0)
+  bool transmits = false;     ///< thin or solid, clear or diffuse
   bool is_clear = false;      ///< may let light straight through: Bsdf::straight() tells where
   Rgb sigma_a;                ///< absorption inside [1/m]
 };
@@ -92,7 +93,15 @@ struct SurfacePoint {
   bool has_color = false;
   Vec3 tangent;          ///< unit along +u of the normal map's set; zero when there is none
   float tangent_sign = 1;
-  float texels_per_m = 0;  ///< of uv set 0: sqrt(uv area / world area); times the texture's side
+  /// A way on the surface is dot(way, to_edge1) edges from vertex 0 to 1 and dot(way, to_edge2) from 0 to 2, which the
+  /// uv_edges are in the sets of coordinates. Zero unless the material has a texture.
+  Vec3 to_edge1;
+  Vec3 to_edge2;
+  std::array<Vec2, 2> uv_edge1;
+  std::array<Vec2, 2> uv_edge2;
+  /// Height above the triangle, on the ray's side, of the round surface that its normals speak of; 0 where that is
+  /// flat or hollow.
+  float bulge_m = 0;
   std::uint32_t material = 0;
   std::uint32_t light = kNoLight;
 };

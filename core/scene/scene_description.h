@@ -23,7 +23,7 @@ enum class TextureWrap : std::uint8_t { kRepeat, kMirroredRepeat, kClampToEdge }
 /// A sampled image as a material sees it.
 struct TextureDescription {
   int image = -1;  ///< into SceneDescription::images; -1: no texture, the factor alone counts
-  int uv_set = 0;  ///< 0 or 1
+  int uv_set = 0;  ///< 0 or 1: into PrimitiveDescription::uv
   TextureWrap wrap_u = TextureWrap::kRepeat;
   TextureWrap wrap_v = TextureWrap::kRepeat;
   bool nearest = false;  ///< magnification filter NEAREST
@@ -36,6 +36,7 @@ enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
 /// Factors multiply their textures. Defaults are glTF's.
 struct MaterialDescription {
   std::string name;
+  std::array<int, 2> uv_sets = {0, 1};  ///< the file's TEXCOORD_n that uv_set 0 and 1 stand for
   Rgb base_color = {1, 1, 1};
   float base_alpha = 1;
   TextureDescription base_color_texture;  ///< sRGB, RGBA

@@ -58,6 +58,14 @@ Vec4 blend(const std::vector<Vec4>& values, const Corners& c, Vec3 b) {
           v0.z * b.x + v1.z * b.y + v2.z * b.z, v0.w * b.x + v1.w * b.y + v2.w * b.z};
 }
 
+/// Where a quadratic surface through the vertices, square to their normals along the edges, stands above the triangle
+/// at b: half the sum over edges of b_i b_j (n_j - n_i) . (p_j - p_i), the sagitta of a sphere's chord among them. Edges
+/// that bend the other way do not count. side: 1 above the front, -1 above the back.
+float bulge(const Corners& c, const Vec3 (&n)[3], Vec3 b, float side) {
+  const auto edge = [&](int i, int j) { return std::max(side * dot(n[j] - n[i], c.p[j] - c.p[i]), 0.0F); };
+  return 0.5F * (b.x * b.y * edge(0, 1) + b.y * b.z * edge(1, 2) + b.z * b.x * edge(2, 0));
+}
+
 }  // namespace
 
 SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const noexcept {
@@ -75,23 +83,28 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
   s.normal_geometric = twice_area > 0 ? n * ((mirrored ? -1.0F : 1.0F) / twice_area) : -normalize(ray.direction);
   s.normal_shading = s.normal_geometric;
   if (!mesh.normals.empty()) {
-    const Vec3 blended = blend(mesh.normals, c, b);
-    s.normal_shading = normalize_or(to_world == nullptr ? blended : to_world->normal(blended),
-                                    s.normal_geometric);
+    Vec3 corner[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 m = mesh.normals[c.v[k]];
+      corner[k] = to_world == nullptr ? m : normalize_or(to_world->normal(m), s.normal_geometric);
+    }
+    s.normal_shading = normalize_or(corner[0] * b.x + corner[1] * b.y + corner[2] * b.z, s.normal_geometric);
+    s.bulge_m = bulge(c, corner, b, dot(s.normal_geometric, ray.direction) <= 0 ? 1.0F : -1.0F);
   }
   const Material& material = materials[mesh.material];
   if (material.has_texture || material.is_emissive) {
     for (std::size_t k = 0; k < 2; ++k) {
       if (!mesh.uv[k].empty()) {
-        s.uv[k] = blend(mesh.uv[k], c, b);
+        const auto& uv = mesh.uv[k];
+        s.uv[k] = blend(uv, c, b);
+        s.uv_edge1[k] = uv[c.v[1]] - uv[c.v[0]];
+        s.uv_edge2[k] = uv[c.v[2]] - uv[c.v[0]];
       }
     }
-    const auto& uv = mesh.uv[0].empty() ? mesh.uv[1] : mesh.uv[0];
-    if (!uv.empty()) {
-      const Vec2 d1 = uv[c.v[1]] - uv[c.v[0]];
-      const Vec2 d2 = uv[c.v[2]] - uv[c.v[0]];
-      const float uv_area = std::fabs(d1.x * d2.y - d1.y * d2.x);
-      s.texels_per_m = twice_area > 0 ? std::sqrt(uv_area / twice_area) : 0.0F;
+    if (material.has_texture && twice_area > 0) {
+      const float scale = 1 / (twice_area * twice_area);
+      s.to_edge1 = cross(c.p[2] - c.p[0], n) * scale;
+      s.to_edge2 = cross(n, c.p[1] - c.p[0]) * scale;
     }
   }
   if (!mesh.colors.empty()) {

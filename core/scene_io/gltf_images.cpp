@@ -114,11 +114,6 @@ Result<TextureDescription> GltfImages::texture(const TextureReference& reference
     description.uv_transform = uv_matrix(*reference.transform);
     description.uv_set = value_integer(*reference.transform, "texCoord", reference.uv_set);
   }
-  if (description.uv_set > 1) {
-    scene_.warnings.push_back("texture coordinate set " + std::to_string(description.uv_set) +
-                              " is not read (0 and 1 are); set 0 takes its place");
-    description.uv_set = 0;
-  }
   if (const int sampler = model_.textures[texture].sampler; sampler >= 0) {
     const tinygltf::Sampler& s = model_.samplers[static_cast<std::size_t>(sampler)];
     description.wrap_u = wrap_mode(s.wrapS);

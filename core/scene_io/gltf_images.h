@@ -37,7 +37,7 @@ class GltfImages {
         limits_(limits),
         scene_(scene) {}
 
-  /// Decodes the image on first use. Errors: those of decode_image, at "/images/N".
+  /// Decodes the image on first use. uv_set is the file's number. Errors: those of decode_image, at "/images/N".
   Result<TextureDescription> texture(const TextureReference& reference);
 
   /// Adds an image made by us; its index in the scene.

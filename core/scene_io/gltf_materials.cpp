@@ -1,8 +1,10 @@
 #include "core/scene_io/gltf_materials.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <set>
 #include <string>
 
 #include "core/scene_io/gltf_model.h"
@@ -81,6 +83,9 @@ class MaterialReader {
     if (const auto* e = extension("KHR_materials_pbrSpecularGlossiness")) {
       read_specular_glossiness(*e);
     }
+    if (status_) {
+      status_ = number_uv_sets();
+    }
     if (!status_) {
       return status_.error();
     }
@@ -102,6 +107,36 @@ class MaterialReader {
     } else {
       status_ = description.error();
     }
+  }
+
+  /// Any two sets of coordinates can be used by one material; their numbers become 0 and 1.
+  Status number_uv_sets() {
+    std::array<TextureDescription*, 18> all = {
+        &m_.base_color_texture, &m_.metallic_roughness_texture, &m_.normal_texture, &m_.emissive_texture,
+        &m_.specular_texture, &m_.specular_color_texture, &m_.transmission_texture, &m_.thickness_texture,
+        &m_.clearcoat_texture, &m_.clearcoat_roughness_texture, &m_.clearcoat_normal_texture, &m_.sheen_color_texture,
+        &m_.sheen_roughness_texture, &m_.iridescence_texture, &m_.iridescence_thickness_texture,
+        &m_.anisotropy_texture, &m_.diffuse_transmission_texture, &m_.diffuse_transmission_color_texture};
+    std::set<int> sets;
+    for (const TextureDescription* t : all) {
+      if (t->image >= 0) {
+        sets.insert(t->uv_set);
+      }
+    }
+    if (sets.empty() || *sets.rbegin() <= 1) {
+      return ok_status();
+    }
+    if (sets.size() > m_.uv_sets.size()) {
+      return Error{ErrorCode::kInvalidArgument,
+                   "a material can use two sets of texture coordinates; this one uses " + std::to_string(sets.size()),
+                   "/materials/" + std::to_string(scene_.materials.size())};
+    }
+    m_.occlusion_texture = {};  // a path tracer has no use for it
+    m_.uv_sets = {*sets.begin(), sets.size() > 1 ? *sets.rbegin() : 0};
+    for (TextureDescription* t : all) {
+      t->uv_set = t->uv_set == m_.uv_sets[0] ? 0 : 1;
+    }
+    return ok_status();
   }
 
   void read_core() {

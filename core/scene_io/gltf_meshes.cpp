@@ -71,7 +71,10 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
   for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
     const std::string where =
         "/meshes/" + std::to_string(use.mesh) + "/primitives/" + std::to_string(i);
-    auto read = read_primitive(mesh.primitives[i], source_, where, scene_.warnings);
+    const int material = material_of(mesh.primitives[i]);
+    const auto uv_sets = material >= 0 ? scene_.materials[static_cast<std::size_t>(material)].uv_sets
+                                       : MaterialDescription{}.uv_sets;
+    auto read = read_primitive(mesh.primitives[i], source_, where, uv_sets, scene_.warnings);
     if (!read) {
       return read.error();
     }
@@ -79,7 +82,7 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
       continue;
     }
     GltfPrimitive primitive = std::move(**read);
-    primitive.base.material = material_of(mesh.primitives[i]);
+    primitive.base.material = material;
     apply_morph_targets(primitive, use.weights);
     if (!use.joint_matrices.empty() && !primitive.joint_sets.empty()) {
       if (auto status = apply_skin(primitive, use.joint_matrices, where); !status) {

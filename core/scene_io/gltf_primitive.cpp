@@ -173,8 +173,10 @@ Result<Indices> read_indices(const tinygltf::Primitive& primitive, GltfSource& s
   return read;
 }
 
+std::string uv_name(int set) { return "TEXCOORD_" + std::to_string(set); }
+
 Status read_targets(const tinygltf::Primitive& primitive, AttributeReader& reader,
-                    GltfPrimitive& out) {
+                    std::array<int, 2> uv_sets, GltfPrimitive& out) {
   for (std::size_t t = 0; t < primitive.targets.size(); ++t) {
     const auto& attributes = primitive.targets[t];
     const std::string place = "/targets/" + std::to_string(t);
@@ -182,8 +184,9 @@ Status read_targets(const tinygltf::Primitive& primitive, AttributeReader& reade
     Status status = reader.read(target.positions, attributes, "POSITION", place);
     status = status ? reader.read(target.normals, attributes, "NORMAL", place) : status;
     status = status ? reader.read(target.tangents, attributes, "TANGENT", place) : status;
-    status = status ? reader.read(target.uv[0], attributes, "TEXCOORD_0", place) : status;
-    status = status ? reader.read(target.uv[1], attributes, "TEXCOORD_1", place) : status;
+    for (std::size_t k = 0; k < uv_sets.size(); ++k) {
+      status = status ? reader.read(target.uv[k], attributes, uv_name(uv_sets[k]), place) : status;
+    }
     status = status ? reader.read_color(target.colors, attributes, 0, place) : status;
     if (!status) {
       return status;
@@ -231,6 +234,7 @@ Status read_joints(const tinygltf::Primitive& primitive, AttributeReader& reader
 
 Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
                                                     GltfSource& source, const std::string& where,
+                                                    std::array<int, 2> uv_sets,
                                                     std::vector<std::string>& warnings) {
   const std::optional<GltfPrimitive> nothing;
   const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
@@ -252,10 +256,11 @@ Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& p
   Status status = reader.read(out.base.positions, attributes, "POSITION", "/attributes");
   status = status ? reader.read(out.base.normals, attributes, "NORMAL", "/attributes") : status;
   status = status ? reader.read(out.base.tangents, attributes, "TANGENT", "/attributes") : status;
-  status = status ? reader.read(out.base.uv[0], attributes, "TEXCOORD_0", "/attributes") : status;
-  status = status ? reader.read(out.base.uv[1], attributes, "TEXCOORD_1", "/attributes") : status;
+  for (std::size_t k = 0; k < uv_sets.size(); ++k) {
+    status = status ? reader.read(out.base.uv[k], attributes, uv_name(uv_sets[k]), "/attributes") : status;
+  }
   status = status ? reader.read_color(out.base.colors, attributes, 1, "/attributes") : status;
-  status = status ? read_targets(primitive, reader, out) : status;
+  status = status ? read_targets(primitive, reader, uv_sets, out) : status;
   status = status ? read_joints(primitive, reader, out, where) : status;
   if (!status) {
     return status.error();

@@ -36,10 +36,11 @@ struct GltfPrimitive {
   std::vector<JointSet> joint_sets;
 };
 
-/// Empty for points and lines, and for primitives without a whole triangle (a warning is added).
+/// uv_sets: the TEXCOORD_n that become uv 0 and 1. Empty for points and lines, and for primitives without a whole triangle (a warning is added).
 /// Errors at `where` or below it: kInvalidArgument, kTooLarge.
 Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
                                                     GltfSource& source, const std::string& where,
+                                                    std::array<int, 2> uv_sets,
                                                     std::vector<std::string>& warnings);
 
 }  // namespace core

@@ -114,11 +114,11 @@ constexpr std::array kSampler = {integer("magFilter", false, 0, "9728|9729"),
 constexpr std::array kTexture = {index("source", "images"), index("sampler", "samplers"),
                                  string("name")};
 constexpr std::array kTextureSource = {index("source", "images", kRequired)};
-constexpr std::array kTextureInfo = {index("index", "textures", kRequired),
-                                     integer("texCoord", false, 0), number("scale", -kBig, kBig),
+constexpr M kTexCoord = {.name = "texCoord", .kind = K::kInteger, .min = 0, .max = 65535};
+constexpr std::array kTextureInfo = {index("index", "textures", kRequired), kTexCoord, number("scale", -kBig, kBig),
                                      number("strength", 0, 1)};
 constexpr std::array kTextureTransform = {numbers("offset", 2), number("rotation", -kBig, kBig),
-                                          numbers("scale", 2), integer("texCoord", false, 0)};
+                                          numbers("scale", 2), kTexCoord};
 
 constexpr std::array kCamera = {string("type", kRequired, "perspective|orthographic"),
                                 object("perspective", "perspective"),

@@ -167,18 +167,52 @@ Vec4 Texture::sample(const Lookup& lookup) const noexcept {
   // Far-out coordinates would overflow the integer texel; NaN reads the first one.
   at.uv.x = std::fabs(at.uv.x) < 1e6F ? at.uv.x : 0.0F;
   at.uv.y = std::fabs(at.uv.y) < 1e6F ? at.uv.y : 0.0F;
-  if (!(at.texels > 1)) {
+  const auto w = static_cast<float>(levels_[0].width);
+  const auto h = static_cast<float>(levels_[0].height);
+  const Vec2 p = {at.across.x * w, at.across.y * h};
+  const Vec2 q = {at.along.x * w, at.along.y * h};
+  const float longest2 = std::max(dot(p, p), dot(q, q));
+  if (!(longest2 > 1)) {
     if (at.nearest) {
       const Level& level = levels_[0];
-      const int x = static_cast<int>(std::floor(at.uv.x * static_cast<float>(level.width)));
-      const int y = static_cast<int>(std::floor(at.uv.y * static_cast<float>(level.height)));
+      const int x = static_cast<int>(std::floor(at.uv.x * w));
+      const int y = static_cast<int>(std::floor(at.uv.y * h));
       return texel(level, wrap(x, level.width, at.wrap_u), wrap(y, level.height, at.wrap_v));
     }
     return bilinear(levels_[0], at);
   }
-  const float lod = std::min(std::log2(at.texels), static_cast<float>(levels_.size() - 1));
-  const auto low = static_cast<std::size_t>(lod);
-  const float blend = lod - static_cast<float>(low);
+  if (!(longest2 < 1e14F)) {
+    return mean_;
+  }
+  const float area = std::fabs(p.x * q.y - p.y * q.x);
+  if (at.taps_max <= 1) {
+    return trilinear(0.5F * std::log2(std::max(area, 1.0F)), at);
+  }
+  const float longest = std::sqrt(longest2);
+  const float width = std::max({area / longest, longest / static_cast<float>(at.taps_max), 1.0F});
+  const int taps = std::min(static_cast<int>(std::ceil(longest / width - 0.25F)), at.taps_max);
+  const float lod = std::log2(width);
+  if (taps <= 1) {
+    return trilinear(lod, at);
+  }
+  const bool along = dot(q, q) > dot(p, p);
+  const Vec2 way = along ? at.along : at.across;
+  Vec4 sum = {0, 0, 0, 0};
+  for (int i = 0; i < taps; ++i) {
+    const float t = (static_cast<float>(i) + 0.5F) / static_cast<float>(taps) - 0.5F;
+    Lookup tap = at;
+    tap.uv = at.uv + way * t;
+    const Vec4 c = trilinear(lod, tap);
+    sum = {sum.x + c.x, sum.y + c.y, sum.z + c.z, sum.w + c.w};
+  }
+  const float share = 1 / static_cast<float>(taps);
+  return {sum.x * share, sum.y * share, sum.z * share, sum.w * share};
+}
+
+Vec4 Texture::trilinear(float lod, const Lookup& at) const noexcept {
+  const float clamped = std::clamp(lod, 0.0F, static_cast<float>(levels_.size() - 1));
+  const auto low = static_cast<std::size_t>(clamped);
+  const float blend = clamped - static_cast<float>(low);
   if (blend < 1e-3F || low + 1 >= levels_.size()) {
     return bilinear(levels_[low], at);
   }

@@ -17,6 +17,9 @@
 
 namespace core {
 
+/// Footprints longer than this many times their width are blurred across as well.
+inline constexpr int kTextureTapsMax = 8;
+
 class Texture {
  public:
   /// srgb: 8- and 16-bit RGB values are sRGB-encoded; alpha never is. Grey is spread to RGB.
@@ -24,12 +27,15 @@ class Texture {
 
   struct Lookup {
     Vec2 uv = {0, 0};       ///< v = 0 at the top row
-    float texels = 0;       ///< width of the footprint in texels of level 0; 0: the finest level
+    /// Axes of the footprint's ellipse, in uv: its whole width and length, either first. Zero: the finest level.
+    Vec2 across = {0, 0};
+    Vec2 along = {0, 0};
+    int taps_max = 1;  ///< 1: a round footprint of the same area; more: that many reads along the longer axis
     TextureWrap wrap_u = TextureWrap::kRepeat;
     TextureWrap wrap_v = TextureWrap::kRepeat;
     bool nearest = false;
   };
-  /// Trilinear; nearest when asked and the texture is magnified.
+  /// Trilinear; several reads in a row where a footprint is long; nearest when asked and the texture is magnified.
   Vec4 sample(const Lookup& at) const noexcept;
 
   int width() const noexcept { return levels_[0].width; }
@@ -48,6 +54,7 @@ class Texture {
   Texture() = default;
   Vec4 texel(const Level& level, int x, int y) const noexcept;
   Vec4 bilinear(const Level& level, const Lookup& at) const noexcept;
+  Vec4 trilinear(float lod, const Lookup& at) const noexcept;
 
   std::vector<Level> levels_;
   bool srgb_ = false;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/bsdf/thin_film.h"
 #include "core/color/wavelength.h"
 #include "tests/render/gltf_stage.h"
 
@@ -165,6 +166,54 @@ TEST(GltfGlass, AVolumeAbsorbsByItsColourAtItsDistance) {
   expect_mean(picture, expected, "index 1.5");
 }
 
+/// A unlit white wall behind the slab, and black sky: what passes, 2 faces with every reflection between them.
+Rgb passed(const core::MaterialDescription& m) {
+  core::SceneDescription scene = slab(m);
+  core::MaterialDescription wall;
+  wall.unlit = true;
+  scene.materials.push_back(wall);
+  core::PrimitiveDescription back = test_support::patch(-2, 1);
+  for (Vec3& v : back.positions) {
+    v = {v.x * 20, v.y * 20, v.z};
+  }
+  scene.meshes[0].primitives.push_back(back);
+  return test_support::shoot_glb(scene, {.samples = 4096, .depth = 32}).mean();
+}
+
+TEST(GltfGlass, SpecularFactorAndColourChangeWhatASolidReflects) {
+  // KHR_materials_specular: F0 = min(0.04 * colour, 1) * factor at normal incidence, at both faces; what passes loses
+  // the greatest channel. Reflection of the white sky by the slab: F + T^2 F / (1 - F^2).
+  core::MaterialDescription m = glass(1.5F, 1);
+  m.specular = 0.5F;
+  m.specular_color = {4, 2, 0};
+  const double f[3] = {0.08, 0.04, 0};
+  const double t = 1 - f[0];
+  const Rgb through = passed(m);
+  for (int c = 0; c < 3; ++c) {
+    // The walk through the faces is a throw of dice: 4.5 standard deviations of 64 x 4096 throws with p near 0.85.
+    EXPECT_NEAR(static_cast<double>(through[c]), t * t / (1 - f[c] * f[c]), 4.5 * 0.36 / 512) << c;
+  }
+  const double plain = 0.96 * 0.96 / (1 - 0.04 * 0.04);
+  EXPECT_NEAR(static_cast<double>(passed(glass(1.5F, 1)).g), plain, 4.5 * 0.27 / 512);
+  EXPECT_GT(plain - t * t / (1 - f[1] * f[1]), 0.05);  // the fault that the test would see
+}
+
+TEST(GltfGlass, SolidsWearThinFilms) {
+  // KHR_materials_iridescence over a volume: the film's reflectance instead of Fresnel's, from both sides.
+  core::MaterialDescription m = glass(1.5F, 1);
+  m.iridescence = 1;
+  m.iridescence_ior = 1.8F;
+  m.iridescence_thickness_max_nm = 300;
+  const Rgb film = core::thin_film_fresnel(1, 1.8F, 300, Rgb(0.04F));
+  const auto greatest = static_cast<double>(core::max_component(film));
+  EXPECT_GT(greatest, 0.08);
+  const Rgb through = passed(m);
+  for (int c = 0; c < 3; ++c) {
+    const auto f = static_cast<double>(film[c]);
+    EXPECT_NEAR(static_cast<double>(through[c]), (1 - greatest) * (1 - greatest) / (1 - f * f), 4.5 * 0.5 / 512) << c;
+  }
+}
+
 TEST(GltfGlass, SunlightPassesAVolumeOfMatchedIndexWithAbsorption) {
   core::MaterialDescription m = glass(1, 1);
   m.attenuation_color = {0.5F, 0.25F, 0.125F};
@@ -178,6 +227,52 @@ TEST(GltfGlass, SunlightPassesAVolumeOfMatchedIndexWithAbsorption) {
   for (int c = 0; c < 3; ++c) {
     const double one_way = std::pow(std::pow(0.5, c + 1), 2);  // 2 m through the slab at 60 degrees
     EXPECT_NEAR(static_cast<double>(seen[c]), one_way * 0.5 / kPi, 1e-5) << c;
+  }
+}
+
+TEST(GltfDispersion, WeightsOfWavelengthsAreBoundedAndTheirMeanIsWhite) {
+  double mean[3] = {};
+  constexpr int kSteps = 100'000;
+  for (int i = 0; i < kSteps; ++i) {
+    const auto sample = core::sample_wavelength((static_cast<float>(i) + 0.5F) / kSteps);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_GT(sample.weight[c], -1.01F);
+      EXPECT_LT(sample.weight[c], 3.93F);
+      mean[c] += static_cast<double>(sample.weight[c]) / kSteps;
+    }
+  }
+  for (const double m : mean) {
+    EXPECT_NEAR(m, 1, 1e-3);
+  }
+}
+
+TEST(GltfDispersion, WhatTheFrontReflectsHasNoColourNoise) {
+  // A dispersive face over black: each channel reflects the mean of Fresnel's curve over its wavelengths. With the
+  // wavelength's weight on reflection too, a pixel's channels would differ by their own size.
+  core::MaterialDescription m = glass(1.5F, 1);
+  m.dispersion = 1;
+  core::SceneDescription scene = test_support::stage(m);
+  core::MaterialDescription black;
+  black.unlit = true;
+  black.base_color = {0, 0, 0};
+  scene.materials.push_back(black);
+  scene.meshes[0].primitives.push_back(test_support::patch(-0.5F, 1));
+  const Picture picture = test_support::shoot_glb(
+      scene, {.samples = 1024, .depth = 2, .sky = test_support::constant_sky({1, 1, 1})});
+  double expected[3] = {};
+  constexpr int kSteps = 100'000;
+  for (int i = 0; i < kSteps; ++i) {
+    const auto sample = core::sample_wavelength((static_cast<float>(i) + 0.5F) / kSteps);
+    const double f = fresnel(1, static_cast<double>(core::dispersive_ior(1.5F, 1, sample.wavelength_nm)));
+    for (int c = 0; c < 3; ++c) {
+      expected[c] += static_cast<double>(sample.weight[c]) * f / kSteps;
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(static_cast<double>(picture.mean()[c]), expected[c],
+                kSigmas * static_cast<double>(picture.standard_error()[c]) + 2e-5) << c;
+    const Rgb one = pixel(picture, 3, 5);
+    EXPECT_NEAR(one[c] / one.g, expected[c] / expected[1], 0.01) << c;
   }
 }
 

@@ -141,6 +141,87 @@ TEST(GltfTextures, VertexColoursMultiplyTheFactorLinearly) {
   }
 }
 
+/// A checkerboard of 64 x 64 squares on 8 m, seen at 8 degrees: root mean square and mean signed difference from a
+/// truth whose squares are found by arithmetic, 1024 points a pixel with the same box filter.
+struct Grazing {
+  double rms = 0;
+  double mean = 0;
+};
+Grazing grazing_checker(int samples) {
+  constexpr int kSquares = 64;
+  constexpr int kTexels = 4;  // of a square's side
+  constexpr int kWidth = 64;
+  constexpr int kHeight = 48;
+  core::MaterialDescription m = unlit();
+  m.base_color_texture.image = 0;
+  core::SceneDescription scene = test_support::stage(m);
+  std::vector<int> texels;
+  for (int y = 0; y < kSquares * kTexels; ++y) {
+    for (int x = 0; x < kSquares * kTexels; ++x) {
+      const int grey = (x / kTexels + y / kTexels) % 2 == 0 ? 255 : 0;
+      texels.insert(texels.end(), {grey, grey, grey});
+    }
+  }
+  test_support::add_image(scene, kSquares * kTexels, kSquares * kTexels, 3, texels);
+  for (core::Vec3& p : scene.meshes[0].primitives[0].positions) {
+    p = {p.x * 4, p.y * 4, 0};
+  }
+  core::View view = test_support::view_of(test_support::build(scene), kWidth, kHeight);
+  const double tilt = 8 * kPi / 180;
+  const double away = 6;
+  test_support::look_at(view, {0, static_cast<float>(-away * std::cos(tilt)), static_cast<float>(away * std::sin(tilt))},
+                        {0, 0, 0}, 20);
+  view.settings.max_depth = 0;
+  const Picture picture = test_support::render(view, samples);
+  // The same camera by hand: x to the right, `up` across the view.
+  const double half = std::tan(10 * kPi / 180);
+  Grazing out;
+  int count = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      double truth = 0;
+      bool inside = true;
+      constexpr int kSide = 32;
+      for (int i = 0; i < kSide * kSide; ++i) {
+        const double sx = (x + (i % kSide + 0.5) / kSide) / kWidth * 2 - 1;
+        const double sy = 1 - (y + (i / kSide + 0.5) / kSide) / kHeight * 2;
+        const double right = sx * half * kWidth / kHeight;
+        const double up = sy * half;
+        // forward = (0, cos, -sin), up = (0, sin, cos)
+        const double dy = std::cos(tilt) + up * std::sin(tilt);
+        const double dz = -std::sin(tilt) + up * std::cos(tilt);
+        const double t = -away * std::sin(tilt) / dz;
+        const double px = right * t;
+        const double py = -away * std::cos(tilt) + dy * t;
+        inside = inside && t > 0 && std::fabs(px) < 4 && std::fabs(py) < 4;
+        const int column = static_cast<int>(std::floor((px + 4) / 8 * kSquares));
+        const int row = static_cast<int>(std::floor((4 - py) / 8 * kSquares));
+        truth += (column + row) % 2 == 0 ? 1.0 / (kSide * kSide) : 0;
+      }
+      if (inside) {
+        const double difference = static_cast<double>(pixel(picture, x, y).g) - truth;
+        out.rms += difference * difference;
+        out.mean += difference;
+        ++count;
+      }
+    }
+  }
+  EXPECT_GT(count, 1000);
+  out.rms = std::sqrt(out.rms / count);
+  out.mean /= count;
+  return out;
+}
+
+TEST(GltfTextures, AGrazingCheckerboardIsNeitherBlurredNorAliased) {
+  // One point of a black and white square has a deviation of 0.5, and n independent ones of 0.5 / sqrt(n): 0.25 and
+  // 0.0625. What is left of many samples is blur: a round filter of the footprint's length would leave 0.2.
+  const Grazing few = grazing_checker(4);
+  EXPECT_LT(few.rms, 0.11);
+  const Grazing many = grazing_checker(256);
+  EXPECT_LT(many.rms, 0.055);
+  EXPECT_NEAR(many.mean, 0, 0.005);
+}
+
 /// A patch whose normal map tilts the normal by `degrees` towards +u, or towards -v (the map's green).
 core::SceneDescription tilted(double degrees, bool along_v, float scale = 1) {
   core::MaterialDescription m = test_support::lambert({0.8F, 0.8F, 0.8F});

@@ -1,4 +1,4 @@
-// Every sample against its density. 180 p-values or so, each refused below sidak(0.01, 200) = 5e-5; seeds are fixed.
+// Every sample against its density. 400 p-values or so, each refused below sidak(0.01, 400) = 2.5e-5; seeds are fixed.
 #include <gtest/gtest.h>
 
 #include "core/bsdf/bsdf.h"
@@ -12,7 +12,7 @@ using core::Vec3;
 using test_support::BsdfCase;
 using test_support::Random;
 
-const double kLevel = test_support::sidak(0.01, 200);
+const double kLevel = test_support::sidak(0.01, 400);
 
 double p_value(const Bsdf& bsdf, int samples, float spoil = 1) {
   return test_support::chi2_sphere(
@@ -35,20 +35,20 @@ INSTANTIATE_TEST_SUITE_P(Cases, BsdfChi2, testing::ValuesIn(test_support::bsdf_c
 
 TEST_P(BsdfChi2, SampleFollowsItsDensity) {
   for (const double degrees : {5.0, 45.0, 78.0}) {
-    const Bsdf bsdf(GetParam().parameters, test_support::direction(degrees), {0, 0, 1});
+    const Bsdf bsdf = GetParam().seen_from(test_support::direction(degrees));
     EXPECT_GT(p_value(bsdf, 150000), kLevel) << degrees;
   }
 }
 
 TEST_P(BsdfChi2, SampleFollowsItsDensityUnderATiltedGeometricNormal) {
   for (const double degrees : {20.0, 60.0}) {
-    const Bsdf bsdf(GetParam().parameters, test_support::direction(degrees), test_support::tilted_normal());
+    const Bsdf bsdf = GetParam().seen_from(test_support::direction(degrees), test_support::tilted_normal());
     EXPECT_GT(p_value(bsdf, 150000), kLevel) << degrees;
   }
 }
 
 TEST_P(BsdfChi2, TwoPercentTooMuchIsSeen) {
-  const Bsdf bsdf(GetParam().parameters, test_support::direction(45), {0, 0, 1});
+  const Bsdf bsdf = GetParam().seen_from(test_support::direction(45));
   if (bsdf.prob_delta() > 0.5F) {
     return;  // hardly anything spreads
   }
@@ -57,7 +57,7 @@ TEST_P(BsdfChi2, TwoPercentTooMuchIsSeen) {
 
 // The share of delta samples is what prob_delta() says: |z| < 4.5.
 TEST_P(BsdfChi2, DeltaLobesAreTakenAsOftenAsSaid) {
-  const Bsdf bsdf(GetParam().parameters, test_support::direction(40), {0, 0, 1});
+  const Bsdf bsdf = GetParam().seen_from(test_support::direction(40));
   Random random(8);
   test_support::Moments delta;
   for (int i = 0; i < 100000; ++i) {

@@ -19,12 +19,56 @@ BsdfParameters rough(float roughness) {
   return p;
 }
 
+/// The rarer layers, over what they are meant for.
+void add_layered(std::vector<BsdfCase>& cases) {
+  const auto add = [&cases](std::string name, const BsdfParameters& p, const core::BsdfLayers& layers, bool lossless,
+                            double tolerance = 0.01) {
+    cases.push_back({std::move(name), p, lossless, tolerance, layers});
+  };
+  for (const float r : {0.2F, 0.7F}) {
+    const std::string tail = r > 0.5F ? "70" : "20";
+    core::BsdfLayers coat;
+    coat.clearcoat = 1;
+    coat.clearcoat_roughness = r;
+    BsdfParameters p = rough(0.5F);
+    add("CoatOverDielectric" + tail, p, coat, false);
+    p.metallic = 1;
+    add("CoatOverMetal" + tail, p, coat, false);
+    core::BsdfLayers sheen;
+    sheen.sheen_color = {0.9F, 0.5F, 0.2F};
+    sheen.sheen_roughness = r;
+    add("SheenOverDielectric" + tail, rough(0.6F), sheen, false);
+    core::BsdfLayers film;
+    film.iridescence = 1;
+    film.iridescence_thickness_nm = 420;
+    p = rough(r);
+    add("FilmOverDielectric" + tail, p, film, false);
+    p.metallic = 1;
+    p.base_color = {0.9F, 0.6F, 0.3F};
+    add("FilmOverMetal" + tail, p, film, false);
+    p = rough(r);
+    p.transmission = 1;
+    add("FilmOverThinGlass" + tail, p, film, false);
+    p.thin = false;
+    add("FilmOverSolidGlassOutside" + tail, p, film, false, 0.02);
+    p.inside = true;
+    add("FilmOverSolidGlassInside" + tail, p, film, false, 0.02);
+    core::BsdfLayers leaf;
+    leaf.diffuse_transmission = 0.6F;
+    add("DiffuseTransmission" + tail, rough(r), leaf, true);
+  }
+  core::BsdfLayers coat;
+  coat.clearcoat = 0.7F;
+  coat.clearcoat_normal = core::normalize(Vec3{0.1F, -0.05F, 1});
+  add("SmoothCoatOverRough", rough(0.6F), coat, false);
+}
+
 }  // namespace
 
 std::vector<BsdfCase> bsdf_cases() {
   std::vector<BsdfCase> cases;
   const auto add = [&cases](std::string name, const BsdfParameters& p, bool lossless, double tolerance = 0.005) {
-    cases.push_back({std::move(name), p, lossless, tolerance});
+    cases.push_back({std::move(name), p, lossless, tolerance, std::nullopt});
   };
   BsdfParameters p = rough(1);
   p.f0 = {0, 0, 0};
@@ -41,17 +85,18 @@ std::vector<BsdfCase> bsdf_cases() {
     p = rough(r);
     p.transmission = 1;
     add("ThinGlass" + tail, p, true, 0.01);
-    cases.back().scaled_by_viewer = true;
-    cases.back().reciprocity_tolerance = 1.5;
     p.thin = false;
     p.f90 = 1;
     add("SolidGlassOutside" + tail, p, true, 0.01);
-    cases.back().scaled_by_viewer = true;
-    cases.back().reciprocity_tolerance = 1.5;
     p.inside = true;
     add("SolidGlassInside" + tail, p, true, 0.01);
-    cases.back().scaled_by_viewer = true;
-    cases.back().reciprocity_tolerance = 1.5;
+    p.f90 = 0.4F;  // KHR_materials_specular; what further facets scatter is that of the unbent curve
+    p.specular_color = {1.6F, 1.6F, 1.6F};
+    add("DimmedSolidGlassInside" + tail, p, true, 0.04);
+    p.inside = false;
+    add("DimmedSolidGlassOutside" + tail, p, true, 0.04);
+    p.specular_color = {2, 1, 0.2F};
+    add("RedSolidGlassOutside" + tail, p, false, 0.04);
   }
   p = rough(0.5F);
   p.metallic = 1;
@@ -66,12 +111,8 @@ std::vector<BsdfCase> bsdf_cases() {
   p.transmission = 0.5F;
   p.base_color = {0.9F, 0.6F, 0.4F};
   add("HalfMetalHalfThin", p, false);
-  cases.back().scaled_by_viewer = true;
-  cases.back().reciprocity_tolerance = 1.5;
   p.thin = false;
   add("HalfMetalHalfSolid", p, false);
-  cases.back().scaled_by_viewer = true;
-  cases.back().reciprocity_tolerance = 1.5;
   p = rough(0);
   p.alpha_x = p.alpha_y = 1e-4F;
   add("SmoothDielectric", p, true);
@@ -79,9 +120,13 @@ std::vector<BsdfCase> bsdf_cases() {
   add("SmoothThinGlass", p, true);
   p.thin = false;
   add("SmoothSolidGlass", p, true, 1e-3);
+  p.f90 = 0.5F;
+  add("DimmedSmoothSolidGlass", p, true, 1e-3);
+  p.f90 = 1;
   p.ior = 1;
   p.f0 = {0, 0, 0};
   add("IndexMatched", p, true, 1e-3);
+  add_layered(cases);
   return cases;
 }
 

@@ -1,6 +1,7 @@
 /// A grid of surfaces that the tests of the BSDF walk.
 #pragma once
 
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -15,8 +16,11 @@ struct BsdfCase {
   core::BsdfParameters parameters;
   bool lossless = false;
   double furnace_tolerance = 0.005;
-  bool scaled_by_viewer = false;     ///< a factor of wo alone restores energy: not exactly reciprocal
-  double reciprocity_tolerance = 0;  ///< relative, for those
+  std::optional<core::BsdfLayers> layers = std::nullopt;
+
+  core::Bsdf seen_from(core::Vec3 wo_local, core::Vec3 ng_local = {0, 0, 1}) const {
+    return core::Bsdf(parameters, wo_local, ng_local, layers ? &*layers : nullptr);
+  }
 };
 
 std::vector<BsdfCase> bsdf_cases();

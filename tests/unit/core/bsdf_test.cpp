@@ -144,7 +144,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, BsdfOf, testing::ValuesIn(test_support::bsdf_cas
 TEST_P(BsdfOf, WhiteFurnace) {
   const BsdfCase& c = GetParam();
   for (const double degrees : {0.0, 30.0, 60.0, 80.0}) {
-    const Bsdf bsdf(c.parameters, test_support::direction(degrees), {0, 0, 1});
+    const Bsdf bsdf = c.seen_from(test_support::direction(degrees));
     const double albedo = sampled_albedo(bsdf);
     if (c.lossless) {
       EXPECT_NEAR(albedo, 1, c.furnace_tolerance) << degrees;
@@ -159,8 +159,8 @@ TEST_P(BsdfOf, WhiteFurnaceUnderATiltedGeometricNormal) {
   const BsdfCase& c = GetParam();
   for (const double degrees : {10.0, 50.0, 75.0}) {
     const Vec3 wo = test_support::direction(degrees);
-    const Bsdf flat(c.parameters, wo, {0, 0, 1});
-    const Bsdf tilted(c.parameters, wo, test_support::tilted_normal());
+    const Bsdf flat = c.seen_from(wo);
+    const Bsdf tilted = c.seen_from(wo, test_support::tilted_normal());
     EXPECT_NEAR(sampled_albedo(tilted), sampled_albedo(flat), 2e-3) << degrees;
   }
 }
@@ -172,11 +172,12 @@ TEST_P(BsdfOf, IsReciprocal) {
   for (int i = 0; i < 300; ++i) {
     const Vec3 wo = test_support::random_hemisphere(random);
     Vec3 wi = test_support::random_hemisphere(random);
-    const bool through = c.parameters.transmission > 0 && i % 2 == 0;
+    const bool leaf = c.layers && c.layers->diffuse_transmission > 0;
+    const bool through = (c.parameters.transmission > 0 || leaf) && i % 2 == 0;
     if (wo.z < 0.05F || wi.z < 0.05F) {
       continue;
     }
-    core::BsdfParameters back = c.parameters;
+    BsdfCase other = c;
     Vec3 from = wi;
     Vec3 to = wo;
     double scale = 1;
@@ -185,16 +186,14 @@ TEST_P(BsdfOf, IsReciprocal) {
       // Seen from the other side: the frame's z is turned, so both directions change sign of z.
       to.z = -wo.z;
       if (!c.parameters.thin) {
-        back.inside = !back.inside;
+        other.parameters.inside = !other.parameters.inside;
         const double n = static_cast<double>(c.parameters.ior);
         scale = c.parameters.inside ? 1 / (n * n) : n * n;
       }
     }
-    const double forward = static_cast<double>(Bsdf(c.parameters, wo, {0, 0, 1}).evaluate(wi).value_cos.g / std::fabs(wi.z));
-    const double backward = static_cast<double>(Bsdf(back, from, {0, 0, 1}).evaluate(to).value_cos.g / std::fabs(to.z));
-    // Factors that make a lobe lossless for one direction only (thin and rough glass) are not reciprocal.
-    const double tolerance = through || c.scaled_by_viewer ? c.reciprocity_tolerance : 2e-4;
-    EXPECT_NEAR(forward * scale, backward, tolerance * std::max(std::fabs(forward * scale), 1e-2)) << i << (through ? " through" : "");
+    const double forward = static_cast<double>(c.seen_from(wo).evaluate(wi).value_cos.g / std::fabs(wi.z));
+    const double backward = static_cast<double>(other.seen_from(from).evaluate(to).value_cos.g / std::fabs(to.z));
+    EXPECT_NEAR(forward * scale, backward, 3e-4 * std::max(std::fabs(forward * scale), 1e-2)) << i << (through ? " through" : "");
   }
 }
 
@@ -202,8 +201,10 @@ TEST_P(BsdfOf, IsReciprocal) {
 TEST_P(BsdfOf, AlbedoLayerIsTheShareThatIsScattered) {
   const BsdfCase& c = GetParam();
   for (const double degrees : {0.0, 45.0, 70.0}) {
-    const Bsdf bsdf(c.parameters, test_support::direction(degrees), {0, 0, 1});
-    const double tolerance = std::max(0.015, c.furnace_tolerance);
+    const Bsdf bsdf = c.seen_from(test_support::direction(degrees));
+    // Films are taken at the view angle, and sheen dims what lies below by the smaller of two factors (as its extension
+    // asks), which the layer leaves out.
+    const double tolerance = std::max(c.layers ? 0.13 : 0.015, c.furnace_tolerance);
     EXPECT_NEAR(core::average(bsdf.albedo()), sampled_albedo(bsdf), tolerance) << degrees;
   }
 }

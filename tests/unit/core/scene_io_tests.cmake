@@ -9,5 +9,6 @@ set(SCENE_IO_TEST_SOURCES
   gltf_deform_test.cpp
   gltf_geometry_test.cpp
   gltf_material_test.cpp
+  gltf_mutation_test.cpp
   gltf_tangent_test.cpp)
 set(SCENE_IO_TEST_LIBRARIES core_image_io meshoptimizer::meshoptimizer ${DRACO_LIBRARY})

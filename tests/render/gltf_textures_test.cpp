@@ -213,8 +213,8 @@ Grazing grazing_checker(int samples) {
 }
 
 TEST(GltfTextures, AGrazingCheckerboardIsNeitherBlurredNorAliased) {
-  // One point of a black and white square has a deviation of 0.5, and n independent ones of 0.5 / sqrt(n): 0.25 and
-  // 0.0625. What is left of many samples is blur: a round filter of the footprint's length would leave 0.2.
+  // One point of a black and white square has a deviation of 0.5, and n independent ones of 0.5 / sqrt(n): 0.25 for 4.
+  // A single round read of the footprint's area fails the first limit. What is left of many samples is blur.
   const Grazing few = grazing_checker(4);
   EXPECT_LT(few.rms, 0.11);
   const Grazing many = grazing_checker(256);

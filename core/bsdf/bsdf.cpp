@@ -232,7 +232,8 @@ void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
     f += below_ms_ * (1 - specular_albedo(-wi.z, roughness_).e);
   }
   out.value_cos += f * -wi.z;
-  out.pdf_solid_angle += prob_below_ * cosine_hemisphere_pdf_solid_angle(-wi.z);
+  out.pdf_solid_angle +=
+      prob_below_ * (is_evenly_spread() ? 0.5F * kInvPi : cosine_hemisphere_pdf_solid_angle(-wi.z));
 }
 
 /// The coat's own lobe, about its own normal; what lies below has been scaled already.
@@ -304,7 +305,8 @@ void Bsdf::add_diffuse(Vec3 wi, BsdfEval& out) const noexcept {
     f += glass_ms_ * (1 - glass_albedo(wi.z, roughness_, std::max(eta_, 1 / eta_), eta_ < 1));
   }
   out.value_cos += f * wi.z;
-  out.pdf_solid_angle += prob_diffuse_ * cosine_hemisphere_pdf_solid_angle(wi.z);
+  out.pdf_solid_angle +=
+      prob_diffuse_ * (is_evenly_spread() ? 0.5F * kInvPi : cosine_hemisphere_pdf_solid_angle(wi.z));
 }
 
 void Bsdf::add_specular(Vec3 wi, BsdfEval& out) const noexcept {

@@ -114,6 +114,11 @@ class Bsdf {
   float cover_fresnel(float cos_oh) const noexcept;
   void prepare_glass(const BsdfParameters& p) noexcept;
   Rgb glass_fresnel(float cos_oh) const noexcept;
+  /// The diffuse lobes hold nothing but what facets of glass scatter more than once, most of it at grazing angles:
+  /// they are sampled uniformly.
+  bool is_evenly_spread() const noexcept {
+    return prob_glass_ > 0 && !has_specular_ && is_black(diffuse_) && is_black(below_);
+  }
   bool is_index_matched() const noexcept { return eta_ > 0.9999F && eta_ < 1.0001F; }
   Rgb fresnel(float cos_oh) const noexcept;
   void respect_geometry(BsdfSample& s) const noexcept;

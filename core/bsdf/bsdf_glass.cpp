@@ -31,6 +31,7 @@ void Bsdf::prepare_glass(const BsdfParameters& p) noexcept {
     const float common = glass_weight_ * lost * kInvPi;
     glass_ms_ = glass_reflection_ * (common * (1 - through) / (denser ? lost_inside : lost_outside));
     glass_ms_below_ = glass_color_ * (common * through / ((denser ? lost_outside : lost_inside) * eta_ * eta_));
+    // As often as it is: more, and the weights of paths that total reflection keeps inside would grow at each turn.
     prob_diffuse_ = glass_weight_ * lost * (1 - through);
     prob_below_ = glass_weight_ * lost * through;
     prob_glass_ = 1 - lost;

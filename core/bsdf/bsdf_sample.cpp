@@ -85,11 +85,12 @@ BsdfSample Bsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
     u -= prob;
     return false;
   };
+  const auto spread = [this, u_dir] { return is_evenly_spread() ? uniform_hemisphere(u_dir) : cosine_hemisphere(u_dir); };
   if (lobe(prob_diffuse_)) {
-    s.wi_local = cosine_hemisphere(u_dir);
+    s.wi_local = spread();
     ok = s.wi_local.z > 0;
   } else if (lobe(prob_below_)) {
-    s.wi_local = -cosine_hemisphere(u_dir);
+    s.wi_local = -spread();
     s.eta = prob_glass_ > 0 && is_black(below_) ? eta_ : 1.0F;
     ok = s.wi_local.z < 0;
   } else if (lobe(prob_sheen_)) {

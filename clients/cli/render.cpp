@@ -119,7 +119,7 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
 int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   QuietSink sink;
   const core::RenderSettings& settings = job.spec.render;
-  auto film = std::make_shared<core::Film>(settings.film, settings.replicates, core::pixel_errors(settings));
+  auto film = std::make_shared<core::Film>(settings, core::pixel_errors(settings));
   core::TaskOptions options;
   options.stop = job.spec.stop;
   core::RenderTask task(job.renderer, std::move(film), std::move(options), sink);

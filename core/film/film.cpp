@@ -11,9 +11,32 @@ namespace {
 
 static_assert(sizeof(ReplicatePixel) == 24);
 static_assert(sizeof(AuxPixel) == 32);
+static_assert(sizeof(PilotPixel) == 32);
+static_assert(sizeof(PixelPlan) == 16);
 
 std::size_t area(const PixelRect& r) {
   return static_cast<std::size_t>(r.width) * static_cast<std::size_t>(r.height);
+}
+
+SampleCounts counts_of(const TileState& state, int replicates) {
+  SampleCounts out;
+  if (state.pixels.empty()) {
+    return out;
+  }
+  out.min = ~0U;
+  const auto r = static_cast<std::size_t>(replicates);
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < state.pixels.size(); i += r) {
+    std::uint32_t n = 0;
+    for (std::size_t k = 0; k < r; ++k) {
+      n += state.pixels[i + k].count;
+    }
+    out.min = std::min(out.min, n);
+    out.max = std::max(out.max, n);
+    sum += n;
+  }
+  out.mean = static_cast<double>(sum) / static_cast<double>(state.pixels.size() / r);
+  return out;
 }
 
 }  // namespace
@@ -46,6 +69,10 @@ Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors)
   }
 }
 
+Film::Film(const RenderSettings& settings, PixelErrors errors) : Film(settings.film, settings.replicates, errors) {
+  adaptive_ = settings.adaptive.type;
+}
+
 TileState Film::tile(int tile) const {
   TileState state;
   {
@@ -72,11 +99,58 @@ std::uint32_t Film::tile_revision(int tile) const {
 }
 
 std::uint32_t Film::commit(int tile, TileState state) {
+  const SampleCounts counts = counts_of(state, replicates_);
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
   std::swap(slot.state, state);
+  slot.counts = counts;
+  slot.version = ++version_;
   slot.revision = ++revision_;
   return slot.revision;
+}
+
+void Film::keep(int tile, TileState state) {
+  MutexLock lock(mutex_);
+  Slot& slot = tiles_[static_cast<std::size_t>(tile)];
+  std::swap(slot.state, state);
+  slot.version = ++version_;
+}
+
+void Film::install_plans(PlanSpan span, std::vector<std::vector<PixelPlan>> plans) {
+  MutexLock lock(mutex_);
+  ++plan_epoch_;
+  for (std::size_t t = 0; t < tiles_.size(); ++t) {
+    tiles_[t].state.span = span;
+    std::swap(tiles_[t].state.plan, plans[t]);
+    tiles_[t].version = ++version_;
+  }
+}
+
+std::uint32_t Film::plan_epoch() const {
+  MutexLock lock(mutex_);
+  return plan_epoch_;
+}
+
+std::uint64_t Film::tile_version(int tile) const {
+  MutexLock lock(mutex_);
+  return tiles_[static_cast<std::size_t>(tile)].version;
+}
+
+SampleCounts Film::sample_counts() const {
+  MutexLock lock(mutex_);
+  SampleCounts out = tiles_.front().counts;
+  out.mean = 0;
+  for (const Slot& slot : tiles_) {
+    out.min = std::min(out.min, slot.counts.min);
+    out.max = std::max(out.max, slot.counts.max);
+    out.mean += slot.counts.mean * static_cast<double>(area(slot.state.rect)) / static_cast<double>(area(crop_));
+  }
+  return out;
+}
+
+double Film::tile_samples_mean(int tile) const {
+  MutexLock lock(mutex_);
+  return tiles_[static_cast<std::size_t>(tile)].counts.mean;
 }
 
 std::uint32_t Film::revision() const {
@@ -85,9 +159,12 @@ std::uint32_t Film::revision() const {
 }
 
 void Film::restore(int tile, TileState state, std::uint32_t tile_revision) {
+  const SampleCounts counts = counts_of(state, replicates_);
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
   slot.state = std::move(state);
+  slot.counts = counts;
+  slot.version = ++version_;
   slot.revision = tile_revision;
   revision_ = std::max(revision_, tile_revision);
 }
@@ -158,7 +235,8 @@ double Film::cpu_seconds() const {
 
 std::size_t Film::bytes() const noexcept {
   return area(crop_) * (static_cast<std::size_t>(replicates_) * sizeof(ReplicatePixel) +
-                        (has_aux_ ? sizeof(AuxPixel) : 0)) +
+                        (has_aux_ ? sizeof(AuxPixel) : 0) + (has_plan() ? sizeof(PixelPlan) : 0) +
+                        (has_pilot() ? sizeof(PilotPixel) : 0)) +
          rects_.size() * (sizeof(Slot) + sizeof(PixelRect));
 }
 
@@ -201,7 +279,7 @@ HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel) {
   if (out.count == 0) {
     return out;
   }
-  const float w = static_cast<float>(b.count) / static_cast<float>(out.count);
+  const float w = b.count == 0 ? 0.0F : a.count == 0 ? 1.0F : 0.5F;
   out.mean = lerp(a.mean, b.mean, w);
   out.alpha = lerp(a.alpha, b.alpha, w);
   return out;

@@ -3,7 +3,8 @@
 /// Tiles are 32x32, anchored at the full film's origin and cut by the crop. Per pixel and replicate:
 /// sample count, running mean (linear RGB and alpha) and M2 of the luminance (Welford), fed strictly in
 /// the order of the sample index. The content is therefore a function of the job and of the number
-/// of samples of each tile, whatever the slices, threads and restarts were.
+/// of samples of each tile, whatever the slices, threads and restarts were. Where sampling is adaptive that number is
+/// the mean over the pixels of the film, and the plan of the epoch (core/film/sample_plan.h) says what each pixel has by then.
 /// Replicate r of sample s is s % R; half A is the even replicates, half B the odd ones.
 #pragma once
 
@@ -17,6 +18,7 @@
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "core/color/rgb.h"
+#include "core/film/sample_plan.h"
 #include "core/image_io/image.h"
 #include "core/math/vec.h"
 #include "core/render/settings.h"
@@ -56,12 +58,23 @@ struct PathSample {
 /// One tile's statistics. Copyable: a slice works on a copy and commits it.
 struct TileState {
   PixelRect rect;                          ///< in pixels of the full film
-  int samples = 0;                         ///< per pixel, all replicates together
+  int samples = 0;                         ///< per pixel of the film, all replicates together
   std::vector<ReplicatePixel> pixels;      ///< [pixel * R + replicate]
   std::vector<AuxPixel> aux;               ///< [pixel]; empty when no auxiliary layer is recorded
+  PlanSpan span;                           ///< what `plan` is for; empty: every pixel gets the same
+  std::vector<PixelPlan> plan;             ///< [pixel]; empty without a span
+  int pilot_samples = 0;                   ///< per pixel
+  std::vector<PilotPixel> pilot;           ///< [pixel]; empty without pilot samples
   std::uint64_t rejected_samples = 0;      ///< non-finite ones, counted as zero
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
+};
+
+/// Samples that pixels have, all replicates together, those of the picture alone.
+struct SampleCounts {
+  std::uint32_t min = 0;
+  std::uint32_t max = 0;
+  double mean = 0;
 };
 
 /// A frozen copy of the statistics of a rectangle.
@@ -84,6 +97,8 @@ class Film {
  public:
   /// errors: pixel_errors() of the job; what the film is told about its samples, not part of its content.
   Film(const FilmSettings& settings, int replicates, PixelErrors errors = PixelErrors::kIndependent);
+  /// With room for plans and pilot samples where the settings ask for them.
+  explicit Film(const RenderSettings& settings, PixelErrors errors = PixelErrors::kIndependent);
 
   PixelRect crop() const noexcept { return crop_; }
   int full_width() const noexcept { return full_width_; }
@@ -91,6 +106,8 @@ class Film {
   int replicates() const noexcept { return replicates_; }
   bool has_aux() const noexcept { return has_aux_; }
   PixelErrors errors() const noexcept { return errors_; }
+  bool has_plan() const noexcept { return adaptive_ != AdaptiveType::kNone; }
+  bool has_pilot() const noexcept { return adaptive_ == AdaptiveType::kPilot; }
   int tile_count() const noexcept { return static_cast<int>(rects_.size()); }
   PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
 
@@ -100,6 +117,16 @@ class Film {
   /// Replaces a tile and gives it the next revision of the film, which is returned.
   std::uint32_t commit(int tile, TileState state);
   std::uint32_t revision() const;
+  /// Replaces a tile whose picture has not changed: pilot samples. It keeps its revision.
+  void keep(int tile, TileState state);
+  /// Gives every tile its plan, all at once: whoever reads tiles while plan_epoch() stays the same sees plans of one epoch.
+  /// Pre: plans has one entry for each tile, and every tile has span.from samples.
+  void install_plans(PlanSpan span, std::vector<std::vector<PixelPlan>> plans);
+  std::uint32_t plan_epoch() const;
+  /// Changes whenever anything of a tile does, its revision or not.
+  std::uint64_t tile_version(int tile) const;
+  SampleCounts sample_counts() const;
+  double tile_samples_mean(int tile) const;
   /// Only when a film is loaded: later commits continue above `revision`.
   void restore(int tile, TileState state, std::uint32_t tile_revision);
 
@@ -119,7 +146,9 @@ class Film {
  private:
   struct Slot {
     TileState state;
+    SampleCounts counts;
     std::uint32_t revision = 0;
+    std::uint64_t version = 0;
   };
   PixelRect crop_;
   int full_width_;
@@ -127,10 +156,13 @@ class Film {
   int replicates_;
   bool has_aux_;
   PixelErrors errors_;
+  AdaptiveType adaptive_ = AdaptiveType::kNone;
   std::vector<PixelRect> rects_;
   mutable Mutex mutex_;
   std::vector<Slot> tiles_ GUARDED_BY(mutex_);
   std::uint32_t revision_ GUARDED_BY(mutex_) = 0;
+  std::uint32_t plan_epoch_ GUARDED_BY(mutex_) = 0;
+  std::uint64_t version_ GUARDED_BY(mutex_) = 0;
 };
 
 /// The tiles that cover `crop`, row by row.
@@ -144,7 +176,8 @@ struct HalfValue {
   std::uint32_t count = 0;
 };
 HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half);
-/// The picture's value: both halves by count (they are equal, or B is empty). Alpha in [0,1].
+/// The picture's value: (A + B) / 2, whatever their counts, which may depend on the samples of the other half; A alone where B
+/// is empty. (A - B)^2 / 4 estimates the variance of exactly this. Alpha in [0,1].
 HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel);
 
 /// Layer `name` (a row of layers()) as a float image. Unknown errors are NaN. Errors: kInvalidArgument when the layer

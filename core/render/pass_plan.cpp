@@ -48,4 +48,12 @@ int pass_end(int samples, int samples_max, int replicates, int unit) {
 
 int whole_sets(int limit, int unit) { return limit < unit ? limit : limit / unit * unit; }
 
+int first_epoch(const AdaptiveSettings& settings, int replicates) {
+  // Two samples of each replicate, or of the pilot stream: one has no variance.
+  const int least = settings.type == AdaptiveType::kPilot ? 20 : 2 * replicates;
+  return next_look(std::max(settings.min_samples, least) - 1, replicates);
+}
+
+int pilot_samples_at(int from) { return from / 10; }
+
 }  // namespace core

@@ -22,4 +22,13 @@ int pass_end(int samples, int samples_max, int replicates, int unit = 1);
 /// The most samples that `limit` allows: whole sets, or `limit` itself where it is below one.
 int whole_sets(int limit, int unit);
 
+/// Epochs of adaptive sampling. They begin at looks, so that they do not depend on the rule that ends a job: extending it
+/// gives the same film. The first begins at the first look that has settings.min_samples, and enough to decide
+/// anything; each is as long as everything before it.
+int first_epoch(const AdaptiveSettings& settings, int replicates);
+inline int epoch_end(int from) { return 2 * from; }
+
+/// Pilot samples of a pixel, all epochs together, by the epoch that begins at `from`: a tenth of what the picture has.
+int pilot_samples_at(int from);
+
 }  // namespace core

@@ -14,18 +14,11 @@ Progress RenderTask::progress() const {
   p.rays = m.film->rays();
   p.rejected_samples = m.film->rejected_samples();
   p.revision = m.film->revision();
-  double area = 0;
-  double sum = 0;
+  const SampleCounts counts = m.film->sample_counts();
   MutexLock lock(m.mutex);
-  p.samples_min = *std::min_element(m.done.begin(), m.done.end());
-  p.samples_max = *std::max_element(m.done.begin(), m.done.end());
-  for (std::size_t t = 0; t < m.done.size(); ++t) {
-    const PixelRect r = m.film->tile_rect(static_cast<int>(t));
-    const double pixels = static_cast<double>(r.width) * r.height;
-    area += pixels;
-    sum += pixels * m.done[t];
-  }
-  p.samples_mean = sum / area;
+  p.samples_min = static_cast<int>(counts.min);
+  p.samples_max = static_cast<int>(counts.max);
+  p.samples_mean = counts.mean;
   p.elapsed_seconds = m.elapsed_now();
   p.rays_per_second = p.elapsed_seconds > 0 ? static_cast<double>(p.rays) / p.elapsed_seconds : 0;
   p.error = m.error;

@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/render/allocation.h"
 #include "core/render/render_task_impl.h"
 
 namespace core {
@@ -60,6 +61,9 @@ std::optional<Slice> RenderTask::take() {
                                  m.barrier());
         slice = m.find_slice();
       }
+      if (!slice && m.plan_is_due()) {
+        slice = m.find_pilot_slice();
+      }
       if (slice) {
         const auto t = static_cast<std::size_t>(slice->tile);
         m.busy[t] = 1;
@@ -82,26 +86,29 @@ void RenderTask::run(const Slice& slice) {
   const double area = static_cast<double>(state.rect.width) * state.rect.height;
   const double per_sample = state.samples > 0 ? state.cpu_seconds / state.samples : area * 1.5e-6;
   const int step = std::max(1, static_cast<int>(m.options.slice_target_seconds / std::max(per_sample, 1e-9)));
-  const int last = std::min(slice.last_sample, state.samples + step);
+  const int last = std::min(slice.last_sample, slice.first_sample + step);
   {
     MutexLock lock(m.mutex);
-    if (m.has_clock()) {
+    if (m.has_clock() && !slice.is_pilot) {
       m.pass_base.try_emplace(slice.tile, state);
     }
   }
-  const bool whole = m.renderer->render(state, last, m.stop_source.get_token());
+  const std::stop_token stop = m.stop_source.get_token();
+  const bool whole = slice.is_pilot ? m.renderer->render_pilot(state, last, stop) : m.renderer->render(state, last, stop);
   std::uint32_t revision = 0;
-  if (whole) {
+  if (whole && slice.is_pilot) {
+    m.film->keep(slice.tile, std::move(state));
+  } else if (whole) {
     revision = m.film->commit(slice.tile, std::move(state));
   }
   {
     MutexLock lock(m.mutex);
     m.busy[t] = 0;
     if (whole) {
-      m.done[t] = last;
+      (slice.is_pilot ? m.piloted : m.done)[t] = last;
     }
   }
-  if (whole) {
+  if (whole && !slice.is_pilot) {
     m.sink.on_tile(slice.tile, revision);
   }
   {
@@ -116,6 +123,7 @@ void RenderTask::run(const Slice& slice) {
 void RenderTask::Impl::after_slice() {
   bool cancel_now = false;
   bool expire_now = false;
+  bool plan_now = false;
   {
     MutexLock lock(mutex);
     if (over || deciding || in_flight > 0) {
@@ -128,6 +136,10 @@ void RenderTask::Impl::after_slice() {
     }
     if (!cancel_now && !expire_now) {
       if (!pass_complete() || (pass_target < barrier())) {
+        return;
+      }
+      plan_now = plan_is_due();
+      if (plan_now && !pilot_complete()) {
         return;
       }
     }
@@ -159,7 +171,31 @@ void RenderTask::Impl::after_slice() {
     finish(why);
     return;
   }
-  decide();
+  if (plan_now) {
+    begin_epoch();
+  } else {
+    decide();
+  }
+}
+
+/// Makes the plan of the epoch that begins where every tile is.
+void RenderTask::Impl::begin_epoch() {
+  int from = 0;
+  {
+    MutexLock lock(mutex);
+    from = planned_to;
+  }
+  film->install_plans({from, epoch_end(from)}, make_plans(*film, renderer->view().settings.adaptive, from));
+  bool again = false;
+  {
+    MutexLock lock(mutex);
+    planned_to = epoch_end(from);
+    deciding = false;
+    again = cancelled || expired;
+  }
+  if (again) {
+    after_slice();
+  }
 }
 
 ConvergencePoint RenderTask::Impl::look(const ErrorEstimate& estimate, int samples) const {
@@ -182,6 +218,7 @@ void RenderTask::Impl::decide() {
   {
     MutexLock lock(mutex);
     base_samples = pass_target;
+    decided_at = base_samples;
     base_is_whole = true;
     pass_base.clear();
     rules = stop;
@@ -241,6 +278,7 @@ void RenderTask::Impl::decide() {
     MutexLock lock(mutex);
     if (reporting) {  // keeps the order of the points; the report comes here again
       deciding = false;
+      decided_at = -1;
       return;
     }
   }
@@ -336,6 +374,7 @@ void RenderTask::set_stop(const StopRules& stop) {
   MutexLock lock(m.mutex);
   const bool had_clock = m.has_clock();
   m.stop = stop;
+  m.decided_at = -1;
   if (!had_clock && m.has_clock()) {  // the tiles of this pass were not kept
     m.base_is_whole = m.in_flight == 0 && std::all_of(m.done.begin(), m.done.end(), [&m](int n) REQUIRES(m.mutex) {
                         return n == m.base_samples;

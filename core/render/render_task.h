@@ -2,7 +2,8 @@
 ///
 /// A slice is (tile, samples [first, last)). Passes: every tile gets to the same sample count before
 /// a decision (stop, error look) is taken, so what the film holds at the end does not depend on
-/// threads. The owner of the threads calls take() and run(); run() tells the sink.
+/// threads. Where sampling is adaptive, decisions are also where an epoch may begin (core/render/pass_plan.h): pilot slices
+/// come first, then the plan is made and every tile gets its part. The owner of the threads calls take() and run(); run() tells the sink.
 #pragma once
 
 #include <cstdint>
@@ -28,6 +29,7 @@ struct Slice {
   int tile = 0;
   int first_sample = 0;
   int last_sample = 0;
+  bool is_pilot = false;  ///< samples are of the pilot stream
 };
 
 struct ConvergencePoint {
@@ -73,8 +75,10 @@ class Renderer {
   virtual ~Renderer() = default;
   virtual const View& view() const noexcept = 0;
   /// Renders samples [state.samples, last_sample) of every pixel of state.rect into `state`, in
-  /// order. Returns false, leaving `state` half done, when stop was requested.
+  /// order; where there is a plan, what it has between these means. Returns false, leaving `state` half done, when stop was requested.
   virtual bool render(TileState& state, int last_sample, std::stop_token stop) const = 0;
+  /// The same for pilot samples [state.pilot_samples, last_sample), which are independent of all others.
+  virtual bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const = 0;
 };
 
 struct TaskOptions {

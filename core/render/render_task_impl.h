@@ -43,6 +43,9 @@ struct RenderTask::Impl {
   ErrorInterval error GUARDED_BY(mutex) = unknown_error();
   std::size_t cursor GUARDED_BY(mutex) = 0;
   int pass_target GUARDED_BY(mutex) = 0;
+  std::vector<int> piloted GUARDED_BY(mutex);  // pilot samples a tile has
+  int planned_to GUARDED_BY(mutex) = std::numeric_limits<int>::max();  // beyond, the plan of the next epoch is needed
+  int decided_at GUARDED_BY(mutex) = -1;   // the complete pass whose decisions are taken
   int base_samples GUARDED_BY(mutex) = 0;  // what every tile had at the last complete pass
   // Can every tile be put back to base_samples? Not in the pass that a restart or a late clock rule met half done:
   // that one is completed first.
@@ -77,6 +80,12 @@ struct RenderTask::Impl {
     for (int t = 0; t < film->tile_count(); ++t) {
       done.push_back(film->tile_samples(t));
       pass_target = std::max(pass_target, done.back());
+      piloted.push_back(film->has_pilot() ? film->tile(t).pilot_samples : 0);
+    }
+    const RenderSettings& settings = renderer->view().settings;
+    if (settings.adaptive.type != AdaptiveType::kNone) {
+      const PlanSpan span = film->tile(0).span;  // the same for all tiles
+      planned_to = span.to > 0 ? span.to : first_epoch(settings.adaptive, settings.replicates);
     }
     base_samples = *std::min_element(done.begin(), done.end());
     base_is_whole = base_samples == pass_target;
@@ -108,9 +117,29 @@ struct RenderTask::Impl {
   int barrier() const REQUIRES(mutex) {
     const int replicates = renderer->view().settings.replicates;
     if (has_clock()) {  // one pass at a time, so that the last complete one can be kept
-      return base_samples < pass_target ? pass_target : pass_end(pass_target, samples_max(), replicates, unit());
+      return base_samples < pass_target
+                 ? pass_target
+                 : std::max(std::min(pass_end(pass_target, samples_max(), replicates, unit()), planned_to), pass_target);
     }
-    return std::max(std::min(next_look(base_samples, replicates, unit()), samples_max()), pass_target);
+    return std::max(std::min({next_look(base_samples, replicates, unit()), samples_max(), planned_to}), pass_target);
+  }
+
+  /// An epoch begins here, and its plan is not made yet.
+  bool plan_is_due() const REQUIRES(mutex) { return decided_at == planned_to && pass_target == planned_to; }
+
+  int pilot_target() const REQUIRES(mutex) { return film->has_pilot() ? pilot_samples_at(planned_to) : 0; }
+
+  std::optional<Slice> find_pilot_slice() REQUIRES(mutex) {
+    for (std::size_t t = 0; t < done.size(); ++t) {
+      if (busy[t] == 0 && piloted[t] < pilot_target()) {
+        return Slice{static_cast<int>(t), piloted[t], pilot_target(), true};
+      }
+    }
+    return std::nullopt;
+  }
+
+  bool pilot_complete() const REQUIRES(mutex) {
+    return std::all_of(piloted.begin(), piloted.end(), [this](int n) REQUIRES(mutex) { return n >= pilot_target(); });
   }
 
   bool pass_complete() const REQUIRES(mutex) {
@@ -148,6 +177,7 @@ struct RenderTask::Impl {
 
   void after_slice() EXCLUDES(mutex);
   void decide() EXCLUDES(mutex);
+  void begin_epoch() EXCLUDES(mutex);
   void finish(StopReason why) EXCLUDES(mutex);
   ConvergencePoint look(const ErrorEstimate& estimate, int samples) const EXCLUDES(mutex);
 };

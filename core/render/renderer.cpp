@@ -9,6 +9,7 @@
 #include "core/integrators/integrator.h"
 #include "core/render/render_task.h"
 #include "core/render/split_pilot.h"
+#include "core/render/tile_fill.h"
 #include "core/samplers/dimensions.h"
 
 namespace core {
@@ -20,29 +21,8 @@ double thread_cpu_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Welford's update: mean and sum of squared deviations of the luminance.
-void add_sample(ReplicatePixel& p, const PathSample& s) {
-  ++p.count;
-  const float w = 1 / static_cast<float>(p.count);
-  const Rgb before = {p.mean_r, p.mean_g, p.mean_b};
-  const Rgb after = before + (s.radiance - before) * w;
-  p.m2_luminance += luminance(s.radiance - before) * luminance(s.radiance - after);
-  p.mean_r = after.r;
-  p.mean_g = after.g;
-  p.mean_b = after.b;
-  p.mean_alpha += (s.alpha - p.mean_alpha) * w;
-}
-
-void add_auxiliary(AuxPixel& p, const PathSample& s) {
-  if (!s.hit) {
-    return;
-  }
-  ++p.hits;
-  const float w = 1 / static_cast<float>(p.hits);
-  p.albedo = p.albedo + (s.albedo - p.albedo) * w;
-  p.normal_world = p.normal_world + (s.normal_world - p.normal_world) * w;
-  p.depth_m += (s.depth_m - p.depth_m) * w;
-}
+/// Pilot samples come from a seed that no job can have: those end at 2^53.
+constexpr std::uint64_t kPilotStream = std::uint64_t{1} << 62U;
 
 /// With `measured` splitting: as fixed, with the count that the pilot finds.
 std::unique_ptr<const Integrator> planned_integrator(const View& view, const Camera& camera) {
@@ -67,52 +47,60 @@ class PictureRenderer final : public Renderer {
 
   const View& view() const noexcept override { return view_; }
   bool render(TileState& state, int last_sample, std::stop_token stop) const override;
+  bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const override;
 
  private:
+  /// One camera path; what is not finite counts as zero and is counted.
+  PathSample trace(PathSampler& sampler, int x, int y, int s, std::uint64_t& rays, std::uint64_t& rejected) const;
+
   View view_;
   Camera camera_;
   FilterSampler filter_;
   std::unique_ptr<const Integrator> integrator_;
 };
 
+PathSample PictureRenderer::trace(PathSampler& sampler, int x, int y, int s, std::uint64_t& rays,
+                                  std::uint64_t& rejected) const {
+  sampler.start(x, y, s);
+  const Vec4 u = sampler.get_4d(kCameraGroup);
+  const FilterSampler::Offset at = filter_.sample({u.x, u.y});
+  const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x, static_cast<float>(y) + 0.5F + at.offset_px.y};
+  PathSample sample = integrator_->trace(camera_.ray(film_px, {u.z, u.w}), sampler, rays);
+  sample.radiance *= at.weight;
+  if (!is_finite(sample.radiance)) {
+    sample.radiance = {};
+    ++rejected;
+  }
+  return sample;
+}
+
 bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token stop) const {
   prepare_tracing_thread();
   const double cpu_start = thread_cpu_seconds();
   const RenderSettings& settings = view_.settings;
-  const int replicates = settings.replicates;
-  PathSampler sampler(settings.sampler, replicates, settings.seed);
+  PathSampler sampler(settings.sampler, settings.replicates, settings.seed);
   std::uint64_t rays = 0;
-  std::size_t pixel = 0;
-  for (int y = state.rect.y; y < state.rect.y + state.rect.height; ++y) {
-    if (stop.stop_requested()) {
-      return false;
-    }
-    for (int x = state.rect.x; x < state.rect.x + state.rect.width; ++x, ++pixel) {
-      for (int s = state.samples; s < last_sample; ++s) {
-        sampler.start(x, y, s);
-        const Vec4 u = sampler.get_4d(kCameraGroup);
-        const FilterSampler::Offset at = filter_.sample({u.x, u.y});
-        const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x,
-                              static_cast<float>(y) + 0.5F + at.offset_px.y};
-        PathSample sample = integrator_->trace(camera_.ray(film_px, {u.z, u.w}), sampler, rays);
-        sample.radiance *= at.weight;
-        if (!is_finite(sample.radiance)) {
-          sample.radiance = {};
-          ++state.rejected_samples;
-        }
-        add_sample(state.pixels[pixel * static_cast<std::size_t>(replicates) +
-                                static_cast<std::size_t>(s % replicates)],
-                   sample);
-        if (!state.aux.empty()) {
-          add_auxiliary(state.aux[pixel], sample);
-        }
-      }
-    }
-  }
-  state.samples = last_sample;
+  std::uint64_t rejected = 0;
+  const bool whole = fill_tile(state, settings.replicates, last_sample, stop,
+                               [&](int x, int y, int s) { return trace(sampler, x, y, s, rays, rejected); });
+  state.rejected_samples += rejected;
   state.rays += rays;
   state.cpu_seconds += thread_cpu_seconds() - cpu_start;
-  return true;
+  return whole;
+}
+
+bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_token stop) const {
+  prepare_tracing_thread();
+  const double cpu_start = thread_cpu_seconds();
+  const RenderSettings& settings = view_.settings;
+  PathSampler sampler(SamplerType::kIndependent, settings.replicates, settings.seed | kPilotStream);
+  std::uint64_t rejected = 0;
+  const bool whole = fill_pilot(state, last_sample, stop, [&](int x, int y, int s, std::uint64_t& rays) {
+    return trace(sampler, x, y, s, rays, rejected).radiance;
+  });
+  state.rejected_samples += rejected;
+  state.cpu_seconds += thread_cpu_seconds() - cpu_start;
+  return whole;
 }
 
 }  // namespace

@@ -80,6 +80,18 @@ struct EstimatorSettings {
   bool expected_values = true;
 };
 
+enum class AdaptiveType { kNone, kPilot, kCrossHalf, kSequential };
+enum class Granularity { kPixel, kTile };
+
+/// Where further samples go. What decides about a pixel: nothing (every pixel gets the same), a pilot stream that is
+/// never in the picture, the other half of it (once), or the picture itself.
+struct AdaptiveSettings {
+  AdaptiveType type = AdaptiveType::kNone;
+  int min_samples = 32;  ///< of every pixel before the first decision, all replicates together
+  Granularity granularity = Granularity::kPixel;
+  int dilation = 1;  ///< radius in pixels (tiles with kTile): the neediest neighbour counts
+};
+
 struct RenderSettings {
   FilmSettings film;
   std::string integrator = "path";
@@ -89,6 +101,7 @@ struct RenderSettings {
   int replicates = 2;  ///< even, at least 2
   LightSamplerType light_sampler = LightSamplerType::kTree;
   int light_candidates = 2;  ///< ris: light samples of which one is taken
+  AdaptiveSettings adaptive;
   std::uint64_t seed = 0;
 };
 

@@ -63,8 +63,7 @@ core::Result<std::shared_ptr<const StoredFilm>> JobService::stored_film(const Jo
       return file.error();
     }
     const core::RenderSettings& settings = record.view.spec.render;
-    auto film = std::make_shared<core::Film>(settings.film, settings.replicates,
-                                             core::pixel_errors(settings));
+    auto film = std::make_shared<core::Film>(settings, core::pixel_errors(settings));
     auto restored = file->restore(*film);
     if (!restored) {
       return restored.error();

@@ -101,8 +101,7 @@ core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& j
   RenderRun::Parts parts;
   parts.job = job->id();
   parts.renderer = std::move(*renderer);
-  parts.film = std::make_shared<core::Film>(spec.render.film, spec.render.replicates,
-                                            core::pixel_errors(spec.render));
+  parts.film = std::make_shared<core::Film>(spec.render, core::pixel_errors(spec.render));
   parts.scene_bytes = parts.renderer->view().scene->summary().bytes;
   parts.arithmetic = options_.arithmetic;
   parts.options.stop = spec.stop;

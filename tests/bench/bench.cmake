@@ -10,3 +10,9 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   add_executable(options_bench bench/options_bench.cpp)
   target_link_libraries(options_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()
+
+# 1/(V T) of adaptive sampling over the built-in scenes.
+if(TARGET core_scene_io AND TARGET core_image_io)
+  add_executable(adaptive_bench bench/adaptive_bench.cpp)
+  target_link_libraries(adaptive_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+endif()

@@ -188,8 +188,7 @@ Picture render(const core::View& view, const core::StopRules& stop, int threads)
   auto renderer = core::Renderer::create(view);
   CHECK(renderer);
   Picture picture;
-  picture.film = std::make_shared<core::Film>(view.settings.film, view.settings.replicates,
-                                              core::pixel_errors(view.settings));
+  picture.film = std::make_shared<core::Film>(view.settings, core::pixel_errors(view.settings));
   NullSink sink;
   core::TaskOptions options;
   options.stop = stop;

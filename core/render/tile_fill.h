@@ -1,0 +1,109 @@
+/// fill_tile: which samples of a tile come next, and into the statistics with them.
+#pragma once
+
+#include <stop_token>
+
+#include "core/color/rgb.h"
+#include "core/film/film.h"
+
+namespace core {
+
+/// Welford's update: mean and sum of squared deviations of the luminance.
+inline void add_sample(ReplicatePixel& p, const PathSample& s) {
+  ++p.count;
+  const float w = 1 / static_cast<float>(p.count);
+  const Rgb before = {p.mean_r, p.mean_g, p.mean_b};
+  const Rgb after = before + (s.radiance - before) * w;
+  p.m2_luminance += luminance(s.radiance - before) * luminance(s.radiance - after);
+  p.mean_r = after.r;
+  p.mean_g = after.g;
+  p.mean_b = after.b;
+  p.mean_alpha += (s.alpha - p.mean_alpha) * w;
+}
+
+inline void add_auxiliary(AuxPixel& p, const PathSample& s) {
+  if (!s.hit) {
+    return;
+  }
+  ++p.hits;
+  const float w = 1 / static_cast<float>(p.hits);
+  p.albedo = p.albedo + (s.albedo - p.albedo) * w;
+  p.normal_world = p.normal_world + (s.normal_world - p.normal_world) * w;
+  p.depth_m += (s.depth_m - p.depth_m) * w;
+}
+
+inline void add_pilot(PilotPixel& p, Rgb radiance, float rays) {
+  ++p.count;
+  const float w = 1 / static_cast<float>(p.count);
+  const Rgb before = p.mean;
+  p.mean = before + (radiance - before) * w;
+  p.m2 = p.m2 + (radiance - before) * (radiance - p.mean);
+  p.rays += (rays - p.rays) * w;
+}
+
+/// Brings every pixel of the tile from state.samples to last_sample, in the order of the plan. trace(x, y, sample) gives
+/// the PathSample of a pixel of the full film. Returns false, leaving `state` half done, when stop was requested.
+template <typename Trace>
+bool fill_tile(TileState& state, int replicates, int last_sample, const std::stop_token& stop, Trace&& trace) {
+  const auto r = static_cast<std::size_t>(replicates);
+  std::size_t pixel = 0;
+  for (int y = state.rect.y; y < state.rect.y + state.rect.height; ++y) {
+    if (stop.stop_requested()) {
+      return false;
+    }
+    for (int x = state.rect.x; x < state.rect.x + state.rect.width; ++x, ++pixel) {
+      const auto take = [&](int s) {
+        const PathSample sample = trace(x, y, s);
+        add_sample(state.pixels[pixel * r + static_cast<std::size_t>(s % replicates)], sample);
+        if (!state.aux.empty()) {
+          add_auxiliary(state.aux[pixel], sample);
+        }
+      };
+      if (state.plan.empty()) {
+        for (int s = state.samples; s < last_sample; ++s) {
+          take(s);
+        }
+        continue;
+      }
+      const PixelPlan& plan = state.plan[pixel];
+      const PlanPosition at = {state.span, replicates, x, y};
+      std::uint32_t has[2] = {planned_count(plan, 0, at, state.samples), planned_count(plan, 1, at, state.samples)};
+      // One step of the mean after the other: the order is then the same however a pass is cut into slices.
+      for (int s = state.samples + 1; s <= last_sample; ++s) {
+        for (const int half : {0, 1}) {
+          const auto h = static_cast<std::size_t>(half);
+          for (const std::uint32_t want = planned_count(plan, h, at, s); has[h] < want; ++has[h]) {
+            take(sample_of_half(has[h], replicates, half));
+          }
+        }
+      }
+    }
+  }
+  state.samples = last_sample;
+  return true;
+}
+
+/// Brings the pilot samples of every pixel from state.pilot_samples to last_sample. trace(x, y, sample, rays) gives the
+/// radiance and adds up the rays. Returns false when stop was requested.
+template <typename Trace>
+bool fill_pilot(TileState& state, int last_sample, const std::stop_token& stop, Trace&& trace) {
+  state.pilot.resize(static_cast<std::size_t>(state.rect.width) * static_cast<std::size_t>(state.rect.height));
+  std::size_t pixel = 0;
+  for (int y = state.rect.y; y < state.rect.y + state.rect.height; ++y) {
+    if (stop.stop_requested()) {
+      return false;
+    }
+    for (int x = state.rect.x; x < state.rect.x + state.rect.width; ++x, ++pixel) {
+      for (int s = state.pilot_samples; s < last_sample; ++s) {
+        std::uint64_t rays = 0;
+        const Rgb radiance = trace(x, y, s, rays);
+        add_pilot(state.pilot[pixel], radiance, static_cast<float>(rays));
+        state.rays += rays;
+      }
+    }
+  }
+  state.pilot_samples = last_sample;
+  return true;
+}
+
+}  // namespace core

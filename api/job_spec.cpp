@@ -11,6 +11,7 @@
 #include "api/schemas.h"
 #include "api/server_view.h"
 #include "api/stop_rules.h"
+#include "core/render/pass_plan.h"
 #include "core/render/registry.h"
 
 namespace api {
@@ -88,6 +89,34 @@ constexpr auto film_row() {
                 "radius", [](auto& s) -> auto& { return s.render.film.filter.radius_px; },
                 {0, limits::kFilterRadius, true}, "Radius in pixels.")),
       CustomRow<JobSpec>{"layers", &read_layers, &print_layers, &layers_schema});
+}
+
+constexpr bool is_adaptive(const JobSpec& s) {
+  return s.render.adaptive.type != core::AdaptiveType::kNone;
+}
+
+constexpr auto adaptive_row() {
+  constexpr std::string_view kOtherwise = "applies to types other than 'none' only";
+  return group(
+      "adaptive", "Where further samples go.",
+      choice(
+          "type", [](auto& s) -> auto& { return s.render.adaptive.type; }, &core::adaptive_types,
+          "What decides."),
+      when(&is_adaptive, kOtherwise,
+           number(
+               "min_samples", [](auto& s) -> auto& { return s.render.adaptive.min_samples; },
+               {1, limits::kSamplesPerPixel},
+               "Samples of every pixel before the first decision, all replicates together; rounded "
+               "up to where decisions are taken, 2^k or 1.5 * 2^k of each replicate.")),
+      when(&is_adaptive, kOtherwise,
+           choice(
+               "granularity", [](auto& s) -> auto& { return s.render.adaptive.granularity; },
+               &core::granularities, "What gets the same number of samples.")),
+      when(&is_adaptive, kOtherwise,
+           number(
+               "dilation", [](auto& s) -> auto& { return s.render.adaptive.dilation; },
+               {0, limits::kDilation},
+               "Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts.")));
 }
 
 constexpr auto estimator_row() {
@@ -183,7 +212,7 @@ const auto& table() {
                  number(
                      "candidates", [](auto& s) -> auto& { return s.render.light_candidates; },
                      {1, limits::kLightCandidates}, "Light samples of which one is taken."))),
-      only_type("adaptive", R"("none")", "Where further samples go."),
+      adaptive_row(),
       FixedRow{"spectral", "false", "Wavelengths instead of three colours."},
       CustomRow<JobSpec>{
           "stop",
@@ -225,6 +254,26 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
     return faults.problem();
   }
   return job;
+}
+
+std::vector<std::string> adaptive_warnings(const JobSpec& spec) {
+  std::vector<std::string> warnings;
+  const core::AdaptiveSettings& adaptive = spec.render.adaptive;
+  if (adaptive.type == core::AdaptiveType::kNone) {
+    return warnings;
+  }
+  if (spec.stop.relative_error && !core::errors_are_valid(spec.render)) {
+    warnings.emplace_back("stop.relative_error: with this type of adaptive sampling the error estimate is not valid; "
+                          "the job may end before the picture is as good as was asked for.");
+  }
+  const int first = core::first_epoch(adaptive, spec.render.replicates);
+  if (adaptive.type != JobSpec{}.render.adaptive.type && spec.stop.samples_per_pixel &&
+      *spec.stop.samples_per_pixel <= first) {
+    warnings.push_back("adaptive: every pixel gets the same, because the first decision is taken at " +
+                       std::to_string(first) + " samples and " + std::to_string(*spec.stop.samples_per_pixel) +
+                       " are asked for.");
+  }
+  return warnings;
 }
 
 Json to_json(const JobSpec& spec) { return print_members(table(), spec); }

@@ -71,6 +71,9 @@ std::string spec_json(const JobSpec& spec);
 /// True when both say the same, member by member.
 bool same_spec(const JobSpec& a, const JobSpec& b);
 
+/// What adaptive sampling cannot do for this job; told when it is submitted.
+std::vector<std::string> adaptive_warnings(const JobSpec& spec);
+
 /// The rule for an absent `environment`: white, unless the scene has a punctual light or a material
 /// with emissive strength above 1. Returns the warning that says so; empty if it was settled
 /// before.

@@ -86,26 +86,27 @@ Json progress_part(const JobView& job) {
         {"max", progress.samples_max}}},
       {"elapsed_seconds", number_json(progress.elapsed_seconds)},
       {"cpu_seconds", number_json(progress.cpu_seconds)},
-      {"eta_seconds", progress.eta_seconds ? number_json(*progress.eta_seconds) : Json(nullptr)}};
+      {"eta_seconds", progress.eta_seconds ? number_json(*progress.eta_seconds) : Json(nullptr)},
+      {"eta_interval_seconds", progress.eta_low_seconds && progress.eta_high_seconds
+                                   ? Json::array({number_json(*progress.eta_low_seconds),
+                                                  number_json(*progress.eta_high_seconds)})
+                                   : Json(nullptr)}};
 }
 
 Json error_part(const JobView& job) {
-  std::string bias = "none";
-  for (const core::IntegratorEntry& integrator : core::integrators()) {
-    if (integrator.name == job.spec.render.integrator) {
-      bias = std::string(integrator.bias);
-    }
-  }
+  std::string bias(core::bias_of(job.spec.render));
   // A sample count that depends on the error it saw is no longer independent of the picture.
   if (bias == "none" && job.stop_reason == core::StopReason::kRelativeError) {
     bias = "consistent";
   }
   const core::ErrorInterval& error = job.progress.error;
+  const bool valid = core::errors_are_valid(job.spec.render);
   return {{"relative_rmse", number_json(error.relative_rmse)},
-          {"low", number_json(error.low)},
-          {"high", number_json(error.high)},
+          {"low", valid ? number_json(error.low) : Json(nullptr)},
+          {"high", valid ? number_json(error.high) : Json(nullptr)},
           {"confidence", number_json(job.spec.stop.confidence)},
           {"bias", bias},
+          {"valid", valid},
           {"unreliable", error.unreliable}};
 }
 

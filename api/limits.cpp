@@ -20,6 +20,7 @@ constexpr std::array kLimits = {
     LimitRow{"film_pixels", limits::kFilmPixels, "Width times height."},
     LimitRow{"filter_radius", limits::kFilterRadius, "Radius of the film filter in pixels."},
     LimitRow{"max_depth", limits::kMaxDepth, "Scattering events on a path."},
+    LimitRow{"dilation", limits::kDilation, "Radius of adaptive sampling's dilation, pixels or tiles."},
     LimitRow{"replicates", limits::kReplicates, "Independent randomisations of a pixel."},
     LimitRow{"split_count", limits::kSplitCount, "Continuations of a path that is split."},
     LimitRow{"light_candidates", limits::kLightCandidates, "Light samples of which one is taken."},

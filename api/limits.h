@@ -33,6 +33,7 @@ inline constexpr std::int64_t kMaxDepth = 1024;
 inline constexpr std::int64_t kReplicates = 64;
 inline constexpr std::int64_t kSplitCount = 64;
 inline constexpr std::int64_t kLightCandidates = 64;
+inline constexpr std::int64_t kDilation = 8;
 inline constexpr std::int64_t kSamplesPerPixel = 65536;
 inline constexpr std::int64_t kStopSeconds = 604800;
 inline constexpr std::int64_t kWaitSeconds = 60;

@@ -79,7 +79,8 @@ Json limits_json(const std::vector<ConfiguredLimit>& configured) {
 std::vector<std::string> accepted_options(std::string_view /*integrator*/) {
   return {"/integrator/max_depth", "/estimator/strategy",  "/estimator/mis",
           "/estimator/roulette",   "/estimator/splitting", "/estimator/expected_values",
-          "/sampler/type",         "/sampler/replicates",  "/light_sampler"};
+          "/sampler/type",         "/sampler/replicates",  "/light_sampler",
+          "/adaptive"};
 }
 
 std::vector<OptionRow> estimation_options() {
@@ -101,6 +102,11 @@ std::vector<OptionRow> estimation_options() {
   for (const auto& entry : core::expected_value_types()) {
     OptionRow row = option({"estimator", "expected_values"}, entry.name, entry.bias, entry.summary);
     row.patch = dump({{"estimator", {{"expected_values", entry.value}}}});
+    options.push_back(std::move(row));
+  }
+  for (const auto& entry : core::granularities()) {
+    OptionRow row = option({"adaptive", "granularity"}, entry.name, entry.bias, entry.summary);
+    row.patch = dump({{"adaptive", {{"type", "pilot"}, {"granularity", entry.name}}}});
     options.push_back(std::move(row));
   }
   return options;
@@ -130,10 +136,13 @@ std::string server_json(const ServerView& server) {
       entry["accepts"] = {"/light_sampler/candidates"};
     }
   }
-  body["adaptive"] = Json::array({{{"type", "none"},
-                                   {"bias", "none"},
-                                   {"summary", "Every pixel gets the same number of samples."},
-                                   {"accepts", Json::array()}}});
+  body["adaptive"] = typed_list(
+      core::adaptive_types(), {"/adaptive/min_samples", "/adaptive/granularity", "/adaptive/dilation"});
+  for (Json& row : body["adaptive"]) {
+    if (row["type"] == "none") {
+      row["accepts"] = Json::array();
+    }
+  }
   Json options = Json::array();
   for (const OptionRow& row : estimation_options()) {
     options.push_back({{"name", row.name},

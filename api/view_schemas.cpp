@@ -127,6 +127,10 @@ Json problem_schema() {
 void add_job_schemas(Json& components) {
   components["Problem"] = problem_schema();
   components["JobSpec"] = spec_schema();
+  Json eta_interval = reals("Lower and upper bound of eta_seconds, as long as the pace stays what it was; null: unknown.");
+  eta_interval["type"] = {"array", "null"};
+  eta_interval["minItems"] = 2;
+  eta_interval["maxItems"] = 2;
   components["Progress"] =
       object_of("How far it is.",
                 {{"fraction", real("0 to 1; 1 only at the end.")},
@@ -135,16 +139,18 @@ void add_job_schemas(Json& components) {
                             {{"min", integer("")}, {"mean", real("")}, {"max", integer("")}})},
                  {"elapsed_seconds", real("Rendering time without pauses and downtime.")},
                  {"cpu_seconds", real("Of all threads.")},
-                 {"eta_seconds", maybe_real("Until the end; null: unknown.")}});
+                 {"eta_seconds", maybe_real("Until the end; null: unknown.")},
+                 {"eta_interval_seconds", eta_interval}});
   components["ErrorEstimate"] = object_of(
       "How wrong the picture still is.",
       {{"relative_rmse",
         maybe_real("sqrt(mean over pixels and channels of variance / (mean^2 + 0.01)); "
                    "null: unknown.")},
-       {"low", maybe_real("Lower end of the interval.")},
+       {"low", maybe_real("Lower end of the interval; null: unknown, or not valid.")},
        {"high", maybe_real("Upper end of the interval.")},
        {"confidence", real("Of the interval.")},
        {"bias", bias_schema()},
+       {"valid", basic_schema("boolean", "False: the two halves depend on each other, and there is no interval.")},
        {"unreliable", basic_schema("boolean", "Too few distinct events to trust the interval.")}});
   components["Statistics"] = object_of(
       "What it cost.", {{"rays", integer("")},

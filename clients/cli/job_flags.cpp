@@ -79,6 +79,8 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("--light-sampler", flags.light_sampler, "How lights are chosen (tree)")->type_name("T");
   app.add_option("--roulette", flags.roulette, "How paths end before their time (throughput)")->type_name("T");
   app.add_option("--split", flags.split, "Continuations of each path at its first surface (1)")->type_name("N");
+  app.add_option("--adaptive", flags.adaptive, "Where further samples go: none, pilot, crosshalf, sequential")
+      ->type_name("T");
   app.add_option("--seed", flags.seed, "Another seed gives another noise (0)")->type_name("N");
   app.add_option("--threads", flags.threads, "Threads that render (all of the machine's)")
       ->check(CLI::Range(0, 1024).description(""))
@@ -125,6 +127,9 @@ core::Result<Json> make_request(const JobFlags& flags) {
   }
   if (flags.split) {
     object_at(request, "estimator")["splitting"] = {{"type", "fixed"}, {"count", *flags.split}};
+  }
+  if (flags.adaptive) {
+    object_at(request, "adaptive")["type"] = *flags.adaptive;
   }
   if (flags.seed) {
     request["seed"] = *flags.seed;

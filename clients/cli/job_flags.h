@@ -29,6 +29,7 @@ struct JobFlags {
   std::optional<std::string> light_sampler;
   std::optional<std::string> roulette;
   std::optional<int> split;
+  std::optional<std::string> adaptive;
   std::optional<std::uint64_t> seed;
   int threads = 0;
   bool json = false;

@@ -97,6 +97,7 @@ Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : 
 
 Json result_json(const core::RenderTask& task, const LocalJob& job, const std::string& output) {
   const core::Progress progress = task.progress();
+  const bool valid = core::errors_are_valid(job.spec.render);
   return {{"output", output},
           {"stop_reason", std::string(api::to_text(task.stop_reason()))},
           {"samples_per_pixel",
@@ -107,8 +108,10 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
           {"rays_per_second", progress.rays_per_second},
           {"error",
            {{"relative_rmse", number_or_null(progress.error.relative_rmse)},
-            {"low", number_or_null(progress.error.low)},
-            {"high", number_or_null(progress.error.high)},
+            {"low", valid ? number_or_null(progress.error.low) : Json(nullptr)},
+            {"high", valid ? number_or_null(progress.error.high) : Json(nullptr)},
+            {"bias", std::string(core::bias_of(job.spec.render))},
+            {"valid", valid},
             {"confidence", job.spec.stop.confidence}}},
           {"efficiency", number_or_null(progress.efficiency)},
           {"rejected_samples", progress.rejected_samples},

@@ -134,6 +134,9 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, int threads) {
   }
   const core::SceneSummary& summary = (*scene)->summary();
   job.warnings.insert(job.warnings.end(), summary.warnings.begin(), summary.warnings.end());
+  for (std::string& warning : api::adaptive_warnings(job.spec)) {
+    job.warnings.push_back(std::move(warning));
+  }
   if (const auto settled = api::settle_environment(job.spec, summary)) {
     job.warnings.push_back(*settled);
   }

@@ -88,6 +88,25 @@ constexpr std::array kExpectedValues = {
                      "path at random: the same mean, more noise."},
 };
 
+constexpr std::array kAdaptiveTypes = {
+    NamedValue<AdaptiveType>{"none", AdaptiveType::kNone, "Every pixel gets the same number of samples."},
+    NamedValue<AdaptiveType>{"pilot", AdaptiveType::kPilot,
+                             "More where a pilot stream finds noise that is never in the picture and takes at most a tenth "
+                             "on top; errors are valid."},
+    NamedValue<AdaptiveType>{"crosshalf", AdaptiveType::kCrossHalf,
+                             "Each half of a pixel by what the other has seen, decided once; the halves depend on each other "
+                             "then, so that errors are not valid."},
+    NamedValue<AdaptiveType>{"sequential", AdaptiveType::kSequential,
+                             "More where the picture itself looks noisy; dark where rare light was missed, and errors are "
+                             "not valid.",
+                             "biased"},
+};
+
+constexpr std::array kGranularities = {
+    NamedValue<Granularity>{"pixel", Granularity::kPixel, "Each pixel by its own neighbourhood."},
+    NamedValue<Granularity>{"tile", Granularity::kTile, "All pixels of a tile alike."},
+};
+
 constexpr std::array kFilters = {
     NamedValue<FilterType>{"box", FilterType::kBox, "Constant."},
     NamedValue<FilterType>{"tent", FilterType::kTent, "Linear."},
@@ -118,8 +137,34 @@ std::span<const NamedValue<MisType>> mis_types() { return kMisTypes; }
 std::span<const NamedValue<RouletteType>> roulette_types() { return kRouletteTypes; }
 std::span<const NamedValue<SplittingType>> splitting_types() { return kSplittingTypes; }
 std::span<const NamedValue<bool>> expected_value_types() { return kExpectedValues; }
+std::span<const NamedValue<AdaptiveType>> adaptive_types() { return kAdaptiveTypes; }
+std::span<const NamedValue<Granularity>> granularities() { return kGranularities; }
 std::span<const NamedValue<FilterType>> filters() { return kFilters; }
 std::span<const LayerEntry> layers() { return kLayers; }
+
+std::string_view bias_of(const RenderSettings& settings) {
+  std::string_view bias = "none";
+  const auto add = [&bias](std::string_view more) {
+    if (more == "biased" || bias == "none") {
+      bias = more;
+    }
+  };
+  for (const IntegratorEntry& entry : kIntegrators) {
+    if (entry.name == settings.integrator) {
+      add(entry.bias);
+    }
+  }
+  for (const auto& entry : kAdaptiveTypes) {
+    if (entry.value == settings.adaptive.type) {
+      add(entry.bias);
+    }
+  }
+  return bias;
+}
+
+bool errors_are_valid(const RenderSettings& settings) {
+  return settings.adaptive.type == AdaptiveType::kNone || settings.adaptive.type == AdaptiveType::kPilot;
+}
 
 int sample_unit(SamplerType sampler, int replicates) {
   const int set = samples_in_set(sampler);

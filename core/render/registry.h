@@ -32,7 +32,14 @@ std::span<const NamedValue<MisType>> mis_types();
 std::span<const NamedValue<RouletteType>> roulette_types();
 std::span<const NamedValue<SplittingType>> splitting_types();
 std::span<const NamedValue<bool>> expected_value_types();
+std::span<const NamedValue<AdaptiveType>> adaptive_types();
+std::span<const NamedValue<Granularity>> granularities();
 std::span<const NamedValue<FilterType>> filters();
+
+/// The worst of what the settings choose: "none", "consistent" or "biased".
+std::string_view bias_of(const RenderSettings& settings);
+/// Are both halves of a pixel independent, so that (A - B)^2 / 4 estimates its variance?
+bool errors_are_valid(const RenderSettings& settings);
 
 /// Layers a film can show. beauty albedo normal depth alpha samples variance error.
 struct LayerEntry {

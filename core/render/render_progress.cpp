@@ -7,6 +7,27 @@
 
 namespace core {
 
+RenderTask::Impl::SamplesAtEnd RenderTask::Impl::samples_at_end() const {
+  const double most = samples_max();
+  SamplesAtEnd end = {most, most, most};
+  const double e = error.relative_rmse;
+  if (!stop.relative_error || !(e > 0) || points.empty()) {
+    return end;
+  }
+  const double bound = stop_bound > 0 ? stop_bound : error.high;
+  const int replicates = renderer->view().settings.replicates;
+  // Only looks end a job, and not before this one.
+  const auto look_for = [&](double seen) REQUIRES(mutex) {
+    const double needed = samples_for_error(points.back().samples_per_pixel, seen, *stop.relative_error);
+    const double least = std::max({needed, static_cast<double>(base_samples) + 1, 2.0});
+    return least >= most ? most : std::min<double>(next_look(static_cast<int>(std::ceil(least)) - 1, replicates), most);
+  };
+  end.expected = look_for(bound);
+  end.low = look_for(bound * error.low / e);
+  end.high = look_for(bound * error.high / e);
+  return end;
+}
+
 Progress RenderTask::progress() const {
   const Impl& m = *impl_;
   Progress p;
@@ -25,22 +46,34 @@ Progress RenderTask::progress() const {
   const double e = p.error.relative_rmse;
   p.efficiency = e > 0 && p.cpu_seconds > 0 ? 1 / (e * e * p.cpu_seconds)
                                             : std::numeric_limits<double>::quiet_NaN();
-  double share = p.samples_mean / m.samples_max();
-  if (m.stop.relative_error && e > 0 && !m.points.empty()) {
-    // The variance falls as 1/N.
-    const double needed = m.points.back().samples_per_pixel * (e / *m.stop.relative_error) * (e / *m.stop.relative_error);
-    share = std::max(share, p.samples_mean / std::max(needed, 1.0));
+  const double samples = m.samples_mean();
+  const Impl::SamplesAtEnd end = m.samples_at_end();
+  double share = samples / end.expected;
+  std::optional<Remaining> left;
+  if (const auto rate = seconds_for(m.pace, 1.0)) {
+    left = Remaining{std::max(end.expected - samples, 0.0) * rate->expected, std::max(end.low - samples, 0.0) * rate->low,
+                     std::max(end.high - samples, 0.0) * rate->high};
+  } else if (share > 0 && p.elapsed_seconds > 0.05) {
+    const double seconds = p.elapsed_seconds * (1 - std::min(share, 1.0)) / share;
+    left = Remaining{seconds, seconds / 2, seconds * 2};
   }
+  const auto clock = [&](double seconds, double length) {
+    const double rest = std::max(seconds, 0.0);
+    share = std::max(share, 1 - rest / std::max(length, 1e-9));
+    left = left ? earlier(*left, {rest, rest, rest}) : Remaining{rest, 0, rest};
+  };
   if (m.stop.seconds) {
-    share = std::max(share, p.elapsed_seconds / *m.stop.seconds);
+    clock(*m.stop.seconds - p.elapsed_seconds, *m.stop.seconds);
   }
   if (m.stop.deadline_unix_seconds) {
-    const double left = *m.stop.deadline_unix_seconds - unix_seconds();
-    share = std::max(share, p.elapsed_seconds / std::max(p.elapsed_seconds + left, 1e-9));
+    const double rest = *m.stop.deadline_unix_seconds - unix_seconds();
+    clock(rest, p.elapsed_seconds + std::max(rest, 0.0));
   }
   p.fraction = m.over && m.reason != StopReason::kCancelled ? 1.0 : std::clamp(share, 0.0, 0.999);
-  if (!m.over && share > 0 && p.elapsed_seconds > 0.05) {
-    p.eta_seconds = p.elapsed_seconds * (1 - p.fraction) / std::max(p.fraction, 1e-9);
+  if (!m.over && left) {
+    p.eta_seconds = left->expected;
+    p.eta_low_seconds = left->low;
+    p.eta_high_seconds = left->high;
   }
   return p;
 }

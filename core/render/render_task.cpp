@@ -15,22 +15,22 @@ namespace {
 
 /// Below this nothing is said about an error target: rare events have not had their chance.
 constexpr int kSamplesBeforeErrorStop = 32;
+/// Passes that the pace is taken from.
+constexpr std::size_t kPacePoints = 32;
 
-/// Does the look at `estimate` end the job? alpha is shared by all looks, and by tiles for worst_tile.
-bool meets_error_target(const ErrorEstimate& estimate, const Film& film, const StopRules& stop,
-                        int looks) {
+/// What has to be at most the target for the job to end: the upper bound of the image's error, or the largest of
+/// the tiles'. alpha is shared by all looks, and by tiles for worst_tile.
+double error_bound(const ErrorEstimate& estimate, const Film& film, const StopRules& stop, int looks) {
   const double alpha = (1 - stop.confidence) / looks;
-  const double target = *stop.relative_error;
   if (!stop.worst_tile) {
-    return estimate.image(1 - 2 * alpha).high <= target;
+    return estimate.image(1 - 2 * alpha).high;
   }
   const double alpha_tile = alpha / film.tile_count();
+  double most = 0;
   for (int t = 0; t < film.tile_count(); ++t) {
-    if (!(estimate.region(film.tile_rect(t), 1 - 2 * alpha_tile).high <= target)) {
-      return false;
-    }
+    most = std::max(most, estimate.region(film.tile_rect(t), 1 - 2 * alpha_tile).high);
   }
-  return true;
+  return most;
 }
 
 }  // namespace
@@ -220,6 +220,12 @@ void RenderTask::Impl::decide() {
     base_samples = pass_target;
     decided_at = base_samples;
     base_is_whole = true;
+    if (pace.empty() || pace.back().samples < base_samples) {
+      if (pace.size() >= kPacePoints) {
+        pace.erase(pace.begin());
+      }
+      pace.push_back({elapsed_now(), static_cast<double>(base_samples)});
+    }
     pass_base.clear();
     rules = stop;
     samples = base_samples;
@@ -285,12 +291,16 @@ void RenderTask::Impl::decide() {
   if (looks_now) {
     const ErrorEstimate estimate(film->snapshot());
     const ConvergencePoint point = look(estimate, samples);
-    if (may_stop && estimate.valid() &&
-        meets_error_target(estimate, *film, rules, look_count(most, replicates, unit()))) {
-      why = StopReason::kRelativeError;
+    double bound = 0;
+    if (rules.relative_error && estimate.valid()) {
+      bound = error_bound(estimate, *film, rules, look_count(most, replicates, unit()));
+      if (may_stop && bound <= *rules.relative_error) {
+        why = StopReason::kRelativeError;
+      }
     }
     {
       MutexLock lock(mutex);
+      stop_bound = bound;
       error = point.error;
       points.push_back(point);
       last_reported = samples;

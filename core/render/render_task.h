@@ -18,6 +18,7 @@
 #include "core/base/result.h"
 #include "core/film/error_estimate.h"
 #include "core/film/film.h"
+#include "core/render/eta.h"
 #include "core/render/settings.h"
 #include "core/render/view.h"
 
@@ -48,6 +49,8 @@ struct Progress {
   double elapsed_seconds = 0;
   double cpu_seconds = 0;
   std::optional<double> eta_seconds;
+  std::optional<double> eta_low_seconds;  ///< interval of eta_seconds, as long as the pace stays what it was
+  std::optional<double> eta_high_seconds;
   std::uint64_t rays = 0;
   double rays_per_second = 0;
   std::uint64_t rejected_samples = 0;

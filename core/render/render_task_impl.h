@@ -52,6 +52,8 @@ struct RenderTask::Impl {
   bool base_is_whole GUARDED_BY(mutex) = false;
   int in_flight GUARDED_BY(mutex) = 0;
   int last_reported GUARDED_BY(mutex) = -1;
+  std::vector<PacePoint> pace GUARDED_BY(mutex);  // of the last passes of this run
+  double stop_bound GUARDED_BY(mutex) = 0;  // what the error rule compared with its target last; 0: nothing yet
   double look_cost GUARDED_BY(mutex) = 0;    // seconds that the last report took
   double look_ended GUARDED_BY(mutex) = -1e9;  // elapsed_now() then
   bool reporting GUARDED_BY(mutex) = false;    // a report is being computed beside the rendering
@@ -174,6 +176,26 @@ struct RenderTask::Impl {
     }
     return std::nullopt;
   }
+
+  /// Mean over the film's pixels, as far as tiles are.
+  double samples_mean() const REQUIRES(mutex) {
+    double area = 0;
+    double sum = 0;
+    for (std::size_t t = 0; t < done.size(); ++t) {
+      const PixelRect r = film->tile_rect(static_cast<int>(t));
+      area += static_cast<double>(r.width) * r.height;
+      sum += static_cast<double>(r.width) * r.height * done[t];
+    }
+    return sum / area;
+  }
+
+  /// Samples at which the rules about samples and errors end the job.
+  struct SamplesAtEnd {
+    double expected = 0;
+    double low = 0;
+    double high = 0;
+  };
+  SamplesAtEnd samples_at_end() const REQUIRES(mutex);
 
   void after_slice() EXCLUDES(mutex);
   void decide() EXCLUDES(mutex);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "api/errors.h"
@@ -176,10 +177,12 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
           return Error{ErrorCode::kConflict, "the film of the job is not there any more", ""};
         }
         const auto& samples = parsed->stop.samples_per_pixel;
-        if (samples && *samples <= view.progress.samples_max) {
+        // The mean is off by a sample's fraction while an adaptive epoch is under way.
+        const auto there = std::llround(view.progress.samples_mean);
+        if (samples && *samples <= there) {
           return Error{ErrorCode::kInvalidArgument,
                        std::to_string(*samples) + " is not more than the " +
-                           std::to_string(view.progress.samples_max) + " that are there",
+                           std::to_string(there) + " that are there",
                        "/stop/samples_per_pixel"};
         }
         view.spec.stop = parsed->stop;

@@ -238,6 +238,9 @@ api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request) {
   if (auto warning = api::settle_environment(request.spec, *facts)) {
     request.warnings.push_back(std::move(*warning));
   }
+  for (std::string& warning : api::adaptive_warnings(request.spec)) {
+    request.warnings.push_back(std::move(warning));
+  }
   return request;
 }
 

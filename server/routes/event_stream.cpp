@@ -224,7 +224,7 @@ std::string EventStream::tile_text(const LoggedEvent& event) {
   const api::TileEvent tile = {
       .rect = (*film)->tile_rect(event.tile),
       .revision = (*film)->tile_revision(event.tile),
-      .samples = static_cast<double>((*film)->tile_samples(event.tile)),
+      .samples = (*film)->tile_samples_mean(event.tile),
       .error = static_cast<double>(job_->tile_errors().of(**film, event.tile))};
   return text_of(format_sse_id(stream_, event.seq), api::EventType::kTile,
                 api::tile_event(job_->id(), tile));

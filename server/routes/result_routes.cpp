@@ -123,15 +123,6 @@ std::map<std::string, std::string> provenance(const api::JobView& view, const Ro
   return texts;
 }
 
-std::string_view bias_of(const api::JobSpec& spec) {
-  for (const core::IntegratorEntry& integrator : core::integrators()) {
-    if (integrator.name == spec.render.integrator) {
-      return integrator.bias;
-    }
-  }
-  return "none";
-}
-
 struct Picture {
   const core::ImageFormat& format;
   const api::ImageQuery& query;
@@ -364,7 +355,7 @@ Response image(const RouteContext& context, Request& request) {
   response.headers.add("Vary", "Accept");
   response.headers.set("X-Tessera-Revision", std::to_string(revision));
   response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
-  response.headers.set("X-Tessera-Bias", bias_of(view.spec));
+  response.headers.set("X-Tessera-Bias", core::bias_of(view.spec.render));
   return response;
 }
 
@@ -397,8 +388,10 @@ api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec
   if (estimate.valid()) {
     const core::PixelError error = estimate.pixel(x, y);
     beauty.standard_error = triple(error.standard_error);
-    beauty.low = triple(error.low);
-    beauty.high = triple(error.high);
+    if (core::errors_are_valid(spec.render)) {
+      beauty.low = triple(error.low);
+      beauty.high = triple(error.high);
+    }
   }
   for (int half = 0; half < 2; ++half) {
     const core::HalfValue part = core::half_value(snapshot, index, half);
@@ -470,7 +463,13 @@ Response convergence(const RouteContext& context, Request& request) {
   if (auto* answer = std::get_if<Response>(&found)) {
     return std::move(*answer);
   }
-  const auto points = context.jobs.points(**std::get_if<JobPointer>(&found));
+  const Job& job = **std::get_if<JobPointer>(&found);
+  auto points = context.jobs.points(job);
+  if (!core::errors_are_valid(job.record().view.spec.render)) {
+    for (core::ConvergencePoint& point : points) {
+      point.error.low = point.error.high = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
   return json_response(200, api::convergence_json(points));
 }
 

@@ -24,8 +24,17 @@ constexpr std::size_t kPointsWritten = kPointsMax - 8;
 constexpr std::array<char, 4> kHeadMagic = {'T', 'S', 'F', '1'};
 constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
 
-static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32,
+static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32 &&
+                  sizeof(core::PixelPlan) == 16 && sizeof(core::PilotPixel) == 32,
               "the file holds these as they are in memory; a change needs a new magic");
+
+constexpr std::int32_t kAux = 1;
+constexpr std::int32_t kPlan = 2;
+constexpr std::int32_t kPilot = 4;
+
+std::int32_t parts_of(const core::Film& film) {
+  return (film.has_aux() ? kAux : 0) | (film.has_plan() ? kPlan : 0) | (film.has_pilot() ? kPilot : 0);
+}
 
 /// In front of each part. The CRC covers everything after itself.
 struct HeadFields {
@@ -40,7 +49,7 @@ struct HeadFields {
   std::int32_t width = 0;
   std::int32_t height = 0;
   std::int32_t replicates = 0;
-  std::int32_t has_aux = 0;
+  std::int32_t parts = 0;  ///< What a tile may have: kAux, kPlan, kPilot.
   std::uint32_t tile_count = 0;
   std::uint32_t point_count = 0;
   double elapsed_seconds = 0;
@@ -67,13 +76,27 @@ struct SlotFields {
   std::uint32_t tile = 0;
   std::uint32_t revision = 0;
   std::int32_t samples = 0;
-  std::uint32_t padding = 0;
+  std::int32_t pilot_samples = 0;  ///< 0: no pilot pixels follow.
   std::uint64_t rejected_samples = 0;
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
-  double reserved = 0;
+  std::int32_t span_from = 0;
+  std::int32_t span_to = 0;  ///< 0: no plan follows.
 };
 static_assert(sizeof(SlotFields) == 64);
+
+std::size_t pixels_of(const core::PixelRect& rect) {
+  return static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
+}
+
+/// Of a whole slot, by what its fields say.
+std::size_t slot_size(const core::Film& film, const core::PixelRect& rect, const SlotFields& fields) {
+  return sizeof fields +
+         pixels_of(rect) * (static_cast<std::size_t>(film.replicates()) * sizeof(core::ReplicatePixel) +
+                            (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
+                            (fields.span_to != 0 ? sizeof(core::PixelPlan) : 0) +
+                            (fields.pilot_samples != 0 ? sizeof(core::PilotPixel) : 0));
+}
 
 std::uint64_t align(std::uint64_t bytes) { return (bytes + kAlign - 1) / kAlign * kAlign; }
 
@@ -130,7 +153,9 @@ struct FilmFile::Layout {
 
   explicit Layout(const core::Film& film) {
     pixel_bytes = static_cast<std::size_t>(film.replicates()) * sizeof(core::ReplicatePixel) +
-                  (film.has_aux() ? sizeof(core::AuxPixel) : 0);
+                  (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
+                  (film.has_plan() ? sizeof(core::PixelPlan) : 0) +
+                  (film.has_pilot() ? sizeof(core::PilotPixel) : 0);
     head_bytes = align(sizeof(HeadFields) + kPointsMax * sizeof(PointFields) +
                        static_cast<std::uint64_t>(film.tile_count()) * sizeof(Tile));
     slot_bytes = align(sizeof(SlotFields) + std::uint64_t{core::kTileSize} * core::kTileSize *
@@ -181,7 +206,7 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   const core::PixelRect rect = {fields.x, fields.y, fields.width, fields.height};
   if (rect != film.crop() || fields.full_width != film.full_width() ||
       fields.full_height != film.full_height() || fields.replicates != film.replicates() ||
-      (fields.has_aux != 0) != film.has_aux() ||
+      fields.parts != parts_of(film) ||
       fields.tile_count != static_cast<std::uint32_t>(film.tile_count())) {
     return Error{ErrorCode::kConflict, "the stored film has another size or other layers", path_};
   }
@@ -216,13 +241,15 @@ Status FilmFile::restore_tiles(core::Film& film, const Checkpoint& checkpoint) c
   std::vector<std::byte> part;
   for (int tile = 0; tile < film.tile_count(); ++tile) {
     const Tile& entry = checkpoint.tiles[static_cast<std::size_t>(tile)];
-    if (entry.sequence == 0) {
-      continue;
-    }
     core::TileState state;
     state.rect = film.tile_rect(tile);
-    const auto pixels =
-        static_cast<std::size_t>(state.rect.width) * static_cast<std::size_t>(state.rect.height);
+    if (entry.sequence == 0) {
+      if (film.tile_samples(tile) > 0) {  // from a checkpoint that turned out to be damaged
+        film.restore(tile, std::move(state), 0);
+      }
+      continue;
+    }
+    const std::size_t pixels = pixels_of(state.rect);
     part.resize(sizeof(SlotFields) + pixels * layout.pixel_bytes);
     const auto got = read_at(fd_.get(), part, layout.slot_offset(tile, entry.slot % 2), path_);
     if (!got) {
@@ -230,7 +257,12 @@ Status FilmFile::restore_tiles(core::Film& film, const Checkpoint& checkpoint) c
     }
     SlotFields fields;
     std::memcpy(&fields, part.data(), sizeof fields);
-    if (*got != part.size() || fields.magic != kSlotMagic || fields.bytes != part.size() ||
+    const std::size_t size = slot_size(film, state.rect, fields);
+    if (*got < sizeof fields || *got < size || size > part.size() || fields.bytes != size) {
+      return damaged(path_, "tile " + std::to_string(tile) + " is cut short");
+    }
+    part.resize(size);
+    if (fields.magic != kSlotMagic ||
         fields.sequence != entry.sequence || fields.tile != static_cast<std::uint32_t>(tile) ||
         crc_after_field(part) != fields.crc) {
       return damaged(path_, "tile " + std::to_string(tile) + " does not fit its checksum");
@@ -241,9 +273,15 @@ Status FilmFile::restore_tiles(core::Film& film, const Checkpoint& checkpoint) c
     state.cpu_seconds = fields.cpu_seconds;
     state.pixels.resize(pixels * static_cast<std::size_t>(film.replicates()));
     state.aux.resize(film.has_aux() ? pixels : 0);
+    state.span = {fields.span_from, fields.span_to};
+    state.plan.resize(fields.span_to != 0 ? pixels : 0);
+    state.pilot_samples = fields.pilot_samples;
+    state.pilot.resize(fields.pilot_samples != 0 ? pixels : 0);
     auto rest = std::span<const std::byte>(part).subspan(sizeof fields);
     take(rest, state.pixels.data(), state.pixels.size());
     take(rest, state.aux.data(), state.aux.size());
+    take(rest, state.plan.data(), state.plan.size());
+    take(rest, state.pilot.data(), state.pilot.size());
     film.restore(tile, std::move(state), entry.revision);
   }
   return core::ok_status();
@@ -260,6 +298,10 @@ core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
     if (restore_tiles(film, **candidate)) {
       sequence_ = (*candidate)->sequence;
       tiles_ = std::move((*candidate)->tiles);
+      versions_.clear();
+      for (int tile = 0; tile < film.tile_count(); ++tile) {
+        versions_.push_back(tiles_[static_cast<std::size_t>(tile)].sequence == 0 ? 0 : film.tile_version(tile));
+      }
       return std::move((*candidate)->record);
     }
   }
@@ -278,16 +320,20 @@ core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
   return second ? damaged(path_, "no complete checkpoint is left") : second.error();
 }
 
-Status FilmFile::write_tile(const core::Film& film, int tile, std::uint32_t sequence) {
-  Tile& entry = tiles_[static_cast<std::size_t>(tile)];
+Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before, std::uint32_t sequence) {
+  // The version first: what changes meanwhile is written again.
+  versions_[static_cast<std::size_t>(tile)] = film.tile_version(tile);
   const std::uint32_t revision = film.tile_revision(tile);
   const core::TileState state = film.tile(tile);
-  const std::uint32_t slot = entry.sequence == 0 ? 0 : 1 - entry.slot;
+  const std::uint32_t slot = before.sequence == 0 ? 0 : 1 - before.slot;
   SlotFields fields;
   fields.sequence = sequence;
   fields.tile = static_cast<std::uint32_t>(tile);
   fields.revision = revision;
   fields.samples = state.samples;
+  fields.pilot_samples = state.pilot_samples;
+  fields.span_from = state.span.from;
+  fields.span_to = state.span.to;
   fields.rejected_samples = state.rejected_samples;
   fields.rays = state.rays;
   fields.cpu_seconds = state.cpu_seconds;
@@ -295,13 +341,15 @@ Status FilmFile::write_tile(const core::Film& film, int tile, std::uint32_t sequ
   append(buffer_, &fields, 1);
   append(buffer_, state.pixels.data(), state.pixels.size());
   append(buffer_, state.aux.data(), state.aux.size());
+  append(buffer_, state.plan.data(), state.plan.size());
+  append(buffer_, state.pilot.data(), state.pilot.size());
   const auto bytes = static_cast<std::uint32_t>(buffer_.size());
   std::memcpy(buffer_.data() + 8, &bytes, sizeof bytes);
   seal(buffer_);
   if (auto status = write_at(fd_.get(), buffer_, Layout(film).slot_offset(tile, slot), path_); !status) {
     return status;
   }
-  entry = Tile{.sequence = sequence, .slot = slot, .revision = revision};
+  tiles_[static_cast<std::size_t>(tile)] = Tile{.sequence = sequence, .slot = slot, .revision = revision};
   return core::ok_status();
 }
 
@@ -320,7 +368,7 @@ Status FilmFile::write_head(const core::Film& film, const FilmRecord& record, st
   fields.width = crop.width;
   fields.height = crop.height;
   fields.replicates = film.replicates();
-  fields.has_aux = film.has_aux() ? 1 : 0;
+  fields.parts = parts_of(film);
   fields.tile_count = static_cast<std::uint32_t>(tiles_.size());
   fields.point_count = static_cast<std::uint32_t>(points.size());
   fields.elapsed_seconds = record.elapsed_seconds;
@@ -345,13 +393,22 @@ Status FilmFile::write_head(const core::Film& film, const FilmRecord& record, st
 
 Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is_final) {
   tiles_.resize(static_cast<std::size_t>(film.tile_count()));
+  versions_.resize(tiles_.size());
   const std::vector<Tile> before = tiles_;
+  const std::vector<std::uint64_t> versions_before = versions_;
   const std::uint32_t sequence = sequence_ + 1;
   Status status = core::ok_status();
-  for (int tile = 0; tile < film.tile_count() && status; ++tile) {
-    if (film.tile_revision(tile) != tiles_[static_cast<std::size_t>(tile)].revision) {
-      status = write_tile(film, tile, sequence);
+  // A checkpoint is of one epoch: when another begins while tiles are written, they are written again.
+  bool again = true;
+  while (again && status) {
+    const std::uint32_t epoch = film.plan_epoch();
+    for (int tile = 0; tile < film.tile_count() && status; ++tile) {
+      const auto t = static_cast<std::size_t>(tile);
+      if (film.tile_version(tile) != versions_[t]) {
+        status = write_tile(film, tile, before[t], sequence);
+      }
     }
+    again = film.plan_epoch() != epoch;
   }
   // The slots must be on the disk before a head names them.
   if (status) {
@@ -365,6 +422,7 @@ Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is
   }
   if (!status) {
     tiles_ = before;
+    versions_ = versions_before;
     return status;
   }
   sequence_ = sequence;

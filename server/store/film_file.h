@@ -41,7 +41,7 @@ class FilmFile {
   /// Errors: kConflict when the file is of a film of another geometry; kInternal for damage.
   core::Result<FilmRecord> restore(core::Film& film);
 
-  /// Brings the file up to the film: tiles whose revision changed since the last write or restore.
+  /// Brings the file up to the film: tiles that changed since the last write or restore.
   /// is_final: the older slots give their space back. Errors: kNoSpace, kInternal; the checkpoint
   /// before it is still good then.
   core::Status write(const core::Film& film, const FilmRecord& record, bool is_final);
@@ -61,7 +61,7 @@ class FilmFile {
   FilmFile(std::string path, UniqueFd fd) : path_(std::move(path)), fd_(std::move(fd)) {}
   core::Result<Checkpoint> read_checkpoint(const core::Film& film, int head) const;
   core::Status restore_tiles(core::Film& film, const Checkpoint& checkpoint) const;
-  core::Status write_tile(const core::Film& film, int tile, std::uint32_t sequence);
+  core::Status write_tile(const core::Film& film, int tile, const Tile& before, std::uint32_t sequence);
   core::Status write_head(const core::Film& film, const FilmRecord& record, std::uint32_t sequence);
   void release_old_slots(const core::Film& film) const;
 
@@ -69,6 +69,7 @@ class FilmFile {
   UniqueFd fd_;
   std::uint32_t sequence_ = 0;  ///< Of the last complete checkpoint; it is in head sequence_ % 2.
   std::vector<Tile> tiles_;
+  std::vector<std::uint64_t> versions_;  ///< Of the film's tiles when they were written or read; 0: never.
   std::vector<std::byte> buffer_;
 };
 

@@ -1,4 +1,5 @@
 set(STATISTICAL_TEST_SOURCES
+  adaptive_test.cpp
   bsdf_chi2_test.cpp
   comparison_test.cpp
   convergence_test.cpp

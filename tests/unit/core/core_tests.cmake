@@ -1,4 +1,5 @@
 set(CORE_TEST_SOURCES
+  adaptive_test.cpp
   bsdf_test.cpp
   camera_test.cpp
   comparison_test.cpp

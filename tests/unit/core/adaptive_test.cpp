@@ -1,0 +1,341 @@
+// Plans of counts, and that adaptive films are a function of the job: threads, pauses, restarts and extensions change nothing.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+#include <thread>
+
+#include "core/film/sample_plan.h"
+#include "core/render/allocation.h"
+#include "core/render/pass_plan.h"
+#include "core/render/registry.h"
+#include "core/render/render_task.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::AdaptiveType;
+using core::Film;
+using core::RenderTask;
+
+TEST(SamplePlan, EachSampleBelongsToOneHalf) {
+  for (const int replicates : {2, 4, 6}) {
+    for (int n = 0; n < 40; ++n) {
+      int count[2] = {0, 0};
+      for (int s = 0; s < n; ++s) {
+        const int half = s % replicates % 2;
+        EXPECT_EQ(core::sample_of_half(static_cast<std::uint32_t>(count[half]), replicates, half), s);
+        ++count[half];
+      }
+      EXPECT_EQ(core::uniform_count(n, replicates, 0), count[0]);
+      EXPECT_EQ(core::uniform_count(n, replicates, 1), count[1]);
+    }
+  }
+}
+
+TEST(SamplePlan, CountsGoFromOneEndToTheOtherInSteps) {
+  const core::PixelPlan plan = {{16, 16}, {16 + 3 * 23, 16}};
+  for (int x = 0; x < 50; ++x) {
+    const core::PlanPosition at = {{32, 64}, 6, x, 3 * x};
+    EXPECT_EQ(planned_count(plan, 0, at, 32), 16U);
+    EXPECT_EQ(planned_count(plan, 0, at, 64), 16U + 3 * 23);
+    std::uint32_t before = 16;
+    for (int s = 32; s <= 64; ++s) {
+      const std::uint32_t now = planned_count(plan, 0, at, s);
+      EXPECT_GE(now, before);
+      EXPECT_EQ((now - 16) % 3, 0U);
+      EXPECT_NEAR(now, 16 + 3 * 23 * (s - 32) / 32.0, 3);
+      EXPECT_EQ(planned_count(plan, 1, at, s), 16U);
+      before = now;
+    }
+  }
+}
+
+core::Budget budget_of(int n, double mean, std::uint32_t has) {
+  core::Budget budget;
+  budget.width = n;
+  budget.height = 1;
+  budget.has.assign(static_cast<std::size_t>(n), has);
+  budget.mean = mean;
+  test_support::Random random(1);
+  for (int i = 0; i < n; ++i) {
+    budget.need.push_back(i % 3 == 0 ? 0 : random.uniform());
+  }
+  return budget;
+}
+
+double mean_of(const std::vector<std::uint32_t>& counts) {
+  return std::accumulate(counts.begin(), counts.end(), 0.0) / static_cast<double>(counts.size());
+}
+
+TEST(Allocation, KeepsTheMeanAndTakesNothingBack) {
+  for (const std::uint32_t step : {1U, 4U}) {
+    core::Budget budget = budget_of(1000, 64, 32);
+    budget.step = step;
+    const auto counts = core::distribute(budget);
+    EXPECT_NEAR(mean_of(counts), 64, step / 1000.0 + 1e-9);
+    EXPECT_GE(*std::min_element(counts.begin(), counts.end()), 32U);
+    EXPECT_GT(*std::max_element(counts.begin(), counts.end()), 100U);
+  }
+}
+
+TEST(Allocation, IsInProportionToNeedAndSpreadsATenth) {
+  const core::Budget budget = budget_of(1000, 5000, 0);
+  const auto counts = core::distribute(budget);
+  const double mean = std::accumulate(budget.need.begin(), budget.need.end(), 0.0) / 1000;
+  for (std::size_t i = 0; i < 1000; ++i) {
+    EXPECT_NEAR(counts[i], 5000 * (0.1 + 0.9 * static_cast<double>(budget.need[i]) / mean), 2) << i;
+  }
+}
+
+TEST(Allocation, IsEvenWhereNothingIsNeeded) {
+  core::Budget budget = budget_of(100, 64, 32);
+  std::fill(budget.need.begin(), budget.need.end(), 0.0F);
+  for (const std::uint32_t n : core::distribute(budget)) {
+    EXPECT_EQ(n, 64U);
+  }
+}
+
+TEST(Epochs, BeginAtLooksAndThePilotIsAtMostATenth) {
+  for (const int replicates : {2, 4, 8}) {
+    for (const int least : {1, 7, 32, 100, 1000}) {
+      core::AdaptiveSettings settings;
+      settings.type = AdaptiveType::kPilot;
+      settings.min_samples = least;
+      int from = core::first_epoch(settings, replicates);
+      EXPECT_GE(from, least);
+      for (; from < 65536; from = core::epoch_end(from)) {
+        EXPECT_EQ(core::next_look(from - 1, replicates), from);
+        EXPECT_EQ(from % replicates, 0);
+        EXPECT_GE(core::pilot_samples_at(from), 2);
+        EXPECT_LE(core::pilot_samples_at(from), 0.1 * (from + core::pilot_samples_at(from)));
+      }
+    }
+  }
+}
+
+// ---- Films.
+
+class Nobody : public core::RenderSink {
+ public:
+  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
+  void on_pass(const core::ConvergencePoint& /*point*/) override {}
+  void on_finished(core::StopReason /*reason*/) override {}
+};
+
+core::View small_view(AdaptiveType type, int replicates = 2) {
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 70, 45);
+  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 50);
+  view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = true;
+  view.settings.max_depth = 2;
+  view.settings.replicates = replicates;
+  view.settings.seed = 42;
+  view.settings.adaptive.type = type;
+  view.settings.adaptive.min_samples = 8;  // the pilot begins at 24
+  return view;
+}
+
+std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
+  auto renderer = core::Renderer::create(view);
+  EXPECT_TRUE(renderer);
+  return *renderer;
+}
+
+core::TaskOptions samples(int n) {
+  core::TaskOptions options;
+  options.stop.samples_per_pixel = n;
+  options.slice_target_seconds = 0.0005;
+  return options;
+}
+
+std::string digest_of(const core::View& view, int count, int threads, double slice_seconds = 0.0005) {
+  const auto film = std::make_shared<Film>(view.settings);
+  Nobody sink;
+  core::TaskOptions options = samples(count);
+  options.slice_target_seconds = slice_seconds;
+  RenderTask task(renderer_of(view), film, std::move(options), sink);
+  core::run_to_end(task, threads);
+  EXPECT_NEAR(task.progress().samples_mean, count, 0.01 * count);
+  return film->digest();
+}
+
+constexpr AdaptiveType kTypes[] = {AdaptiveType::kPilot, AdaptiveType::kCrossHalf, AdaptiveType::kSequential};
+
+TEST(AdaptiveBits, AreTheSameForOneTwoAndSevenThreadsAndAnySlices) {
+  for (const AdaptiveType type : kTypes) {
+    const core::View view = small_view(type);
+    const std::string one = digest_of(view, 60, 1);
+    EXPECT_EQ(digest_of(view, 60, 2, 0.002), one) << static_cast<int>(type);
+    EXPECT_EQ(digest_of(view, 60, 7, 1), one) << static_cast<int>(type);
+    EXPECT_NE(digest_of(small_view(AdaptiveType::kNone), 60, 2), one) << "nothing was adaptive";
+  }
+}
+
+TEST(AdaptiveBits, AreTheSameWithFourReplicates) {
+  for (const AdaptiveType type : kTypes) {
+    const core::View view = small_view(type, 4);
+    EXPECT_EQ(digest_of(view, 60, 7), digest_of(view, 60, 1, 1)) << static_cast<int>(type);
+  }
+}
+
+/// What a checkpoint keeps: every tile as it is. Pre: nothing is in flight.
+std::shared_ptr<Film> reloaded(const core::View& view, const Film& from) {
+  auto film = std::make_shared<Film>(view.settings);
+  for (int t = 0; t < from.tile_count(); ++t) {
+    film->restore(t, from.tile(t), from.tile_revision(t));
+  }
+  return film;
+}
+
+// Stopped after any number of slices, pilot slices among them, and gone on with by another task.
+TEST(AdaptiveBits, AreTheSameAfterARestartAtAnyPlace) {
+  for (const AdaptiveType type : kTypes) {
+    const core::View view = small_view(type);
+    const auto renderer = renderer_of(view);
+    const std::string whole = digest_of(view, 50, 2);
+    Nobody sink;
+    auto film = std::make_shared<Film>(view.settings);
+    bool over = false;
+    int restarts = 0;
+    while (!over) {
+      RenderTask task(renderer, film, samples(50), sink);
+      for (int i = 0; i < 37 && !task.finished(); ++i) {
+        if (const auto slice = task.take()) {
+          task.run(*slice);
+        }
+      }
+      over = task.finished();
+      film = reloaded(view, *film);
+      ++restarts;
+    }
+    EXPECT_GT(restarts, 3);
+    EXPECT_EQ(film->digest(), whole) << static_cast<int>(type);
+  }
+}
+
+TEST(AdaptiveBits, AreTheSameAfterAPauseAndWhenExtended) {
+  for (const AdaptiveType type : kTypes) {
+    const core::View view = small_view(type);
+    const std::string whole = digest_of(view, 60, 2);
+    auto film = std::make_shared<Film>(view.settings);
+    for (const int count : {30, 48, 60}) {  // within an epoch, at its end, in the next
+      Nobody sink;
+      RenderTask task(renderer_of(view), film, samples(count), sink);
+      task.set_paused(true);
+      EXPECT_FALSE(task.take());
+      task.set_paused(false);
+      core::run_to_end(task, 2);
+      EXPECT_EQ(task.stop_reason(), core::StopReason::kSamples);
+    }
+    EXPECT_EQ(film->digest(), whole) << static_cast<int>(type);
+  }
+}
+
+// The rules that end a job do not say where its samples go: what a clock stopped goes on to the same film.
+TEST(AdaptiveBits, AreTheSameAfterAClockRule) {
+  const core::View view = small_view(AdaptiveType::kPilot);
+  auto film = std::make_shared<Film>(view.settings);
+  Nobody sink;
+  core::TaskOptions options;
+  options.stop.seconds = 0.15;
+  options.samples_limit = 50;
+  {
+    RenderTask task(renderer_of(view), film, options, sink);
+    core::run_to_end(task, 2);
+  }
+  RenderTask task(renderer_of(view), film, samples(50), sink);
+  core::run_to_end(task, 2);
+  EXPECT_EQ(film->digest(), digest_of(view, 50, 2));
+}
+
+TEST(AdaptiveFilms, HaveEqualHalvesAndTheMeanThatWasAskedFor) {
+  const core::View view = small_view(AdaptiveType::kPilot);
+  const auto picture = test_support::render(view, 96);  // the end of an epoch: to half a sample
+  const auto counts = core::layer_image(picture.snapshot, "samples");
+  double sum = 0;
+  float least = 1e9F;
+  for (std::size_t i = 0; i < picture.snapshot.pixel_count(); ++i) {
+    const auto a = core::half_value(picture.snapshot, i, 0).count;
+    EXPECT_EQ(a, core::half_value(picture.snapshot, i, 1).count);
+    EXPECT_EQ(counts->values[i], static_cast<float>(2 * a));
+    sum += static_cast<double>(counts->values[i]);
+    least = std::min(least, counts->values[i]);
+  }
+  EXPECT_NEAR(sum / static_cast<double>(picture.snapshot.pixel_count()), 96, 0.01);
+  EXPECT_NEAR(picture.progress.samples_mean, 96, 0.01);
+  EXPECT_GE(least, 24);
+  EXPECT_LT(picture.progress.samples_min, 96);
+  EXPECT_GT(picture.progress.samples_max, 96);
+  EXPECT_EQ(picture.points.back().samples_per_pixel, 96);
+}
+
+TEST(AdaptiveFilms, ByTilesGiveAllPixelsOfATileTheSame) {
+  core::View view = small_view(AdaptiveType::kPilot);
+  view.settings.adaptive.granularity = core::Granularity::kTile;
+  view.settings.adaptive.dilation = 0;
+  const auto picture = test_support::render(view, 96);
+  for (int t = 0; t < picture.film->tile_count(); ++t) {
+    const core::TileState tile = picture.film->tile(t);
+    const auto [low, high] = std::minmax_element(tile.pixels.begin(), tile.pixels.end(),
+                                                 [](const auto& a, const auto& b) { return a.count < b.count; });
+    EXPECT_LE(high->count - low->count, 1U) << "rounding of each half";
+  }
+  EXPECT_GT(picture.progress.samples_max, picture.progress.samples_min + 2);
+}
+
+TEST(AdaptiveFilms, AJobTooSmallToDecideAnythingIsThePlainOne) {
+  for (const AdaptiveType type : kTypes) {
+    EXPECT_EQ(digest_of(small_view(type), 8, 2), digest_of(small_view(AdaptiveType::kNone), 8, 2));
+  }
+}
+
+// ---- Time left.
+
+TEST(TimeLeft, FollowsThePaceWithAnInterval) {
+  std::vector<core::PacePoint> steady;
+  for (int i = 0; i <= 10; ++i) {
+    steady.push_back({2.0 * i, 10.0 * i});
+  }
+  const auto left = core::seconds_for(steady, 50);
+  ASSERT_TRUE(left);
+  EXPECT_NEAR(left->expected, 10, 1e-9);
+  EXPECT_NEAR(left->low, 9.5, 1e-9);
+  EXPECT_NEAR(left->high, 10 / 0.95, 1e-9);
+  EXPECT_FALSE(core::seconds_for({steady.data(), 1}, 50));
+  const auto early = core::seconds_for({steady.data(), 2}, 50);
+  EXPECT_NEAR(early->low, 5, 1e-9);
+  EXPECT_NEAR(early->high, 20, 1e-9);
+}
+
+// Passes whose times vary by 30 %: intervals of two standard errors cover the rest of the job in most of 500 trials. The rest
+// varies itself: 20 further passes after 10 have 0.58 of the variance of the pace; 2 of sqrt(1.5) is 1.6 deviations, 89 %.
+TEST(TimeLeft, CoversWhatComesWhenPassesVary) {
+  test_support::Random random(3);
+  const auto pass = [&random] { return 1 + 0.3 * std::clamp(random.normal(), -3.0, 3.0); };
+  int inside = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    std::vector<core::PacePoint> points = {{0, 0}};
+    for (int i = 0; i < 10; ++i) {
+      points.push_back({points.back().elapsed_seconds + pass(), points.back().samples + 8});
+    }
+    const auto left = core::seconds_for(points, 160);
+    double truth = 0;
+    for (int i = 0; i < 20; ++i) {
+      truth += pass();
+    }
+    inside += left->low <= truth && truth <= left->high ? 1 : 0;
+  }
+  EXPECT_GE(inside, 400);
+  EXPECT_LT(inside, 500) << "an interval that always covers says nothing";
+}
+
+TEST(TimeLeft, EndsWithTheFirstRule) {
+  const core::Remaining end = core::earlier({10, 8, 12}, {9, 9, 9});
+  EXPECT_EQ(end.expected, 9);
+  EXPECT_EQ(end.low, 8);
+  EXPECT_EQ(end.high, 9);
+  EXPECT_NEAR(core::samples_for_error(64, 0.2, 0.1), 256, 1e-9);
+}
+
+}  // namespace

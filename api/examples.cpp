@@ -78,6 +78,8 @@ JobView example_job() {
   job.progress.elapsed_seconds = 3.2;
   job.progress.cpu_seconds = 6.3;
   job.progress.eta_seconds = 9.6;
+  job.progress.eta_low_seconds = 9.1;
+  job.progress.eta_high_seconds = 10.1;
   job.progress.rays = 66'355'200;
   job.progress.rays_per_second = 20'736'000;
   job.progress.error = {0.079, 0.077, 0.081, false};

@@ -122,6 +122,8 @@ Status JobService::cancel(const JobPointer& job) {
           if (const auto run = job->run()) {
             record.view.progress = progress_of(*run);
             record.view.progress.eta_seconds.reset();
+            record.view.progress.eta_low_seconds.reset();
+            record.view.progress.eta_high_seconds.reset();
           }
         }
         return core::ok_status();

@@ -43,6 +43,32 @@ TEST(JobSpec, ShowsEveryDefaultInTheOrderOfTheContract) {
   EXPECT_EQ(api::spec_json(spec_of(R"({"scene":"cornell-box"})")), api::dump(expected));
 }
 
+TEST(JobSpec, AdaptiveSamplingHasItsParameters) {
+  const api::JobSpec plain = spec_of(R"({"scene":"s","adaptive":{"type":"crosshalf"}})");
+  EXPECT_EQ(plain.render.adaptive.type, core::AdaptiveType::kCrossHalf);
+  EXPECT_NE(api::spec_json(plain).find(
+                R"("adaptive":{"dilation":1,"granularity":"pixel","min_samples":32,"type":"crosshalf"})"),
+            std::string::npos)
+      << api::spec_json(plain);
+  const api::JobSpec spec = spec_of(
+      R"({"scene":"s","adaptive":{"type":"pilot","min_samples":64,"granularity":"tile","dilation":0}})");
+  EXPECT_EQ(spec.render.adaptive.min_samples, 64);
+  EXPECT_EQ(spec.render.adaptive.granularity, core::Granularity::kTile);
+  EXPECT_EQ(spec.render.adaptive.dilation, 0);
+  EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec));
+}
+
+TEST(JobSpec, WarnsOfWhatAdaptiveSamplingCannotDo) {
+  const auto warnings = [](const char* members) {
+    return api::adaptive_warnings(spec_of(std::string(R"({"scene":"s",)") + members + "}"));
+  };
+  EXPECT_TRUE(warnings(R"("adaptive":{"type":"pilot"},"stop":{"relative_error":0.1})").empty());
+  EXPECT_EQ(warnings(R"("adaptive":{"type":"sequential"},"stop":{"relative_error":0.1})").size(), 1U);
+  EXPECT_EQ(warnings(R"("adaptive":{"type":"pilot"},"stop":{"samples_per_pixel":32})").size(), 1U);
+  EXPECT_TRUE(warnings(R"("adaptive":{"type":"pilot"},"stop":{"samples_per_pixel":34})").empty());
+  EXPECT_TRUE(warnings(R"("stop":{"samples_per_pixel":2})").empty());
+}
+
 TEST(JobSpec, EveryMemberArrives) {
   const api::JobSpec spec = spec_of(R"({
     "scene": "s", "name": "n", "labels": {"a": "b"}, "priority": -7, "seed": 9007199254740991,

@@ -32,7 +32,7 @@ TEST(JobView, HasTheMembersOfTheContract) {
                                                  "revision", "film_digest", "warnings", "links"}));
   EXPECT_EQ(keys(job["progress"]),
             (std::vector<std::string>{"fraction", "samples_per_pixel", "elapsed_seconds",
-                                      "cpu_seconds", "eta_seconds"}));
+                                      "cpu_seconds", "eta_seconds", "eta_interval_seconds"}));
   EXPECT_EQ(keys(job["statistics"]),
             (std::vector<std::string>{"rays", "rays_per_second", "efficiency", "rejected_samples",
                                       "peak_bytes"}));
@@ -49,8 +49,25 @@ TEST(JobView, WritesNullForWhatIsNotKnown) {
   for (const char* pointer :
        {"/stop_reason", "/started_at", "/finished_at", "/failure", "/queue_position",
         "/film_digest", "/error/relative_rmse", "/error/low", "/error/high",
-        "/statistics/efficiency", "/statistics/peak_bytes", "/progress/eta_seconds"}) {
+        "/statistics/efficiency", "/statistics/peak_bytes", "/progress/eta_seconds",
+        "/progress/eta_interval_seconds"}) {
     EXPECT_TRUE(body.at(Json::json_pointer(pointer)).is_null()) << pointer;
+  }
+}
+
+TEST(JobView, AnErrorThatIsNotValidHasNoInterval) {
+  api::JobView job = api::example_job();
+  for (const auto& [type, valid, bias] :
+       {std::tuple(core::AdaptiveType::kNone, true, "none"), std::tuple(core::AdaptiveType::kPilot, true, "none"),
+        std::tuple(core::AdaptiveType::kCrossHalf, false, "none"),
+        std::tuple(core::AdaptiveType::kSequential, false, "biased")}) {
+    job.spec.render.adaptive.type = type;
+    const Json error = parsed(api::job_json(job))["error"];
+    EXPECT_EQ(error["valid"], valid);
+    EXPECT_EQ(error["bias"], bias);
+    EXPECT_EQ(error["low"].is_null(), !valid);
+    EXPECT_EQ(error["high"].is_null(), !valid);
+    EXPECT_FALSE(error["relative_rmse"].is_null());
   }
 }
 

@@ -76,6 +76,7 @@ export interface ErrorEstimate {
   high: number | null;
   confidence?: number;
   bias?: string;
+  valid?: boolean;
   unreliable?: boolean;
 }
 
@@ -85,6 +86,7 @@ export interface Progress {
   elapsed_seconds?: number;
   cpu_seconds?: number;
   eta_seconds?: number | null;
+  eta_interval_seconds?: [number, number] | null;
 }
 
 export interface StopRule {

@@ -238,7 +238,15 @@ function ProgressLine({ job }: { job: Job }) {
   return (
     <div class="progress-line">
       {running && <progress max={1} value={fraction} aria-label="Progress" />}
-      <span class="mono" data-testid="progress">
+      <span
+        class="mono"
+        data-testid="progress"
+        title={
+          running && p?.eta_interval_seconds
+            ? `${duration(p.eta_interval_seconds[0])} to ${duration(p.eta_interval_seconds[1])} left at this pace`
+            : undefined
+        }
+      >
         {text}
       </span>
     </div>

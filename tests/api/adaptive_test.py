@@ -1,0 +1,139 @@
+"""Adaptive sampling and stop rules together, from outside."""
+
+import time
+import unittest
+
+from harness import PATIENCE_S, ApiTest, Server, TileStream, job_body
+
+FILM = {"width": 96, "height": 64, "layers": []}
+
+
+def body(kind, samples, **adaptive):
+    wanted = job_body(samples=samples, adaptive={"type": kind, "min_samples": 16, **adaptive})
+    wanted["film"] = dict(FILM)
+    return wanted
+
+
+class Adaptive(ApiTest):
+    def test_the_server_lists_the_types_with_their_bias(self):
+        rows = {row["type"]: row for row in self.server.get("/v1/server").json()["adaptive"]}
+        self.assertEqual({name: row["bias"] for name, row in rows.items()},
+                         {"none": "none", "pilot": "none", "crosshalf": "none", "sequential": "biased"})
+        self.assertIn("/adaptive/min_samples", rows["pilot"]["accepts"])
+
+    def test_samples_go_where_the_noise_is_and_keep_their_mean(self):
+        for kind, valid, bias in (("pilot", True, "none"), ("crosshalf", False, "none"),
+                                  ("sequential", False, "biased")):
+            job = self.server.render(body(kind, 96))
+            samples = job["progress"]["samples_per_pixel"]
+            self.assert_close(samples["mean"], 96, 0.5)
+            self.assertLess(samples["min"], samples["max"])
+            self.assertEqual((job["error"]["valid"], job["error"]["bias"]), (valid, bias))
+            self.assertEqual(job["error"]["low"] is None, not valid)
+            self.assertEqual(job["spec"]["adaptive"], {"type": kind, "min_samples": 16,
+                                                       "granularity": "pixel", "dilation": 1})
+            layer = self.server.get(f"/v1/jobs/{job['id']}/image.exr?layer=samples")
+            self.assertEqual(layer.status, 200)
+            # Tile frames, pixels and progress tell the same counts.
+            with TileStream(self.server, job["id"]) as stream:
+                tiles = [tile for tile in stream.all() if not tile.flags & 1]
+            counts = [n for tile in tiles for n in tile.check()[6]]
+            self.assertEqual((min(counts), max(counts)), (samples["min"], samples["max"]))
+            self.assert_close(sum(counts) / len(counts), samples["mean"], 1e-6)
+            pixel = self.server.get(f"/v1/jobs/{job['id']}/pixels/3/5").json()
+            first = next(tile for tile in tiles if tile.place()[:2] == (0, 0))
+            self.assertEqual(pixel["samples"], first.check()[6][5 * 32 + 3])
+            self.assertEqual(pixel["layers"]["beauty"]["low"][0] is None, not valid)
+            points = self.server.get(f"/v1/jobs/{job['id']}/convergence").json()["points"]
+            self.assertEqual(points[-1]["samples_per_pixel"], 96)
+            self.assertEqual(points[-1]["low"] is None, not valid)
+
+    def test_extending_gives_the_film_of_a_job_that_asked_for_more(self):
+        for kind in ("pilot", "crosshalf", "sequential"):
+            job = self.server.render(body(kind, 40))
+            answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 40}})
+            self.assert_problem(answer, 422, "/stop/samples_per_pixel")
+            answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 96}})
+            self.assertEqual(answer.status, 202)
+            self.assertEqual(self.server.wait(job["id"])["film_digest"],
+                             self.server.render(body(kind, 96))["film_digest"])
+
+    def test_an_error_target_is_met_and_a_warning_told_where_it_means_little(self):
+        wanted = body("pilot", 1)
+        wanted["stop"] = {"relative_error": 0.1}
+        job = self.server.render(wanted)
+        self.assertEqual(job["stop_reason"], "relative_error")
+        self.assertFalse(any("adaptive" in warning for warning in job["warnings"]), job["warnings"])
+        self.assertLessEqual(job["error"]["high"], 0.1)
+        wanted["adaptive"]["type"] = "sequential"
+        job = self.server.render(wanted)
+        self.assertTrue(any("not valid" in warning for warning in job["warnings"]), job["warnings"])
+
+
+class StopRules(ApiTest):
+    def render(self, stop, **adaptive):
+        wanted = body("pilot", 1, **adaptive)
+        wanted["stop"] = stop
+        return self.server.render(wanted)
+
+    def test_any_combination_ends_with_the_rule_met_first(self):
+        far = {"samples_per_pixel": 65536, "relative_error": 1e-5, "seconds": 600,
+               "deadline": "2999-01-01T00:00:00Z"}
+        near = {"samples_per_pixel": 40, "relative_error": 9, "seconds": 0.05,
+                "deadline": "2020-01-01T00:00:00Z"}
+        for rule, value in near.items():
+            job = self.render({**far, rule: value})
+            self.assertEqual((job["state"], job["stop_reason"]), ("finished", rule))
+            self.assertEqual(job["progress"]["fraction"], 1)
+            self.assertIsNone(job["progress"]["eta_seconds"])
+            self.assertIsNone(job["progress"]["eta_interval_seconds"])
+
+    def test_a_clock_keeps_the_last_complete_pass_and_extends(self):
+        job = self.render({"seconds": 0.4})
+        self.assertEqual(job["stop_reason"], "seconds")
+        mean = job["progress"]["samples_per_pixel"]["mean"]
+        target = int(mean) + 40
+        self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": target}})
+        done = self.server.wait(job["id"])
+        self.assertEqual(done["film_digest"],
+                         self.server.render(body("pilot", done["spec"]["stop"]["samples_per_pixel"]))["film_digest"])
+
+    def test_the_time_left_has_an_interval(self):
+        wanted = body("pilot", 65536)
+        job = self.server.submit(wanted)["id"]
+
+        def known(now):
+            return now["progress"]["eta_seconds"] is not None
+        now = self.server.wait_until(job, known)
+        low, high = now["progress"]["eta_interval_seconds"]
+        self.assertTrue(0 <= low <= now["progress"]["eta_seconds"] <= high, now["progress"])
+        self.assertLess(now["progress"]["fraction"], 1)
+        self.server.post(f"/v1/jobs/{job}/cancel")
+
+
+class AdaptiveRestart(unittest.TestCase):
+    def test_killed_again_and_again_the_film_is_the_same(self):
+        server = Server("--checkpoint", "0.2", "--log-level", "debug")
+        self.addCleanup(server.close)
+        server.start()
+        for kind in ("pilot", "crosshalf", "sequential"):
+            calm = server.render(body(kind, 256))
+            job = server.submit(body(kind, 256) | {"name": kind})["id"]
+            for threads in (2, 1, 3):
+                seen = server.job(job)["progress"]["samples_per_pixel"]["max"]
+                deadline = time.monotonic() + PATIENCE_S
+                while time.monotonic() < deadline:
+                    now = server.job(job)
+                    with open(server.log, encoding="utf-8") as log:
+                        saved = sum('"checkpoint"' in line and job in line for line in log)
+                    if now["state"] == "finished" or (saved and now["progress"]["samples_per_pixel"]["max"] > seen):
+                        break
+                    time.sleep(0.02)
+                server.kill()
+                server.start(threads)
+            done = server.wait(job)
+            self.assertEqual(done["film_digest"], calm["film_digest"], kind)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -101,6 +101,14 @@ void expect_kept(const Targets& t) {
 }
 
 TEST(ErrorTarget, IsKeptInARoom) { expect_kept(run(room(), 0.1, 0.95, 40)); }
+TEST(ErrorTarget, IsKeptInARoomWithAdaptiveSampling) {
+  core::View view = room();
+  view.settings.adaptive.type = core::AdaptiveType::kPilot;
+  view.settings.adaptive.min_samples = 24;
+  const Targets t = run(view, 0.1, 0.95, 40);
+  expect_kept(t);
+  EXPECT_GT(t.samples, 26) << "nothing was adaptive";
+}
 TEST(ErrorTarget, IsKeptUnderASky) { expect_kept(run(sky_and_ball(), 0.05, 0.95, 40)); }
 TEST(ErrorTarget, IsKeptWithCaustics) { expect_kept(run(caustic(), 0.15, 0.95, 40)); }
 

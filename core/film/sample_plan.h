@@ -27,23 +27,23 @@ struct PlanSpan {
   friend constexpr bool operator==(const PlanSpan&, const PlanSpan&) = default;
 };
 
-/// Samples of half A and half B of one pixel at both ends of the span; multiples of half the replicates. 16 bytes.
+/// Samples of half A and half B of one pixel at both ends of the span. 16 bytes.
 struct PixelPlan {
   std::array<std::uint32_t, 2> from{};
   std::array<std::uint32_t, 2> to{};
 };
 
-/// Samples that a half has when the film has `samples` on average, span.from <= samples <= span.to. Steps of half the
-/// replicates, straight between the ends; where pixels step differs from neighbour to neighbour (additive recurrence of
+/// Samples that a half has when the film has `samples` on average, span.from <= samples <= span.to. Whole steps, of which
+/// both ends are multiples, straight between the ends; where pixels step differs from neighbour to neighbour (additive recurrence of
 /// Roberts' R2 sequence), so that the mean stays close to `samples`. x, y: pixel of the full film.
 struct PlanPosition {
   PlanSpan span;
-  int replicates = 2;
+  int step = 1;  ///< samples that a half gets at once
   int x = 0;
   int y = 0;
 };
 constexpr std::uint32_t planned_count(const PixelPlan& plan, std::size_t half, const PlanPosition& at, int samples) noexcept {
-  const std::uint64_t step = static_cast<std::uint64_t>(at.replicates) / 2;
+  const auto step = static_cast<std::uint64_t>(at.step);
   const std::uint64_t units = (plan.to[half] - plan.from[half]) / step;
   const auto done = static_cast<std::uint64_t>(samples - at.span.from);
   const auto length = static_cast<std::uint64_t>(at.span.to - at.span.from);

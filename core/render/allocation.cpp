@@ -239,7 +239,8 @@ std::vector<std::uint32_t> distribute(const Budget& budget) {
   return out;
 }
 
-std::vector<std::vector<PixelPlan>> make_plans(const Film& film, const AdaptiveSettings& settings, int from) {
+std::vector<std::vector<PixelPlan>> make_plans(const Film& film, const RenderSettings& render, int from) {
+  const AdaptiveSettings& settings = render.adaptive;
   const PixelRect crop = film.crop();
   const bool crossed = settings.type == AdaptiveType::kCrossHalf;
   const bool goes_on = crossed && film.tile(0).span.to > 0;
@@ -263,7 +264,7 @@ std::vector<std::vector<PixelPlan>> make_plans(const Film& film, const AdaptiveS
     budget.need = needs_of(film, settings, statistics);
     budget.has = begin[half];
     budget.mean = 0.5 * epoch_end(from);
-    budget.step = static_cast<std::uint32_t>(film.replicates()) / 2;
+    budget.step = static_cast<std::uint32_t>(plan_step(render));
     if (crossed) {  // in proportion from here on, for good
       std::fill(budget.has.begin(), budget.has.end(), 0U);
       budget.mean = 0.5 * (epoch_end(from) - from);

@@ -19,7 +19,7 @@ namespace core {
 
 /// The plans of all tiles for the epoch that begins at `from` and ends at epoch_end(from).
 /// Pre: every tile has `from` samples, and pilot_samples_at(from) of the pilot where that decides.
-std::vector<std::vector<PixelPlan>> make_plans(const Film& film, const AdaptiveSettings& settings, int from);
+std::vector<std::vector<PixelPlan>> make_plans(const Film& film, const RenderSettings& settings, int from);
 
 /// What make_plans() does with needs that are known; public for tests.
 struct Budget {

@@ -28,6 +28,9 @@ int whole_sets(int limit, int unit);
 int first_epoch(const AdaptiveSettings& settings, int replicates);
 inline int epoch_end(int from) { return 2 * from; }
 
+/// Samples that a half of a pixel gets at once: one of each of its replicates.
+inline int plan_step(const RenderSettings& settings) { return settings.replicates / 2; }
+
 /// Pilot samples of a pixel, all epochs together, by the epoch that begins at `from`: a tenth of what the picture has.
 int pilot_samples_at(int from);
 

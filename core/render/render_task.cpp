@@ -185,7 +185,7 @@ void RenderTask::Impl::begin_epoch() {
     MutexLock lock(mutex);
     from = planned_to;
   }
-  film->install_plans({from, epoch_end(from)}, make_plans(*film, renderer->view().settings.adaptive, from));
+  film->install_plans({from, epoch_end(from)}, make_plans(*film, renderer->view().settings, from));
   bool again = false;
   {
     MutexLock lock(mutex);

@@ -7,6 +7,7 @@
 #include "core/camera/camera.h"
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
+#include "core/render/pass_plan.h"
 #include "core/render/render_task.h"
 #include "core/render/split_pilot.h"
 #include "core/render/tile_fill.h"
@@ -81,7 +82,7 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   PathSampler sampler(settings.sampler, settings.replicates, settings.seed);
   std::uint64_t rays = 0;
   std::uint64_t rejected = 0;
-  const bool whole = fill_tile(state, settings.replicates, last_sample, stop,
+  const bool whole = fill_tile(state, {settings.replicates, plan_step(settings)}, last_sample, stop,
                                [&](int x, int y, int s) { return trace(sampler, x, y, s, rays, rejected); });
   state.rejected_samples += rejected;
   state.rays += rays;

@@ -41,10 +41,16 @@ inline void add_pilot(PilotPixel& p, Rgb radiance, float rays) {
   p.rays += (rays - p.rays) * w;
 }
 
+struct FillRule {
+  int replicates = 2;
+  int step = 1;  ///< plan_step()
+};
+
 /// Brings every pixel of the tile from state.samples to last_sample, in the order of the plan. trace(x, y, sample) gives
 /// the PathSample of a pixel of the full film. Returns false, leaving `state` half done, when stop was requested.
 template <typename Trace>
-bool fill_tile(TileState& state, int replicates, int last_sample, const std::stop_token& stop, Trace&& trace) {
+bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const std::stop_token& stop, Trace&& trace) {
+  const int replicates = rule.replicates;
   const auto r = static_cast<std::size_t>(replicates);
   std::size_t pixel = 0;
   for (int y = state.rect.y; y < state.rect.y + state.rect.height; ++y) {
@@ -66,7 +72,7 @@ bool fill_tile(TileState& state, int replicates, int last_sample, const std::sto
         continue;
       }
       const PixelPlan& plan = state.plan[pixel];
-      const PlanPosition at = {state.span, replicates, x, y};
+      const PlanPosition at = {state.span, rule.step, x, y};
       std::uint32_t has[2] = {planned_count(plan, 0, at, state.samples), planned_count(plan, 1, at, state.samples)};
       // One step of the mean after the other: the order is then the same however a pass is cut into slices.
       for (int s = state.samples + 1; s <= last_sample; ++s) {

@@ -118,7 +118,7 @@ TEST(StopBias, CrossHalvesWeightedByCountMissThem) {
 
 // ---- The product.
 
-constexpr float kEvent = 200;
+constexpr float kEvent = 1000;
 constexpr int kSamples = 128;
 
 Synthetic rare(AdaptiveType type) {

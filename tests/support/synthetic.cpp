@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/render/pass_plan.h"
 #include "core/render/tile_fill.h"
 
 namespace test_support {
@@ -22,7 +23,7 @@ class SyntheticRenderer final : public core::Renderer {
 
   const core::View& view() const noexcept override { return view_; }
   bool render(core::TileState& state, int last_sample, std::stop_token stop) const override {
-    return core::fill_tile(state, view_.settings.replicates, last_sample, stop, [&](int x, int y, int s) {
+    return core::fill_tile(state, {view_.settings.replicates, core::plan_step(view_.settings)}, last_sample, stop, [&](int x, int y, int s) {
       core::PathSample out;
       out.radiance = core::Rgb(value(x, y, s, 0));
       return out;

@@ -37,7 +37,7 @@ TEST(SamplePlan, EachSampleBelongsToOneHalf) {
 TEST(SamplePlan, CountsGoFromOneEndToTheOtherInSteps) {
   const core::PixelPlan plan = {{16, 16}, {16 + 3 * 23, 16}};
   for (int x = 0; x < 50; ++x) {
-    const core::PlanPosition at = {{32, 64}, 6, x, 3 * x};
+    const core::PlanPosition at = {{32, 64}, 3, x, 3 * x};
     EXPECT_EQ(planned_count(plan, 0, at, 32), 16U);
     EXPECT_EQ(planned_count(plan, 0, at, 64), 16U + 3 * 23);
     std::uint32_t before = 16;

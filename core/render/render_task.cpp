@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <thread>
 #include <utility>
@@ -28,7 +29,11 @@ double error_bound(const ErrorEstimate& estimate, const Film& film, const StopRu
   const double alpha_tile = alpha / film.tile_count();
   double most = 0;
   for (int t = 0; t < film.tile_count(); ++t) {
-    most = std::max(most, estimate.region(film.tile_rect(t), 1 - 2 * alpha_tile).high);
+    const double high = estimate.region(film.tile_rect(t), 1 - 2 * alpha_tile).high;
+    if (std::isnan(high)) {
+      return std::numeric_limits<double>::infinity();
+    }
+    most = std::max(most, high);
   }
   return most;
 }

@@ -103,6 +103,104 @@ TEST(FilmFile, TheArithmeticIsNotedBesideAnyNumberOfPoints) {
   }
 }
 
+core::RenderSettings adaptive_film() {
+  core::RenderSettings settings;
+  settings.film = small_film();
+  settings.adaptive.type = core::AdaptiveType::kPilot;
+  return settings;
+}
+
+/// Pilot samples and a plan for every tile, all different.
+void decide(core::Film& film, core::PlanSpan span) {
+  std::vector<std::vector<core::PixelPlan>> plans;
+  for (int tile = 0; tile < film.tile_count(); ++tile) {
+    core::TileState state = film.tile(tile);
+    const std::size_t pixels = state.aux.size();
+    state.pilot_samples = span.from / 10;
+    state.pilot.resize(pixels);
+    auto& plan = plans.emplace_back(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const auto value = static_cast<float>(i) + 0.5F * static_cast<float>(tile);
+      state.pilot[i] = {{value, 1, 2}, {3, value, 5}, value, 7};
+      const auto count = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(span.to);
+      plan[i] = {{count, count + 1}, {count + 2, count + 3}};
+    }
+    film.keep(tile, std::move(state));
+  }
+  film.install_plans(span, std::move(plans));
+}
+
+std::string decisions_of(const core::Film& film) {
+  std::string text;
+  for (int tile = 0; tile < film.tile_count(); ++tile) {
+    const core::TileState state = film.tile(tile);
+    text += std::to_string(state.pilot_samples) + " " + std::to_string(state.span.from) + " " +
+            std::to_string(state.span.to) + " ";
+    text.append(reinterpret_cast<const char*>(state.pilot.data()), state.pilot.size() * sizeof(core::PilotPixel));
+    text.append(reinterpret_cast<const char*>(state.plan.data()), state.plan.size() * sizeof(core::PixelPlan));
+  }
+  return text;
+}
+
+TEST(FilmFile, WhatAdaptiveSamplingDecidedComesBack) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  core::Film film(adaptive_film());
+  auto file = FilmFile::open(path);
+  ASSERT_TRUE(file->restore(film));
+  fill(film, 32);
+  ASSERT_TRUE(file->write(film, record_of(32), false));
+  {
+    core::Film undecided(adaptive_film());
+    ASSERT_TRUE(load(path, undecided));
+    EXPECT_EQ(decisions_of(undecided), decisions_of(film));
+  }
+  const std::uint32_t revision = film.revision();
+  decide(film, {32, 64});
+  EXPECT_EQ(film.revision(), revision) << "the picture has not changed";
+  ASSERT_TRUE(file->write(film, record_of(32), false));
+  fill(film, 64);
+  decide(film, {64, 128});
+  ASSERT_TRUE(file->write(film, record_of(64), false));
+  core::Film loaded(adaptive_film());
+  ASSERT_TRUE(load(path, loaded));
+  EXPECT_EQ(loaded.digest(), film.digest());
+  EXPECT_EQ(decisions_of(loaded), decisions_of(film));
+  EXPECT_GT(decisions_of(loaded).size(), 70U * 40U * 48U);
+  // One that decides nothing is another film.
+  core::Film plain(small_film(), 2);
+  EXPECT_EQ(load(path, plain).error().code, core::ErrorCode::kConflict);
+}
+
+TEST(FilmFile, ADamagedPlanTakesTheFilmOneCheckpointBackWithItsPlans) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  core::Film film(adaptive_film());
+  auto file = FilmFile::open(path);
+  ASSERT_TRUE(file->restore(film));
+  fill(film, 32);
+  decide(film, {32, 64});
+  ASSERT_TRUE(file->write(film, record_of(32), false));
+  const std::string before = film.digest() + decisions_of(film);
+  fill(film, 64);
+  decide(film, {64, 128});
+  ASSERT_TRUE(file->write(film, record_of(64), false));
+  const std::string after = film.digest() + decisions_of(film);
+  const std::string whole = test_support::read_file(path);
+  int went_back = 0;
+  for (std::uint64_t at = 0; at < whole.size(); at += 8009) {
+    test_support::damage_file(path, at);
+    core::Film loaded(adaptive_film());
+    if (load(path, loaded)) {
+      const std::string seen = loaded.digest() + decisions_of(loaded);
+      EXPECT_TRUE(seen == before || seen == after) << at;
+      went_back += seen == before ? 1 : 0;
+    }
+    test_support::damage_file(path, at);  // Back again.
+  }
+  EXPECT_GT(went_back, 0);
+}
+
 TEST(FilmFile, RevisionsGoOnAfterARestart) {
   const TemporaryFolder folder;
   write_two(folder.file("a.film"));

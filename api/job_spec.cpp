@@ -266,7 +266,7 @@ std::vector<std::string> adaptive_warnings(const JobSpec& spec) {
     warnings.emplace_back("stop.relative_error: with this type of adaptive sampling the error estimate is not valid; "
                           "the job may end before the picture is as good as was asked for.");
   }
-  const int first = core::first_epoch(adaptive, spec.render.replicates);
+  const int first = core::first_epoch(spec.render);
   if (adaptive.type != JobSpec{}.render.adaptive.type && spec.stop.samples_per_pixel &&
       *spec.stop.samples_per_pixel <= first) {
     warnings.push_back("adaptive: every pixel gets the same, because the first decision is taken at " +

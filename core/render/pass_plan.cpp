@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/render/registry.h"
+
 namespace core {
 namespace {
 
@@ -48,10 +50,15 @@ int pass_end(int samples, int samples_max, int replicates, int unit) {
 
 int whole_sets(int limit, int unit) { return limit < unit ? limit : limit / unit * unit; }
 
-int first_epoch(const AdaptiveSettings& settings, int replicates) {
+int first_epoch(const RenderSettings& settings) {
   // Two samples of each replicate, or of the pilot stream: one has no variance.
-  const int least = settings.type == AdaptiveType::kPilot ? 20 : 2 * replicates;
-  return next_look(std::max(settings.min_samples, least) - 1, replicates);
+  const int least = settings.adaptive.type == AdaptiveType::kPilot ? 20 : 2 * settings.replicates;
+  return next_look(std::max(settings.adaptive.min_samples, least) - 1, settings.replicates,
+                   sample_unit(settings.sampler, settings.replicates));
+}
+
+int plan_step(const RenderSettings& settings) {
+  return std::max(sample_unit(settings.sampler, settings.replicates), settings.replicates) / 2;
 }
 
 int pilot_samples_at(int from) { return from / 10; }

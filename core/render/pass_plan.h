@@ -23,13 +23,13 @@ int pass_end(int samples, int samples_max, int replicates, int unit = 1);
 int whole_sets(int limit, int unit);
 
 /// Epochs of adaptive sampling. They begin at looks, so that they do not depend on the rule that ends a job: extending it
-/// gives the same film. The first begins at the first look that has settings.min_samples, and enough to decide
+/// gives the same film. The first begins at the first look that has adaptive.min_samples, and enough to decide
 /// anything; each is as long as everything before it.
-int first_epoch(const AdaptiveSettings& settings, int replicates);
+int first_epoch(const RenderSettings& settings);
 inline int epoch_end(int from) { return 2 * from; }
 
-/// Samples that a half of a pixel gets at once: one of each of its replicates.
-inline int plan_step(const RenderSettings& settings) { return settings.replicates / 2; }
+/// Samples that a half of a pixel gets at once: one of each of its replicates, or a whole set.
+int plan_step(const RenderSettings& settings);
 
 /// Pilot samples of a pixel, all epochs together, by the epoch that begins at `from`: a tenth of what the picture has.
 int pilot_samples_at(int from);

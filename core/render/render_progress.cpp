@@ -20,7 +20,7 @@ RenderTask::Impl::SamplesAtEnd RenderTask::Impl::samples_at_end() const {
   const auto look_for = [&](double seen) REQUIRES(mutex) {
     const double needed = samples_for_error(points.back().samples_per_pixel, seen, *stop.relative_error);
     const double least = std::max({needed, static_cast<double>(base_samples) + 1, 2.0});
-    return least >= most ? most : std::min<double>(next_look(static_cast<int>(std::ceil(least)) - 1, replicates), most);
+    return least >= most ? most : std::min<double>(next_look(static_cast<int>(std::ceil(least)) - 1, replicates, unit()), most);
   };
   end.expected = look_for(bound);
   end.low = look_for(bound * error.low / e);

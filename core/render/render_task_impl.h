@@ -87,7 +87,7 @@ struct RenderTask::Impl {
     const RenderSettings& settings = renderer->view().settings;
     if (settings.adaptive.type != AdaptiveType::kNone) {
       const PlanSpan span = film->tile(0).span;  // the same for all tiles
-      planned_to = span.to > 0 ? span.to : first_epoch(settings.adaptive, settings.replicates);
+      planned_to = span.to > 0 ? span.to : first_epoch(settings);
     }
     base_samples = *std::min_element(done.begin(), done.end());
     base_is_whole = base_samples == pass_target;

@@ -100,10 +100,11 @@ TEST(Allocation, IsEvenWhereNothingIsNeeded) {
 TEST(Epochs, BeginAtLooksAndThePilotIsAtMostATenth) {
   for (const int replicates : {2, 4, 8}) {
     for (const int least : {1, 7, 32, 100, 1000}) {
-      core::AdaptiveSettings settings;
-      settings.type = AdaptiveType::kPilot;
-      settings.min_samples = least;
-      int from = core::first_epoch(settings, replicates);
+      core::RenderSettings settings;
+      settings.replicates = replicates;
+      settings.adaptive.type = AdaptiveType::kPilot;
+      settings.adaptive.min_samples = least;
+      int from = core::first_epoch(settings);
       EXPECT_GE(from, least);
       for (; from < 65536; from = core::epoch_end(from)) {
         EXPECT_EQ(core::next_look(from - 1, replicates), from);
@@ -176,6 +177,24 @@ TEST(AdaptiveBits, AreTheSameWithFourReplicates) {
   for (const AdaptiveType type : kTypes) {
     const core::View view = small_view(type, 4);
     EXPECT_EQ(digest_of(view, 60, 7), digest_of(view, 60, 1, 1)) << static_cast<int>(type);
+  }
+}
+
+// Samplers without prefixes: whole sets in every replicate, whatever a pixel gets.
+TEST(AdaptiveBits, AreTheSameForEverySamplerAndSetsAreWhole) {
+  for (const auto& sampler : core::samplers()) {
+    core::View view = small_view(AdaptiveType::kPilot);
+    view.settings.film.width = 40;
+    view.settings.film.height = 33;
+    view.settings.sampler = sampler.value;
+    const int unit = core::sample_unit(sampler.value, 2);
+    const int count = core::rounded_samples(sampler.value, 2, 2 * core::first_epoch(view.settings));
+    EXPECT_EQ(digest_of(view, count, 3), digest_of(view, count, 1, 1)) << sampler.name;
+    const auto picture = test_support::render(view, count);
+    EXPECT_LT(picture.progress.samples_min, picture.progress.samples_max) << sampler.name;
+    for (const core::ReplicatePixel& p : picture.snapshot.pixels) {
+      ASSERT_EQ(static_cast<int>(p.count) % std::max(unit / 2, 1), 0) << sampler.name;
+    }
   }
 }
 

@@ -85,7 +85,7 @@ struct RenderTask::Impl {
       piloted.push_back(film->has_pilot() ? film->tile(t).pilot_samples : 0);
     }
     const RenderSettings& settings = renderer->view().settings;
-    if (settings.adaptive.type != AdaptiveType::kNone) {
+    if (film->has_plan()) {  // a film without room for plans is uniform, whatever the job says
       const PlanSpan span = film->tile(0).span;  // the same for all tiles
       planned_to = span.to > 0 ? span.to : first_epoch(settings);
     }

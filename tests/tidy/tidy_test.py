@@ -36,6 +36,7 @@ LAYERS = {
     "core/scene_io": BASICS + ["core/scene/scene_description.h", "core/image_io"],
     "core/integrators": ["core"],
     "core/render": ["core"],
+    "core/lab": ["core"],
     "api": ["api", "core"],
     "server/http": ["server/http", "core/base"],
     "server/observe": ["server/observe", "server/config.h", "core/base"],
@@ -53,6 +54,7 @@ LAYERS = {
 NEVER = {
     "core/integrators": ["core/scene_io", "core/image_io/image_io.h"],
     "core/render": ["core/scene_io", "core/image_io/image_io.h"],
+    "core/lab": ["core/scene_io", "core/image_io/image_io.h", "core/accel"],
     "api": ["core/accel", "core/scene_io"],
 }
 # Only these files of the client may link the renderer: the others start without its libraries.

@@ -1,0 +1,148 @@
+// Optimal MIS weights, solved for on the samples themselves or on the other half.
+
+#include <array>
+
+#include "core/lab/experiment_list.h"
+#include "core/lab/stage.h"
+#include "core/lab/trial.h"
+#include "core/samplers/dimensions.h"
+
+namespace core::lab {
+namespace {
+
+enum { kBalance, kSame, kCross };
+enum { kSide, kHidden };
+
+constexpr std::array kEstimators = {
+    EstimatorInfo{"balance", "none", "The balance heuristic, for comparison."},
+    EstimatorInfo{"same-samples", "consistent", "Coefficients solved on the very samples that they are used on."},
+    EstimatorInfo{"cross-fitted", "none", "Coefficients solved on one half of the samples, used on the other."},
+};
+constexpr std::array kParameters = {
+    ParameterInfo{"side", 0.05, 20, 4, false, "Side of the square light, in units of its distance."},
+    ParameterInfo{"hidden", 0, 0.9, 0.3, false, "Share of the light that an edge hides."},
+};
+
+double expected(const Setup& setup) {
+  const double h = setup.parameter(kSide) / 2;
+  return rectangle_irradiance(-h + setup.parameter(kHidden) * 2 * h, h, -h, h);
+}
+
+double evaluations(const Setup& /*setup*/, std::int64_t n) { return 2 * static_cast<double>(n); }
+std::int64_t rounded(const Setup& /*setup*/, std::int64_t n) { return n + n % 2; }
+
+struct Coefficients {
+  double light = 0;
+  double bsdf = 0;
+};
+
+/// Sums over samples, whichever technique made them; p and q are the densities of light and BSDF sampling there, m
+/// their sum. All that solving and applying need: memory does not grow with n.
+struct Sums {
+  double count = 0;
+  double pp = 0;  ///< p p / m^2, and so on
+  double pq = 0;
+  double qq = 0;
+  double fp = 0;
+  double fq = 0;
+  double f = 0;  ///< f / m, and so on
+  double p = 0;
+  double q = 0;
+
+  void add(double value, double pdf_light_sr, double pdf_bsdf_sr) {
+    count += 1;
+    const double m = pdf_light_sr + pdf_bsdf_sr;
+    if (!(m > 0)) {
+      return;
+    }
+    const double a = pdf_light_sr / m;
+    const double b = pdf_bsdf_sr / m;
+    pp += a * a;
+    pq += a * b;
+    qq += b * b;
+    fp += value / m * a;
+    fq += value / m * b;
+    f += value / m;
+    p += a;
+    q += b;
+  }
+};
+
+Sums operator+(const Sums& x, const Sums& y) {
+  return {x.count + y.count, x.pp + y.pp, x.pq + y.pq, x.qq + y.qq, x.fp + y.fp,
+          x.fq + y.fq,       x.f + y.f,   x.p + y.p,   x.q + y.q};
+}
+
+/// A a = b with A_kl = sum p_k p_l / m^2, b_k = sum f p_k / m^2. Source: Kondapaneni et al., Optimal Multiple
+/// Importance Sampling, 2019. A matrix that is nearly singular gives the balance heuristic, a = 0.
+Coefficients solve(const Sums& s) {
+  const double determinant = s.pp * s.qq - s.pq * s.pq;
+  if (!(determinant > 1e-3 * s.pp * s.qq)) {
+    return {};
+  }
+  return {(s.fp * s.qq - s.fq * s.pq) / determinant, (s.pp * s.fq - s.pq * s.fp) / determinant};
+}
+
+/// sum a + mean of the residual over the mixture, one sample of each technique a pair.
+double apply(const Sums& s, Coefficients a) {
+  return a.light + a.bsdf + 2 * (s.f - a.light * s.p - a.bsdf * s.q) / s.count;
+}
+
+double estimate(Trial& trial) {
+  const Stage stage(trial.parameter(kSide), trial.parameter(kHidden));
+  trial.add_cost(evaluations(trial.setup(), trial.n()));
+  std::array<Sums, 2> halves;
+  for (std::int64_t i = 0; i < trial.n(); ++i) {
+    if (!trial.start(i)) {
+      return 0;
+    }
+    Sums& half = halves[2 * i < trial.n() ? 0 : 1];
+    const Stage::Sample l = stage.sample_light(trial.get_4d(dimension_group(0, BounceGroup::kLight)));
+    half.add(l.value, l.pdf_solid_angle, l.other_pdf_solid_angle);
+    const Stage::Sample b = stage.sample_bsdf(trial.get_4d(dimension_group(0, BounceGroup::kBsdf)));
+    half.add(b.value, b.other_pdf_solid_angle, b.pdf_solid_angle);
+  }
+  const Sums all = halves[0] + halves[1];
+  switch (trial.estimator()) {
+    case kBalance:
+      return apply(all, {});
+    case kSame:
+      return apply(all, solve(all));
+    default:
+      return 0.5 * (apply(halves[0], solve(halves[1])) + apply(halves[1], solve(halves[0])));
+  }
+}
+
+std::optional<TheorySlope> slope(const Setup& setup) {
+  // Coefficients from a handful of samples make the first points of cross-fitting worse than their slope.
+  return setup.estimator == kBalance ? monte_carlo_slope(setup) : std::nullopt;
+}
+
+constexpr std::array<std::int64_t, 7> kN = {4, 16, 64, 256, 1024, 4096, 16384};
+
+}  // namespace
+
+const Experiment kOptimalMisExperiment = {
+    .name = "optimal-mis",
+    .title = "Optimal weights",
+    .summary = "Weights that may be negative, from a 2×2 system, beat every heuristic; where they come from matters.",
+    .estimates = "Irradiance from a partly hidden square light, from one light and one BSDF sample a pair.",
+    .formula = "A a = b,  A_kl = ∫ p_k p_l / Σp,  b_k = ∫ f p_k / Σp;  E ≈ Σ a_k + 1/n Σ (f − Σ a_k p_k) / Σp",
+    .look_for = "Solved on the samples they are used on, the coefficients follow the noise and the mean is wrong at "
+                "n = 4. Solved on one half and used on the other, every mean is right, at the price of more noise "
+                "when a half has few samples. At large n both have less error than the balance heuristic.",
+    .estimators = kEstimators,
+    .parameters = kParameters,
+    .estimator = "cross-fitted",
+    .sampler = "independent",
+    .n = kN,
+    .unit = "pairs",
+    .n_least = 2,
+    .expected = &expected,
+    .slope = &slope,
+    .evaluations = &evaluations,
+    .rounded = &rounded,
+    .estimate = &estimate,
+};
+
+}  // namespace core::lab

@@ -1,0 +1,76 @@
+// Estimating pi: the first Monte Carlo estimate that anybody makes, in two ways.
+
+#include <cmath>
+#include <numbers>
+
+#include "core/lab/experiment_list.h"
+#include "core/lab/trial.h"
+
+namespace core::lab {
+namespace {
+
+enum { kHit, kHeight };
+
+constexpr std::array kEstimators = {
+    EstimatorInfo{"hit", "none", "4 where a point of the unit square lies in the quarter disk, else 0."},
+    EstimatorInfo{"height", "none", "4 sqrt(1 - x^2): the height of the arc, one dimension integrated by hand."},
+};
+
+double expected(const Setup& /*setup*/) { return std::numbers::pi; }
+
+std::optional<TheorySlope> slope(const Setup& setup) {
+  const std::string_view s = setup.sampler_name;
+  if (s == "independent") {
+    return TheorySlope{-0.5};
+  }
+  const bool hit = setup.estimator == kHit;
+  if (s == "antithetic" || s == "zsobol") {  // independent pairs; independent sets of eight
+    return TheorySlope{-0.5};
+  }
+  if (s == "sobol") {
+    return hit ? TheorySlope{-0.75} : TheorySlope{-1.5};
+  }
+  if (s == "stratified") {
+    // The height sees sqrt(N) strata of its axis, sqrt(N) samples in each.
+    return hit ? TheorySlope{-0.75} : TheorySlope{-1.0};
+  }
+  if (s == "latin-hypercube") {
+    return hit ? std::nullopt : std::optional(TheorySlope{-1.5});
+  }
+  return std::nullopt;
+}
+
+double estimate(Trial& trial) {
+  const bool hit = trial.estimator() == kHit;
+  return mean_of(trial, [&] {
+    const Vec4 u = trial.get_4d(0);
+    const double x = u.x;
+    const double y = u.y;
+    return hit ? (x * x + y * y < 1 ? 4.0 : 0.0) : 4 * std::sqrt(1 - x * x);
+  });
+}
+
+}  // namespace
+
+const Experiment kPiExperiment = {
+    .name = "pi",
+    .title = "Estimating π",
+    .summary = "Throw points at a square, count those in the quarter disk; or average the height of the arc.",
+    .estimates = "π, four times the area of a quarter of the unit disk.",
+    .formula = "hit: 4/n Σ [xᵢ² + yᵢ² < 1], σ = 1.642;  height: 4/n Σ √(1 − xᵢ²), σ = 0.893",
+    .look_for = "Both errors fall as n^(−1/2): one digit more costs a hundred times the work. Integrating one "
+                "dimension by hand (height) is worth three times the samples. Then change the sampler: stratified "
+                "points fall as n^(−3/4) across the edge, and Owen-scrambled ones as n^(−3/2) along the smooth arc.",
+    .estimators = kEstimators,
+    .parameters = {},
+    .estimator = "hit",
+    .sampler = "independent",
+    .n = kPowersOfFour,
+    .unit = "points",
+    .pattern_dimensions = 2,
+    .expected = &expected,
+    .slope = &slope,
+    .estimate = &estimate,
+};
+
+}  // namespace core::lab

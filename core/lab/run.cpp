@@ -1,0 +1,275 @@
+#include "core/lab/run.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <span>
+#include <thread>
+
+#include "core/base/statistics.h"
+#include "core/lab/fit.h"
+#include "core/lab/trial.h"
+#include "core/samplers/hash.h"
+
+namespace core::lab {
+namespace {
+
+/// Below this share of the expected value an error is that of float numbers, not of the estimator.
+constexpr double kRounding = 2e-6;
+/// Chance of one wrong "differs" by the means, and of another by the slope.
+constexpr double kFalseAlarm = 1e-3;
+
+double thread_cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+struct TrialResult {
+  double value = 0;
+  double cost = 0;
+  double seconds = 0;
+};
+
+std::vector<TrialResult> run_trials(const Setup& setup, std::int64_t n, const RunOptions& options,
+                                    const std::stop_token& stop) {
+  std::vector<TrialResult> results(static_cast<std::size_t>(options.replicates));
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t r = next++; r < results.size() && !stop.stop_requested(); r = next++) {
+      const double start = thread_cpu_seconds();
+      const std::uint64_t seed =
+          hash_combine(hash_combine(options.seed, static_cast<std::uint64_t>(n)), std::uint64_t{r});
+      Trial trial(setup, n, seed, stop);
+      const double value = setup.experiment->estimate(trial);
+      results[r] = {value, trial.cost(), thread_cpu_seconds() - start};
+    }
+  };
+  std::vector<std::jthread> others;
+  for (int t = 1; t < std::min(options.threads, options.replicates); ++t) {
+    others.emplace_back(work);
+  }
+  work();
+  return results;
+}
+
+/// What is kept of one n for the end.
+struct Errors {
+  Point point;
+  double log_variance = 0;
+};
+
+Errors summarize(std::span<const TrialResult> results, double expected) {
+  Errors out;
+  const auto r = static_cast<double>(results.size());
+  std::vector<double> squares;
+  double sum_squares = 0;
+  for (const TrialResult& t : results) {
+    out.point.mean += t.value / r;
+    out.point.cost += t.cost / r;
+    out.point.seconds += t.seconds;
+    squares.push_back((t.value - expected) * (t.value - expected));
+    sum_squares += squares.back();
+  }
+  double spread = 0;
+  for (const TrialResult& t : results) {
+    spread += (t.value - out.point.mean) * (t.value - out.point.mean);
+  }
+  out.point.rmse = std::sqrt(sum_squares / r);
+  out.point.standard_error = std::sqrt(spread / (r * (r - 1)));
+  out.log_variance = log_rmse_variance(squares);
+  return out;
+}
+
+bool is_rounding(double error, double expected) {
+  return error <= kRounding * std::max(std::fabs(expected), 1e-30);
+}
+
+std::string number_text(double value, int digits = 4) {
+  char buffer[48];
+  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
+  return buffer;
+}
+
+/// The check of the means: how many standard errors the worst is from the truth, and what is allowed.
+struct MeanCheck {
+  bool passed = true;
+  std::string text;
+};
+
+MeanCheck check_means(std::span<const Errors> errors, double expected, int replicates) {
+  const double alpha = 1 - std::pow(1 - kFalseAlarm, 1 / static_cast<double>(errors.size()));
+  const double limit = student_t_quantile(1 - alpha / 2, replicates - 1);
+  MeanCheck check;
+  double worst = 0;
+  double spread = 0;
+  std::int64_t where = 0;
+  for (const Errors& e : errors) {
+    const double off = std::fabs(e.point.mean - expected);
+    spread = std::max(spread, e.point.standard_error);
+    if (is_rounding(off, expected)) {
+      continue;
+    }
+    const double z = e.point.standard_error > 0 ? off / e.point.standard_error : 2 * limit;
+    if (z > worst) {
+      worst = z;
+      where = e.point.n;
+    }
+  }
+  check.passed = worst <= limit;
+  if (worst == 0) {
+    check.text = "The mean is the exact value to rounding.";
+  } else if (!(spread > 0)) {
+    check.text = "All replicates are the same number, and it is not the exact one.";
+  } else {
+    check.text = "The mean is at most " + number_text(worst, 3) + " standard errors from the exact value" +
+                 (check.passed ? "" : " (n = " + std::to_string(where) + ")") + "; up to " + number_text(limit, 3) +
+                 " is chance.";
+  }
+  return check;
+}
+
+void fit(std::span<const Errors> errors, int replicates, Outcome& out, double& slope_error) {
+  std::vector<ErrorAt> points;
+  for (const Errors& e : errors) {
+    if (!is_rounding(e.point.rmse, out.expected)) {
+      points.push_back({static_cast<double>(e.point.n), e.point.rmse, e.log_variance});
+    }
+  }
+  const bool several = std::any_of(points.begin(), points.end(), [&](const ErrorAt& p) { return p.n != points.front().n; });
+  if (!several) {
+    return;
+  }
+  const SlopeFit line = fit_slope(points);
+  const double reach = student_t_quantile(0.975, replicates - 1) * line.standard_error;
+  out.slope = line.slope;
+  out.intercept = line.intercept;
+  out.slope_interval = Interval{line.slope - reach, line.slope + reach};
+  slope_error = line.standard_error;
+}
+
+void judge(const Setup& setup, std::span<const Errors> errors, int replicates, double slope_error, Outcome& out) {
+  const EstimatorInfo& estimator = setup.experiment->estimators[setup.estimator];
+  const MeanCheck means = check_means(errors, out.expected, replicates);
+  bool compared = estimator.bias == "none";
+  bool agrees = !compared || means.passed;
+  const bool shows_bias = !compared && !means.passed;
+  out.explanation = means.text;
+  if (shows_bias) {
+    out.explanation += " This estimator is biased" +
+                       std::string(estimator.bias == "biased" ? ", and it shows." : " at finite n, and it shows.");
+  }
+  if (const auto theory = setup.experiment->slope(setup); out.slope && theory) {
+    const double reach = student_t_quantile(1 - kFalseAlarm / 2, replicates - 1) * slope_error + theory->tolerance;
+    const bool fits = std::fabs(*out.slope - theory->value) <= reach;
+    compared = true;
+    agrees = agrees && fits;
+    out.explanation += " The slope is " + number_text(*out.slope, 3) + ", theory says " +
+                       number_text(theory->value, 3) + (fits ? ", " : ": more apart than ") + "within " +
+                       number_text(reach, 2) + (fits ? "." : " is.");
+  }
+  if (!agrees) {
+    out.verdict = Verdict::kDiffers;
+  } else if (compared) {
+    out.verdict = Verdict::kAgrees;
+  } else {
+    out.verdict = shows_bias ? Verdict::kBiased : Verdict::kUndecided;
+  }
+}
+
+void add_efficiency(std::span<const Errors> errors, int replicates, Outcome& out) {
+  const auto largest = std::max_element(errors.begin(), errors.end(), [](const Errors& a, const Errors& b) {
+    return a.point.n < b.point.n;
+  });
+  const double relative = largest->point.rmse / std::fabs(out.expected);
+  if (!(relative > 0)) {
+    return;
+  }
+  const double seconds = largest->point.seconds / replicates;
+  if (seconds > 0) {
+    out.efficiency = 1 / (relative * relative * seconds);
+  }
+  out.efficiency_by_cost = 1 / (relative * relative * largest->point.cost);
+}
+
+std::vector<Vec4> pattern_of(const Setup& setup, const RunOptions& options, const std::stop_token& stop) {
+  constexpr std::int64_t kShown = 1024;
+  std::vector<Vec4> points;
+  if (setup.experiment->pattern_dimensions == 0) {
+    return points;
+  }
+  // The largest set that is small enough to be drawn as a whole; else the beginning of the smallest.
+  std::int64_t asked = *std::min_element(options.n.begin(), options.n.end());
+  for (const std::int64_t n : options.n) {
+    if (rounded_n(setup, n) <= kShown && n > asked) {
+      asked = n;
+    }
+  }
+  const std::int64_t n = rounded_n(setup, asked);
+  const std::uint64_t seed = hash_combine(hash_combine(options.seed, static_cast<std::uint64_t>(n)), 0);
+  Trial trial(setup, n, seed, stop);
+  for (std::int64_t i = 0; i < std::min(n, kShown); ++i) {
+    trial.start(i);
+    points.push_back(trial.get_4d(0));
+  }
+  return points;
+}
+
+}  // namespace
+
+std::string_view to_text(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kAgrees:
+      return "agrees";
+    case Verdict::kDiffers:
+      return "differs";
+    case Verdict::kBiased:
+      return "biased";
+    case Verdict::kUndecided:
+      break;
+  }
+  return "undecided";
+}
+
+double total_evaluations(const Setup& setup, const RunOptions& options) {
+  double total = 0;
+  for (const std::int64_t n : options.n) {
+    total += trial_evaluations(setup, rounded_n(setup, n)) * options.replicates;
+  }
+  return total;
+}
+
+Result<Outcome> run(const Setup& setup, const RunOptions& options, const std::stop_token& stop,
+                    const std::function<bool(const Point&)>& on_point) {
+  CHECK(!options.n.empty() && options.replicates >= 2);
+  const Error cancelled = {ErrorCode::kCancelled, "the run was cancelled", ""};
+  Outcome out;
+  out.expected = setup.experiment->expected(setup);
+  if (const auto theory = setup.experiment->slope(setup)) {
+    out.expected_slope = theory->value;
+  }
+  std::vector<Errors> errors;
+  for (const std::int64_t asked : options.n) {
+    const std::int64_t n = rounded_n(setup, asked);
+    const std::vector<TrialResult> results = run_trials(setup, n, options, stop);
+    if (stop.stop_requested()) {
+      return cancelled;
+    }
+    errors.push_back(summarize(results, out.expected));
+    errors.back().point.n_asked = asked;
+    errors.back().point.n = n;
+    if (!on_point(errors.back().point)) {
+      return cancelled;
+    }
+  }
+  double slope_error = 0;
+  fit(errors, options.replicates, out, slope_error);
+  judge(setup, errors, options.replicates, slope_error, out);
+  add_efficiency(errors, options.replicates, out);
+  out.pattern = pattern_of(setup, options, stop);
+  return out;
+}
+
+}  // namespace core::lab

@@ -1,0 +1,3 @@
+set(LAB_TEST_SOURCES
+  lab_test.cpp
+  lab_truth_test.cpp)

@@ -31,7 +31,7 @@ class Watch(ApiTest):
             last = stream.all()[-1].id
         with JobsStream(self.server, jobs, last=last) as stream:
             self.assertEqual(stream.status, 204)
-        with JobsStream(self.server, jobs[::-1], last=last) as stream:  # Another order, other jobs.
+        with JobsStream(self.server, jobs[:1], last=last) as stream:  # An id of other jobs.
             self.assertEqual(stream.status, 200)
         with JobsStream(self.server, jobs, last="nonsense") as stream:
             self.assertEqual([e.name for e in stream], ["snapshot", "end"] * 2)

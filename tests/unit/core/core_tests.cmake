@@ -13,4 +13,5 @@ set(CORE_TEST_SOURCES
   reservoir_test.cpp
   sample_sets_test.cpp
   sampler_test.cpp
-  split_pilot_test.cpp)
+  split_pilot_test.cpp
+  triangle_irradiance_test.cpp)

@@ -1,4 +1,4 @@
-add_executable(core_bench bench/core_bench.cpp bench/hall.cpp)
+add_executable(core_bench bench/core_bench.cpp bench/embree_share.cpp bench/hall.cpp)
 target_link_libraries(core_bench PRIVATE test_support core tessera_lto)
 
 # Seconds and bytes a triangle of large glTF files.

@@ -11,6 +11,7 @@
 #include "core/accel/accel.h"
 #include "core/render/registry.h"
 #include "core/samplers/path_sampler.h"
+#include "tests/bench/embree_share.h"
 #include "tests/bench/hall.h"
 #include "tests/support/scenes.h"
 
@@ -69,14 +70,16 @@ core::View cornell_view(int side) {
 }
 
 void measure(const char* name, const core::View& view, int samples, int threads) {
+  const bench::EmbreeShare embree;
   const auto start = Clock::now();
   const test_support::Picture p = test_support::render(view, samples, threads);
   const double seconds = since(start);
   const auto& film = view.settings.film;
   const double count = static_cast<double>(film.width) * film.height * p.progress.samples_mean;
-  std::printf("%-12s %6.3f Msamples/s  %6.2f Mrays/s  %5.2f rays/sample  relative RMSE %.4f  efficiency %.3f\n",
+  std::printf("%-12s %6.3f Msamples/s  %6.2f Mrays/s  %5.2f rays/sample  %2.0f %% of CPU in Embree  "
+              "relative RMSE %.4f  efficiency %.3f\n",
               name, count / seconds / 1e6, static_cast<double>(p.progress.rays) / seconds / 1e6,
-              static_cast<double>(p.progress.rays) / count, p.progress.error.relative_rmse,
+              static_cast<double>(p.progress.rays) / count, 100 * embree.share(), p.progress.error.relative_rmse,
               p.progress.efficiency);
 }
 

@@ -104,9 +104,13 @@ void check_options(const JobSpec& spec, std::span<const std::string> accepted, F
       (estimator.mis != defaults.mis || estimator.mis_exponent != defaults.mis_exponent)) {
     faults.add("/estimator/mis", "applies to strategy 'mis' only");
   }
+  if (estimator.control_variate != core::ControlVariateType::kNone && estimator.strategy != core::Strategy::kMis &&
+      estimator.strategy != core::Strategy::kLight) {
+    faults.add("/estimator/control_variate", "applies to strategies 'mis' and 'light' only");
+  }
   constexpr std::array kOptions = {
       "/integrator/max_depth",      "/estimator/strategy",  "/estimator/mis",
-      "/estimator/roulette",        "/estimator/splitting", "/estimator/expected_values",
+      "/estimator/roulette",        "/estimator/splitting", "/estimator/control_variate", "/estimator/expected_values",
       "/sampler/type",              "/sampler/replicates",  "/light_sampler",
       "/adaptive",
   };

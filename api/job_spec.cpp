@@ -150,7 +150,10 @@ constexpr auto estimator_row() {
                  number(
                      "count", [](auto& s) -> auto& { return s.render.estimator.split_count; },
                      {1, limits::kSplitCount}, "Continuations of each path."))),
-      only_type("control_variate", R"("none")", "What is subtracted and added in closed form."),
+      group("control_variate", "What is subtracted from samples and added in closed form.",
+            choice(
+                "type", [](auto& s) -> auto& { return s.render.estimator.control_variate; },
+                &core::control_variate_types, "Kind of control variate.")),
       flag(
           "expected_values", [](auto& s) -> auto& { return s.render.estimator.expected_values; },
           "True: absorption and transparency as factors; false: by throws of dice."));

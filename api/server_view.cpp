@@ -78,7 +78,7 @@ Json limits_json(const std::vector<ConfiguredLimit>& configured) {
 
 std::vector<std::string> accepted_options(std::string_view /*integrator*/) {
   return {"/integrator/max_depth", "/estimator/strategy",  "/estimator/mis",
-          "/estimator/roulette",   "/estimator/splitting", "/estimator/expected_values",
+          "/estimator/roulette",   "/estimator/splitting", "/estimator/control_variate", "/estimator/expected_values",
           "/sampler/type",         "/sampler/replicates",  "/light_sampler",
           "/adaptive"};
 }
@@ -98,6 +98,10 @@ std::vector<OptionRow> estimation_options() {
   for (const auto& entry : core::splitting_types()) {
     options.push_back(
         option({"estimator", "splitting", "type"}, entry.name, entry.bias, entry.summary));
+  }
+  for (const auto& entry : core::control_variate_types()) {
+    options.push_back(
+        option({"estimator", "control_variate", "type"}, entry.name, entry.bias, entry.summary));
   }
   for (const auto& entry : core::expected_value_types()) {
     OptionRow row = option({"estimator", "expected_values"}, entry.name, entry.bias, entry.summary);

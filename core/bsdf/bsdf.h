@@ -85,6 +85,10 @@ class Bsdf {
   float prob_delta() const noexcept;
   /// Does any lobe spread over solid angle, so that light sampling makes sense?
   bool has_spread() const noexcept { return has_spread_; }
+  /// Light comes back from everywhere alike, more or less: one Lambert lobe, or rough reflection without further layers.
+  bool is_wide() const noexcept {
+    return is_lambert_ || (!transmits() && layers_ == nullptr && roughness_ >= 0.5F);
+  }
   bool transmits() const noexcept { return prob_thin_ + prob_glass_ + prob_below_ > 0; }
   /// Share of light that goes straight through (smooth thin transmission, solids of the index around
   /// them), for shadow rays.

@@ -18,6 +18,7 @@ PathIntegrator::PathIntegrator(const IntegratorInput& input)
       mis_{input.settings.estimator.mis, input.settings.estimator.mis_exponent},
       strategy_(input.settings.estimator.strategy),
       roulette_(input.settings.estimator.roulette),
+      control_variate_(input.settings.estimator.control_variate),
       shadow_threshold_(roulette_ == RouletteType::kThreshold ? input.settings.estimator.roulette_delta : 0.0F),
       candidates_(input.settings.light_sampler == LightSamplerType::kRis ? input.settings.light_candidates : 1),
       light_share_(static_cast<float>(candidates_)),
@@ -85,7 +86,8 @@ void PathIntegrator::add_emission(State& path, const Vertex& vertex) const noexc
   }
   float weight = 1;
   if (path.pdf_bsdf > 0 && vertex.point.light != kNoLight) {
-    if (strategy_ == Strategy::kLight) {
+    if (strategy_ == Strategy::kLight ||
+        (path.last_controlled && has_closed_form(vertex.point.light, path.last_point))) {
       return;
     }
     if (strategy_ == Strategy::kMis) {
@@ -150,6 +152,7 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
     path.pdf_bsdf = s.is_delta ? 0.0F : s.pdf_solid_angle;
     path.last_point = vertex.shading.origin;
     path.last_normal = vertex.light_normal;
+    path.last_controlled = is_controlled(bsdf);
   }
   path.eta_scale *= s.eta * s.eta;
   path.ray.origin = offset_ray(vertex.shading.origin, through ? -n : n);

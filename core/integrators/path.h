@@ -24,6 +24,9 @@ class PathIntegrator final : public Integrator {
   void add_emission(State& path, const Vertex& vertex) const noexcept;
   void add_direct(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
   struct DirectLight;
+  bool is_controlled(const Bsdf& bsdf) const noexcept;
+  bool has_closed_form(std::uint32_t light, Vec3 point) const noexcept;
+  Rgb control(const State& path, const Vertex& vertex, const Bsdf& bsdf, const LightSample& light) const noexcept;
   DirectLight sample_light(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
   DirectLight unshadowed(const State& path, const Vertex& vertex, const Bsdf& bsdf,
                          const LightSample& light) const noexcept;
@@ -45,6 +48,7 @@ class PathIntegrator final : public Integrator {
   MisRule mis_;
   Strategy strategy_;
   RouletteType roulette_;
+  ControlVariateType control_variate_;
   float shadow_threshold_;  ///< 0: every shadow ray is traced
   int candidates_;          ///< light samples of which one is taken
   float light_share_;       ///< light samples for each BSDF sample, in the weights of MIS

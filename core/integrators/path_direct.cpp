@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/integrators/path_state.h"
+#include "core/lights/triangle_irradiance.h"
 #include "core/math/numbers.h"
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
@@ -97,18 +98,53 @@ bool PathIntegrator::lets_through(State& path, Rgb& share) const noexcept {
   return true;
 }
 
+/// Does the control variate stand in for BSDF samples at this surface?
+bool PathIntegrator::is_controlled(const Bsdf& bsdf) const noexcept {
+  return control_variate_ == ControlVariateType::kAnalytic && bsdf.is_wide() &&
+         (strategy_ == Strategy::kMis || strategy_ == Strategy::kLight);
+}
+
+/// Uniform triangles that are not too small or too far for it to matter.
+bool PathIntegrator::has_closed_form(std::uint32_t light, Vec3 point) const noexcept {
+  if (light == kNoLight) {
+    return false;
+  }
+  constexpr float kSolidAngleLeast = 1e-3F;
+  const TriangleLight& t = scene_.triangle_lights[light];
+  const Vec3 to = t.p0 + (t.edge1 + t.edge2) * (1.0F / 3) - point;
+  return !t.textured && t.area_m2 > kSolidAngleLeast * dot(to, to);
+}
+
+/// With h = albedo / pi cos L, the light that a Lambert surface of the same albedo would get if nothing stood in between,
+/// and H its integral over the light in closed form, H - h/p has the mean 0: added to V f L / p it leaves of the noise
+/// what comes from shadows and from the difference between the BSDF and Lambert's. BSDF samples that find the light
+/// count for nothing then, since light samples are not weighted.
+Rgb PathIntegrator::control(const State& path, const Vertex& vertex, const Bsdf& bsdf,
+                            const LightSample& light) const noexcept {
+  const TriangleLight& t = scene_.triangle_lights[light.triangle];
+  const Vec3 n = vertex.shading.frame.n;
+  const auto mean = static_cast<float>(
+      triangle_irradiance(vertex.point.position, n, t.p0, t.p0 + t.edge1, t.p0 + t.edge2));
+  const float sampled = std::max(dot(n, light.wi_world), 0.0F) / light.pdf_solid_angle;
+  return path.beta * bsdf.albedo() * light.radiance * (kInvPi * (mean / light.prob_light - sampled));
+}
+
 PathIntegrator::DirectLight PathIntegrator::unshadowed(const State& path, const Vertex& vertex, const Bsdf& bsdf,
                                                        const LightSample& light) const noexcept {
   DirectLight out;
   if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
     return out;
   }
+  const bool controlled = is_controlled(bsdf) && has_closed_form(light.triangle, vertex.point.position);
+  if (controlled) {
+    out.control = control(path, vertex, bsdf, light);
+  }
   const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));
   if (is_black(f.value_cos)) {
     return out;
   }
   float weight = 1;
-  if (!light.is_delta && strategy_ == Strategy::kMis) {
+  if (!light.is_delta && strategy_ == Strategy::kMis && !controlled) {
     weight = mis_.weight(light_share_ * light.pdf_solid_angle, f.pdf_solid_angle);
   }
   out.light = light;
@@ -141,18 +177,21 @@ PathIntegrator::DirectLight PathIntegrator::sample_light(State& path, const Vert
   const auto count = static_cast<float>(candidates_);
   WeightedReservoir<DirectLight> reservoir(
       static_cast<double>(path.sampler.get_4d(choice_group(path.depth)).x));
+  Rgb control;
   for (int i = 0; i < candidates_; ++i) {
     const auto k = static_cast<float>(i);
     const float pick = std::min((u.x + k) / count, kOneMinusEpsilon);
     const Vec2 place = {fraction(u.y + k * 0.754877666F), fraction(u.z + k * 0.569840291F)};
     const DirectLight one = unshadowed(path, vertex, bsdf, lights_.sample(p, vertex.light_normal, pick, place));
+    control += one.control * (1 / count);
     reservoir.add(one, static_cast<double>(size_of(one.value) * one.scale));
   }
-  if (reservoir.empty()) {
-    return {};
+  DirectLight taken;
+  if (!reservoir.empty()) {
+    taken = reservoir.item();
+    taken.scale *= static_cast<float>(reservoir.sum() / (static_cast<double>(count) * reservoir.weight()));
   }
-  DirectLight taken = reservoir.item();
-  taken.scale *= static_cast<float>(reservoir.sum() / (static_cast<double>(count) * reservoir.weight()));
+  taken.control = control;
   return taken;
 }
 
@@ -162,6 +201,7 @@ void PathIntegrator::add_direct(State& path, const Vertex& vertex, const Bsdf& b
     return;
   }
   DirectLight direct = sample_light(path, vertex, bsdf);
+  path.out.radiance += direct.control;
   if (is_black(direct.value)) {
     return;
   }

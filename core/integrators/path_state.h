@@ -36,6 +36,7 @@ struct PathIntegrator::State {
   float pdf_bsdf = 0;        ///< density of the last direction; 0: camera or delta
   Vec3 last_point{};
   Vec3 last_normal{};          ///< as given to the light sampler at the last vertex
+  bool last_controlled = false;  ///< its lights of closed form are left to light samples
   float eta_scale = 1;       ///< product of eta^2: radiance against importance
   float cone_width_m = 0;
   float cone_spread_rad = 0;
@@ -55,6 +56,7 @@ struct PathIntegrator::DirectLight {
   LightSample light;
   Rgb value;
   float scale = 0;
+  Rgb control;  ///< mean of the control variate less the control variate; is added whatever is in the way
 };
 
 struct PathIntegrator::Vertex {

@@ -66,6 +66,8 @@ LightSample LightSampler::from_triangle(std::uint32_t light, Vec3 point, float p
     return s;
   }
   s.target = offset_ray(on_light, towards);
+  s.triangle = light;
+  s.prob_light = prob;
   s.pdf_solid_angle = prob * area_to_solid_angle(1 / t.area_m2, distance2, cos_light);
   s.radiance = t.radiance;
   if (t.textured) {

@@ -21,6 +21,8 @@ struct LightSample {
   bool is_delta = false;      ///< pdf_solid_angle is then the probability of the pick alone
   Rgb radiance;               ///< delta: what arrives per unit of cosine
   float pdf_solid_angle = 0;  ///< 0: nothing was sampled
+  std::uint32_t triangle = kNoLight;  ///< which triangle light
+  float prob_light = 0;       ///< of the pick alone
 };
 
 class LightSampler {

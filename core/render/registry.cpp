@@ -81,6 +81,14 @@ constexpr std::array kSplittingTypes = {
                               "that a pilot of 4096 paths measures before the picture begins."},
 };
 
+constexpr std::array kControlVariateTypes = {
+    NamedValue<ControlVariateType>{"none", ControlVariateType::kNone, "Light samples as they are."},
+    NamedValue<ControlVariateType>{"analytic", ControlVariateType::kAnalytic,
+                                   "On matt surfaces the light of uniform lamps without shadows in closed form, samples "
+                                   "for shadows and gloss; clear where few shadows fall, noisier deep in shadow. Strategies "
+                                   "'mis' and 'light'."},
+};
+
 constexpr std::array kExpectedValues = {
     NamedValue<bool>{"true", true, "Absorption and transparency are factors of what a path carries."},
     NamedValue<bool>{"false", false,
@@ -136,6 +144,7 @@ std::span<const NamedValue<Strategy>> strategies() { return kStrategies; }
 std::span<const NamedValue<MisType>> mis_types() { return kMisTypes; }
 std::span<const NamedValue<RouletteType>> roulette_types() { return kRouletteTypes; }
 std::span<const NamedValue<SplittingType>> splitting_types() { return kSplittingTypes; }
+std::span<const NamedValue<ControlVariateType>> control_variate_types() { return kControlVariateTypes; }
 std::span<const NamedValue<bool>> expected_value_types() { return kExpectedValues; }
 std::span<const NamedValue<AdaptiveType>> adaptive_types() { return kAdaptiveTypes; }
 std::span<const NamedValue<Granularity>> granularities() { return kGranularities; }

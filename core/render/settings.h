@@ -69,6 +69,8 @@ enum class SamplerType {
 enum class PixelErrors { kIndependent, kCorrelated };
 enum class LightSamplerType { kUniform, kPower, kTree, kRis };
 
+enum class ControlVariateType { kNone, kAnalytic };
+
 struct EstimatorSettings {
   Strategy strategy = Strategy::kMis;
   MisType mis = MisType::kPower;
@@ -78,6 +80,7 @@ struct EstimatorSettings {
   SplittingType splitting = SplittingType::kNone;
   int split_count = 2;           ///< fixed: continuations of a path at its first surface
   bool expected_values = true;
+  ControlVariateType control_variate = ControlVariateType::kNone;
 };
 
 enum class AdaptiveType { kNone, kPilot, kCrossHalf, kSequential };

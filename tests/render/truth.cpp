@@ -37,6 +37,12 @@ std::vector<Variant> variants() {
     v.estimator.split_count = 3;
     all.push_back(v);
   }
+  for (const auto lights : {core::LightSamplerType::kTree, core::LightSamplerType::kRis}) {
+    Variant v{lights == core::LightSamplerType::kRis ? "control variate ris" : "control variate", {}};
+    v.estimator.control_variate = core::ControlVariateType::kAnalytic;
+    v.light_sampler = lights;
+    all.push_back(v);
+  }
   for (const auto& expected : core::expected_value_types()) {
     Variant v{"expected values " + std::string(expected.name), {}};
     v.estimator.expected_values = expected.value;

@@ -251,7 +251,7 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
     check_film(job.spec.render.film, faults);
     check_class(job.spec, faults);
     check_options(job.spec, accepted_options(job.spec.render.integrator), faults);
-    round_stop(job.spec.stop, job.spec.render, job.warnings, faults);
+    round_stop(job.spec.stop, job.spec.render, job.warnings);
   }
   if (!faults.empty()) {
     return faults.problem();

@@ -293,7 +293,7 @@ Parsed<JobPatch> parse_job_patch(std::string_view body, const JobSpec& current) 
   JobPatch patch;
   if (faults.empty() && value->contains("stop")) {
     patch.stop_named = true;
-    round_stop(patched.spec.stop, patched.spec.render, patch.warnings, faults);
+    round_stop(patched.spec.stop, patched.spec.render, patch.warnings);
   }
   if (!faults.empty()) {
     return faults.problem();
@@ -310,7 +310,7 @@ Parsed<ExtendRequest> parse_extend(std::string_view body, const JobSpec& current
   }
   ExtendRequest request{parsed->stop, {}};
   Faults faults;
-  round_stop(request.stop, current.render, request.warnings, faults);
+  round_stop(request.stop, current.render, request.warnings);
   if (!faults.empty()) {
     return faults.problem();
   }

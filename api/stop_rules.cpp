@@ -115,12 +115,15 @@ Json stop_schema(const StopRules& defaults) {
 std::vector<std::string_view> stop_member_names() { return member_names(table()); }
 
 void round_stop(StopRules& rules, const core::RenderSettings& settings,
-                std::vector<std::string>& warnings, Faults& faults) {
+                std::vector<std::string>& warnings) {
   if (!rules.samples_per_pixel) {
     return;
   }
   const int asked = *rules.samples_per_pixel;
-  const int in_force = core::rounded_samples(settings.sampler, settings.replicates, asked);
+  int in_force = core::rounded_samples(settings.sampler, settings.replicates, asked);
+  if (in_force > limits::kSamplesPerPixel) {  // the most whole sets that are allowed
+    in_force -= core::sample_unit(settings.sampler, settings.replicates);
+  }
   if (in_force == asked) {
     return;
   }
@@ -133,11 +136,6 @@ void round_stop(StopRules& rules, const core::RenderSettings& settings,
   const std::string why = "sampler '" + std::string(sampler) + "' with " +
                           std::to_string(settings.replicates) + " replicates rounds " +
                           std::to_string(asked) + " to " + std::to_string(in_force);
-  if (in_force > limits::kSamplesPerPixel) {
-    faults.add("/stop/samples_per_pixel",
-               why + ", outside [1, " + std::to_string(limits::kSamplesPerPixel) + "]");
-    return;
-  }
   rules.samples_per_pixel = in_force;
   warnings.push_back("stop.samples_per_pixel: " + std::to_string(asked) + " was asked for, " +
                      std::to_string(in_force) + " is in force: " + why + ".");

@@ -18,9 +18,9 @@ Json print_stop(const core::StopRules& rules);
 Json stop_schema(const core::StopRules& defaults);
 std::vector<std::string_view> stop_member_names();
 
-/// Rounds samples_per_pixel by the sampler's rule; a warning says what was asked and what is in
-/// force.
+/// Rounds samples_per_pixel by the sampler's rule, up, or down where that would be more than a job may have; a warning says
+/// what was asked and what is in force.
 void round_stop(core::StopRules& rules, const core::RenderSettings& settings,
-                std::vector<std::string>& warnings, Faults& faults);
+                std::vector<std::string>& warnings);
 
 }  // namespace api

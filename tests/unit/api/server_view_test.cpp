@@ -93,7 +93,8 @@ TEST(ServerView, EveryOptionTurnsOnWhatItSaysFromAnyStart) {
   EXPECT_EQ(names.count("estimator.mis.balance"), 1U);
   EXPECT_EQ(names.size(),
             core::strategies().size() + core::mis_types().size() + core::roulette_types().size() +
-                core::splitting_types().size() + core::expected_value_types().size());
+                core::splitting_types().size() + core::control_variate_types().size() + core::expected_value_types().size() +
+                core::granularities().size());
 }
 
 TEST(ServerView, EveryAcceptedOptionIsAPlaceInTheJob) {

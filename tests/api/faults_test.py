@@ -57,7 +57,7 @@ class FullDisk(unittest.TestCase):
 
 
 class Evicted(ApiTest):
-    FLAGS = ("--disk-limit", "100K", "--film-cache", "0")
+    FLAGS = ("--disk-limit", "1M", "--film-cache", "0")  # A film takes 0.3 M of blocks, and 0.8 M in all.
 
     def test_the_oldest_films_are_410_and_their_records_stay(self):
         jobs = []

@@ -294,15 +294,6 @@ class JobProblems(ApiTest):
             self.server.post(f"/v1/jobs/{job}/extend", {"stop": {"samples_per_pixel": 9}}), 409)
         self.assertEqual(self.server.post(f"/v1/jobs/{job}/cancel").status, 200)
 
-    def test_no_sample_yet_is_409(self):
-        waiting = self.server.submit(job_body(samples=4, name="waits"))["id"]
-        self.server.request("PATCH", f"/v1/jobs/{waiting}", {"paused": True})
-        job = self.server.job(waiting)
-        if job["progress"]["samples_per_pixel"]["max"] == 0:
-            self.assert_problem(self.server.get(f"/v1/jobs/{waiting}/image.png"), 409)
-            self.assert_problem(self.server.get(f"/v1/jobs/{waiting}/pixels/0/0"), 409)
-        self.server.post(f"/v1/jobs/{waiting}/cancel")
-
 
 class NothingRendersYet(ApiTest):
     FLAGS = ("--max-running", "1")

@@ -104,15 +104,22 @@ bool PathIntegrator::is_controlled(const Bsdf& bsdf) const noexcept {
          (strategy_ == Strategy::kMis || strategy_ == Strategy::kLight);
 }
 
-/// Uniform triangles that are not too small or too far for it to matter.
+/// Uniform triangles that are not too small or too far for it to matter, with the point clearly before them (at either
+/// side of two-sided ones): in their plane rounding would decide which of their points count.
 bool PathIntegrator::has_closed_form(std::uint32_t light, Vec3 point) const noexcept {
   if (light == kNoLight) {
     return false;
   }
   constexpr float kSolidAngleLeast = 1e-3F;
+  constexpr float kHeightLeast = 1e-3F;  // over the side of a square of the same area
   const TriangleLight& t = scene_.triangle_lights[light];
   const Vec3 to = t.p0 + (t.edge1 + t.edge2) * (1.0F / 3) - point;
-  return !t.textured && t.area_m2 > kSolidAngleLeast * dot(to, to);
+  if (t.textured || !(t.area_m2 > kSolidAngleLeast * dot(to, to))) {
+    return false;
+  }
+  const float before = -dot(t.normal, to);
+  const float height = t.two_sided ? std::fabs(before) : before;
+  return height > 0 && height * height > kHeightLeast * kHeightLeast * t.area_m2;
 }
 
 /// With h = albedo / pi cos L, the light that a Lambert surface of the same albedo would get if nothing stood in between,
@@ -124,7 +131,7 @@ Rgb PathIntegrator::control(const State& path, const Vertex& vertex, const Bsdf&
   const TriangleLight& t = scene_.triangle_lights[light.triangle];
   const Vec3 n = vertex.shading.frame.n;
   const auto mean = static_cast<float>(
-      triangle_irradiance(vertex.point.position, n, t.p0, t.p0 + t.edge1, t.p0 + t.edge2));
+      triangle_irradiance(vertex.shading.origin, n, t.p0, t.p0 + t.edge1, t.p0 + t.edge2));
   const float sampled = std::max(dot(n, light.wi_world), 0.0F) / light.pdf_solid_angle;
   return path.beta * bsdf.albedo() * light.radiance * (kInvPi * (mean / light.prob_light - sampled));
 }
@@ -135,7 +142,7 @@ PathIntegrator::DirectLight PathIntegrator::unshadowed(const State& path, const 
   if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
     return out;
   }
-  const bool controlled = is_controlled(bsdf) && has_closed_form(light.triangle, vertex.point.position);
+  const bool controlled = is_controlled(bsdf) && has_closed_form(light.triangle, vertex.shading.origin);
   if (controlled) {
     out.control = control(path, vertex, bsdf, light);
   }

@@ -26,6 +26,9 @@ inline bool is_blind(const Variant& v) {
   return v.estimator.strategy != core::Strategy::kMis && v.estimator.strategy != core::Strategy::kLight;
 }
 
+/// Leaves out shadow rays at random where little light is at stake: noise by design, which z alone judges.
+inline bool throws_dice(const Variant& v) { return v.estimator.roulette == core::RouletteType::kThreshold; }
+
 inline void apply(const Variant& v, core::View& view) {
   view.settings.estimator = v.estimator;
   view.settings.sampler = v.sampler;

@@ -104,6 +104,15 @@ Json example_of(std::string_view schema) {
   if (schema == "ExtendRequest") {
     return {{"stop", {{"samples_per_pixel", 1024}}}};
   }
+  if (schema == "LabRequest") {
+    return {{"experiment", "strategies"},
+            {"estimator", "mis"},
+            {"sampler", "independent"},
+            {"n", {16, 64, 256, 1024}},
+            {"replicates", 64},
+            {"seed", 1},
+            {"params", {{"side", 4}}}};
+  }
   if (schema == "SceneFromAssets") {
     return {{"gltf", kAssetId}, {"files", {{"textures/wood.png", kAssetId}}}};
   }

@@ -9,6 +9,7 @@
 
 #include "api/errors.h"
 #include "api/examples.h"
+#include "api/lab.h"
 #include "api/operations.h"
 #include "api/schemas.h"
 
@@ -213,6 +214,7 @@ Json components() {
     schemas["MergeRequest"] = merge_schema();
   }
   schemas["TicketRequest"] = ticket_request_schema();
+  schemas["LabRequest"] = lab_request_schema();
   add_view_schemas(schemas);
   if (find_operation("createComparison")->available) {
     schemas["ComparisonRequest"] = comparison_request_schema();

@@ -96,7 +96,7 @@ constexpr std::array kMerge = {ContentRow{"application/json", "MergeRequest"}};
 constexpr std::array kComparisonRequest = {ContentRow{"application/json", "ComparisonRequest"}};
 constexpr std::array kTicketRequest = {ContentRow{"application/json", "TicketRequest"}};
 constexpr std::array kTicket = {ContentRow{"application/json", "Ticket"}};
-constexpr std::array kLabRequest = {ContentRow{"application/json", R"({"type":"object"})"}};
+constexpr std::array kLabRequest = {ContentRow{"application/json", "LabRequest"}};
 constexpr std::array kText = {ContentRow{"text/plain", R"({"type":"string"})"}};
 constexpr std::array kHtml = {ContentRow{"text/html", R"({"type":"string"})"}};
 constexpr std::array kAnyJson = {ContentRow{"application/json", R"({"type":"object"})"}};
@@ -115,7 +115,9 @@ constexpr std::array kComparison = {ContentRow{"application/json", "Comparison"}
 constexpr std::array kFilm = {ContentRow{"application/vnd.tessera.film", ""}};
 constexpr std::array kEvents = {ContentRow{"text/event-stream", ""}};
 constexpr std::array kTiles = {ContentRow{"application/vnd.tessera.tiles", ""}};
-constexpr std::array kLines = {ContentRow{"application/x-ndjson", R"({"type":"string"})"}};
+constexpr std::array kLines = {ContentRow{"application/x-ndjson",
+                                          R"({"anyOf":[{"$ref":"#/components/schemas/LabPoint"},)"
+                                          R"({"$ref":"#/components/schemas/LabOutcome"}]})"}};
 constexpr std::array kImages = {ContentRow{"image/png", ""},          ContentRow{"image/jpeg", ""},
                                 ContentRow{"image/webp", ""},         ContentRow{"image/x-exr", ""},
                                 ContentRow{"image/vnd.radiance", ""}, ContentRow{"image/tiff", ""},
@@ -167,13 +169,13 @@ constexpr std::array kTilesAnswer = {ResponseRow{200, "Tile frames, until the jo
 constexpr std::array kFilmAnswer = {ResponseRow{200, "The film.", kFilm}};
 constexpr std::array kMergeAnswer = {ResponseRow{201, "A finished job with the sum.", kJob}};
 constexpr std::array kComparisonAnswer = {ResponseRow{201, "The comparison.", kComparison}};
-constexpr std::array kLabAnswer = {ResponseRow{200, "JSON lines.", kLines}};
+constexpr std::array kLabAnswer = {ResponseRow{200, "JSON lines: a LabPoint for each n as it is done, then a LabOutcome.", kLines}};
 
 // Problems.
 constexpr std::array k400 = {400};
 constexpr std::array k404 = {404};
 constexpr std::array k409 = {404, 409};
-constexpr std::array k422 = {422};
+constexpr std::array kLabProblems = {400, 413, 415, 422};
 constexpr std::array k404_422 = {404, 422};
 constexpr std::array kUploadProblems = {413, 507};
 constexpr std::array kPutProblems = {413, 422, 507};
@@ -291,8 +293,11 @@ constexpr std::array kOperations = {
         "read", kTilesParameters, kNoBody, kTilesAnswer, k404_422, true},
     Operation{"createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.", "",
               "write", kNoParameters, kComparisonRequest, kComparisonAnswer, kMergeProblems, false},
-    Operation{"runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.", "",
-              "write", kNoParameters, kLabRequest, kLabAnswer, k422, false},
+    Operation{"runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.",
+              "Trials with the renderer's own classes, at each n; the same request gives the same lines, "
+              "but for `seconds` and `efficiency`, which are measured. Closing the connection "
+              "cancels. 429 while `lab_runs` others run.",
+              "write", kNoParameters, kLabRequest, kLabAnswer, kLabProblems, true},
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/lab.h"
 #include "api/limits.h"
 #include "core/render/registry.h"
 
@@ -176,7 +177,7 @@ std::string server_json(const ServerView& server) {
     scenes.push_back({{"name", scene.name}, {"summary", scene.summary}});
   }
   body["scenes"] = std::move(scenes);
-  body["experiments"] = Json::array();
+  body["experiments"] = experiments_json();
   body["extensions"] = to_array(server.capabilities.extensions);
   return dump(body);
 }

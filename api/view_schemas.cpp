@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/job_view.h"
+#include "api/lab.h"
 #include "api/schemas.h"
 #include "api/stop_rules.h"
 #include "api/values.h"
@@ -321,7 +322,7 @@ void add_server_schema(Json& components) {
        {"filters", strings("")},
        {"scenes", array_of(object_of("", {{"name", string("")}, {"summary", string("")}}),
                            "Built-in scenes.")},
-       {"experiments", array_of(basic_schema("object", ""), "Of the laboratory.")},
+       {"experiments", array_of(experiment_schema(), "Of the laboratory.")},
        {"extensions", strings("Of glTF.")}});
 }
 
@@ -332,6 +333,8 @@ void add_view_schemas(Json& components) {
   add_scene_schemas(components);
   add_result_schemas(components);
   add_server_schema(components);
+  components["LabPoint"] = lab_point_schema();
+  components["LabOutcome"] = lab_outcome_schema();
 }
 
 }  // namespace api

@@ -95,6 +95,7 @@ api::ServerView about_server(const Config& config, const std::string& isa) {
       {"queue_jobs", config.queue_max},
       {"running_jobs", config.running_max},
       {"streams", config.streams_max},
+      {"lab_runs", config.lab_runs_max},
       {"samples_per_job", config.samples_max},
       {"upload_bytes", static_cast<std::int64_t>(config.upload_bytes_max)},
       {"scene_cache_bytes", static_cast<std::int64_t>(config.scene_cache_bytes)},

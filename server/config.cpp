@@ -236,6 +236,8 @@ constexpr std::array kFlags = {
          &set_int<&Config::running_max, 1, 1024>, &show_number<&Config::running_max>},
     Flag{"max-streams", "N", "Open event and tile streams (2048).",
          &set_int<&Config::streams_max, 1, 60000>, &show_number<&Config::streams_max>},
+    Flag{"max-lab-runs", "N", "Runs of the laboratory at a time (2), one thread each; 429 beyond.",
+         &set_int<&Config::lab_runs_max, 1, 64>, &show_number<&Config::lab_runs_max>},
     Flag{"max-samples", "N", "Samples per pixel of any job (65536).",
          &set_int<&Config::samples_max, 1, 65536>, &show_number<&Config::samples_max>},
     Flag{"max-upload", "BYTES", "Largest upload (2G).",

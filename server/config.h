@@ -35,6 +35,7 @@ struct Config {
   int queue_max = 1000;            ///< jobs waiting; 429 beyond
   int running_max = 16;            ///< jobs that hold memory at a time
   int streams_max = 2048;          ///< open event and tile streams
+  int lab_runs_max = 2;            ///< experiments at a time, one thread of low priority each
   int samples_max = 65536;         ///< of any job: stop reason `limit`
   std::uint64_t upload_bytes_max = std::uint64_t{2} << 30U;
   std::uint64_t scene_cache_bytes = std::uint64_t{4} << 30U;

@@ -25,7 +25,10 @@ int dispatch(std::span<char*> args) {
   if (verb == "render") {
     return cli::render(cli::Args(args.begin() + 2, args.end()));
   }
-  std::fprintf(stderr, "tessera-server: knows only serve, keys, check and render; `tessera --help` has all verbs\n");
+  if (verb == "lab") {
+    return cli::lab_command(cli::Args(args.begin() + 2, args.end()));
+  }
+  std::fprintf(stderr, "tessera-server: knows only serve, keys, check, render and lab; `tessera --help` has all verbs\n");
   return cli::kWrongUsage;
 }
 

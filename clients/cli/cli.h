@@ -38,5 +38,7 @@ int man(const Args& args);
 
 /// One picture without a service; lives in the library cli_render, which links the renderer.
 int render(const Args& args);
+/// An experiment of the estimator laboratory; in the same library.
+int lab_command(const Args& args);
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-// tessera: the client verbs. `serve` and `render` are the program tessera-server next to it, which is
+// tessera: the client verbs. `serve`, `render` and `lab` are the program tessera-server next to it, which is
 // executed in this one's place: client verbs start without the renderer's and OpenImageIO's libraries.
 #include <unistd.h>
 

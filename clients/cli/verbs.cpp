@@ -10,6 +10,7 @@ constexpr std::array kVerbs = {
     Verb{"keys", "add, list and remove the keys of a server", nullptr},
     Verb{"check", "verify a data directory", nullptr},
     Verb{"render", "render one picture without a service", nullptr},
+    Verb{"lab", "run an experiment on estimators without a service", nullptr},
     Verb{"submit", "give a job to a server", &submit},
     Verb{"watch", "follow a job until it ends", &watch},
     Verb{"fetch", "download the picture of a job", &fetch},

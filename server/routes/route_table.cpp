@@ -18,6 +18,7 @@ std::vector<Route> make_routes(const RouteContext& context) {
   add_job_handlers(context, table);
   add_result_handlers(context, table);
   add_stream_handlers(context, table);
+  add_lab_handlers(context, table);
   std::vector<Route> routes;
   for (const api::Operation& operation : api::operations()) {
     if (!operation.available) {

@@ -58,7 +58,8 @@ NEVER = {
     "api": ["core/accel", "core/scene_io"],
 }
 # Only these files of the client may link the renderer: the others start without its libraries.
-RENDERS_LOCALLY = {"clients/cli/render.cpp", "clients/cli/render_job.cpp", "clients/cli/render_job.h"}
+RENDERS_LOCALLY = {"clients/cli/lab.cpp", "clients/cli/render.cpp", "clients/cli/render_job.cpp",
+                   "clients/cli/render_job.h"}
 # Third-party header -> the only folders (or files) that may include it.
 CONFINED = {
     "httplib.h": ["server/http", "clients/cli", "tests"],

@@ -5,6 +5,7 @@ set(API_TEST_SOURCES
   job_spec_test.cpp
   job_view_test.cpp
   json_test.cpp
+  lab_test.cpp
   openapi_test.cpp
   query_test.cpp
   requests_test.cpp

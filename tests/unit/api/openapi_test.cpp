@@ -14,6 +14,7 @@
 #include "api/events.h"
 #include "api/examples.h"
 #include "api/job_spec.h"
+#include "api/lab.h"
 #include "api/limits.h"
 #include "api/operations.h"
 #include "api/requests.h"
@@ -150,6 +151,7 @@ TEST(OpenApi, ExampleRequestsAreAccepted) {
   EXPECT_TRUE(api::parse_scene_from_assets(api::dump(api::example_of("SceneFromAssets"))));
   EXPECT_TRUE(api::parse_comparison(api::dump(api::example_of("ComparisonRequest"))));
   EXPECT_TRUE(api::parse_merge(api::dump(api::example_of("MergeRequest"))));
+  EXPECT_TRUE(api::parse_lab_request(api::dump(api::example_of("LabRequest"))));
 }
 
 TEST(OpenApi, AnswersAreValidInEveryState) {

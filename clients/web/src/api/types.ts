@@ -48,7 +48,66 @@ export interface ServerInfo {
   tone_maps?: (string | { name: string })[];
   filters?: (string | { name: string; type?: string })[];
   scenes?: NamedScene[];
-  experiments?: (string | { name: string; summary?: string })[];
+  experiments?: Experiment[];
+}
+
+export interface Experiment {
+  name: string;
+  title: string;
+  summary: string;
+  estimates: string;
+  formula: string;
+  look_for: string;
+  estimators: { name: string; bias: string; summary: string }[];
+  estimator: string;
+  samplers: string[];
+  sampler: string;
+  n: number[];
+  unit: string;
+  replicates: number;
+  params: {
+    name: string;
+    min: number;
+    max: number;
+    default: number;
+    integer: boolean;
+    summary: string;
+  }[];
+  expected: number;
+  pattern_dimensions: number;
+}
+
+export interface LabPoint {
+  n: number;
+  n_asked: number;
+  mean: number;
+  rmse: number;
+  standard_error: number;
+  cost: number;
+  seconds: number;
+}
+
+export interface LabOutcome {
+  expected: number;
+  slope: number | null;
+  slope_interval: [number, number] | null;
+  expected_slope: number | null;
+  intercept: number | null;
+  efficiency: number | null;
+  efficiency_by_cost: number | null;
+  verdict: 'agrees' | 'differs' | 'biased' | 'undecided';
+  explanation: string;
+  pattern: number[][];
+}
+
+export interface LabRequest {
+  experiment: string;
+  estimator: string;
+  sampler: string;
+  n: number[];
+  replicates: number;
+  seed: number;
+  params: Record<string, number>;
 }
 
 export interface SceneInfo {

@@ -6,10 +6,11 @@ export type Route =
   | { view: 'jobs' }
   | { view: 'compose'; scene: string }
   | { view: 'compare'; a: string; b: string }
-  | { view: 'lab' }
+  | { view: 'lab'; name: string; query: string }
   | { view: 'settings' };
 
-function parse(hash: string): Route {
+function parse(whole: string): Route {
+  const [hash, query = ''] = whole.split('?', 2);
   const [head = '', ...rest] = hash
     .replace(/^#\/?/, '')
     .split('/')
@@ -17,7 +18,8 @@ function parse(hash: string): Route {
   if (head === 'jobs') return rest[0] ? { view: 'job', id: rest[0] } : { view: 'jobs' };
   if (head === 'compare') return { view: 'compare', a: rest[0] ?? '', b: rest[1] ?? '' };
   if (head === 'compose' && rest[0]) return { view: 'compose', scene: rest[0] };
-  if (head === 'lab' || head === 'settings') return { view: head };
+  if (head === 'lab') return { view: 'lab', name: rest[0] ?? '', query };
+  if (head === 'settings') return { view: head };
   return { view: 'home' };
 }
 

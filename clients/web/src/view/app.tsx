@@ -9,6 +9,7 @@ import { CompareView } from './compare_view';
 import { ComposeView } from './compose_view';
 import { JobView } from './job_view';
 import { JobsPage } from './jobs_page';
+import { LabView } from './lab_view';
 import { take } from './scene_source';
 import { KeyForm, SettingsPage } from './settings_page';
 import { SubmitForm } from './submit_form';
@@ -48,6 +49,9 @@ function TopBar({ current }: { current: Route['view'] }) {
         </a>
         <a href="#/compare" aria-current={at('compare')}>
           Compare
+        </a>
+        <a href="#/lab" aria-current={at('lab')}>
+          Laboratory
         </a>
         <a href="#/settings" aria-current={at('settings')}>
           Settings
@@ -206,6 +210,8 @@ function Centre({ at }: { at: Route }) {
       return <JobView jobId={at.id} />;
     case 'compose':
       return <ComposeView scene={at.scene} />;
+    case 'lab':
+      return <LabView name={at.name} query={at.query} />;
     case 'compare':
       return <CompareView a={at.a} b={at.b} />;
     default:

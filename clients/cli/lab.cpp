@@ -1,0 +1,213 @@
+// `tessera lab`: an experiment of the estimator laboratory on this machine, without a service.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <optional>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include "api/lab.h"
+#include "clients/cli/command.h"
+#include "clients/cli/files.h"
+#include "core/lab/plot.h"
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+using nlohmann::json;
+namespace lab = core::lab;
+
+struct LabFlags {
+  std::string experiment;
+  std::string estimator;
+  std::string sampler;
+  std::vector<std::int64_t> n;
+  std::vector<std::string> parameters;  ///< NAME=VALUE
+  std::optional<int> replicates;
+  std::uint64_t seed = 0;
+  int threads = 0;
+  bool as_json = false;
+  std::string csv;
+  std::string svg;
+};
+
+void list_experiments() {
+  for (const lab::Experiment* e : lab::experiments()) {
+    std::printf("%-16s %s\n", std::string(e->name).c_str(), std::string(e->summary).c_str());
+  }
+  std::puts("\n`tessera lab NAME` runs one, `tessera lab NAME --explain` says what it is about.");
+}
+
+std::string text(std::string_view view) { return std::string(view); }
+
+void explain(const lab::Experiment& e) {
+  std::printf("%s\n\n%s\n\nEstimates  %s\nFormula    %s\nLook for   %s\n\nEstimators (--estimator, default %s)\n",
+              text(e.title).c_str(), text(e.summary).c_str(), text(e.estimates).c_str(), text(e.formula).c_str(),
+              text(e.look_for).c_str(), text(e.estimator).c_str());
+  for (const lab::EstimatorInfo& each : e.estimators) {
+    std::printf("  %-16s bias %-10s  %s\n", text(each.name).c_str(), text(each.bias).c_str(),
+                text(each.summary).c_str());
+  }
+  if (!e.parameters.empty()) {
+    std::puts("\nParameters (--param NAME=VALUE)");
+  }
+  for (const lab::ParameterInfo& p : e.parameters) {
+    std::printf("  %-16s %g in [%g, %g]  %s\n", text(p.name).c_str(), p.standard, p.min, p.max,
+                text(p.summary).c_str());
+  }
+  std::printf("\nSamplers (--sampler, default %s):", text(e.sampler).c_str());
+  for (const std::string_view sampler : lab::allowed_samplers(e)) {
+    std::printf(" %s", text(sampler).c_str());
+  }
+  std::printf("\nn (--n) counts %s.\n", text(e.unit).c_str());
+}
+
+/// The request that the flags stand for, as the service would get it: one parser, one set of messages.
+core::Result<json> request_of(const LabFlags& flags) {
+  json body = {{"experiment", flags.experiment}, {"seed", flags.seed}};
+  if (!flags.estimator.empty()) {
+    body["estimator"] = flags.estimator;
+  }
+  if (!flags.sampler.empty()) {
+    body["sampler"] = flags.sampler;
+  }
+  if (!flags.n.empty()) {
+    body["n"] = flags.n;
+  }
+  if (flags.replicates) {
+    body["replicates"] = *flags.replicates;
+  }
+  for (const std::string& parameter : flags.parameters) {
+    const std::size_t equals = parameter.find('=');
+    const json value =
+        equals == std::string::npos ? json() : json::parse(parameter.substr(equals + 1), nullptr, false);
+    if (!value.is_number()) {
+      return Error{ErrorCode::kInvalidArgument, "'" + parameter + "' is not NAME=NUMBER", "--param"};
+    }
+    body["params"][parameter.substr(0, equals)] = value;
+  }
+  return body;
+}
+
+std::string optional_text(const std::optional<double>& value) {
+  char buffer[48] = "-";
+  if (value) {
+    std::snprintf(buffer, sizeof buffer, "%.4g", *value);
+  }
+  return buffer;
+}
+
+void print_point(const lab::Point& p) {
+  std::printf("%10lld  %14.8g  %12.4e  %12.4e  %9.3g\n", static_cast<long long>(p.n),  // NOLINT(google-runtime-int)
+              p.mean, p.rmse, p.standard_error, p.seconds);
+  std::fflush(stdout);
+}
+
+void print_outcome(const lab::Outcome& outcome) {
+  std::printf("\nexpected         %.10g\n", outcome.expected);
+  std::printf("slope            %s", optional_text(outcome.slope).c_str());
+  if (outcome.slope_interval) {
+    std::printf("  [%.4g, %.4g]", outcome.slope_interval->low, outcome.slope_interval->high);
+  }
+  std::printf("\nexpected slope   %s\n", optional_text(outcome.expected_slope).c_str());
+  std::printf("efficiency       %s per CPU second, %s per unit of cost\n", optional_text(outcome.efficiency).c_str(),
+              optional_text(outcome.efficiency_by_cost).c_str());
+  std::printf("verdict          %s\n%s\n", text(lab::to_text(outcome.verdict)).c_str(), outcome.explanation.c_str());
+}
+
+int write_files(const LabFlags& flags, const api::LabRequest& request, const std::vector<lab::Point>& points,
+                const lab::Outcome& outcome) {
+  const std::array<std::pair<std::string, std::string>, 2> files = {{
+      {flags.csv, lab::points_csv(points)}, {flags.svg, lab::plot_svg(request.setup, points, outcome)}}};
+  for (const auto& [name, content] : files) {
+    if (name.empty()) {
+      continue;
+    }
+    if (const auto written = write_file(name, content); !written) {
+      return complain("lab", written.error());
+    }
+  }
+  return kDone;
+}
+
+int run(const LabFlags& flags) {
+  const auto body = request_of(flags);
+  if (!body) {
+    complain("lab", body.error());
+    return kWrongUsage;
+  }
+  auto request = api::parse_lab_request(body->dump());
+  if (!request) {
+    for (const api::FieldError& error : request.problem().errors) {
+      complain("lab", {ErrorCode::kInvalidArgument, error.detail, error.pointer});
+    }
+    return kWrongUsage;
+  }
+  request->options.threads =
+      flags.threads > 0 ? flags.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const bool is_table = !flags.as_json && flags.csv != "-" && flags.svg != "-";
+  if (is_table) {
+    std::printf("%10s  %14s  %12s  %12s  %9s\n", "n", "mean", "rmse", "std. error", "seconds");
+  }
+  std::vector<lab::Point> points;
+  const auto outcome = lab::run(request->setup, request->options, {}, [&](const lab::Point& point) {
+    points.push_back(point);
+    if (flags.as_json) {
+      std::printf("%s\n", api::lab_point_json(point).c_str());
+    } else if (is_table) {
+      print_point(point);
+    }
+    return true;
+  });
+  if (!outcome) {
+    return complain("lab", outcome.error());
+  }
+  if (flags.as_json) {
+    std::printf("%s\n", api::lab_outcome_json(*request, *outcome).c_str());
+  } else if (is_table) {
+    print_outcome(*outcome);
+  }
+  if (const int code = write_files(flags, *request, points, *outcome); code != kDone) {
+    return code;
+  }
+  return outcome->verdict == lab::Verdict::kDiffers ? kFailed : kDone;
+}
+
+}  // namespace
+
+int lab_command(const Args& args) {
+  CLI::App app("Runs an experiment of the estimator laboratory on this machine. Without a name it lists them.\n"
+               "Exit code 1 when theory and measurement differ.",
+               "tessera lab");
+  LabFlags flags;
+  bool wants_text = false;
+  app.add_option("NAME", flags.experiment, "Experiment");
+  app.add_flag("--explain", wants_text, "Say what is estimated, by which formula, and what to see; run nothing");
+  app.add_option("--estimator", flags.estimator, "One of the experiment's");
+  app.add_option("--sampler", flags.sampler, "Of the registry, as far as the experiment takes it");
+  app.add_option("--n", flags.n, "Evaluations of a replicate, separated by commas")->delimiter(',');
+  app.add_option("--replicates", flags.replicates, "Independent repetitions (64)");
+  app.add_option("--seed", flags.seed, "The same seed gives the same numbers, times excepted");
+  app.add_option("--param", flags.parameters, "NAME=VALUE; may be repeated");
+  app.add_option("--threads", flags.threads, "Threads; results do not depend on it")->check(CLI::Range(1, 1024));
+  app.add_flag("--json", flags.as_json, "JSON lines, as the service streams them");
+  app.add_option("--csv", flags.csv, "Write the points to this file; - is stdout");
+  app.add_option("--svg", flags.svg, "Write the log-log plot to this file; - is stdout");
+  return parse_and_run(app, args, [&] {
+    if (flags.experiment.empty()) {
+      list_experiments();
+      return kDone;
+    }
+    const lab::Experiment* found = lab::find_experiment(flags.experiment);
+    if (wants_text && found != nullptr) {
+      explain(*found);
+      return kDone;
+    }
+    return run(flags);
+  });
+}
+
+}  // namespace cli

@@ -1,0 +1,82 @@
+#include "server/routes/lab_stream.h"
+
+#include <sys/resource.h>
+
+#include <chrono>
+#include <exception>
+#include <thread>
+#include <utility>
+
+namespace server {
+namespace {
+
+/// Renders go first: what they leave of the machine is enough for an experiment.
+constexpr int kNiceness = 10;
+constexpr std::chrono::seconds kLookAgain{1};
+
+}  // namespace
+
+void LabStream::push(std::string line) {
+  {
+    const core::MutexLock lock(mutex_);
+    lines_ += line;
+    lines_ += '\n';
+  }
+  changed_.notify_all();
+}
+
+void LabStream::compute(const std::stop_token& stop) {
+  // Of this thread alone, on Linux; where it is refused the run has the priority of all others.
+  setpriority(PRIO_PROCESS, 0, kNiceness);
+  const auto outcome =
+      core::lab::run(request_.setup, request_.options, stop, [this](const core::lab::Point& point) {
+        push(api::lab_point_json(point));
+        return true;
+      });
+  if (outcome) {
+    push(api::lab_outcome_json(request_, *outcome));
+  }
+}
+
+std::string LabStream::next(const std::stop_token& stop) {
+  const core::MutexLock lock(mutex_);
+  // The predicate runs with the lock held, which the analysis cannot see through the library.
+  const auto ready = [&]() TESSERA_TS(no_thread_safety_analysis) { return done_ || !lines_.empty(); };
+  while (!ready() && !stop.stop_requested()) {
+    changed_.wait_for(mutex_, stop, kLookAgain, ready);
+  }
+  return std::exchange(lines_, {});
+}
+
+void LabStream::run(StreamWriter& writer) {
+  std::exception_ptr failure;
+  {
+    std::jthread thread([this, &failure](const std::stop_token& stop) {
+      try {
+        compute(stop);
+      } catch (const std::exception&) {
+        failure = std::current_exception();
+      }
+      {
+        const core::MutexLock lock(mutex_);
+        done_ = true;
+      }
+      changed_.notify_all();
+    });
+    const std::stop_token stop = writer.stop_token();
+    for (std::string lines = next(stop); !lines.empty(); lines = next(stop)) {
+      if (!writer.write(lines)) {
+        break;
+      }
+    }
+    thread.request_stop();
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+  if (writer.stopping()) {
+    writer.write("{\"cancelled\":true}\n");
+  }
+}
+
+}  // namespace server

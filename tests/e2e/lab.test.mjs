@@ -1,0 +1,106 @@
+import assert from 'node:assert/strict';
+import fs from 'node:fs';
+import { createRequire } from 'node:module';
+import { after, before, test } from 'node:test';
+import { desktop, launch, openPage, phone, Server, until } from './harness.mjs';
+
+const axeSource = fs.readFileSync(
+  createRequire(import.meta.url).resolve('axe-core/axe.min.js'),
+  'utf8',
+);
+const server = new Server();
+let browser;
+
+before(async () => {
+  await server.start();
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  await server.stop();
+});
+
+async function withPage(device, hash, use) {
+  const page = await openPage(browser, server, device, hash);
+  try {
+    await use(page);
+    assert.deepEqual(page.faults, []);
+  } finally {
+    await page.context().close();
+  }
+}
+
+const verdict = (page) => page.textContent('[data-testid=lab-verdict]');
+const download = async (page, button) => {
+  const [file] = await Promise.all([
+    page.waitForEvent('download'),
+    page.getByRole('button', { name: button }).click(),
+  ]);
+  return fs.readFileSync(await file.path(), 'utf8');
+};
+
+test('an experiment runs from its link, is plotted, compared and saved', { timeout: 120_000 }, () =>
+  withPage(
+    desktop,
+    '#/lab/samplers-2d?estimator=edge&n=16,64,256&replicates=16&seed=3',
+    async (page) => {
+      assert.equal(await page.inputValue('select >> nth=1'), 'edge');
+      await page.getByTestId('lab-run').click();
+      await until('a verdict', async () => /theory/.test(await verdict(page)));
+      assert.match(await verdict(page), /Agrees with theory.*0\.7853982/);
+      assert.equal(await page.locator('[data-testid=lab-plot] circle').count(), 3);
+      assert.equal(await page.locator('[data-testid=lab-plot] .lab-fit').count(), 1);
+      assert.equal(await page.locator('[data-testid=lab-plot] .lab-expected').count(), 1);
+      assert.equal(await page.locator('[data-testid=lab-pattern] circle').count(), 256);
+
+      // The second run joins the first in the plot, and the address follows the form.
+      await page.selectOption('select >> nth=2', 'independent');
+      assert.match(page.url(), /#\/lab\/samplers-2d\?estimator=edge&sampler=independent&n=16/);
+      await page.getByTestId('lab-run').click();
+      await until('both runs', async () => (await page.locator('[data-testid=lab-plot] .lab-fit').count()) === 2);
+      await until('a verdict', async () => /theory/.test(await verdict(page)));
+
+      const csv = await download(page, 'Save CSV');
+      assert.equal(csv.split('\n')[0], 'n,mean,rmse,standard_error,cost,seconds');
+      assert.deepEqual(csv.trim().split('\n').slice(1).map((row) => row.split(',')[0]), ['16', '64', '256']);
+      const svg = await download(page, 'Save SVG');
+      assert.match(svg, /^<svg[^>]* xmlns="http:\/\/www\.w3\.org\/2000\/svg"/);
+      assert.ok(!/class=/.test(svg), 'the drawing needs no style sheet');
+    },
+  ),
+);
+
+test('a long run can be cancelled, and what is refused is told at its field', { timeout: 120_000 }, () =>
+  withPage(desktop, '#/lab/pi?n=16,100000000&replicates=9', async (page) => {
+    await page.getByTestId('lab-run').click();
+    await until('the first point', async () => (await page.locator('[data-testid=lab-plot] circle').count()) === 1);
+    await page.getByRole('button', { name: 'Cancel' }).click();
+    await until('the end', async () => (await verdict(page)) === 'Cancelled.');
+    await page.getByLabel('Replicates').fill('1');
+    await page.getByTestId('lab-run').click();
+    await page.getByText('1 is outside [2, 4096]').waitFor();
+  }),
+);
+
+for (const [name, device] of [
+  ['desktop', desktop],
+  ['phone', phone],
+]) {
+  test(`WCAG 2.2 AA holds in the laboratory on a ${name}`, { timeout: 120_000 }, () =>
+    withPage(device, '#/lab/samplers-4d?n=16,64,256&replicates=8', async (page) => {
+      await page.getByTestId('lab-run').click();
+      await until('a verdict', async () => /theory/.test(await verdict(page)));
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.ok(wide <= 0, `${wide} pixels too wide`);
+      await page.evaluate(axeSource);
+      const found = await page.evaluate(async () => {
+        const report = await globalThis.axe.run(document, {
+          runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'],
+        });
+        return report.violations.map((v) => `${v.id}: ${v.nodes.map((n) => n.target).join(' | ')}`);
+      });
+      assert.deepEqual(found, []);
+    }),
+  );
+}

@@ -286,7 +286,8 @@ class Extras(unittest.TestCase):
         self.assertEqual((run.slope, run.verdict, run.data["efficiency"]), (-0.52, "ok", 9))
 
     def test_an_experiment_that_breaks_off_is_told(self):
-        for body in (b"", json.dumps(LINES[0]).encode() + b"\n"):
+        point = json.dumps(LINES[0]).encode() + b"\n"
+        for body in (b"", point, point + b'{"cancelled":true}\n'):
             with self.assertRaises(tessera.CorruptData):
                 Script((200, body, {})).client().lab("pi")
 

@@ -73,7 +73,7 @@ def lab_line(line: str, lines: list[Json], on_point: Callable[[LabPoint], object
 
 
 def lab_run(lines: Sequence[Json]) -> LabRun:
-    if not lines or "n" in lines[-1]:
+    if not lines or "verdict" not in lines[-1]:
         raise CorruptData("the experiment's stream broke off before its closing line")
     return LabRun.of(lines)
 

@@ -25,7 +25,6 @@ SampleCounts counts_of(const TileState& state, int replicates) {
   }
   out.min = ~0U;
   const auto r = static_cast<std::size_t>(replicates);
-  std::uint64_t sum = 0;
   for (std::size_t i = 0; i < state.pixels.size(); i += r) {
     std::uint32_t n = 0;
     for (std::size_t k = 0; k < r; ++k) {
@@ -33,9 +32,9 @@ SampleCounts counts_of(const TileState& state, int replicates) {
     }
     out.min = std::min(out.min, n);
     out.max = std::max(out.max, n);
-    sum += n;
+    out.sum += n;
   }
-  out.mean = static_cast<double>(sum) / static_cast<double>(state.pixels.size() / r);
+  out.mean = static_cast<double>(out.sum) / static_cast<double>(state.pixels.size() / r);
   return out;
 }
 
@@ -139,12 +138,13 @@ std::uint64_t Film::tile_version(int tile) const {
 SampleCounts Film::sample_counts() const {
   MutexLock lock(mutex_);
   SampleCounts out = tiles_.front().counts;
-  out.mean = 0;
+  out.sum = 0;
   for (const Slot& slot : tiles_) {
     out.min = std::min(out.min, slot.counts.min);
     out.max = std::max(out.max, slot.counts.max);
-    out.mean += slot.counts.mean * static_cast<double>(area(slot.state.rect)) / static_cast<double>(area(crop_));
+    out.sum += slot.counts.sum;
   }
+  out.mean = static_cast<double>(out.sum) / static_cast<double>(area(crop_));
   return out;
 }
 

@@ -74,6 +74,7 @@ struct TileState {
 struct SampleCounts {
   std::uint32_t min = 0;
   std::uint32_t max = 0;
+  std::uint64_t sum = 0;  // over the pixels
   double mean = 0;
 };
 

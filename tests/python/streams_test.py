@@ -120,8 +120,15 @@ class Restarts(unittest.TestCase):
         self.relay.cut()
 
     def test_everything_outlasts_a_killed_and_a_stopped_server(self):
+        events = []
+
         async def follow(job):
-            return [event async for event in job.events()]
+            async for event in job.events():
+                events.append(event)
+
+        async def reset(times):
+            while [event.type for event in events].count("reset") < times:
+                await asyncio.sleep(0.01)
 
         async def collect(job):
             film = job.tile_image()
@@ -135,15 +142,16 @@ class Restarts(unittest.TestCase):
                 tasks = [asyncio.create_task(follow(job)), asyncio.create_task(collect(job)),
                          asyncio.create_task((await client.job(job.id)).wait())]
                 await asyncio.to_thread(self.server.wait_for_samples, job.id, 2)
-                for kill in (True, False):
+                for restarts, kill in enumerate((True, False), 1):
                     await asyncio.to_thread(self.again, kill)
                     await asyncio.to_thread(self.server.wait_for_samples, job.id, 2)
+                    await asyncio.wait_for(reset(restarts), PATIENT.patience_s)
                 target = (await job.refresh()).progress.samples_max + 64
                 await job.update(stop={"samples_per_pixel": target})
-                events, film, waited = await asyncio.gather(*tasks)
-                return job, events, film, waited, await job.image()
+                _, film, waited = await asyncio.gather(*tasks)
+                return job, film, waited, await job.image()
 
-        job, events, film, waited, image = asyncio.run(run())
+        job, film, waited, image = asyncio.run(run())
         self.assertEqual((job.state, waited.state, events[-1].type), ("finished", "finished", "end"))
         kinds = [event.type for event in events]
         self.assertEqual(kinds.count("end"), 1)

@@ -65,6 +65,20 @@ TEST(Film, DigestCoversContentAndNothingElse) {
   EXPECT_NE(a.digest(), b.digest());
 }
 
+TEST(Film, MeanOfEqualCountsIsThatCountExactly) {
+  for (const int width : {33, 70, 97, 160}) {
+    Film film(size(width, 90), 2);
+    for (int t = 0; t < film.tile_count(); ++t) {
+      TileState state = film.tile(t);
+      for (core::ReplicatePixel& pixel : state.pixels) {
+        pixel.count = 32;
+      }
+      film.commit(t, state);
+    }
+    EXPECT_EQ(film.sample_counts().mean, 64.0) << width;
+  }
+}
+
 TEST(Film, SnapshotOfARectangleHoldsItsPixels) {
   const FilmSettings settings = size(70, 50);
   Film film(settings, 2);

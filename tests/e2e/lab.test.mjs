@@ -58,12 +58,22 @@ test('an experiment runs from its link, is plotted, compared and saved', { timeo
       await page.selectOption('select >> nth=2', 'independent');
       assert.match(page.url(), /#\/lab\/samplers-2d\?estimator=edge&sampler=independent&n=16/);
       await page.getByTestId('lab-run').click();
-      await until('both runs', async () => (await page.locator('[data-testid=lab-plot] .lab-fit').count()) === 2);
+      await until(
+        'both runs',
+        async () => (await page.locator('[data-testid=lab-plot] .lab-fit').count()) === 2,
+      );
       await until('a verdict', async () => /theory/.test(await verdict(page)));
 
       const csv = await download(page, 'Save CSV');
       assert.equal(csv.split('\n')[0], 'n,mean,rmse,standard_error,cost,seconds');
-      assert.deepEqual(csv.trim().split('\n').slice(1).map((row) => row.split(',')[0]), ['16', '64', '256']);
+      assert.deepEqual(
+        csv
+          .trim()
+          .split('\n')
+          .slice(1)
+          .map((row) => row.split(',')[0]),
+        ['16', '64', '256'],
+      );
       const svg = await download(page, 'Save SVG');
       assert.match(svg, /^<svg[^>]* xmlns="http:\/\/www\.w3\.org\/2000\/svg"/);
       assert.ok(!/class=/.test(svg), 'the drawing needs no style sheet');
@@ -71,16 +81,69 @@ test('an experiment runs from its link, is plotted, compared and saved', { timeo
   ),
 );
 
-test('a long run can be cancelled, and what is refused is told at its field', { timeout: 120_000 }, () =>
-  withPage(desktop, '#/lab/pi?n=16,100000000&replicates=9', async (page) => {
-    await page.getByTestId('lab-run').click();
-    await until('the first point', async () => (await page.locator('[data-testid=lab-plot] circle').count()) === 1);
-    await page.getByRole('button', { name: 'Cancel' }).click();
-    await until('the end', async () => (await verdict(page)) === 'Cancelled.');
-    await page.getByLabel('Replicates').fill('1');
-    await page.getByTestId('lab-run').click();
-    await page.getByText('1 is outside [2, 4096]').waitFor();
-  }),
+test(
+  'all samplers are compared, and the legend says whose points are shown',
+  { timeout: 120_000 },
+  () =>
+    withPage(
+      desktop,
+      '#/lab/samplers-2d?estimator=additive&n=64,256&replicates=8',
+      async (page) => {
+        assert.equal(await page.locator('.lab-formula sup').first().textContent(), '−1/2');
+        const samplers = await page.locator('select').nth(2).locator('option').allTextContents();
+        await page.getByRole('button', { name: 'All samplers' }).click();
+        const legend = page.locator('.lab-legend button');
+        await until('all runs', async () => (await legend.count()) === samplers.length);
+        await until('a verdict', async () => /theory/.test(await verdict(page)));
+        assert.equal(
+          await page.locator('[data-testid=lab-plot] .lab-fit').count(),
+          samplers.length,
+        );
+        // A Latin hypercube has a point in each of 256 columns; independent points leave 94 empty, give or take 5.
+        const columns = async (name) => {
+          await legend.filter({ hasText: `additive, ${name}` }).click();
+          const points = await page.$$eval('[data-testid=lab-pattern] circle', (all) =>
+            all.map((c) => Math.floor((256 * Number(c.getAttribute('cx'))) / 260)),
+          );
+          assert.equal(points.length, 256);
+          return new Set(points).size;
+        };
+        assert.ok((await columns('latin-hypercube')) === 256);
+        assert.ok((await columns('independent')) < 200);
+
+        await page.getByRole('button', { name: 'Mean', exact: true }).click();
+        const mean = page.getByTestId('lab-mean');
+        assert.equal(await mean.locator('.lab-exact').count(), 1);
+        assert.equal(await mean.locator('.lab-dot').count(), 2 * samplers.length);
+        const saved = (await download(page, 'Save JSON'))
+          .trim()
+          .split('\n')
+          .map((line) => JSON.parse(line));
+        assert.deepEqual(
+          saved.slice(0, 2).map((line) => line.n),
+          [64, 256],
+        );
+        assert.equal(saved[2].sampler, 'independent');
+      },
+    ),
+);
+
+test(
+  'a long run can be cancelled, and what is refused is told at its field',
+  { timeout: 120_000 },
+  () =>
+    withPage(desktop, '#/lab/pi?n=16,100000000&replicates=9', async (page) => {
+      await page.getByTestId('lab-run').click();
+      await until(
+        'the first point',
+        async () => (await page.locator('[data-testid=lab-plot] circle').count()) === 1,
+      );
+      await page.getByRole('button', { name: 'Cancel' }).click();
+      await until('the end', async () => (await verdict(page)) === 'Cancelled.');
+      await page.getByLabel('Replicates').fill('1');
+      await page.getByTestId('lab-run').click();
+      await page.getByText('1 is outside [2, 4096]').waitFor();
+    }),
 );
 
 for (const [name, device] of [

@@ -72,12 +72,34 @@ export function requestOf(e: Experiment, form: LabForm): LabRequest {
   };
 }
 
+/** The same on the command line, without a server: only what differs from the defaults. */
+export function commandOf(e: Experiment, form: LabForm): string {
+  const standard = defaultForm(e);
+  const words = ['tessera', 'lab', e.name];
+  if (form.estimator !== standard.estimator) words.push('--estimator', form.estimator);
+  if (form.sampler !== standard.sampler) words.push('--sampler', form.sampler);
+  if (form.n !== standard.n) words.push('--n', form.n.split(/[ ,]+/).filter(Boolean).join(','));
+  if (form.replicates !== standard.replicates) words.push('--replicates', String(form.replicates));
+  if (form.seed !== standard.seed) words.push('--seed', String(form.seed));
+  for (const p of e.params)
+    if (form.params[p.name] !== p.default)
+      words.push('--param', `${p.name}=${form.params[p.name]}`);
+  return words.join(' ');
+}
+
+export function curlOf(e: Experiment, form: LabForm): string {
+  const body = JSON.stringify(requestOf(e, form));
+  return `curl -N ${location.origin}/v1/lab/runs -H 'Content-Type: application/json' -d '${body}'`;
+}
+
 export function csvOf(points: LabPoint[]): string {
   const head = 'n,mean,rmse,standard_error,cost,seconds';
-  return [
-    head,
-    ...points.map((p) => [p.n, p.mean, p.rmse, p.standard_error, p.cost, p.seconds].join(',')),
-  ].join('\n') + '\n';
+  return (
+    [
+      head,
+      ...points.map((p) => [p.n, p.mean, p.rmse, p.standard_error, p.cost, p.seconds].join(',')),
+    ].join('\n') + '\n'
+  );
 }
 
 export function save(name: string, text: string, type: string): void {
@@ -89,7 +111,15 @@ export function save(name: string, text: string, type: string): void {
   setTimeout(() => URL.revokeObjectURL(url), 1000);
 }
 
-const carried = ['fill', 'stroke', 'stroke-width', 'stroke-dasharray', 'opacity', 'font-size', 'font-family'];
+const carried = [
+  'fill',
+  'stroke',
+  'stroke-width',
+  'stroke-dasharray',
+  'opacity',
+  'font-size',
+  'font-family',
+];
 
 /** The drawing as a file of its own: what the page's style says is written into each element. */
 export function svgText(drawing: SVGSVGElement): string {

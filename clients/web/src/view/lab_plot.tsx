@@ -1,145 +1,96 @@
-import { useLayoutEffect, useRef, useState } from 'preact/hooks';
-import type { LabOutcome, LabPoint } from '../api/types';
 import { count, number } from '../ui/format';
+import {
+  across,
+  decades,
+  decadeTicks,
+  Frame,
+  height,
+  inkOf,
+  labelOf,
+  margin,
+  Mark,
+  power,
+  roundTicks,
+  up,
+  type Axis,
+  type Series,
+} from './lab_axes';
 
-export interface Series {
-  id: number;
-  label: string;
-  points: LabPoint[];
-  outcome: LabOutcome | null;
+interface PlotProps {
+  series: Series[];
+  /** The run in front. */
+  shown: Series;
+  unit: string;
+  width: number;
 }
 
-const height = 380;
-const margin = { left: 62, right: 18, top: 14, bottom: 44 };
-const superscripts = '⁰¹²³⁴⁵⁶⁷⁸⁹';
-const power = (e: number): string =>
-  `10${e < 0 ? '⁻' : ''}${[...String(Math.abs(e))].map((d) => superscripts[Number(d)]).join('')}`;
-
-export function useWidth(): [{ current: HTMLDivElement | null }, number] {
-  const box = useRef<HTMLDivElement>(null);
-  const [width, setWidth] = useState(600);
-  useLayoutEffect(() => {
-    const observer = new ResizeObserver(
-      () => box.current && setWidth(Math.max(260, box.current.clientWidth)),
-    );
-    observer.observe(box.current!);
-    return () => observer.disconnect();
-  }, []);
-  return [box, width];
-}
-
-interface Axis {
-  low: number;
-  high: number;
-}
-
-/** Whole decades, so that both axes read as powers of ten. */
-function decades(values: number[]): Axis {
-  const logs = values.map(Math.log10);
-  const low = Math.floor(Math.min(...logs) + 1e-9);
-  return { low, high: Math.max(Math.ceil(Math.max(...logs) - 1e-9), low + 1) };
-}
-
-function ticks({ low, high }: Axis, most: number): number[] {
-  const step = Math.max(1, Math.ceil((high - low) / most));
-  const all: number[] = [];
-  for (let e = low; e <= high; e += step) all.push(e);
-  return all;
-}
-
-/** RMSE over n, both logarithmic: every series with its fitted line, dashed lines for what theory says. */
-export function LabPlot({ series, unit }: { series: Series[]; unit: string }) {
-  const [box, width] = useWidth();
-  const shown = series
+/** RMSE over n, both logarithmic: every run with its fitted line, and dashed what theory says. */
+export function ErrorPlot({ series, shown, unit, width }: PlotProps) {
+  const measured = series
     .map((s) => ({ ...s, points: s.points.filter((p) => p.rmse > 0) }))
     .filter((s) => s.points.length > 0);
-  const points = shown.flatMap((s) => s.points);
-  if (!points.length)
-    return (
-      <div ref={box} class="lab-plot lab-plot-empty">
-        <p>
-          {series.some((s) => s.outcome)
-            ? 'No error at all: this estimate is exact.'
-            : 'The error curve appears here, point by point.'}
-        </p>
-      </div>
-    );
-  const xAxis = decades(points.map((p) => p.n));
-  const yAxis = decades(points.map((p) => p.rmse));
-  const px = (n: number): number =>
-    margin.left +
-    ((width - margin.left - margin.right) * (Math.log10(n) - xAxis.low)) / (xAxis.high - xAxis.low);
-  const py = (e: number): number =>
-    height -
-    margin.bottom -
-    ((height - margin.top - margin.bottom) * (Math.log10(e) - yAxis.low)) / (yAxis.high - yAxis.low);
-  const best = shown[shown.length - 1];
-  const words = shown
+  const points = measured.flatMap((s) => s.points);
+  if (!points.length) return <p class="lab-nothing">No error at all: this estimate is exact.</p>;
+  const x = decades(points.map((p) => p.n));
+  const y = decades(points.map((p) => p.rmse));
+  const px = (n: number): number => across(width, x, Math.log10(n));
+  const py = (e: number): number => up(y, Math.log10(e));
+  const words = measured
     .map(
       (s) =>
-        `${s.label}: RMSE ${number(s.points[0].rmse)} at n = ${s.points[0].n}, ` +
+        `${labelOf(s)}: RMSE ${number(s.points[0].rmse)} at n = ${s.points[0].n}, ` +
         `${number(s.points[s.points.length - 1].rmse)} at n = ${s.points[s.points.length - 1].n}` +
         (s.outcome?.slope != null ? `, slope ${number(s.outcome.slope)}` : ''),
     )
     .join('; ');
   return (
-    <div ref={box} class="lab-plot">
-      <svg
-        viewBox={`0 0 ${width} ${height}`}
+    <svg
+      viewBox={`0 0 ${width} ${height}`}
+      width={width}
+      height={height}
+      role="img"
+      aria-label={`Error over n, logarithmic. ${words}.`}
+      data-testid="lab-plot"
+    >
+      <clipPath id="lab-area">
+        <rect
+          x={margin.left}
+          y={margin.top}
+          width={width - margin.left - margin.right}
+          height={height - margin.top - margin.bottom}
+        />
+      </clipPath>
+      <Frame
         width={width}
-        height={height}
-        role="img"
-        aria-label={`Error over n, logarithmic. ${words}.`}
-        data-testid="lab-plot"
-      >
-        <clipPath id="lab-area">
-          <rect
-            x={margin.left}
-            y={margin.top}
-            width={width - margin.left - margin.right}
-            height={height - margin.top - margin.bottom}
+        x={x}
+        ticks={decadeTicks(y, 8).map((e) => ({ at: up(y, e), text: power(e) }))}
+        name="RMSE"
+        unit={unit}
+      />
+      <g clip-path="url(#lab-area)">
+        {measured.map((s) => (
+          <Lines
+            key={s.id}
+            series={s}
+            px={px}
+            py={py}
+            // Of many runs the theory of one: the others have theirs in the legend.
+            theory={measured.length <= 3 || s.id === shown.id}
           />
-        </clipPath>
-        {ticks(yAxis, 8).map((e) => (
-          <g key={`y${e}`}>
-            <line class="grid" x1={margin.left} x2={width - margin.right} y1={py(10 ** e)} y2={py(10 ** e)} />
-            <text x={margin.left - 9} y={py(10 ** e) + 4} text-anchor="end">
-              {power(e)}
-            </text>
-          </g>
         ))}
-        {ticks(xAxis, 8).map((e) => (
-          <g key={`x${e}`}>
-            <line class="grid" x1={px(10 ** e)} x2={px(10 ** e)} y1={margin.top} y2={height - margin.bottom} />
-            <text x={px(10 ** e)} y={height - margin.bottom + 18} text-anchor="middle">
-              {power(e)}
-            </text>
-          </g>
-        ))}
-        <text x={(margin.left + width - margin.right) / 2} y={height - 6} text-anchor="middle">
-          n, {unit}
-        </text>
-        <text transform={`translate(14 ${(height - margin.bottom) / 2}) rotate(-90)`} text-anchor="middle">
-          RMSE
-        </text>
-        <g clip-path="url(#lab-area)">
-          {shown.map((s) => (
-            <Lines key={s.id} series={s} px={px} py={py} />
+      </g>
+      {measured.map((s) => (
+        <g key={s.id} class={`${inkOf(s)}${s.id === shown.id ? '' : ' lab-behind'}`}>
+          {s.points.map((p) => (
+            <Mark key={p.n_asked} series={s} x={px(p.n)} y={py(p.rmse)}>
+              <title>
+                {`${labelOf(s)}: n = ${count(p.n)}, RMSE ${number(p.rmse)}, mean ${number(p.mean, 6)} ± ${number(p.standard_error, 2)}`}
+              </title>
+            </Mark>
           ))}
         </g>
-        {shown.map((s) => (
-          <g key={s.id} class={`lab-series-${s.id % 6}${s === best ? '' : ' lab-earlier'}`}>
-            {s.points.map((p) => (
-              <circle key={p.n_asked} class="lab-dot" cx={px(p.n)} cy={py(p.rmse)} r={4.5}>
-                <title>
-                  {`${s.label}: n = ${count(p.n)}, RMSE ${number(p.rmse)}, mean ${number(p.mean, 6)} ± ${number(p.standard_error, 2)}`}
-                </title>
-              </circle>
-            ))}
-          </g>
-        ))}
-      </svg>
-    </div>
+      ))}
+    </svg>
   );
 }
 
@@ -147,26 +98,31 @@ interface LinesProps {
   series: Series;
   px: (n: number) => number;
   py: (e: number) => number;
+  theory: boolean;
 }
 
-function Lines({ series, px, py }: LinesProps) {
+function Lines({ series, px, py, theory }: LinesProps) {
   const { points, outcome } = series;
   const ns = points.map((p) => p.n);
   const [first, last] = [Math.min(...ns), Math.max(...ns)];
-  const middle = (of: (p: LabPoint) => number): number =>
+  const middle = (of: (p: Series['points'][number]) => number): number =>
     points.reduce((sum, p) => sum + Math.log(of(p)), 0) / points.length;
   const expected = outcome?.expected_slope;
   const line = (kind: string, at: (n: number) => number) => (
     <line class={kind} x1={px(first)} y1={py(at(first))} x2={px(last)} y2={py(at(last))} />
   );
   return (
-    <g class={`lab-series-${series.id % 6}`}>
+    <g class={inkOf(series)}>
       {outcome?.slope != null && outcome.intercept != null
         ? line('lab-fit', (n) => Math.exp(outcome.intercept! + outcome.slope! * Math.log(n)))
         : points.length > 1 && (
-            <polyline class="lab-fit" points={points.map((p) => `${px(p.n)},${py(p.rmse)}`).join(' ')} />
+            <polyline
+              class="lab-fit"
+              points={points.map((p) => `${px(p.n)},${py(p.rmse)}`).join(' ')}
+            />
           )}
-      {expected != null &&
+      {theory &&
+        expected != null &&
         line('lab-expected', (n) =>
           Math.exp(middle((p) => p.rmse) + expected * (Math.log(n) - middle((p) => p.n))),
         )}
@@ -174,58 +130,82 @@ function Lines({ series, px, py }: LinesProps) {
   );
 }
 
-const axes = ['x', 'y', 'z', 'w'];
-
-/** The first points of a sampler; of four dimensions any two. */
-export function PatternPlot({ pattern, label }: { pattern: number[][]; label: string }) {
-  const [pair, setPair] = useState<[number, number]>([0, 1]);
-  const dimensions = pattern[0]?.length ?? 2;
-  const pairs: [number, number][] = [];
-  for (let a = 0; a < dimensions; ++a) for (let b = a + 1; b < dimensions; ++b) pairs.push([a, b]);
-  const [a, b] = pair[1] < dimensions ? pair : [0, 1];
-  const side = 260;
-  const cells = Math.round(Math.sqrt(pattern.length));
+/** Means over n with two standard errors to each side, against the exact value: bias is what stays off it. */
+export function MeanPlot({ series, shown, unit, width }: PlotProps) {
+  const measured = series.filter((s) => s.points.length > 0);
+  const points = measured.flatMap((s) => s.points);
+  const exact = [...new Set(measured.flatMap((s) => (s.outcome ? [s.outcome.expected] : [])))];
+  const x = decades(points.map((p) => p.n));
+  const y = linear([
+    ...points.flatMap((p) => [p.mean - 2 * p.standard_error, p.mean + 2 * p.standard_error]),
+    ...exact,
+  ]);
+  const words = measured
+    .map((s) => {
+      const p = s.points[s.points.length - 1];
+      return `${labelOf(s)}: ${number(p.mean, 6)} ± ${number(p.standard_error, 2)} at n = ${p.n}`;
+    })
+    .join('; ');
   return (
-    <figure class="lab-pattern">
-      <svg
-        viewBox={`-4 -4 ${side + 8} ${side + 8}`}
-        role="img"
-        aria-label={`${pattern.length} points of ${label}, axes ${axes[a]} and ${axes[b]}`}
-        data-testid="lab-pattern"
-      >
-        {cells <= 16 &&
-          Array.from({ length: cells + 1 }, (_, i) => (
-            <path key={i} class="grid" d={`M0 ${(i * side) / cells}H${side}M${(i * side) / cells} 0V${side}`} />
-          ))}
-        <rect class="lab-frame" width={side} height={side} />
-        {pattern.map((p, i) => (
-          <circle
-            key={i}
-            class="lab-dot"
-            cx={p[a] * side}
-            cy={(1 - p[b]) * side}
-            r={pattern.length > 300 ? 1.8 : 2.8}
+    <svg
+      viewBox={`0 0 ${width} ${height}`}
+      width={width}
+      height={height}
+      role="img"
+      aria-label={`Mean over n, exact value ${exact.map((e) => number(e, 7)).join(' and ')}. ${words}.`}
+      data-testid="lab-mean"
+    >
+      <Frame
+        width={width}
+        x={x}
+        ticks={roundTicksOf(y)}
+        name="mean ± 2 standard errors"
+        unit={unit}
+      />
+      {exact.map((e) => (
+        <g key={e}>
+          <line
+            class="lab-exact"
+            x1={margin.left}
+            x2={width - margin.right}
+            y1={up(y, e)}
+            y2={up(y, e)}
           />
-        ))}
-      </svg>
-      <figcaption class="hint">
-        {pattern.length} points of {label}
-      </figcaption>
-      {pairs.length > 1 && (
-        <div class="tiny-switch" role="group" aria-label="Axes shown">
-          {pairs.map(([i, j]) => (
-            <button
-              key={`${i}${j}`}
-              type="button"
-              aria-pressed={i === a && j === b}
-              onClick={() => setPair([i, j])}
-            >
-              {axes[i]}
-              {axes[j]}
-            </button>
-          ))}
-        </div>
-      )}
-    </figure>
+          <text class="lab-exact-value" x={width - margin.right} y={up(y, e) - 6} text-anchor="end">
+            exact {number(e, 7)}
+          </text>
+        </g>
+      ))}
+      {measured.map((s, i) => (
+        <g key={s.id} class={`${inkOf(s)}${s.id === shown.id ? '' : ' lab-behind'}`}>
+          {s.points.map((p) => {
+            // Side by side, for they are about the same.
+            const at = across(width, x, Math.log10(p.n)) + 7 * (i - (measured.length - 1) / 2);
+            return (
+              <g key={p.n_asked}>
+                <line
+                  class="lab-fit"
+                  x1={at}
+                  x2={at}
+                  y1={up(y, p.mean - 2 * p.standard_error)}
+                  y2={up(y, p.mean + 2 * p.standard_error)}
+                />
+                <Mark series={s} x={at} y={up(y, p.mean)}>
+                  <title>{`${labelOf(s)}: n = ${count(p.n)}, mean ${number(p.mean, 6)} ± ${number(p.standard_error, 2)}`}</title>
+                </Mark>
+              </g>
+            );
+          })}
+        </g>
+      ))}
+    </svg>
   );
 }
+
+function linear(values: number[]): Axis {
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  const space = high > low ? 0.06 * (high - low) : Math.max(Math.abs(high), 1) * 0.01;
+  return { low: low - space, high: high + space };
+}
+
+const roundTicksOf = (y: Axis) => roundTicks(y).map((v) => ({ at: up(y, v), text: number(v, 4) }));

@@ -334,4 +334,23 @@ Json replicates_schema(const JobSpec& defaults) {
   return schema;
 }
 
+void read_first_replicate(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  const auto first = read_integer(value, {0, limits::kFirstReplicate}, pointer, faults);
+  if (first && *first % 2 != 0) {
+    faults.add(pointer, std::to_string(*first) + " is odd; replicates come in pairs");
+  } else if (first) {
+    spec.render.first_replicate = static_cast<int>(*first);
+  }
+}
+
+Json first_replicate_schema(const JobSpec& defaults) {
+  Json schema = basic_schema("integer", "Number of the first replicate of the seed; even. Jobs that hold different "
+                                        "ones can be merged into the film of one job.");
+  schema["minimum"] = 0;
+  schema["maximum"] = limits::kFirstReplicate;
+  schema["multipleOf"] = 2;
+  schema["default"] = defaults.render.first_replicate;
+  return schema;
+}
+
 }  // namespace api

@@ -206,7 +206,15 @@ const auto& table() {
             CustomRow<JobSpec>{
                 "replicates", &read_replicates,
                 [](const JobSpec& s, Json& object) { object["replicates"] = s.render.replicates; },
-                &replicates_schema}),
+                &replicates_schema},
+            CustomRow<JobSpec>{
+                "first_replicate", &read_first_replicate,
+                [](const JobSpec& s, Json& object) {
+                  if (s.render.first_replicate != 0) {
+                    object["first_replicate"] = s.render.first_replicate;
+                  }
+                },
+                &first_replicate_schema}),
       group("light_sampler", "Which light is looked at.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.light_sampler; },

@@ -29,7 +29,7 @@ Json time_json(const std::optional<double>& unix_seconds) {
 Json links_json(const JobView& job) {
   const std::string self = "/v1/jobs/" + job.id;
   Json links = {{"self", self}};
-  for (const char* part : {"image", "events", "tiles", "convergence", "cancel"}) {
+  for (const char* part : {"image", "events", "tiles", "convergence", "film", "cancel"}) {
     links[part] = self + "/" + part;
   }
   links["scene"] = "/v1/scenes/" + job.spec.scene;

@@ -13,6 +13,7 @@
 #include "api/job_spec.h"
 #include "api/problem.h"
 #include "core/film/error_estimate.h"
+#include "core/film/film_merge.h"
 #include "core/render/render_task.h"
 #include "core/render/settings.h"
 #include "core/scene/scene.h"
@@ -48,6 +49,8 @@ struct JobView {
   std::uint64_t peak_bytes = 0;       ///< 0: unknown
   std::string film_digest;            ///< empty until finished
   std::vector<std::string> warnings;
+  std::string build;           ///< JSON text: what made the film; empty: unknown
+  core::SampleLedger ledger;   ///< of a film that was merged from several; empty: follows from the spec
 
   static core::Progress nothing_rendered();
 };
@@ -102,6 +105,8 @@ std::string pixel_json(const PixelView& pixel);
 
 struct ComparisonView {
   std::string id;
+  std::string a;  ///< id of a job or an asset
+  std::string b;
   double mse = 0;
   double relmse = 0;
   double flip = 0;

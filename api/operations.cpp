@@ -78,6 +78,7 @@ constexpr std::array kWatchParameters = {
 constexpr std::array kTilesParameters = {ParameterRow{
     "after", "query", R"({"type":"integer","minimum":0,"maximum":4294967295,"default":0})",
     "Only tiles that are newer than this revision."}};
+constexpr std::array kFilmParameters = {kRange, kIfNoneMatch};
 constexpr std::array kEventsParameters = {
     ParameterRow{"Last-Event-ID", "header", R"({"type":"string"})",
                  "Goes on after this event; what is lost is announced by `reset`."}};
@@ -115,6 +116,7 @@ constexpr std::array kComparison = {ContentRow{"application/json", "Comparison"}
 constexpr std::array kFilm = {ContentRow{"application/vnd.tessera.film", ""}};
 constexpr std::array kEvents = {ContentRow{"text/event-stream", ""}};
 constexpr std::array kTiles = {ContentRow{"application/vnd.tessera.tiles", ""}};
+constexpr std::array kPng = {ContentRow{"image/png", ""}};
 constexpr std::array kLines = {ContentRow{"application/x-ndjson",
                                           R"({"anyOf":[{"$ref":"#/components/schemas/LabPoint"},)"
                                           R"({"$ref":"#/components/schemas/LabOutcome"}]})"}};
@@ -166,9 +168,14 @@ constexpr std::array kWatchAnswer = {
     ResponseRow{204, "Last-Event-ID was the end of all: nothing will follow.", kNothing}};
 constexpr std::array kTicketMade = {ResponseRow{201, "Good for a minute.", kTicket}};
 constexpr std::array kTilesAnswer = {ResponseRow{200, "Tile frames, until the job ends.", kTiles}};
-constexpr std::array kFilmAnswer = {ResponseRow{200, "The film.", kFilm}};
+constexpr std::array kFilmAnswer = {ResponseRow{200, "The film.", kFilm},
+                                    ResponseRow{206, "Part of it.", kFilm},
+                                    ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kMergeAnswer = {ResponseRow{201, "A finished job with the sum.", kJob}};
 constexpr std::array kComparisonAnswer = {ResponseRow{201, "The comparison.", kComparison}};
+constexpr std::array kComparisonKept = {ResponseRow{200, "The comparison.", kComparison}};
+constexpr std::array kMapAnswer = {ResponseRow{200, "The map.", kPng}, ResponseRow{206, "Part of it.", kPng},
+                                   ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kLabAnswer = {ResponseRow{200, "JSON lines: a LabPoint for each n as it is done, then a LabOutcome.", kLines}};
 
 // Problems.
@@ -186,7 +193,9 @@ constexpr std::array kTicketProblems = {400, 404, 415, 422};
 constexpr std::array kPatchProblems = {400, 404, 409, 412, 415, 422};
 constexpr std::array kExtendProblems = {400, 404, 409, 415, 422};
 constexpr std::array kImageProblems = {404, 406, 409, 410, 422};
-constexpr std::array kMergeProblems = {400, 404, 409, 415, 422};
+constexpr std::array kMergeProblems = {400, 404, 409, 410, 413, 415, 422, 507};
+constexpr std::array kFilmProblems = {404, 409, 410, 416};
+constexpr std::array kMapProblems = {404, 416};
 constexpr Parameters kNoParameters = {};
 constexpr Contents kNoBody = {};
 constexpr std::span<const int> kNoProblems = {};
@@ -265,11 +274,23 @@ constexpr std::array kOperations = {
     Operation{"getConvergence", "GET", "/v1/jobs/{id}/convergence", "Results",
               "Error over samples and time.", "", "read", kNoParameters, kNoBody,
               kConvergenceAnswer, k404, true},
-    Operation{"getFilm", "GET", "/v1/jobs/{id}/film", "Results", "The raw sums.", "", "read",
-              kNoParameters, kNoBody, kFilmAnswer, k409, false},
-    Operation{"mergeFilms", "POST", "/v1/films/merge", "Results", "Add up films.",
-              "409 when they overlap or do not fit.", "write", kNoParameters, kMerge, kMergeAnswer,
-              kMergeProblems, false},
+    Operation{
+        "getFilm", "GET", "/v1/jobs/{id}/film", "Results", "The raw sums.",
+        "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and text, u32 bytes of the text, "
+        "u32 ranges, u32 flags (1: auxiliary values), i32 full width, full height, crop x, y, width, height, u32 "
+        "replicates, u32 tiles, u64 bytes of the file, sha256 of the content (hex). Then 24 bytes a range of samples: u64 "
+        "seed, u32 first replicate, replicates, samples, 0. Then the text (JSON: spec, build, error, warnings), zeros "
+        "up to a multiple of 8. Then the tiles: i32 x, y, u32 samples, 0, u64 rejected samples, rays, f64 CPU seconds; "
+        "for each pixel and replicate f32 mean r, g, b, alpha, M2 of the luminance, u32 count; with flag 1 for each pixel "
+        "f32 albedo, normal, depth, u32 hits. Last the sha256 (hex) of everything before.",
+        "read", kFilmParameters, kNoBody, kFilmAnswer, kFilmProblems, true},
+    Operation{
+        "mergeFilms", "POST", "/v1/films/merge", "Results", "Add up films.",
+        "Films of jobs that have ended, or film files that were uploaded as assets. Their jobs may differ in seed, "
+        "replicates, stop rules and names only (422). Samples in common are refused (409). Replicates are put side by side: "
+        "jobs that hold replicates 0 to 1 and 2 to 3 of a seed give the film of the one job with four, bit for bit "
+        "(auxiliary layers to rounding); other seeds count as further independent replicates. Weights are the counts.",
+        "write", kNoParameters, kMerge, kMergeAnswer, kMergeProblems, true},
     Operation{"streamEvents", "GET", "/v1/jobs/{id}/events", "Streams", "Watch a job.",
               "Events: snapshot, state, progress, tile, warning, end; reset after a loss; "
               "overloaded at the "
@@ -291,8 +312,20 @@ constexpr std::array kOperations = {
         "their variances, the sample count. Flag 1: end frame; 2: correlated errors; 4: an alpha "
         "plane follows.",
         "read", kTilesParameters, kNoBody, kTilesAnswer, k404_422, true},
-    Operation{"createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.", "",
-              "write", kNoParameters, kComparisonRequest, kComparisonAnswer, kMergeProblems, false},
+    Operation{
+        "createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.",
+        "Two jobs that have ended, or a job and an image that was uploaded (8 and 16 bits are taken as sRGB, floats as "
+        "linear; it counts as exact but for its rounding). b is the reference. The interval of the bias comes from the "
+        "halves of both; z is the difference of the luminances in standard errors, pooled over 7 x 7 pixels. Both take the "
+        "two for independent: jobs with a seed in common are not.",
+        "write", kNoParameters, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
+    Operation{"getComparison", "GET", "/v1/comparisons/{id}", "Results", "A comparison that was made.", "", "read",
+              kNoParameters, kNoBody, kComparisonKept, k404, true},
+    Operation{
+        "getComparisonMap", "GET", "/v1/comparisons/{id}/{map}", "Results", "A map of a comparison.",
+        "`difference.png`: blue where a is darker, red where it is brighter; the root of |a - b| / sqrt(b^2 + 0.01). "
+        "`z.png`: the same colours from -5 to 5 standard errors. `flip.png`: 0 black to 1 pale yellow.",
+        "read", kFilmParameters, kNoBody, kMapAnswer, kMapProblems, true},
     Operation{"runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.",
               "Trials with the renderer's own classes, at each n; the same request gives the same lines, "
               "but for `seconds` and `efficiency`, which are measured. Closing the connection "

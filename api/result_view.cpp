@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/job_view.h"
+#include "api/requests.h"
 #include "api/values.h"
 
 namespace api {
@@ -33,6 +34,10 @@ Json numbers_json(const std::vector<double>& values) {
     list.push_back(number_json(value));
   }
   return list;
+}
+
+std::string picture_path(const std::string& id) {
+  return (is_uuid(id) ? "/v1/jobs/" : "/v1/assets/") + id;
 }
 
 }  // namespace
@@ -127,7 +132,13 @@ std::string comparison_json(const ComparisonView& comparison) {
                 {{"mean", number_json(comparison.z_mean)},
                  {"variance", number_json(comparison.z_variance)},
                  {"share_above_3", number_json(comparison.z_share_above_3)}}},
-               {"links", {{"self", self}}}});
+               {"links",
+                {{"self", self},
+                 {"difference", self + "/difference.png"},
+                 {"z", self + "/z.png"},
+                 {"flip", self + "/flip.png"},
+                 {"a", picture_path(comparison.a)},
+                 {"b", picture_path(comparison.b)}}}});
 }
 
 }  // namespace api

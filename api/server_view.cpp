@@ -75,6 +75,14 @@ Json limits_json(const std::vector<ConfiguredLimit>& configured) {
   return limits;
 }
 
+Json build_part(const ServerView& server) {
+  return {{"id", server.build.id},
+          {"commit", server.build.commit},
+          {"compiler", server.build.compiler},
+          {"isa", server.build.isa},
+          {"embree", server.build.embree}};
+}
+
 }  // namespace
 
 std::vector<std::string> accepted_options(std::string_view /*integrator*/) {
@@ -117,14 +125,16 @@ std::vector<OptionRow> estimation_options() {
   return options;
 }
 
+std::string build_json(const ServerView& server) {
+  Json build = build_part(server);
+  build["arithmetic"] = server.build.arithmetic;
+  return dump(build);
+}
+
 std::string server_json(const ServerView& server) {
   Json body;
   body["version"] = server.version;
-  body["build"] = {{"id", server.build.id},
-                   {"commit", server.build.commit},
-                   {"compiler", server.build.compiler},
-                   {"isa", server.build.isa},
-                   {"embree", server.build.embree}};
+  body["build"] = build_part(server);
   body["limits"] = limits_json(server.limits);
   Json integrators = Json::array();
   for (const auto& entry : core::integrators()) {
@@ -134,7 +144,7 @@ std::string server_json(const ServerView& server) {
                            {"accepts", accepted_options(entry.name)}});
   }
   body["integrators"] = std::move(integrators);
-  body["samplers"] = typed_list(core::samplers(), {"/sampler/replicates"});
+  body["samplers"] = typed_list(core::samplers(), {"/sampler/replicates", "/sampler/first_replicate"});
   body["light_samplers"] = typed_list(core::light_samplers(), {});
   for (Json& entry : body["light_samplers"]) {
     if (entry["type"] == "ris") {

@@ -51,6 +51,8 @@ struct ServerView {
   Capabilities capabilities;
   std::vector<ConfiguredLimit> limits;
 };
+/// `build` of server_json() with the arithmetic class: what goes with films and pictures.
+std::string build_json(const ServerView& server);
 std::string server_json(const ServerView& server);
 
 /// A switch of the estimation that is not an integrator, sampler, light sampler or adaptive rule.

@@ -18,6 +18,7 @@
 #include <sys/resource.h>
 
 #include "api/job_spec.h"
+#include "api/limits.h"
 #include "core/accel/arithmetic.h"
 #include "server/about.h"
 #include "server/guard.h"
@@ -29,6 +30,7 @@
 #include "server/routes/context.h"
 #include "server/scenes/scene_service.h"
 #include "server/store/blob_store.h"
+#include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
 #include "server/store/job_table.h"
@@ -47,10 +49,10 @@ int render_threads(const Config& config) {
   return config.threads > 0 ? config.threads : std::max(cores, 1);
 }
 
-JobServiceOptions job_options(const Config& config, const std::string& arithmetic) {
+JobServiceOptions job_options(const Config& config, const api::ServerView& about) {
   JobServiceOptions options;
   options.quota_jobs = config.quota_jobs;
-  options.arithmetic = arithmetic;
+  options.arithmetic = about.build.arithmetic;
   options.threads = render_threads(config);
   options.book.queue_max = config.queue_max;
   options.book.running_max = config.running_max;
@@ -59,6 +61,7 @@ JobServiceOptions job_options(const Config& config, const std::string& arithmeti
   options.film_cache_bytes = config.film_cache_bytes;
   options.disk_limit_percent = config.disk_limit_percent;
   options.disk_limit_bytes = config.disk_limit_bytes;
+  options.build = api::build_json(about);
   return options;
 }
 
@@ -110,6 +113,7 @@ class App {
         job_table_(*database_),
         scene_table_(*database_),
         key_table_(*database_),
+        comparisons_(*database_, data_, {.count = api::limits::kComparisons, .bytes = api::limits::kComparisonBytes}),
         scenes_(blobs_, scene_table_,
                 {.cache_bytes = config.scene_cache_bytes,
                  .threads = render_threads(config),
@@ -147,7 +151,7 @@ class App {
     }
     app->jobs_ = std::make_unique<JobService>(
         JobServiceParts{app->job_table_, app->scenes_, app->data_, app->log_, app->metrics_},
-        job_options(config, app->about_.build.arithmetic), *run);
+        job_options(config, app->about_), *run);
     if (const auto started = app->start_webhooks(); !started) {
       return started.error();
     }
@@ -172,8 +176,8 @@ class App {
     };
     options.hooks.after = [this](const Request& request, const Outcome& outcome) { note(request, outcome); };
     std::vector<Route> routes =
-        make_routes({config_, data_, blobs_, scene_table_, job_table_, scenes_, *jobs_, streams_, tickets_, metrics_,
-                     log_, about_, ready_});
+        make_routes({config_, data_, blobs_, scene_table_, job_table_, scenes_, comparisons_, *jobs_, streams_, tickets_,
+                     metrics_, log_, about_, ready_});
     routes.push_back({.method = "POST", .pattern = "/v1/session", .handler = [this](Request& request) {
                         return guard_.start_session(request);
                       }});
@@ -304,6 +308,7 @@ class App {
   JobTable job_table_;
   SceneTable scene_table_;
   KeyTable key_table_;
+  ComparisonStore comparisons_;
   SceneService scenes_;
   StreamGate streams_;
   KeyRing keys_;

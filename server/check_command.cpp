@@ -141,13 +141,12 @@ void check_film(const JobRow& row, const DataDir& data, Findings& findings) {
     return;
   }
   ++findings.films;
-  const core::RenderSettings& settings = record->view.spec.render;
-  core::Film film(settings.film, settings.replicates);
+  const auto film = blank_film(record->view);
   auto file = FilmFile::open(path);
-  const auto restored = file ? file->restore(film) : core::Result<FilmRecord>(file.error());
+  const auto restored = file ? file->restore(*film) : core::Result<FilmRecord>(file.error());
   if (!restored) {
     findings.damages.push_back("job " + row.id + ": " + restored.error().message);
-  } else if (is_finished && film.digest() != row.film_digest) {
+  } else if (is_finished && film->digest() != row.film_digest) {
     findings.damages.push_back("job " + row.id + ": its film has another digest");
   }
 }
@@ -177,6 +176,22 @@ void check_jobs(Database& database, const DataDir& data, Findings& findings) {
   for (const auto& entry : std::filesystem::directory_iterator(data.films_path(), code)) {
     if (known.count(entry.path().filename().string()) == 0) {
       findings.leftovers.push_back("film file " + entry.path().filename().string());
+    }
+  }
+}
+
+void check_comparisons(Database& database, const DataDir& data, Findings& findings) {
+  std::set<std::string> known;
+  std::error_code code;
+  for (const std::string& id : column(database, "SELECT id FROM comparisons", findings)) {
+    known.insert(id);
+    if (!std::filesystem::exists(data.comparisons_path() + "/" + id, code)) {
+      findings.damages.push_back("comparison " + id + ": its maps are gone");
+    }
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(data.comparisons_path(), code)) {
+    if (known.count(entry.path().filename().string()) == 0) {
+      findings.leftovers.push_back("comparison " + entry.path().filename().string());
     }
   }
 }
@@ -240,6 +255,7 @@ int check_command(std::span<const std::string_view> args) {
   check_pages(**database, findings);
   check_assets(**database, *data, findings);
   check_jobs(**database, *data, findings);
+  check_comparisons(**database, *data, findings);
   print(findings, flags->switches.count("json") != 0);
   return findings.damages.empty() ? 0 : 1;
 }

@@ -32,6 +32,8 @@ int watch(const Args& args);
 int fetch(const Args& args);
 int jobs(const Args& args);
 int cancel(const Args& args);
+int merge(const Args& args);
+int compare(const Args& args);
 int health(const Args& args);
 int completion(const Args& args);
 int man(const Args& args);

@@ -44,6 +44,20 @@ int run(const ServerFlags& server, const std::string& id, const PictureQuery& qu
   return fetched ? kDone : complain("fetch", fetched.error());
 }
 
+int run_film(const ServerFlags& server, const std::string& id, const std::string& output) {
+  auto client = ApiClient::connect(server.url, server.key);
+  if (!client) {
+    return complain("fetch", client.error());
+  }
+  const auto path = job_path(**client, id);
+  if (!path) {
+    return complain("fetch", path.error());
+  }
+  const auto reply = (*client)->get(*path + "/film");
+  const auto written = reply ? write_file(output, reply->body) : core::Status(reply.error());
+  return written ? kDone : complain("fetch", written.error());
+}
+
 }  // namespace
 
 core::Status check_picture_name(const std::string& output) {
@@ -78,11 +92,12 @@ core::Status fetch_picture(ApiClient& client, const std::string& path, const Pic
 }
 
 int fetch(const Args& args) {
-  CLI::App app("Downloads the picture of a job, as far as it is.", "tessera fetch");
+  CLI::App app("Downloads the picture of a job, as far as it is, or the film of one that has ended.", "tessera fetch");
   ServerFlags server;
   std::string id = "latest";
   std::string output;
   PictureQuery query;
+  bool film = false;
   app.add_option("id", id, "Job; without one the newest")->type_name("ID");
   app.add_option("-o,--output", output, "File to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
       ->required()
@@ -92,8 +107,9 @@ int fetch(const Args& args) {
       ->type_name("L");
   app.add_option("--exposure", query.exposure, "Brighter by so many stops")->type_name("STOPS");
   app.add_option("--tonemap", query.tone_map, "srgb linear aces agx khronos-neutral")->type_name("T");
+  app.add_flag("--film", film, "The raw sums, for `merge`; any name")->excludes("--layer", "--exposure", "--tonemap");
   add_server_flags(app, server);
-  return parse_and_run(app, args, [&] { return run(server, id, query, output); });
+  return parse_and_run(app, args, [&] { return film ? run_film(server, id, output) : run(server, id, query, output); });
 }
 
 }  // namespace cli

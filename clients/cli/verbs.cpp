@@ -16,6 +16,8 @@ constexpr std::array kVerbs = {
     Verb{"fetch", "download the picture of a job", &fetch},
     Verb{"jobs", "list the jobs of a server", &jobs},
     Verb{"cancel", "cancel jobs", &cancel},
+    Verb{"merge", "add up films of the same picture", &merge},
+    Verb{"compare", "compare two jobs, or a job and an image", &compare},
     Verb{"health", "ask a server whether it is ready", &health},
     Verb{"completion", "print completions for a shell", &completion},
     Verb{"man", "print the manual page", &man},

@@ -17,6 +17,8 @@ static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32);
 
 constexpr std::array<char, 8> kMagic = {'T', 'S', 'R', 'F', 'I', 'L', 'M', '1'};
 constexpr std::uint64_t kHashBytes = 64;
+/// Of a range: those of as many ranges as a film can have add up to an int.
+constexpr std::uint32_t kSamplesMax = 1U << 25U;
 constexpr std::uint32_t kAuxFlag = 1;
 constexpr std::uint32_t kCorrelatedFlag = 2;
 
@@ -147,7 +149,7 @@ Result<SampleLedger> read_ledger(Reader& reader, const Head& head) {
     const auto range = reader.take<Range>();
     if (range.seed >= (std::uint64_t{1} << 53U) || range.first_replicate % 2 != 0 || range.replicates % 2 != 0 ||
         range.replicates == 0 || range.replicates > head.replicates || range.first_replicate > (1U << 20U) ||
-        range.samples > (1U << 30U) || range.zero != 0) {
+        range.samples > kSamplesMax || range.zero != 0) {
       return refused("range " + std::to_string(i) + " of its samples is none");
     }
     for (const SampleRange& other : ledger) {
@@ -210,12 +212,12 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
     TileState state = film.tile(tile);
     reader.take(state.pixels.data(), state.pixels.size());
     reader.take(state.aux.data(), state.aux.size());
-    state.samples = static_cast<int>(std::min(head.samples, 1U << 30U));
+    state.samples = static_cast<int>(std::min(head.samples, kSamplesMax));
     state.rejected_samples = head.rejected_samples;
     state.rays = head.rays;
     state.cpu_seconds = head.cpu_seconds;
     if (head.x != state.rect.x || head.y != state.rect.y || head.zero != 0 || !std::isfinite(head.cpu_seconds) ||
-        head.cpu_seconds < 0 || !is_sane(state, ledger, most)) {
+        head.cpu_seconds < 0 || head.samples > kSamplesMax || !is_sane(state, ledger, most)) {
       return refused("tile " + std::to_string(tile) + " holds what no renderer makes");
     }
     if (state.samples > 0) {

@@ -79,7 +79,7 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   prepare_tracing_thread();
   const double cpu_start = thread_cpu_seconds();
   const RenderSettings& settings = view_.settings;
-  PathSampler sampler(settings.sampler, settings.replicates, settings.seed);
+  PathSampler sampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate);
   std::uint64_t rays = 0;
   std::uint64_t rejected = 0;
   const bool whole = fill_tile(state, {settings.replicates, plan_step(settings)}, last_sample, stop,
@@ -94,7 +94,8 @@ bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_
   prepare_tracing_thread();
   const double cpu_start = thread_cpu_seconds();
   const RenderSettings& settings = view_.settings;
-  PathSampler sampler(SamplerType::kIndependent, settings.replicates, settings.seed | kPilotStream);
+  PathSampler sampler(SamplerType::kIndependent, settings.replicates, settings.seed | kPilotStream,
+                      settings.first_replicate);
   std::uint64_t rejected = 0;
   const bool whole = fill_pilot(state, last_sample, stop, [&](int x, int y, int s, std::uint64_t& rays) {
     return trace(sampler, x, y, s, rays, rejected).radiance;

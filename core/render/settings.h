@@ -101,7 +101,8 @@ struct RenderSettings {
   int max_depth = 16;
   EstimatorSettings estimator;
   SamplerType sampler = SamplerType::kSobol;
-  int replicates = 2;  ///< even, at least 2
+  int replicates = 2;       ///< even, at least 2
+  int first_replicate = 0;  ///< of the seed; even. Jobs with others have no sample in common
   LightSamplerType light_sampler = LightSamplerType::kTree;
   int light_candidates = 2;  ///< ris: light samples of which one is taken
   AdaptiveSettings adaptive;

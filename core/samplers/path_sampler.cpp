@@ -22,7 +22,7 @@ constexpr bool is_mirrored(int group) {
 }  // namespace
 
 void PathSampler::start_other(std::uint32_t x, std::uint32_t y, std::uint32_t sample) noexcept {
-  const std::uint32_t replicate = sample % replicates_;
+  const std::uint32_t replicate = first_replicate_ + sample % replicates_;
   const std::uint32_t index = sample / replicates_;
   const auto size = static_cast<std::uint32_t>(samples_in_set(type_));
   if (type_ == SamplerType::kHalton) {

@@ -1,7 +1,7 @@
 /// PathSampler: the random numbers of one camera path, by named dimension.
 ///
-/// A number is a pure function of (seed, pixel, sample, dimension). Sample s belongs to replicate s % R and is point
-/// s / R of that replicate's own randomisation, which is independent of every other replicate's.
+/// A number is a pure function of (seed, pixel, sample, dimension). Sample s belongs to replicate
+/// first + s % R and is point s / R of that replicate's own randomisation, which is independent of every other replicate's.
 ///
 /// independent       uniform numbers.
 /// antithetic        pairs: the second takes 1 - u for film, lens and lamps, fresh numbers for the rest.
@@ -97,19 +97,25 @@ inline Vec4 scrambled_4d(FourWords reversed, FourWords seeds) noexcept {
 
 class PathSampler {
  public:
-  PathSampler(SamplerType type, int replicates, std::uint64_t seed) noexcept
-      : type_(type), replicates_(static_cast<std::uint32_t>(replicates)), seed_(mix_bits(seed)) {}
+  /// first_replicate: number of the first of the `replicates` ones that take turns.
+  PathSampler(SamplerType type, int replicates, std::uint64_t seed, int first_replicate = 0) noexcept
+      : type_(type),
+        replicates_(static_cast<std::uint32_t>(replicates)),
+        first_replicate_(static_cast<std::uint32_t>(first_replicate)),
+        seed_(mix_bits(seed)) {}
 
   /// x, y: pixel of the full film. sample >= 0.
   void start(int x, int y, int sample) noexcept {
     const auto pixel = (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) |
                        static_cast<std::uint32_t>(x);
     const auto s = static_cast<std::uint32_t>(sample);
+    const std::uint32_t replicate = first_replicate_ + s % replicates_;
     if (type_ == SamplerType::kSobol) [[likely]] {
       index_ = s / replicates_;
-      base_ = hash_combine(hash_combine(seed_, pixel), s % replicates_);
+      base_ = hash_combine(hash_combine(seed_, pixel), replicate);
     } else if (type_ == SamplerType::kIndependent) {
-      base_ = hash_combine(hash_combine(seed_, pixel), s);
+      const std::uint32_t in_pair = 2 * (s / replicates_) + (replicate & 1U);
+      base_ = hash_combine(hash_combine(seed_, pixel), (std::uint64_t{replicate >> 1} << 32) | in_pair);
     } else {
       start_other(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), s);
     }
@@ -178,6 +184,7 @@ class PathSampler {
 
   SamplerType type_;
   std::uint32_t replicates_;
+  std::uint32_t first_replicate_;
   std::uint64_t seed_;
   std::uint64_t base_ = 0;   ///< names the set that the sample belongs to
   std::uint32_t index_ = 0;  ///< of the point in it: below samples_in_set() where that is above 1; zsobol: along the curve

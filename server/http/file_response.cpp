@@ -21,6 +21,44 @@ bool range_applies(const Request& request, std::string_view etag) {
   return !if_range || (trim(*if_range) != "*" && etag_matches_strongly(*if_range, etag));
 }
 
+RangeRequest asked_range(const Request& request, std::string_view etag, std::uint64_t total_bytes) {
+  const auto header = request.header("Range");
+  return header && request.method == "GET" && range_applies(request, etag) ? parse_range(*header, total_bytes)
+                                                                           : RangeRequest{};
+}
+
+/// Sets what 200, 206 and 304 have in common; true: it is a 304.
+bool is_answered(const Request& request, const std::string& etag, const std::string& cache_control,
+                 Response& response) {
+  const bool is_known = !etag.empty() && is_not_modified(request, etag);
+  if (is_known) {
+    response = not_modified(etag);
+  } else if (!etag.empty()) {
+    response.headers.add("ETag", etag);
+  }
+  if (!cache_control.empty()) {
+    response.headers.add("Cache-Control", cache_control);
+  }
+  return is_known;
+}
+
+Response unsatisfiable(const Request& request, std::uint64_t total_bytes) {
+  Response response = problem_response(416,
+                                       "the range '" + std::string(request.header("Range").value_or("")) +
+                                           "' does not fit the size of " + std::to_string(total_bytes) + " bytes",
+                                       request.path);
+  response.headers.add("Content-Range", "bytes */" + std::to_string(total_bytes));
+  return response;
+}
+
+/// Pre: range is a part.
+void announce_part(const RangeRequest& range, std::uint64_t total_bytes, Response& response) {
+  response.status = 206;
+  response.headers.add("Content-Range", "bytes " + std::to_string(range.offset) + "-" +
+                                            std::to_string(range.offset + range.size - 1) + "/" +
+                                            std::to_string(total_bytes));
+}
+
 }  // namespace
 
 RangeRequest parse_range(std::string_view range, std::uint64_t total_bytes) {
@@ -60,6 +98,42 @@ RangeRequest parse_range(std::string_view range, std::uint64_t total_bytes) {
   return {.kind = RangeRequest::Kind::kPart, .offset = *first, .size = end - *first + 1};
 }
 
+Response made_response(const Request& request, MadeSource source) {
+  Response response;
+  if (is_answered(request, source.etag, source.cache_control, response)) {
+    return response;
+  }
+  const RangeRequest range = asked_range(request, source.etag, source.bytes);
+  if (range.kind == RangeRequest::Kind::kUnsatisfiable) {
+    return unsatisfiable(request, source.bytes);
+  }
+  const bool is_part = range.kind == RangeRequest::Kind::kPart;
+  const std::uint64_t begin = is_part ? range.offset : 0;
+  const std::uint64_t size = is_part ? range.size : source.bytes;
+  response.headers.add("Content-Type", source.content_type);
+  response.headers.add("Accept-Ranges", "bytes");
+  if (is_part) {
+    announce_part(range, source.bytes, response);
+  }
+  StreamBody body;
+  body.bytes = size;
+  body.producer = [make = std::move(source.make), begin, size](StreamWriter& writer) {
+    std::uint64_t at = 0;
+    make([&](std::string_view piece) {
+      const std::uint64_t first = at;
+      at += piece.size();
+      const std::uint64_t from = std::max(first, begin);
+      const std::uint64_t to = std::min(at, begin + size);
+      if (from < to && !writer.write(piece.substr(from - first, to - from))) {
+        return false;
+      }
+      return at < begin + size;
+    });
+  };
+  response.body = std::move(body);
+  return response;
+}
+
 Response file_response(const Request& request, const FileSource& source) {
   const int fd = ::open(source.path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
   struct stat status = {};
@@ -73,48 +147,20 @@ Response file_response(const Request& request, const FileSource& source) {
   FileBody whole(fd, 0, total_bytes);
 
   Response response;
-  if (!source.etag.empty()) {
-    if (is_not_modified(request, source.etag)) {
-      response = not_modified(source.etag);
-      if (!source.cache_control.empty()) {
-        response.headers.add("Cache-Control", source.cache_control);
-      }
-      return response;
-    }
-    response.headers.add("ETag", source.etag);
+  if (is_answered(request, source.etag, source.cache_control, response)) {
+    return response;
   }
-  if (!source.cache_control.empty()) {
-    response.headers.add("Cache-Control", source.cache_control);
+  const RangeRequest range = asked_range(request, source.etag, total_bytes);
+  if (range.kind == RangeRequest::Kind::kUnsatisfiable) {
+    return unsatisfiable(request, total_bytes);
   }
   response.headers.add("Content-Type", source.content_type);
   response.headers.add("Accept-Ranges", "bytes");
-
-  const auto range_header = request.header("Range");
-  RangeRequest range;
-  if (range_header && request.method == "GET" && range_applies(request, source.etag)) {
-    range = parse_range(*range_header, total_bytes);
-  }
-  switch (range.kind) {
-    case RangeRequest::Kind::kWhole:
-      response.body = std::move(whole);
-      break;
-    case RangeRequest::Kind::kPart: {
-      response.status = 206;
-      const std::uint64_t last = range.offset + range.size - 1;
-      response.headers.add("Content-Range", "bytes " + std::to_string(range.offset) + "-" +
-                                                std::to_string(last) + "/" +
-                                                std::to_string(total_bytes));
-      response.body = std::move(whole).part(range.offset, range.size);
-      break;
-    }
-    case RangeRequest::Kind::kUnsatisfiable:
-      response = problem_response(416,
-                                  "the range '" + std::string(*range_header) +
-                                      "' does not fit the size of " + std::to_string(total_bytes) +
-                                      " bytes",
-                                  request.path);
-      response.headers.add("Content-Range", "bytes */" + std::to_string(total_bytes));
-      break;
+  if (range.kind == RangeRequest::Kind::kPart) {
+    announce_part(range, total_bytes, response);
+    response.body = std::move(whole).part(range.offset, range.size);
+  } else {
+    response.body = std::move(whole);
   }
   return response;
 }

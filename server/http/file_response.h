@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -29,5 +30,18 @@ struct FileSource {
 /// 200, 206, 304, 404 (not there, not a regular file) or 416. Reads nothing yet: the file is opened
 /// here and may be unlinked before it has been sent.
 Response file_response(const Request& request, const FileSource& source);
+
+/// Content of a known size that is made anew, and the same, whenever it is asked for.
+struct MadeSource {
+  /// Receives it piece by piece; false ends the making.
+  using Sink = std::function<bool(std::string_view piece)>;
+  std::uint64_t bytes = 0;
+  std::function<void(const Sink&)> make;  ///< Runs while the answer is sent.
+  std::string content_type = "application/octet-stream";
+  std::string etag = {};
+  std::string cache_control = {};
+};
+/// 200, 206, 304 or 416, as for a file.
+Response made_response(const Request& request, MadeSource source);
 
 }  // namespace server

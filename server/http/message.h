@@ -145,6 +145,8 @@ using StreamProducer = std::function<void(StreamWriter&)>;
 struct StreamBody {
   StreamProducer producer;  ///< Not called for HEAD.
   StreamSlot slot = {};     ///< Taken by the server itself if empty; 503 if there is none.
+  /// How much the producer writes, if that is known: the Content-Length.
+  std::optional<std::uint64_t> bytes = {};
 };
 
 /// A piece of an open file. The descriptor is owned.

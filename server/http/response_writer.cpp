@@ -222,15 +222,16 @@ class ResponseWriter {
     const bool uses_gzip = may_gzip();
     if (uses_gzip) {
       announce_gzip();
+      stream.bytes.reset();
     }
-    // Without chunks the end of the connection is the end of the body.
-    written_.keep_alive = written_.keep_alive && (context_.is_http_1_1 || !has_body_);
-    if (!channel_.write({make_head(std::nullopt)}) || !has_body_) {
+    // Without chunks and length the end of the connection is the end of the body.
+    written_.keep_alive = written_.keep_alive && (context_.is_http_1_1 || !has_body_ || stream.bytes);
+    if (!channel_.write({make_head(stream.bytes)}) || !has_body_) {
       written_.is_complete = !has_body_;
       return;
     }
     BodyStreamWriter writer(channel_, context_.watch_client(), context_.watch);
-    if (context_.is_http_1_1) {
+    if (context_.is_http_1_1 && !stream.bytes) {
       writer.use_chunks();
     }
     if (uses_gzip) {
@@ -238,7 +239,7 @@ class ResponseWriter {
     }
     try {
       stream.producer(writer);
-      written_.is_complete = writer.finish();
+      written_.is_complete = writer.finish() && (!stream.bytes || writer.body_bytes() == *stream.bytes);
     } catch (const std::exception& error) {
       written_.internal_error = error.what();
     } catch (...) {

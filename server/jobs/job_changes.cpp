@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "api/errors.h"
+#include "api/film_view.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/clock.h"
 
@@ -173,6 +174,12 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
           return Error{ErrorCode::kConflict,
                        "the job is " + std::string(api::to_text(view.state)) +
                            "; only a finished one can be extended",
+                       ""};
+        }
+        if (!view.ledger.empty()) {
+          return Error{ErrorCode::kConflict,
+                       "the film was merged from samples that no single job goes on with: " +
+                           api::ledger_words(view.ledger),
                        ""};
         }
         if (record.film != FilmPlace::kOnDisk) {

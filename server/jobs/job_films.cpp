@@ -5,7 +5,6 @@
 
 #include <fcntl.h>
 
-#include "core/render/registry.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/clock.h"
 
@@ -62,8 +61,7 @@ core::Result<std::shared_ptr<const StoredFilm>> JobService::stored_film(const Jo
     if (!file) {
       return file.error();
     }
-    const core::RenderSettings& settings = record.view.spec.render;
-    auto film = std::make_shared<core::Film>(settings, core::pixel_errors(settings));
+    auto film = blank_film(record.view);
     auto restored = file->restore(*film);
     if (!restored) {
       return restored.error();

@@ -5,7 +5,9 @@
 #include <limits>
 
 #include "api/errors.h"
+#include "api/film_view.h"
 #include "api/values.h"
+#include "core/render/registry.h"
 
 namespace server {
 namespace {
@@ -40,6 +42,15 @@ bool may_change(JobState from, JobState to) {
 }
 
 bool is_memory_only(const api::JobSpec& spec) { return spec.job_class == api::JobClass::kPreview; }
+
+std::shared_ptr<core::Film> blank_film(const api::JobView& view) {
+  core::RenderSettings settings = view.spec.render;
+  const core::PixelErrors errors = core::pixel_errors(settings);
+  if (!view.ledger.empty()) {
+    settings.adaptive.type = core::AdaptiveType::kNone;  // A merged film has no plans.
+  }
+  return std::make_shared<core::Film>(settings, errors);
+}
 
 JobRow to_row(const JobRecord& record) {
   const api::JobView& view = record.view;
@@ -84,12 +95,19 @@ JobRow to_row(const JobRecord& record) {
   if (view.spec.retention_seconds && view.finished_at_unix_seconds) {
     row.delete_at = *view.finished_at_unix_seconds + *view.spec.retention_seconds;
   }
+  row.build = view.build;
+  row.ledger = api::ledger_json(view.ledger);
   return row;
 }
 
 core::Result<JobRecord> to_record(const JobRow& row) {
   auto parsed = api::parse_job(row.spec_json);
   const auto state = api::job_state_from_text(row.state);
+  const auto ledger = api::parse_ledger(row.ledger);
+  if (!ledger) {
+    return core::Error{core::ErrorCode::kInternal, "the stored job's ledger cannot be read: " + ledger.problem().detail,
+                       row.id};
+  }
   if (!parsed || !state) {
     return core::Error{core::ErrorCode::kInternal,
                        "the stored job cannot be read: " +
@@ -112,6 +130,8 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   view.warnings = row.warnings;
   view.film_digest = row.film_digest;
   view.peak_bytes = row.peak_bytes;
+  view.build = row.build;
+  view.ledger = *ledger;
   if (!row.failure.message.empty()) {
     record.failure = row.failure;
     view.failure = api::from_error(row.failure);

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "api/job_view.h"
 #include "core/base/result.h"
+#include "core/film/film.h"
 #include "server/store/job_table.h"
 
 namespace server {
@@ -23,6 +25,9 @@ struct JobRecord {
 /// or rendering; failed and cancelled from all that are not final. Queued again: a finished job that
 /// is extended, and what a server that was started anew finds under way.
 bool may_change(api::JobState from, api::JobState to);
+
+/// An empty film for what is stored of the job.
+std::shared_ptr<core::Film> blank_film(const api::JobView& view);
 
 JobRow to_row(const JobRecord& record);
 /// Errors: kInternal when the stored spec cannot be read.

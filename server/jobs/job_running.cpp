@@ -275,6 +275,7 @@ void JobService::finish(const JobPointer& job, core::StopReason reason) {
         record.view.progress = progress_of(*run);
         record.view.peak_bytes = run->peak_bytes();
         record.view.film_digest = digest;
+        record.view.build = options_.build;
         record.film = job->memory_only() ? FilmPlace::kNone : FilmPlace::kOnDisk;
         record.film_bytes = run->file_bytes();
         return core::ok_status();
@@ -310,6 +311,7 @@ void JobService::settle_cancelled(const JobPointer& job) {
         const double fraction = record.view.progress.fraction;
         record.view.progress = progress_of(*run);
         record.view.progress.fraction = fraction;
+        record.view.build = options_.build;
         if (saved && !job->memory_only() && record.view.progress.samples_max > 0) {
           record.film = FilmPlace::kOnDisk;
           record.film_bytes = run->file_bytes();

@@ -1,15 +1,13 @@
 #include "server/jobs/job_service.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
-
-#include <openssl/rand.h>
 
 #include "api/errors.h"
 #include "api/events.h"
 #include "server/observe/clock.h"
 #include "server/scenes/scene_facts.h"
+#include "server/store/uuid.h"
 
 namespace server {
 
@@ -22,24 +20,6 @@ namespace {
 
 constexpr double kKeySeconds = 24 * 3600;
 constexpr int kPilotsAtATime = 4;
-
-/// A random UUID (RFC 9562, version 4).
-std::string make_uuid() {
-  std::array<unsigned char, 16> bytes{};
-  CHECK(RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) == 1);
-  bytes[6] = static_cast<unsigned char>((bytes[6] & 0x0fU) | 0x40U);
-  bytes[8] = static_cast<unsigned char>((bytes[8] & 0x3fU) | 0x80U);
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    if (i == 4 || i == 6 || i == 8 || i == 10) {
-      text += '-';
-    }
-    text += kDigits[bytes[i] >> 4U];
-    text += kDigits[bytes[i] & 15U];
-  }
-  return text;
-}
 
 /// In the table of idempotency keys, whose other keys begin with the id of a bearer key or a space.
 std::string own_id_key(const std::string& id) { return "put " + id; }

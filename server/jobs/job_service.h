@@ -44,6 +44,7 @@ struct JobServiceOptions {
   std::uint64_t disk_limit_bytes = 0;  ///< 0: the percentage counts.
   int quota_jobs = 0;                  ///< Unfinished jobs of one owner; 0: any number.
   std::string arithmetic = {};         ///< core::arithmetic_class() of this process.
+  std::string build = {};              ///< JSON text that goes with films made here.
 };
 
 /// What the service is built on; all outlive it.
@@ -106,6 +107,20 @@ class JobService final : private RenderRun::Owner {
   core::Status cancel(const JobPointer& job);
   /// Problems: 409 not finished or film gone; 422.
   api::Parsed<std::monostate> extend(const JobPointer& job, std::string_view body);
+  /// A film from elsewhere becomes a finished job. spec: of the film's geometry; ledger as JobView has it.
+  struct FinishedFilm {
+    api::JobSpec spec;
+    std::shared_ptr<const core::Film> film;
+    core::SampleLedger ledger;
+    core::StopReason stop_reason = core::StopReason::kSamples;
+    double elapsed_seconds = 0;
+    std::string build;       ///< JSON text
+    std::string arithmetic;  ///< core::arithmetic_class() of the films; empty: unknown
+    std::vector<std::string> warnings;
+    std::string owner;  ///< Id of a stored key; empty: none.
+  };
+  /// Errors: kUnavailable when stopping, kNoSpace, kInternal.
+  core::Result<JobPointer> add_finished(FinishedFilm finished);
   /// Errors: kConflict while it is not final.
   core::Status remove(const JobPointer& job);
 
@@ -115,6 +130,9 @@ class JobService final : private RenderRun::Owner {
 
   /// The film as it is: being rendered, or stored. Errors: kConflict no sample yet; kGone evicted.
   core::Result<std::shared_ptr<const core::Film>> film(const Job& job);
+  /// The film of a job that has ended: nobody changes it any more. Waits while it is being settled.
+  /// Errors: of film(); kConflict while the job is not final; kUnavailable.
+  core::Result<std::shared_ptr<const core::Film>> final_film(const Job& job, const std::stop_token& stop);
   /// Empty before the first look.
   std::vector<core::ConvergencePoint> points(const Job& job);
 

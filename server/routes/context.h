@@ -17,6 +17,7 @@
 #include "server/observe/metrics.h"
 #include "server/scenes/scene_service.h"
 #include "server/store/blob_store.h"
+#include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
 #include "server/tickets.h"
 
@@ -29,6 +30,7 @@ struct RouteContext {
   SceneTable& scene_table;
   JobTable& job_table;
   SceneService& scenes;
+  ComparisonStore& comparisons;
   JobService& jobs;
   StreamGate& streams;
   Tickets& tickets;
@@ -52,6 +54,8 @@ void add_asset_handlers(const RouteContext& context, HandlerTable& table);
 void add_scene_handlers(const RouteContext& context, HandlerTable& table);
 void add_job_handlers(const RouteContext& context, HandlerTable& table);
 void add_result_handlers(const RouteContext& context, HandlerTable& table);
+void add_film_handlers(const RouteContext& context, HandlerTable& table);
+void add_comparison_handlers(const RouteContext& context, HandlerTable& table);
 void add_stream_handlers(const RouteContext& context, HandlerTable& table);
 void add_lab_handlers(const RouteContext& context, HandlerTable& table);
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "api/errors.h"
+#include "api/film_view.h"
 #include "api/job_view.h"
 #include "api/requests.h"
 #include "api/values.h"
@@ -108,13 +109,18 @@ std::map<std::string, std::string> provenance(const api::JobView& view, const Ro
       {"tessera:job", view.id},
       {"tessera:scene", view.spec.scene},
       {"tessera:spec", api::dump(api::to_json(view.spec))},
-      {"tessera:build", context.about.build.id},
-      {"tessera:arithmetic", context.about.build.arithmetic},
+      {"tessera:seed", std::to_string(view.spec.render.seed)},
+      {"tessera:build", view.build.empty() ? api::build_json(context.about) : view.build},
       {"tessera:samples_per_pixel", api::number_text(view.progress.samples_mean)},
       {"Software", "Tessera " + context.about.version},
   };
   if (std::isfinite(view.progress.error.relative_rmse)) {
     texts["tessera:relative_rmse"] = api::number_text(view.progress.error.relative_rmse);
+    texts["tessera:relative_rmse_interval"] =
+        api::number_text(view.progress.error.low) + " " + api::number_text(view.progress.error.high);
+  }
+  if (!view.ledger.empty()) {
+    texts["tessera:samples"] = api::ledger_json(view.ledger);
   }
   if (!view.film_digest.empty()) {
     texts["tessera:film_digest"] = view.film_digest;

@@ -17,6 +17,8 @@ std::vector<Route> make_routes(const RouteContext& context) {
   add_scene_handlers(context, table);
   add_job_handlers(context, table);
   add_result_handlers(context, table);
+  add_film_handlers(context, table);
+  add_comparison_handlers(context, table);
   add_stream_handlers(context, table);
   add_lab_handlers(context, table);
   std::vector<Route> routes;

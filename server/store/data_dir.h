@@ -18,6 +18,7 @@ class DataDir {
   std::string database_path() const { return path_ + "/tessera.db"; }
   std::string assets_path() const { return path_ + "/assets"; }
   std::string films_path() const { return path_ + "/films"; }
+  std::string comparisons_path() const { return path_ + "/comparisons"; }
   std::string film_path(const std::string& job) const { return films_path() + "/" + job + ".film"; }
 
  private:

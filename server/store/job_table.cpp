@@ -13,8 +13,8 @@ constexpr const char* kInsert =
     " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where,"
     " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"
     " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"
-    " error_high, error_unreliable, sequence)"
-    " VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " error_high, error_unreliable, build, ledger, sequence)"
+    " VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 constexpr const char* kUpdate =
     "UPDATE jobs SET id=?, spec=?, spec_version=?, scene=?, environment_asset=?, priority=?, state=?,"
@@ -22,7 +22,7 @@ constexpr const char* kUpdate =
     " failure_message=?, failure_where=?, film=?, film_bytes=?, film_digest=?, revision=?,"
     " fraction=?, samples_min=?, samples_mean=?, samples_max=?, elapsed_seconds=?, cpu_seconds=?,"
     " rays=?, rejected_samples=?, peak_bytes=?, error_rmse=?, error_low=?, error_high=?,"
-    " error_unreliable=? WHERE sequence=?";
+    " error_unreliable=?, build=?, ledger=? WHERE sequence=?";
 
 /// The columns in the order of kInsert, after the sequence.
 #define TESSERA_JOB_COLUMNS                                                                        \
@@ -30,7 +30,7 @@ constexpr const char* kUpdate =
   " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where,"  \
   " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"    \
   " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"      \
-  " error_high, error_unreliable"
+  " error_high, error_unreliable, build, ledger"
 
 constexpr const char* kUnfinishedStates = "state NOT IN ('finished','failed','cancelled')";
 /// Those that render or may yet: a finished job with its film can be extended.
@@ -73,6 +73,7 @@ void bind_row(Statement& statement, const JobRow& row) {
   statement.bind(signed_of(row.peak_bytes));
   statement.bind(row.error_rmse).bind(row.error_low).bind(row.error_high);
   statement.bind(std::int64_t{row.error_unreliable ? 1 : 0});
+  statement.bind(row.build).bind(row.ledger);
 }
 
 JobRow read_row(const Statement& from) {
@@ -111,6 +112,8 @@ JobRow read_row(const Statement& from) {
   row.error_low = from.optional_real(column++);
   row.error_high = from.optional_real(column++);
   row.error_unreliable = from.integer(column++) != 0;
+  row.build = from.text(column++);
+  row.ledger = from.text(column++);
   return row;
 }
 

@@ -53,6 +53,8 @@ struct JobRow {
   std::optional<double> error_low;
   std::optional<double> error_high;
   bool error_unreliable = false;
+  std::string build = {};   ///< JSON text; empty: unknown.
+  std::string ledger = {};  ///< JSON text; empty: follows from the spec.
 
   // Written by insert() and update(), not read back: they follow from the spec and the request.
   std::string owner = {};  ///< Id of the key that submitted it; empty: no stored key. insert() only.

@@ -138,6 +138,18 @@ CREATE INDEX deliveries_by_time ON deliveries(next_at);
 
 CREATE INDEX idempotency_by_job ON idempotency(job);
 )sql",
+    // What made a film, where its samples are from; comparisons.
+    R"sql(
+ALTER TABLE jobs ADD COLUMN build TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN ledger TEXT NOT NULL DEFAULT '';
+CREATE TABLE comparisons(
+  sequence INTEGER PRIMARY KEY AUTOINCREMENT,
+  id TEXT NOT NULL UNIQUE,
+  body TEXT NOT NULL,
+  bytes INTEGER NOT NULL,
+  created_at REAL NOT NULL
+);
+)sql",
 };
 
 }  // namespace

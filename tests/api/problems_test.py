@@ -162,8 +162,7 @@ class RequestProblems(ApiTest):
 
     def test_what_is_not_built_yet_is_404_or_422(self):
         for method, path, body in (
-                ("POST", "/v1/films/merge", {"films": []}), ("GET", NO_JOB + "/film", None),
-                ("POST", "/v1/comparisons", {"a": "", "b": ""}), ("POST", "/v1/jobs?from=image", {})):
+                ("POST", "/v1/jobs?from=image", {}),):
             answer = self.server.request(method, path, body)
             self.assertIn(answer.status, (404, 405, 422), (method, path, answer))
             self.assert_problem(answer, answer.status)
@@ -200,7 +199,8 @@ class RequestProblems(ApiTest):
                     ("GET", "", None), ("PATCH", "", {"priority": 1}), ("DELETE", "", None),
                     ("POST", "/cancel", None), ("POST", "/extend", {"stop": {"samples_per_pixel": 9}}),
                     ("GET", "/image.png", None), ("GET", "/pixels/0/0", None),
-                    ("GET", "/convergence", None), ("GET", "/events", None), ("GET", "/tiles", None)):
+                    ("GET", "/convergence", None), ("GET", "/events", None), ("GET", "/tiles", None),
+                    ("GET", "/film", None)):
                 self.assert_problem(self.server.request(method, base + path, body), 404)
 
     def test_bad_wait_is_422(self):

@@ -94,6 +94,10 @@ for (const [name, device] of [
           await page.check(`[data-testid=compare-${view}]`, { force: true });
           await page.waitForSelector('[data-testid=legend]');
         }
+        await page.check('[data-testid=compare-flip]', { force: true });
+        const map = page.locator('[data-testid=flip-map]');
+        await until('the map', () => map.evaluate((img) => img.complete && img.naturalWidth > 0));
+        assert.match(await page.textContent('[data-testid=compare-numbers]'), /FLIP\s*[\d.]/);
       }),
   );
 }

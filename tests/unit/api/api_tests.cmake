@@ -1,6 +1,7 @@
 set(API_TEST_SOURCES
   errors_test.cpp
   events_test.cpp
+  film_view_test.cpp
   job_refusals_test.cpp
   job_spec_test.cpp
   job_view_test.cpp

@@ -66,6 +66,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("sampler":{"replicates":3})", "/sampler/replicates",
              "3 is odd; replicates come in pairs"},
         Case{R"("sampler":{"replicates":0})", "/sampler/replicates", "0 is outside [2, 64]"},
+        Case{R"("sampler":{"first_replicate":5})", "/sampler/first_replicate",
+             "5 is odd; replicates come in pairs"},
+        Case{R"("sampler":{"first_replicate":-2})", "/sampler/first_replicate", "-2 is outside [0, 65536]"},
         Case{R"("sampler":{"replicates":66})", "/sampler/replicates", "66 is outside [2, 64]"}));
 
 INSTANTIATE_TEST_SUITE_P(

@@ -246,7 +246,9 @@ class RandomRequests {
     maybe([&] { job["integrator"] = {{"type", "path"}, {"max_depth", integer(0, 1024)}}; });
     maybe([&] { job["estimator"] = estimator(); });
     maybe([&] {
-      job["sampler"] = {{"type", name(core::samplers())}, {"replicates", 2 * integer(1, 32)}};
+      job["sampler"] = {{"type", name(core::samplers())},
+                        {"replicates", 2 * integer(1, 32)},
+                        {"first_replicate", 2 * integer(0, 3)}};
     });
     maybe([&] { job["light_sampler"] = {{"type", name(core::light_samplers())}}; });
     maybe([&] { job["light_sampler"] = {{"type", "ris"}, {"candidates", integer(1, 64)}}; });

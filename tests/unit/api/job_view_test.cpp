@@ -216,10 +216,15 @@ TEST(PixelView, WritesNullForUnknownIntervals) {
 TEST(ComparisonView, HasTheMembersOfTheContract) {
   api::ComparisonView comparison;
   comparison.id = "c";
+  comparison.a = "01234567-89ab-cdef-0123-456789abcdef";
+  comparison.b = std::string(64, '0');
   EXPECT_EQ(
       api::comparison_json(comparison),
       R"({"id":"c","mse":0,"relmse":0,"flip":0,"bias":{"value":0,"low":0,"high":0},)"
-      R"("z":{"mean":0,"variance":0,"share_above_3":0},"links":{"self":"/v1/comparisons/c"}})");
+      R"("z":{"mean":0,"variance":0,"share_above_3":0},"links":{"self":"/v1/comparisons/c",)"
+      R"("difference":"/v1/comparisons/c/difference.png","z":"/v1/comparisons/c/z.png",)"
+      R"("flip":"/v1/comparisons/c/flip.png","a":"/v1/jobs/01234567-89ab-cdef-0123-456789abcdef",)"
+      R"("b":"/v1/assets/0000000000000000000000000000000000000000000000000000000000000000"}})");
 }
 
 }  // namespace

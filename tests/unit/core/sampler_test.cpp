@@ -163,6 +163,27 @@ double correlation(SamplerType type, const std::function<std::pair<float, float>
 
 // |z| < 4.5: false alarm 7e-6 a comparison, 192 comparisons: 0.13 %. zsobol means its neighbours to be correlated: there
 // pixels of two tiles are asked.
+TEST(PathSampler, AReplicateHasTheSameNumbersWhateverStandsBesideIt) {
+  constexpr int kSamples = 200;  // several whole sets of every type
+  for (const auto& entry : core::samplers()) {
+    PathSampler whole(entry.value, 6, 11);
+    for (const auto& [first, count] : {std::pair{0, 2}, std::pair{2, 4}, std::pair{4, 2}}) {
+      PathSampler part(entry.value, count, 11, first);
+      for (int replicate = first; replicate < first + count; ++replicate) {
+        for (int i = 0; i < kSamples; ++i) {
+          whole.start(37, 5, 6 * i + replicate);
+          part.start(37, 5, count * i + replicate - first);
+          const Vec4 expected = whole.get_4d(3);
+          const Vec4 found = part.get_4d(3);
+          for (int c = 0; c < 4; ++c) {
+            ASSERT_EQ(component(found, c), component(expected, c)) << entry.name << " " << replicate << " " << i;
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST(PathSampler, NeighboursReplicatesGroupsAndSeedsAreUncorrelated) {
   for (const auto& entry : core::samplers()) {
     const SamplerType type = entry.value;

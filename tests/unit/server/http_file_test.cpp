@@ -139,5 +139,53 @@ TEST_F(HttpFile, DoesNotFollowLinksOrOpenFolders) {
   EXPECT_EQ(client.exchange(get("/files/none")).status, 404);
 }
 
+/// The alphabet, letter by letter; "short" makes three letters less than it says.
+std::vector<Route> alphabet() {
+  return {{.method = "GET", .pattern = "/made/{name}", .handler = [](Request& request) {
+             const int letters = request.path_param("name") == "short" ? 23 : 26;
+             return made_response(request, {.bytes = 26,
+                                            .make =
+                                                [letters](const MadeSource::Sink& sink) {
+                                                  for (int i = 0; i < letters; ++i) {
+                                                    const char letter = static_cast<char>('a' + i);
+                                                    if (!sink({&letter, 1})) {
+                                                      return;
+                                                    }
+                                                  }
+                                                },
+                                            .content_type = "text/plain",
+                                            .etag = "\"abc\"",
+                                            .cache_control = "no-cache"});
+           }}};
+}
+
+TEST(HttpMade, HasALengthAndParts) {
+  TestServer server(alphabet());
+  Client client(server);
+  const Answer whole = client.exchange(get("/made/x"));
+  EXPECT_EQ(whole.body, "abcdefghijklmnopqrstuvwxyz");
+  EXPECT_EQ(whole.header("Content-Length"), "26");
+  EXPECT_EQ(whole.header("Transfer-Encoding"), "");
+  const Answer part = client.exchange(get("/made/x", "Range: bytes=3-5\r\n"));
+  EXPECT_EQ(part.status, 206);
+  EXPECT_EQ(part.body, "def");
+  EXPECT_EQ(part.header("Content-Range"), "bytes 3-5/26");
+  EXPECT_EQ(client.exchange(get("/made/x", "Range: bytes=-1\r\n")).body, "z");
+  EXPECT_EQ(client.exchange(get("/made/x", "Range: bytes=26-\r\n")).status, 416);
+  EXPECT_EQ(client.exchange(get("/made/x", "If-None-Match: \"abc\"\r\n")).status, 304);
+  EXPECT_EQ(client.exchange(get("/made/x", "Range: bytes=0-1\r\nIf-Range: \"old\"\r\n")).status, 200);
+  std::string head = get("/made/x");
+  client.send(head.replace(0, 3, "HEAD"));
+  EXPECT_EQ(client.receive(true).header("Content-Length"), "26");
+  EXPECT_EQ(client.exchange(get("/made/x")).status, 200);
+}
+
+TEST(HttpMade, WhatIsMadeTooShortEndsTheConnection) {
+  TestServer server(alphabet());
+  Client client(server);
+  EXPECT_EQ(client.exchange(get("/made/short")).status, 0);
+  EXPECT_FALSE(client.send(get("/made/x")) && client.receive().status == 200);
+}
+
 }  // namespace
 }  // namespace server

@@ -1,6 +1,7 @@
 # Store, checkpoints, scheduling, events, scenes: the server without its transport.
 set(SERVER_TEST_SOURCES
   blob_store_test.cpp
+  comparison_store_test.cpp
   config_test.cpp
   event_log_test.cpp
   film_file_test.cpp

@@ -230,8 +230,10 @@ export interface Comparison {
   mse: number;
   relmse: number;
   flip: number;
-  bias: { value: number; low: number; high: number };
-  z: { mean: number; variance: number; share_above_3: number };
+  /** Null: a side does not know its error. */
+  bias: { value: number; low: number | null; high: number | null };
+  z: { mean: number | null; variance: number | null; share_above_3: number | null };
+  links: { self: string; difference: string; z: string; flip: string; a: string; b: string };
 }
 
 export const isFinal = (state: JobState): boolean =>

@@ -16,7 +16,7 @@ import { Legend } from './legend';
 import { LightControls } from './toolbar';
 import { errorRange, lookOf } from './view_modes';
 
-type View = 'wipe' | Measure;
+type View = 'wipe' | Measure | 'flip';
 const views: { view: View; label: string; meaning: string }[] = [
   { view: 'wipe', label: 'Side by side', meaning: 'Drag the line over the two pictures.' },
   {
@@ -28,6 +28,11 @@ const views: { view: View; label: string; meaning: string }[] = [
     view: 'z',
     label: 'Against chance',
     meaning: 'Distance in standard errors. Above 3, noise alone does not explain it.',
+  },
+  {
+    view: 'flip',
+    label: 'To the eye',
+    meaning: 'FLIP: what a person sees who flips between the two. Black none, pale yellow most.',
   },
 ];
 const zRange = { low: 0.3, high: 10 };
@@ -92,19 +97,28 @@ function useDifference(a: FeedState, b: FeedState, measure: Measure) {
   return result;
 }
 
-/** The server's own numbers, for two jobs that have ended. */
-function useComparison(a: Job | null, b: Job | null): Comparison | null {
-  const [found, setFound] = useState<Comparison | null>(null);
+interface Asked {
+  found: Comparison | null;
+  trouble: string;
+}
+
+/** The server's own numbers, for two jobs that have ended; asked again when one of them went on. */
+function useComparison(a: Job | null, b: Job | null): Asked {
+  const [asked, setAsked] = useState<Asked>({ found: null, trouble: '' });
   const ready = a && b && isFinal(a.state) && isFinal(b.state);
   useEffect(() => {
-    setFound(null);
+    let current = true;
+    setAsked({ found: null, trouble: '' });
     if (ready)
       api
         .compare(a.id, b.id)
-        .then(setFound)
-        .catch(() => undefined);
-  }, [a?.id, b?.id, ready]);
-  return found;
+        .then((found) => current && setAsked({ found, trouble: '' }))
+        .catch((e: Error) => current && setAsked({ found: null, trouble: e.message }));
+    return () => {
+      current = false;
+    };
+  }, [a?.id, b?.id, a?.revision, b?.revision, ready]);
+  return asked;
 }
 
 function JobPick({
@@ -156,7 +170,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
   const [cut, setCut] = useState(50);
   const shown = useStore(display);
   const difference = useDifference(left, right, view === 'z' ? 'z' : 'difference');
-  const server = useComparison(left.job, right.job);
+  const { found: server, trouble } = useComparison(left.job, right.job);
   const size = left.job?.spec.film;
   const other = right.job?.spec.film;
   const fits = size && other && size.width === other.width && size.height === other.height;
@@ -213,6 +227,19 @@ function Comparing({ a, b }: { a: string; b: string }) {
                     onInput={(e) => setCut(e.currentTarget.valueAsNumber)}
                   />
                 </>
+              ) : view === 'flip' ? (
+                server ? (
+                  <img
+                    class="compare-canvas"
+                    data-testid="flip-map"
+                    src={server.links.flip}
+                    alt={meaning}
+                  />
+                ) : (
+                  <p class={trouble ? 'stage-notice' : 'stage-notice pulse'} role="status">
+                    {trouble || 'The server compares two renders when both have ended…'}
+                  </p>
+                )
               ) : difference ? (
                 <>
                   <FilmCanvas
@@ -252,12 +279,21 @@ function Comparing({ a, b }: { a: string; b: string }) {
             </fieldset>
             <LightControls film={left.film} disabled={view !== 'wipe'} />
           </div>
+          {view === 'flip' && server && <p class="compare-note">{meaning}</p>}
+          {trouble && (
+            <p class="compare-note" role="alert">
+              The server did not compare them: {trouble} What follows is the page's own reckoning.
+            </p>
+          )}
           <Numbers server={server} own={difference?.figures ?? null} />
         </>
       )}
     </div>
   );
 }
+
+const deviation = (variance: number | null): number | null =>
+  variance === null ? null : Math.sqrt(variance);
 
 function Numbers({ server, own }: { server: Comparison | null; own: Figures | null }) {
   const rows: [string, string, string][] = server
@@ -267,8 +303,17 @@ function Numbers({ server, own }: { server: Comparison | null; own: Figures | nu
         ['FLIP', number(server.flip), 'how different the two look to a person, 0 to 1'],
         [
           'Bias of A',
-          `${number(server.bias.value)} (${number(server.bias.low)} to ${number(server.bias.high)})`,
-          'mean of A - B with its interval',
+          server.bias.low === null || server.bias.high === null
+            ? number(server.bias.value)
+            : `${number(server.bias.value)} (${number(server.bias.low)} to ${number(server.bias.high)})`,
+          server.bias.low === null
+            ? 'mean of A - B; a render does not know its error'
+            : 'mean of A - B with its 95 % interval',
+        ],
+        [
+          'z of a pixel',
+          `${number(server.z.mean)} ± ${number(deviation(server.z.variance))}`,
+          'chance alone gives 0 ± 1',
         ],
         ['Pixels beyond 3 σ', percent(server.z.share_above_3), 'chance alone gives 0.27 %'],
       ]

@@ -124,6 +124,13 @@ function JobCard({ job }: { job: Job }) {
         {count(job.progress?.samples_per_pixel?.mean)} samples ·{' '}
         {duration(job.progress?.elapsed_seconds)} · {ago(job.created_at)}
       </p>
+      {isFinal(job.state) && (job.revision ?? 0) > 0 && (
+        <p>
+          <a href={`#/compare/${job.id}`} aria-label={`Compare ${sceneTitle(job)} with another render`}>
+            Compare
+          </a>
+        </p>
+      )}
       {!isFinal(job.state) && (
         <p class="priority">
           <span class="dim">Priority {job.spec.priority ?? 0}</span>

@@ -1,0 +1,128 @@
+// The verbs for what came of jobs: merge, compare.
+#include <cstdio>
+#include <vector>
+
+#include "clients/cli/api_client.h"
+#include "clients/cli/command.h"
+#include "clients/cli/files.h"
+#include "clients/cli/follow.h"
+#include "clients/cli/job_json.h"
+#include "clients/cli/upload.h"
+
+namespace cli {
+namespace {
+
+/// The id of a job or an asset: a file is uploaded, anything else is a job's name.
+core::Result<std::string> id_of(ApiClient& client, const std::string& name) {
+  if (is_file(name)) {
+    return upload_asset(client, name);
+  }
+  constexpr std::size_t kSha256Digits = 64;
+  if (name.size() == kSha256Digits) {
+    return name;
+  }
+  const auto path = job_path(client, name);
+  if (!path) {
+    return path.error();
+  }
+  return path->substr(path->rfind('/') + 1);
+}
+
+int merge_films(const ServerFlags& server, const std::vector<std::string>& films, bool json) {
+  auto client = ApiClient::connect(server.url, server.key);
+  if (!client) {
+    return complain("merge", client.error());
+  }
+  Json ids = Json::array();
+  for (const std::string& film : films) {
+    const auto id = id_of(**client, film);
+    if (!id) {
+      return complain("merge", id.error());
+    }
+    ids.push_back(*id);
+  }
+  const auto reply = (*client)->post("/v1/films/merge", Json{{"films", ids}}.dump(), "application/json");
+  if (!reply) {
+    return complain("merge", reply.error());
+  }
+  const Json job = parse_object(reply->body);
+  std::printf("%s\n", json ? job.dump(2).c_str() : text_at(job, "id").c_str());
+  return kDone;
+}
+
+std::string figure(const Json& object, const char* name) {
+  const auto found = object.find(name);
+  if (found == object.end() || !found->is_number()) {
+    return "unknown";
+  }
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", found->get<double>());
+  return text;
+}
+
+void print_figures(const Json& comparison) {
+  const Json& bias = object_in(comparison, "bias");
+  const Json& z = object_in(comparison, "z");
+  std::printf("MSE       %s\n", figure(comparison, "mse").c_str());
+  std::printf("relMSE    %s\n", figure(comparison, "relmse").c_str());
+  std::printf("FLIP      %s\n", figure(comparison, "flip").c_str());
+  std::printf("bias      %s (%s to %s)\n", figure(bias, "value").c_str(), figure(bias, "low").c_str(),
+              figure(bias, "high").c_str());
+  std::printf("z         mean %s, variance %s, share beyond 3 %s\n", figure(z, "mean").c_str(),
+              figure(z, "variance").c_str(), figure(z, "share_above_3").c_str());
+}
+
+int compare_pictures(const ServerFlags& server, const std::string& a, const std::string& b, bool json) {
+  auto client = ApiClient::connect(server.url, server.key);
+  if (!client) {
+    return complain("compare", client.error());
+  }
+  const auto first = id_of(**client, a);
+  const auto second = first ? id_of(**client, b) : first;
+  if (!second) {
+    return complain("compare", second.error());
+  }
+  const auto reply =
+      (*client)->post("/v1/comparisons", Json{{"a", *first}, {"b", *second}}.dump(), "application/json");
+  if (!reply) {
+    return complain("compare", reply.error());
+  }
+  const Json comparison = parse_object(reply->body);
+  if (json) {
+    std::printf("%s\n", comparison.dump(2).c_str());
+    return kDone;
+  }
+  print_figures(comparison);
+  for (const char* map : {"difference", "z", "flip"}) {
+    std::printf("%-9s %s%s\n", map, (*client)->url().c_str(), text_at(object_in(comparison, "links"), map).c_str());
+  }
+  return kDone;
+}
+
+}  // namespace
+
+int merge(const Args& args) {
+  CLI::App app("Adds up films of the same picture to a job of its own, and prints its id.", "tessera merge");
+  ServerFlags server;
+  std::vector<std::string> films;
+  bool json = false;
+  app.add_option("film", films, "Jobs, or files that `fetch --film` wrote")->required()->type_name("ID|FILE...");
+  app.add_flag("--json", json, "Print the job as JSON");
+  add_server_flags(app, server);
+  return parse_and_run(app, args, [&] { return merge_films(server, films, json); });
+}
+
+int compare(const Args& args) {
+  CLI::App app("Compares two jobs, or a job and an image; the second is the reference.", "tessera compare");
+  ServerFlags server;
+  std::string a;
+  std::string b;
+  bool json = false;
+  app.add_option("a", a, "Job or image file")->required()->type_name("ID|FILE");
+  app.add_option("b", b, "Job or image file")->required()->type_name("ID|FILE");
+  app.add_flag("--json", json, "Print the comparison as JSON");
+  add_server_flags(app, server);
+  return parse_and_run(app, args, [&] { return compare_pictures(server, a, b, json); });
+}
+
+}  // namespace cli

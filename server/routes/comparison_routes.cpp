@@ -1,0 +1,239 @@
+// Comparisons of two jobs, or of a job and an image.
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/errors.h"
+#include "api/job_view.h"
+#include "api/limits.h"
+#include "api/requests.h"
+#include "core/compare/comparison.h"
+#include "core/image_io/image_io.h"
+#include "core/render/registry.h"
+#include "server/http/conditional.h"
+#include "server/http/file_response.h"
+#include "server/observe/clock.h"
+#include "server/routes/answers.h"
+#include "server/routes/context.h"
+#include "server/routes/turn.h"
+#include "server/store/comparison_store.h"
+#include "server/store/uuid.h"
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+/// Ends of the scales of the maps.
+constexpr float kZScale = 5;
+
+Error too_many_pixels(int width, int height) {
+  return Error{ErrorCode::kTooLarge,
+               "a picture of " + std::to_string(width) + " by " + std::to_string(height) + " pixels; " +
+                   std::to_string(api::limits::kComparisonPixels) + " can be compared",
+               ""};
+}
+
+bool is_too_large(int width, int height) {
+  return std::int64_t{width} * height > api::limits::kComparisonPixels;
+}
+
+core::Result<core::Picture> picture_of_job(const RouteContext& context, const std::string& id,
+                                           const std::stop_token& stop) {
+  const auto job = context.jobs.find(id);
+  if (!job) {
+    return job.error();
+  }
+  const auto film = context.jobs.final_film(**job, stop);
+  if (!film) {
+    return film.error();
+  }
+  const core::PixelRect crop = (*film)->crop();
+  if (is_too_large(crop.width, crop.height)) {
+    return too_many_pixels(crop.width, crop.height);
+  }
+  core::Picture picture = core::picture_of((*film)->snapshot());
+  if (!core::errors_are_valid((*job)->record().view.spec.render)) {
+    picture.half_difference.clear();  // The halves are not independent: nothing tells how far off it is.
+  }
+  return picture;
+}
+
+core::Result<core::Picture> picture_of_asset(const RouteContext& context, const std::string& id) {
+  const auto content = context.blobs.read(id);
+  if (!content) {
+    return content.error().code == ErrorCode::kNotFound
+               ? Error{ErrorCode::kNotFound, "no asset has the id \"" + id + "\"", ""}
+               : content.error();
+  }
+  const auto header = core::read_image_header(**content);
+  if (!header) {
+    return header.error();
+  }
+  if (is_too_large(header->width, header->height)) {
+    return too_many_pixels(header->width, header->height);
+  }
+  const auto image = core::decode_image(**content, {});
+  if (!image) {
+    return image.error();
+  }
+  return core::picture_of(*image);
+}
+
+core::Result<core::Picture> find_picture(const RouteContext& context, const std::string& id, const char* where,
+                                         const std::stop_token& stop) {
+  auto picture = api::is_uuid(id) ? picture_of_job(context, id, stop) : picture_of_asset(context, id);
+  if (!picture) {
+    Error error = picture.error();
+    error.where = where;
+    return error;
+  }
+  return picture;
+}
+
+template <typename Color>
+core::Result<std::string> png(int width, int height, const Color& color) {
+  core::FloatImage image;
+  image.width = width;
+  image.height = height;
+  image.channel_names = {"R", "G", "B"};
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  image.values.reserve(3 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const core::Rgb c = color(i);
+    image.values.insert(image.values.end(), {c.r, c.g, c.b});
+  }
+  core::EncodeOptions options;
+  options.is_color = false;  // These are display values already.
+  const auto encoded = core::encode_image(image, core::image_formats().front(), options);
+  if (!encoded) {
+    return encoded.error();
+  }
+  return std::string(reinterpret_cast<const char*>(encoded->data()), encoded->size());
+}
+
+core::Result<ComparisonMaps> make_maps(const core::Comparison& result, const core::Picture& reference) {
+  // Relative as in relmse, with its sign; the root shows one part in a hundred as a tenth of the scale.
+  const auto difference = [&](std::size_t i) {
+    const float y = core::luminance(reference.values[i]);
+    const float relative = core::luminance(result.difference[i]) / std::sqrt(y * y + 0.01F);
+    return core::signed_color(std::copysign(std::sqrt(std::abs(relative)), relative));
+  };
+  const auto z = [&](std::size_t i) { return core::signed_color(result.z[i] / kZScale); };
+  const auto flip = [&](std::size_t i) { return core::heat_color(result.flip_map[i]); };
+  ComparisonMaps maps;
+  const auto add = [&](const char* name, core::Result<std::string> content) -> core::Status {
+    if (!content) {
+      return content.error();
+    }
+    maps[name] = std::move(*content);
+    return core::ok_status();
+  };
+  const int width = reference.width;
+  const int height = reference.height;
+  for (const auto& status : {add("difference.png", png(width, height, difference)),
+                             add("z.png", png(width, height, z)), add("flip.png", png(width, height, flip))}) {
+    if (!status) {
+      return status.error();
+    }
+  }
+  return maps;
+}
+
+Response create(const RouteContext& context, Turn& turn, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const auto parsed = api::parse_comparison(request.body);
+  if (!parsed) {
+    return problem_answer(request, parsed.problem());
+  }
+  if (!api::is_uuid(parsed->a) && !api::is_uuid(parsed->b)) {
+    return error_answer(request, Error{ErrorCode::kInvalidArgument, "one of the two must be a job", "/a"});
+  }
+  const auto held = turn.take();
+  if (!held) {
+    return error_answer(request, held.error());
+  }
+  const auto a = find_picture(context, parsed->a, "/a", request.stop_token());
+  if (!a) {
+    return error_answer(request, a.error());
+  }
+  const auto b = find_picture(context, parsed->b, "/b", request.stop_token());
+  if (!b) {
+    return error_answer(request, b.error());
+  }
+  const auto result = core::compare_pictures(*a, *b);
+  if (!result) {
+    return error_answer(request, result.error());
+  }
+  const auto maps = make_maps(*result, *b);
+  if (!maps) {
+    return error_answer(request, maps.error());
+  }
+  const api::ComparisonView view = {.id = make_uuid(),
+                                    .a = parsed->a,
+                                    .b = parsed->b,
+                                    .mse = result->mse,
+                                    .relmse = result->relmse,
+                                    .flip = result->flip,
+                                    .bias = result->bias,
+                                    .bias_low = result->bias_low,
+                                    .bias_high = result->bias_high,
+                                    .z_mean = result->z_mean,
+                                    .z_variance = result->z_variance,
+                                    .z_share_above_3 = result->z_share_above_3};
+  const std::string body = api::comparison_json(view);
+  if (const auto stored = context.comparisons.insert(view.id, body, *maps, unix_now()); !stored) {
+    return error_answer(request, stored.error());
+  }
+  Response response = json_response(201, body);
+  response.headers.set("Location", "/v1/comparisons/" + view.id);
+  return response;
+}
+
+Response look(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto body = context.comparisons.find(request.path_param("id"));
+  return body ? json_response(200, std::move(*body)) : error_answer(request, body.error());
+}
+
+Response map(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const std::string id(request.path_param("id"));
+  const std::string name(request.path_param("map"));
+  if (const auto body = context.comparisons.find(id); !body) {
+    return error_answer(request, body.error());
+  }
+  if (name != "difference.png" && name != "z.png" && name != "flip.png") {
+    return error_answer(request, ErrorCode::kNotFound, "the maps are difference.png, z.png and flip.png");
+  }
+  return file_response(request, FileSource{.path = context.comparisons.path_of(id, name),
+                                           .content_type = "image/png",
+                                           .etag = make_etag(id + "-" + name),
+                                           .cache_control = "private, max-age=31536000, immutable"});
+}
+
+}  // namespace
+
+void add_comparison_handlers(const RouteContext& context, HandlerTable& table) {
+  const auto turn = std::make_shared<Turn>();
+  table["createComparison"] = {
+      .handler = [context, turn](Request& request) { return create(context, *turn, request); },
+      .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
+  table["getComparison"] = {.handler = [context](Request& request) { return look(context, request); }};
+  table["getComparisonMap"] = {.handler = [context](Request& request) { return map(context, request); }};
+}
+
+}  // namespace server

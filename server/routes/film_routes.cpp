@@ -1,0 +1,326 @@
+// Films for elsewhere, and films that become one.
+
+#include <algorithm>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/errors.h"
+#include "api/film_view.h"
+#include "api/job_view.h"
+#include "api/limits.h"
+#include "api/requests.h"
+#include "core/base/check.h"
+#include "core/film/film_format.h"
+#include "core/render/registry.h"
+#include "server/http/conditional.h"
+#include "server/http/file_response.h"
+#include "server/routes/answers.h"
+#include "server/routes/context.h"
+#include "server/routes/turn.h"
+#include "server/store/files.h"
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+core::FilmFormatLimits film_limits() {
+  return {.side_max = static_cast<int>(api::limits::kFilmSide),
+          .pixels_max = api::limits::kFilmPixels,
+          .replicates_max = static_cast<int>(api::limits::kReplicates),
+          .text_bytes_max = static_cast<std::uint32_t>(api::limits::kBodyBytes),
+          .file_bytes_max = static_cast<std::uint64_t>(api::limits::kFilmBytes)};
+}
+
+/// A film and what was asked for.
+struct Source {
+  core::FilmPart part;
+  api::FilmOrigin origin;
+};
+
+Error placed(Error error, const std::string& where) {
+  error.where = where;
+  return error;
+}
+
+core::SampleLedger ledger_of(const api::JobView& view, const core::Film& film) {
+  const core::RenderSettings& settings = view.spec.render;
+  return view.ledger.empty() ? core::ledger_of(film, settings.seed, settings.first_replicate) : view.ledger;
+}
+
+/// The film of a job that has ended.
+core::Result<Source> film_of_job(const RouteContext& context, const Job& job, const std::stop_token& stop) {
+  auto film = context.jobs.final_film(job, stop);
+  if (!film) {
+    return film.error();
+  }
+  const api::JobView view = context.jobs.view(job);
+  return Source{.part = {.film = *film, .ledger = ledger_of(view, **film)},
+                .origin = {.spec = view.spec,
+                           .stop_reason = view.stop_reason,
+                           .elapsed_seconds = view.progress.elapsed_seconds,
+                           .build = view.build}};
+}
+
+/// Whether the text beside the numbers speaks of them.
+bool speaks_of(const api::JobSpec& spec, const core::FilmPart& part) {
+  const core::Film& film = *part.film;
+  const core::FilmSettings& settings = spec.render.film;
+  const core::PixelRect whole = {0, 0, settings.width, settings.height};
+  const core::SampleRange& first = part.ledger.front();
+  return settings.width == film.full_width() && settings.height == film.full_height() &&
+         settings.crop.value_or(whole) == film.crop() && spec.render.replicates == film.replicates() &&
+         (settings.albedo || settings.normal || settings.depth) == film.has_aux() &&
+         core::pixel_errors(spec.render) == film.errors() && spec.render.seed == first.seed &&
+         spec.render.first_replicate == first.first_replicate;
+}
+
+/// A film file that was uploaded. Pre: film_bytes() found it usable.
+core::Result<Source> film_of_asset(const RouteContext& context, const std::string& id) {
+  const auto content = context.blobs.read(id);
+  if (!content) {
+    return content.error();
+  }
+  auto file = core::read_film(**content, film_limits());
+  if (!file) {
+    return file.error();
+  }
+  auto origin = api::parse_film_text(file->text);
+  if (!origin) {
+    const api::Problem& problem = origin.problem();
+    const std::string reason = problem.errors.empty()
+                                   ? problem.detail
+                                   : problem.errors.front().pointer + " " + problem.errors.front().detail;
+    return Error{ErrorCode::kInvalidArgument, "not a usable film: its text: " + reason, ""};
+  }
+  if (!speaks_of(origin->spec, file->part)) {
+    return Error{ErrorCode::kInvalidArgument, "not a usable film: its text is about another film", ""};
+  }
+  return Source{.part = std::move(file->part), .origin = std::move(*origin)};
+}
+
+/// Bytes that the film takes, before any are taken. Errors: it is not there, or no film.
+core::Result<std::uint64_t> film_bytes(const RouteContext& context, const std::string& id) {
+  if (api::is_uuid(id)) {
+    const auto job = context.jobs.find(id);
+    if (!job) {
+      return job.error();
+    }
+    const core::RenderSettings settings = (*job)->record().view.spec.render;
+    const core::PixelRect rect =
+        settings.film.crop.value_or(core::PixelRect{0, 0, settings.film.width, settings.film.height});
+    const bool has_aux = settings.film.albedo || settings.film.normal || settings.film.depth;
+    return static_cast<std::uint64_t>(rect.width) * static_cast<std::uint64_t>(rect.height) *
+           (static_cast<std::uint64_t>(settings.replicates) * sizeof(core::ReplicatePixel) +
+            (has_aux ? sizeof(core::AuxPixel) : 0));
+  }
+  const auto bytes = context.blobs.find(id);
+  if (!bytes) {
+    return Error{ErrorCode::kNotFound, "no asset has the id \"" + id + "\"", ""};
+  }
+  const auto fd = context.blobs.open_blob(id);
+  if (!fd) {
+    return fd.error();
+  }
+  std::vector<std::byte> head(core::kFilmHeadBytes);
+  const auto got = read_at(fd->get(), head, 0, context.blobs.path_of(id));
+  if (!got) {
+    return got.error();
+  }
+  head.resize(*got);
+  const auto fits = core::check_film_head(head, *bytes, film_limits());
+  return fits ? core::Result<std::uint64_t>(*bytes) : core::Result<std::uint64_t>(fits.error());
+}
+
+Response film(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const Job& job = **std::get_if<JobPointer>(&found);
+  const auto film = context.jobs.final_film(job, request.stop_token());
+  if (!film) {
+    return error_answer(request, film.error());
+  }
+  const api::JobView view = context.jobs.view(job);
+  const core::FilmPart part = {.film = *film, .ledger = ledger_of(view, **film)};
+  const std::string digest = view.film_digest.empty() ? part.film->digest() : view.film_digest;
+  const std::string text = api::film_text(view, part.ledger, digest);
+  MadeSource source;
+  source.bytes = core::film_file_bytes(*part.film, part.ledger, text.size());
+  source.content_type = "application/vnd.tessera.film";
+  source.etag = make_etag("f" + digest.substr(0, 32) + "-" + std::to_string(view.spec_version));
+  source.cache_control = "no-cache";
+  source.make = [part, text](const MadeSource::Sink& sink) {
+    static_cast<void>(core::write_film(part, text, [&sink](std::span<const std::byte> piece) {
+      return sink({reinterpret_cast<const char*>(piece.data()), piece.size()});
+    }));
+  };
+  Response response = made_response(request, std::move(source));
+  if (response.status == 200) {
+    response.headers.set("Content-Disposition", "attachment; filename=\"" + view.id + ".film\"");
+  }
+  return response;
+}
+
+/// What is wrong with a film beside the first one.
+std::optional<api::Problem> misfit(const Source& first, const Source& next, const std::string& where) {
+  const auto differences = api::film_differences(first.origin.spec, next.origin.spec);
+  if (differences.empty()) {
+    return std::nullopt;
+  }
+  std::vector<api::FieldError> errors;
+  for (const std::string& pointer : differences) {
+    errors.push_back({where, "the film is of another picture than the first one: its job differs at " + pointer});
+  }
+  return api::make_problem(ErrorCode::kInvalidArgument, std::move(errors));
+}
+
+/// Of all films together. Errors: one is not there or no film; kTooLarge.
+core::Status check_room(const RouteContext& context, const std::vector<std::string>& films) {
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < films.size(); ++i) {
+    const std::string where = "/films/" + std::to_string(i);
+    const auto more = film_bytes(context, films[i]);
+    if (!more) {
+      return placed(more.error(), where);
+    }
+    bytes += *more;
+    if (bytes > static_cast<std::uint64_t>(api::limits::kFilmBytes)) {
+      return Error{ErrorCode::kTooLarge,
+                   "the films have more than " + std::to_string(api::limits::kFilmBytes) + " bytes together", where};
+    }
+  }
+  return core::ok_status();
+}
+
+/// The job that the merged film is of.
+api::JobSpec merged_spec(const api::JobSpec& first, const core::FilmPart& merged, int samples) {
+  api::JobSpec spec = first;
+  spec.name = "merged";
+  spec.labels.clear();
+  spec.job_class = api::JobClass::kNormal;
+  spec.preview_key.reset();
+  spec.webhook.reset();
+  spec.retention_seconds.reset();
+  spec.render.replicates = merged.film->replicates();
+  spec.render.seed = merged.ledger.front().seed;
+  spec.render.first_replicate = merged.ledger.front().first_replicate;
+  spec.stop = core::StopRules{.samples_per_pixel = std::min(samples, static_cast<int>(api::limits::kSamplesPerPixel)),
+                              .relative_error = {},
+                              .confidence = first.stop.confidence,
+                              .worst_tile = false,
+                              .seconds = {},
+                              .deadline_unix_seconds = {}};
+  // As it will be read from the store: counts in whole sets.
+  auto settled = api::parse_job(api::spec_json(spec));
+  CHECK(settled);
+  return std::move(settled->spec);
+}
+
+JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core::FilmPart merged) {
+  JobService::FinishedFilm finished;
+  int samples = 0;
+  for (const core::SampleRange& range : merged.ledger) {
+    samples += range.samples;
+  }
+  finished.spec = merged_spec(sources.front().origin.spec, merged, samples);
+  finished.warnings.push_back("Merged from " + std::to_string(sources.size()) +
+                              " films; samples: " + api::ledger_words(merged.ledger) + ".");
+  finished.build = sources.front().origin.build;
+  finished.arithmetic = api::arithmetic_of(finished.build);
+  bool is_one_build = true;
+  bool is_one_arithmetic = true;
+  for (const Source& source : sources) {
+    finished.elapsed_seconds += source.origin.elapsed_seconds;
+    // A count that depended on the error it saw still does.
+    if (source.origin.stop_reason == core::StopReason::kRelativeError) {
+      finished.stop_reason = core::StopReason::kRelativeError;
+    }
+    is_one_build = is_one_build && source.origin.build == finished.build;
+    is_one_arithmetic = is_one_arithmetic && api::arithmetic_of(source.origin.build) == finished.arithmetic;
+  }
+  if (!is_one_arithmetic) {
+    finished.warnings.emplace_back(
+        "The films were made with different arithmetic; no single job would have exactly these bits.");
+  } else if (!is_one_build) {
+    finished.warnings.emplace_back("The films were made by different builds.");
+  }
+  // One whole range with equal counts is what a job of its own has: it can be extended. Plans are not merged.
+  const bool is_uniform = merged.ledger.size() == 1 && samples == finished.spec.stop.samples_per_pixel &&
+                          finished.spec.render.adaptive.type == core::AdaptiveType::kNone;
+  finished.film = std::move(merged.film);
+  if (!is_uniform) {
+    finished.ledger = std::move(merged.ledger);
+  }
+  return finished;
+}
+
+Response merge(const RouteContext& context, Turn& turn, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const auto parsed = api::parse_merge(request.body);
+  if (!parsed) {
+    return problem_answer(request, parsed.problem());
+  }
+  const auto held = turn.take();
+  if (!held) {
+    return error_answer(request, held.error());
+  }
+  if (const auto room = check_room(context, parsed->films); !room) {
+    return error_answer(request, room.error());
+  }
+  std::vector<Source> sources;
+  std::vector<core::FilmPart> parts;
+  for (std::size_t i = 0; i < parsed->films.size(); ++i) {
+    const std::string where = "/films/" + std::to_string(i);
+    const std::string& id = parsed->films[i];
+    const auto job = api::is_uuid(id) ? context.jobs.find(id) : core::Result<JobPointer>(JobPointer());
+    auto source = !job   ? core::Result<Source>(job.error())
+                  : *job ? film_of_job(context, **job, request.stop_token())
+                         : film_of_asset(context, id);
+    if (!source) {
+      return error_answer(request, placed(source.error(), where));
+    }
+    if (const auto problem = i == 0 ? std::nullopt : misfit(sources.front(), *source, where)) {
+      return problem_answer(request, *problem);
+    }
+    parts.push_back(source->part);
+    sources.push_back(std::move(*source));
+  }
+  auto merged = core::merge_films(parts, static_cast<int>(api::limits::kReplicates));
+  if (!merged) {
+    return error_answer(request, merged.error());
+  }
+  JobService::FinishedFilm finished = finished_film(sources, std::move(*merged));
+  finished.owner = request.principal;
+  const auto job = context.jobs.add_finished(std::move(finished));
+  if (!job) {
+    return error_answer(request, job.error());
+  }
+  const api::JobView view = context.jobs.view(**job);
+  Response response = json_response(201, api::job_json(view));
+  response.headers.set("ETag", api::job_etag(view));
+  response.headers.set("Cache-Control", "no-cache");
+  response.headers.set("Location", "/v1/jobs/" + view.id);
+  return response;
+}
+
+}  // namespace
+
+void add_film_handlers(const RouteContext& context, HandlerTable& table) {
+  const auto turn = std::make_shared<Turn>();
+  table["getFilm"] = {.handler = [context](Request& request) { return film(context, request); }};
+  table["mergeFilms"] = {.handler = [context, turn](Request& request) { return merge(context, *turn, request); },
+                         .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
+}
+
+}  // namespace server

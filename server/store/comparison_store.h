@@ -1,0 +1,48 @@
+/// ComparisonStore: comparisons that were made: their figures in the database, their maps as files.
+///
+/// The oldest are forgotten when they are too many or their maps take too much room.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "core/base/result.h"
+#include "server/store/data_dir.h"
+#include "server/store/database.h"
+
+namespace server {
+
+/// File name of a map ("z.png") to its content.
+using ComparisonMaps = std::map<std::string, std::string>;
+
+struct ComparisonLimits {
+  std::int64_t count = 1000;
+  std::int64_t bytes = std::int64_t{1} << 30;  ///< Of all maps; the newest comparison stays in any case.
+};
+
+class ComparisonStore {
+ public:
+  /// Both outlive this.
+  ComparisonStore(Database& database, const DataDir& data, ComparisonLimits limits)
+      : database_(database), data_(data), limits_(limits) {}
+
+  /// The maps are on the disk before the record is. Errors: kNoSpace, kInternal.
+  core::Status insert(const std::string& id, std::string_view body, const ComparisonMaps& maps, double created_at);
+  /// The JSON text. Errors: kNotFound.
+  core::Result<std::string> find(std::string_view id);
+  /// Where a map is or would be. Pre: the id is a UUID, the name one that insert() got.
+  std::string path_of(std::string_view id, std::string_view map) const;
+
+ private:
+  core::Status write_maps(const std::string& id, const ComparisonMaps& maps) const;
+  void remove_maps(const std::string& id) const;
+  core::Status forget_oldest();
+
+  Database& database_;
+  const DataDir& data_;
+  const ComparisonLimits limits_;
+};
+
+}  // namespace server

@@ -1,0 +1,137 @@
+"""Comparisons of jobs and images over HTTP."""
+
+import struct
+import zlib
+
+from harness import ApiTest, in_background, job_body
+
+
+def wide_png(width, height):
+    """Grey, one bit a pixel, all black."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    rows = (b"\0" + bytes((width + 7) // 8)) * height
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 1, 0, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+class Comparisons(ApiTest):
+    def compare(self, a, b):
+        return self.server.post("/v1/comparisons", {"a": a, "b": b})
+
+    def upload(self, data):
+        return self.server.request("POST", "/v1/assets", data, {"Content-Type": "image/x-exr"}).json()["id"]
+
+    def test_two_jobs_that_differ_in_their_seed(self):
+        a, b = (self.server.render(job_body(samples=32, seed=seed))["id"] for seed in (1, 2))
+        answer = self.compare(a, b)
+        self.assertEqual(answer.status, 201, answer)
+        result = answer.json()
+        self.assertLess(result["bias"]["low"], result["bias"]["value"])
+        self.assertGreater(result["bias"]["high"], result["bias"]["value"])
+        # 1,536 pixels: the mean of z is known to 0.026; six of them.
+        self.assertLess(abs(result["z"]["mean"]), 0.16)
+        self.assertLess(result["z"]["share_above_3"], 0.02)
+        self.assertGreater(result["flip"], 0)
+        self.assertEqual(self.server.get(answer.headers["Location"]).json(), result)
+        maps = []
+        for name in ("difference", "z", "flip"):
+            picture = self.server.get(result["links"][name])
+            self.assertEqual((picture.status, picture.body[:8]), (200, b"\x89PNG\r\n\x1a\n"))
+            self.assertEqual(struct.unpack_from(">II", picture.body, 16), (48, 32))
+            maps.append(picture.body)
+        self.assertEqual(len(set(maps)), 3)
+        self.assert_problem(self.server.get(result["links"]["self"] + "/secrets.png"), 404)
+        self.server.kill()
+        self.server.start()
+        self.assertEqual(self.server.get(result["links"]["self"]).json(), result)
+        self.assertEqual(self.server.get(result["links"]["z"]).body, maps[1])
+
+    def test_a_job_and_its_own_pictures(self):
+        job = self.server.render(job_body(samples=32))["id"]
+        exr = self.upload(self.server.get(f"/v1/jobs/{job}/image.exr").body)
+        result = self.compare(job, exr).json()
+        # Half floats are right to 2^-11.
+        self.assertLess(result["relmse"], 2.0 ** -22)
+        self.assertLess(result["flip"], 0.01)
+        self.assertEqual(result["z"]["share_above_3"], 0)
+        png = self.upload(self.server.get(f"/v1/jobs/{job}/image.png").body)
+        # Bytes clip what is brighter than white; what FLIP sees is that of the display.
+        self.assertLess(self.compare(job, png).json()["flip"], 0.02)
+        self.assertLess(self.compare(png, job).json()["flip"], 0.02)
+
+    def test_a_gain_of_a_hundredth_is_found(self):
+        a = self.server.render(job_body(samples=512, seed=1))["id"]
+        sky = {"intensity": 1.01}
+        bright = self.server.render(job_body(scene="furnace", samples=256, seed=1, environment=sky))["id"]
+        plain = self.server.render(job_body(scene="furnace", samples=256, seed=2, environment={}))["id"]
+        result = self.compare(bright, plain).json()
+        mean = sum(self.server.get(f"/v1/jobs/{plain}/pixels/24/16").json()["layers"]["beauty"]["mean"]) / 3
+        self.assertGreater(result["bias"]["low"], 0)
+        self.assertLess(result["bias"]["low"], 0.0101 * max(mean, 1))
+        self.assertGreater(result["z"]["mean"], 0.2)
+        self.assertEqual(self.compare(a, a).json()["mse"], 0)
+
+    def test_what_cannot_be_compared_is_told(self):
+        job = self.server.render(job_body())["id"]
+        film = dict(job_body()["film"], width=50)
+        wider = self.server.render(job_body(film=film))["id"]
+        self.assert_problem(self.compare(job, wider), 422, "/b")
+        text = self.upload(b"no image")
+        self.assert_problem(self.compare(job, text), 422, "/b")
+        self.assert_problem(self.compare(text, job), 422, "/a")
+        self.assert_problem(self.compare(text, text), 422, "/a")
+        self.assert_problem(self.compare(job, "0" * 64), 404, "/b")
+        self.assert_problem(self.compare("00000000-0000-4000-8000-000000000000", job), 404, "/a")
+        self.assert_problem(self.compare("x", job), 422, "/a")
+        self.assert_problem(self.server.get("/v1/comparisons/x"), 404)
+        running = self.server.submit(job_body(samples=65536))["id"]
+        self.assert_problem(self.compare(running, job), 409, "/a")
+        self.server.post(f"/v1/jobs/{running}/cancel")
+
+    def test_pictures_that_are_too_large_are_refused_before_they_are_decoded(self):
+        job = self.server.render(job_body())["id"]
+        limit = self.server.get("/v1/server").json()["limits"]["comparison_pixels"]
+        self.assertGreater(10000 * 1000, limit)
+        problem = self.assert_problem(self.compare(job, self.upload(wide_png(10000, 1000))), 413, "/b")
+        self.assertIn(str(limit), problem["errors"][0]["detail"])
+        bad = (b"{", 400), (b"[]", 422), (b'{"a": "x"}', 422)
+        for body, status in bad:
+            answer = self.server.request("POST", "/v1/comparisons", body, {"Content-Type": "application/json"})
+            self.assert_problem(answer, status)
+
+    def test_without_independent_halves_there_is_no_interval(self):
+        plain = self.server.render(job_body(samples=64, seed=1))["id"]
+        for kind, known in (("pilot", True), ("crosshalf", False), ("sequential", False)):
+            job = self.server.render(job_body(samples=64, seed=2, adaptive={"type": kind, "min_samples": 16}))["id"]
+            result = self.compare(job, plain).json()
+            self.assertEqual(result["bias"]["low"] is not None, known, kind)
+            self.assertEqual(result["z"]["mean"] is not None, known, kind)
+            self.assertGreater(result["mse"], 0)
+        # Correlated pixels: variances do not add up over the picture.
+        blue = self.server.render(job_body(samples=64, seed=2, sampler={"type": "zsobol"}))["id"]
+        result = self.compare(blue, plain).json()
+        self.assertEqual((result["bias"]["low"], result["bias"]["high"]), (None, None))
+
+    def test_maps_are_downloaded_as_other_files_are(self):
+        a, b = (self.server.render(job_body(samples=8, seed=seed))["id"] for seed in (1, 2))
+        link = self.compare(a, b).json()["links"]["z"]
+        whole = self.server.get(link)
+        self.assertEqual(self.server.get(link, {"If-None-Match": whole.headers["ETag"]}).status, 304)
+        piece = self.server.get(link, {"Range": "bytes=8-99"})
+        self.assertEqual((piece.status, piece.body), (206, whole.body[8:100]))
+        self.assert_problem(self.server.get(link, {"Range": "bytes=999999999-"}), 416)
+        self.assert_problem(self.server.get(link + "?x=1"), 422)
+
+    def test_jobs_may_go_while_they_are_compared_and_after(self):
+        film = {"width": 400, "height": 300, "layers": []}
+        a, b = (self.server.render(job_body(samples=2, seed=seed, film=film))["id"] for seed in (1, 2))
+        kept = self.compare(a, b).json()
+        several = [in_background(lambda: self.compare(a, b)) for _ in range(4)]
+        self.assertEqual(self.server.request("DELETE", f"/v1/jobs/{a}").status, 204)
+        for answer in (result() for result in several):
+            self.assertIn(answer.status, (201, 404), answer)
+        self.assert_problem(self.compare(a, b), 404, "/a")
+        self.assertEqual(self.server.get(kept["links"]["self"]).json(), kept)
+        self.assertEqual(self.server.get(kept["links"]["flip"]).status, 200)
+        self.assertEqual(self.server.get(kept["links"]["a"]).status, 404)

@@ -7,7 +7,7 @@ namespace cli {
 namespace {
 
 /// What may stand for a value.
-enum class Kind { kSwitch, kText, kFile, kFolder, kJob };
+enum class Kind { kSwitch, kText, kFile, kFolder, kJob, kExperiment };
 
 Kind kind_of(const OptionText& option) {
   const std::string_view value = option.value;
@@ -20,11 +20,15 @@ Kind kind_of(const OptionText& option) {
   if (value == "DIR") {
     return Kind::kFolder;
   }
+  if (value == "EXPERIMENT") {
+    return Kind::kExperiment;
+  }
   return value == "ID" || value == "ID..." ? Kind::kJob : Kind::kText;
 }
 
 // The newest jobs of the server; nothing where none answers.
 constexpr std::string_view kJobIds = "tessera jobs --limit 50 2>/dev/null | awk 'NR > 1 {print $1}'";
+constexpr std::string_view kExperiments = "tessera lab | awk '{print $1}'";
 
 std::string replaced(std::string_view text, std::string_view what, std::string_view with) {
   std::string out;
@@ -58,6 +62,8 @@ std::string_view bash_kind(Kind kind) {
       return "folder";
     case Kind::kJob:
       return "job";
+    case Kind::kExperiment:
+      return "experiment";
     case Kind::kSwitch:
     case Kind::kText:
       break;
@@ -96,6 +102,8 @@ std::string zsh_action(Kind kind) {
       return "_files -/";
     case Kind::kJob:
       return "_tessera_jobs";
+    case Kind::kExperiment:
+      return "_tessera_experiments";
     case Kind::kSwitch:
     case Kind::kText:
       break;
@@ -132,6 +140,8 @@ std::string fish_value(Kind kind) {
       return " -x -a '(__fish_complete_directories)'";
     case Kind::kJob:
       return " -x -a " + fish_quoted("(" + std::string(kJobIds) + ")");
+    case Kind::kExperiment:
+      return " -x -a " + fish_quoted("(" + std::string(kExperiments) + ")");
     case Kind::kText:
       return " -x";
     case Kind::kSwitch:
@@ -153,8 +163,8 @@ std::string fish_verb(const VerbText& verb) {
   for (const OptionText& operand : verb.operands) {
     if (kind_of(operand) == Kind::kFile) {
       out += head + " -F\n";
-    } else if (kind_of(operand) == Kind::kJob) {
-      out += head + " -a " + fish_quoted("(" + std::string(kJobIds) + ")") + "\n";
+    } else if (kind_of(operand) == Kind::kJob || kind_of(operand) == Kind::kExperiment) {
+      out += head + fish_value(kind_of(operand)) + "\n";
     }
   }
   return out;
@@ -200,6 +210,7 @@ std::string bash_completion(std::span<const VerbText> verbs) {
          "      mapfile -t COMPREPLY < <(compgen -d -- \"$word\")\n"
          "      ;;\n"
          "    job) mapfile -t COMPREPLY < <(compgen -W \"latest $(" + std::string(kJobIds) + ")\" -- \"$word\") ;;\n"
+         "    experiment) mapfile -t COMPREPLY < <(compgen -W \"$(" + std::string(kExperiments) + ")\" -- \"$word\") ;;\n"
          "    none) mapfile -t COMPREPLY < <(compgen -W \"$options\" -- \"$word\") ;;\n"
          "  esac\n"
          "}\n"
@@ -217,6 +228,9 @@ std::string zsh_completion(std::span<const VerbText> verbs) {
          "# Completion of tessera for zsh: source <(tessera completion zsh)\n"
          "_tessera_jobs() {\n"
          "  compadd latest ${(f)\"$(" + std::string(kJobIds) + ")\"}\n"
+         "}\n"
+         "_tessera_experiments() {\n"
+         "  compadd ${(f)\"$(" + std::string(kExperiments) + ")\"}\n"
          "}\n"
          "_tessera() {\n"
          "  local -a verbs=(\n" + names +

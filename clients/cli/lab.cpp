@@ -34,17 +34,27 @@ struct LabFlags {
   std::string svg;
 };
 
-void list_experiments() {
-  for (const lab::Experiment* e : lab::experiments()) {
-    std::printf("%-16s %s\n", std::string(e->name).c_str(), std::string(e->summary).c_str());
-  }
-  std::puts("\n`tessera lab NAME` runs one, `tessera lab NAME --explain` says what it is about.");
-}
-
 std::string text(std::string_view view) { return std::string(view); }
 
+int list(const CLI::App& app, const LabFlags& flags) {
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->count() > 0 && option->get_name() != "--json") {
+      complain("lab", {ErrorCode::kInvalidArgument, "which experiment?", option->get_name()});
+      return kWrongUsage;
+    }
+  }
+  if (flags.as_json) {
+    std::puts(api::dump(api::experiments_json()).c_str());
+    return kDone;
+  }
+  for (const lab::Experiment* e : lab::experiments()) {
+    std::printf("%-16s %s\n", text(e->name).c_str(), text(e->summary).c_str());
+  }
+  return kDone;
+}
+
 void explain(const lab::Experiment& e) {
-  std::printf("%s\n\n%s\n\nEstimates  %s\nFormula    %s\nLook for   %s\n\nEstimators (--estimator, default %s)\n",
+  std::printf("%s\n\n%s\n\nEstimates  %s\nFormula    %s\nTo see     %s\n\nEstimators (--estimator, default %s)\n",
               text(e.title).c_str(), text(e.summary).c_str(), text(e.estimates).c_str(), text(e.formula).c_str(),
               text(e.look_for).c_str(), text(e.estimator).c_str());
   for (const lab::EstimatorInfo& each : e.estimators) {
@@ -179,27 +189,38 @@ int run(const LabFlags& flags) {
 }  // namespace
 
 int lab_command(const Args& args) {
-  CLI::App app("Runs an experiment of the estimator laboratory on this machine. Without a name it lists them.\n"
-               "Exit code 1 when theory and measurement differ.",
+  CLI::App app("Runs an experiment of the estimator laboratory on this machine. Without a name it lists them, with\n"
+               "--json in full. Exit code 1 when theory and measurement differ.",
                "tessera lab");
   LabFlags flags;
   bool wants_text = false;
-  app.add_option("NAME", flags.experiment, "Experiment");
+  app.add_option("experiment", flags.experiment, "What to try; `tessera lab` alone lists them")
+      ->type_name("EXPERIMENT");
   app.add_flag("--explain", wants_text, "Say what is estimated, by which formula, and what to see; run nothing");
-  app.add_option("--estimator", flags.estimator, "One of the experiment's");
-  app.add_option("--sampler", flags.sampler, "Of the registry, as far as the experiment takes it");
-  app.add_option("--n", flags.n, "Evaluations of a replicate, separated by commas")->delimiter(',');
-  app.add_option("--replicates", flags.replicates, "Independent repetitions (64)");
-  app.add_option("--seed", flags.seed, "The same seed gives the same numbers, times excepted");
-  app.add_option("--param", flags.parameters, "NAME=VALUE; may be repeated");
-  app.add_option("--threads", flags.threads, "Threads; results do not depend on it")->check(CLI::Range(1, 1024));
+  app.add_option("--estimator", flags.estimator, "One of the experiment's")->type_name("NAME");
+  app.add_option("--sampler", flags.sampler, "Of the registry, as far as the experiment takes it")->type_name("NAME");
+  app.add_option("--n", flags.n, "Evaluations of a replicate, separated by commas")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("N,N");
+  app.add_option("--replicates", flags.replicates, "Independent repetitions (64)")->type_name("N");
+  app.add_option("--seed", flags.seed, "The same seed gives the same numbers, times excepted")->type_name("N");
+  app.add_option("--param", flags.parameters, "Parameter of the experiment; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--threads", flags.threads, "Threads; results do not depend on it")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
   app.add_flag("--json", flags.as_json, "JSON lines, as the service streams them");
-  app.add_option("--csv", flags.csv, "Write the points to this file; - is stdout");
-  app.add_option("--svg", flags.svg, "Write the log-log plot to this file; - is stdout");
+  app.add_option("--csv", flags.csv, "Write the points to this file; - is stdout")->type_name("FILE");
+  app.add_option("--svg", flags.svg, "Write the plot to this file; - is stdout")->type_name("FILE");
   return parse_and_run(app, args, [&] {
     if (flags.experiment.empty()) {
-      list_experiments();
-      return kDone;
+      return list(app, flags);
+    }
+    if (static_cast<int>(flags.as_json) + static_cast<int>(flags.csv == "-") + static_cast<int>(flags.svg == "-") > 1) {
+      complain("lab", {ErrorCode::kInvalidArgument, "only one of --json, --csv and --svg can be stdout", ""});
+      return kWrongUsage;
     }
     const lab::Experiment* found = lab::find_experiment(flags.experiment);
     if (wants_text && found != nullptr) {

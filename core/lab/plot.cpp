@@ -1,6 +1,7 @@
 #include "core/lab/plot.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -14,6 +15,9 @@ constexpr double kLeft = 76;
 constexpr double kRight = 24;
 constexpr double kTop = 64;
 constexpr double kBottom = 56;
+// Of the points beside it: all pairs of axes, in two columns where there are several.
+constexpr double kPatterns = 336;
+constexpr double kGap = 16;
 
 std::string number(double value, const char* format = "%.4g") {
   char buffer[48];
@@ -130,10 +134,40 @@ class Plot {
   double last_ = 1;
 };
 
+/// The points of the first replicate, one square for each pair of axes.
+std::string patterns(const Setup& setup, const Outcome& outcome) {
+  constexpr std::string_view kAxes = "xyzw";
+  const auto dimensions = static_cast<std::size_t>(setup.experiment->pattern_dimensions);
+  const int columns = dimensions > 2 ? 2 : 1;
+  const double step = dimensions > 2 ? (kHeight - kTop - kGap) / 3 : kPatterns - kGap;
+  const double side = step - (dimensions > 2 ? kGap : 0);
+  std::string text;
+  int square = 0;
+  for (std::size_t a = 0; a < dimensions; ++a) {
+    for (std::size_t b = a + 1; b < dimensions; ++b, ++square) {
+      const double left = kWidth + step * (square % columns);
+      const double top = kTop + step * (square / columns);
+      text += "<g transform=\"translate(" + pixel(left) + " " + pixel(top) + ")\"><title>" +
+              std::string(1, kAxes[a]) + " and " + std::string(1, kAxes[b]) + "</title><path class=\"frame\" d=\"M0 0H" +
+              pixel(side) + "V" + pixel(side) + "H0Z\"/><path class=\"points\" d=\"";
+      // A dot is a line of no length with round ends.
+      for (const Vec4& p : outcome.pattern) {
+        const std::array<double, 4> at = {p.x, p.y, p.z, p.w};
+        text += "M" + pixel(at[a] * side) + " " + pixel((1 - at[b]) * side) + "h0";
+      }
+      text += "\"/></g>\n";
+    }
+  }
+  return text + "<text x=\"" + pixel(kWidth) + "\" y=\"" + pixel(kTop - 8) + "\">" +
+         std::to_string(outcome.pattern.size()) + " points" +
+         (dimensions > 2 ? ", each two of four axes" : "") + "</text>\n";
+}
+
 }  // namespace
 
 std::string plot_svg(const Setup& setup, std::span<const Point> points, const Outcome& outcome) {
-  const std::string width = number(kWidth);
+  const bool has_pattern = !outcome.pattern.empty();
+  const std::string width = number(has_pattern ? kWidth + kPatterns : kWidth);
   const std::string height = number(kHeight);
   std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height +
                      "\" viewBox=\"0 0 " + width + " " + height +
@@ -144,8 +178,9 @@ std::string plot_svg(const Setup& setup, std::span<const Point> points, const Ou
   text +=
       "<style>svg{background:#fff}text{fill:#333}.grid{stroke:#ddd}.fitted{stroke:#2563c9;stroke-width:2}"
       ".expected{stroke:#c2410c;stroke-width:2;stroke-dasharray:6 5}circle{fill:#2563c9}path{fill:none}"
+      ".frame{stroke:#999}.points{stroke:#2563c9;stroke-width:3;stroke-linecap:round}"
       "@media(prefers-color-scheme:dark){svg{background:#16181d}text{fill:#ddd}.grid{stroke:#333}"
-      ".fitted{stroke:#7aa7ff}.expected{stroke:#ff9a5c}circle{fill:#7aa7ff}}</style>\n";
+      ".fitted{stroke:#7aa7ff}.expected{stroke:#ff9a5c}circle{fill:#7aa7ff}.points{stroke:#7aa7ff}}</style>\n";
   text += "<clipPath id=\"area\"><rect x=\"" + pixel(kLeft) + "\" y=\"" + pixel(kTop) + "\" width=\"" +
           pixel(kWidth - kLeft - kRight) + "\" height=\"" + pixel(kHeight - kTop - kBottom) + "\"/></clipPath>\n";
   text += "<text x=\"" + pixel(kLeft) + "\" y=\"24\" font-size=\"15\" font-weight=\"600\">" + escaped(title) +
@@ -160,6 +195,9 @@ std::string plot_svg(const Setup& setup, std::span<const Point> points, const Ou
   }
   text += "; " + std::string(to_text(outcome.verdict)) + "</text>\n";
   text += Plot(points, outcome).body();
+  if (has_pattern) {
+    text += patterns(setup, outcome);
+  }
   text += "<text x=\"" + pixel((kLeft + kWidth - kRight) / 2) + "\" y=\"" + pixel(kHeight - 12) +
           "\" text-anchor=\"middle\">n, " + escaped(setup.experiment->unit) + "</text>\n";
   text += "<text transform=\"translate(18 " + pixel((kTop + kHeight - kBottom) / 2) +

@@ -43,7 +43,8 @@ struct Point {
 };
 
 /// agrees: means (of unbiased estimators) and slope are those of theory; the chance of a wrong "differs" is 0.2 %.
-/// biased: an estimator without a known slope whose bias is seen, as it says. undecided: nothing to compare.
+/// biased: an estimator without a known slope whose bias is seen, as it says. undecided: nothing to compare, or
+/// fewer than eight replicates.
 enum class Verdict { kAgrees, kDiffers, kBiased, kUndecided };
 std::string_view to_text(Verdict verdict);
 

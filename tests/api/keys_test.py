@@ -92,6 +92,9 @@ class Keyed(unittest.TestCase):
         self.wait_for_status(200, "/v1/jobs", reads)
         self.assertEqual(self.status("/v1/jobs", reads, "POST", job_body()), 403)
         self.assertEqual(self.status("/v1/jobs?dry_run=1", reads, "POST", job_body()), 403)
+        experiment = {"experiment": "pi", "n": [4], "replicates": 2}
+        self.assertEqual(self.status("/v1/lab/runs", reads, "POST", experiment), 403)
+        self.assertEqual(self.status("/v1/lab/runs", writes, "POST", experiment), 200)
         self.assertEqual(self.status("/v1/jobs", writes), 403)
         self.assertEqual(self.status("/v1/jobs", writes, "POST", job_body()), 201)
 

@@ -126,5 +126,19 @@ class LabTest(ApiTest):
                 self.assertEqual(sorted(int(64 * p[axis]) for p in outcome["pattern"]), list(range(64)))
 
 
+class LabStop(ApiTest):
+    def test_a_server_that_stops_takes_leave_of_its_runs(self):
+        connection = self.server.connect()
+        connection.request("POST", "/v1/lab/runs", json.dumps({**LONG, "n": [16, 100000000], "replicates": 9}),
+                           {"Content-Type": "application/json"})
+        answer = connection.getresponse()
+        self.assertEqual(answer.status, 200)
+        self.assertEqual(json.loads(answer.readline())["n"], 16)
+        self.server.stop()
+        self.assertEqual(answer.read(), b'{"cancelled":true}\n')
+        connection.close()
+        self.server.start()
+
+
 if __name__ == "__main__":
     unittest.main()

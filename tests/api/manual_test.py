@@ -113,6 +113,13 @@ class Manual(ApiTest):
         self.assertLessEqual(set(ids), set(self.fish("tessera fetch ", **server)))
         self.assertEqual(self.bash("watch", "", TESSERA_SERVER="http://127.0.0.1:9"), ["latest"])
 
+    def test_experiments_are_offered_by_their_names(self):
+        names = [e["name"] for e in self.server.get("/v1/server").json()["experiments"]]
+        self.assertEqual(self.bash("lab", ""), names)
+        self.assertEqual(self.bash("lab", "rest"), ["restir-1d"])
+        self.assertLessEqual(set(names), set(self.fish("tessera lab ")))
+        self.assertIn("tessera lab restir-1d ", self.typed_in_zsh("tessera lab rest\t", "tessera lab restir-1d "))
+
     def test_fish_offers_every_verb_and_flag(self):
         self.assertLessEqual(set(self.verbs), set(self.fish("tessera ")))
         self.assertEqual(self.fish("tessera su"), ["submit"])
@@ -134,7 +141,7 @@ class Manual(ApiTest):
         begin = f"autoload -U compinit; compinit -u -D; source {self.files['zsh']}; PS1='ready> '\n"
         child, terminal = pty.fork()
         if child == 0:
-            os.environ["TERM"] = "dumb"
+            os.environ.update(HERE, TERM="dumb")
             os.execvp("zsh", ["zsh", "-f", "-i"])
         shown, deadline = "", time.monotonic() + PATIENCE_S
         try:

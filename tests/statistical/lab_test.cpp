@@ -7,6 +7,7 @@
 #include <cstring>
 #include <numbers>
 #include <thread>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -214,6 +215,18 @@ TEST(LabFit, SlopeIntervalsOfNoisyPointsCover) {
   EXPECT_NEAR(static_cast<double>(covered) / kRuns, 0.95, 0.035);
 }
 
+TEST(LabVerdict, WithFewReplicatesIsWrongNoMoreOftenThanItSays) {
+  const LabSetup setup = setup_of("pi", "hit");
+  int wrong = 0;
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    wrong += run_all(setup, {.n = {16, 64}, .replicates = 8, .seed = seed}).outcome.verdict == Verdict::kDiffers ? 1 : 0;
+  }
+  EXPECT_LE(wrong, 9);  // at 0.2 % more has a chance of 5e-5
+  for (int replicates = 2; replicates < 8; ++replicates) {
+    EXPECT_EQ(run_all(setup, {.n = {16, 64}, .replicates = replicates}).outcome.verdict, Verdict::kUndecided);
+  }
+}
+
 TEST(LabPlot, HasEveryPointAndBothLines) {
   const LabSetup setup = setup_of("pi", "hit");
   const Done done = run_all(setup, {.n = {16, 64, 256}, .replicates = 16});
@@ -228,6 +241,21 @@ TEST(LabPlot, HasEveryPointAndBothLines) {
   const std::string csv = points_csv(done.points);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 4);
   EXPECT_EQ(csv.substr(0, csv.find('\n')), "n,mean,rmse,standard_error,cost,seconds");
+}
+
+TEST(LabPlot, DrawsThePointsOfASamplerForEachPairOfAxes) {
+  for (const auto& [name, estimator, squares] : {std::tuple{"samplers-2d", "smooth", 1}, {"samplers-4d", "ball", 6}}) {
+    const LabSetup setup = setup_of(name, estimator);
+    const Done done = run_all(setup, {.n = {16, 64}, .replicates = 4});
+    const std::string svg = plot_svg(setup, done.points, done.outcome);
+    int found = 0;
+    for (std::size_t at = svg.find("class=\"points\""); at != std::string::npos; at = svg.find("class=\"points\"", at + 1)) {
+      const std::string dots = svg.substr(at, svg.find("\"/>", at) - at);
+      EXPECT_EQ(std::count(dots.begin(), dots.end(), 'M'), 64) << name;
+      ++found;
+    }
+    EXPECT_EQ(found, squares) << name;
+  }
 }
 
 TEST(LabPlot, SaysSoWhenThereIsNoErrorToDraw) {

@@ -75,7 +75,7 @@ const verdictWords = {
   agrees: 'Agrees with theory.',
   differs: 'Differs from theory.',
   biased: 'Biased, as it says.',
-  undecided: 'Nothing to compare with theory.',
+  undecided: 'Undecided.',
 };
 
 const withMinus = (text: string): string => text.replace(/(^|[^\w)])-(?=\d)/g, '$1−');

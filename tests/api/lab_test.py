@@ -56,7 +56,9 @@ class LabTest(ApiTest):
         def stable(body):
             return [{k: v for k, v in line.items() if k not in TIMES} for line in lines_of(self.run_lab(body))]
         self.assertEqual(stable(SMALL), stable(SMALL))
-        self.assertNotEqual(stable(SMALL)[0]["mean"], stable({**SMALL, "seed": 8})[0]["mean"])
+        # Means of 16 n hits or misses coincide by chance, at n = 16 once in 23; all three, once in 100,000.
+        means = [[line["mean"] for line in stable({**SMALL, "seed": seed})[:3]] for seed in (7, 8)]
+        self.assertNotEqual(*means)
 
     def test_every_listed_experiment_estimator_and_sampler_runs(self):
         listed = self.experiments()

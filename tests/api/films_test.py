@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import random
 import struct
 import time
@@ -329,6 +330,39 @@ class Room(FilmTest):
         self.assertIn(str(limit), problem["errors"][0]["detail"])
         self.assertEqual(self.server.job(ids[1])["state"], "queued")
         self.server.post(f"/v1/jobs/{first['id']}/cancel")
+
+
+class Verbs(FilmTest):
+    """The same from the command line."""
+
+    def tessera(self, *arguments, code=0):
+        done, said, complained = tessera(*arguments, "--server", f"http://127.0.0.1:{self.server.port}")
+        self.assertEqual(done, code, complained)
+        return said if code == 0 else complained
+
+    def test_films_are_fetched_merged_and_compared(self):
+        whole = self.server.render(part(replicates=4, samples=16))
+        parts = [self.server.render(part(first=first)) for first in (0, 2)]
+        place = os.path.join(self.server.data, "part.film")
+        self.tessera("fetch", parts[0]["id"], "--film", "-o", place)
+        with open(place, "rb") as file:
+            self.assertEqual(file.read(), self.film(parts[0]).body)
+        merged = self.tessera("merge", place, parts[1]["id"]).strip()
+        self.assertEqual(self.server.job(merged)["film_digest"], whole["film_digest"])
+        told = json.loads(self.tessera("merge", "--json", place))
+        self.assertEqual(told["film_digest"], parts[0]["film_digest"])
+        self.assertIn("/films/1", self.tessera("merge", place, parts[0]["id"], code=1))
+        figures = json.loads(self.tessera("compare", "--json", merged, whole["id"]))
+        self.assertEqual((figures["mse"], figures["flip"]), (0, 0))
+        lines = self.tessera("compare", parts[0]["id"], parts[1]["id"]).splitlines()
+        self.assertEqual([line.split()[0] for line in lines],
+                         ["MSE", "relMSE", "FLIP", "bias", "z", "difference", "z", "flip"])
+        picture = os.path.join(self.server.data, "picture.exr")
+        self.tessera("fetch", whole["id"], "-o", picture)
+        self.assertLess(json.loads(self.tessera("compare", "--json", whole["id"], picture))["relmse"], 2.0 ** -22)
+        self.assertIn("no asset", self.tessera("merge", "0" * 64, code=1))
+        for wrong in (("merge",), ("compare", merged), ("fetch", merged, "--film", "--layer", "normal", "-o", place)):
+            self.tessera(*wrong, code=2)
 
 
 class Killed(unittest.TestCase):

@@ -90,6 +90,11 @@ for (const [name, device] of [
         await until('numbers', async () =>
           /relMSE\s*[\d.]/.test(await page.textContent('[data-testid=compare-numbers]')),
         );
+        const clip = () =>
+          page.locator('.compare-film canvas').last().evaluate((c) => c.style.clipPath);
+        assert.match(await clip(), /50%/);
+        await page.fill('[data-testid=wipe]', '25');
+        await until('the line to move', async () => /75%/.test(await clip()));
         for (const view of ['difference', 'z']) {
           await page.check(`[data-testid=compare-${view}]`, { force: true });
           await page.waitForSelector('[data-testid=legend]');
@@ -97,7 +102,23 @@ for (const [name, device] of [
         await page.check('[data-testid=compare-flip]', { force: true });
         const map = page.locator('[data-testid=flip-map]');
         await until('the map', () => map.evaluate((img) => img.complete && img.naturalWidth > 0));
-        assert.match(await page.textContent('[data-testid=compare-numbers]'), /FLIP\s*[\d.]/);
+        const figures = page.locator('[data-testid=compare-numbers]');
+        assert.match(await figures.textContent(), /FLIP\s*[\d.]/);
+        const box = await figures.boundingBox();
+        assert.ok(box.width <= page.viewportSize().width);
+        // What stands there is what the server says.
+        const asked = await fetch(`${server.url}/v1/comparisons`, {
+          method: 'POST',
+          headers: { 'content-type': 'application/json' },
+          body: JSON.stringify({ a, b }),
+        });
+        const { mse, bias } = await asked.json();
+        const read = (text) => Number(text.replace(/−/g, '-'));
+        const value = async (name) =>
+          page.locator(`dt:text-is("${name}") + dd`).first().textContent();
+        assert.ok(Math.abs(read(await value('MSE')) / mse - 1) < 0.01);
+        assert.ok(Math.abs(read(await value('Bias of A')) / bias.value - 1) < 0.01);
+        assert.match(await figures.textContent(), /95 %: /);
       }),
   );
 }

@@ -52,6 +52,11 @@ def comparison_call(a: JobData | str | PathLike[str], b: JobData | str | PathLik
     return Call("POST", "/v1/comparisons", json={"a": ids[0], "b": ids[1]}, timeout_s=120)
 
 
+def merge_call(films: Sequence[JobData | str | PathLike[str]]) -> Call:
+    ids = [film.id if isinstance(film, JobData) else str(film) for film in films]
+    return Call("POST", "/v1/films/merge", json={"films": ids}, repeatable=False, timeout_s=600)
+
+
 def lab_call(experiment: str, members: Mapping[str, Any]) -> Call:
     return Call(
         "POST", "/v1/lab/runs", json={"experiment": experiment} | dict(members),

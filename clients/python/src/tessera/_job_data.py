@@ -159,5 +159,8 @@ class JobData:
             timeout_s=120,
         )  # fmt: skip
 
+    def film_call(self) -> Call:
+        return Call("GET", self.path + "/film", headers={"Accept": "*/*"}, timeout_s=600)
+
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.id} {self.state} {self.progress.fraction:.0%}>"

@@ -20,6 +20,7 @@ from ._calls import (
     lab_call,
     lab_line,
     lab_run,
+    merge_call,
     not_offered,
     scene_id_of,
     wants_upload,
@@ -188,6 +189,15 @@ class AsyncClient:
             if await self._offers("/v1/comparisons"):
                 raise
             raise not_offered("comparisons") from error
+
+    async def merge(self, *films: AsyncJob | Pathish) -> AsyncJob:
+        """A finished job of several films: jobs that have ended, or files that film() wrote.
+
+        Their jobs may differ in seed, replicates, stop rules and names only; Conflict where they
+        have samples in common.
+        """
+        sides = [await self.upload_asset(f) if wants_upload(f) else f for f in films]
+        return AsyncJob(self, await self.ask(merge_call(sides)))
 
     async def lab(
         self, experiment: str, *, on_point: Callable[[LabPoint], object] | None = None,

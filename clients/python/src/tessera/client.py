@@ -19,6 +19,7 @@ from ._calls import (
     lab_call,
     lab_line,
     lab_run,
+    merge_call,
     not_offered,
     scene_id_of,
     wants_upload,
@@ -174,6 +175,15 @@ class Client:
             if self._offers("/v1/comparisons"):
                 raise
             raise not_offered("comparisons") from error
+
+    def merge(self, *films: Job | Pathish) -> Job:
+        """A finished job of several films: jobs that have ended, or files that film() wrote.
+
+        Their jobs may differ in seed, replicates, stop rules and names only; Conflict where they
+        have samples in common.
+        """
+        sides = [self.upload_asset(f) if wants_upload(f) else f for f in films]
+        return Job(self, self.ask(merge_call(sides)))
 
     def lab(
         self, experiment: str, *, on_point: Callable[[LabPoint], object] | None = None,

@@ -138,6 +138,14 @@ class Job(JobData):
         place.write_bytes(self.picture(format, **options))
         return place
 
+    def film(self, path: str | PathLike[str]) -> Path:
+        """Writes the film, the raw sums of a job that has ended: for merge(), here or elsewhere."""
+        place = Path(path)
+        with self._client.stream(self.film_call()) as response, place.open("wb") as file:
+            for piece in response.iter_bytes():
+                file.write(piece)
+        return place
+
     def pixels(self, x: int, y: int) -> Pixel:
         """One pixel with its intervals; x, y in pixels of the full film."""
         return Pixel.of(self._client.ask(Call("GET", f"{self.path}/pixels/{x}/{y}")))

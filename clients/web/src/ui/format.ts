@@ -4,7 +4,7 @@ const dash = '–';
 const known = (v: number | null | undefined): v is number =>
   typeof v === 'number' && Number.isFinite(v);
 
-const minus = (text: string): string => text.replace('-', '−');
+const minus = (text: string): string => text.replace(/-/g, '−');
 
 /** Three significant digits, no exponent between 1e-3 and 1e5. */
 export function number(v: number | null | undefined, digits = 3): string {

@@ -18,7 +18,7 @@ import { errorRange, lookOf } from './view_modes';
 
 type View = 'wipe' | Measure | 'flip';
 const views: { view: View; label: string; meaning: string }[] = [
-  { view: 'wipe', label: 'Side by side', meaning: 'Drag the line over the two pictures.' },
+  { view: 'wipe', label: 'Slider', meaning: 'Drag the line over the two pictures.' },
   {
     view: 'difference',
     label: 'Difference',
@@ -31,7 +31,7 @@ const views: { view: View; label: string; meaning: string }[] = [
   },
   {
     view: 'flip',
-    label: 'To the eye',
+    label: 'FLIP',
     meaning: 'FLIP: what a person sees who flips between the two. Black none, pale yellow most.',
   },
 ];
@@ -279,7 +279,6 @@ function Comparing({ a, b }: { a: string; b: string }) {
             </fieldset>
             <LightControls film={left.film} disabled={view !== 'wipe'} />
           </div>
-          {view === 'flip' && server && <p class="compare-note">{meaning}</p>}
           {trouble && (
             <p class="compare-note" role="alert">
               The server did not compare them: {trouble} What follows is the page's own reckoning.
@@ -300,15 +299,13 @@ function Numbers({ server, own }: { server: Comparison | null; own: Figures | nu
     ? [
         ['relMSE', number(server.relmse), 'mean of (A - B)² / (B² + 0.01)'],
         ['MSE', number(server.mse), 'mean of (A - B)²'],
-        ['FLIP', number(server.flip), 'how different the two look to a person, 0 to 1'],
+        ['FLIP', number(server.flip), 'to the eye: 0 black, 1 yellow'],
         [
           'Bias of A',
+          number(server.bias.value),
           server.bias.low === null || server.bias.high === null
-            ? number(server.bias.value)
-            : `${number(server.bias.value)} (${number(server.bias.low)} to ${number(server.bias.high)})`,
-          server.bias.low === null
-            ? 'mean of A - B; a render does not know its error'
-            : 'mean of A - B with its 95 % interval',
+            ? 'mean of A - B; its interval is not known'
+            : `95 %: ${number(server.bias.low)} to ${number(server.bias.high)}`,
         ],
         [
           'z of a pixel',

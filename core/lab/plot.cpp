@@ -149,7 +149,7 @@ std::string patterns(const Setup& setup, const Outcome& outcome) {
       const double top = kTop + step * (square / columns);
       text += "<g transform=\"translate(" + pixel(left) + " " + pixel(top) + ")\"><title>" +
               std::string(1, kAxes[a]) + " and " + std::string(1, kAxes[b]) + "</title><path class=\"frame\" d=\"M0 0H" +
-              pixel(side) + "V" + pixel(side) + "H0Z\"/><path class=\"points\" d=\"";
+              pixel(side) + "V" + pixel(side) + "H0Z\"/><path class=\"points\" stroke-width=\"" + (dimensions > 2 ? "1.4" : "3") + "\" d=\"";
       // A dot is a line of no length with round ends.
       for (const Vec4& p : outcome.pattern) {
         const std::array<double, 4> at = {p.x, p.y, p.z, p.w};
@@ -178,7 +178,7 @@ std::string plot_svg(const Setup& setup, std::span<const Point> points, const Ou
   text +=
       "<style>svg{background:#fff}text{fill:#333}.grid{stroke:#ddd}.fitted{stroke:#2563c9;stroke-width:2}"
       ".expected{stroke:#c2410c;stroke-width:2;stroke-dasharray:6 5}circle{fill:#2563c9}path{fill:none}"
-      ".frame{stroke:#999}.points{stroke:#2563c9;stroke-width:3;stroke-linecap:round}"
+      ".frame{stroke:#999}.points{stroke:#2563c9;stroke-linecap:round}"
       "@media(prefers-color-scheme:dark){svg{background:#16181d}text{fill:#ddd}.grid{stroke:#333}"
       ".fitted{stroke:#7aa7ff}.expected{stroke:#ff9a5c}circle{fill:#7aa7ff}.points{stroke:#7aa7ff}}</style>\n";
   text += "<clipPath id=\"area\"><rect x=\"" + pixel(kLeft) + "\" y=\"" + pixel(kTop) + "\" width=\"" +

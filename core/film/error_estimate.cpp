@@ -20,6 +20,64 @@ constexpr std::array<int, 7> kRadii = {1, 2, 3, 5, 8, 16, 32};
 /// correlation is -1/3 at most, show 1 - 1/9 of the variance of one square: 4/3 / (8/9).
 constexpr double kDependence = 1.5;
 
+/// Where a pixel is brighter than the region that it would share its expected value with. What its samples say of each
+/// other, in squares (s^2 / n) / mean^2, is 1 / k where k equal events made the mean. Rare events are few: k is 1 or 2. At the
+/// rim of a lamp k is the number of samples that met the lamp; where it is small, the lamp beside it tells what they were.
+struct OwnMean {
+  double inverse_events = 1;  ///< 1 / k
+  float least_share = 0;      ///< of the mean that the expected value surely is
+
+  OwnMean(const FilmSnapshot& film, std::size_t pixel, Rgb mean) {
+    const SampleVariance a = sample_variance(film, pixel, 0);
+    const SampleVariance b = sample_variance(film, pixel, 1);
+    const double degrees = a.degrees + b.degrees;
+    if (!(degrees > 0)) {
+      return;
+    }
+    // Few samples may agree by luck: the upper bound of the variance, by the same approximation.
+    const double luck = 1 - 2 / (9 * degrees) - kLucky * std::sqrt(2 / (9 * degrees));
+    const double variance = 0.25 * (a.of_mean + b.of_mean) / std::max(luck * luck * luck, 0.01);
+    const auto y = static_cast<double>(luminance(mean));
+    if (y > 0 && variance < y * y) {
+      inverse_events = variance / (y * y);
+      // Lower bound for the mean of a Poisson distribution of which k was drawn (Garwood 1936), by Wilson and Hilferty.
+      const double root = 1 - inverse_events / 9 - kSure / 3 * std::sqrt(inverse_events);
+      least_share = static_cast<float>(std::max(root * root * root, 0.0));
+    }
+  }
+
+  /// The expected value of a channel, which the region says is `pooled`. at_edge: a neighbour is surely as bright.
+  float expected(float mean, float pooled, bool at_edge) const {
+    const auto above = static_cast<double>(mean - pooled);
+    const auto m = static_cast<double>(mean);
+    if (above > 0 && above * above > kApart * kApart * m * m * inverse_events) {
+      return mean;
+    }
+    // k events may be chance. Less is taken off than otherwise, but one event alone says nothing here either.
+    const bool several = at_edge && inverse_events < 1;
+    const float share = several ? static_cast<float>(1 / std::sqrt(1 + 3 * inverse_events)) : least_share;
+    return std::max(pooled, share * mean);
+  }
+
+ private:
+  static constexpr double kSure = 3.09;  ///< standard deviations: one pixel in a thousand
+  static constexpr double kLucky = 2.33;  ///< one pixel in a hundred
+  static constexpr double kApart = 4;
+};
+
+/// Over the 3 x 3 pixels around one.
+float largest_around(const std::vector<float>& values, int width, int height, std::size_t pixel) {
+  const int x = static_cast<int>(pixel % static_cast<std::size_t>(width));
+  const int y = static_cast<int>(pixel / static_cast<std::size_t>(width));
+  float out = 0;
+  for (int v = std::max(y - 1, 0); v < std::min(y + 2, height); ++v) {
+    for (int u = std::max(x - 1, 0); u < std::min(x + 2, width); ++u) {
+      out = std::max(out, values[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)]);
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 std::size_t ErrorEstimate::index(int x, int y) const noexcept {
@@ -53,16 +111,27 @@ ErrorEstimate::ErrorEstimate(const FilmSnapshot& film)
   influence_.resize(n);
   SummedArea ratios(w, h);
   const std::vector<MomentSums::Expected> expected = sums.expected_values();
+  std::vector<OwnMean> own;
+  std::vector<float> least(n);
+  own.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
+    own.emplace_back(film, i, mean_[i]);
+    least[i] = own[i].least_share * luminance(mean_[i]);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool at_edge = largest_around(least, w, h, i) >= luminance(mean_[i]);
     float ratio = 0;
     // How the sum of the ratios moves with this pixel: by its own ratio, and through the expected value that it
     // shares with its region. d/dmu of Var / (mu^2 + c) is -2 mu Var / (mu^2 + c)^2.
     float through_mean = 0;
     for (int c = 0; c < 3; ++c) {
-      const float mu = expected[i].mean[c];
+      const float pooled = expected[i].mean[c];
+      const float mu = own[i].expected(mean_[i][c], pooled, at_edge);
       const float scale = 1 / (mu * mu + static_cast<float>(MomentSums::kRegularizer));
       ratio += raw[i][c] * scale * (1.0F / 3);
-      through_mean += 2 * mu * expected[i].variance[c] * scale * scale * (mean_[i][c] - mu) * (1.0F / 3);
+      if (mu == pooled) {
+        through_mean += 2 * mu * expected[i].variance[c] * scale * scale * (mean_[i][c] - mu) * (1.0F / 3);
+      }
     }
     influence_[i] = ratio - through_mean;
     raw_ratio_[i] = ratio;

@@ -3,7 +3,8 @@
 /// relative RMSE = sqrt(mean over pixels and channels of Var / (mu^2 + 0.01)), Var being the
 /// variance of the pixel's mean, estimated from the two halves as (A - B)^2 / 4, and mu the expected value,
 /// which is pooled over a region large enough to know it: dividing by a pixel's own noisy mean cannot
-/// exceed 1 and reads low where fireflies are.
+/// exceed 1 and reads low where fireflies are. A pixel that is brighter than its region, and whose samples agree that it
+/// is, counts with the least that they leave possible.
 ///
 /// Where the errors of neighbouring pixels are correlated (PixelErrors), variances still are what the halves say of each
 /// pixel and the mean over pixels is right, but fewer of them are known independently: intervals are wider. The variance

@@ -271,6 +271,25 @@ HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half) {
   return out;
 }
 
+SampleVariance sample_variance(const FilmSnapshot& film, std::size_t pixel, int half) {
+  const auto r = static_cast<std::size_t>(film.replicates);
+  double squares = 0;
+  double count = 0;
+  SampleVariance out;
+  for (auto k = static_cast<std::size_t>(half); k < r; k += 2) {
+    const ReplicatePixel& p = film.pixels[pixel * r + k];
+    if (p.count > 0) {
+      squares += static_cast<double>(p.m2_luminance);
+      count += static_cast<double>(p.count);
+      out.degrees += static_cast<double>(p.count) - 1;
+    }
+  }
+  if (out.degrees > 0) {
+    out.of_mean = squares / out.degrees / count;
+  }
+  return out;
+}
+
 HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel) {
   const HalfValue a = half_value(film, pixel, 0);
   const HalfValue b = half_value(film, pixel, 1);

@@ -11,8 +11,12 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   target_link_libraries(options_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()
 
-# 1/(V T) of adaptive sampling over the built-in scenes.
+# Over the built-in scenes: 1/(V T) of adaptive sampling.
 if(TARGET core_scene_io AND TARGET core_image_io)
   add_executable(adaptive_bench bench/adaptive_bench.cpp)
   target_link_libraries(adaptive_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+
+  # Are error targets kept?
+  add_executable(targets_bench bench/targets_bench.cpp)
+  target_link_libraries(targets_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()

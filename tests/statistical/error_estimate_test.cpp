@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -22,6 +23,8 @@ struct Plan {
   std::function<double(Random&, int x, int y)> half;  ///< mean of a half, by its own random numbers
   std::function<double(int x, int y)> mu;
   std::function<double(int x, int y)> variance;  ///< of the mean of both halves
+  /// Squared deviations of a half's 128 samples from their mean; without it, what is expected of them.
+  std::function<double(int x, int y, double mean)> m2 = {};
 };
 
 FilmSnapshot draw(const Plan& plan, std::uint64_t seed) {
@@ -33,7 +36,8 @@ FilmSnapshot draw(const Plan& plan, std::uint64_t seed) {
     for (int x = 0; x < plan.width; ++x) {
       for (std::size_t r = 0; r < 2; ++r) {
         const auto v = static_cast<float>(plan.half(random, x, y));
-        film.pixels[static_cast<std::size_t>(y * plan.width + x) * 2 + r] = {v, v, v, 1, 0, 128};
+        const double m2 = plan.m2 ? plan.m2(x, y, v) : 2 * plan.variance(x, y) * 127 * 128;
+        film.pixels[static_cast<std::size_t>(y * plan.width + x) * 2 + r] = {v, v, v, 1, static_cast<float>(m2), 128};
       }
     }
   }
@@ -68,6 +72,7 @@ Plan rare_events(double probability, int size = 64) {
   plan.half = [probability](Random& r, int, int) { return events(r, probability); };
   plan.mu = [](int, int) { return 1.0; };
   plan.variance = [probability](int, int) { return (1 / probability - 1) / 256; };
+  plan.m2 = [probability](int, int, double mean) { return 128 * mean * (1 / probability - mean); };
   return plan;
 }
 
@@ -86,6 +91,33 @@ Plan half_black(Plan bright, int middle = 32) {
   plan.half = [=](Random& r, int x, int y) { return x < middle ? 0.0 : bright.half(r, x, y); };
   plan.mu = [=](int x, int y) { return x < middle ? 0.0 : bright.mu(x, y); };
   plan.variance = [=](int x, int y) { return x < middle ? 0.0 : bright.variance(x, y); };
+  if (bright.m2) {
+    plan.m2 = [=](int x, int y, double mean) { return x < middle ? 0.0 : bright.m2(x, y, mean); };
+  }
+  return plan;
+}
+
+/// A lamp of radiance 20 on a wall of 0.3, round, so that each pixel of its rim stands alone. Samples meet the lamp with the
+/// probability of the share of the pixel that it covers, independently.
+Plan round_lamp(int samples) {
+  Plan plan;
+  const auto share = [](int x, int y) {
+    return std::clamp(12.5 - std::hypot(x - 31.3, y - 32.2), 0.0, 1.0);
+  };
+  plan.half = [=](Random& r, int x, int y) {
+    int met = 0;
+    for (int i = 0; i < samples / 2; ++i) {
+      met += r.uniform_double() < share(x, y) ? 1 : 0;
+    }
+    return 0.3 + 19.7 * met / (samples / 2);
+  };
+  plan.mu = [=](int x, int y) { return 0.3 + 19.7 * share(x, y); };
+  plan.variance = [=](int x, int y) { return 19.7 * 19.7 * share(x, y) * (1 - share(x, y)) / samples; };
+  plan.m2 = [=](int, int, double mean) {
+    const double met = (mean - 0.3) / 19.7;
+    // As if there were 128 samples: s^2 / n is that of samples / 2.
+    return 19.7 * 19.7 * met * (1 - met) / (samples / 2 - 1) * 127 * 128;
+  };
   return plan;
 }
 
@@ -140,6 +172,7 @@ FilmSnapshot blue_noise(std::uint64_t seed, double sd, core::PixelErrors errors)
   film.pixels.resize(film.pixel_count() * 2);
   Random random(seed);
   const double scale = sd * std::sqrt(2.0) * std::sqrt(4.0 / 3);
+  const auto m2 = static_cast<float>(2 * sd * sd * 127 * 128);
   for (int block = 0; block < kSide * kSide / 4; ++block) {
     for (std::size_t r = 0; r < 2; ++r) {
       double noise[4];
@@ -152,7 +185,7 @@ FilmSnapshot blue_noise(std::uint64_t seed, double sd, core::PixelErrors errors)
         const int x = block % (kSide / 2) * 2 + k % 2;
         const int y = block / (kSide / 2) * 2 + k / 2;
         const auto v = static_cast<float>(1 + scale * (noise[k] - mean));
-        film.pixels[static_cast<std::size_t>(y * kSide + x) * 2 + r] = {v, v, v, 1, 0, 128};
+        film.pixels[static_cast<std::size_t>(y * kSide + x) * 2 + r] = {v, v, v, 1, m2, 128};
       }
     }
   }
@@ -215,6 +248,14 @@ TEST(ErrorEstimate, HalfBlackHalfBright) {
     const Outcome o = measure(plan);
     EXPECT_NEAR(o.estimate.mean, o.truth, 0.1 * o.truth);
     EXPECT_GE(o.covered, kLeastCoverage);
+  }
+}
+
+TEST(ErrorEstimate, TheRimOfALampIsNotTakenForFireflies) {
+  for (const int samples : {16, 64, 256}) {
+    const Outcome o = measure(round_lamp(samples), 100);
+    EXPECT_GE(o.estimate.mean, 0.95 * o.truth) << samples;
+    EXPECT_LE(o.estimate.mean, 1.5 * o.truth) << samples;
   }
 }
 

@@ -44,6 +44,27 @@ void check_view(const core::CameraSettings& camera, Faults& faults) {
   }
 }
 
+/// The 2x2 system is about one light sample and one BSDF sample whose densities are known.
+void check_optimal_mis(const core::RenderSettings& render, Faults& faults) {
+  const core::EstimatorSettings& estimator = render.estimator;
+  if (estimator.mis != core::MisType::kOptimal || estimator.strategy != core::Strategy::kMis) {
+    return;
+  }
+  constexpr const char* kWhere = "/estimator/mis/type";
+  if (render.light_sampler == core::LightSamplerType::kRis) {
+    faults.add(kWhere, "'optimal' does not go with light sampler 'ris', whose density is not known");
+  }
+  if (estimator.roulette == core::RouletteType::kThreshold) {
+    faults.add(kWhere, "'optimal' does not go with roulette 'threshold', which leaves out shadow rays");
+  }
+  if (estimator.control_variate != core::ControlVariateType::kNone) {
+    faults.add(kWhere, "'optimal' does not go with a control variate; it is one");
+  }
+  if (!estimator.expected_values) {
+    faults.add(kWhere, "'optimal' does not go with expected_values false, where dice end what was sampled");
+  }
+}
+
 }  // namespace
 
 void check_camera(const core::CameraSettings& camera, Faults& faults) {
@@ -108,6 +129,7 @@ void check_options(const JobSpec& spec, std::span<const std::string> accepted, F
       estimator.strategy != core::Strategy::kLight) {
     faults.add("/estimator/control_variate", "applies to strategies 'mis' and 'light' only");
   }
+  check_optimal_mis(spec.render, faults);
   constexpr std::array kOptions = {
       "/integrator/max_depth",      "/estimator/strategy",  "/estimator/mis",
       "/estimator/roulette",        "/estimator/splitting", "/estimator/control_variate", "/estimator/expected_values",

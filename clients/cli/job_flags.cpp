@@ -77,8 +77,11 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("--integrator", flags.integrator, "How light is estimated (path)")->type_name("T");
   app.add_option("--sampler", flags.sampler, "Where samples come from (sobol)")->type_name("T");
   app.add_option("--light-sampler", flags.light_sampler, "How lights are chosen (tree)")->type_name("T");
+  app.add_option("--mis", flags.mis, "Weights of light and BSDF samples: balance, power, maximum, optimal")->type_name("T");
   app.add_option("--roulette", flags.roulette, "How paths end before their time (throughput)")->type_name("T");
   app.add_option("--split", flags.split, "Continuations of each path at its first surface (1)")->type_name("N");
+  app.add_option("--control-variate", flags.control_variate, "Light known in closed form: none, analytic, regression")
+      ->type_name("T");
   app.add_option("--adaptive", flags.adaptive, "Where further samples go: none, pilot, crosshalf, sequential")
       ->type_name("T");
   app.add_option("--seed", flags.seed, "Another seed gives another noise (0)")->type_name("N");
@@ -122,11 +125,17 @@ core::Result<Json> make_request(const JobFlags& flags) {
   if (flags.light_sampler) {
     object_at(request, "light_sampler")["type"] = *flags.light_sampler;
   }
+  if (flags.mis) {
+    object_at(object_at(request, "estimator"), "mis")["type"] = *flags.mis;
+  }
   if (flags.roulette) {
     object_at(object_at(request, "estimator"), "roulette")["type"] = *flags.roulette;
   }
   if (flags.split) {
     object_at(request, "estimator")["splitting"] = {{"type", "fixed"}, {"count", *flags.split}};
+  }
+  if (flags.control_variate) {
+    object_at(object_at(request, "estimator"), "control_variate")["type"] = *flags.control_variate;
   }
   if (flags.adaptive) {
     object_at(request, "adaptive")["type"] = *flags.adaptive;

@@ -27,8 +27,10 @@ struct JobFlags {
   std::optional<std::string> integrator;
   std::optional<std::string> sampler;
   std::optional<std::string> light_sampler;
+  std::optional<std::string> mis;
   std::optional<std::string> roulette;
   std::optional<int> split;
+  std::optional<std::string> control_variate;
   std::optional<std::string> adaptive;
   std::optional<std::uint64_t> seed;
   int threads = 0;

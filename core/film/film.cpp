@@ -13,6 +13,7 @@ static_assert(sizeof(ReplicatePixel) == 24);
 static_assert(sizeof(AuxPixel) == 32);
 static_assert(sizeof(PilotPixel) == 32);
 static_assert(sizeof(PixelPlan) == 16);
+static_assert(sizeof(ReplicateFit) == 48);
 
 std::size_t area(const PixelRect& r) {
   return static_cast<std::size_t>(r.width) * static_cast<std::size_t>(r.height);
@@ -70,6 +71,7 @@ Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors)
 
 Film::Film(const RenderSettings& settings, PixelErrors errors) : Film(settings.film, settings.replicates, errors) {
   adaptive_ = settings.adaptive.type;
+  fit_ = fit_type(settings);
 }
 
 TileState Film::tile(int tile) const {
@@ -234,7 +236,8 @@ double Film::cpu_seconds() const {
 }
 
 std::size_t Film::bytes() const noexcept {
-  return area(crop_) * (static_cast<std::size_t>(replicates_) * sizeof(ReplicatePixel) +
+  return area(crop_) * (static_cast<std::size_t>(replicates_) *
+                            (sizeof(ReplicatePixel) + (has_fit() ? sizeof(ReplicateFit) : 0)) +
                         (has_aux_ ? sizeof(AuxPixel) : 0) + (has_plan() ? sizeof(PixelPlan) : 0) +
                         (has_pilot() ? sizeof(PilotPixel) : 0)) +
          rects_.size() * (sizeof(Slot) + sizeof(PixelRect));

@@ -18,6 +18,7 @@
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "core/color/rgb.h"
+#include "core/film/replicate_fit.h"
 #include "core/film/sample_plan.h"
 #include "core/image_io/image.h"
 #include "core/math/vec.h"
@@ -53,6 +54,7 @@ struct PathSample {
   Vec3 normal_world;
   float depth_m = 0;
   bool hit = false;
+  FitSample fit;  ///< where something is fitted; its control is not in the radiance
 };
 
 /// One tile's statistics. Copyable: a slice works on a copy and commits it.
@@ -65,6 +67,7 @@ struct TileState {
   std::vector<PixelPlan> plan;             ///< [pixel]; empty without a span
   int pilot_samples = 0;                   ///< per pixel
   std::vector<PilotPixel> pilot;           ///< [pixel]; empty without pilot samples
+  std::vector<ReplicateFit> fit;           ///< [pixel * R + replicate]; empty where nothing is fitted
   std::uint64_t rejected_samples = 0;      ///< non-finite ones, counted as zero
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
@@ -98,7 +101,7 @@ class Film {
  public:
   /// errors: pixel_errors() of the job; what the film is told about its samples, not part of its content.
   Film(const FilmSettings& settings, int replicates, PixelErrors errors = PixelErrors::kIndependent);
-  /// With room for plans and pilot samples where the settings ask for them.
+  /// With room for plans, pilot samples and fits where the settings ask for them.
   explicit Film(const RenderSettings& settings, PixelErrors errors = PixelErrors::kIndependent);
 
   PixelRect crop() const noexcept { return crop_; }
@@ -109,6 +112,7 @@ class Film {
   PixelErrors errors() const noexcept { return errors_; }
   bool has_plan() const noexcept { return adaptive_ != AdaptiveType::kNone; }
   bool has_pilot() const noexcept { return adaptive_ == AdaptiveType::kPilot; }
+  bool has_fit() const noexcept { return fit_ != FitType::kNone; }
   int tile_count() const noexcept { return static_cast<int>(rects_.size()); }
   PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
 
@@ -158,6 +162,7 @@ class Film {
   bool has_aux_;
   PixelErrors errors_;
   AdaptiveType adaptive_ = AdaptiveType::kNone;
+  FitType fit_ = FitType::kNone;
   std::vector<PixelRect> rects_;
   mutable Mutex mutex_;
   std::vector<Slot> tiles_ GUARDED_BY(mutex_);

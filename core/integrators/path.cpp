@@ -15,10 +15,13 @@ PathIntegrator::PathIntegrator(const IntegratorInput& input)
     : scene_(input.scene),
       environment_(input.environment),
       lights_(input.scene, input.environment, input.settings.light_sampler),
-      mis_{input.settings.estimator.mis, input.settings.estimator.mis_exponent},
+      mis_(input.settings.estimator.mis == MisType::kOptimal
+               ? MisRule{MisType::kPower, 2}
+               : MisRule{input.settings.estimator.mis, input.settings.estimator.mis_exponent}),
       strategy_(input.settings.estimator.strategy),
       roulette_(input.settings.estimator.roulette),
       control_variate_(input.settings.estimator.control_variate),
+      fit_(fit_type(input.settings)),
       shadow_threshold_(roulette_ == RouletteType::kThreshold ? input.settings.estimator.roulette_delta : 0.0F),
       candidates_(input.settings.light_sampler == LightSamplerType::kRis ? input.settings.light_candidates : 1),
       light_share_(static_cast<float>(candidates_)),
@@ -44,6 +47,7 @@ bool PathIntegrator::find_surface(State& path, Vertex& vertex) const noexcept {
         const SurfacePoint hole = scene_.surface_point(hit, ray);
         const float side = dot(hole.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
         travelled += length(hole.position - ray.origin);
+        path.in_pair = false;
         ray.origin = offset_ray(hole.position, hole.normal_geometric * side);
         continue;
       }
@@ -74,9 +78,13 @@ void PathIntegrator::add_background(State& path) const noexcept {
   }
   float weight = 1;
   if (strategy_ == Strategy::kMis) {
-    weight = mis_.weight(path.pdf_bsdf, light_share_ * lights_.pdf_environment(path.ray.direction));
+    weight = rule(path.last_fitted).weight(path.pdf_bsdf, light_share_ * lights_.pdf_environment(path.ray.direction));
   }
-  path.out.radiance += path.beta * environment_->radiance(path.ray.direction) * weight;
+  const Rgb value = path.beta * environment_->radiance(path.ray.direction) * weight;
+  path.out.radiance += value;
+  if (path.in_pair) {
+    note_pair(path, 1 - weight, value);
+  }
 }
 
 void PathIntegrator::add_emission(State& path, const Vertex& vertex) const noexcept {
@@ -93,11 +101,16 @@ void PathIntegrator::add_emission(State& path, const Vertex& vertex) const noexc
     if (strategy_ == Strategy::kMis) {
       const Vec3 d = vertex.point.position - path.last_point;
       const float cos_light = std::fabs(dot(vertex.point.normal_geometric, vertex.wo_world));
-      weight = mis_.weight(path.pdf_bsdf, light_share_ * lights_.pdf_triangle(vertex.point.light, path.last_point,
+      weight = rule(path.last_fitted)
+                   .weight(path.pdf_bsdf, light_share_ * lights_.pdf_triangle(vertex.point.light, path.last_point,
                                                                               path.last_normal, length(d), cos_light));
     }
   }
-  path.out.radiance += path.beta * radiance * weight;
+  const Rgb value = path.beta * radiance * weight;
+  path.out.radiance += value;
+  if (path.in_pair && vertex.point.light != kNoLight) {
+    note_pair(path, 1 - weight, value);
+  }
 }
 
 /// By the BSDF, or for study by the cosine or uniformly: delta lobes always by the BSDF.
@@ -143,6 +156,7 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   const Vec3 wi = vertex.shading.frame.to_world(s.wi_local);
   const bool through = dot(wi, vertex.shading.horizon) < 0;
   path.beta *= weight;
+  path.in_pair = false;
   if (vertex.drew_wavelength && !through) {
     path.wavelength_nm = 0;  // the colours parted in what went through
   }
@@ -153,6 +167,8 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
     path.last_point = vertex.shading.origin;
     path.last_normal = vertex.light_normal;
     path.last_controlled = is_controlled(bsdf);
+    path.last_fitted = fits_weights(path.depth, bsdf);
+    path.in_pair = path.last_fitted && !s.is_delta;
   }
   path.eta_scale *= s.eta * s.eta;
   path.ray.origin = offset_ray(vertex.shading.origin, through ? -n : n);
@@ -167,7 +183,8 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
     path.cone_spread_rad += 0.1F * std::max(vertex.shading.bsdf.alpha_x, vertex.shading.bsdf.alpha_y);
     path.is_sharp = false;
   }
-  if (roulette_ != RouletteType::kNone) {
+  if (roulette_ != RouletteType::kNone && !path.in_pair) {
+    // Where weights are fitted the density of what goes on has to be known: the next surface throws the dice.
     // Paths are left alone until their weight falls below one half, and weigh at least that after;
     // measured against thresholds from 1/4 to 1 this gives the least error for the time.
     // eta_scale takes the n^2 of radiance in denser media out: it comes back when the path leaves.
@@ -255,11 +272,20 @@ void PathIntegrator::split(State& path, const Vertex& vertex, const Bsdf& bsdf) 
     branch.sampler = path.sampler.branch(i, split_count_);
     branch.share = share;
     branch.out.radiance = {};
+    branch.out.fit = {};
     add_direct(branch, vertex, bsdf);
     if (scatter(branch, vertex, bsdf) && branch.depth - branch.straight <= max_depth_) {
       follow(branch);
     }
     sum += branch.out.radiance;
+    FitSample& fit = path.out.fit;
+    const FitSample& more = branch.out.fit;
+    fit = {.control = fit.control + more.control * share,
+           .n = fit.n + more.n,
+           .x = fit.x + more.x,
+           .xx = fit.xx + more.xx,
+           .y = fit.y + more.y,
+           .xy = fit.xy + more.xy};
   }
   path.out.radiance += sum * share;
 }

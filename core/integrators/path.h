@@ -25,6 +25,11 @@ class PathIntegrator final : public Integrator {
   void add_direct(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
   struct DirectLight;
   bool is_controlled(const Bsdf& bsdf) const noexcept;
+  bool fits_control(int depth, const Bsdf& bsdf) const noexcept;
+  bool fits_weights(int depth, const Bsdf& bsdf) const noexcept;
+  const MisRule& rule(bool fitted) const noexcept { return fitted ? fitted_mis_ : mis_; }
+  static void note_pair(State& path, float share_light, Rgb value) noexcept;
+  Rgb arriving(State& path, const Vertex& vertex, DirectLight& direct) const noexcept;
   bool has_closed_form(std::uint32_t light, Vec3 point) const noexcept;
   Rgb control(const State& path, const Vertex& vertex, const Bsdf& bsdf, const LightSample& light) const noexcept;
   DirectLight sample_light(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
@@ -35,7 +40,8 @@ class PathIntegrator final : public Integrator {
   void split(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
   BsdfSample sample_direction(State& path, const Bsdf& bsdf) const noexcept;
   bool scatter(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept;
-  Rgb transmittance(State& path, const Ray& ray, MediumStack& media) const noexcept;
+  struct Passage;
+  Passage transmittance(State& path, const Ray& ray, MediumStack& media) const noexcept;
   static float ior_of(const State& path, const Material* material) noexcept;
   static float relative_ior(const State& path, const MediumStack& media, const Material& material,
                             bool front) noexcept;
@@ -46,9 +52,11 @@ class PathIntegrator final : public Integrator {
   const Environment* environment_;
   LightSampler lights_;
   MisRule mis_;
+  MisRule fitted_mis_{MisType::kOptimal, 1};  ///< where weights are fitted
   Strategy strategy_;
   RouletteType roulette_;
   ControlVariateType control_variate_;
+  FitType fit_;
   float shadow_threshold_;  ///< 0: every shadow ray is traced
   int candidates_;          ///< light samples of which one is taken
   float light_share_;       ///< light samples for each BSDF sample, in the weights of MIS

@@ -24,7 +24,7 @@ constexpr float fraction(float x) { return x < 1 ? x : x - static_cast<float>(st
 /// 1 - alpha, its expected value rather than a throw of dice (unless those were asked for); through clear
 /// surfaces what they let straight through. scatter() takes those for no vertex at all, so light sampling and
 /// BSDF sampling share the paths through them by MIS.
-Rgb PathIntegrator::transmittance(State& path, const Ray& shadow, MediumStack& media) const noexcept {
+PathIntegrator::Passage PathIntegrator::transmittance(State& path, const Ray& shadow, MediumStack& media) const noexcept {
   ++path.rays;
   Rgb open(1);
   const auto absorb = [&open, &media](Vec3 way) {
@@ -39,7 +39,7 @@ Rgb PathIntegrator::transmittance(State& path, const Ray& shadow, MediumStack& m
     if (shadow.t_max <= 1) {
       absorb(shadow.direction);
     }
-    return lets_through(path, open) ? open : Rgb{};
+    return {lets_through(path, open) ? open : Rgb{}, true};
   }
   Ray ray = shadow;
   const Vec3 end = shadow.origin + shadow.direction;
@@ -50,7 +50,7 @@ Rgb PathIntegrator::transmittance(State& path, const Ray& shadow, MediumStack& m
       if (!far) {
         absorb(ray.direction);
       }
-      return lets_through(path, open) ? open : Rgb{};
+      return {lets_through(path, open) ? open : Rgb{}, pass == 0};
     }
     const float coverage = scene_.coverage(hit, ray);
     const Material& material = scene_.materials[scene_.meshes[scene_.placed_mesh(hit).mesh].material];
@@ -104,6 +104,32 @@ bool PathIntegrator::is_controlled(const Bsdf& bsdf) const noexcept {
          (strategy_ == Strategy::kMis || strategy_ == Strategy::kLight);
 }
 
+/// Does a light sample here get a control variate with the pixel's own factor? BSDF samples go on as ever.
+bool PathIntegrator::fits_control(int depth, const Bsdf& bsdf) const noexcept {
+  return fit_ == FitType::kRegression && depth == 0 && bsdf.is_wide() &&
+         (strategy_ == Strategy::kMis || strategy_ == Strategy::kLight);
+}
+
+/// Are the samples at this surface weighted by the pixel's own 2x2 system?
+bool PathIntegrator::fits_weights(int depth, const Bsdf& bsdf) const noexcept {
+  return fit_ == FitType::kOptimalMis && depth == 0 && bsdf.has_spread() && !lights_.empty();
+}
+
+/// A sample that has both densities, as light and as BSDF sample; value: f / m. Light samples of anything else (delta lights, what
+/// is black, out of sight or not quite clear) are noted with all of the weight, such BSDF samples with none and need not be
+/// noted: those are outcomes that the other technique does not have, so that densities integrate to 1 all the same.
+void PathIntegrator::note_pair(State& path, float share_light, Rgb value) noexcept {
+  if (is_black(value)) {
+    return;
+  }
+  FitSample& fit = path.out.fit;
+  fit.control += Rgb(share_light);
+  fit.x += share_light;
+  fit.xx += share_light * share_light;
+  fit.y += value;
+  fit.xy += value * share_light;
+}
+
 /// Uniform triangles that are not too small or too far for it to matter, with the point clearly before them (at either
 /// side of two-sided ones): in their plane rounding would decide which of their points count.
 bool PathIntegrator::has_closed_form(std::uint32_t light, Vec3 point) const noexcept {
@@ -142,8 +168,9 @@ PathIntegrator::DirectLight PathIntegrator::unshadowed(const State& path, const 
   if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
     return out;
   }
-  const bool controlled = is_controlled(bsdf) && has_closed_form(light.triangle, vertex.shading.origin);
-  if (controlled) {
+  const bool closed = has_closed_form(light.triangle, vertex.shading.origin);
+  const bool controlled = closed && is_controlled(bsdf);
+  if (controlled || (closed && fits_control(path.depth, bsdf))) {
     out.control = control(path, vertex, bsdf, light);
   }
   const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));
@@ -152,8 +179,9 @@ PathIntegrator::DirectLight PathIntegrator::unshadowed(const State& path, const 
   }
   float weight = 1;
   if (!light.is_delta && strategy_ == Strategy::kMis && !controlled) {
-    weight = mis_.weight(light_share_ * light.pdf_solid_angle, f.pdf_solid_angle);
+    weight = rule(fits_weights(path.depth, bsdf)).weight(light_share_ * light.pdf_solid_angle, f.pdf_solid_angle);
   }
+  out.share = weight;
   out.light = light;
   out.value = path.beta * f.value_cos * light.radiance;
   out.scale = weight / light.pdf_solid_angle;
@@ -202,22 +230,17 @@ PathIntegrator::DirectLight PathIntegrator::sample_light(State& path, const Vert
   return taken;
 }
 
-void PathIntegrator::add_direct(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept {
-  const bool all = strategy_ == Strategy::kMis || strategy_ == Strategy::kLight;
-  if (!bsdf.has_spread() || lights_.empty() || (!all && !lights_.has_delta())) {
-    return;
-  }
-  DirectLight direct = sample_light(path, vertex, bsdf);
-  path.out.radiance += direct.control;
+/// What a light sample brings; asks for what is in the way.
+Rgb PathIntegrator::arriving(State& path, const Vertex& vertex, DirectLight& direct) const noexcept {
   if (is_black(direct.value)) {
-    return;
+    return {};
   }
   if (shadow_threshold_ > 0) {
     // The shadow ray of what would hardly be seen is traced now and then, and counts for those that were not.
     const float survive = size_of(direct.value) * direct.scale * path.share / shadow_threshold_;
     if (survive < 1) {
       if (path.sampler.get_4d(choice_group(path.depth)).y >= survive) {
-        return;
+        return {};
       }
       direct.scale /= survive;
     }
@@ -234,8 +257,42 @@ void PathIntegrator::add_direct(State& path, const Vertex& vertex, const Bsdf& b
   if (side < 0 && material.is_volume) {
     media.cross(material, vertex.shading.front);
   }
-  const Rgb open = transmittance(path, shadow, media);
-  path.out.radiance += direct.value * open * direct.scale;
+  const Passage passage = transmittance(path, shadow, media);
+  direct.in_pair = passage.is_empty && !light.is_delta;
+  return direct.value * passage.share * direct.scale;
+}
+
+void PathIntegrator::add_direct(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept {
+  const bool all = strategy_ == Strategy::kMis || strategy_ == Strategy::kLight;
+  if (!bsdf.has_spread() || lights_.empty() || (!all && !lights_.has_delta())) {
+    return;
+  }
+  DirectLight direct = sample_light(path, vertex, bsdf);
+  const Rgb value = arriving(path, vertex, direct);
+  path.out.radiance += value;
+  FitSample& fit = path.out.fit;
+  if (fits_weights(path.depth, bsdf)) {
+    fit.n += 2;
+    fit.control += Rgb(-1);
+    if (direct.in_pair && !is_black(value)) {
+      note_pair(path, direct.share, value);
+    } else {
+      fit.control += Rgb(1);
+      fit.x += 1;
+      fit.xx += 1;
+    }
+  } else if (fits_control(path.depth, bsdf)) {
+    const float x = luminance(direct.control);
+    const float y = luminance(value);
+    fit.n += 1;
+    fit.control += direct.control;
+    fit.x += x;
+    fit.xx += x * x;
+    fit.y += Rgb(y);
+    fit.xy += Rgb(x * y);
+  } else {
+    path.out.radiance += direct.control;
+  }
 }
 
 }  // namespace core

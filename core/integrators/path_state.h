@@ -37,6 +37,8 @@ struct PathIntegrator::State {
   Vec3 last_point{};
   Vec3 last_normal{};          ///< as given to the light sampler at the last vertex
   bool last_controlled = false;  ///< its lights of closed form are left to light samples
+  bool last_fitted = false;      ///< its weights are fitted
+  bool in_pair = false;          ///< nothing has been met since then: what this ray finds, a light sample could have
   float eta_scale = 1;       ///< product of eta^2: radiance against importance
   float cone_width_m = 0;
   float cone_spread_rad = 0;
@@ -57,6 +59,14 @@ struct PathIntegrator::DirectLight {
   Rgb value;
   float scale = 0;
   Rgb control;  ///< mean of the control variate less the control variate; is added whatever is in the way
+  float share = 1;       ///< of MIS
+  bool in_pair = false;  ///< nothing at all is in the way: a BSDF sample could have found it, and its density is known
+};
+
+/// What gets along a shadow ray, and whether it met nothing at all.
+struct PathIntegrator::Passage {
+  Rgb share;
+  bool is_empty = false;
 };
 
 struct PathIntegrator::Vertex {

@@ -6,6 +6,7 @@
 #include "core/lab/stage.h"
 #include "core/lab/trial.h"
 #include "core/samplers/dimensions.h"
+#include "core/sampling/optimal_mis.h"
 
 namespace core::lab {
 namespace {
@@ -30,11 +31,6 @@ double expected(const Setup& setup) {
 
 double evaluations(const Setup& /*setup*/, std::int64_t n) { return 2 * static_cast<double>(n); }
 std::int64_t rounded(const Setup& /*setup*/, std::int64_t n) { return n + n % 2; }
-
-struct Coefficients {
-  double light = 0;
-  double bsdf = 0;
-};
 
 /// Sums over samples, whichever technique made them; p and q are the densities of light and BSDF sampling there, m
 /// their sum. All that solving and applying need: memory does not grow with n.
@@ -73,19 +69,11 @@ Sums operator+(const Sums& x, const Sums& y) {
           x.fq + y.fq,       x.f + y.f,   x.p + y.p,   x.q + y.q};
 }
 
-/// A a = b with A_kl = sum p_k p_l / m^2, b_k = sum f p_k / m^2. Source: Kondapaneni et al., Optimal Multiple
-/// Importance Sampling, 2019. A matrix that is nearly singular gives the balance heuristic, a = 0.
-Coefficients solve(const Sums& s) {
-  const double determinant = s.pp * s.qq - s.pq * s.pq;
-  if (!(determinant > 1e-3 * s.pp * s.qq)) {
-    return {};
-  }
-  return {(s.fp * s.qq - s.fq * s.pq) / determinant, (s.pp * s.fq - s.pq * s.fp) / determinant};
-}
+OptimalMisCoefficients solve(const Sums& s) { return solve_optimal_mis({s.pp, s.pq, s.qq}, s.fp, s.fq); }
 
 /// sum a + mean of the residual over the mixture, one sample of each technique a pair.
-double apply(const Sums& s, Coefficients a) {
-  return a.light + a.bsdf + 2 * (s.f - a.light * s.p - a.bsdf * s.q) / s.count;
+double apply(const Sums& s, OptimalMisCoefficients a) {
+  return a.p + a.q + 2 * (s.f - a.p * s.p - a.q * s.q) / s.count;
 }
 
 double estimate(Trial& trial) {

@@ -61,6 +61,9 @@ constexpr std::array kMisTypes = {
     NamedValue<MisType>{"balance", MisType::kBalance, "Balance heuristic."},
     NamedValue<MisType>{"power", MisType::kPower, "Power heuristic with `exponent`."},
     NamedValue<MisType>{"maximum", MisType::kMaximum, "All weight to the larger density."},
+    NamedValue<MisType>{"optimal", MisType::kOptimal,
+                        "Where the camera looks: the weights of least variance for each pixel, which may be negative, from a 2x2 "
+                        "system that one half solves for the other; power heuristic further on."},
 };
 
 constexpr std::array kRouletteTypes = {
@@ -87,6 +90,10 @@ constexpr std::array kControlVariateTypes = {
                                    "On matt surfaces the light of uniform lamps without shadows in closed form, samples "
                                    "for shadows and gloss; clear where few shadows fall, noisier deep in shadow. Strategies "
                                    "'mis' and 'light'."},
+    NamedValue<ControlVariateType>{"regression", ControlVariateType::kRegression,
+                                   "Where the camera looks, the same with a factor for each pixel that one half fits for the "
+                                   "other by least squares, small in shadow; BSDF samples keep their part. Strategies 'mis' "
+                                   "and 'light'."},
 };
 
 constexpr std::array kExpectedValues = {

@@ -68,8 +68,10 @@ PathSample PictureRenderer::trace(PathSampler& sampler, int x, int y, int s, std
   const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x, static_cast<float>(y) + 0.5F + at.offset_px.y};
   PathSample sample = integrator_->trace(camera_.ray(film_px, {u.z, u.w}), sampler, rays);
   sample.radiance *= at.weight;
-  if (!is_finite(sample.radiance)) {
+  sample.fit.control *= at.weight;
+  if (!is_finite(sample.radiance + sample.fit.control + sample.fit.y + sample.fit.xy)) {
     sample.radiance = {};
+    sample.fit = {};
     ++rejected;
   }
   return sample;
@@ -82,7 +84,7 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   PathSampler sampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate);
   std::uint64_t rays = 0;
   std::uint64_t rejected = 0;
-  const bool whole = fill_tile(state, {settings.replicates, plan_step(settings)}, last_sample, stop,
+  const bool whole = fill_tile(state, {settings.replicates, plan_step(settings), fit_type(settings)}, last_sample, stop,
                                [&](int x, int y, int s) { return trace(sampler, x, y, s, rays, rejected); });
   state.rejected_samples += rejected;
   state.rays += rays;

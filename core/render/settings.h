@@ -52,7 +52,7 @@ struct CameraSettings {
 };
 
 enum class Strategy { kMis, kLight, kBsdf, kCosine, kUniform };
-enum class MisType { kBalance, kPower, kMaximum };
+enum class MisType { kBalance, kPower, kMaximum, kOptimal };
 enum class RouletteType { kNone, kThroughput, kThreshold };
 enum class SplittingType { kNone, kFixed, kMeasured };
 enum class SamplerType {
@@ -69,7 +69,7 @@ enum class SamplerType {
 enum class PixelErrors { kIndependent, kCorrelated };
 enum class LightSamplerType { kUniform, kPower, kTree, kRis };
 
-enum class ControlVariateType { kNone, kAnalytic };
+enum class ControlVariateType { kNone, kAnalytic, kRegression };
 
 struct EstimatorSettings {
   Strategy strategy = Strategy::kMis;

@@ -1,6 +1,7 @@
 /// fill_tile: which samples of a tile come next, and into the statistics with them.
 #pragma once
 
+#include <span>
 #include <stop_token>
 
 #include "core/color/rgb.h"
@@ -41,9 +42,23 @@ inline void add_pilot(PilotPixel& p, Rgb radiance, float rays) {
   p.rays += (rays - p.rays) * w;
 }
 
+/// Adds to the sample's radiance what the pair of replicates has learnt, and to what it has learnt the sample.
+/// fits: of the pixel; count: samples that the replicate has so far.
+inline void apply_fit(std::span<ReplicateFit> fits, std::size_t replicate, std::uint32_t count, FitType type, PathSample& s) {
+  if (replicate % 2 == 0 && fit_is_due(count)) {
+    ReplicateFit& a = fits[replicate];
+    ReplicateFit& b = fits[replicate + 1];
+    a.coefficient = fitted_coefficient(type, b);
+    b.coefficient = fitted_coefficient(type, a);
+  }
+  s.radiance += fits[replicate].coefficient * s.fit.control;
+  fits[replicate].add(s.fit);
+}
+
 struct FillRule {
   int replicates = 2;
   int step = 1;  ///< plan_step()
+  FitType fit = FitType::kNone;
 };
 
 /// Brings every pixel of the tile from state.samples to last_sample, in the order of the plan. trace(x, y, sample) gives
@@ -52,6 +67,9 @@ template <typename Trace>
 bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const std::stop_token& stop, Trace&& trace) {
   const int replicates = rule.replicates;
   const auto r = static_cast<std::size_t>(replicates);
+  if (rule.fit != FitType::kNone) {
+    state.fit.resize(state.pixels.size());
+  }
   std::size_t pixel = 0;
   for (int y = state.rect.y; y < state.rect.y + state.rect.height; ++y) {
     if (stop.stop_requested()) {
@@ -59,8 +77,13 @@ bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const st
     }
     for (int x = state.rect.x; x < state.rect.x + state.rect.width; ++x, ++pixel) {
       const auto take = [&](int s) {
-        const PathSample sample = trace(x, y, s);
-        add_sample(state.pixels[pixel * r + static_cast<std::size_t>(s % replicates)], sample);
+        PathSample sample = trace(x, y, s);
+        const auto replicate = static_cast<std::size_t>(s % replicates);
+        ReplicatePixel& to = state.pixels[pixel * r + replicate];
+        if (rule.fit != FitType::kNone) {
+          apply_fit(std::span(state.fit).subspan(pixel * r, r), replicate, to.count, rule.fit, sample);
+        }
+        add_sample(to, sample);
         if (!state.aux.empty()) {
           add_auxiliary(state.aux[pixel], sample);
         }

@@ -13,6 +13,7 @@ struct MisRule {
   float exponent = 2;
 
   /// Weight of a sample of technique a whose densities (same measure) are pdf_a > 0 and pdf_b >= 0.
+  /// kOptimal is no heuristic: its samples are weighted as by kBalance, and the rest is core/film/replicate_fit.h.
   float weight(float pdf_a, float pdf_b) const noexcept {
     if (!(pdf_b > 0)) {
       return 1;
@@ -20,6 +21,7 @@ struct MisRule {
     const float ratio = pdf_b / pdf_a;
     switch (type) {
       case MisType::kBalance:
+      case MisType::kOptimal:
         return 1 / (1 + ratio);
       case MisType::kMaximum:
         return ratio < 1 ? 1.0F : (ratio > 1 ? 0.0F : 0.5F);

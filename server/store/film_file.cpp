@@ -25,15 +25,18 @@ constexpr std::array<char, 4> kHeadMagic = {'T', 'S', 'F', '1'};
 constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
 
 static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32 &&
-                  sizeof(core::PixelPlan) == 16 && sizeof(core::PilotPixel) == 32,
+                  sizeof(core::PixelPlan) == 16 && sizeof(core::PilotPixel) == 32 &&
+                  sizeof(core::ReplicateFit) == 48,
               "the file holds these as they are in memory; a change needs a new magic");
 
 constexpr std::int32_t kAux = 1;
 constexpr std::int32_t kPlan = 2;
 constexpr std::int32_t kPilot = 4;
+constexpr std::int32_t kFit = 8;
 
 std::int32_t parts_of(const core::Film& film) {
-  return (film.has_aux() ? kAux : 0) | (film.has_plan() ? kPlan : 0) | (film.has_pilot() ? kPilot : 0);
+  return (film.has_aux() ? kAux : 0) | (film.has_plan() ? kPlan : 0) | (film.has_pilot() ? kPilot : 0) |
+         (film.has_fit() ? kFit : 0);
 }
 
 /// In front of each part. The CRC covers everything after itself.
@@ -49,7 +52,7 @@ struct HeadFields {
   std::int32_t width = 0;
   std::int32_t height = 0;
   std::int32_t replicates = 0;
-  std::int32_t parts = 0;  ///< What a tile may have: kAux, kPlan, kPilot.
+  std::int32_t parts = 0;  ///< What a tile may have: kAux, kPlan, kPilot, kFit.
   std::uint32_t tile_count = 0;
   std::uint32_t point_count = 0;
   double elapsed_seconds = 0;
@@ -89,10 +92,15 @@ std::size_t pixels_of(const core::PixelRect& rect) {
   return static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
 }
 
+std::size_t replicate_bytes(const core::Film& film) {
+  return static_cast<std::size_t>(film.replicates()) *
+         (sizeof(core::ReplicatePixel) + (film.has_fit() ? sizeof(core::ReplicateFit) : 0));
+}
+
 /// Of a whole slot, by what its fields say.
 std::size_t slot_size(const core::Film& film, const core::PixelRect& rect, const SlotFields& fields) {
   return sizeof fields +
-         pixels_of(rect) * (static_cast<std::size_t>(film.replicates()) * sizeof(core::ReplicatePixel) +
+         pixels_of(rect) * (replicate_bytes(film) +
                             (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
                             (fields.span_to != 0 ? sizeof(core::PixelPlan) : 0) +
                             (fields.pilot_samples != 0 ? sizeof(core::PilotPixel) : 0));
@@ -152,7 +160,7 @@ struct FilmFile::Layout {
   std::size_t pixel_bytes = 0;
 
   explicit Layout(const core::Film& film) {
-    pixel_bytes = static_cast<std::size_t>(film.replicates()) * sizeof(core::ReplicatePixel) +
+    pixel_bytes = replicate_bytes(film) +
                   (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
                   (film.has_plan() ? sizeof(core::PixelPlan) : 0) +
                   (film.has_pilot() ? sizeof(core::PilotPixel) : 0);
@@ -277,11 +285,13 @@ Status FilmFile::restore_tiles(core::Film& film, const Checkpoint& checkpoint) c
     state.plan.resize(fields.span_to != 0 ? pixels : 0);
     state.pilot_samples = fields.pilot_samples;
     state.pilot.resize(fields.pilot_samples != 0 ? pixels : 0);
+    state.fit.resize(film.has_fit() ? state.pixels.size() : 0);
     auto rest = std::span<const std::byte>(part).subspan(sizeof fields);
     take(rest, state.pixels.data(), state.pixels.size());
     take(rest, state.aux.data(), state.aux.size());
     take(rest, state.plan.data(), state.plan.size());
     take(rest, state.pilot.data(), state.pilot.size());
+    take(rest, state.fit.data(), state.fit.size());
     film.restore(tile, std::move(state), entry.revision);
   }
   return core::ok_status();
@@ -324,7 +334,8 @@ Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before
   // The version first: what changes meanwhile is written again.
   versions_[static_cast<std::size_t>(tile)] = film.tile_version(tile);
   const std::uint32_t revision = film.tile_revision(tile);
-  const core::TileState state = film.tile(tile);
+  core::TileState state = film.tile(tile);
+  state.fit.resize(film.has_fit() ? state.pixels.size() : 0);
   const std::uint32_t slot = before.sequence == 0 ? 0 : 1 - before.slot;
   SlotFields fields;
   fields.sequence = sequence;
@@ -343,6 +354,7 @@ Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before
   append(buffer_, state.aux.data(), state.aux.size());
   append(buffer_, state.plan.data(), state.plan.size());
   append(buffer_, state.pilot.data(), state.pilot.size());
+  append(buffer_, state.fit.data(), state.fit.size());
   const auto bytes = static_cast<std::uint32_t>(buffer_.size());
   std::memcpy(buffer_.data() + 8, &bytes, sizeof bytes);
   seal(buffer_);

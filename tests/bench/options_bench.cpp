@@ -33,6 +33,7 @@ struct Plan {
   int samples = 16;
   int rounds = 4;
   bool is_short = false;
+  std::string only;  ///< options whose names begin so, beside the default
 };
 
 struct Cost {
@@ -82,6 +83,11 @@ std::vector<Option> options() {
   all.push_back(option("expected_values.false", [](S& s) { s.estimator.expected_values = false; }));
   all.push_back(option("mis.balance", [](S& s) { s.estimator.mis = core::MisType::kBalance; }));
   all.push_back(option("mis.maximum", [](S& s) { s.estimator.mis = core::MisType::kMaximum; }));
+  all.push_back(option("mis.optimal", [](S& s) { s.estimator.mis = core::MisType::kOptimal; }));
+  for (const auto& [name, type] : {std::pair{"control_variate.analytic", core::ControlVariateType::kAnalytic},
+                                   std::pair{"control_variate.regression", core::ControlVariateType::kRegression}}) {
+    all.push_back(option(name, [type = type](S& s) { s.estimator.control_variate = type; }));
+  }
   return all;
 }
 
@@ -162,7 +168,8 @@ std::vector<Cost> compare(View view, const std::vector<Option>& all, const Plan&
 }
 
 void print_options(const Plan& plan) {
-  const std::vector<Option> all = options();
+  std::vector<Option> all = options();
+  std::erase_if(all, [&](const Option& o) { return o.name != "default" && o.name.rfind(plan.only, 0) != 0; });
   for (const char* name : {"cornell-box", "veach-mis", "many-lights", "glass", "interior"}) {
     const std::vector<Cost> costs = compare(builtin(name, plan), all, plan);
     std::printf("\n%-26s%12s%12s%12s%12s\n", name, "efficiency", "variance", "seconds", "rays");
@@ -216,14 +223,27 @@ void print_light_samplers(const Plan& plan) {
 
 }  // namespace
 
+// [--short] [--samples N] [--only NAME]: what is fitted to a picture's own samples needs more of them than the usual 16.
 int main(int argc, char** argv) {
   Plan plan;
-  if (argc > 1 && std::string(argv[1]) == "--short") {
-    plan = {48, 27, 8, 1, true};
+  for (int i = 1; i < argc; ++i) {
+    const std::string flag = argv[i];
+    if (flag == "--short") {
+      plan = {48, 27, 8, 1, true, ""};
+    } else if (flag == "--samples" && i + 1 < argc) {
+      plan.samples = std::stoi(argv[++i]);
+    } else if (flag == "--only" && i + 1 < argc) {
+      plan.only = argv[++i];
+    } else {
+      std::fprintf(stderr, "usage: options_bench [--short] [--samples N] [--only NAME]\n");
+      return 2;
+    }
   }
   std::printf("%dx%d, %d samples per pixel, %d rounds, 2 threads, box filter, max_depth 16; all over the default's\n", plan.width, plan.height,
               plan.samples, plan.rounds);
   print_options(plan);
-  print_light_samplers(plan);
+  if (plan.only.empty()) {
+    print_light_samplers(plan);
+  }
   return 0;
 }

@@ -1,6 +1,7 @@
 set(RENDER_TEST_SOURCES
   agreement_test.cpp
   control_variate_test.cpp
+  fitted_test.cpp
   furnace_test.cpp
   irradiance_test.cpp
   options_test.cpp

@@ -43,6 +43,12 @@ std::vector<Variant> variants() {
     v.light_sampler = lights;
     all.push_back(v);
   }
+  for (const core::Strategy strategy : {core::Strategy::kMis, core::Strategy::kLight}) {
+    Variant v{strategy == core::Strategy::kMis ? "regression" : "regression light", {}};
+    v.estimator.control_variate = core::ControlVariateType::kRegression;
+    v.estimator.strategy = strategy;
+    all.push_back(v);
+  }
   for (const auto& expected : core::expected_value_types()) {
     Variant v{"expected values " + std::string(expected.name), {}};
     v.estimator.expected_values = expected.value;

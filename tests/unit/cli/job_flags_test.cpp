@@ -55,6 +55,15 @@ TEST(MakeRequest, EveryFlagHasItsMember) {
             R"("stop":{"samples_per_pixel":64,"relative_error":0.02,"seconds":5.0}})");
 }
 
+TEST(MakeRequest, WeightsAndControlVariatesAreTypesOfTheEstimator) {
+  cli::JobFlags flags;
+  flags.scene = "glass";
+  flags.mis = "optimal";
+  flags.control_variate = "none";
+  EXPECT_EQ(cli::make_request(flags)->dump(),
+            R"({"scene":"glass","estimator":{"mis":{"type":"optimal"},"control_variate":{"type":"none"}}})");
+}
+
 TEST(MakeRequest, FlagsWinOverTheJobFileAndTheRestOfItStays) {
   const TemporaryFile file(
       R"({"scene":"interior","film":{"width":10,"height":20,"filter":{"type":"box"}},"camera":{"index":2}})");

@@ -172,6 +172,45 @@ TEST(FilmFile, WhatAdaptiveSamplingDecidedComesBack) {
   EXPECT_EQ(load(path, plain).error().code, core::ErrorCode::kConflict);
 }
 
+TEST(FilmFile, WhatIsFittedComesBack) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  core::RenderSettings settings;
+  settings.film = small_film();
+  settings.estimator.mis = core::MisType::kOptimal;
+  core::Film film(settings);
+  auto file = FilmFile::open(path);
+  ASSERT_TRUE(file->restore(film));
+  const auto fits_of = [](const core::Film& of) {
+    std::string text;
+    for (int tile = 0; tile < of.tile_count(); ++tile) {
+      const core::TileState state = of.tile(tile);
+      text.append(reinterpret_cast<const char*>(state.fit.data()), state.fit.size() * sizeof(core::ReplicateFit));
+    }
+    return text;
+  };
+  for (const int samples : {2, 4}) {
+    for (int tile = 0; tile < film.tile_count(); ++tile) {
+      core::TileState state = made_tile(film, tile, samples);
+      state.fit.resize(state.pixels.size());
+      for (std::size_t i = 0; i < state.fit.size(); ++i) {
+        const auto value = static_cast<float>(i) + 0.5F * static_cast<float>(tile * samples);
+        state.fit[i] = {value, 1, 2, {3, value, 5}, {6, 7, value}, {value, 8, 9}};
+      }
+      film.commit(tile, std::move(state));
+    }
+    ASSERT_TRUE(file->write(film, record_of(samples), false));
+  }
+  core::Film loaded(settings);
+  ASSERT_TRUE(load(path, loaded));
+  EXPECT_EQ(loaded.digest(), film.digest());
+  EXPECT_EQ(fits_of(loaded), fits_of(film));
+  EXPECT_EQ(fits_of(loaded).size(), 70U * 40U * 2U * 48U);
+  // One that fits nothing is another film.
+  core::Film plain(small_film(), 2);
+  EXPECT_EQ(load(path, plain).error().code, core::ErrorCode::kConflict);
+}
+
 TEST(FilmFile, ADamagedPlanTakesTheFilmOneCheckpointBackWithItsPlans) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");

@@ -1,0 +1,66 @@
+"""Estimators that learn from a picture's own samples: optimal weights, regression."""
+
+import unittest
+
+from harness import ApiTest, Server, job_body
+
+KINDS = {"mis": "optimal", "control_variate": "regression"}
+
+
+def body(group, samples, **members):
+    wanted = job_body(samples=samples, estimator={group: {"type": KINDS[group]}}, **members)
+    wanted["scene"] = "cornell-box"
+    wanted["film"] = {"width": 64, "height": 48, "layers": []}
+    return wanted
+
+
+class Fitted(ApiTest):
+    def test_the_server_lists_them_without_bias(self):
+        rows = {row["name"]: row for row in self.server.get("/v1/server").json()["options"]}
+        for group, kind in KINDS.items():
+            row = rows[f"estimator.{group}.{kind}"]
+            self.assertEqual(row["bias"], "none")
+            self.assertEqual(row["patch"]["estimator"][group]["type"], kind)
+
+    def test_extending_gives_the_film_of_a_job_that_asked_for_more(self):
+        digests = set()
+        for group, kind in KINDS.items():
+            job = self.server.render(body(group, 24))
+            self.assertEqual(job["spec"]["estimator"][group], {"type": kind})
+            self.assertEqual((job["error"]["bias"], job["error"]["valid"]), ("none", True))
+            answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 64}})
+            self.assertEqual(answer.status, 202)
+            extended = self.server.wait(job["id"])
+            whole = self.server.render(body(group, 64))
+            self.assertEqual(extended["film_digest"], whole["film_digest"])
+            self.assertEqual(whole["statistics"]["rejected_samples"], 0)
+            digests.add(whole["film_digest"])
+        self.assertEqual(len(digests), 2)
+
+    def test_what_does_not_go_together_is_refused_at_its_place(self):
+        for members in ({"light_sampler": {"type": "ris"}},
+                        {"estimator": {"mis": {"type": "optimal"}, "expected_values": False}},
+                        {"estimator": {"mis": {"type": "optimal"}, "roulette": {"type": "threshold"}}},
+                        {"estimator": {"mis": {"type": "optimal"}, "control_variate": {"type": "analytic"}}}):
+            answer = self.server.post("/v1/jobs", {**body("mis", 1), **members})
+            self.assert_problem(answer, 422, "/estimator/mis/type")
+        answer = self.server.post("/v1/jobs", {**body("mis", 1), "estimator": {
+            "strategy": "bsdf", "control_variate": {"type": "regression"}}})
+        self.assert_problem(answer, 422, "/estimator/control_variate")
+
+
+class Restart(unittest.TestCase):
+    def test_what_was_learnt_survives_a_kill(self):
+        server = Server("--checkpoint", "0.3")
+        self.addCleanup(server.close)
+        server.start()
+        calm = server.render(body("mis", 1024))
+        job = server.submit(body("mis", 1024, name="killed"))["id"]
+        server.wait_until(job, lambda now: now["progress"]["samples_per_pixel"]["max"] >= 64)
+        server.kill()
+        server.start(1)
+        self.assertEqual(server.wait(job)["film_digest"], calm["film_digest"])
+
+
+if __name__ == "__main__":
+    unittest.main()

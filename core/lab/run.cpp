@@ -70,12 +70,14 @@ Errors summarize(std::span<const TrialResult> results, double expected) {
   std::vector<double> squares;
   double sum_squares = 0;
   for (const TrialResult& t : results) {
-    out.point.mean += t.value / r;
-    out.point.cost += t.cost / r;
+    out.point.mean += t.value;
+    out.point.cost += t.cost;
     out.point.seconds += t.seconds;
     squares.push_back((t.value - expected) * (t.value - expected));
     sum_squares += squares.back();
   }
+  out.point.mean /= r;
+  out.point.cost /= r;
   double spread = 0;
   for (const TrialResult& t : results) {
     spread += (t.value - out.point.mean) * (t.value - out.point.mean);

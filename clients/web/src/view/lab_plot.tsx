@@ -140,6 +140,10 @@ export function MeanPlot({ series, shown, unit, width }: PlotProps) {
     ...points.flatMap((p) => [p.mean - 2 * p.standard_error, p.mean + 2 * p.standard_error]),
     ...exact,
   ]);
+  const step = beside(
+    shown.points.map((p) => across(width, x, Math.log10(p.n))),
+    measured.length,
+  );
   const words = measured
     .map((s) => {
       const p = s.points[s.points.length - 1];
@@ -180,7 +184,7 @@ export function MeanPlot({ series, shown, unit, width }: PlotProps) {
         <g key={s.id} class={`${inkOf(s)}${s.id === shown.id ? '' : ' lab-behind'}`}>
           {s.points.map((p) => {
             // Side by side, for they are about the same.
-            const at = across(width, x, Math.log10(p.n)) + 7 * (i - (measured.length - 1) / 2);
+            const at = across(width, x, Math.log10(p.n)) + step * (i - (measured.length - 1) / 2);
             return (
               <g key={p.n_asked}>
                 <line
@@ -200,6 +204,13 @@ export function MeanPlot({ series, shown, unit, width }: PlotProps) {
       ))}
     </svg>
   );
+}
+
+/** How far apart runs stand at one n, so that they stay away from those of the next. */
+function beside(places: number[], runs: number): number {
+  const sorted = [...places].sort((a, b) => a - b);
+  const gaps = sorted.slice(1).map((at, i) => at - sorted[i]);
+  return Math.min(7, (0.7 * Math.min(...gaps.filter((gap) => gap > 0), 100)) / runs);
 }
 
 function linear(values: number[]): Axis {

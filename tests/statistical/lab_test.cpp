@@ -227,6 +227,27 @@ TEST(LabVerdict, WithFewReplicatesIsWrongNoMoreOftenThanItSays) {
   }
 }
 
+TEST(LabVerdict, OfRulesOnAGridIsTrueInEveryDimension) {
+  const std::vector<std::int64_t> n = {64, 256, 1024, 4096, 16384};
+  for (const char* rule : {"midpoint", "simpson"}) {
+    for (int d = 1; d <= 6; ++d) {
+      LabSetup setup = setup_of("quadrature-d", rule);
+      setup.parameters[0] = d;
+      const Outcome outcome = run_all(setup, {.n = n, .replicates = 8}).outcome;
+      EXPECT_EQ(outcome.verdict, Verdict::kAgrees) << rule << " in " << d << ": " << outcome.explanation;
+    }
+  }
+}
+
+TEST(LabVerdict, OfSimpsonsRuleUsesErrorsFarBelowThoseOfFloats) {
+  LabSetup setup = setup_of("quadrature-d", "simpson");
+  setup.parameters[0] = 1;
+  // Errors from 2e-7 down: pi^4 h^4 / 180.
+  const Outcome outcome = run_all(setup, {.n = {41, 81, 161, 321}, .replicates = 8}).outcome;
+  ASSERT_TRUE(outcome.slope);
+  EXPECT_NEAR(*outcome.slope, -4, 0.1);  // k/(k - 1) of 4 at k = 41
+}
+
 TEST(LabPlot, HasEveryPointAndBothLines) {
   const LabSetup setup = setup_of("pi", "hit");
   const Done done = run_all(setup, {.n = {16, 64, 256}, .replicates = 16});

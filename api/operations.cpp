@@ -32,6 +32,9 @@ constexpr std::array kSceneListParameters = {kCursor, kLimit};
 constexpr std::array kSubmitParameters = {
     ParameterRow{"dry_run", "query", R"({"type":"integer","enum":[0,1],"default":0})",
                  "1: only validate and estimate the cost (200)."},
+    ParameterRow{"from", "query", R"({"type":"string","enum":["image"]})",
+                 "`image`: the body is a PNG or EXR that was downloaded here or elsewhere; the job that made it is made "
+                 "again, to the same film."},
     kIdempotencyKey, kPrefer};
 constexpr std::array kJobListParameters = {
     ParameterRow{
@@ -90,6 +93,8 @@ constexpr std::array kSceneBodies = {
     ContentRow{"application/zip", ""}, ContentRow{"application/json", "SceneFromAssets"}};
 constexpr std::array kGlb = {ContentRow{"model/gltf-binary", ""}};
 constexpr std::array kJobRequest = {ContentRow{"application/json", "JobRequest"}};
+constexpr std::array kJobBodies = {ContentRow{"application/json", "JobRequest"}, ContentRow{"image/png", ""},
+                                   ContentRow{"image/x-exr", ""}};
 constexpr std::array kJobPatch = {ContentRow{"application/json", "JobPatch"},
                                   ContentRow{"application/merge-patch+json", "JobPatch"}};
 constexpr std::array kExtend = {ContentRow{"application/json", "ExtendRequest"}};
@@ -246,7 +251,7 @@ constexpr std::array kOperations = {
               k404, true},
     Operation{"createJob", "POST", "/v1/jobs", "Jobs", "Submit a job.",
               "Only `scene` is required. Unknown members are refused.", "write", kSubmitParameters,
-              kJobRequest, kJobMade, kSubmitProblems, true},
+              kJobBodies, kJobMade, kSubmitProblems, true},
     Operation{"putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job under an id of one's own.",
               "The id is a UUID. Again with the same body: 200, and no second job; with another: 409.",
               "write", kNoParameters, kJobRequest, kJobPut, kSubmitProblems, true},

@@ -209,7 +209,10 @@ Parsed<SubmitQuery> parse_submit_query(QueryParams query) {
             faults.add(pointer, shown(Json(value)) + " is not 0, 1, false or true");
           }
         } else if (name == "from") {
-          faults.add(pointer, "'from' is not available in this build");
+          out.from_image = value == "image";
+          if (!out.from_image) {
+            faults.add(pointer, shown(Json(value)) + " is not 'image'");
+          }
         } else {
           return false;
         }

@@ -87,6 +87,7 @@ Parsed<ListQuery> parse_scene_list_query(QueryParams query);
 /// POST /v1/jobs?dry_run=1.
 struct SubmitQuery {
   bool dry_run = false;
+  bool from_image = false;  ///< the body is a picture that says which job made it
 };
 Parsed<SubmitQuery> parse_submit_query(QueryParams query);
 

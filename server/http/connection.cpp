@@ -282,7 +282,10 @@ Response Connection::make_response(Request& request, const ParsedHead& parsed, R
     response.headers.add("Allow", match.allow.empty() ? "OPTIONS" : std::string_view(match.allow));
     return response;
   }
-  const BodyPolicy& policy = match.route->body;
+  BodyPolicy policy = match.route->body;
+  if (policy.picture_limit_bytes > 0 && media_type(request.header("Content-Type").value_or("")).starts_with("image/")) {
+    policy = BodyPolicy::stream(policy.picture_limit_bytes);
+  }
   body.set_limit(policy.limit_bytes);
   if (policy.kind == BodyPolicy::Kind::kJson) {
     if (std::optional<Response> answer = read_json_body(request, body)) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,8 +11,10 @@
 #include "api/errors.h"
 #include "api/job_view.h"
 #include "api/limits.h"
+#include "api/picture_origin.h"
 #include "api/requests.h"
 #include "core/base/sha256.h"
+#include "core/image_io/image_texts.h"
 #include "server/http/conditional.h"
 #include "server/http/text.h"
 #include "server/http/web_post.h"
@@ -27,6 +30,8 @@ using core::ErrorCode;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kKeyBytesMax = 255;
+/// Of a picture, before its pixels: a job request and some lines more.
+constexpr std::size_t kPictureHeadBytes = std::size_t{2} << 20U;
 
 Clock::time_point deadline_in(double seconds) {
   return Clock::now() + std::chrono::microseconds(std::llround(seconds * 1e6));
@@ -142,12 +147,49 @@ Response put(const RouteContext& context, Request& request) {
                           api::prefer_wait_seconds(request.headers.joined("Prefer").value_or("")));
 }
 
+/// The job request in the body, and the hash of the body.
+struct Asked {
+  api::Parsed<api::ParsedJob> job;
+  std::string hash;
+};
+
+/// Of a picture only the head is kept: what it says about itself.
+Asked read_picture(const RouteContext& context, Request& request) {
+  std::string head;
+  core::Sha256 hash;
+  const bool is_complete = request.body_reader->read([&](std::string_view piece) {
+    hash.add(piece.data(), piece.size());
+    head.append(piece.substr(0, kPictureHeadBytes - std::min(head.size(), kPictureHeadBytes)));
+    return true;
+  });
+  if (!is_complete) {
+    return {api::make_problem(ErrorCode::kBadSyntax, "the body was cut short"), {}};
+  }
+  const auto texts = core::read_image_texts(std::as_bytes(std::span(head)));
+  if (!texts) {
+    return {api::from_error(texts.error()), {}};
+  }
+  return {api::parse_picture_origin(*texts, context.about.build.arithmetic), hash.hex()};
+}
+
+Asked read_job(const RouteContext& context, Request& request, bool from_image) {
+  if (from_image != (request.body_reader != nullptr)) {
+    return {api::make_problem(ErrorCode::kUnsupportedMedia,
+                              from_image ? "with from=image the body is a picture: send image/png or image/x-exr"
+                                         : "a picture is taken with ?from=image only; send application/json"),
+            {}};
+  }
+  return from_image ? read_picture(context, request)
+                    : Asked{api::parse_job(request.body), core::sha256_hex(request.body.data(), request.body.size())};
+}
+
 Response create(const RouteContext& context, Request& request) {
   const auto query = api::parse_submit_query(request.query_params);
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  auto parsed = api::parse_job(request.body);
+  Asked asked = read_job(context, request, query->from_image);
+  auto& parsed = asked.job;
   if (!parsed) {
     return problem_answer(request, parsed.problem());
   }
@@ -166,7 +208,7 @@ Response create(const RouteContext& context, Request& request) {
                               " bytes; 1 to 255 are allowed");
     }
     submission.key = request.principal + " " + std::string(*key);
-    submission.body_hash = core::sha256_hex(request.body.data(), request.body.size());
+    submission.body_hash = asked.hash;
   }
   const auto submitted = context.jobs.submit(std::move(*parsed), submission);
   if (!submitted) {
@@ -308,7 +350,7 @@ Response remove(const RouteContext& context, Request& request) {
 void add_job_handlers(const RouteContext& context, HandlerTable& table) {
   const BodyPolicy json = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes));
   table["createJob"] = {.handler = [context](Request& request) { return create(context, request); },
-                        .body = json};
+                        .body = BodyPolicy::json_or_picture(json.limit_bytes, context.config.upload_bytes_max)};
   table["putJob"] = {.handler = [context](Request& request) { return put(context, request); },
                      .body = json};
   table["listJobs"] = {.handler = [context](Request& request) { return list(context, request); }};

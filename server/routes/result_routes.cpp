@@ -12,6 +12,7 @@
 
 #include "api/errors.h"
 #include "api/film_view.h"
+#include "api/picture_origin.h"
 #include "api/job_view.h"
 #include "api/requests.h"
 #include "api/values.h"
@@ -105,12 +106,14 @@ bool lies_inside(core::PixelRect part, core::PixelRect whole) {
 
 /// Where a picture comes from, in the file itself.
 std::map<std::string, std::string> provenance(const api::JobView& view, const RouteContext& context) {
+  const std::string build = view.build.empty() ? api::build_json(context.about) : view.build;
   std::map<std::string, std::string> texts = {
       {"tessera:job", view.id},
       {"tessera:scene", view.spec.scene},
-      {"tessera:spec", api::dump(api::to_json(view.spec))},
+      {"tessera:spec", api::picture_spec(view.spec)},
       {"tessera:seed", std::to_string(view.spec.render.seed)},
-      {"tessera:build", view.build.empty() ? api::build_json(context.about) : view.build},
+      {"tessera:build", build},
+      {"tessera:arithmetic", api::arithmetic_of(build)},
       {"tessera:samples_per_pixel", api::number_text(view.progress.samples_mean)},
       {"Software", "Tessera " + context.about.version},
   };

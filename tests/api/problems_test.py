@@ -161,13 +161,6 @@ class RequestProblems(ApiTest):
             self.assertEqual(answer.status, 404, (path, answer))
             self.assert_problem(answer, 404)
 
-    def test_what_is_not_built_yet_is_404_or_422(self):
-        for method, path, body in (
-                ("POST", "/v1/jobs?from=image", {}),):
-            answer = self.server.request(method, path, body)
-            self.assertIn(answer.status, (404, 405, 422), (method, path, answer))
-            self.assert_problem(answer, answer.status)
-
     def test_wrong_host_is_421(self):
         for host in ("example.org", "example.org:80", "127.0.0.1.example.org", "169.254.169.254", ""):
             answer = self.server.get("/v1/server", {"Host": host})

@@ -1,0 +1,71 @@
+#include "api/picture_origin.h"
+
+#include <cmath>
+#include <cstdlib>
+
+#include <nlohmann/json.hpp>
+
+#include "api/errors.h"
+#include "api/json.h"
+#include "api/limits.h"
+
+namespace api {
+namespace {
+
+const std::string* find(const std::map<std::string, std::string>& texts, const char* name) {
+  const auto found = texts.find(name);
+  return found == texts.end() ? nullptr : &found->second;
+}
+
+Problem refused(std::string detail) { return make_problem(core::ErrorCode::kInvalidArgument, std::move(detail)); }
+
+}  // namespace
+
+std::string picture_spec(const JobSpec& spec) {
+  Json body = to_json(spec);
+  body.erase("webhook");
+  return dump(body);
+}
+
+Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>& texts, std::string_view arithmetic) {
+  const std::string* spec = find(texts, "tessera:spec");
+  if (spec == nullptr) {
+    return refused("the picture does not say which job made it: it has no text tessera:spec");
+  }
+  if (const std::string* samples = find(texts, "tessera:samples")) {
+    return refused("the picture was merged from samples that no single job takes: " + *samples);
+  }
+  auto parsed = parse_job(*spec);
+  if (!parsed) {
+    return parsed.problem();
+  }
+  JobSpec& job = parsed->spec;
+  job.webhook.reset();
+  job.retention_seconds.reset();
+  job.job_class = JobClass::kNormal;
+  job.preview_key.reset();
+  if (find(texts, "tessera:film_digest") != nullptr) {
+    const std::string* text = find(texts, "tessera:samples_per_pixel");
+    const double samples = text == nullptr ? 0 : std::strtod(text->c_str(), nullptr);
+    if (!(samples >= 0.5 && samples < static_cast<double>(limits::kSamplesPerPixel) + 0.5)) {
+      return refused("the picture does not say how many samples it has: its text tessera:samples_per_pixel is no count");
+    }
+    // Whatever rule ended the job: its film follows from the number of samples.
+    job.stop = core::StopRules{.samples_per_pixel = static_cast<int>(std::lround(samples)),
+                               .relative_error = {},
+                               .confidence = job.stop.confidence,
+                               .worst_tile = false,
+                               .seconds = {},
+                               .deadline_unix_seconds = {}};
+  } else {
+    parsed->warnings.emplace_back("The picture was taken before its job had ended; this is the whole job.");
+  }
+  const std::string* made_with = find(texts, "tessera:arithmetic");
+  if (made_with != nullptr && !made_with->empty() && *made_with != arithmetic) {
+    parsed->warnings.push_back("The picture was made with " + *made_with + "; this server has " +
+                               std::string(arithmetic) + ", and its bits may differ.");
+  }
+  return parsed;
+}
+
+}  // namespace api

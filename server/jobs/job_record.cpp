@@ -44,12 +44,11 @@ bool may_change(JobState from, JobState to) {
 bool is_memory_only(const api::JobSpec& spec) { return spec.job_class == api::JobClass::kPreview; }
 
 std::shared_ptr<core::Film> blank_film(const api::JobView& view) {
-  core::RenderSettings settings = view.spec.render;
+  const core::RenderSettings& settings = view.spec.render;
   const core::PixelErrors errors = core::pixel_errors(settings);
-  if (!view.ledger.empty()) {
-    settings.adaptive.type = core::AdaptiveType::kNone;  // A merged film has no plans.
-  }
-  return std::make_shared<core::Film>(settings, errors);
+  // A merged film has neither plans nor fits.
+  return view.ledger.empty() ? std::make_shared<core::Film>(settings, errors)
+                             : std::make_shared<core::Film>(settings.film, settings.replicates, errors);
 }
 
 JobRow to_row(const JobRecord& record) {

@@ -253,9 +253,11 @@ JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core:
   } else if (!is_one_build) {
     finished.warnings.emplace_back("The films were made by different builds.");
   }
-  // One whole range with equal counts is what a job of its own has: it can be extended. Plans are not merged.
+  // One whole range with equal counts is what a job of its own has: it can be extended. Plans and fits are not
+  // merged.
   const bool is_uniform = merged.ledger.size() == 1 && samples == finished.spec.stop.samples_per_pixel &&
-                          finished.spec.render.adaptive.type == core::AdaptiveType::kNone;
+                          finished.spec.render.adaptive.type == core::AdaptiveType::kNone &&
+                          core::fit_type(finished.spec.render) == core::FitType::kNone;
   finished.film = std::move(merged.film);
   if (!is_uniform) {
     finished.ledger = std::move(merged.ledger);

@@ -211,6 +211,18 @@ class Films(FilmTest):
         self.assertEqual((code, json.loads(said)["damages"]), (0, []))
         self.assertEqual(self.film(merged).body, before)
 
+    def test_films_with_fits_add_up_and_do_not_go_on(self):
+        estimator = {"mis": {"type": "optimal"}}
+        whole = self.server.render(part(replicates=4, samples=128, estimator=estimator))
+        merged = self.merged(*(self.server.render(part(first, samples=64, estimator=estimator)) for first in (0, 2)))
+        self.assertEqual(merged["film_digest"], whole["film_digest"])
+        self.assert_problem(
+            self.server.post(f"/v1/jobs/{merged['id']}/extend", {"stop": {"samples_per_pixel": 256}}), 409)
+        before = self.film(merged).body
+        self.server.kill()
+        self.server.start()
+        self.assertEqual(self.film(merged).body, before)
+
     def test_what_a_cancelled_or_a_preview_job_has_counts(self):
         job = self.server.submit(part(samples=65536, seed=1))
         self.server.wait_for_samples(job["id"])

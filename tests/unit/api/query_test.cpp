@@ -78,8 +78,13 @@ TEST(SubmitQuery, KnowsDryRun) {
   EXPECT_FALSE(api::parse_submit_query(Query{{"dry_run", "0"}})->dry_run);
   EXPECT_EQ(errors_of(api::parse_submit_query(Query{{"dry_run", "yes"}}), 422),
             (Errors{{"/dry_run", "'yes' is not 0, 1, false or true"}}));
-  EXPECT_EQ(errors_of(api::parse_submit_query(Query{{"from", "image"}}), 422),
-            (Errors{{"/from", "'from' is not available in this build"}}));
+}
+
+TEST(SubmitQuery, KnowsPictures) {
+  EXPECT_FALSE(api::parse_submit_query(Query{{"dry_run", "1"}})->from_image);
+  EXPECT_TRUE(api::parse_submit_query(Query{{"from", "image"}})->from_image);
+  EXPECT_EQ(errors_of(api::parse_submit_query(Query{{"from", "film"}}), 422),
+            (Errors{{"/from", "'film' is not 'image'"}}));
 }
 
 TEST(WaitQuery, AllowsAMinute) {

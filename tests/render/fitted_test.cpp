@@ -73,8 +73,8 @@ View meter(bool wall, const core::MaterialDescription& floor = test_support::lam
 constexpr double kOpen = 0.7522747 / kPi;  // LIGHT_TRANSPORT section 4, truth 4
 constexpr double kHalf = kOpen / 2;        // by symmetry
 
-/// Everything that a light sample or a BSDF sample may meet: gloss, rough glass, a lamp of two sides, a point light, a sky, a pane that lets
-/// half of the light pass, a clear one, a textured shadow of each on the floor.
+/// Everything that a light sample or a BSDF sample may meet: gloss, rough glass, a lamp of two sides, a point light, a sky with black texels, a
+/// pane that lets half of the light pass, a clear one.
 View zoo() {
   core::MaterialDescription plastic;
   plastic.metallic = 0;

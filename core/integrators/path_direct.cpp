@@ -86,8 +86,11 @@ PathIntegrator::Passage PathIntegrator::transmittance(State& path, const Ray& sh
 
 /// Without expected values: all of what gets through or nothing, with the same mean.
 bool PathIntegrator::lets_through(State& path, Rgb& share) const noexcept {
+  if (expected_values_) {
+    return true;
+  }
   const float survive = max_component(Rgb{std::fabs(share.r), std::fabs(share.g), std::fabs(share.b)});
-  if (expected_values_ || survive >= 1) {
+  if (survive >= 1) {
     return true;
   }
   constexpr std::uint32_t kDice = 0x80000000U;  // apart from holes, which count from 0
@@ -168,9 +171,10 @@ PathIntegrator::DirectLight PathIntegrator::unshadowed(const State& path, const 
   if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
     return out;
   }
-  const bool closed = has_closed_form(light.triangle, vertex.shading.origin);
-  const bool controlled = closed && is_controlled(bsdf);
-  if (controlled || (closed && fits_control(path.depth, bsdf))) {
+  const bool asked = is_controlled(bsdf);
+  const bool closed = (asked || fits_control(path.depth, bsdf)) && has_closed_form(light.triangle, vertex.shading.origin);
+  const bool controlled = closed && asked;
+  if (closed) {
     out.control = control(path, vertex, bsdf, light);
   }
   const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));

@@ -27,11 +27,14 @@
 
 namespace core {
 
-/// Tables for dimensions 2 and 3 of the Sobol sequence, one byte of the index at a time, in
-/// bit-reversed form: reversed(sobol(index)) = xor of four entries.
+struct alignas(16) FourWords {
+  std::uint32_t x, y, z, w;
+};
+
+/// The first four dimensions of the Sobol sequence, one byte of the index at a time, bits reversed on both sides:
+/// reversed(sobol(index)) = xor over bytes b of entry[b][byte b of reversed(index)].
 struct SobolTables {
-  std::uint32_t dimension2[4][256];
-  std::uint32_t dimension3[4][256];
+  FourWords entry[4][256];
 };
 extern const SobolTables kSobolTables;
 
@@ -52,31 +55,12 @@ constexpr std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) n
   return x;
 }
 
-/// reversed(second Sobol dimension of index): the Pascal matrix modulo 2 is a Kronecker power of
-/// [[1,1],[0,1]], so the product is five butterfly steps.
-constexpr std::uint32_t sobol1_reversed(std::uint32_t index) noexcept {
-  std::uint32_t x = index;
-  x ^= (x >> 1) & 0x55555555U;
-  x ^= (x >> 2) & 0x33333333U;
-  x ^= (x >> 4) & 0x0f0f0f0fU;
-  x ^= (x >> 8) & 0x00ff00ffU;
-  x ^= (x >> 16) & 0x0000ffffU;
-  return x;
-}
-
-struct FourWords {
-  std::uint32_t x, y, z, w;
-};
-
 /// to_unit_float(reverse_bits(scramble_reversed(value, seed))) in four lanes at once.
-inline Vec4 scrambled_4d(FourWords reversed, FourWords seeds) noexcept {
+inline Vec4 scrambled_4d(__m128i reversed, FourWords seeds) noexcept {
   const auto splat = [](std::uint32_t v) { return _mm_set1_epi32(static_cast<int>(v)); };
-  const auto load = [](const FourWords& v) {
-    return _mm_set_epi32(static_cast<int>(v.w), static_cast<int>(v.z), static_cast<int>(v.y),
-                         static_cast<int>(v.x));
-  };
-  const __m128i seed = load(seeds);
-  __m128i x = load(reversed);
+  const __m128i seed = _mm_set_epi32(static_cast<int>(seeds.w), static_cast<int>(seeds.z), static_cast<int>(seeds.y),
+                                     static_cast<int>(seeds.x));
+  __m128i x = reversed;
   x = _mm_xor_si128(x, _mm_mullo_epi32(x, splat(0x3d20adeaU)));
   x = _mm_add_epi32(x, seed);
   x = _mm_mullo_epi32(x, _mm_or_si128(_mm_srli_epi32(seed, 16), splat(1)));
@@ -160,20 +144,16 @@ class PathSampler {
   /// Point `index` of the scrambled 4-D sequence that (h, h2) name. Public for tests and the laboratory.
   static Vec4 sobol_4d(std::uint32_t index, std::uint64_t h, std::uint64_t h2) noexcept {
     // An Owen scramble of the index keeps every block [m 2^k, (m + 1) 2^k) together, so that each
-    // prefix of 2^k points remains a net. Reversed, dimension 0 is the index itself.
-    const std::uint32_t shuffled =
-        reverse_bits(scramble_reversed(reverse_bits(index), static_cast<std::uint32_t>(h)));
-    const std::uint32_t d2 = kSobolTables.dimension2[0][shuffled & 255U] ^
-                             kSobolTables.dimension2[1][(shuffled >> 8) & 255U] ^
-                             kSobolTables.dimension2[2][(shuffled >> 16) & 255U] ^
-                             kSobolTables.dimension2[3][shuffled >> 24];
-    const std::uint32_t d3 = kSobolTables.dimension3[0][shuffled & 255U] ^
-                             kSobolTables.dimension3[1][(shuffled >> 8) & 255U] ^
-                             kSobolTables.dimension3[2][(shuffled >> 16) & 255U] ^
-                             kSobolTables.dimension3[3][shuffled >> 24];
+    // prefix of 2^k points remains a net.
+    const std::uint32_t shuffled = scramble_reversed(reverse_bits(index), static_cast<std::uint32_t>(h));
+    const auto entry = [shuffled](int byte) {
+      const auto at = (shuffled >> (8 * byte)) & 255U;
+      return _mm_load_si128(reinterpret_cast<const __m128i*>(&kSobolTables.entry[byte][at]));
+    };
+    const __m128i point = _mm_xor_si128(_mm_xor_si128(entry(0), entry(1)), _mm_xor_si128(entry(2), entry(3)));
     // Four 32-bit seeds from 128 bits of hash; the first is reused through another multiplier.
     const auto seed0 = static_cast<std::uint32_t>((h * 0xd1342543de82ef95ULL) >> 32);
-    return scrambled_4d({shuffled, sobol1_reversed(shuffled), d2, d3},
+    return scrambled_4d(point,
                         {seed0, static_cast<std::uint32_t>(h >> 32), static_cast<std::uint32_t>(h2),
                          static_cast<std::uint32_t>(h2 >> 32)});
   }

@@ -27,24 +27,40 @@ constexpr std::array<std::uint32_t, 32> direction_numbers(int degree, std::uint3
   return v;
 }
 
-constexpr void fill(std::uint32_t (&table)[4][256], const std::array<std::uint32_t, 32>& v) {
-  for (int byte = 0; byte < 4; ++byte) {
-    for (std::uint32_t value = 0; value < 256; ++value) {
-      std::uint32_t x = 0;
-      for (int bit = 0; bit < 8; ++bit) {
-        if (((value >> bit) & 1U) != 0) {
-          x ^= v[static_cast<std::size_t>(8 * byte + bit)];
-        }
-      }
-      table[byte][value] = reverse_bits(x);
+constexpr std::uint32_t point(std::uint32_t index, const std::array<std::uint32_t, 32>& v) {
+  std::uint32_t x = 0;
+  for (std::size_t bit = 0; bit < 32; ++bit) {
+    if (((index >> bit) & 1U) != 0) {
+      x ^= v[bit];
     }
   }
+  return x;
+}
+
+/// reversed(second Sobol dimension of index): the Pascal matrix modulo 2 is a Kronecker power of
+/// [[1,1],[0,1]], so the product is five butterfly steps.
+constexpr std::uint32_t second_reversed(std::uint32_t index) {
+  std::uint32_t x = index;
+  x ^= (x >> 1) & 0x55555555U;
+  x ^= (x >> 2) & 0x33333333U;
+  x ^= (x >> 4) & 0x0f0f0f0fU;
+  x ^= (x >> 8) & 0x00ff00ffU;
+  x ^= (x >> 16) & 0x0000ffffU;
+  return x;
 }
 
 constexpr SobolTables make_tables() {
   SobolTables tables{};
-  fill(tables.dimension2, direction_numbers(2, 1, {1, 3, 0}));
-  fill(tables.dimension3, direction_numbers(3, 1, {1, 3, 1}));
+  const auto third = direction_numbers(2, 1, {1, 3, 0});
+  const auto fourth = direction_numbers(3, 1, {1, 3, 1});
+  for (std::uint32_t byte = 0; byte < 4; ++byte) {
+    for (std::uint32_t value = 0; value < 256; ++value) {
+      // The first dimension is the index with its bits reversed.
+      const std::uint32_t index = reverse_bits(value << (8 * byte));
+      tables.entry[byte][value] = {index, second_reversed(index), reverse_bits(point(index, third)),
+                                   reverse_bits(point(index, fourth))};
+    }
+  }
   return tables;
 }
 

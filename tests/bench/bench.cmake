@@ -20,3 +20,6 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   add_executable(targets_bench bench/targets_bench.cpp)
   target_link_libraries(targets_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()
+
+# Small requests, as many as the server answers.
+add_executable(http_load bench/http_load.cpp)

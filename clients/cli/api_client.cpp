@@ -208,6 +208,8 @@ core::Result<int> ApiClient::stream(const std::string& path, const Headers& head
   return int{failure.status};
 }
 
+void ApiClient::stop() { impl_->http.stop(); }
+
 std::string encode_url(std::string_view text) {
   constexpr std::string_view kDigits = "0123456789ABCDEF";
   std::string out;

@@ -52,6 +52,9 @@ class ApiClient {
                            std::chrono::seconds silence_max,
                            const std::function<bool(std::string_view)>& on_data);
 
+  /// From another thread: breaks off the request that runs, which fails with kUnavailable.
+  void stop();
+
   const std::string& url() const noexcept { return url_; }
 
  private:

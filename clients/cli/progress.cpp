@@ -1,13 +1,10 @@
 #include "clients/cli/progress.h"
 
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <string_view>
 #include <vector>
+
+#include "clients/cli/terminal.h"
 
 namespace cli {
 namespace {
@@ -24,23 +21,6 @@ std::string three_digits(double value) {
   char text[64];
   std::snprintf(text, sizeof text, "%.*f", decimals, value);
   return text;
-}
-
-int columns_of(std::FILE* out) {
-  winsize size = {};
-  const bool known = ioctl(fileno(out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-  return known ? size.ws_col : 80;
-}
-
-bool speaks_utf8() {
-  for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
-    const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before threads.
-    if (value != nullptr && *value != 0) {
-      const std::string_view text = value;
-      return text.find("UTF-8") != std::string_view::npos || text.find("utf8") != std::string_view::npos;
-    }
-  }
-  return false;
 }
 
 std::string percent_done(double fraction) {
@@ -127,14 +107,14 @@ std::string progress_bar(const ProgressFacts& facts, int columns, bool unicode) 
 }
 
 ProgressPrinter::ProgressPrinter(std::FILE* out)
-    : out_(out), terminal_(isatty(fileno(out)) == 1), unicode_(speaks_utf8()) {}
+    : out_(out), terminal_(is_terminal(out)), unicode_(speaks_utf8()) {}
 
 ProgressPrinter::~ProgressPrinter() { clear(); }
 
 void ProgressPrinter::show(const ProgressFacts& facts) {
   const auto now = std::chrono::steady_clock::now();
   if (terminal_) {
-    std::fprintf(out_, "\r\x1b[2K%s", progress_bar(facts, columns_of(out_) - 1, unicode_).c_str());
+    std::fprintf(out_, "\r\x1b[2K%s", progress_bar(facts, terminal_size(out_).columns - 1, unicode_).c_str());
     drawn_ = true;
   } else {
     const bool due = facts.state != state_ || facts.fraction >= fraction_ + 0.05 ||

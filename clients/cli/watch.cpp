@@ -1,12 +1,36 @@
 #include <cstdio>
+#include <cstdlib>
+#include <optional>
 
 #include "clients/cli/api_client.h"
 #include "clients/cli/command.h"
 #include "clients/cli/follow.h"
 #include "clients/cli/job_json.h"
+#include "clients/cli/tev_feed.h"
+#include "clients/cli/watch_picture.h"
 
 namespace cli {
 namespace {
+
+struct WatchFlags {
+  ServerFlags server;
+  std::string id = "latest";
+  bool json = false;
+  std::string picture;  ///< empty: none
+  bool final_only = false;
+  std::string tev;  ///< empty: none
+};
+
+using Client = std::unique_ptr<ApiClient>;
+
+core::Result<Client> connect(const WatchFlags& flags) {
+  return ApiClient::connect(flags.server.url, flags.server.key);
+}
+
+int refuse(const std::string& why) {
+  complain("watch", {core::ErrorCode::kInvalidArgument, why, ""});
+  return kWrongUsage;
+}
 
 /// Every event as a line of JSON: {"event": "progress", "data": {...}}.
 core::Result<Json> follow_as_json(ApiClient& client, const std::string& path) {
@@ -20,23 +44,112 @@ core::Result<Json> follow_as_json(ApiClient& client, const std::string& path) {
   return follow_job(client, path, follower);
 }
 
-int run(const ServerFlags& server, const std::string& id, bool json) {
-  auto client = ApiClient::connect(server.url, server.key);
+core::Result<Json> get_job(ApiClient& client, const std::string& path) {
+  auto reply = client.get(path);
+  if (!reply) {
+    return reply.error();
+  }
+  return parse_object(reply->body);
+}
+
+core::Result<Json> follow(ApiClient& client, const std::string& path, const WatchFlags& flags,
+                          std::optional<PictureWay> way) {
+  if (flags.json) {
+    return follow_as_json(client, path);
+  }
+  if (!way) {
+    return follow_with_progress(client, path, stdout);
+  }
+  const auto before = get_job(client, path);
+  if (!before) {
+    return before.error();
+  }
+  const TevRect rect = picture_rect(*before);
+  const Extent film{rect.width, rect.height};
+  if (!flags.final_only) {
+    const auto pictures = connect(flags);
+    return pictures ? follow_with_picture(client, **pictures, path, *way, film)
+                    : core::Result<Json>(pictures.error());
+  }
+  auto job = follow_with_progress(client, path, stderr);
+  if (job) {
+    if (const auto drawn = draw_once(client, path, *way, film); !drawn) {
+      return drawn.error();
+    }
+  }
+  return job;
+}
+
+/// Starts to send the tiles to tev, which must be there.
+core::Result<std::unique_ptr<TevFeed>> feed_tev(ApiClient& client, const std::string& path,
+                                                const WatchFlags& flags) {
+  auto tev = TevConnection::open(flags.tev);
+  if (!tev) {
+    return tev.error();
+  }
+  const auto job = get_job(client, path);
+  if (!job) {
+    return job.error();
+  }
+  auto own = connect(flags);
+  if (!own) {
+    return own.error();
+  }
+  return std::make_unique<TevFeed>(*std::move(own), path, *std::move(tev), *job);
+}
+
+int run(const WatchFlags& flags, std::optional<PictureWay> way) {
+  const auto client = connect(flags);
   if (!client) {
     return complain("watch", client.error());
   }
-  const auto path = job_path(**client, id);
+  const auto path = job_path(**client, flags.id);
   if (!path) {
     return complain("watch", path.error());
   }
-  const auto job = json ? follow_as_json(**client, *path) : follow_with_progress(**client, *path, stdout);
+  std::unique_ptr<TevFeed> feed;
+  if (!flags.tev.empty()) {
+    auto begun = feed_tev(**client, *path, flags);
+    if (!begun) {
+      return complain("watch", begun.error());
+    }
+    feed = *std::move(begun);
+  }
+  const auto job = follow(**client, *path, flags, way);
   if (!job) {
     return complain("watch", job.error());
   }
-  if (!json) {
+  if (!flags.json) {
     std::printf("%s\n", closing_text(*job).c_str());
   }
+  if (feed != nullptr) {
+    if (const auto shown = feed->finish(); !shown) {
+      return complain("watch", shown.error());
+    }
+  }
   return exit_code_of(*job);
+}
+
+int check_and_run(const WatchFlags& flags) {
+  if (!flags.tev.empty() && !is_tev_address(flags.tev)) {
+    return refuse("\"" + flags.tev + "\" is no HOST:PORT for --tev; for its usual place give the job first: tessera "
+                  "watch JOB --tev");
+  }
+  if (flags.picture.empty()) {
+    return flags.final_only ? refuse("--final is about --picture") : run(flags, std::nullopt);
+  }
+  const auto way = choose_picture_way(flags.picture, [](const char* name) -> const char* {
+    return std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before threads.
+  });
+  if (!way) {
+    return refuse("--picture is auto, blocks, sixel or kitty, not \"" + flags.picture + "\"");
+  }
+  if (!is_terminal(stdout) && !flags.final_only) {
+    return refuse("--picture redraws in a terminal, and the output is none; with --final one picture is drawn "
+                  "when the job has ended");
+  }
+  const bool guessed = flags.picture == "auto" && !is_terminal(stdout);
+  return run(flags, guessed ? PictureWay::kBlocks : *way);
 }
 
 }  // namespace
@@ -44,13 +157,20 @@ int run(const ServerFlags& server, const std::string& id, bool json) {
 int watch(const Args& args) {
   CLI::App app("Follows a job until it ends. Exit code 0 if it finished, 1 if it failed or was cancelled.",
                "tessera watch");
-  ServerFlags server;
-  std::string id = "latest";
-  bool json = false;
-  app.add_option("id", id, "Job; without one the newest")->type_name("ID");
-  app.add_flag("--json", json, "Print every event as a line of JSON");
-  add_server_flags(app, server);
-  return parse_and_run(app, args, [&] { return run(server, id, json); });
+  WatchFlags flags;
+  app.add_option("id", flags.id, "Job; without one the newest")->type_name("ID");
+  auto* json = app.add_flag("--json", flags.json, "Print every event as a line of JSON");
+  app.add_flag("--picture{auto}", flags.picture,
+               "Draw the picture in the terminal while it converges; --picture=blocks, =sixel or =kitty says how")
+      ->excludes(json);
+  app.add_flag("--final", flags.final_only, "With --picture: draw it once, at the end; this goes into a pipe, too")
+      ->excludes(json);
+  app.add_option("--tev", flags.tev, "Show the linear tiles in the image viewer tev as they come")
+      ->expected(0, 1)
+      ->default_str(std::string(kTevAddress))
+      ->type_name("HOST:PORT");
+  add_server_flags(app, flags.server);
+  return parse_and_run(app, args, [&] { return check_and_run(flags); });
 }
 
 }  // namespace cli

@@ -1,0 +1,54 @@
+/// The tiles of a job, as they come, to the image viewer tev.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "clients/cli/api_client.h"
+#include "clients/cli/job_flags.h"
+#include "clients/cli/tev.h"
+#include "clients/cli/tile_frames.h"
+#include "core/base/mutex.h"
+
+namespace cli {
+
+/// Where the picture lies on the full film, in pixels: its crop, or the whole.
+TevRect picture_rect(const Json& job);
+
+/// Follows the stream of tiles in a thread of its own, through lost connections.
+class TevFeed {
+ public:
+  /// client: for this alone. job: as the service shows it.
+  TevFeed(std::unique_ptr<ApiClient> client, std::string path, TevConnection tev, const Json& job);
+  /// Does not wait for the end of the job.
+  ~TevFeed();
+  TevFeed(const TevFeed&) = delete;
+  TevFeed& operator=(const TevFeed&) = delete;
+
+  /// After the end of the job: waits until its last tile is sent. The error is what kept tev from showing it all.
+  core::Status finish();
+
+ private:
+  void follow();
+  core::Result<bool> follow_once();
+  core::Status show(const TileFrame& frame);
+  core::Status take(std::string_view piece, bool& ended);
+
+  std::unique_ptr<ApiClient> client_;
+  std::string path_;
+  TevConnection tev_;
+  std::string name_;
+  TevRect rect_;
+  bool created_ = false;
+  TileParser parser_;
+  std::atomic<bool> stop_ = false;
+  std::atomic<bool> job_ended_ = false;
+  core::Mutex mutex_;
+  core::Status result_ GUARDED_BY(mutex_) = core::ok_status();
+  std::thread thread_;
+};
+
+}  // namespace cli

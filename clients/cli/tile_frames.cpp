@@ -1,0 +1,89 @@
+#include "clients/cli/tile_frames.h"
+
+#include <zlib.h>
+
+#include <bit>
+#include <cstddef>
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+constexpr std::size_t kHeaderBytes = 32;
+constexpr std::size_t kPayloadMax = std::size_t{1} << 26U;
+constexpr std::uint32_t kEnd = 1;
+constexpr std::uint32_t kAlpha = 4;
+constexpr std::size_t kAlphaPlane = 7;
+
+std::uint32_t little_endian(std::string_view bytes, std::size_t at, std::size_t count) {
+  std::uint32_t value = 0;
+  for (std::size_t i = count; i-- > 0;) {
+    value = value << 8U | static_cast<std::uint8_t>(bytes[at + i]);
+  }
+  return value;
+}
+
+Error broken(const char* why) {
+  return Error{ErrorCode::kInvalidArgument, std::string("the stream of tiles is broken: ") + why, ""};
+}
+
+core::Result<TileFrame> read_frame(std::string_view header, std::string_view payload) {
+  const std::uint32_t flags = little_endian(header, 20, 4);
+  TileFrame frame;
+  frame.x = static_cast<int>(little_endian(header, 12, 2));
+  frame.y = static_cast<int>(little_endian(header, 14, 2));
+  frame.width = static_cast<int>(little_endian(header, 16, 2));
+  frame.height = static_cast<int>(little_endian(header, 18, 2));
+  frame.is_end = (flags & kEnd) != 0;
+  frame.has_alpha = (flags & kAlpha) != 0;
+  if (crc32(0, reinterpret_cast<const Bytef*>(payload.data()), static_cast<uInt>(payload.size())) !=
+      little_endian(header, 28, 4)) {
+    return broken("a check sum differs");
+  }
+  if (frame.is_end) {
+    return frame;
+  }
+  const std::size_t count = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
+  if (payload.size() != count * sizeof(float) * (frame.has_alpha ? kAlphaPlane + 1 : kAlphaPlane)) {
+    return broken("a tile has another size than it says");
+  }
+  const auto add_planes = [&](std::size_t first, std::size_t planes) {
+    for (std::size_t i = first * count; i < (first + planes) * count; ++i) {
+      frame.planes.push_back(std::bit_cast<float>(little_endian(payload, i * sizeof(float), sizeof(float))));
+    }
+  };
+  frame.planes.reserve(4 * count);
+  add_planes(0, 3);
+  add_planes(kAlphaPlane, frame.has_alpha ? 1 : 0);
+  return frame;
+}
+
+}  // namespace
+
+core::Result<std::vector<TileFrame>> TileParser::feed(std::string_view piece) {
+  pending_ += piece;
+  std::vector<TileFrame> frames;
+  std::size_t at = 0;
+  while (pending_.size() - at >= kHeaderBytes) {
+    const std::string_view rest = std::string_view(pending_).substr(at);
+    const std::size_t size = little_endian(rest, 4, 4);
+    if (!rest.starts_with(std::string_view("TSR1", 4)) || size > kPayloadMax) {
+      return broken("no tile begins where one should");
+    }
+    if (rest.size() < kHeaderBytes + size) {
+      break;
+    }
+    auto frame = read_frame(rest.substr(0, kHeaderBytes), rest.substr(kHeaderBytes, size));
+    if (!frame) {
+      return frame.error();
+    }
+    frames.push_back(*std::move(frame));
+    at += kHeaderBytes + size;
+  }
+  pending_.erase(0, at);
+  return frames;
+}
+
+}  // namespace cli

@@ -1,0 +1,36 @@
+/// Reads application/vnd.tessera.tiles that comes in pieces: the linear tiles of a job.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+
+namespace cli {
+
+struct TileFrame {
+  int x = 0;  ///< pixels of the full film
+  int y = 0;
+  int width = 0;
+  int height = 0;
+  bool is_end = false;
+  bool has_alpha = false;
+  /// Linear means, plane by plane, rows from the top: r, g, b and, with has_alpha, a (associated).
+  std::vector<float> planes;
+};
+
+class TileParser {
+ public:
+  /// The frames that are complete with this piece. Errors: kInvalidArgument for what is no tile stream
+  /// or has a wrong check sum; nothing more can be read then.
+  core::Result<std::vector<TileFrame>> feed(std::string_view piece);
+  /// Forgets the half-read frame of a connection that broke off.
+  void restart() { pending_.clear(); }
+
+ private:
+  std::string pending_;
+};
+
+}  // namespace cli

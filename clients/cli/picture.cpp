@@ -15,7 +15,7 @@ std::string rgb_text(Pixel pixel) {
 
 // The colours of a sixel picture: a grid of 6 x 7 x 6, finest in green, where eyes see the most.
 constexpr std::array<int, 3> kLevels = {6, 7, 6};
-constexpr std::size_t kColours = 6 * 7 * 6;
+constexpr std::size_t kColours = std::size_t{6} * 7 * 6;
 
 /// Bayer's matrix of 4 x 4: thresholds (2 n + 1) / 32.
 constexpr std::array<int, 16> kBayer = {0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
@@ -70,7 +70,8 @@ std::string sixel_band(const std::vector<int>& colours, int width, int rows) {
     for (int x = 0; x < width; ++x) {
       unsigned bits = 0;
       for (int y = 0; y < rows; ++y) {
-        const bool on = colours[static_cast<std::size_t>(y * width + x)] == static_cast<int>(colour);
+        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+        const bool on = colours[at] == static_cast<int>(colour);
         bits |= (on ? 1U : 0U) << static_cast<unsigned>(y);
       }
       const char sixel = static_cast<char>('?' + bits);

@@ -52,13 +52,20 @@ core::Result<Json> get_job(ApiClient& client, const std::string& path) {
   return parse_object(reply->body);
 }
 
-core::Result<Json> follow(ApiClient& client, const std::string& path, const WatchFlags& flags,
-                          std::optional<PictureWay> way) {
+core::Result<Watched> watched(core::Result<Json> job) {
+  if (!job) {
+    return job.error();
+  }
+  return Watched{*std::move(job), core::ok_status()};
+}
+
+core::Result<Watched> follow(ApiClient& client, const std::string& path, const WatchFlags& flags,
+                             std::optional<PictureWay> way) {
   if (flags.json) {
-    return follow_as_json(client, path);
+    return watched(follow_as_json(client, path));
   }
   if (!way) {
-    return follow_with_progress(client, path, stdout);
+    return watched(follow_with_progress(client, path, stdout));
   }
   const auto before = get_job(client, path);
   if (!before) {
@@ -69,15 +76,13 @@ core::Result<Json> follow(ApiClient& client, const std::string& path, const Watc
   if (!flags.final_only) {
     const auto pictures = connect(flags);
     return pictures ? follow_with_picture(client, **pictures, path, *way, film)
-                    : core::Result<Json>(pictures.error());
+                    : core::Result<Watched>(pictures.error());
   }
-  auto job = follow_with_progress(client, path, stderr);
-  if (job) {
-    if (const auto drawn = draw_once(client, path, *way, film); !drawn) {
-      return drawn.error();
-    }
+  auto end = watched(follow_with_progress(client, path, stderr));
+  if (end) {
+    end->drawn = draw_once(client, path, *way, film);
   }
-  return job;
+  return end;
 }
 
 /// Starts to send the tiles to tev, which must be there.
@@ -115,19 +120,23 @@ int run(const WatchFlags& flags, std::optional<PictureWay> way) {
     }
     feed = *std::move(begun);
   }
-  const auto job = follow(**client, *path, flags, way);
-  if (!job) {
-    return complain("watch", job.error());
+  const auto end = follow(**client, *path, flags, way);
+  if (!end) {
+    return complain("watch", end.error());
   }
   if (!flags.json) {
-    std::printf("%s\n", closing_text(*job).c_str());
+    std::printf("%s\n", closing_text(end->job).c_str());
+  }
+  int code = exit_code_of(end->job);
+  if (!end->drawn) {
+    code = complain("watch", end->drawn.error());
   }
   if (feed != nullptr) {
     if (const auto shown = feed->finish(); !shown) {
-      return complain("watch", shown.error());
+      code = complain("watch", shown.error());
     }
   }
-  return exit_code_of(*job);
+  return code;
 }
 
 int check_and_run(const WatchFlags& flags) {

@@ -1,5 +1,6 @@
 #include "clients/cli/watch_picture.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <utility>
@@ -66,8 +67,8 @@ class Redraw {
 
 }  // namespace
 
-core::Result<Json> follow_with_picture(ApiClient& client, ApiClient& pictures, const std::string& path,
-                                       PictureWay way, Extent film) {
+core::Result<Watched> follow_with_picture(ApiClient& client, ApiClient& pictures, const std::string& path,
+                                          PictureWay way, Extent film) {
   ProgressPrinter printer(stdout);
   PictureScreen screen(way, film, stdout);
   Redraw redraw(screen, pictures, path, printer);
@@ -96,12 +97,10 @@ core::Result<Json> follow_with_picture(ApiClient& client, ApiClient& pictures, c
   follower.on_trouble = say;
   auto ended = follow_job(client, path, follower);
   printer.clear();
-  if (ended) {
-    if (const auto drawn = draw_newest(screen, pictures, path); !drawn) {
-      return drawn.error();
-    }
+  if (!ended) {
+    return ended.error();
   }
-  return ended;
+  return Watched{*std::move(ended), draw_newest(screen, pictures, path)};
 }
 
 core::Status draw_once(ApiClient& client, const std::string& path, PictureWay way, Extent film) {

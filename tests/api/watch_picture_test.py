@@ -253,6 +253,14 @@ class WatchPicture(ApiTest):
             self.assertEqual(terminal.text.count(b"\x1b[?2026h"), screen.frames, "half a frame")
         self.assertEqual(self.server.job(job)["state"], "rendering")
 
+    def test_a_job_that_never_had_a_picture_is_told_all_the_same(self):
+        self.submit(65536, 512, 512)
+        job = self.submit(65536, 64, 40)
+        self.server.post(f"/v1/jobs/{job}/cancel")
+        terminal = self.watch(job, "--picture=blocks")
+        self.assertEqual(os.waitstatus_to_exitcode(terminal.wait()), 1)
+        self.assertIn("cancelled", terminal.screen().text())
+
     def test_kitty_gets_the_png_and_is_chosen_by_its_name(self):
         job = self.server.wait(self.submit(4, 64, 40))["id"]
         for flag, environ in (("--picture=kitty", {}), ("--picture", {"TERM": "xterm-kitty"})):

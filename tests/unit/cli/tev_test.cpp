@@ -9,7 +9,7 @@
 
 namespace {
 
-using namespace std::string_literals;
+using std::string_literals::operator""s;
 
 constexpr std::array<std::string_view, 3> kRgb = {"R", "G", "B"};
 

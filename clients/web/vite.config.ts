@@ -1,8 +1,10 @@
 import { defineConfig } from 'vite';
+import { markdownChapters } from './markdown';
 
 declare const process: { env: Record<string, string | undefined> };
 
 export default defineConfig({
+  plugins: [markdownChapters()],
   esbuild: { jsx: 'automatic', jsxImportSource: 'preact', legalComments: 'none' },
   // Files, never data: URLs, so that a strict Content-Security-Policy holds.
   build: {

@@ -7,6 +7,7 @@ export type Route =
   | { view: 'compose'; scene: string }
   | { view: 'compare'; a: string; b: string }
   | { view: 'lab'; name: string; query: string }
+  | { view: 'guide'; chapter: string; section: string }
   | { view: 'settings' };
 
 function parse(whole: string): Route {
@@ -19,6 +20,7 @@ function parse(whole: string): Route {
   if (head === 'compare') return { view: 'compare', a: rest[0] ?? '', b: rest[1] ?? '' };
   if (head === 'compose' && rest[0]) return { view: 'compose', scene: rest[0] };
   if (head === 'lab') return { view: 'lab', name: rest[0] ?? '', query };
+  if (head === 'guide') return { view: 'guide', chapter: rest[0] ?? '', section: rest[1] ?? '' };
   if (head === 'settings') return { view: head };
   return { view: 'home' };
 }

@@ -7,6 +7,7 @@ import { connection, jobs, serverInfo, theme, toast, type Theme } from '../ui/se
 import { useStore } from '../ui/store';
 import { CompareView } from './compare_view';
 import { ComposeView } from './compose_view';
+import { GuideView } from './guide_view';
 import { JobView } from './job_view';
 import { JobsPage } from './jobs_page';
 import { LabView } from './lab_view';
@@ -52,6 +53,9 @@ function TopBar({ current }: { current: Route['view'] }) {
         </a>
         <a href="#/lab" aria-current={at('lab')}>
           Laboratory
+        </a>
+        <a href="#/guide" aria-current={at('guide')}>
+          Guide
         </a>
         <a href="#/settings" aria-current={at('settings')}>
           Settings
@@ -194,6 +198,8 @@ function Empty() {
 function Centre({ at }: { at: Route }) {
   const link = useStore(connection);
   const home = useHomeJob(at.view === 'home');
+  // To be read also by those who have no key yet.
+  if (at.view === 'guide') return <GuideView chapter={at.chapter} section={at.section} />;
   if (link === 'locked')
     return (
       <div class="page page-narrow">
@@ -231,7 +237,7 @@ function Centre({ at }: { at: Route }) {
 
 export function App() {
   const at = useStore(route);
-  const bare = at.view === 'settings' || at.view === 'lab' || at.view === 'compare';
+  const bare = ['settings', 'lab', 'compare', 'guide'].includes(at.view);
   return (
     <>
       <a

@@ -1,0 +1,44 @@
+import { Marked, type Tokens } from 'marked';
+import type { Plugin } from 'vite';
+
+/** The part of an address that leads to a heading: its words in small letters, with hyphens. */
+const slugOf = (text: string): string =>
+  text
+    .toLowerCase()
+    .replace(/[^\p{L}\p{N}]+/gu, '-')
+    .replace(/^-|-$/g, '');
+
+/**
+ * Chapters of the guide, compiled when the page is built: a module with the chapter's title, its sections and its HTML.
+ * `# ` is the title, each `## ` a section with an address. What may be wider than a phone scrolls by itself, also by key.
+ */
+export function markdownChapters(): Plugin {
+  return {
+    name: 'markdown-chapters',
+    transform(source, path) {
+      if (!path.endsWith('.md')) return null;
+      const chapter = path.replace(/^.*\/|\.md$/g, '');
+      const sections: { id: string; title: string }[] = [];
+      let title = '';
+      const renderer = {
+        heading(this: { parser: { parseInline(t: Tokens.Generic[]): string } }, token: Tokens.Heading) {
+          const inner = this.parser.parseInline(token.tokens);
+          if (token.depth === 1) {
+            title = token.text;
+            return `<h1 tabindex="-1">${inner}</h1>`;
+          }
+          if (token.depth > 2) return `<h${token.depth}>${inner}</h${token.depth}>`;
+          const id = slugOf(token.text);
+          if (sections.some((s) => s.id === id)) throw new Error(`${path}: two sections "${id}"`);
+          sections.push({ id, title: token.text.replace(/`/g, '') });
+          return `<h2 id="${id}" tabindex="-1"><a href="#/guide/${chapter}/${id}">${inner}</a></h2>`;
+        },
+      };
+      const html = (new Marked({ gfm: true, renderer }).parse(source) as string)
+        .replace(/<table>/g, '<div class="guide-table" tabindex="0"><table>')
+        .replace(/<\/table>/g, '</table></div>')
+        .replace(/<pre>/g, '<pre tabindex="0">');
+      return { code: `export default ${JSON.stringify({ title, sections, html })};`, map: null };
+    },
+  };
+}

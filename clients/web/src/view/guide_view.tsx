@@ -1,0 +1,148 @@
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { explain } from '../api/client';
+import { go } from '../ui/router';
+
+type Chapter = (typeof import('*.md'))['default'];
+
+/** In the order of reading. Each is a file of its own, fetched when it is opened. */
+const chapters: { name: string; title: string; load: () => Promise<{ default: Chapter }> }[] = [
+  { name: 'start', title: 'Getting started', load: () => import('../guide/start.md') },
+  { name: 'concepts', title: 'What the error bar means', load: () => import('../guide/concepts.md') },
+  { name: 'api', title: 'API guide', load: () => import('../guide/api.md') },
+  { name: 'integrator', title: 'Integrator guide', load: () => import('../guide/integrator.md') },
+  { name: 'operations', title: 'Operations', load: () => import('../guide/operations.md') },
+  { name: 'course', title: 'Laboratory course', load: () => import('../guide/course.md') },
+];
+
+export function GuideView({ chapter, section }: { chapter: string; section: string }) {
+  const at = chapter ? chapters.findIndex((c) => c.name === chapter) : 0;
+  const chosen = chapters[at];
+  const [text, setText] = useState<{ name: string; chapter: Chapter } | null>(null);
+  const [failure, setFailure] = useState('');
+  useEffect(() => {
+    let current = true;
+    setFailure('');
+    chosen
+      ?.load()
+      .then((module) => current && setText({ name: chosen.name, chapter: module.default }))
+      .catch((error: unknown) => current && setFailure(explain(error)));
+    return () => {
+      current = false;
+    };
+  }, [chosen]);
+  const shown = text && text.name === chosen?.name ? text.chapter : null;
+  const article = useRef<HTMLElement>(null);
+
+  const showSection = (): void => {
+    const heading = section
+      ? article.current?.querySelector<HTMLElement>(`h2[id="${CSS.escape(section)}"]`)
+      : article.current?.querySelector<HTMLElement>('h1');
+    if (!heading) return;
+    if (section) heading.scrollIntoView({ block: 'start' });
+    else {
+      article.current?.closest('.centre')?.scrollTo(0, 0);
+      window.scrollTo(0, 0);
+    }
+    heading.focus({ preventScroll: true });
+  };
+  useEffect(showSection, [shown, section]);
+  // A link to where the address already is changes nothing that would be told.
+  const again = (event: Event): void => {
+    const link = (event.target as Element).closest('a');
+    if (link && link.getAttribute('href') === location.hash) showSection();
+  };
+
+  return (
+    <div class="guide" data-testid="guide" onClick={again}>
+      <nav class="guide-list" aria-label="Chapters">
+        <h2>Guide</h2>
+        <ol>
+          {chapters.map((c) => (
+            <li key={c.name}>
+              <a href={`#/guide/${c.name}`} aria-current={c === chosen ? 'page' : undefined}>
+                {c.title}
+              </a>
+              {c === chosen && shown && <Sections name={c.name} chapter={shown} at={section} />}
+            </li>
+          ))}
+          <li>
+            <a href="/docs">API reference</a>
+          </li>
+        </ol>
+        <label class="guide-choice">
+          <span class="visually-hidden">Chapter</span>
+          <select
+            value={chosen?.name ?? ''}
+            onChange={(e) => go(`/guide/${e.currentTarget.value}`)}
+          >
+            {chapters.map((c) => (
+              <option key={c.name} value={c.name}>
+                {c.title}
+              </option>
+            ))}
+          </select>
+        </label>
+        {chosen && shown && (
+          <details class="guide-choice">
+            <summary>In this chapter</summary>
+            <Sections name={chosen.name} chapter={shown} at={section} />
+          </details>
+        )}
+      </nav>
+      {!chosen ? (
+        <div class="center-note">
+          <h1>There is no chapter “{chapter}”</h1>
+          <p>The list names those that there are.</p>
+        </div>
+      ) : failure ? (
+        <div class="center-note" role="alert">
+          <h1>The chapter did not arrive</h1>
+          <p>{failure}</p>
+        </div>
+      ) : !shown ? (
+        <div class="center-note pulse">Loading…</div>
+      ) : (
+        <div class="guide-page">
+          <article
+            class="guide-text"
+            data-testid="chapter"
+            ref={article}
+            // Commands that are copied speak to this server.
+            dangerouslySetInnerHTML={{
+              __html: shown.html.replace(/S=http:\/\/127\.0\.0\.1:8080/g, `S=${location.origin}`),
+            }}
+          />
+          <Neighbours at={at} />
+        </div>
+      )}
+    </div>
+  );
+}
+
+function Sections({ name, chapter, at }: { name: string; chapter: Chapter; at: string }) {
+  return (
+    <ol class="guide-sections">
+      {chapter.sections.map((s) => (
+        <li key={s.id}>
+          <a
+            href={`#/guide/${name}/${s.id}`}
+            aria-current={s.id === at ? 'location' : undefined}
+          >
+            {s.title}
+          </a>
+        </li>
+      ))}
+    </ol>
+  );
+}
+
+function Neighbours({ at }: { at: number }) {
+  const before = chapters[at - 1];
+  const after = chapters[at + 1];
+  return (
+    <nav class="guide-neighbours" aria-label="Neighbouring chapters">
+      {before && <a href={`#/guide/${before.name}`}>← {before.title}</a>}
+      {after && <a href={`#/guide/${after.name}`}>{after.title} →</a>}
+    </nav>
+  );
+}

@@ -1,0 +1,252 @@
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import fs from 'node:fs';
+import http from 'node:http';
+import { createRequire } from 'node:module';
+import os from 'node:os';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { desktop, launch, openPage, phone, Server, until } from './harness.mjs';
+
+const axeSource = fs.readFileSync(
+  createRequire(import.meta.url).resolve('axe-core/axe.min.js'),
+  'utf8',
+);
+const names = ['start', 'concepts', 'api', 'integrator', 'operations', 'course'];
+const binary = process.env.TESSERA_BINARY && path.resolve(process.env.TESSERA_BINARY);
+const server = new Server();
+let browser;
+/** Of each chapter: title, addresses of its sections, where its links lead, its commands, its words in code. */
+const chapters = new Map();
+
+before(async () => {
+  await server.start();
+  browser = await launch();
+  const page = await openPage(browser, server, desktop);
+  for (const name of names) {
+    await open(page, name);
+    chapters.set(
+      name,
+      await page.getByTestId('chapter').evaluate((article) => {
+        const all = (selector, of) => [...article.querySelectorAll(selector)].map(of);
+        return {
+          title: article.querySelector('h1').textContent,
+          sections: all('h2', (h) => h.id),
+          links: all('a', (a) => a.getAttribute('href')),
+          commands: all('pre', (pre) => pre.textContent),
+          words: all(':not(pre) > code', (code) => code.textContent),
+        };
+      }),
+    );
+  }
+  await page.context().close();
+});
+
+after(async () => {
+  await browser?.close();
+  await server.stop();
+});
+
+async function open(page, name, section = '') {
+  await page.goto(`${server.url}/#/guide/${name}${section && `/${section}`}`);
+  await page.locator(`.guide-text h2 a[href^="#/guide/${name}/"]`).first().waitFor();
+}
+
+async function withPage(device, use) {
+  const page = await openPage(browser, server, device);
+  try {
+    await use(page);
+    assert.deepEqual(page.faults, []);
+  } finally {
+    await page.context().close();
+  }
+}
+
+for (const [size, device] of [
+  ['desktop', desktop],
+  ['phone', phone],
+]) {
+  test(`WCAG 2.2 AA holds in every chapter on a ${size}`, { timeout: 180_000 }, () =>
+    withPage(device, async (page) => {
+      for (const name of names) {
+        await open(page, name);
+        const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+        assert.ok(wide <= 0, `${name} is ${wide} pixels too wide`);
+        await page.evaluate(axeSource);
+        const found = await page.evaluate(async () => {
+          const report = await globalThis.axe.run(document, {
+            runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'],
+          });
+          return report.violations.map(
+            (v) => `${v.id}: ${v.nodes.map((n) => n.target).join(' | ')}`,
+          );
+        });
+        assert.deepEqual(found, [], name);
+      }
+    }),
+  );
+
+  test(`an address leads to its section on a ${size}`, { timeout: 180_000 }, () =>
+    withPage(device, async (page) => {
+      const top = (id) => page.locator(`#${id}`).evaluate((h) => h.getBoundingClientRect().top);
+      for (const [name, { sections }] of chapters) {
+        // Not the last one, which may stand lower on a page that has ended.
+        const id = sections[1];
+        await open(page, name, id);
+        await until(`${name}/${id} on top`, async () => {
+          const y = await top(id);
+          return y >= 0 && y < 150;
+        });
+        assert.equal(await page.evaluate(() => document.activeElement.id), id);
+      }
+    }),
+  );
+}
+
+test('the contents lead through the guide', { timeout: 60_000 }, () =>
+  withPage(desktop, async (page) => {
+    await page.getByRole('link', { name: 'Guide', exact: true }).click();
+    const list = page.getByRole('navigation', { name: 'Chapters' });
+    for (const [name, { title, sections }] of chapters) {
+      await list.locator(`a[href="#/guide/${name}"]`).first().click();
+      await until(title, async () => (await page.textContent('h1')) === title);
+      const shown = await list.locator('ol.guide-sections >> visible=true').locator('a').all();
+      const addresses = await Promise.all(shown.map((a) => a.getAttribute('href')));
+      assert.deepEqual(
+        addresses,
+        sections.map((id) => `#/guide/${name}/${id}`),
+      );
+    }
+    await page.goto(`${server.url}/#/guide/nothing`);
+    await page.getByRole('heading', { name: /There is no chapter/ }).waitFor();
+  }),
+);
+
+test('every link of the guide leads somewhere', async () => {
+  const { experiments } = await (await fetch(`${server.url}/v1/server`)).json();
+  const visited = new Set();
+  for (const [name, { links, sections }] of chapters) {
+    assert.equal(new Set(sections).size, sections.length, name);
+    for (const link of links) {
+      const [hash, query = ''] = link.split('?');
+      const [head, first = '', second = ''] = hash.replace(/^#\//, '').split('/');
+      if (!link.startsWith('#')) {
+        assert.ok((await fetch(server.url + link)).ok, `${name}: ${link}`);
+      } else if (head === 'guide') {
+        assert.ok(chapters.has(first), `${name}: ${link}`);
+        assert.ok(!second || chapters.get(first).sections.includes(second), `${name}: ${link}`);
+      } else if (head === 'lab') {
+        const experiment = experiments.find((e) => e.name === first);
+        assert.ok(experiment, `${name}: ${link}`);
+        visited.add(first);
+        for (const [key, value] of new URLSearchParams(query)) {
+          const parameter = experiment.params.find((p) => p.name === key);
+          const known =
+            key === 'estimator'
+              ? experiment.estimators.some((e) => e.name === value)
+              : key === 'sampler'
+                ? experiment.samplers.includes(value)
+                : key === 'replicates'
+                  ? value >= 2 && value <= 4096
+                  : parameter && value >= parameter.min && value <= parameter.max;
+          assert.ok(known, `${name}: ${key}=${value} in ${link}`);
+        }
+      } else {
+        assert.ok(['compare', 'jobs', 'settings'].includes(head), `${name}: ${link}`);
+      }
+    }
+  }
+  assert.deepEqual(
+    experiments.map((e) => e.name).filter((each) => !visited.has(each)),
+    [],
+    'the course visits every experiment',
+  );
+});
+
+const helpOf = (verb) => {
+  const run = spawnSync(binary, [verb, '--help'], { encoding: 'utf8' });
+  assert.equal(run.status, 0, `tessera ${verb} --help`);
+  return run.stdout;
+};
+const flagsIn = (text) => text.match(/(?<![\w-])--[a-z][a-z-]+/g) ?? [];
+
+test('every flag in the guide exists', { skip: !binary }, () => {
+  const known = new Map();
+  const flagsOf = (verb) => {
+    if (!known.has(verb)) known.set(verb, new Set(flagsIn(helpOf(verb))));
+    return known.get(verb);
+  };
+  let checked = 0;
+  for (const [name, { commands, words }] of chapters) {
+    for (const line of commands.join('\n').replace(/\\\n/g, ' ').split('\n')) {
+      const [, program, verb] = /^(?:(tessera) ([a-z]+)|server\/run)/.exec(line) ?? [];
+      if (!program && !/^server\/run/.test(line)) continue;
+      for (const flag of flagsIn(line.replace(/#.*/, ''))) {
+        assert.ok(flagsOf(verb ?? 'serve').has(flag), `${name}: ${line}`);
+        checked += 1;
+      }
+    }
+    const verbs = ['serve', 'submit', 'keys', 'check', 'lab', 'fetch', 'watch'];
+    for (const flag of words.flatMap(flagsIn)) {
+      assert.ok(
+        flag === '--help' || verbs.some((verb) => flagsOf(verb).has(flag)),
+        `${name}: ${flag}`,
+      );
+      checked += 1;
+    }
+  }
+  assert.ok(checked > 40, `${checked} flags found`);
+});
+
+test('the curl commands of the guide work as they stand', { skip: !binary, timeout: 300_000 }, () => {
+  const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'tessera-guide-'));
+  // In this order: the second chapter looks at the job of the first.
+  const script = ['start', 'concepts', 'integrator', 'operations', 'api']
+    .flatMap((name) => chapters.get(name).commands)
+    .filter((block) => /curl|^S=/.test(block))
+    .join('\n');
+  assert.ok(script.split('curl ').length > 30);
+  const run = spawnSync('bash', ['-eu', '-o', 'pipefail', '-c', script], {
+    cwd: folder,
+    encoding: 'utf8',
+    env: {
+      ...process.env,
+      PATH: `${path.dirname(binary)}:${process.env.PATH}`,
+      TESSERA_SERVER: server.url,
+    },
+  });
+  fs.rmSync(folder, { recursive: true });
+  assert.equal(run.status, 0, run.stderr + run.stdout.slice(-500));
+});
+
+/** Bytes of an answer as they cross the network. */
+const weigh = (url) =>
+  new Promise((resolve, reject) => {
+    http
+      .get(url, { headers: { 'accept-encoding': 'gzip' } }, (response) => {
+        let bytes = 0;
+        response.on('data', (chunk) => (bytes += chunk.length));
+        response.on('end', () => resolve(bytes));
+      })
+      .on('error', reject);
+  });
+
+test('the page with its guide weighs less than 500 KB, and its chapters come when asked for', () =>
+  withPage(desktop, async (page) => {
+    const asked = new Set();
+    page.on('request', (request) => {
+      const url = new URL(request.url());
+      if (url.pathname === '/' || /\.(js|css|woff2|svg)$/.test(url.pathname)) asked.add(url.href);
+    });
+    const chapterFile = new RegExp(`/(${names.join('|')})-[^/]*\\.js`);
+    await page.reload();
+    await page.waitForSelector('h1');
+    assert.deepEqual([...asked].filter((url) => chapterFile.test(url)), []);
+    for (const name of names) await open(page, name);
+    for (const hash of ['#/lab', '#/jobs', '#/compare']) await page.goto(`${server.url}/${hash}`);
+    assert.equal([...asked].filter((url) => chapterFile.test(url)).length, names.length);
+    let bytes = 0;
+    for (const url of asked) bytes += await weigh(url.split('#')[0]);
+    assert.ok(bytes > 50_000 && bytes < 500_000, `${bytes} bytes`);
+  }),
+);

@@ -21,7 +21,10 @@ export function markdownChapters(): Plugin {
       const sections: { id: string; title: string }[] = [];
       let title = '';
       const renderer = {
-        heading(this: { parser: { parseInline(t: Tokens.Generic[]): string } }, token: Tokens.Heading) {
+        heading(
+          this: { parser: { parseInline(t: Tokens.Generic[]): string } },
+          token: Tokens.Heading,
+        ) {
           const inner = this.parser.parseInline(token.tokens);
           if (token.depth === 1) {
             title = token.text;

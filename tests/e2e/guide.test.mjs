@@ -198,26 +198,30 @@ test('every flag in the guide exists', { skip: !binary }, () => {
   assert.ok(checked > 40, `${checked} flags found`);
 });
 
-test('the curl commands of the guide work as they stand', { skip: !binary, timeout: 300_000 }, () => {
-  const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'tessera-guide-'));
-  // In this order: the second chapter looks at the job of the first.
-  const script = ['start', 'concepts', 'integrator', 'operations', 'api']
-    .flatMap((name) => chapters.get(name).commands)
-    .filter((block) => /curl|^S=/.test(block))
-    .join('\n');
-  assert.ok(script.split('curl ').length > 30);
-  const run = spawnSync('bash', ['-eu', '-o', 'pipefail', '-c', script], {
-    cwd: folder,
-    encoding: 'utf8',
-    env: {
-      ...process.env,
-      PATH: `${path.dirname(binary)}:${process.env.PATH}`,
-      TESSERA_SERVER: server.url,
-    },
-  });
-  fs.rmSync(folder, { recursive: true });
-  assert.equal(run.status, 0, run.stderr + run.stdout.slice(-500));
-});
+test(
+  'the curl commands of the guide work as they stand',
+  { skip: !binary, timeout: 300_000 },
+  () => {
+    const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'tessera-guide-'));
+    // In this order: the second chapter looks at the job of the first.
+    const script = ['start', 'concepts', 'integrator', 'operations', 'api']
+      .flatMap((name) => chapters.get(name).commands)
+      .filter((block) => /curl|^S=/.test(block))
+      .join('\n');
+    assert.ok(script.split('curl ').length > 30);
+    const run = spawnSync('bash', ['-eu', '-o', 'pipefail', '-c', script], {
+      cwd: folder,
+      encoding: 'utf8',
+      env: {
+        ...process.env,
+        PATH: `${path.dirname(binary)}:${process.env.PATH}`,
+        TESSERA_SERVER: server.url,
+      },
+    });
+    fs.rmSync(folder, { recursive: true });
+    assert.equal(run.status, 0, run.stderr + run.stdout.slice(-500));
+  },
+);
 
 /** Bytes of an answer as they cross the network. */
 const weigh = (url) =>
@@ -241,12 +245,14 @@ test('the page with its guide weighs less than 500 KB, and its chapters come whe
     const chapterFile = new RegExp(`/(${names.join('|')})-[^/]*\\.js`);
     await page.reload();
     await page.waitForSelector('h1');
-    assert.deepEqual([...asked].filter((url) => chapterFile.test(url)), []);
+    assert.deepEqual(
+      [...asked].filter((url) => chapterFile.test(url)),
+      [],
+    );
     for (const name of names) await open(page, name);
     for (const hash of ['#/lab', '#/jobs', '#/compare']) await page.goto(`${server.url}/${hash}`);
     assert.equal([...asked].filter((url) => chapterFile.test(url)).length, names.length);
     let bytes = 0;
     for (const url of asked) bytes += await weigh(url.split('#')[0]);
     assert.ok(bytes > 50_000 && bytes < 500_000, `${bytes} bytes`);
-  }),
-);
+  }));

@@ -7,7 +7,11 @@ type Chapter = (typeof import('*.md'))['default'];
 /** In the order of reading. Each is a file of its own, fetched when it is opened. */
 const chapters: { name: string; title: string; load: () => Promise<{ default: Chapter }> }[] = [
   { name: 'start', title: 'Getting started', load: () => import('../guide/start.md') },
-  { name: 'concepts', title: 'What the error bar means', load: () => import('../guide/concepts.md') },
+  {
+    name: 'concepts',
+    title: 'What the error bar means',
+    load: () => import('../guide/concepts.md'),
+  },
   { name: 'api', title: 'API guide', load: () => import('../guide/api.md') },
   { name: 'integrator', title: 'Integrator guide', load: () => import('../guide/integrator.md') },
   { name: 'operations', title: 'Operations', load: () => import('../guide/operations.md') },
@@ -124,10 +128,7 @@ function Sections({ name, chapter, at }: { name: string; chapter: Chapter; at: s
     <ol class="guide-sections">
       {chapter.sections.map((s) => (
         <li key={s.id}>
-          <a
-            href={`#/guide/${name}/${s.id}`}
-            aria-current={s.id === at ? 'location' : undefined}
-          >
+          <a href={`#/guide/${name}/${s.id}`} aria-current={s.id === at ? 'location' : undefined}>
             {s.title}
           </a>
         </li>

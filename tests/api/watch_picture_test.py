@@ -65,6 +65,10 @@ class Screen:
             self.y -= numbers[0]
         elif letter == "B":
             self.y += numbers[0]
+        elif letter == "J" and numbers == [2]:
+            self.cells = {}
+        elif letter == "H":
+            self.x = self.y = 0
         elif letter == "K":
             self.cells = {place: cell for place, cell in self.cells.items() if place[0] != self.y}
         elif letter == "m" and numbers == [0]:
@@ -106,7 +110,10 @@ class Terminal:
             variables.update({"TERM": "xterm-256color", "LC_ALL": "C.UTF-8", **environ})
             time.sleep(0.1)  # The size is set meanwhile.
             os.execve(BINARY, [BINARY, *command], variables)
-        fcntl.ioctl(self.end, termios.TIOCSWINSZ, struct.pack("HHHH", ROWS, COLUMNS, 0, 0))
+        self.resize(COLUMNS)
+
+    def resize(self, columns):
+        fcntl.ioctl(self.end, termios.TIOCSWINSZ, struct.pack("HHHH", ROWS, columns, 0, 0))
 
     def read_until(self, ready=lambda text: False):
         """All that is printed until ready(text), or to the end; True unless it was the end."""
@@ -252,6 +259,18 @@ class WatchPicture(ApiTest):
             self.assertEqual((screen.front, screen.back), (None, None))
             self.assertEqual(terminal.text.count(b"\x1b[?2026h"), screen.frames, "half a frame")
         self.assertEqual(self.server.job(job)["state"], "rendering")
+
+    def test_it_follows_the_size_of_the_terminal(self):
+        terminal = self.watch(self.submit(65536, 64, 40), "--picture=blocks")
+        terminal.read_until(lambda text: text.count(b"\x1b[?2026l") >= 2)
+        terminal.resize(40)
+        terminal.read_until(lambda text: text.partition(b"\x1b[2J")[2].count(b"\x1b[?2026l") >= 2)
+        os.kill(terminal.pid, signal.SIGINT)
+        terminal.wait()
+        rows = terminal.screen().rows()
+        self.assertEqual((len(rows), len(rows[0])), (26, 40))
+        self.assertNotIn(None, rows[24])
+        self.assertEqual(set(rows[25]), {None})
 
     def test_a_job_that_never_had_a_picture_is_told_all_the_same(self):
         self.submit(65536, 512, 512)

@@ -248,7 +248,9 @@ class WatchPicture(ApiTest):
         job = self.submit(65536, 64, 40)
         for number in (signal.SIGINT, signal.SIGTERM):
             terminal = self.watch(job, "--picture=blocks")
-            self.assertTrue(terminal.read_until(lambda text: text.count(b"\x1b[?2026l") >= 4))
+            # In the middle of a frame, which is larger than what a terminal takes at once.
+            self.assertTrue(terminal.read_until(
+                lambda text: text.count(b"\x1b[?2026h") == 4 and text.count(b"\x1b[?2026l") == 3))
             os.kill(terminal.pid, number)
             status = terminal.wait()
             self.assertEqual(os.WTERMSIG(status), number)

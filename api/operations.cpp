@@ -282,10 +282,11 @@ constexpr std::array kOperations = {
     Operation{
         "getFilm", "GET", "/v1/jobs/{id}/film", "Results", "The raw sums.",
         "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and text, u32 bytes of the text, "
-        "u32 ranges, u32 flags (1: auxiliary values), i32 full width, full height, crop x, y, width, height, u32 "
-        "replicates, u32 tiles, u64 bytes of the file, sha256 of the content (hex). Then 24 bytes a range of samples: u64 "
-        "seed, u32 first replicate, replicates, samples, 0. Then the text (JSON: spec, build, error, warnings), zeros "
-        "up to a multiple of 8. Then the tiles: i32 x, y, u32 samples, 0, u64 rejected samples, rays, f64 CPU seconds; "
+        "u32 ranges, u32 flags (1: auxiliary values; 2: errors of neighbours are correlated), i32 full width, full height, "
+        "crop x, y, width, height, u32 replicates, u32 tiles, u64 bytes of the file, sha256 of the content (hex). Then 24 "
+        "bytes a range of samples: u64 seed, u32 first replicate, replicates, samples, 0. Then the text (JSON: spec, build, "
+        "error, warnings), zeros up to a multiple of 8. Then the tiles: i32 x, y, u32 samples, 0, u64 rejected samples, "
+        "rays, f64 CPU seconds; "
         "for each pixel and replicate f32 mean r, g, b, alpha, M2 of the luminance, u32 count; with flag 1 for each pixel "
         "f32 albedo, normal, depth, u32 hits. Last the sha256 (hex) of everything before.",
         "read", kFilmParameters, kNoBody, kFilmAnswer, kFilmProblems, true},

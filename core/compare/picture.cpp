@@ -82,23 +82,6 @@ bool all_halves(const Image& image) {
   return true;
 }
 
-/// Of the luminance's mean, from the spread of the samples within each replicate. Negative: too few samples.
-float sample_variance(const FilmSnapshot& film, std::size_t pixel) {
-  const auto stride = static_cast<std::size_t>(film.replicates);
-  double squares = 0;
-  double degrees = 0;
-  double count = 0;
-  for (std::size_t k = 0; k < stride; ++k) {
-    const ReplicatePixel& p = film.pixels[pixel * stride + k];
-    count += p.count;
-    if (p.count > 1) {
-      squares += static_cast<double>(p.m2_luminance);
-      degrees += p.count - 1;
-    }
-  }
-  return degrees > 0 ? static_cast<float>(std::max(squares, 0.0) / degrees / count) : -1.0F;
-}
-
 }  // namespace
 
 Picture picture_of(const FilmSnapshot& film) {
@@ -117,9 +100,10 @@ Picture picture_of(const FilmSnapshot& film) {
     const HalfValue b = half_value(film, i, 1);
     picture.values[i] = pixel_value(film, i).mean;
     picture.half_difference[i] = (a.mean - b.mean) * 0.5F;
-    picture.sample_variance[i] = sample_variance(film, i);
+    const SampleVariance spread = sample_variance(film, i);
+    picture.sample_variance[i] = static_cast<float>(spread.of_mean);
     has_halves = has_halves && a.count > 0 && b.count > 0;
-    has_spread = has_spread && picture.sample_variance[i] >= 0;
+    has_spread = has_spread && spread.degrees > 0;
   }
   if (!has_halves) {
     picture.half_difference.clear();

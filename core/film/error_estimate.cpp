@@ -28,15 +28,14 @@ struct OwnMean {
   float least_share = 0;      ///< of the mean that the expected value surely is
 
   OwnMean(const FilmSnapshot& film, std::size_t pixel, Rgb mean) {
-    const SampleVariance a = sample_variance(film, pixel, 0);
-    const SampleVariance b = sample_variance(film, pixel, 1);
-    const double degrees = a.degrees + b.degrees;
+    const SampleVariance spread = sample_variance(film, pixel);
+    const double degrees = spread.degrees;
     if (!(degrees > 0)) {
       return;
     }
     // Few samples may agree by luck: the upper bound of the variance, by the same approximation.
     const double luck = 1 - 2 / (9 * degrees) - kLucky * std::sqrt(2 / (9 * degrees));
-    const double variance = 0.25 * (a.of_mean + b.of_mean) / std::max(luck * luck * luck, 0.01);
+    const double variance = spread.of_mean / std::max(luck * luck * luck, 0.01);
     const auto y = static_cast<double>(luminance(mean));
     if (y > 0 && variance < y * y) {
       inverse_events = variance / (y * y);

@@ -182,16 +182,17 @@ struct HalfValue {
   std::uint32_t count = 0;
 };
 HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half);
-/// Variance of a half's mean luminance if its samples were independent, s^2 / n (stratified ones are better than that), and
-/// the degrees of freedom that it was estimated with: 0, and nothing known, without a replicate of two samples.
+/// The picture's value: (A + B) / 2, whatever their counts, which may depend on the samples of the other half; A alone where B
+/// is empty. (A - B)^2 / 4 estimates the variance of exactly this. Alpha in [0,1].
+HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel);
+/// Variance of the luminance of pixel_value() if samples were independent, from their spread within each replicate (stratified
+/// ones are better than that), and the degrees of freedom that it was estimated with: 0, and nothing known, without a
+/// replicate of two samples.
 struct SampleVariance {
   double of_mean = 0;
   double degrees = 0;
 };
-SampleVariance sample_variance(const FilmSnapshot& film, std::size_t pixel, int half);
-/// The picture's value: (A + B) / 2, whatever their counts, which may depend on the samples of the other half; A alone where B
-/// is empty. (A - B)^2 / 4 estimates the variance of exactly this. Alpha in [0,1].
-HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel);
+SampleVariance sample_variance(const FilmSnapshot& film, std::size_t pixel);
 
 /// Layer `name` (a row of layers()) as a float image. Unknown errors are NaN. Errors: kInvalidArgument when the layer
 /// is unknown or was not recorded.

@@ -19,8 +19,8 @@ TILE_HEADER = struct.Struct("<4sIIHHHHIfI")
 class Server:
     """The real binary on a free port, with a data directory of its own."""
 
-    def __init__(self, binary):
-        self.data = tempfile.TemporaryDirectory()
+    def __init__(self, binary, data=None):
+        self.data = data or tempfile.TemporaryDirectory()
         start = time.monotonic()
         self.process = subprocess.Popen(
             [binary, "serve", "--port", "0", "--data", self.data.name],

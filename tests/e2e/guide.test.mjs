@@ -2,16 +2,20 @@ import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import http from 'node:http';
-import { createRequire } from 'node:module';
 import os from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
-import { desktop, launch, openPage, phone, Server, until } from './harness.mjs';
+import {
+  accessibilityFaults,
+  desktop,
+  launch,
+  openPage,
+  phone,
+  Server,
+  until,
+  withPageOf,
+} from './harness.mjs';
 
-const axeSource = fs.readFileSync(
-  createRequire(import.meta.url).resolve('axe-core/axe.min.js'),
-  'utf8',
-);
 const names = ['start', 'concepts', 'api', 'integrator', 'operations', 'course'];
 const binary = process.env.TESSERA_BINARY && path.resolve(process.env.TESSERA_BINARY);
 const server = new Server();
@@ -52,15 +56,7 @@ async function open(page, name, section = '') {
   await page.locator(`.guide-text h2 a[href^="#/guide/${name}/"]`).first().waitFor();
 }
 
-async function withPage(device, use) {
-  const page = await openPage(browser, server, device);
-  try {
-    await use(page);
-    assert.deepEqual(page.faults, []);
-  } finally {
-    await page.context().close();
-  }
-}
+const withPage = (device, use) => withPageOf(browser, server, device, '', use);
 
 for (const [size, device] of [
   ['desktop', desktop],
@@ -72,16 +68,7 @@ for (const [size, device] of [
         await open(page, name);
         const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
         assert.ok(wide <= 0, `${name} is ${wide} pixels too wide`);
-        await page.evaluate(axeSource);
-        const found = await page.evaluate(async () => {
-          const report = await globalThis.axe.run(document, {
-            runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'],
-          });
-          return report.violations.map(
-            (v) => `${v.id}: ${v.nodes.map((n) => n.target).join(' | ')}`,
-          );
-        });
-        assert.deepEqual(found, [], name);
+        assert.deepEqual(await accessibilityFaults(page), [], name);
       }
     }),
   );

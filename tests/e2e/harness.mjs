@@ -4,8 +4,10 @@
 // TESSERA_BINARY   the program: started on a free port with a data folder of its own; else
 // TESSERA_PAGE     a built page, shown by the mock server of clients/web/dev.
 // CHROMIUM         the browser; /usr/bin/chromium by default.
+import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import fs from 'node:fs';
+import { createRequire } from 'node:module';
 import os from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -13,6 +15,10 @@ import { chromium } from 'playwright-core';
 
 const here = path.dirname(fileURLToPath(import.meta.url));
 const mock = path.join(here, '../../clients/web/dev/mock_server.mjs');
+const axeSource = fs.readFileSync(
+  createRequire(import.meta.url).resolve('axe-core/axe.min.js'),
+  'utf8',
+);
 
 export class Server {
   #process = null;
@@ -101,6 +107,31 @@ export async function openPage(browser, server, device, hash = '') {
   });
   await page.goto(`${server.url}/${hash}`);
   return page;
+}
+
+/** Opens a page for `use` and closes it; nothing may have happened in it that must not. */
+export async function withPageOf(browser, server, device, hash, use) {
+  const page = await openPage(browser, server, device, hash);
+  try {
+    await use(page);
+    assert.deepEqual(page.faults, []);
+  } finally {
+    await page.context().close();
+  }
+}
+
+/** What the page breaks of WCAG 2.2 AA, a line each. */
+export async function accessibilityFaults(page) {
+  // Through the debugger, because the page's own policy forbids foreign scripts.
+  await page.evaluate(axeSource);
+  return page.evaluate(async () => {
+    const report = await globalThis.axe.run(document, {
+      runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'],
+    });
+    return report.violations.map(
+      (v) => `${v.id}: ${v.nodes.map((n) => `${n.target} ${n.any[0]?.message ?? ''}`).join(' | ')}`,
+    );
+  });
 }
 
 /** What the picture shows at this moment, as text that can be compared; null before there is one. */

@@ -1,13 +1,8 @@
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
-import { createRequire } from 'node:module';
 import { after, before, test } from 'node:test';
-import { desktop, launch, openPage, phone, Server, until } from './harness.mjs';
+import { accessibilityFaults, desktop, launch, phone, Server, until, withPageOf } from './harness.mjs';
 
-const axeSource = fs.readFileSync(
-  createRequire(import.meta.url).resolve('axe-core/axe.min.js'),
-  'utf8',
-);
 const server = new Server();
 let browser;
 
@@ -21,15 +16,7 @@ after(async () => {
   await server.stop();
 });
 
-async function withPage(device, hash, use) {
-  const page = await openPage(browser, server, device, hash);
-  try {
-    await use(page);
-    assert.deepEqual(page.faults, []);
-  } finally {
-    await page.context().close();
-  }
-}
+const withPage = (device, hash, use) => withPageOf(browser, server, device, hash, use);
 
 const verdict = (page) => page.textContent('[data-testid=lab-verdict]');
 const download = async (page, button) => {
@@ -156,14 +143,7 @@ for (const [name, device] of [
       await until('a verdict', async () => /theory/.test(await verdict(page)));
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       assert.ok(wide <= 0, `${wide} pixels too wide`);
-      await page.evaluate(axeSource);
-      const found = await page.evaluate(async () => {
-        const report = await globalThis.axe.run(document, {
-          runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'],
-        });
-        return report.violations.map((v) => `${v.id}: ${v.nodes.map((n) => n.target).join(' | ')}`);
-      });
-      assert.deepEqual(found, []);
+      assert.deepEqual(await accessibilityFaults(page), []);
     }),
   );
 }

@@ -1,8 +1,8 @@
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
-import { createRequire } from 'node:module';
 import { after, before, test } from 'node:test';
 import {
+  accessibilityFaults,
   desktop,
   drop,
   launch,
@@ -14,12 +14,9 @@ import {
   triangleFiles,
   triangleGlb,
   until,
+  withPageOf,
 } from './harness.mjs';
 
-const axeSource = fs.readFileSync(
-  createRequire(import.meta.url).resolve('axe-core/axe.min.js'),
-  'utf8',
-);
 const server = new Server();
 let browser;
 
@@ -38,15 +35,7 @@ const finished = (page) =>
   until('the render to finish', async () => /^Finished/.test(await text(page, 'state')), 240_000);
 const choose = (page, view) => page.check(`[data-testid=view-${view}]`, { force: true });
 
-async function withPage(device, use, hash) {
-  const page = await openPage(browser, server, device, hash);
-  try {
-    await use(page);
-    assert.deepEqual(page.faults, []);
-  } finally {
-    await page.context().close();
-  }
-}
+const withPage = (device, use, hash) => withPageOf(browser, server, device, hash, use);
 
 test(
   'a click on Render shows a picture that changes while it converges',
@@ -231,18 +220,7 @@ for (const [name, device] of [
           await page.waitForTimeout(400);
           const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
           assert.ok(wide <= 0, `${hash} is ${wide} pixels too wide`);
-          // Through the debugger, because the page's own policy forbids foreign scripts.
-          await page.evaluate(axeSource);
-          const found = await page.evaluate(async () => {
-            const report = await globalThis.axe.run(document, {
-              runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'],
-            });
-            return report.violations.map(
-              (v) =>
-                `${v.id}: ${v.nodes.map((n) => `${n.target} ${n.any[0]?.message ?? ''}`).join(' | ')}`,
-            );
-          });
-          assert.deepEqual(found, [], hash);
+          assert.deepEqual(await accessibilityFaults(page), [], hash);
         }
       }),
   );

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { desktop, launch, openPage, phone, pictureNow, Server, submit, until } from './harness.mjs';
+import { desktop, launch, phone, pictureNow, Server, submit, until, withPageOf } from './harness.mjs';
 
 const server = new Server();
 let browser;
@@ -23,15 +23,7 @@ async function renderOf(page, scene, samples = 16) {
   return new URL(page.url()).hash.split('/').pop();
 }
 
-async function withPage(device, hash, use) {
-  const page = await openPage(browser, server, device, hash);
-  try {
-    await use(page);
-    assert.deepEqual(page.faults, []);
-  } finally {
-    await page.context().close();
-  }
-}
+const withPage = (device, hash, use) => withPageOf(browser, server, device, hash, use);
 
 /** Whether this build renders jobs of class `preview`. */
 async function offersPreviews() {

@@ -121,6 +121,20 @@ TEST(Film, OneHalfAloneGivesAPictureAndNoError) {
   EXPECT_TRUE(std::isnan(error->values[0]));
 }
 
+// Samples 1 and 3 in A, 2, 2 and 5 in B: squared deviations 2 and 6 with 1 + 2 degrees of freedom.
+TEST(Film, SampleVarianceIsThatOfThePicturesMean) {
+  core::FilmSnapshot film;
+  film.rect = {0, 0, 1, 1};
+  film.pixels = {{2, 2, 2, 1, 2, 2}, {3, 3, 3, 1, 6, 3}};
+  const core::SampleVariance both = core::sample_variance(film, 0);
+  EXPECT_EQ(both.degrees, 3);
+  EXPECT_NEAR(both.of_mean, 0.25 * 8 / 3 * (1.0 / 2 + 1.0 / 3), 1e-12);
+  film.pixels[1] = {};
+  EXPECT_NEAR(core::sample_variance(film, 0).of_mean, 2.0 / 2, 1e-12);
+  film.pixels[0].count = 1;
+  EXPECT_EQ(core::sample_variance(film, 0).degrees, 0);
+}
+
 TEST(Film, VarianceIsAQuarterOfTheSquaredDifferenceOfTheHalves) {
   core::FilmSnapshot snapshot;
   snapshot.rect = {0, 0, 1, 1};

@@ -138,16 +138,24 @@ void WebhookSender::look(const std::stop_token& stop) {
       const core::MutexLock lock(mutex);
       never.wait_for(mutex, stop, kLook, [] { return false; });
     }
+    // Looked at before the store: a call that ends while the store is read may still stand in the
+    // rows, and is not to be made again.
+    std::set<std::string> under_way;
+    {
+      const core::MutexLock lock(mutex_);
+      under_way = in_flight_;
+    }
     const auto due = table_.due_deliveries(unix_now(), kAtATime);
     if (!due || stop.stop_requested()) {
       continue;
     }
     for (const DeliveryRow& row : *due) {
+      if (under_way.contains(row.id)) {
+        continue;
+      }
       {
         const core::MutexLock lock(mutex_);
-        if (!in_flight_.insert(row.id).second) {
-          continue;
-        }
+        in_flight_.insert(row.id);
       }
       callers_.post([this, row] { deliver(row); });
     }

@@ -30,8 +30,9 @@ struct Picture {
   }
 };
 
-/// A PNG of 8 bits per channel, RGB or RGBA (over black), not interlaced: what the service sends.
-/// Errors: kUnsupportedMedia for anything else, kInvalidArgument for a broken file.
+/// Any PNG, as 8-bit sRGB over black.
+/// Errors: kUnsupportedMedia for what is no PNG, kTooLarge above 64 Mi pixels (told before memory is taken),
+/// kInvalidArgument for a broken file.
 core::Result<Picture> decode_png(std::string_view bytes);
 
 /// Each pixel of the answer is the one of `picture` under its middle. width, height: at least 1.

@@ -71,6 +71,7 @@ CONFINED = {
     "draco/": ["core/scene_io", "tests"],
     "meshoptimizer.h": ["core/scene_io", "tests"],
     "OpenImageIO/": ["core/image_io"],
+    "png.h": ["clients/cli/png.cpp"],
     "sqlite3.h": ["server/store", "tests"],
     "gtest/": ["tests"],
 }
@@ -188,6 +189,7 @@ PLANTED = [
     ("core/lights/a.cpp", "#include <embree3/rtcore.h>\n", "belongs to core/accel"),
     ("core/scene/a.cpp", "#include <OpenImageIO/imageio.h>\n", "belongs to core/image_io"),
     ("server/jobs/a.cpp", "#include <sqlite3.h>\n", "belongs to server/store"),
+    ("clients/cli/picture.cpp", "#include <png.h>\n", "belongs to clients/cli/png.cpp"),
     ("core/new_folder/a.cpp", "int x;\n", "in no layer"),
     ("core/math/a.h", "/// A header.\nint x;\n", "no #pragma once"),
     ("core/math/a.h", "#pragma once\n", "the first line must say"),

@@ -72,13 +72,31 @@ TEST(DecodePng, TransparentIsBlack) {
   EXPECT_EQ(picture->at(1, 0), (Pixel{200, 100, 50}));
 }
 
-TEST(DecodePng, RefusesWhatIsCutOrAnotherKind) {
+TEST(DecodePng, GreyHasThreeEqualChannels) {
+  const auto picture = cli::decode_png(png(2, 1, 0, std::string("\0\x07\xc8", 3)));
+  ASSERT_TRUE(picture) << picture.error().message;
+  EXPECT_EQ(picture->pixels, (std::vector<Pixel>{Pixel{7, 7, 7}, Pixel{200, 200, 200}}));
+}
+
+TEST(DecodePng, RefusesMorePixelsThanAFilmMayHave) {
+  for (const auto& [width, height] : {std::pair{8193, 8192}, {999999, 999999}, {1, 0x7fffffff}}) {
+    const auto picture = cli::decode_png(png(width, height, 2, std::string(7, '\0')));
+    EXPECT_FALSE(picture) << width << " x " << height;
+  }
+  EXPECT_EQ(cli::decode_png(png(8193, 8192, 2, std::string(7, '\0'))).error().code, core::ErrorCode::kTooLarge);
+}
+
+TEST(DecodePng, RefusesWhatIsCutOrBroken) {
   const std::string whole = png(2, 1, 2, std::string(7, '\0'));
   ASSERT_TRUE(cli::decode_png(whole));
   for (std::size_t size = 0; size < whole.size() - 12; ++size) {
     EXPECT_FALSE(cli::decode_png(whole.substr(0, size))) << size;
   }
-  EXPECT_FALSE(cli::decode_png(png(2, 1, 0, std::string(3, '\0'))));
+  std::string other_sum = whole;
+  other_sum[other_sum.size() - 13] ^= 1;  // of the last piece of data
+  EXPECT_FALSE(cli::decode_png(other_sum));
+  EXPECT_EQ(cli::decode_png("GIF89a and more").error().code, core::ErrorCode::kUnsupportedMedia);
+  EXPECT_EQ(cli::decode_png(whole.substr(0, 40)).error().code, core::ErrorCode::kInvalidArgument);
   EXPECT_FALSE(cli::decode_png(png(2, 1, 2, std::string("\5\0\0\0\0\0\0", 7))));
   EXPECT_FALSE(cli::decode_png(png(2, 2, 2, std::string(7, '\0'))));
 }

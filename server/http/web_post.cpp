@@ -153,7 +153,10 @@ core::Result<int> send(Client& client, const WebTarget& target, const WebPost& p
   {
     const Deadline deadline(client, post.timeout);
     const std::stop_callback cut(post.stop, [&client] { client.stop(); });
-    static_cast<void>(client.send(request, response, error));
+    // The handler is not called for an answer without a body, as 204 is.
+    if (client.send(request, response, error)) {
+      status = response.status;
+    }
   }
   if (status != 0) {
     return status;

@@ -50,7 +50,7 @@ class Receiver:
 
 
 class Webhooks(ApiTest):
-    FLAGS = ("--webhook-private", "--webhook-secret", "whsec_" + SECRET)
+    FLAGS = ("--webhook-private", "--webhook-secret", "whsec_" + SECRET, "--log-level", "info")
 
     def setUp(self):
         self.receiver = Receiver()
@@ -65,18 +65,39 @@ class Webhooks(ApiTest):
         self.assertEqual(headers["content-type"], "application/json")
         return headers["webhook-id"]
 
+    def wait_for_end_of(self, webhook_id):
+        """The line of the log that says how the call ended: delivered or given up."""
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            with open(self.server.log, encoding="utf-8") as log:
+                ends = [line for line in log if webhook_id in line and line.endswith("\n") and
+                        ("webhook_delivered" in line or "webhook_given_up" in line)]
+            if ends:
+                return json.loads(ends[0])
+            time.sleep(0.02)
+        self.fail(f"{webhook_id} did not end")
+
     def test_the_end_is_told_signed_with_the_job(self):
         job = self.server.render(job_body(webhook={"url": self.receiver.url}))
         path, headers, body, _ = self.receiver.next()
         self.assertEqual(path, "/hook?who=me")
-        self.assert_signed(headers, body)
+        webhook_id = self.assert_signed(headers, body)
         told = json.loads(body)
         self.assertEqual(told["type"], "job.end")
         self.assertEqual(told["data"]["id"], job["id"])
         self.assertEqual(told["data"]["state"], "finished")
         self.assertEqual(told["data"]["film_digest"], job["film_digest"])
-        time.sleep(1.2)
+        end = self.wait_for_end_of(webhook_id)
+        self.assertEqual((end["event"], end["attempt"]), ("webhook_delivered", 1))
         self.assertTrue(self.receiver.calls.empty())
+
+    def test_every_2xx_is_an_answer(self):
+        for status in (200, 202, 204):
+            self.receiver.statuses.put(status)
+            self.server.render(job_body(webhook={"url": self.receiver.url}))
+            call = self.receiver.next()
+            end = self.wait_for_end_of(self.assert_signed(*call[1:3]))
+            self.assertEqual((call[3], end["event"], end["attempt"]), (status, "webhook_delivered", 1))
 
     def test_states_are_told_when_asked_for(self):
         self.server.render(job_body(webhook={"url": self.receiver.url, "events": ["end", "state"]}))
@@ -97,8 +118,10 @@ class Webhooks(ApiTest):
         self.receiver.statuses.put(302)
         self.receiver.statuses.put(410)
         self.server.render(job_body(webhook={"url": self.receiver.url}))
-        self.assertEqual([self.receiver.next()[0] for _ in range(2)], ["/hook?who=me"] * 2)
-        time.sleep(2)
+        first, second = self.receiver.next(), self.receiver.next()
+        self.assertEqual([first[0], second[0]], ["/hook?who=me"] * 2)
+        end = self.wait_for_end_of(self.assert_signed(*second[1:3]))
+        self.assertEqual((end["event"], end["attempt"]), ("webhook_given_up", 2))
         self.assertTrue(self.receiver.calls.empty())
 
     def test_a_receiver_that_is_not_there_harms_nobody(self):

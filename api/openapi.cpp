@@ -84,9 +84,23 @@ Json parameters_of(const Operation& operation, const std::string& path,
   return list;
 }
 
+/// What the transport answers before any operation is asked.
+struct TransportProblem {
+  int status;
+  const char* words;
+};
+constexpr std::array kTransportProblems = {
+    TransportProblem{408, "The request did not arrive in time."},
+    TransportProblem{414, "The request target is too long."},
+    TransportProblem{431, "The headers are too long."},
+};
+
 std::vector<int> problem_statuses(const Operation& operation) {
   std::vector<int> statuses(operation.problems.begin(), operation.problems.end());
   statuses.insert(statuses.end(), {400, 421, 500});  // no HTTP; a wrong Host; a mistake of ours
+  for (const TransportProblem& row : kTransportProblems) {
+    statuses.push_back(row.status);
+  }
   if (!operation.scope.empty()) {
     statuses.insert(statuses.end(), {401, 403, 429});
   }
@@ -156,16 +170,24 @@ void add_operation(Json& paths, const Operation& operation, const Capabilities& 
   }
 }
 
+Json problem_response(const std::string& words) {
+  Json response = {{"description", words}};
+  response["content"]["application/problem+json"] = {
+      {"schema", {{"$ref", "#/components/schemas/Problem"}}}};
+  return response;
+}
+
 Json problem_responses() {
   Json responses = Json::object();
+  for (const TransportProblem& row : kTransportProblems) {
+    responses["Problem" + std::to_string(row.status)] = problem_response(row.words);
+  }
   for (const ErrorRow& row : error_table()) {
     const std::string name = "Problem" + std::to_string(row.status);
     if (responses.contains(name)) {
       continue;
     }
-    Json response = {{"description", std::string(row.title) + "."}};
-    response["content"]["application/problem+json"] = {
-        {"schema", {{"$ref", "#/components/schemas/Problem"}}}};
+    Json response = problem_response(std::string(row.title) + ".");
     if (row.status == 429 || row.status == 503) {
       response["headers"]["Retry-After"] = {{"description", "Seconds to wait."},
                                             {"schema", {{"type", "integer"}}}};

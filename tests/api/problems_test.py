@@ -161,6 +161,19 @@ class RequestProblems(ApiTest):
             self.assertEqual(answer.status, 404, (path, answer))
             self.assert_problem(answer, 404)
 
+    def test_what_the_transport_refuses_is_in_the_document(self):
+        """A list of jobs as long as the document allows, percent-encoded, is longer than a request line may be."""
+        answer = self.server.get("/v1/events?jobs=" + "%F3%BE%84%B8" * 1184)
+        self.assertEqual(answer.status, 414, answer)
+        self.assertEqual(answer.headers["Content-Type"], "application/problem+json")
+        document = self.server.get("/openapi.json").json()
+        for path, methods in document["paths"].items():
+            for method, operation in methods.items():
+                for status in ("400", "408", "414", "431", "500"):
+                    self.assertIn(status, operation["responses"], (method, path))
+                    name = operation["responses"][status]["$ref"].rsplit("/", 1)[1]
+                    self.assertIn("application/problem+json", document["components"]["responses"][name]["content"])
+
     def test_wrong_host_is_421(self):
         for host in ("example.org", "example.org:80", "127.0.0.1.example.org", "169.254.169.254", ""):
             answer = self.server.get("/v1/server", {"Host": host})

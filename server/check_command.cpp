@@ -30,11 +30,12 @@ namespace {
 constexpr std::array kFlags = {
     CommandFlag{"data", "DIR", "The data directory; no server may use it meanwhile."},
     CommandFlag{"json", "", "Print the findings as JSON."},
+    CommandFlag{"repair", "", "Remove what is left over: files that no record names."},
 };
 constexpr CommandText kText = {
     .text = "Verifies a data directory: the database's pages and references, the hash of every asset, the files of "
-            "every scene, the checksums and the digest of every film. Nothing is changed. Exit code 1 when something "
-            "is damaged; what is merely left over is told and is no damage.",
+            "every scene, the checksums and the digest of every film. Nothing is changed without --repair. Exit code 1 "
+            "when something is damaged; what is merely left over is told and is no damage.",
     .operand = "",
     .operand_text = "",
     .flags = kFlags,
@@ -42,9 +43,15 @@ constexpr CommandText kText = {
 
 constexpr int kPage = 200;
 
+struct Leftover {
+  std::string words;
+  std::filesystem::path path;
+};
+
 struct Findings {
   std::vector<std::string> damages;
-  std::vector<std::string> leftovers;
+  std::vector<Leftover> leftovers;
+  int removed = 0;  ///< Of the leftovers.
   int jobs = 0;
   int films = 0;
   int scenes = 0;
@@ -120,7 +127,7 @@ void check_assets(Database& database, const DataDir& data, Findings& findings) {
   std::error_code code;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(data.assets_path(), code)) {
     if (entry.is_regular_file(code) && known.count(entry.path().filename().string()) == 0) {
-      findings.leftovers.push_back("asset file " + entry.path().filename().string());
+      findings.leftovers.push_back({"asset file " + entry.path().filename().string(), entry.path()});
     }
   }
 }
@@ -175,7 +182,7 @@ void check_jobs(Database& database, const DataDir& data, Findings& findings) {
   std::error_code code;
   for (const auto& entry : std::filesystem::directory_iterator(data.films_path(), code)) {
     if (known.count(entry.path().filename().string()) == 0) {
-      findings.leftovers.push_back("film file " + entry.path().filename().string());
+      findings.leftovers.push_back({"film file " + entry.path().filename().string(), entry.path()});
     }
   }
 }
@@ -191,15 +198,36 @@ void check_comparisons(Database& database, const DataDir& data, Findings& findin
   }
   for (const auto& entry : std::filesystem::directory_iterator(data.comparisons_path(), code)) {
     if (known.count(entry.path().filename().string()) == 0) {
-      findings.leftovers.push_back("comparison " + entry.path().filename().string());
+      findings.leftovers.push_back({"comparison " + entry.path().filename().string(), entry.path()});
+    }
+  }
+}
+
+/// Records that cannot be read name files that are not known: then nothing is removed.
+void repair(Findings& findings) {
+  if (!findings.damages.empty()) {
+    return;
+  }
+  for (const Leftover& leftover : findings.leftovers) {
+    std::error_code code;
+    std::filesystem::remove_all(leftover.path, code);
+    if (code) {
+      findings.damages.push_back(leftover.words + ": cannot be removed: " + code.message());
+    } else {
+      ++findings.removed;
     }
   }
 }
 
 void print(const Findings& findings, bool as_json) {
   if (as_json) {
+    std::vector<std::string> leftovers;
+    for (const Leftover& leftover : findings.leftovers) {
+      leftovers.push_back(leftover.words);
+    }
     std::printf("%s\n", api::dump({{"damages", findings.damages},
-                                   {"leftovers", findings.leftovers},
+                                   {"leftovers", leftovers},
+                                   {"removed", findings.removed},
                                    {"jobs", findings.jobs},
                                    {"films", findings.films},
                                    {"scenes", findings.scenes},
@@ -210,12 +238,12 @@ void print(const Findings& findings, bool as_json) {
   for (const std::string& damage : findings.damages) {
     std::printf("damaged: %s\n", damage.c_str());
   }
-  for (const std::string& leftover : findings.leftovers) {
-    std::printf("left over: %s\n", leftover.c_str());
+  for (const Leftover& leftover : findings.leftovers) {
+    std::printf("left over: %s\n", leftover.words.c_str());
   }
-  std::printf("%d jobs, %d films, %d scenes, %d assets: %zu damaged, %zu left over\n", findings.jobs,
+  std::printf("%d jobs, %d films, %d scenes, %d assets: %zu damaged, %zu left over, %d removed\n", findings.jobs,
               findings.films, findings.scenes, findings.assets, findings.damages.size(),
-              findings.leftovers.size());
+              findings.leftovers.size(), findings.removed);
 }
 
 int complain(const core::Error& error, int code) {
@@ -256,6 +284,9 @@ int check_command(std::span<const std::string_view> args) {
   check_assets(**database, *data, findings);
   check_jobs(**database, *data, findings);
   check_comparisons(**database, *data, findings);
+  if (flags->switches.count("repair") != 0) {
+    repair(findings);
+  }
   print(findings, flags->switches.count("json") != 0);
   return findings.damages.empty() ? 0 : 1;
 }

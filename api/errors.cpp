@@ -36,6 +36,7 @@ constexpr std::array kErrors = {
     ErrorRow{ErrorCode::kInternal, 500, "internal", "The server made a mistake"},
     ErrorRow{ErrorCode::kUnavailable, 503, "unavailable", "The server cannot answer now"},
     ErrorRow{ErrorCode::kNoSpace, 507, "no-space", "The disk is full"},
+    ErrorRow{ErrorCode::kOverQuota, 507, "over-quota", "No more may be kept"},
     ErrorRow{ErrorCode::kCancelled, 409, "cancelled", "It was cancelled"},
 };
 

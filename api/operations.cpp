@@ -193,10 +193,10 @@ constexpr std::array kUploadProblems = {413, 507};
 constexpr std::array kPutProblems = {413, 422, 507};
 constexpr std::array kContentProblems = {404, 416};
 constexpr std::array kSceneProblems = {400, 404, 413, 415, 422, 424, 507};
-constexpr std::array kSubmitProblems = {400, 404, 409, 413, 415, 422};
+constexpr std::array kSubmitProblems = {400, 404, 409, 413, 415, 422, 507};
 constexpr std::array kTicketProblems = {400, 404, 415, 422};
-constexpr std::array kPatchProblems = {400, 404, 409, 412, 415, 422};
-constexpr std::array kExtendProblems = {400, 404, 409, 415, 422};
+constexpr std::array kPatchProblems = {400, 404, 409, 412, 415, 422, 507};
+constexpr std::array kExtendProblems = {400, 404, 409, 415, 422, 507};
 constexpr std::array kImageProblems = {404, 406, 409, 410, 422};
 constexpr std::array kMergeProblems = {400, 404, 409, 410, 413, 415, 422, 507};
 constexpr std::array kFilmProblems = {404, 409, 410, 416};
@@ -335,7 +335,7 @@ constexpr std::array kOperations = {
     Operation{"runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.",
               "Trials with the renderer's own classes, at each n; the same request gives the same lines, "
               "but for `seconds` and `efficiency`, which are measured. Closing the connection "
-              "cancels. 429 while `lab_runs` others run.",
+              "cancels. 429 while `lab_runs` others run, or `lab_runs_of_a_key` of the same key.",
               "write", kNoParameters, kLabRequest, kLabAnswer, kLabProblems, true},
 };
 

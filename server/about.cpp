@@ -10,6 +10,7 @@
 #include "core/accel/arithmetic.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/builtin_scenes.h"
+#include "server/store/files.h"
 
 namespace server {
 namespace {
@@ -69,7 +70,24 @@ std::string compiler_name() {
 
 std::string program_version() { return TESSERA_VERSION; }
 
+StorageLimits storage_limits(const Config& config) {
+  const auto share = [](std::uint64_t whole, double percent) {
+    return static_cast<std::uint64_t>(static_cast<double>(whole) * percent / 100);
+  };
+  StorageLimits limits{.total_bytes = config.disk_limit_bytes, .owner_bytes = config.quota_storage_bytes};
+  const auto space = disk_space(config.data_dir);
+  const std::uint64_t disk_bytes = space ? space->total_bytes : 0;
+  if (config.disk_limit_percent > 0) {
+    limits.total_bytes = share(disk_bytes, config.disk_limit_percent);
+  }
+  if (config.quota_storage_percent > 0) {
+    limits.owner_bytes = share(limits.total_bytes > 0 ? limits.total_bytes : disk_bytes, config.quota_storage_percent);
+  }
+  return limits;
+}
+
 api::ServerView about_server(const Config& config, const std::string& isa) {
+  const StorageLimits storage = storage_limits(config);
   api::ServerView about;
   about.version = program_version();
   about.build.commit = TESSERA_COMMIT;
@@ -101,6 +119,9 @@ api::ServerView about_server(const Config& config, const std::string& isa) {
       {"scene_cache_bytes", static_cast<std::int64_t>(config.scene_cache_bytes)},
       {"requests_per_minute_of_a_key", config.rate_limit},
       {"unfinished_jobs_of_a_key", config.quota_jobs},
+      {"lab_runs_of_a_key", config.quota_lab_runs},
+      {"stored_bytes", static_cast<std::int64_t>(storage.total_bytes)},
+      {"stored_bytes_of_a_key", static_cast<std::int64_t>(storage.owner_bytes)},
       {"film_cache_bytes", static_cast<std::int64_t>(config.film_cache_bytes)},
   };
   return about;

@@ -27,6 +27,7 @@
 #include "server/jobs/job_service.h"
 #include "server/observe/log.h"
 #include "server/observe/metrics.h"
+#include "server/request_log.h"
 #include "server/routes/context.h"
 #include "server/scenes/scene_service.h"
 #include "server/store/blob_store.h"
@@ -36,6 +37,7 @@
 #include "server/store/job_table.h"
 #include "server/store/key_table.h"
 #include "server/store/scene_table.h"
+#include "server/store/storage_quota.h"
 #include "server/tickets.h"
 #include "server/webhook_sender.h"
 
@@ -59,8 +61,6 @@ JobServiceOptions job_options(const Config& config, const api::ServerView& about
   options.samples_max = config.samples_max;
   options.checkpoint_seconds = config.checkpoint_seconds;
   options.film_cache_bytes = config.film_cache_bytes;
-  options.disk_limit_percent = config.disk_limit_percent;
-  options.disk_limit_bytes = config.disk_limit_bytes;
   options.build = api::build_json(about);
   return options;
 }
@@ -86,18 +86,6 @@ void allow_open_files() {
   }
 }
 
-/// The trace of a `traceparent` header (W3C Trace Context); empty when there is none.
-std::string_view trace_id(const Request& request) {
-  const std::string_view text = request.header("traceparent").value_or("");
-  constexpr std::size_t kBegin = 3;
-  constexpr std::size_t kDigits = 32;
-  if (text.size() < 55 || text[2] != '-' || text[kBegin + kDigits] != '-') {
-    return {};
-  }
-  const std::string_view id = text.substr(kBegin, kDigits);
-  return id.find_first_not_of("0123456789abcdef") == std::string_view::npos ? id : std::string_view();
-}
-
 /// Everything that a running server is made of, in the order in which it is built and, backwards,
 /// taken apart.
 class App {
@@ -107,6 +95,7 @@ class App {
       : config_(config),
         about_(about_server(config, isa)),
         log_(config.log_level),
+        request_log_(log_, metrics_, config.audit_log),
         data_(std::move(data)),
         database_(std::move(database)),
         blobs_(std::move(blobs)),
@@ -114,7 +103,8 @@ class App {
         scene_table_(*database_),
         key_table_(*database_),
         comparisons_(*database_, data_, {.count = api::limits::kComparisons, .bytes = api::limits::kComparisonBytes}),
-        scenes_(blobs_, scene_table_,
+        quota_(*database_, storage_limits(config)),
+        scenes_(blobs_, scene_table_, quota_,
                 {.cache_bytes = config.scene_cache_bytes,
                  .threads = render_threads(config),
                  .isa = config.isa == "native" ? std::string() : isa}),
@@ -145,12 +135,15 @@ class App {
     if (const auto keyed = app->check_keys(); !keyed) {
       return keyed.error();
     }
+    if (const auto audited = app->request_log_.check(); !audited) {
+      return audited.error();
+    }
     const auto run = app->job_table_.next_run();
     if (!run) {
       return run.error();
     }
     app->jobs_ = std::make_unique<JobService>(
-        JobServiceParts{app->job_table_, app->scenes_, app->data_, app->log_, app->metrics_},
+        JobServiceParts{app->job_table_, app->scenes_, app->data_, app->log_, app->metrics_, app->quota_},
         job_options(config, app->about_), *run);
     if (const auto started = app->start_webhooks(); !started) {
       return started.error();
@@ -174,9 +167,9 @@ class App {
     options.hooks.decorate = [this](const Request& request, Response& response) {
       guard_.decorate(request, response);
     };
-    options.hooks.after = [this](const Request& request, const Outcome& outcome) { note(request, outcome); };
+    options.hooks.after = [this](const Request& request, const Outcome& outcome) { request_log_.note(request, outcome); };
     std::vector<Route> routes =
-        make_routes({config_, data_, blobs_, scene_table_, job_table_, scenes_, comparisons_, *jobs_, streams_, tickets_,
+        make_routes({config_, data_, blobs_, scene_table_, job_table_, scenes_, comparisons_, quota_, *jobs_, streams_, tickets_,
                      metrics_, log_, about_, ready_});
     routes.push_back({.method = "POST", .pattern = "/v1/session", .handler = [this](Request& request) {
                         return guard_.start_session(request);
@@ -262,27 +255,6 @@ class App {
     return core::ok_status();
   }
 
-  void note(const Request& request, const Outcome& outcome) {
-    metrics_.count_request(request.method, request.route.empty() ? "unknown" : request.route, outcome.status,
-                           outcome.seconds, outcome.bytes_received, outcome.bytes_sent);
-    const bool only_looks = request.method == "GET" || request.method == "HEAD";
-    const LogLevel level = outcome.status >= 500 ? LogLevel::kError
-                           : only_looks          ? LogLevel::kDebug
-                                                 : LogLevel::kInfo;
-    if (log_.enabled(level)) {
-      log_.write(level, "request",
-                 {{"method", request.method},
-                  {"path", request.path},
-                  {"status", std::int64_t{outcome.status}},
-                  {"seconds", outcome.seconds},
-                  {"request_id", request.request_id},
-                  {"trace_id", trace_id(request)},
-                  {"key", request.principal},
-                  {"remote", request.remote_addr},
-                  {"error", outcome.internal_error}});
-    }
-  }
-
   void submit_demo() {
     if (!config_.demo || jobs_->any_job()) {
       return;
@@ -302,6 +274,7 @@ class App {
   const api::ServerView about_;
   Log log_;
   Metrics metrics_;
+  RequestLog request_log_;
   DataDir data_;
   std::unique_ptr<Database> database_;
   BlobStore blobs_;
@@ -309,6 +282,7 @@ class App {
   SceneTable scene_table_;
   KeyTable key_table_;
   ComparisonStore comparisons_;
+  StorageQuota quota_;
   SceneService scenes_;
   StreamGate streams_;
   KeyRing keys_;

@@ -111,17 +111,23 @@ Status set_list(Config& config, std::string_view text) {
   return core::ok_status();
 }
 
-Status set_disk_limit(Config& config, std::string_view text) {
+/// "512M", or "50%" of something; the one that is not given is 0.
+template <std::uint64_t Config::*bytes, double Config::*percent>
+Status set_share(Config& config, std::string_view text) {
   if (!text.empty() && text.back() == '%') {
-    const auto percent = parse_number<double>(text.substr(0, text.size() - 1), 1, 100);
-    if (!percent) {
-      return percent.error();
+    const auto value = parse_number<double>(text.substr(0, text.size() - 1), 1, 100);
+    if (!value) {
+      return value.error();
     }
-    config.disk_limit_percent = *percent;
-    config.disk_limit_bytes = 0;
+    config.*percent = *value;
+    config.*bytes = 0;
     return core::ok_status();
   }
-  return set_bytes<&Config::disk_limit_bytes>(config, text);
+  const Status status = set_bytes<bytes>(config, text);
+  if (status) {
+    config.*percent = 0;
+  }
+  return status;
 }
 
 constexpr std::array<std::pair<std::string_view, LogLevel>, 5> kLogLevels = {{
@@ -188,9 +194,9 @@ std::string show_list(const Config& config) {
   return text;
 }
 
-std::string show_disk_limit(const Config& config) {
-  return config.disk_limit_bytes > 0 ? show_number<&Config::disk_limit_bytes>(config)
-                                     : show_number<&Config::disk_limit_percent>(config) + "%";
+template <std::uint64_t Config::*bytes, double Config::*percent>
+std::string show_share(const Config& config) {
+  return config.*percent > 0 ? show_number<percent>(config) + "%" : show_number<bytes>(config);
 }
 
 std::string show_log_level(const Config& config) {
@@ -248,12 +254,22 @@ constexpr std::array kFlags = {
          &set_bytes<&Config::film_cache_bytes>, &show_number<&Config::film_cache_bytes>},
     Flag{"checkpoint", "SECONDS", "Between checkpoints of a rendering job (10).",
          &set_seconds<&Config::checkpoint_seconds, 0, 3600>, &show_number<&Config::checkpoint_seconds>},
-    Flag{"disk-limit", "BYTES|N%", "Finished films are evicted, oldest first, above this (80%).",
-         &set_disk_limit, &show_disk_limit},
+    Flag{"disk-limit", "BYTES|N%",
+         "Assets and films: above this films of ended jobs are evicted, oldest first, and uploads refused (80%).",
+         &set_share<&Config::disk_limit_bytes, &Config::disk_limit_percent>,
+         &show_share<&Config::disk_limit_bytes, &Config::disk_limit_percent>},
     Flag{"rate-limit", "N", "Requests a minute of each key of `tessera keys` (6000); 0 is no limit.",
          &set_int<&Config::rate_limit, 0, 100000000>, &show_number<&Config::rate_limit>},
     Flag{"quota-jobs", "N", "Unfinished jobs of each key of `tessera keys` (0: no limit).",
          &set_int<&Config::quota_jobs, 0, 1000000>, &show_number<&Config::quota_jobs>},
+    Flag{"quota-storage", "BYTES|N%",
+         "Assets and films of each key of `tessera keys`, a percentage being of --disk-limit (50%); 0 is no limit.",
+         &set_share<&Config::quota_storage_bytes, &Config::quota_storage_percent>,
+         &show_share<&Config::quota_storage_bytes, &Config::quota_storage_percent>},
+    Flag{"quota-lab-runs", "N", "Experiments at a time of each key of `tessera keys` (1); 0 is no limit.",
+         &set_int<&Config::quota_lab_runs, 0, 64>, &show_number<&Config::quota_lab_runs>},
+    Flag{"audit-log", "FILE", "Who changed what, and who was refused: lines to this file instead of the log.",
+         &set_text<&Config::audit_log>, &show_text<&Config::audit_log>},
     Flag{"webhook-secret", "TEXT", "whsec_ and base64: signs webhooks (made in the data directory).",
          &set_text<&Config::webhook_secret>, &show_secret<&Config::webhook_secret>},
     Flag{"webhook-private", "", "Webhooks may go to loopback and private addresses.",

@@ -41,11 +41,15 @@ struct Config {
   std::uint64_t scene_cache_bytes = std::uint64_t{4} << 30U;
   std::uint64_t film_cache_bytes = std::uint64_t{512} << 20U;  ///< finished films kept in memory
   double checkpoint_seconds = 10;  ///< between checkpoints of a rendering job
-  double disk_limit_percent = 80;  ///< of the disk; used when disk_limit_bytes is 0
+  double disk_limit_percent = 80;  ///< of the disk, for assets and films; used when disk_limit_bytes is 0
   std::uint64_t disk_limit_bytes = 0;
 
   int rate_limit = 6000;           ///< requests a minute of each stored key; 0: any number
   int quota_jobs = 0;              ///< unfinished jobs of each stored key; 0: any number
+  int quota_lab_runs = 1;          ///< experiments at a time of each stored key; 0: any number
+  double quota_storage_percent = 50;  ///< of the disk limit, for each stored key; used when the next is 0; 0: all
+  std::uint64_t quota_storage_bytes = 0;
+  std::string audit_log;           ///< file for audit lines; empty: the log has them
   std::string webhook_secret;      ///< whsec_...; empty: the data directory has one
   bool webhook_private = false;    ///< webhooks may go to private addresses
   std::string tls_cert;            ///< PEM; empty: plain HTTP

@@ -146,6 +146,8 @@ std::variant<Holder, Response> Guard::authorize(Request& request, std::string_vi
   if (!holder) {
     return unauthorized(request, "bring a key as 'Authorization: Bearer KEY'");
   }
+  request.principal = holder->id;
+  request.principal_name = holder->name;
   if (scope == "write" ? !holder->may_write : !holder->may_read) {
     return error_answer(request, core::ErrorCode::kForbidden,
                         "the key '" + holder->id + "' has no scope '" + std::string(scope) + "'");
@@ -184,6 +186,7 @@ std::optional<Response> Guard::check(Request& request) {
   }
   const Holder& holder = *std::get_if<Holder>(&authorized);
   request.principal = holder.id;
+  request.principal_name = holder.name;
   return count(request, holder);
 }
 

@@ -55,6 +55,7 @@ std::optional<Holder> KeyRing::find(const std::string& hash, std::string KeyRow:
   for (const auto& [id, row] : rows_) {
     if (same_secret(row.*member, hash) && !(row.expires_at && *row.expires_at <= unix_now())) {
       return Holder{.id = id,
+                    .name = row.name,
                     .may_read = row.may_read,
                     .may_write = row.may_write,
                     .rate_limit = row.rate_limit.value_or(config_.rate_limit)};
@@ -66,7 +67,7 @@ std::optional<Holder> KeyRing::find(const std::string& hash, std::string KeyRow:
 std::optional<Holder> KeyRing::holder_of_token(std::string_view token) {
   const std::string hash = secret_hash(token);
   if (same_secret(hash, own_token_hash_)) {
-    return Holder{};
+    return Holder{.id = {}, .name = "operator"};
   }
   return find(hash, &KeyRow::token_hash);
 }
@@ -74,7 +75,7 @@ std::optional<Holder> KeyRing::holder_of_token(std::string_view token) {
 std::optional<Holder> KeyRing::holder_of_session(std::string_view cookie) {
   const std::string hash = secret_hash(cookie);
   if (same_secret(hash, own_session_hash_)) {
-    return Holder{};
+    return Holder{.id = {}, .name = "operator"};
   }
   return find(hash, &KeyRow::session_hash);
 }

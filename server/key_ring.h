@@ -18,6 +18,7 @@ namespace server {
 /// Who asks, and what they may.
 struct Holder {
   std::string id;  ///< Of a stored key; empty: the operator, or anybody where no key is needed.
+  std::string name = {};  ///< The key's, or "operator"; empty: anybody.
   bool may_read = true;
   bool may_write = true;
   int rate_limit = 0;  ///< Requests a minute; 0: any number.

@@ -32,7 +32,8 @@ enum class ErrorCode {
   kInternal,             ///< 500
   kUnavailable,          ///< 503
   kNoSpace,              ///< 507
-  kCancelled             ///< the caller asked to stop; never leaves the process
+  kCancelled,            ///< the caller asked to stop; never leaves the process
+  kOverQuota             ///< more than the operator grants: 507. Last: stored jobs hold the numbers
 };
 
 struct Error {

@@ -227,6 +227,7 @@ Connection::Next Connection::serve(Request& request, const ParsedHead& parsed, O
   }
   prepare(request, response);
   outcome.status = response.status;
+  outcome.location = response.headers.find("Location").value_or("");
 
   const bool keep_alive = parsed.framing.wants_keep_alive && service_ == Service::kFull &&
                           !context_.watch.is_stopping() && body.is_drainable(limits_.drain_bytes);
@@ -350,7 +351,8 @@ void Connection::refuse(Request& request, const Refusal& refusal) {
          .seconds = std::chrono::duration<double>(Clock::now() - request_start_).count(),
          .bytes_sent = written.body_bytes,
          .client_gone = !written.is_complete,
-         .internal_error = {}});
+         .internal_error = {},
+         .location = {}});
   }
   if (written.is_complete) {
     close_politely();

@@ -46,6 +46,7 @@ struct Outcome {
   std::uint64_t bytes_sent = 0;      ///< Of the body.
   bool client_gone = false;          ///< The answer could not be sent completely.
   std::string internal_error = {};   ///< Text of an exception; never sent.
+  std::string location = {};         ///< Of what was made; empty: nothing.
 };
 
 struct HttpHooks {

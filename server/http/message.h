@@ -86,6 +86,7 @@ struct Request {
   std::string request_id;   ///< The client's X-Request-Id if it is well-formed, else a fresh one.
   std::string route;        ///< Pattern of the matched route, for metrics; empty if none.
   std::string principal;    ///< Who asks; left to the before-hook to fill.
+  std::string principal_name = {};  ///< For people; the same.
   std::string body;         ///< The whole body on routes with BodyPolicy::json.
   BodyReader* body_reader = nullptr;  ///< Set on routes with BodyPolicy::stream.
   /// Made by the server; called by stop_token().

@@ -161,6 +161,17 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
   if (const auto facts = scenes_.facts(job->record().view.spec.scene); !facts) {
     return api::make_problem(ErrorCode::kConflict, "the scene of the job is not there any more");
   }
+  if (!book_.has_room(rank_of(job->record().view.spec))) {
+    return api::make_problem(ErrorCode::kTooManyRequests, "the queue is full");
+  }
+  const auto owner = table_.owner_of(job->sequence());
+  if (!owner) {
+    return api::from_error(owner.error());
+  }
+  const auto counted = take_quota(*owner);
+  if (!counted) {
+    return counted.problem();
+  }
   const Status changed = change(
       *job,
       [&](JobRecord& record) -> Status {
@@ -230,9 +241,7 @@ Status JobService::remove(const JobPointer& job) {
     if (auto removed = table_.remove(job->id()); !removed) {
       return removed;
     }
-    if (auto removed = remove_file(data_.film_path(job->id())); !removed) {
-      return removed;
-    }
+    remove_loose_film(job->id());
   }
   book_.forget(job->id());
   films_.erase_prefix(job->id());

@@ -166,48 +166,62 @@ void JobService::checkpoint(const JobPointer& job) {
   }
 }
 
-std::uint64_t JobService::film_limit_bytes() const {
-  if (options_.disk_limit_bytes > 0) {
-    return options_.disk_limit_bytes;
+void JobService::remove_loose_film(const std::string& id) {
+  const Status removed = remove_file(data_.film_path(id));
+  const Status forgotten = removed ? table_.forget_loose_film(id) : removed;
+  if (!forgotten) {
+    log_.write(LogLevel::kWarning, "loose_film_stays", {{"job", id}, {"detail", forgotten.error().message}});
   }
-  const auto space = disk_space(data_.path());
-  return space ? static_cast<std::uint64_t>(static_cast<double>(space->total_bytes) *
-                                            options_.disk_limit_percent / 100)
-               : UINT64_MAX;
+}
+
+void JobService::remove_loose_films() {
+  const auto loose = table_.loose_films();
+  for (const std::string& id : loose ? *loose : std::vector<std::string>()) {
+    remove_loose_film(id);
+  }
+}
+
+bool JobService::evict_film(const JobRow& row) {
+  const auto job = find(row.id);
+  // Noted first: a file that stays behind when the process ends is removed at the next start.
+  if (!job || !table_.note_loose_film(row.id)) {
+    return false;
+  }
+  const Status evicted = change(
+      **job,
+      [](JobRecord& record) -> Status {
+        if (!api::is_final(record.view.state) || record.film != FilmPlace::kOnDisk) {
+          return Error{ErrorCode::kConflict, "", ""};
+        }
+        record.film = FilmPlace::kEvicted;
+        return core::ok_status();
+      },
+      {.go_on_in_memory = false});
+  if (!evicted) {
+    return false;
+  }
+  films_.erase_prefix(row.id);
+  remove_loose_film(row.id);
+  log_.write(LogLevel::kInfo, "film_evicted", {{"job", row.id}});
+  return true;
 }
 
 void JobService::evict_films() {
-  auto total = table_.film_bytes_total();
-  const std::uint64_t limit = film_limit_bytes();
-  if (!total || *total <= limit) {
+  const std::uint64_t limit = quota_.limits().total_bytes;
+  const auto stored = quota_.total();
+  if (limit == 0 || !stored) {
     return;
   }
-  const auto oldest = table_.films_oldest_first(kEvictAtATime);
-  if (!oldest) {
-    return;
-  }
-  for (const JobRow& row : *oldest) {
-    if (*total <= limit) {
-      return;
-    }
-    const auto job = find(row.id);
-    if (!job) {
-      continue;
-    }
-    const Status evicted = change(
-        **job,
-        [&](JobRecord& record) -> Status {
-          if (record.view.state != api::JobState::kFinished || record.film != FilmPlace::kOnDisk) {
-            return Error{ErrorCode::kConflict, "", ""};
-          }
-          record.film = FilmPlace::kEvicted;
-          return remove_file(data_.film_path(row.id));
-        },
-        {.go_on_in_memory = true});
-    if (evicted) {
-      films_.erase_prefix(row.id);
-      *total -= std::min(*total, row.film_bytes);
-      log_.write(LogLevel::kInfo, "film_evicted", {{"job", row.id}});
+  std::uint64_t total = stored->asset_bytes + stored->film_bytes;
+  bool goes_on = true;
+  while (total > limit && goes_on) {
+    const auto oldest = table_.films_oldest_first(kEvictAtATime);
+    goes_on = false;
+    for (const JobRow& row : oldest ? *oldest : std::vector<JobRow>()) {
+      if (total > limit && evict_film(row)) {
+        total -= std::min(total, row.film_bytes);
+        goes_on = true;
+      }
     }
   }
 }

@@ -126,10 +126,17 @@ core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
                                      .error = record.view.progress.error};
   const FilmRecord beside{
       .elapsed_seconds = finished.elapsed_seconds, .points = {point}, .arithmetic = finished.arithmetic};
+  StorageQuota::Room room = quota_.room(finished.owner, StorageQuota::Kind::kFilm);
+  if (const Status fits = room.grow_to(FilmFile::disk_bytes_max(film)); !fits) {
+    return fits.error();
+  }
+  if (const Status noted = table_.note_loose_film(record.view.id); !noted) {
+    return noted.error();
+  }
   const std::string path = data_.film_path(record.view.id);
   auto bytes = write_new_film(path, film, beside, finished.spec.render.film);
   if (!bytes) {
-    static_cast<void>(remove_file(path));  // The first error is the one to tell.
+    remove_loose_film(record.view.id);
     return bytes.error();
   }
   record.film = FilmPlace::kOnDisk;
@@ -141,7 +148,7 @@ core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
   JobRow row = to_row(record);
   row.owner = finished.owner;
   if (const Status stored = table_.insert(row, rows, std::nullopt); !stored) {
-    static_cast<void>(remove_file(path));
+    remove_loose_film(record.view.id);
     return stored.error();
   }
   job->set_end_mark(EndMark{.stream = run_, .seq = first + told.size() - 1});

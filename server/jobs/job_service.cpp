@@ -7,6 +7,7 @@
 #include "api/events.h"
 #include "server/observe/clock.h"
 #include "server/scenes/scene_facts.h"
+#include "server/store/film_file.h"
 #include "server/store/uuid.h"
 
 namespace server {
@@ -36,6 +37,7 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
       data_(parts.data),
       log_(parts.log),
       metrics_(parts.metrics),
+      quota_(parts.quota),
       options_(options),
       run_(run),
       pilots_(kPilotsAtATime),
@@ -62,6 +64,7 @@ Status JobService::resume() {
   if (auto forgotten = table_.forget_keys_before(unix_now() - kKeySeconds); !forgotten) {
     return forgotten;
   }
+  remove_loose_films();
   const auto rows = table_.unfinished();
   if (!rows) {
     return rows.error();
@@ -263,16 +266,17 @@ core::Result<JobPointer> JobService::find_own_id(const Submission& submission) {
   return job;
 }
 
-std::optional<api::Problem> JobService::over_quota(const std::string& owner) {
+api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::string& owner) {
   if (owner.empty() || options_.quota_jobs == 0) {
-    return std::nullopt;
+    return std::unique_lock<core::Mutex>();
   }
+  std::unique_lock<core::Mutex> held(quota_mutex_);
   const auto count = table_.unfinished_of(owner);
   if (!count) {
     return api::from_error(count.error());
   }
   if (*count < options_.quota_jobs) {
-    return std::nullopt;
+    return api::Parsed<std::unique_lock<core::Mutex>>(std::move(held));
   }
   return api::make_problem(ErrorCode::kTooManyRequests,
                            "the key '" + owner + "' has " + std::to_string(*count) +
@@ -308,8 +312,9 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
                              "the queue is full: " + std::to_string(book_.queue_length()) +
                                  " jobs are waiting");
   }
-  if (auto problem = over_quota(submission.owner)) {
-    return std::move(*problem);
+  const auto counted = take_quota(submission.owner);
+  if (!counted) {
+    return counted.problem();
   }
   const std::optional<std::string> preview_key = checked->spec.preview_key;
   auto job = insert(std::move(*checked), submission);
@@ -344,6 +349,13 @@ core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submis
   }
   JobRow row = to_row(record);
   row.owner = submission.owner;
+  StorageQuota::Room room = quota_.room(row.owner, StorageQuota::Kind::kFilm);
+  if (!row.owner.empty() && !job->memory_only()) {
+    row.reserved_bytes = FilmFile::disk_bytes_max(*blank_film(record.view));
+    if (const Status fits = room.grow_to(row.reserved_bytes); !fits) {
+      return Error{fits.error().code, fits.error().message, "/film"};
+    }
+  }
   const Status stored = job->memory_only()
                             ? (key ? table_.insert_key(*key) : core::ok_status())
                             : table_.insert(row, rows, key, deliveries_of(record.view, told));

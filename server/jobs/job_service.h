@@ -31,6 +31,7 @@
 #include "server/scenes/single_flight_cache.h"
 #include "server/store/data_dir.h"
 #include "server/store/job_table.h"
+#include "server/store/storage_quota.h"
 
 namespace server {
 
@@ -40,8 +41,6 @@ struct JobServiceOptions {
   int samples_max = 65536;
   double checkpoint_seconds = 10;  ///< A checkpoint is complete this long after the one before.
   std::uint64_t film_cache_bytes = std::uint64_t{512} << 20U;
-  double disk_limit_percent = 80;
-  std::uint64_t disk_limit_bytes = 0;  ///< 0: the percentage counts.
   int quota_jobs = 0;                  ///< Unfinished jobs of one owner; 0: any number.
   std::string arithmetic = {};         ///< core::arithmetic_class() of this process.
   std::string build = {};              ///< JSON text that goes with films made here.
@@ -54,6 +53,7 @@ struct JobServiceParts {
   const DataDir& data;
   Log& log;
   Metrics& metrics;
+  StorageQuota& quota;
 };
 
 class JobService final : private RenderRun::Owner {
@@ -84,7 +84,8 @@ class JobService final : private RenderRun::Owner {
     JobPointer job;
     bool is_replay = false;
   };
-  /// Problems: of check(); 409 key or id with another body; 429 queue or quota full; 503 stopping; 507.
+  /// Problems: of check(); 409 key or id with another body; 429 queue or quota full; 503 stopping; 507 disk
+  /// full, or at /film more than the owner may keep.
   api::Parsed<Submitted> submit(api::ParsedJob request, const Submission& submission);
 
   /// What a job would cost, from a pilot among the other jobs' slices; waits for it, some seconds at
@@ -105,7 +106,7 @@ class JobService final : private RenderRun::Owner {
   api::Parsed<std::monostate> patch(const JobPointer& job, std::string_view body,
                                     const std::optional<std::vector<std::uint32_t>>& if_versions);
   core::Status cancel(const JobPointer& job);
-  /// Problems: 409 not finished or film gone; 422.
+  /// Problems: 409 not finished or film gone; 422; 429 queue full, or the owner's quota.
   api::Parsed<std::monostate> extend(const JobPointer& job, std::string_view body);
   /// A film from elsewhere becomes a finished job. spec: of the film's geometry; ledger as JobView has it.
   struct FinishedFilm {
@@ -119,7 +120,7 @@ class JobService final : private RenderRun::Owner {
     std::vector<std::string> warnings;
     std::string owner;  ///< Id of a stored key; empty: none.
   };
-  /// Errors: kUnavailable when stopping, kNoSpace, kInternal.
+  /// Errors: kUnavailable when stopping, kOverQuota, kNoSpace, kInternal.
   core::Result<JobPointer> add_finished(FinishedFilm finished);
   /// Errors: kConflict while it is not final.
   core::Status remove(const JobPointer& job);
@@ -178,7 +179,8 @@ class JobService final : private RenderRun::Owner {
   core::Result<JobPointer> insert(api::ParsedJob request, const Submission& submission);
   core::Result<JobPointer> find_replay(const Submission& submission);
   core::Result<JobPointer> find_own_id(const Submission& submission);
-  std::optional<api::Problem> over_quota(const std::string& owner);
+  /// The owner's place among its unfinished jobs, held until the job counts; or why there is none.
+  api::Parsed<std::unique_lock<core::Mutex>> take_quota(const std::string& owner);
   void supersede(const std::string& preview_key, const std::string& by);
 
   // A job's way: admit() -> load() -> start() -> on_end() -> finish(). Cancelled ones are told at
@@ -206,9 +208,11 @@ class JobService final : private RenderRun::Owner {
   void checkpoint_loop(const std::stop_token& stop);
   void checkpoint(const JobPointer& job);
   void evict_films();
+  bool evict_film(const JobRow& row);
   void forget_expired();
   void count_work(const RenderRun& run);
-  std::uint64_t film_limit_bytes() const;
+  void remove_loose_film(const std::string& id);
+  void remove_loose_films();
   static core::Progress progress_of(const RenderRun& run);
   core::Result<std::shared_ptr<const StoredFilm>> stored_film(const Job& job);
   static Rank rank_of(const api::JobSpec& spec);
@@ -219,6 +223,7 @@ class JobService final : private RenderRun::Owner {
   const DataDir& data_;
   Log& log_;
   Metrics& metrics_;
+  StorageQuota& quota_;
   const JobServiceOptions options_;
   const std::int64_t run_;
   std::atomic<std::uint64_t> rays_done_ = 0;  ///< Of runs that are over.
@@ -230,6 +235,7 @@ class JobService final : private RenderRun::Owner {
   JobBook book_;
   SingleFlightCache<StoredFilm> films_;
   core::Mutex keyed_mutex_;  ///< Held over a submission with a key: two of them are one job.
+  core::Mutex quota_mutex_;  ///< Held from counting an owner's jobs to adding one. After keyed_mutex_.
   /// When a job was last saved; of the checkpointer's thread alone.
   std::map<std::string, std::chrono::steady_clock::time_point> checkpointed_;
   Scheduler scheduler_;

@@ -77,9 +77,13 @@ void Log::write(LogLevel level, std::string_view event, std::initializer_list<Lo
   if (!enabled(level)) {
     return;
   }
-  const std::string line = log_line(unix_now(), level, event, fields) + "\n";
+  write_line(log_line(unix_now(), level, event, fields));
+}
+
+void Log::write_line(std::string_view line) {
+  const std::string whole = std::string(line) + "\n";
   const core::MutexLock lock(mutex_);
-  std::fwrite(line.data(), 1, line.size(), stderr);
+  std::fwrite(whole.data(), 1, whole.size(), stderr);
 }
 
 }  // namespace server

@@ -26,6 +26,8 @@ class Log {
   bool enabled(LogLevel level) const { return level >= level_; }
   /// event: a word or two that name what happened; everything that varies is a field.
   void write(LogLevel level, std::string_view event, std::initializer_list<LogField> fields);
+  /// One that log_line() made, whatever its level.
+  void write_line(std::string_view line);
 
  private:
   const LogLevel level_;

@@ -24,13 +24,23 @@ Response upload(const RouteContext& context, Request& request, const std::string
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
   }
+  StorageQuota::Room room = context.quota.room(request.principal, StorageQuota::Kind::kAsset);
+  const std::uint64_t declared = request.body_reader->declared_bytes().value_or(0);
+  // Named, and there already: nothing more will be kept.
+  const bool is_known = !expected_id.empty() && context.blobs.find(expected_id) == declared;
+  core::Status written = is_known ? core::ok_status() : room.grow_to(declared);
+  if (!written) {
+    return error_answer(request, written.error());
+  }
   auto upload = context.blobs.start_upload();
   if (!upload) {
     return error_answer(request, upload.error());
   }
-  core::Status written = core::ok_status();
   const bool complete = request.body_reader->read([&](std::string_view piece) {
-    written = upload->write(piece);
+    written = is_known ? core::ok_status() : room.cover(upload->bytes() + piece.size());
+    if (written) {
+      written = upload->write(piece);
+    }
     return written.has_value();
   });
   if (!written) {
@@ -44,7 +54,11 @@ Response upload(const RouteContext& context, Request& request, const std::string
   if (!stored) {
     return error_answer(request, stored.error());
   }
-  const auto noted = context.scene_table.insert_asset(stored->id, stored->bytes, true, unix_now());
+  const auto noted = context.scene_table.insert_asset({.id = stored->id,
+                                                        .bytes = stored->bytes,
+                                                        .uploaded = true,
+                                                        .created_at = unix_now(),
+                                                        .owner = request.principal});
   if (!noted) {
     return error_answer(request, noted.error());
   }

@@ -19,6 +19,7 @@
 #include "server/store/blob_store.h"
 #include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
+#include "server/store/storage_quota.h"
 #include "server/tickets.h"
 
 namespace server {
@@ -31,6 +32,7 @@ struct RouteContext {
   JobTable& job_table;
   SceneService& scenes;
   ComparisonStore& comparisons;
+  StorageQuota& quota;
   JobService& jobs;
   StreamGate& streams;
   Tickets& tickets;

@@ -65,17 +65,17 @@ Response create(const RouteContext& context, Request& request) {
     return error_answer(request, content.error());
   }
   if (is_scene) {
-    return added_answer(request, context.scenes.add_file(std::move(*content)));
+    return added_answer(request, context.scenes.add_file(std::move(*content), request.principal));
   }
   if (is_zip) {
-    return added_answer(request, context.scenes.add_zip(std::move(*content)));
+    return added_answer(request, context.scenes.add_zip(std::move(*content), request.principal));
   }
   const auto parsed = api::parse_scene_from_assets(
       std::string_view(reinterpret_cast<const char*>(content->data()), content->size()));
   if (!parsed) {
     return problem_answer(request, parsed.problem());
   }
-  return added_answer(request, context.scenes.add_from_assets(*parsed));
+  return added_answer(request, context.scenes.add_from_assets(*parsed, request.principal));
 }
 
 Response list(const RouteContext& context, Request& request) {

@@ -70,6 +70,13 @@ std::string metrics_text(const RouteContext& context) {
               static_cast<double>(counts.film_cache_bytes));
   write_gauge(text, "tessera_scene_cache_bytes", "Loaded scenes.",
               static_cast<double>(context.scenes.cached_bytes()));
+  if (const auto stored = context.quota.total()) {
+    text.family("tessera_stored_bytes", "gauge", "What the data directory keeps.");
+    text.sample("tessera_stored_bytes", metric_label("kind", "assets"), static_cast<double>(stored->asset_bytes));
+    text.sample("tessera_stored_bytes", metric_label("kind", "films"), static_cast<double>(stored->film_bytes));
+  }
+  write_gauge(text, "tessera_stored_bytes_limit", "Above it films are evicted and uploads refused; 0: none.",
+              static_cast<double>(context.quota.limits().total_bytes));
   write_gauge(text, "process_resident_memory_bytes", "Resident memory size in bytes.",
               static_cast<double>(resident_bytes()));
   if (const auto space = disk_space(context.data.path())) {

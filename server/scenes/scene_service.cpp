@@ -101,9 +101,10 @@ core::Result<const ZipEntry*> main_document(const std::vector<ZipEntry>& entries
 
 }  // namespace
 
-SceneService::SceneService(BlobStore& blobs, SceneTable& table, SceneServiceOptions options)
+SceneService::SceneService(BlobStore& blobs, SceneTable& table, StorageQuota& quota, SceneServiceOptions options)
     : blobs_(blobs),
       table_(table),
+      quota_(quota),
       options_(std::move(options)),
       scenes_(options_.cache_bytes),
       environments_(options_.environment_cache_bytes),
@@ -198,7 +199,34 @@ core::Result<SceneService::Added> SceneService::known_scene(const std::string& i
   return Added{.id = id, .description = std::move((*row)->description), .known = true};
 }
 
-core::Result<SceneService::Added> SceneService::add_document(Document document) {
+Status SceneService::keep(const Document& document, const SceneRow& row, const std::string& owner) {
+  const std::shared_lock<std::shared_mutex> naming(names_mutex_);
+  std::uint64_t fresh_bytes = 0;
+  for (const auto& [uri, asset] : row.files) {
+    fresh_bytes += blobs_.find(asset) ? 0 : document.files.at(uri)->size();
+  }
+  StorageQuota::Room room = quota_.room(owner, StorageQuota::Kind::kAsset);
+  if (auto fits = room.grow_to(fresh_bytes); !fits) {
+    return fits;
+  }
+  for (const auto& [uri, bytes] : document.files) {
+    const auto stored = blobs_.put(view_of(*bytes));
+    if (!stored) {
+      return stored.error();
+    }
+    if (auto kept = table_.insert_asset({.id = stored->id,
+                                         .bytes = stored->bytes,
+                                         .uploaded = false,
+                                         .created_at = row.created_at,
+                                         .owner = owner});
+        !kept) {
+      return kept;
+    }
+  }
+  return table_.insert_scene(row);
+}
+
+core::Result<SceneService::Added> SceneService::add_document(Document document, const std::string& owner) {
   SceneFiles files;
   for (const auto& [uri, bytes] : document.files) {
     files[uri] = core::sha256_hex(bytes->data(), bytes->size());
@@ -226,29 +254,19 @@ core::Result<SceneService::Added> SceneService::add_document(Document document) 
                .files = files};
   row.files[""] = main_id;
   document.files[""] = document.bytes;
-  const std::shared_lock<std::shared_mutex> naming(names_mutex_);
-  for (const auto& [uri, bytes] : document.files) {
-    const auto stored = blobs_.put(view_of(*bytes));
-    if (!stored) {
-      return stored.error();
-    }
-    if (auto kept = table_.insert_asset(stored->id, stored->bytes, false, row.created_at); !kept) {
-      return kept.error();
-    }
-  }
-  if (auto kept = table_.insert_scene(row); !kept) {
+  if (auto kept = keep(document, row, owner); !kept) {
     return kept.error();
   }
   scenes_.put(cache_key(id, 0, std::nullopt), {.value = *scene, .bytes = summary.bytes});
   return Added{.id = id, .description = std::move(row.description), .known = false};
 }
 
-core::Result<SceneService::Added> SceneService::add_file(core::Bytes content) {
+core::Result<SceneService::Added> SceneService::add_file(core::Bytes content, const std::string& owner) {
   return add_document(
-      Document{.bytes = std::make_shared<const core::Bytes>(std::move(content)), .files = {}});
+      Document{.bytes = std::make_shared<const core::Bytes>(std::move(content)), .files = {}}, owner);
 }
 
-core::Result<SceneService::Added> SceneService::add_zip(core::Bytes archive) {
+core::Result<SceneService::Added> SceneService::add_zip(core::Bytes archive, const std::string& owner) {
   const auto entries = read_zip_directory(archive, options_.zip);
   if (!entries) {
     return entries.error();
@@ -286,10 +304,11 @@ core::Result<SceneService::Added> SceneService::add_zip(core::Bytes archive) {
     return Error{ErrorCode::kMissingFiles, "the archive lacks files that the scene names: " + missing,
                  ""};
   }
-  return add_document(std::move(document));
+  return add_document(std::move(document), owner);
 }
 
-core::Result<SceneService::Added> SceneService::add_from_assets(const api::SceneFromAssets& request) {
+core::Result<SceneService::Added> SceneService::add_from_assets(const api::SceneFromAssets& request,
+                                                                const std::string& owner) {
   const auto read = [this](const std::string& asset,
                            const std::string& pointer) -> core::Result<core::SharedBytes> {
     auto bytes = blobs_.read(asset);
@@ -313,7 +332,7 @@ core::Result<SceneService::Added> SceneService::add_from_assets(const api::Scene
     // the latter.
     document.files[core::percent_decode(uri)] = std::move(*bytes);
   }
-  return add_document(std::move(document));
+  return add_document(std::move(document), owner);
 }
 
 core::Result<std::string> SceneService::description(const std::string& id) {

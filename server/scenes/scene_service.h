@@ -24,6 +24,7 @@
 #include "server/scenes/zip.h"
 #include "server/store/blob_store.h"
 #include "server/store/scene_table.h"
+#include "server/store/storage_quota.h"
 
 namespace server {
 
@@ -37,8 +38,8 @@ struct SceneServiceOptions {
 
 class SceneService {
  public:
-  /// blobs and table must outlive this.
-  SceneService(BlobStore& blobs, SceneTable& table, SceneServiceOptions options);
+  /// The first three must outlive this.
+  SceneService(BlobStore& blobs, SceneTable& table, StorageQuota& quota, SceneServiceOptions options);
 
   struct Added {
     std::string id;
@@ -46,11 +47,12 @@ class SceneService {
     bool known = false;
   };
   /// A GLB, a glTF document, or a zip archive with one of them. The scene is loaded to check it.
-  /// Errors: those of load_gltf() and Scene::build(), kNoSpace, kTooLarge, kMissingFiles.
-  core::Result<Added> add_file(core::Bytes content);
-  core::Result<Added> add_zip(core::Bytes archive);
+  /// owner: id of the stored key that brings it, or empty.
+  /// Errors: those of load_gltf() and Scene::build(), kNoSpace, kOverQuota, kTooLarge, kMissingFiles.
+  core::Result<Added> add_file(core::Bytes content, const std::string& owner = {});
+  core::Result<Added> add_zip(core::Bytes archive, const std::string& owner = {});
   /// Errors also: kInvalidArgument at "/gltf" or "/files/..." for an unknown asset.
-  core::Result<Added> add_from_assets(const api::SceneFromAssets& request);
+  core::Result<Added> add_from_assets(const api::SceneFromAssets& request, const std::string& owner = {});
 
   /// JSON of a stored or built-in scene. Errors: kNotFound.
   core::Result<std::string> description(const std::string& id);
@@ -87,11 +89,13 @@ class SceneService {
   core::Result<Document> document_of(const std::string& id);
   core::Result<std::shared_ptr<const core::Scene>> build(const Document& document,
                                                          const core::GltfOptions& options);
-  core::Result<Added> add_document(Document document);
+  core::Result<Added> add_document(Document document, const std::string& owner);
+  core::Status keep(const Document& document, const SceneRow& row, const std::string& owner);
   core::Result<Added> known_scene(const std::string& id);
 
   BlobStore& blobs_;
   SceneTable& table_;
+  StorageQuota& quota_;
   const SceneServiceOptions options_;
   SingleFlightCache<core::Scene> scenes_;
   SingleFlightCache<core::Environment> environments_;

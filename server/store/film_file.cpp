@@ -457,6 +457,10 @@ void FilmFile::release_old_slots(const core::Film& film) const {
   }
 }
 
+std::uint64_t FilmFile::disk_bytes_max(const core::Film& film) {
+  return Layout(film).slot_offset(film.tile_count(), 0);
+}
+
 std::uint64_t FilmFile::disk_bytes() const {
   struct stat info = {};
   return ::fstat(fd_.get(), &info) == 0 ? static_cast<std::uint64_t>(info.st_blocks) * 512U : 0;

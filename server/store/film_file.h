@@ -46,6 +46,8 @@ class FilmFile {
   /// before it is still good then.
   core::Status write(const core::Film& film, const FilmRecord& record, bool is_final);
 
+  /// The most that the file of a film takes, while it is being written.
+  static std::uint64_t disk_bytes_max(const core::Film& film);
   /// Bytes that the file takes on the disk.
   std::uint64_t disk_bytes() const;
 

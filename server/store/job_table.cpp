@@ -162,6 +162,15 @@ Status write_expiry(Database::Session& session, const JobRow& row) {
   return keep.bind(row.sequence).bind(*row.delete_at).run();
 }
 
+/// What counts for the owner, if there is one: of a job that has not ended all that it may need.
+Status write_stored_bytes(Database::Session& session, const JobRow& row) {
+  const std::uint64_t bytes = row.film == FilmPlace::kOnDisk ? row.film_bytes : 0;
+  Statement update = session.prepare(row.finished_at
+                                         ? "UPDATE job_owners SET stored_bytes=? WHERE job=?"
+                                         : "UPDATE job_owners SET stored_bytes=MAX(reserved_bytes, ?) WHERE job=?");
+  return update.bind(signed_of(bytes)).bind(row.sequence).run();
+}
+
 Status write_deliveries(Database::Session& session, const std::vector<DeliveryRow>& deliveries) {
   for (const DeliveryRow& row : deliveries) {
     Statement insert = session.prepare(
@@ -251,10 +260,16 @@ Status JobTable::insert(const JobRow& row, const std::vector<EventRow>& events,
       }
     }
     if (!row.owner.empty()) {
-      Statement own = session.prepare("INSERT INTO job_owners(job, owner) VALUES(?,?)");
-      if (auto status = own.bind(row.sequence).bind(row.owner).run(); !status) {
+      Statement own = session.prepare("INSERT INTO job_owners(job, owner, reserved_bytes) VALUES(?,?,?)");
+      if (auto status = own.bind(row.sequence).bind(row.owner).bind(signed_of(row.reserved_bytes)).run(); !status) {
         return status;
       }
+      if (auto status = write_stored_bytes(session, row); !status) {
+        return status;
+      }
+    }
+    if (auto status = session.prepare("DELETE FROM loose_films WHERE job=?").bind(row.id).run(); !status) {
+      return status;
     }
     if (auto status = write_deliveries(session, deliveries); !status) {
       return status;
@@ -278,6 +293,9 @@ Status JobTable::update(const JobRow& row, const std::vector<EventRow>& events,
       return status;
     }
     if (auto status = write_expiry(session, row); !status) {
+      return status;
+    }
+    if (auto status = write_stored_bytes(session, row); !status) {
       return status;
     }
     if (auto status = write_deliveries(session, deliveries); !status) {
@@ -348,6 +366,9 @@ Status JobTable::remove(std::string_view id) {
     if (auto status = session.prepare("DELETE FROM idempotency WHERE job=?").bind(id).run(); !status) {
       return status;
     }
+    if (auto status = session.prepare("INSERT OR IGNORE INTO loose_films(job) VALUES(?)").bind(id).run(); !status) {
+      return status;
+    }
     return session.prepare("DELETE FROM jobs WHERE id=?").bind(id).run();
   });
 }
@@ -358,23 +379,6 @@ core::Result<std::vector<JobRow>> JobTable::films_oldest_first(int limit) {
       "SELECT " TESSERA_JOB_COLUMNS
       " FROM jobs WHERE film=1 AND finished_at IS NOT NULL ORDER BY finished_at LIMIT ?");
   return read_rows(session, select.bind(std::int64_t{limit}));
-}
-
-core::Result<std::uint64_t> JobTable::film_bytes_total() {
-  auto session = database_.session();
-  Statement select = session.prepare("SELECT COALESCE(SUM(film_bytes), 0) FROM jobs WHERE film=1");
-  const std::uint64_t total = select.step() ? unsigned_of(select.integer(0)) : 0;
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return total;
-}
-
-Status JobTable::set_film_place(std::string_view id, FilmPlace place) {
-  return database_.transact([&](Database::Session& session) -> Status {
-    Statement update = session.prepare("UPDATE jobs SET film=? WHERE id=?");
-    return update.bind(static_cast<std::int64_t>(place)).bind(id).run();
-  });
 }
 
 core::Result<std::vector<EventRow>> JobTable::events_after(std::int64_t job_sequence,

@@ -58,6 +58,7 @@ struct JobRow {
 
   // Written by insert() and update(), not read back: they follow from the spec and the request.
   std::string owner = {};  ///< Id of the key that submitted it; empty: no stored key. insert() only.
+  std::uint64_t reserved_bytes = 0;  ///< The most that its film takes while it renders. insert() only.
   std::optional<double> delete_at = {};  ///< When it is to be forgotten.
 };
 
@@ -117,11 +118,15 @@ class JobTable {
   core::Result<std::vector<JobRow>> list(const JobQuery& query);
   /// Those that have not ended, oldest first.
   core::Result<std::vector<JobRow>> unfinished();
+  /// Its film is loose from then on.
   core::Status remove(std::string_view id);
-  /// Finished jobs whose film is on disk, oldest first.
+  /// A film file is about to be made before its job is inserted, which settles it; or to be removed.
+  core::Status note_loose_film(std::string_view id);
+  core::Status forget_loose_film(std::string_view id);
+  /// Those of no job, or of one whose film was evicted: being made or removed when a process ended.
+  core::Result<std::vector<std::string>> loose_films();
+  /// Jobs that have ended and whose film is on disk, oldest first.
   core::Result<std::vector<JobRow>> films_oldest_first(int limit);
-  core::Result<std::uint64_t> film_bytes_total();
-  core::Status set_film_place(std::string_view id, FilmPlace place);
 
   /// Events after (stream, seq), in order.
   core::Result<std::vector<EventRow>> events_after(std::int64_t job_sequence, std::int64_t stream,
@@ -136,6 +141,8 @@ class JobTable {
 
   /// Unfinished jobs of that owner.
   core::Result<int> unfinished_of(std::string_view owner);
+  /// Empty: nobody with a stored key.
+  core::Result<std::string> owner_of(std::int64_t job_sequence);
   /// Ids of jobs whose time is over.
   core::Result<std::vector<std::string>> expired(double now, int limit);
 

@@ -1,4 +1,4 @@
-// What of the jobs is due: their own end, and webhooks.
+// What of the jobs is due: their own end, webhooks, films without a job; and whose they are.
 
 #include "server/store/job_table.h"
 
@@ -52,6 +52,41 @@ Status JobTable::postpone_delivery(std::string_view id, int attempts, double nex
 Status JobTable::remove_delivery(std::string_view id) {
   auto session = database_.session();
   return session.prepare("DELETE FROM deliveries WHERE id=?").bind(id).run();
+}
+
+Status JobTable::note_loose_film(std::string_view id) {
+  auto session = database_.session();
+  return session.prepare("INSERT OR IGNORE INTO loose_films(job) VALUES(?)").bind(id).run();
+}
+
+Status JobTable::forget_loose_film(std::string_view id) {
+  auto session = database_.session();
+  return session.prepare("DELETE FROM loose_films WHERE job=?").bind(id).run();
+}
+
+core::Result<std::vector<std::string>> JobTable::loose_films() {
+  auto session = database_.session();
+  Statement select =
+      session.prepare("SELECT job FROM loose_films WHERE NOT EXISTS"
+                      " (SELECT 1 FROM jobs WHERE jobs.id=loose_films.job AND film<>2)");
+  std::vector<std::string> ids;
+  while (select.step()) {
+    ids.push_back(select.text(0));
+  }
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return ids;
+}
+
+core::Result<std::string> JobTable::owner_of(std::int64_t job_sequence) {
+  auto session = database_.session();
+  Statement select = session.prepare("SELECT owner FROM job_owners WHERE job=?");
+  std::string owner = select.bind(job_sequence).step() ? select.text(0) : std::string();
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return owner;
 }
 
 }  // namespace server

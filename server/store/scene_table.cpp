@@ -4,14 +4,13 @@ namespace server {
 
 using core::Status;
 
-Status SceneTable::insert_asset(std::string_view id, std::uint64_t bytes, bool uploaded,
-                                double created_at) {
+Status SceneTable::insert_asset(const AssetRow& row) {
   return database_.transact([&](Database::Session& session) -> Status {
     Statement insert = session.prepare(
-        "INSERT INTO assets(id, bytes, uploaded, created_at) VALUES(?,?,?,?)"
+        "INSERT INTO assets(id, bytes, uploaded, created_at, owner) VALUES(?,?,?,?,?)"
         " ON CONFLICT(id) DO UPDATE SET uploaded = max(uploaded, excluded.uploaded)");
-    insert.bind(id).bind(static_cast<std::int64_t>(bytes)).bind(std::int64_t{uploaded ? 1 : 0});
-    return insert.bind(created_at).run();
+    insert.bind(row.id).bind(static_cast<std::int64_t>(row.bytes)).bind(std::int64_t{row.uploaded ? 1 : 0});
+    return insert.bind(row.created_at).bind(row.owner).run();
   });
 }
 

@@ -25,14 +25,21 @@ struct SceneRow {
   SceneFiles files;
 };
 
+struct AssetRow {
+  std::string id;
+  std::uint64_t bytes = 0;
+  bool uploaded = false;  ///< By itself, through /v1/assets; such an asset stays when its last scene goes.
+  double created_at = 0;
+  std::string owner = {};  ///< Id of the key that brings it; empty: no stored key.
+};
+
 class SceneTable {
  public:
   /// database must outlive this.
   explicit SceneTable(Database& database) : database_(database) {}
 
-  /// uploaded: by itself, through /v1/assets; such an asset stays when its last scene goes.
-  core::Status insert_asset(std::string_view id, std::uint64_t bytes, bool uploaded,
-                            double created_at);
+  /// One that is known keeps its owner.
+  core::Status insert_asset(const AssetRow& row);
   /// Errors: kConflict while a scene has it.
   core::Status remove_asset(std::string_view id);
   core::Result<bool> asset_in_a_scene(std::string_view id);

@@ -150,6 +150,17 @@ CREATE TABLE comparisons(
   created_at REAL NOT NULL
 );
 )sql",
+    // Who keeps how much; films that are being made or removed beside the records of their jobs.
+    R"sql(
+ALTER TABLE assets ADD COLUMN owner TEXT NOT NULL DEFAULT '';
+CREATE INDEX assets_by_owner ON assets(owner, bytes);
+ALTER TABLE job_owners ADD COLUMN reserved_bytes INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE job_owners ADD COLUMN stored_bytes INTEGER NOT NULL DEFAULT 0;
+UPDATE job_owners SET stored_bytes = COALESCE((SELECT film_bytes FROM jobs WHERE sequence=job AND film=1), 0);
+CREATE INDEX job_owners_by_bytes ON job_owners(owner, stored_bytes);
+CREATE INDEX jobs_by_film_bytes ON jobs(film, film_bytes);
+CREATE TABLE loose_films(job TEXT PRIMARY KEY) WITHOUT ROWID;
+)sql",
 };
 
 }  // namespace

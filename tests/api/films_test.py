@@ -410,7 +410,8 @@ class Killed(unittest.TestCase):
             self.assertEqual(server.job(job)["state"], "finished")
         server.stop()
         code, said, _ = tessera("check", "--json", "--data", server.data)
-        self.assertEqual((code, json.loads(said)["damages"]), (0, []))
+        found = json.loads(said)
+        self.assertEqual((code, found["damages"], found["leftovers"]), (0, [], []))
 
 
 class Rights(unittest.TestCase):

@@ -184,11 +184,14 @@ class Server:
 
 
 class Stream:
-    """A GET whose body is read as it comes."""
+    """A GET, or what `method` says, whose answer is read as it comes."""
 
-    def __init__(self, server, path, headers=None, timeout=PATIENCE_S):
+    def __init__(self, server, path, headers=None, timeout=PATIENCE_S, method="GET", body=None):
         self.connection = server.connect(timeout)
-        self.connection.request("GET", path, headers=server.with_key(headers))
+        headers = server.with_key(headers)
+        if body is not None:
+            headers.setdefault("Content-Type", "application/json")
+        self.connection.request(method, path, body=None if body is None else json.dumps(body), headers=headers)
         self.response = self.connection.getresponse()
         self.status = self.response.status
         self.headers = self.response.headers

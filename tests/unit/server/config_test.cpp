@@ -42,6 +42,9 @@ TEST(Config, BytesAndPercentsAreRead) {
   EXPECT_EQ(config->upload_bytes_max, 3U << 20U);
   EXPECT_EQ(config->disk_limit_percent, 50);
   EXPECT_EQ(parse({"--disk-limit", "2G"})->disk_limit_bytes, 2ULL << 30U);
+  EXPECT_EQ(parse({"--disk-limit", "2G"})->disk_limit_percent, 0);
+  EXPECT_EQ(parse({})->quota_storage_percent, 50);
+  EXPECT_EQ(parse({"--quota-storage", "0"})->quota_storage_percent, 0);
 }
 
 TEST(Config, WhatIsWrongIsNamed) {

@@ -34,16 +34,18 @@ class Jobs : public testing::Test {
     blobs = std::make_unique<server::BlobStore>(std::move(*store));
     table = std::make_unique<server::JobTable>(*database);
     scene_table = std::make_unique<server::SceneTable>(*database);
-    scenes = std::make_unique<server::SceneService>(*blobs, *scene_table, server::SceneServiceOptions{});
+    quota = std::make_unique<server::StorageQuota>(*database, storage);
+    scenes = std::make_unique<server::SceneService>(*blobs, *scene_table, *quota, server::SceneServiceOptions{});
     const auto run = table->next_run();
     ASSERT_TRUE(run);
-    jobs = std::make_unique<JobService>(server::JobServiceParts{*table, *scenes, *data, log, metrics},
+    jobs = std::make_unique<JobService>(server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota},
                                         options, *run);
     ASSERT_TRUE(jobs->resume());
   }
   void halt() {
     jobs.reset();
     scenes.reset();
+    quota.reset();
     scene_table.reset();
     table.reset();
     blobs.reset();
@@ -98,6 +100,8 @@ class Jobs : public testing::Test {
   std::unique_ptr<server::BlobStore> blobs;
   std::unique_ptr<server::JobTable> table;
   std::unique_ptr<server::SceneTable> scene_table;
+  server::StorageLimits storage;
+  std::unique_ptr<server::StorageQuota> quota;
   std::unique_ptr<server::SceneService> scenes;
   std::unique_ptr<JobService> jobs;
 };
@@ -300,7 +304,7 @@ TEST_F(Jobs, AFullQueueRefuses) {
 }
 
 TEST_F(Jobs, FilmsBeyondTheDiskLimitAreEvictedOldestFirst) {
-  options.disk_limit_bytes = 1;
+  storage.total_bytes = 1;
   restart();
   const auto job = submit(8);
   ASSERT_TRUE(wait_for(job, JobState::kFinished));
@@ -310,6 +314,68 @@ TEST_F(Jobs, FilmsBeyondTheDiskLimitAreEvictedOldestFirst) {
   }
   EXPECT_EQ(jobs->film(*job).error().code, core::ErrorCode::kGone);
   EXPECT_EQ(jobs->view(*job).state, JobState::kFinished);
+}
+
+TEST_F(Jobs, FilmsOfCancelledJobsAreEvictedToo) {
+  std::vector<JobPointer> cancelled;
+  for (int i = 0; i < 20; ++i) {  // More than are looked at at a time.
+    cancelled.push_back(submit(kForever));
+    ASSERT_TRUE(wait_for_samples(cancelled.back()));
+    ASSERT_TRUE(jobs->cancel(cancelled.back()));
+    const auto settled = jobs->final_film(*cancelled.back(), {});
+    ASSERT_TRUE(settled) << settled.error().message;
+  }
+  storage.total_bytes = 1;
+  restart();
+  const auto last = submit(8);
+  ASSERT_TRUE(wait_for(last, JobState::kFinished));
+  const auto deadline = Clock::now() + std::chrono::seconds(60);
+  while (quota->total()->film_bytes > 1 && Clock::now() < deadline) {
+    std::this_thread::sleep_for(milliseconds(5));
+  }
+  EXPECT_EQ(quota->total()->film_bytes, 0U);
+  const auto first = jobs->find(cancelled.front()->id());
+  ASSERT_TRUE(first);
+  EXPECT_EQ(jobs->film(**first).error().code, core::ErrorCode::kGone);
+}
+
+TEST_F(Jobs, AnOwnerKeepsNoMoreThanTheQuota) {
+  const std::uint64_t one = server::FilmFile::disk_bytes_max(core::Film(request(8).spec.render));
+  storage.owner_bytes = one + one / 2;
+  restart();
+  const JobService::Submission mine{.owner = "me"};
+  const auto first = jobs->submit(request(kForever), mine);
+  ASSERT_TRUE(first);
+  const auto second = jobs->submit(request(8), mine);
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.problem().status, 507);
+  ASSERT_EQ(second.problem().errors.size(), 1U);
+  EXPECT_EQ(second.problem().errors.front().pointer, "/film");
+  EXPECT_TRUE(jobs->submit(request(8), {.owner = "other"}));
+  EXPECT_TRUE(jobs->submit(request(8), {}));
+  EXPECT_TRUE(jobs->submit(request(8, R"(, "class": "preview")"), mine));  // Leaves no trace on the disk.
+  ASSERT_TRUE(jobs->cancel(first->job));
+  ASSERT_TRUE(wait_for(first->job, JobState::kCancelled));
+  static_cast<void>(jobs->final_film(*first->job, {}));
+  ASSERT_TRUE(jobs->remove(first->job));
+  EXPECT_EQ(quota->of_owner("me")->film_bytes, 0U);
+  EXPECT_TRUE(jobs->submit(request(8), mine));
+}
+
+TEST_F(Jobs, AFilmThatNoJobHasYetOrAnyMoreIsRemovedAtTheNextStart) {
+  const auto kept = submit(8);
+  ASSERT_TRUE(wait_for(kept, JobState::kFinished));
+  const std::string begun = "00000000-0000-4000-8000-00000000000a";
+  const std::string strange = "00000000-0000-4000-8000-00000000000b";
+  ASSERT_TRUE(table->note_loose_film(begun));
+  ASSERT_TRUE(table->note_loose_film(kept->id()));
+  for (const std::string& id : {begun, strange}) {
+    test_support::write_file(data->film_path(id), "half a film");
+  }
+  restart();
+  EXPECT_FALSE(std::filesystem::exists(data->film_path(begun)));
+  EXPECT_TRUE(std::filesystem::exists(data->film_path(strange)));  // Not ours to judge.
+  EXPECT_TRUE(jobs->film(**jobs->find(kept->id())));
 }
 
 TEST_F(Jobs, ListsHoldJobsOfMemoryAndOfTheStoreInOneOrder) {

@@ -26,13 +26,15 @@ class Scenes : public testing::Test {
     ASSERT_TRUE(store);
     blobs = std::make_unique<server::BlobStore>(std::move(*store));
     table = std::make_unique<server::SceneTable>(*database);
-    scenes = std::make_unique<server::SceneService>(*blobs, *table, server::SceneServiceOptions{});
+    quota = std::make_unique<server::StorageQuota>(*database, server::StorageLimits{});
+    scenes = std::make_unique<server::SceneService>(*blobs, *table, *quota, server::SceneServiceOptions{});
   }
 
   test_support::TemporaryFolder folder;
   std::unique_ptr<server::Database> database;
   std::unique_ptr<server::BlobStore> blobs;
   std::unique_ptr<server::SceneTable> table;
+  std::unique_ptr<server::StorageQuota> quota;
   std::unique_ptr<server::SceneService> scenes;
 };
 
@@ -53,7 +55,7 @@ TEST_F(Scenes, AStoredSceneIsLoadedFromItsFilesAgain) {
   const auto added = scenes->add_zip(bytes_of(make_zip(
       {{"model/scene.gltf", triangle_gltf("data/mesh.bin"), true}, {"model/data/mesh.bin", triangle_buffer()}})));
   ASSERT_TRUE(added) << added.error().message;
-  scenes = std::make_unique<server::SceneService>(*blobs, *table, server::SceneServiceOptions{});
+  scenes = std::make_unique<server::SceneService>(*blobs, *table, *quota, server::SceneServiceOptions{});
   const auto scene = scenes->load(added->id, 0, std::nullopt);
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_EQ((*scene)->summary().triangles, 1U);
@@ -104,7 +106,7 @@ TEST_F(Scenes, ARefusedUploadLeavesNothingBehind) {
 
 TEST_F(Scenes, RemovingASceneRemovesWhatCameWithIt) {
   const auto uploaded = blobs->put(triangle_buffer());
-  ASSERT_TRUE(table->insert_asset(uploaded->id, uploaded->bytes, true, 0));
+  ASSERT_TRUE(table->insert_asset({.id = uploaded->id, .bytes = uploaded->bytes, .uploaded = true}));
   const auto added = scenes->add_zip(
       bytes_of(make_zip({{"a.gltf", triangle_gltf("m.bin")}, {"m.bin", triangle_buffer()}})));
   ASSERT_TRUE(added);

@@ -13,6 +13,7 @@ set(SERVER_TEST_SOURCES
   scheduler_test.cpp
   server_test_support.cpp
   single_flight_cache_test.cpp
+  storage_quota_test.cpp
   store_test.cpp
   webhook_test.cpp
   zip_test.cpp)

@@ -230,7 +230,7 @@ TEST_F(Store, UnfinishedJobsKeepScenesAndAssetsInUse) {
 
 TEST_F(Store, ASceneKnowsItsFilesAndLeavesOrphansOnly) {
   for (const char* id : {"doc1", "doc2", "shared", "own", "uploaded"}) {
-    ASSERT_TRUE(scenes->insert_asset(id, 1, std::string(id) == "uploaded", 0));
+    ASSERT_TRUE(scenes->insert_asset({.id = id, .bytes = 1, .uploaded = std::string(id) == "uploaded"}));
   }
   server::SceneRow first;
   first.id = "s1";

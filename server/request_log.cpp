@@ -1,0 +1,104 @@
+#include "server/request_log.h"
+
+#include <span>
+
+#include <fcntl.h>
+
+#include "server/observe/clock.h"
+#include "server/store/files.h"
+
+namespace server {
+namespace {
+
+/// The trace of a `traceparent` header (W3C Trace Context); empty when there is none.
+std::string_view trace_id(const Request& request) {
+  const std::string_view text = request.header("traceparent").value_or("");
+  constexpr std::size_t kBegin = 3;
+  constexpr std::size_t kDigits = 32;
+  if (text.size() < 55 || text[2] != '-' || text[kBegin + kDigits] != '-') {
+    return {};
+  }
+  const std::string_view id = text.substr(kBegin, kDigits);
+  return id.find_first_not_of("0123456789abcdef") == std::string_view::npos ? id : std::string_view();
+}
+
+bool only_looks(const Request& request) {
+  return request.method == "GET" || request.method == "HEAD" || request.method == "OPTIONS";
+}
+
+/// What was made, or what the path names.
+std::string_view object_of(const Request& request, const Outcome& outcome) {
+  if (const std::size_t slash = outcome.location.rfind('/'); slash != std::string::npos) {
+    return std::string_view(outcome.location).substr(slash + 1);
+  }
+  const std::string_view id = request.path_param("id");
+  return id.empty() ? request.path_param("sha256") : id;
+}
+
+}  // namespace
+
+core::Status RequestLog::check() const {
+  if (audit_path_.empty()) {
+    return core::ok_status();
+  }
+  const auto file = open_file(audit_path_, O_WRONLY | O_CREAT | O_APPEND);
+  return file ? core::ok_status() : core::Status(file.error());
+}
+
+core::Status RequestLog::append(const std::string& line) const {
+  const auto file = open_file(audit_path_, O_WRONLY | O_CREAT | O_APPEND);
+  if (!file) {
+    return file.error();
+  }
+  return write_at(file->get(), std::as_bytes(std::span(line)), 0, audit_path_);  // At the end: O_APPEND.
+}
+
+void RequestLog::audit(const Request& request, const Outcome& outcome) {
+  if (audit_path_.empty() && !log_.enabled(LogLevel::kInfo)) {
+    return;
+  }
+  const std::string_view result = outcome.status < 400 ? "done" : outcome.status < 500 ? "refused" : "failed";
+  const std::string line = log_line(unix_now(), LogLevel::kInfo, "audit",
+                                    {{"outcome", result},
+                                     {"method", request.method},
+                                     {"path", request.path},
+                                     {"object", object_of(request, outcome)},
+                                     {"status", std::int64_t{outcome.status}},
+                                     {"key", request.principal},
+                                     {"key_name", request.principal_name},
+                                     {"request_id", request.request_id},
+                                     {"trace_id", trace_id(request)},
+                                     {"remote", request.remote_addr}});
+  if (audit_path_.empty()) {
+    log_.write_line(line);
+  } else if (const auto written = append(line + "\n"); !written) {
+    log_.write(LogLevel::kError, "audit_failed",
+               {{"detail", written.error().message}, {"request_id", request.request_id}});
+  }
+}
+
+void RequestLog::note(const Request& request, const Outcome& outcome) {
+  metrics_.count_request(request.method, request.route.empty() ? "unknown" : request.route, outcome.status,
+                         outcome.seconds, outcome.bytes_received, outcome.bytes_sent);
+  const bool looks = only_looks(request);
+  const LogLevel level = outcome.status >= 500 ? LogLevel::kError
+                         : looks               ? LogLevel::kDebug
+                                               : LogLevel::kInfo;
+  if (log_.enabled(level)) {
+    log_.write(level, "request",
+               {{"method", request.method},
+                {"path", request.path},
+                {"status", std::int64_t{outcome.status}},
+                {"seconds", outcome.seconds},
+                {"request_id", request.request_id},
+                {"trace_id", trace_id(request)},
+                {"key", request.principal},
+                {"remote", request.remote_addr},
+                {"error", outcome.internal_error}});
+  }
+  if (!looks || outcome.status == 401 || outcome.status == 403 || outcome.status == 421) {
+    audit(request, outcome);
+  }
+}
+
+}  // namespace server

@@ -1,0 +1,41 @@
+/// RequestLog: what is told of every request: figures, a line of the log, and for some a line of the audit.
+///
+/// Audited is every request that would change something (any method but GET, HEAD and OPTIONS), and every one
+/// that was refused for who asked (401, 403, 421). A line is {"time", "level", "event": "audit", "outcome":
+/// "done" (below 400), "refused" (4xx) or "failed" (5xx), "method", "path", "object": id of what was made or
+/// named, "status", "key": id of the key, "key_name": its name, "operator" for --key, empty without one,
+/// "request_id", "trace_id", "remote"}. Keys themselves are in no line.
+#pragma once
+
+#include <string>
+
+#include "core/base/mutex.h"
+#include "core/base/result.h"
+#include "server/http/http_server.h"
+#include "server/http/message.h"
+#include "server/observe/log.h"
+#include "server/observe/metrics.h"
+
+namespace server {
+
+class RequestLog {
+ public:
+  /// audit_path: a file that audit lines are added to, whatever the log's level; it is opened for each line, so
+  /// that it can be moved away. Empty: they go to the log, at info. Log and metrics must outlive this.
+  RequestLog(Log& log, Metrics& metrics, std::string audit_path)
+      : log_(log), metrics_(metrics), audit_path_(std::move(audit_path)) {}
+
+  /// Can the audit file be written? Errors: as open_file().
+  core::Status check() const;
+  void note(const Request& request, const Outcome& outcome);
+
+ private:
+  void audit(const Request& request, const Outcome& outcome);
+  core::Status append(const std::string& line) const;
+
+  Log& log_;
+  Metrics& metrics_;
+  const std::string audit_path_;
+};
+
+}  // namespace server

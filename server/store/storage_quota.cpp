@@ -1,0 +1,124 @@
+#include "server/store/storage_quota.h"
+
+namespace server {
+
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+/// Taken at a time for an upload of unknown size.
+constexpr std::uint64_t kStepBytes = std::uint64_t{4} << 20U;
+
+core::Result<std::uint64_t> sum_of(Statement& select) {
+  const std::int64_t sum = select.step() ? select.integer(0) : 0;
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return static_cast<std::uint64_t>(sum);
+}
+
+core::Result<StorageQuota::Stored> stored(core::Result<std::uint64_t> assets, core::Result<std::uint64_t> films) {
+  if (!assets || !films) {
+    return assets ? films.error() : assets.error();
+  }
+  return StorageQuota::Stored{.asset_bytes = *assets, .film_bytes = *films};
+}
+
+}  // namespace
+
+StorageQuota::Room::~Room() {
+  if (quota_ == nullptr || bytes_ == 0) {
+    return;
+  }
+  const core::MutexLock lock(quota_->mutex_);
+  const auto promised = quota_->promised_.find(owner_);
+  promised->second -= bytes_;
+  if (promised->second == 0) {
+    quota_->promised_.erase(promised);
+  }
+  if (kind_ == Kind::kAsset) {
+    quota_->promised_assets_ -= bytes_;
+  }
+}
+
+Status StorageQuota::Room::grow_to(std::uint64_t bytes) {
+  if (bytes <= bytes_) {
+    return core::ok_status();
+  }
+  const std::uint64_t more = bytes - bytes_;
+  const core::MutexLock lock(quota_->mutex_);
+  if (auto fits = quota_->check_owner(*this, more); !fits) {
+    return fits;
+  }
+  if (auto fits = quota_->check_total(*this, more); !fits) {
+    return fits;
+  }
+  quota_->promised_[owner_] += more;
+  if (kind_ == Kind::kAsset) {
+    quota_->promised_assets_ += more;
+  }
+  bytes_ = bytes;
+  return core::ok_status();
+}
+
+Status StorageQuota::Room::cover(std::uint64_t bytes) {
+  return bytes <= bytes_ || grow_to(bytes + kStepBytes) ? core::ok_status() : grow_to(bytes);
+}
+
+Status StorageQuota::check_owner(const Room& room, std::uint64_t more) const {
+  if (room.owner_.empty() || limits_.owner_bytes == 0) {
+    return core::ok_status();
+  }
+  const auto kept = of_owner(room.owner_);
+  if (!kept) {
+    return kept.error();
+  }
+  const auto promised = promised_.find(room.owner_);
+  const std::uint64_t taken =
+      kept->asset_bytes + kept->film_bytes + (promised == promised_.end() ? 0 : promised->second);
+  if (taken + more <= limits_.owner_bytes) {
+    return core::ok_status();
+  }
+  return Error{ErrorCode::kOverQuota,
+               "this needs " + std::to_string(room.bytes_ + more) + " bytes; the key '" + room.owner_ + "' keeps " +
+                   std::to_string(taken - room.bytes_) + " already, and " + std::to_string(limits_.owner_bytes) +
+                   " are allowed (delete assets or jobs)",
+               ""};
+}
+
+Status StorageQuota::check_total(const Room& room, std::uint64_t more) const {
+  if (room.kind_ != Kind::kAsset || limits_.total_bytes == 0) {
+    return core::ok_status();
+  }
+  const auto kept = total();
+  if (!kept) {
+    return kept.error();
+  }
+  const std::uint64_t taken = kept->asset_bytes + promised_assets_;
+  if (taken + more <= limits_.total_bytes) {
+    return core::ok_status();
+  }
+  return Error{ErrorCode::kOverQuota,
+               "this needs " + std::to_string(room.bytes_ + more) + " bytes; the server keeps assets of " +
+                   std::to_string(taken - room.bytes_) + ", and its limit is " +
+                   std::to_string(limits_.total_bytes),
+               ""};
+}
+
+core::Result<StorageQuota::Stored> StorageQuota::total() const {
+  auto session = database_.session();
+  Statement assets = session.prepare("SELECT COALESCE(SUM(bytes), 0) FROM assets");
+  Statement films = session.prepare("SELECT COALESCE(SUM(film_bytes), 0) FROM jobs WHERE film=1");
+  return stored(sum_of(assets), sum_of(films));
+}
+
+core::Result<StorageQuota::Stored> StorageQuota::of_owner(std::string_view owner) const {
+  auto session = database_.session();
+  Statement assets = session.prepare("SELECT COALESCE(SUM(bytes), 0) FROM assets WHERE owner=?");
+  Statement films = session.prepare("SELECT COALESCE(SUM(stored_bytes), 0) FROM job_owners WHERE owner=?");
+  return stored(sum_of(assets.bind(owner)), sum_of(films.bind(owner)));
+}
+
+}  // namespace server

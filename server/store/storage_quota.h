@@ -1,0 +1,81 @@
+/// StorageQuota: how much the data directory keeps, in all and for each stored key, and how much it may.
+///
+/// What counts: assets, for the key that brought them first; films on the disk; and for a job that has not
+/// ended the most that its film can take while it renders. Who has no stored key is bound by the total alone.
+/// The total refuses assets only: films are evicted for it (JobService).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "core/base/mutex.h"
+#include "core/base/result.h"
+#include "server/store/database.h"
+
+namespace server {
+
+struct StorageLimits {
+  std::uint64_t total_bytes = 0;  ///< 0: whatever the disk holds.
+  std::uint64_t owner_bytes = 0;  ///< Of one stored key; 0: any number.
+};
+
+class StorageQuota {
+ public:
+  enum class Kind : std::uint8_t { kAsset, kFilm };
+
+  /// database must outlive this.
+  StorageQuota(Database& database, StorageLimits limits) : database_(database), limits_(limits) {}
+
+  /// Bytes that are promised to somebody until what they are for is on record. The quota outlives it.
+  class Room {
+   public:
+    Room(Room&& other) noexcept
+        : quota_(std::exchange(other.quota_, nullptr)),
+          owner_(std::move(other.owner_)),
+          kind_(other.kind_),
+          bytes_(other.bytes_) {}
+    Room& operator=(Room&&) = delete;
+    Room(const Room&) = delete;
+    Room& operator=(const Room&) = delete;
+    ~Room();
+
+    /// Makes it `bytes` large, if it is smaller. Errors: kOverQuota, and it stays as it was.
+    core::Status grow_to(std::uint64_t bytes);
+    /// The same for a size that grows piece by piece: takes some more where there is more.
+    core::Status cover(std::uint64_t bytes);
+
+   private:
+    friend class StorageQuota;
+    Room(StorageQuota& quota, std::string owner, Kind kind)
+        : quota_(&quota), owner_(std::move(owner)), kind_(kind) {}
+    StorageQuota* quota_;
+    std::string owner_;
+    Kind kind_;
+    std::uint64_t bytes_ = 0;
+  };
+  /// owner: id of a stored key; empty: none. Nothing is promised yet.
+  Room room(std::string owner, Kind kind) { return {*this, std::move(owner), kind}; }
+
+  struct Stored {
+    std::uint64_t asset_bytes = 0;
+    std::uint64_t film_bytes = 0;
+  };
+  /// On record, without promises.
+  core::Result<Stored> total() const;
+  core::Result<Stored> of_owner(std::string_view owner) const;
+  const StorageLimits& limits() const { return limits_; }
+
+ private:
+  core::Status check_owner(const Room& room, std::uint64_t more) const REQUIRES(mutex_);
+  core::Status check_total(const Room& room, std::uint64_t more) const REQUIRES(mutex_);
+
+  Database& database_;
+  const StorageLimits limits_;
+  mutable core::Mutex mutex_;  ///< Taken before the database's lock.
+  std::map<std::string, std::uint64_t> promised_ GUARDED_BY(mutex_);  ///< By owner.
+  std::uint64_t promised_assets_ GUARDED_BY(mutex_) = 0;
+};
+
+}  // namespace server

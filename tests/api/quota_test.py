@@ -1,0 +1,158 @@
+"""Quotas: what a key may keep and run, what the whole server keeps, and who is told what."""
+
+import hashlib
+import os
+import time
+import unittest
+
+from harness import PATIENCE_S, Server, Stream, job_body, tessera, triangle_glb
+
+BYTES = {"Content-Type": "application/octet-stream"}
+GLB = {"Content-Type": "model/gltf-binary"}
+LONG = {"experiment": "pi", "n": [16, 100_000_000], "replicates": 8}
+SHORT = {"experiment": "pi", "n": [4], "replicates": 2}
+
+
+class Quotas(unittest.TestCase):
+    FLAGS = ()
+
+    def setUp(self):
+        self.server = Server("--key", "operators-own", *self.FLAGS, key="operators-own")
+        self.addCleanup(self.server.close)
+        self.mine, self.other = self.add_key("mine"), self.add_key("other")
+        self.server.start()
+
+    def add_key(self, name):
+        code, key, said = tessera("keys", "add", name, "--data", self.server.data)
+        self.assertEqual(code, 0, said)
+        return key.strip()
+
+    def ask(self, key, method, path, body=None, headers=None):
+        return self.server.request(method, path, body, {"Authorization": "Bearer " + key, **(headers or {})})
+
+    def assert_over_quota(self, answer, *pointers):
+        self.assertEqual(answer.status, 507, answer)
+        self.assertEqual(answer.headers["Content-Type"], "application/problem+json")
+        problem = answer.json()
+        self.assertEqual(problem["type"], "/docs#problem-over-quota")
+        self.assertEqual([e["pointer"] for e in problem.get("errors", [])], list(pointers), problem)
+
+    def stored(self):
+        """Bytes that the metrics show, by kind."""
+        lines = self.server.get("/metrics").body.decode().splitlines()
+        return {line.split('"')[1]: int(line.split()[1]) for line in lines if line.startswith("tessera_stored_bytes{")}
+
+
+class AssetsOfAKey(Quotas):
+    FLAGS = ("--quota-storage", "100K")
+
+    def test_what_goes_beyond_is_507_until_something_is_deleted(self):
+        first, second = os.urandom(60_000), os.urandom(60_000)
+        kept = self.ask(self.mine, "POST", "/v1/assets", first, BYTES)
+        self.assertEqual(kept.status, 201, kept)
+        self.assert_over_quota(self.ask(self.mine, "POST", "/v1/assets", second, BYTES))
+        # In pieces, without a length.
+        pieces = (second[at:at + 10_000] for at in range(0, len(second), 10_000))
+        self.assert_over_quota(self.ask(self.mine, "POST", "/v1/assets", pieces, BYTES))
+        named = "/v1/assets/" + hashlib.sha256(second).hexdigest()
+        self.assert_over_quota(self.ask(self.mine, "PUT", named, second, BYTES))
+        self.assertEqual(self.stored()["assets"], 60_000)
+        # What is there already takes no room.
+        known = "/v1/assets/" + hashlib.sha256(first).hexdigest()
+        self.assertEqual(self.ask(self.mine, "PUT", known, first, BYTES).status, 200)
+        # Others have their own room, and the operator is not bound.
+        self.assertEqual(self.ask(self.other, "POST", "/v1/assets", os.urandom(100_000), BYTES).status, 201)
+        self.assertEqual(self.ask("operators-own", "POST", "/v1/assets", os.urandom(300_000), BYTES).status, 201)
+        self.assertEqual(self.ask(self.mine, "DELETE", known).status, 204)
+        pieces = (second[at:at + 10_000] for at in range(0, len(second), 10_000))
+        self.assertEqual(self.ask(self.mine, "POST", "/v1/assets", pieces, BYTES).status, 201)
+        self.assertEqual(self.ask(self.mine, "POST", "/v1/assets", os.urandom(102_400 - 60_000), BYTES).status, 201)
+        self.assert_over_quota(self.ask(self.mine, "POST", "/v1/assets", b"x", BYTES))
+
+    def test_a_scene_counts_with_its_files(self):
+        large = triangle_glb(extras={"padding": "x" * 110_000})
+        self.assert_over_quota(self.ask(self.mine, "POST", "/v1/scenes", large, GLB))
+        self.assertEqual(self.stored()["assets"], 0)
+        small = triangle_glb(extras={"padding": "x" * 60_000})
+        self.assertEqual(self.ask(self.mine, "POST", "/v1/scenes", small, GLB).status, 201)
+        self.assertEqual(self.ask(self.mine, "POST", "/v1/scenes", small, GLB).status, 200)
+        self.assert_over_quota(self.ask(self.mine, "POST", "/v1/assets", os.urandom(60_000), BYTES))
+
+    def test_the_limit_is_shown(self):
+        limits = self.server.get("/v1/server").json()["limits"]
+        self.assertEqual(limits["stored_bytes_of_a_key"], 100 << 10)
+        self.assertGreater(limits["stored_bytes"], 0)
+
+
+class FilmsOfAKey(Quotas):
+    FLAGS = ("--quota-storage", "700K")  # A film of 48 x 32 takes up to 0.45 M while it renders.
+
+    def submit(self, key, **members):
+        return self.ask(key, "POST", "/v1/jobs", job_body(**members))
+
+    def test_a_job_whose_film_does_not_fit_is_507_at_film(self):
+        held = self.submit(self.mine, samples=65536)
+        self.assertEqual(held.status, 201, held)
+        self.assert_over_quota(self.submit(self.mine, samples=2), "/film")
+        name = "/v1/jobs/6f3c1b52-0a51-4b0e-9a55-000000000001"
+        self.assert_over_quota(self.ask(self.mine, "PUT", name, job_body(samples=2)), "/film")
+        self.assertEqual(self.ask(self.mine, "GET", name).status, 404)
+        self.assertEqual(self.submit(self.other, samples=2).status, 201)
+        self.assertEqual(self.submit("operators-own", samples=2).status, 201)
+        job = "/v1/jobs/" + held.json()["id"]
+        self.assertEqual(self.ask(self.mine, "POST", job + "/cancel").status, 200)
+        self.assertIn(self.ask(self.mine, "GET", job + "/film").status, (200, 409))  # Settled.
+        self.assertEqual(self.ask(self.mine, "DELETE", job).status, 204)
+        self.assertEqual(self.submit(self.mine, samples=2).status, 201)
+
+
+class TheWholeServer(Quotas):
+    FLAGS = ("--disk-limit", "1M")
+
+    def test_assets_beyond_the_disk_limit_are_507_for_everybody(self):
+        self.assertEqual(self.server.get("/v1/server").json()["limits"]["stored_bytes"], 1 << 20)
+        self.assertEqual(self.server.post("/v1/assets", os.urandom(600_000), BYTES).status, 201)
+        self.assert_over_quota(self.server.post("/v1/assets", os.urandom(600_000), BYTES))
+        self.assertEqual(self.server.post("/v1/assets", os.urandom(400_000), BYTES).status, 201)
+
+    def test_a_key_has_half_of_it(self):
+        self.assertEqual(self.server.get("/v1/server").json()["limits"]["stored_bytes_of_a_key"], 1 << 19)
+        self.assert_over_quota(self.ask(self.mine, "POST", "/v1/assets", os.urandom(600_000), BYTES))
+        self.assertEqual(self.ask(self.mine, "POST", "/v1/assets", os.urandom(500_000), BYTES).status, 201)
+
+
+class JobsOfAKey(Quotas):
+    FLAGS = ("--quota-jobs", "1", "--quota-storage", "0")
+
+    def test_an_extension_counts_as_a_job(self):
+        done = self.ask(self.mine, "POST", "/v1/jobs", job_body(), {"Prefer": "wait=60"}).json()["id"]
+        self.server.wait(done)
+        held = self.ask(self.mine, "POST", "/v1/jobs", job_body(samples=65536)).json()["id"]
+        more = {"stop": {"samples_per_pixel": 65536}}
+        refused = self.ask(self.mine, "POST", f"/v1/jobs/{done}/extend", more)
+        self.assertEqual(refused.status, 429, refused)
+        self.assertIn("Retry-After", refused.headers)
+        self.server.post(f"/v1/jobs/{held}/cancel")
+        self.assertEqual(self.ask(self.mine, "POST", f"/v1/jobs/{done}/extend", more).status, 202)
+        self.server.post(f"/v1/jobs/{done}/cancel")
+
+
+class ExperimentsOfAKey(Quotas):
+    def hold(self, key):
+        stream = Stream(self.server, "/v1/lab/runs", {"Authorization": "Bearer " + key}, method="POST", body=LONG)
+        self.addCleanup(stream.__exit__)
+        self.assertEqual(stream.status, 200)
+        return stream
+
+    def test_one_key_leaves_a_place_for_others(self):
+        self.assertEqual(self.server.get("/v1/server").json()["limits"]["lab_runs_of_a_key"], 1)
+        held = self.hold(self.mine)
+        refused = self.ask(self.mine, "POST", "/v1/lab/runs", SHORT)
+        self.assertEqual(refused.status, 429, refused)
+        self.assertIn("Retry-After", refused.headers)
+        self.assertEqual(self.ask(self.other, "POST", "/v1/lab/runs", SHORT).status, 200)
+        held.__exit__()
+        deadline = time.monotonic() + PATIENCE_S
+        while self.ask(self.mine, "POST", "/v1/lab/runs", SHORT).status == 429:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.05)

@@ -1,0 +1,119 @@
+#include "server/store/storage_quota.h"
+
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "server/store/database.h"
+#include "server/store/job_table.h"
+#include "server/store/scene_table.h"
+#include "tests/unit/server/server_test_support.h"
+
+namespace {
+
+using server::StorageQuota;
+using Kind = StorageQuota::Kind;
+
+class Quota : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = server::Database::open(folder.file("tessera.db"));
+    ASSERT_TRUE(opened);
+    database = std::move(*opened);
+    scenes = std::make_unique<server::SceneTable>(*database);
+    jobs = std::make_unique<server::JobTable>(*database);
+  }
+  StorageQuota quota(server::StorageLimits limits) { return {*database, limits}; }
+  void keep_asset(const std::string& id, std::uint64_t bytes, const std::string& owner) {
+    ASSERT_TRUE(scenes->insert_asset({.id = id, .bytes = bytes, .uploaded = true, .owner = owner}));
+  }
+  static server::JobRow job(const std::string& owner) {
+    server::JobRow row;
+    row.sequence = 1;
+    row.id = "j";
+    row.state = "rendering";
+    row.owner = owner;
+    row.reserved_bytes = 70;
+    return row;
+  }
+
+  test_support::TemporaryFolder folder;
+  std::unique_ptr<server::Database> database;
+  std::unique_ptr<server::SceneTable> scenes;
+  std::unique_ptr<server::JobTable> jobs;
+};
+
+TEST_F(Quota, AnOwnerHasRoomUpToTheLimitAndNotAByteMore) {
+  StorageQuota quota = this->quota({.owner_bytes = 100});
+  keep_asset("a", 60, "me");
+  auto room = quota.room("me", Kind::kAsset);
+  EXPECT_TRUE(room.grow_to(40));
+  const auto refused = room.grow_to(41);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, core::ErrorCode::kOverQuota);
+  EXPECT_NE(refused.error().message.find("'me' keeps 60 already, and 100"), std::string::npos) << refused.error().message;
+  EXPECT_TRUE(quota.room("other", Kind::kAsset).grow_to(100));
+  EXPECT_TRUE(quota.room("", Kind::kAsset).grow_to(1000));
+}
+
+TEST_F(Quota, WhatIsPromisedCountsUntilItIsGivenBack) {
+  StorageQuota quota = this->quota({.owner_bytes = 100});
+  {
+    auto first = quota.room("me", Kind::kAsset);
+    ASSERT_TRUE(first.grow_to(30));
+    ASSERT_TRUE(first.grow_to(60));
+    EXPECT_FALSE(quota.room("me", Kind::kFilm).grow_to(41));
+    auto moved = std::move(first);
+    EXPECT_FALSE(quota.room("me", Kind::kFilm).grow_to(41));
+  }
+  EXPECT_TRUE(quota.room("me", Kind::kFilm).grow_to(100));
+}
+
+TEST_F(Quota, AnUploadOfUnknownSizeGetsTheLastByteToo) {
+  StorageQuota quota = this->quota({.owner_bytes = 100});
+  auto room = quota.room("me", Kind::kAsset);
+  for (std::uint64_t bytes = 1; bytes <= 100; ++bytes) {
+    ASSERT_TRUE(room.cover(bytes)) << bytes;
+  }
+  EXPECT_FALSE(room.cover(101));
+}
+
+TEST_F(Quota, AnAssetCountsForWhoBroughtItFirst) {
+  const StorageQuota quota = this->quota({});
+  keep_asset("a", 60, "first");
+  keep_asset("a", 60, "second");
+  EXPECT_EQ(quota.of_owner("first")->asset_bytes, 60U);
+  EXPECT_EQ(quota.of_owner("second")->asset_bytes, 0U);
+  EXPECT_EQ(quota.total()->asset_bytes, 60U);
+}
+
+TEST_F(Quota, AJobCountsWithAllThatItMayNeedUntilItHasEnded) {
+  const StorageQuota quota = this->quota({});
+  server::JobRow row = job("me");
+  ASSERT_TRUE(jobs->insert(row, {}, {}));
+  EXPECT_EQ(quota.of_owner("me")->film_bytes, 70U);
+  row.film = server::FilmPlace::kOnDisk;
+  row.film_bytes = 20;
+  ASSERT_TRUE(jobs->update(row, {}));
+  EXPECT_EQ(quota.of_owner("me")->film_bytes, 70U);
+  row.state = "finished";
+  row.finished_at = 5;
+  ASSERT_TRUE(jobs->update(row, {}));
+  EXPECT_EQ(quota.of_owner("me")->film_bytes, 20U);
+  EXPECT_EQ(quota.total()->film_bytes, 20U);
+  row.film = server::FilmPlace::kEvicted;
+  ASSERT_TRUE(jobs->update(row, {}));
+  EXPECT_EQ(quota.of_owner("me")->film_bytes, 0U);
+}
+
+TEST_F(Quota, TheTotalBindsAssetsOfEverybodyAndNoFilms) {
+  StorageQuota quota = this->quota({.total_bytes = 100});
+  keep_asset("a", 60, "");
+  EXPECT_TRUE(quota.room("", Kind::kFilm).grow_to(1000));
+  auto room = quota.room("", Kind::kAsset);
+  ASSERT_TRUE(room.grow_to(30));
+  EXPECT_FALSE(quota.room("me", Kind::kAsset).grow_to(11));
+  EXPECT_TRUE(quota.room("me", Kind::kAsset).grow_to(10));
+}
+
+}  // namespace

@@ -6,7 +6,7 @@ import time
 import uuid
 from datetime import datetime
 
-from harness import ApiTest, in_background, job_body
+from harness import PATIENCE_S, ApiTest, in_background, job_body
 
 FINAL = ("finished", "failed", "cancelled")
 
@@ -263,12 +263,14 @@ class Changing(ApiTest):
         self.server.wait_for_samples(self.job)
         paused = self.patch(self.job, {"paused": True})
         self.assertEqual(paused.json()["state"], "paused")
-        time.sleep(0.3)  # What is in flight may still land.
-        first = self.server.job(self.job)
-        time.sleep(0.5)
-        second = self.server.job(self.job)
-        self.assertEqual(first["revision"], second["revision"])
-        self.assertEqual(first["progress"]["elapsed_seconds"], second["progress"]["elapsed_seconds"])
+        # What is in flight may still land, and then nothing more.
+        deadline = time.monotonic() + PATIENCE_S
+        first, second = None, self.server.job(self.job)
+        while first is None or (first["revision"], first["progress"]["elapsed_seconds"]) != (
+                second["revision"], second["progress"]["elapsed_seconds"]):
+            self.assertLess(time.monotonic(), deadline, (first, second))
+            time.sleep(0.5)
+            first, second = second, self.server.job(self.job)
         self.assertEqual(self.server.get(f"/v1/jobs/{self.job}/image.png").status, 200)
         self.assertIn(self.patch(self.job, {"paused": False}).json()["state"], ("rendering", "queued"))
         self.server.wait_until(self.job, lambda job: job["revision"] > second["revision"])
@@ -308,7 +310,7 @@ class Ending(ApiTest):
         job = self.server.submit(body)["id"]
         self.server.wait_for_samples(job)
         cpu = self.server.post(f"/v1/jobs/{job}/cancel").json()["progress"]["cpu_seconds"]
-        time.sleep(0.5)
+        self.assertEqual(self.server.get(f"/v1/jobs/{job}/film").status, 200)  # Waits until nothing is under way.
         settled = self.server.job(job)["progress"]["cpu_seconds"]
         self.assertLess(settled - cpu, 0.1 * 2)
         time.sleep(0.5)

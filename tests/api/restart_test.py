@@ -104,7 +104,8 @@ class Restart(unittest.TestCase):
         self.server.request("PATCH", f"/v1/jobs/{paused}", {"paused": True})
         deleted = self.server.render(job_body())["id"]
         self.server.request("DELETE", f"/v1/jobs/{deleted}")
-        time.sleep(1)  # The cancelled film is written after the answer.
+        # The cancelled film is written after the answer; whoever asks for it waits for that.
+        self.assertEqual(self.server.get(f"/v1/jobs/{cancelled}/film").status, 200)
         self.server.kill()
         self.server.start()
         self.assertEqual(self.server.job(cancelled)["state"], "cancelled")

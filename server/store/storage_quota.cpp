@@ -1,5 +1,7 @@
 #include "server/store/storage_quota.h"
 
+#include <utility>
+
 namespace server {
 
 using core::Error;
@@ -92,11 +94,11 @@ Status StorageQuota::check_total(const Room& room, std::uint64_t more) const {
   if (room.kind_ != Kind::kAsset || limits_.total_bytes == 0) {
     return core::ok_status();
   }
-  const auto kept = total();
+  const auto kept = asset_bytes();
   if (!kept) {
     return kept.error();
   }
-  const std::uint64_t taken = kept->asset_bytes + promised_assets_;
+  const std::uint64_t taken = *kept + promised_assets_;
   if (taken + more <= limits_.total_bytes) {
     return core::ok_status();
   }
@@ -107,11 +109,17 @@ Status StorageQuota::check_total(const Room& room, std::uint64_t more) const {
                ""};
 }
 
-core::Result<StorageQuota::Stored> StorageQuota::total() const {
+core::Result<std::uint64_t> StorageQuota::asset_bytes() const {
   auto session = database_.session();
-  Statement assets = session.prepare("SELECT COALESCE(SUM(bytes), 0) FROM assets");
+  Statement select = session.prepare("SELECT COALESCE(SUM(bytes), 0) FROM assets");
+  return sum_of(select);
+}
+
+core::Result<StorageQuota::Stored> StorageQuota::total() const {
+  auto assets = asset_bytes();
+  auto session = database_.session();
   Statement films = session.prepare("SELECT COALESCE(SUM(film_bytes), 0) FROM jobs WHERE film=1");
-  return stored(sum_of(assets), sum_of(films));
+  return stored(std::move(assets), sum_of(films));
 }
 
 core::Result<StorageQuota::Stored> StorageQuota::of_owner(std::string_view owner) const {

@@ -68,6 +68,7 @@ class StorageQuota {
   const StorageLimits& limits() const { return limits_; }
 
  private:
+  core::Result<std::uint64_t> asset_bytes() const;
   core::Status check_owner(const Room& room, std::uint64_t more) const REQUIRES(mutex_);
   core::Status check_total(const Room& room, std::uint64_t more) const REQUIRES(mutex_);
 

@@ -10,15 +10,22 @@ def number(event):
     return stream, int(seq)
 
 
-class Events(ApiTest):
-    def big(self, samples=65536):
-        body = job_body(samples=samples)
-        body["film"] = {"width": 96, "height": 64, "layers": []}
-        return self.server.submit(body)["id"]
+def big_job(server, samples=65536):
+    body = job_body(samples=samples)
+    body["film"] = {"width": 96, "height": 64, "layers": []}
+    return server.submit(body)["id"]
+
+
+class FromTheStart(ApiTest):
+    """Streams that are open before their job begins."""
+
+    FLAGS = ("--max-running", "1")
 
     def test_a_job_is_told_from_snapshot_to_end(self):
-        job = self.big(48)
+        let_go = self.hold()
+        job = big_job(self.server, 48)
         with EventStream(self.server, job) as stream:
+            let_go()
             self.assertEqual(stream.status, 200)
             self.assertEqual(stream.headers["Content-Type"].split(";")[0], "text/event-stream")
             events = stream.all()
@@ -39,8 +46,10 @@ class Events(ApiTest):
             self.assertRegex(event.id, "^[0-9a-z]+-[0-9]+$")
 
     def test_tiles_cover_the_film_and_their_urls_work(self):
-        job = self.big(16)
+        let_go = self.hold()
+        job = big_job(self.server, 16)
         with EventStream(self.server, job) as stream:
+            let_go()
             tiles = [event.json() for event in stream if event.name == "tile"]
         places = {(t["x"], t["y"], t["width"], t["height"]) for t in tiles}
         self.assertEqual(places, tile_places(0, 0, 96, 64))
@@ -55,6 +64,11 @@ class Events(ApiTest):
             self.assertEqual(tile["samples"], 16)
             picture = self.server.get(tile["url"])
             self.assertEqual(png_size(picture.body)[:2], (tile["width"], tile["height"]))
+
+
+class Events(ApiTest):
+    def big(self, samples=65536):
+        return big_job(self.server, samples)
 
     def test_progress_comes_at_most_twice_a_second(self):
         job = self.big()

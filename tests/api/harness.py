@@ -358,6 +358,11 @@ class ApiTest(unittest.TestCase):
         for job in self.server.get(self.UNFINISHED).json()["jobs"]:
             self.server.post(f"/v1/jobs/{job['id']}/cancel")
 
+    def hold(self):
+        """With --max-running 1: what is submitted from now on waits, until the returned call lets it go."""
+        blocker = self.server.submit(job_body(samples=65536))["id"]
+        return lambda: self.server.post(f"/v1/jobs/{blocker}/cancel")
+
     def assert_problem(self, answer, status, *pointers):
         """RFC 9457, with these and only these pointers (when any are given)."""
         self.assertEqual(answer.status, status, answer)

@@ -5,10 +5,16 @@ import unittest
 from harness import ApiTest, EventStream, JobsStream, Server, Stream, job_body, png_size
 
 
-class Watch(ApiTest):
+class FromTheStart(ApiTest):
+    """A stream that is open before its jobs begin."""
+
+    FLAGS = ("--max-running", "1")
+
     def test_every_job_is_told_from_snapshot_to_end(self):
+        let_go = self.hold()
         jobs = [self.server.submit(job_body(samples=64))["id"] for _ in range(3)]
         with JobsStream(self.server, jobs) as stream:
+            let_go()
             self.assertEqual(stream.headers["Content-Type"], "text/event-stream")
             told = {}
             for event in stream:
@@ -25,6 +31,8 @@ class Watch(ApiTest):
                 if event.name == "tile":
                     self.assertTrue(event.json()["url"].startswith(f"/v1/jobs/{job}/image.png?"))
 
+
+class Watch(ApiTest):
     def test_the_last_id_of_all_is_204(self):
         jobs = [self.server.render(job_body())["id"] for _ in range(2)]
         with JobsStream(self.server, jobs) as stream:

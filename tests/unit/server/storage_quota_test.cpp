@@ -106,6 +106,31 @@ TEST_F(Quota, AJobCountsWithAllThatItMayNeedUntilItHasEnded) {
   EXPECT_EQ(quota.of_owner("me")->film_bytes, 0U);
 }
 
+TEST_F(Quota, FilmsOfAnOlderStoreCountForTheirOwners) {
+  server::JobRow row = job("me");
+  row.state = "finished";
+  row.finished_at = 5;
+  row.film = server::FilmPlace::kOnDisk;
+  row.film_bytes = 20;
+  ASSERT_TRUE(jobs->insert(row, {}, {}));
+  // The schema before there were quotas of storage.
+  constexpr const char* kBack = R"sql(
+    DROP INDEX assets_by_owner; ALTER TABLE assets DROP COLUMN owner;
+    DROP INDEX job_owners_by_bytes; DROP INDEX jobs_by_film_bytes; DROP TABLE loose_films;
+    ALTER TABLE job_owners DROP COLUMN reserved_bytes; ALTER TABLE job_owners DROP COLUMN stored_bytes;
+    PRAGMA user_version=4;
+  )sql";
+  ASSERT_TRUE(database->session().execute(kBack));
+  jobs.reset();
+  scenes.reset();
+  database.reset();
+  SetUp();
+  const StorageQuota quota = this->quota({});
+  EXPECT_EQ(quota.of_owner("me")->film_bytes, 20U);
+  keep_asset("a", 60, "me");
+  EXPECT_EQ(quota.of_owner("me")->asset_bytes, 60U);
+}
+
 TEST_F(Quota, TheTotalBindsAssetsOfEverybodyAndNoFilms) {
   StorageQuota quota = this->quota({.total_bytes = 100});
   keep_asset("a", 60, "");

@@ -1,7 +1,6 @@
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
-import http from 'node:http';
 import os from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
@@ -13,6 +12,7 @@ import {
   phone,
   Server,
   until,
+  weigh,
   withPageOf,
 } from './harness.mjs';
 
@@ -62,7 +62,7 @@ for (const [size, device] of [
   ['desktop', desktop],
   ['phone', phone],
 ]) {
-  test(`WCAG 2.2 AA holds in every chapter on a ${size}`, { timeout: 180_000 }, () =>
+  test(`WCAG 2.2 AA holds in every chapter on a ${size}`, { timeout: 300_000 }, () =>
     withPage(device, async (page) => {
       for (const name of names) {
         await open(page, name);
@@ -73,7 +73,7 @@ for (const [size, device] of [
     }),
   );
 
-  test(`an address leads to its section on a ${size}`, { timeout: 180_000 }, () =>
+  test(`an address leads to its section on a ${size}`, { timeout: 300_000 }, () =>
     withPage(device, async (page) => {
       const top = (id) => page.locator(`#${id}`).evaluate((h) => h.getBoundingClientRect().top);
       for (const [name, { sections }] of chapters) {
@@ -90,7 +90,7 @@ for (const [size, device] of [
   );
 }
 
-test('the contents lead through the guide', { timeout: 60_000 }, () =>
+test('the contents lead through the guide', { timeout: 300_000 }, () =>
   withPage(desktop, async (page) => {
     await page.getByRole('link', { name: 'Guide', exact: true }).click();
     const list = page.getByRole('navigation', { name: 'Chapters' });
@@ -209,18 +209,6 @@ test(
     assert.equal(run.status, 0, run.stderr + run.stdout.slice(-500));
   },
 );
-
-/** Bytes of an answer as they cross the network. */
-const weigh = (url) =>
-  new Promise((resolve, reject) => {
-    http
-      .get(url, { headers: { 'accept-encoding': 'gzip' } }, (response) => {
-        let bytes = 0;
-        response.on('data', (chunk) => (bytes += chunk.length));
-        response.on('end', () => resolve(bytes));
-      })
-      .on('error', reject);
-  });
 
 test('the page with its guide weighs less than 500 KB, and its chapters come when asked for', () =>
   withPage(desktop, async (page) => {

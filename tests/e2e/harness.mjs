@@ -7,6 +7,7 @@
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import fs from 'node:fs';
+import http from 'node:http';
 import { createRequire } from 'node:module';
 import os from 'node:os';
 import path from 'node:path';
@@ -20,10 +21,23 @@ const axeSource = fs.readFileSync(
   'utf8',
 );
 
+/** The page's files: in the environment, or where the build leaves them. */
+function builtPage() {
+  const { TESSERA_PAGE, TESSERA_BINARY } = process.env;
+  return TESSERA_PAGE ?? path.join(path.dirname(path.resolve(TESSERA_BINARY ?? '')), 'clients/web/dist');
+}
+
 export class Server {
   #process = null;
   #data = null;
-  url = process.env.TESSERA_URL ?? null;
+  #drawn = 0;
+  url = null;
+
+  /** drawn: tiles a second of the mock server, which is used whatever the variables say; 0: as they say. */
+  constructor({ drawn = 0 } = {}) {
+    this.#drawn = drawn;
+    if (!drawn) this.url = process.env.TESSERA_URL ?? null;
+  }
 
   /** True if the server can be killed and started again with its jobs. */
   get canRestart() {
@@ -31,22 +45,14 @@ export class Server {
   }
 
   async start(port = 0) {
-    if (process.env.TESSERA_URL) return;
-    const binary = process.env.TESSERA_BINARY;
+    if (!this.#drawn && process.env.TESSERA_URL) return;
+    const binary = this.#drawn ? null : process.env.TESSERA_BINARY;
     this.#data ??= fs.mkdtempSync(path.join(os.tmpdir(), 'tessera-e2e-'));
     const [command, args] = binary
       ? [binary, ['serve', '--port', String(port), '--data', this.#data]]
       : [
           process.execPath,
-          [
-            mock,
-            '--port',
-            String(port),
-            '--dist',
-            process.env.TESSERA_PAGE ?? '',
-            '--speed',
-            '900',
-          ],
+          [mock, '--port', String(port), '--dist', builtPage(), '--speed', String(this.#drawn || 900)],
         ];
     this.#process = spawn(command, args, { stdio: ['ignore', 'pipe', 'inherit'] });
     this.url = await new Promise((resolve, reject) => {
@@ -93,11 +99,14 @@ export const phone = {
   colorScheme: 'light',
 };
 
-/** A page that notes what must not happen: script errors and requests to other hosts. */
-export async function openPage(browser, server, device, hash = '') {
+/**
+ * A page that notes what must not happen: script errors and requests to other hosts. prepare: called before it goes
+ * to its address.
+ */
+export async function openPage(browser, server, device, hash = '', prepare = async () => {}) {
   const context = await browser.newContext({ ...device, acceptDownloads: true });
   const page = await context.newPage();
-  page.setDefaultTimeout(30_000);
+  page.setDefaultTimeout(120_000);
   page.faults = [];
   page.on('pageerror', (error) => page.faults.push(String(error)));
   page.on('request', (request) => {
@@ -105,6 +114,7 @@ export async function openPage(browser, server, device, hash = '') {
     if (!url.startsWith(server.url) && !/^(blob|data):/.test(url))
       page.faults.push(`asked another host: ${url}`);
   });
+  await prepare(page);
   await page.goto(`${server.url}/${hash}`);
   return page;
 }
@@ -119,6 +129,18 @@ export async function withPageOf(browser, server, device, hash, use) {
     await page.context().close();
   }
 }
+
+/** Bytes of an answer as they cross the network. */
+export const weigh = (url) =>
+  new Promise((resolve, reject) => {
+    http
+      .get(url, { headers: { 'accept-encoding': 'gzip' } }, (response) => {
+        let bytes = 0;
+        response.on('data', (chunk) => (bytes += chunk.length));
+        response.on('end', () => resolve(bytes));
+      })
+      .on('error', reject);
+  });
 
 /** What the page breaks of WCAG 2.2 AA, a line each. */
 export async function accessibilityFaults(page) {
@@ -154,7 +176,7 @@ export const pictureNow = (page) =>
     return shown ? { hash, share: shown / (copy.width * copy.height) } : null;
   });
 
-export async function until(what, check, timeoutMs = 60_000) {
+export async function until(what, check, timeoutMs = 120_000) {
   const end = Date.now() + timeoutMs;
   for (;;) {
     const value = await check();

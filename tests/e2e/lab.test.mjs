@@ -27,7 +27,7 @@ const download = async (page, button) => {
   return fs.readFileSync(await file.path(), 'utf8');
 };
 
-test('an experiment runs from its link, is plotted, compared and saved', { timeout: 120_000 }, () =>
+test('an experiment runs from its link, is plotted, compared and saved', { timeout: 300_000 }, () =>
   withPage(
     desktop,
     '#/lab/samplers-2d?estimator=edge&n=16,64,256&replicates=16&seed=3',
@@ -70,7 +70,7 @@ test('an experiment runs from its link, is plotted, compared and saved', { timeo
 
 test(
   'all samplers are compared, and the legend says whose points are shown',
-  { timeout: 120_000 },
+  { timeout: 300_000 },
   () =>
     withPage(
       desktop,
@@ -117,7 +117,7 @@ test(
 
 test(
   'a long run can be cancelled, and what is refused is told at its field',
-  { timeout: 120_000 },
+  { timeout: 300_000 },
   () =>
     withPage(desktop, '#/lab/pi?n=16,100000000&replicates=9', async (page) => {
       await page.getByTestId('lab-run').click();
@@ -137,7 +137,7 @@ for (const [name, device] of [
   ['desktop', desktop],
   ['phone', phone],
 ]) {
-  test(`WCAG 2.2 AA holds in the laboratory on a ${name}`, { timeout: 120_000 }, () =>
+  test(`WCAG 2.2 AA holds in the laboratory on a ${name}`, { timeout: 300_000 }, () =>
     withPage(device, '#/lab/samplers-4d?n=16,64,256&replicates=8', async (page) => {
       await page.getByTestId('lab-run').click();
       await until('a verdict', async () => /theory/.test(await verdict(page)));

@@ -214,10 +214,15 @@ for (const [name, device] of [
         await submit(page, { scene: 'cornell-box', samples: 16 });
         await finished(page);
         const job = new URL(page.url()).hash;
-        for (const hash of [job, '#/jobs', '#/settings', '#/compare', '#/compose/cornell-box']) {
+        for (const [hash, filled] of [
+          [job, () => pictureNow(page)],
+          ['#/jobs', () => page.locator('.job-card').first().isVisible()],
+          ['#/settings', () => page.locator('.figures').first().isVisible()],
+          ['#/compare', () => page.locator('.pick').first().isVisible()],
+          ['#/compose/cornell-box', () => pictureNow(page)],
+        ]) {
           await page.goto(`${server.url}/${hash}`);
-          await page.waitForSelector('h1');
-          await page.waitForTimeout(400);
+          await until(`all of ${hash}`, filled);
           const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
           assert.ok(wide <= 0, `${hash} is ${wide} pixels too wide`);
           assert.deepEqual(await accessibilityFaults(page), [], hash);
@@ -235,10 +240,8 @@ test(
       await until('tiles', () => pictureNow(page));
       const { port } = new URL(server.url);
       await server.kill();
-      await until(
-        'word of it',
-        async () => /Reconnecting/.test(await page.textContent('.job-header')),
-        15_000,
+      await until('word of it', async () =>
+        /Reconnecting/.test(await page.textContent('.job-header')),
       );
       await server.start(Number(port));
       await until(
@@ -246,7 +249,6 @@ test(
         async () =>
           !/Reconnecting/.test(await page.textContent('.job-header')) &&
           /Rendering|Finished/.test(await text(page, 'state')),
-        30_000,
       );
       if (!/Finished/.test(await text(page, 'state'))) await page.click('[data-testid=cancel]');
     }),

@@ -1,13 +1,20 @@
 import { api, explain, RequestError } from '../api/client';
+import type { Job } from '../api/types';
+import { assembled, enlarged, tilesOf } from './coarse';
 import type { FromFeed, ToFeed } from './feed_messages';
 import { LiveFilm } from './film';
 
 export type PreviewState = 'starting' | 'live' | 'unavailable' | 'failed';
 
+/** Sides of the fine picture over those of the coarse one. */
+const divisors = [1, 2, 4, 8];
+const coarseMs = { least: 35, most: 90 };
+
 /**
- * Small pictures of class `preview` for a camera that moves: the newest request wins, both here (one request is on
- * its way at most, the last wish waits) and on the server (all share one `preview_key`). Tiles of every preview go
- * into the same film, so that the old picture stands until the new one covers it.
+ * Small pictures of class `preview` for a camera that moves. Each is made in two steps: a coarse one with few
+ * samples, shown when it is whole and as small as this server needs to answer at once; then, if the camera rests, a
+ * fine one whose tiles go over it as they converge. The newest request wins, both here (one coarse picture is on its
+ * way at most, the last wish waits) and on the server (all share one `preview_key`).
  */
 export class Preview {
   readonly film: LiveFilm;
@@ -19,6 +26,7 @@ export class Preview {
   private busy = false;
   private closed = false;
   private jobId: string | null = null;
+  private divisor = 2;
 
   constructor(
     width: number,
@@ -29,9 +37,7 @@ export class Preview {
     this.worker = new Worker(new URL('./feed.worker.ts', import.meta.url), { type: 'module' });
     this.worker.onmessage = (e: MessageEvent<FromFeed>) => {
       if (e.data.type === 'tile') this.film.apply(e.data.tile);
-      if (e.data.type === 'job' && e.data.job.state === 'failed') {
-        this.say('failed', e.data.job.failure?.detail ?? 'The preview failed.');
-      }
+      if (e.data.type === 'job') this.sayIfFailed(e.data.job);
     };
   }
 
@@ -53,32 +59,69 @@ export class Preview {
     while (this.wish && !this.closed) {
       const request = this.wish;
       this.wish = null;
-      await this.send(request);
+      try {
+        await this.coarse(request);
+        if (!this.wish && !this.closed) await this.fine(request);
+      } catch (error) {
+        const missing =
+          error instanceof RequestError &&
+          error.errors.some((e) => e.pointer === '/class' || e.pointer === '/preview_key');
+        this.say(missing ? 'unavailable' : 'failed', explain(error));
+      }
     }
     this.busy = false;
   }
 
-  private async send(request: Record<string, unknown>): Promise<void> {
-    const film = { width: this.film.width, height: this.film.height, layers: [] };
-    try {
-      const job = await api.submit({
-        ...request,
-        film,
-        class: 'preview',
-        preview_key: this.key,
-        stop: { samples_per_pixel: 64 },
-      });
-      this.jobId = job.id;
-      const open: ToFeed = { type: 'open', jobId: job.id, tiles: true };
-      if (this.closed) void api.cancel(job.id).catch(() => undefined);
-      else this.worker.postMessage(open);
-      this.say('live', '');
-    } catch (error) {
-      const missing =
-        error instanceof RequestError &&
-        error.errors.some((e) => e.pointer === '/class' || e.pointer === '/preview_key');
-      this.say(missing ? 'unavailable' : 'failed', explain(error));
-    }
+  private async coarse(request: Record<string, unknown>): Promise<void> {
+    // The fine picture of an older camera would be drawn over this one.
+    this.post({ type: 'close' });
+    const began = performance.now();
+    const width = Math.max(8, Math.round(this.film.width / divisors[this.divisor]));
+    const height = Math.max(8, Math.round(this.film.height / divisors[this.divisor]));
+    const job = await this.submit(request, { width, height }, 2);
+    const tiles = await tilesOf(job.id);
+    if (this.closed) return;
+    if (!tiles.length) return this.sayIfFailed(await api.job(job.id));
+    this.film.apply(enlarged(assembled(tiles, width, height), this.film.width, this.film.height));
+    this.say('live', '');
+    this.adapt(performance.now() - began);
+  }
+
+  private async fine(request: Record<string, unknown>): Promise<void> {
+    const { width, height } = this.film;
+    const job = await this.submit(request, { width, height }, 64);
+    this.post({ type: 'open', jobId: job.id, tiles: true });
+  }
+
+  /** Fewer pixels when an answer took too long, more when there is time for four times as many. */
+  private adapt(tookMs: number): void {
+    if (tookMs > coarseMs.most) this.divisor = Math.min(divisors.length - 1, this.divisor + 1);
+    else if (tookMs < coarseMs.least) this.divisor = Math.max(0, this.divisor - 1);
+  }
+
+  private async submit(
+    request: Record<string, unknown>,
+    size: { width: number; height: number },
+    samples: number,
+  ): Promise<Job> {
+    const job = await api.submit({
+      ...request,
+      film: { ...size, layers: [] },
+      class: 'preview',
+      preview_key: this.key,
+      stop: { samples_per_pixel: samples },
+    });
+    this.jobId = job.id;
+    if (this.closed) void api.cancel(job.id).catch(() => undefined);
+    return job;
+  }
+
+  private post(message: ToFeed): void {
+    if (!this.closed) this.worker.postMessage(message);
+  }
+
+  private sayIfFailed(job: Job): void {
+    if (job.state === 'failed') this.say('failed', job.failure?.detail ?? 'The preview failed.');
   }
 
   private say(state: PreviewState, detail: string): void {

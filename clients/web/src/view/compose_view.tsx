@@ -16,6 +16,8 @@ import { LightControls } from './toolbar';
 import { lookOf } from './view_modes';
 
 const previewPixels = 384 * 216;
+/** Members of a job that a preview sets itself, or that change how soon a picture is clear but not the picture. */
+const elsewhere = ['film', 'stop', 'name', 'priority', 'seed', 'sampler', 'light_sampler', 'adaptive'];
 
 /** A small film of the shape that the form asks for. */
 function previewSize(width: number, height: number): { width: number; height: number } {
@@ -145,9 +147,9 @@ function Viewfinder({ values, orbit, onOrbit }: ViewfinderProps) {
 
   // Everything of the form that changes the picture renews the preview, and so does the camera.
   const request = { ...requestOf({ ...values, pose: poseOf(orbit) }) };
-  for (const key of ['film', 'stop', 'name', 'priority', 'seed']) delete request[key];
+  for (const key of elsewhere) delete request[key];
   const wish = JSON.stringify(request);
-  useEffect(
+  useLayoutEffect(
     () => preview.current?.show(JSON.parse(wish) as Record<string, unknown>),
     [wish, size.width, size.height],
   );

@@ -1,0 +1,64 @@
+import { FrameParser, type TileFrame } from './frames';
+
+/** The planes of a whole picture as one frame. Tiles that are missing stay unknown (no samples). */
+export function assembled(tiles: TileFrame[], width: number, height: number): TileFrame {
+  const hasAlpha = tiles.some((tile) => tile.hasAlpha);
+  const count = hasAlpha ? 8 : 7;
+  const planes = new Float32Array(count * width * height);
+  for (const tile of tiles) {
+    const size = tile.width * tile.height;
+    for (let plane = 0; plane < (tile.hasAlpha ? 8 : 7); ++plane) {
+      for (let row = 0; row < tile.height; ++row) {
+        const from = plane * size + row * tile.width;
+        const to = (plane * height + tile.y + row) * width + tile.x;
+        planes.set(tile.planes.subarray(from, from + tile.width), to);
+      }
+    }
+  }
+  const whole = { revision: 0, x: 0, y: 0, end: false, correlated: true, error: NaN };
+  return { ...whole, width, height, hasAlpha, planes };
+}
+
+/** The two nearest pixels of a row or column for each place of a longer one, and the share of the second. */
+function neighbours(from: number, to: number): { low: number; high: number; share: number }[] {
+  return Array.from({ length: to }, (_, i) => {
+    const at = Math.max(0, Math.min(from - 1, ((i + 0.5) * from) / to - 0.5));
+    const low = Math.floor(at);
+    return { low, high: Math.min(from - 1, low + 1), share: at - low };
+  });
+}
+
+/** The same picture with more pixels, interpolated linearly. */
+export function enlarged(frame: TileFrame, width: number, height: number): TileFrame {
+  if (frame.width === width && frame.height === height) return frame;
+  const columns = neighbours(frame.width, width);
+  const rows = neighbours(frame.height, height);
+  const planes = new Float32Array((frame.planes.length / (frame.width * frame.height)) * width * height);
+  let to = 0;
+  for (let base = 0; base < frame.planes.length; base += frame.width * frame.height) {
+    for (const y of rows) {
+      const top = base + y.low * frame.width;
+      const bottom = base + y.high * frame.width;
+      for (const x of columns) {
+        const above = frame.planes[top + x.low] * (1 - x.share) + frame.planes[top + x.high] * x.share;
+        const below = frame.planes[bottom + x.low] * (1 - x.share) + frame.planes[bottom + x.high] * x.share;
+        planes[to++] = above * (1 - y.share) + below * y.share;
+      }
+    }
+  }
+  return { ...frame, width, height, planes };
+}
+
+/** Every tile of a job that ends soon, when it has ended. */
+export async function tilesOf(jobId: string): Promise<TileFrame[]> {
+  const response = await fetch(`/v1/jobs/${jobId}/tiles?after=0`, {
+    headers: { accept: 'application/vnd.tessera.tiles' },
+    cache: 'no-store',
+  });
+  if (!response.ok) return [];
+  const tiles: TileFrame[] = [];
+  new FrameParser().push(new Uint8Array(await response.arrayBuffer()), (tile) => {
+    if (!tile.end) tiles.push(tile);
+  });
+  return tiles;
+}

@@ -44,6 +44,8 @@ constexpr std::array kJobListParameters = {
         "Only jobs in one of these states; may be repeated."},
     ParameterRow{"label", "query", R"({"type":"array","items":{"type":"string"}})",
                  "Only jobs with this label, `key=value` or `key`; may be repeated."},
+    ParameterRow{"class", "query", R"({"type":"string","enum":["normal","preview"]})",
+                 "Only jobs of this class: `normal` leaves out previews."},
     kCursor, kLimit};
 constexpr std::array kJobParameters = {
     ParameterRow{

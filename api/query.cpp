@@ -89,6 +89,16 @@ void read_label(const std::string& text, ListQuery& out, const std::string& poin
   out.labels.push_back(std::move(filter));
 }
 
+void read_class(const std::string& text, ListQuery& out, const std::string& pointer, Faults& faults) {
+  if (text == "normal") {
+    out.job_class = JobClass::kNormal;
+  } else if (text == "preview") {
+    out.job_class = JobClass::kPreview;
+  } else {
+    faults.add(pointer, shown(Json(text)) + " is not a class; classes: normal, preview");
+  }
+}
+
 void read_cursor(const std::string& text, ListQuery& out, const std::string& pointer,
                  Faults& faults) {
   constexpr std::size_t kLongest = 256;
@@ -120,6 +130,8 @@ Parsed<ListQuery> parse_list_query(QueryParams query, bool has_filters) {
           read_states(value, out, pointer, faults);
         } else if (has_filters && name == "label") {
           read_label(value, out, pointer, faults);
+        } else if (has_filters && name == "class") {
+          read_class(value, out, pointer, faults);
         } else {
           return false;
         }

@@ -77,6 +77,7 @@ struct LabelFilter {
 struct ListQuery {
   std::vector<JobState> states;  ///< empty: all
   std::vector<LabelFilter> labels;
+  std::optional<JobClass> job_class;  ///< null: both
   std::string cursor;  ///< empty: from the newest; [A-Za-z0-9_-], at most 256
   int limit = 50;
 };

@@ -54,7 +54,7 @@ core::Result<std::string> job_path(ApiClient& client, const std::string& id) {
   if (id != "latest") {
     return "/v1/jobs/" + encode_url(id);
   }
-  auto reply = client.get("/v1/jobs?limit=1");
+  auto reply = client.get("/v1/jobs?class=normal&limit=1");
   if (!reply) {
     return reply.error();
   }

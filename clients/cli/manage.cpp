@@ -15,6 +15,7 @@ struct ListFlags {
   std::vector<std::string> states;
   std::vector<std::string> labels;
   int limit = 20;
+  bool previews = false;
   bool json = false;
 };
 
@@ -42,7 +43,7 @@ int list_jobs(const ServerFlags& server, const ListFlags& flags) {
   std::string cursor;
   do {
     const int left = flags.limit - static_cast<int>(all.size());
-    std::string path = "/v1/jobs?limit=" + std::to_string(std::min(left, 200));
+    std::string path = std::string("/v1/jobs?") + (flags.previews ? "" : "class=normal&") + "limit=" + std::to_string(std::min(left, 200));
     for (const std::string& state : flags.states) {
       path += "&state=" + encode_url(state);
     }
@@ -100,6 +101,7 @@ int jobs(const Args& args) {
       ->type_name("STATE")->allow_extra_args(false);
   app.add_option("--label", flags.labels, "Only with this label: KEY or KEY=VALUE")
       ->type_name("LABEL")->allow_extra_args(false);
+  app.add_flag("--previews", flags.previews, "The small pictures of those who place a camera, too");
   app.add_option("--limit", flags.limit, "At most so many")->check(CLI::Range(1, 100000).description(""))->type_name("N")
       ->capture_default_str();
   app.add_flag("--json", flags.json, "Print the jobs as JSON");

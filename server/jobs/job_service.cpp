@@ -428,7 +428,7 @@ api::JobView JobService::view(const Job& job) const {
 core::Result<JobService::Page> JobService::list(const JobQuery& query) {
   JobQuery more = query;
   more.limit = query.limit + 1;
-  const auto rows = table_.list(more);
+  const auto rows = query.stored ? table_.list(more) : core::Result<std::vector<JobRow>>(std::vector<JobRow>());
   if (!rows) {
     return rows.error();
   }
@@ -441,7 +441,7 @@ core::Result<JobService::Page> JobService::list(const JobQuery& query) {
     }
   }
   for (const JobPointer& job : book_.all()) {
-    if (job->memory_only() && (!query.before || job->sequence() < *query.before)) {
+    if (query.previews && job->memory_only() && (!query.before || job->sequence() < *query.before)) {
       api::JobView preview = view(*job);
       if (matches(preview, query)) {
         found.emplace_back(job->sequence(), std::move(preview));

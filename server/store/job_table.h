@@ -91,6 +91,8 @@ struct JobQuery {
   std::vector<std::string> states;  ///< Any of them; empty: all.
   /// All of them; without a value the name alone counts.
   std::vector<std::pair<std::string, std::optional<std::string>>> labels;
+  bool stored = true;                  ///< What the table has: jobs of class normal.
+  bool previews = true;                ///< Those in memory, which this table never has.
   std::optional<std::int64_t> before;  ///< Only sequences below.
   int limit = 50;
 };

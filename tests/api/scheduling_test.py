@@ -1,9 +1,10 @@
 """Several jobs on one machine: priorities, fairness, previews, and the same bits for any threads."""
 
 import os
+import subprocess
 import time
 
-from harness import ApiTest, Server, job_body
+from harness import BINARY, PATIENCE_S, ApiTest, Server, job_body
 
 
 def big(**members):
@@ -82,6 +83,33 @@ class Sharing(ApiTest):
         for job in (other, second):
             self.assertNotIn(self.server.job(job)["state"], ("finished", "failed", "cancelled"))
         self.cancel(other, second)
+
+    def test_lists_can_leave_out_previews(self):
+        kept = self.server.submit(job_body())["id"]
+        preview = self.server.submit(job_body(**{"class": "preview"}))["id"]
+
+        def listed(query):
+            jobs, path = [], f"/v1/jobs?limit=1{query}"
+            while path:
+                answer = self.server.get(path)
+                page = answer.json()
+                jobs += [job["id"] for job in page["jobs"]]
+                path = page["next"] and f"/v1/jobs?limit=1{query}&cursor={page['next']}"
+            return {kept, preview} & set(jobs)
+
+        self.assertEqual(listed(""), {kept, preview})
+        self.assertEqual(listed("&class=normal"), {kept})
+        self.assertEqual(listed("&class=preview"), {preview})
+        self.assertEqual(self.server.get("/v1/jobs?class=other").status, 400)
+
+        def tessera(*args):
+            return subprocess.run([BINARY, *args, "--server", self.server.url], capture_output=True, text=True,
+                                  timeout=PATIENCE_S, check=True).stdout
+
+        # What a browser shows while it places a camera is no job of the command line.
+        self.assertNotIn(preview, tessera("jobs"))
+        self.assertIn(preview, tessera("jobs", "--previews"))
+        self.assertNotIn(preview, tessera("cancel", "latest"))
 
     def test_the_workers_are_nice_but_not_too_nice(self):
         self.server.render(job_body())

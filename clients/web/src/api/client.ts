@@ -99,7 +99,8 @@ export const api = {
     query: { limit: number; cursor?: string | null; state?: string },
     signal?: AbortSignal,
   ) => {
-    const params = new URLSearchParams({ limit: String(query.limit) });
+    // Without the previews of those who place a camera.
+    const params = new URLSearchParams({ class: 'normal', limit: String(query.limit) });
     if (query.cursor) params.set('cursor', query.cursor);
     if (query.state) params.set('state', query.state);
     return json<{ jobs: Job[]; next: string | null }>(`/v1/jobs?${params}`, { signal });

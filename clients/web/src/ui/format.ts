@@ -48,12 +48,13 @@ export function bytes(v: number | null | undefined): string {
 
 export function duration(seconds: number | null | undefined): string {
   if (!known(seconds)) return dash;
-  if (seconds < 10) return `${seconds.toFixed(1)} s`;
-  if (seconds < 60) return `${Math.round(seconds)} s`;
-  if (seconds < 3600)
-    return `${Math.floor(seconds / 60)} min ${String(Math.round(seconds % 60)).padStart(2, '0')} s`;
-  if (seconds < 86400)
-    return `${Math.floor(seconds / 3600)} h ${String(Math.round((seconds % 3600) / 60)).padStart(2, '0')} min`;
+  if (seconds < 9.95) return `${seconds.toFixed(1)} s`;
+  const pair = (small: number, large: string, name: string): string =>
+    `${Math.floor(small / 60)} ${large} ${String(small % 60).padStart(2, '0')} ${name}`;
+  const whole = Math.round(seconds);
+  if (whole < 60) return `${whole} s`;
+  if (whole < 3600) return pair(whole, 'min', 's');
+  if (seconds < 86370) return pair(Math.round(seconds / 60), 'h', 'min');
   return `${number(seconds / 86400)} days`;
 }
 

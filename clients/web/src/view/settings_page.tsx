@@ -65,7 +65,9 @@ export function SettingsPage() {
               .map(([k, v]) => (
                 <div key={k}>
                   <dt>{k}</dt>
-                  <dd class="mono">{v}</dd>
+                  <dd class="mono" title={v}>
+                    {v!.slice(0, 16)}
+                  </dd>
                 </div>
               ))}
           </dl>

@@ -1,7 +1,13 @@
 import { warningText, type Job } from '../api/types';
 import { bytes, count, duration, number } from '../ui/format';
 
+/** The light that was chosen where none was asked for: worth knowing, but nothing is wrong. */
+const isChoice = (text: string): boolean => text.startsWith('environment: none was given');
+
 export function Statistics({ job }: { job: Job }) {
+  const said = (job.warnings ?? []).map(warningText);
+  const choices = said.filter(isChoice);
+  const warnings = said.filter((text) => !isChoice(text));
   const p = job.progress,
     s = job.statistics;
   const pixels = job.spec.film.width * job.spec.film.height;
@@ -49,10 +55,15 @@ export function Statistics({ job }: { job: Job }) {
           Film <code>{job.film_digest.slice(0, 16)}…</code>
         </p>
       )}
-      {(job.warnings?.length ?? 0) > 0 && (
+      {choices.map((text) => (
+        <p key={text} class="hint">
+          {text.charAt(0).toUpperCase() + text.slice(1)}
+        </p>
+      ))}
+      {warnings.length > 0 && (
         <ul class="warnings" aria-label="Notes about this render">
-          {job.warnings!.map((w, i) => (
-            <li key={i}>{warningText(w)}</li>
+          {warnings.map((text, i) => (
+            <li key={i}>{text}</li>
           ))}
         </ul>
       )}

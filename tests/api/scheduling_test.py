@@ -103,7 +103,7 @@ class Sharing(ApiTest):
         self.assertEqual(self.server.get("/v1/jobs?class=other").status, 400)
 
         def tessera(*args):
-            return subprocess.run([BINARY, *args, "--server", self.server.url], capture_output=True, text=True,
+            return subprocess.run([BINARY, *args, "--server", f"http://127.0.0.1:{self.server.port}"], capture_output=True, text=True,
                                   timeout=PATIENCE_S, check=True).stdout
 
         # What a browser shows while it places a camera is no job of the command line.

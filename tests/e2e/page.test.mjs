@@ -57,6 +57,19 @@ test(
     }),
 );
 
+test('on a phone, too, the new picture is what one sees', { timeout: 300_000 }, () =>
+  withPage(phone, async (page) => {
+    await submit(page, { scene: 'cornell-box', samples: 8 });
+    await until('the picture', () => pictureNow(page));
+    const inSight = () =>
+      page.getByTestId('picture').evaluate((canvas) => {
+        const { top, bottom } = canvas.getBoundingClientRect();
+        return top >= 0 && bottom <= innerHeight;
+      });
+    await until('the picture in sight', inSight);
+  }),
+);
+
 test('the measuring views show other pictures, each with a legend', { timeout: 300_000 }, () =>
   withPage(desktop, async (page) => {
     await submit(page, { scene: 'cornell-box', samples: 16 });

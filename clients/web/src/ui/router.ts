@@ -26,7 +26,16 @@ function parse(whole: string): Route {
 }
 
 export const route = new Store<Route>(parse(location.hash));
-window.addEventListener('hashchange', () => route.set(parse(location.hash)));
+
+const placeOf = (at: Route): string => JSON.stringify({ ...at, query: '' });
+
+window.addEventListener('hashchange', () => {
+  const before = placeOf(route.get());
+  const next = parse(location.hash);
+  route.set(next);
+  // Another view begins at its top; the guide goes to its sections by itself.
+  if (placeOf(next) !== before && next.view !== 'guide') window.scrollTo(0, 0);
+});
 
 export function go(path: string): void {
   location.hash = path;

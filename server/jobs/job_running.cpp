@@ -69,6 +69,12 @@ void JobService::load(const JobPointer& job) {
   } catch (const std::bad_alloc&) {
     fail(job, Error{ErrorCode::kUnavailable, "not enough memory to load the job", ""});
   }
+  // Cancelled and deleted meanwhile: the file of its film may have been made after that.
+  if (api::is_final(job->state()) && !job->memory_only()) {
+    if (const auto row = table_.find(job->id()); row && !*row) {
+      remove_loose_film(job->id());
+    }
+  }
 }
 
 core::Result<std::shared_ptr<const core::Renderer>> JobService::make_renderer(

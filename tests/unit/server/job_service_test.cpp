@@ -35,7 +35,7 @@ class Jobs : public testing::Test {
     table = std::make_unique<server::JobTable>(*database);
     scene_table = std::make_unique<server::SceneTable>(*database);
     quota = std::make_unique<server::StorageQuota>(*database, storage);
-    scenes = std::make_unique<server::SceneService>(*blobs, *scene_table, *quota, server::SceneServiceOptions{});
+    scenes = std::make_unique<server::SceneService>(*blobs, *scene_table, *quota, scene_options);
     const auto run = table->next_run();
     ASSERT_TRUE(run);
     jobs = std::make_unique<JobService>(server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota},
@@ -101,6 +101,7 @@ class Jobs : public testing::Test {
   std::unique_ptr<server::JobTable> table;
   std::unique_ptr<server::SceneTable> scene_table;
   server::StorageLimits storage;
+  server::SceneServiceOptions scene_options;
   std::unique_ptr<server::StorageQuota> quota;
   std::unique_ptr<server::SceneService> scenes;
   std::unique_ptr<JobService> jobs;
@@ -376,6 +377,24 @@ TEST_F(Jobs, AFilmThatNoJobHasYetOrAnyMoreIsRemovedAtTheNextStart) {
   EXPECT_FALSE(std::filesystem::exists(data->film_path(begun)));
   EXPECT_TRUE(std::filesystem::exists(data->film_path(strange)));  // Not ours to judge.
   EXPECT_TRUE(jobs->film(**jobs->find(kept->id())));
+}
+
+TEST_F(Jobs, AJobThatIsForgottenWhileItLoadsLeavesNoFilm) {
+  scene_options.cache_bytes = 0;  // Each load takes its time.
+  restart();
+  for (int i = 0; i < 8; ++i) {
+    auto asked = request(kForever);
+    asked.spec.scene = "interior";
+    const auto submitted = jobs->submit(asked, {});
+    ASSERT_TRUE(submitted);
+    ASSERT_TRUE(wait_for(submitted->job, [](JobState now) { return now != JobState::kQueued; }));
+    std::this_thread::sleep_for(milliseconds(i));  // At different moments.
+    ASSERT_TRUE(jobs->cancel(submitted->job));
+    ASSERT_TRUE(jobs->remove(submitted->job));
+  }
+  const std::string films = data->films_path();
+  halt();
+  EXPECT_TRUE(std::filesystem::is_empty(films));
 }
 
 TEST_F(Jobs, ListsHoldJobsOfMemoryAndOfTheStoreInOneOrder) {

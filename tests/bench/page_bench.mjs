@@ -238,28 +238,37 @@ function previewOverHttp(server, request, count) {
   );
 }
 
+/** Width, height and samples of a pixel: as the page asks first, and when the camera rests. */
+const previewSizes = [
+  [96, 54, 2],
+  [384, 216, 64],
+];
+
 async function previews(browser, server) {
   for (const [load, busy] of [['an idle server', false], ['a server that renders something else', true]]) {
-    console.log(`a camera that moves, ${load}: until the first tile, until the whole first picture`);
+    console.log(`a camera that moves, ${load}: until its first picture is whole`);
     const other = busy
       ? await json(server, '/v1/jobs', { scene: 'interior', stop: { samples_per_pixel: 65536 } })
       : null;
     for (const scene of ['cornell-box', 'interior']) {
-      const times = [];
-      for (let i = 0; i < (short ? 5 : 40); ++i) {
-        const angle = 0.1 * i;
-        const request = {
-          scene,
-          class: 'preview',
-          preview_key: 'bench',
-          camera: { position: [3 * Math.sin(angle), 1, 3 * Math.cos(angle)], target: [0, 1, 0] },
-          film: { width: 384, height: 216, layers: [] },
-          stop: { samples_per_pixel: 64 },
-        };
-        times.push(await previewOverHttp(server, request, 12 * 7));
+      for (const [width, height, samples] of previewSizes) {
+        const times = [];
+        for (let i = 0; i < (short ? 5 : 40); ++i) {
+          const angle = 0.1 * i;
+          const request = {
+            scene,
+            class: 'preview',
+            preview_key: 'bench',
+            camera: { position: [3 * Math.sin(angle), 1, 3 * Math.cos(angle)], target: [0, 1, 0] },
+            film: { width, height, layers: [] },
+            stop: { samples_per_pixel: samples },
+          };
+          const tiles = Math.ceil(width / 32) * Math.ceil(height / 32);
+          times.push(await previewOverHttp(server, request, tiles));
+        }
+        row(`HTTP, ${scene}, ${width} x ${height}, first tile`, spread(times.map((t) => t.first)));
+        row(`HTTP, ${scene}, ${width} x ${height}, whole`, spread(times.map((t) => t.whole)));
       }
-      row(`HTTP, ${scene}, first`, spread(times.map((t) => t.first)));
-      row(`HTTP, ${scene}, whole`, spread(times.map((t) => t.whole)));
       await previewsInPage(browser, server, scene);
     }
     if (other) await fetch(`${server.url}/v1/jobs/${other.id}/cancel`, { method: 'POST' });

@@ -51,8 +51,10 @@ void check_optimal_mis(const core::RenderSettings& render, Faults& faults) {
     return;
   }
   constexpr const char* kWhere = "/estimator/mis/type";
-  if (render.light_sampler == core::LightSamplerType::kRis) {
-    faults.add(kWhere, "'optimal' does not go with light sampler 'ris', whose density is not known");
+  if (render.light_sampler == core::LightSamplerType::kRis || render.light_sampler == core::LightSamplerType::kRestir) {
+    const bool is_ris = render.light_sampler == core::LightSamplerType::kRis;
+    faults.add(kWhere, std::string("'optimal' does not go with light sampler '") + (is_ris ? "ris" : "restir") +
+                           "', whose density is not known");
   }
   if (estimator.roulette == core::RouletteType::kThreshold) {
     faults.add(kWhere, "'optimal' does not go with roulette 'threshold', which leaves out shadow rays");
@@ -62,6 +64,24 @@ void check_optimal_mis(const core::RenderSettings& render, Faults& faults) {
   }
   if (!estimator.expected_values) {
     faults.add(kWhere, "'optimal' does not go with expected_values false, where dice end what was sampled");
+  }
+}
+
+/// Light samples are shared where the camera looks, by paths that have one continuation each and no other use for them.
+void check_restir(const core::RenderSettings& render, Faults& faults) {
+  if (render.light_sampler != core::LightSamplerType::kRestir) {
+    return;
+  }
+  const core::EstimatorSettings& estimator = render.estimator;
+  if (estimator.strategy != core::Strategy::kMis && estimator.strategy != core::Strategy::kLight) {
+    faults.add("/light_sampler/type", "'restir' applies to strategies 'mis' and 'light' only");
+  }
+  if (estimator.splitting != core::SplittingType::kNone) {
+    faults.add("/estimator/splitting/type", "does not go with light sampler 'restir', which gives each path one light sample");
+  }
+  if (estimator.control_variate != core::ControlVariateType::kNone) {
+    faults.add("/estimator/control_variate/type",
+               "does not go with light sampler 'restir': a neighbour's sample does not cancel what is subtracted for one's own");
   }
 }
 
@@ -130,6 +150,7 @@ void check_options(const JobSpec& spec, std::span<const std::string> accepted, F
     faults.add("/estimator/control_variate", "applies to strategies 'mis' and 'light' only");
   }
   check_optimal_mis(spec.render, faults);
+  check_restir(spec.render, faults);
   constexpr std::array kOptions = {
       "/integrator/max_depth",      "/estimator/strategy",  "/estimator/mis",
       "/estimator/roulette",        "/estimator/splitting", "/estimator/control_variate", "/estimator/expected_values",

@@ -40,6 +40,9 @@ constexpr bool is_split(const JobSpec& s) {
 constexpr bool is_resampled(const JobSpec& s) {
   return s.render.light_sampler == core::LightSamplerType::kRis;
 }
+constexpr bool is_shared(const JobSpec& s) {
+  return s.render.light_sampler == core::LightSamplerType::kRestir;
+}
 
 constexpr auto camera_row() {
   return nested(
@@ -222,7 +225,18 @@ const auto& table() {
             when(&is_resampled, "applies to type 'ris' only",
                  number(
                      "candidates", [](auto& s) -> auto& { return s.render.light_candidates; },
-                     {1, limits::kLightCandidates}, "Light samples of which one is taken."))),
+                     {1, limits::kLightCandidates}, "Light samples of which one is taken.")),
+            when(&is_shared, "applies to type 'restir' only",
+                 number(
+                     "block", [](auto& s) -> auto& { return s.render.light_block; },
+                     {1, limits::kLightBlock},
+                     "Side in pixels of the squares whose pixels share light samples.")),
+            when(&is_shared, "applies to type 'restir' only",
+                 number(
+                     "candidates_per_pixel",
+                     [](auto& s) -> auto& { return s.render.block_candidates; },
+                     {1, limits::kLightCandidates},
+                     "Light samples of each pixel, of which one is shared."))),
       adaptive_row(),
       FixedRow{"spectral", "false", "Wavelengths instead of three colours."},
       CustomRow<JobSpec>{

@@ -24,6 +24,7 @@ constexpr std::array kLimits = {
     LimitRow{"replicates", limits::kReplicates, "Independent randomisations of a pixel."},
     LimitRow{"split_count", limits::kSplitCount, "Continuations of a path that is split."},
     LimitRow{"light_candidates", limits::kLightCandidates, "Light samples of which one is taken."},
+    LimitRow{"light_block", limits::kLightBlock, "Side in pixels of squares that share light samples."},
     LimitRow{"first_replicate", limits::kFirstReplicate, "Largest number of a first replicate."},
     LimitRow{"samples_per_pixel", limits::kSamplesPerPixel,
              "Samples a pixel, all replicates together."},

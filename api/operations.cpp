@@ -317,7 +317,7 @@ constexpr std::array kOperations = {
         "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, "
         "height, "
         "u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32, r g b, "
-        "their variances, the sample count. Flag 1: end frame; 2: correlated errors; 4: an alpha "
+        "their variances, the sample count. Flag 1: end frame; 2: correlated errors (zsobol, restir); 4: an alpha "
         "plane follows.",
         "read", kTilesParameters, kNoBody, kTilesAnswer, k404_422, true},
     Operation{

@@ -149,6 +149,8 @@ std::string server_json(const ServerView& server) {
   for (Json& entry : body["light_samplers"]) {
     if (entry["type"] == "ris") {
       entry["accepts"] = {"/light_sampler/candidates"};
+    } else if (entry["type"] == "restir") {
+      entry["accepts"] = {"/light_sampler/block", "/light_sampler/candidates_per_pixel"};
     }
   }
   body["adaptive"] = typed_list(

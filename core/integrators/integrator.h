@@ -3,15 +3,33 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "core/camera/camera.h"
 #include "core/film/film.h"
 #include "core/lights/environment.h"
 #include "core/render/settings.h"
 #include "core/samplers/path_sampler.h"
+#include "core/sampling/shared_samples.h"
 #include "core/scene/scene_data.h"
 
 namespace core {
+
+/// One of several camera paths that may share what they find.
+struct GroupPath {
+  Camera::CameraRay camera_ray;
+  PathSampler sampler;  ///< started for the pixel and sample
+  PathSample out{};
+};
+
+/// Follows groups of paths, one group after another; for one thread.
+class GroupTracer {
+ public:
+  virtual ~GroupTracer() = default;
+  /// Fills out. At most kGroupMost paths, of as many pixels, all of one replicate. rays: counts those traced.
+  virtual void trace(std::span<GroupPath> paths, std::uint64_t& rays) noexcept = 0;
+};
+inline constexpr std::size_t kGroupMost = SharedSamples::kMost;
 
 /// One camera path. Immutable and shared by all threads.
 class Integrator {
@@ -20,6 +38,8 @@ class Integrator {
   /// The sampler has been started for this pixel and sample. rays: counts those traced.
   virtual PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                            std::uint64_t& rays) const noexcept = 0;
+  /// Null: paths do not share anything.
+  virtual std::unique_ptr<GroupTracer> make_group_tracer() const { return nullptr; }
 };
 
 struct IntegratorInput {

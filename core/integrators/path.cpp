@@ -24,7 +24,10 @@ PathIntegrator::PathIntegrator(const IntegratorInput& input)
       fit_(fit_type(input.settings)),
       shadow_threshold_(roulette_ == RouletteType::kThreshold ? input.settings.estimator.roulette_delta : 0.0F),
       candidates_(input.settings.light_sampler == LightSamplerType::kRis ? input.settings.light_candidates : 1),
-      light_share_(static_cast<float>(candidates_)),
+      first_candidates_(input.settings.light_sampler == LightSamplerType::kRestir ? input.settings.block_candidates
+                                                                                  : candidates_),
+      shares_(input.settings.light_sampler == LightSamplerType::kRestir &&
+              (strategy_ == Strategy::kMis || strategy_ == Strategy::kLight)),
       expected_values_(input.settings.estimator.expected_values),
       split_count_(input.settings.estimator.splitting == SplittingType::kFixed ? input.settings.estimator.split_count : 1),
       max_depth_(input.settings.max_depth) {}
@@ -78,7 +81,7 @@ void PathIntegrator::add_background(State& path) const noexcept {
   }
   float weight = 1;
   if (strategy_ == Strategy::kMis) {
-    weight = rule(path.last_fitted).weight(path.pdf_bsdf, light_share_ * lights_.pdf_environment(path.ray.direction));
+    weight = rule(path.last_fitted).weight(path.pdf_bsdf, path.last_count * lights_.pdf_environment(path.ray.direction));
   }
   const Rgb value = path.beta * environment_->radiance(path.ray.direction) * weight;
   path.out.radiance += value;
@@ -102,8 +105,8 @@ void PathIntegrator::add_emission(State& path, const Vertex& vertex) const noexc
       const Vec3 d = vertex.point.position - path.last_point;
       const float cos_light = std::fabs(dot(vertex.point.normal_geometric, vertex.wo_world));
       weight = rule(path.last_fitted)
-                   .weight(path.pdf_bsdf, light_share_ * lights_.pdf_triangle(vertex.point.light, path.last_point,
-                                                                              path.last_normal, length(d), cos_light));
+                   .weight(path.pdf_bsdf, path.last_count * lights_.pdf_triangle(vertex.point.light, path.last_point,
+                                                                                path.last_normal, length(d), cos_light));
     }
   }
   const Rgb value = path.beta * radiance * weight;
@@ -166,6 +169,7 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
     path.pdf_bsdf = s.is_delta ? 0.0F : s.pdf_solid_angle;
     path.last_point = vertex.shading.origin;
     path.last_normal = vertex.light_normal;
+    path.last_count = light_count(path);
     path.last_controlled = is_controlled(bsdf);
     path.last_fitted = fits_weights(path.depth, bsdf);
     path.in_pair = path.last_fitted && !s.is_delta;
@@ -204,6 +208,10 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
   path.u_roulette = -1;
   ++path.depth;
   return true;
+}
+
+bool PathIntegrator::go_on(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept {
+  return scatter(path, vertex, bsdf) && path.depth - path.straight <= max_depth_;
 }
 
 /// Index of refraction that this path sees, at its wavelength once it has one.
@@ -274,7 +282,7 @@ void PathIntegrator::split(State& path, const Vertex& vertex, const Bsdf& bsdf) 
     branch.out.radiance = {};
     branch.out.fit = {};
     add_direct(branch, vertex, bsdf);
-    if (scatter(branch, vertex, bsdf) && branch.depth - branch.straight <= max_depth_) {
+    if (go_on(branch, vertex, bsdf)) {
       follow(branch);
     }
     sum += branch.out.radiance;
@@ -290,64 +298,76 @@ void PathIntegrator::split(State& path, const Vertex& vertex, const Bsdf& bsdf) 
   path.out.radiance += sum * share;
 }
 
+/// To the next surface, shading included. False: the path is over.
+bool PathIntegrator::meet(State& path, Vertex& vertex) const noexcept {
+  if (!find_surface(path, vertex)) {
+    add_background(path);
+    return false;
+  }
+  path.cone_width_m += path.cone_spread_rad * vertex.distance_m;
+  const Material& material = scene_.materials[vertex.point.material];
+  const bool inner = dot(vertex.point.normal_geometric, vertex.wo_world) < 0;
+  if (inner && material.is_volume && path.media.top() == nullptr) {
+    path.media.enter(&material);  // the eye is inside, or the solid was entered through a hole
+  }
+  const Material* medium = path.media.top();
+  if (medium != nullptr) {
+    Rgb share = absorbed(medium->sigma_a, vertex.distance_m);
+    if (!lets_through(path, share)) {
+      return false;
+    }
+    path.beta *= share;
+  }
+  if (material.factors.unlit) {
+    const Rgb color = unlit_color(scene_, vertex.point, vertex.wo_world, path.footprint());
+    if (!path.out.hit) {
+      vertex.shading.frame.n = vertex.point.normal_shading;
+      record_first(path, vertex, color);
+    }
+    path.out.radiance += path.beta * color;
+    return false;
+  }
+  shade(scene_, vertex.point, vertex.wo_world, path.footprint(), vertex.shading);
+  vertex.drew_wavelength = false;
+  if (material.is_volume) {
+    meet_solid(path, material, vertex);
+  }
+  return true;
+}
+
+/// What is seen of the surface itself. kLast: the path may go straight on, at most.
+PathIntegrator::Stage PathIntegrator::arrive(State& path, Vertex& vertex, const Bsdf& bsdf) const noexcept {
+  if (!path.out.hit) {
+    record_first(path, vertex, bsdf.albedo());
+  }
+  if (scene_.materials[vertex.point.material].is_emissive) {
+    add_emission(path, vertex);
+  }
+  const bool at_end = path.depth - path.straight >= max_depth_;
+  if (path.straight > kPassThroughMax || (at_end && is_black(bsdf.straight()))) {
+    return Stage::kOver;
+  }
+  vertex.light_normal = bsdf.transmits() ? Vec3{} : vertex.shading.horizon;
+  return at_end ? Stage::kLast : Stage::kOpen;
+}
+
 /// From the path's ray to its end.
 void PathIntegrator::follow(State& path) const noexcept {
   Vertex vertex;
-  while (true) {
-    if (!find_surface(path, vertex)) {
-      add_background(path);
+  while (meet(path, vertex)) {
+    const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
+    const Stage stage = arrive(path, vertex, bsdf);
+    if (stage == Stage::kOver) {
       return;
     }
-    path.cone_width_m += path.cone_spread_rad * vertex.distance_m;
-    const Material& material = scene_.materials[vertex.point.material];
-    const bool inner = dot(vertex.point.normal_geometric, vertex.wo_world) < 0;
-    if (inner && material.is_volume && path.media.top() == nullptr) {
-      path.media.enter(&material);  // the eye is inside, or the solid was entered through a hole
-    }
-    const Material* medium = path.media.top();
-    if (medium != nullptr) {
-      Rgb share = absorbed(medium->sigma_a, vertex.distance_m);
-      if (!lets_through(path, share)) {
-        return;
-      }
-      path.beta *= share;
-    }
-    if (material.factors.unlit) {
-      const Rgb color = unlit_color(scene_, vertex.point, vertex.wo_world, path.footprint());
-      if (!path.out.hit) {
-        vertex.shading.frame.n = vertex.point.normal_shading;
-        record_first(path, vertex, color);
-      }
-      path.out.radiance += path.beta * color;
-      return;
-    }
-    shade(scene_, vertex.point, vertex.wo_world, path.footprint(), vertex.shading);
-    vertex.drew_wavelength = false;
-    if (material.is_volume) {
-      meet_solid(path, material, vertex);
-    }
-    const Shading& shading = vertex.shading;
-    const Bsdf bsdf = make_bsdf(shading, vertex.wo_world);
-    if (!path.out.hit) {
-      record_first(path, vertex, bsdf.albedo());
-    }
-    if (material.is_emissive) {
-      add_emission(path, vertex);
-    }
-    // At the greatest depth the path may still go straight on.
-    const bool at_end = path.depth - path.straight >= max_depth_;
-    if (path.straight > kPassThroughMax || (at_end && is_black(bsdf.straight()))) {
-      return;
-    }
-    vertex.light_normal = bsdf.transmits() ? Vec3{} : shading.horizon;
-    if (path.depth == 0 && split_count_ > 1 && !at_end) {
+    if (path.depth == 0 && split_count_ > 1 && stage == Stage::kOpen) {
       split(path, vertex, bsdf);
       return;
     }
-    if (!at_end) {
+    if (stage == Stage::kOpen) {
       add_direct(path, vertex, bsdf);
     }
-    if (!scatter(path, vertex, bsdf) || path.depth - path.straight > max_depth_) {
+    if (!go_on(path, vertex, bsdf)) {
       return;
     }
   }

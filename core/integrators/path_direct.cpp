@@ -10,15 +10,6 @@
 #include "core/sampling/reservoir.h"
 
 namespace core {
-namespace {
-
-/// How much a contribution weighs; above 0 for all that is not black, of whatever sign.
-float size_of(Rgb c) { return luminance({std::fabs(c.r), std::fabs(c.g), std::fabs(c.b)}); }
-
-/// x modulo 1, for x >= 0.
-constexpr float fraction(float x) { return x < 1 ? x : x - static_cast<float>(static_cast<int>(x)); }
-
-}  // namespace
 
 /// Share of light that gets along the ray, which starts inside `media`: 0 behind surfaces; through BLEND
 /// 1 - alpha, its expected value rather than a throw of dice (unless those were asked for); through clear
@@ -183,7 +174,7 @@ PathIntegrator::DirectLight PathIntegrator::unshadowed(const State& path, const 
   }
   float weight = 1;
   if (!light.is_delta && strategy_ == Strategy::kMis && !controlled) {
-    weight = rule(fits_weights(path.depth, bsdf)).weight(light_share_ * light.pdf_solid_angle, f.pdf_solid_angle);
+    weight = rule(fits_weights(path.depth, bsdf)).weight(light_count(path) * light.pdf_solid_angle, f.pdf_solid_angle);
   }
   out.share = weight;
   out.light = light;
@@ -194,8 +185,7 @@ PathIntegrator::DirectLight PathIntegrator::unshadowed(const State& path, const 
 
 /// One light sample; with several candidates, one of them by resampled importance sampling (Talbot 2005).
 ///
-/// The candidates y_i, i < M, together follow the light sampler's density p: candidate i picks its light in
-/// stratum i of M, and its place on the light by an R2 sequence (Roberts 2018) shifted at random. Let
+/// The candidates y_i, i < M, together follow the light sampler's density p. Let
 /// g(y) = w(y) f(y) L(y) be the light without shadows times the weight w that MIS gives M samples of p beside one of
 /// the BSDF's density, and t_i = |g(y_i)| / p(y_i). Candidate j is taken with probability t_j / sum t,
 /// and its g/p is multiplied by sum t / (M t_j), so that, given the candidates, the mean of what is added is
@@ -210,18 +200,17 @@ PathIntegrator::DirectLight PathIntegrator::sample_light(State& path, const Vert
   if (strategy_ != Strategy::kMis && strategy_ != Strategy::kLight) {
     return unshadowed(path, vertex, bsdf, lights_.sample_delta(p, u.x));
   }
-  if (candidates_ == 1) {
+  const int all = candidates(path.depth);
+  if (all == 1) {
     return unshadowed(path, vertex, bsdf, lights_.sample(p, vertex.light_normal, u.x, {u.y, u.z}));
   }
-  const auto count = static_cast<float>(candidates_);
+  const auto count = static_cast<float>(all);
   WeightedReservoir<DirectLight> reservoir(
       static_cast<double>(path.sampler.get_4d(choice_group(path.depth)).x));
   Rgb control;
-  for (int i = 0; i < candidates_; ++i) {
-    const auto k = static_cast<float>(i);
-    const float pick = std::min((u.x + k) / count, kOneMinusEpsilon);
-    const Vec2 place = {fraction(u.y + k * 0.754877666F), fraction(u.z + k * 0.569840291F)};
-    const DirectLight one = unshadowed(path, vertex, bsdf, lights_.sample(p, vertex.light_normal, pick, place));
+  for (int i = 0; i < all; ++i) {
+    const Candidate at = candidate(u, i, all);
+    const DirectLight one = unshadowed(path, vertex, bsdf, lights_.sample(p, vertex.light_normal, at.pick, at.place));
     control += one.control * (1 / count);
     reservoir.add(one, static_cast<double>(size_of(one.value) * one.scale));
   }

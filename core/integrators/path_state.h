@@ -1,10 +1,12 @@
 /// What a path carries, for path.cpp and path_direct.cpp alone.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 #include "core/integrators/path.h"
+#include "core/math/numbers.h"
 
 namespace core {
 
@@ -36,6 +38,8 @@ struct PathIntegrator::State {
   float pdf_bsdf = 0;        ///< density of the last direction; 0: camera or delta
   Vec3 last_point{};
   Vec3 last_normal{};          ///< as given to the light sampler at the last vertex
+  float last_count = 1;        ///< light samples there, in the weights of MIS
+  float group_count = 0;       ///< at the first surface, of the whole group; 0: it is not in one
   bool last_controlled = false;  ///< its lights of closed form are left to light samples
   bool last_fitted = false;      ///< its weights are fitted
   bool in_pair = false;          ///< nothing has been met since then: what this ray finds, a light sample could have
@@ -68,6 +72,29 @@ struct PathIntegrator::Passage {
   Rgb share;
   bool is_empty = false;
 };
+
+/// How much a contribution weighs; above 0 for all that is not black, of whatever sign.
+inline float size_of(Rgb c) { return luminance({std::fabs(c.r), std::fabs(c.g), std::fabs(c.b)}); }
+
+/// x modulo 1, for x >= 0.
+constexpr float fraction(float x) { return x < 1 ? x : x - static_cast<float>(static_cast<int>(x)); }
+
+/// Candidate k of `count`, u being uniform in [0,1)^3: it picks its light in stratum k, and its place on the light by an R2
+/// sequence (Roberts 2018), so that all of them together follow the light sampler's density.
+struct Candidate {
+  float pick = 0;
+  Vec2 place;
+};
+inline Candidate candidate(Vec4 u, int k, int count) {
+  const auto i = static_cast<float>(k);
+  return {std::min((u.x + i) / static_cast<float>(count), kOneMinusEpsilon),
+          {fraction(u.y + i * 0.754877666F), fraction(u.z + i * 0.569840291F)}};
+}
+
+/// Light samples at the path's surface, in the weights of MIS.
+inline float PathIntegrator::light_count(const State& path) const noexcept {
+  return path.depth == 0 && path.group_count > 0 ? path.group_count : static_cast<float>(candidates(path.depth));
+}
 
 struct PathIntegrator::Vertex {
   SurfacePoint point;

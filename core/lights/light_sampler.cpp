@@ -13,7 +13,7 @@ LightSampler::LightSampler(const SceneData& scene, const Environment* environmen
                            LightSamplerType type)
     : scene_(scene),
       environment_(environment != nullptr && !environment->is_black() ? environment : nullptr),
-      type_(type == LightSamplerType::kRis ? LightSamplerType::kTree : type),
+      type_(type == LightSamplerType::kRis || type == LightSamplerType::kRestir ? LightSamplerType::kTree : type),
       triangles_(scene.triangle_lights.size()) {
   const auto& punctual = scene.punctual_lights;
   local_punctual_ = static_cast<std::size_t>(
@@ -62,11 +62,13 @@ LightSample LightSampler::from_triangle(std::uint32_t light, Vec3 point, float p
     cos_light = -cos_light;
     towards = -towards;
   }
-  if (!(cos_light > 1e-7F)) {
+  if (!(cos_light > kCosLightLeast)) {
     return s;
   }
   s.target = offset_ray(on_light, towards);
   s.triangle = light;
+  s.light = light;
+  s.place = on_light;
   s.prob_light = prob;
   s.pdf_solid_angle = prob * area_to_solid_angle(1 / t.area_m2, distance2, cos_light);
   s.radiance = t.radiance;
@@ -98,6 +100,8 @@ LightSample LightSampler::from_punctual(std::size_t light, Vec3 point, float pro
     return s;
   }
   s.is_delta = true;
+  s.light = static_cast<std::uint32_t>(triangles_ + light);
+  s.prob_light = prob;
   s.is_far = p.type == PunctualType::kDirectional;
   s.target = s.is_far ? Vec3{} : p.position;
   s.pdf_solid_angle = prob;
@@ -110,6 +114,8 @@ LightSample LightSampler::from_environment(Vec3 /*point*/, float prob, Vec2 u) c
   s.wi_world = e.wi_world;
   s.radiance = e.radiance;
   s.is_far = true;
+  s.light = static_cast<std::uint32_t>(light_count_ - 1);
+  s.prob_light = prob;
   s.pdf_solid_angle = prob * e.pdf_solid_angle;
   return s;
 }
@@ -131,7 +137,8 @@ LightSample LightSampler::sample(Vec3 point, Vec3 normal_world, float u_pick, Ve
       prob = power_.prob_cell(light);
       break;
     }
-    case LightSamplerType::kRis:  // never: see the constructor
+    case LightSamplerType::kRis:  // never, nor the next: see the constructor
+    case LightSamplerType::kRestir:
     case LightSamplerType::kTree: {
       if (u_pick < prob_tree_) {
         const auto pick = scene_.light_tree.pick(point, normal_world, std::min(u_pick / prob_tree_, kOneMinusEpsilon));
@@ -178,6 +185,7 @@ float LightSampler::pdf_triangle(std::uint32_t light, Vec3 point, Vec3 normal_wo
       prob = power_.prob_cell(light);
       break;
     case LightSamplerType::kRis:
+    case LightSamplerType::kRestir:
     case LightSamplerType::kTree:
       prob = prob_tree_ * scene_.light_tree.prob_light(point, normal_world, light);
       break;

@@ -47,6 +47,10 @@ constexpr std::array kLightSamplers = {
     NamedValue<LightSamplerType>{"ris", LightSamplerType::kRis,
                                  "Of `candidates` that the tree gives, one by what it would add without "
                                  "shadows (resampled importance sampling)."},
+    NamedValue<LightSamplerType>{"restir", LightSamplerType::kRestir,
+                                 "Where the camera looks, of the light samples of all pixels in a square of `block` by "
+                                 "`block`, one by what it would add without shadows (reservoirs that are shared, with "
+                                 "weights that keep it unbiased); errors of neighbouring pixels are correlated."},
 };
 
 constexpr std::array kStrategies = {
@@ -196,7 +200,8 @@ int rounded_samples(SamplerType sampler, int replicates, int samples_per_pixel) 
 }
 
 PixelErrors pixel_errors(const RenderSettings& settings) {
-  return settings.sampler == SamplerType::kZsobol ? PixelErrors::kCorrelated : PixelErrors::kIndependent;
+  const bool shares = settings.light_sampler == LightSamplerType::kRestir && settings.light_block > 1;
+  return settings.sampler == SamplerType::kZsobol || shares ? PixelErrors::kCorrelated : PixelErrors::kIndependent;
 }
 
 }  // namespace core

@@ -1,7 +1,10 @@
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "core/accel/accel.h"
 #include "core/camera/camera.h"
@@ -53,6 +56,15 @@ class PictureRenderer final : public Renderer {
  private:
   /// One camera path; what is not finite counts as zero and is counted.
   PathSample trace(PathSampler& sampler, int x, int y, int s, std::uint64_t& rays, std::uint64_t& rejected) const;
+  /// The camera ray of a sample, for which the sampler is started, and its weight in the film's filter.
+  struct Start {
+    Camera::CameraRay ray;
+    float weight = 1;
+  };
+  Start start(PathSampler& sampler, int x, int y, int s) const;
+  static void finish(PathSample& sample, float weight, std::uint64_t& rejected);
+  bool render_groups(TileState& state, const FillRule& rule, int last_sample, const std::stop_token& stop,
+                     GroupTracer& tracer) const;
 
   View view_;
   Camera camera_;
@@ -62,19 +74,49 @@ class PictureRenderer final : public Renderer {
 
 PathSample PictureRenderer::trace(PathSampler& sampler, int x, int y, int s, std::uint64_t& rays,
                                   std::uint64_t& rejected) const {
+  const Start from = start(sampler, x, y, s);
+  PathSample sample = integrator_->trace(from.ray, sampler, rays);
+  finish(sample, from.weight, rejected);
+  return sample;
+}
+
+PictureRenderer::Start PictureRenderer::start(PathSampler& sampler, int x, int y, int s) const {
   sampler.start(x, y, s);
   const Vec4 u = sampler.get_4d(kCameraGroup);
   const FilterSampler::Offset at = filter_.sample({u.x, u.y});
   const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x, static_cast<float>(y) + 0.5F + at.offset_px.y};
-  PathSample sample = integrator_->trace(camera_.ray(film_px, {u.z, u.w}), sampler, rays);
-  sample.radiance *= at.weight;
-  sample.fit.control *= at.weight;
+  return {camera_.ray(film_px, {u.z, u.w}), at.weight};
+}
+
+void PictureRenderer::finish(PathSample& sample, float weight, std::uint64_t& rejected) {
+  sample.radiance *= weight;
+  sample.fit.control *= weight;
   if (!is_finite(sample.radiance + sample.fit.control + sample.fit.y + sample.fit.xy)) {
     sample.radiance = {};
     sample.fit = {};
     ++rejected;
   }
-  return sample;
+}
+
+bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int last_sample, const std::stop_token& stop,
+                                    GroupTracer& tracer) const {
+  const RenderSettings& settings = view_.settings;
+  const PathSampler sampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate);
+  std::vector<GroupPath> paths(kGroupMost, {{}, sampler});
+  std::array<float, kGroupMost> weights{};
+  return fill_tile_in_groups(state, rule, settings.light_block, last_sample, stop,
+                             [&](std::span<const DueSample> due, std::span<PathSample> samples) {
+    for (std::size_t i = 0; i < due.size(); ++i) {
+      const Start from = start(paths[i].sampler, due[i].x, due[i].y, due[i].sample);
+      paths[i].camera_ray = from.ray;
+      weights[i] = from.weight;
+    }
+    tracer.trace(std::span(paths).first(due.size()), state.rays);
+    for (std::size_t i = 0; i < due.size(); ++i) {
+      samples[i] = paths[i].out;
+      finish(samples[i], weights[i], state.rejected_samples);
+    }
+  });
 }
 
 bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token stop) const {
@@ -84,8 +126,12 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   PathSampler sampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate);
   std::uint64_t rays = 0;
   std::uint64_t rejected = 0;
-  const bool whole = fill_tile(state, {settings.replicates, plan_step(settings), fit_type(settings)}, last_sample, stop,
-                               [&](int x, int y, int s) { return trace(sampler, x, y, s, rays, rejected); });
+  const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings)};
+  const std::unique_ptr<GroupTracer> groups = integrator_->make_group_tracer();
+  const bool whole = groups != nullptr ? render_groups(state, rule, last_sample, stop, *groups)
+                                       : fill_tile(state, rule, last_sample, stop, [&](int x, int y, int s) {
+                                           return trace(sampler, x, y, s, rays, rejected);
+                                         });
   state.rejected_samples += rejected;
   state.rays += rays;
   state.cpu_seconds += thread_cpu_seconds() - cpu_start;

@@ -67,7 +67,7 @@ enum class SamplerType {
 };
 /// Are the errors of neighbouring pixels independent? If not, variances do not add up over a block.
 enum class PixelErrors { kIndependent, kCorrelated };
-enum class LightSamplerType { kUniform, kPower, kTree, kRis };
+enum class LightSamplerType { kUniform, kPower, kTree, kRis, kRestir };
 
 enum class ControlVariateType { kNone, kAnalytic, kRegression };
 
@@ -105,6 +105,8 @@ struct RenderSettings {
   int first_replicate = 0;  ///< of the seed; even. Jobs with others have no sample in common
   LightSamplerType light_sampler = LightSamplerType::kTree;
   int light_candidates = 2;  ///< ris: light samples of which one is taken
+  int light_block = 3;       ///< restir: side of the squares of pixels that share light samples
+  int block_candidates = 1;  ///< restir: light samples of each pixel, of which one is shared
   AdaptiveSettings adaptive;
   std::uint64_t seed = 0;
 };

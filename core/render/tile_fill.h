@@ -1,11 +1,15 @@
 /// fill_tile: which samples of a tile come next, and into the statistics with them.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <span>
 #include <stop_token>
+#include <vector>
 
 #include "core/color/rgb.h"
 #include "core/film/film.h"
+#include "core/samplers/hash.h"
 
 namespace core {
 
@@ -103,6 +107,90 @@ bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const st
           const auto h = static_cast<std::size_t>(half);
           for (const std::uint32_t want = planned_count(plan, h, at, s); has[h] < want; ++has[h]) {
             take(sample_of_half(has[h], replicates, half));
+          }
+        }
+      }
+    }
+  }
+  state.samples = last_sample;
+  return true;
+}
+
+/// A sample that is due.
+struct DueSample {
+  int x = 0;  ///< pixel of the full film
+  int y = 0;
+  int sample = 0;
+  std::size_t pixel = 0;  ///< of the tile
+};
+
+/// Samples of the pixels of `cell` that come with step s of the mean (from s to s + 1 samples); with a plan the `round`th
+/// of `half`. Cleared first; empty: none.
+inline void find_due(const TileState& state, const FillRule& rule, PixelRect cell, int s, int half, std::uint32_t round,
+                     std::vector<DueSample>& due) {
+  due.clear();
+  for (int y = cell.y; y < cell.y + cell.height; ++y) {
+    for (int x = cell.x; x < cell.x + cell.width; ++x) {
+      const auto pixel = static_cast<std::size_t>(y - state.rect.y) * static_cast<std::size_t>(state.rect.width) +
+                         static_cast<std::size_t>(x - state.rect.x);
+      if (state.plan.empty()) {
+        if (half == 0 && round == 0) {
+          due.push_back({x, y, s, pixel});
+        }
+        continue;
+      }
+      const PlanPosition at = {state.span, rule.step, x, y};
+      const auto h = static_cast<std::size_t>(half);
+      const std::uint32_t k = planned_count(state.plan[pixel], h, at, s) + round;
+      if (k < planned_count(state.plan[pixel], h, at, s + 1)) {
+        due.push_back({x, y, sample_of_half(k, rule.replicates, half), pixel});
+      }
+    }
+  }
+}
+
+/// As fill_tile(), for paths that are traced in groups: the pixels of squares of `block` by `block`, cut by the tile, each
+/// with one sample of the same replicate. Where the squares lie changes from sample to sample. trace(due, samples) gives the
+/// PathSamples of a group. Squares and groups are functions of the job, the tile and the sample, never of the slice.
+template <typename Trace>
+bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int last_sample, const std::stop_token& stop,
+                         Trace&& trace) {
+  const auto r = static_cast<std::size_t>(rule.replicates);
+  std::vector<DueSample> due;
+  std::vector<PathSample> samples;
+  const PixelRect& tile = state.rect;
+  const int right = tile.x + tile.width;
+  const int bottom = tile.y + tile.height;
+  for (int s = state.samples; s < last_sample; ++s) {
+    if (stop.stop_requested()) {
+      return false;
+    }
+    for (const int half : {0, 1}) {
+      bool any = true;
+      for (std::uint32_t round = 0; any; ++round) {
+        any = false;
+        const std::uint64_t h = mix_bits((static_cast<std::uint64_t>(s) << 32) | (round << 1) | static_cast<std::uint32_t>(half));
+        const auto side = static_cast<std::uint64_t>(block);
+        const int left = tile.x - tile.x % kTileSize - static_cast<int>((h & 0xFFFFFFU) % side);
+        const int top = tile.y - tile.y % kTileSize - static_cast<int>(((h >> 24) & 0xFFFFFFU) % side);
+        for (int y = top; y < bottom; y += block) {
+          for (int x = left; x < right; x += block) {
+            PixelRect cell = {std::max(x, tile.x), std::max(y, tile.y), 0, 0};
+            cell.width = std::min(x + block, right) - cell.x;
+            cell.height = std::min(y + block, bottom) - cell.y;
+            find_due(state, rule, cell, s, half, round, due);
+            if (due.empty()) {  // also where a crop leaves nothing of the square
+              continue;
+            }
+            any = true;
+            samples.resize(due.size());
+            trace(std::span<const DueSample>(due), std::span<PathSample>(samples));
+            for (std::size_t i = 0; i < due.size(); ++i) {
+              add_sample(state.pixels[due[i].pixel * r + static_cast<std::size_t>(due[i].sample % rule.replicates)], samples[i]);
+              if (!state.aux.empty()) {
+                add_auxiliary(state.aux[due[i].pixel], samples[i]);
+              }
+            }
           }
         }
       }

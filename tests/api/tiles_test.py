@@ -103,6 +103,18 @@ class Tiles(ApiTest):
                 self.assertGreater(tile.error, 0)
                 tile.check()
 
+    def test_shared_light_samples_say_that_errors_are_correlated(self):
+        for block, flags in ((3, Tile.CORRELATED), (1, 0)):
+            job = self.submit(16, light_sampler={"type": "restir", "block": block})
+            done = self.server.wait(job)
+            self.assertEqual(done["spec"]["light_sampler"],
+                             {"type": "restir", "block": block, "candidates_per_pixel": 1})
+            self.assertEqual(done["error"]["bias"], "none")
+            for tile in self.newest(job)[:-1]:
+                self.assertEqual(tile.flags, flags, block)
+                self.assertGreater(tile.error, 0)
+                tile.check()
+
     def test_a_hidden_environment_adds_an_alpha_plane(self):
         job = self.submit(environment={"visible": False}, samples=4)
         self.server.wait(job)

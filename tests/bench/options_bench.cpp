@@ -34,6 +34,7 @@ struct Plan {
   int rounds = 4;
   bool is_short = false;
   std::string only;  ///< options whose names begin so, beside the default
+  std::string scene;  ///< one of the built-in ones; empty: five
 };
 
 struct Cost {
@@ -60,6 +61,13 @@ std::vector<Option> options() {
     all.push_back(option("light_sampler.ris " + std::to_string(m), [m](S& s) {
       s.light_sampler = LightSamplerType::kRis;
       s.light_candidates = m;
+    }));
+  }
+  for (const auto& [block, m] : {std::pair{2, 1}, std::pair{3, 1}, std::pair{4, 1}, std::pair{5, 1}, std::pair{3, 2}}) {
+    all.push_back(option("light_sampler.restir " + std::to_string(block) + (m > 1 ? " of 2" : ""), [block = block, m = m](S& s) {
+      s.light_sampler = LightSamplerType::kRestir;
+      s.light_block = block;
+      s.block_candidates = m;
     }));
   }
   all.push_back(option("light_sampler.power", [](S& s) { s.light_sampler = LightSamplerType::kPower; }));
@@ -160,6 +168,8 @@ std::vector<Cost> compare(View view, const std::vector<Option>& all, const Plan&
       one.settings.estimator = all[i].settings.estimator;
       one.settings.light_sampler = all[i].settings.light_sampler;
       one.settings.light_candidates = all[i].settings.light_candidates;
+      one.settings.light_block = all[i].settings.light_block;
+      one.settings.block_candidates = all[i].settings.block_candidates;
       one.settings.seed = static_cast<std::uint64_t>(round);
       add(costs[i], one, plan.samples, mu);
     }
@@ -171,6 +181,9 @@ void print_options(const Plan& plan) {
   std::vector<Option> all = options();
   std::erase_if(all, [&](const Option& o) { return o.name != "default" && o.name.rfind(plan.only, 0) != 0; });
   for (const char* name : {"cornell-box", "veach-mis", "many-lights", "glass", "interior"}) {
+    if (!plan.scene.empty() && plan.scene != name) {
+      continue;
+    }
     const std::vector<Cost> costs = compare(builtin(name, plan), all, plan);
     std::printf("\n%-26s%12s%12s%12s%12s\n", name, "efficiency", "variance", "seconds", "rays");
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -186,7 +199,8 @@ void print_light_samplers(const Plan& plan) {
   using core::LightSamplerType;
   std::vector<Option> all;
   for (const auto& [name, type] : {std::pair{"uniform", LightSamplerType::kUniform}, std::pair{"power", LightSamplerType::kPower},
-                                   std::pair{"tree", LightSamplerType::kTree}, std::pair{"ris", LightSamplerType::kRis}}) {
+                                   std::pair{"tree", LightSamplerType::kTree}, std::pair{"ris", LightSamplerType::kRis},
+                                   std::pair{"restir", LightSamplerType::kRestir}}) {
     all.push_back(option(name, [type = type](core::RenderSettings& s) { s.light_sampler = type; }));
   }
   std::printf("\nlight samplers: V T, in CPU seconds for a relative variance of 1e-4; CPU seconds of scene and tree\n%-10s%12s%12s", "emitters", "build s",
@@ -223,26 +237,28 @@ void print_light_samplers(const Plan& plan) {
 
 }  // namespace
 
-// [--short] [--samples N] [--only NAME]: what is fitted to a picture's own samples needs more of them than the usual 16.
+// [--short] [--samples N] [--only NAME] [--scene NAME]: what is fitted to a picture's own samples needs more of them than the usual 16.
 int main(int argc, char** argv) {
   Plan plan;
   for (int i = 1; i < argc; ++i) {
     const std::string flag = argv[i];
     if (flag == "--short") {
-      plan = {48, 27, 8, 1, true, ""};
+      plan = {48, 27, 8, 1, true, "", ""};
     } else if (flag == "--samples" && i + 1 < argc) {
       plan.samples = std::stoi(argv[++i]);
     } else if (flag == "--only" && i + 1 < argc) {
       plan.only = argv[++i];
+    } else if (flag == "--scene" && i + 1 < argc) {
+      plan.scene = argv[++i];
     } else {
-      std::fprintf(stderr, "usage: options_bench [--short] [--samples N] [--only NAME]\n");
+      std::fprintf(stderr, "usage: options_bench [--short] [--samples N] [--only NAME] [--scene NAME]\n");
       return 2;
     }
   }
   std::printf("%dx%d, %d samples per pixel, %d rounds, 2 threads, box filter, max_depth 16; all over the default's\n", plan.width, plan.height,
               plan.samples, plan.rounds);
   print_options(plan);
-  if (plan.only.empty()) {
+  if (plan.only.empty() && plan.scene.empty()) {
     print_light_samplers(plan);
   }
   return 0;

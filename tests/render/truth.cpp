@@ -11,7 +11,9 @@ std::vector<Variant> variants() {
       Variant v{std::string(strategy.name) + "/" + std::string(lights.name), {}};
       v.estimator.strategy = strategy.value;
       v.light_sampler = lights.value;
-      if (is_blind(v) && lights.value == core::LightSamplerType::kRis) {
+      const bool resamples =
+          lights.value == core::LightSamplerType::kRis || lights.value == core::LightSamplerType::kRestir;
+      if (is_blind(v) && resamples) {
         continue;  // light samples of lamps that have no size: as the others
       }
       all.push_back(v);

@@ -13,6 +13,8 @@
 
 namespace {
 
+using core::Rgb;
+
 constexpr int kRenders = 40;
 constexpr int kWidth = 64;
 constexpr int kHeight = 32;
@@ -67,12 +69,39 @@ struct Coverage {
   double image = 0;      ///< low <= true <= high
 };
 
-Coverage cover(core::SamplerType sampler, int replicates, int samples) {
+core::View box(core::SamplerType sampler, int replicates) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), kWidth, kHeight);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.35F, 0}, 20);
   view.settings.sampler = sampler;
   view.settings.replicates = replicates;
   view.settings.max_depth = 2;
+  return view;
+}
+
+/// A floor with three balls under 300 small lamps, which squares of pixels share.
+core::View lamps(int replicates) {
+  test_support::Random random(3);
+  const auto number = [&random](float low, float high) { return low + (high - low) * random.uniform(); };
+  std::vector<core::PrimitiveDescription> things = {test_support::quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, 0)};
+  for (int i = 0; i < 3; ++i) {
+    things.push_back(test_support::sphere({-1.0F + static_cast<float>(i), 0.3F, 0}, 0.3F, 12, false, 0));
+  }
+  for (int i = 0; i < 150; ++i) {
+    things.push_back(test_support::quad({number(-3, 3), number(1, 2), number(-3, 2)}, {0.06F, 0, 0}, {0, 0, 0.06F}, 1));
+  }
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of({test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(20))}, things)),
+      kWidth, kHeight);
+  test_support::look_at(view, {0, 0.9F, 2}, {0, 0, 0.1F}, 24);
+  view.settings.light_sampler = core::LightSamplerType::kRestir;
+  view.settings.light_block = 4;
+  view.settings.replicates = replicates;
+  view.settings.max_depth = 2;
+  return view;
+}
+
+Coverage cover(core::View view, int samples) {
+  const int replicates = view.settings.replicates;
   std::vector<core::FilmSnapshot> films;
   std::array<double, kBlocks> block_sum{};
   std::vector<test_support::Moments> pixels(static_cast<std::size_t>(kWidth) * kHeight);
@@ -150,16 +179,23 @@ TEST(SamplerCoverage, HoldsForEverySamplerWithIndependentPixels) {
     }
     SCOPED_TRACE(entry.name);
     std::printf("%s\n", std::string(entry.name).c_str());
-    const Coverage c = cover(entry.value, 2, 16);
+    const Coverage c = cover(box(entry.value, 2), 16);
     expect_calibrated(c.summed, c);
   }
 }
 
 // Neighbours cancel: the sum of their variances says far too much of a block, the spread of its replicates what is true.
 TEST(SamplerCoverage, OfBlocksInBlueNoiseOrderComesFromReplicates) {
-  const Coverage c = cover(core::SamplerType::kZsobol, 8, 64);
+  const Coverage c = cover(box(core::SamplerType::kZsobol, 8), 64);
   expect_calibrated(c.replicate, c);
   EXPECT_GT(c.summed, 0.975) << "variances of correlated pixels do not add up, and this must be seen";
+}
+
+// Neighbours err together: the sum says too little.
+TEST(SamplerCoverage, OfBlocksThatShareLightSamplesComesFromReplicates) {
+  const Coverage c = cover(lamps(8), 32);
+  expect_calibrated(c.replicate, c);
+  EXPECT_LT(c.summed, 0.90) << "variances of correlated pixels do not add up, and this must be seen";
 }
 
 }  // namespace

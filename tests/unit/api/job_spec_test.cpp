@@ -252,7 +252,14 @@ class RandomRequests {
     });
     maybe([&] { job["light_sampler"] = {{"type", name(core::light_samplers())}}; });
     maybe([&] { job["light_sampler"] = {{"type", "ris"}, {"candidates", integer(1, 64)}}; });
+    maybe([&] {
+      job["light_sampler"] = {
+          {"type", "restir"}, {"candidates_per_pixel", integer(1, 64)}, {"block", integer(1, 8)}};
+    });
     maybe([&] { job["stop"] = stop(); });
+    if (job.contains("light_sampler") && job["light_sampler"]["type"] == "restir") {
+      job.erase("estimator");  // not all of it goes together
+    }
     return job;
   }
 

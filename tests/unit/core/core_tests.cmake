@@ -14,5 +14,6 @@ set(CORE_TEST_SOURCES
   reservoir_test.cpp
   sample_sets_test.cpp
   sampler_test.cpp
+  shared_lights_test.cpp
   split_pilot_test.cpp
   triangle_irradiance_test.cpp)

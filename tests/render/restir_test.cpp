@@ -1,0 +1,243 @@
+// Light samples that pixels share: whole pictures against those of the light tree, the weights against faults, and bits.
+#include <array>
+#include <cmath>
+
+#include "core/base/check.h"
+#include "core/lights/light_sampler.h"
+#include "core/sampling/shared_samples.h"
+#include "core/scene_io/builtin_scenes.h"
+#include "core/scene_io/gltf_load.h"
+#include "tests/render/truth.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::LightSamplerType;
+using core::Rgb;
+using core::Vec3;
+using core::View;
+using test_support::Moments;
+
+constexpr int kWidth = 48;
+constexpr int kHeight = 32;
+constexpr std::size_t kReplicates = 16;
+constexpr int kBlock = 16;
+constexpr std::size_t kBlocks = static_cast<std::size_t>(kWidth / kBlock) * (kHeight / kBlock);
+
+View builtin(const char* name) {
+  const auto glb = core::find_builtin_scene(name)->make_glb();
+  auto description = core::load_gltf(glb, {}, {});
+  CHECK(description);
+  View view = test_support::view_of(test_support::build(std::move(*description)), kWidth, kHeight);
+  const core::SceneData& data = view.scene->data();
+  if (data.punctual_lights.empty() && data.triangle_lights.empty()) {
+    view.environment = test_support::constant_sky(Rgb(1));
+  }
+  view.settings.max_depth = 1;  // light of lamps at first surfaces: by light samples, and by BSDF samples that meet lamps
+  return view;
+}
+
+/// What neighbours cannot draw: spots with hard cones, lamps whose back or whose plane parts the floor, balls that turn away
+/// from lamps near the floor, and shadows of a grating.
+View edges(float power) {
+  std::vector<core::PrimitiveDescription> things = {
+      test_support::quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -4}, 0),
+      test_support::sphere({-0.8F, 0.4F, 0}, 0.4F, 16, false, 1),
+      test_support::sphere({0.9F, 0.3F, 0.5F}, 0.3F, 16, false, 0),
+      test_support::quad({0.2F, 0.1F, -0.5F}, {0, 0.5F, 0}, {0.5F, 0, 0}, 2),
+      test_support::quad({-1.8F, 0.02F, -1}, {0, 0, 0.8F}, {0, 0.3F, 0}, 2),
+  };
+  for (int i = 0; i < 6; ++i) {
+    things.push_back(test_support::quad({-1.2F + 0.4F * static_cast<float>(i), 0.3F, 1.2F}, {0.2F, 0, 0}, {0, 0, -0.7F}, 0));
+  }
+  core::MaterialDescription plastic;
+  plastic.metallic = 0;
+  plastic.roughness = 0.3F;
+  plastic.base_color = {0.3F, 0.6F, 0.4F};
+  core::SceneDescription scene =
+      test_support::scene_of({test_support::lambert(Rgb(0.6F)), plastic, test_support::emitter(Rgb(4 * power))}, things);
+  for (int i = 0; i < 4; ++i) {
+    core::PunctualLightDescription spot;
+    spot.type = core::PunctualType::kSpot;
+    spot.intensity = Rgb(3 * power);
+    spot.inner_cone_rad = 0.3F;
+    spot.outer_cone_rad = 0.301F;
+    spot.to_world = core::translation({-1.2F + 0.8F * static_cast<float>(i), 1.5F, 0.7F}) *
+                    core::rotation({-std::sqrt(0.5F), 0, 0, std::sqrt(0.5F)});
+    scene.lights.push_back(spot);
+  }
+  View view = test_support::view_of(test_support::build(std::move(scene)), kWidth, kHeight);
+  test_support::look_at(view, {0, 1.6F, 3}, {0, 0.1F, 0.2F}, 45);
+  view.settings.max_depth = 1;
+  return view;
+}
+
+/// Sum of each block, and last that of the picture, in green: for each of the replicates, which are independent of each other.
+using Blocks = std::array<std::array<double, kBlocks + 1>, kReplicates>;
+
+Blocks blocks_of(View view, int samples) {
+  view.settings.replicates = kReplicates;
+  view.settings.seed = 5;
+  const test_support::Picture picture = test_support::render(view, samples);
+  EXPECT_EQ(picture.progress.rejected_samples, 0U);
+  Blocks out{};
+  for (std::size_t r = 0; r < kReplicates; ++r) {
+    for (std::size_t p = 0; p < picture.snapshot.pixel_count(); ++p) {
+      const auto g = static_cast<double>(picture.snapshot.pixels[p * kReplicates + r].mean_g);
+      out[r][p / kWidth / kBlock * (kWidth / kBlock) + p % kWidth / kBlock] += g;
+      out[r].back() += g;
+    }
+  }
+  return out;
+}
+
+struct Agreement {
+  double picture = 1;  ///< p-value of the picture's mean
+  double least = 1;    ///< least p-value of a block
+  double error = 0;    ///< relative standard error of the difference of the pictures
+};
+
+/// Both of one seed, and so with the same camera rays and BSDF samples: what they differ by is light samples alone.
+/// Student's t of the differences of the replicates.
+Agreement compare(const Blocks& a, const Blocks& b) {
+  Agreement out;
+  Moments picture;
+  for (std::size_t i = 0; i <= kBlocks; ++i) {
+    Moments difference;
+    for (std::size_t r = 0; r < kReplicates; ++r) {
+      difference.add(a[r][i] - b[r][i]);
+      if (i == kBlocks) {
+        picture.add(b[r][i]);
+      }
+    }
+    const double p = 2 * (1 - test_support::student_t_cdf(std::fabs(difference.z(0)), kReplicates - 1));
+    (i == kBlocks ? out.picture : out.least) = i == kBlocks ? p : std::min(out.least, p);
+    out.error = difference.standard_error();
+  }
+  out.error /= picture.mean;
+  return out;
+}
+
+View shared(View view, int candidates, int block) {
+  view.settings.light_sampler = LightSamplerType::kRestir;
+  view.settings.block_candidates = candidates;
+  view.settings.light_block = block;
+  return view;
+}
+
+/// 0.1 % false alarms over all pictures and blocks of the six comparisons with three kinds each (Sidak).
+void expect_agreement(const View& view, int samples, double error) {
+  const double level = test_support::sidak(0.001, 6 * 3 * static_cast<int>(kBlocks + 1));
+  const Blocks reference = blocks_of(view, samples);
+  for (const auto& [candidates, block] : {std::pair{1, 4}, std::pair{3, 5}, std::pair{2, 8}}) {
+    const Agreement a = compare(blocks_of(shared(view, candidates, block), samples), reference);
+    EXPECT_GT(a.picture, level) << candidates << " candidates, " << block;
+    EXPECT_GT(a.least, level) << candidates << " candidates, " << block;
+    EXPECT_LT(a.error, error) << "too noisy to tell";
+  }
+}
+
+TEST(SharedLights, AgreeWithTheTreeInTheCornellBox) { expect_agreement(builtin("cornell-box"), 128, 0.001); }
+TEST(SharedLights, AgreeWithTheTreeUnderManyLights) { expect_agreement(builtin("many-lights"), 128, 0.003); }
+TEST(SharedLights, AgreeWithTheTreeOnGloss) { expect_agreement(builtin("veach-mis"), 128, 0.016); }
+TEST(SharedLights, AgreeWithTheTreeThroughGlass) { expect_agreement(builtin("glass"), 128, 0.001); }
+TEST(SharedLights, AgreeWithTheTreeInARoom) { expect_agreement(builtin("interior"), 128, 0.01); }
+TEST(SharedLights, AgreeWithTheTreeWhereNeighboursCannotSeeALamp) { expect_agreement(edges(1), 512, 0.003); }
+
+// What is to be seen must be seen: lamps that are 2 % too strong.
+TEST(SharedLights, TwoPercentMoreLightAreSeen) {
+  EXPECT_LT(compare(blocks_of(shared(edges(1.02F), 1, 4), 512), blocks_of(edges(1), 512)).picture, 1e-4);
+}
+
+/// kOneOverM: the weights of a neighbour that could not have drawn the sample count. kNoWeight: the neighbour's sample is used as
+/// if it were drawn here. kDoubly: every path gives its sample all of the weight.
+enum class Fault { kNone, kOneOverM, kNoWeight, kDoubly };
+
+constexpr int kRow = 8;
+Vec3 row_point(int i) { return {-0.7F + 0.2F * static_cast<float>(i), 0, 0}; }
+
+/// Light of a lamp that half of a row of points does not see, on the point just before its plane: the point takes one of the
+/// samples of all, as the renderer does. One sample of each point, of the same parts.
+Moments row_of_points(Fault fault, int samples) {
+  const auto scene = test_support::build(test_support::scene_of(
+      {test_support::emitter(Rgb(1))}, {test_support::quad({0, 0.2F, -0.5F}, {0, 1, 0}, {0, 0, 1}, 0),
+                                        test_support::quad({-1, 1.5F, 2}, {2, 0, 0}, {0, 0, 0.5F}, 0)}));
+  const core::LightSampler lights(scene->data(), nullptr, LightSamplerType::kRestir);
+  constexpr std::size_t kHere = 4;  // x = 0.1: before the first lamp, with four points behind it
+  const Vec3 up = {0, 1, 0};
+  test_support::Random random(11);
+  core::SharedSamples shared;
+  Moments out;
+  for (int n = 0; n < samples; ++n) {
+    std::array<core::LightPoint, kRow> drawn;
+    for (int i = 0; i < kRow; ++i) {
+      const float pick = random.uniform();
+      drawn[static_cast<std::size_t>(i)] = lights.point_of(lights.sample(row_point(i), up, pick, random.uniform_2d()));
+    }
+    shared.start(kRow);
+    for (int i = 0; i < kRow; ++i) {
+      for (std::size_t j = 0; j < kRow; ++j) {
+        const core::LightView view = lights.view(drawn[j], row_point(i));
+        const float seen = view.falloff * std::max(dot(up, view.wi_world), 0.0F);
+        shared.set(static_cast<std::size_t>(i), j, fault == Fault::kOneOverM ? 1.0F : seen);
+      }
+    }
+    shared.choose(0xFF);
+    double sum = 0;
+    std::array<double, kRow> value{};
+    for (std::size_t j = 0; j < kRow; ++j) {
+      const core::LightView view = lights.view(drawn[j], row_point(kHere));
+      if (!(drawn[j].pdf_measure > 0)) {
+        continue;
+      }
+      const float share = fault == Fault::kDoubly ? 1.0F : shared.weight(j);
+      float w = share / drawn[j].pdf_measure;
+      if (fault == Fault::kNoWeight) {
+        w = share / (view.solid_angle > 0 ? lights.pdf_solid_angle(drawn[j], view, row_point(kHere), up) * view.solid_angle : 1.0F);
+      }
+      value[j] = static_cast<double>(core::luminance(view.radiance) * view.solid_angle * std::max(dot(up, view.wi_world), 0.0F) * w);
+      sum += value[j];
+    }
+    out.add(sum);
+  }
+  return out;
+}
+
+/// The same by quadrature over both lamps.
+double row_truth() {
+  constexpr int kSteps = 2000;
+  const Vec3 p = row_point(4);
+  double sum = 0;
+  for (int a = 0; a < kSteps; ++a) {
+    for (int b = 0; b < kSteps; ++b) {
+      const double u = (a + 0.5) / kSteps;
+      const double v = (b + 0.5) / kSteps;
+      const auto add = [&](double x, double y, double z, double nx, double ny, double nz, double area) {
+        const double dx = x - static_cast<double>(p.x);
+        const double d2 = dx * dx + y * y + z * z;
+        const double cos_light = -(nx * dx + ny * y + nz * z);
+        if (cos_light > 0) {
+          sum += area * y * cos_light / (d2 * d2) / (kSteps * kSteps);
+        }
+      };
+      add(0, 0.2 + u, -0.5 + v, 1, 0, 0, 1);            // faces +x: cross of its edges
+      add(-1 + 2 * u, 1.5, 2 + 0.5 * v, 0, -1, 0, 1);  // faces down
+    }
+  }
+  return sum;
+}
+
+// 0.1 % false alarms in all.
+TEST(SharedSamples, HaveTheMeanOfTheLight) {
+  const Moments m = row_of_points(Fault::kNone, 300000);
+  EXPECT_LT(std::fabs(m.z(row_truth())), 4) << m.mean << " for " << row_truth();
+  EXPECT_LT(m.standard_error(), 2e-3 * m.mean);
+}
+TEST(SharedSamples, FaultsAreRefused) {
+  const double truth = row_truth();
+  for (const Fault fault : {Fault::kOneOverM, Fault::kNoWeight, Fault::kDoubly}) {
+    EXPECT_GT(std::fabs(row_of_points(fault, 100000).z(truth)), 6) << static_cast<int>(fault);
+  }
+}
+
+}  // namespace

@@ -30,17 +30,14 @@ class Screen:
         self.frames = 0
 
     def feed(self, text):
-        rest = text
-        while rest:
-            sequence = re.match(r"\x1b(?:\[([0-9;?]*)([A-Za-z])|([78]))", rest)
-            if sequence:
-                rest = rest[sequence.end():]
-                self.control(*sequence.groups())
-                continue
-            if rest[0] == "\x1b":
-                raise AssertionError(f"unknown sequence {rest[:20]!r}")
-            self.write(rest[0])
-            rest = rest[1:]
+        for sequence in re.finditer(r"\x1b(?:\[([0-9;?]*)([A-Za-z])|([78]))|(.)", text, re.DOTALL):
+            character = sequence.group(4)
+            if character is None:
+                self.control(*sequence.groups()[:3])
+            elif character == "\x1b":
+                raise AssertionError(f"unknown sequence {text[sequence.start():sequence.start() + 20]!r}")
+            else:
+                self.write(character)
 
     def write(self, character):
         if character == "\r":

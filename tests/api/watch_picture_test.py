@@ -105,6 +105,7 @@ class Terminal:
             variables = {k: v for k, v in os.environ.items()
                          if not k.startswith(("TESSERA_", "KITTY", "TERM", "TMUX"))}
             variables.update({"TERM": "xterm-256color", "LC_ALL": "C.UTF-8", **environ})
+            signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ignored by what runs in the background, which inherits it.
             time.sleep(0.1)  # The size is set meanwhile.
             os.execve(BINARY, [BINARY, *command], variables)
         self.resize(COLUMNS)

@@ -35,22 +35,11 @@ async function renderOf(page, scene, samples = 16) {
 
 const withPage = (device, hash, use) => withPageOf(browser, server, device, hash, use);
 
-/** Whether this build renders jobs of class `preview`. */
-async function offersPreviews() {
-  const response = await fetch(`${server.url}/v1/jobs?dry_run=1`, {
-    method: 'POST',
-    headers: { 'content-type': 'application/json' },
-    body: JSON.stringify({ scene: 'cornell-box', class: 'preview', preview_key: 'probe' }),
-  });
-  return response.ok;
-}
-
 test(
   'the camera is placed in a live preview, and the next render uses it',
   { timeout: 300_000 },
-  (t) =>
+  () =>
     withPage(desktop, '#/compose/cornell-box', async (page) => {
-      if (!(await offersPreviews())) return t.skip('this build offers no previews');
       const first = await until('a preview', () => pictureNow(page));
       const box = await page.locator('.stage').boundingBox();
       const middle = [box.x + box.width / 2, box.y + box.height / 2];
@@ -75,9 +64,8 @@ test(
     }),
 );
 
-test('a camera in motion is shown in whole pictures', { timeout: 300_000 }, (t) =>
+test('a camera in motion is shown in whole pictures', { timeout: 300_000 }, () =>
   withPage(desktop, '#/compose/cornell-box', async (page) => {
-    if (!(await offersPreviews())) return t.skip('this build offers no previews');
     await until('a preview', async () => (await pictureNow(page))?.share === 1);
     const asked = [];
     const jobs = [];

@@ -11,6 +11,7 @@
 #include <openssl/hmac.h>
 #include <openssl/rand.h>
 
+#include "core/base/base64.h"
 #include "server/observe/clock.h"
 #include "server/store/files.h"
 
@@ -27,14 +28,6 @@ constexpr int kCallers = 4;
 constexpr int kAtATime = 32;
 /// About those of the specification's example, with a second try that comes sooner.
 constexpr std::array kWaitSeconds = {1.0, 5.0, 30.0, 300.0, 1800.0, 7200.0, 18000.0};
-
-std::string base64(std::span<const unsigned char> bytes) {
-  std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');
-  const int length = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()), bytes.data(),
-                                     static_cast<int>(bytes.size()));
-  text.resize(static_cast<std::size_t>(length));
-  return text;
-}
 
 }  // namespace
 
@@ -81,7 +74,7 @@ core::Result<std::string> stored_webhook_secret(const std::string& directory) {
   }
   std::array<unsigned char, 24> random{};
   CHECK(RAND_bytes(random.data(), static_cast<int>(random.size())) == 1);
-  secret = std::string(kPrefix) + base64(random);
+  secret = std::string(kPrefix) + core::encode_base64(std::as_bytes(std::span(random)));
   if (const auto written = write_at(file->get(), std::as_bytes(std::span(secret)), 0, path); !written) {
     return written.error();
   }
@@ -103,7 +96,7 @@ std::string webhook_signature(std::string_view key, std::string_view id, std::in
   CHECK(HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()),
              reinterpret_cast<const unsigned char*>(message.data()), message.size(), digest.data(),
              &length) != nullptr);
-  return "v1," + base64(std::span(digest).first(length));
+  return "v1," + core::encode_base64(std::as_bytes(std::span(digest).first(length)));
 }
 
 std::optional<double> webhook_wait_seconds(int attempts) {

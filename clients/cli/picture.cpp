@@ -1,10 +1,11 @@
 #include "clients/cli/picture.h"
 
-#include <openssl/evp.h>
-
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
+
+#include "core/base/base64.h"
 
 namespace cli {
 namespace {
@@ -91,14 +92,6 @@ std::string sixel_band(const std::vector<int>& colours, int width, int rows) {
   return out;
 }
 
-std::string base64(std::string_view bytes) {
-  std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');  // and the zero that is written after it
-  const int length = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
-                                     reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size()));
-  text.resize(static_cast<std::size_t>(length));
-  return text;
-}
-
 }  // namespace
 
 Picture enlarged(const Picture& picture, int width, int height) {
@@ -159,7 +152,7 @@ std::string draw_sixel(const Picture& picture) {
 }
 
 std::string draw_kitty(std::string_view png, const KittyPlace& place) {
-  const std::string text = base64(png);
+  const std::string text = core::encode_base64(std::as_bytes(std::span(png)));
   std::string out;
   for (std::size_t at = 0; at == 0 || at < text.size(); at += kKittyChunk) {
     out += "\x1b_G";

@@ -125,7 +125,7 @@ struct DueSample {
 };
 
 /// Samples of the pixels of `cell` that come with step s of the mean (from s to s + 1 samples); with a plan the `round`th
-/// of `half`. Cleared first; empty: none.
+/// of `half`, without one all that are due whatever these are. Cleared first; empty: none.
 inline void find_due(const TileState& state, const FillRule& rule, PixelRect cell, int s, int half, std::uint32_t round,
                      std::vector<DueSample>& due) {
   due.clear();
@@ -134,9 +134,7 @@ inline void find_due(const TileState& state, const FillRule& rule, PixelRect cel
       const auto pixel = static_cast<std::size_t>(y - state.rect.y) * static_cast<std::size_t>(state.rect.width) +
                          static_cast<std::size_t>(x - state.rect.x);
       if (state.plan.empty()) {
-        if (half == 0 && round == 0) {
-          due.push_back({x, y, s, pixel});
-        }
+        due.push_back({x, y, s, pixel});
         continue;
       }
       const PlanPosition at = {state.span, rule.step, x, y};
@@ -158,6 +156,7 @@ bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int 
   const auto r = static_cast<std::size_t>(rule.replicates);
   std::vector<DueSample> due;
   std::vector<PathSample> samples;
+  const bool is_planned = !state.plan.empty();
   const PixelRect& tile = state.rect;
   const int right = tile.x + tile.width;
   const int bottom = tile.y + tile.height;
@@ -165,10 +164,10 @@ bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int 
     if (stop.stop_requested()) {
       return false;
     }
-    for (const int half : {0, 1}) {
-      bool any = true;
-      for (std::uint32_t round = 0; any; ++round) {
-        any = false;
+    for (int half = 0; half < (is_planned ? 2 : 1); ++half) {
+      bool goes_on = true;
+      for (std::uint32_t round = 0; goes_on; ++round) {
+        goes_on = false;
         const std::uint64_t h = mix_bits((static_cast<std::uint64_t>(s) << 32) | (round << 1) | static_cast<std::uint32_t>(half));
         const auto side = static_cast<std::uint64_t>(block);
         const int left = tile.x - tile.x % kTileSize - static_cast<int>((h & 0xFFFFFFU) % side);
@@ -182,7 +181,7 @@ bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int 
             if (due.empty()) {  // also where a crop leaves nothing of the square
               continue;
             }
-            any = true;
+            goes_on = is_planned;
             samples.resize(due.size());
             trace(std::span<const DueSample>(due), std::span<PathSample>(samples));
             for (std::size_t i = 0; i < due.size(); ++i) {

@@ -5,8 +5,6 @@
 #include <ctime>
 #include <utility>
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 namespace server {
@@ -142,7 +140,7 @@ std::shared_ptr<Scheduler::Entry> Scheduler::pick() {
 
 void Scheduler::work() {
   // On Linux a priority belongs to the thread; without the right to change it nothing is lost.
-  setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+  [[maybe_unused]] const int priority = ::nice(kNice);
   mutex_.lock();
   while (!stopping_) {
     const std::shared_ptr<Entry> entry = pick();

@@ -1,6 +1,6 @@
 #include "server/routes/lab_stream.h"
 
-#include <sys/resource.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <exception>
@@ -27,7 +27,7 @@ void LabStream::push(std::string line) {
 
 void LabStream::compute(const std::stop_token& stop) {
   // Of this thread alone, on Linux; where it is refused the run has the priority of all others.
-  setpriority(PRIO_PROCESS, 0, kNiceness);
+  [[maybe_unused]] const int priority = ::nice(kNiceness);
   const auto outcome =
       core::lab::run(request_.setup, request_.options, stop, [this](const core::lab::Point& point) {
         push(api::lab_point_json(point));

@@ -6,12 +6,9 @@ namespace server {
 
 using core::Status;
 
-core::Result<std::vector<std::string>> JobTable::expired(double now, int limit) {
-  auto session = database_.session();
-  Statement select = session.prepare(
-      "SELECT id FROM job_expiries JOIN jobs ON sequence=job WHERE delete_at<=?"
-      " ORDER BY delete_at LIMIT ?");
-  select.bind(now).bind(std::int64_t{limit});
+namespace {
+
+core::Result<std::vector<std::string>> first_column(Statement& select) {
   std::vector<std::string> ids;
   while (select.step()) {
     ids.push_back(select.text(0));
@@ -20,6 +17,17 @@ core::Result<std::vector<std::string>> JobTable::expired(double now, int limit) 
     return status.error();
   }
   return ids;
+}
+
+}  // namespace
+
+core::Result<std::vector<std::string>> JobTable::expired(double now, int limit) {
+  auto session = database_.session();
+  Statement select = session.prepare(
+      "SELECT id FROM job_expiries JOIN jobs ON sequence=job WHERE delete_at<=?"
+      " ORDER BY delete_at LIMIT ?");
+  select.bind(now).bind(std::int64_t{limit});
+  return first_column(select);
 }
 
 core::Result<std::vector<DeliveryRow>> JobTable::due_deliveries(double now, int limit) {
@@ -69,14 +77,7 @@ core::Result<std::vector<std::string>> JobTable::loose_films() {
   Statement select =
       session.prepare("SELECT job FROM loose_films WHERE NOT EXISTS"
                       " (SELECT 1 FROM jobs WHERE jobs.id=loose_films.job AND film<>2)");
-  std::vector<std::string> ids;
-  while (select.step()) {
-    ids.push_back(select.text(0));
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return ids;
+  return first_column(select);
 }
 
 core::Result<std::string> JobTable::owner_of(std::int64_t job_sequence) {

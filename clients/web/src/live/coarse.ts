@@ -1,3 +1,4 @@
+import { problemOf, RequestError } from '../api/client';
 import { FrameParser, type TileFrame } from './frames';
 
 /** The planes of a whole picture as one frame. Tiles that are missing stay unknown (no samples). */
@@ -55,7 +56,7 @@ export async function tilesOf(jobId: string): Promise<TileFrame[]> {
     headers: { accept: 'application/vnd.tessera.tiles' },
     cache: 'no-store',
   });
-  if (!response.ok) return [];
+  if (!response.ok) throw new RequestError(await problemOf(response));
   const tiles: TileFrame[] = [];
   new FrameParser().push(new Uint8Array(await response.arrayBuffer()), (tile) => {
     if (!tile.end) tiles.push(tile);

@@ -10,6 +10,7 @@
 #include "core/accel/arithmetic.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/builtin_scenes.h"
+#include "server/observe/machine_memory.h"
 #include "server/store/files.h"
 
 namespace server {
@@ -66,14 +67,37 @@ std::string compiler_name() {
 #endif
 }
 
+/// Assumed where the machine tells nothing.
+constexpr std::uint64_t kUsualMemory = std::uint64_t{8} << 30U;
+constexpr double kRequestsPercent = 10;
+
+std::uint64_t share(std::uint64_t whole, double percent) {
+  return static_cast<std::uint64_t>(static_cast<double>(whole) * percent / 100);
+}
+
 }  // namespace
 
 std::string program_version() { return TESSERA_VERSION; }
 
+MemoryLimits memory_limits(const Config& config, std::uint64_t usable_bytes) {
+  const std::uint64_t whole = usable_bytes > 0 ? usable_bytes : kUsualMemory;
+  MemoryLimits limits{.jobs_bytes = config.memory_bytes,
+                      .requests_bytes = share(whole, kRequestsPercent),
+                      .scene_cache_bytes = config.scene_cache_bytes,
+                      .film_cache_bytes = config.film_cache_bytes};
+  if (config.memory_percent > 0) {
+    limits.jobs_bytes = share(usable_bytes, config.memory_percent);
+  }
+  if (config.scene_cache_percent > 0) {
+    limits.scene_cache_bytes = share(whole, config.scene_cache_percent);
+  }
+  if (config.film_cache_percent > 0) {
+    limits.film_cache_bytes = share(whole, config.film_cache_percent);
+  }
+  return limits;
+}
+
 StorageLimits storage_limits(const Config& config) {
-  const auto share = [](std::uint64_t whole, double percent) {
-    return static_cast<std::uint64_t>(static_cast<double>(whole) * percent / 100);
-  };
   StorageLimits limits{.total_bytes = config.disk_limit_bytes, .owner_bytes = config.quota_storage_bytes};
   const auto space = disk_space(config.data_dir);
   const std::uint64_t disk_bytes = space ? space->total_bytes : 0;
@@ -88,6 +112,7 @@ StorageLimits storage_limits(const Config& config) {
 
 api::ServerView about_server(const Config& config, const std::string& isa) {
   const StorageLimits storage = storage_limits(config);
+  const MemoryLimits memory = memory_limits(config, usable_memory_bytes());
   api::ServerView about;
   about.version = program_version();
   about.build.commit = TESSERA_COMMIT;
@@ -116,13 +141,14 @@ api::ServerView about_server(const Config& config, const std::string& isa) {
       {"lab_runs", config.lab_runs_max},
       {"samples_per_job", config.samples_max},
       {"upload_bytes", static_cast<std::int64_t>(config.upload_bytes_max)},
-      {"scene_cache_bytes", static_cast<std::int64_t>(config.scene_cache_bytes)},
+      {"memory_bytes_of_jobs", static_cast<std::int64_t>(memory.jobs_bytes)},
+      {"scene_cache_bytes", static_cast<std::int64_t>(memory.scene_cache_bytes)},
       {"requests_per_minute_of_a_key", config.rate_limit},
       {"unfinished_jobs_of_a_key", config.quota_jobs},
       {"lab_runs_of_a_key", config.quota_lab_runs},
       {"stored_bytes", static_cast<std::int64_t>(storage.total_bytes)},
       {"stored_bytes_of_a_key", static_cast<std::int64_t>(storage.owner_bytes)},
-      {"film_cache_bytes", static_cast<std::int64_t>(config.film_cache_bytes)},
+      {"film_cache_bytes", static_cast<std::int64_t>(memory.film_cache_bytes)},
   };
   return about;
 }

@@ -26,6 +26,7 @@
 #include "server/key_ring.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/log.h"
+#include "server/observe/machine_memory.h"
 #include "server/observe/metrics.h"
 #include "server/request_log.h"
 #include "server/routes/context.h"
@@ -52,6 +53,7 @@ int render_threads(const Config& config) {
 }
 
 JobServiceOptions job_options(const Config& config, const api::ServerView& about) {
+  const MemoryLimits memory = memory_limits(config, usable_memory_bytes());
   JobServiceOptions options;
   options.quota_jobs = config.quota_jobs;
   options.arithmetic = about.build.arithmetic;
@@ -60,7 +62,9 @@ JobServiceOptions job_options(const Config& config, const api::ServerView& about
   options.book.running_max = config.running_max;
   options.samples_max = config.samples_max;
   options.checkpoint_seconds = config.checkpoint_seconds;
-  options.film_cache_bytes = config.film_cache_bytes;
+  options.book.memory_max_bytes = memory.jobs_bytes;
+  options.film_cache_bytes = memory.film_cache_bytes;
+  options.film_readers_bytes = memory.requests_bytes;
   options.build = api::build_json(about);
   return options;
 }
@@ -105,10 +109,11 @@ class App {
         comparisons_(*database_, data_, {.count = api::limits::kComparisons, .bytes = api::limits::kComparisonBytes}),
         quota_(*database_, storage_limits(config)),
         scenes_(blobs_, scene_table_, quota_,
-                {.cache_bytes = config.scene_cache_bytes,
+                {.cache_bytes = memory_limits(config, usable_memory_bytes()).scene_cache_bytes,
                  .threads = render_threads(config),
                  .isa = config.isa == "native" ? std::string() : isa}),
         streams_(config.streams_max),
+        pictures_(memory_limits(config, usable_memory_bytes()).requests_bytes),
         keys_(config, key_table_),
         guard_(config, keys_, tickets_) {}
 
@@ -170,7 +175,7 @@ class App {
     options.hooks.after = [this](const Request& request, const Outcome& outcome) { request_log_.note(request, outcome); };
     std::vector<Route> routes =
         make_routes({config_, data_, blobs_, scene_table_, job_table_, scenes_, comparisons_, quota_, *jobs_, streams_, tickets_,
-                     metrics_, log_, about_, ready_});
+                     pictures_, metrics_, log_, about_, ready_});
     routes.push_back({.method = "POST", .pattern = "/v1/session", .handler = [this](Request& request) {
                         return guard_.start_session(request);
                       }});
@@ -285,6 +290,7 @@ class App {
   StorageQuota quota_;
   SceneService scenes_;
   StreamGate streams_;
+  MemoryGate pictures_;
   KeyRing keys_;
   Tickets tickets_;
   Guard guard_;

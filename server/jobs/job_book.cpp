@@ -4,6 +4,25 @@
 #include <utility>
 
 namespace server {
+namespace {
+
+/// Bytes of several jobs; what they share counts once.
+class Sum {
+ public:
+  void add(const JobMemory& memory) {
+    bytes_ += memory.film_bytes;
+    for (const auto& [name, bytes] : memory.shared_bytes) {
+      bytes_ += counted_.insert(name).second ? bytes : 0;
+    }
+  }
+  std::uint64_t bytes() const { return bytes_; }
+
+ private:
+  std::set<std::string> counted_;
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace
 
 bool JobBook::goes_before(const Waiting& a, const Waiting& b) {
   if (a.rank.is_preview != b.rank.is_preview) {
@@ -42,23 +61,23 @@ std::vector<JobPointer> JobBook::all() const {
   return jobs;
 }
 
-bool JobBook::has_room(Rank rank) const {
+bool JobBook::has_room(Rank rank, const JobMemory& memory) const {
   const core::MutexLock lock(mutex_);
-  const auto previews = [](const auto& item) { return item.rank.is_preview; };
-  const auto waiting_previews = std::count_if(queue_.begin(), queue_.end(), previews);
+  const auto waiting_previews =
+      std::count_if(queue_.begin(), queue_.end(), [](const Waiting& waiting) { return waiting.rank.is_preview; });
   if (rank.is_preview) {
-    const auto running_previews = std::count_if(
-        running_.begin(), running_.end(), [](const auto& item) { return item.second.is_preview; });
-    return waiting_previews + running_previews < limits_.previews_max;
+    const auto held_previews =
+        std::count_if(holders_.begin(), holders_.end(), [](const auto& item) { return item.second.rank.is_preview; });
+    return waiting_previews + held_previews < limits_.previews_max;
   }
   // With a place free a job starts at once and needs no room in the queue.
   const auto waiting = static_cast<int>(queue_.size()) - static_cast<int>(waiting_previews);
-  return waiting < limits_.queue_max || (waiting == 0 && may_start(rank));
+  return waiting < limits_.queue_max || (waiting == 0 && may_start(rank) && fits("", rank, memory, {}));
 }
 
-void JobBook::enqueue(const JobPointer& job, Rank rank) {
+void JobBook::enqueue(const JobPointer& job, Rank rank, JobMemory memory) {
   const core::MutexLock lock(mutex_);
-  Waiting waiting{.job = job, .rank = rank};
+  Waiting waiting{.job = job, .rank = rank, .memory = std::move(memory)};
   std::erase(final_, job->id());
   const auto place = std::upper_bound(queue_.begin(), queue_.end(), waiting, &goes_before);
   queue_.insert(place, std::move(waiting));
@@ -73,6 +92,9 @@ void JobBook::set_rank(const std::string& id, Rank rank) {
   const core::MutexLock lock(mutex_);
   if (const auto running = running_.find(id); running != running_.end()) {
     running->second = rank;
+  }
+  if (const auto holder = holders_.find(id); holder != holders_.end()) {
+    holder->second.rank = rank;
   }
   const auto found = std::find_if(queue_.begin(), queue_.end(),
                                   [&](const Waiting& waiting) { return waiting.job->id() == id; });
@@ -111,25 +133,104 @@ bool JobBook::may_start(Rank rank) const {
   return places < limits_.running_max || (outranks_one && places < 2 * limits_.running_max);
 }
 
+bool JobBook::fits(const std::string& id, Rank rank, const JobMemory& memory,
+                   const std::set<std::string>& parked) const {
+  Sum sum;
+  bool is_alone = true;
+  for (const auto& [other, holder] : holders_) {
+    if (other != id && parked.find(other) == parked.end()) {
+      is_alone = false;
+      sum.add(holder.memory);
+    }
+  }
+  sum.add(memory);
+  return limits_.memory_max_bytes == 0 || is_alone || sum.bytes() <= limits_.memory_bytes_of(rank);
+}
+
+bool JobBook::lacks_only_memory() const {
+  return !queue_.empty() && may_start(queue_.front().rank) && !fits(queue_.front());
+}
+
 JobPointer JobBook::admit() {
   const core::MutexLock lock(mutex_);
-  if (queue_.empty() || !may_start(queue_.front().rank)) {
+  if (queue_.empty() || !may_start(queue_.front().rank) || !fits(queue_.front())) {
     return nullptr;
   }
   Waiting next = std::move(queue_.front());
   queue_.erase(queue_.begin());
   running_[next.job->id()] = next.rank;
+  holders_[next.job->id()] =
+      Holder{.rank = next.rank, .memory = std::move(next.memory), .can_park = !next.job->memory_only()};
   return next.job;
+}
+
+std::vector<std::string> JobBook::take_parkable() {
+  const core::MutexLock lock(mutex_);
+  if (!lacks_only_memory()) {
+    return {};
+  }
+  std::vector<std::pair<std::uint64_t, std::string>> paused;
+  std::set<std::string> parked;
+  for (const auto& [id, holder] : holders_) {
+    if (holder.is_parking) {
+      parked.insert(id);
+    } else if (holder.paused_at > 0 && holder.can_park) {
+      paused.emplace_back(holder.paused_at, id);
+    }
+  }
+  std::sort(paused.begin(), paused.end());
+  std::vector<std::string> taken;
+  for (const auto& [paused_at, id] : paused) {
+    if (fits(queue_.front(), parked)) {
+      break;
+    }
+    parked.insert(id);
+    taken.push_back(id);
+  }
+  if (!fits(queue_.front(), parked)) {
+    return {};
+  }
+  for (const std::string& id : taken) {
+    holders_[id].is_parking = true;
+  }
+  return taken;
+}
+
+void JobBook::pause(const std::string& id) {
+  const core::MutexLock lock(mutex_);
+  running_.erase(id);
+  if (const auto holder = holders_.find(id); holder != holders_.end()) {
+    holder->second.paused_at = ++pauses_;
+  }
 }
 
 void JobBook::claim(const std::string& id, Rank rank) {
   const core::MutexLock lock(mutex_);
   running_[id] = rank;
+  Holder& holder = holders_[id];
+  holder.rank = rank;
+  holder.paused_at = 0;
+  holder.is_parking = false;
 }
 
 void JobBook::leave(const std::string& id) {
   const core::MutexLock lock(mutex_);
   running_.erase(id);
+  holders_.erase(id);
+}
+
+std::uint64_t JobBook::memory_bytes() const {
+  const core::MutexLock lock(mutex_);
+  Sum sum;
+  for (const auto& [id, holder] : holders_) {
+    sum.add(holder.memory);
+  }
+  return sum.bytes();
+}
+
+bool JobBook::waits_for_memory() const {
+  const core::MutexLock lock(mutex_);
+  return lacks_only_memory();
 }
 
 JobPointer JobBook::add_final(const JobPointer& job) {

@@ -66,13 +66,13 @@ void JobService::follow_patch(const JobPointer& job, const JobRecord& before, co
     if (run) {
       run->task().set_paused(true);
     }
-    book_.leave(job->id());
+    book_.pause(job->id());
   } else if (after.view.state == JobState::kRendering) {
     book_.claim(job->id(), rank);
     run->task().set_paused(false);
     scheduler_.add(job->id(), run, rank);
   } else if (after.view.state == JobState::kQueued) {
-    book_.enqueue(job, rank);
+    book_.enqueue(job, rank, memory_of(after.view));
   }
 }
 
@@ -219,7 +219,7 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
       },
       {.go_on_in_memory = false,
        .before_telling =
-           [&](const JobRecord& after) { book_.enqueue(job, rank_of(after.view.spec)); }});
+           [&](const JobRecord& after) { book_.enqueue(job, rank_of(after.view.spec), memory_of(after.view)); }});
   if (problem) {
     return *problem;
   }

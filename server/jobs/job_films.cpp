@@ -38,7 +38,25 @@ bool has_samples(const core::Film& film) {
   return false;
 }
 
+/// The film with what it takes: whoever has the one has the other.
+std::shared_ptr<const core::Film> leased(std::shared_ptr<core::Film> film, MemoryGate::Lease lease) {
+  struct Both {
+    std::shared_ptr<core::Film> film;
+    MemoryGate::Lease lease;
+  };
+  auto both = std::make_shared<Both>(Both{.film = std::move(film), .lease = std::move(lease)});
+  return {both, both->film.get()};
+}
+
 }  // namespace
+
+core::Result<MemoryGate::Lease> JobService::room_to_read(std::uint64_t bytes) {
+  if (auto lease = film_readers_.try_take(bytes)) {
+    return std::move(*lease);
+  }
+  films_.erase_prefix("");  // Those that nobody uses make room.
+  return film_readers_.take(bytes);
+}
 
 core::Result<std::shared_ptr<const StoredFilm>> JobService::stored_film(const Job& job) {
   if (auto kept = job.kept_film()) {
@@ -62,13 +80,17 @@ core::Result<std::shared_ptr<const StoredFilm>> JobService::stored_film(const Jo
       return file.error();
     }
     auto film = blank_film(record.view);
+    auto lease = room_to_read(film->bytes());
+    if (!lease) {
+      return lease.error();
+    }
     auto restored = file->restore(*film);
     if (!restored) {
       return restored.error();
     }
     const std::uint64_t bytes = film->bytes();
     return Made{.value = std::make_shared<const StoredFilm>(
-                    StoredFilm{.film = std::move(film), .record = std::move(*restored)}),
+                    StoredFilm{.film = leased(std::move(film), std::move(*lease)), .record = std::move(*restored)}),
                 .bytes = bytes};
   });
 }

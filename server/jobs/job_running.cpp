@@ -34,6 +34,11 @@ void JobService::admit() {
   while (!stopping_) {
     JobPointer job = book_.admit();
     if (!job) {
+      for (const std::string& id : book_.take_parkable()) {
+        if (JobPointer paused = book_.find(id)) {
+          savers_.post([this, paused = std::move(paused)] { park(paused); });
+        }
+      }
       return;
     }
     Background& loaders = job->memory_only() ? preview_loaders_ : loaders_;
@@ -100,6 +105,9 @@ core::Result<std::shared_ptr<const core::Renderer>> JobService::make_renderer(
 core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& job) {
   const JobRecord record = job->record();
   const api::JobSpec& spec = record.view.spec;
+  if (auto reason = too_large(record.view)) {
+    return Error{ErrorCode::kUnavailable, std::move(*reason), ""};
+  }
   auto renderer = make_renderer(spec);
   if (!renderer) {
     return renderer.error();

@@ -42,7 +42,8 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
       run_(run),
       pilots_(kPilotsAtATime),
       book_(options.book),
-      films_(options.film_cache_bytes),
+      films_(options.film_cache_bytes, SingleFlightCache<StoredFilm>::Oversized::kNotKept),
+      film_readers_(options.film_cache_bytes + options.film_readers_bytes),
       scheduler_(threads_or_machine(options.threads)),
       loaders_(2),
       preview_loaders_(1),
@@ -91,7 +92,7 @@ Status JobService::resume() {
         },
         {.go_on_in_memory = true});
     if (queued) {
-      book_.enqueue(job, rank);
+      book_.enqueue(job, rank, memory_of(job->record().view));
     }
   }
   admit();
@@ -213,6 +214,11 @@ api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request) {
   if (auto faults = faults_against_scene(request.spec, *facts); !faults.empty()) {
     return api::make_problem(ErrorCode::kInvalidArgument, std::move(faults));
   }
+  api::JobView asked;
+  asked.spec = request.spec;
+  if (auto reason = too_large(asked)) {
+    return api::make_problem(ErrorCode::kInvalidArgument, {api::FieldError{"/film", std::move(*reason)}});
+  }
   if (request.spec.environment_asset) {
     if (const auto usable = scenes_.check_environment(*request.spec.environment_asset); !usable) {
       return api::from_error(usable.error());
@@ -307,7 +313,10 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
     return checked.problem();
   }
   const Rank rank = rank_of(checked->spec);
-  if (!book_.has_room(rank)) {
+  api::JobView asked;
+  asked.spec = checked->spec;
+  JobMemory memory = memory_of(asked);
+  if (!book_.has_room(rank, memory)) {
     return api::make_problem(ErrorCode::kTooManyRequests,
                              "the queue is full: " + std::to_string(book_.queue_length()) +
                                  " jobs are waiting");
@@ -324,7 +333,7 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
   if (preview_key) {
     supersede(*preview_key, (*job)->id());
   }
-  book_.enqueue(*job, rank);
+  book_.enqueue(*job, rank, std::move(memory));
   admit();
   return Submitted{.job = std::move(*job), .is_replay = false};
 }

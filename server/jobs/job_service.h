@@ -23,6 +23,7 @@
 #include "server/jobs/background.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_book.h"
+#include "server/jobs/memory_gate.h"
 #include "server/jobs/pilot.h"
 #include "server/jobs/scheduler.h"
 #include "server/observe/log.h"
@@ -41,6 +42,7 @@ struct JobServiceOptions {
   int samples_max = 65536;
   double checkpoint_seconds = 10;  ///< A checkpoint is complete this long after the one before.
   std::uint64_t film_cache_bytes = std::uint64_t{512} << 20U;
+  std::uint64_t film_readers_bytes = std::uint64_t{512} << 20U;  ///< Films read from the disk, in the cache or in use.
   int quota_jobs = 0;                  ///< Unfinished jobs of one owner; 0: any number.
   std::string arithmetic = {};         ///< core::arithmetic_class() of this process.
   std::string build = {};              ///< JSON text that goes with films made here.
@@ -150,7 +152,12 @@ class JobService final : private RenderRun::Owner {
     std::uint64_t rays = 0;     ///< Since this process began.
     std::uint64_t samples = 0;  ///< The same, over all pixels.
     std::uint64_t film_cache_bytes = 0;
+    std::uint64_t held_bytes = 0;  ///< By jobs from their start to their end.
+    bool waits_for_memory = false;
   };
+  /// Films read from the disk that may be in memory together.
+  std::uint64_t film_readers_bytes() const { return options_.film_cache_bytes + options_.film_readers_bytes; }
+  std::uint64_t memory_max_bytes() const { return options_.book.memory_max_bytes; }
   Counts counts() const;
   bool any_job() const;
   int threads() const { return scheduler_.threads(); }
@@ -183,6 +190,12 @@ class JobService final : private RenderRun::Owner {
   api::Parsed<std::unique_lock<core::Mutex>> take_quota(const std::string& owner);
   void supersede(const std::string& preview_key, const std::string& by);
 
+  JobMemory memory_of(const api::JobView& view);
+  /// Empty: its film fits into what a job may hold.
+  std::optional<std::string> too_large(const api::JobView& view) const;
+  /// Gives the memory of a paused job back; it goes on from its film file.
+  void park(const JobPointer& job);
+
   // A job's way: admit() -> load() -> start() -> on_end() -> finish(). Cancelled ones are told at
   // once, and settle_cancelled() keeps what they have.
   void admit();
@@ -214,6 +227,7 @@ class JobService final : private RenderRun::Owner {
   void remove_loose_film(const std::string& id);
   void remove_loose_films();
   static core::Progress progress_of(const RenderRun& run);
+  core::Result<MemoryGate::Lease> room_to_read(std::uint64_t bytes);
   core::Result<std::shared_ptr<const StoredFilm>> stored_film(const Job& job);
   static Rank rank_of(const api::JobSpec& spec);
   static bool matches(const api::JobView& view, const JobQuery& query);
@@ -234,6 +248,7 @@ class JobService final : private RenderRun::Owner {
   std::atomic<bool> stopping_ = false;
   JobBook book_;
   SingleFlightCache<StoredFilm> films_;
+  MemoryGate film_readers_;
   core::Mutex keyed_mutex_;  ///< Held over a submission with a key: two of them are one job.
   core::Mutex quota_mutex_;  ///< Held from counting an owner's jobs to adding one. After keyed_mutex_.
   /// When a job was last saved; of the checkpointer's thread alone.

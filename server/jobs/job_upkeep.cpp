@@ -86,6 +86,8 @@ JobService::Counts JobService::counts() const {
   counts.rendering = scheduler_.active_count();
   counts.cpu_seconds = scheduler_.cpu_seconds();
   counts.film_cache_bytes = films_.bytes();
+  counts.held_bytes = book_.memory_bytes();
+  counts.waits_for_memory = book_.waits_for_memory();
   // In this order a run that ends meanwhile is missed for once, not counted twice.
   counts.rays = rays_done_;
   counts.samples = samples_done_;

@@ -13,6 +13,7 @@
 #include "server/http/router.h"
 #include "server/http/stream_gate.h"
 #include "server/jobs/job_service.h"
+#include "server/jobs/memory_gate.h"
 #include "server/observe/log.h"
 #include "server/observe/metrics.h"
 #include "server/scenes/scene_service.h"
@@ -36,6 +37,7 @@ struct RouteContext {
   JobService& jobs;
   StreamGate& streams;
   Tickets& tickets;
+  MemoryGate& pictures;
   Metrics& metrics;
   Log& log;
   const api::ServerView& about;

@@ -193,9 +193,11 @@ core::Status check_room(const RouteContext& context, const std::vector<std::stri
       return placed(more.error(), where);
     }
     bytes += *more;
-    if (bytes > static_cast<std::uint64_t>(api::limits::kFilmBytes)) {
+    const std::uint64_t most =
+        std::min(static_cast<std::uint64_t>(api::limits::kFilmBytes), context.jobs.film_readers_bytes());
+    if (bytes > most) {
       return Error{ErrorCode::kTooLarge,
-                   "the films have more than " + std::to_string(api::limits::kFilmBytes) + " bytes together", where};
+                   "the films have more than " + std::to_string(most) + " bytes together", where};
     }
   }
   return core::ok_status();

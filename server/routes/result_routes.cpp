@@ -139,6 +139,15 @@ struct Picture {
   core::PixelRect rect;
 };
 
+/// What make_picture() and encode() take at most: a copy of the film's part, its layers as floats, and those encoded.
+std::uint64_t working_bytes(const core::Film& film, core::PixelRect rect) {
+  constexpr std::uint64_t kLayersBytes = 128;
+  const auto area = [](core::PixelRect r) {
+    return static_cast<std::uint64_t>(r.width) * static_cast<std::uint64_t>(r.height);
+  };
+  return area(rect) * (film.bytes() / std::max<std::uint64_t>(area(film.crop()), 1) + kLayersBytes);
+}
+
 core::Result<core::FloatImage> make_picture(const core::Film& film, const Picture& picture) {
   const core::FilmSnapshot snapshot = film.snapshot(picture.rect);
   const bool all_layers = !picture.query.layer && picture.format.extension == "exr";
@@ -246,6 +255,10 @@ class PictureStream {
                           .query = query_,
                           .view = view,
                           .rect = query_.rect.value_or((*film)->crop())};
+    const auto room = context_.pictures.try_take(working_bytes(**film, picture.rect));
+    if (!room) {
+      return true;  // At the next look, then.
+    }
     const auto pixels = make_picture(**film, picture);
     const auto encoded = pixels ? encode(*pixels, picture, context_)
                                 : core::Result<std::vector<std::byte>>(pixels.error());
@@ -346,6 +359,10 @@ Response image(const RouteContext& context, Request& request) {
     response.headers.set("Cache-Control", "no-cache");
     response.headers.add("Vary", "Accept");
     return response;
+  }
+  const auto room = context.pictures.take(working_bytes(**film, picture.rect));
+  if (!room) {
+    return error_answer(request, room.error());
   }
   const auto pixels = make_picture(**film, picture);
   if (!pixels) {

@@ -70,6 +70,12 @@ std::string metrics_text(const RouteContext& context) {
               static_cast<double>(counts.film_cache_bytes));
   write_gauge(text, "tessera_scene_cache_bytes", "Loaded scenes.",
               static_cast<double>(context.scenes.cached_bytes()));
+  write_gauge(text, "tessera_held_memory_bytes", "Films and scenes of jobs from their start to their end, pauses included.",
+              static_cast<double>(counts.held_bytes));
+  write_gauge(text, "tessera_held_memory_bytes_limit", "Above it jobs wait.",
+              static_cast<double>(context.jobs.memory_max_bytes()));
+  write_gauge(text, "tessera_queue_waits_for_memory", "1: the next job would start if there were memory for it.",
+              counts.waits_for_memory ? 1 : 0);
   if (const auto stored = context.quota.total()) {
     text.family("tessera_stored_bytes", "gauge", "What the data directory keeps.");
     text.sample("tessera_stored_bytes", metric_label("kind", "assets"), static_cast<double>(stored->asset_bytes));

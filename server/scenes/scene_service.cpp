@@ -27,6 +27,20 @@ std::string cache_key(const std::string& id, double time_seconds,
   return id + "\n" + std::to_string(time_seconds) + "\n" + (variant ? "=" + *variant : "");
 }
 
+std::string environment_key(const std::string& asset, const core::EnvironmentSettings& settings) {
+  std::string key = asset;
+  for (const float number : {settings.color.r, settings.color.g, settings.color.b,
+                             settings.intensity, settings.rotation_degrees}) {
+    key += " " + api::number_text(api::shortest_double(number));
+  }
+  return key + (settings.visible ? " visible" : "");
+}
+
+/// Texels, and a distribution over them.
+std::uint64_t environment_bytes(const core::Image& image) {
+  return static_cast<std::uint64_t>(image.width) * static_cast<std::uint64_t>(image.height) * 20U;
+}
+
 std::string_view view_of(const core::Bytes& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -392,16 +406,44 @@ Status SceneService::remove(const std::string& id) {
   return core::ok_status();
 }
 
-Status SceneService::check_environment(const std::string& asset) {
+core::Result<std::uint64_t> SceneService::size_of_environment(const std::string& asset) {
+  const Error unknown{ErrorCode::kInvalidArgument, "no asset has the id \"" + asset + "\"", "/environment/asset"};
+  if (!blobs_.find(asset)) {
+    return unknown;
+  }
+  {
+    const core::MutexLock lock(sizes_mutex_);
+    if (const auto known = environment_sizes_.find(asset); known != environment_sizes_.end()) {
+      return known->second;
+    }
+  }
   const auto bytes = blobs_.read(asset);
   if (!bytes) {
-    return Error{ErrorCode::kInvalidArgument, "no asset has the id \"" + asset + "\"",
-                 "/environment/asset"};
+    return unknown;
   }
-  if (const auto header = core::read_image_header(**bytes); !header) {
+  const auto header = core::read_image_header(**bytes);
+  if (!header) {
     return Error{ErrorCode::kInvalidArgument, header.error().message, "/environment/asset"};
   }
-  return core::ok_status();
+  const core::MutexLock lock(sizes_mutex_);
+  return environment_sizes_[asset] = environment_bytes(*header);
+}
+
+Status SceneService::check_environment(const std::string& asset) {
+  const auto size = size_of_environment(asset);
+  return size ? core::ok_status() : Status(size.error());
+}
+
+SceneService::Memory SceneService::memory_of_scene(const std::string& id, double time_seconds,
+                                                   const std::optional<std::string>& variant) {
+  const auto summary = facts(id);
+  return {.name = cache_key(id, time_seconds, variant), .bytes = summary ? summary->bytes : 0};
+}
+
+SceneService::Memory SceneService::memory_of_environment(const std::string& asset,
+                                                         const core::EnvironmentSettings& settings) {
+  const auto size = size_of_environment(asset);
+  return {.name = environment_key(asset, settings), .bytes = size ? *size : 0};
 }
 
 core::Result<std::shared_ptr<const core::Environment>> SceneService::environment(
@@ -410,13 +452,7 @@ core::Result<std::shared_ptr<const core::Environment>> SceneService::environment
   if (!asset) {
     return core::Environment::create(nullptr, settings);
   }
-  std::string key = *asset;
-  for (const float number : {settings.color.r, settings.color.g, settings.color.b,
-                             settings.intensity, settings.rotation_degrees}) {
-    key += " " + api::number_text(api::shortest_double(number));
-  }
-  key += settings.visible ? " visible" : "";
-  return environments_.get(key, [&]() -> core::Result<Made> {
+  return environments_.get(environment_key(*asset, settings), [&]() -> core::Result<Made> {
     const auto at_asset = [](Error error) {
       error.where = "/environment/asset";
       return error;
@@ -433,10 +469,7 @@ core::Result<std::shared_ptr<const core::Environment>> SceneService::environment
     if (!environment) {
       return at_asset(environment.error());
     }
-    // Texels, and a distribution over them.
-    const std::uint64_t bytes_held = static_cast<std::uint64_t>(image->width) *
-                                     static_cast<std::uint64_t>(image->height) * 20U;
-    return Made{.value = std::move(*environment), .bytes = bytes_held};
+    return Made{.value = std::move(*environment), .bytes = environment_bytes(*image)};
   });
 }
 

@@ -75,6 +75,15 @@ class SceneService {
   /// The same errors, from the head of the file alone.
   core::Status check_environment(const std::string& asset);
 
+  /// What a loaded scene or environment takes, and what names it: two jobs with the same name share one. Bytes are 0 where
+  /// nothing is known of it.
+  struct Memory {
+    std::string name;
+    std::uint64_t bytes = 0;
+  };
+  Memory memory_of_scene(const std::string& id, double time_seconds, const std::optional<std::string>& variant);
+  Memory memory_of_environment(const std::string& asset, const core::EnvironmentSettings& settings);
+
   /// Held shared from finding a scene or asset to naming it in a record; alone from looking for such
   /// names to deleting. Taken before every other lock here.
   std::shared_mutex& names_mutex() { return names_mutex_; }
@@ -86,6 +95,7 @@ class SceneService {
     core::SharedBytes bytes;
     std::map<std::string, core::SharedBytes> files;
   };
+  core::Result<std::uint64_t> size_of_environment(const std::string& asset);
   core::Result<Document> document_of(const std::string& id);
   core::Result<std::shared_ptr<const core::Scene>> build(const Document& document,
                                                          const core::GltfOptions& options);
@@ -103,6 +113,8 @@ class SceneService {
   std::shared_mutex names_mutex_;
   core::Mutex builtin_mutex_;
   std::map<std::string, core::SharedBytes, std::less<>> builtin_ GUARDED_BY(builtin_mutex_);
+  core::Mutex sizes_mutex_;
+  std::map<std::string, std::uint64_t> environment_sizes_ GUARDED_BY(sizes_mutex_);  ///< Bytes of those that were looked at.
 };
 
 }  // namespace server

@@ -2,7 +2,7 @@
 ///
 /// Whoever asks first makes the value; others who ask meanwhile wait for it and share the result, an
 /// error too. Errors are not kept. The least recently used values go first; what somebody still
-/// holds lives on outside the cache.
+/// holds lives on outside the cache. A value that is larger than the whole cache is kept alone, or not at all.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,10 @@ class SingleFlightCache {
     std::uint64_t bytes = 0;
   };
 
-  explicit SingleFlightCache(std::uint64_t bytes_max) : bytes_max_(bytes_max) {}
+  enum class Oversized : std::uint8_t { kKept, kNotKept };
+
+  explicit SingleFlightCache(std::uint64_t bytes_max, Oversized oversized = Oversized::kKept)
+      : bytes_max_(bytes_max), least_(oversized == Oversized::kKept ? 1 : 0) {}
 
   /// make: () -> core::Result<Made>; runs without a lock, at most once a key at a time.
   template <typename Make>
@@ -121,7 +124,7 @@ class SingleFlightCache {
     bytes_ += made.bytes;
     entries_[key] =
         Entry{.value = std::move(made.value), .bytes = made.bytes, .place = order_.begin()};
-    while (bytes_ > bytes_max_ && order_.size() > 1) {
+    while (bytes_ > bytes_max_ && order_.size() > least_) {
       drop(entries_.find(order_.back()));
     }
   }
@@ -133,6 +136,7 @@ class SingleFlightCache {
   }
 
   const std::uint64_t bytes_max_;
+  const std::size_t least_;
   mutable core::Mutex mutex_;
   core::CondVar landed_;
   std::map<std::string, std::shared_ptr<Flight>> flights_ GUARDED_BY(mutex_);

@@ -156,3 +156,60 @@ class SameBits(ApiTest):
         for paused in (True, False, True, False):
             self.server.request("PATCH", f"/v1/jobs/{job}", {"paused": paused})
         self.assertEqual(self.server.wait(job)["film_digest"], calm)
+
+
+class Memory(ApiTest):
+    """Room for one film of 512 by 512 pixels and not for two."""
+
+    FLAGS = ("--memory", "40M")
+
+    def metric(self, name):
+        lines = self.server.get("/metrics").body.decode().splitlines()
+        return next(float(line.split()[-1]) for line in lines if line.startswith(name + " "))
+
+    def submit(self, width=512, height=512, **members):
+        body = job_body(**{"samples": 65536, **members})
+        body["film"] = {"width": width, "height": height}
+        return self.server.post("/v1/jobs", body)
+
+    def test_jobs_wait_for_memory_and_a_paused_one_makes_room(self):
+        first = self.submit().json()["id"]
+        self.server.wait_for_samples(first)
+        second = self.submit().json()["id"]
+        time.sleep(0.3)
+        self.assertEqual(self.server.job(second)["state"], "queued")
+        self.assertEqual(self.metric("tessera_queue_waits_for_memory"), 1)
+        self.assertGreater(self.metric("tessera_held_memory_bytes"), 512 * 512 * 64)
+        self.server.request("PATCH", f"/v1/jobs/{first}", {"paused": True})
+        self.server.wait_for_samples(second)
+        self.assertEqual(self.metric("tessera_queue_waits_for_memory"), 0)
+        self.assertLess(self.metric("tessera_held_memory_bytes"), self.metric("tessera_held_memory_bytes_limit"))
+        # The parked one has what it had.
+        parked = self.server.job(first)
+        self.assertEqual(parked["state"], "paused")
+        self.assertGreater(parked["progress"]["samples_per_pixel"]["mean"], 0)
+        self.assertEqual(self.server.get(f"/v1/jobs/{first}/image.png?max_size=64").status, 200)
+        self.server.request("PATCH", f"/v1/jobs/{first}", {"paused": False})
+        self.assertEqual(self.server.job(first)["state"], "queued")
+        before = parked["progress"]["samples_per_pixel"]["mean"]
+        self.server.post(f"/v1/jobs/{second}/cancel")
+        self.server.wait_until(first, lambda job: job["progress"]["samples_per_pixel"]["mean"] > before, "more samples")
+        self.server.post(f"/v1/jobs/{first}/cancel")
+
+    def test_a_preview_need_not_wait_for_it(self):
+        first = self.submit(width=500).json()["id"]
+        self.server.wait_for_samples(first)
+        preview = self.submit(96, 64, **{"class": "preview", "samples": 8}).json()["id"]
+        self.assertEqual(self.server.wait(preview)["state"], "finished")
+        self.server.post(f"/v1/jobs/{first}/cancel")
+
+    def test_a_film_that_will_never_fit_is_refused(self):
+        answer = self.submit(1024, 1024)
+        self.assert_problem(answer, 422, "/film")
+        self.assertIn("--memory", answer.body.decode())
+        body = {**job_body(), "film": {"width": 1024, "height": 1024}}
+        self.assert_problem(self.server.post("/v1/jobs?dry_run=1", body), 422, "/film")
+
+    def test_the_limit_is_told(self):
+        limits = self.server.get("/v1/server").json()["limits"]
+        self.assertEqual(limits["memory_bytes_of_jobs"], 40 << 20)

@@ -7,6 +7,7 @@ namespace {
 using server::BookLimits;
 using server::Job;
 using server::JobBook;
+using server::JobMemory;
 using server::JobPointer;
 using server::JobRecord;
 using server::Rank;
@@ -116,6 +117,134 @@ TEST(JobBook, OfTwoWhoLoadTheSameFinalJobBothGetOne) {
   const auto second = made_job(1);
   EXPECT_EQ(book.add_final(first), first);
   EXPECT_EQ(book.add_final(second), first);
+}
+
+constexpr Rank kNormal = {};
+constexpr Rank kPreview = {.is_preview = true};
+
+/// A film, and a scene with the name.
+JobMemory memory(std::uint64_t film_bytes, const std::string& scene = "", std::uint64_t scene_bytes = 0) {
+  JobMemory needed{.film_bytes = film_bytes, .shared_bytes = {}};
+  if (!scene.empty()) {
+    needed.shared_bytes[scene] = scene_bytes;
+  }
+  return needed;
+}
+
+TEST(JobBookMemory, JobsWaitUntilThereIsMemoryForThem) {
+  JobBook book(BookLimits{.memory_max_bytes = 800});  // 700 for normal jobs.
+  book.enqueue(made_job(1), kNormal, memory(400));
+  book.enqueue(made_job(2), kNormal, memory(301));
+  book.enqueue(made_job(3), kNormal, memory(1));
+  ASSERT_NE(book.admit(), nullptr);
+  EXPECT_EQ(book.memory_bytes(), 400U);
+  EXPECT_EQ(book.admit(), nullptr);  // The small one does not pass the large one, which would wait for ever.
+  EXPECT_TRUE(book.waits_for_memory());
+  book.leave("job1");
+  EXPECT_EQ(book.memory_bytes(), 0U);
+  ASSERT_NE(book.admit(), nullptr);
+  ASSERT_NE(book.admit(), nullptr);
+  EXPECT_EQ(book.memory_bytes(), 302U);
+  EXPECT_FALSE(book.waits_for_memory());
+}
+
+TEST(JobBookMemory, AnEighthIsForPreviews) {
+  JobBook book(BookLimits{.memory_max_bytes = 800});
+  book.enqueue(made_job(1), kNormal, memory(700));
+  ASSERT_NE(book.admit(), nullptr);
+  book.enqueue(made_job(2, true), kPreview, memory(100));
+  ASSERT_NE(book.admit(), nullptr);
+  book.enqueue(made_job(3, true), kPreview, memory(1));
+  EXPECT_EQ(book.admit(), nullptr);
+}
+
+TEST(JobBookMemory, WhatJobsShareCountsOnce) {
+  JobBook book(BookLimits{.memory_max_bytes = 800});
+  book.enqueue(made_job(1), kNormal, memory(50, "hall", 600));
+  book.enqueue(made_job(2), kNormal, memory(50, "hall", 600));
+  book.enqueue(made_job(3), kNormal, memory(50, "sponza", 600));
+  ASSERT_NE(book.admit(), nullptr);
+  ASSERT_NE(book.admit(), nullptr);
+  EXPECT_EQ(book.memory_bytes(), 700U);
+  EXPECT_EQ(book.admit(), nullptr);
+  book.leave("job1");
+  EXPECT_EQ(book.memory_bytes(), 650U);
+  book.leave("job2");
+  EXPECT_NE(book.admit(), nullptr);
+}
+
+TEST(JobBookMemory, WhoIsAloneGetsWhatItNeeds) {
+  JobBook book(BookLimits{.memory_max_bytes = 800});
+  book.enqueue(made_job(1), kNormal, memory(10, "large", 5000));
+  book.enqueue(made_job(2), kNormal, memory(10));
+  EXPECT_NE(book.admit(), nullptr);
+  EXPECT_EQ(book.admit(), nullptr);
+}
+
+TEST(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
+  JobBook book(BookLimits{.memory_max_bytes = 800});
+  for (int i = 1; i <= 3; ++i) {
+    book.enqueue(made_job(i), kNormal, memory(200));
+    ASSERT_NE(book.admit(), nullptr);
+  }
+  book.pause("job2");
+  book.pause("job1");
+  EXPECT_EQ(book.memory_bytes(), 600U);
+  EXPECT_TRUE(book.take_parkable().empty());  // Nobody waits.
+  book.enqueue(made_job(4), kNormal, memory(300));
+  EXPECT_EQ(book.admit(), nullptr);
+  EXPECT_EQ(book.take_parkable(), std::vector<std::string>{"job2"});
+  EXPECT_TRUE(book.take_parkable().empty());  // It is under way.
+  book.leave("job2");
+  EXPECT_NE(book.admit(), nullptr);
+}
+
+TEST(JobBookMemory, OneThatGoesOnIsNotParked) {
+  JobBook book(BookLimits{.memory_max_bytes = 800});
+  book.enqueue(made_job(1), kNormal, memory(400));
+  ASSERT_NE(book.admit(), nullptr);
+  book.pause("job1");
+  book.claim("job1", kNormal);
+  book.enqueue(made_job(2), kNormal, memory(400));
+  EXPECT_EQ(book.admit(), nullptr);
+  EXPECT_TRUE(book.take_parkable().empty());
+}
+
+TEST(JobBookMemory, NobodyIsParkedInVain) {
+  JobBook book(BookLimits{.memory_max_bytes = 800});
+  book.enqueue(made_job(1), kNormal, memory(500));
+  book.enqueue(made_job(2), kNormal, memory(100));
+  ASSERT_NE(book.admit(), nullptr);
+  ASSERT_NE(book.admit(), nullptr);
+  book.pause("job2");
+  book.enqueue(made_job(3), kNormal, memory(300));  // The one that runs leaves 200.
+  EXPECT_TRUE(book.take_parkable().empty());
+}
+
+TEST(JobBookMemory, PreviewsHaveNoFileToGoOnFrom) {
+  JobBook book(BookLimits{.memory_max_bytes = 800});
+  book.enqueue(made_job(1, true), kPreview, memory(400));
+  ASSERT_NE(book.admit(), nullptr);
+  book.pause("job1");
+  book.enqueue(made_job(2), kNormal, memory(400));
+  EXPECT_EQ(book.admit(), nullptr);
+  EXPECT_TRUE(book.take_parkable().empty());
+}
+
+TEST(JobBookMemory, PausedPreviewsCountAsPreviews) {
+  JobBook book(BookLimits{.previews_max = 1});
+  book.enqueue(made_job(1, true), kPreview);
+  ASSERT_NE(book.admit(), nullptr);
+  book.pause("job1");
+  EXPECT_FALSE(book.has_room(kPreview));
+}
+
+TEST(JobBookMemory, WithoutAQueueThereIsRoomOnlyForWhatMayStart) {
+  JobBook book(BookLimits{.queue_max = 0, .memory_max_bytes = 800});
+  book.enqueue(made_job(1), kNormal, memory(400));
+  ASSERT_NE(book.admit(), nullptr);
+  EXPECT_TRUE(book.has_room(kNormal, memory(300)));
+  EXPECT_FALSE(book.has_room(kNormal, memory(301)));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@ set(SERVER_TEST_SOURCES
   job_book_test.cpp
   job_record_test.cpp
   job_service_test.cpp
+  memory_test.cpp
   scene_service_test.cpp
   scheduler_test.cpp
   server_test_support.cpp

@@ -145,6 +145,8 @@ api::ServerView about_server(const Config& config, const std::string& isa) {
       {"scene_cache_bytes", static_cast<std::int64_t>(memory.scene_cache_bytes)},
       {"requests_per_minute_of_a_key", config.rate_limit},
       {"unfinished_jobs_of_a_key", config.quota_jobs},
+      {"previews_of_a_key", config.quota_previews},
+      {"streams_of_a_key", config.quota_streams},
       {"lab_runs_of_a_key", config.quota_lab_runs},
       {"stored_bytes", static_cast<std::int64_t>(storage.total_bytes)},
       {"stored_bytes_of_a_key", static_cast<std::int64_t>(storage.owner_bytes)},

@@ -60,6 +60,7 @@ JobServiceOptions job_options(const Config& config, const api::ServerView& about
   options.threads = render_threads(config);
   options.book.queue_max = config.queue_max;
   options.book.running_max = config.running_max;
+  options.book.previews_of_owner_max = config.quota_previews;
   options.samples_max = config.samples_max;
   options.checkpoint_seconds = config.checkpoint_seconds;
   options.book.memory_max_bytes = memory.jobs_bytes;
@@ -112,7 +113,7 @@ class App {
                 {.cache_bytes = memory_limits(config, usable_memory_bytes()).scene_cache_bytes,
                  .threads = render_threads(config),
                  .isa = config.isa == "native" ? std::string() : isa}),
-        streams_(config.streams_max),
+        streams_(config.streams_max, config.quota_streams),
         pictures_(memory_limits(config, usable_memory_bytes()).requests_bytes),
         keys_(config, key_table_),
         guard_(config, keys_, tickets_) {}

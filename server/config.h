@@ -50,6 +50,8 @@ struct Config {
 
   int rate_limit = 6000;           ///< requests a minute of each stored key; 0: any number
   int quota_jobs = 0;              ///< unfinished jobs of each stored key; 0: any number
+  int quota_previews = 16;         ///< previews at a time of each stored key; 0: any number
+  int quota_streams = 0;           ///< open streams of each stored key; 0: any number
   int quota_lab_runs = 1;          ///< experiments at a time of each stored key; 0: any number
   double quota_storage_percent = 50;  ///< of the disk limit, for each stored key; used when the next is 0; 0: all
   std::uint64_t quota_storage_bytes = 0;

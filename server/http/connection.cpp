@@ -219,7 +219,7 @@ Connection::Next Connection::serve(Request& request, const ParsedHead& parsed, O
   }
   auto* stream = std::get_if<StreamBody>(&response.body);
   if (stream != nullptr && !stream->slot) {
-    stream->slot = context_.streams.try_enter();
+    stream->slot = context_.streams.try_enter(request.principal);
     if (!stream->slot) {
       response = problem_response(503, "too many streams are open", request.path);
       response.headers.add("Retry-After", "2");

@@ -77,19 +77,33 @@ std::string_view Request::path_param(std::string_view name) const {
   return {};
 }
 
-StreamSlot StreamGate::try_enter() {
-  int count = open_count_.load(std::memory_order_relaxed);
-  while (count < limit_) {
-    if (open_count_.compare_exchange_weak(count, count + 1, std::memory_order_relaxed)) {
-      return StreamSlot(this);
-    }
+StreamSlot StreamGate::try_enter(const std::string& owner) {
+  const core::MutexLock lock(mutex_);
+  if (open_count_ >= limit_) {
+    return {};
   }
-  return {};
+  if (!owner.empty()) {
+    int& of_owner = of_owner_[owner];
+    if (limit_of_owner_ > 0 && of_owner >= limit_of_owner_) {
+      return {};
+    }
+    ++of_owner;
+  }
+  ++open_count_;
+  return {this, owner};
+}
+
+void StreamGate::leave(const std::string& owner) {
+  const core::MutexLock lock(mutex_);
+  --open_count_;
+  if (const auto found = of_owner_.find(owner); found != of_owner_.end() && --found->second == 0) {
+    of_owner_.erase(found);
+  }
 }
 
 StreamSlot::~StreamSlot() {
   if (gate_ != nullptr) {
-    gate_->leave();
+    gate_->leave(owner_);
   }
 }
 

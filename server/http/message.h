@@ -125,9 +125,11 @@ class StreamGate;
 class StreamSlot {
  public:
   StreamSlot() = default;
-  StreamSlot(StreamSlot&& other) noexcept : gate_(std::exchange(other.gate_, nullptr)) {}
+  StreamSlot(StreamSlot&& other) noexcept
+      : gate_(std::exchange(other.gate_, nullptr)), owner_(std::move(other.owner_)) {}
   StreamSlot& operator=(StreamSlot&& other) noexcept {
     std::swap(gate_, other.gate_);
+    std::swap(owner_, other.owner_);
     return *this;
   }
   StreamSlot(const StreamSlot&) = delete;
@@ -137,8 +139,9 @@ class StreamSlot {
 
  private:
   friend class StreamGate;
-  explicit StreamSlot(StreamGate* gate) : gate_(gate) {}
+  StreamSlot(StreamGate* gate, std::string owner) : gate_(gate), owner_(std::move(owner)) {}
   StreamGate* gate_ = nullptr;
+  std::string owner_;
 };
 
 using StreamProducer = std::function<void(StreamWriter&)>;

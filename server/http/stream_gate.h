@@ -1,33 +1,48 @@
-/// Counts open streams against a limit. Each holds a thread, so there must be one.
+/// Counts what is open, in all and of each key, against limits. Each holds a thread, so there must be some.
 ///
 /// A route that can say more than 503 takes its place first:
-/// `StreamSlot slot = gate.try_enter(); if (!slot) return overloaded();`
+/// `StreamSlot slot = gate.try_enter(request.principal); if (!slot) return overloaded();`
 #pragma once
 
-#include <atomic>
+#include <map>
+#include <string>
 
+#include "core/base/mutex.h"
 #include "server/http/message.h"
 
 namespace server {
 
 class StreamGate {
  public:
-  /// limit: the most streams open at a time, at least 1.
-  explicit StreamGate(int limit) : limit_(limit) {}
+  /// limit: the most open at a time, at least 1. limit_of_owner: of one stored key; 0: any number.
+  explicit StreamGate(int limit, int limit_of_owner = 0) : limit_(limit), limit_of_owner_(limit_of_owner) {}
   StreamGate(const StreamGate&) = delete;
   StreamGate& operator=(const StreamGate&) = delete;
 
-  /// An empty slot when all places are taken. The gate must outlive its slots.
-  StreamSlot try_enter();
-  int open_count() const { return open_count_.load(std::memory_order_relaxed); }
+  /// owner: id of a stored key; empty: nobody's, which only the first limit binds. An empty slot when all places are
+  /// taken. The gate must outlive its slots.
+  StreamSlot try_enter(const std::string& owner = {});
+  int open_count() const {
+    const core::MutexLock lock(mutex_);
+    return open_count_;
+  }
+  int open_count_of(const std::string& owner) const {
+    const core::MutexLock lock(mutex_);
+    const auto found = of_owner_.find(owner);
+    return found == of_owner_.end() ? 0 : found->second;
+  }
   int limit() const { return limit_; }
+  int limit_of_owner() const { return limit_of_owner_; }
 
  private:
   friend class StreamSlot;
-  void leave() { open_count_.fetch_sub(1, std::memory_order_relaxed); }
+  void leave(const std::string& owner);
 
   const int limit_;
-  std::atomic<int> open_count_ = 0;
+  const int limit_of_owner_;
+  mutable core::Mutex mutex_;
+  int open_count_ GUARDED_BY(mutex_) = 0;
+  std::map<std::string, int> of_owner_ GUARDED_BY(mutex_);
 };
 
 }  // namespace server

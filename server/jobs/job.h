@@ -34,14 +34,17 @@ class Job {
   /// had ended before and was read from the store.
   enum class History { kInLog, kInStore };
 
-  Job(JobRecord record, History history)
+  /// owner: id of the stored key that submitted it; empty: none, or nobody asks any more.
+  Job(JobRecord record, History history, std::string owner = {})
       : id_(record.view.id),
+        owner_(std::move(owner)),
         sequence_(record.sequence),
         memory_only_(is_memory_only(record.view.spec)),
         history_(history),
         record_(std::move(record)) {}
 
   const std::string& id() const { return id_; }
+  const std::string& owner() const { return owner_; }
   std::int64_t sequence() const { return sequence_; }
   bool memory_only() const { return memory_only_; }
   History history() const { return history_; }
@@ -100,6 +103,7 @@ class Job {
 
  private:
   const std::string id_;
+  const std::string owner_;
   const std::int64_t sequence_;
   const bool memory_only_;
   const History history_;

@@ -61,18 +61,31 @@ std::vector<JobPointer> JobBook::all() const {
   return jobs;
 }
 
-bool JobBook::has_room(Rank rank, const JobMemory& memory) const {
+bool JobBook::has_room(Rank rank, const JobMemory& memory, const std::string& owner) const {
   const core::MutexLock lock(mutex_);
   const auto waiting_previews =
       std::count_if(queue_.begin(), queue_.end(), [](const Waiting& waiting) { return waiting.rank.is_preview; });
   if (rank.is_preview) {
     const auto held_previews =
         std::count_if(holders_.begin(), holders_.end(), [](const auto& item) { return item.second.rank.is_preview; });
-    return waiting_previews + held_previews < limits_.previews_max;
+    return waiting_previews + held_previews < limits_.previews_max && !has_its_previews(owner);
   }
   // With a place free a job starts at once and needs no room in the queue.
   const auto waiting = static_cast<int>(queue_.size()) - static_cast<int>(waiting_previews);
   return waiting < limits_.queue_max || (waiting == 0 && may_start(rank) && fits("", rank, memory, {}));
+}
+
+bool JobBook::has_its_previews(const std::string& owner) const {
+  if (owner.empty() || limits_.previews_of_owner_max == 0) {
+    return false;
+  }
+  const auto waiting = std::count_if(queue_.begin(), queue_.end(), [&](const Waiting& item) {
+    return item.rank.is_preview && item.job->owner() == owner;
+  });
+  const auto held = std::count_if(holders_.begin(), holders_.end(), [&](const auto& item) {
+    return item.second.rank.is_preview && item.second.owner == owner;
+  });
+  return waiting + held >= limits_.previews_of_owner_max;
 }
 
 void JobBook::enqueue(const JobPointer& job, Rank rank, JobMemory memory) {
@@ -160,7 +173,7 @@ JobPointer JobBook::admit() {
   queue_.erase(queue_.begin());
   running_[next.job->id()] = next.rank;
   holders_[next.job->id()] =
-      Holder{.rank = next.rank, .memory = std::move(next.memory), .can_park = !next.job->memory_only()};
+      Holder{.rank = next.rank, .memory = std::move(next.memory), .owner = next.job->owner(), .can_park = !next.job->memory_only()};
   return next.job;
 }
 

@@ -22,7 +22,8 @@ namespace server {
 struct BookLimits {
   int queue_max = 1000;
   int running_max = 16;
-  int previews_max = 32;      ///< Preview jobs waiting or running.
+  int previews_max = 32;      ///< Preview jobs waiting, running or paused.
+  int previews_of_owner_max = 16;  ///< Of one stored key; 0: any number.
   int final_jobs_max = 512;   ///< Final jobs remembered that the store has, too.
   int final_previews_max = 64;
   /// What jobs may hold in memory together; 0: any number. An eighth of it is for previews alone.
@@ -53,7 +54,7 @@ class JobBook {
   std::vector<JobPointer> all() const;
 
   /// False when the queue is full and the job could not start at once.
-  bool has_room(Rank rank, const JobMemory& memory = {}) const;
+  bool has_room(Rank rank, const JobMemory& memory = {}, const std::string& owner = {}) const;
   void enqueue(const JobPointer& job, Rank rank, JobMemory memory = {});
   void dequeue(const std::string& id);
   /// Waiting or running: its new rank.
@@ -90,6 +91,7 @@ class JobBook {
   struct Holder {
     Rank rank;
     JobMemory memory;
+    std::string owner;
     bool can_park = false;        ///< It has a film file.
     std::uint64_t paused_at = 0;  ///< In the order of pauses; 0: it runs.
     bool is_parking = false;
@@ -102,6 +104,7 @@ class JobBook {
   bool fits(const Waiting& next, const std::set<std::string>& parked = {}) const REQUIRES(mutex_) {
     return fits(next.job->id(), next.rank, next.memory, parked);
   }
+  bool has_its_previews(const std::string& owner) const REQUIRES(mutex_);
   bool lacks_only_memory() const REQUIRES(mutex_);
 
   const BookLimits limits_;

@@ -161,7 +161,7 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
   if (const auto facts = scenes_.facts(job->record().view.spec.scene); !facts) {
     return api::make_problem(ErrorCode::kConflict, "the scene of the job is not there any more");
   }
-  if (!book_.has_room(rank_of(job->record().view.spec))) {
+  if (!book_.has_room(rank_of(job->record().view.spec), memory_of(job->record().view))) {
     return api::make_problem(ErrorCode::kTooManyRequests, "the queue is full");
   }
   const auto owner = table_.owner_of(job->sequence());

@@ -316,10 +316,11 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
   api::JobView asked;
   asked.spec = checked->spec;
   JobMemory memory = memory_of(asked);
-  if (!book_.has_room(rank, memory)) {
+  if (!book_.has_room(rank, memory, submission.owner)) {
     return api::make_problem(ErrorCode::kTooManyRequests,
-                             "the queue is full: " + std::to_string(book_.queue_length()) +
-                                 " jobs are waiting");
+                             rank.is_preview ? "as many previews as there may be are waiting or rendering"
+                                             : "the queue is full: " + std::to_string(book_.queue_length()) +
+                                                   " jobs are waiting");
   }
   const auto counted = take_quota(submission.owner);
   if (!counted) {
@@ -345,7 +346,7 @@ core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submis
   record.view.created_at_unix_seconds = unix_now();
   record.view.spec = std::move(request.spec);
   record.view.warnings = std::move(request.warnings);
-  auto job = std::make_shared<Job>(record, Job::History::kInLog);
+  auto job = std::make_shared<Job>(record, Job::History::kInLog, submission.owner);
   std::vector<Told> told = events_between(JobRecord{}, record);
   std::vector<EventRow> rows;
   const std::uint64_t first = reserve_events(*job, told, rows);

@@ -301,7 +301,7 @@ Response stream_pictures(const RouteContext& context, const Request& request, co
   if (const auto there = context.jobs.film(*job); !there && there.error().code == ErrorCode::kGone) {
     return error_answer(request, there.error());
   }
-  StreamSlot slot = context.streams.try_enter();
+  StreamSlot slot = context.streams.try_enter(request.principal);
   if (!slot) {
     return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
   }

@@ -53,7 +53,7 @@ Response events(const RouteContext& context, Request& request) {
   if (stream->is_over()) {
     return empty_response();
   }
-  StreamSlot slot = context.streams.try_enter();
+  StreamSlot slot = context.streams.try_enter(request.principal);
   if (!slot) {
     return overloaded();
   }
@@ -75,7 +75,7 @@ Response tiles(const RouteContext& context, Request& request) {
       !film && film.error().code == core::ErrorCode::kGone) {
     return error_answer(request, film.error());
   }
-  StreamSlot slot = context.streams.try_enter();
+  StreamSlot slot = context.streams.try_enter(request.principal);
   if (!slot) {
     return error_answer(request, core::ErrorCode::kUnavailable, "too many streams are open");
   }
@@ -107,7 +107,7 @@ Response watch(const RouteContext& context, Request& request) {
   if (stream->is_over()) {
     return empty_response();
   }
-  StreamSlot slot = context.streams.try_enter();
+  StreamSlot slot = context.streams.try_enter(request.principal);
   if (!slot) {
     return overloaded();
   }

@@ -156,3 +156,41 @@ class ExperimentsOfAKey(Quotas):
         while self.ask(self.mine, "POST", "/v1/lab/runs", SHORT).status == 429:
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.05)
+
+
+class StreamsAndPreviewsOfAKey(Quotas):
+    FLAGS = ("--quota-streams", "2", "--quota-previews", "2", "--quota-storage", "0")
+
+    def test_one_key_leaves_streams_for_others(self):
+        job = self.ask(self.mine, "POST", "/v1/jobs", job_body(samples=65536)).json()["id"]
+
+        def watch(key):
+            stream = Stream(self.server, f"/v1/jobs/{job}/events", {"Authorization": "Bearer " + key})
+            self.addCleanup(stream.__exit__)
+            return stream, stream.response.readline()
+
+        held = [watch(self.mine) for _ in range(2)]
+        for _, line in held:
+            self.assertNotIn(b"overloaded", line)
+        self.assertIn(b"overloaded", watch(self.mine)[1])
+        self.assertEqual(self.ask(self.mine, "GET", f"/v1/jobs/{job}/tiles").status, 503)
+        self.assertNotIn(b"overloaded", watch(self.other)[1])
+        held[0][0].__exit__()
+        deadline = time.monotonic() + PATIENCE_S
+        while b"overloaded" in watch(self.mine)[1]:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.1)
+        self.server.post(f"/v1/jobs/{job}/cancel")
+
+    def test_one_key_leaves_previews_for_others(self):
+        def submit(key):
+            return self.ask(key, "POST", "/v1/jobs", {**job_body(samples=65536), "class": "preview"})
+
+        held = [submit(self.mine).json()["id"] for _ in range(2)]
+        self.server.request("PATCH", f"/v1/jobs/{held[0]}", {"paused": True})
+        refused = submit(self.mine)
+        self.assertEqual(refused.status, 429, refused)
+        other = submit(self.other)
+        self.assertEqual(other.status, 201, other)
+        for job in (*held, other.json()["id"]):
+            self.server.post(f"/v1/jobs/{job}/cancel")

@@ -12,14 +12,14 @@ using server::JobPointer;
 using server::JobRecord;
 using server::Rank;
 
-JobPointer made_job(std::int64_t sequence, bool is_preview = false) {
+JobPointer made_job(std::int64_t sequence, bool is_preview = false, const std::string& owner = "") {
   JobRecord record;
   record.view.id = "job" + std::to_string(sequence);
   record.sequence = sequence;
   if (is_preview) {
     record.view.spec.job_class = api::JobClass::kPreview;
   }
-  return std::make_shared<Job>(std::move(record), Job::History::kInLog);
+  return std::make_shared<Job>(std::move(record), Job::History::kInLog, owner);
 }
 
 TEST(JobBook, TheQueueIsOrderedByClassPriorityAndAge) {
@@ -245,6 +245,19 @@ TEST(JobBookMemory, WithoutAQueueThereIsRoomOnlyForWhatMayStart) {
   ASSERT_NE(book.admit(), nullptr);
   EXPECT_TRUE(book.has_room(kNormal, memory(300)));
   EXPECT_FALSE(book.has_room(kNormal, memory(301)));
+}
+
+TEST(JobBookMemory, OneKeyLeavesPreviewsForOthers) {
+  JobBook book(BookLimits{.previews_max = 3, .previews_of_owner_max = 2});
+  book.enqueue(made_job(1, true, "a"), kPreview);
+  ASSERT_NE(book.admit(), nullptr);
+  EXPECT_TRUE(book.has_room(kPreview, {}, "a"));
+  book.enqueue(made_job(2, true, "a"), kPreview);
+  EXPECT_FALSE(book.has_room(kPreview, {}, "a"));
+  EXPECT_TRUE(book.has_room(kPreview, {}, "b"));
+  EXPECT_TRUE(book.has_room(kPreview));
+  book.leave("job1");
+  EXPECT_TRUE(book.has_room(kPreview, {}, "a"));
 }
 
 }  // namespace

@@ -115,7 +115,8 @@ class App {
                  .isa = config.isa == "native" ? std::string() : isa}),
         streams_(config.streams_max, config.quota_streams),
         pictures_(memory_limits(config, usable_memory_bytes()).requests_bytes),
-        keys_(config, key_table_),
+        keys_(config, key_table_,
+              [this](KeyRing::Change change, const KeyRow& key) { request_log_.note_key(change, key); }),
         guard_(config, keys_, tickets_) {}
 
   /// Opens the store. Errors: an instruction set that is not there, a directory that cannot be used,

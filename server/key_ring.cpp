@@ -17,12 +17,16 @@ bool same_secret(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-KeyRing::KeyRing(const Config& config, KeyTable& table)
+KeyRing::KeyRing(const Config& config, KeyTable& table, Watcher watcher)
     : config_(config),
       table_(table),
+      watcher_(std::move(watcher)),
       own_token_hash_(config.key.empty() ? std::string() : secret_hash(config.key)),
       own_session_hash_(config.key.empty() ? std::string()
-                                           : secret_hash(session_of_token(config.key))) {}
+                                           : secret_hash(session_of_token(config.key))) {
+  const core::MutexLock lock(mutex_);
+  refresh();
+}
 
 void KeyRing::refresh() {
   const auto now = Clock::now();
@@ -31,13 +35,30 @@ void KeyRing::refresh() {
   }
   // A store that cannot be read keeps the keys that were known: nobody is let in by that.
   if (auto rows = table_.list()) {
-    rows_.clear();
+    std::map<std::string, KeyRow> by_id;
     for (KeyRow& row : *rows) {
       std::string id = row.id;
-      rows_.emplace(std::move(id), std::move(row));
+      by_id.emplace(std::move(id), std::move(row));
     }
+    if (read_at_ && watcher_) {
+      tell_changes(by_id);
+    }
+    rows_ = std::move(by_id);
   }
   read_at_ = now;
+}
+
+void KeyRing::tell_changes(const std::map<std::string, KeyRow>& now) const {
+  for (const auto& [id, row] : rows_) {
+    if (now.find(id) == now.end()) {
+      watcher_(Change::kRemoved, row);
+    }
+  }
+  for (const auto& [id, row] : now) {
+    if (rows_.find(id) == rows_.end()) {
+      watcher_(Change::kAdded, row);
+    }
+  }
 }
 
 bool KeyRing::is_needed() {
@@ -67,6 +88,8 @@ std::optional<Holder> KeyRing::find(const std::string& hash, std::string KeyRow:
 std::optional<Holder> KeyRing::holder_of_token(std::string_view token) {
   const std::string hash = secret_hash(token);
   if (same_secret(hash, own_token_hash_)) {
+    const core::MutexLock lock(mutex_);
+    refresh();  // Nobody else may ask for long, and changes are to be told.
     return Holder{.id = {}, .name = "operator"};
   }
   return find(hash, &KeyRow::token_hash);

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -26,8 +28,11 @@ struct Holder {
 
 class KeyRing {
  public:
-  /// Both must outlive it.
-  KeyRing(const Config& config, KeyTable& table);
+  enum class Change : std::uint8_t { kAdded, kRemoved };
+  /// Told of stored keys that have come or gone since the last look.
+  using Watcher = std::function<void(Change change, const KeyRow& key)>;
+  /// Config and table must outlive it.
+  KeyRing(const Config& config, KeyTable& table, Watcher watcher = {});
 
   /// Without any key, on loopback, nobody needs one.
   bool is_needed();
@@ -37,10 +42,12 @@ class KeyRing {
  private:
   using Clock = std::chrono::steady_clock;
   void refresh() REQUIRES(mutex_);
+  void tell_changes(const std::map<std::string, KeyRow>& now) const REQUIRES(mutex_);
   std::optional<Holder> find(const std::string& hash, std::string KeyRow::*member);
 
   const Config& config_;
   KeyTable& table_;
+  const Watcher watcher_;
   const std::string own_token_hash_;  ///< Empty: the operator has set no key.
   const std::string own_session_hash_;
   core::Mutex mutex_;

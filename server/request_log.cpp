@@ -69,11 +69,28 @@ void RequestLog::audit(const Request& request, const Outcome& outcome) {
                                      {"request_id", request.request_id},
                                      {"trace_id", trace_id(request)},
                                      {"remote", request.remote_addr}});
+  write_audit(line, request.request_id);
+}
+
+void RequestLog::note_key(KeyRing::Change change, const KeyRow& key) {
+  if (audit_path_.empty() && !log_.enabled(LogLevel::kInfo)) {
+    return;
+  }
+  const std::string_view scopes = !key.may_write ? "read" : key.may_read ? "read,write" : "write";
+  write_audit(log_line(unix_now(), LogLevel::kInfo, "audit",
+                       {{"outcome", "done"},
+                        {"action", change == KeyRing::Change::kAdded ? "key-added" : "key-removed"},
+                        {"object", key.id},
+                        {"object_name", key.name},
+                        {"scopes", scopes}}),
+              {});
+}
+
+void RequestLog::write_audit(const std::string& line, std::string_view request_id) {
   if (audit_path_.empty()) {
     log_.write_line(line);
   } else if (const auto written = append(line + "\n"); !written) {
-    log_.write(LogLevel::kError, "audit_failed",
-               {{"detail", written.error().message}, {"request_id", request.request_id}});
+    log_.write(LogLevel::kError, "audit_failed", {{"detail", written.error().message}, {"request_id", request_id}});
   }
 }
 

@@ -4,15 +4,19 @@
 /// that was refused for who asked (401, 403, 421). A line is {"time", "level", "event": "audit", "outcome":
 /// "done" (below 400), "refused" (4xx) or "failed" (5xx), "method", "path", "object": id of what was made or
 /// named, "status", "key": id of the key, "key_name": its name, "operator" for --key, empty without one,
-/// "request_id", "trace_id", "remote"}. Keys themselves are in no line.
+/// "request_id", "trace_id", "remote"}. Keys themselves are in no line. A stored key that the operator adds or removes
+/// while the server runs has a line too: {"time", "level", "event": "audit", "outcome": "done", "action": "key-added"
+/// or "key-removed", "object": its id, "object_name", "scopes"}.
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "server/http/http_server.h"
 #include "server/http/message.h"
+#include "server/key_ring.h"
 #include "server/observe/log.h"
 #include "server/observe/metrics.h"
 
@@ -28,9 +32,11 @@ class RequestLog {
   /// Can the audit file be written? Errors: as open_file().
   core::Status check() const;
   void note(const Request& request, const Outcome& outcome);
+  void note_key(KeyRing::Change change, const KeyRow& key);
 
  private:
   void audit(const Request& request, const Outcome& outcome);
+  void write_audit(const std::string& line, std::string_view request_id);
   core::Status append(const std::string& line) const;
 
   Log& log_;

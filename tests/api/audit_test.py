@@ -30,6 +30,30 @@ class Audit(unittest.TestCase):
             text = file.read()
         return text, [line for line in map(json.loads, filter(None, text.splitlines())) if line["event"] == "audit"]
 
+    def test_keys_that_come_and_go_have_a_line(self):
+        server = self.start("--log-level", "info")
+        self.add_key(server, "studio", "--scope", "read")
+        ids = [key["id"] for key in json.loads(tessera("keys", "list", "--json", "--data", server.data)[1])["keys"]]
+        self.assertEqual(len(ids), 1)
+
+        def wait_for(action):
+            deadline = time.monotonic() + PATIENCE_S
+            while True:
+                server.get("/v1/jobs")
+                lines = [json.loads(line) for line in server.log_text().splitlines() if '"action"' in line]
+                found = [line for line in lines if line["action"] == action]
+                if found:
+                    return found
+                self.assertLess(time.monotonic(), deadline)
+                time.sleep(0.1)
+
+        (added,) = wait_for("key-added")
+        self.assertEqual((added["event"], added["object"], added["object_name"], added["scopes"]),
+                         ("audit", ids[0], "studio", "read"))
+        self.assertEqual(tessera("keys", "remove", ids[0], "--data", server.data)[0], 0)
+        (removed,) = wait_for("key-removed")
+        self.assertEqual(removed["object"], ids[0])
+
     def test_every_change_and_every_refusal_has_a_line_and_nothing_else(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)

@@ -14,6 +14,9 @@ namespace {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 /// Of the windows that the errors of single pixels are pooled over.
 constexpr std::array<int, 7> kRadii = {1, 2, 3, 5, 8, 16, 32};
+/// Degrees of freedom that the variance of a single pixel is to have, and the least that it is said to have.
+constexpr double kEnough = 6;
+constexpr double kFewest = 3;
 /// Blue-noise order takes variance from the means of 2 x 2 pixels and gives it to what is left. At most all of it: a
 /// quarter of the eigenvalues of the covariance is 0 then, the others are 4/3 of the variance, and the sum of their squares,
 /// half of the variance of a sum of squares, is 4/3 of that of independent pixels. Differences of neighbours, whose
@@ -65,6 +68,92 @@ struct OwnMean {
   static constexpr double kSure = 3.09;  ///< standard deviations: one pixel in a thousand
   static constexpr double kLucky = 2.33;  ///< one pixel in a hundred
   static constexpr double kApart = 4;
+};
+
+PixelRect window_around(int x, int y, int radius, int width, int height) {
+  const int x0 = std::max(x - radius, 0);
+  const int y0 = std::max(y - radius, 0);
+  return {x0, y0, std::min(x + radius + 1, width) - x0, std::min(y + radius + 1, height) - y0};
+}
+
+/// The variance of single pixels, pooled over windows that hold enough distinct deviations.
+///
+/// Half of it is the window's, half goes with what the pixel's own samples spread: noise changes across a window, be it with the
+/// light of a lantern or at an edge, and the window alone gives the brightest pixels too little. The samples alone would
+/// not do: few of them know their spread badly, and it is least where light has been missed.
+class PixelNoise {
+ public:
+  PixelNoise(const FilmSnapshot& film, const MomentSums& sums)
+      : sums_(sums),
+        width_(film.rect.width),
+        height_(film.rect.height),
+        deviations_(width_, height_),
+        spreads_(width_, height_),
+        roots_(width_, height_),
+        own_(film.pixel_count()) {
+    std::size_t i = 0;
+    for (int y = 0; y < height_; ++y) {
+      for (int x = 0; x < width_; ++x, ++i) {
+        const Rgb d = (half_value(film, i, 0).mean - half_value(film, i, 1).mean) * 0.5F;
+        own_[i] = static_cast<float>(sample_variance(film, i).of_mean);
+        const auto spread = static_cast<double>(own_[i]);
+        deviations_.set(x, y, std::sqrt(static_cast<double>(d.r * d.r + d.g * d.g + d.b * d.b)));
+        spreads_.set(x, y, spread);
+        roots_.set(x, y, std::sqrt(spread));
+      }
+    }
+  }
+
+  struct Value {
+    Rgb variance;
+    double degrees = 0;  ///< of freedom; squares of neighbours taken for independent
+    PixelRect window;
+    double share = 1;  ///< of the window's variance that is this pixel's
+  };
+  Value at(int x, int y) const {
+    Value out;
+    MomentSums::Values v;
+    double squares = 0;
+    for (const int radius : kRadii) {
+      out.window = window_around(x, y, radius, width_, height_);
+      v = sums_.over(out.window);
+      squares = v.count * (v.variance[0] + v.variance[1] + v.variance[2]);
+      out.degrees = v.count;
+      if (squares > 0) {
+        // (sum |e|)^2 / sum e^2 is 2 / pi of the count where errors are Gaussian and alike (Geary 1935), less where a few are
+        // all of it.
+        const double sum = std::max(deviations_.sum(out.window), 0.0);
+        out.degrees = std::min(kHalfPi * sum * sum / squares, v.count);
+      }
+      if (out.degrees >= kEnough) {
+        break;
+      }
+    }
+    const double spread = std::max(spreads_.sum(out.window), 0.0) / v.count;
+    const double root = std::max(roots_.sum(out.window), 0.0) / v.count;
+    if (spread > 0 && root > 0) {
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+      out.share = 0.5 + 0.5 * static_cast<double>(own_[i]) / spread;
+      // Pixels whose spreads have a relative variance of 4 u differ by u in the half that is the window's. Half of that is taken to
+      // be there in truth, half to be luck of the samples; 2 / degrees is the relative variance of what is pooled.
+      const double unlike = std::max(spread / (root * root) - 1, 0.0);
+      out.degrees = std::max(out.degrees / (1 + 0.25 * out.degrees * unlike), kFewest);
+    }
+    const double share = out.share;
+    out.variance = {static_cast<float>(share * v.variance[0]), static_cast<float>(share * v.variance[1]),
+                    static_cast<float>(share * v.variance[2])};
+    return out;
+  }
+
+ private:
+  static constexpr double kHalfPi = 1.5707963267948966;
+  const MomentSums& sums_;
+  int width_;
+  int height_;
+  SummedArea deviations_;  ///< half of A - B, absolute, channels together
+  SummedArea spreads_;     ///< variance of the mean by the pixel's own samples, and its root
+  SummedArea roots_;
+  std::vector<float> own_;
 };
 
 /// Over the 3 x 3 pixels around one.
@@ -142,27 +231,28 @@ ErrorEstimate::ErrorEstimate(const FilmSnapshot& film)
   }
   pooled_variance_.resize(n);
   pooled_ratio_.resize(n);
-  pooled_pixels_.resize(n);
+  window_ratio_.resize(n);
+  degrees_.resize(n);
+  const PixelNoise noise(film, sums);
   for (int y = 0; y < h; ++y) {
     for (int x = 0; x < w; ++x) {
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x);
+      const PixelNoise::Value own_noise = noise.at(x, y);
+      const auto mean_ratio = [&ratios](const PixelRect& r) {
+        return std::max(ratios.sum(r), 0.0) / (static_cast<double>(r.width) * static_cast<double>(r.height));
+      };
+      pooled_variance_[i] = own_noise.variance;
+      pooled_ratio_[i] = static_cast<float>(own_noise.share * mean_ratio(own_noise.window));
+      degrees_[i] = static_cast<float>(own_noise.degrees / dependence_);
       // The window grows until its mean is known to about 10 %.
       PixelRect window;
-      MomentSums::Values v;
       for (const int r : kRadii) {
-        window.x = std::max(x - r, 0);
-        window.y = std::max(y - r, 0);
-        window.width = std::min(x + r + 1, w) - window.x;
-        window.height = std::min(y + r + 1, h) - window.y;
-        v = sums.over(window);
-        if (v.relative_variance() <= 0.01) {
+        window = window_around(x, y, r, w, h);
+        if (sums.over(window).relative_variance() <= 0.01) {
           break;
         }
       }
-      pooled_variance_[i] = {static_cast<float>(v.variance[0]), static_cast<float>(v.variance[1]),
-                             static_cast<float>(v.variance[2])};
-      pooled_ratio_[i] = static_cast<float>(std::max(ratios.sum(window), 0.0) / v.count);
-      pooled_pixels_[i] = static_cast<std::uint16_t>(v.count / dependence_);
+      window_ratio_[i] = static_cast<float>(mean_ratio(window));
     }
   }
 }
@@ -187,7 +277,7 @@ ErrorInterval ErrorEstimate::region(PixelRect rect, double confidence) const {
   for (int y = rect.y; y < rect.y + rect.height; ++y) {
     for (int x = rect.x; x < rect.x + rect.width; ++x) {
       const auto q = static_cast<double>(raw_ratio_[index(x, y)]);
-      const auto pooled = static_cast<double>(pooled_ratio_[index(x, y)]);
+      const auto pooled = static_cast<double>(window_ratio_[index(x, y)]);
       sum += q;
       largest = std::max(largest, q);
       gaussian += 2 * pooled * pooled;
@@ -226,9 +316,9 @@ PixelError ErrorEstimate::pixel(int x, int y) const {
   }
   const Rgb v = pooled_variance_[i];
   out.standard_error = {std::sqrt(v.r), std::sqrt(v.g), std::sqrt(v.b)};
-  // 97.5 % quantile of Student's t with as many degrees of freedom as pixels were pooled, by its expansion in 1/k
-  // (Abramowitz and Stegun 26.7.5): exact to 0.003 for the least k, 4.
-  const float inverse = 1 / static_cast<float>(pooled_pixels_[i]);
+  // 97.5 % quantile of Student's t by its expansion in 1/k (Abramowitz and Stegun 26.7.5): exact to 0.003 from k = 4 on, 0.7 %
+  // too low at 3, 3 % at 2.
+  const float inverse = 1 / degrees_[i];
   const float quantile = 1.959964F + inverse * (2.372271F + inverse * (2.822500F + inverse * 2.555850F));
   out.low = mean_[i] - out.standard_error * quantile;
   out.high = mean_[i] + out.standard_error * quantile;

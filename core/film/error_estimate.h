@@ -53,8 +53,9 @@ class ErrorEstimate {
   std::vector<Rgb> pooled_variance_;
   std::vector<float> raw_ratio_;     ///< mean over channels of (A-B)^2/4 / (mu_w^2 + 0.01)
   std::vector<float> influence_;     ///< of the pixel on the sum of raw_ratio_, mu_w included
-  std::vector<float> pooled_ratio_;
-  std::vector<std::uint16_t> pooled_pixels_;
+  std::vector<float> pooled_ratio_;  ///< raw_ratio_ as pooled_variance_ is
+  std::vector<float> window_ratio_;  ///< mean of raw_ratio_ over a window that knows its expected value
+  std::vector<float> degrees_;       ///< of freedom of pooled_variance_
 };
 
 }  // namespace core

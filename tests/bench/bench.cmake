@@ -19,6 +19,10 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   # Are error targets kept?
   add_executable(targets_bench bench/targets_bench.cpp)
   target_link_libraries(targets_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+
+  # Do intervals of single pixels hold the truth as often as they say?
+  add_executable(coverage_bench bench/coverage_bench.cpp)
+  target_link_libraries(coverage_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()
 
 # Small requests, as many as the server answers.

@@ -1,0 +1,165 @@
+// How often intervals of single pixels hold the truth, by brightness: renders with as many seeds, the truth of each being
+// the mean of the others. Each sampler, with and without adaptive sampling, and the estimators that learn as they go. Prints,
+// never asserts.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "core/base/check.h"
+#include "core/film/error_estimate.h"
+#include "core/render/registry.h"
+#include "core/scene_io/builtin_scenes.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+constexpr std::size_t kClasses = 5;
+
+struct Plan {
+  int renders = 200;
+  int width = 64;
+  int threads = 2;
+};
+
+core::View view_of(std::string_view name, int width) {
+  const core::BuiltinScene* builtin = core::find_builtin_scene(name);
+  CHECK(builtin != nullptr);
+  auto description = core::load_gltf(builtin->make_glb(), {}, {});
+  CHECK(description);
+  auto scene = core::Scene::build(std::move(*description), 2);
+  CHECK(scene);
+  core::View view;
+  view.scene = *scene;
+  view.settings.film.width = width;
+  view.settings.film.height = width * 9 / 16;
+  view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = false;
+  const core::SceneSummary& facts = (*scene)->summary();
+  if (facts.lights.empty() && !facts.has_emissive_strength) {
+    view.environment = test_support::constant_sky(core::Rgb(1));
+  }
+  return view;
+}
+
+/// For each pixel that has noise the class that it belongs to, from dark to bright; kClasses: it has none.
+std::vector<std::size_t> classes_of(const std::vector<double>& values, const std::vector<double>& variances) {
+  const auto has_noise = [&](std::size_t p) { return variances[p] > 1e-10 * values[p] * values[p]; };
+  std::vector<double> sorted;
+  for (std::size_t p = 0; p < values.size(); ++p) {
+    if (has_noise(p)) {
+      sorted.push_back(values[p]);
+    }
+  }
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<std::size_t> out;
+  for (std::size_t p = 0; p < values.size(); ++p) {
+    const auto below = static_cast<std::size_t>(std::lower_bound(sorted.begin(), sorted.end(), values[p]) - sorted.begin());
+    out.push_back(has_noise(p) ? below * kClasses / sorted.size() : kClasses);
+  }
+  return out;
+}
+
+double green(const core::FilmSnapshot& film, std::size_t pixel) {
+  return static_cast<double>(core::pixel_value(film, pixel).mean.g);
+}
+
+void measure(const std::string& what, core::View view, int samples, const Plan& plan) {
+  std::vector<core::FilmSnapshot> films;
+  std::vector<double> sum;
+  std::vector<double> squares;
+  for (int i = 0; i < plan.renders; ++i) {
+    view.settings.seed = static_cast<std::uint64_t>(i) + 1;
+    films.push_back(test_support::render(view, samples, plan.threads).snapshot);
+    sum.resize(films[0].pixel_count());
+    squares.resize(films[0].pixel_count());
+    for (std::size_t p = 0; p < sum.size(); ++p) {
+      sum[p] += green(films.back(), p);
+      squares[p] += green(films.back(), p) * green(films.back(), p);
+    }
+  }
+  const auto others = static_cast<double>(plan.renders - 1);
+  // The mean of the others is off by something itself.
+  const double widened = std::sqrt(1 + 1 / others);
+  std::array<double, kClasses + 1> inside{};
+  std::array<double, kClasses + 1> all{};
+  std::vector<int> hits(sum.size());
+  double truth = 0;
+  std::vector<double> means(sum.size());
+  std::vector<double> variances(sum.size());
+  for (std::size_t p = 0; p < sum.size(); ++p) {
+    means[p] = sum[p] / plan.renders;
+    variances[p] = (squares[p] / plan.renders - means[p] * means[p]) * plan.renders / others;
+    truth += variances[p] / (means[p] * means[p] + 0.01) / static_cast<double>(sum.size());
+  }
+  truth = std::sqrt(truth);
+  const std::vector<std::size_t> classes = classes_of(means, variances);
+  double image = 0;
+  double estimate = 0;
+  for (core::FilmSnapshot& film : films) {
+    const core::ErrorEstimate pixels(film);
+    for (std::size_t p = 0; p < sum.size(); ++p) {
+      const auto e = pixels.pixel(static_cast<int>(p) % film.rect.width, static_cast<int>(p) / film.rect.width);
+      const double value = green(film, p);
+      const double off = std::fabs(value - (sum[p] - value) / others);
+      const double half_width = 0.5 * static_cast<double>(e.high.g - e.low.g);
+      const bool in = off <= widened * half_width + 1e-6 * value;
+      inside[classes[p]] += in ? 1 : 0;
+      all[classes[p]] += 1;
+      hits[p] += in ? 1 : 0;
+    }
+    for (core::ReplicatePixel& p : film.pixels) {
+      p.mean_r = p.mean_b = p.mean_g;  // the error is asked for in green
+    }
+    const core::ErrorInterval e = core::ErrorEstimate(film).image(0.95);
+    image += e.low <= truth && truth <= e.high ? 1.0 / plan.renders : 0;
+    estimate += e.relative_rmse / truth / plan.renders;
+  }
+  const auto below = std::count_if(hits.begin(), hits.end(), [&](int n) { return n < 0.9 * plan.renders; });
+  std::printf("%-48s %4d", what.c_str(), samples);
+  for (std::size_t k = 0; k < kClasses; ++k) {
+    std::printf("  %5.1f", 100 * inside[k] / std::max(all[k], 1.0));
+  }
+  std::printf("   %4.1f   %5.1f  %+6.1f\n", 100.0 * static_cast<double>(below) / static_cast<double>(hits.size()), 100 * image,
+              100 * (estimate - 1));
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Plan plan;
+  plan.renders = argc > 1 ? std::atoi(argv[1]) : plan.renders;
+  plan.width = argc > 2 ? std::atoi(argv[2]) : plan.width;
+  plan.threads = argc > 3 ? std::atoi(argv[3]) : plan.threads;
+  std::printf("coverage of 95 %% intervals, %d renders, %d pixels wide\n"
+              "%-48s  spp  %% of pixels, dark to bright             <90 %%   image  estimate\n",
+              plan.renders, plan.width, "");
+  for (const std::string_view scene : {"cornell-box", "interior", "many-lights", "veach-mis", "glass"}) {
+    const core::View view = view_of(scene, plan.width);
+    for (const int samples : {16, 64}) {
+      measure(std::string(scene), view, samples, plan);
+    }
+    core::View adaptive = view;
+    adaptive.settings.adaptive.type = core::AdaptiveType::kPilot;
+    measure(std::string(scene) + ", pilot", adaptive, 64, plan);
+    core::View optimal = view;
+    optimal.settings.estimator.mis = core::MisType::kOptimal;
+    measure(std::string(scene) + ", optimal MIS", optimal, 32, plan);
+    core::View regression = view;
+    regression.settings.estimator.control_variate = core::ControlVariateType::kRegression;
+    measure(std::string(scene) + ", regression", regression, 32, plan);
+  }
+  for (const std::string_view scene : {"cornell-box", "interior"}) {
+    for (const auto& sampler : core::samplers()) {
+      core::View view = view_of(scene, plan.width);
+      view.settings.sampler = sampler.value;
+      measure(std::string(scene) + ", " + std::string(sampler.name), view, 16, plan);
+      view.settings.adaptive.type = core::AdaptiveType::kPilot;
+      measure(std::string(scene) + ", " + std::string(sampler.name) + ", pilot", view, 64, plan);
+    }
+  }
+  return 0;
+}

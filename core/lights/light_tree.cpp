@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/math/numbers.h"
 
@@ -11,11 +12,6 @@ namespace {
 
 constexpr int kBuckets = 12;
 constexpr double kPiExact = 3.14159265358979;
-
-/// cos(max(0, a - b)) from sines and cosines.
-float cos_sub_clamped(float sin_a, float cos_a, float sin_b, float cos_b) {
-  return cos_a > cos_b ? 1.0F : cos_a * cos_b + sin_a * sin_b;
-}
 
 constexpr float kOneDirection = 0.9999999F;  ///< cosine of a cone of normals that is one direction
 
@@ -113,13 +109,15 @@ LightTree::LightTree(std::span<const LightBounds> lights) {
   if (lights.empty()) {
     return;
   }
-  nodes_.reserve(2 * lights.size());
+  std::vector<Node> nodes;
+  nodes.reserve(2 * lights.size());
   std::vector<Item> items;
   items.reserve(lights.size());
   for (const LightBounds& light : lights) {
     items.push_back({light, light.box.center(), static_cast<std::uint32_t>(items.size()), {}});
   }
-  build(items, 0);
+  build(nodes, items);
+  collapse(nodes);
 }
 
 /// The cheapest of the splits between buckets along each axis. Buckets without lights make no split of
@@ -186,36 +184,24 @@ LightTree::Split LightTree::best_split(std::span<Item> items, const Bounds& cent
   return best;
 }
 
-std::uint32_t LightTree::build(std::span<Item> items, std::uint32_t parent) {
-  LightBounds all;
+std::uint32_t LightTree::build(std::vector<Node>& nodes, std::span<Item> items) {
   Bounds centers;
+  Node node;
   for (const Item& item : items) {
-    all = merge_bounds(all, item.bounds);
+    node.bounds = merge_bounds(node.bounds, item.bounds);
     centers.add(item.center);
   }
-  const auto index = static_cast<std::uint32_t>(nodes_.size());
-  Node node;
-  node.center = all.box.center();
-  node.half = all.box.diagonal() * 0.5F;
-  node.radius2 = length_squared(node.half);
-  node.axis = all.axis;
-  node.power = all.power;
-  node.cos_theta_o = all.cos_theta_o;
-  node.sin_theta_o = safe_sqrt(1 - all.cos_theta_o * all.cos_theta_o);
-  node.cos_theta_e = all.cos_theta_e;
-  node.two_sided = all.two_sided;
-  node.parent = parent;
+  const auto index = static_cast<std::uint32_t>(nodes.size());
   node.leaf = items.size() == 1;
   if (node.leaf) {
     node.right = items[0].light;
-    leaf_of_[items[0].light] = index;
-    nodes_.push_back(node);
+    nodes.push_back(node);
     return index;
   }
-  nodes_.push_back(node);
+  nodes.push_back(node);
 
   std::size_t middle = items.size() / 2;
-  const Split split = best_split(items, centers, all.box.diagonal());
+  const Split split = best_split(items, centers, node.bounds.box.diagonal());
   if (split.axis >= 0) {
     const auto at = std::stable_partition(items.begin(), items.end(), [&split](const Item& item) {
       return item.bucket[split.axis] < split.bucket;
@@ -225,103 +211,204 @@ std::uint32_t LightTree::build(std::span<Item> items, std::uint32_t parent) {
       middle = count;
     }
   }
-  build(items.subspan(0, middle), index);
-  const std::uint32_t right = build(items.subspan(middle), index);
-  nodes_[index].right = right;
+  build(nodes, items.subspan(0, middle));
+  const std::uint32_t right = build(nodes, items.subspan(middle));
+  nodes[index].right = right;
   return index;
 }
 
-float LightTree::importance(const Node& node, Vec3 point, Vec3 normal) noexcept {
-  if (!(node.power > 0)) {
-    return 0;
+void LightTree::set_child(Group& group, std::size_t lane, const Node& node) {
+  const LightBounds& b = node.bounds;
+  const Vec3 center = b.box.center();
+  const Vec3 half = b.box.diagonal() * 0.5F;
+  group.center_x[lane] = center.x;
+  group.center_y[lane] = center.y;
+  group.center_z[lane] = center.z;
+  group.half_x[lane] = half.x;
+  group.half_y[lane] = half.y;
+  group.half_z[lane] = half.z;
+  group.radius2[lane] = length_squared(half);
+  group.axis_x[lane] = b.axis.x;
+  group.axis_y[lane] = b.axis.y;
+  group.axis_z[lane] = b.axis.z;
+  const bool one_way = !b.two_sided && b.cos_theta_o > kOneDirection && b.cos_theta_e >= 0;
+  group.axis_reach[lane] = one_way ? reach(half, b.axis) : std::numeric_limits<float>::infinity();
+  group.power[lane] = b.power;
+  group.cos_theta_o[lane] = b.cos_theta_o;
+  group.sin_theta_o[lane] = safe_sqrt(1 - b.cos_theta_o * b.cos_theta_o);
+  group.cos_theta_e[lane] = b.cos_theta_e;
+  group.sign[lane] = b.two_sided ? 0x7fffffffU : 0xffffffffU;
+  if (node.leaf) {
+    group.leaf |= 1U << lane;
+    group.child[lane] = node.right;
   }
-  const Vec3 to_point = point - node.center;
-  // The sphere around the box, used below, is generous; nothing of a box wholly below the surface arrives, nor
-  // of lights that face one way and have the point behind them.
-  if (dot(normal, to_point) >= reach(node.half, normal) && dot(normal, normal) > 0) {
-    return 0;
+}
+
+/// Children of a group: those of the binary node, of which the largest is replaced by its own two until there are four.
+void LightTree::collapse(const std::vector<Node>& nodes) {
+  struct Open {
+    std::uint32_t node;
+    std::uint32_t place;  ///< where its group is a child
+  };
+  std::vector<Open> open = {{0, 0}};
+  for (std::size_t next = 0; next < open.size(); ++next) {
+    const Open from = open[next];
+    const auto index = static_cast<std::uint32_t>(groups_.size());
+    Group& group = groups_.emplace_back();
+    group.parent = from.place;
+    if (index > 0) {
+      groups_[from.place / kWidth].child[from.place % kWidth] = index;
+    }
+    std::array<std::uint32_t, kWidth> members{};
+    std::size_t count = 1;
+    members[0] = from.node;
+    while (count < kWidth) {
+      std::size_t largest = kWidth;
+      float size2 = -1;
+      for (std::size_t k = 0; k < count; ++k) {
+        const Node& node = nodes[members[k]];
+        const float here = length_squared(node.bounds.box.diagonal());
+        if (!node.leaf && here > size2) {
+          largest = k;
+          size2 = here;
+        }
+      }
+      if (largest == kWidth) {
+        break;
+      }
+      const std::uint32_t parent = members[largest];
+      members[largest] = parent + 1;
+      members[count++] = nodes[parent].right;
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const Node& node = nodes[members[k]];
+      const std::uint32_t place = index * kWidth + static_cast<std::uint32_t>(k);
+      set_child(group, k, node);
+      if (node.leaf) {
+        leaf_of_[node.right] = place;
+      } else {
+        open.push_back({members[k], place});
+      }
+    }
   }
-  if (!node.two_sided && node.cos_theta_o > kOneDirection && node.cos_theta_e >= 0 &&
-      dot(node.axis, to_point) <= -reach(node.half, node.axis)) {
-    return 0;
-  }
-  const float distance2 = dot(to_point, to_point);
-  const float d2 = std::max(std::max(distance2, node.radius2), 1e-20F);
-  const bool inside = distance2 <= node.radius2 * 1.0001F;
-  const float inverse = distance2 > 0 ? 1 / std::sqrt(distance2) : 0.0F;
-  float cos_w = dot(node.axis, to_point) * inverse;
-  if (node.two_sided) {
-    cos_w = std::fabs(cos_w);
-  }
-  const float sin_w = safe_sqrt(1 - cos_w * cos_w);
-  const float sin2_b = inside ? 0.0F : node.radius2 / distance2;
-  const float cos_b = inside ? -1.0F : safe_sqrt(1 - sin2_b);
-  const float sin_b = inside ? 0.0F : std::sqrt(sin2_b);
-  const float cos_x = cos_sub_clamped(sin_w, cos_w, node.sin_theta_o, node.cos_theta_o);
-  const float sin_x = safe_sqrt(1 - cos_x * cos_x);
-  const float cos_p = cos_sub_clamped(sin_x, cos_x, sin_b, cos_b);
-  if (cos_p <= node.cos_theta_e) {
-    return 0;
-  }
+}
+
+namespace {
+
+__m128 dot(__m128 ax, __m128 ay, __m128 az, Vec3 b) {
+  return ax * _mm_set1_ps(b.x) + ay * _mm_set1_ps(b.y) + az * _mm_set1_ps(b.z);
+}
+/// Sine of an angle in [0, pi] from its cosine, and the other way round for right angles at most.
+__m128 other(__m128 c) { return _mm_sqrt_ps(_mm_max_ps(_mm_set1_ps(1) - c * c, _mm_setzero_ps())); }
+
+/// cos(max(0, a - b)) from sines and cosines.
+__m128 cos_sub_clamped(__m128 sin_a, __m128 cos_a, __m128 sin_b, __m128 cos_b) {
+  return _mm_blendv_ps(cos_a * cos_b + sin_a * sin_b, _mm_set1_ps(1), _mm_cmpgt_ps(cos_a, cos_b));
+}
+
+}  // namespace
+
+/// Of all children; 0 for those from which nothing can arrive.
+__m128 LightTree::importance(const Group& group, Vec3 point, Vec3 normal) noexcept {
+  const auto load = [](const Four& four) { return _mm_load_ps(four.data()); };
+  const __m128 zero = _mm_setzero_ps();
+  const __m128 one = _mm_set1_ps(1);
+  const __m128 x = _mm_set1_ps(point.x) - load(group.center_x);
+  const __m128 y = _mm_set1_ps(point.y) - load(group.center_y);
+  const __m128 z = _mm_set1_ps(point.z) - load(group.center_z);
+  const __m128 distance2 = x * x + y * y + z * z;
+  const __m128 radius2 = load(group.radius2);
+  const __m128 cos_theta_e = load(group.cos_theta_e);
+  // Where the distance is 0 the vector is, too, and whatever it is multiplied by.
+  const __m128 inverse = one / _mm_sqrt_ps(_mm_max_ps(distance2, _mm_set1_ps(1e-30F)));
+  const __m128 along = x * load(group.axis_x) + y * load(group.axis_y) + z * load(group.axis_z);
+  // Nothing arrives from lights that face one way and have the point behind them.
+  __m128 none = _mm_cmple_ps(along + load(group.axis_reach), zero);
+
+  const __m128 inside = _mm_cmple_ps(distance2, radius2 * _mm_set1_ps(1.0001F));
+  const __m128 sin2_b = radius2 * inverse * inverse;
+  const __m128 cos_b = _mm_blendv_ps(_mm_sqrt_ps(_mm_max_ps(one - sin2_b, zero)), _mm_set1_ps(-1), inside);
+  const __m128 sin_b = _mm_andnot_ps(inside, _mm_sqrt_ps(sin2_b));
+
+  const __m128 keeps = _mm_castsi128_ps(_mm_load_si128(reinterpret_cast<const __m128i*>(group.sign.data())));
+  const __m128 cos_w = _mm_and_ps(along * inverse, keeps);
+  const __m128 cos_x = cos_sub_clamped(other(cos_w), cos_w, load(group.sin_theta_o), load(group.cos_theta_o));
+  const __m128 cos_p = cos_sub_clamped(other(cos_x), cos_x, sin_b, cos_b);
+  none = _mm_or_ps(none, _mm_cmple_ps(cos_p, cos_theta_e));
   // With emission over the whole sphere (points) the cosine says nothing about power.
-  float value = node.power * (node.cos_theta_e < -0.99F ? 1.0F : cos_p) / d2;
-  if (dot(normal, normal) > 0) {
-    const float cos_i = -dot(to_point, normal) * inverse;
-    const float sin_i = safe_sqrt(1 - cos_i * cos_i);
-    value *= std::max(cos_sub_clamped(sin_i, cos_i, sin_b, cos_b), 0.0F);
+  const __m128 cosine = _mm_blendv_ps(cos_p, one, _mm_cmplt_ps(cos_theta_e, _mm_set1_ps(-0.99F)));
+  const __m128 d2 = _mm_max_ps(_mm_max_ps(distance2, radius2), _mm_set1_ps(1e-20F));
+  __m128 value = load(group.power) * cosine / d2;
+  if (core::dot(normal, normal) > 0) {
+    // The sphere around the box is generous; nothing of a box wholly below the surface arrives.
+    const __m128 height = dot(x, y, z, normal);
+    const __m128 box = dot(load(group.half_x), load(group.half_y), load(group.half_z),
+                           {std::fabs(normal.x), std::fabs(normal.y), std::fabs(normal.z)});
+    none = _mm_or_ps(none, _mm_cmpge_ps(height, box));
+    const __m128 cos_i = zero - height * inverse;
+    value = value * _mm_max_ps(cos_sub_clamped(other(cos_i), cos_i, sin_b, cos_b), zero);
   }
-  return value;
+  return _mm_andnot_ps(none, value);
 }
 
 LightTree::Pick LightTree::pick(Vec3 point, Vec3 normal_world, float u) const noexcept {
-  if (nodes_.empty()) {
-    return {};
+  if (leaf_of_.size() < 2) {
+    return {0, leaf_of_.empty() ? 0.0F : 1.0F, u};
   }
-  std::uint32_t at = 0;
+  const Group* group = groups_.data();
   float prob = 1;
-  while (!nodes_[at].leaf) {
-    const std::uint32_t left = at + 1;
-    const std::uint32_t right = nodes_[at].right;
-    const float a = importance(nodes_[left], point, normal_world);
-    const float b = importance(nodes_[right], point, normal_world);
-    const float sum = a + b;
+  while (true) {
+    alignas(16) Four weights;
+    _mm_store_ps(weights.data(), importance(*group, point, normal_world));
+    const float sum = (weights[0] + weights[1]) + (weights[2] + weights[3]);
     if (!(sum > 0)) {
       return {};
     }
-    const float p = a / sum;
-    if (u < p) {
-      at = left;
-      u = std::min(u / p, kOneMinusEpsilon);
-      prob *= p;
-    } else {
-      at = right;
-      u = std::min((u - p) / (1 - p), kOneMinusEpsilon);
-      prob *= 1 - p;
+    float rest = u * sum;
+    std::size_t taken = kWidth;
+    for (std::size_t k = 0; k < kWidth; ++k) {
+      if (weights[k] > 0) {
+        taken = k;
+        if (rest < weights[k]) {
+          break;
+        }
+        rest -= weights[k];
+      }
     }
+    // By rounding the last may be left with a little more than its own.
+    u = std::clamp(rest / weights[taken], 0.0F, kOneMinusEpsilon);
+    prob *= weights[taken] / sum;
+    if ((group->leaf >> taken & 1U) != 0) {
+      return {group->child[taken], prob, u};
+    }
+    group = &groups_[group->child[taken]];
   }
-  return {nodes_[at].right, prob, std::max(u, 0.0F)};
 }
 
 float LightTree::prob_light(Vec3 point, Vec3 normal_world, std::uint32_t light) const noexcept {
-  std::uint32_t at = leaf_of_[light];
+  std::uint32_t place = leaf_of_[light];
   float prob = 1;
-  while (at != 0) {
-    const std::uint32_t parent = nodes_[at].parent;
-    const float a = importance(nodes_[parent + 1], point, normal_world);
-    const float b = importance(nodes_[nodes_[parent].right], point, normal_world);
-    const float sum = a + b;
+  if (leaf_of_.size() == 1) {
+    return prob;
+  }
+  while (true) {
+    const Group& group = groups_[place / kWidth];
+    alignas(16) Four weights;
+    _mm_store_ps(weights.data(), importance(group, point, normal_world));
+    const float sum = (weights[0] + weights[1]) + (weights[2] + weights[3]);
     if (!(sum > 0)) {
       return 0;
     }
-    const float p = a / sum;
-    prob *= at == parent + 1 ? p : 1 - p;
-    at = parent;
+    prob *= weights[place % kWidth] / sum;
+    if (place < kWidth) {
+      return prob;
+    }
+    place = group.parent;
   }
-  return prob;
 }
 
 std::size_t LightTree::bytes() const noexcept {
-  return nodes_.size() * sizeof(Node) + leaf_of_.size() * sizeof(std::uint32_t);
+  return groups_.size() * sizeof(Group) + leaf_of_.size() * sizeof(std::uint32_t);
 }
 
 }  // namespace core

@@ -60,6 +60,9 @@ constexpr std::array kImageParameters = {
                  "Stops; display formats only."},
     ParameterRow{"tonemap", "query", R"({"type":"string","default":"srgb"})",
                  "A tone map of GET /v1/server; display formats only."},
+    ParameterRow{"range", "query", R"({"type":"string","example":"auto"})",
+                 "LOW,HIGH: values that become black and white, or auto. Layers of data in display formats; "
+                 "what was used is told by X-Tessera-Range."},
     ParameterRow{"revision", "query", R"({"type":"integer","minimum":0,"maximum":4294967295})",
                  "At least this revision, else 409."},
     ParameterRow{"x", "query", R"({"type":"integer","minimum":0,"maximum":16383})",

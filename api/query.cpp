@@ -202,6 +202,32 @@ void read_layer(const std::string& value, ImageQuery& out, const std::string& po
   out.layer = value;
 }
 
+// "auto", or two numbers with a comma between them.
+void read_range(const std::string& value, ImageQuery& out, const std::string& pointer,
+                Faults& faults) {
+  if (value == "auto") {
+    out.range = ImageRange{};
+    return;
+  }
+  const auto comma = value.find(',');
+  if (comma == std::string::npos) {
+    faults.add(pointer, shown(Json(value)) + " is neither auto nor two numbers with a comma between");
+    return;
+  }
+  constexpr double kMost = std::numeric_limits<float>::max();
+  const auto low = read_number(number_from_text(value.substr(0, comma)), {-kMost, kMost}, pointer, faults);
+  const auto high = read_number(number_from_text(value.substr(comma + 1)), {-kMost, kMost}, pointer, faults);
+  if (!low || !high) {
+    return;
+  }
+  const std::array<float, 2> ends = {static_cast<float>(*low), static_cast<float>(*high)};
+  if (!(ends[0] < ends[1])) {
+    faults.add(pointer, "the first number must be below the second");
+    return;
+  }
+  out.range = ImageRange{ends};
+}
+
 }  // namespace
 
 Parsed<ListQuery> parse_job_list_query(QueryParams query) { return parse_list_query(query, true); }
@@ -356,6 +382,8 @@ Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::str
             faults.add(pointer, not_available(Json(value), names));
           }
           out.tone_map = value;
+        } else if (name == "range") {
+          read_range(value, out, pointer, faults);
         } else if (name == "revision") {
           if (const auto n = query_integer(value, {0, kRevisionMax}, pointer, faults)) {
             out.revision = static_cast<std::uint32_t>(*n);

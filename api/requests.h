@@ -5,6 +5,7 @@
 /// "/limit".
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -113,12 +114,18 @@ struct EventsQuery {
 };
 Parsed<EventsQuery> parse_events_query(QueryParams query);
 
-/// GET /v1/jobs/{id}/image?layer=&exposure=&tonemap=&revision=&x=&y=&width=&height=&max_size=
+/// Values of a layer of data that become black and white; empty: those that the picture has.
+struct ImageRange {
+  std::optional<std::array<float, 2>> ends;  ///< finite, the first below the second
+};
+
+/// GET /v1/jobs/{id}/image?layer=&exposure=&tonemap=&range=&revision=&x=&y=&width=&height=&max_size=
 /// &stream=. 422 for wrong values. A path extension is the server's business.
 struct ImageQuery {
   std::optional<std::string> layer;  ///< empty: beauty, or all layers for EXR
   float exposure_stops = 0;
   std::string tone_map = "srgb";
+  std::optional<ImageRange> range;
   std::optional<std::uint32_t> revision;  ///< this one or newer
   std::optional<core::PixelRect> rect;    ///< pixels of the full film
   std::optional<int> max_size;            ///< longest side of the answer

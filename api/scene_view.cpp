@@ -15,6 +15,11 @@ Json bounds_json(const core::Bounds& bounds) {
   return {{"min", triple_json(bounds.min)}, {"max", triple_json(bounds.max)}};
 }
 
+// A node may be scaled to nothing: such a camera looks along -z of the world.
+Json axis_json(core::Vec3 axis, core::Vec3 otherwise) {
+  return triple_json(core::length(axis) > 0 ? core::normalize(axis) : otherwise);
+}
+
 Json cameras_json(const core::SceneSummary& summary) {
   Json cameras = Json::array();
   for (const core::CameraDescription& camera : summary.cameras) {
@@ -26,6 +31,9 @@ Json cameras_json(const core::SceneSummary& summary) {
             ? Json(nullptr)
             : number_json(static_cast<float>(static_cast<double>(camera.vertical_fov_rad) *
                                              kDegreesPerRadian));
+    row["position"] = triple_json(camera.to_world.t);
+    row["direction"] = axis_json(-camera.to_world.z, {0, 0, -1});
+    row["up"] = axis_json(camera.to_world.y, {0, 1, 0});
     cameras.push_back(std::move(row));
   }
   return cameras;

@@ -213,7 +213,10 @@ void add_scene_schemas(Json& components) {
   const Json camera = object_of("", {{"index", integer("")},
                                      {"name", string("")},
                                      {"type", one_of("", {"perspective", "orthographic"})},
-                                     {"vertical_fov_degrees", maybe_real("")}});
+                                     {"vertical_fov_degrees", maybe_real("")},
+                                     {"position", point("Metres.")},
+                                     {"direction", point("Where it looks, unit vector.")},
+                                     {"up", point("Unit vector.")}});
   const Json light =
       object_of("", {{"name", string("")},
                      {"type", one_of("", {"directional", "point", "spot"})},

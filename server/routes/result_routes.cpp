@@ -25,6 +25,7 @@
 #include "server/http/text.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
+#include "server/routes/image_range.h"
 #include "server/routes/image_scale.h"
 
 namespace server {
@@ -148,7 +149,23 @@ std::uint64_t working_bytes(const core::Film& film, core::PixelRect rect) {
   return area(rect) * (film.bytes() / std::max<std::uint64_t>(area(film.crop()), 1) + kLayersBytes);
 }
 
-core::Result<core::FloatImage> make_picture(const core::Film& film, const Picture& picture) {
+bool is_color(const api::ImageQuery& query) {
+  const auto layers = core::layers();
+  return std::any_of(layers.begin(), layers.end(), [&](const core::LayerEntry& layer) {
+    return layer.name == query.layer.value_or("beauty") && layer.is_color;
+  });
+}
+
+struct Pixels {
+  core::FloatImage image;
+  std::optional<ValueRange> range;
+};
+
+core::Result<Pixels> make_picture(const core::Film& film, const Picture& picture) {
+  if (picture.query.range && (is_color(picture.query) || picture.format.high_dynamic_range)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "only layers of data (such as depth and normal) in display formats have a range", "/range"};
+  }
   const core::FilmSnapshot snapshot = film.snapshot(picture.rect);
   const bool all_layers = !picture.query.layer && picture.format.extension == "exr";
   auto image = all_layers
@@ -164,8 +181,14 @@ core::Result<core::FloatImage> make_picture(const core::Film& film, const Pictur
   if (!keep_alpha) {
     image = without_alpha(*image);
   }
-  return picture.query.max_size ? scaled_down(std::move(*image), *picture.query.max_size)
-                                : std::move(*image);
+  Pixels pixels{picture.query.max_size ? scaled_down(std::move(*image), *picture.query.max_size)
+                                       : std::move(*image),
+                std::nullopt};
+  if (picture.query.range) {
+    pixels.range = value_range(pixels.image, *picture.query.range);
+    pixels.image = rescaled(std::move(pixels.image), *pixels.range);
+  }
+  return pixels;
 }
 
 core::Result<std::vector<std::byte>> encode(const core::FloatImage& image, const Picture& picture,
@@ -176,11 +199,7 @@ core::Result<std::vector<std::byte>> encode(const core::FloatImage& image, const
       options.tone_map = entry.tone_map;
     }
   }
-  for (const core::LayerEntry& layer : core::layers()) {
-    if (layer.name == picture.query.layer.value_or("beauty")) {
-      options.is_color = layer.is_color;
-    }
-  }
+  options.is_color = is_color(picture.query);
   options.exposure_stops = picture.query.exposure_stops;
   options.metadata = provenance(picture.view, context);
   return core::encode_image(image, picture.format, options);
@@ -260,7 +279,7 @@ class PictureStream {
       return true;  // At the next look, then.
     }
     const auto pixels = make_picture(**film, picture);
-    const auto encoded = pixels ? encode(*pixels, picture, context_)
+    const auto encoded = pixels ? encode(pixels->image, picture, context_)
                                 : core::Result<std::vector<std::byte>>(pixels.error());
     if (!encoded) {
       return false;
@@ -368,7 +387,7 @@ Response image(const RouteContext& context, Request& request) {
   if (!pixels) {
     return error_answer(request, pixels.error());
   }
-  const auto encoded = encode(*pixels, picture, context);
+  const auto encoded = encode(pixels->image, picture, context);
   if (!encoded) {
     return error_answer(request, encoded.error());
   }
@@ -380,6 +399,10 @@ Response image(const RouteContext& context, Request& request) {
   response.headers.set("Cache-Control", "no-cache");
   response.headers.add("Vary", "Accept");
   response.headers.set("X-Tessera-Revision", std::to_string(revision));
+  if (pixels->range) {
+    response.headers.set("X-Tessera-Range", api::number_text(static_cast<double>(pixels->range->low)) + "," +
+                                                api::number_text(static_cast<double>(pixels->range->high)));
+  }
   response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
   response.headers.set("X-Tessera-Bias", core::bias_of(view.spec.render));
   return response;

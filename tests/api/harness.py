@@ -454,9 +454,9 @@ def png_size(data):
 
 
 def png_pixels(data):
-    """Rows of 8-bit pixels: tuples of 3 or 4."""
+    """Rows of 8-bit pixels: tuples of 1, 3 or 4."""
     width, height, colour = png_size(data)
-    channels = {2: 3, 6: 4}[colour]
+    channels = {0: 1, 2: 3, 6: 4}[colour]
     place, packed = 8, b""
     while place < len(data):
         size, kind = struct.unpack(">I4s", data[place:place + 8])

@@ -107,6 +107,26 @@ class Images(ApiTest):
                     # Each is rounded to 8 bits: half a step of a doubled, half a step of b.
                     self.assertLessEqual(abs(min(255, 2 * a[c]) - b[c]), 2)
 
+    def test_layers_of_data_are_shown_in_a_range(self):
+        # The halves of [-1, 1]: what points away from an axis is darker than the middle, not black.
+        normal = self.image("/image.png?layer=normal&range=-1,1")
+        self.assertEqual(normal.headers["X-Tessera-Range"], "-1,1")
+        plain = png_pixels(self.image("/image.png?layer=normal").body)
+        for row, plain_row in zip(png_pixels(normal.body), plain):
+            for seen, raw in zip(row, plain_row):
+                for c in range(3):
+                    if raw[c]:  # n to 8 bits is 255 n, and 255 (n + 1) / 2 in the range
+                        self.assertLessEqual(abs(seen[c] - (raw[c] + 255) / 2), 1)
+        depth = self.image("/image.png?layer=depth&range=auto")
+        low, high = map(float, depth.headers["X-Tessera-Range"].split(","))
+        self.assertTrue(0 < low < high)
+        tones = [v for row in png_pixels(depth.body) for pixel in row for v in pixel]
+        self.assertEqual((min(tones), max(tones)), (0, 255))
+        for rest in ("/image.png?range=auto", "/image.exr?layer=depth&range=auto"):
+            answer = self.server.get(self.path + rest)
+            self.assertEqual(answer.status, 422)
+            self.assertEqual(answer.json()["errors"][0]["pointer"], "/range")
+
     def test_opaque_pictures_are_rgb(self):
         self.assertEqual(png_size(self.image().body)[2], 2)
 

@@ -88,9 +88,14 @@ test('the measuring views show other pictures, each with a legend', { timeout: 3
       await choose(page, layer);
       await page.waitForFunction((name) => {
         const image = document.querySelector('.server-image');
-        return image?.src.includes(`layer=${name}`) && image.complete && image.naturalWidth === 480;
+        return image?.dataset.layer === name && image.complete && image.naturalWidth === 480;
       }, layer);
     }
+    // The scene is 0.55 m deep, and its camera stands before it.
+    const [, near, far] = /Black is ([\d.]+) m, white ([\d.]+) m/.exec(
+      await page.textContent('.layer-note'),
+    );
+    assert.ok(near > 0.1 && far - near > 0.3 && far < 5, `${near} to ${far}`);
   }),
 );
 
@@ -153,9 +158,11 @@ test(
       await until('the model in the list', async () =>
         /^[0-9a-f]{64}$/.test(await page.$eval('[data-testid=scene]', (s) => s.value)),
       );
+      // The model can be looked at from all sides at once.
+      await page.waitForURL(/#\/compose\/[0-9a-f]{64}$/);
       await submit(page, { samples: 8 });
+      await page.waitForSelector('.job-title h1:text-is("triangle")');
       await until('tiles', () => pictureNow(page));
-      assert.equal(await page.textContent('.job-title h1'), 'triangle');
     }),
 );
 
@@ -197,9 +204,50 @@ test('a pixel that is clicked tells its value and interval', { timeout: 300_000 
     await until('the picture', () => pictureNow(page));
     await page.click('.stage', { position: { x: 400, y: 200 } });
     await until('the interval', async () => /±/.test(await text(page, 'inspector')));
+    // Both halves of a square of pixels, for each channel, and lines for those of the pixel itself.
+    const halves = page.getByTestId('halves');
+    assert.match(await halves.textContent(), /Both halves of 81 pixels/);
+    assert.equal(await halves.locator('polygon').count(), 3);
+    assert.equal(await halves.locator('line').count(), 6);
+    const pixel = async () => /pixel=(\d+),(\d+)/.exec(page.url())?.slice(1).map(Number);
+    const [x, y] = await until('the pixel in the address', pixel);
     await page.keyboard.press('ArrowRight');
+    await until('its neighbour in the address', async () => (await pixel())[0] === x + 1);
+    const link = new URL(page.url()).hash;
     await page.keyboard.press('Escape');
     assert.match(await text(page, 'inspector'), /Point at the picture/);
+    const other = await openPage(browser, server, desktop, link);
+    await until('the same pixel', async () =>
+      (await text(other, 'inspector')).includes(`${x + 1}, ${y}`),
+    );
+    await other.context().close();
+  }),
+);
+
+test('what is measured stands beside or right below the picture', { timeout: 300_000 }, () =>
+  withPage({ ...desktop, viewport: { width: 1280, height: 800 } }, async (page) => {
+    await submit(page, { scene: 'cornell-box', samples: 32 });
+    await finished(page);
+    const inSight = (id) =>
+      page.getByTestId(id).evaluate((element) => {
+        const { top, bottom, right } = element.getBoundingClientRect();
+        return top >= 0 && bottom <= innerHeight && right <= innerWidth;
+      });
+    await until('the picture', () => pictureNow(page));
+    for (const id of ['picture', 'error', 'slope', 'prediction', 'inspector'])
+      assert.ok(await inSight(id), id);
+    // Half the error takes three to four times the samples and the time.
+    const rows = await page.locator('[data-testid=prediction] > div').allTextContents();
+    assert.ok(rows.length >= 1);
+    for (const row of rows) assert.match(row, /^[\d.]+ % error.* more, [\d.,k ]+ samples$/);
+    await page.setViewportSize(phone.viewport);
+    await page.click('.stage', { position: { x: 100, y: 80 } });
+    await until('the interval', async () => /±/.test(await text(page, 'inspector')));
+    assert.ok(
+      await page
+        .getByTestId('inspector')
+        .evaluate((e) => e.getBoundingClientRect().top < innerHeight),
+    );
   }),
 );
 

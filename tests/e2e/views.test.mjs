@@ -117,6 +117,7 @@ for (const [name, device] of [
         const clip = () =>
           page.locator('.compare-film canvas').last().evaluate((c) => c.style.clipPath);
         assert.match(await clip(), /50%/);
+        assert.match(await page.textContent('.side-note-b'), /^B 32 samples, [\d.]+ %$/);
         await page.fill('[data-testid=wipe]', '25');
         await until('the line to move', async () => /75%/.test(await clip()));
         for (const view of ['difference', 'z']) {
@@ -142,6 +143,7 @@ for (const [name, device] of [
           page.locator(`dt:text-is("${name}") + dd`).first().textContent();
         assert.ok(Math.abs(read(await value('MSE')) / mse - 1) < 0.01);
         assert.ok(Math.abs(read(await value('Bias of A')) / bias.value - 1) < 0.01);
+        assert.match(page.url(), /\?show=flip$/);
         assert.match(await figures.textContent(), /95 %: /);
       }),
   );
@@ -154,6 +156,12 @@ test('the list of renders can be filtered and leads to each of them', { timeout:
     await page.waitForSelector('.job-card');
     await page.fill('input[type=search]', id);
     await until('one card', async () => (await page.locator('.job-card').count()) === 1);
+    await page.check('input[name=filter] >> nth=1', { force: true });
+    await page.waitForSelector('text=No render matches.');
+    assert.match(page.url(), /#\/jobs\?.*show=active/);
+    await page.reload();
+    await page.waitForSelector('text=No render matches.');
+    await page.check('input[name=filter] >> nth=2', { force: true });
     await page.click('.job-card a');
     await until('its picture', () => pictureNow(page));
   }),

@@ -187,12 +187,18 @@ TEST(SceneView, ShowsBoundsCamerasAndLights) {
   summary.name = "s";
   summary.bounds.add(core::Vec3{-1, 0, 0.1F});
   summary.bounds.add(core::Vec3{1, 2, 3});
-  summary.cameras.emplace_back().name = "front";
+  core::CameraDescription& camera = summary.cameras.emplace_back();
+  camera.name = "front";
+  // A quarter turn around y, looking along +x, in a node scaled by 2.
+  camera.to_world = {{0, 0, 2}, {0, 2, 0}, {-2, 0, 0}, {-3, 1, 0.5F}};
   summary.lights.emplace_back().type = core::PunctualType::kSpot;
   const Json scene = parsed(api::scene_json("id", summary));
   EXPECT_EQ(api::dump(scene["bounds"]), R"({"min":[-1,0,0.1],"max":[1,2,3]})");
   EXPECT_EQ(scene["cameras"][0]["name"], "front");
   EXPECT_NEAR(scene["cameras"][0]["vertical_fov_degrees"].get<double>(), 45, 1e-4);
+  EXPECT_EQ(api::dump(scene["cameras"][0]["position"]), "[-3,1,0.5]");
+  EXPECT_EQ(scene["cameras"][0]["direction"][0], 1);
+  EXPECT_EQ(scene["cameras"][0]["up"][1], 1);
   EXPECT_EQ(scene["lights"][0]["type"], "spot");
   EXPECT_TRUE(parsed(api::scene_json("id", core::SceneSummary{}))["bounds"].is_null());
 }

@@ -121,6 +121,7 @@ TEST(ImageQuery, ReadsEveryParameter) {
   const auto image = api::parse_image_query(Query{{"layer", "normal"},
                                                   {"exposure", "-1.5"},
                                                   {"tonemap", "aces"},
+                                                  {"range", "-1,2.5"},
                                                   {"revision", "9"},
                                                   {"x", "1"},
                                                   {"y", "2"},
@@ -132,12 +133,17 @@ TEST(ImageQuery, ReadsEveryParameter) {
   EXPECT_EQ(image->layer, "normal");
   EXPECT_EQ(image->exposure_stops, -1.5F);
   EXPECT_EQ(image->tone_map, "aces");
+  ASSERT_TRUE(image->range);
+  EXPECT_EQ(image->range->ends, (std::array<float, 2>{-1, 2.5F}));
   EXPECT_EQ(image->revision, 9U);
   EXPECT_EQ(image->rect, (core::PixelRect{1, 2, 3, 4}));
   EXPECT_EQ(image->max_size, 64);
   const auto plain = api::parse_image_query(Query{}, kToneMaps);
   ASSERT_TRUE(plain);
-  EXPECT_FALSE(plain->layer || plain->revision || plain->rect || plain->max_size);
+  EXPECT_FALSE(plain->layer || plain->range || plain->revision || plain->rect || plain->max_size);
+  const auto automatic = api::parse_image_query(Query{{"range", "auto"}}, kToneMaps);
+  ASSERT_TRUE(automatic && automatic->range);
+  EXPECT_FALSE(automatic->range->ends);
 }
 
 TEST(ImageQuery, Answers422ToWrongValues) {
@@ -154,6 +160,12 @@ TEST(ImageQuery, Answers422ToWrongValues) {
   EXPECT_EQ(errors({{"tonemap", "film"}}),
             (Errors{{"/tonemap",
                      "'film' is not available in this build; available: srgb, linear, aces"}}));
+  EXPECT_EQ(errors({{"range", "1"}}),
+            (Errors{{"/range", R"('1' is neither auto nor two numbers with a comma between)"}}));
+  EXPECT_EQ(errors({{"range", "2,2"}}),
+            (Errors{{"/range", "the first number must be below the second"}}));
+  EXPECT_EQ(errors({{"range", "0,far"}}),
+            (Errors{{"/range", "expected a number, got a string"}}));
   EXPECT_EQ(errors({{"revision", "-1"}}), (Errors{{"/revision", "-1 is outside [0, 4294967295]"}}));
   EXPECT_EQ(errors({{"max_size", "0"}}), (Errors{{"/max_size", "0 is outside [1, 16384]"}}));
   EXPECT_EQ(errors({{"x", "0"}, {"y", "0"}, {"width", "8"}}),

@@ -1,13 +1,7 @@
 /** Shapes of the HTTP contract. Members that a server may leave out are optional. */
 
 export type JobState =
-  | 'queued'
-  | 'loading'
-  | 'rendering'
-  | 'paused'
-  | 'finished'
-  | 'failed'
-  | 'cancelled';
+  'queued' | 'loading' | 'rendering' | 'paused' | 'finished' | 'failed' | 'cancelled';
 
 export interface ProblemItem {
   pointer: string;
@@ -110,6 +104,16 @@ export interface LabRequest {
   params: Record<string, number>;
 }
 
+export interface SceneCamera {
+  index?: number;
+  name?: string | null;
+  type?: string;
+  vertical_fov_degrees?: number | null;
+  position?: [number, number, number];
+  /** Where it looks, unit vector. */
+  direction?: [number, number, number];
+}
+
 export interface SceneInfo {
   id: string;
   name?: string;
@@ -117,7 +121,7 @@ export interface SceneInfo {
   bounds?: { min: number[]; max: number[] };
   triangles?: number;
   instances?: number;
-  cameras?: ({ name?: string | null; type?: string } | string)[] | number;
+  cameras?: SceneCamera[];
   lights?: unknown[] | number;
   materials?: unknown[] | number;
   variants?: (string | { name: string })[];
@@ -126,8 +130,7 @@ export interface SceneInfo {
 }
 
 export type Warning =
-  | string
-  | { code?: string; detail?: string; message?: string; pointer?: string };
+  string | { code?: string; detail?: string; message?: string; pointer?: string };
 
 export interface ErrorEstimate {
   relative_rmse: number | null;

@@ -1,14 +1,15 @@
 import { Store } from './store';
 
-export type Route =
+export type Route = (
   | { view: 'home' }
   | { view: 'job'; id: string }
   | { view: 'jobs' }
   | { view: 'compose'; scene: string }
   | { view: 'compare'; a: string; b: string }
-  | { view: 'lab'; name: string; query: string }
+  | { view: 'lab'; name: string }
   | { view: 'guide'; chapter: string; section: string }
-  | { view: 'settings' };
+  | { view: 'settings' }
+) & { query: string };
 
 function parse(whole: string): Route {
   const [hash, query = ''] = whole.split('?', 2);
@@ -16,13 +17,14 @@ function parse(whole: string): Route {
     .replace(/^#\/?/, '')
     .split('/')
     .map((part) => decodeURIComponent(part));
-  if (head === 'jobs') return rest[0] ? { view: 'job', id: rest[0] } : { view: 'jobs' };
-  if (head === 'compare') return { view: 'compare', a: rest[0] ?? '', b: rest[1] ?? '' };
-  if (head === 'compose' && rest[0]) return { view: 'compose', scene: rest[0] };
-  if (head === 'lab') return { view: 'lab', name: rest[0] ?? '', query };
-  if (head === 'guide') return { view: 'guide', chapter: rest[0] ?? '', section: rest[1] ?? '' };
-  if (head === 'settings') return { view: head };
-  return { view: 'home' };
+  const [first = '', second = ''] = rest;
+  if (head === 'jobs') return first ? { view: 'job', id: first, query } : { view: 'jobs', query };
+  if (head === 'compare') return { view: 'compare', a: first, b: second, query };
+  if (head === 'compose' && first) return { view: 'compose', scene: first, query };
+  if (head === 'lab') return { view: 'lab', name: first, query };
+  if (head === 'guide') return { view: 'guide', chapter: first, section: second, query };
+  if (head === 'settings') return { view: head, query };
+  return { view: 'home', query };
 }
 
 export const route = new Store<Route>(parse(location.hash));
@@ -41,11 +43,26 @@ export function go(path: string): void {
   location.hash = path;
 }
 
+/** A choice that stands in the address after the view, as in `#/jobs/ID?show=error`; empty without one. */
+export const choiceIn = (at: Route, name: string): string =>
+  new URLSearchParams(at.query).get(name) ?? '';
+
+/** Keeps a choice in the address, so that a link leads back to it. It is no step of its own in the history. */
+export function keepChoice(name: string, value: string): void {
+  const [hash = '', query = ''] = location.hash.split('?', 2);
+  const params = new URLSearchParams(query);
+  if (value) params.set(name, value);
+  else params.delete(name);
+  const tail = params.toString().replace(/%2C/g, ',');
+  history.replaceState(null, '', `${hash || '#/'}${tail && `?${tail}`}`);
+  route.set(parse(location.hash));
+}
+
 /** Takes `#key=...` out of the address at once, so that it is not bookmarked or shared. */
 export function takeKey(): string | null {
   const key = /^#key=(.+)$/.exec(location.hash)?.[1];
   if (!key) return null;
   history.replaceState(null, '', location.pathname);
-  route.set({ view: 'home' });
+  route.set({ view: 'home', query: '' });
   return decodeURIComponent(key);
 }

@@ -1,10 +1,8 @@
-import { useEffect, useRef, useState } from 'preact/hooks';
+import { useEffect, useState } from 'preact/hooks';
 import { nameOf, type Choice, type ServerInfo } from '../api/types';
-import { filesOfInput } from '../api/upload';
 import { useStore } from '../ui/store';
 import { Field, NumberInput, refusalsAt } from './field';
-import { change, form, refusals, type EnvironmentMode, type FormValues } from './form_model';
-import { take } from './scene_source';
+import { change, form, refusals, type FormValues } from './form_model';
 
 /** An option's own name is its last part; what is not unbiased says so. */
 const choiceLabel = (c: Choice): string => {
@@ -44,111 +42,6 @@ function ChoiceField({ label, pointer, standard, value, choices, onValue }: Choi
         </select>
       )}
     </Field>
-  );
-}
-
-const environmentHints: Record<EnvironmentMode, string> = {
-  scene: 'The scene’s own lights; a model without any gets a white sky.',
-  colour: 'One colour from all sides, as in a light tent.',
-  file: 'A panorama (.hdr or .exr) lights the scene and shows behind it.',
-  none: 'Only lights that are in the scene.',
-};
-
-function EnvironmentField({ v }: { v: FormValues }) {
-  const input = useRef<HTMLInputElement>(null);
-  return (
-    <>
-      <Field
-        label="Light around the scene"
-        pointers={['/environment']}
-        hint={
-          v.environment === 'file' && v.environmentName
-            ? v.environmentName
-            : environmentHints[v.environment]
-        }
-      >
-        {(a) => (
-          <select
-            {...a}
-            value={v.environment}
-            onChange={(e) => {
-              const environment = e.currentTarget.value as EnvironmentMode;
-              change({ environment });
-              if (environment === 'file' && !v.environmentAsset) input.current?.click();
-            }}
-          >
-            <option value="scene">As the scene has it</option>
-            <option value="colour">Plain colour</option>
-            <option value="file">Panorama file</option>
-            <option value="none">None</option>
-          </select>
-        )}
-      </Field>
-      <input
-        ref={input}
-        class="visually-hidden"
-        type="file"
-        tabIndex={-1}
-        accept=".hdr,.exr"
-        aria-label="Environment file"
-        onChange={(e) => {
-          void take(filesOfInput(e.currentTarget));
-          e.currentTarget.value = '';
-        }}
-      />
-      {v.environment === 'file' && (
-        <button type="button" class="quiet" onClick={() => input.current?.click()}>
-          {v.environmentName ? 'Choose another file' : 'Choose a file'}
-        </button>
-      )}
-      {v.environment === 'colour' && (
-        <Field label="Colour" pointers={[]}>
-          {(a) => (
-            <input
-              {...a}
-              type="color"
-              value={v.environmentColour}
-              onInput={(e) => change({ environmentColour: e.currentTarget.value })}
-            />
-          )}
-        </Field>
-      )}
-      {(v.environment === 'colour' || v.environment === 'file') && (
-        <>
-          <div class="pair">
-            <Field label="Strength" pointers={[]}>
-              {(a) => (
-                <NumberInput
-                  {...a}
-                  value={v.environmentIntensity}
-                  min={0}
-                  step="any"
-                  onValue={(environmentIntensity) => change({ environmentIntensity })}
-                />
-              )}
-            </Field>
-            <Field label="Turn (degrees)" pointers={[]}>
-              {(a) => (
-                <NumberInput
-                  {...a}
-                  value={v.environmentRotation}
-                  step="any"
-                  onValue={(environmentRotation) => change({ environmentRotation })}
-                />
-              )}
-            </Field>
-          </div>
-          <label class="check">
-            <input
-              type="checkbox"
-              checked={v.environmentVisible}
-              onChange={(e) => change({ environmentVisible: e.currentTarget.checked })}
-            />
-            Show it behind the scene
-          </label>
-        </>
-      )}
-    </>
   );
 }
 
@@ -193,7 +86,6 @@ export function AdvancedFields({ info }: { info: ServerInfo | null }) {
   const [open, setOpen] = useState(false);
   const wrong =
     refusalsAt(items, [
-      '/environment',
       '/integrator',
       '/sampler',
       '/estimator',
@@ -210,9 +102,8 @@ export function AdvancedFields({ info }: { info: ServerInfo | null }) {
   }, [wrong]);
   return (
     <details class="advanced" open={open} onToggle={(e) => setOpen(e.currentTarget.open)}>
-      <summary>Light, method, seed</summary>
+      <summary>Method, seed, name</summary>
       <div class="advanced-body">
-        <EnvironmentField v={v} />
         <ChoiceField
           label="Integrator"
           pointer="/integrator/type"

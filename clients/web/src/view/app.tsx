@@ -18,6 +18,10 @@ import { SubmitForm } from './submit_form';
 const nextTheme: Record<Theme, Theme> = { auto: 'dark', dark: 'light', light: 'auto' };
 const themeNames: Record<Theme, string> = { auto: 'like the system', dark: 'dark', light: 'light' };
 
+/** Views that do without the form. */
+const isBare = (view: Route['view']): boolean =>
+  ['settings', 'lab', 'compare', 'guide'].includes(view);
+
 function toForm(): void {
   const form = document.getElementById('new');
   form?.scrollIntoView({ block: 'start' });
@@ -61,7 +65,7 @@ function TopBar({ current }: { current: Route['view'] }) {
           Settings
         </a>
       </nav>
-      {(current === 'home' || current === 'job') && (
+      {!isBare(current) && (
         <a
           class="new-link"
           href="#new"
@@ -237,7 +241,7 @@ function Centre({ at }: { at: Route }) {
 
 export function App() {
   const at = useStore(route);
-  const bare = ['settings', 'lab', 'compare', 'guide'].includes(at.view);
+  const bare = isBare(at.view);
   return (
     <>
       <a

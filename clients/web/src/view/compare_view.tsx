@@ -6,8 +6,8 @@ import { LiveFilm } from '../live/film';
 import type { FeedState } from '../live/job_feed';
 import { Picture, type Plane } from '../live/picture';
 import type { Look } from '../live/painter';
-import { number, percent } from '../ui/format';
-import { go } from '../ui/router';
+import { count, number, percent } from '../ui/format';
+import { choiceIn, go, keepChoice, route } from '../ui/router';
 import { display, jobs } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { useFeed } from './job_view';
@@ -67,9 +67,15 @@ function FilmCanvas({
   );
 }
 
+interface Difference {
+  measure: Measure;
+  film: LiveFilm;
+  figures: Figures;
+}
+
 /** Difference film and figures of two jobs; renewed while either of them still renders. */
-function useDifference(a: FeedState, b: FeedState, measure: Measure) {
-  const [result, setResult] = useState<{ film: LiveFilm; figures: Figures } | null>(null);
+function useDifference(a: FeedState, b: FeedState, measure: Measure): Difference | null {
+  const [result, setResult] = useState<Difference | null>(null);
   const running =
     (a.job && !isFinal(a.job.state)) || (b.job && !isFinal(b.job.state)) ? true : false;
   const ready = (a.film?.tilesSeen ?? 0) > 0 && (b.film?.tilesSeen ?? 0) > 0;
@@ -84,7 +90,7 @@ function useDifference(a: FeedState, b: FeedState, measure: Measure) {
       const version = left.version + right.version;
       if (version !== seen && left.tilesSeen > 0 && right.tilesSeen > 0) {
         seen = version;
-        setResult(await compareFilms(left, right, measure, abort.signal));
+        setResult({ measure, ...(await compareFilms(left, right, measure, abort.signal)) });
       }
       timer = window.setTimeout(() => void work().catch(() => undefined), 1500);
     };
@@ -148,6 +154,24 @@ function JobPick({
   );
 }
 
+/** Which side is which, over its own part of the picture. */
+function SideNote({ job, name, cut }: { job: Job | null; name: 'A' | 'B'; cut?: number }) {
+  const samples = job?.progress?.samples_per_pixel?.mean;
+  const error = job?.error?.relative_rmse;
+  return (
+    <div
+      class={`side-note side-note-${name.toLowerCase()}`}
+      style={cut === undefined ? {} : { clipPath: `inset(0 ${100 - cut}% 0 0)` }}
+    >
+      <span>
+        <b>{name}</b>
+        {samples != null && ` ${count(samples)} samples`}
+        {error != null && `, ${percent(error)}`}
+      </span>
+    </div>
+  );
+}
+
 export function CompareView({ a, b }: { a: string; b: string }) {
   const list = useStore(jobs);
   const first = a || list?.[0]?.id;
@@ -166,7 +190,8 @@ export function CompareView({ a, b }: { a: string; b: string }) {
 function Comparing({ a, b }: { a: string; b: string }) {
   const left = useFeed(a).state;
   const right = useFeed(b).state;
-  const [view, setView] = useState<View>('wipe');
+  const asked = choiceIn(useStore(route), 'show');
+  const view = views.find((v) => v.view === asked)?.view ?? 'wipe';
   const [cut, setCut] = useState(50);
   const shown = useStore(display);
   const difference = useDifference(left, right, view === 'z' ? 'z' : 'difference');
@@ -214,6 +239,8 @@ function Comparing({ a, b }: { a: string; b: string }) {
                     label="A"
                     style={{ clipPath: `inset(0 ${100 - cut}% 0 0)` }}
                   />
+                  <SideNote job={right.job} name="B" />
+                  <SideNote job={left.job} name="A" cut={cut} />
                   <i class="wipe-line" style={{ left: `${cut}%` }} aria-hidden="true" />
                   <input
                     class="wipe"
@@ -240,25 +267,21 @@ function Comparing({ a, b }: { a: string; b: string }) {
                     {trouble || 'The server compares two renders when both have ended…'}
                   </p>
                 )
-              ) : difference ? (
-                <>
-                  <FilmCanvas
-                    key={view}
-                    film={difference.film}
-                    plane="value"
-                    look={heat}
-                    label={meaning}
-                  />
-                  <Legend
-                    look={heat}
-                    meaning={meaning}
-                    unit={view === 'z' ? 'number' : 'percent'}
-                  />
-                </>
+              ) : difference?.measure === view ? (
+                <FilmCanvas
+                  key={view}
+                  film={difference.film}
+                  plane="value"
+                  look={heat}
+                  label={meaning}
+                />
               ) : (
                 <p class="stage-notice pulse">Working it out…</p>
               )}
             </div>
+            {difference?.measure === view && (
+              <Legend look={heat} meaning={meaning} unit={view === 'z' ? 'number' : 'percent'} />
+            )}
           </div>
           <div class="toolbar">
             <fieldset class="modes">
@@ -271,7 +294,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
                     name="compare"
                     data-testid={`compare-${v.view}`}
                     checked={v.view === view}
-                    onChange={() => setView(v.view)}
+                    onChange={() => keepChoice('show', v.view === 'wipe' ? '' : v.view)}
                   />
                   {v.label}
                 </label>

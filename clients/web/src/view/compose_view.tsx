@@ -1,8 +1,7 @@
 import { useEffect, useLayoutEffect, useReducer, useRef, useState } from 'preact/hooks';
 import type { RefObject } from 'preact';
 import { api } from '../api/client';
-import { documentOfGlb, placedCameras, type PlacedCamera } from '../api/gltf_camera';
-import type { SceneInfo } from '../api/types';
+import { nameOf, type SceneInfo } from '../api/types';
 import { Picture } from '../live/picture';
 import { Preview } from '../live/preview';
 import { Icon } from '../ui/icons';
@@ -17,7 +16,16 @@ import { lookOf } from './view_modes';
 
 const previewPixels = 384 * 216;
 /** Members of a job that a preview sets itself, or that change how soon a picture is clear but not the picture. */
-const elsewhere = ['film', 'stop', 'name', 'priority', 'seed', 'sampler', 'light_sampler', 'adaptive'];
+const elsewhere = [
+  'film',
+  'stop',
+  'name',
+  'priority',
+  'seed',
+  'sampler',
+  'light_sampler',
+  'adaptive',
+];
 
 /** A small film of the shape that the form asks for. */
 function previewSize(width: number, height: number): { width: number; height: number } {
@@ -28,20 +36,16 @@ function previewSize(width: number, height: number): { width: number; height: nu
   };
 }
 
-/** The cameras of a built-in scene, which the server gives as GLB. Uploaded ones are framed. */
-async function camerasOf(scene: string): Promise<PlacedCamera[]> {
-  if (/^[0-9a-f]{64}$/.test(scene)) return [];
-  const response = await fetch(`/v1/scenes/${encodeURIComponent(scene)}/gltf`);
-  return response.ok ? placedCameras(documentOfGlb(await response.arrayBuffer())) : [];
-}
-
+/** From the camera that the form names, else the scene's first: what a render without a pose would show. */
 async function startOrbit(values: FormValues): Promise<Orbit> {
   if (values.pose) return fromPose(values.pose);
   const info = await api.scene(values.scene).catch((): SceneInfo | null => null);
-  const cameras = await camerasOf(values.scene).catch((): PlacedCamera[] => []);
-  const camera = cameras.find((c) => c.name === values.camera) ?? cameras[0];
-  const { bounds } = info ?? {};
-  return camera ? fromCamera(camera, bounds) : framed(bounds, values.width / values.height);
+  const cameras = info?.cameras ?? [];
+  const named = cameras.find((c, i) => values.camera === (nameOf(c) || `#${i}`));
+  return (
+    fromCamera(named ?? cameras[0], info?.bounds) ??
+    framed(info?.bounds, values.width / values.height)
+  );
 }
 
 /** The camera is the form's own while it is placed: the Render button uses it at any moment. */
@@ -84,6 +88,13 @@ export function ComposeView({ scene }: { scene: string }) {
           </button>
           <button type="button" class="quiet" data-testid="compose-done" onClick={() => go('/')}>
             Done
+          </button>
+          <button
+            type="button"
+            class="primary compose-render"
+            onClick={() => (document.getElementById('new') as HTMLFormElement).requestSubmit()}
+          >
+            Render
           </button>
         </div>
       </header>

@@ -11,27 +11,74 @@ const margin = { left: 44, right: 12, top: 10, bottom: 26 };
 const xOf = (p: ConvergencePoint, axis: Axis): number =>
   axis === 'samples' ? p.samples_per_pixel : p.elapsed_seconds;
 
-/** Straight line through (log x, log error): what more samples will bring. */
-function fit(
-  points: Known[],
-  axis: Axis,
-): { slope: number; at: (x: number) => number; whenBelow: (error: number) => number } | null {
-  const late = points
-    .slice(-Math.max(6, Math.ceil(points.length * 0.6)))
-    .filter((p) => xOf(p, axis) > 0);
-  if (late.length < 3) return null;
-  const xs = late.map((p) => Math.log(xOf(p, axis))),
-    ys = late.map((p) => Math.log(p.relative_rmse));
-  const mx = xs.reduce((a, b) => a + b) / xs.length,
-    my = ys.reduce((a, b) => a + b) / ys.length;
-  const sxx = xs.reduce((a, x) => a + (x - mx) ** 2, 0);
-  if (!(sxx > 1e-6)) return null;
-  const slope = xs.reduce((a, x, i) => a + (x - mx) * (ys[i] - my), 0) / sxx;
+/** What is to come, by the slope that the server fitted and from the newest point on. */
+interface Forecast {
+  /** The error at so many samples or seconds. */
+  at: (x: number) => number;
+  /** Samples or seconds until the error is below this; at least and at most, by the slope's interval. */
+  whenBelow: (error: number) => { value: number; low: number | null; high: number | null };
+}
+
+function forecast(last: Known, slope: Convergence['slope'], axis: Axis): Forecast | null {
+  const value = slope?.value;
+  // A curve that hardly falls says nothing about a time that can be told.
+  if (value == null || value > -0.05) return null;
+  const here = xOf(last, axis);
+  const reach = (error: number, s: number | null | undefined): number | null =>
+    s != null && s < -0.05 ? here * (last.relative_rmse / error) ** (-1 / s) : null;
   return {
-    slope,
-    at: (x) => Math.exp(my + slope * (Math.log(x) - mx)),
-    whenBelow: (error) => Math.exp(mx + (Math.log(error) - my) / slope),
+    at: (x) => last.relative_rmse * (x / here) ** value,
+    whenBelow: (error) => ({
+      value: reach(error, value)!,
+      low: reach(error, slope?.low),
+      high: reach(error, slope?.high),
+    }),
   };
+}
+
+const roundErrors = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001];
+
+/** The target while it is not met; without one the next two round errors. */
+function nextErrors(job: Job, now: number): number[] {
+  const target = job.spec.stop?.relative_error;
+  return target && target < now
+    ? [target]
+    : roundErrors.filter((error) => error < 0.95 * now).slice(0, 2);
+}
+
+/** How long the next errors will take, in samples and in seconds from now. */
+function Prediction({ job, data, last }: { job: Job; data: Convergence; last: Known }) {
+  const samples = forecast(last, data.slope, 'samples');
+  const seconds = forecast(last, data.slope, 'seconds');
+  if (!samples || !seconds) return null;
+  const left = (time: number | null): string =>
+    time === null ? 'much more' : duration(Math.max(0, time - last.elapsed_seconds));
+  const rows = nextErrors(job, last.relative_rmse).map((error) => ({
+    error,
+    samples: samples.whenBelow(error).value,
+    seconds: seconds.whenBelow(error),
+  }));
+  if (!rows.length) return null;
+  return (
+    <dl class="figures prediction" data-testid="prediction">
+      {rows.map(({ error, samples: n, seconds: t }) => (
+        <div
+          key={error}
+          title={
+            t.low !== null
+              ? `${left(t.low)} to ${left(t.high)} by the interval of the slope`
+              : undefined
+          }
+        >
+          <dt>{number(100 * error)} % error</dt>
+          <dd>
+            {isFinal(job.state) ? `${left(t.value)} more` : `in ${left(t.value)}`}, {count(n)}{' '}
+            samples
+          </dd>
+        </div>
+      ))}
+    </dl>
+  );
 }
 
 const exponent = (v: number | null): string => (v ?? 0).toFixed(2).replace('-', '−');
@@ -90,6 +137,7 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
           <Curve
             job={job}
             points={points}
+            slope={data?.slope}
             axis={axis}
             width={width}
             hover={hover}
@@ -111,6 +159,9 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
           'Slope: a few more passes are needed.'
         )}
       </p>
+      {data && points.length > 1 && (
+        <Prediction job={job} data={data} last={points[points.length - 1]} />
+      )}
     </section>
   );
 }
@@ -118,19 +169,20 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
 interface CurveProps {
   job: Job;
   points: Known[];
+  slope: Convergence['slope'];
   axis: Axis;
   width: number;
   hover: Known | null;
   onHover: (point: Known | null) => void;
 }
 
-function Curve({ job, points, axis, width, hover, onHover }: CurveProps) {
+function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) {
   const target = job.spec.stop?.relative_error ?? null;
-  const line = fit(points, axis);
   const last = points[points.length - 1];
+  const line = forecast(last, slope, axis);
   const reach =
-    target && line && line.slope < -0.05 && last.relative_rmse > target && !isFinal(job.state)
-      ? line.whenBelow(target)
+    target && line && last.relative_rmse > target && !isFinal(job.state)
+      ? line.whenBelow(target).value
       : null;
   const x0 = xOf(points[0], axis);
   const x1 = Math.max(xOf(last, axis), Math.min(reach ?? 0, xOf(last, axis) * 30), x0 * 2) * 1.05;

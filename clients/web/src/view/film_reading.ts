@@ -53,3 +53,39 @@ export function samplesRange(film: LiveFilm): Range {
   const high = Math.max(2, values[values.length - 1]);
   return { low: Math.max(1, Math.min(values[0], high / 2)), high };
 }
+
+/** Both halves of the pixels around one: per channel their values, and the two of the pixel itself. */
+export interface Halves {
+  pixels: number;
+  values: [number[], number[], number[]];
+  own: [number[], number[], number[]];
+}
+
+export const halvesRadius = 4;
+
+/**
+ * A pixel's mean is that of its halves A and B, and its variance (A - B)² / 4: so they are mean ± √variance. Null
+ * while the pixel has one half only.
+ */
+export function halvesAround(film: LiveFilm, x: number, y: number): Halves | null {
+  const halves: Halves = { pixels: 0, values: [[], [], []], own: [[], [], []] };
+  const known = (pixel: number): boolean =>
+    film.samples[pixel] > 0 && Number.isFinite(film.variance[3 * pixel]);
+  if (!known(y * film.width + x)) return null;
+  const bottom = Math.min(film.height - 1, y + halvesRadius);
+  const right = Math.min(film.width - 1, x + halvesRadius);
+  for (let row = Math.max(0, y - halvesRadius); row <= bottom; ++row) {
+    for (let column = Math.max(0, x - halvesRadius); column <= right; ++column) {
+      const pixel = row * film.width + column;
+      if (!known(pixel)) continue;
+      halves.pixels += 1;
+      for (let c = 0; c < 3; ++c) {
+        const mean = film.rgb[3 * pixel + c];
+        const apart = Math.sqrt(film.variance[3 * pixel + c]);
+        halves.values[c].push(mean - apart, mean + apart);
+        if (row === y && column === x) halves.own[c] = [mean - apart, mean + apart];
+      }
+    }
+  }
+  return halves;
+}

@@ -6,6 +6,7 @@ import { toBytes } from '../live/tone';
 import { count, number } from '../ui/format';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
+import { HalfHistogram } from './half_histogram';
 import type { Probe } from './stage';
 
 const asList = (v: number[] | number | null | undefined): number[] =>
@@ -49,7 +50,7 @@ export function Inspector({
 }) {
   const report = usePixel(job, probe);
   return (
-    <section class="card" aria-labelledby="inspector-title" data-testid="inspector">
+    <section class="card inspector" aria-labelledby="inspector-title" data-testid="inspector">
       <header class="card-head">
         <h2 id="inspector-title">Pixel</h2>
         {probe && (
@@ -114,6 +115,7 @@ function Reading({
           <Channel key={name} name={name} c={c} mean={mean[c]} layer={beauty} />
         ))}
       </dl>
+      {film && <HalfHistogram film={film} x={probe.x} y={probe.y} />}
       <p class="hint mono">
         {count(samples)} samples
         {layers.map(([name, layer]) => (

@@ -5,7 +5,7 @@ import type { LinkState } from '../live/feed_messages';
 import type { JobFeed } from '../live/job_feed';
 import { count, duration, percent } from '../ui/format';
 import { Icon } from '../ui/icons';
-import { go } from '../ui/router';
+import { go, route } from '../ui/router';
 import { display, jobs, refresh, say, sayError, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { Menu } from './menu';
@@ -105,11 +105,16 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
         (j.revision ?? 0) > 0,
     )
     .slice(0, 8);
-  const copyLink = (): void =>
-    void navigator.clipboard
-      ?.writeText(location.href.replace(/#.*/, `#/jobs/${job.id}`))
-      .then(() => say('Link copied.'))
-      .catch(() => undefined);
+  const copyLink = async (): Promise<void> => {
+    const { query } = route.get();
+    const link = location.href.replace(/#.*/, `#/jobs/${job.id}${query && `?${query}`}`);
+    // Over plain HTTP browsers keep the clipboard to themselves: then the link is shown.
+    const copied = await navigator.clipboard?.writeText(link).then(
+      () => true,
+      () => false,
+    );
+    say(copied ? 'Link copied.' : link);
+  };
   return (
     <header class="job-header">
       <div class="job-title">

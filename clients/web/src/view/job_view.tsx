@@ -2,6 +2,8 @@ import { useEffect, useReducer, useRef, useState } from 'preact/hooks';
 import { api } from '../api/client';
 import { isFinal, type Convergence, type Job } from '../api/types';
 import { JobFeed } from '../live/job_feed';
+import { choiceIn, keepChoice, route, type Route } from '../ui/router';
+import { useStore } from '../ui/store';
 import { ConvergencePlot } from './convergence_plot';
 import { ErrorRuler } from './error_ruler';
 import { Filmstrip } from './filmstrip';
@@ -11,7 +13,7 @@ import { sceneTitle } from './job_words';
 import { Stage, type Probe } from './stage';
 import { Statistics } from './statistics';
 import { Toolbar } from './toolbar';
-import type { Mode } from './view_modes';
+import { modeNamed } from './view_modes';
 
 /** Opens the job's feed while the component is there and redraws it when the feed changes. */
 export function useFeed(jobId: string): JobFeed {
@@ -67,14 +69,37 @@ function useConvergence(job: Job | null): Convergence | null {
   return data;
 }
 
+function probeIn(at: Route): Probe | null {
+  const [, x, y] = /^(\d{1,5}),(\d{1,5})$/.exec(choiceIn(at, 'pixel')) ?? [];
+  return y ? { x: Number(x), y: Number(y), pinned: true } : null;
+}
+
+/** The pixel that is looked at. One that is kept stands in the address, too. */
+function useProbe(jobId: string): [Probe | null, (probe: Probe | null) => void] {
+  const [probe, setProbe] = useState<Probe | null>(() => probeIn(route.get()));
+  const first = useRef(true);
+  useEffect(() => {
+    if (!first.current) setProbe(probeIn(route.get()));
+    first.current = false;
+  }, [jobId]);
+  const kept = probe?.pinned ? `${probe.x},${probe.y}` : '';
+  useEffect(() => {
+    // Browsers take an address amiss that changes as fast as a key repeats.
+    const timer = setTimeout(() => {
+      if (choiceIn(route.get(), 'pixel') !== kept) keepChoice('pixel', kept);
+    }, 300);
+    return () => clearTimeout(timer);
+  }, [kept, jobId]);
+  return [probe, setProbe];
+}
+
 export function JobView({ jobId }: { jobId: string }) {
   const feed = useFeed(jobId);
   const { state } = feed;
   const { job, link, film } = state;
-  const [mode, setMode] = useState<Mode>('picture');
-  const [probe, setProbe] = useState<Probe | null>(null);
+  const mode = modeNamed(choiceIn(useStore(route), 'show'));
+  const [probe, setProbe] = useProbe(jobId);
   const convergence = useConvergence(job);
-  useEffect(() => setProbe(null), [jobId]);
   useEffect(() => {
     const percent =
       job && !isFinal(job.state) ? `${Math.floor(100 * (job.progress?.fraction ?? 0))} % ` : '';
@@ -114,7 +139,12 @@ export function JobView({ jobId }: { jobId: string }) {
           </header>
         )}
         <Stage feed={feed} state={state} mode={mode} probe={probe} onProbe={setProbe} />
-        <Toolbar mode={mode} film={film} tooLarge={state.tooLarge} onMode={setMode} />
+        <Toolbar
+          mode={mode}
+          film={film}
+          tooLarge={state.tooLarge}
+          onMode={(next) => keepChoice('show', next === 'picture' ? '' : next)}
+        />
         {job && shows(job) && <ErrorRuler job={job} points={convergence?.points ?? []} />}
         <Filmstrip current={jobId} />
       </div>

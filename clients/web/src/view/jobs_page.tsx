@@ -2,6 +2,7 @@ import { useEffect, useState } from 'preact/hooks';
 import { api } from '../api/client';
 import { isFinal, type Job, type JobState } from '../api/types';
 import { ago, count, duration, percent } from '../ui/format';
+import { choiceIn, keepChoice, route } from '../ui/router';
 import { jobs, refresh, sayError } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { sceneTitle, stateLabel } from './job_words';
@@ -39,8 +40,10 @@ function useOlder(): { older: Job[]; more: boolean; load: () => void } {
 export function JobsPage() {
   const newest = useStore(jobs);
   const { older, more, load } = useOlder();
-  const [filter, setFilter] = useState<Filter>('all');
-  const [text, setText] = useState('');
+  const at = useStore(route);
+  const asked = choiceIn(at, 'show');
+  const filter = (Object.keys(filters) as Filter[]).find((f) => f === asked) ?? 'all';
+  const [text, setText] = useState(choiceIn(at, 'find'));
   useEffect(() => void refresh(), []);
   if (!newest)
     return (
@@ -69,7 +72,7 @@ export function JobsPage() {
                 type="radio"
                 name="filter"
                 checked={f === filter}
-                onChange={() => setFilter(f)}
+                onChange={() => keepChoice('show', f === 'all' ? '' : f)}
               />
               {filters[f].label}
             </label>
@@ -81,6 +84,7 @@ export function JobsPage() {
           aria-label="Find by name"
           value={text}
           onInput={(e) => setText(e.currentTarget.value)}
+          onChange={(e) => keepChoice('find', e.currentTarget.value)}
         />
       </header>
       {list.length === 0 ? (
@@ -126,7 +130,10 @@ function JobCard({ job }: { job: Job }) {
       </p>
       {isFinal(job.state) && (job.revision ?? 0) > 0 && (
         <p>
-          <a href={`#/compare/${job.id}`} aria-label={`Compare ${sceneTitle(job)} with another render`}>
+          <a
+            href={`#/compare/${job.id}`}
+            aria-label={`Compare ${sceneTitle(job)} with another render`}
+          >
             Compare
           </a>
         </p>

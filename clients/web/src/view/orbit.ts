@@ -1,5 +1,4 @@
-import type { SceneInfo } from '../api/types';
-import type { PlacedCamera } from '../api/gltf_camera';
+import type { SceneCamera, SceneInfo } from '../api/types';
 import type { Pose } from './form_model';
 
 /** A camera on a sphere around the point it looks at. Angles in radians; azimuth 0 looks along -z. */
@@ -32,9 +31,16 @@ export function framed(bounds: SceneInfo['bounds'], aspect: number): Orbit {
   };
 }
 
-/** Starts where a camera stands; it turns around the point on its axis that is nearest to the scene's centre. */
-export function fromCamera(camera: PlacedCamera, bounds: SceneInfo['bounds']): Orbit {
-  const { position, forward } = camera;
+/**
+ * Starts where a camera stands; it turns around the point on its axis that is nearest to the scene's centre. Null for
+ * an orthographic one, which has no field of view.
+ */
+export function fromCamera(
+  camera: SceneCamera | undefined,
+  bounds: SceneInfo['bounds'],
+): Orbit | null {
+  const { position, direction: forward, vertical_fov_degrees: fovDegrees } = camera ?? {};
+  if (!position || !forward || !fovDegrees) return null;
   const centre = bounds
     ? bounds.min.map((v, i) => (v + bounds.max[i]) / 2)
     : position.map((v, i) => v + forward[i]);
@@ -46,7 +52,7 @@ export function fromCamera(camera: PlacedCamera, bounds: SceneInfo['bounds']): O
     distance,
     azimuth: Math.atan2(-forward[0], -forward[2]),
     elevation: Math.asin(Math.max(-1, Math.min(1, -forward[1]))),
-    fovDegrees: camera.verticalFovDegrees,
+    fovDegrees,
   };
 }
 

@@ -1,6 +1,7 @@
 import { explain } from '../api/client';
 import type { SceneInfo } from '../api/types';
 import { isEnvironment, uploadEnvironment, uploadScene, type DroppedFile } from '../api/upload';
+import { go, route } from '../ui/router';
 import { say } from '../ui/server_state';
 import { persistent, Store } from '../ui/store';
 import { change, refusals } from './form_model';
@@ -56,6 +57,8 @@ async function takeModel(
   fileNames.set({ ...fileNames.get(), [scene.id]: name });
   models.set([scene, ...models.get().filter((m) => m.id !== scene.id)]);
   chooseScene(scene.id);
+  // What a person wants next is to look at it; where there is no form, they are about something else.
+  if (['home', 'job', 'jobs', 'compose'].includes(route.get().view)) go(`/compose/${scene.id}`);
   say(`${name} is ready to render.`);
 }
 

@@ -1,10 +1,10 @@
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
-import { imageUrl } from '../api/client';
-import { isFinal, type Job } from '../api/types';
+import { isFinal } from '../api/types';
 import type { JobFeed, FeedState } from '../live/job_feed';
 import { Picture } from '../live/picture';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
+import { ServerImage } from './server_image';
 import { samplesRange, varianceRange } from './film_reading';
 import { Legend, unitOf } from './legend';
 import { TileFlashes } from './tile_flashes';
@@ -86,45 +86,47 @@ export function Stage({ feed, state, mode, probe, onProbe }: StageProps) {
   );
 
   return (
-    <div
-      class="stage"
-      ref={box}
-      tabIndex={0}
-      role="group"
-      aria-roledescription="picture viewer"
-      aria-label="Picture. Arrow keys move the pixel probe, plus and minus zoom, 0 fits."
-      style={{ '--aspect': `${size.width} / ${size.height}` }}
-    >
-      <div class={`film${view.scale > 2.5 ? ' film-pixels' : ''}`} style={view.style}>
-        <canvas
-          ref={canvas}
-          key={job?.id}
-          data-testid="picture"
-          role="img"
-          aria-label={`Render of ${job?.spec.scene ?? 'the scene'}`}
-          hidden={state.tooLarge}
-        />
-        {job && (state.tooLarge || isLayer(mode)) && (
-          <ServerImage job={job} mode={mode} large={state.tooLarge} />
-        )}
-        {job && film && shown.showTiles && mode === 'picture' && (
-          <TileFlashes
-            feed={feed}
-            width={size.width}
-            height={size.height}
-            active={!isFinal(job.state)}
+    <div class="stage-frame">
+      <div
+        class="stage"
+        ref={box}
+        tabIndex={0}
+        role="group"
+        aria-roledescription="picture viewer"
+        aria-label="Picture. Arrow keys move the pixel probe, plus and minus zoom, 0 fits."
+        style={{ '--aspect': `${size.width} / ${size.height}` }}
+      >
+        <div class={`film${view.scale > 2.5 ? ' film-pixels' : ''}`} style={view.style}>
+          <canvas
+            ref={canvas}
+            key={job?.id}
+            data-testid="picture"
+            role="img"
+            aria-label={`Render of ${job?.spec.scene ?? 'the scene'}`}
+            hidden={state.tooLarge}
           />
+          {job && (state.tooLarge || isLayer(mode)) && (
+            <ServerImage job={job} mode={mode} large={state.tooLarge} />
+          )}
+          {job && film && shown.showTiles && mode === 'picture' && (
+            <TileFlashes
+              feed={feed}
+              width={size.width}
+              height={size.height}
+              active={!isFinal(job.state)}
+            />
+          )}
+        </div>
+        {probe && <ProbeMark probe={probe} view={view} />}
+        {job && <StageNotice state={state} />}
+        {view.zoomed && (
+          <button type="button" class="stage-fit" onClick={view.reset}>
+            {Math.round(view.scale * 100)} % · fit
+          </button>
         )}
       </div>
-      {probe && <ProbeMark probe={probe} view={view} />}
       {isHeat(mode) && film && film.tilesSeen > 0 && (
         <Legend look={look} meaning={meaningOf(mode, film.correlated)} unit={unitOf(mode)} />
-      )}
-      {job && <StageNotice state={state} />}
-      {view.zoomed && (
-        <button type="button" class="stage-fit" onClick={view.reset}>
-          {Math.round(view.scale * 100)} % · fit
-        </button>
       )}
     </div>
   );
@@ -138,36 +140,6 @@ function ProbeMark({ probe, view }: { probe: Probe; view: Viewport }) {
       class={`probe${probe.pinned ? ' probe-pinned' : ''}`}
       style={{ left: `${at.x}px`, top: `${at.y}px`, width: `${side}px`, height: `${side}px` }}
       aria-hidden="true"
-    />
-  );
-}
-
-/** A layer, or a picture beyond the page's memory, as the server encodes it; renewed as the film grows. */
-function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large: boolean }) {
-  const shown = useStore(display);
-  const [revision, setRevision] = useState(job.revision ?? 0);
-  const [fault, setFault] = useState(false);
-  const latest = useRef(revision);
-  latest.current = job.revision ?? 0;
-  const running = !isFinal(job.state);
-  useEffect(() => {
-    setRevision(latest.current);
-    if (!running) return;
-    const timer = setInterval(() => setRevision(latest.current), large ? 2000 : 5000);
-    return () => clearInterval(timer);
-  }, [running, large, mode]);
-  useEffect(() => setFault(false), [mode, revision]);
-  if (!revision) return null;
-  const query = isLayer(mode) ? { layer: mode } : { exposure: shown.exposure, tonemap: shown.tone };
-  const src = imageUrl(job.id, 'png', { ...query, revision, ...(large && { max_size: 2048 }) });
-  return fault ? (
-    <p class="stage-note">This layer is not there yet.</p>
-  ) : (
-    <img
-      class="server-image"
-      src={src}
-      alt={`${mode} of ${job.spec.scene}`}
-      onError={() => setFault(true)}
     />
   );
 }

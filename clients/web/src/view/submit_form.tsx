@@ -8,6 +8,7 @@ import { go, route } from '../ui/router';
 import { connection, refresh, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { AdvancedFields } from './advanced_fields';
+import { EnvironmentField } from './environment_field';
 import { Field, NumberInput, refusalsAt } from './field';
 import { change, check, form, refusals, refusalsOf, requestOf, sizePresets } from './form_model';
 import {
@@ -129,7 +130,11 @@ function ScenePicker() {
               }
             >
               {v.pose && <option value="pose">Placed by hand</option>}
-              <option value="">The scene’s first camera</option>
+              <option value="">
+                {details?.cameras && !cameras.length
+                  ? 'Fitted to the model'
+                  : 'The scene’s first camera'}
+              </option>
               {cameras.map((c, i) => (
                 <option key={i} value={nameOf(c) || `#${i}`}>
                   {nameOf(c) || `Camera ${i + 1}`}
@@ -412,6 +417,7 @@ export function SubmitForm() {
     <form class="submit-form" id="new" onSubmit={submit} noValidate aria-labelledby="new-title">
       <h2 id="new-title">New render</h2>
       <ScenePicker />
+      <EnvironmentField />
       <SizeField />
       <StopField />
       <AdvancedFields info={info} />

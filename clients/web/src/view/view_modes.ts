@@ -34,9 +34,16 @@ export const planeModes: ModeInfo[] = [
 
 export const layerModes: ModeInfo[] = [
   { mode: 'albedo', label: 'Albedo', meaning: 'Colour of the surfaces without light.' },
-  { mode: 'normal', label: 'Normal', meaning: 'Direction of the surfaces, as colours.' },
+  {
+    mode: 'normal',
+    label: 'Normal',
+    meaning: 'Direction of the surfaces: red is x, green y, blue z; middle grey is 0.',
+  },
   { mode: 'depth', label: 'Depth', meaning: 'Distance from the eye.' },
 ];
+
+export const modeNamed = (name: string): Mode =>
+  [...planeModes, ...layerModes].find((m) => m.mode === name)?.mode ?? 'picture';
 
 export const isLayer = (mode: Mode): mode is 'albedo' | 'normal' | 'depth' =>
   mode === 'albedo' || mode === 'normal' || mode === 'depth';

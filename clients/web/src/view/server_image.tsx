@@ -1,0 +1,91 @@
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { imageUrl } from '../api/client';
+import { isFinal, type Job } from '../api/types';
+import { number } from '../ui/format';
+import { display } from '../ui/server_state';
+import { useStore } from '../ui/store';
+import { isLayer, layerModes, type Mode } from './view_modes';
+
+/** The newest revision, taken up now and then while the film grows. */
+function useRevision(job: Job, large: boolean, mode: Mode): number {
+  const [revision, setRevision] = useState(job.revision ?? 0);
+  const latest = useRef(revision);
+  latest.current = job.revision ?? 0;
+  const running = !isFinal(job.state);
+  useEffect(() => {
+    setRevision(latest.current);
+    if (!running) return;
+    const timer = setInterval(() => setRevision(latest.current), large ? 2000 : 5000);
+    return () => clearInterval(timer);
+  }, [running, large, mode]);
+  return revision;
+}
+
+interface Shown {
+  mode: Mode;
+  url: string;
+  /** Values that are black and white, for layers of data. */
+  range: [number, number] | null;
+}
+
+/** The picture at an address; the one before stays until the next has come. */
+function usePicture(src: string | null, mode: Mode): Shown | 'missing' | null {
+  const [shown, setShown] = useState<Shown | 'missing' | null>(null);
+  useEffect(() => {
+    if (!src) return;
+    const abort = new AbortController();
+    fetch(src, { signal: abort.signal })
+      .then(async (response) => {
+        if (!response.ok) return setShown('missing');
+        const url = URL.createObjectURL(await response.blob());
+        const [low, high] = (response.headers.get('x-tessera-range') ?? '').split(',').map(Number);
+        setShown({ mode, url, range: Number.isFinite(high) ? [low, high] : null });
+      })
+      .catch(() => undefined);
+    return () => abort.abort();
+  }, [src]);
+  const url = shown && shown !== 'missing' ? shown.url : null;
+  useEffect(() => () => void (url && URL.revokeObjectURL(url)), [url]);
+  return shown;
+}
+
+const ranges: Partial<Record<Mode, string>> = { normal: '-1,1', depth: 'auto' };
+
+/** A layer, or a picture beyond the page's memory, as the server encodes it; renewed as the film grows. */
+export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large: boolean }) {
+  const look = useStore(display);
+  const revision = useRevision(job, large, mode);
+  const query = isLayer(mode)
+    ? { layer: mode, range: ranges[mode] }
+    : { exposure: look.exposure, tonemap: look.tone };
+  const shown = usePicture(
+    revision
+      ? imageUrl(job.id, 'png', { ...query, revision, ...(large && { max_size: 2048 }) })
+      : null,
+    mode,
+  );
+  if (!revision || !shown) return null;
+  if (shown === 'missing') return <p class="stage-note">This layer is not there yet.</p>;
+  const meaning = layerModes.find((m) => m.mode === mode)?.meaning;
+  return (
+    <>
+      <img
+        class="server-image"
+        data-layer={shown.mode}
+        src={shown.url}
+        alt={`${mode} of ${job.spec.scene}`}
+      />
+      {meaning && (
+        <p class="layer-note">
+          {meaning}
+          {mode === 'depth' && shown.range && (
+            <>
+              {' '}
+              Black is {number(shown.range[0])} m, white {number(shown.range[1])} m.
+            </>
+          )}
+        </p>
+      )}
+    </>
+  );
+}

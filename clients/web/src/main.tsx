@@ -1,6 +1,7 @@
 import { render } from 'preact';
 import { api, RequestError } from './api/client';
 import './style/main.css';
+import { hasGraphicsProcessor } from './live/painter';
 import { takeKey } from './ui/router';
 import { refresh, sayError } from './ui/server_state';
 import { followTheme } from './ui/theme';
@@ -9,6 +10,8 @@ import { App } from './view/app';
 async function start(): Promise<void> {
   followTheme();
   render(<App />, document.getElementById('app')!);
+  // To ask for it takes tens of milliseconds: not in the task that opens the first picture.
+  setTimeout(hasGraphicsProcessor, 0);
   await useKey();
   await refresh();
   // A link with a key may also be opened in a page that is already here.

@@ -48,7 +48,7 @@ let graphicsProcessor: boolean | null = null;
  * picture each time and blocks the page while doing so. Browsers do not always admit it when asked to fail on a
  * major performance caveat, but the renderer's name tells.
  */
-function hasGraphicsProcessor(): boolean {
+export function hasGraphicsProcessor(): boolean {
   graphicsProcessor ??= ((): boolean => {
     const options: WebGLContextAttributes = { failIfMajorPerformanceCaveat: true };
     const canvas = document.createElement('canvas');

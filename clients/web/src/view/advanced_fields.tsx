@@ -80,8 +80,8 @@ function OptionFields({ info, v }: { info: ServerInfo | null; v: FormValues }) {
   );
 }
 
+/** What few need; made when it is opened. */
 export function AdvancedFields({ info }: { info: ServerInfo | null }) {
-  const v = useStore(form);
   const items = useStore(refusals);
   const [open, setOpen] = useState(false);
   const wrong =
@@ -103,104 +103,111 @@ export function AdvancedFields({ info }: { info: ServerInfo | null }) {
   return (
     <details class="advanced" open={open} onToggle={(e) => setOpen(e.currentTarget.open)}>
       <summary>Method, seed, name</summary>
-      <div class="advanced-body">
-        <ChoiceField
-          label="Integrator"
-          pointer="/integrator/type"
-          standard="How light is followed. The standard one is right for nearly everything."
-          value={v.integrator}
-          choices={asChoices(info?.integrators)}
-          onValue={(integrator) => change({ integrator })}
-        />
-        <Field
-          label="Longest path"
-          pointers={['/integrator/max_depth', '/integrator']}
-          hint="How often light may bounce. 1 is direct light only; glass needs many."
-        >
+      {open && <AdvancedBody info={info} />}
+    </details>
+  );
+}
+
+function AdvancedBody({ info }: { info: ServerInfo | null }) {
+  const v = useStore(form);
+  return (
+    <div class="advanced-body">
+      <ChoiceField
+        label="Integrator"
+        pointer="/integrator/type"
+        standard="How light is followed. The standard one is right for nearly everything."
+        value={v.integrator}
+        choices={asChoices(info?.integrators)}
+        onValue={(integrator) => change({ integrator })}
+      />
+      <Field
+        label="Longest path"
+        pointers={['/integrator/max_depth', '/integrator']}
+        hint="How often light may bounce. 1 is direct light only; glass needs many."
+      >
+        {(a) => (
+          <NumberInput
+            {...a}
+            value={v.maxDepth}
+            min={0}
+            max={1024}
+            onValue={(maxDepth) => change({ maxDepth })}
+          />
+        )}
+      </Field>
+      <ChoiceField
+        label="Sampler"
+        pointer="/sampler"
+        standard="How random numbers are spread. Even spreading means less grain."
+        value={v.sampler}
+        choices={asChoices(info?.samplers)}
+        onValue={(sampler) => change({ sampler })}
+      />
+      <ChoiceField
+        label="Light choice"
+        pointer="/light_sampler"
+        standard="Which lamp is asked first when there are many."
+        value={v.lightSampler}
+        choices={asChoices(info?.light_samplers)}
+        onValue={(lightSampler) => change({ lightSampler })}
+      />
+      <ChoiceField
+        label="Where samples go"
+        pointer="/adaptive"
+        standard="Noisy places can be given more samples than calm ones."
+        value={v.adaptive}
+        choices={asChoices(info?.adaptive)}
+        onValue={(adaptive) => change({ adaptive })}
+      />
+      <ChoiceField
+        label="Pixel filter"
+        pointer="/film/filter"
+        standard="How samples near a pixel’s edge are shared with its neighbours."
+        value={v.filter}
+        choices={asChoices(info?.filters)}
+        onValue={(filter) => change({ filter })}
+      />
+      <OptionFields info={info} v={v} />
+      <div class="pair">
+        <Field label="Seed" pointers={['/seed']}>
           {(a) => (
             <NumberInput
               {...a}
-              value={v.maxDepth}
+              value={v.seed}
               min={0}
-              max={1024}
-              onValue={(maxDepth) => change({ maxDepth })}
+              max={Number.MAX_SAFE_INTEGER}
+              step={1}
+              onValue={(seed) => change({ seed })}
             />
           )}
         </Field>
-        <ChoiceField
-          label="Sampler"
-          pointer="/sampler"
-          standard="How random numbers are spread. Even spreading means less grain."
-          value={v.sampler}
-          choices={asChoices(info?.samplers)}
-          onValue={(sampler) => change({ sampler })}
-        />
-        <ChoiceField
-          label="Light choice"
-          pointer="/light_sampler"
-          standard="Which lamp is asked first when there are many."
-          value={v.lightSampler}
-          choices={asChoices(info?.light_samplers)}
-          onValue={(lightSampler) => change({ lightSampler })}
-        />
-        <ChoiceField
-          label="Where samples go"
-          pointer="/adaptive"
-          standard="Noisy places can be given more samples than calm ones."
-          value={v.adaptive}
-          choices={asChoices(info?.adaptive)}
-          onValue={(adaptive) => change({ adaptive })}
-        />
-        <ChoiceField
-          label="Pixel filter"
-          pointer="/film/filter"
-          standard="How samples near a pixel’s edge are shared with its neighbours."
-          value={v.filter}
-          choices={asChoices(info?.filters)}
-          onValue={(filter) => change({ filter })}
-        />
-        <OptionFields info={info} v={v} />
-        <div class="pair">
-          <Field label="Seed" pointers={['/seed']}>
-            {(a) => (
-              <NumberInput
-                {...a}
-                value={v.seed}
-                min={0}
-                max={Number.MAX_SAFE_INTEGER}
-                step={1}
-                onValue={(seed) => change({ seed })}
-              />
-            )}
-          </Field>
-          <Field label="Priority" pointers={['/priority']}>
-            {(a) => (
-              <NumberInput
-                {...a}
-                value={v.priority}
-                min={-100}
-                max={100}
-                step={1}
-                onValue={(priority) => change({ priority })}
-              />
-            )}
-          </Field>
-        </div>
-        <p class="hint">
-          The same seed gives the same picture, bit for bit. Another seed gives other grain.
-        </p>
-        <Field label="Name" pointers={['/name']}>
+        <Field label="Priority" pointers={['/priority']}>
           {(a) => (
-            <input
+            <NumberInput
               {...a}
-              type="text"
-              value={v.name}
-              maxLength={200}
-              onInput={(e) => change({ name: e.currentTarget.value })}
+              value={v.priority}
+              min={-100}
+              max={100}
+              step={1}
+              onValue={(priority) => change({ priority })}
             />
           )}
         </Field>
       </div>
-    </details>
+      <p class="hint">
+        The same seed gives the same picture, bit for bit. Another seed gives other grain.
+      </p>
+      <Field label="Name" pointers={['/name']}>
+        {(a) => (
+          <input
+            {...a}
+            type="text"
+            value={v.name}
+            maxLength={200}
+            onInput={(e) => change({ name: e.currentTarget.value })}
+          />
+        )}
+      </Field>
+    </div>
   );
 }

@@ -2,6 +2,7 @@ import { useEffect, useState } from 'preact/hooks';
 import { isFinal, type Job } from '../api/types';
 import { filesOfDrop } from '../api/upload';
 import { Icon } from '../ui/icons';
+import { Later } from '../ui/later';
 import { route, type Route } from '../ui/router';
 import { connection, jobs, serverInfo, theme, toast, type Theme } from '../ui/server_state';
 import { useStore } from '../ui/store';
@@ -258,7 +259,9 @@ export function App() {
       <div class={`layout${bare ? ' layout-bare' : ''}`}>
         {!bare && (
           <div class="side">
-            <SubmitForm />
+            <Later>
+              <SubmitForm />
+            </Later>
           </div>
         )}
         <main class="centre">

@@ -3,6 +3,7 @@ import { api } from '../api/client';
 import { isFinal, type Convergence, type Job } from '../api/types';
 import { JobFeed } from '../live/job_feed';
 import { choiceIn, keepChoice, route, type Route } from '../ui/router';
+import { Later } from '../ui/later';
 import { useStore } from '../ui/store';
 import { ConvergencePlot } from './convergence_plot';
 import { ErrorRuler } from './error_ruler';
@@ -145,15 +146,31 @@ export function JobView({ jobId }: { jobId: string }) {
           tooLarge={state.tooLarge}
           onMode={(next) => keepChoice('show', next === 'picture' ? '' : next)}
         />
-        {job && shows(job) && <ErrorRuler job={job} points={convergence?.points ?? []} />}
-        <Filmstrip current={jobId} />
+        {job && shows(job) && (
+          <Later>
+            <ErrorRuler job={job} points={convergence?.points ?? []} />
+          </Later>
+        )}
+        <Later>
+          <Filmstrip current={jobId} />
+        </Later>
       </div>
       <aside class="measures" aria-label="Measurements">
-        {job && shows(job) && <ConvergencePlot job={job} data={convergence} />}
         {job && shows(job) && (
-          <Inspector job={job} film={film} probe={probe} onRelease={() => setProbe(null)} />
+          <Later>
+            <ConvergencePlot job={job} data={convergence} />
+          </Later>
         )}
-        {job && <Statistics job={job} />}
+        {job && shows(job) && (
+          <Later>
+            <Inspector job={job} film={film} probe={probe} onRelease={() => setProbe(null)} />
+          </Later>
+        )}
+        {job && (
+          <Later>
+            <Statistics job={job} />
+          </Later>
+        )}
       </aside>
     </div>
   );

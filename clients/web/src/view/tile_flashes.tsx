@@ -50,5 +50,6 @@ export function TileFlashes({
       context.clearRect(0, 0, columns, rows);
     };
   }, [feed, columns, rows, active]);
+  if (!active) return null;
   return <canvas ref={canvas} class="flashes" width={columns} height={rows} aria-hidden="true" />;
 }

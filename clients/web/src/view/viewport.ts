@@ -41,9 +41,9 @@ export function useViewport(
   useLayoutEffect(() => {
     const element = box.current!;
     const read = (): void => setSize({ width: element.clientWidth, height: element.clientHeight });
+    // Its first call comes before the first paint; to read the size here would lay out the page in between.
     const observer = new ResizeObserver(read);
     observer.observe(element);
-    read();
     return () => observer.disconnect();
   }, []);
 

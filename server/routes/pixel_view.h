@@ -1,0 +1,14 @@
+/// What the inspector says of one pixel.
+#pragma once
+
+#include "api/job_spec.h"
+#include "api/job_view.h"
+#include "core/film/film.h"
+
+namespace server {
+
+/// x, y: inside the snapshot, in pixels of the full film. Intervals are there where two halves tell
+/// them; layers are those that the job records.
+api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec& spec, int x, int y);
+
+}  // namespace server

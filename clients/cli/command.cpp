@@ -1,11 +1,78 @@
 #include "clients/cli/command.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <numeric>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "clients/cli/verb_text.h"
 
 namespace cli {
+namespace {
+
+/// Insertions, deletions and replacements of one character that make a of b.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = std::exchange(row[j], std::min({replaced, row[j] + 1, row[j - 1] + 1}));
+    }
+  }
+  return row.back();
+}
+
+/// What other renderers call the same.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kElsewhere = {{
+    {"width", "size"},
+    {"height", "size"},
+    {"resolution", "size"},
+    {"samples", "spp"},
+    {"error", "relative-error"},
+    {"time", "seconds"},
+    {"env", "environment"},
+    {"out", "output"},
+}};
+
+/// The option's name that `unknown` (without dashes) may stand for; empty if none is near.
+std::string nearest_option(const CLI::App& app, std::string_view unknown) {
+  std::string best;
+  std::size_t least = 3;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) {
+      const bool same = std::any_of(kElsewhere.begin(), kElsewhere.end(), [&](const auto& pair) {
+        return pair.first == unknown && pair.second == name;
+      });
+      const std::size_t distance = same ? 0 : edit_distance(unknown, name);
+      if (distance < least && distance < name.size()) {
+        least = distance;
+        best = name;
+      }
+    }
+  }
+  return best;
+}
+
+/// One sentence: what is wrong with the command, and what may have been meant.
+std::string fault_of(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> extra = app.remaining();
+  const auto unknown = std::find_if(extra.begin(), extra.end(), [](const std::string& word) {
+    return word.size() > 1 && word.front() == '-';
+  });
+  if (unknown == extra.end()) {
+    return extra.empty() ? error.what() : '"' + extra.front() + "\" is one word too many";
+  }
+  const std::string name = unknown->substr(0, unknown->find('='));
+  const std::string near = nearest_option(app, name.substr(name.find_first_not_of('-')));
+  return "there is no option " + name + (near.empty() ? "" : "; did you mean --" + near + "?");
+}
+
+}  // namespace
 
 int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body) {
   if (args.size() == 1 && args.front() == kDescribe) {
@@ -17,7 +84,14 @@ int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& b
     Args reversed(args.rbegin(), args.rend());
     app.parse(std::move(reversed));
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kWrongUsage;
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+      return app.exit(error) == 0 ? kDone : kWrongUsage;  // --help
+    }
+    const std::string fault = fault_of(app, error);
+    const char* stop = fault.back() == '?' || fault.back() == '.' ? "" : ".";
+    std::fprintf(stderr, "%s: %s%s `%s --help` lists what there is.\n", app.get_name().c_str(),
+                 fault.c_str(), stop, app.get_name().c_str());
+    return kWrongUsage;
   }
   return body();
 }

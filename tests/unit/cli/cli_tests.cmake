@@ -1,4 +1,5 @@
 set(CLI_TEST_SOURCES
+  command_test.cpp
   files_test.cpp
   job_flags_test.cpp
   picture_test.cpp

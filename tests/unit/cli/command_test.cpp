@@ -1,0 +1,66 @@
+#include "clients/cli/command.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace {
+
+struct Outcome {
+  int code;
+  std::string told;
+};
+
+/// A verb with some options, as `tessera draw` would run it.
+Outcome run(const cli::Args& args) {
+  CLI::App app("Draws.", "tessera draw");
+  std::string output;
+  std::string scene;
+  int samples = 0;
+  double error = 0;
+  app.add_option("scene", scene);
+  app.add_option("-o,--output", output)->required();
+  app.add_option("--spp", samples);
+  app.add_option("--relative-error", error);
+  testing::internal::CaptureStderr();
+  const int code = cli::parse_and_run(app, args, [] { return cli::kDone; });
+  return {code, testing::internal::GetCapturedStderr()};
+}
+
+constexpr const char* kRest = " `tessera draw --help` lists what there is.\n";
+
+TEST(WrongUsage, NamesTheVerbAndWhatIsMissing) {
+  const Outcome missing = run({"sphere"});
+  EXPECT_EQ(missing.code, cli::kWrongUsage);
+  EXPECT_EQ(missing.told, std::string("tessera draw: --output is required.") + kRest);
+}
+
+TEST(WrongUsage, GuessesWhichOptionWasMeant) {
+  const auto told = [](const std::string& option) { return run({"-o", "a.png", option, "1"}).told; };
+  EXPECT_EQ(told("--relative-eror"),
+            std::string("tessera draw: there is no option --relative-eror; did you mean --relative-error?") + kRest);
+  // What it is called elsewhere.
+  EXPECT_EQ(told("--samples"),
+            std::string("tessera draw: there is no option --samples; did you mean --spp?") + kRest);
+  EXPECT_EQ(told("--marmalade"), std::string("tessera draw: there is no option --marmalade.") + kRest);
+}
+
+TEST(WrongUsage, AWordTooManyIsShown) {
+  EXPECT_EQ(run({"sphere", "cube", "-o", "a.png"}).told,
+            std::string("tessera draw: \"cube\" is one word too many.") + kRest);
+}
+
+TEST(WrongUsage, AValueThatIsNoNumberIsTold) {
+  const Outcome wrong = run({"sphere", "-o", "a.png", "--spp", "many"});
+  EXPECT_EQ(wrong.code, cli::kWrongUsage);
+  EXPECT_NE(wrong.told.find("--spp"), std::string::npos);
+  EXPECT_NE(wrong.told.find("many"), std::string::npos);
+}
+
+TEST(RightUsage, SaysNothing) {
+  const Outcome fine = run({"sphere", "-o", "a.png", "--spp", "4"});
+  EXPECT_EQ(fine.code, cli::kDone);
+  EXPECT_EQ(fine.told, "");
+}
+
+}  // namespace

@@ -184,8 +184,8 @@ class AsyncJob(JobData):
 
     # Notebooks.
 
-    async def show(self, refresh_s: float = 1.0) -> AsyncJob:
-        """Draws the job in a notebook and keeps it up to date until it ends."""
+    async def show(self, refresh_s: float = 1.0) -> None:
+        """Draws the job in a notebook and keeps it up to date until it ends. Gives nothing, so that it is drawn once."""
         page = display.Page()
         page.show(await self._html())
         drawn = time.monotonic()
@@ -193,7 +193,6 @@ class AsyncJob(JobData):
             if event.type == "end" or time.monotonic() - drawn >= refresh_s:
                 page.show(await self._html())
                 drawn = time.monotonic()
-        return self
 
     def _repr_html_(self) -> str:
         # A notebook does not await: the picture is left to show().

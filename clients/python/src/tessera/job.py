@@ -180,8 +180,8 @@ class Job(JobData):
 
     # Notebooks.
 
-    def show(self, refresh_s: float = 1.0) -> Job:
-        """Draws the job in a notebook and keeps it up to date until it ends."""
+    def show(self, refresh_s: float = 1.0) -> None:
+        """Draws the job in a notebook and keeps it up to date until it ends. Gives nothing, so that it is drawn once."""
         page = display.Page()
         page.show(self._repr_html_())
         drawn = time.monotonic()
@@ -189,7 +189,6 @@ class Job(JobData):
             if event.type == "end" or time.monotonic() - drawn >= refresh_s:
                 page.show(self._repr_html_())
                 drawn = time.monotonic()
-        return self
 
     def _repr_html_(self) -> str:
         return display.job_html(self, self._repr_png_())

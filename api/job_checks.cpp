@@ -10,6 +10,7 @@
 #include "api/server_view.h"
 #include "api/values.h"
 #include "core/math/vec.h"
+#include "core/sampling/shared_samples.h"
 
 namespace api {
 namespace {
@@ -71,6 +72,13 @@ void check_optimal_mis(const core::RenderSettings& render, Faults& faults) {
 void check_restir(const core::RenderSettings& render, Faults& faults) {
   if (render.light_sampler != core::LightSamplerType::kRestir) {
     return;
+  }
+  const int paths = render.light_block * render.light_block * render.light_history;
+  if (paths > static_cast<int>(core::SharedSamples::kMost)) {
+    const std::string block = std::to_string(render.light_block);
+    faults.add("/light_sampler/history", std::to_string(render.light_history) + " passes of " + block + " x " + block +
+                                             " pixels are " + std::to_string(paths) + " paths that share; at most " +
+                                             std::to_string(core::SharedSamples::kMost) + " can");
   }
   const core::EstimatorSettings& estimator = render.estimator;
   if (estimator.strategy != core::Strategy::kMis && estimator.strategy != core::Strategy::kLight) {

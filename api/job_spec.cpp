@@ -233,10 +233,16 @@ const auto& table() {
                      "Side in pixels of the squares whose pixels share light samples.")),
             when(&is_shared, "applies to type 'restir' only",
                  number(
+                     "history", [](auto& s) -> auto& { return s.render.light_history; },
+                     {1, limits::kLightHistory},
+                     "Passes that share light samples too: samples of a replicate, one after another. "
+                     "At most 64 paths share, block x block x history.")),
+            when(&is_shared, "applies to type 'restir' only",
+                 number(
                      "candidates_per_pixel",
                      [](auto& s) -> auto& { return s.render.block_candidates; },
                      {1, limits::kLightCandidates},
-                     "Light samples of each pixel, of which one is shared."))),
+                     "Light samples of each path, of which one is shared."))),
       adaptive_row(),
       FixedRow{"spectral", "false", "Wavelengths instead of three colours."},
       CustomRow<JobSpec>{

@@ -34,6 +34,7 @@ inline constexpr std::int64_t kReplicates = 64;
 inline constexpr std::int64_t kSplitCount = 64;
 inline constexpr std::int64_t kLightCandidates = 64;
 inline constexpr std::int64_t kLightBlock = 8;
+inline constexpr std::int64_t kLightHistory = 16;
 inline constexpr std::int64_t kDilation = 8;
 inline constexpr std::int64_t kFirstReplicate = 65536;
 inline constexpr std::int64_t kSamplesPerPixel = 65536;

@@ -150,7 +150,8 @@ std::string server_json(const ServerView& server) {
     if (entry["type"] == "ris") {
       entry["accepts"] = {"/light_sampler/candidates"};
     } else if (entry["type"] == "restir") {
-      entry["accepts"] = {"/light_sampler/block", "/light_sampler/candidates_per_pixel"};
+      entry["accepts"] = {"/light_sampler/block", "/light_sampler/history",
+                          "/light_sampler/candidates_per_pixel"};
     }
   }
   body["adaptive"] = typed_list(

@@ -120,9 +120,9 @@ void round_stop(StopRules& rules, const core::RenderSettings& settings,
     return;
   }
   const int asked = *rules.samples_per_pixel;
-  int in_force = core::rounded_samples(settings.sampler, settings.replicates, asked);
+  int in_force = core::rounded_samples(settings, asked);
   if (in_force > limits::kSamplesPerPixel) {  // the most whole sets that are allowed
-    in_force -= core::sample_unit(settings.sampler, settings.replicates);
+    in_force -= core::sample_unit(settings);
   }
   if (in_force == asked) {
     return;
@@ -133,7 +133,9 @@ void round_stop(StopRules& rules, const core::RenderSettings& settings,
       sampler = entry.name;
     }
   }
-  const std::string why = "sampler '" + std::string(sampler) + "' with " +
+  const std::string history =
+      core::shared_window(settings) > 1 ? "history " + std::to_string(settings.light_history) + " and " : "";
+  const std::string why = "sampler '" + std::string(sampler) + "' with " + history +
                           std::to_string(settings.replicates) + " replicates rounds " +
                           std::to_string(asked) + " to " + std::to_string(in_force);
   rules.samples_per_pixel = in_force;

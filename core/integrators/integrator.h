@@ -26,8 +26,8 @@ struct GroupPath {
 class GroupTracer {
  public:
   virtual ~GroupTracer() = default;
-  /// Fills out. At most kGroupMost paths, of as many pixels, all of one replicate. rays: counts those traced.
-  virtual void trace(std::span<GroupPath> paths, std::uint64_t& rays) noexcept = 0;
+  /// Fills out. At most kGroupMost paths, all of one replicate, `each` of every pixel. rays: counts those traced.
+  virtual void trace(std::span<GroupPath> paths, int each, std::uint64_t& rays) noexcept = 0;
 };
 inline constexpr std::size_t kGroupMost = SharedSamples::kMost;
 

@@ -7,11 +7,14 @@
 //   V(y_k) g_c(y_k) / s_c(y_k) * sum_j m_j s_c(y_j) W_j,    k taken with probability in proportion to m_k s_c(y_k) W_k,
 //   m_j = M_j t_j(y_j) / sum_{i in N_c} M_i t_i(y_j).
 //
-// g_c = w_c f L is the light without shadows times the weight that MIS gives sum M light samples of the tree's density at c
+// g_c = w_c f L is the light without shadows times the weight that MIS gives sum M / H light samples of the tree's density at c
 // beside one of the BSDF's, which gets 1 - w_c; V is visibility from c, s_c what g_c is expected to be. The mean over the choice
 // of k is sum_j m_j(y_j) W_j V g_c(y_j). The m_j add up to 1 wherever light can come from, and t_j is above 0 only where
 // path j can draw: its mean is the integral of V g_c, whatever is in the way. No target knows of shadows, so
 // no stream fails to produce what its neighbour would need, and no shadow ray but the one to y_k is needed.
+// The paths of a group are those of a square of pixels, in one pass or several: a pixel's own earlier samples are streams
+// like its neighbours'. A pixel with H of the paths shares all light samples among H BSDF samples, so that w weighs a Hth of
+// the light samples beside one of the BSDF's.
 // t is the density of the light tree up to a factor that is much the same for all of N_c: how a point sees a lamp, by distance and
 // both cosines. Which paths are in N_c depends on surfaces alone, never on light samples.
 //
@@ -50,7 +53,7 @@ class PathIntegrator::Group final : public GroupTracer {
                                                                                       : MisRule{MisType::kBalance, 1}),
         paths_(kGroupMost),
         views_(kGroupMost * kGroupMost) {}
-  void trace(std::span<GroupPath> paths, std::uint64_t& rays) noexcept override;
+  void trace(std::span<GroupPath> paths, int each, std::uint64_t& rays) noexcept override;
 
  private:
   struct Member {
@@ -99,6 +102,7 @@ class PathIntegrator::Group final : public GroupTracer {
   std::array<Place, kGroupMost> places_{};
   std::vector<LightView> views_;  ///< [path * paths + sample]: a sample as a path sees it
   SharedSamples shared_;
+  float each_ = 1;  ///< paths of a pixel
   std::array<Expected, kGroupMost> expected_{};
   std::array<float, kGroupMost> weights_{};
 };
@@ -258,7 +262,7 @@ Rgb PathIntegrator::Group::direct(std::size_t which, std::size_t count) noexcept
   State& path = *member.path;
   path.group_count = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    path.group_count += SharedSamples::has(member.alike, i) ? places_[i].count : 0.0F;
+    path.group_count += SharedSamples::has(member.alike, i) ? places_[i].count / each_ : 0.0F;
   }
   shared_.choose(member.alike);
   float sum = 0;
@@ -299,8 +303,9 @@ Rgb PathIntegrator::Group::direct(std::size_t which, std::size_t count) noexcept
   return is_black(value) ? value : value * corrected(member, from, of, view);
 }
 
-void PathIntegrator::Group::trace(std::span<GroupPath> paths, std::uint64_t& rays) noexcept {
+void PathIntegrator::Group::trace(std::span<GroupPath> paths, int each, std::uint64_t& rays) noexcept {
   const std::size_t count = paths.size();
+  each_ = static_cast<float>(each);
   for (std::size_t i = 0; i < count; ++i) {
     begin(paths[i], paths_[i], places_[i], rays);
   }

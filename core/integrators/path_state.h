@@ -39,7 +39,7 @@ struct PathIntegrator::State {
   Vec3 last_point{};
   Vec3 last_normal{};          ///< as given to the light sampler at the last vertex
   float last_count = 1;        ///< light samples there, in the weights of MIS
-  float group_count = 0;       ///< at the first surface, of the whole group; 0: it is not in one
+  float group_count = 0;       ///< at the first surface, of the group for each of the pixel's paths; 0: it is not in one
   bool last_controlled = false;  ///< its lights of closed form are left to light samples
   bool last_fitted = false;      ///< its weights are fitted
   bool in_pair = false;          ///< nothing has been met since then: what this ray finds, a light sample could have

@@ -54,11 +54,11 @@ int first_epoch(const RenderSettings& settings) {
   // Two samples of each replicate, or of the pilot stream: one has no variance.
   const int least = settings.adaptive.type == AdaptiveType::kPilot ? 20 : 2 * settings.replicates;
   return next_look(std::max(settings.adaptive.min_samples, least) - 1, settings.replicates,
-                   sample_unit(settings.sampler, settings.replicates));
+                   sample_unit(settings));
 }
 
 int plan_step(const RenderSettings& settings) {
-  return std::max(sample_unit(settings.sampler, settings.replicates), settings.replicates) / 2;
+  return std::max(sample_unit(settings), settings.replicates) / 2;
 }
 
 int pilot_samples_at(int from) { return from / 10; }

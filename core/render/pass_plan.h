@@ -1,7 +1,7 @@
 /// PassPlan: at which sample counts the picture is complete and decisions are taken. Pure functions.
 ///
-/// unit: samples of one whole set in every replicate, sample_unit(); passes and looks of samplers without prefixes are
-/// rounded up to whole sets.
+/// unit: samples of one whole set in every replicate, and of a whole window that shares light samples, sample_unit(); passes and
+/// looks are rounded up to whole ones.
 #pragma once
 
 #include "core/render/settings.h"

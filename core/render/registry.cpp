@@ -1,6 +1,7 @@
 #include "core/render/registry.h"
 
 #include <array>
+#include <numeric>
 
 #include "core/samplers/sample_sets.h"
 
@@ -49,8 +50,9 @@ constexpr std::array kLightSamplers = {
                                  "shadows (resampled importance sampling)."},
     NamedValue<LightSamplerType>{"restir", LightSamplerType::kRestir,
                                  "Where the camera looks, of the light samples of all pixels in a square of `block` by "
-                                 "`block`, one by what it would add without shadows (reservoirs that are shared, with "
-                                 "weights that keep it unbiased); errors of neighbouring pixels are correlated."},
+                                 "`block` and of `history` passes, one by what it would add without shadows (reservoirs "
+                                 "that are shared, with weights that keep it unbiased); errors of neighbouring pixels are "
+                                 "correlated. Counts are rounded up to multiples of `history` times the replicates."},
 };
 
 constexpr std::array kStrategies = {
@@ -197,6 +199,21 @@ int rounded_samples(SamplerType sampler, int replicates, int samples_per_pixel) 
   }
   const int unit = sample_unit(sampler, replicates);
   return (samples_per_pixel + unit - 1) / unit * unit;
+}
+
+int shared_window(const RenderSettings& settings) {
+  const bool shares = settings.light_sampler == LightSamplerType::kRestir && settings.light_history > 1;
+  return shares ? settings.light_history * settings.replicates : 1;
+}
+
+int sample_unit(const RenderSettings& settings) {
+  return std::lcm(sample_unit(settings.sampler, settings.replicates), shared_window(settings));
+}
+
+int rounded_samples(const RenderSettings& settings, int samples_per_pixel) {
+  const int unit = sample_unit(settings);
+  return unit > 1 ? (samples_per_pixel + unit - 1) / unit * unit
+                  : rounded_samples(settings.sampler, settings.replicates, samples_per_pixel);
 }
 
 PixelErrors pixel_errors(const RenderSettings& settings) {

@@ -58,6 +58,12 @@ int sample_unit(SamplerType sampler, int replicates);
 /// multiples of sample_unit(). Never less than what was asked for.
 int rounded_samples(SamplerType sampler, int replicates, int samples_per_pixel);
 
+/// Samples per pixel, all replicates together, that share light samples over passes and are rendered in one go; 1: none do.
+int shared_window(const RenderSettings& settings);
+/// The same where samples also come in whole windows: a unit is then whole sets and whole windows.
+int sample_unit(const RenderSettings& settings);
+int rounded_samples(const RenderSettings& settings, int samples_per_pixel);
+
 /// What the estimation does to the errors of neighbouring pixels.
 PixelErrors pixel_errors(const RenderSettings& settings);
 

@@ -91,7 +91,8 @@ void RenderTask::run(const Slice& slice) {
   const double area = static_cast<double>(state.rect.width) * state.rect.height;
   const double per_sample = state.samples > 0 ? state.cpu_seconds / state.samples : area * 1.5e-6;
   const int step = std::max(1, static_cast<int>(m.options.slice_target_seconds / std::max(per_sample, 1e-9)));
-  const int last = std::min(slice.last_sample, slice.first_sample + step);
+  const int window = shared_window(m.renderer->view().settings);
+  const int last = std::min(slice.last_sample, (slice.first_sample + step + window - 1) / window * window);
   {
     MutexLock lock(m.mutex);
     if (m.has_clock() && !slice.is_pilot) {
@@ -241,7 +242,7 @@ void RenderTask::Impl::decide() {
   StopReason why = StopReason::kNone;
   if (samples >= most) {
     const bool asked = rules.samples_per_pixel &&
-                       rounded_samples(renderer->view().settings.sampler, replicates, *rules.samples_per_pixel) <=
+                       rounded_samples(renderer->view().settings, *rules.samples_per_pixel) <=
                            options.samples_limit;
     why = asked ? StopReason::kSamples : StopReason::kLimit;
   }

@@ -101,16 +101,12 @@ struct RenderTask::Impl {
                           : 0.0);
   }
 
-  int unit() const {
-    const RenderSettings& settings = renderer->view().settings;
-    return sample_unit(settings.sampler, settings.replicates);
-  }
+  int unit() const { return sample_unit(renderer->view().settings); }
 
   int samples_max() const REQUIRES(mutex) {
     int most = whole_sets(options.samples_limit, unit());
     if (stop.samples_per_pixel) {
-      const RenderSettings& settings = renderer->view().settings;
-      most = std::min(most, rounded_samples(settings.sampler, settings.replicates, *stop.samples_per_pixel));
+      most = std::min(most, rounded_samples(renderer->view().settings, *stop.samples_per_pixel));
     }
     return std::max(most, 1);
   }

@@ -105,13 +105,13 @@ bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int 
   std::vector<GroupPath> paths(kGroupMost, {{}, sampler});
   std::array<float, kGroupMost> weights{};
   return fill_tile_in_groups(state, rule, settings.light_block, last_sample, stop,
-                             [&](std::span<const DueSample> due, std::span<PathSample> samples) {
+                             [&](std::span<const DueSample> due, int each, std::span<PathSample> samples) {
     for (std::size_t i = 0; i < due.size(); ++i) {
       const Start from = start(paths[i].sampler, due[i].x, due[i].y, due[i].sample);
       paths[i].camera_ray = from.ray;
       weights[i] = from.weight;
     }
-    tracer.trace(std::span(paths).first(due.size()), state.rays);
+    tracer.trace(std::span(paths).first(due.size()), each, state.rays);
     for (std::size_t i = 0; i < due.size(); ++i) {
       samples[i] = paths[i].out;
       finish(samples[i], weights[i], state.rejected_samples);
@@ -126,7 +126,7 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   PathSampler sampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate);
   std::uint64_t rays = 0;
   std::uint64_t rejected = 0;
-  const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings)};
+  const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings), settings.light_history};
   const std::unique_ptr<GroupTracer> groups = integrator_->make_group_tracer();
   const bool whole = groups != nullptr ? render_groups(state, rule, last_sample, stop, *groups)
                                        : fill_tile(state, rule, last_sample, stop, [&](int x, int y, int s) {

@@ -106,7 +106,8 @@ struct RenderSettings {
   LightSamplerType light_sampler = LightSamplerType::kTree;
   int light_candidates = 2;  ///< ris: light samples of which one is taken
   int light_block = 3;       ///< restir: side of the squares of pixels that share light samples
-  int block_candidates = 1;  ///< restir: light samples of each pixel, of which one is shared
+  int light_history = 1;     ///< restir: samples of a replicate, one after another, that share theirs too
+  int block_candidates = 1;  ///< restir: light samples of each path, of which one is shared
   AdaptiveSettings adaptive;
   std::uint64_t seed = 0;
 };

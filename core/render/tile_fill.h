@@ -63,6 +63,7 @@ struct FillRule {
   int replicates = 2;
   int step = 1;  ///< plan_step()
   FitType fit = FitType::kNone;
+  int history = 1;  ///< samples of a replicate, one after another, that are traced together
 };
 
 /// Brings every pixel of the tile from state.samples to last_sample, in the order of the plan. trace(x, y, sample) gives
@@ -124,39 +125,63 @@ struct DueSample {
   std::size_t pixel = 0;  ///< of the tile
 };
 
-/// Samples of the pixels of `cell` that come with step s of the mean (from s to s + 1 samples); with a plan the `round`th
-/// of `half`, without one all that are due whatever these are. Cleared first; empty: none.
-inline void find_due(const TileState& state, const FillRule& rule, PixelRect cell, int s, int half, std::uint32_t round,
+/// Which samples are traced together: of every pixel of a square, one or `history` after another of one replicate.
+struct GroupTurn {
+  int step = 0;             ///< of the mean, from step to step + 1 samples
+  int first_sample = 0;     ///< of the slice
+  int last_sample = 0;
+  int half = 0;             ///< with a plan: group `round` of what this half of the pixels gets with this step
+  std::uint32_t round = 0;
+};
+
+/// Samples of the pixels of `cell` that are due in this turn, those of each pass together. Cleared first; empty: none.
+/// Without a plan windows begin at multiples of history * replicates samples, and a window comes with the first sample of
+/// its replicate; with one every step of a pixel is whole windows.
+inline void find_due(const TileState& state, const FillRule& rule, PixelRect cell, const GroupTurn& turn,
                      std::vector<DueSample>& due) {
   due.clear();
-  for (int y = cell.y; y < cell.y + cell.height; ++y) {
-    for (int x = cell.x; x < cell.x + cell.width; ++x) {
-      const auto pixel = static_cast<std::size_t>(y - state.rect.y) * static_cast<std::size_t>(state.rect.width) +
-                         static_cast<std::size_t>(x - state.rect.x);
-      if (state.plan.empty()) {
-        due.push_back({x, y, s, pixel});
-        continue;
-      }
-      const PlanPosition at = {state.span, rule.step, x, y};
-      const auto h = static_cast<std::size_t>(half);
-      const std::uint32_t k = planned_count(state.plan[pixel], h, at, s) + round;
-      if (k < planned_count(state.plan[pixel], h, at, s + 1)) {
-        due.push_back({x, y, sample_of_half(k, rule.replicates, half), pixel});
+  const int window = rule.history * rule.replicates;
+  const int begin = turn.step / window * window;
+  const bool is_first = turn.half == 0 && turn.round == 0 && turn.step - rule.replicates < std::max(begin, turn.first_sample);
+  if (state.plan.empty() && !is_first) {
+    return;
+  }
+  const auto per = static_cast<std::uint32_t>(rule.replicates) / 2;
+  const auto passes = static_cast<std::uint32_t>(rule.history);
+  for (std::uint32_t pass = 0; pass < passes; ++pass) {
+    const int sample = turn.step + static_cast<int>(pass) * rule.replicates;
+    for (int y = cell.y; y < cell.y + cell.height; ++y) {
+      for (int x = cell.x; x < cell.x + cell.width; ++x) {
+        const auto pixel = static_cast<std::size_t>(y - state.rect.y) * static_cast<std::size_t>(state.rect.width) +
+                           static_cast<std::size_t>(x - state.rect.x);
+        if (state.plan.empty()) {
+          if (sample < std::min(begin + window, turn.last_sample)) {
+            due.push_back({x, y, sample, pixel});
+          }
+          continue;
+        }
+        const PlanPosition at = {state.span, rule.step, x, y};
+        const auto h = static_cast<std::size_t>(turn.half);
+        const std::uint32_t k = planned_count(state.plan[pixel], h, at, turn.step) + turn.round / per * per * passes +
+                                turn.round % per + pass * per;
+        if (k < planned_count(state.plan[pixel], h, at, turn.step + 1)) {
+          due.push_back({x, y, sample_of_half(k, rule.replicates, turn.half), pixel});
+        }
       }
     }
   }
 }
 
 /// As fill_tile(), for paths that are traced in groups: the pixels of squares of `block` by `block`, cut by the tile, each
-/// with one sample of the same replicate. Where the squares lie changes from sample to sample. trace(due, samples) gives the
-/// PathSamples of a group. Squares and groups are functions of the job, the tile and the sample, never of the slice.
+/// with rule.history samples of the same replicate. Where the squares lie changes from group to group.
+/// trace(due, each, samples) gives the PathSamples of a group, `each` of every pixel. Squares and groups are functions of the
+/// job, the tile and the sample, never of the slice, if slices end where windows do (shared_window()).
 template <typename Trace>
 bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int last_sample, const std::stop_token& stop,
                          Trace&& trace) {
   const auto r = static_cast<std::size_t>(rule.replicates);
   std::vector<DueSample> due;
   std::vector<PathSample> samples;
-  const bool is_planned = !state.plan.empty();
   const PixelRect& tile = state.rect;
   const int right = tile.x + tile.width;
   const int bottom = tile.y + tile.height;
@@ -164,10 +189,10 @@ bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int 
     if (stop.stop_requested()) {
       return false;
     }
-    for (int half = 0; half < (is_planned ? 2 : 1); ++half) {
-      bool goes_on = true;
-      for (std::uint32_t round = 0; goes_on; ++round) {
-        goes_on = false;
+    for (const int half : {0, 1}) {
+      bool any = true;
+      for (std::uint32_t round = 0; any; ++round) {
+        any = false;
         const std::uint64_t h = mix_bits((static_cast<std::uint64_t>(s) << 32) | (round << 1) | static_cast<std::uint32_t>(half));
         const auto side = static_cast<std::uint64_t>(block);
         const int left = tile.x - tile.x % kTileSize - static_cast<int>((h & 0xFFFFFFU) % side);
@@ -177,13 +202,14 @@ bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int 
             PixelRect cell = {std::max(x, tile.x), std::max(y, tile.y), 0, 0};
             cell.width = std::min(x + block, right) - cell.x;
             cell.height = std::min(y + block, bottom) - cell.y;
-            find_due(state, rule, cell, s, half, round, due);
+            find_due(state, rule, cell, {s, state.samples, last_sample, half, round}, due);
             if (due.empty()) {  // also where a crop leaves nothing of the square
               continue;
             }
-            goes_on = is_planned;
+            any = true;
             samples.resize(due.size());
-            trace(std::span<const DueSample>(due), std::span<PathSample>(samples));
+            const auto each = std::count_if(due.begin(), due.end(), [&](const DueSample& d) { return d.pixel == due[0].pixel; });
+            trace(std::span<const DueSample>(due), static_cast<int>(each), std::span<PathSample>(samples));
             for (std::size_t i = 0; i < due.size(); ++i) {
               add_sample(state.pixels[due[i].pixel * r + static_cast<std::size_t>(due[i].sample % rule.replicates)], samples[i]);
               if (!state.aux.empty()) {

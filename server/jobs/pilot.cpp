@@ -23,7 +23,7 @@ int scaled(int pixels, double factor) { return std::max(1, static_cast<int>(std:
 
 /// Samplers without prefixes render whole sets only.
 int whole_sets(const core::RenderSettings& settings) {
-  return core::rounded_samples(settings.sampler, settings.replicates, kSamples);
+  return core::rounded_samples(settings, kSamples);
 }
 
 core::PixelRect crop_of(const core::FilmSettings& film) {

@@ -64,6 +64,8 @@ class RequestProblems(ApiTest):
             ({"light_sampler": {"type": "ris", "candidates": 0}}, "/light_sampler/candidates"),
             ({"light_sampler": {"type": "restir", "block": 0}}, "/light_sampler/block"),
             ({"light_sampler": {"type": "ris", "block": 2}}, "/light_sampler/block"),
+            ({"light_sampler": {"type": "tree", "history": 2}}, "/light_sampler/history"),
+            ({"light_sampler": {"type": "restir", "block": 5, "history": 3}}, "/light_sampler/history"),
             ({"light_sampler": {"type": "restir"}, "estimator": {"strategy": "cosine"}},
              "/light_sampler/type"),
             ({"light_sampler": {"type": "restir"}, "estimator": {"splitting": {"type": "measured"}}},

@@ -4,6 +4,7 @@
 // Efficiency is 1 / (V T): V the mean over pixels of the picture's variance relative to mu^2 + 0.01, from the difference
 // of its halves; mu the mean of pictures of the default with other seeds; T the CPU seconds of the pixels. Options take
 // turns, round by round, so that a slow minute of the machine is shared by all of them.
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -63,10 +64,17 @@ std::vector<Option> options() {
       s.light_candidates = m;
     }));
   }
-  for (const auto& [block, m] : {std::pair{2, 1}, std::pair{3, 1}, std::pair{4, 1}, std::pair{5, 1}, std::pair{3, 2}}) {
-    all.push_back(option("light_sampler.restir " + std::to_string(block) + (m > 1 ? " of 2" : ""), [block = block, m = m](S& s) {
+  // Side of the squares, passes, light samples of each path.
+  for (const auto& [block, history, m] :
+       {std::array{1, 4, 1}, std::array{2, 1, 1}, std::array{2, 2, 1}, std::array{2, 4, 1}, std::array{3, 1, 1},
+        std::array{3, 2, 1}, std::array{3, 4, 1}, std::array{4, 1, 1}, std::array{4, 2, 1}, std::array{4, 4, 1},
+        std::array{5, 1, 1}, std::array{5, 2, 1}, std::array{3, 1, 2}}) {
+    const std::string name = std::to_string(block) + (history > 1 ? " x " + std::to_string(history) : "") +
+                             (m > 1 ? " of " + std::to_string(m) : "");
+    all.push_back(option("light_sampler.restir " + name, [block = block, history = history, m = m](S& s) {
       s.light_sampler = LightSamplerType::kRestir;
       s.light_block = block;
+      s.light_history = history;
       s.block_candidates = m;
     }));
   }
@@ -169,6 +177,7 @@ std::vector<Cost> compare(View view, const std::vector<Option>& all, const Plan&
       one.settings.light_sampler = all[i].settings.light_sampler;
       one.settings.light_candidates = all[i].settings.light_candidates;
       one.settings.light_block = all[i].settings.light_block;
+      one.settings.light_history = all[i].settings.light_history;
       one.settings.block_candidates = all[i].settings.block_candidates;
       one.settings.seed = static_cast<std::uint64_t>(round);
       add(costs[i], one, plan.samples, mu);

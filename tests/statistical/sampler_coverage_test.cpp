@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/film/error_estimate.h"
@@ -78,8 +79,8 @@ core::View box(core::SamplerType sampler, int replicates) {
   return view;
 }
 
-/// A floor with three balls under 300 small lamps, which squares of pixels share.
-core::View lamps(int replicates) {
+/// A floor with three balls under 300 small lamps, which squares of pixels share, and `history` passes.
+core::View lamps(int replicates, int block, int history) {
   test_support::Random random(3);
   const auto number = [&random](float low, float high) { return low + (high - low) * random.uniform(); };
   std::vector<core::PrimitiveDescription> things = {test_support::quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, 0)};
@@ -94,7 +95,8 @@ core::View lamps(int replicates) {
       kWidth, kHeight);
   test_support::look_at(view, {0, 0.9F, 2}, {0, 0, 0.1F}, 24);
   view.settings.light_sampler = core::LightSamplerType::kRestir;
-  view.settings.light_block = 4;
+  view.settings.light_block = block;
+  view.settings.light_history = history;
   view.settings.replicates = replicates;
   view.settings.max_depth = 2;
   return view;
@@ -193,9 +195,18 @@ TEST(SamplerCoverage, OfBlocksInBlueNoiseOrderComesFromReplicates) {
 
 // Neighbours err together: the sum says too little.
 TEST(SamplerCoverage, OfBlocksThatShareLightSamplesComesFromReplicates) {
-  const Coverage c = cover(lamps(8), 32);
-  expect_calibrated(c.replicate, c);
-  EXPECT_LT(c.summed, 0.90) << "variances of correlated pixels do not add up, and this must be seen";
+  for (const auto& [block, history] : {std::pair{4, 1}, std::pair{3, 4}}) {
+    SCOPED_TRACE(history);
+    const Coverage c = cover(lamps(8, block, history), 32);
+    expect_calibrated(c.replicate, c);
+    EXPECT_LT(c.summed, 0.90) << "variances of correlated pixels do not add up, and this must be seen";
+  }
+}
+
+// A pixel's passes alone leave its neighbours independent; replicates do not share.
+TEST(SamplerCoverage, HoldsWherePassesShareLightSamples) {
+  const Coverage c = cover(lamps(2, 1, 8), 32);
+  expect_calibrated(c.summed, c);
 }
 
 }  // namespace

@@ -187,6 +187,18 @@ TEST(JobSpec, RoundsSampleCountsAndSaysSo) {
   ASSERT_TRUE(beyond);
   EXPECT_EQ(beyond->spec.stop.samples_per_pixel, 65500) << "65550 would be more than a job may have";
   EXPECT_EQ(beyond->warnings.size(), 1U);
+  const auto windows = api::parse_job(
+      R"({"scene":"x","light_sampler":{"type":"restir","history":3},"stop":{"samples_per_pixel":16}})");
+  ASSERT_TRUE(windows);
+  EXPECT_EQ(windows->spec.stop.samples_per_pixel, 18);
+  EXPECT_EQ(windows->warnings, (std::vector<std::string>{
+                                   "stop.samples_per_pixel: 16 was asked for, 18 is in force: sampler "
+                                   "'sobol' with history 3 and 2 replicates rounds 16 to 18."}));
+  const auto most = api::parse_job(
+      R"({"scene":"x","sampler":{"type":"orthogonal-array","replicates":64},)"
+      R"("light_sampler":{"type":"restir","block":1,"history":16},"stop":{"samples_per_pixel":65536}})");
+  ASSERT_TRUE(most);
+  EXPECT_EQ(most->spec.stop.samples_per_pixel, 51200) << "units of 25 x 16 x 64; two of them";
 }
 
 TEST(JobSpec, NullTakesTheExponentAway) {
@@ -255,6 +267,9 @@ class RandomRequests {
     maybe([&] {
       job["light_sampler"] = {
           {"type", "restir"}, {"candidates_per_pixel", integer(1, 64)}, {"block", integer(1, 8)}};
+    });
+    maybe([&] {
+      job["light_sampler"] = {{"type", "restir"}, {"block", integer(1, 2)}, {"history", integer(1, 16)}};
     });
     maybe([&] { job["stop"] = stop(); });
     if (job.contains("light_sampler") && job["light_sampler"]["type"] == "restir") {

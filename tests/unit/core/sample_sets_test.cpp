@@ -372,4 +372,23 @@ TEST(SampleCounts, AreRoundedUpToWholeSetsOfEveryReplicate) {
   EXPECT_EQ(core::rounded_samples(SamplerType::kZsobol, 2, 17), 32);
 }
 
+// 3 passes of 4 replicates are 12 samples; with sets of 16, whole sets in whole windows are 48 in each replicate.
+TEST(SampleCounts, AreRoundedUpToWholeWindowsThatShareLightSamples) {
+  core::RenderSettings settings;
+  settings.replicates = 4;
+  settings.light_history = 3;
+  EXPECT_EQ(core::shared_window(settings), 1) << "only restir shares";
+  EXPECT_EQ(core::rounded_samples(settings, 1), 1);
+  settings.light_sampler = core::LightSamplerType::kRestir;
+  EXPECT_EQ(core::shared_window(settings), 12);
+  EXPECT_EQ(core::sample_unit(settings), 12);
+  EXPECT_EQ(core::rounded_samples(settings, 1), 12);
+  EXPECT_EQ(core::rounded_samples(settings, 25), 36);
+  settings.sampler = SamplerType::kStratified;
+  EXPECT_EQ(core::sample_unit(settings), 192);
+  settings.light_history = 1;
+  EXPECT_EQ(core::shared_window(settings), 1);
+  EXPECT_EQ(core::sample_unit(settings), 64);
+}
+
 }  // namespace

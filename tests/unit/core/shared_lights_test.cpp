@@ -30,10 +30,11 @@ core::View shared_view(core::AdaptiveType adaptive, int block, int history) {
   view.settings.light_history = history;
   view.settings.replicates = 4;
   view.settings.adaptive.type = adaptive;
+  view.settings.adaptive.min_samples = 20;
   return view;
 }
 
-core::TaskOptions options_of(double slice_seconds, int samples = 96) {
+core::TaskOptions options_of(double slice_seconds, int samples = 60) {
   core::TaskOptions options;
   options.stop.samples_per_pixel = samples;
   options.slice_target_seconds = slice_seconds;
@@ -58,8 +59,7 @@ std::string digest_of(const core::View& view, double slice_seconds, int threads)
   return film->digest();
 }
 
-// A plan gives pixels different counts, in steps of all replicates of a half. 96 samples are whole windows of 8 and of 12;
-// of 20 they become 100.
+// A plan gives pixels different counts, in steps of all replicates of a half. 60 samples are whole windows of 20 and of 12.
 TEST(SharedLightBits, AreTheSameForOneTwoAndSevenThreadsAndAnySlices) {
   for (const core::AdaptiveType adaptive : {core::AdaptiveType::kNone, core::AdaptiveType::kPilot}) {
     for (const auto& [block, history] : {std::pair{5, 1}, std::pair{3, 5}, std::pair{1, 3}}) {
@@ -92,7 +92,7 @@ TEST(SharedLightBits, AreTheSameAfterKillAndResume) {
   for (const auto& [block, history] : {std::pair{5, 1}, std::pair{3, 4}}) {
     const core::View view = shared_view(core::AdaptiveType::kNone, block, history);
     const std::string calm = digest_of(view, 100, 1);
-    for (int taken = 3; taken < 40; taken += 12) {
+    for (int taken = 3; taken < 16; taken += 5) {
       const auto film = film_of(view);
       {
         NullSink sink;

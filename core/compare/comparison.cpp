@@ -15,8 +15,9 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kRegularizer = 0.01;
-/// Noise is pooled over so many pixels to each side.
-constexpr int kPoolRadius = 3;
+/// Noise is pooled over so many pixels to each side: the two sides have 18 squares then, and how few they are is in the degrees
+/// of freedom. Wider windows hold noise of other kinds, of which the strongest counts most.
+constexpr int kPoolRadius = 1;
 /// Running means in single precision are this far off, relatively.
 constexpr double kRounding = 0x1p-21;
 constexpr double kZMax = 38;  // where the normal distribution ends in double precision
@@ -83,6 +84,16 @@ class SideNoise {
     const double own = static_cast<double>(luminance(picture_.values[i])) * kRounding;
     return own * own +
            (picture_.rounding_variance.empty() ? 0.0 : static_cast<double>(picture_.rounding_variance[i]));
+  }
+  /// All samples of the pixel agree, as far as they are known: what its neighbours' noise says is not of it.
+  bool is_silent(std::size_t i) const {
+    if (picture_.half_difference.empty()) {
+      return true;
+    }
+    const auto e = static_cast<double>(luminance(picture_.half_difference[i]));
+    const double rounding = 16 * rounding_variance(i);
+    return !picture_.sample_variance.empty() && e * e <= rounding &&
+           static_cast<double>(picture_.sample_variance[i]) <= rounding;
   }
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(picture_.width) + static_cast<std::size_t>(x);
@@ -156,7 +167,8 @@ void map_z(const Picture& a, const Picture& b, Comparison& out) {
       const SideNoise::Value vb = right.at(x, y);
       const double noise = va.variance + vb.variance;
       const double rounding = left.rounding_variance(i) + right.rounding_variance(i);
-      if (!(noise + rounding > 0) || (!(noise > 0) && d * d <= 16 * rounding)) {
+      const bool is_random = noise > 0 && !(left.is_silent(i) && right.is_silent(i));
+      if (!(noise + rounding > 0) || (!is_random && d * d <= 16 * rounding)) {
         continue;  // Nothing is random here, and nothing differs.
       }
       const double z = normal_from_t(d / std::sqrt(noise + rounding),

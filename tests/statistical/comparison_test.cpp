@@ -68,7 +68,9 @@ TEST_P(NullComparison, AlarmsAsRarelyAsItSays) {
   // 12 pairs of 4096 pixels: a mean of z is known to 1 / sqrt(12 * 4096) = 0.0045; 4 of them, a false alarm in 16,000.
   EXPECT_LT(std::abs(summary.z_mean.mean), 4 * 0.0045);
   // "About": half of a pixel's variance is that of its neighbours, which is too much for some and too little for others.
-  EXPECT_NEAR(summary.z_variance.mean, 1, 0.15);
+  // Somewhat less than 1: a pixel that is far off is thought noisier than it is, too.
+  std::printf("    z variance %.3f beyond 3 %.3f %%\n", summary.z_variance.mean, 100 * summary.share.mean);
+  EXPECT_NEAR(summary.z_variance.mean, 1, 0.1);
   // 0.27 % of 49,152 are 133; the pairs' counts spread as 12 binomials do, 4 of their deviations are 0.09 %.
   EXPECT_LT(summary.share.mean, 0.0027 + 0.0009);
   EXPECT_GT(summary.share.mean, 0.0002);
@@ -78,6 +80,37 @@ TEST_P(NullComparison, AlarmsAsRarelyAsItSays) {
 
 INSTANTIATE_TEST_SUITE_P(Statistical, NullComparison,
                          testing::Values(core::SamplerType::kSobol, core::SamplerType::kIndependent));
+
+// Four samples of each half: windows that hold unlike noise, and pixels without any, would make z too small.
+TEST(Comparison, ZOfFewSamplesVariesAsItShould) {
+  const Summary summary = null_pairs(core::SamplerType::kSobol, 12, 8, 1);
+  std::printf("    z variance %.3f beyond 3 %.3f %%\n", summary.z_variance.mean, 100 * summary.share.mean);
+  EXPECT_NEAR(summary.z_variance.mean, 1, 0.13);
+  EXPECT_LT(summary.share.mean, 0.0027 + 0.0009);
+  EXPECT_GE(summary.bias_covered, 7);
+}
+
+// A lamp in the picture: its pixels and the black ones around have no noise, and what the neighbours have is not theirs.
+TEST(Comparison, PixelsWithoutNoiseBesideNoisyOnesDoNotCount) {
+  core::Picture a;
+  a.width = 8;
+  a.height = 8;
+  core::Picture b = a;
+  test_support::Random random(5);
+  for (core::Picture* side : {&a, &b}) {
+    for (int i = 0; i < 64; ++i) {
+      const bool noisy = i % 2 == 0;
+      side->values.push_back(core::Rgb(noisy ? 1 + 0.1F * static_cast<float>(random.normal()) : 1));
+      side->half_difference.push_back(core::Rgb(noisy ? 0.1F * static_cast<float>(random.normal()) : 0));
+      side->sample_variance.push_back(noisy ? 0.01F : 0);
+    }
+  }
+  b.values[1] = core::Rgb(1.5F);
+  const core::Comparison result = compared(a, b);
+  EXPECT_EQ(result.z[3], 0);
+  EXPECT_NE(result.z[1], 0) << "a difference is one, whatever the samples say";
+  EXPECT_NE(result.z[0], 0);
+}
 
 TEST(Comparison, AGainOfOnePercentIsFound) {
   // The twin: pairs of the same kind with one side 1 % brighter. 4 deviations of the mean of 6 * 4096 values of z.

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import {
+  accessibilityFaults,
   desktop,
   launch,
   openPage,
@@ -166,6 +167,75 @@ test('the list of renders can be filtered and leads to each of them', { timeout:
     await until('its picture', () => pictureNow(page));
   }),
 );
+
+const problem = (status, title) => ({
+  status,
+  contentType: 'application/problem+json',
+  body: JSON.stringify({ title, status }),
+});
+/** What a server may answer, and what the page says then. */
+const states = [
+  {
+    name: 'loading',
+    address: '**/v1/**',
+    answer: () => undefined,
+    says: ['.connection', /Connecting/],
+  },
+  {
+    name: 'empty',
+    address: '**/v1/jobs?*',
+    answer: (route) => route.fulfill({ json: { jobs: [], next: null } }),
+    says: ['main', /Nothing rendered yet/],
+  },
+  {
+    name: 'offline',
+    address: '**/v1/**',
+    answer: (route) => route.abort(),
+    says: ['main', /The server does not answer/],
+  },
+  {
+    name: 'locked',
+    address: '**/v1/**',
+    answer: (route) => route.fulfill(problem(401, 'This server asks for an access key.')),
+    says: ['main', /This server is locked/],
+  },
+  {
+    name: 'overloaded',
+    hash: (id) => `#/jobs/${id}`,
+    address: '**/events',
+    answer: (route) =>
+      route.fulfill({
+        contentType: 'text/event-stream',
+        body: 'event: overloaded\nretry: 60000\ndata: {}\n\n',
+      }),
+    says: ['.job-header', /furnace.*many viewers; trying again/s],
+  },
+];
+
+test('every state of the server is told, and can be read by all', { timeout: 300_000 }, async () => {
+  const light = { ...desktop, colorScheme: 'light' };
+  let id = '';
+  await withPage(light, '', async (page) => {
+    await submit(page, { scene: 'furnace', size: '3', samples: 65536 });
+    id = new URL(page.url()).hash.split('/').pop();
+  });
+  for (const { name, hash, address, answer, says } of states) {
+    const page = await openPage(browser, server, light, hash?.(id) ?? '', (p) =>
+      p.route(address, answer),
+    );
+    const [place, words] = says;
+    await until(name, async () => words.test(await page.textContent(place)));
+    assert.deepEqual(await accessibilityFaults(page), [], name);
+    // It comes to itself when the server does.
+    if (name === 'offline') {
+      await page.unroute(address);
+      await until('the newest render', () => pictureNow(page));
+      assert.match(await page.textContent('.connection'), /Connected/);
+    }
+    await page.context().close();
+  }
+  await fetch(`${server.url}/v1/jobs/${id}/cancel`, { method: 'POST' });
+});
 
 test('the choice of colours is kept', () =>
   withPage(desktop, '#/settings', async (page) => {

@@ -126,6 +126,8 @@ export class JobFeed {
           : undefined;
       }
       case 'link':
+        // No stream for now: the record at least.
+        if (message.state === 'overloaded') void this.refresh();
         return this.set({ link: message.state, problem: message.problem ?? this.state.problem });
       case 'complete':
         return void this.refresh();
@@ -134,10 +136,12 @@ export class JobFeed {
     }
   }
 
-  /** The last word: the record as stored, with digest and final figures. */
+  /** The record as stored; at the end the last word, with digest and final figures. */
   private async refresh(): Promise<void> {
     try {
-      this.set({ job: await api.job(this.jobId) });
+      const job = await api.job(this.jobId);
+      this.makeFilm(job);
+      this.set({ job });
     } catch {
       this.notify();
     }

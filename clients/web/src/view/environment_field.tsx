@@ -76,7 +76,7 @@ export function EnvironmentField() {
         </button>
       )}
       {v.environment === 'colour' && (
-        <div class="pair">
+        <div class="pair pair-uneven">
           <Field label="Kind of light" pointers={[]}>
             {(a) => (
               <select

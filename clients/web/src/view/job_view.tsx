@@ -134,7 +134,11 @@ export function JobView({ jobId }: { jobId: string }) {
           <header class="job-header">
             <div class="job-title">
               <h1 class="dim">
-                {link === 'reconnecting' ? 'Waiting for the server…' : 'Opening…'}
+                {link === 'reconnecting'
+                  ? 'Waiting for the server…'
+                  : link === 'overloaded'
+                    ? 'The server has many viewers; trying again.'
+                    : 'Opening…'}
               </h1>
             </div>
           </header>

@@ -239,6 +239,9 @@ test('every state of the server is told, and can be read by all', { timeout: 300
 
 test('the choice of colours is kept', () =>
   withPage(desktop, '#/settings', async (page) => {
+    await page.keyboard.press('Tab');
+    await page.keyboard.press('Enter');
+    assert.equal(await page.evaluate(() => document.activeElement.id), 'main');
     await page.getByText('Light', { exact: true }).click();
     assert.equal(await page.getAttribute('html', 'data-theme'), 'light');
     await page.reload();

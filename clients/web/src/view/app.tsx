@@ -247,13 +247,14 @@ export function App() {
     <>
       <a
         class="skip"
-        href="#new"
+        href={bare ? '#main' : '#new'}
         onClick={(e) => {
           e.preventDefault();
-          toForm();
+          if (bare) document.getElementById('main')?.focus();
+          else toForm();
         }}
       >
-        Skip to the form
+        {bare ? 'Skip to the content' : 'Skip to the form'}
       </a>
       <TopBar current={at.view} />
       <div class={`layout${bare ? ' layout-bare' : ''}`}>
@@ -264,7 +265,7 @@ export function App() {
             </Later>
           </div>
         )}
-        <main class="centre">
+        <main class="centre" id="main" tabIndex={-1}>
           <Centre at={at} />
         </main>
       </div>

@@ -4,6 +4,7 @@ import { isFinal, type Convergence, type Job } from '../api/types';
 import { JobFeed } from '../live/job_feed';
 import { choiceIn, keepChoice, route, type Route } from '../ui/router';
 import { Later } from '../ui/later';
+import { connection, refresh } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { ConvergencePlot } from './convergence_plot';
 import { ErrorRuler } from './error_ruler';
@@ -101,6 +102,10 @@ export function JobView({ jobId }: { jobId: string }) {
   const mode = modeNamed(choiceIn(useStore(route), 'show'));
   const [probe, setProbe] = useProbe(jobId);
   const convergence = useConvergence(job);
+  // The stream is often the first to know that the server is back.
+  useEffect(() => {
+    if (link === 'live' && connection.get() === 'offline') void refresh();
+  }, [link]);
   useEffect(() => {
     const percent =
       job && !isFinal(job.state) ? `${Math.floor(100 * (job.progress?.fraction ?? 0))} % ` : '';

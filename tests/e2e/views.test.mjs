@@ -216,7 +216,7 @@ test('every state of the server is told, and can be read by all', { timeout: 300
   const light = { ...desktop, colorScheme: 'light' };
   let id = '';
   await withPage(light, '', async (page) => {
-    await submit(page, { scene: 'furnace', size: '3', samples: 65536 });
+    await submit(page, { scene: 'furnace', samples: 65536 });
     id = new URL(page.url()).hash.split('/').pop();
   });
   for (const { name, hash, address, answer, says } of states) {

@@ -5,8 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/store/database.h"
-#include "tests/unit/server/server_test_support.h"
+#include "tests/unit/server/jobs_fixture.h"
 
 namespace {
 
@@ -16,104 +15,8 @@ using server::JobService;
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-/// A server without a transport; restart() is what a new process would do.
-class Jobs : public testing::Test {
- protected:
-  void SetUp() override { start(); }
-  void TearDown() override { halt(); }
-
-  void start() {
-    auto opened_data = server::DataDir::open(folder.file("data"));
-    ASSERT_TRUE(opened_data) << opened_data.error().message;
-    data = std::make_unique<server::DataDir>(std::move(*opened_data));
-    auto opened = server::Database::open(data->database_path());
-    ASSERT_TRUE(opened);
-    database = std::move(*opened);
-    auto store = server::BlobStore::open(data->assets_path());
-    ASSERT_TRUE(store);
-    blobs = std::make_unique<server::BlobStore>(std::move(*store));
-    table = std::make_unique<server::JobTable>(*database);
-    scene_table = std::make_unique<server::SceneTable>(*database);
-    quota = std::make_unique<server::StorageQuota>(*database, storage);
-    scenes = std::make_unique<server::SceneService>(*blobs, *scene_table, *quota, scene_options);
-    const auto run = table->next_run();
-    ASSERT_TRUE(run);
-    jobs = std::make_unique<JobService>(server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota},
-                                        options, *run);
-    ASSERT_TRUE(jobs->resume());
-  }
-  void halt() {
-    jobs.reset();
-    scenes.reset();
-    quota.reset();
-    scene_table.reset();
-    table.reset();
-    blobs.reset();
-    database.reset();
-    data.reset();
-  }
-  void restart() {
-    halt();
-    start();
-  }
-
-  static api::ParsedJob request(int samples, const std::string& more = "") {
-    auto parsed = api::parse_job(R"({"scene": "cornell-box", "film": {"width": 64, "height": 40})" + more +
-                                 R"(, "stop": {"samples_per_pixel": )" + std::to_string(samples) + "}}");
-    EXPECT_TRUE(parsed) << parsed.problem().detail;
-    return *std::move(parsed);
-  }
-  JobPointer submit(int samples, const std::string& more = "") {
-    auto submitted = jobs->submit(request(samples, more), {});
-    EXPECT_TRUE(submitted) << submitted.problem().detail;
-    return submitted->job;
-  }
-  static bool wait_for(const JobPointer& job, const std::function<bool(JobState)>& wanted) {
-    const auto deadline = Clock::now() + std::chrono::seconds(60);
-    while (!wanted(job->state()) && Clock::now() < deadline) {
-      std::this_thread::sleep_for(milliseconds(1));
-    }
-    return wanted(job->state());
-  }
-  static bool wait_for(const JobPointer& job, JobState state) {
-    return wait_for(job, [state](JobState now) { return now == state; });
-  }
-  bool wait_for_samples(const JobPointer& job) {
-    const auto deadline = Clock::now() + std::chrono::seconds(60);
-    while (jobs->view(*job).progress.samples_min < 2 && Clock::now() < deadline) {
-      std::this_thread::sleep_for(milliseconds(1));
-    }
-    return jobs->view(*job).progress.samples_min >= 2;
-  }
-
-  static std::uint64_t film_bytes() {
-    api::JobView view;
-    view.spec = request(8).spec;
-    return server::blank_film(view)->bytes();
-  }
-
-  test_support::TemporaryFolder folder;
-  server::Log log{server::LogLevel::kOff};
-  server::Metrics metrics;
-  server::JobServiceOptions options = [] {
-    server::JobServiceOptions made;
-    made.threads = 2;
-    made.checkpoint_seconds = 0.1;
-    return made;
-  }();
-  std::unique_ptr<server::DataDir> data;
-  std::unique_ptr<server::Database> database;
-  std::unique_ptr<server::BlobStore> blobs;
-  std::unique_ptr<server::JobTable> table;
-  std::unique_ptr<server::SceneTable> scene_table;
-  server::StorageLimits storage;
-  server::SceneServiceOptions scene_options;
-  std::unique_ptr<server::StorageQuota> quota;
-  std::unique_ptr<server::SceneService> scenes;
-  std::unique_ptr<JobService> jobs;
-};
-
-constexpr int kForever = 65536;
+using test_support::kForever;
+class Jobs : public test_support::JobsFixture {};
 
 TEST_F(Jobs, AJobFinishesWithItsDigestAndItsFilm) {
   const auto job = submit(8);
@@ -299,58 +202,6 @@ TEST_F(Jobs, WithoutASampleThereIsNoFilm) {
   EXPECT_EQ(jobs->film(*waiting).error().code, core::ErrorCode::kConflict);
   ASSERT_TRUE(jobs->cancel(busy));
   EXPECT_TRUE(wait_for(waiting, JobState::kFinished));
-}
-
-/// Paused jobs in memory beside one that runs: with room for one film, every start parks another job.
-TEST_F(Jobs, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
-  std::vector<std::string> undisturbed;
-  for (int seed = 1; seed <= 3; ++seed) {
-    const auto job = submit(200, R"(, "seed": )" + std::to_string(seed));
-    ASSERT_TRUE(wait_for(job, JobState::kFinished));
-    undisturbed.push_back(jobs->view(*job).film_digest);
-  }
-  const std::uint64_t scene_bytes = scenes->facts("cornell-box")->bytes;
-  options.book.memory_max_bytes = (film_bytes() * 3 / 2 + scene_bytes) * 8 / 7;
-  restart();
-  std::vector<JobPointer> paused;
-  for (int seed = 1; seed <= 3; ++seed) {
-    const auto job = submit(200, R"(, "seed": )" + std::to_string(seed));
-    ASSERT_TRUE(wait_for_samples(job)) << seed;
-    ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt));
-    EXPECT_LE(jobs->counts().held_bytes, options.book.memory_max_bytes);
-    paused.push_back(job);
-  }
-  ASSERT_EQ(paused[2]->state(), JobState::kPaused);
-  EXPECT_EQ(paused[0]->run(), nullptr);
-  EXPECT_EQ(paused[1]->run(), nullptr);
-  EXPECT_NE(paused[2]->run(), nullptr);
-  // A parked job shows what it has.
-  EXPECT_GE(jobs->view(*paused[0]).progress.samples_min, 2);
-  const auto film = jobs->film(*paused[0]);
-  ASSERT_TRUE(film) << film.error().message;
-  for (std::size_t i = 0; i < paused.size(); ++i) {
-    ASSERT_TRUE(jobs->patch(paused[i], R"({"paused": false})", std::nullopt));
-  }
-  for (std::size_t i = 0; i < paused.size(); ++i) {
-    ASSERT_TRUE(wait_for(paused[i], JobState::kFinished));
-    EXPECT_EQ(jobs->view(*paused[i]).film_digest, undisturbed[i]);
-  }
-  EXPECT_EQ(jobs->counts().held_bytes, 0U);
-}
-
-TEST_F(Jobs, AFilmThatIsTooLargeForTheServerIsRefused) {
-  const std::string before = submit(kForever)->id();
-  options.book.memory_max_bytes = film_bytes();  // An eighth of it is for previews.
-  restart();
-  const auto found = jobs->find(before);
-  ASSERT_TRUE(found);
-  ASSERT_TRUE(wait_for(*found, JobState::kFailed));
-  EXPECT_NE(jobs->view(**found).failure->detail.find("--memory"), std::string::npos);
-  const auto refused = jobs->submit(request(8), {});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.problem().status, 422);
-  ASSERT_EQ(refused.problem().errors.size(), 1U);
-  EXPECT_EQ(refused.problem().errors[0].pointer, "/film");
 }
 
 TEST_F(Jobs, AFullQueueRefuses) {

@@ -7,6 +7,7 @@ set(SERVER_TEST_SOURCES
   film_file_test.cpp
   guard_test.cpp
   job_book_test.cpp
+  job_memory_test.cpp
   job_record_test.cpp
   job_service_test.cpp
   memory_test.cpp

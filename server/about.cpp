@@ -69,7 +69,7 @@ std::string compiler_name() {
 
 /// Assumed where the machine tells nothing.
 constexpr std::uint64_t kUsualMemory = std::uint64_t{8} << 30U;
-constexpr double kRequestsPercent = 10;
+constexpr double kRequestsPercent = 5;
 
 std::uint64_t share(std::uint64_t whole, double percent) {
   return static_cast<std::uint64_t>(static_cast<double>(whole) * percent / 100);

@@ -241,7 +241,7 @@ constexpr std::array kFlags = {
     Flag{"max-running", "N", "Jobs rendering at a time (16).",
          &set_int<&Config::running_max, 1, 1024>, &show_number<&Config::running_max>},
     Flag{"memory", "BYTES|N%",
-         "Films and scenes of jobs that have begun (50%, of the memory this process may use): others wait, paused ones go to "
+         "Films and scenes of jobs that have begun (70%, of the memory this process may use): others wait, paused ones go to "
          "the disk.",
          &set_share<&Config::memory_bytes, &Config::memory_percent>,
          &show_share<&Config::memory_bytes, &Config::memory_percent>},
@@ -253,7 +253,7 @@ constexpr std::array kFlags = {
          &set_int<&Config::samples_max, 1, 65536>, &show_number<&Config::samples_max>},
     Flag{"max-upload", "BYTES", "Largest upload (2G).",
          &set_bytes<&Config::upload_bytes_max>, &show_number<&Config::upload_bytes_max>},
-    Flag{"scene-cache", "BYTES|N%", "Memory for scenes that stay loaded (25%).",
+    Flag{"scene-cache", "BYTES|N%", "Memory for scenes that stay loaded (10%).",
          &set_share<&Config::scene_cache_bytes, &Config::scene_cache_percent>,
          &show_share<&Config::scene_cache_bytes, &Config::scene_cache_percent>},
     Flag{"film-cache", "BYTES|N%", "Memory for films of ended jobs that stay loaded (5%).",

@@ -34,13 +34,13 @@ struct Config {
 
   int queue_max = 1000;            ///< jobs waiting; 429 beyond
   int running_max = 16;            ///< jobs that render at a time
-  double memory_percent = 50;      ///< of usable_memory_bytes(), for jobs; used when memory_bytes is 0
+  double memory_percent = 70;      ///< of usable_memory_bytes(), for jobs; used when memory_bytes is 0
   std::uint64_t memory_bytes = 0;
   int streams_max = 2048;          ///< open event and tile streams
   int lab_runs_max = 2;            ///< experiments at a time, one thread of low priority each
   int samples_max = 65536;         ///< of any job: stop reason `limit`
   std::uint64_t upload_bytes_max = std::uint64_t{2} << 30U;
-  double scene_cache_percent = 25;  ///< of usable_memory_bytes(); used when scene_cache_bytes is 0
+  double scene_cache_percent = 10;  ///< of usable_memory_bytes(); used when scene_cache_bytes is 0
   std::uint64_t scene_cache_bytes = 0;
   double film_cache_percent = 5;    ///< of the same, for films of ended jobs; used when film_cache_bytes is 0
   std::uint64_t film_cache_bytes = 0;

@@ -26,6 +26,7 @@ KeyRing::KeyRing(const Config& config, KeyTable& table, Watcher watcher)
                                            : secret_hash(session_of_token(config.key))) {
   const core::MutexLock lock(mutex_);
   refresh();
+  read_at_.reset();  // The first who asks looks again.
 }
 
 void KeyRing::refresh() {
@@ -40,9 +41,10 @@ void KeyRing::refresh() {
       std::string id = row.id;
       by_id.emplace(std::move(id), std::move(row));
     }
-    if (read_at_ && watcher_) {
+    if (is_read_ && watcher_) {
       tell_changes(by_id);
     }
+    is_read_ = true;
     rows_ = std::move(by_id);
   }
   read_at_ = now;

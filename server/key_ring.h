@@ -52,7 +52,8 @@ class KeyRing {
   const std::string own_session_hash_;
   core::Mutex mutex_;
   std::map<std::string, KeyRow> rows_ GUARDED_BY(mutex_);  ///< By id.
-  std::optional<Clock::time_point> read_at_ GUARDED_BY(mutex_);
+  bool is_read_ GUARDED_BY(mutex_) = false;
+  std::optional<Clock::time_point> read_at_ GUARDED_BY(mutex_);  ///< Empty: whoever asks next looks.
 };
 
 }  // namespace server

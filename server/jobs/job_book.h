@@ -26,12 +26,12 @@ struct BookLimits {
   int previews_of_owner_max = 16;  ///< Of one stored key; 0: any number.
   int final_jobs_max = 512;   ///< Final jobs remembered that the store has, too.
   int final_previews_max = 64;
-  /// What jobs may hold in memory together; 0: any number. An eighth of it is for previews alone.
+  /// What jobs may hold in memory together; 0: any number. A sixteenth of it is for previews alone.
   std::uint64_t memory_max_bytes = 0;
 
   /// The most that one job of this rank can get.
   std::uint64_t memory_bytes_of(Rank rank) const {
-    return rank.is_preview ? memory_max_bytes : memory_max_bytes - memory_max_bytes / 8;
+    return rank.is_preview ? memory_max_bytes : memory_max_bytes - memory_max_bytes / 16;
   }
 };
 

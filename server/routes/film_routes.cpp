@@ -193,12 +193,16 @@ core::Status check_room(const RouteContext& context, const std::vector<std::stri
       return placed(more.error(), where);
     }
     bytes += *more;
-    const std::uint64_t most =
-        std::min(static_cast<std::uint64_t>(api::limits::kFilmBytes), context.jobs.film_readers_bytes());
-    if (bytes > most) {
+    if (bytes > static_cast<std::uint64_t>(api::limits::kFilmBytes)) {
       return Error{ErrorCode::kTooLarge,
-                   "the films have more than " + std::to_string(most) + " bytes together", where};
+                   "the films have more than " + std::to_string(api::limits::kFilmBytes) + " bytes together", where};
     }
+  }
+  if (const std::uint64_t most = context.jobs.film_readers_bytes(); bytes > most) {
+    return Error{ErrorCode::kTooLarge,
+                 "the films take " + std::to_string(bytes) + " bytes of memory together; here requests may have " +
+                     std::to_string(most),
+                 "/films"};
   }
   return core::ok_status();
 }

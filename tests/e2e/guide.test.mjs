@@ -166,6 +166,7 @@ test('every flag in the guide exists', { skip }, () => {
     if (!known.has(verb)) known.set(verb, new Set(flagsIn(helpOf(verb))));
     return known.get(verb);
   };
+  const bench = fs.readFileSync(new URL('../bench/run', import.meta.url), 'utf8');
   let checked = 0;
   for (const [name, { commands, words }] of chapters) {
     for (const line of commands.join('\n').replace(/\\\n/g, ' ').split('\n')) {
@@ -177,7 +178,12 @@ test('every flag in the guide exists', { skip }, () => {
       }
     }
     const verbs = ['serve', 'submit', 'keys', 'check', 'lab', 'fetch', 'watch'];
-    for (const flag of words.flatMap(flagsIn)) {
+    const ofBench = (word) => word.startsWith('tests/bench/run');
+    for (const flag of words.filter(ofBench).flatMap(flagsIn)) {
+      assert.ok(flagsIn(bench).includes(flag), `${name}: tests/bench/run ${flag}`);
+      checked += 1;
+    }
+    for (const flag of words.filter((word) => !ofBench(word)).flatMap(flagsIn)) {
       assert.ok(
         flag === '--help' || verbs.some((verb) => flagsOf(verb).has(flag)),
         `${name}: ${flag}`,

@@ -121,6 +121,7 @@ TEST(JobBook, OfTwoWhoLoadTheSameFinalJobBothGetOne) {
 
 constexpr Rank kNormal = {};
 constexpr Rank kPreview = {.is_preview = true};
+constexpr std::uint64_t kMost = 1600;  ///< 1500 for normal jobs
 
 /// A film, and a scene with the name.
 JobMemory memory(std::uint64_t film_bytes, const std::string& scene = "", std::uint64_t scene_bytes = 0) {
@@ -132,25 +133,25 @@ JobMemory memory(std::uint64_t film_bytes, const std::string& scene = "", std::u
 }
 
 TEST(JobBookMemory, JobsWaitUntilThereIsMemoryForThem) {
-  JobBook book(BookLimits{.memory_max_bytes = 800});  // 700 for normal jobs.
-  book.enqueue(made_job(1), kNormal, memory(400));
-  book.enqueue(made_job(2), kNormal, memory(301));
+  JobBook book(BookLimits{.memory_max_bytes = kMost});
+  book.enqueue(made_job(1), kNormal, memory(900));
+  book.enqueue(made_job(2), kNormal, memory(601));
   book.enqueue(made_job(3), kNormal, memory(1));
   ASSERT_NE(book.admit(), nullptr);
-  EXPECT_EQ(book.memory_bytes(), 400U);
+  EXPECT_EQ(book.memory_bytes(), 900U);
   EXPECT_EQ(book.admit(), nullptr);  // The small one does not pass the large one, which would wait for ever.
   EXPECT_TRUE(book.waits_for_memory());
   book.leave("job1");
   EXPECT_EQ(book.memory_bytes(), 0U);
   ASSERT_NE(book.admit(), nullptr);
   ASSERT_NE(book.admit(), nullptr);
-  EXPECT_EQ(book.memory_bytes(), 302U);
+  EXPECT_EQ(book.memory_bytes(), 602U);
   EXPECT_FALSE(book.waits_for_memory());
 }
 
-TEST(JobBookMemory, AnEighthIsForPreviews) {
-  JobBook book(BookLimits{.memory_max_bytes = 800});
-  book.enqueue(made_job(1), kNormal, memory(700));
+TEST(JobBookMemory, ASixteenthIsForPreviews) {
+  JobBook book(BookLimits{.memory_max_bytes = kMost});
+  book.enqueue(made_job(1), kNormal, memory(1500));
   ASSERT_NE(book.admit(), nullptr);
   book.enqueue(made_job(2, true), kPreview, memory(100));
   ASSERT_NE(book.admit(), nullptr);
@@ -159,22 +160,22 @@ TEST(JobBookMemory, AnEighthIsForPreviews) {
 }
 
 TEST(JobBookMemory, WhatJobsShareCountsOnce) {
-  JobBook book(BookLimits{.memory_max_bytes = 800});
-  book.enqueue(made_job(1), kNormal, memory(50, "hall", 600));
-  book.enqueue(made_job(2), kNormal, memory(50, "hall", 600));
-  book.enqueue(made_job(3), kNormal, memory(50, "sponza", 600));
+  JobBook book(BookLimits{.memory_max_bytes = kMost});
+  book.enqueue(made_job(1), kNormal, memory(50, "hall", 1400));
+  book.enqueue(made_job(2), kNormal, memory(50, "hall", 1400));
+  book.enqueue(made_job(3), kNormal, memory(50, "sponza", 1400));
   ASSERT_NE(book.admit(), nullptr);
   ASSERT_NE(book.admit(), nullptr);
-  EXPECT_EQ(book.memory_bytes(), 700U);
+  EXPECT_EQ(book.memory_bytes(), 1500U);
   EXPECT_EQ(book.admit(), nullptr);
   book.leave("job1");
-  EXPECT_EQ(book.memory_bytes(), 650U);
+  EXPECT_EQ(book.memory_bytes(), 1450U);
   book.leave("job2");
   EXPECT_NE(book.admit(), nullptr);
 }
 
 TEST(JobBookMemory, WhoIsAloneGetsWhatItNeeds) {
-  JobBook book(BookLimits{.memory_max_bytes = 800});
+  JobBook book(BookLimits{.memory_max_bytes = kMost});
   book.enqueue(made_job(1), kNormal, memory(10, "large", 5000));
   book.enqueue(made_job(2), kNormal, memory(10));
   EXPECT_NE(book.admit(), nullptr);
@@ -182,16 +183,16 @@ TEST(JobBookMemory, WhoIsAloneGetsWhatItNeeds) {
 }
 
 TEST(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
-  JobBook book(BookLimits{.memory_max_bytes = 800});
+  JobBook book(BookLimits{.memory_max_bytes = kMost});
   for (int i = 1; i <= 3; ++i) {
-    book.enqueue(made_job(i), kNormal, memory(200));
+    book.enqueue(made_job(i), kNormal, memory(400));
     ASSERT_NE(book.admit(), nullptr);
   }
   book.pause("job2");
   book.pause("job1");
-  EXPECT_EQ(book.memory_bytes(), 600U);
+  EXPECT_EQ(book.memory_bytes(), 1200U);
   EXPECT_TRUE(book.take_parkable().empty());  // Nobody waits.
-  book.enqueue(made_job(4), kNormal, memory(300));
+  book.enqueue(made_job(4), kNormal, memory(700));
   EXPECT_EQ(book.admit(), nullptr);
   EXPECT_EQ(book.take_parkable(), std::vector<std::string>{"job2"});
   EXPECT_TRUE(book.take_parkable().empty());  // It is under way.
@@ -200,33 +201,33 @@ TEST(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
 }
 
 TEST(JobBookMemory, OneThatGoesOnIsNotParked) {
-  JobBook book(BookLimits{.memory_max_bytes = 800});
-  book.enqueue(made_job(1), kNormal, memory(400));
+  JobBook book(BookLimits{.memory_max_bytes = kMost});
+  book.enqueue(made_job(1), kNormal, memory(900));
   ASSERT_NE(book.admit(), nullptr);
   book.pause("job1");
   book.claim("job1", kNormal);
-  book.enqueue(made_job(2), kNormal, memory(400));
+  book.enqueue(made_job(2), kNormal, memory(900));
   EXPECT_EQ(book.admit(), nullptr);
   EXPECT_TRUE(book.take_parkable().empty());
 }
 
 TEST(JobBookMemory, NobodyIsParkedInVain) {
-  JobBook book(BookLimits{.memory_max_bytes = 800});
-  book.enqueue(made_job(1), kNormal, memory(500));
-  book.enqueue(made_job(2), kNormal, memory(100));
+  JobBook book(BookLimits{.memory_max_bytes = kMost});
+  book.enqueue(made_job(1), kNormal, memory(1100));
+  book.enqueue(made_job(2), kNormal, memory(200));
   ASSERT_NE(book.admit(), nullptr);
   ASSERT_NE(book.admit(), nullptr);
   book.pause("job2");
-  book.enqueue(made_job(3), kNormal, memory(300));  // The one that runs leaves 200.
+  book.enqueue(made_job(3), kNormal, memory(500));  // The one that runs leaves 400.
   EXPECT_TRUE(book.take_parkable().empty());
 }
 
 TEST(JobBookMemory, PreviewsHaveNoFileToGoOnFrom) {
-  JobBook book(BookLimits{.memory_max_bytes = 800});
-  book.enqueue(made_job(1, true), kPreview, memory(400));
+  JobBook book(BookLimits{.memory_max_bytes = kMost});
+  book.enqueue(made_job(1, true), kPreview, memory(900));
   ASSERT_NE(book.admit(), nullptr);
   book.pause("job1");
-  book.enqueue(made_job(2), kNormal, memory(400));
+  book.enqueue(made_job(2), kNormal, memory(900));
   EXPECT_EQ(book.admit(), nullptr);
   EXPECT_TRUE(book.take_parkable().empty());
 }
@@ -240,11 +241,11 @@ TEST(JobBookMemory, PausedPreviewsCountAsPreviews) {
 }
 
 TEST(JobBookMemory, WithoutAQueueThereIsRoomOnlyForWhatMayStart) {
-  JobBook book(BookLimits{.queue_max = 0, .memory_max_bytes = 800});
-  book.enqueue(made_job(1), kNormal, memory(400));
+  JobBook book(BookLimits{.queue_max = 0, .memory_max_bytes = kMost});
+  book.enqueue(made_job(1), kNormal, memory(900));
   ASSERT_NE(book.admit(), nullptr);
-  EXPECT_TRUE(book.has_room(kNormal, memory(300)));
-  EXPECT_FALSE(book.has_room(kNormal, memory(301)));
+  EXPECT_TRUE(book.has_room(kNormal, memory(600)));
+  EXPECT_FALSE(book.has_room(kNormal, memory(601)));
 }
 
 TEST(JobBookMemory, OneKeyLeavesPreviewsForOthers) {

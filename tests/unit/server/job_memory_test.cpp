@@ -19,7 +19,7 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
     undisturbed.push_back(jobs->view(*job).film_digest);
   }
   const std::uint64_t scene_bytes = scenes->facts("cornell-box")->bytes;
-  options.book.memory_max_bytes = (film_bytes() * 3 / 2 + scene_bytes) * 8 / 7;
+  options.book.memory_max_bytes = (film_bytes() * 3 / 2 + scene_bytes) * 16 / 15;
   restart();
   std::vector<JobPointer> paused;
   for (int seed = 1; seed <= 3; ++seed) {
@@ -49,7 +49,7 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
 
 TEST_F(JobsMemory, AFilmThatIsTooLargeForTheServerIsRefused) {
   const std::string before = submit(kForever)->id();
-  options.book.memory_max_bytes = film_bytes();  // An eighth of it is for previews.
+  options.book.memory_max_bytes = film_bytes();  // A part of it is for previews.
   restart();
   const auto found = jobs->find(before);
   ASSERT_TRUE(found);

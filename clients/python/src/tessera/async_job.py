@@ -185,7 +185,10 @@ class AsyncJob(JobData):
     # Notebooks.
 
     async def show(self, refresh_s: float = 1.0) -> None:
-        """Draws the job in a notebook and keeps it up to date until it ends. Gives nothing, so that it is drawn once."""
+        """Draws the job in a notebook and keeps it up to date until it ends.
+
+        Gives nothing, so that it is drawn once.
+        """
         page = display.Page()
         page.show(await self._html())
         drawn = time.monotonic()

@@ -181,7 +181,10 @@ class Job(JobData):
     # Notebooks.
 
     def show(self, refresh_s: float = 1.0) -> None:
-        """Draws the job in a notebook and keeps it up to date until it ends. Gives nothing, so that it is drawn once."""
+        """Draws the job in a notebook and keeps it up to date until it ends.
+
+        Gives nothing, so that it is drawn once.
+        """
         page = display.Page()
         page.show(self._repr_html_())
         drawn = time.monotonic()

@@ -214,7 +214,7 @@ void read_range(const std::string& value, ImageQuery& out, const std::string& po
     faults.add(pointer, shown(Json(value)) + " is neither auto nor two numbers with a comma between");
     return;
   }
-  constexpr double kMost = std::numeric_limits<float>::max();
+  constexpr auto kMost = static_cast<double>(std::numeric_limits<float>::max());
   const auto low = read_number(number_from_text(value.substr(0, comma)), {-kMost, kMost}, pointer, faults);
   const auto high = read_number(number_from_text(value.substr(comma + 1)), {-kMost, kMost}, pointer, faults);
   if (!low || !high) {

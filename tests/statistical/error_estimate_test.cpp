@@ -37,7 +37,7 @@ FilmSnapshot draw(const Plan& plan, std::uint64_t seed) {
     for (int x = 0; x < plan.width; ++x) {
       for (std::size_t r = 0; r < 2; ++r) {
         const auto v = static_cast<float>(plan.half(random, x, y));
-        const double m2 = plan.m2 ? plan.m2(x, y, v) : 2 * plan.variance(x, y) * 127 * 128;
+        const double m2 = plan.m2 ? plan.m2(x, y, static_cast<double>(v)) : 2 * plan.variance(x, y) * 127 * 128;
         film.pixels[static_cast<std::size_t>(y * plan.width + x) * 2 + r] = {v, v, v, 1, static_cast<float>(m2), 128};
       }
     }

@@ -209,6 +209,13 @@ std::vector<std::string> JobBook::take_parkable() {
   return taken;
 }
 
+void JobBook::keep(const std::string& id) {
+  const core::MutexLock lock(mutex_);
+  if (const auto holder = holders_.find(id); holder != holders_.end()) {
+    holder->second.is_parking = false;
+  }
+}
+
 void JobBook::pause(const std::string& id) {
   const core::MutexLock lock(mutex_);
   running_.erase(id);

@@ -68,8 +68,10 @@ class JobBook {
   /// the limit is given to one that would be alone.
   JobPointer admit();
   /// Paused jobs, the longest first, without which the next job of the queue would have its memory; empty when it waits for
-  /// something else, or would still not. They are named once until they go on or leave.
+  /// something else, or would still not. They are named once until they go on, leave, or keep().
   std::vector<std::string> take_parkable();
+  /// A job that was to be parked could not be; it may be asked again.
+  void keep(const std::string& id);
   /// The job is paused: others may have its place. What it holds in memory, it keeps.
   void pause(const std::string& id);
   /// A place for a job that goes on after a pause, beyond the limit if need be: its memory is held.

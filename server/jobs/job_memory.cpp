@@ -1,7 +1,6 @@
 // What jobs hold in memory, and how paused ones give it back.
 
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -51,6 +50,7 @@ void JobService::park(const JobPointer& job) {
   if (run) {
     if (const Status saved = run->save(false); !saved) {
       log_.write(LogLevel::kError, "film_not_saved", {{"job", job->id()}, {"detail", saved.error().message}});
+      book_.keep(job->id());  // The next job to be admitted asks again.
       return;
     }
   }

@@ -248,7 +248,7 @@ class PictureStream {
       const std::uint64_t seq = job_->log().last_seq();
       const bool is_final = api::is_final(job_->state());
       const auto begin = Clock::now();
-      alive = send_if_new(writer);
+      alive = send_if_new(writer, is_final);
       if (is_final) {
         writer.write("--\r\n");
         return;
@@ -264,7 +264,7 @@ class PictureStream {
  private:
   static std::string delimiter() { return "--" + std::string(kBoundary); }
 
-  bool send_if_new(StreamWriter& writer) {
+  bool send_if_new(StreamWriter& writer, bool is_final) {
     const auto film = context_.jobs.film(*job_);
     if (!film || (*film)->revision() == sent_) {
       return true;
@@ -275,9 +275,11 @@ class PictureStream {
                           .query = query_,
                           .view = view,
                           .rect = query_.rect.value_or((*film)->crop())};
-    const auto room = context_.pictures.try_take(working_bytes(**film, picture.rect));
+    // The last picture waits for its room; of the others the next look may have one.
+    const auto room = context_.pictures.take(working_bytes(**film, picture.rect),
+                                             is_final ? MemoryGate::kPatience : std::chrono::seconds(0));
     if (!room) {
-      return true;  // At the next look, then.
+      return !is_final;
     }
     const auto pixels = make_picture(**film, picture);
     const auto encoded = pixels ? encode(pixels->image, picture, context_)

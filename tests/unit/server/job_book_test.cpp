@@ -196,6 +196,8 @@ TEST(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
   EXPECT_EQ(book.admit(), nullptr);
   EXPECT_EQ(book.take_parkable(), std::vector<std::string>{"job2"});
   EXPECT_TRUE(book.take_parkable().empty());  // It is under way.
+  book.keep("job2");                          // It could not be saved.
+  EXPECT_EQ(book.take_parkable(), std::vector<std::string>{"job2"});
   book.leave("job2");
   EXPECT_NE(book.admit(), nullptr);
 }

@@ -10,7 +10,6 @@
 #include "core/accel/arithmetic.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/builtin_scenes.h"
-#include "server/observe/machine_memory.h"
 #include "server/store/files.h"
 
 namespace server {
@@ -110,9 +109,8 @@ StorageLimits storage_limits(const Config& config) {
   return limits;
 }
 
-api::ServerView about_server(const Config& config, const std::string& isa) {
+api::ServerView about_server(const Config& config, const MemoryLimits& memory, const std::string& isa) {
   const StorageLimits storage = storage_limits(config);
-  const MemoryLimits memory = memory_limits(config, usable_memory_bytes());
   api::ServerView about;
   about.version = program_version();
   about.build.commit = TESSERA_COMMIT;

@@ -21,7 +21,7 @@ struct MemoryLimits {
 };
 /// usable_bytes: as usable_memory_bytes() gives it.
 MemoryLimits memory_limits(const Config& config, std::uint64_t usable_bytes);
-/// config: limits that the operator chose. isa: as core::resolve_isa() gives it.
-api::ServerView about_server(const Config& config, const std::string& isa);
+/// config and memory: limits that the operator chose. isa: as core::resolve_isa() gives it.
+api::ServerView about_server(const Config& config, const MemoryLimits& memory, const std::string& isa);
 
 }  // namespace server

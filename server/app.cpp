@@ -52,8 +52,7 @@ int render_threads(const Config& config) {
   return config.threads > 0 ? config.threads : std::max(cores, 1);
 }
 
-JobServiceOptions job_options(const Config& config, const api::ServerView& about) {
-  const MemoryLimits memory = memory_limits(config, usable_memory_bytes());
+JobServiceOptions job_options(const Config& config, const MemoryLimits& memory, const api::ServerView& about) {
   JobServiceOptions options;
   options.quota_jobs = config.quota_jobs;
   options.arithmetic = about.build.arithmetic;
@@ -98,7 +97,8 @@ class App {
   App(const Config& config, const std::string& isa, DataDir data,
       std::unique_ptr<Database> database, BlobStore blobs)
       : config_(config),
-        about_(about_server(config, isa)),
+        memory_(memory_limits(config, usable_memory_bytes())),
+        about_(about_server(config, memory_, isa)),
         log_(config.log_level),
         request_log_(log_, metrics_, config.audit_log),
         data_(std::move(data)),
@@ -110,11 +110,11 @@ class App {
         comparisons_(*database_, data_, {.count = api::limits::kComparisons, .bytes = api::limits::kComparisonBytes}),
         quota_(*database_, storage_limits(config)),
         scenes_(blobs_, scene_table_, quota_,
-                {.cache_bytes = memory_limits(config, usable_memory_bytes()).scene_cache_bytes,
+                {.cache_bytes = memory_.scene_cache_bytes,
                  .threads = render_threads(config),
                  .isa = config.isa == "native" ? std::string() : isa}),
         streams_(config.streams_max, config.quota_streams),
-        pictures_(memory_limits(config, usable_memory_bytes()).requests_bytes),
+        pictures_(memory_.requests_bytes),
         keys_(config, key_table_,
               [this](KeyRing::Change change, const KeyRow& key) { request_log_.note_key(change, key); }),
         guard_(config, keys_, tickets_) {}
@@ -151,7 +151,7 @@ class App {
     }
     app->jobs_ = std::make_unique<JobService>(
         JobServiceParts{app->job_table_, app->scenes_, app->data_, app->log_, app->metrics_, app->quota_},
-        job_options(config, app->about_), *run);
+        job_options(config, app->memory_, app->about_), *run);
     if (const auto started = app->start_webhooks(); !started) {
       return started.error();
     }
@@ -278,6 +278,7 @@ class App {
   }
 
   const Config& config_;
+  const MemoryLimits memory_;
   const api::ServerView about_;
   Log log_;
   Metrics metrics_;

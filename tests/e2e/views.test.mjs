@@ -237,6 +237,27 @@ test('every state of the server is told, and can be read by all', { timeout: 300
   await fetch(`${server.url}/v1/jobs/${id}/cancel`, { method: 'POST' });
 });
 
+/** No request is answered, and that is known before the page has drawn itself once. */
+function refuseAtOnce() {
+  const fetch = globalThis.fetch;
+  globalThis.fetch = (...all) =>
+    globalThis.answered ? fetch(...all) : Promise.reject(new TypeError('refused'));
+}
+
+test('what changes before the page listens is shown', { timeout: 300_000 }, async () => {
+  const page = await openPage(browser, server, desktop, '', (p) => p.addInitScript(refuseAtOnce));
+  try {
+    await until('offline', async () =>
+      /The server does not answer/.test(await page.textContent('main')),
+    );
+    await page.evaluate(() => (globalThis.answered = true));
+    await until('online', async () => /Connected/.test(await page.textContent('.connection')));
+    assert.deepEqual(page.faults, []);
+  } finally {
+    await page.context().close();
+  }
+});
+
 test('the choice of colours is kept', () =>
   withPage(desktop, '#/settings', async (page) => {
     await page.keyboard.press('Tab');

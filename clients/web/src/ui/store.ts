@@ -23,8 +23,13 @@ export class Store<T> {
 
 export function useStore<T>(store: Store<T>): T {
   const [, again] = useReducer<number, void>((n) => n + 1, 0);
-  useEffect(() => store.subscribe(() => again()), [store]);
-  return store.get();
+  const drawn = store.get();
+  useEffect(() => {
+    // It may have changed after it was drawn, before anybody listened.
+    if (!Object.is(store.get(), drawn)) again();
+    return store.subscribe(() => again());
+  }, [store]);
+  return drawn;
 }
 
 /** A store that outlives the page, in localStorage where that is allowed. */

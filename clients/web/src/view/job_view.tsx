@@ -26,7 +26,11 @@ export function useFeed(jobId: string): JobFeed {
     holder.current = new JobFeed(jobId);
   }
   const feed = holder.current;
-  useEffect(() => feed.subscribe(() => again()), [feed]);
+  const drawn = feed.state;
+  useEffect(() => {
+    if (feed.state !== drawn) again();
+    return feed.subscribe(() => again());
+  }, [feed]);
   useEffect(
     () => () => {
       holder.current?.close();

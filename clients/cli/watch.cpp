@@ -56,7 +56,9 @@ core::Result<Watched> watched(core::Result<Json> job) {
   if (!job) {
     return job.error();
   }
-  return Watched{*std::move(job), core::ok_status()};
+  Watched out;
+  out.job = *std::move(job);
+  return out;
 }
 
 core::Result<Watched> follow(ApiClient& client, const std::string& path, const WatchFlags& flags,

@@ -56,9 +56,7 @@ core::Result<Watched> watched(core::Result<Json> job) {
   if (!job) {
     return job.error();
   }
-  Watched out;
-  out.job = *std::move(job);
-  return out;
+  return Watched{*std::move(job), core::ok_status()};
 }
 
 core::Result<Watched> follow(ApiClient& client, const std::string& path, const WatchFlags& flags,

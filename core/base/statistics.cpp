@@ -118,6 +118,25 @@ double chi2_quantile(double p, double k) {
   return 0.5 * (low + high);
 }
 
+double f_quantile(double p, double k) {
+  if (k >= 30) {
+    // Cube roots of both chi^2 / k are Gaussian with mean 1 - v and variance v.
+    const double v = 2 / (9 * k);
+    const double z = normal_quantile(p);
+    const double m = (1 - v) * (1 - v);
+    const double a = m - z * z * v;
+    const double root = (m + std::copysign(std::sqrt(m * m - a * a), z)) / a;
+    return root * root * root;
+  }
+  double low = 0;
+  double high = 1;
+  for (int i = 0; i < 200; ++i) {
+    const double middle = 0.5 * (low + high);
+    (incomplete_beta(k / 2, k / 2, middle) < p ? low : high) = middle;
+  }
+  return low / (1 - low);
+}
+
 double student_t_quantile(double p, double k) {
   double low = -1e6;
   double high = 1e6;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/base/statistics.h"
+#include "core/film/expected_values.h"
 #include "core/film/moment_sums.h"
 
 namespace core {
@@ -25,56 +26,6 @@ constexpr double kFewest = 3;
 /// r within squares makes the variance of a sum of squares 1 + c r^2 times that of independent pixels, c being 3.5 for b = 3 and 6.6
 /// for b = 4: this covers r up to 0.38 and 0.27. Under 300 lamps r is 0.05 (sampler_coverage_test.cpp).
 constexpr double kDependence = 1.5;
-
-/// Where a pixel is brighter than the region that it would share its expected value with. What its samples say of each
-/// other, in squares (s^2 / n) / mean^2, is 1 / k where k equal events made the mean. Rare events are few: k is 1 or 2. At the
-/// rim of a lamp k is the number of samples that met the lamp; where it is small, the lamp beside it tells what they were.
-struct OwnMean {
-  double inverse_events = 1;  ///< 1 / k
-  float least_share = 0;      ///< of the mean that the expected value surely is
-
-  OwnMean(const FilmSnapshot& film, std::size_t pixel, Rgb mean) {
-    const SampleVariance spread = sample_variance(film, pixel);
-    const double degrees = spread.degrees;
-    if (!(degrees > 0)) {
-      return;
-    }
-    // Few samples may agree by luck: the upper bound of the variance, by the same approximation.
-    const double luck = 1 - 2 / (9 * degrees) - kLucky * std::sqrt(2 / (9 * degrees));
-    const double variance = spread.of_mean / std::max(luck * luck * luck, 0.01);
-    const auto y = static_cast<double>(luminance(mean));
-    if (y > 0 && variance < y * y) {
-      inverse_events = variance / (y * y);
-      // Lower bound for the mean of a Poisson distribution of which k was drawn (Garwood 1936), by Wilson and Hilferty.
-      const double root = 1 - inverse_events / 9 - kSure / 3 * std::sqrt(inverse_events);
-      least_share = static_cast<float>(std::max(root * root * root, 0.0));
-    }
-  }
-
-  /// The expected value of a channel, which the region says is `pooled`. at_edge: a neighbour is surely as bright.
-  float expected(float mean, float pooled, bool at_edge) const {
-    const auto above = static_cast<double>(mean - pooled);
-    const auto m = static_cast<double>(mean);
-    if (above > 0 && above * above > kApart * kApart * m * m * inverse_events) {
-      return mean;
-    }
-    // k events may be chance. Less is taken off than otherwise, but one event alone says nothing here either.
-    const bool several = at_edge && inverse_events < 1;
-    const float share = several ? static_cast<float>(1 / std::sqrt(1 + 3 * inverse_events)) : least_share;
-    return std::max(pooled, share * mean);
-  }
-
- private:
-  static constexpr double kSure = 3.09;  ///< standard deviations: one pixel in a thousand
-  static constexpr double kLucky = 2.33;  ///< one pixel in a hundred
-  static constexpr double kApart = 4;
-};
-
-PixelRect window_around(int x, int y, int radius, int width, int height) {
-  const int x0 = std::max(x - radius, 0);
-  const int y0 = std::max(y - radius, 0);
-  return {x0, y0, std::min(x + radius + 1, width) - x0, std::min(y + radius + 1, height) - y0};
-}
 
 /// The variance of single pixels, pooled over windows that hold enough distinct deviations.
 ///
@@ -156,24 +107,30 @@ class PixelNoise {
   std::vector<float> own_;
 };
 
-/// Over the 3 x 3 pixels around one.
-float largest_around(const std::vector<float>& values, int width, int height, std::size_t pixel) {
-  const int x = static_cast<int>(pixel % static_cast<std::size_t>(width));
-  const int y = static_cast<int>(pixel / static_cast<std::size_t>(width));
-  float out = 0;
-  for (int v = std::max(y - 1, 0); v < std::min(y + 2, height); ++v) {
-    for (int u = std::max(x - 1, 0); u < std::min(x + 2, width); ++u) {
-      out = std::max(out, values[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)]);
-    }
-  }
-  return out;
-}
-
 }  // namespace
 
 std::size_t ErrorEstimate::index(int x, int y) const noexcept {
   return static_cast<std::size_t>(y - rect_.y) * static_cast<std::size_t>(rect_.width) +
          static_cast<std::size_t>(x - rect_.x);
+}
+
+void ErrorEstimate::weigh(const std::vector<Rgb>& variances, const std::vector<ExpectedValue>& expected) {
+  raw_ratio_.resize(variances.size());
+  influence_.resize(variances.size());
+  for (std::size_t i = 0; i < variances.size(); ++i) {
+    float ratio = 0;
+    // How the sum of the ratios moves with this pixel: by its own ratio, and through the expected value that it
+    // shares with its region. d/dmu of Var / (mu^2 + c) is -2 mu Var / (mu^2 + c)^2.
+    float through_mean = 0;
+    for (int c = 0; c < 3; ++c) {
+      const float mu = expected[i].mean[c];
+      const float scale = 1 / (mu * mu + static_cast<float>(MomentSums::kRegularizer));
+      ratio += variances[i][c] * scale * (1.0F / 3);
+      through_mean += 2 * mu * expected[i].variance[c] * scale * scale * (mean_[i][c] - mu) * (1.0F / 3);
+    }
+    raw_ratio_[i] = ratio;
+    influence_[i] = ratio - through_mean;
+  }
 }
 
 ErrorEstimate::ErrorEstimate(const FilmSnapshot& film)
@@ -182,7 +139,6 @@ ErrorEstimate::ErrorEstimate(const FilmSnapshot& film)
   const int h = rect_.height;
   const std::size_t n = film.pixel_count();
   mean_.resize(n);
-  MomentSums sums(w, h);
   std::vector<Rgb> raw(n);
   valid_ = n > 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -192,42 +148,18 @@ ErrorEstimate::ErrorEstimate(const FilmSnapshot& film)
     mean_[i] = pixel_value(film, i).mean;
     const Rgb d = a.mean - b.mean;
     raw[i] = d * d * 0.25F;
-    sums.set(static_cast<int>(i % static_cast<std::size_t>(w)), static_cast<int>(i / static_cast<std::size_t>(w)),
-             mean_[i], raw[i]);
   }
   if (!valid_) {
     return;
   }
-  raw_ratio_.resize(n);
-  influence_.resize(n);
+  weigh(raw, expected_values(film));
+  MomentSums sums(w, h);
   SummedArea ratios(w, h);
-  const std::vector<MomentSums::Expected> expected = sums.expected_values();
-  std::vector<OwnMean> own;
-  std::vector<float> least(n);
-  own.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
-    own.emplace_back(film, i, mean_[i]);
-    least[i] = own[i].least_share * luminance(mean_[i]);
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    const bool at_edge = largest_around(least, w, h, i) >= luminance(mean_[i]);
-    float ratio = 0;
-    // How the sum of the ratios moves with this pixel: by its own ratio, and through the expected value that it
-    // shares with its region. d/dmu of Var / (mu^2 + c) is -2 mu Var / (mu^2 + c)^2.
-    float through_mean = 0;
-    for (int c = 0; c < 3; ++c) {
-      const float pooled = expected[i].mean[c];
-      const float mu = own[i].expected(mean_[i][c], pooled, at_edge);
-      const float scale = 1 / (mu * mu + static_cast<float>(MomentSums::kRegularizer));
-      ratio += raw[i][c] * scale * (1.0F / 3);
-      if (mu == pooled) {
-        through_mean += 2 * mu * expected[i].variance[c] * scale * scale * (mean_[i][c] - mu) * (1.0F / 3);
-      }
-    }
-    influence_[i] = ratio - through_mean;
-    raw_ratio_[i] = ratio;
-    ratios.set(static_cast<int>(i % static_cast<std::size_t>(w)), static_cast<int>(i / static_cast<std::size_t>(w)),
-               static_cast<double>(ratio));
+    const auto x = static_cast<int>(i % static_cast<std::size_t>(w));
+    const auto y = static_cast<int>(i / static_cast<std::size_t>(w));
+    sums.set(x, y, mean_[i], raw[i]);
+    ratios.set(x, y, static_cast<double>(raw_ratio_[i]));
   }
   pooled_variance_.resize(n);
   pooled_ratio_.resize(n);
@@ -259,17 +191,16 @@ ErrorEstimate::ErrorEstimate(const FilmSnapshot& film)
 
 ErrorInterval ErrorEstimate::image(double confidence) const { return region(rect_, confidence); }
 
-ErrorInterval ErrorEstimate::region(PixelRect rect, double confidence) const {
-  ErrorInterval out;
-  const auto nan = std::numeric_limits<double>::quiet_NaN();
-  out.relative_rmse = out.low = out.high = nan;
+ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect) const {
+  MeanRatio out;
   const double n = static_cast<double>(rect.width) * static_cast<double>(rect.height);
   if (!valid_ || n < 1) {
+    out.value = std::numeric_limits<double>::quiet_NaN();
     return out;
   }
-  // Q = mean of the raw ratios. Each has one degree of freedom, or less where events are rare: the
-  // variance of Q is taken from the differences of neighbours, which share their expected value, and is
-  // never less than the 2 q^2 of a Gaussian.
+  // Each of the raw ratios has one degree of freedom, or less where events are rare: the variance of their mean is
+  // taken from the differences of neighbours, which share their expected value, and is never less than the 2 q^2 of a
+  // Gaussian.
   double sum = 0;
   double pairs = 0;
   double gaussian = 0;
@@ -290,21 +221,36 @@ ErrorInterval ErrorEstimate::region(PixelRect rect, double confidence) const {
       }
     }
   }
-  const double q = sum / n;
-  out.relative_rmse = std::sqrt(q);
-  if (!(q > 0)) {
-    out.low = out.high = 0;
-    return out;
-  }
+  out.value = sum / n;
   const double variance = dependence_ * std::max(pairs, gaussian) / (n * n);
-  // Gamma with the same mean and variance: q * chi2(k) / k with k = 2 q^2 / variance.
-  const double k = std::max(2 * q * q / variance, 0.5);
-  const double tail = (1 - confidence) / 2;
-  out.low = std::sqrt(q * k / chi2_quantile(1 - tail, k));
-  out.high = std::sqrt(q * k / chi2_quantile(tail, k));
-  // Fewer than some ten events carry the whole estimate: what was not seen cannot be bounded.
-  out.unreliable = k < 20 || largest > 0.25 * sum;
+  if (out.value > 0) {
+    // Gamma with the same mean and variance: chi2(k) / k with k = 2 q^2 / variance.
+    out.degrees = std::max(2 * out.value * out.value / variance, 0.5);
+    out.largest_share = largest / sum;
+  }
   return out;
+}
+
+ErrorInterval ErrorEstimate::region(PixelRect rect, double confidence) const {
+  const MeanRatio q = mean_ratio(rect);
+  ErrorInterval out;
+  out.relative_rmse = out.low = out.high = std::sqrt(q.value);
+  if (q.value > 0) {
+    const double k = q.degrees;
+    const double tail = (1 - confidence) / 2;
+    out.low = std::sqrt(q.value * k / chi2_quantile(1 - tail, k));
+    out.high = std::sqrt(q.value * k / chi2_quantile(tail, k));
+    // Fewer than some ten events carry the whole estimate: what was not seen cannot be bounded.
+    out.unreliable = k < 20 || q.largest_share > 0.25;
+  }
+  return out;
+}
+
+double ErrorEstimate::most(PixelRect rect, double alpha) const {
+  const MeanRatio q = mean_ratio(rect);
+  // What the picture is off by spreads about its expected value as the estimate does, one from (A + B) / 2 and the other
+  // from (A - B) / 2: their ratio has an F distribution.
+  return q.value > 0 ? std::sqrt(q.value / f_quantile(alpha, q.degrees)) : std::sqrt(q.value);
 }
 
 PixelError ErrorEstimate::pixel(int x, int y) const {

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/film/expected_values.h"
 #include "core/film/film.h"
 
 namespace core {
@@ -40,11 +41,23 @@ class ErrorEstimate {
   ErrorInterval image(double confidence) const;
   /// rect in pixels of the full film, inside the snapshot.
   ErrorInterval region(PixelRect rect, double confidence) const;
+  /// What this very picture is off by, sqrt(mean over pixels and channels of error^2 / (mu^2 + 0.01)), is more with
+  /// probability alpha. Intervals are of what pictures like it are off by on average. NaN with one half.
+  double most(PixelRect rect, double alpha) const;
+  double most(double alpha) const { return most(rect_, alpha); }
   PixelError pixel(int x, int y) const;
   /// sqrt(mean over channels of pooled Var / (mu^2 + 0.01)) of one pixel: the `error` layer.
   float relative_error(int x, int y) const;
 
  private:
+  /// Of the raw ratios over a rectangle.
+  struct MeanRatio {
+    double value = 0;          ///< NaN where unknown
+    double degrees = 0;        ///< of freedom of `value`, where that is above 0
+    double largest_share = 0;  ///< of the sum, that one pixel has
+  };
+  MeanRatio mean_ratio(PixelRect rect) const;
+  void weigh(const std::vector<Rgb>& variances, const std::vector<ExpectedValue>& expected);
   std::size_t index(int x, int y) const noexcept;
   PixelRect rect_;
   bool valid_ = false;
@@ -52,7 +65,7 @@ class ErrorEstimate {
   std::vector<Rgb> mean_;
   std::vector<Rgb> pooled_variance_;
   std::vector<float> raw_ratio_;     ///< mean over channels of (A-B)^2/4 / (mu_w^2 + 0.01)
-  std::vector<float> influence_;     ///< of the pixel on the sum of raw_ratio_, mu_w included
+  std::vector<float> influence_;     ///< of the pixel on the sum of raw_ratio_, shared expected values included
   std::vector<float> pooled_ratio_;  ///< raw_ratio_ as pooled_variance_ is
   std::vector<float> window_ratio_;  ///< mean of raw_ratio_ over a window that knows its expected value
   std::vector<float> degrees_;       ///< of freedom of pooled_variance_

@@ -24,12 +24,13 @@ std::pair<PixelRect, PixelRect> cut(const PixelRect& r, bool across, int at) {
 
 }  // namespace
 
-MomentSums::MomentSums(int width, int height)
+MomentSums::MomentSums(int width, int height, Of of)
     : width_(width), height_(height), stride_(static_cast<std::size_t>(width) + 1) {
   sums_.resize(stride_ * (static_cast<std::size_t>(height) + 1));
+  wholes_.resize(of == Of::kPart ? sums_.size() : 0);
 }
 
-void MomentSums::set(int x, int y, Rgb mean, Rgb variance) {
+void MomentSums::set(int x, int y, Rgb mean, Rgb variance, Rgb whole) {
   const std::size_t i = (static_cast<std::size_t>(y) + 1) * stride_ + static_cast<std::size_t>(x) + 1;
   for (int c = 0; c < 3; ++c) {
     const auto at = static_cast<std::size_t>(c);
@@ -38,6 +39,9 @@ void MomentSums::set(int x, int y, Rgb mean, Rgb variance) {
     };
     add(at, mean[c]);
     add(at + 3, variance[c]);
+    if (!wholes_.empty()) {
+      wholes_[i][at] = static_cast<double>(whole[c]) + wholes_[i - 1][at] + wholes_[i - stride_][at] - wholes_[i - stride_ - 1][at];
+    }
   }
 }
 
@@ -46,7 +50,7 @@ double MomentSums::Values::relative_variance() const {
   double signal = 0;
   for (std::size_t c = 0; c < 3; ++c) {
     noise += variance[c] / count;
-    signal += mean[c] * mean[c] + kRegularizer;
+    signal += whole[c] * whole[c] + kRegularizer;
   }
   return noise / signal;
 }
@@ -66,6 +70,8 @@ MomentSums::Values MomentSums::over(const PixelRect& rect) const {
   for (std::size_t k = 0; k < 3; ++k) {
     v.mean[k] = (d[k] - c[k] - b[k] + a[k]) * scale;
     v.variance[k] = std::max(d[k + 3] - c[k + 3] - b[k + 3] + a[k + 3], 0.0) * scale;
+    v.whole[k] = wholes_.empty() ? v.mean[k]
+                                 : (wholes_[row1 + x1][k] - wholes_[row1 + x0][k] - wholes_[row0 + x1][k] + wholes_[row0 + x0][k]) * scale;
   }
   return v;
 }
@@ -83,7 +89,7 @@ bool MomentSums::is_known(const PixelRect& rect) const {
   return v.relative_variance() <= kKnownVariance;
 }
 
-void MomentSums::divide(const PixelRect& rect, std::vector<Expected>& out) const {
+void MomentSums::divide(const PixelRect& rect, std::vector<Region>& out) const {
   if (rect.width * rect.height > 1) {
     const bool wide = rect.width >= rect.height;
     const auto halves = cut(rect, wide, (wide ? rect.width : rect.height) / 2);
@@ -135,15 +141,15 @@ void MomentSums::divide(const PixelRect& rect, std::vector<Expected>& out) const
   const auto rgb = [](const std::array<double, 3>& c) {
     return Rgb{static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
   };
-  const Expected expected = {rgb(v.mean), rgb(v.variance)};
+  const Region region = {rgb(v.mean), rgb(v.variance)};
   for (int y = rect.y; y < rect.y + rect.height; ++y) {
     const auto row = out.begin() + static_cast<std::ptrdiff_t>(y) * width_ + rect.x;
-    std::fill(row, row + rect.width, expected);
+    std::fill(row, row + rect.width, region);
   }
 }
 
-std::vector<MomentSums::Expected> MomentSums::expected_values() const {
-  std::vector<Expected> out(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+std::vector<MomentSums::Region> MomentSums::regions() const {
+  std::vector<Region> out(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   if (!out.empty()) {
     divide({0, 0, width_, height_}, out);
   }

@@ -2,6 +2,7 @@
 /// expected value is one and the same, as far as the noise lets us tell.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -34,6 +35,13 @@ class SummedArea {
   std::vector<double> sums_;
 };
 
+/// The pixels at most `radius` away in x and in y, within the picture.
+inline PixelRect window_around(int x, int y, int radius, int width, int height) {
+  const int x0 = std::max(x - radius, 0);
+  const int y0 = std::max(y - radius, 0);
+  return {x0, y0, std::min(x + radius + 1, width) - x0, std::min(y + radius + 1, height) - y0};
+}
+
 /// Per channel, over pixels: the pixel's mean, and the estimated variance of that mean. Rectangles in pixels
 /// of this picture, inside it.
 class MomentSums {
@@ -41,30 +49,34 @@ class MomentSums {
   /// Var / (mu^2 + kRegularizer): DESIGN section 3.
   static constexpr double kRegularizer = 0.01;
 
-  MomentSums(int width, int height);
+  enum class Of { kWhole, kPart };
+  /// kPart: of a part of something, which is what has to be known.
+  MomentSums(int width, int height, Of of = Of::kWhole);
   /// Rows and columns in increasing order. variance >= 0.
-  void set(int x, int y, Rgb mean, Rgb variance);
+  void set(int x, int y, Rgb mean, Rgb variance) { set(x, y, mean, variance, mean); }
+  void set(int x, int y, Rgb mean, Rgb variance, Rgb whole);
 
   struct Values {
     std::array<double, 3> mean{};      ///< over the rectangle
     std::array<double, 3> variance{};  ///< of one pixel, mean over the rectangle
+    std::array<double, 3> whole{};     ///< over the rectangle
     double count = 0;                  ///< pixels
-    /// Variance of the rectangle's mean over (its square + kRegularizer), channels together.
+    /// Variance of the rectangle's mean over (the square of the whole + kRegularizer), channels together.
     double relative_variance() const;
   };
   Values over(const PixelRect& rect) const;
 
-  struct Expected {
+  /// Of each pixel: its own mean where that is well known, else the mean of a rectangle around it, which ends where
+  /// values differ by more than noise explains. Rectangles come from halving the picture, and cutting at edges, top down;
+  /// O(pixels).
+  struct Region {
     Rgb mean;
-    Rgb variance;  ///< of one pixel, mean over the rectangle that `mean` is from
+    Rgb variance;  ///< of one pixel, mean over the region
   };
-  /// The expected value of each pixel: its own mean where that is well known, else the mean of a rectangle
-  /// around it, which ends where values differ by more than noise explains. Rectangles come from halving the
-  /// picture, and cutting at edges, top down; O(pixels).
-  std::vector<Expected> expected_values() const;
+  std::vector<Region> regions() const;
 
  private:
-  void divide(const PixelRect& rect, std::vector<Expected>& out) const;
+  void divide(const PixelRect& rect, std::vector<Region>& out) const;
   bool is_known(const PixelRect& rect) const;
   PixelRect grown(const PixelRect& rect) const;
 
@@ -73,6 +85,7 @@ class MomentSums {
   int height_;
   std::size_t stride_;
   std::vector<Sums> sums_;  ///< over all pixels above and left of a corner
+  std::vector<std::array<double, 3>> wholes_;  ///< the same; empty unless of parts
 };
 
 }  // namespace core

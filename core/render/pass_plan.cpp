@@ -24,14 +24,6 @@ int next_look(int samples, int replicates, int unit) {
   }
 }
 
-int look_count(int samples_max, int replicates, int unit) {
-  int looks = 0;
-  for (int at = next_look(0, replicates, unit); at <= samples_max; at = next_look(at, replicates, unit)) {
-    ++looks;
-  }
-  return std::max(looks, 1);
-}
-
 int pass_end(int samples, int samples_max, int replicates, int unit) {
   if (unit > 1) {
     const int step = std::max(unit, samples / 8 / unit * unit);

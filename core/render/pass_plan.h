@@ -12,9 +12,6 @@ namespace core {
 /// replicate.
 int next_look(int samples, int replicates, int unit = 1);
 
-/// How many looks there are up to `samples_max`.
-int look_count(int samples_max, int replicates, int unit = 1);
-
 /// Where the pass that starts at `samples` ends: one sample, one more, then at most an eighth of what
 /// is there, never beyond the next look or `samples_max`, and even. With sets, a whole one is the least step.
 int pass_end(int samples, int samples_max, int replicates, int unit = 1);

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <vector>
 
 #include "tests/support/statistics.h"
 
@@ -257,6 +258,73 @@ TEST(ErrorEstimate, TheRimOfALampIsNotTakenForFireflies) {
     const Outcome o = measure(round_lamp(samples), 100);
     EXPECT_GE(o.estimate.mean, 0.95 * o.truth) << samples;
     EXPECT_LE(o.estimate.mean, 1.5 * o.truth) << samples;
+  }
+}
+
+/// Radiance 500 in 2 x 2 pixels of a lamp, a quarter of each of which it covers, on a wall of 0.2; one lamp in 32 x 32 pixels.
+Plan small_lamps(int samples) {
+  Plan plan;
+  const auto share = [](int x, int y) { return x % 32 / 2 == 7 && y % 32 / 2 == 7 ? 0.25 : 0.0; };
+  plan.half = [=](Random& r, int x, int y) {
+    int met = 0;
+    for (int i = 0; i < samples / 2; ++i) {
+      met += r.uniform_double() < share(x, y) ? 1 : 0;
+    }
+    return 0.2 + 0.01 * r.normal() + 500.0 * met / (samples / 2);
+  };
+  plan.mu = [=](int x, int y) { return 0.2 + 500 * share(x, y); };
+  plan.variance = [=](int x, int y) { return 0.00005 + 500.0 * 500 * share(x, y) * (1 - share(x, y)) / samples; };
+  plan.m2 = [=](int, int, double mean) {
+    const double met = std::clamp((mean - 0.2) / 500, 0.0, 1.0);
+    return (0.0001 * (samples / 2) + 500.0 * 500 * met * (1 - met)) / (samples / 2 - 1) * 127 * 128;
+  };
+  return plan;
+}
+
+TEST(ErrorEstimate, ASmallLampIsNotTakenForFireflies) {
+  const Plan plan = small_lamps(64);
+  const double truth = true_error(plan);
+  std::vector<double> estimates;
+  for (int t = 0; t < 101; ++t) {
+    estimates.push_back(ErrorEstimate(draw(plan, static_cast<std::uint64_t>(t) + 1)).image(0.95).relative_rmse);
+  }
+  std::sort(estimates.begin(), estimates.end());
+  std::printf("    truth %.4f  median %.4f  most %.4f\n", truth, estimates[50], estimates.back());
+  EXPECT_NEAR(estimates[50], truth, 0.3 * truth);
+  EXPECT_LE(estimates[90], 2 * truth);
+}
+
+/// What a drawn picture is off by itself.
+double error_of(const FilmSnapshot& film, const Plan& plan) {
+  double sum = 0;
+  for (int y = 0; y < plan.height; ++y) {
+    for (int x = 0; x < plan.width; ++x) {
+      const auto i = static_cast<std::size_t>(y * plan.width + x);
+      const double mu = plan.mu(x, y);
+      const double off = (static_cast<double>(film.pixels[2 * i].mean_r) + static_cast<double>(film.pixels[2 * i + 1].mean_r)) / 2 - mu;
+      sum += off * off / (mu * mu + 0.01);
+    }
+  }
+  return std::sqrt(sum / (plan.width * plan.height));
+}
+
+// 1,000 pictures each: a standard deviation of 0.7 %. The twin, the bound of the expected error, is exceeded too often.
+TEST(ErrorEstimate, APictureIsSeldomOffByMoreThanItsBound) {
+  constexpr int kTrials = 1000;
+  for (const Plan& plan : {gaussian(0.1, 24), rare_events(0.02, 24), rare_events(0.001, 48)}) {
+    int beyond = 0;
+    int beyond_expected = 0;
+    for (int t = 0; t < kTrials; ++t) {
+      const FilmSnapshot film = draw(plan, static_cast<std::uint64_t>(t) + 1);
+      const ErrorEstimate estimate(film);
+      const double off = error_of(film, plan);
+      beyond += off > estimate.most(0.05) ? 1 : 0;
+      beyond_expected += off > estimate.image(0.9).high ? 1 : 0;
+    }
+    std::printf("    beyond: %.1f %%, beyond what is expected %.1f %%\n", 100.0 * beyond / kTrials, 100.0 * beyond_expected / kTrials);
+    EXPECT_GE(beyond, 0.02 * kTrials);
+    EXPECT_LE(beyond, 0.075 * kTrials);
+    EXPECT_GT(beyond_expected, 0.075 * kTrials);
   }
 }
 

@@ -195,6 +195,11 @@ TEST(Statistics, QuantilesAreThoseOfTheTables) {
   EXPECT_NEAR(core::chi2_cdf(18.30704, 10), 0.95, 1e-6);
   EXPECT_NEAR(core::student_t_quantile(0.975, 1), 12.7062, 1e-3);
   EXPECT_NEAR(core::student_t_quantile(0.975, 15), 2.13145, 1e-4);
+  EXPECT_NEAR(core::f_quantile(0.95, 10), 2.97824, 1e-4);
+  EXPECT_NEAR(core::f_quantile(0.975, 4), 9.60453, 1e-4);
+  EXPECT_NEAR(core::f_quantile(0.025, 4), 1 / 9.60453, 1e-6);
+  EXPECT_NEAR(core::f_quantile(0.95, 60), 1.53431, 1e-3);  // Paulson
+  EXPECT_NEAR(core::f_quantile(0.05, 60), 1 / 1.53431, 1e-3);
 }
 
 }  // namespace

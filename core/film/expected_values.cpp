@@ -1,0 +1,201 @@
+#include "core/film/expected_values.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/film/moment_sums.h"
+
+namespace core {
+namespace {
+
+/// Of the windows in which events may stand out.
+constexpr std::array<int, 3> kRadii = {1, 2, 3};
+/// Of the window that tells how noisy the lesser half is.
+constexpr int kNoiseRadius = 2;
+/// Relative variance with which a pixel's own mean is known: 1 / mu^2 is too large by three times this share, and too small
+/// by twice of it where rare events make noise and mean rise together.
+constexpr float kKnown = 0.004F;
+/// Where a pixel beside it surely is as bright, a pixel's expected value is taken for at least 1 / sqrt(1 + kRimSpread / k) of
+/// its mean. At the rim of a lamp one sample may be all that met it, and any share of the pixel may be covered.
+constexpr double kRimSpread = 4;
+/// 1 / k with which both halves of a pixel do not meet rare events by chance.
+constexpr double kSeveral = 0.34;
+/// A pixel's own lower bound counts where it is this many times what its surroundings say.
+constexpr float kApart = 1.5F;
+constexpr float kHalfPi = 1.57079633F;
+
+/// Lower bound for the mean of a Poisson distribution of which k was drawn, as a share of k (Garwood 1936), by Wilson and
+/// Hilferty: 3.09 standard deviations, one in a thousand.
+double events_share(double events) {
+  const double inverse = 1 / std::max(events, 1e-3);
+  const double root = std::max(1 - inverse / 9 - 3.09 / 3 * std::sqrt(inverse), 0.0);
+  return root * root * root;
+}
+
+/// What a pixel's samples say of its mean. (s^2 / n) / mean^2 is 1 / k where k equal events made it.
+struct OwnMean {
+  float least_share = 0;  ///< of it that the expected value surely is
+  float rim_share = 0;    ///< the same at the rim of something bright
+  bool several = false;   ///< some events made it
+
+  OwnMean(const FilmSnapshot& film, std::size_t pixel, Rgb mean) {
+    const SampleVariance spread = sample_variance(film, pixel);
+    const double degrees = spread.degrees;
+    const auto y = static_cast<double>(luminance(mean));
+    if (!(degrees > 0) || !(y > 0)) {
+      return;
+    }
+    const double inverse = spread.of_mean / (y * y);
+    several = inverse <= kSeveral;
+    // Few samples may agree by luck: the upper bound of the variance, one in a hundred, by the same approximation.
+    const double luck = std::max(1 - 2 / (9 * degrees) - 2.33 * std::sqrt(2 / (9 * degrees)), 0.0);
+    const double most = inverse / std::max(luck * luck * luck, 0.01);
+    least_share = most < 1 ? static_cast<float>(events_share(1 / std::max(most, 1e-12))) : 0;
+    rim_share = static_cast<float>(1 / std::sqrt(1 + kRimSpread * inverse));
+  }
+};
+
+double total(const std::array<double, 3>& v) { return v[0] + v[1] + v[2]; }
+
+/// As many equal events would spread as much as those of a window.
+double events(const MomentSums::Values& v) {
+  const double sum = total(v.mean);
+  const double squares = 3 * total(v.variance);
+  return squares > 0 ? v.count * sum * sum / squares : 0;
+}
+
+float sum_of(Rgb v) { return v.r + v.g + v.b; }
+
+/// `region`, the mean of the pixel's region, or the mean around it where a few pixels beside each other have events and
+/// others have none, which is not chance.
+Rgb pooled_around(const MomentSums& excess, int x, int y, int width, int height, Rgb region) {
+  for (const int radius : kRadii) {
+    const MomentSums::Values v = excess.over(window_around(x, y, radius, width, height));
+    if (static_cast<double>(sum_of(region)) < events_share(events(v)) * total(v.mean)) {
+      return {static_cast<float>(v.mean[0]), static_cast<float>(v.mean[1]), static_cast<float>(v.mean[2])};
+    }
+  }
+  return region;
+}
+
+/// value(channel) of all three.
+template <class Value>
+Rgb channels(const Value& value) {
+  return {value(0), value(1), value(2)};
+}
+
+/// Luminance around a pixel.
+float largest_around(const std::vector<float>& values, int x, int y, int width, int height) {
+  const PixelRect r = window_around(x, y, 1, width, height);
+  float out = 0;
+  for (int v = r.y; v < r.y + r.height; ++v) {
+    for (int u = r.x; u < r.x + r.width; ++u) {
+      out = std::max(out, values[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)]);
+    }
+  }
+  return out;
+}
+
+/// The pixel's value, at most the largest of its neighbours', per channel.
+Rgb not_alone(const std::vector<Rgb>& values, int x, int y, int width, int height) {
+  const PixelRect r = window_around(x, y, 1, width, height);
+  Rgb most(0);
+  for (int v = r.y; v < r.y + r.height; ++v) {
+    for (int u = r.x; u < r.x + r.width; ++u) {
+      if (u != x || v != y) {
+        const Rgb& other = values[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)];
+        most = channels([&](int c) { return std::max(most[c], other[c]); });
+      }
+    }
+  }
+  const Rgb& own = values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  return channels([&](int c) { return std::min(most[c], own[c]); });
+}
+
+/// f of each pixel's window, averaged, per channel.
+template <class F>
+Rgb mean_around(const std::vector<Rgb>& values, int x, int y, int radius, int width, int height, const F& f) {
+  const PixelRect r = window_around(x, y, radius, width, height);
+  Rgb sum(0);
+  for (int v = r.y; v < r.y + r.height; ++v) {
+    const Rgb* row = &values[static_cast<std::size_t>(v) * static_cast<std::size_t>(width)];
+    for (int u = r.x; u < r.x + r.width; ++u) {
+      sum += f(row[u]);
+    }
+  }
+  return sum * (1 / static_cast<float>(r.width * r.height));
+}
+
+}  // namespace
+
+std::vector<ExpectedValue> expected_values(const FilmSnapshot& film) {
+  const int w = film.rect.width;
+  const int h = film.rect.height;
+  const std::size_t n = film.pixel_count();
+  std::vector<Rgb> mean(n);
+  std::vector<Rgb> off(n);  // |A - B| / 2
+  std::vector<OwnMean> own;
+  std::vector<float> sure(n);  // luminance that a pixel surely has
+  std::vector<Rgb> base(n);    // what the halves have in common
+  own.reserve(n);
+  {
+    std::vector<Rgb> lesser(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const Rgb a = half_value(film, i, 0).mean;
+      const Rgb b = half_value(film, i, 1).mean;
+      mean[i] = pixel_value(film, i).mean;
+      off[i] = channels([&](int c) { return 0.5F * std::abs(a[c] - b[c]); });
+      lesser[i] = channels([&](int c) { return std::min(a[c], b[c]); });
+      own.emplace_back(film, i, mean[i]);
+      sure[i] = std::max(own[i].least_share * luminance(mean[i]), own[i].several ? luminance(lesser[i]) : 0);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto x = static_cast<int>(i % static_cast<std::size_t>(w));
+      const auto y = static_cast<int>(i / static_cast<std::size_t>(w));
+      base[i] = not_alone(lesser, x, y, w, h);
+    }
+  }
+  std::vector<MomentSums::Region> bases;
+  {
+    MomentSums sums(w, h);
+    std::size_t i = 0;
+    for (int y = 0; y < h; ++y) {
+      for (int x = 0; x < w; ++x, ++i) {
+        // As a Gaussian's: mean |A - B| / 2 is sqrt(2 / pi) of the standard deviation. Squares would be the rare events' alone.
+        const Rgb noise = mean_around(off, x, y, kNoiseRadius, w, h, [](Rgb v) { return v; });
+        sums.set(x, y, base[i], noise * noise * kHalfPi);
+      }
+    }
+    bases = sums.regions();
+  }
+  MomentSums excess(w, h, MomentSums::Of::kPart);  // what the base lacks
+  std::size_t i = 0;
+  for (int y = 0; y < h; ++y) {
+    for (int x = 0; x < w; ++x, ++i) {
+      const Rgb lacking = mean[i] - base[i];
+      excess.set(x, y, lacking, lacking * lacking, mean[i]);
+    }
+  }
+  std::vector<ExpectedValue> out(n);
+  const std::vector<MomentSums::Region> excesses = excess.regions();
+  i = 0;
+  for (int y = 0; y < h; ++y) {
+    for (int x = 0; x < w; ++x, ++i) {
+      const Rgb squares = mean_around(off, x, y, 1, w, h, [](Rgb v) { return v * v; });
+      const float signal = sum_of(mean[i] * mean[i]) + 3 * static_cast<float>(MomentSums::kRegularizer);
+      if (sum_of(squares) <= kKnown * signal) {
+        out[i] = {mean[i], {}};
+        continue;
+      }
+      const Rgb mu = bases[i].mean + pooled_around(excess, x, y, w, h, excesses[i].mean);
+      const bool at_rim = largest_around(sure, x, y, w, h) >= luminance(mean[i]);
+      const float share = at_rim ? own[i].rim_share : own[i].least_share;
+      out[i].mean = channels([&](int c) { return share * mean[i][c] > kApart * mu[c] ? share * mean[i][c] : mu[c]; });
+      out[i].variance = channels([&](int c) { return out[i].mean[c] == mu[c] ? excesses[i].variance[c] : 0; });
+    }
+  }
+  return out;
+}
+
+}  // namespace core

@@ -18,6 +18,8 @@ constexpr std::array<int, 7> kRadii = {1, 2, 3, 5, 8, 16, 32};
 /// Degrees of freedom that the variance of a single pixel is to have, and the least that it is said to have.
 constexpr double kEnough = 6;
 constexpr double kFewest = 3;
+/// Share that ratios may be wrong by, all together, where the expected value is that of a region: what is alike is a guess.
+constexpr double kModelError = 0.015;
 /// Blue-noise order takes variance from the means of 2 x 2 pixels and gives it to what is left. At most all of it: a
 /// quarter of the eigenvalues of the covariance is 0 then, the others are 4/3 of the variance, and the sum of their squares,
 /// half of the variance of a sum of squares, is 4/3 of that of independent pixels. Differences of neighbours, whose
@@ -117,6 +119,7 @@ std::size_t ErrorEstimate::index(int x, int y) const noexcept {
 void ErrorEstimate::weigh(const std::vector<Rgb>& variances, const std::vector<ExpectedValue>& expected) {
   raw_ratio_.resize(variances.size());
   influence_.resize(variances.size());
+  is_shared_.resize(variances.size());
   for (std::size_t i = 0; i < variances.size(); ++i) {
     float ratio = 0;
     // How the sum of the ratios moves with this pixel: by its own ratio, and through the expected value that it
@@ -130,6 +133,7 @@ void ErrorEstimate::weigh(const std::vector<Rgb>& variances, const std::vector<E
     }
     raw_ratio_[i] = ratio;
     influence_[i] = ratio - through_mean;
+    is_shared_[i] = expected[i].variance.r + expected[i].variance.g + expected[i].variance.b > 0 ? 1 : 0;
   }
 }
 
@@ -204,12 +208,14 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect) const {
   double sum = 0;
   double pairs = 0;
   double gaussian = 0;
+  double shared = 0;
   double largest = 0;
   for (int y = rect.y; y < rect.y + rect.height; ++y) {
     for (int x = rect.x; x < rect.x + rect.width; ++x) {
       const auto q = static_cast<double>(raw_ratio_[index(x, y)]);
       const auto pooled = static_cast<double>(window_ratio_[index(x, y)]);
       sum += q;
+      shared += is_shared_[index(x, y)] != 0 ? q : 0;
       largest = std::max(largest, q);
       gaussian += 2 * pooled * pooled;
       const int column = x - rect.x;
@@ -222,7 +228,8 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect) const {
     }
   }
   out.value = sum / n;
-  const double variance = dependence_ * std::max(pairs, gaussian) / (n * n);
+  const double of_model = kModelError * shared;
+  const double variance = (dependence_ * std::max(pairs, gaussian) + of_model * of_model) / (n * n);
   if (out.value > 0) {
     // Gamma with the same mean and variance: chi2(k) / k with k = 2 q^2 / variance.
     out.degrees = std::max(2 * out.value * out.value / variance, 0.5);

@@ -15,7 +15,7 @@ constexpr std::array<int, 3> kRadii = {1, 2, 3};
 constexpr int kNoiseRadius = 2;
 /// Relative variance with which a pixel's own mean is known: 1 / mu^2 is too large by three times this share, and too small
 /// by twice of it where rare events make noise and mean rise together.
-constexpr float kKnown = 0.004F;
+constexpr float kKnown = 0.006F;
 /// Where a pixel beside it surely is as bright, a pixel's expected value is taken for at least 1 / sqrt(1 + kRimSpread / k) of
 /// its mean. At the rim of a lamp one sample may be all that met it, and any share of the pixel may be covered.
 constexpr double kRimSpread = 4;

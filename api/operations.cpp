@@ -44,6 +44,9 @@ constexpr std::array kJobListParameters = {
         "Only jobs in one of these states; may be repeated."},
     ParameterRow{"label", "query", R"({"type":"array","items":{"type":"string"}})",
                  "Only jobs with this label, `key=value` or `key`; may be repeated."},
+    ParameterRow{"name", "query", R"({"type":"string","minLength":1,"maxLength":255})",
+                 "Only jobs whose name has this part; of a job without a name, its scene. Letters a to z of either case "
+                 "are the same."},
     ParameterRow{"class", "query", R"({"type":"string","enum":["normal","preview"]})",
                  "Only jobs of this class: `normal` leaves out previews."},
     kCursor, kLimit};

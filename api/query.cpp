@@ -89,6 +89,16 @@ void read_label(const std::string& text, ListQuery& out, const std::string& poin
   out.labels.push_back(std::move(filter));
 }
 
+void read_name(const std::string& text, ListQuery& out, const std::string& pointer, Faults& faults) {
+  // The longest name, each character of it with the most bytes that UTF-8 has.
+  constexpr std::size_t kLongest = 4 * static_cast<std::size_t>(limits::kNameCharacters);
+  if (text.empty() || text.size() > kLongest) {
+    faults.add(pointer, std::to_string(text.size()) + " bytes are outside [1, " + std::to_string(kLongest) + "]");
+    return;
+  }
+  out.name = text;
+}
+
 void read_class(const std::string& text, ListQuery& out, const std::string& pointer, Faults& faults) {
   if (text == "normal") {
     out.job_class = JobClass::kNormal;
@@ -130,6 +140,8 @@ Parsed<ListQuery> parse_list_query(QueryParams query, bool has_filters) {
           read_states(value, out, pointer, faults);
         } else if (has_filters && name == "label") {
           read_label(value, out, pointer, faults);
+        } else if (has_filters && name == "name") {
+          read_name(value, out, pointer, faults);
         } else if (has_filters && name == "class") {
           read_class(value, out, pointer, faults);
         } else {

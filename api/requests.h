@@ -68,9 +68,9 @@ Parsed<TicketRequest> parse_ticket(std::string_view body);
 /// Decoded, in order of appearance.
 using QueryParams = std::span<const std::pair<std::string, std::string>>;
 
-/// GET /v1/jobs?state=&label=&cursor=&limit=. state and label may be repeated or hold a list with
+/// GET /v1/jobs?state=&label=&name=&class=&cursor=&limit=. state and label may be repeated or hold a list with
 /// commas (state only): any of the states, all of the labels. label: `key=value`, or `key` for any
-/// value. Wrong values are 400.
+/// value. name: a part of the job's title. Wrong values are 400.
 struct LabelFilter {
   std::string key;
   std::optional<std::string> value;
@@ -78,6 +78,7 @@ struct LabelFilter {
 struct ListQuery {
   std::vector<JobState> states;  ///< empty: all
   std::vector<LabelFilter> labels;
+  std::string name;  ///< empty: all
   std::optional<JobClass> job_class;  ///< null: both
   std::string cursor;  ///< empty: from the newest; [A-Za-z0-9_-], at most 256
   int limit = 50;

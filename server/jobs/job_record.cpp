@@ -59,6 +59,7 @@ JobRow to_row(const JobRecord& record) {
   row.spec_json = api::dump(api::to_json(view.spec));
   row.spec_version = view.spec_version;
   row.scene = view.spec.scene;
+  row.name = view.spec.name;
   row.environment_asset = view.spec.environment_asset.value_or("");
   row.labels = view.spec.labels;
   row.priority = view.spec.priority;

@@ -480,6 +480,10 @@ bool JobService::matches(const api::JobView& view, const JobQuery& query) {
           query.states.end()) {
     return false;
   }
+  if (!query.title.empty() &&
+      job_title(view.spec.name, view.spec.scene).find(job_title(query.title, "")) == std::string::npos) {
+    return false;
+  }
   return std::all_of(query.labels.begin(), query.labels.end(), [&](const auto& label) {
     const auto found = view.spec.labels.find(label.first);
     return found != view.spec.labels.end() && (!label.second || found->second == *label.second);

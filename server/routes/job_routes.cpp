@@ -227,6 +227,7 @@ Response list(const RouteContext& context, Request& request) {
   wanted.limit = query->limit;
   wanted.stored = query->job_class != api::JobClass::kPreview;
   wanted.previews = query->job_class != api::JobClass::kNormal;
+  wanted.title = query->name;
   wanted.before = cursor_sequence(query->cursor);
   if (!query->cursor.empty() && !wanted.before) {
     return error_answer(request,

@@ -1,5 +1,6 @@
 #include "server/store/job_table.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace server {
@@ -140,6 +141,11 @@ Status write_labels(Database::Session& session, const JobRow& row) {
   return core::ok_status();
 }
 
+Status write_title(Database::Session& session, const JobRow& row) {
+  Statement keep = session.prepare("INSERT OR REPLACE INTO job_titles(job, title) VALUES(?,?)");
+  return keep.bind(row.sequence).bind(job_title(row.name, row.scene)).run();
+}
+
 Status write_events(Database::Session& session, std::int64_t job,
                     const std::vector<EventRow>& events) {
   for (const EventRow& event : events) {
@@ -254,6 +260,9 @@ Status JobTable::insert(const JobRow& row, const std::vector<EventRow>& events,
     if (auto status = write_labels(session, row); !status) {
       return status;
     }
+    if (auto status = write_title(session, row); !status) {
+      return status;
+    }
     if (key) {
       if (auto status = write_key(session, *key); !status) {
         return status;
@@ -292,6 +301,9 @@ Status JobTable::update(const JobRow& row, const std::vector<EventRow>& events,
     if (auto status = write_labels(session, row); !status) {
       return status;
     }
+    if (auto status = write_title(session, row); !status) {
+      return status;
+    }
     if (auto status = write_expiry(session, row); !status) {
       return status;
     }
@@ -315,21 +327,34 @@ core::Result<std::optional<JobRow>> JobTable::find(std::string_view id) {
   return rows->empty() ? std::optional<JobRow>() : std::optional<JobRow>(std::move(rows->front()));
 }
 
+std::string job_title(std::string_view name, std::string_view scene) {
+  std::string title(name.empty() ? scene : name);
+  std::transform(title.begin(), title.end(), title.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return title;
+}
+
 core::Result<std::vector<JobRow>> JobTable::list(const JobQuery& query) {
   auto session = database_.session();
-  // A label leads: its index is in the order of the jobs, so that a page is read and no more.
+  // A label or the titles lead: their tables are small and in the order of the jobs, so that little else is read.
   const bool by_label = !query.labels.empty();
-  const std::string sequence = by_label ? "lead.job" : "sequence";
+  const bool by_title = !by_label && !query.title.empty();
+  const std::string sequence = by_label || by_title ? "lead.job" : "sequence";
   std::string sql = "SELECT " TESSERA_JOB_COLUMNS " FROM ";
   if (by_label) {
     sql += "job_labels AS lead CROSS JOIN jobs ON sequence=lead.job WHERE lead.name=?";
     sql += query.labels.front().second ? " AND lead.value=?" : "";
+  } else if (by_title) {
+    sql += "job_titles AS lead CROSS JOIN jobs ON sequence=lead.job WHERE instr(lead.title, ?)";
   } else {
     sql += "jobs WHERE 1";
   }
   for (std::size_t i = 1; i < query.labels.size(); ++i) {
     sql += " AND EXISTS (SELECT 1 FROM job_labels WHERE job=sequence AND name=?";
     sql += query.labels[i].second ? " AND value=?)" : ")";
+  }
+  if (by_label && !query.title.empty()) {
+    sql += " AND EXISTS (SELECT 1 FROM job_titles WHERE job=sequence AND instr(title, ?))";
   }
   for (std::size_t i = 0; i < query.states.size(); ++i) {
     sql += i == 0 ? " AND state IN (?" : ",?";
@@ -343,6 +368,9 @@ core::Result<std::vector<JobRow>> JobTable::list(const JobQuery& query) {
     if (value) {
       select.bind(*value);
     }
+  }
+  if (!query.title.empty()) {
+    select.bind(job_title(query.title, ""));
   }
   for (const std::string& state : query.states) {
     select.bind(state);

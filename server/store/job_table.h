@@ -25,6 +25,7 @@ struct JobRow {
   std::string spec_json;
   std::int64_t spec_version = 1;
   std::string scene;
+  std::string name = {};  ///< What lists find it by beside its scene; not read back, it stands in the spec.
   std::string environment_asset;  ///< Empty: none.
   std::map<std::string, std::string> labels;
   int priority = 0;
@@ -87,10 +88,14 @@ struct IdempotencyRow {
   double created_at = 0;
 };
 
+/// What a job is found by: its name, else its scene, with a to z for A to Z.
+std::string job_title(std::string_view name, std::string_view scene);
+
 struct JobQuery {
   std::vector<std::string> states;  ///< Any of them; empty: all.
   /// All of them; without a value the name alone counts.
   std::vector<std::pair<std::string, std::optional<std::string>>> labels;
+  std::string title = {};              ///< A part of job_title(), in letters of any case; empty: all.
   bool stored = true;                  ///< What the table has: jobs of class normal.
   bool previews = true;                ///< Those in memory, which this table never has.
   std::optional<std::int64_t> before;  ///< Only sequences below.

@@ -161,6 +161,13 @@ CREATE INDEX job_owners_by_bytes ON job_owners(owner, stored_bytes);
 CREATE INDEX jobs_by_film_bytes ON jobs(film, film_bytes);
 CREATE TABLE loose_films(job TEXT PRIMARY KEY) WITHOUT ROWID;
 )sql",
+    // What jobs are found by, apart from their records: all of them are read at times.
+    R"sql(
+CREATE TABLE job_titles(job INTEGER PRIMARY KEY REFERENCES jobs(sequence) ON DELETE CASCADE, title TEXT NOT NULL);
+INSERT INTO job_titles(job, title)
+  SELECT sequence, lower(COALESCE(NULLIF(iif(json_valid(spec), json_extract(spec, '$.name'), ''), ''), scene))
+  FROM jobs;
+)sql",
 };
 
 }  // namespace

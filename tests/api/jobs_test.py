@@ -3,6 +3,7 @@
 import os
 import re
 import time
+import urllib.parse
 import uuid
 from datetime import datetime
 
@@ -215,6 +216,36 @@ class Listing(ApiTest):
         self.assertEqual(ids("label=colour&state=finished"), [blue, red])
         self.assertEqual(ids("label=colour&state=cancelled&state=queued"), [])
         self.assertEqual(ids("label=taste"), [])
+
+    def test_parts_of_names_filter_with_cursors(self):
+        tag = uuid.uuid4().hex
+        labels = {"labels": {"tag": tag}}
+        chair = self.server.submit(job_body(name=f"Chair {tag} 100%", samples=2, **labels))["id"]
+        sofa = self.server.submit(job_body(name=f"Red Sofa {tag}", samples=2, **labels))["id"]
+        preview = self.server.submit(job_body(name=f"sofa {tag}", samples=2, **{"class": "preview"}))["id"]
+        nameless = self.server.submit(job_body(samples=2, **labels))["id"]
+
+        def ids(**query):
+            found, target = [], "/v1/jobs?" + urllib.parse.urlencode({"limit": 1, **query})
+            while target:
+                answer = self.server.get(target)
+                found += [job["id"] for job in answer.json()["jobs"]]
+                link = answer.headers["Link"]
+                target = link and re.match('<(.*)>; rel="next"', link).group(1)
+            return found
+
+        self.assertEqual(ids(name=tag), [preview, sofa, chair])
+        self.assertEqual(ids(name=f"SOFA {tag.upper()}"), [preview, sofa])
+        self.assertEqual(ids(name=f"sofa {tag}", **{"class": "normal"}), [sofa])
+        self.assertEqual(ids(name=f"{tag} 1%"), [])
+        self.assertEqual(ids(name="Cornell", label=f"tag={tag}"), [nameless])
+        self.server.wait(sofa)
+        self.assertEqual(ids(name=f"sofa {tag}", state="finished", label="tag"), [sofa])
+        self.assertEqual(ids(name=f"sofa {tag}", state="cancelled", label="tag"), [])
+        self.server.request("PATCH", f"/v1/jobs/{sofa}", {"name": f"Bench {tag}"})
+        self.assertEqual(ids(name=f"sofa {tag}", **{"class": "normal"}), [])
+        self.assertEqual(ids(name=f"bench {tag}"), [sofa])
+        self.assert_problem(self.server.get("/v1/jobs?name="), 400, "/name")
 
 
 class Changing(ApiTest):

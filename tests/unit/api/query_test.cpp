@@ -28,6 +28,7 @@ TEST(JobListQuery, ReadsFilters) {
                                                     {"state", "paused"},
                                                     {"label", "team=a=b"},
                                                     {"label", "urgent"},
+                                                    {"name", "Red Sofa"},
                                                     {"class", "normal"},
                                                     {"cursor", "abc-_9"},
                                                     {"limit", "200"}});
@@ -39,6 +40,7 @@ TEST(JobListQuery, ReadsFilters) {
   EXPECT_EQ(list->labels[0].value, "a=b");
   EXPECT_EQ(list->labels[1].key, "urgent");
   EXPECT_FALSE(list->labels[1].value.has_value());
+  EXPECT_EQ(list->name, "Red Sofa");
   EXPECT_EQ(list->job_class, api::JobClass::kNormal);
   EXPECT_FALSE(api::parse_job_list_query(Query{})->job_class.has_value());
   EXPECT_EQ(list->cursor, "abc-_9");
@@ -53,6 +55,8 @@ TEST(JobListQuery, Answers400ToWrongValues) {
                      "'done' is not a state; states: queued, loading, rendering, paused, "
                      "finished, failed, cancelled"}}));
   EXPECT_EQ(errors({{"class", "Preview"}}), (Errors{{"/class", "'Preview' is not a class; classes: normal, preview"}}));
+  EXPECT_EQ(errors({{"name", ""}}), (Errors{{"/name", "0 bytes are outside [1, 1020]"}}));
+  EXPECT_EQ(errors({{"name", std::string(1021, 'n')}}), (Errors{{"/name", "1021 bytes are outside [1, 1020]"}}));
   EXPECT_EQ(errors({{"limit", "0"}}), (Errors{{"/limit", "0 is outside [1, 200]"}}));
   EXPECT_EQ(errors({{"limit", "201"}}), (Errors{{"/limit", "201 is outside [1, 200]"}}));
   EXPECT_EQ(errors({{"limit", "ten"}}),

@@ -116,7 +116,7 @@ TEST_F(Quota, FilmsOfAnOlderStoreCountForTheirOwners) {
   // The schema before there were quotas of storage.
   constexpr const char* kBack = R"sql(
     DROP INDEX assets_by_owner; ALTER TABLE assets DROP COLUMN owner;
-    DROP INDEX job_owners_by_bytes; DROP INDEX jobs_by_film_bytes; DROP TABLE loose_films;
+    DROP INDEX job_owners_by_bytes; DROP INDEX jobs_by_film_bytes; DROP TABLE loose_films; DROP TABLE job_titles;
     ALTER TABLE job_owners DROP COLUMN reserved_bytes; ALTER TABLE job_owners DROP COLUMN stored_bytes;
     PRAGMA user_version=4;
   )sql";

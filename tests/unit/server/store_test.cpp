@@ -147,6 +147,52 @@ TEST_F(Store, ListsFilterByAnyStateAndAllLabels) {
   EXPECT_TRUE(listed(query).empty());
 }
 
+TEST_F(Store, ListsFindPartsOfNamesAndScenesOfTheNameless) {
+  const auto add = [this](int i, const char* name, const char* label) {
+    JobRow row = made_job(i, "job" + std::to_string(i));
+    row.name = name;
+    row.labels[label] = "";
+    ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
+  };
+  add(1, "Red Sofa", "a");
+  add(2, "", "a");
+  add(3, "sofa 100%", "b");
+  JobQuery query;
+  query.title = "SOFA";
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job3", "job1"}));
+  query.before = 3;
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job1"}));
+  query.before.reset();
+  query.labels = {{"a", std::nullopt}};
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job1"}));
+  query.labels.clear();
+  query.title = "0%";  // No pattern.
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job3"}));
+  query.title = "cornell";  // The scene of all, the title of the one without a name.
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job2"}));
+  JobRow renamed = made_job(1, "job1");
+  renamed.name = "Green Chair";
+  ASSERT_TRUE(jobs->update(renamed, {}));
+  query.title = "red";
+  EXPECT_TRUE(listed(query).empty());
+  query.title = "green";
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job1"}));
+}
+
+TEST_F(Store, JobsOfAnOlderStoreAreFoundByTheirNames) {
+  JobRow row = made_job(1, "job1");
+  row.spec_json = R"({"scene": "cornell-box", "name": "Red Sofa"})";
+  ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
+  ASSERT_TRUE(jobs->insert(made_job(2, "job2"), {}, std::nullopt));
+  ASSERT_TRUE(database->session().execute("DROP TABLE job_titles; PRAGMA user_version=5;"));
+  reopen();
+  JobQuery query;
+  query.title = "sofa";
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job1"}));
+  query.title = "cornell";
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job2"}));
+}
+
 TEST_F(Store, EventsAreOrderedByStreamThenNumber) {
   ASSERT_TRUE(jobs->insert(made_job(1, "a"), {{1, 1, "state", "x"}, {1, 9, "warning", "y"}}, {}));
   JobRow row = made_job(1, "a");

@@ -104,6 +104,34 @@ bool is_file(const std::string& path) {
   return fs::exists(path, problem) && !fs::is_directory(path, problem);
 }
 
+core::Result<std::optional<std::string>> model_file(const std::string& path) {
+  std::error_code problem;
+  if (!fs::is_directory(path, problem)) {
+    return is_file(path) ? std::optional(path) : std::nullopt;
+  }
+  std::vector<std::string> models;
+  for (fs::directory_iterator at(path, problem); !problem && at != fs::directory_iterator(); at.increment(problem)) {
+    const std::string file = at->path().string();
+    const std::string extension = extension_of(file);
+    if (is_file(file) && (extension == "glb" || extension == "gltf")) {
+      models.push_back(file);
+    }
+  }
+  if (models.size() == 1) {
+    return std::optional(models.front());
+  }
+  if (path.find('/') == std::string::npos) {
+    return std::optional<std::string>();
+  }
+  if (problem) {
+    return Error{ErrorCode::kNotFound, problem.message(), path};
+  }
+  return Error{ErrorCode::kNotFound,
+               models.empty() ? "there is no .glb or .gltf file in this folder"
+                              : std::to_string(models.size()) + " models are in this folder; name one of them",
+               path};
+}
+
 std::string extension_of(const std::string& path) {
   std::string text = fs::path(path).extension().string();
   std::transform(text.begin(), text.end(), text.begin(),

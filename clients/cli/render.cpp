@@ -167,7 +167,7 @@ int run(const JobFlags& flags) {
 int render(const Args& args) {
   CLI::App app("Renders one picture on this machine, without a service.", "tessera render");
   JobFlags flags;
-  add_job_flags(app, flags, "Built-in scene, or a .glb or .gltf file");
+  add_job_flags(app, flags, "Built-in scene, a .glb or .gltf file, or a folder with one");
   app.get_option("--output")->required();
   return parse_and_run(app, args, [&] { return run(flags); });
 }

@@ -42,6 +42,10 @@ core::Result<core::SceneDescription> load_builtin(const std::string& name,
 }
 
 core::Result<core::SceneDescription> load_file(const std::string& path, const core::GltfOptions& options) {
+  if (extension_of(path) == "zip") {
+    return Error{ErrorCode::kUnsupportedMedia,
+                 "an archive goes to a server (`tessera submit`); unpack it to render here", path};
+  }
   const auto file = read_file(path);
   if (!file) {
     return file.error();
@@ -66,6 +70,14 @@ core::Result<core::SceneDescription> load_file(const std::string& path, const co
     scene->name = path.substr(path.find_last_of('/') + 1);
   }
   return scene;
+}
+
+core::Result<core::SceneDescription> load_scene(const std::string& scene, const core::GltfOptions& options) {
+  const auto file = model_file(scene);
+  if (!file) {
+    return file.error();
+  }
+  return *file ? load_file(**file, options) : load_builtin(scene, options);
 }
 
 core::Result<std::shared_ptr<const core::Environment>> load_environment(const api::JobSpec& spec,
@@ -123,8 +135,7 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, int threads) {
   core::GltfOptions options;
   options.time_seconds = job.spec.time_seconds;
   options.variant = job.spec.variant;
-  auto description = is_file(job.spec.scene) ? load_file(job.spec.scene, options)
-                                             : load_builtin(job.spec.scene, options);
+  auto description = load_scene(job.spec.scene, options);
   if (!description) {
     return description.error();
   }

@@ -68,14 +68,18 @@ core::Result<Json> request_of(const SubmitFlags& flags) {
 
 /// Replaces files by the ids they get on the server.
 core::Status upload_files(ApiClient& client, const SubmitFlags& flags, Json& request) {
-  if (is_file(flags.job.scene)) {
-    const auto id = upload_scene(client, flags.job.scene);
+  const auto file = model_file(flags.job.scene);
+  if (!file) {
+    return file.error();
+  }
+  if (*file) {
+    const auto id = upload_scene(client, **file);
     if (!id) {
       return id.error();
     }
     request["scene"] = *id;
     if (text_at(request, "name").empty()) {
-      request["name"] = flags.job.scene.substr(flags.job.scene.find_last_of('/') + 1);
+      request["name"] = (*file)->substr((*file)->find_last_of('/') + 1);
     }
   } else if (!extension_of(flags.job.scene).empty()) {
     return Error{ErrorCode::kNotFound, "there is no such file", flags.job.scene};
@@ -167,7 +171,7 @@ int submit(const Args& args) {
   CLI::App app("Gives a job to a server and prints its id. With --wait or -o it stays until the job ends.",
                "tessera submit");
   SubmitFlags flags;
-  add_job_flags(app, flags.job, "Built-in scene, scene id, or a .glb, .gltf or .zip file");
+  add_job_flags(app, flags.job, "Built-in scene, scene id, a .glb, .gltf or .zip file, or a folder with a model");
   app.add_flag("--wait", flags.wait, "Follow the job; exit code 1 if it did not finish");
   app.add_option("--name", flags.name, "Name of the job, for people")->type_name("TEXT");
   app.add_option("--label", flags.labels, "Label to find it by; may be repeated")

@@ -45,6 +45,14 @@ std::string_view view_of(const core::Bytes& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+Error unknown_scene(const std::string& id, std::string where) {
+  std::string text = "no scene has the id \"" + id + "\"; built in are";
+  for (const core::BuiltinScene& scene : core::builtin_scenes()) {
+    text += " " + std::string(scene.name);
+  }
+  return Error{ErrorCode::kNotFound, std::move(text), std::move(where)};
+}
+
 /// One file names itself; several are named by the list of their names and contents.
 std::string scene_id(const std::string& main_id, const SceneFiles& files) {
   if (files.empty()) {
@@ -149,7 +157,7 @@ core::Result<SceneService::Document> SceneService::document_of(const std::string
     return row.error();
   }
   if (!*row) {
-    return Error{ErrorCode::kNotFound, "no scene has the id \"" + id + "\"", ""};
+    return unknown_scene(id, "");
   }
   Document document;
   for (const auto& [uri, asset] : (*row)->files) {
@@ -362,7 +370,7 @@ core::Result<std::string> SceneService::description(const std::string& id) {
     return row.error();
   }
   if (!*row) {
-    return Error{ErrorCode::kNotFound, "no scene has the id \"" + id + "\"", ""};
+    return unknown_scene(id, "");
   }
   return std::move((*row)->description);
 }
@@ -380,7 +388,7 @@ core::Result<core::SceneSummary> SceneService::facts(const std::string& id) {
     return row.error();
   }
   if (!*row) {
-    return Error{ErrorCode::kNotFound, "no scene has the id \"" + id + "\"", "/scene"};
+    return unknown_scene(id, "/scene");
   }
   return decode_facts((*row)->facts);
 }
@@ -391,7 +399,7 @@ core::Result<std::vector<SceneRow>> SceneService::list(std::optional<std::int64_
 
 Status SceneService::remove(const std::string& id) {
   if (const auto row = table_.find_scene(id); !row || !*row) {
-    return row ? Error{ErrorCode::kNotFound, "no scene has the id \"" + id + "\"", ""} : row.error();
+    return row ? unknown_scene(id, "") : row.error();
   }
   const auto orphans = table_.remove_scene(id);
   if (!orphans) {

@@ -168,6 +168,58 @@ test('the list of renders can be filtered and leads to each of them', { timeout:
   }),
 );
 
+test('names and states are looked for among all renders of the server', { timeout: 300_000 }, () =>
+  withPage(desktop, '', async (page) => {
+    const tag = `needle ${Date.now()}`;
+    const add = async (name) => {
+      const answer = await fetch(`${server.url}/v1/jobs`, {
+        method: 'POST',
+        headers: { 'content-type': 'application/json' },
+        body: JSON.stringify({
+          scene: 'furnace',
+          name,
+          film: { width: 32, height: 32 },
+          stop: { samples_per_pixel: 2 },
+        }),
+      });
+      assert.equal(answer.status, 201);
+    };
+    // The page has loaded the newest 40.
+    for (const kind of ['Red', 'Blue']) await add(`${kind} ${tag}`);
+    for (let i = 0; i < 85; ++i) await add(`hay ${tag} ${i}`);
+    const cards = page.locator('.job-card');
+    const found = (count, names) =>
+      until(`${count} cards`, async () => {
+        const shown = await cards.locator('strong').allTextContents();
+        return shown.length === count && shown.every((name) => names.test(name));
+      });
+    await page.goto(`${server.url}/#/jobs`);
+    await found(40, /./);
+    await page.fill('input[type=search]', `ED ${tag}`);
+    await found(1, /^Red needle/);
+    await page.waitForURL(/find=ED/);
+    await page.reload();
+    await found(1, /^Red needle/);
+    await page.fill('input[type=search]', `hay ${tag}`);
+    await found(40, /^hay/);
+    const more = page.getByText('Show older renders');
+    await more.click();
+    await found(80, /^hay/);
+    await more.click();
+    await found(85, /^hay/);
+    assert.equal(await more.count(), 0);
+    // The list is asked for again and again; what was added stays.
+    const again = () => page.waitForResponse((r) => /name=hay/.test(r.url()) && r.ok());
+    await again();
+    await again();
+    await found(85, /^hay/);
+    await page.check('input[name=filter] >> nth=3', { force: true });
+    await page.waitForSelector('text=No render matches.');
+    await page.check('input[name=filter] >> nth=2', { force: true });
+    await found(40, /^hay/);
+  }),
+);
+
 const problem = (status, title) => ({
   status,
   contentType: 'application/problem+json',

@@ -161,6 +161,22 @@ function onChange(job, what) {
   }
 }
 
+/** Newest first; a cursor is the number of those before. */
+function jobPage(query) {
+  const states = query.get('state')?.split(',');
+  const name = query.get('name')?.toLowerCase() ?? '';
+  const found = [...jobs.values()]
+    .reverse()
+    .filter((j) => j.spec.class !== 'preview' && (!states || states.includes(j.state)))
+    .filter((j) => (j.spec.name || j.spec.scene).toLowerCase().includes(name));
+  const from = Number(query.get('cursor') ?? 0),
+    to = from + Number(query.get('limit') ?? 50);
+  return {
+    jobs: found.slice(from, to).map((j) => j.json()),
+    next: to < found.length ? String(to) : null,
+  };
+}
+
 function submit(spec) {
   const job = new MockJob(spec, onChange);
   if (spec.preview_key)
@@ -361,15 +377,7 @@ async function route(req, res) {
       : problem(res, 404, 'Not found', 'there is no such scene');
   }
   if (parts[1] === 'jobs' && parts.length === 2) {
-    if (req.method === 'GET')
-      return send(res, 200, {
-        jobs: [...jobs.values()]
-          .filter((j) => j.spec.class !== 'preview')
-          .reverse()
-          .slice(0, Number(url.searchParams.get('limit') ?? 50))
-          .map((j) => j.json()),
-        next: null,
-      });
+    if (req.method === 'GET') return send(res, 200, jobPage(url.searchParams));
     let body;
     try {
       body = JSON.parse(await read(req));

@@ -54,6 +54,24 @@ TEST_F(SideFiles, ThatAreMissingAreNamed) {
   EXPECT_EQ(found.error().where, "nowhere.bin");
 }
 
+TEST_F(SideFiles, BelongToTheOneModelOfTheFolder) {
+  const std::string folder = (root_ / "scene").string();
+  EXPECT_EQ(cli::model_file(folder).error().code, core::ErrorCode::kNotFound);
+  std::ofstream(root_ / "scene" / "chair.GLTF") << "{}";
+  std::ofstream(root_ / "scene" / "textures" / "inside.glb") << "x";
+  const auto found = cli::model_file(folder + "/");
+  ASSERT_TRUE(found && *found) << found.error().message;
+  EXPECT_TRUE(fs::equivalent(**found, root_ / "scene" / "chair.GLTF"));
+  EXPECT_EQ(**cli::model_file(**found), **found);
+  std::ofstream(root_ / "scene" / "table.glb") << "x";
+  const auto several = cli::model_file(folder);
+  ASSERT_FALSE(several);
+  EXPECT_EQ(several.error().message, "2 models are in this folder; name one of them");
+  const auto name = cli::model_file("cornell-box");
+  ASSERT_TRUE(name);
+  EXPECT_FALSE(*name);
+}
+
 TEST(GltfSideFiles, AreListedOnceInOrderWithoutDataUris) {
   const auto uris = cli::gltf_side_files(
       R"({"buffers":[{"uri":"b.bin"},{"uri":"data:application/octet-stream;base64,AA=="},{}],)"

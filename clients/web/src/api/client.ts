@@ -2,6 +2,8 @@ import type {
   Comparison,
   Convergence,
   Job,
+  JobPage,
+  JobState,
   PixelReport,
   Problem,
   ProblemItem,
@@ -96,14 +98,15 @@ export const api = {
     json<SceneInfo>(`/v1/scenes/${encodeURIComponent(id)}`, { signal }),
   scenes: () => json<{ scenes: SceneInfo[]; next: string | null }>('/v1/scenes'),
   jobs: (
-    query: { limit: number; cursor?: string | null; state?: string },
+    query: { limit: number; cursor?: string | null; states?: JobState[] | null; name?: string },
     signal?: AbortSignal,
   ) => {
     // Without the previews of those who place a camera.
     const params = new URLSearchParams({ class: 'normal', limit: String(query.limit) });
     if (query.cursor) params.set('cursor', query.cursor);
-    if (query.state) params.set('state', query.state);
-    return json<{ jobs: Job[]; next: string | null }>(`/v1/jobs?${params}`, { signal });
+    if (query.states) params.set('state', query.states.join());
+    if (query.name) params.set('name', query.name);
+    return json<JobPage>(`/v1/jobs?${params}`, { signal });
   },
   job: (id: string, signal?: AbortSignal) => json<Job>(job(id), { signal }),
   submit: (request: unknown) =>

@@ -174,6 +174,11 @@ export interface JobSpec {
   labels?: Record<string, string>;
 }
 
+export interface JobPage {
+  jobs: Job[];
+  next: string | null;
+}
+
 export interface Job {
   id: string;
   state: JobState;

@@ -9,6 +9,9 @@ export type Connection = 'connecting' | 'online' | 'offline' | 'locked';
 export const connection = new Store<Connection>('connecting');
 export const serverInfo = new Store<ServerInfo | null>(null);
 export const jobs = new Store<Job[] | null>(null);
+/** Where the page of jobs after those begins; null after the last. */
+export const jobsNext = new Store<string | null>(null);
+export const pageSize = 40;
 
 export type Theme = 'auto' | 'dark' | 'light';
 export const theme = persistent<Theme>(
@@ -57,7 +60,9 @@ export async function refresh(): Promise<void> {
   clearTimeout(listTimer);
   try {
     if (!serverInfo.get()) serverInfo.set(await api.server());
-    jobs.set((await api.jobs({ limit: 40 })).jobs);
+    const page = await api.jobs({ limit: pageSize });
+    jobsNext.set(page.next);
+    jobs.set(page.jobs);
     // A server that was away may have come back as another build.
     if (connection.get() === 'offline') serverInfo.set(await api.server());
     connection.set('online');

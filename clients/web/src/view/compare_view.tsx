@@ -127,6 +127,21 @@ function useComparison(a: Job | null, b: Job | null): Asked {
   return asked;
 }
 
+/** What tells one from another comes first: where the list is narrow, the rest is cut off. */
+function optionText(job: Job): string {
+  const error = job.error?.relative_rmse;
+  return [
+    sceneTitle(job),
+    isFinal(job.state) ? null : stateLabel(job),
+    error == null ? null : percent(error),
+    `${count(job.progress?.samples_per_pixel?.mean)} samples`,
+    `${job.spec.film.width}×${job.spec.film.height}`,
+    job.id.slice(0, 4),
+  ]
+    .filter(Boolean)
+    .join(', ');
+}
+
 function JobPick({
   label,
   value,
@@ -146,7 +161,7 @@ function JobPick({
         )}
         {list.map((j) => (
           <option key={j.id} value={j.id}>
-            {`${sceneTitle(j)} ${j.spec.film.width}×${j.spec.film.height}, ${stateLabel(j)} (${j.id.slice(0, 4)})`}
+            {optionText(j)}
           </option>
         ))}
       </select>
@@ -256,12 +271,15 @@ function Comparing({ a, b }: { a: string; b: string }) {
                 </>
               ) : view === 'flip' ? (
                 server ? (
-                  <img
-                    class="compare-canvas"
-                    data-testid="flip-map"
-                    src={server.links.flip}
-                    alt={meaning}
-                  />
+                  <>
+                    <img
+                      class="compare-canvas"
+                      data-testid="flip-map"
+                      src={server.links.flip}
+                      alt={meaning}
+                    />
+                    <p class="layer-note">{meaning}</p>
+                  </>
                 ) : (
                   <p class={trouble ? 'stage-notice' : 'stage-notice pulse'} role="status">
                     {trouble || 'The server compares two renders when both have ended…'}

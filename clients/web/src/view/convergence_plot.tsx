@@ -72,8 +72,8 @@ function Prediction({ job, data, last }: { job: Job; data: Convergence; last: Kn
         >
           <dt>{number(100 * error)} % error</dt>
           <dd>
-            {isFinal(job.state) ? `${left(t.value)} more` : `in ${left(t.value)}`}, {count(n)}{' '}
-            samples
+            <span>{isFinal(job.state) ? `${left(t.value)} more` : `in ${left(t.value)}`}</span>,{' '}
+            <span>{count(n)} samples</span>
           </dd>
         </div>
       ))}

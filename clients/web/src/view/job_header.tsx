@@ -1,4 +1,4 @@
-import { useState } from 'preact/hooks';
+import { useEffect, useState } from 'preact/hooks';
 import { api, imageUrl } from '../api/client';
 import { isFinal, nameOf, type Job, type StopRule } from '../api/types';
 import type { LinkState } from '../live/feed_messages';
@@ -210,24 +210,41 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
             </button>
           ))}
           {!running && (
-            <button
-              type="button"
-              data-closes
-              class="danger"
-              onClick={() =>
+            <DeleteButton
+              key={job.id}
+              onDelete={() =>
                 act(async () => {
                   await api.remove(job.id);
                   go('/');
                   say('The render and its files are gone.');
                 })
               }
-            >
-              <Icon name="trash" /> Delete
-            </button>
+            />
           )}
         </Menu>
       </div>
     </header>
+  );
+}
+
+/** Nothing brings back what is deleted, so it takes a second press. */
+function DeleteButton({ onDelete }: { onDelete: () => void }) {
+  const [asked, setAsked] = useState(false);
+  useEffect(() => {
+    const timer = asked ? setTimeout(() => setAsked(false), 5000) : 0;
+    return () => clearTimeout(timer);
+  }, [asked]);
+  return (
+    <button
+      type="button"
+      class="danger"
+      data-testid="delete"
+      data-closes={asked ? '' : undefined}
+      onClick={() => (asked ? onDelete() : setAsked(true))}
+    >
+      <Icon name="trash" />
+      <span aria-live="polite">{asked ? 'Delete for good?' : 'Delete'}</span>
+    </button>
   );
 }
 

@@ -1,10 +1,12 @@
+import { Fragment } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
 import { api } from '../api/client';
 import { isFinal, type Job, type JobState } from '../api/types';
 import { ago, count, duration, percent } from '../ui/format';
 import { choiceIn, keepChoice, route } from '../ui/router';
-import { jobs, refresh, sayError } from '../ui/server_state';
+import { refresh, sayError } from '../ui/server_state';
 import { useStore } from '../ui/store';
+import { useJobList } from './job_list';
 import { sceneTitle, stateLabel } from './job_words';
 import { Thumbnail } from './thumbnail';
 
@@ -16,49 +18,21 @@ const filters: Record<Filter, { label: string; states: JobState[] | null }> = {
   other: { label: 'Failed or cancelled', states: ['failed', 'cancelled'] },
 };
 
-/** Pages beyond the newest, fetched when asked for. */
-function useOlder(): { older: Job[]; more: boolean; load: () => void } {
-  const [older, setOlder] = useState<Job[]>([]);
-  const [cursor, setCursor] = useState<string | null | undefined>(undefined);
-  const load = (): void => {
-    const first =
-      cursor === undefined
-        ? api.jobs({ limit: 40 }).then((page) => page.next)
-        : Promise.resolve(cursor);
-    first
-      .then(async (at) => {
-        if (!at) return setCursor(null);
-        const page = await api.jobs({ limit: 40, cursor: at });
-        setOlder((old) => [...old, ...page.jobs]);
-        setCursor(page.next);
-      })
-      .catch(sayError);
-  };
-  return { older, more: cursor !== null, load };
-}
-
 export function JobsPage() {
-  const newest = useStore(jobs);
-  const { older, more, load } = useOlder();
   const at = useStore(route);
   const asked = choiceIn(at, 'show');
   const filter = (Object.keys(filters) as Filter[]).find((f) => f === asked) ?? 'all';
   const [text, setText] = useState(choiceIn(at, 'find'));
+  const { list, settled, more, load } = useJobList(filters[filter].states, text.trim());
+  const narrowed = filter !== 'all' || text.trim() !== '';
   useEffect(() => void refresh(), []);
-  if (!newest)
-    return (
-      <div class="center-note">
-        <p class="pulse">Asking the server…</p>
-      </div>
-    );
-  const known = new Set(newest.map((j) => j.id));
-  const states = filters[filter].states;
-  const wanted = text.trim().toLowerCase();
-  const list = [...newest, ...older.filter((j) => !known.has(j.id))].filter(
-    (j) =>
-      (!states || states.includes(j.state)) &&
-      (!wanted || `${sceneTitle(j)} ${j.id}`.toLowerCase().includes(wanted)),
-  );
+  useEffect(() => {
+    // Browsers take an address amiss that changes as fast as a key repeats.
+    const timer = setTimeout(() => {
+      if (choiceIn(route.get(), 'find') !== text) keepChoice('find', text);
+    }, 300);
+    return () => clearTimeout(timer);
+  }, [text]);
   return (
     <div class="page">
       <header class="page-head">
@@ -84,21 +58,27 @@ export function JobsPage() {
           aria-label="Find by name"
           value={text}
           onInput={(e) => setText(e.currentTarget.value)}
-          onChange={(e) => keepChoice('find', e.currentTarget.value)}
         />
       </header>
+      <p class="visually-hidden" role="status">
+        {settled && narrowed && `${list.length}${more ? ' or more' : ''} found`}
+      </p>
       {list.length === 0 ? (
-        <p class="center-note">
-          {newest.length ? 'No render matches.' : 'No render yet. Choose a scene and press Render.'}
+        <p class={settled ? 'center-note' : 'center-note pulse'}>
+          {!settled
+            ? 'Asking the server…'
+            : narrowed
+              ? 'No render matches.'
+              : 'No render yet. Choose a scene and press Render.'}
         </p>
       ) : (
-        <ul class="job-grid">
+        <ul class="job-grid" aria-busy={!settled}>
           {list.map((j) => (
             <JobCard key={j.id} job={j} />
           ))}
         </ul>
       )}
-      {newest.length >= 40 && more && (
+      {more && (
         <button type="button" class="quiet" onClick={load}>
           Show older renders
         </button>
@@ -114,6 +94,12 @@ function JobCard({ job }: { job: Job }) {
       .then(() => refresh())
       .catch(sayError);
   };
+  const facts = [
+    job.error?.relative_rmse != null && `${percent(job.error.relative_rmse)} error`,
+    `${count(job.progress?.samples_per_pixel?.mean)} samples`,
+    duration(job.progress?.elapsed_seconds),
+    ago(job.created_at),
+  ].filter((fact) => fact !== false);
   return (
     <li class="job-card">
       <a href={`#/jobs/${job.id}`}>
@@ -124,9 +110,12 @@ function JobCard({ job }: { job: Job }) {
         <span class={`state state-${job.state}`}>{stateLabel(job)}</span>
       </p>
       <p class="dim">
-        {job.error?.relative_rmse != null && `${percent(job.error.relative_rmse)} error · `}
-        {count(job.progress?.samples_per_pixel?.mean)} samples ·{' '}
-        {duration(job.progress?.elapsed_seconds)} · {ago(job.created_at)}
+        {facts.map((fact, i) => (
+          <Fragment key={fact}>
+            {i > 0 && ' · '}
+            <span class="whole">{fact}</span>
+          </Fragment>
+        ))}
       </p>
       {isFinal(job.state) && (job.revision ?? 0) > 0 && (
         <p>

@@ -7,11 +7,11 @@ import type { Mode } from './view_modes';
 function ticks(look: Look): number[] {
   if (look.high / look.low < 10) return [look.low, look.high];
   const out: number[] = [];
-  for (let e = Math.ceil(Math.log10(look.low) - 1e-6); e <= Math.log10(look.high) + 1e-6; ++e)
+  for (let e = Math.floor(Math.log10(look.low) + 1e-6); e <= Math.log10(look.high) + 1e-6; ++e)
     out.push(10 ** e, 3 * 10 ** e);
-  const inside = out.filter((v) => v < look.high * 1.001);
+  const inside = out.filter((v) => v > look.low * 0.999 && v < look.high * 1.001);
   if (inside.length <= 5) return inside;
-  const tens = inside.filter((_, i) => i % 2 === 0);
+  const tens = inside.filter((v) => Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-6);
   const every = Math.ceil(tens.length / 5);
   return tens.filter((_, i) => i % every === 0);
 }
@@ -43,14 +43,16 @@ export function Legend({ look, meaning, unit }: { look: Look; meaning: string; u
       <figcaption>{meaning}</figcaption>
       <div class="legend-ramp" style={{ backgroundImage: rampCss(look.ramp) }} aria-hidden="true" />
       <div class="legend-ticks">
-        {ticks(look).map((v) => (
-          <span
-            key={v}
-            style={{ left: `${(100 * Math.log(v / look.low)) / Math.log(look.high / look.low)}%` }}
-          >
-            {text(v)}
-          </span>
-        ))}
+        {ticks(look).map((v) => {
+          const at = (100 * Math.log(v / look.low)) / Math.log(look.high / look.low);
+          // At the ends of the ramp they stand inside, not across its edge.
+          const shift = at < 5 ? 0 : at > 95 ? -100 : -50;
+          return (
+            <span key={v} style={{ left: `${at}%`, translate: `${shift}% 0` }}>
+              {text(v)}
+            </span>
+          );
+        })}
       </div>
     </figure>
   );

@@ -83,6 +83,7 @@ export function LightControls({ film, disabled }: { film: LiveFilm | null; disab
         <span class="visually-hidden">Tone curve</span>
         <select
           value={shown.tone}
+          disabled={disabled}
           data-testid="tone"
           onChange={(e) => set({ tone: e.currentTarget.value as ToneMap })}
         >

@@ -22,7 +22,7 @@ export const planeModes: ModeInfo[] = [
   {
     mode: 'tile-error',
     label: 'Tiles',
-    meaning: 'The same for each tile of 32 pixels, as the server measured it.',
+    meaning: 'How far each tile of 32 × 32 pixels may still be off, as the server measured it.',
   },
   {
     mode: 'variance',

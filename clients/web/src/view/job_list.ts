@@ -1,0 +1,115 @@
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { api, RequestError } from '../api/client';
+import type { Job, JobPage, JobState } from '../api/types';
+import { jobs, jobsNext, pageSize, sayError } from '../ui/server_state';
+import { useStore } from '../ui/store';
+
+const typingMs = 250;
+const isId = (text: string): boolean => /^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$/i.test(text);
+
+/** One page of what the server finds. Who types a whole id wants that job, whatever its name. */
+async function ask(
+  states: JobState[] | null,
+  text: string,
+  cursor: string | null,
+  signal: AbortSignal,
+): Promise<JobPage> {
+  if (!isId(text)) return api.jobs({ limit: pageSize, cursor, states, name: text }, signal);
+  const found = await api.job(text, signal).catch((error) => {
+    if (error instanceof RequestError && error.status === 404) return null;
+    throw error;
+  });
+  return { jobs: found && (!states || states.includes(found.state)) ? [found] : [], next: null };
+}
+
+interface Pages {
+  key: string;
+  first: Job[];
+  /** Those of further pages. */
+  rest: Job[];
+  next: string | null;
+}
+
+const createdAt = (job: Job): string => job.created_at ?? '';
+
+/** A newer first page before those that are there: who left it for the page after is kept. */
+function renewed(old: Pages, page: JobPage): Pages {
+  if (!old.rest.length) return { ...old, first: page.jobs, next: page.next };
+  const there = new Set(page.jobs.map((j) => j.id));
+  const last = page.jobs[page.jobs.length - 1];
+  const oldest = last ? createdAt(last) : '';
+  const rest = page.next
+    ? [...old.first, ...old.rest].filter((j) => !there.has(j.id) && createdAt(j) <= oldest)
+    : [];
+  return { ...old, first: page.jobs, rest, next: page.next && old.next };
+}
+
+/** With the page after. What the first page pushed out of itself may be on it again. */
+function joined(old: Pages, page: JobPage): Pages {
+  const there = new Set([...old.first, ...old.rest].map((j) => j.id));
+  return {
+    ...old,
+    rest: [...old.rest, ...page.jobs.filter((j) => !there.has(j.id))],
+    next: page.next,
+  };
+}
+
+interface JobList {
+  list: Job[];
+  /** False until the answer to the present question is there; the list is that of the last one. */
+  settled: boolean;
+  more: boolean;
+  load: () => void;
+}
+
+/** Jobs of the server in these states (null: all) with this part of their name, asked anew as they go on. */
+export function useJobList(states: JobState[] | null, text: string): JobList {
+  const newest = useStore(jobs);
+  const [pages, setPages] = useState<Pages | null>(null);
+  const key = `${states?.join() ?? ''} ${text}`;
+  const askedKey = useRef(key);
+  const [loading, setLoading] = useState(false);
+  useEffect(() => {
+    const take = (page: JobPage): void =>
+      setPages((old) =>
+        old?.key === key
+          ? renewed(old, page)
+          : { key, first: page.jobs, rest: [], next: page.next },
+      );
+    const typed = askedKey.current !== key;
+    askedKey.current = key;
+    // All of them are asked for by the whole page anyway.
+    if (!states && !text) {
+      if (newest) take({ jobs: newest, next: jobsNext.get() });
+      return;
+    }
+    const abort = new AbortController();
+    const timer = setTimeout(
+      () => {
+        ask(states, text, null, abort.signal)
+          .then(take)
+          .catch((error) => abort.signal.aborted || sayError(error));
+      },
+      typed ? typingMs : 0,
+    );
+    return () => {
+      clearTimeout(timer);
+      abort.abort();
+    };
+  }, [key, newest]);
+  const next = pages?.key === key ? pages.next : null;
+  const load = (): void => {
+    if (!next || loading) return;
+    setLoading(true);
+    ask(states, text, next, new AbortController().signal)
+      .then((page) => setPages((old) => (old?.key === key ? joined(old, page) : old)))
+      .catch(sayError)
+      .finally(() => setLoading(false));
+  };
+  return {
+    list: pages ? [...pages.first, ...pages.rest] : [],
+    settled: pages?.key === key,
+    more: next !== null,
+    load,
+  };
+}

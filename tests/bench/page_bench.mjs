@@ -284,7 +284,7 @@ async function previewsInPage(browser, server, scene) {
     await until('a preview', () => pictureNow(page));
     const cells = await page.$eval(
       'canvas.viewfinder',
-      (c) => Math.ceil(c.width / 32) * Math.ceil(c.height / 32),
+      (c) => Math.ceil(c.width / 16) * Math.ceil(c.height / 16),
     );
     const box = await page.locator('.stage').boundingBox();
     const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
@@ -326,7 +326,7 @@ async function previewsInPage(browser, server, scene) {
 
 /**
  * Whole first pictures of a camera: milliseconds from the newest move before the request until all `cells` of the
- * canvas have been drawn again.
+ * canvas, squares of 16 pixels, have been drawn again.
  */
 function picturesOf(notes, cells) {
   const out = [];

@@ -6,6 +6,7 @@ import path from 'node:path';
 import { after, before, test } from 'node:test';
 import {
   accessibilityFaults,
+  ask,
   desktop,
   launch,
   openPage,
@@ -110,7 +111,7 @@ test('the contents lead through the guide', { timeout: 300_000 }, () =>
 );
 
 test('every link of the guide leads somewhere', async () => {
-  const { experiments } = await (await fetch(`${server.url}/v1/server`)).json();
+  const { experiments } = await (await ask(`${server.url}/v1/server`)).json();
   const visited = new Set();
   for (const [name, { links, sections }] of chapters) {
     assert.equal(new Set(sections).size, sections.length, name);
@@ -118,7 +119,7 @@ test('every link of the guide leads somewhere', async () => {
       const [hash, query = ''] = link.split('?');
       const [head, first = '', second = ''] = hash.replace(/^#\//, '').split('/');
       if (!link.startsWith('#')) {
-        assert.ok((await fetch(server.url + link)).ok, `${name}: ${link}`);
+        assert.ok((await ask(server.url + link)).ok, `${name}: ${link}`);
       } else if (head === 'guide') {
         assert.ok(chapters.has(first), `${name}: ${link}`);
         assert.ok(!second || chapters.get(first).sections.includes(second), `${name}: ${link}`);

@@ -1,6 +1,6 @@
 // A server and a browser for the page's tests.
 //
-// TESSERA_URL      a running server; else
+// TESSERA_URL      a running server, and TESSERA_KEY its access key if it asks for one; else
 // TESSERA_BINARY   the program: started on a free port with a data folder of its own; else
 // TESSERA_PAGE     a built page, shown by the mock server of clients/web/dev.
 // CHROMIUM         the browser; /usr/bin/chromium by default.
@@ -21,6 +21,14 @@ const axeSource = fs.readFileSync(
   'utf8',
 );
 
+/** The access key of a server elsewhere; empty: it asks for none. */
+export const accessKey = (process.env.TESSERA_URL && process.env.TESSERA_KEY) || '';
+const bearer = accessKey ? { authorization: `Bearer ${accessKey}` } : {};
+
+/** fetch() as somebody who may. */
+export const ask = (url, init = {}) =>
+  fetch(url, { ...init, headers: { ...init.headers, ...bearer } });
+
 /** The page's files: in the environment, or where the build leaves them. */
 function builtPage() {
   const { TESSERA_PAGE, TESSERA_BINARY } = process.env;
@@ -31,12 +39,17 @@ export class Server {
   #process = null;
   #data = null;
   #drawn = 0;
+  #key = '';
   url = null;
 
-  /** drawn: tiles a second of the mock server, which is used whatever the variables say; 0: as they say. */
-  constructor({ drawn = 0 } = {}) {
+  /**
+   * drawn: tiles a second of the mock server, which is used whatever the variables say; 0: as they say.
+   * key: what the program that is started asks for, whatever runs elsewhere.
+   */
+  constructor({ drawn = 0, key = '' } = {}) {
     this.#drawn = drawn;
-    if (!drawn) this.url = process.env.TESSERA_URL ?? null;
+    this.#key = key;
+    if (!drawn && !key) this.url = process.env.TESSERA_URL ?? null;
   }
 
   /** True if the server can be killed and started again with its jobs. */
@@ -45,7 +58,7 @@ export class Server {
   }
 
   async start(port = 0) {
-    if (!this.#drawn && process.env.TESSERA_URL) return;
+    if (!this.#drawn && !this.#key && process.env.TESSERA_URL) return;
     const binary = this.#drawn ? null : process.env.TESSERA_BINARY;
     this.#data ??= fs.mkdtempSync(path.join(os.tmpdir(), 'tessera-e2e-'));
     const [command, args] = binary
@@ -54,7 +67,9 @@ export class Server {
           process.execPath,
           [mock, '--port', String(port), '--dist', builtPage(), '--speed', String(this.#drawn || 900)],
         ];
-    this.#process = spawn(command, args, { stdio: ['ignore', 'pipe', 'inherit'] });
+    const env = { ...process.env, TESSERA_KEY: this.#key };
+    if (!this.#key) delete env.TESSERA_KEY;
+    this.#process = spawn(command, args, { stdio: ['ignore', 'pipe', 'inherit'], env });
     this.url = await new Promise((resolve, reject) => {
       let text = '';
       this.#process.stdout.on('data', (chunk) => {
@@ -105,6 +120,7 @@ export const phone = {
  */
 export async function openPage(browser, server, device, hash = '', prepare = async () => {}) {
   const context = await browser.newContext({ ...device, acceptDownloads: true });
+  if (accessKey) await context.request.post(`${server.url}/v1/session`, { headers: bearer });
   const page = await context.newPage();
   page.setDefaultTimeout(120_000);
   page.faults = [];

@@ -3,6 +3,7 @@ import fs from 'node:fs';
 import { after, before, test } from 'node:test';
 import {
   accessibilityFaults,
+  accessKey,
   desktop,
   drop,
   launch,
@@ -291,6 +292,42 @@ for (const [name, device] of [
       }),
   );
 }
+
+// The mock server knows no keys.
+if (accessKey || process.env.TESSERA_BINARY)
+  test('a server with a key is locked until it is typed, or comes with the address', async () => {
+    const key = accessKey || 'tessera-key-of-the-browser-test';
+    const locked = accessKey ? server : new Server({ key });
+    try {
+      await locked.start();
+      for (const way of ['typed', 'address']) {
+        const context = await browser.newContext(desktop);
+        const page = await context.newPage();
+        const connected = () =>
+          until('the way in', async () =>
+            /Connected/.test(await page.textContent('.connection')),
+          );
+        if (way === 'typed') {
+          await page.goto(locked.url);
+          await page.waitForSelector('text=This server is locked');
+          await page.fill('#key', 'no such key');
+          await page.click('.key-form button');
+          await page.waitForSelector('.toast-error');
+          await page.fill('#key', key);
+          await page.click('.key-form button');
+        } else {
+          await page.goto(`${locked.url}/#key=${encodeURIComponent(key)}`);
+        }
+        await connected();
+        assert.ok(!page.url().includes(key), 'the key stays in the address');
+        await page.reload();
+        await connected();
+        await context.close();
+      }
+    } finally {
+      if (locked !== server) await locked.stop();
+    }
+  });
 
 const ownsServer = !process.env.TESSERA_URL && Boolean(process.env.TESSERA_BINARY);
 

@@ -2,6 +2,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import {
   accessibilityFaults,
+  ask,
   desktop,
   launch,
   openPage,
@@ -78,7 +79,7 @@ test('a camera in motion is shown in whole pictures', { timeout: 300_000 }, () =
     // Those that give way to a newer one before they are whole end as cancelled.
     const whole = async () => {
       const states = jobs.slice(-40).map(async (id) => {
-        const job = await fetch(`${server.url}/v1/jobs/${await id}`);
+        const job = await ask(`${server.url}/v1/jobs/${await id}`);
         return (await job.json()).state;
       });
       return (await Promise.all(states)).filter((state) => state === 'finished').length;
@@ -133,7 +134,7 @@ for (const [name, device] of [
         const box = await figures.boundingBox();
         assert.ok(box.width <= page.viewportSize().width);
         // What stands there is what the server says.
-        const asked = await fetch(`${server.url}/v1/comparisons`, {
+        const asked = await ask(`${server.url}/v1/comparisons`, {
           method: 'POST',
           headers: { 'content-type': 'application/json' },
           body: JSON.stringify({ a, b }),
@@ -172,7 +173,7 @@ test('names and states are looked for among all renders of the server', { timeou
   withPage(desktop, '', async (page) => {
     const tag = `needle ${Date.now()}`;
     const add = async (name) => {
-      const answer = await fetch(`${server.url}/v1/jobs`, {
+      const answer = await ask(`${server.url}/v1/jobs`, {
         method: 'POST',
         headers: { 'content-type': 'application/json' },
         body: JSON.stringify({
@@ -286,7 +287,7 @@ test('every state of the server is told, and can be read by all', { timeout: 300
     }
     await page.context().close();
   }
-  await fetch(`${server.url}/v1/jobs/${id}/cancel`, { method: 'POST' });
+  await ask(`${server.url}/v1/jobs/${id}/cancel`, { method: 'POST' });
 });
 
 /** No request is answered, and that is known before the page has drawn itself once. */

@@ -10,11 +10,13 @@ export interface Figures {
   shareAbove3: number;
 }
 
-const bandRows = 16;
+const sliceMs = 6;
+/** Pixels between two looks at the clock. */
+const runPixels = 512;
 
 /**
  * A film whose `tileError` holds, per pixel, the relative difference of two films or how many standard errors they
- * are apart (both pooled over 5 x 5 pixels). Works in bands of rows and lets the page breathe between them.
+ * are apart (both pooled over 5 x 5 pixels). Works for a few milliseconds at a time and lets the page breathe in between.
  */
 export async function compareFilms(
   a: LiveFilm,
@@ -25,23 +27,29 @@ export async function compareFilms(
   const film = new LiveFilm(a.width, a.height);
   const figures = { mse: 0, relmse: 0, bias: 0, shareAbove3: 0 };
   const pixels = a.width * a.height;
-  for (let i = 0; i < pixels; ++i) {
-    if (i % 65536 === 65535) await breathe(signal);
-    subtract(a, b, film, i, figures);
+  const pause = makePause(signal);
+  for (let from = 0; from < pixels; from += runPixels) {
+    const to = Math.min(pixels, from + runPixels);
+    for (let i = from; i < to; ++i) subtract(a, b, film, i, figures);
+    const waited = pause();
+    if (waited) await waited;
   }
-  const pooled = new Float32Array(a.width * bandRows);
+  const pooled = new Float32Array(runPixels);
   const zFigure = a.correlated || b.correlated ? zCorrelated : zIndependent;
   let known = 0;
-  for (let y = 0; y < a.height; y += bandRows) {
-    const rect = { x: 0, y, width: a.width, height: Math.min(bandRows, a.height - y) };
-    film.pooled(rect, pooled, zFigure);
-    for (let i = 0; i < rect.width * rect.height; ++i) {
-      const pixel = y * a.width + i;
-      if (film.samples[pixel] > 0) known += 1;
-      if (pooled[i] > 3) figures.shareAbove3 += 1;
-      if (measure === 'z') film.tileError[pixel] = pooled[i];
+  for (let y = 0; y < a.height; ++y) {
+    for (let x = 0; x < a.width; x += runPixels) {
+      const rect = { x, y, width: Math.min(runPixels, a.width - x), height: 1 };
+      film.pooled(rect, pooled, zFigure);
+      for (let i = 0; i < rect.width; ++i) {
+        const pixel = y * a.width + x + i;
+        if (film.samples[pixel] > 0) known += 1;
+        if (pooled[i] > 3) figures.shareAbove3 += 1;
+        if (measure === 'z') film.tileError[pixel] = pooled[i];
+      }
+      const waited = pause();
+      if (waited) await waited;
     }
-    await breathe(signal);
   }
   figures.shareAbove3 /= Math.max(1, known);
   for (const key of ['mse', 'relmse', 'bias'] as const) figures[key] /= Math.max(1, 3 * known);
@@ -78,7 +86,14 @@ function zIndependent(variance: number[], mean: number[], count: number): number
   return spread > 0 ? Math.abs(difference) / spread : difference === 0 ? 0 : NaN;
 }
 
-async function breathe(signal: AbortSignal): Promise<void> {
-  await new Promise((resolve) => setTimeout(resolve, 0));
-  if (signal.aborted) throw new DOMException('stopped', 'AbortError');
+/** Waits for other tasks when a slice is over, and not at all before. */
+function makePause(signal: AbortSignal): () => Promise<void> | undefined {
+  let until = performance.now() + sliceMs;
+  return () => {
+    if (performance.now() < until) return undefined;
+    return new Promise<void>((resolve) => setTimeout(resolve, 0)).then(() => {
+      if (signal.aborted) throw new DOMException('stopped', 'AbortError');
+      until = performance.now() + sliceMs;
+    });
+  };
 }

@@ -3,6 +3,7 @@ import { isFinal, type Job, type Problem } from '../api/types';
 import type { FromFeed, LinkState, ToFeed } from './feed_messages';
 import type { TileFrame } from './frames';
 import { LiveFilm, maxLivePixels, type Rect } from './film';
+import { takeTurn } from './turns';
 
 export interface FeedState {
   job: Job | null;
@@ -26,7 +27,8 @@ export class JobFeed {
   private readonly tileListeners = new Set<(rect: Rect) => void>();
   private sleepTimer = 0;
   private asleep = false;
-  private notifyFrame = 0;
+  /** Takes the word to the listeners back; null when there is none on its way. */
+  private unsaid: (() => void) | null = null;
   /** Tiles that came before the record which tells the size of the film. */
   private early: TileFrame[] = [];
 
@@ -59,7 +61,7 @@ export class JobFeed {
     document.removeEventListener('visibilitychange', this.onVisibility);
     window.removeEventListener('online', this.onOnline);
     clearTimeout(this.sleepTimer);
-    cancelAnimationFrame(this.notifyFrame);
+    this.unsaid?.();
     this.worker.terminate();
     this.listeners.clear();
   }
@@ -166,8 +168,8 @@ export class JobFeed {
   }
 
   private notify(): void {
-    this.notifyFrame ||= requestAnimationFrame(() => {
-      this.notifyFrame = 0;
+    this.unsaid ??= takeTurn(() => {
+      this.unsaid = null;
       for (const listener of this.listeners) listener();
     });
   }

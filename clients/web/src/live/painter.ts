@@ -84,6 +84,9 @@ class CanvasPainter implements Painter {
 
   constructor(canvas: HTMLCanvasElement) {
     this.context = canvas.getContext('2d', { willReadFrequently: true })!;
+    // Browsers give a canvas its memory when it is first drawn on and looked at.
+    this.context.clearRect(0, 0, 1, 1);
+    this.context.getImageData(0, 0, 1, 1);
   }
 
   upload(rect: Rect, values: Float32Array, look: Look): void {

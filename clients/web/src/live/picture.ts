@@ -1,17 +1,43 @@
 import type { LiveFilm, Rect } from './film';
 import { makePainter, type Look, type Painter } from './painter';
+import { takeTurn, turnsWait } from './turns';
 
 export type Plane = 'picture' | 'error' | 'tile-error' | 'variance' | 'samples';
 
-const cell = 32;
+/** Half a tile: the shorter a piece of work, the better the budget is kept on a slow processor. */
+const cell = 16;
 const frameBudgetMs = 8;
+/** How long a picture steps back while other parts of the page wait for their turn. */
+const patienceMs = 250;
+
+/** Pictures that have something to paint. One does in each frame: a changed canvas is copied as a whole. */
+const due = new Set<Picture>();
+let frame = 0;
+let paintedAt = 0;
+
+function schedule(picture: Picture): void {
+  due.add(picture);
+  frame ||= requestAnimationFrame(paintNext);
+}
+
+function paintNext(time: number): void {
+  frame = 0;
+  const [first] = due;
+  if (first && !(turnsWait() && time - paintedAt < patienceMs)) {
+    paintedAt = time;
+    due.delete(first);
+    first.paint();
+  }
+  if (due.size) frame ||= requestAnimationFrame(paintNext);
+}
 
 /**
  * Shows one plane of a film on a canvas. Tiles that changed wait in a set and are turned into pixels inside
- * animation frames, for at most `frameBudgetMs` each, so that the page never stalls however many tiles arrive.
+ * animation frames, for at most `frameBudgetMs` each, so that the page never stalls however many tiles arrive. A
+ * cell is begun in every frame, however little is left.
  */
 export class Picture {
-  private painter: Painter;
+  private painter: Painter | null = null;
   private plane: Plane = 'picture';
   private readonly columns: number;
   private readonly rows: number;
@@ -20,8 +46,9 @@ export class Picture {
   private readonly later = new Set<number>();
   private readonly values = new Float32Array(cell * cell * 4);
   private readonly errors = new Float32Array(cell * cell);
-  private frame = 0;
   private readonly unlisten: () => void;
+  /** Takes back the turn in which the painter is made. */
+  private readonly unmade: () => void;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -32,14 +59,15 @@ export class Picture {
     canvas.height = film.height;
     this.columns = Math.ceil(film.width / cell);
     this.rows = Math.ceil(film.height / cell);
-    this.painter = makePainter(canvas, () => this.restore());
-    canvas.dataset.painter = this.painter.kind;
+    // Out of sight it costs nothing; several would come into sight in one frame otherwise.
+    canvas.style.visibility = 'hidden';
     this.unlisten = film.onChange((rect) => this.mark(rect));
-    this.markAll();
+    // The memory of a large canvas takes its time.
+    this.unmade = takeTurn(() => this.restore());
   }
 
   show(plane: Plane, look: Look): void {
-    const again = plane !== this.plane || this.painter.bakesLook;
+    const again = plane !== this.plane || this.painter?.bakesLook;
     this.plane = plane;
     this.look = look;
     if (again) this.markAll();
@@ -47,17 +75,21 @@ export class Picture {
   }
 
   dispose(): void {
-    cancelAnimationFrame(this.frame);
+    due.delete(this);
     this.unlisten();
-    this.painter.dispose();
+    this.unmade();
+    this.painter?.dispose();
   }
 
   private restore(): void {
     this.painter = makePainter(this.canvas, () => this.restore());
+    this.canvas.dataset.painter = this.painter.kind;
     this.markAll();
   }
 
   private markAll(): void {
+    // Of an empty film nothing is to be seen.
+    if (!this.film.tilesSeen) return;
     for (let i = 0; i < this.columns * this.rows; ++i) this.urgent.add(i);
     this.schedule();
   }
@@ -79,25 +111,30 @@ export class Picture {
   }
 
   private schedule(): void {
-    if (!this.frame) this.frame = requestAnimationFrame(() => this.paint());
+    if (this.painter) schedule(this);
   }
 
-  private paint(): void {
-    this.frame = 0;
+  /** For the schedule above alone, in an animation frame. */
+  paint(): void {
+    const { painter } = this;
+    if (!painter) return;
     const until = performance.now() + frameBudgetMs;
+    let painted = 0;
     for (const set of [this.urgent, this.later]) {
       for (const index of set) {
-        if (performance.now() > until) break;
+        if (painted && performance.now() > until) break;
         set.delete(index);
         this.later.delete(index);
-        this.paintCell(index);
+        this.paintCell(index, painter);
+        painted += 1;
       }
     }
-    this.painter.draw(this.look);
+    painter.draw(this.look);
+    this.canvas.style.visibility = '';
     if (this.urgent.size || this.later.size) this.schedule();
   }
 
-  private paintCell(index: number): void {
+  private paintCell(index: number, painter: Painter): void {
     const x = (index % this.columns) * cell,
       y = Math.floor(index / this.columns) * cell;
     const rect = {
@@ -115,7 +152,7 @@ export class Picture {
       for (let column = 0; column < rect.width; ++column, ++o)
         this.fill(values, 4 * o, (y + row) * this.film.width + x + column, o);
     }
-    this.painter.upload(rect, values, this.look);
+    painter.upload(rect, values, this.look);
   }
 
   private fill(values: Float32Array, at: number, pixel: number, inCell: number): void {

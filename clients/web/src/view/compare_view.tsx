@@ -7,6 +7,7 @@ import type { FeedState } from '../live/job_feed';
 import { Picture, type Plane } from '../live/picture';
 import type { Look } from '../live/painter';
 import { count, number, percent } from '../ui/format';
+import { Later } from '../ui/later';
 import { choiceIn, go, keepChoice, route } from '../ui/router';
 import { display, jobs } from '../ui/server_state';
 import { useStore } from '../ui/store';
@@ -73,8 +74,8 @@ interface Difference {
   figures: Figures;
 }
 
-/** Difference film and figures of two jobs; renewed while either of them still renders. */
-function useDifference(a: FeedState, b: FeedState, measure: Measure): Difference | null {
+/** Difference film and figures of two jobs, renewed while either still renders; measure null: not wanted. */
+function useDifference(a: FeedState, b: FeedState, measure: Measure | null): Difference | null {
   const [result, setResult] = useState<Difference | null>(null);
   const running =
     (a.job && !isFinal(a.job.state)) || (b.job && !isFinal(b.job.state)) ? true : false;
@@ -82,7 +83,8 @@ function useDifference(a: FeedState, b: FeedState, measure: Measure): Difference
   useEffect(() => {
     const { film: left } = a;
     const { film: right } = b;
-    if (!left || !right || left.width !== right.width || left.height !== right.height) return;
+    if (!measure || !left || !right) return;
+    if (left.width !== right.width || left.height !== right.height) return;
     const abort = new AbortController();
     let seen = -1;
     let timer = 0;
@@ -106,20 +108,25 @@ function useDifference(a: FeedState, b: FeedState, measure: Measure): Difference
 interface Asked {
   found: Comparison | null;
   trouble: string;
+  /** The server works on it. */
+  pending: boolean;
 }
 
 /** The server's own numbers, for two jobs that have ended; asked again when one of them went on. */
 function useComparison(a: Job | null, b: Job | null): Asked {
-  const [asked, setAsked] = useState<Asked>({ found: null, trouble: '' });
-  const ready = a && b && isFinal(a.state) && isFinal(b.state);
+  const ready = Boolean(a && b && isFinal(a.state) && isFinal(b.state));
+  const nothing = { found: null, trouble: '', pending: ready };
+  const [asked, setAsked] = useState<Asked>(nothing);
   useEffect(() => {
     let current = true;
-    setAsked({ found: null, trouble: '' });
-    if (ready)
+    setAsked(nothing);
+    if (a && b && ready)
       api
         .compare(a.id, b.id)
-        .then((found) => current && setAsked({ found, trouble: '' }))
-        .catch((e: Error) => current && setAsked({ found: null, trouble: e.message }));
+        .then((found) => current && setAsked({ found, trouble: '', pending: false }))
+        .catch(
+          (e: Error) => current && setAsked({ found: null, trouble: e.message, pending: false }),
+        );
     return () => {
       current = false;
     };
@@ -209,8 +216,11 @@ function Comparing({ a, b }: { a: string; b: string }) {
   const view = views.find((v) => v.view === asked)?.view ?? 'wipe';
   const [cut, setCut] = useState(50);
   const shown = useStore(display);
-  const difference = useDifference(left, right, view === 'z' ? 'z' : 'difference');
-  const { found: server, trouble } = useComparison(left.job, right.job);
+  const { found: server, trouble, pending } = useComparison(left.job, right.job);
+  const measure = view === 'difference' || view === 'z' ? view : null;
+  // The server has better figures than the page, but of jobs that have ended only.
+  const figuresOnly = server || pending ? null : 'difference';
+  const difference = useDifference(left, right, measure ?? figuresOnly);
   const size = left.job?.spec.film;
   const other = right.job?.spec.film;
   const fits = size && other && size.width === other.width && size.height === other.height;
@@ -301,31 +311,33 @@ function Comparing({ a, b }: { a: string; b: string }) {
               <Legend look={heat} meaning={meaning} unit={view === 'z' ? 'number' : 'percent'} />
             )}
           </div>
-          <div class="toolbar">
-            <fieldset class="modes">
-              <legend class="visually-hidden">View</legend>
-              {views.map((v) => (
-                <label key={v.view} class={v.view === view ? 'mode mode-on' : 'mode'}>
-                  <input
-                    class="visually-hidden"
-                    type="radio"
-                    name="compare"
-                    data-testid={`compare-${v.view}`}
-                    checked={v.view === view}
-                    onChange={() => keepChoice('show', v.view === 'wipe' ? '' : v.view)}
-                  />
-                  {v.label}
-                </label>
-              ))}
-            </fieldset>
-            <LightControls film={left.film} disabled={view !== 'wipe'} />
-          </div>
-          {trouble && (
-            <p class="compare-note" role="alert">
-              The server did not compare them: {trouble} What follows is the page's own reckoning.
-            </p>
-          )}
-          <Numbers server={server} own={difference?.figures ?? null} />
+          <Later>
+            <div class="toolbar">
+              <fieldset class="modes">
+                <legend class="visually-hidden">View</legend>
+                {views.map((v) => (
+                  <label key={v.view} class={v.view === view ? 'mode mode-on' : 'mode'}>
+                    <input
+                      class="visually-hidden"
+                      type="radio"
+                      name="compare"
+                      data-testid={`compare-${v.view}`}
+                      checked={v.view === view}
+                      onChange={() => keepChoice('show', v.view === 'wipe' ? '' : v.view)}
+                    />
+                    {v.label}
+                  </label>
+                ))}
+              </fieldset>
+              <LightControls film={left.film} disabled={view !== 'wipe'} />
+            </div>
+            {trouble && (
+              <p class="compare-note" role="alert">
+                The server did not compare them: {trouble} What follows is the page's own reckoning.
+              </p>
+            )}
+            <Numbers server={server} own={difference?.figures ?? null} />
+          </Later>
         </>
       )}
     </div>

@@ -1,5 +1,5 @@
 import type { ComponentChildren } from 'preact';
-import { useEffect, useRef } from 'preact/hooks';
+import { useEffect, useRef, useState } from 'preact/hooks';
 
 /** A button that opens a small panel; closes on Escape, on a choice and on a click elsewhere. */
 export function Menu({
@@ -14,6 +14,7 @@ export function Menu({
   class?: string;
 }) {
   const details = useRef<HTMLDetailsElement>(null);
+  const [open, setOpen] = useState(false);
   useEffect(() => {
     const close = (e: Event): void => {
       const inside = details.current?.contains(e.target as Node);
@@ -34,10 +35,14 @@ export function Menu({
       details.current?.removeAttribute('open');
   };
   return (
-    <details class={`menu ${extra}`} ref={details}>
+    <details
+      class={`menu ${extra}`}
+      ref={details}
+      onToggle={(e) => setOpen(e.currentTarget.open)}
+    >
       <summary data-testid={testId}>{label}</summary>
       <div class="menu-panel" onClick={chosen}>
-        {children}
+        {open && children}
       </div>
     </details>
   );

@@ -4,6 +4,7 @@ import { nameOf, type SceneInfo } from '../api/types';
 import { filesOfInput } from '../api/upload';
 import { bytes, count } from '../ui/format';
 import { Icon } from '../ui/icons';
+import { Later } from '../ui/later';
 import { go, route } from '../ui/router';
 import { connection, refresh, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
@@ -417,10 +418,14 @@ export function SubmitForm() {
     <form class="submit-form" id="new" onSubmit={submit} noValidate aria-labelledby="new-title">
       <h2 id="new-title">New render</h2>
       <ScenePicker />
-      <EnvironmentField />
-      <SizeField />
-      <StopField />
-      <AdvancedFields info={info} />
+      <Later>
+        <EnvironmentField />
+        <SizeField />
+      </Later>
+      <Later>
+        <StopField />
+        <AdvancedFields info={info} />
+      </Later>
       <div class="submit-bar">
         {general.length > 0 && (
           <p class="wrong" role="alert">

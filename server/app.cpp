@@ -267,7 +267,8 @@ class App {
       return;
     }
     constexpr std::string_view kDemo =
-        R"({"scene": "interior", "name": "Welcome to Tessera", "labels": {"demo": "1"},
+        // Whatever somebody asks for comes first.
+        R"({"scene": "interior", "name": "Welcome to Tessera", "labels": {"demo": "1"}, "priority": -10,
             "film": {"width": 960, "height": 540}, "stop": {"samples_per_pixel": 512}})";
     auto parsed = api::parse_job(kDemo);
     CHECK(parsed);

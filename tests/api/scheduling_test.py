@@ -129,6 +129,17 @@ class Sharing(ApiTest):
         self.cancel(*jobs)
 
 
+class Demo(ApiTest):
+    FLAGS = ("--demo",)
+
+    def test_the_demo_steps_back_for_whatever_is_asked_for(self):
+        (demo,) = self.server.get("/v1/jobs?label=demo&limit=1").json()["jobs"]
+        self.server.wait_for_samples(demo["id"])
+        self.assertEqual(self.server.render(job_body(samples=64))["state"], "finished")
+        self.assertEqual(self.server.job(demo["id"])["state"], "rendering")
+        self.assertLess(demo["spec"]["priority"], 0)
+
+
 class SameBits(ApiTest):
     def test_the_film_is_the_same_for_any_threads(self):
         digests = {}

@@ -4,6 +4,7 @@ import { after, before, test } from 'node:test';
 import {
   accessibilityFaults,
   accessKey,
+  ask,
   desktop,
   drop,
   launch,
@@ -195,6 +196,24 @@ test('a job can be paused, resumed and cancelled', { timeout: 300_000 }, () =>
     await until('the resume', async () => /Rendering/.test(await text(page, 'state')));
     await page.click('[data-testid=cancel]');
     await until('the end', async () => /Cancelled/.test(await text(page, 'state')));
+    // The server extends what has finished, nothing else.
+    assert.equal(await page.getByTestId('extend').count(), 0);
+  }),
+);
+
+test('only a second press deletes a render', { timeout: 300_000 }, () =>
+  withPage(desktop, async (page) => {
+    await submit(page, { scene: 'furnace', samples: 8 });
+    await finished(page);
+    const id = new URL(page.url()).hash.split('/').pop();
+    const status = async () => (await ask(`${server.url}/v1/jobs/${id}`)).status;
+    await page.click('[data-testid=more]');
+    await page.click('[data-testid=delete]');
+    await page.waitForSelector('[data-testid=delete]:has-text("for good")');
+    assert.equal(await status(), 200);
+    await page.click('[data-testid=delete]');
+    await until('the render to be gone', async () => (await status()) === 404);
+    await until('another view', async () => !page.url().includes(id));
   }),
 );
 

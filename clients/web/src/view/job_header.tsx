@@ -164,7 +164,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
             <Icon name="stop" /> Cancel
           </button>
         )}
-        {!running && job.state !== 'failed' && (
+        {job.state === 'finished' && (
           <Menu
             label={
               <>
@@ -240,7 +240,12 @@ function DeleteButton({ onDelete }: { onDelete: () => void }) {
       class="danger"
       data-testid="delete"
       data-closes={asked ? '' : undefined}
-      onClick={() => (asked ? onDelete() : setAsked(true))}
+      onClick={(e) => {
+        if (asked) return onDelete();
+        // The menu stays open.
+        e.stopPropagation();
+        setAsked(true);
+      }}
     >
       <Icon name="trash" />
       <span aria-live="polite">{asked ? 'Delete for good?' : 'Delete'}</span>

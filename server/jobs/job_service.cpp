@@ -476,15 +476,12 @@ core::Result<JobService::Page> JobService::list(const JobQuery& query) {
 
 bool JobService::matches(const api::JobView& view, const JobQuery& query) {
   if (!query.states.empty() &&
-      std::find(query.states.begin(), query.states.end(), api::to_text(view.state)) ==
-          query.states.end()) {
+      std::find(query.states.begin(), query.states.end(), api::to_text(view.state)) == query.states.end()) {
     return false;
   }
-  if (!query.title.empty() &&
-      job_title(view.spec.name, view.spec.scene).find(job_title(query.title, "")) == std::string::npos) {
-    return false;
-  }
-  return std::all_of(query.labels.begin(), query.labels.end(), [&](const auto& label) {
+  // An empty title is part of every one.
+  const auto titled = job_title(view.spec.name, view.spec.scene).find(job_title(query.title, ""));
+  return titled != std::string::npos && std::all_of(query.labels.begin(), query.labels.end(), [&](const auto& label) {
     const auto found = view.spec.labels.find(label.first);
     return found != view.spec.labels.end() && (!label.second || found->second == *label.second);
   });

@@ -1,7 +1,8 @@
 #include "server/store/job_table.h"
 
-#include <algorithm>
 #include <utility>
+
+#include "server/store/job_page.h"
 
 namespace server {
 
@@ -327,58 +328,11 @@ core::Result<std::optional<JobRow>> JobTable::find(std::string_view id) {
   return rows->empty() ? std::optional<JobRow>() : std::optional<JobRow>(std::move(rows->front()));
 }
 
-std::string job_title(std::string_view name, std::string_view scene) {
-  std::string title(name.empty() ? scene : name);
-  std::transform(title.begin(), title.end(), title.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return title;
-}
-
 core::Result<std::vector<JobRow>> JobTable::list(const JobQuery& query) {
   auto session = database_.session();
-  // A label or the titles lead: their tables are small and in the order of the jobs, so that little else is read.
-  const bool by_label = !query.labels.empty();
-  const bool by_title = !by_label && !query.title.empty();
-  const std::string sequence = by_label || by_title ? "lead.job" : "sequence";
-  std::string sql = "SELECT " TESSERA_JOB_COLUMNS " FROM ";
-  if (by_label) {
-    sql += "job_labels AS lead CROSS JOIN jobs ON sequence=lead.job WHERE lead.name=?";
-    sql += query.labels.front().second ? " AND lead.value=?" : "";
-  } else if (by_title) {
-    sql += "job_titles AS lead CROSS JOIN jobs ON sequence=lead.job WHERE instr(lead.title, ?)";
-  } else {
-    sql += "jobs WHERE 1";
-  }
-  for (std::size_t i = 1; i < query.labels.size(); ++i) {
-    sql += " AND EXISTS (SELECT 1 FROM job_labels WHERE job=sequence AND name=?";
-    sql += query.labels[i].second ? " AND value=?)" : ")";
-  }
-  if (by_label && !query.title.empty()) {
-    sql += " AND EXISTS (SELECT 1 FROM job_titles WHERE job=sequence AND instr(title, ?))";
-  }
-  for (std::size_t i = 0; i < query.states.size(); ++i) {
-    sql += i == 0 ? " AND state IN (?" : ",?";
-  }
-  sql += query.states.empty() ? "" : ")";
-  sql += query.before ? " AND " + sequence + "<?" : "";
-  sql += " ORDER BY " + sequence + " DESC LIMIT ?";
-  Statement select = session.prepare(sql.c_str());
-  for (const auto& [name, value] : query.labels) {
-    select.bind(name);
-    if (value) {
-      select.bind(*value);
-    }
-  }
-  if (!query.title.empty()) {
-    select.bind(job_title(query.title, ""));
-  }
-  for (const std::string& state : query.states) {
-    select.bind(state);
-  }
-  if (query.before) {
-    select.bind(*query.before);
-  }
-  return read_rows(session, select.bind(std::int64_t{query.limit}));
+  Statement select = session.prepare(job_page_sql(query, TESSERA_JOB_COLUMNS).c_str());
+  bind_job_page(select, query);
+  return read_rows(session, select);
 }
 
 core::Result<std::vector<JobRow>> JobTable::unfinished() {

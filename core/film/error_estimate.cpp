@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/base/statistics.h"
 #include "core/film/expected_values.h"
@@ -19,7 +20,14 @@ constexpr std::array<int, 7> kRadii = {1, 2, 3, 5, 8, 16, 32};
 constexpr double kEnough = 6;
 constexpr double kFewest = 3;
 /// Share that ratios may be wrong by, all together, where the expected value is that of a region: what is alike is a guess.
-constexpr double kModelError = 0.015;
+constexpr double kModelError = 0.03;
+/// Times the expected value that one half has, and the other less than it, where a single event made it: what the picture is off by there is
+/// half of their difference, and no estimate. Fewer do where the pixel has that share of the sum over the picture.
+constexpr float kStandsOut = 10;
+constexpr float kStandsOutHeavy = 4;
+constexpr float kHeavy = 0.02F;
+/// edge_noise() of about four samples that met the light: fewer tell little of how many others do.
+constexpr float kFewEvents = 0.25F;
 /// Blue-noise order takes variance from the means of 2 x 2 pixels and gives it to what is left. At most all of it: a
 /// quarter of the eigenvalues of the covariance is 0 then, the others are 4/3 of the variance, and the sum of their squares,
 /// half of the variance of a sum of squares, is 4/3 of that of independent pixels. Differences of neighbours, whose
@@ -117,27 +125,74 @@ std::size_t ErrorEstimate::index(int x, int y) const noexcept {
 }
 
 void ErrorEstimate::weigh(const std::vector<Rgb>& variances, const std::vector<ExpectedValue>& expected) {
-  raw_ratio_.resize(variances.size());
-  influence_.resize(variances.size());
-  is_shared_.resize(variances.size());
-  for (std::size_t i = 0; i < variances.size(); ++i) {
+  const std::size_t n = variances.size();
+  raw_ratio_.resize(n);
+  influence_.resize(n);
+  is_shared_.resize(n);
+  // How the sum of the ratios moves with a pixel: by its own ratio, and through the expected value that its region
+  // shares. d/dmu of Var / (mu^2 + c) is -2 mu Var / (mu^2 + c)^2.
+  struct Part {
+    std::array<float, 3> slope{};
+    float pixels = 0;
+  };
+  std::array<std::vector<Part>, 2> parts = {std::vector<Part>(n), std::vector<Part>(n)};
+  for (std::size_t i = 0; i < n; ++i) {
+    is_shared_[i] = expected[i].is_shared ? 1 : 0;
     float ratio = 0;
-    // How the sum of the ratios moves with this pixel: by its own ratio, and through the expected value that it
-    // shares with its region. d/dmu of Var / (mu^2 + c) is -2 mu Var / (mu^2 + c)^2.
-    float through_mean = 0;
+    std::array<float, 3> slope{};
     for (int c = 0; c < 3; ++c) {
       const float mu = expected[i].mean[c];
       const float scale = 1 / (mu * mu + static_cast<float>(MomentSums::kRegularizer));
-      ratio += variances[i][c] * scale * (1.0F / 3);
-      through_mean += 2 * mu * expected[i].variance[c] * scale * scale * (mean_[i][c] - mu) * (1.0F / 3);
+      const float share = variances[i][c] * scale * (1.0F / 3);
+      ratio += share;
+      slope[static_cast<std::size_t>(c)] = expected[i].is_shared ? 2 * mu * scale * share : 0;
     }
     raw_ratio_[i] = ratio;
-    influence_[i] = ratio - through_mean;
-    is_shared_[i] = expected[i].variance.r + expected[i].variance.g + expected[i].variance.b > 0 ? 1 : 0;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      Part& part = parts[k][expected[i].shares[k].part];
+      ++part.pixels;
+      for (std::size_t c = 0; c < slope.size(); ++c) {
+        part.slope[c] += slope[c];
+      }
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    influence_[i] = raw_ratio_[i];
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const Part& part = parts[k][expected[i].shares[k].part];
+      const Rgb& apart = expected[i].shares[k].apart;
+      influence_[i] -= (part.slope[0] * apart.r + part.slope[1] * apart.g + part.slope[2] * apart.b) / part.pixels;
+    }
   }
 }
 
-ErrorEstimate::ErrorEstimate(const FilmSnapshot& film)
+void ErrorEstimate::know(const FilmSnapshot& film, const LightEdges& edges, const std::vector<ExpectedValue>& expected) {
+  known_.assign(film.pixel_count(), kNan);
+  const float heavy = kHeavy * std::accumulate(raw_ratio_.begin(), raw_ratio_.end(), 0.0F);
+  for (std::size_t i = 0; i < known_.size(); ++i) {
+    const float a = luminance(half_value(film, i, 0).mean);
+    const float b = luminance(half_value(film, i, 1).mean);
+    const float mu = luminance(expected[i].mean);
+    if (expected[i].is_shared && std::min(a, b) < mu &&
+        (std::max(a, b) > kStandsOut * mu || (std::max(a, b) > kStandsOutHeavy * mu && raw_ratio_[i] > heavy))) {
+      known_[i] = raw_ratio_[i];
+    }
+  }
+  for (const LightEdge& edge : edges) {
+    const Rgb mu = expected[edge.pixel].mean;
+    if (edge_noise(film, edge, mu) < kFewEvents) {
+      continue;
+    }
+    const Rgb d = mean_[edge.pixel] - mu;
+    float ratio = 0;
+    for (int c = 0; c < 3; ++c) {
+      ratio += d[c] * d[c] / (mu[c] * mu[c] + static_cast<float>(MomentSums::kRegularizer)) * (1.0F / 3);
+    }
+    known_[edge.pixel] = ratio;
+  }
+}
+
+ErrorEstimate::ErrorEstimate(const FilmSnapshot& film, const LightEdges& edges)
     : rect_(film.rect), dependence_(film.errors == PixelErrors::kCorrelated ? kDependence : 1) {
   const int w = rect_.width;
   const int h = rect_.height;
@@ -156,14 +211,20 @@ ErrorEstimate::ErrorEstimate(const FilmSnapshot& film)
   if (!valid_) {
     return;
   }
-  weigh(raw, expected_values(film));
+  {
+    const std::vector<ExpectedValue> expected = expected_values(film, edges);
+    weigh(raw, expected);
+    know(film, edges, expected);
+  }
   MomentSums sums(w, h);
   SummedArea ratios(w, h);
+  SummedArea unknown(w, h);
   for (std::size_t i = 0; i < n; ++i) {
     const auto x = static_cast<int>(i % static_cast<std::size_t>(w));
     const auto y = static_cast<int>(i / static_cast<std::size_t>(w));
     sums.set(x, y, mean_[i], raw[i]);
     ratios.set(x, y, static_cast<double>(raw_ratio_[i]));
+    unknown.set(x, y, std::isnan(known_[i]) ? static_cast<double>(raw_ratio_[i]) : 0.0);
   }
   pooled_variance_.resize(n);
   pooled_ratio_.resize(n);
@@ -174,11 +235,11 @@ ErrorEstimate::ErrorEstimate(const FilmSnapshot& film)
     for (int x = 0; x < w; ++x) {
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x);
       const PixelNoise::Value own_noise = noise.at(x, y);
-      const auto mean_ratio = [&ratios](const PixelRect& r) {
-        return std::max(ratios.sum(r), 0.0) / (static_cast<double>(r.width) * static_cast<double>(r.height));
+      const auto mean_over = [](const SummedArea& area, const PixelRect& r) {
+        return std::max(area.sum(r), 0.0) / (static_cast<double>(r.width) * static_cast<double>(r.height));
       };
       pooled_variance_[i] = own_noise.variance;
-      pooled_ratio_[i] = static_cast<float>(own_noise.share * mean_ratio(own_noise.window));
+      pooled_ratio_[i] = static_cast<float>(own_noise.share * mean_over(ratios, own_noise.window));
       degrees_[i] = static_cast<float>(own_noise.degrees / dependence_);
       // The window grows until its mean is known to about 10 %.
       PixelRect window;
@@ -188,14 +249,14 @@ ErrorEstimate::ErrorEstimate(const FilmSnapshot& film)
           break;
         }
       }
-      window_ratio_[i] = static_cast<float>(mean_ratio(window));
+      window_ratio_[i] = static_cast<float>(mean_over(unknown, window));
     }
   }
 }
 
 ErrorInterval ErrorEstimate::image(double confidence) const { return region(rect_, confidence); }
 
-ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect) const {
+ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const {
   MeanRatio out;
   const double n = static_cast<double>(rect.width) * static_cast<double>(rect.height);
   if (!valid_ || n < 1) {
@@ -210,17 +271,20 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect) const {
   double gaussian = 0;
   double shared = 0;
   double largest = 0;
+  const auto is_known = [&](std::size_t i) { return of == Of::kPicture && !std::isnan(known_[i]); };
+  const auto spread = [&](std::size_t i) { return static_cast<double>(is_known(i) ? influence_[i] - raw_ratio_[i] : influence_[i]); };
   for (int y = rect.y; y < rect.y + rect.height; ++y) {
     for (int x = rect.x; x < rect.x + rect.width; ++x) {
-      const auto q = static_cast<double>(raw_ratio_[index(x, y)]);
-      const auto pooled = static_cast<double>(window_ratio_[index(x, y)]);
+      const std::size_t i = index(x, y);
+      const auto q = static_cast<double>(is_known(i) ? known_[i] : raw_ratio_[i]);
+      const auto pooled = is_known(i) ? 0 : static_cast<double>(window_ratio_[i]);
       sum += q;
-      shared += is_shared_[index(x, y)] != 0 ? q : 0;
+      shared += is_shared_[i] != 0 ? q : 0;
       largest = std::max(largest, q);
       gaussian += 2 * pooled * pooled;
       const int column = x - rect.x;
       if (column % 2 == 1) {
-        const double d = static_cast<double>(influence_[index(x, y)]) - static_cast<double>(influence_[index(x - 1, y)]);
+        const double d = spread(i) - spread(i - 1);
         pairs += d * d;
       } else if (column + 1 == rect.width) {
         pairs += 2 * pooled * pooled;
@@ -239,7 +303,7 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect) const {
 }
 
 ErrorInterval ErrorEstimate::region(PixelRect rect, double confidence) const {
-  const MeanRatio q = mean_ratio(rect);
+  const MeanRatio q = mean_ratio(rect, Of::kExpected);
   ErrorInterval out;
   out.relative_rmse = out.low = out.high = std::sqrt(q.value);
   if (q.value > 0) {
@@ -254,7 +318,7 @@ ErrorInterval ErrorEstimate::region(PixelRect rect, double confidence) const {
 }
 
 double ErrorEstimate::most(PixelRect rect, double alpha) const {
-  const MeanRatio q = mean_ratio(rect);
+  const MeanRatio q = mean_ratio(rect, Of::kPicture);
   // What the picture is off by spreads about its expected value as the estimate does, one from (A + B) / 2 and the other
   // from (A - B) / 2: their ratio has an F distribution.
   return q.value > 0 ? std::sqrt(q.value / f_quantile(alpha, q.degrees)) : std::sqrt(q.value);

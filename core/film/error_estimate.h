@@ -6,6 +6,8 @@
 /// exceed 1 and reads low where fireflies are. A pixel that is brighter than its region, and whose samples agree that it
 /// is, counts with the least that they leave possible.
 ///
+/// Where lights are seen in part and samples seldom meet them, the scene tells the expected value: what such a pixel is off by is no estimate.
+///
 /// Where the errors of neighbouring pixels are correlated (PixelErrors), variances still are what the halves say of each
 /// pixel and the mean over pixels is right, but fewer of them are known independently: intervals are wider. The variance
 /// of a block's mean is then not the sum of its pixels' variances; it is had from the block's means in the replicates.
@@ -35,7 +37,8 @@ struct PixelError {
 class ErrorEstimate {
  public:
   /// Looks at the whole snapshot at once; O(pixels).
-  explicit ErrorEstimate(const FilmSnapshot& film);
+  /// edges: where the scene is at hand (core/film/light_edges.h); the snapshot is then of the film's whole crop.
+  explicit ErrorEstimate(const FilmSnapshot& film, const LightEdges& edges = {});
 
   bool valid() const noexcept { return valid_; }
   ErrorInterval image(double confidence) const;
@@ -56,7 +59,10 @@ class ErrorEstimate {
     double degrees = 0;        ///< of freedom of `value`, where that is above 0
     double largest_share = 0;  ///< of the sum, that one pixel has
   };
-  MeanRatio mean_ratio(PixelRect rect) const;
+  /// kPicture: of this very picture, where what pixels are known to be off by has no spread. kExpected: of pictures like it.
+  enum class Of { kExpected, kPicture };
+  MeanRatio mean_ratio(PixelRect rect, Of of) const;
+  void know(const FilmSnapshot& film, const LightEdges& edges, const std::vector<ExpectedValue>& expected);
   void weigh(const std::vector<Rgb>& variances, const std::vector<ExpectedValue>& expected);
   std::size_t index(int x, int y) const noexcept;
   PixelRect rect_;
@@ -67,6 +73,7 @@ class ErrorEstimate {
   std::vector<float> raw_ratio_;     ///< mean over channels of (A-B)^2/4 / (mu_w^2 + 0.01)
   std::vector<float> influence_;     ///< of the pixel on the sum of raw_ratio_, shared expected values included
   std::vector<char> is_shared_;      ///< is the expected value that of a region?
+  std::vector<float> known_;         ///< mean over channels of error^2 / (mu^2 + 0.01) of this very pixel; NaN where unknown
   std::vector<float> pooled_ratio_;  ///< raw_ratio_ as pooled_variance_ is
   std::vector<float> window_ratio_;  ///< mean of raw_ratio_ over a window that knows its expected value
   std::vector<float> degrees_;       ///< of freedom of pooled_variance_

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/film/moment_sums.h"
 
@@ -18,11 +19,15 @@ constexpr int kNoiseRadius = 2;
 constexpr float kKnown = 0.006F;
 /// Where a pixel beside it surely is as bright, a pixel's expected value is taken for at least 1 / sqrt(1 + kRimSpread / k) of
 /// its mean. At the rim of a lamp one sample may be all that met it, and any share of the pixel may be covered.
-constexpr double kRimSpread = 4;
+constexpr double kRimSpread = 16;
 /// 1 / k with which both halves of a pixel do not meet rare events by chance.
 constexpr double kSeveral = 0.34;
 /// A pixel's own lower bound counts where it is this many times what its surroundings say.
 constexpr float kApart = 1.5F;
+/// edge_noise() below which the pixel's own mean is its expected value; stratified samples are better than what it says.
+constexpr float kOwnMeanKnown = 0.01F;
+/// Of the window that tells what is beside a light's rim.
+constexpr int kBesideRadius = 3;
 constexpr float kHalfPi = 1.57079633F;
 
 /// Lower bound for the mean of a Poisson distribution of which k was drawn, as a share of k (Garwood 1936), by Wilson and
@@ -39,6 +44,7 @@ struct OwnMean {
   float rim_share = 0;    ///< the same at the rim of something bright
   bool several = false;   ///< some events made it
 
+  OwnMean() = default;
   OwnMean(const FilmSnapshot& film, std::size_t pixel, Rgb mean) {
     const SampleVariance spread = sample_variance(film, pixel);
     const double degrees = spread.degrees;
@@ -127,9 +133,37 @@ Rgb mean_around(const std::vector<Rgb>& values, int x, int y, int radius, int wi
   return sum * (1 / static_cast<float>(r.width * r.height));
 }
 
+/// What is seen at a light's rim beside it, if it filled the pixel: the mean of what pixels around see that no rim crosses and
+/// that are darker than the light; of all, where none is. Black without any.
+Rgb seen_beside(const LightEdge& edge, const std::vector<Rgb>& mean, const std::vector<char>& is_edge, int width, int height) {
+  const auto x = static_cast<int>(edge.pixel % static_cast<std::uint32_t>(width));
+  const auto y = static_cast<int>(edge.pixel / static_cast<std::uint32_t>(width));
+  const PixelRect r = window_around(x, y, kBesideRadius, width, height);
+  const float light = luminance(edge.mean) / std::max(edge.coverage, 1e-6F);
+  Rgb darker(0);
+  Rgb all(0);
+  float darker_count = 0;
+  float all_count = 0;
+  for (int v = r.y; v < r.y + r.height; ++v) {
+    for (int u = r.x; u < r.x + r.width; ++u) {
+      const std::size_t i = static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
+      if (is_edge[i] != 0) {
+        continue;
+      }
+      all += mean[i];
+      ++all_count;
+      if (luminance(mean[i]) < 0.5F * light) {
+        darker += mean[i];
+        ++darker_count;
+      }
+    }
+  }
+  return darker_count > 0 ? darker / darker_count : all / std::max(all_count, 1.0F);
+}
+
 }  // namespace
 
-std::vector<ExpectedValue> expected_values(const FilmSnapshot& film) {
+std::vector<ExpectedValue> expected_values(const FilmSnapshot& film, const LightEdges& edges) {
   const int w = film.rect.width;
   const int h = film.rect.height;
   const std::size_t n = film.pixel_count();
@@ -139,6 +173,8 @@ std::vector<ExpectedValue> expected_values(const FilmSnapshot& film) {
   std::vector<float> sure(n);  // luminance that a pixel surely has
   std::vector<Rgb> base(n);    // what the halves have in common
   own.reserve(n);
+  std::vector<char> is_edge(n);
+  std::vector<Rgb> at_edges;
   {
     std::vector<Rgb> lesser(n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -149,6 +185,19 @@ std::vector<ExpectedValue> expected_values(const FilmSnapshot& film) {
       lesser[i] = channels([&](int c) { return std::min(a[c], b[c]); });
       own.emplace_back(film, i, mean[i]);
       sure[i] = std::max(own[i].least_share * luminance(mean[i]), own[i].several ? luminance(lesser[i]) : 0);
+    }
+    for (const LightEdge& edge : edges) {
+      is_edge[edge.pixel] = 1;
+    }
+    for (const LightEdge& edge : edges) {
+      const std::size_t i = edge.pixel;
+      const Rgb beside = seen_beside(edge, mean, is_edge, w, h);
+      const Rgb expected = edge.mean + beside * (1 - edge.coverage);
+      at_edges.push_back(edge_noise(film, edge, expected) < kOwnMeanKnown ? mean[i] : expected);
+      mean[i] = lesser[i] = beside;
+      off[i] = {};
+      own[i] = {};
+      sure[i] = 0;
     }
     for (std::size_t i = 0; i < n; ++i) {
       const auto x = static_cast<int>(i % static_cast<std::size_t>(w));
@@ -182,20 +231,32 @@ std::vector<ExpectedValue> expected_values(const FilmSnapshot& film) {
   i = 0;
   for (int y = 0; y < h; ++y) {
     for (int x = 0; x < w; ++x, ++i) {
+      out[i].shares = {ExpectedValue::Share{bases[i].part, base[i] - bases[i].mean},
+                       ExpectedValue::Share{excesses[i].part, mean[i] - base[i] - excesses[i].mean}};
       const Rgb squares = mean_around(off, x, y, 1, w, h, [](Rgb v) { return v * v; });
       const float signal = sum_of(mean[i] * mean[i]) + 3 * static_cast<float>(MomentSums::kRegularizer);
       if (sum_of(squares) <= kKnown * signal) {
-        out[i] = {mean[i], {}};
+        out[i].mean = mean[i];
         continue;
       }
       const Rgb mu = bases[i].mean + pooled_around(excess, x, y, w, h, excesses[i].mean);
       const bool at_rim = largest_around(sure, x, y, w, h) >= luminance(mean[i]);
       const float share = at_rim ? own[i].rim_share : own[i].least_share;
       out[i].mean = channels([&](int c) { return share * mean[i][c] > kApart * mu[c] ? share * mean[i][c] : mu[c]; });
-      out[i].variance = channels([&](int c) { return out[i].mean[c] == mu[c] ? excesses[i].variance[c] : 0; });
+      out[i].is_shared = out[i].mean == mu;
     }
   }
+  for (std::size_t k = 0; k < edges.size(); ++k) {
+    out[edges[k].pixel].mean = at_edges[k];
+    out[edges[k].pixel].is_shared = false;
+  }
   return out;
+}
+
+float edge_noise(const FilmSnapshot& film, const LightEdge& edge, Rgb expected) {
+  const float y = luminance(expected);
+  const auto count = static_cast<float>(pixel_value(film, edge.pixel).count);
+  return edge.variance / (count * (y * y + static_cast<float>(MomentSums::kRegularizer)));
 }
 
 }  // namespace core

@@ -5,20 +5,36 @@
 /// are in one half only. So the lesser of the halves, min(A, B), is nearly free of them and shows the picture's edges, and
 /// its mean is taken over regions that end there; what it lacks, (A + B) / 2 - min(A, B) = |A - B| / 2, is averaged over a
 /// window that holds enough events. Both averages are without bias, so their sum is, where noise is alike.
+///
+/// Where lights are seen in part the scene says what of them is expected (core/film/light_edges.h). These pixels have no part in the averages;
+/// what else they see is had from those around them.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "core/film/film.h"
+#include "core/film/light_edges.h"
 
 namespace core {
 
 struct ExpectedValue {
-  Rgb mean;      ///< radiance
-  Rgb variance;  ///< of a pixel's mean in the region that `mean` is shared with; 0 where it is the pixel's own
+  Rgb mean;                ///< radiance
+  bool is_shared = false;  ///< is it had from the region?
+  /// What the pixel gives to one of the averages that `mean` is the sum of: of what the halves have in common, and of what that lacks.
+  struct Share {
+    std::uint32_t part = 0;  ///< number of the region, below that of the pixels
+    Rgb apart;               ///< from the region's average
+  };
+  std::array<Share, 2> shares;
 };
 
-/// One for each pixel of the snapshot, both of whose halves have samples. O(pixels).
-std::vector<ExpectedValue> expected_values(const FilmSnapshot& film);
+/// One for each pixel of the snapshot, both of whose halves have samples. O(pixels). edges: of the snapshot, whose rect is the film's
+/// crop; none where they are not known.
+std::vector<ExpectedValue> expected_values(const FilmSnapshot& film, const LightEdges& edges = {});
+
+/// Relative variance of what the pixel sees of lights, Var / (mu^2 + 0.01), if its samples were independent. expected: mu.
+float edge_noise(const FilmSnapshot& film, const LightEdge& edge, Rgb expected);
 
 }  // namespace core

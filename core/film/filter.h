@@ -17,8 +17,9 @@ class FilterSampler {
     float weight = 1;  ///< -1 or +1 times a constant; 1 for filters without negative lobes
   };
   Offset sample(Vec2 u) const noexcept;
-  /// The filter itself, one axis, x in pixels; not normalised. Exposed for tests.
+  /// The filter itself, one axis, x in pixels; not normalised.
   float evaluate(float x) const noexcept;
+  float radius_px() const noexcept { return settings_.radius_px; }
 
  private:
   Vec2 axis(float u) const noexcept;  ///< x: offset, y: sign

@@ -89,13 +89,13 @@ bool MomentSums::is_known(const PixelRect& rect) const {
   return v.relative_variance() <= kKnownVariance;
 }
 
-void MomentSums::divide(const PixelRect& rect, std::vector<Region>& out) const {
+void MomentSums::divide(const PixelRect& rect, std::uint32_t& parts, std::vector<Region>& out) const {
   if (rect.width * rect.height > 1) {
     const bool wide = rect.width >= rect.height;
     const auto halves = cut(rect, wide, (wide ? rect.width : rect.height) / 2);
     if (is_known(halves.first) && is_known(halves.second)) {
-      divide(halves.first, out);
-      divide(halves.second, out);
+      divide(halves.first, parts, out);
+      divide(halves.second, parts, out);
       return;
     }
     const double noise = total(over(grown(rect)).variance);
@@ -105,7 +105,7 @@ void MomentSums::divide(const PixelRect& rect, std::vector<Region>& out) const {
       return (v.count * total(v.variance) + 4 * noise) / ((v.count + 4) * v.count);
     };
     double best = kEdge;
-    std::pair<PixelRect, PixelRect> parts;
+    std::pair<PixelRect, PixelRect> best_parts;
     bool found = false;
     for (const bool across : {true, false}) {
       const int side = across ? rect.width : rect.height;
@@ -126,22 +126,19 @@ void MomentSums::divide(const PixelRect& rect, std::vector<Region>& out) const {
         const double variance = variance_of_mean(a) + variance_of_mean(b);
         if (difference > best * variance) {
           best = variance > 0 ? difference / variance : 1e30;
-          parts = two;
+          best_parts = two;
           found = true;
         }
       }
     }
     if (found) {
-      divide(parts.first, out);
-      divide(parts.second, out);
+      divide(best_parts.first, parts, out);
+      divide(best_parts.second, parts, out);
       return;
     }
   }
   const Values v = over(rect);
-  const auto rgb = [](const std::array<double, 3>& c) {
-    return Rgb{static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
-  };
-  const Region region = {rgb(v.mean), rgb(v.variance)};
+  const Region region = {{static_cast<float>(v.mean[0]), static_cast<float>(v.mean[1]), static_cast<float>(v.mean[2])}, parts++};
   for (int y = rect.y; y < rect.y + rect.height; ++y) {
     const auto row = out.begin() + static_cast<std::ptrdiff_t>(y) * width_ + rect.x;
     std::fill(row, row + rect.width, region);
@@ -151,7 +148,8 @@ void MomentSums::divide(const PixelRect& rect, std::vector<Region>& out) const {
 std::vector<MomentSums::Region> MomentSums::regions() const {
   std::vector<Region> out(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   if (!out.empty()) {
-    divide({0, 0, width_, height_}, out);
+    std::uint32_t parts = 0;
+    divide({0, 0, width_, height_}, parts, out);
   }
   return out;
 }

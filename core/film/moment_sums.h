@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "core/color/rgb.h"
@@ -71,12 +72,12 @@ class MomentSums {
   /// O(pixels).
   struct Region {
     Rgb mean;
-    Rgb variance;  ///< of one pixel, mean over the region
+    std::uint32_t part = 0;  ///< the rectangle's number, below that of the pixels
   };
   std::vector<Region> regions() const;
 
  private:
-  void divide(const PixelRect& rect, std::vector<Region>& out) const;
+  void divide(const PixelRect& rect, std::uint32_t& parts, std::vector<Region>& out) const;
   bool is_known(const PixelRect& rect) const;
   PixelRect grown(const PixelRect& rect) const;
 

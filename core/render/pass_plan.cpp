@@ -9,20 +9,24 @@ namespace {
 
 long rounded_up(long samples, int unit) { return (samples + unit - 1) / unit * unit; }
 
-}  // namespace
-
-int next_look(int samples, int replicates, int unit) {
+/// The first count above `samples` of those that cut each octave of a replicate's samples, from `parts` on, into as many.
+int next_cut(int samples, int replicates, int unit, long parts) {
   for (long per = 1;; per *= 2) {
-    const long look = rounded_up(per * replicates, unit);
-    if (look > samples) {
-      return static_cast<int>(look);
-    }
-    const long half_more = rounded_up((per + per / 2) * replicates, unit);
-    if (per >= 2 && half_more > samples) {
-      return static_cast<int>(half_more);
+    const long cuts = std::min(per, parts);
+    for (long k = 0; k < cuts; ++k) {
+      const long look = rounded_up((per + per * k / cuts) * replicates, unit);
+      if (look > samples) {
+        return static_cast<int>(look);
+      }
     }
   }
 }
+
+}  // namespace
+
+int next_look(int samples, int replicates, int unit) { return next_cut(samples, replicates, unit, 4); }
+
+int next_report(int samples, int replicates, int unit) { return next_cut(samples, replicates, unit, 2); }
 
 int pass_end(int samples, int samples_max, int replicates, int unit) {
   if (unit > 1) {
@@ -45,8 +49,8 @@ int whole_sets(int limit, int unit) { return limit < unit ? limit : limit / unit
 int first_epoch(const RenderSettings& settings) {
   // Two samples of each replicate, or of the pilot stream: one has no variance.
   const int least = settings.adaptive.type == AdaptiveType::kPilot ? 20 : 2 * settings.replicates;
-  return next_look(std::max(settings.adaptive.min_samples, least) - 1, settings.replicates,
-                   sample_unit(settings));
+  return next_report(std::max(settings.adaptive.min_samples, least) - 1, settings.replicates,
+                     sample_unit(settings));
 }
 
 int plan_step(const RenderSettings& settings) {

@@ -8,9 +8,12 @@
 
 namespace core {
 
-/// The first count above `samples` at which errors are looked at: 2^k and 1.5 * 2^k samples per
+/// The first count above `samples` at which errors are looked at to end a job: 1, 1.25, 1.5 and 1.75 times 2^k samples per
 /// replicate.
 int next_look(int samples, int replicates, int unit = 1);
+
+/// The same for looks that only tell: 2^k and 1.5 * 2^k, which are looks, too.
+int next_report(int samples, int replicates, int unit = 1);
 
 /// Where the pass that starts at `samples` ends: one sample, one more, then at most an eighth of what
 /// is there, never beyond the next look or `samples_max`, and even. With sets, a whole one is the least step.
@@ -19,8 +22,8 @@ int pass_end(int samples, int samples_max, int replicates, int unit = 1);
 /// The most samples that `limit` allows: whole sets, or `limit` itself where it is below one.
 int whole_sets(int limit, int unit);
 
-/// Epochs of adaptive sampling. They begin at looks, so that they do not depend on the rule that ends a job: extending it
-/// gives the same film. The first begins at the first look that has adaptive.min_samples, and enough to decide
+/// Epochs of adaptive sampling. They begin at reports, so that they do not depend on the rule that ends a job: extending it
+/// gives the same film. The first begins at the first report that has adaptive.min_samples, and enough to decide
 /// anything; each is as long as everything before it.
 int first_epoch(const RenderSettings& settings);
 inline int epoch_end(int from) { return 2 * from; }

@@ -82,6 +82,9 @@ class Renderer {
   virtual bool render(TileState& state, int last_sample, std::stop_token stop) const = 0;
   /// The same for pilot samples [state.pilot_samples, last_sample), which are independent of all others.
   virtual bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const = 0;
+  /// The pixels of the crop that see lights in part. `side`^2 rays a pixel, or fewer on large films, look for them: what covers less than one
+  /// of as many parts of a pixel may be missed. Empty when stop was requested.
+  virtual LightEdges light_edges(int side, std::stop_token stop) const = 0;
 };
 
 struct TaskOptions {

@@ -32,7 +32,11 @@ struct RenderTask::Impl {
   std::shared_ptr<Film> film;
   TaskOptions options;
   RenderSink& sink;
-  std::stop_source stop_source;
+  std::stop_source stop_source;    // of what is being traced: cancelled, or a clock ran out
+  std::stop_source cancel_source;
+
+  Mutex edges_mutex;
+  std::optional<LightEdges> edges GUARDED_BY(edges_mutex);  // looked for when first needed
 
   mutable Mutex mutex;
   StopRules stop GUARDED_BY(mutex);
@@ -193,6 +197,7 @@ struct RenderTask::Impl {
   };
   SamplesAtEnd samples_at_end() const REQUIRES(mutex);
 
+  ErrorEstimate estimate_of(const FilmSnapshot& snapshot, int samples) EXCLUDES(mutex, edges_mutex);
   void after_slice() EXCLUDES(mutex);
   void decide() EXCLUDES(mutex);
   void begin_epoch() EXCLUDES(mutex);

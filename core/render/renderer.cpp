@@ -10,6 +10,7 @@
 #include "core/camera/camera.h"
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
+#include "core/render/light_edges.h"
 #include "core/render/pass_plan.h"
 #include "core/render/render_task.h"
 #include "core/render/split_pilot.h"
@@ -27,6 +28,8 @@ double thread_cpu_seconds() {
 
 /// Pilot samples come from a seed that no job can have: those end at 2^53.
 constexpr std::uint64_t kPilotStream = std::uint64_t{1} << 62U;
+/// The same for rays that look for lights.
+constexpr std::uint64_t kEdgeStream = std::uint64_t{1} << 61U;
 
 /// With `measured` splitting: as fixed, with the count that the pilot finds.
 std::unique_ptr<const Integrator> planned_integrator(const View& view, const Camera& camera) {
@@ -52,6 +55,7 @@ class PictureRenderer final : public Renderer {
   const View& view() const noexcept override { return view_; }
   bool render(TileState& state, int last_sample, std::stop_token stop) const override;
   bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const override;
+  LightEdges light_edges(int side, std::stop_token stop) const override;
 
  private:
   /// One camera path; what is not finite counts as zero and is counted.
@@ -151,6 +155,28 @@ bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_
   state.rejected_samples += rejected;
   state.cpu_seconds += thread_cpu_seconds() - cpu_start;
   return whole;
+}
+
+LightEdges PictureRenderer::light_edges(int side, std::stop_token stop) const {
+  prepare_tracing_thread();
+  RenderSettings settings = view_.settings;
+  settings.max_depth = 0;  // what shines, and nothing else
+  settings.estimator = {};
+  settings.light_sampler = LightSamplerType::kUniform;
+  const auto integrator = make_integrator({view_.scene->data(), view_.environment.get(), settings});
+  PathSampler sampler(SamplerType::kIndependent, 2, settings.seed | kEdgeStream);
+  std::uint64_t rays = 0;
+  const auto look = [&](int x, int y, int i, int places) {
+    sampler.start(x, y, i);
+    const Vec4 u = sampler.get_4d(kCameraGroup);
+    const float step = 1 / static_cast<float>(places);
+    const Vec2 at = {static_cast<float>(x) + (static_cast<float>(i % places) + u.x) * step,
+                     static_cast<float>(y) + (static_cast<float>(i / places) + u.y) * step};
+    const PathSample sample = integrator->trace(camera_.ray(at, {u.z, u.w}), sampler, rays);
+    return SeenLight{at, is_finite(sample.radiance) ? sample.radiance : Rgb{}};
+  };
+  const FilmSettings& film = settings.film;
+  return find_light_edges(film.crop.value_or(PixelRect{0, 0, film.width, film.height}), filter_, look, side, stop);
 }
 
 }  // namespace

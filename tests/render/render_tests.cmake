@@ -4,6 +4,7 @@ set(RENDER_TEST_SOURCES
   fitted_test.cpp
   furnace_test.cpp
   irradiance_test.cpp
+  light_edges_test.cpp
   options_test.cpp
   planted_bugs_test.cpp
   restir_test.cpp

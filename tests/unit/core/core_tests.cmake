@@ -8,6 +8,7 @@ set(CORE_TEST_SOURCES
   film_merge_test.cpp
   film_test.cpp
   flip_test.cpp
+  light_edges_test.cpp
   pass_plan_test.cpp
   render_task_test.cpp
   replicate_fit_test.cpp

@@ -7,21 +7,26 @@
 
 namespace {
 
-TEST(PassPlan, LooksAreAtPowersOfTwoAndHalfAbovePerReplicate) {
-  std::vector<int> looks;
-  for (int at = core::next_look(0, 2); at <= 64; at = core::next_look(at, 2)) {
-    looks.push_back(at);
+template <typename Next>
+std::vector<int> up_to(int most, const Next& next) {
+  std::vector<int> out;
+  for (int at = next(0); at <= most; at = next(at)) {
+    out.push_back(at);
   }
-  EXPECT_EQ(looks, (std::vector<int>{2, 4, 6, 8, 12, 16, 24, 32, 48, 64}));
+  return out;
+}
+
+TEST(PassPlan, LooksCutEachOctaveOfAReplicateIntoFourAndReportsIntoTwo) {
+  const auto looks = up_to(64, [](int at) { return core::next_look(at, 2); });
+  EXPECT_EQ(looks, (std::vector<int>{2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64}));
+  const auto reports = up_to(64, [](int at) { return core::next_report(at, 2); });
+  EXPECT_EQ(reports, (std::vector<int>{2, 4, 6, 8, 12, 16, 24, 32, 48, 64}));
 }
 
 TEST(PassPlan, LooksAndPassesOfSetsAreWholeSets) {
-  std::vector<int> looks;
-  for (int at = core::next_look(0, 2, 50); at <= 400; at = core::next_look(at, 2, 50)) {
-    looks.push_back(at);
-  }
-  // 2^k and 1.5 * 2^k samples per replicate: 2 ... 48, 64, 96, 128, 192, 256, 384 in all.
-  EXPECT_EQ(looks, (std::vector<int>{50, 100, 150, 200, 300, 400}));
+  // 2 ... 48, 64, 80, 96, 112, 128, 160, 192, 224, 256, 320, 384 in all.
+  EXPECT_EQ(up_to(400, [](int at) { return core::next_look(at, 2, 50); }), (std::vector<int>{50, 100, 150, 200, 250, 300, 350, 400}));
+  EXPECT_EQ(up_to(400, [](int at) { return core::next_report(at, 2, 50); }), (std::vector<int>{50, 100, 150, 200, 300, 400}));
   for (const int unit : {4, 32, 50, 1600}) {
     const int most = core::whole_sets(65536, unit);
     int at = 0;

@@ -2,6 +2,7 @@ import { Fragment } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
 import { api } from '../api/client';
 import { isFinal, type Job, type JobState } from '../api/types';
+import { takeTurn } from '../live/turns';
 import { ago, count, duration, percent } from '../ui/format';
 import { choiceIn, keepChoice, route } from '../ui/router';
 import { refresh, sayError } from '../ui/server_state';
@@ -18,12 +19,25 @@ const filters: Record<Filter, { label: string; states: JobState[] | null }> = {
   other: { label: 'Failed or cancelled', states: ['failed', 'cancelled'] },
 };
 
+const cardsAtOnce = 6;
+
+/** How many of so many cards are drawn: a few more in each turn, so that a long list never blocks the page. */
+function useGrowing(length: number): number {
+  const [drawn, setDrawn] = useState(cardsAtOnce);
+  useEffect(
+    () => (drawn < length ? takeTurn(() => setDrawn(drawn + cardsAtOnce)) : undefined),
+    [drawn, length],
+  );
+  return drawn;
+}
+
 export function JobsPage() {
   const at = useStore(route);
   const asked = choiceIn(at, 'show');
   const filter = (Object.keys(filters) as Filter[]).find((f) => f === asked) ?? 'all';
   const [text, setText] = useState(choiceIn(at, 'find'));
   const { list, settled, more, load } = useJobList(filters[filter].states, text.trim());
+  const drawn = useGrowing(list.length);
   const narrowed = filter !== 'all' || text.trim() !== '';
   useEffect(() => void refresh(), []);
   useEffect(() => {
@@ -73,7 +87,7 @@ export function JobsPage() {
         </p>
       ) : (
         <ul class="job-grid" aria-busy={!settled}>
-          {list.map((j) => (
+          {list.slice(0, drawn).map((j) => (
             <JobCard key={j.id} job={j} />
           ))}
         </ul>

@@ -19,8 +19,6 @@ constexpr std::array<int, 7> kRadii = {1, 2, 3, 5, 8, 16, 32};
 /// Degrees of freedom that the variance of a single pixel is to have, and the least that it is said to have.
 constexpr double kEnough = 6;
 constexpr double kFewest = 3;
-/// Share that ratios may be wrong by, all together, where the expected value is that of a region: what is alike is a guess.
-constexpr double kModelError = 0.03;
 /// Times the expected value that one half has, and the other less than it, where a single event made it: what the picture is off by there is
 /// half of their difference, and no estimate. Fewer do where the pixel has that share of the sum over the picture.
 constexpr float kStandsOut = 10;
@@ -128,7 +126,7 @@ void ErrorEstimate::weigh(const std::vector<Rgb>& variances, const std::vector<E
   const std::size_t n = variances.size();
   raw_ratio_.resize(n);
   influence_.resize(n);
-  is_shared_.resize(n);
+  unlike_.resize(n);
   // How the sum of the ratios moves with a pixel: by its own ratio, and through the expected value that its region
   // shares. d/dmu of Var / (mu^2 + c) is -2 mu Var / (mu^2 + c)^2.
   struct Part {
@@ -137,7 +135,7 @@ void ErrorEstimate::weigh(const std::vector<Rgb>& variances, const std::vector<E
   };
   std::array<std::vector<Part>, 2> parts = {std::vector<Part>(n), std::vector<Part>(n)};
   for (std::size_t i = 0; i < n; ++i) {
-    is_shared_[i] = expected[i].is_shared ? 1 : 0;
+    unlike_[i] = expected[i].unlike;
     float ratio = 0;
     std::array<float, 3> slope{};
     for (int c = 0; c < 3; ++c) {
@@ -269,7 +267,7 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
   double sum = 0;
   double pairs = 0;
   double gaussian = 0;
-  double shared = 0;
+  double unlike = 0;  // what ratios may be wrong by, all together
   double largest = 0;
   const auto is_known = [&](std::size_t i) { return of == Of::kPicture && !std::isnan(known_[i]); };
   const auto spread = [&](std::size_t i) { return static_cast<double>(is_known(i) ? influence_[i] - raw_ratio_[i] : influence_[i]); };
@@ -279,7 +277,7 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
       const auto q = static_cast<double>(is_known(i) ? known_[i] : raw_ratio_[i]);
       const auto pooled = is_known(i) ? 0 : static_cast<double>(window_ratio_[i]);
       sum += q;
-      shared += is_shared_[i] != 0 ? q : 0;
+      unlike += static_cast<double>(unlike_[i]) * q;
       largest = std::max(largest, q);
       gaussian += 2 * pooled * pooled;
       const int column = x - rect.x;
@@ -292,8 +290,7 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
     }
   }
   out.value = sum / n;
-  const double of_model = kModelError * shared;
-  const double variance = (dependence_ * std::max(pairs, gaussian) + of_model * of_model) / (n * n);
+  const double variance = (dependence_ * std::max(pairs, gaussian) + unlike * unlike) / (n * n);
   if (out.value > 0) {
     // Gamma with the same mean and variance: chi2(k) / k with k = 2 q^2 / variance.
     out.degrees = std::max(2 * out.value * out.value / variance, 0.5);

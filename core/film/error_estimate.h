@@ -72,7 +72,7 @@ class ErrorEstimate {
   std::vector<Rgb> pooled_variance_;
   std::vector<float> raw_ratio_;     ///< mean over channels of (A-B)^2/4 / (mu_w^2 + 0.01)
   std::vector<float> influence_;     ///< of the pixel on the sum of raw_ratio_, shared expected values included
-  std::vector<char> is_shared_;      ///< is the expected value that of a region?
+  std::vector<float> unlike_;        ///< ExpectedValue::unlike
   std::vector<float> known_;         ///< mean over channels of error^2 / (mu^2 + 0.01) of this very pixel; NaN where unknown
   std::vector<float> pooled_ratio_;  ///< raw_ratio_ as pooled_variance_ is
   std::vector<float> window_ratio_;  ///< mean of raw_ratio_ over a window that knows its expected value

@@ -21,7 +21,10 @@ namespace core {
 
 struct ExpectedValue {
   Rgb mean;                ///< radiance
-  bool is_shared = false;  ///< is it had from the region?
+  bool is_shared = false;  ///< is it had from regions?
+  /// Where it is: how far what the halves have in common is from its mean over the region whose lack is taken for the pixel's, over `mean`.
+  /// What is lacking grows with what is there, so the share that Var / mean^2 may be wrong by is about as large.
+  float unlike = 0;
   /// What the pixel gives to one of the averages that `mean` is the sum of: of what the halves have in common, and of what that lacks.
   struct Share {
     std::uint32_t part = 0;  ///< number of the region, below that of the pixels

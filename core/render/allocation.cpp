@@ -121,6 +121,27 @@ std::vector<float> needs(const Statistics& s, int width, int height) {
   return out;
 }
 
+/// Pixels that see lights in part have no share in what is pooled: the pixel before them stands for them.
+void leave_out(const LightEdges& edges, Statistics& s) {
+  for (const LightEdge& edge : edges) {
+    const std::size_t from = edge.pixel > 0 ? edge.pixel - 1 : 0;
+    s.mean[edge.pixel] = s.mean[from];
+    s.variance[edge.pixel] = s.variance[from];
+  }
+}
+
+/// Adds what light's rims need. s: what leave_out() left. samples: that pixels have, about.
+void add_edges(const LightEdges& edges, const Statistics& s, int samples, std::vector<float>& need) {
+  for (const LightEdge& edge : edges) {
+    const std::size_t i = edge.pixel;
+    const float mean = luminance(edge.mean) + (1 - edge.coverage) * luminance(s.mean[i]);
+    // Well-spread samples of an edge in the plane have sqrt(met) less variance than independent ones, where `met` of them meet the lesser side.
+    const float met = static_cast<float>(samples) * std::min(edge.coverage, 1 - edge.coverage);
+    const float ratio = edge.variance / std::sqrt(1 + met) / (mean * mean + static_cast<float>(MomentSums::kRegularizer));
+    need[i] = std::sqrt(need[i] * need[i] + ratio / std::max(s.cost[i], 1.0F));
+  }
+}
+
 /// The largest within `radius`, along rows or columns.
 std::vector<float> largest_along(const std::vector<float>& values, int width, int height, int radius, bool rows) {
   std::vector<float> out(values.size());
@@ -170,11 +191,18 @@ std::vector<float> by_tile(const std::vector<float>& values, const Film& film, i
   return out;
 }
 
-std::vector<float> needs_of(const Film& film, const AdaptiveSettings& settings, const Statistics& statistics) {
+std::vector<float> needs_of(const Film& film, const AdaptiveSettings& settings, Statistics statistics, const LightEdges& edges,
+                            int samples) {
   const PixelRect crop = film.crop();
+  leave_out(edges, statistics);
   std::vector<float> need = needs(statistics, crop.width, crop.height);
-  return settings.granularity == Granularity::kTile ? by_tile(need, film, settings.dilation)
-                                                    : dilated(std::move(need), crop.width, crop.height, settings.dilation);
+  if (settings.granularity == Granularity::kTile) {
+    add_edges(edges, statistics, samples, need);
+    return by_tile(need, film, settings.dilation);
+  }
+  need = dilated(std::move(need), crop.width, crop.height, settings.dilation);
+  add_edges(edges, statistics, samples, need);  // they are known to the pixel
+  return need;
 }
 
 /// Where each pixel of the crop is when the epoch begins, one half.
@@ -239,7 +267,8 @@ std::vector<std::uint32_t> distribute(const Budget& budget) {
   return out;
 }
 
-std::vector<std::vector<PixelPlan>> make_plans(const Film& film, const RenderSettings& render, int from) {
+std::vector<std::vector<PixelPlan>> make_plans(const Film& film, const RenderSettings& render, int from,
+                                              const LightEdges& edges) {
   const AdaptiveSettings& settings = render.adaptive;
   const PixelRect crop = film.crop();
   const bool crossed = settings.type == AdaptiveType::kCrossHalf;
@@ -261,7 +290,7 @@ std::vector<std::vector<PixelPlan>> make_plans(const Film& film, const RenderSet
     Budget budget;
     budget.width = crop.width;
     budget.height = crop.height;
-    budget.need = needs_of(film, settings, statistics);
+    budget.need = needs_of(film, settings, statistics, edges, epoch_end(from));
     budget.has = begin[half];
     budget.mean = 0.5 * epoch_end(from);
     budget.step = static_cast<std::uint32_t>(plan_step(render));

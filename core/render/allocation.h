@@ -13,13 +13,16 @@
 #include <vector>
 
 #include "core/film/film.h"
+#include "core/film/light_edges.h"
 #include "core/render/settings.h"
 
 namespace core {
 
-/// The plans of all tiles for the epoch that begins at `from` and ends at epoch_end(from).
+/// The plans of all tiles for the epoch that begins at `from` and ends at epoch_end(from). edges: of the film's crop; pixels that see
+/// lights in part need what the scene says, since few pilot samples meet what is rare.
 /// Pre: every tile has `from` samples, and pilot_samples_at(from) of the pilot where that decides.
-std::vector<std::vector<PixelPlan>> make_plans(const Film& film, const RenderSettings& settings, int from);
+std::vector<std::vector<PixelPlan>> make_plans(const Film& film, const RenderSettings& settings, int from,
+                                              const LightEdges& edges = {});
 
 /// What make_plans() does with needs that are known; public for tests.
 struct Budget {

@@ -20,9 +20,8 @@ constexpr int kSamplesBeforeErrorStop = 32;
 /// looks errors fall by 6 to 13 %: before the last two or three of these looks the error is too far away, and what these see is
 /// nearly the same.
 constexpr int kLooksAtRisk = 2;
-/// Of the rays of a pixel that look for lights' rims: four take as long as one or two samples. Jobs with an error target hang on what is found.
-constexpr int kEdgeSide = 2;
-constexpr int kEdgeSideOfTargets = 4;
+/// Of the rays of a pixel that look for lights' rims: together they take as long as some six samples.
+constexpr int kEdgeSide = 4;
 /// Passes that the pace is taken from.
 constexpr std::size_t kPacePoints = 32;
 
@@ -198,7 +197,9 @@ void RenderTask::Impl::begin_epoch() {
     MutexLock lock(mutex);
     from = planned_to;
   }
-  film->install_plans({from, epoch_end(from)}, make_plans(*film, renderer->view().settings, from));
+  const RenderSettings& settings = renderer->view().settings;
+  const bool by_pilot = settings.adaptive.type == AdaptiveType::kPilot;
+  film->install_plans({from, epoch_end(from)}, make_plans(*film, settings, from, by_pilot ? light_edges() : LightEdges{}));
   bool again = false;
   {
     MutexLock lock(mutex);
@@ -212,19 +213,22 @@ void RenderTask::Impl::begin_epoch() {
 }
 
 ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int samples) {
-  if (samples < kSamplesBeforeErrorStop) {  // fewer take less time than the edges
-    return ErrorEstimate(snapshot);
-  }
-  bool has_target = false;
   {
+    // Other jobs do not take the time; what is said of them is what their films alone tell, wherever they are merged.
     MutexLock lock(mutex);
-    has_target = stop.relative_error.has_value();
+    if (!stop.relative_error || samples < kSamplesBeforeErrorStop) {
+      return ErrorEstimate(snapshot);
+    }
   }
+  return ErrorEstimate(snapshot, light_edges());
+}
+
+const LightEdges& RenderTask::Impl::light_edges() {
   MutexLock lock(edges_mutex);
   if (!edges) {
-    edges = renderer->light_edges(has_target ? kEdgeSideOfTargets : kEdgeSide, cancel_source.get_token());
+    edges = renderer->light_edges(kEdgeSide, cancel_source.get_token());
   }
-  return ErrorEstimate(snapshot, *edges);
+  return *edges;  // it stays as it is
 }
 
 ConvergencePoint RenderTask::Impl::look(const ErrorEstimate& estimate, int samples) const {

@@ -197,6 +197,7 @@ struct RenderTask::Impl {
   };
   SamplesAtEnd samples_at_end() const REQUIRES(mutex);
 
+  const LightEdges& light_edges() EXCLUDES(mutex, edges_mutex);
   ErrorEstimate estimate_of(const FilmSnapshot& snapshot, int samples) EXCLUDES(mutex, edges_mutex);
   void after_slice() EXCLUDES(mutex);
   void decide() EXCLUDES(mutex);

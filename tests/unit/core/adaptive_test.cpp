@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <numeric>
 #include <thread>
 
@@ -95,6 +96,44 @@ TEST(Allocation, IsEvenWhereNothingIsNeeded) {
   for (const std::uint32_t n : core::distribute(budget)) {
     EXPECT_EQ(n, 64U);
   }
+}
+
+/// 32 samples of every pixel, and pilot samples that saw no light's rim: radiance 1, variance of a sample 0.01, two rays.
+std::unique_ptr<Film> calm_film(core::RenderSettings& settings) {
+  settings.film.width = settings.film.height = 32;
+  settings.adaptive = {AdaptiveType::kPilot, 32, core::Granularity::kPixel, 0};
+  auto film = std::make_unique<Film>(settings);
+  core::TileState tile = film->tile(0);
+  tile.samples = 32;
+  for (core::ReplicatePixel& p : tile.pixels) {
+    p = {1, 1, 1, 1, 0.15F, 16};
+  }
+  tile.pilot.assign(32 * 32, core::PilotPixel{core::Rgb(1), core::Rgb(0.02F), 1, 3});
+  tile.pilot_samples = 3;
+  film->commit(0, std::move(tile));
+  return film;
+}
+
+TEST(Allocation, KnowsRimsOfLightsFromTheScene) {
+  core::RenderSettings settings;
+  const auto film = calm_film(settings);
+  // One sample in a thousand meets a light of 1000, in the pixel after it half of them one of 1.5.
+  const core::LightEdges edges = {{500, core::Rgb(1), 1000 * 0.999F, 0.001F}, {501, core::Rgb(0.75F), 1.5F * 1.5F / 4, 0.5F}};
+  const auto even = core::make_plans(*film, settings, 32);
+  const auto plan = core::make_plans(*film, settings, 32, edges);
+  for (const core::PixelPlan& p : even[0]) {
+    EXPECT_NEAR(p.to[0], 32, 1);
+  }
+  // Needs: sqrt(0.01 / 1.01 / 2), sqrt(1000 / sqrt(1 + 0.064) / 4 / 2) and sqrt(0.56 / sqrt(1 + 32) / 1.57 / 2), 0.07, 11 and 0.19.
+  double others = 0;
+  for (std::size_t i = 0; i < plan[0].size(); ++i) {
+    others += i == 500 || i == 501 ? 0 : static_cast<double>(plan[0][i].to[0]) / (32 * 32 - 2);
+  }
+  EXPECT_NEAR(others, 31, 1);
+  EXPECT_GT(plan[0][500].to[0], 10 * others);
+  EXPECT_GT(plan[0][501].to[0], 1.5 * others);
+  EXPECT_LT(plan[0][501].to[0], 4 * others);
+  EXPECT_NEAR(plan[0][499].to[0], others, 2) << "what is known to the pixel needs no neighbours";
 }
 
 TEST(Epochs, BeginAtLooksAndThePilotIsAtMostATenth) {

@@ -30,17 +30,14 @@ interface Pages {
   next: string | null;
 }
 
-const createdAt = (job: Job): string => job.created_at ?? '';
-
 /** A newer first page before those that are there: who left it for the page after is kept. */
 function renewed(old: Pages, page: JobPage): Pages {
   if (!old.rest.length) return { ...old, first: page.jobs, next: page.next };
   const there = new Set(page.jobs.map((j) => j.id));
-  const last = page.jobs[page.jobs.length - 1];
-  const oldest = last ? createdAt(last) : '';
-  const rest = page.next
-    ? [...old.first, ...old.rest].filter((j) => !there.has(j.id) && createdAt(j) <= oldest)
-    : [];
+  const known = [...old.first, ...old.rest];
+  // Those after the last one of the page, in the server's order: what is before it and not on the page is gone.
+  const last = known.map((j) => there.has(j.id)).lastIndexOf(true);
+  const rest = page.next ? known.slice(last + 1) : [];
   return { ...old, first: page.jobs, rest, next: page.next && old.next };
 }
 

@@ -11,9 +11,7 @@
 #include "clients/cli/verb_text.h"
 
 namespace cli {
-namespace {
 
-/// Insertions, deletions and replacements of one character that make a of b.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -26,6 +24,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   }
   return row.back();
 }
+
+namespace {
 
 /// What other renderers call the same.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kElsewhere = {{

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
 
@@ -17,6 +18,9 @@ int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& b
 
 /// "tessera VERB: message", with the place before it if there is one, on stderr. Returns kFailed.
 int complain(const std::string& verb, const core::Error& error);
+
+/// Insertions, deletions and replacements of one character that make a of b.
+std::size_t edit_distance(std::string_view a, std::string_view b);
 
 /// Where the server is and how to be let in: --server and --key, TESSERA_SERVER and TESSERA_KEY.
 struct ServerFlags {

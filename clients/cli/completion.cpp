@@ -1,34 +1,48 @@
 #include "clients/cli/completion.h"
 
 #include <algorithm>
+#include <array>
 #include <string_view>
 
 namespace cli {
 namespace {
 
-/// What may stand for a value.
-enum class Kind { kSwitch, kText, kFile, kFolder, kJob, kExperiment };
+/// Words that a command prints, a line each, when they are wanted.
+struct Words {
+  std::string_view kind;  ///< as the scripts name it
+  std::string_view command;
+};
 
-Kind kind_of(const OptionText& option) {
-  const std::string_view value = option.value;
-  if (value.empty()) {
-    return Kind::kSwitch;
-  }
-  if (value == "FILE" || value == "SCENE") {
-    return Kind::kFile;
-  }
-  if (value == "DIR") {
-    return Kind::kFolder;
-  }
-  if (value == "EXPERIMENT") {
-    return Kind::kExperiment;
-  }
-  return value == "ID" || value == "ID..." ? Kind::kJob : Kind::kText;
+// The newest jobs of the server; "latest" alone where none answers.
+constexpr Words kJobs = {"job", "echo latest; tessera jobs --limit 50 2>/dev/null | awk 'NR > 1 {print $1}'"};
+constexpr Words kScenes = {"scene", "tessera render --scenes | awk '{print $1}'"};
+constexpr Words kExperiments = {"experiment", "tessera lab | awk '{print $1}'"};
+constexpr Words kShells = {"shell", "printf '%s\\n' bash zsh fish"};
+constexpr std::array kAllWords = {&kJobs, &kScenes, &kExperiments, &kShells};
+
+/// What may stand for a value: words, files, folders, or what the user alone knows.
+struct Offer {
+  std::string_view value;
+  const Words* words = nullptr;
+  bool files = false;
+  bool folders = false;
+};
+constexpr std::array kOffers = {
+    Offer{.value = "FILE", .files = true},
+    Offer{.value = "DIR", .folders = true},
+    Offer{.value = "SCENE", .words = &kScenes, .files = true},
+    Offer{.value = "EXPERIMENT", .words = &kExperiments},
+    Offer{.value = "ID", .words = &kJobs},
+    Offer{.value = "ID...", .words = &kJobs},
+    Offer{.value = "ID|FILE", .words = &kJobs, .files = true},
+    Offer{.value = "ID|FILE...", .words = &kJobs, .files = true},
+    Offer{.value = "SHELL", .words = &kShells},
+};
+
+Offer offer_for(const OptionText& option) {
+  const auto found = std::find_if(kOffers.begin(), kOffers.end(), [&](const Offer& o) { return o.value == option.value; });
+  return found == kOffers.end() ? Offer{.value = option.value} : *found;
 }
-
-// The newest jobs of the server; nothing where none answers.
-constexpr std::string_view kJobIds = "tessera jobs --limit 50 2>/dev/null | awk 'NR > 1 {print $1}'";
-constexpr std::string_view kExperiments = "tessera lab | awk '{print $1}'";
 
 std::string replaced(std::string_view text, std::string_view what, std::string_view with) {
   std::string out;
@@ -54,21 +68,19 @@ std::string joined(const std::vector<std::string>& parts, std::string_view betwe
   return out;
 }
 
-std::string_view bash_kind(Kind kind) {
-  switch (kind) {
-    case Kind::kFile:
-      return "file";
-    case Kind::kFolder:
-      return "folder";
-    case Kind::kJob:
-      return "job";
-    case Kind::kExperiment:
-      return "experiment";
-    case Kind::kSwitch:
-    case Kind::kText:
-      break;
+/// "text", "folder", "file", a kind of words, or "file job".
+std::string bash_kinds(const Offer& offer) {
+  std::vector<std::string> kinds;
+  if (offer.files) {
+    kinds.emplace_back("file");
   }
-  return "text";
+  if (offer.folders) {
+    kinds.emplace_back("folder");
+  }
+  if (offer.words != nullptr) {
+    kinds.emplace_back(offer.words->kind);
+  }
+  return kinds.empty() ? "text" : joined(kinds, " ");
 }
 
 std::string bash_verb(const VerbText& verb) {
@@ -77,12 +89,12 @@ std::string bash_verb(const VerbText& verb) {
   for (const OptionText& option : verb.options) {
     names.insert(names.end(), option.names.begin(), option.names.end());
     if (!option.value.empty()) {
-      cases += "        " + joined(option.names, "|") + ") kind=" + std::string(bash_kind(kind_of(option))) + " ;;\n";
+      cases += "        " + joined(option.names, "|") + ") kinds='" + bash_kinds(offer_for(option)) + "' ;;\n";
     }
   }
-  const std::string_view operand = verb.operands.empty() ? "none" : bash_kind(kind_of(verb.operands.front()));
+  const std::string operand = verb.operands.empty() ? "none" : bash_kinds(offer_for(verb.operands.front()));
   return "    " + verb.name + ")\n      options=" + shell_quoted(joined(names, " ")) +
-         "\n      operand=" + std::string(operand) + "\n      case $before in\n" + cases + "      esac\n      ;;\n";
+         "\n      operand='" + operand + "'\n      case $before in\n" + cases + "      esac\n      ;;\n";
 }
 
 /// Brackets and colons have a meaning in zsh's specifications.
@@ -94,28 +106,26 @@ std::string zsh_text(std::string_view text) {
   return out;
 }
 
-std::string zsh_action(Kind kind) {
-  switch (kind) {
-    case Kind::kFile:
-      return "_files";
-    case Kind::kFolder:
-      return "_files -/";
-    case Kind::kJob:
-      return "_tessera_jobs";
-    case Kind::kExperiment:
-      return "_tessera_experiments";
-    case Kind::kSwitch:
-    case Kind::kText:
-      break;
+std::string zsh_action(const Offer& offer) {
+  if (offer.words != nullptr) {
+    return "_tessera_" + std::string(offer.words->kind) + (offer.files ? "_or_file" : "");
   }
-  return " ";
+  return offer.files ? "_files" : offer.folders ? "_files -/" : " ";
+}
+
+/// Functions that offer words, alone and among files.
+std::string zsh_words(const Words& words) {
+  const std::string kind(words.kind);
+  return "_tessera_" + kind + "() {\n  compadd ${(f)\"$(" + std::string(words.command) + ")\"}\n}\n" +
+         "_tessera_" + kind + "_or_file() {\n  _alternative '" + kind + ":" + kind + ":_tessera_" + kind +
+         "' 'files:file:_files'\n}\n";
 }
 
 std::string zsh_verb(const VerbText& verb) {
   std::string out = "    " + verb.name + ")\n      _arguments";
   for (const OptionText& option : verb.options) {
     const std::string value =
-        option.value.empty() ? "" : ":" + zsh_text(option.value) + ":" + zsh_action(kind_of(option));
+        option.value.empty() ? "" : ":" + zsh_text(option.value) + ":" + zsh_action(offer_for(option));
     const std::string others = option.repeats ? "*" : "(" + joined(option.names, " ") + ")";
     for (const std::string& name : option.names) {
       out += " \\\n        " + shell_quoted(others + name + "[" + zsh_text(option.text) + "]" + value);
@@ -123,7 +133,7 @@ std::string zsh_verb(const VerbText& verb) {
   }
   for (const OptionText& operand : verb.operands) {
     out += " \\\n        " + shell_quoted((operand.repeats ? "*:" : ":") + zsh_text(operand.value) + ":" +
-                                 zsh_action(kind_of(operand)));
+                                 zsh_action(offer_for(operand)));
   }
   return out + "\n      ;;\n";
 }
@@ -132,22 +142,16 @@ std::string fish_quoted(std::string_view text) {
   return "'" + replaced(replaced(text, "\\", "\\\\"), "'", "\\'") + "'";
 }
 
-std::string fish_value(Kind kind) {
-  switch (kind) {
-    case Kind::kFile:
-      return " -r -F";
-    case Kind::kFolder:
-      return " -x -a '(__fish_complete_directories)'";
-    case Kind::kJob:
-      return " -x -a " + fish_quoted("(" + std::string(kJobIds) + ")");
-    case Kind::kExperiment:
-      return " -x -a " + fish_quoted("(" + std::string(kExperiments) + ")");
-    case Kind::kText:
-      return " -x";
-    case Kind::kSwitch:
-      break;
+std::string fish_value(const Offer& offer) {
+  if (offer.value.empty()) {
+    return "";
   }
-  return "";
+  if (offer.folders) {
+    return " -x -a '(__fish_complete_directories)'";
+  }
+  const std::string words =
+      offer.words == nullptr ? "" : " -a " + fish_quoted("(" + std::string(offer.words->command) + ")");
+  return (offer.files ? " -r -F" : " -x") + words;
 }
 
 std::string fish_verb(const VerbText& verb) {
@@ -158,14 +162,25 @@ std::string fish_verb(const VerbText& verb) {
     for (const std::string& name : option.names) {
       names += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
     }
-    out += head + names + fish_value(kind_of(option)) + " -d " + fish_quoted(option.text) + "\n";
+    out += head + names + fish_value(offer_for(option)) + " -d " + fish_quoted(option.text) + "\n";
   }
   for (const OptionText& operand : verb.operands) {
-    if (kind_of(operand) == Kind::kFile) {
+    const Offer offer = offer_for(operand);
+    if (offer.files && offer.words == nullptr) {
       out += head + " -F\n";
-    } else if (kind_of(operand) == Kind::kJob || kind_of(operand) == Kind::kExperiment) {
-      out += head + fish_value(kind_of(operand)) + "\n";
+    } else if (offer.words != nullptr) {
+      out += head + fish_value(offer) + "\n";
     }
+  }
+  return out;
+}
+
+/// Cases for each kind of words.
+std::string bash_words() {
+  std::string out;
+  for (const Words* words : kAllWords) {
+    out += "      " + std::string(words->kind) + ")\n        mapfile -t -O ${#COMPREPLY[@]} COMPREPLY < <(compgen -W \"$(" +
+           std::string(words->command) + ")\" -- \"$word\")\n        ;;\n";
   }
   return out;
 }
@@ -182,7 +197,7 @@ std::string bash_completion(std::span<const VerbText> verbs) {
   return "# Completion of tessera for bash: source <(tessera completion bash)\n"
          "_tessera() {\n"
          "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}\n"
-         "  local options= operand=none kind=\n"
+         "  local options= operand=none kinds= kind=\n"
          "  COMPREPLY=()\n"
          "  if ((COMP_CWORD == 1)); then\n"
          "    mapfile -t COMPREPLY < <(compgen -W " + shell_quoted(names + "--help --version") + " -- \"$word\")\n"
@@ -196,28 +211,32 @@ std::string bash_completion(std::span<const VerbText> verbs) {
          "  fi\n"
          "  case ${COMP_WORDS[1]} in\n" + cases +
          "  esac\n"
-         "  if [[ -z $kind && $word == -* ]]; then\n"
+         "  if [[ -z $kinds && $word == -* ]]; then\n"
          "    mapfile -t COMPREPLY < <(compgen -W \"$options\" -- \"$word\")\n"
          "    return\n"
          "  fi\n"
-         "  case ${kind:-$operand} in\n"
-         "    file)\n"
-         "      compopt -o filenames 2>/dev/null\n"
-         "      mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n"
-         "      ;;\n"
-         "    folder)\n"
-         "      compopt -o filenames 2>/dev/null\n"
-         "      mapfile -t COMPREPLY < <(compgen -d -- \"$word\")\n"
-         "      ;;\n"
-         "    job) mapfile -t COMPREPLY < <(compgen -W \"latest $(" + std::string(kJobIds) + ")\" -- \"$word\") ;;\n"
-         "    experiment) mapfile -t COMPREPLY < <(compgen -W \"$(" + std::string(kExperiments) + ")\" -- \"$word\") ;;\n"
-         "    none) mapfile -t COMPREPLY < <(compgen -W \"$options\" -- \"$word\") ;;\n"
-         "  esac\n"
+         "  for kind in ${kinds:-$operand}; do\n"
+         "    case $kind in\n"
+         "      file)\n"
+         "        compopt -o filenames 2>/dev/null\n"
+         "        mapfile -t -O ${#COMPREPLY[@]} COMPREPLY < <(compgen -f -- \"$word\")\n"
+         "        ;;\n"
+         "      folder)\n"
+         "        compopt -o filenames 2>/dev/null\n"
+         "        mapfile -t COMPREPLY < <(compgen -d -- \"$word\")\n"
+         "        ;;\n" + bash_words() +
+         "      none) mapfile -t COMPREPLY < <(compgen -W \"$options\" -- \"$word\") ;;\n"
+         "    esac\n"
+         "  done\n"
          "}\n"
          "complete -F _tessera tessera\n";
 }
 
 std::string zsh_completion(std::span<const VerbText> verbs) {
+  std::string functions;
+  for (const Words* words : kAllWords) {
+    functions += zsh_words(*words);
+  }
   std::string names;
   std::string cases;
   for (const VerbText& verb : verbs) {
@@ -225,13 +244,8 @@ std::string zsh_completion(std::span<const VerbText> verbs) {
     cases += zsh_verb(verb);
   }
   return "#compdef tessera\n"
-         "# Completion of tessera for zsh: source <(tessera completion zsh)\n"
-         "_tessera_jobs() {\n"
-         "  compadd latest ${(f)\"$(" + std::string(kJobIds) + ")\"}\n"
-         "}\n"
-         "_tessera_experiments() {\n"
-         "  compadd ${(f)\"$(" + std::string(kExperiments) + ")\"}\n"
-         "}\n"
+         "# Completion of tessera for zsh: source <(tessera completion zsh)\n" +
+         functions +
          "_tessera() {\n"
          "  local -a verbs=(\n" + names +
          "  )\n"

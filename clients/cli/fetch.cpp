@@ -7,6 +7,7 @@
 #include "clients/cli/command.h"
 #include "clients/cli/files.h"
 #include "clients/cli/follow.h"
+#include "clients/cli/terminal.h"
 
 namespace cli {
 namespace {
@@ -61,6 +62,10 @@ int run_film(const ServerFlags& server, const std::string& id, const std::string
 }  // namespace
 
 core::Status check_picture_name(const std::string& output) {
+  if (output == "-" && is_terminal(stdout)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "stdout is a terminal, and a picture is no text; send it on, as in `-o - > picture.png`", "-"};
+  }
   const std::string extension = extension_of(output);
   if (output == "-" || std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end()) {
     return core::ok_status();

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "clients/cli/cli.h"
+#include "clients/cli/command.h"
 
 namespace cli {
 namespace {
@@ -35,8 +37,26 @@ int execute_sibling(char** argv) {
   return kFailed;
 }
 
+int unknown_verb(const std::string& name) {
+  const auto known = verbs();
+  const auto near = std::min_element(known.begin(), known.end(), [&](const Verb& a, const Verb& b) {
+    return edit_distance(name, a.name) < edit_distance(name, b.name);
+  });
+  constexpr std::size_t kTypos = 2;
+  const bool alike = edit_distance(name, near->name) <= std::min(kTypos, near->name.size() - 1);
+  const std::string meant = alike ? "; did you mean " + std::string(near->name) + "?" : ".";
+  std::fprintf(stderr, "tessera: there is no verb \"%s\"%s `tessera --help` lists what there is.\n", name.c_str(),
+               meant.c_str());
+  return kWrongUsage;
+}
+
 int dispatch(int argc, char** argv) {
   const std::string_view name = argc > 1 ? argv[1] : "";
+  std::string help = "--help";
+  if (name == "help" && argc > 2) {
+    std::array<char*, 4> of_verb = {argv[0], argv[2], help.data(), nullptr};
+    return dispatch(3, of_verb.data());
+  }
   if (name == "--help" || name == "-h" || name == "help") {
     std::fputs(help_text().c_str(), stdout);
     return kDone;
@@ -47,11 +67,12 @@ int dispatch(int argc, char** argv) {
   }
   const auto known = verbs();
   const auto verb = std::find_if(known.begin(), known.end(), [name](const Verb& v) { return v.name == name; });
-  if (verb == known.end()) {
-    const std::string given(name);
-    std::fprintf(stderr, "%s%s\n\n%s", name.empty() ? "tessera: which verb?" : "tessera: unknown verb: ",
-                 given.c_str(), help_text().c_str());
+  if (name.empty()) {
+    std::fprintf(stderr, "tessera: which verb?\n\n%s", help_text().c_str());
     return kWrongUsage;
+  }
+  if (verb == known.end()) {
+    return unknown_verb(std::string(name));
   }
   if (verb->run == nullptr) {
     return execute_sibling(argv);

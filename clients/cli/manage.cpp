@@ -14,6 +14,7 @@ namespace {
 struct ListFlags {
   std::vector<std::string> states;
   std::vector<std::string> labels;
+  std::string name;
   int limit = 20;
   bool previews = false;
   bool json = false;
@@ -50,6 +51,7 @@ int list_jobs(const ServerFlags& server, const ListFlags& flags) {
     for (const std::string& label : flags.labels) {
       path += "&label=" + encode_url(label);
     }
+    path += flags.name.empty() ? "" : "&name=" + encode_url(flags.name);
     path += cursor.empty() ? "" : "&cursor=" + encode_url(cursor);
     const auto reply = (*client)->get(path);
     if (!reply) {
@@ -101,6 +103,7 @@ int jobs(const Args& args) {
       ->type_name("STATE")->allow_extra_args(false);
   app.add_option("--label", flags.labels, "Only with this label: KEY or KEY=VALUE")
       ->type_name("LABEL")->allow_extra_args(false);
+  app.add_option("--name", flags.name, "Only with this in its name, small letters or large")->type_name("TEXT");
   app.add_flag("--previews", flags.previews, "The small pictures of those who place a camera, too");
   app.add_option("--limit", flags.limit, "At most so many")->check(CLI::Range(1, 100000).description(""))->type_name("N")
       ->capture_default_str();

@@ -27,12 +27,17 @@ std::string percent_done(double fraction) {
   return std::to_string(static_cast<int>(std::clamp(fraction, 0.0, 1.0) * 100)) + " %";
 }
 
-std::vector<std::string> parts(const ProgressFacts& facts) {
+std::string error_part(const ProgressFacts& facts, bool with_interval) {
+  return with_interval ? interval_text(facts) : "error " + error_text(facts.relative_error);
+}
+
+/// with_interval: of the error, where it is known.
+std::vector<std::string> parts(const ProgressFacts& facts, bool with_interval) {
   std::vector<std::string> out;
   out.push_back(percent_done(facts.fraction));
   out.push_back(printed("%.0f", facts.samples_per_pixel) + " samples");
   if (!std::isnan(facts.relative_error)) {
-    out.push_back(interval_text(facts));
+    out.push_back(error_part(facts, with_interval));
   }
   if (facts.rays_per_second > 0) {
     out.push_back(rate_text(facts.rays_per_second));
@@ -83,18 +88,32 @@ std::string rate_text(double rays_per_second) {
 
 std::string progress_text(const ProgressFacts& facts) {
   std::string text = facts.state;
-  for (const std::string& part : parts(facts)) {
+  for (const std::string& part : parts(facts, true)) {
     text += "  " + part;
   }
   return text;
 }
 
 std::string progress_bar(const ProgressFacts& facts, int columns, bool unicode) {
-  std::string tail;
-  for (const std::string& part : parts(facts)) {
-    if (static_cast<int>(tail.size() + part.size()) + 2 + 14 <= columns) {
-      tail += "  " + part;
+  constexpr int kBarColumns = 14;
+  const auto length = [](const std::vector<std::string>& words) {
+    std::size_t sum = 0;
+    for (const std::string& word : words) {
+      sum += 2 + word.size();
     }
+    return static_cast<int>(sum);
+  };
+  std::vector<std::string> words = parts(facts, true);
+  if (length(words) + kBarColumns > columns) {
+    words = parts(facts, false);
+  }
+  // How long it still takes, which is the last, is wanted more than the speed before it.
+  while (words.size() > 1 && length(words) + kBarColumns > columns) {
+    words.erase(words.end() - (words.size() > 2 ? 2 : 1));
+  }
+  std::string tail;
+  for (const std::string& word : words) {
+    tail += "  " + word;
   }
   const int cells = std::clamp(columns - static_cast<int>(tail.size()) - 3, 0, 30);
   const int full = static_cast<int>(std::clamp(facts.fraction, 0.0, 1.0) * cells);

@@ -13,6 +13,7 @@
 #include "clients/cli/render_job.h"
 #include "core/image_io/image_io.h"
 #include "core/render/registry.h"
+#include "core/scene_io/builtin_scenes.h"
 
 namespace cli {
 namespace {
@@ -162,13 +163,22 @@ int run(const JobFlags& flags) {
   return render_to_file(*job, flags, threads);
 }
 
+void print_builtin_scenes() {
+  for (const core::BuiltinScene& scene : core::builtin_scenes()) {
+    std::printf("%-12.*s  %.*s\n", static_cast<int>(scene.name.size()), scene.name.data(),
+                static_cast<int>(scene.summary.size()), scene.summary.data());
+  }
+  throw CLI::Success();
+}
+
 }  // namespace
 
 int render(const Args& args) {
   CLI::App app("Renders one picture on this machine, without a service.", "tessera render");
   JobFlags flags;
-  add_job_flags(app, flags, "Built-in scene, a .glb or .gltf file, or a folder with one");
+  add_job_flags(app, flags, "Built-in scene (--scenes lists them), a .glb or .gltf file, or a folder with one");
   app.get_option("--output")->required();
+  app.add_flag_callback("--scenes", &print_builtin_scenes, "List the built-in scenes; render nothing");
   return parse_and_run(app, args, [&] { return run(flags); });
 }
 

@@ -1,5 +1,9 @@
 // The verbs for what came of jobs: merge, compare.
+#include <algorithm>
+#include <array>
 #include <cstdio>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "clients/cli/api_client.h"
@@ -12,6 +16,8 @@
 namespace cli {
 namespace {
 
+constexpr std::size_t kUuidLength = 36;
+
 /// The id of a job or an asset: a file is uploaded, anything else is a job's name.
 core::Result<std::string> id_of(ApiClient& client, const std::string& name) {
   if (is_file(name)) {
@@ -21,11 +27,24 @@ core::Result<std::string> id_of(ApiClient& client, const std::string& name) {
   if (name.size() == kSha256Digits) {
     return name;
   }
+  if (name.size() != kUuidLength && name != "latest") {
+    return core::Error{core::ErrorCode::kNotFound, "there is no such file, and the id of a job looks different", name};
+  }
   const auto path = job_path(client, name);
   if (!path) {
     return path.error();
   }
   return path->substr(path->rfind('/') + 1);
+}
+
+/// The server speaks of "/films/1" or "/b": says which argument that was.
+core::Error with_argument(core::Error error, const std::vector<std::pair<std::string, std::string>>& pointers) {
+  for (const auto& [pointer, argument] : pointers) {
+    if (const std::size_t at = error.message.find(pointer + ": "); at != std::string::npos) {
+      error.message.insert(at + pointer.size(), " (" + argument + ")");
+    }
+  }
+  return error;
 }
 
 int merge_films(const ServerFlags& server, const std::vector<std::string>& films, bool json) {
@@ -34,7 +53,9 @@ int merge_films(const ServerFlags& server, const std::vector<std::string>& films
     return complain("merge", client.error());
   }
   Json ids = Json::array();
+  std::vector<std::pair<std::string, std::string>> pointers;
   for (const std::string& film : films) {
+    pointers.emplace_back("/films/" + std::to_string(pointers.size()), film);
     const auto id = id_of(**client, film);
     if (!id) {
       return complain("merge", id.error());
@@ -43,7 +64,7 @@ int merge_films(const ServerFlags& server, const std::vector<std::string>& films
   }
   const auto reply = (*client)->post("/v1/films/merge", Json{{"films", ids}}.dump(), "application/json");
   if (!reply) {
-    return complain("merge", reply.error());
+    return complain("merge", with_argument(reply.error(), pointers));
   }
   const Json job = parse_object(reply->body);
   std::printf("%s\n", json ? job.dump(2).c_str() : text_at(job, "id").c_str());
@@ -72,6 +93,19 @@ void print_figures(const Json& comparison) {
               figure(z, "variance").c_str(), figure(z, "share_above_3").c_str());
 }
 
+/// Files of display values end at white: what shines brighter in the job counts as a difference.
+void warn_of_display_values(const std::vector<std::string>& names) {
+  constexpr std::array<std::string_view, 4> kDisplay = {"png", "jpg", "jpeg", "webp"};
+  for (const std::string& name : names) {
+    if (is_file(name) && std::find(kDisplay.begin(), kDisplay.end(), extension_of(name)) != kDisplay.end()) {
+      std::fprintf(stderr,
+                   "warning: %s has display values, which end at white: what is brighter counts as a difference. "
+                   "Only FLIP fits it; for the others compare an EXR.\n",
+                   name.c_str());
+    }
+  }
+}
+
 int compare_pictures(const ServerFlags& server, const std::string& a, const std::string& b, bool json) {
   auto client = ApiClient::connect(server.url, server.key);
   if (!client) {
@@ -82,10 +116,11 @@ int compare_pictures(const ServerFlags& server, const std::string& a, const std:
   if (!second) {
     return complain("compare", second.error());
   }
+  warn_of_display_values({a, b});
   const auto reply =
       (*client)->post("/v1/comparisons", Json{{"a", *first}, {"b", *second}}.dump(), "application/json");
   if (!reply) {
-    return complain("compare", reply.error());
+    return complain("compare", with_argument(reply.error(), {{"/a", a}, {"/b", b}}));
   }
   const Json comparison = parse_object(reply->body);
   if (json) {

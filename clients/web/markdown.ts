@@ -1,4 +1,4 @@
-import { Marked, type Tokens } from 'marked';
+import { Marked, type TokenizerAndRendererExtension, type Tokens } from 'marked';
 import type { Plugin } from 'vite';
 
 /** The part of an address that leads to a heading: its words in small letters, with hyphens. */
@@ -8,8 +8,20 @@ const slugOf = (text: string): string =>
     .replace(/[^\p{L}\p{N}]+/gu, '-')
     .replace(/^-|-$/g, '');
 
+/** n^2 and n^(−1/2), as in the laboratory's texts. */
+const power: TokenizerAndRendererExtension = {
+  name: 'power',
+  level: 'inline',
+  start: (text) => text.indexOf('^'),
+  tokenizer(text) {
+    const found = /^\^(?:\(([^)\n]*)\)|([\p{L}\p{N}]+))/u.exec(text);
+    return found ? { type: 'power', raw: found[0], exponent: found[1] ?? found[2] } : undefined;
+  },
+  renderer: (token) => `<sup>${String(token.exponent)}</sup>`,
+};
+
 /**
- * Chapters of the guide, compiled when the page is built: a module with the chapter's title, its sections and its HTML.
+ * Chapters of the guide, compiled when the page is built: a module with the chapter's title, its sections and its HTML in parts.
  * `# ` is the title, each `## ` a section with an address. What may be wider than a phone scrolls by itself, also by key.
  */
 export function markdownChapters(): Plugin {
@@ -37,11 +49,13 @@ export function markdownChapters(): Plugin {
           return `<h2 id="${id}" tabindex="-1"><a href="#/guide/${chapter}/${id}">${inner}</a></h2>`;
         },
       };
-      const html = (new Marked({ gfm: true, renderer }).parse(source) as string)
+      const marked = new Marked({ gfm: true, renderer }, { extensions: [power] });
+      const html = (marked.parse(source) as string)
         .replace(/<table>/g, '<div class="guide-table" tabindex="0"><table>')
         .replace(/<\/table>/g, '</table></div>')
         .replace(/<pre>/g, '<pre tabindex="0">');
-      return { code: `export default ${JSON.stringify({ title, sections, html })};`, map: null };
+      const parts = html.split(/(?=<h2 )/);
+      return { code: `export default ${JSON.stringify({ title, sections, parts })};`, map: null };
     },
   };
 }

@@ -373,6 +373,16 @@ class Verbs(FilmTest):
         self.tessera("fetch", whole["id"], "-o", picture)
         self.assertLess(json.loads(self.tessera("compare", "--json", whole["id"], picture))["relmse"], 2.0 ** -22)
         self.assertIn("no asset", self.tessera("merge", "0" * 64, code=1))
+        # What is wrong is told by its name on the command line.
+        for verb in ("merge", "compare"):
+            self.assertIn("nosuch.film: there is no such file", self.tessera(verb, merged, "nosuch.film", code=1))
+        self.assertIn(f"/films/1 ({parts[0]['id']}): ", self.tessera("merge", place, parts[0]["id"], code=1))
+        display = os.path.join(self.server.data, "picture.png")
+        self.tessera("fetch", whole["id"], "-o", display)
+        server = f"http://127.0.0.1:{self.server.port}"
+        for file, warned in ((display, True), (picture, False)):
+            _, _, complained = tessera("compare", whole["id"], file, "--server", server)
+            self.assertEqual("display values" in complained, warned)
         for wrong in (("merge",), ("compare", merged), ("fetch", merged, "--film", "--layer", "normal", "-o", place)):
             self.tessera(*wrong, code=2)
 

@@ -116,10 +116,38 @@ class Manual(ApiTest):
     def test_jobs_are_offered_by_their_ids(self):
         ids = [self.server.render(job_body())["id"] for _ in range(2)]
         server = {"TESSERA_SERVER": f"http://127.0.0.1:{self.server.port}"}
-        self.assertEqual(set(self.bash("watch", "", **server)), {"latest", *ids})
+        self.assertEqual(self.bash("watch", "", **server)[:3], ["latest", ids[1], ids[0]])
         self.assertEqual(self.bash("cancel", ids[0][:10], **server), [ids[0]])
         self.assertLessEqual(set(ids), set(self.fish("tessera fetch ", **server)))
         self.assertEqual(self.bash("watch", "", TESSERA_SERVER="http://127.0.0.1:9"), ["latest"])
+
+    def test_what_takes_jobs_and_files_is_offered_both(self):
+        job = self.server.render(job_body())["id"]
+        server = {"TESSERA_SERVER": f"http://127.0.0.1:{self.server.port}"}
+        with tempfile.TemporaryDirectory() as folder:
+            film = os.path.join(folder, "part.film")
+            open(film, "w", encoding="utf-8").close()
+            for verb in ("merge", "compare"):
+                self.assertIn(job, self.bash(verb, "", **server))
+                self.assertEqual(self.bash(verb, os.path.join(folder, "p"), **server), [film])
+                offered = self.fish(f"tessera {verb} ", **server)
+                self.assertIn(job, offered)
+                self.assertIn(film, self.fish(f"tessera {verb} {folder}/", **server))
+            self.assertIn(film, self.typed_in_zsh(f"tessera merge {folder}/pa\t", film))
+
+    def test_built_in_scenes_are_offered_by_their_names(self):
+        names = [scene["name"] for scene in self.server.get("/v1/server").json()["scenes"]]
+        listed = tessera("render", "--scenes").splitlines()
+        self.assertEqual([line.split()[0] for line in listed], names)
+        for verb in ("render", "submit"):
+            self.assertLessEqual(set(names), set(self.bash(verb, "")))
+            self.assertEqual(self.bash(verb, "corn"), ["cornell-box"])
+            self.assertIn("cornell-box", self.fish(f"tessera {verb} corn"))
+        self.assertIn("tessera render cornell-box ", self.typed_in_zsh("tessera render corn\t", "cornell-box "))
+
+    def test_shells_are_offered(self):
+        self.assertEqual(self.bash("completion", ""), ["bash", "zsh", "fish"])
+        self.assertEqual(self.fish("tessera completion z"), ["zsh"])
 
     def test_experiments_are_offered_by_their_names(self):
         names = [e["name"] for e in self.server.get("/v1/server").json()["experiments"]]
@@ -167,6 +195,43 @@ class Manual(ApiTest):
             os.close(terminal)
             os.waitpid(child, 0)
         return shown
+
+    def test_help_of_a_verb_is_had_in_both_ways(self):
+        for verb in ("watch", "lab", "serve"):
+            self.assertEqual(tessera("help", verb), tessera(verb, "--help"))
+
+    def test_a_verb_that_is_not_is_told_with_the_one_that_may_be_meant(self):
+        for word, near in (("wach", "watch"), ("rendr", "render"), ("qqqq", None)):
+            for args in ((word,), ("help", word)):
+                done = subprocess.run([PROGRAM, *args], capture_output=True, text=True, timeout=PATIENCE_S)
+                self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
+                self.assertIn(f'no verb "{word}"', done.stderr)
+                self.assertEqual("did you mean" in done.stderr, near is not None)
+                self.assertIn(near or "--help", done.stderr)
+
+    def test_a_picture_is_not_written_on_a_terminal(self):
+        job = self.server.render(job_body())["id"]
+        child, terminal = pty.fork()
+        if child == 0:
+            os.environ["TESSERA_SERVER"] = f"http://127.0.0.1:{self.server.port}"
+            os.execv(PROGRAM, [PROGRAM, "fetch", job, "-o", "-"])
+        shown = b""
+        try:
+            while piece := os.read(terminal, 4096):
+                shown += piece
+        except OSError:  # Linux's way to say that the other end is closed
+            pass
+        finally:
+            os.close(terminal)
+        self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 2)
+        self.assertIn(b"stdout is a terminal", shown)
+        self.assertNotIn(b"PNG", shown)
+
+    def test_jobs_are_listed_by_their_names(self):
+        ids = [self.server.render(job_body(name=name))["id"] for name in ("Red chair", "Blue chair")]
+        server = {"TESSERA_SERVER": f"http://127.0.0.1:{self.server.port}"}
+        self.assertIn(ids[0], run([PROGRAM, "jobs", "--name", "red ch"], **server))
+        self.assertNotIn(ids[1], run([PROGRAM, "jobs", "--name", "red ch"], **server))
 
     def test_another_shell_is_refused(self):
         done = subprocess.run([PROGRAM, "completion", "tcsh"], capture_output=True, text=True,

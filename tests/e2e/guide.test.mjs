@@ -55,6 +55,7 @@ after(async () => {
 async function open(page, name, section = '') {
   await page.goto(`${server.url}/#/guide/${name}${section && `/${section}`}`);
   await page.locator(`.guide-text h2 a[href^="#/guide/${name}/"]`).first().waitFor();
+  await page.locator('.guide-text[aria-busy=false]').waitFor();
 }
 
 const withPage = (device, use) => withPageOf(browser, server, device, '', use);

@@ -221,6 +221,65 @@ test('names and states are looked for among all renders of the server', { timeou
   }),
 );
 
+for (const [name, device] of [
+  ['desktop', desktop],
+  ['phone', { ...phone, viewport: { width: 390, height: 700 } }],
+]) {
+  test(`any two renders of the server can be picked on a ${name}`, { timeout: 300_000 }, () =>
+    withPage(device, '', async (page) => {
+      const tag = `${name} ${Date.now()}`;
+      const add = async (name, width = 32) => {
+        const answer = await ask(`${server.url}/v1/jobs`, {
+          method: 'POST',
+          headers: { 'content-type': 'application/json', prefer: 'wait=60' },
+          body: JSON.stringify({
+            scene: 'furnace',
+            name,
+            film: { width, height: 32 },
+            stop: { samples_per_pixel: 2 },
+          }),
+        });
+        assert.ok(answer.ok, String(answer.status));
+        return (await answer.json()).id;
+      };
+      const old = await add(`Old ${tag}`);
+      await add(`wide ${tag}`, 48);
+      for (let i = 0; i < 42; ++i) await add(`new ${tag} ${i}`);
+      const wider = await add(`wider ${tag}`, 48);
+      // The newest of one size are there to begin with, not those that do not fit.
+      await page.goto(`${server.url}/#/compare`);
+      await page.reload();
+      await page.waitForSelector('[data-testid=wipe]');
+      await page.getByTestId('pick-b').click();
+      const rows = page.locator('.pick-list button');
+      await until('the newest', async () => (await rows.count()) >= 40);
+      assert.equal(await rows.getByText(`Old ${tag}`).count(), 0);
+      assert.deepEqual(await accessibilityFaults(page), []);
+      await page.keyboard.type(`OLD ${tag}`);
+      await until('the old one alone', async () => (await rows.count()) === 1);
+      await page.keyboard.press('Tab');
+      await page.keyboard.press('Enter');
+      await page.waitForURL((url) => url.hash.endsWith(`/${old}`));
+      await until('its name', async () =>
+        (await page.getByTestId('pick-b').textContent()).includes(`Old ${tag}`),
+      );
+      await page.waitForSelector('[data-testid=wipe]');
+      assert.equal(await rows.count(), 0, 'the list has closed');
+      await page.getByTestId('pick-a').click();
+      const box = await page.locator('.menu[open] .menu-panel').boundingBox();
+      assert.ok(box.x >= 0 && box.x + box.width <= page.viewportSize().width, JSON.stringify(box));
+      await page.fill('.pick-menu input', `wider ${tag}`);
+      await rows.getByText('another size').click();
+      await page.waitForURL((url) => url.hash === `#/compare/${wider}/${old}`);
+      await page.getByText('A is 48 × 32 pixels, B 32 × 32').waitFor();
+      await page.getByTestId('pick-a').click();
+      await page.keyboard.press('Escape');
+      await until('the list to close', async () => (await rows.count()) === 0);
+      assert.equal(await page.evaluate(() => document.activeElement.dataset.testid), 'pick-a');
+    }),
+  );
+}
+
 const problem = (status, title) => ({
   status,
   contentType: 'application/problem+json',

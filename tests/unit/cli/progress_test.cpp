@@ -52,6 +52,16 @@ TEST(ProgressBar, FitsIntoTheTerminal) {
   }
 }
 
+TEST(ProgressBar, TellsOnATerminalOf80ColumnsHowLongItTakes) {
+  const std::string bar = cli::progress_bar(half_done(), 79, false);
+  EXPECT_EQ(bar.substr(bar.find(']') + 1), "  50 %  128 samples  error 2.31 %  4.21 Mrays/s  ETA 1 min 15 s");
+}
+
+TEST(ProgressBar, KeepsTheTimeLongerThanTheSpeed) {
+  const std::string bar = cli::progress_bar(half_done(), 64, false);
+  EXPECT_EQ(bar.substr(bar.find(']') + 1), "  50 %  128 samples  error 2.31 %  ETA 1 min 15 s");
+}
+
 TEST(ProgressBar, IsFilledAsFarAsThePictureIs) {
   const std::string bar = cli::progress_bar(half_done(), 200, false);
   EXPECT_EQ(bar.substr(0, bar.find(']') + 1), "[" + std::string(15, '#') + std::string(15, '-') + "]");

@@ -12,7 +12,7 @@ import { choiceIn, go, keepChoice, route } from '../ui/router';
 import { display, jobs } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { useFeed } from './job_view';
-import { sceneTitle, stateLabel } from './job_words';
+import { sameSize, sizeText, JobPick } from './job_pick';
 import { Legend } from './legend';
 import { LightControls } from './toolbar';
 import { errorRange, lookOf } from './view_modes';
@@ -134,48 +134,6 @@ function useComparison(a: Job | null, b: Job | null): Asked {
   return asked;
 }
 
-/** What tells one from another comes first: where the list is narrow, the rest is cut off. */
-function optionText(job: Job): string {
-  const error = job.error?.relative_rmse;
-  return [
-    sceneTitle(job),
-    isFinal(job.state) ? null : stateLabel(job),
-    error == null ? null : percent(error),
-    `${count(job.progress?.samples_per_pixel?.mean)} samples`,
-    `${job.spec.film.width}×${job.spec.film.height}`,
-    job.id.slice(0, 4),
-  ]
-    .filter(Boolean)
-    .join(', ');
-}
-
-function JobPick({
-  label,
-  value,
-  onValue,
-}: {
-  label: string;
-  value: string;
-  onValue: (id: string) => void;
-}) {
-  const list = (useStore(jobs) ?? []).filter((j) => (j.revision ?? 0) > 0 || j.id === value);
-  return (
-    <label class="pick">
-      <span>{label}</span>
-      <select value={value} onChange={(e) => onValue(e.currentTarget.value)}>
-        {!list.some((j) => j.id === value) && (
-          <option value={value}>{value.slice(0, 8) || 'Choose'}</option>
-        )}
-        {list.map((j) => (
-          <option key={j.id} value={j.id}>
-            {optionText(j)}
-          </option>
-        ))}
-      </select>
-    </label>
-  );
-}
-
 /** Which side is which, over its own part of the picture. */
 function SideNote({ job, name, cut }: { job: Job | null; name: 'A' | 'B'; cut?: number }) {
   const samples = job?.progress?.samples_per_pixel?.mean;
@@ -194,10 +152,24 @@ function SideNote({ job, name, cut }: { job: Job | null; name: 'A' | 'B'; cut?: 
   );
 }
 
+/** Those that are asked for; else the newest two of one size, else the newest two. */
+function pairOf(list: Job[], a: string, b: string): [string | undefined, string | undefined] {
+  const there = list.filter((j) => (j.revision ?? 0) > 0);
+  const partner = (job: Job | undefined): Job | undefined =>
+    there.find((j) => job && j.id !== job.id && sameSize(j, job));
+  const first = a ? list.find((j) => j.id === a) : (there.find(partner) ?? there[0]);
+  const id = a || first?.id;
+  return [id, b || (partner(first) ?? there.find((j) => j.id !== id))?.id];
+}
+
 export function CompareView({ a, b }: { a: string; b: string }) {
   const list = useStore(jobs);
-  const first = a || list?.[0]?.id;
-  const second = b || list?.find((j) => j.id !== first)?.id;
+  const asked = `${a}/${b}`;
+  const kept = useRef({ asked: '', pair: pairOf([], '', '') });
+  // Two that are on the screen stay there, whatever is rendered meanwhile.
+  if (kept.current.asked !== asked || !kept.current.pair[1])
+    kept.current = { asked, pair: pairOf(list ?? [], a, b) };
+  const [first, second] = kept.current.pair;
   if (!first || !second) {
     return (
       <div class="center-note">
@@ -214,6 +186,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
   const right = useFeed(b).state;
   const asked = choiceIn(useStore(route), 'show');
   const view = views.find((v) => v.view === asked)?.view ?? 'wipe';
+  const tail = view === 'wipe' ? '' : `?show=${view}`;
   const [cut, setCut] = useState(50);
   const shown = useStore(display);
   const { found: server, trouble, pending } = useComparison(left.job, right.job);
@@ -235,12 +208,25 @@ function Comparing({ a, b }: { a: string; b: string }) {
     <div class="compare">
       <header class="page-head compare-head">
         <h1>Compare</h1>
-        <JobPick label="A" value={a} onValue={(id) => go(`/compare/${id}/${b}`)} />
-        <JobPick label="B" value={b} onValue={(id) => go(`/compare/${a}/${id}`)} />
+        <JobPick
+          label="A"
+          id={a}
+          job={left.job}
+          beside={right.job}
+          onValue={(id) => go(`/compare/${id}/${b}${tail}`)}
+        />
+        <JobPick
+          label="B"
+          id={b}
+          job={right.job}
+          beside={left.job}
+          onValue={(id) => go(`/compare/${a}/${id}${tail}`)}
+        />
       </header>
       {size && other && !fits && (
         <p class="center-note" role="alert">
-          The two renders have different sizes and cannot be laid over each other.
+          A is {sizeText(left.job!)} pixels, B {sizeText(right.job!)}. Renders of different sizes
+          cannot be laid over each other; choose another.
         </p>
       )}
       {size && fits && left.film && right.film && (

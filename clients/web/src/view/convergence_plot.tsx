@@ -1,7 +1,9 @@
 import { useLayoutEffect, useRef, useState } from 'preact/hooks';
 import type { Convergence, ConvergencePoint, Job } from '../api/types';
 import { isFinal } from '../api/types';
+import { takeTurn } from '../live/turns';
 import { count, duration, number, percent } from '../ui/format';
+import { Later } from '../ui/later';
 
 type Axis = 'samples' | 'seconds';
 type Known = ConvergencePoint & { relative_rmse: number };
@@ -97,15 +99,19 @@ function decades(low: number, high: number): number[] {
       : inside.filter((_, i) => i % Math.ceil(inside.length / 5) === 0);
 }
 
+/** Of the box; 0 before it is known, and then it is told in a turn of its own: a curve is much to draw. */
 function useWidth(): [{ current: HTMLDivElement | null }, number] {
   const box = useRef<HTMLDivElement>(null);
-  const [width, setWidth] = useState(300);
+  const [width, setWidth] = useState(0);
   useLayoutEffect(() => {
-    const observer = new ResizeObserver(
-      () => box.current && setWidth(Math.max(200, box.current.clientWidth)),
-    );
+    const read = (): void => void (box.current && setWidth(Math.max(200, box.current.clientWidth)));
+    let takeBack: (() => void) | null = null;
+    const observer = new ResizeObserver(() => (takeBack ? read() : (takeBack = takeTurn(read))));
     observer.observe(box.current!);
-    return () => observer.disconnect();
+    return () => {
+      observer.disconnect();
+      takeBack?.();
+    };
   }, []);
   return [box, width];
 }
@@ -134,15 +140,17 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
         {points.length < 2 ? (
           <p class="plot-empty">The curve begins with the second pass over the picture.</p>
         ) : (
-          <Curve
-            job={job}
-            points={points}
-            slope={data?.slope}
-            axis={axis}
-            width={width}
-            hover={hover}
-            onHover={setHover}
-          />
+          width > 0 && (
+            <Curve
+              job={job}
+              points={points}
+              slope={data?.slope}
+              axis={axis}
+              width={width}
+              hover={hover}
+              onHover={setHover}
+            />
+          )
         )}
       </div>
       <p class="plot-foot" data-testid="slope">
@@ -160,7 +168,9 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
         )}
       </p>
       {data && points.length > 1 && (
-        <Prediction job={job} data={data} last={points[points.length - 1]} />
+        <Later>
+          <Prediction job={job} data={data} last={points[points.length - 1]} />
+        </Later>
       )}
     </section>
   );

@@ -1,16 +1,20 @@
+import { useGrowing } from '../ui/later';
 import { jobs } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { sceneTitle, shortState, stateLabel } from './job_words';
 import { Thumbnail } from './thumbnail';
 
+const atOnce = 6;
+
 /** The newest jobs as a strip under the picture. */
 export function Filmstrip({ current }: { current: string | null }) {
   const list = useStore(jobs);
+  const drawn = useGrowing(Math.min(24, list?.length ?? 0), atOnce);
   if (!list?.length) return null;
   return (
     <nav class="filmstrip" aria-label="Renders">
       <ol>
-        {list.slice(0, 24).map((job) => (
+        {list.slice(0, Math.min(24, drawn)).map((job) => (
           <li key={job.id}>
             <a
               href={`#/jobs/${job.id}`}

@@ -1,5 +1,6 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { explain } from '../api/client';
+import { useGrowing } from '../ui/later';
 import { go } from '../ui/router';
 
 type Chapter = (typeof import('*.md'))['default'];
@@ -36,6 +37,10 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
   }, [chosen]);
   const shown = text && text.name === chosen?.name ? text.chapter : null;
   const article = useRef<HTMLElement>(null);
+  const parts = shown?.parts ?? [];
+  const drawn = useGrowing(parts.length, 1, chosen?.name);
+  // A section comes to the top only when there is enough after it.
+  const there = !section || drawn >= parts.length;
 
   const showSection = (): void => {
     const heading = section
@@ -49,7 +54,9 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
     }
     heading.focus({ preventScroll: true });
   };
-  useEffect(showSection, [shown, section]);
+  useEffect(() => {
+    if (there) showSection();
+  }, [shown, section, there]);
   // A link to where the address already is changes nothing that would be told.
   const again = (event: Event): void => {
     const link = (event.target as Element).closest('a');
@@ -111,16 +118,23 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
             class="guide-text"
             data-testid="chapter"
             ref={article}
-            // Commands that are copied speak to this server.
-            dangerouslySetInnerHTML={{
-              __html: shown.html.replace(/S=http:\/\/127\.0\.0\.1:8080/g, `S=${location.origin}`),
-            }}
-          />
+            aria-busy={drawn < parts.length}
+          >
+            {parts.slice(0, drawn).map((part) => (
+              <Part key={part} html={part} />
+            ))}
+          </article>
           <Neighbours at={at} />
         </div>
       )}
     </div>
   );
+}
+
+function Part({ html }: { html: string }) {
+  // Commands that are copied speak to this server.
+  const local = html.replace(/S=http:\/\/127\.0\.0\.1:8080/g, `S=${location.origin}`);
+  return <div dangerouslySetInnerHTML={{ __html: local }} />;
 }
 
 function Sections({ name, chapter, at }: { name: string; chapter: Chapter; at: string }) {

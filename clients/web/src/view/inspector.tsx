@@ -1,3 +1,4 @@
+import { Fragment } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
 import { api } from '../api/client';
 import { isFinal, type Job, type PixelLayer, type PixelReport } from '../api/types';
@@ -67,7 +68,11 @@ export function Inspector({
       {probe ? (
         <Reading film={film} probe={probe} report={report} />
       ) : (
-        <p class="hint">Point at the picture to read a pixel; click to keep it.</p>
+        <p class="hint">
+          {matchMedia('(hover: none)').matches
+            ? 'Tap the picture to read a pixel.'
+            : 'Point at the picture to read a pixel; click to keep it.'}
+        </p>
       )}
     </section>
   );
@@ -119,13 +124,15 @@ function Reading({
       <p class="hint mono">
         {count(samples)} samples
         {layers.map(([name, layer]) => (
-          <span key={name}>
-            {' '}
-            · {name}{' '}
-            {asList(layer.mean)
-              .map((v) => number(v, 2))
-              .join(' ')}
-          </span>
+          <Fragment key={name}>
+            {' · '}
+            <span class="whole">
+              {name}{' '}
+              {asList(layer.mean)
+                .map((v) => number(v, 2))
+                .join(' ')}
+            </span>
+          </Fragment>
         ))}
       </p>
     </div>

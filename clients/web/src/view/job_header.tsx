@@ -104,7 +104,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
         j.spec.film.height === job.spec.film.height &&
         (j.revision ?? 0) > 0,
     )
-    .slice(0, 8);
+    .slice(0, 4);
   const copyLink = async (): Promise<void> => {
     const { query } = route.get();
     const link = location.href.replace(/#.*/, `#/jobs/${job.id}${query && `?${query}`}`);
@@ -209,6 +209,11 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
               <Icon name="compare" /> Compare with {sceneTitle(o)} {o.id.slice(0, 4)}
             </button>
           ))}
+          {(job.revision ?? 0) > 0 && (
+            <a href={`#/compare/${job.id}`}>
+              <Icon name="compare" /> Compare with another…
+            </a>
+          )}
           {!running && (
             <DeleteButton
               key={job.id}

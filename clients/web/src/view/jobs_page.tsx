@@ -2,8 +2,8 @@ import { Fragment } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
 import { api } from '../api/client';
 import { isFinal, type Job, type JobState } from '../api/types';
-import { takeTurn } from '../live/turns';
 import { ago, count, duration, percent } from '../ui/format';
+import { useGrowing } from '../ui/later';
 import { choiceIn, keepChoice, route } from '../ui/router';
 import { refresh, sayError } from '../ui/server_state';
 import { useStore } from '../ui/store';
@@ -19,17 +19,7 @@ const filters: Record<Filter, { label: string; states: JobState[] | null }> = {
   other: { label: 'Failed or cancelled', states: ['failed', 'cancelled'] },
 };
 
-const cardsAtOnce = 6;
-
-/** How many of so many cards are drawn: a few more in each turn, so that a long list never blocks the page. */
-function useGrowing(length: number): number {
-  const [drawn, setDrawn] = useState(cardsAtOnce);
-  useEffect(
-    () => (drawn < length ? takeTurn(() => setDrawn(drawn + cardsAtOnce)) : undefined),
-    [drawn, length],
-  );
-  return drawn;
-}
+const cardsAtOnce = 3;
 
 export function JobsPage() {
   const at = useStore(route);
@@ -37,7 +27,7 @@ export function JobsPage() {
   const filter = (Object.keys(filters) as Filter[]).find((f) => f === asked) ?? 'all';
   const [text, setText] = useState(choiceIn(at, 'find'));
   const { list, settled, more, load } = useJobList(filters[filter].states, text.trim());
-  const drawn = useGrowing(list.length);
+  const drawn = useGrowing(list.length, cardsAtOnce);
   const narrowed = filter !== 'all' || text.trim() !== '';
   useEffect(() => void refresh(), []);
   useEffect(() => {

@@ -420,10 +420,14 @@ export function SubmitForm() {
       <ScenePicker />
       <Later>
         <EnvironmentField />
+      </Later>
+      <Later>
         <SizeField />
       </Later>
       <Later>
         <StopField />
+      </Later>
+      <Later>
         <AdvancedFields info={info} />
       </Later>
       <div class="submit-bar">

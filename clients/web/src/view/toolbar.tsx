@@ -1,3 +1,4 @@
+import { useEffect, useRef } from 'preact/hooks';
 import type { LiveFilm } from '../live/film';
 import { toneMapLabels, toneMaps, type ToneMap } from '../live/tone';
 import { display, serverInfo } from '../ui/server_state';
@@ -20,9 +21,17 @@ export function Toolbar({ mode, film, tooLarge, onMode }: ToolbarProps) {
     ...(tooLarge ? planeModes.slice(0, 1) : planeModes),
     ...layerModes.filter((m) => !offered || offered.includes(m.mode)),
   ];
+  const row = useRef<HTMLFieldSetElement>(null);
+  useEffect(() => {
+    // Where the row is wider than a phone, the chosen one may be out of sight.
+    const { current } = row;
+    const chosen = current?.querySelector<HTMLElement>('.mode-on');
+    if (!current || !chosen || current.scrollWidth <= current.clientWidth) return;
+    current.scrollLeft = chosen.offsetLeft - (current.clientWidth - chosen.offsetWidth) / 2;
+  }, [mode, modes.length]);
   return (
     <div class="toolbar">
-      <fieldset class="modes">
+      <fieldset class="modes" ref={row}>
         <legend class="visually-hidden">View</legend>
         {modes.map((m) => (
           <label key={m.mode} class={mode === m.mode ? 'mode mode-on' : 'mode'} title={m.meaning}>

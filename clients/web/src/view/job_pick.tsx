@@ -1,0 +1,125 @@
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { isFinal, type Job } from '../api/types';
+import { count, percent } from '../ui/format';
+import { useGrowing } from '../ui/later';
+import { useJobList } from './job_list';
+import { sceneTitle, stateLabel } from './job_words';
+import { Menu } from './menu';
+import { Thumbnail } from './thumbnail';
+
+const rowsAtOnce = 8;
+
+export const sizeText = ({ spec: { film } }: Job): string => `${film.width} × ${film.height}`;
+
+export const sameSize = (a: Job, b: Job): boolean =>
+  a.spec.film.width === b.spec.film.width && a.spec.film.height === b.spec.film.height;
+
+/** What tells one from another comes first: where the list is narrow, the rest is cut off. */
+function factsOf(job: Job): string {
+  const error = job.error?.relative_rmse;
+  return [
+    isFinal(job.state) ? null : stateLabel(job),
+    error == null ? null : percent(error),
+    `${count(job.progress?.samples_per_pixel?.mean)} samples`,
+    sizeText(job),
+    job.id.slice(0, 4),
+  ]
+    .filter(Boolean)
+    .join(', ');
+}
+
+/** One of all renders of the server that have a picture. job: the chosen one, as soon as it is known. */
+export function JobPick({
+  label,
+  id,
+  job,
+  beside,
+  onValue,
+}: {
+  label: string;
+  id: string;
+  job: Job | null;
+  /** The one it is to be laid over. */
+  beside: Job | null;
+  onValue: (id: string) => void;
+}) {
+  return (
+    <div class="pick">
+      <span aria-hidden="true">{label}</span>
+      <Menu
+        class="pick-menu"
+        testId={`pick-${label.toLowerCase()}`}
+        label={
+          <>
+            <span class="visually-hidden">{label}: </span>
+            <span class="pick-text">
+              {job ? `${sceneTitle(job)}, ${factsOf(job)}` : id.slice(0, 8)}
+            </span>
+          </>
+        }
+      >
+        <Choices chosen={id} beside={beside} onValue={onValue} />
+      </Menu>
+    </div>
+  );
+}
+
+function Choices({
+  chosen,
+  beside,
+  onValue,
+}: {
+  chosen: string;
+  beside: Job | null;
+  onValue: (id: string) => void;
+}) {
+  const [text, setText] = useState('');
+  const { list, settled, more, load } = useJobList(null, text.trim());
+  const search = useRef<HTMLInputElement>(null);
+  useEffect(() => search.current?.focus(), []);
+  const offered = list.filter((j) => (j.revision ?? 0) > 0);
+  const drawn = useGrowing(offered.length, rowsAtOnce);
+  return (
+    <>
+      <input
+        ref={search}
+        type="search"
+        placeholder="Find by name"
+        aria-label="Find a render by its name"
+        value={text}
+        onInput={(e) => setText(e.currentTarget.value)}
+      />
+      {offered.length === 0 && (
+        <p class={settled ? 'hint' : 'hint pulse'} role="status">
+          {settled ? 'No render matches.' : 'Asking the server…'}
+        </p>
+      )}
+      <ul class="pick-list" aria-busy={!settled}>
+        {offered.slice(0, drawn).map((j) => (
+          <li key={j.id}>
+            <button
+              type="button"
+              data-closes
+              aria-current={j.id === chosen}
+              onClick={() => onValue(j.id)}
+            >
+              <Thumbnail job={j} size={96} />
+              <span class="pick-words">
+                <span>{sceneTitle(j)}</span>
+                <span class="dim">
+                  {factsOf(j)}
+                  {beside && !sameSize(j, beside) && <span class="whole"> (another size)</span>}
+                </span>
+              </span>
+            </button>
+          </li>
+        ))}
+      </ul>
+      {more && (
+        <button type="button" class="link" onClick={load}>
+          Show older renders
+        </button>
+      )}
+    </>
+  );
+}

@@ -26,6 +26,11 @@ constexpr float kStandsOutHeavy = 4;
 constexpr float kHeavy = 0.02F;
 /// edge_noise() of about four samples that met the light: fewer tell little of how many others do.
 constexpr float kFewEvents = 0.25F;
+/// Share of the sum over the picture from which on a pixel is worth probing, and the number of those that are.
+constexpr double kDoubtful = 0.01;
+constexpr std::size_t kMostDoubtful = 64;
+/// What is divided by is wrong by this factor where a probe contradicts.
+constexpr float kSurprising = 2;
 /// Blue-noise order takes variance from the means of 2 x 2 pixels and gives it to what is left. At most all of it: a
 /// quarter of the eigenvalues of the covariance is 0 then, the others are 4/3 of the variance, and the sum of their squares,
 /// half of the variance of a sum of squares, is 4/3 of that of independent pixels. Differences of neighbours, whose
@@ -115,6 +120,17 @@ class PixelNoise {
   std::vector<float> own_;
 };
 
+float regularized_square(float mu) { return mu * mu + static_cast<float>(MomentSums::kRegularizer); }
+
+/// Mean over channels of variance / (mu^2 + 0.01).
+float relative(Rgb variance, Rgb mu) {
+  float ratio = 0;
+  for (int c = 0; c < 3; ++c) {
+    ratio += variance[c] / (mu[c] * mu[c] + static_cast<float>(MomentSums::kRegularizer)) * (1.0F / 3);
+  }
+  return ratio;
+}
+
 }  // namespace
 
 std::size_t ErrorEstimate::index(int x, int y) const noexcept {
@@ -166,6 +182,7 @@ void ErrorEstimate::weigh(const std::vector<Rgb>& variances, const std::vector<E
 
 void ErrorEstimate::know(const FilmSnapshot& film, const LightEdges& edges, const std::vector<ExpectedValue>& expected) {
   known_.assign(film.pixel_count(), kNan);
+  unsure_.assign(film.pixel_count(), 0);
   const float heavy = kHeavy * std::accumulate(raw_ratio_.begin(), raw_ratio_.end(), 0.0F);
   for (std::size_t i = 0; i < known_.size(); ++i) {
     const float a = luminance(half_value(film, i, 0).mean);
@@ -182,15 +199,69 @@ void ErrorEstimate::know(const FilmSnapshot& film, const LightEdges& edges, cons
       continue;
     }
     const Rgb d = mean_[edge.pixel] - mu;
-    float ratio = 0;
-    for (int c = 0; c < 3; ++c) {
-      ratio += d[c] * d[c] / (mu[c] * mu[c] + static_cast<float>(MomentSums::kRegularizer)) * (1.0F / 3);
-    }
-    known_[edge.pixel] = ratio;
+    known_[edge.pixel] = relative(d * d, mu);
   }
 }
 
-ErrorEstimate::ErrorEstimate(const FilmSnapshot& film, const LightEdges& edges)
+void ErrorEstimate::doubt(const FilmSnapshot& film, const LightEdges& edges, const std::vector<ExpectedValue>& expected) {
+  // By the spread of a pixel's samples, over the least that its expected value may be: what the halves differ by is luck, and the mean of a
+  // region may be that of brighter ones beside.
+  std::vector<float> most(film.pixel_count());
+  double sum = 0;
+  for (std::size_t i = 0; i < most.size(); ++i) {
+    const auto spread = static_cast<float>(sample_variance(film, i).of_mean);
+    const float mu = luminance(expected[i].mean);
+    const float least = std::min({mu, luminance(half_value(film, i, 0).mean), luminance(half_value(film, i, 1).mean)});
+    const auto ratio = [&](float y) { return spread / (y * y + static_cast<float>(MomentSums::kRegularizer)); };
+    sum += static_cast<double>(ratio(mu));
+    most[i] = ratio(least);
+  }
+  const double all = std::accumulate(raw_ratio_.begin(), raw_ratio_.end(), 0.0);
+  std::vector<double> share(most.size());
+  for (std::size_t i = 0; i < most.size(); ++i) {
+    share[i] = std::max(static_cast<double>(most[i]) / sum, static_cast<double>(std::abs(influence_[i])) / all);
+  }
+  for (const LightEdge& edge : edges) {
+    share[edge.pixel] = 0;
+  }
+  for (std::size_t i = 0; i < share.size(); ++i) {
+    if (share[i] > kDoubtful) {
+      doubtful_.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  std::sort(doubtful_.begin(), doubtful_.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return share[a] != share[b] ? share[a] > share[b] : a < b; });
+  doubtful_.resize(std::min(doubtful_.size(), kMostDoubtful));
+  for (const std::uint32_t i : doubtful_) {
+    doubtful_square_.push_back(regularized_square(luminance(expected[i].mean)));
+  }
+}
+
+std::vector<ProbedPixel> ErrorEstimate::surprises(const std::vector<ProbedPixel>& probed) const {
+  std::vector<ProbedPixel> out;
+  for (const ProbedPixel& probe : probed) {
+    const auto k = static_cast<std::size_t>(std::find(doubtful_.begin(), doubtful_.end(), probe.pixel) - doubtful_.begin());
+    const float ratio = k < doubtful_.size() ? regularized_square(luminance(probe.mean())) / doubtful_square_[k] : 1;
+    if (ratio > kSurprising || ratio < 1 / kSurprising) {
+      out.push_back(probe);
+    }
+  }
+  return out;
+}
+
+void ErrorEstimate::know(std::span<const ProbedPixel> probed) {
+  for (const ProbedPixel& probe : probed) {
+    const std::size_t i = probe.pixel;
+    influence_[i] = raw_ratio_[i];
+    // The product of what two independent probes say has no bias, the square of one has their variance in it.
+    const Rgb off[2] = {mean_[i] - probe.means[0], mean_[i] - probe.means[1]};
+    known_[i] = std::max(relative(off[0] * off[1], probe.mean()), 0.0F);
+    const float apart = relative(off[0] * off[0], probe.means[0]) - relative(off[1] * off[1], probe.means[1]);
+    unsure_[i] = apart * apart / 4;
+  }
+}
+
+ErrorEstimate::ErrorEstimate(const FilmSnapshot& film, const LightEdges& edges, std::span<const ProbedPixel> probed)
     : rect_(film.rect), dependence_(film.errors == PixelErrors::kCorrelated ? kDependence : 1) {
   const int w = rect_.width;
   const int h = rect_.height;
@@ -210,9 +281,13 @@ ErrorEstimate::ErrorEstimate(const FilmSnapshot& film, const LightEdges& edges)
     return;
   }
   {
-    const std::vector<ExpectedValue> expected = expected_values(film, edges);
+    const std::vector<ExpectedValue> expected = expected_values(film, edges, probed);
     weigh(raw, expected);
     know(film, edges, expected);
+    know(probed);
+    if (probed.empty()) {
+      doubt(film, edges, expected);
+    }
   }
   MomentSums sums(w, h);
   SummedArea ratios(w, h);
@@ -268,6 +343,7 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
   double pairs = 0;
   double gaussian = 0;
   double unlike = 0;  // what ratios may be wrong by, all together
+  double unsure = 0;
   double largest = 0;
   const auto is_known = [&](std::size_t i) { return of == Of::kPicture && !std::isnan(known_[i]); };
   const auto spread = [&](std::size_t i) { return static_cast<double>(is_known(i) ? influence_[i] - raw_ratio_[i] : influence_[i]); };
@@ -278,6 +354,7 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
       const auto pooled = is_known(i) ? 0 : static_cast<double>(window_ratio_[i]);
       sum += q;
       unlike += static_cast<double>(unlike_[i]) * q;
+      unsure += static_cast<double>(unsure_[i]);
       largest = std::max(largest, q);
       gaussian += 2 * pooled * pooled;
       const int column = x - rect.x;
@@ -290,7 +367,7 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
     }
   }
   out.value = sum / n;
-  const double variance = (dependence_ * std::max(pairs, gaussian) + unlike * unlike) / (n * n);
+  const double variance = (dependence_ * std::max(pairs, gaussian) + unlike * unlike + unsure) / (n * n);
   if (out.value > 0) {
     // Gamma with the same mean and variance: chi2(k) / k with k = 2 q^2 / variance.
     out.degrees = std::max(2 * out.value * out.value / variance, 0.5);

@@ -7,6 +7,7 @@
 /// is, counts with the least that they leave possible.
 ///
 /// Where lights are seen in part and samples seldom meet them, the scene tells the expected value: what such a pixel is off by is no estimate.
+/// The same holds for the few pixels that may be much of the whole error, once they are probed.
 ///
 /// Where the errors of neighbouring pixels are correlated (PixelErrors), variances still are what the halves say of each
 /// pixel and the mean over pixels is right, but fewer of them are known independently: intervals are wider. The variance
@@ -14,10 +15,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/film/expected_values.h"
 #include "core/film/film.h"
+#include "core/film/probed_pixel.h"
 
 namespace core {
 
@@ -38,7 +41,8 @@ class ErrorEstimate {
  public:
   /// Looks at the whole snapshot at once; O(pixels).
   /// edges: where the scene is at hand (core/film/light_edges.h); the snapshot is then of the film's whole crop.
-  explicit ErrorEstimate(const FilmSnapshot& film, const LightEdges& edges = {});
+  /// probed: pixels that do not see lights in part, and what samples that are not in the film say of them.
+  explicit ErrorEstimate(const FilmSnapshot& film, const LightEdges& edges = {}, std::span<const ProbedPixel> probed = {});
 
   bool valid() const noexcept { return valid_; }
   ErrorInterval image(double confidence) const;
@@ -52,6 +56,13 @@ class ErrorEstimate {
   /// sqrt(mean over channels of pooled Var / (mu^2 + 0.01)) of one pixel: the `error` layer.
   float relative_error(int x, int y) const;
 
+  /// Pixels that by their own samples may make more than a hundredth of what is said of the picture, largest first, 64 at most: probes of
+  /// them are worth their time.
+  const std::vector<std::uint32_t>& doubtful() const noexcept { return doubtful_; }
+  /// Of probes of doubtful() those that contradict what was expected of their pixels. Where they agree the pixel is one of many alike, of which
+  /// some have met rare events and others not yet: to know what the first are off by, and not the others, would be a bias.
+  std::vector<ProbedPixel> surprises(const std::vector<ProbedPixel>& probed) const;
+
  private:
   /// Of the raw ratios over a rectangle.
   struct MeanRatio {
@@ -63,6 +74,8 @@ class ErrorEstimate {
   enum class Of { kExpected, kPicture };
   MeanRatio mean_ratio(PixelRect rect, Of of) const;
   void know(const FilmSnapshot& film, const LightEdges& edges, const std::vector<ExpectedValue>& expected);
+  void know(std::span<const ProbedPixel> probed);
+  void doubt(const FilmSnapshot& film, const LightEdges& edges, const std::vector<ExpectedValue>& expected);
   void weigh(const std::vector<Rgb>& variances, const std::vector<ExpectedValue>& expected);
   std::size_t index(int x, int y) const noexcept;
   PixelRect rect_;
@@ -74,6 +87,9 @@ class ErrorEstimate {
   std::vector<float> influence_;     ///< of the pixel on the sum of raw_ratio_, shared expected values included
   std::vector<float> unlike_;        ///< ExpectedValue::unlike
   std::vector<float> known_;         ///< mean over channels of error^2 / (mu^2 + 0.01) of this very pixel; NaN where unknown
+  std::vector<float> unsure_;        ///< variance of known_, where probes gave it
+  std::vector<std::uint32_t> doubtful_;
+  std::vector<float> doubtful_square_;  ///< mu^2 + 0.01 of each, luminance
   std::vector<float> pooled_ratio_;  ///< raw_ratio_ as pooled_variance_ is
   std::vector<float> window_ratio_;  ///< mean of raw_ratio_ over a window that knows its expected value
   std::vector<float> degrees_;       ///< of freedom of pooled_variance_

@@ -182,7 +182,7 @@ Rgb seen_beside(const LightEdge& edge, const std::vector<Rgb>& mean, const std::
 
 }  // namespace
 
-std::vector<ExpectedValue> expected_values(const FilmSnapshot& film, const LightEdges& edges) {
+std::vector<ExpectedValue> expected_values(const FilmSnapshot& film, const LightEdges& edges, std::span<const ProbedPixel> probed) {
   const int w = film.rect.width;
   const int h = film.rect.height;
   const std::size_t n = film.pixel_count();
@@ -218,10 +218,19 @@ std::vector<ExpectedValue> expected_values(const FilmSnapshot& film, const Light
       own[i] = {};
       sure[i] = 0;
     }
+    for (const ProbedPixel& probe : probed) {
+      lesser[probe.pixel] = probe.mean();
+      off[probe.pixel] = {};
+      own[probe.pixel] = {};
+      sure[probe.pixel] = luminance(probe.mean());
+    }
     for (std::size_t i = 0; i < n; ++i) {
       const auto x = static_cast<int>(i % static_cast<std::size_t>(w));
       const auto y = static_cast<int>(i / static_cast<std::size_t>(w));
       base[i] = not_alone(lesser, x, y, w, h);
+    }
+    for (const ProbedPixel& probe : probed) {
+      mean[probe.pixel] = base[probe.pixel];  // it lacks nothing
     }
   }
   std::vector<MomentSums::Region> bases;
@@ -271,6 +280,11 @@ std::vector<ExpectedValue> expected_values(const FilmSnapshot& film, const Light
   for (std::size_t k = 0; k < edges.size(); ++k) {
     out[edges[k].pixel].mean = at_edges[k];
     out[edges[k].pixel].is_shared = false;
+  }
+  for (const ProbedPixel& probe : probed) {
+    out[probe.pixel].mean = probe.mean();
+    out[probe.pixel].is_shared = false;
+    out[probe.pixel].unlike = 0;
   }
   return out;
 }

@@ -12,10 +12,12 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/film/film.h"
 #include "core/film/light_edges.h"
+#include "core/film/probed_pixel.h"
 
 namespace core {
 
@@ -35,7 +37,8 @@ struct ExpectedValue {
 
 /// One for each pixel of the snapshot, both of whose halves have samples. O(pixels). edges: of the snapshot, whose rect is the film's
 /// crop; none where they are not known.
-std::vector<ExpectedValue> expected_values(const FilmSnapshot& film, const LightEdges& edges = {});
+/// probed: pixels that are taken for what these say, and have no events.
+std::vector<ExpectedValue> expected_values(const FilmSnapshot& film, const LightEdges& edges = {}, std::span<const ProbedPixel> probed = {});
 
 /// Relative variance of what the pixel sees of lights, Var / (mu^2 + 0.01), if its samples were independent. expected: mu.
 float edge_noise(const FilmSnapshot& film, const LightEdge& edge, Rgb expected);

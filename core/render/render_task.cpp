@@ -1,6 +1,7 @@
 #include "core/render/render_task.h"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -22,6 +23,10 @@ constexpr int kSamplesBeforeErrorStop = 32;
 constexpr int kLooksAtRisk = 2;
 /// Of the rays of a pixel that look for lights' rims: together they take as long as some six samples.
 constexpr int kEdgeSide = 4;
+/// Samples of all probes of a look: so many, or that share of the picture's; and of one, those of the other pixels times this.
+constexpr double kProbes = 131072;
+constexpr double kProbeShare = 0.02;
+constexpr int kProbeMost = 1024;
 /// Passes that the pace is taken from.
 constexpr std::size_t kPacePoints = 32;
 
@@ -220,7 +225,18 @@ ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int sa
       return ErrorEstimate(snapshot);
     }
   }
-  return ErrorEstimate(snapshot, light_edges());
+  const LightEdges& at_edges = light_edges();
+  ErrorEstimate estimate(snapshot, at_edges);
+  const std::vector<std::uint32_t>& doubtful = estimate.doubtful();
+  if (doubtful.empty()) {
+    return estimate;
+  }
+  const double all = std::max(kProbes, kProbeShare * static_cast<double>(snapshot.pixel_count()) * samples);
+  const double each = std::min(all / static_cast<double>(doubtful.size()), static_cast<double>(kProbeMost) * samples);
+  // A power of two: each half is then a whole net of a low-discrepancy sequence.
+  const auto each_whole = static_cast<int>(std::bit_floor(static_cast<unsigned>(each)));
+  const std::vector<ProbedPixel> probed = estimate.surprises(renderer->probe(doubtful, each_whole, cancel_source.get_token()));
+  return probed.empty() ? estimate : ErrorEstimate(snapshot, at_edges, probed);
 }
 
 const LightEdges& RenderTask::Impl::light_edges() {

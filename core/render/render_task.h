@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -85,6 +86,9 @@ class Renderer {
   /// The pixels of the crop that see lights in part. `side`^2 rays a pixel, or fewer on large films, look for them: what covers less than one
   /// of as many parts of a pixel may be missed. Empty when stop was requested.
   virtual LightEdges light_edges(int side, std::stop_token stop) const = 0;
+  /// Expected values of pixels of the crop (row by row), each from `samples` samples, even, that are in no picture. Empty when stop was
+  /// requested.
+  virtual std::vector<ProbedPixel> probe(std::span<const std::uint32_t> pixels, int samples, std::stop_token stop) const = 0;
 };
 
 struct TaskOptions {

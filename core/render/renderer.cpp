@@ -30,6 +30,8 @@ double thread_cpu_seconds() {
 constexpr std::uint64_t kPilotStream = std::uint64_t{1} << 62U;
 /// The same for rays that look for lights.
 constexpr std::uint64_t kEdgeStream = std::uint64_t{1} << 61U;
+/// The same for expected values of single pixels.
+constexpr std::uint64_t kProbeStream = std::uint64_t{1} << 60U;
 
 /// With `measured` splitting: as fixed, with the count that the pilot finds.
 std::unique_ptr<const Integrator> planned_integrator(const View& view, const Camera& camera) {
@@ -56,6 +58,7 @@ class PictureRenderer final : public Renderer {
   bool render(TileState& state, int last_sample, std::stop_token stop) const override;
   bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const override;
   LightEdges light_edges(int side, std::stop_token stop) const override;
+  std::vector<ProbedPixel> probe(std::span<const std::uint32_t> pixels, int samples, std::stop_token stop) const override;
 
  private:
   /// One camera path; what is not finite counts as zero and is counted.
@@ -177,6 +180,37 @@ LightEdges PictureRenderer::light_edges(int side, std::stop_token stop) const {
   };
   const FilmSettings& film = settings.film;
   return find_light_edges(film.crop.value_or(PixelRect{0, 0, film.width, film.height}), filter_, look, side, stop);
+}
+
+std::vector<ProbedPixel> PictureRenderer::probe(std::span<const std::uint32_t> pixels, int samples, std::stop_token stop) const {
+  prepare_tracing_thread();
+  const FilmSettings& film = view_.settings.film;
+  const PixelRect crop = film.crop.value_or(PixelRect{0, 0, film.width, film.height});
+  PathSampler sampler(SamplerType::kSobol, 2, view_.settings.seed | kProbeStream);
+  std::uint64_t rays = 0;
+  std::uint64_t rejected = 0;
+  std::vector<ProbedPixel> out;
+  for (const std::uint32_t pixel : pixels) {
+    if (stop.stop_requested()) {
+      return {};
+    }
+    const int x = crop.x + static_cast<int>(pixel % static_cast<std::uint32_t>(crop.width));
+    const int y = crop.y + static_cast<int>(pixel / static_cast<std::uint32_t>(crop.width));
+    std::array<std::array<double, 3>, 2> sums{};
+    for (int s = 0; s < samples; ++s) {
+      const Rgb value = trace(sampler, x, y, s, rays, rejected).radiance;
+      for (std::size_t c = 0; c < 3; ++c) {
+        sums[static_cast<std::size_t>(s % 2)][c] += static_cast<double>(value[static_cast<int>(c)]) * 2 / samples;
+      }
+    }
+    ProbedPixel probed;
+    probed.pixel = pixel;
+    for (std::size_t half = 0; half < 2; ++half) {
+      probed.means[half] = {static_cast<float>(sums[half][0]), static_cast<float>(sums[half][1]), static_cast<float>(sums[half][2])};
+    }
+    out.push_back(probed);
+  }
+  return out;
 }
 
 }  // namespace

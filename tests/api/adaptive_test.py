@@ -113,12 +113,21 @@ class StopRules(ApiTest):
 
 class AdaptiveRestart(unittest.TestCase):
     def test_killed_again_and_again_the_film_is_the_same(self):
+        self.killed_again_and_again({kind: body(kind, 256) for kind in ("pilot", "crosshalf", "sequential")})
+
+    def test_killed_again_and_again_an_error_target_ends_at_the_same_sample(self):
+        # Caustics and small lamps: rims are looked for, and pixels are probed.
+        self.killed_again_and_again({
+            f"{scene} {kind}": body(kind, 1) | {"scene": scene, "adaptive": {"type": kind}, "stop": {"relative_error": target}}
+            for scene, target in (("veach-mis", 0.1), ("glass", 0.3)) for kind in ("none", "pilot")})
+
+    def killed_again_and_again(self, jobs):
         server = Server("--checkpoint", "0.2", "--log-level", "debug")
         self.addCleanup(server.close)
         server.start()
-        for kind in ("pilot", "crosshalf", "sequential"):
-            calm = server.render(body(kind, 256))
-            job = server.submit(body(kind, 256) | {"name": kind})["id"]
+        for kind, wanted in jobs.items():
+            calm = server.render(wanted)
+            job = server.submit(wanted | {"name": kind})["id"]
             for threads in (2, 1, 3):
                 seen = server.job(job)["progress"]["samples_per_pixel"]["max"]
                 deadline = time.monotonic() + PATIENCE_S
@@ -133,6 +142,8 @@ class AdaptiveRestart(unittest.TestCase):
                 server.start(threads)
             done = server.wait(job)
             self.assertEqual(done["film_digest"], calm["film_digest"], kind)
+            self.assertEqual(done["stop_reason"], calm["stop_reason"], kind)
+            self.assertEqual(done["error"], calm["error"], kind)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ set(RENDER_TEST_SOURCES
   light_edges_test.cpp
   options_test.cpp
   planted_bugs_test.cpp
+  probe_test.cpp
   restir_test.cpp
   truth.cpp)
 # Features of glTF: scenes made in code, through a GLB and the loader, rendered small.

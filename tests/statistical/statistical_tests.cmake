@@ -7,5 +7,6 @@ set(STATISTICAL_TEST_SOURCES
   error_estimate_test.cpp
   error_target_test.cpp
   lights_chi2_test.cpp
+  probed_pixels_test.cpp
   sampler_convergence_test.cpp
   sampler_coverage_test.cpp)

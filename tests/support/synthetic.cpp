@@ -30,6 +30,7 @@ class SyntheticRenderer final : public core::Renderer {
     });
   }
   core::LightEdges light_edges(int, std::stop_token) const override { return {}; }
+  std::vector<core::ProbedPixel> probe(std::span<const std::uint32_t>, int, std::stop_token) const override { return {}; }
   bool render_pilot(core::TileState& state, int last_sample, std::stop_token stop) const override {
     return core::fill_pilot(state, last_sample, stop, [&](int x, int y, int s, std::uint64_t& rays) {
       ++rays;

@@ -229,11 +229,16 @@ std::uint64_t Film::rays() const {
 
 double Film::cpu_seconds() const {
   MutexLock lock(mutex_);
-  double sum = 0;
+  double sum = cpu_seconds_beside_;
   for (const Slot& slot : tiles_) {
     sum += slot.state.cpu_seconds;
   }
   return sum;
+}
+
+void Film::add_cpu_seconds(double seconds) {
+  MutexLock lock(mutex_);
+  cpu_seconds_beside_ += seconds;
 }
 
 std::size_t Film::bytes() const noexcept {

@@ -141,7 +141,9 @@ class Film {
 
   std::uint64_t rejected_samples() const;
   std::uint64_t rays() const;
+  /// Of the samples, and what was added since the film was made.
   double cpu_seconds() const;
+  void add_cpu_seconds(double seconds);  ///< spent for the picture, beside its samples
   std::size_t bytes() const noexcept;
 
   /// sha256 (hex) of the exact content: geometry of the film, counts, means, M2, auxiliary values.
@@ -169,6 +171,7 @@ class Film {
   std::uint32_t revision_ GUARDED_BY(mutex_) = 0;
   std::uint32_t plan_epoch_ GUARDED_BY(mutex_) = 0;
   std::uint64_t version_ GUARDED_BY(mutex_) = 0;
+  double cpu_seconds_beside_ GUARDED_BY(mutex_) = 0;
 };
 
 /// The tiles that cover `crop`, row by row.

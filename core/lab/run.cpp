@@ -4,10 +4,10 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <span>
 #include <thread>
 
+#include "core/base/cpu_time.h"
 #include "core/base/statistics.h"
 #include "core/lab/fit.h"
 #include "core/lab/trial.h"
@@ -24,12 +24,6 @@ constexpr double kFalseAlarm = 1e-3;
 /// With fewer, discrete estimates are all the same too often, and the fit's interval is too short: pi by hits at n = 16
 /// and 64 was called wrong in 25 % of the runs of two replicates, in 0.7 % of four, within the stated rate from eight on.
 constexpr int kReplicatesToJudge = 8;
-
-double thread_cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 struct TrialResult {
   double value = 0;

@@ -1,17 +1,23 @@
 #include "core/render/light_edges.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
+#include <utility>
 #include <vector>
+
+#include "core/accel/accel.h"
 
 namespace core {
 namespace {
 
 /// Places that are looked at, of the whole film and of the rims alone, and those along a side of a pixel.
 constexpr std::size_t kPlaces = std::size_t{1} << 21U;
+constexpr int kCoarseSideMax = 4;
 constexpr int kFineSideMin = 4;
-constexpr int kFineSideMax = 24;
+constexpr std::array<int, 2> kFineSideMax = {6, 24};  ///< [detail]
 constexpr std::size_t kAlways = 4096;
 constexpr std::size_t kShare = 32;
 constexpr float kDark = 0.01F;  ///< as in the error of a picture: Var / (mu^2 + 0.01)
@@ -76,22 +82,6 @@ int side_of(std::size_t cells) {
   return static_cast<int>(std::sqrt(static_cast<double>(kPlaces) / static_cast<double>(std::max(cells, std::size_t{1}))));
 }
 
-std::vector<Range> coarse_look(const Reach& reach, const LightViewer& look, int side_max, const std::stop_token& stop) {
-  const PixelRect cells = reach.cells();
-  const int side = std::clamp(side_of(reach.cell_count()), 1, side_max);
-  std::vector<Range> out(reach.cell_count());
-  std::size_t i = 0;
-  for (int y = cells.y; y < cells.y + cells.height && !stop.stop_requested(); ++y) {
-    for (int x = cells.x; x < cells.x + cells.width; ++x, ++i) {
-      for (int p = 0; p < side * side; ++p) {
-        const float seen = luminance(look(x, y, p, side).radiance);
-        out[i] = {p == 0 ? seen : std::min(out[i].low, seen), std::max(out[i].high, seen)};
-      }
-    }
-  }
-  return out;
-}
-
 std::vector<Candidate> candidates(const PixelRect& crop, const Reach& reach, const std::vector<Range>& ranges) {
   std::vector<Candidate> out;
   std::uint32_t pixel = 0;
@@ -124,14 +114,48 @@ std::vector<Candidate> candidates(const PixelRect& crop, const Reach& reach, con
 
 }  // namespace
 
-LightEdges find_light_edges(const PixelRect& crop, const FilterSampler& filter, const LightViewer& look, int side,
-                            const std::stop_token& stop) {
-  const Reach reach(crop, filter);
-  const std::vector<Candidate> found = candidates(crop, reach, coarse_look(reach, look, side, stop));
+struct LightEdgeSearch::Impl {
+  PixelRect crop;
+  FilterSampler filter;
+  LightViewer look;
+  Reach reach;
+  int row = 0;  ///< of the cells, the next
+  bool is_coarse_done = false;
+  std::vector<Range> ranges;  ///< [cell], of the coarse look
+  std::vector<Candidate> found;
+  /// Of the fine look that is under way.
+  EdgeDetail detail = EdgeDetail::kPlans;
+  int fine = 0;                      ///< places along the side of a pixel
+  std::vector<std::uint32_t> slots;  ///< [cell]: 1 + its candidate
+  std::vector<char> is_needed;       ///< [cell]: is it within the reach of a candidate?
+  std::vector<Integral> integrals;   ///< [candidate]
+  std::array<std::optional<LightEdges>, 2> edges;  ///< [detail]
+
+  Impl(const PixelRect& rect, const FilterSampler& f, LightViewer viewer)
+      : crop(rect), filter(f), look(std::move(viewer)), reach(rect, f), ranges(reach.cell_count()) {}
+
+  void coarse_row(int y);
+  void begin_fine(int side_max);
+  void fine_row(int y);
+  LightEdges conclude();
+};
+
+void LightEdgeSearch::Impl::coarse_row(int y) {
+  const PixelRect cells = reach.cells();
+  const int side = std::clamp(side_of(reach.cell_count()), 1, kCoarseSideMax);
+  for (int x = cells.x; x < cells.x + cells.width; ++x) {
+    Range& range = ranges[reach.cell(x, y)];
+    for (int p = 0; p < side * side; ++p) {
+      const float seen = luminance(look(x, y, p, side).radiance);
+      range = {p == 0 ? seen : std::min(range.low, seen), std::max(range.high, seen)};
+    }
+  }
+}
+
+void LightEdgeSearch::Impl::begin_fine(int side_max) {
   const auto width = static_cast<std::uint32_t>(crop.width);
-  // Of each cell: 1 + its candidate; and is it within the reach of one?
-  std::vector<std::uint32_t> slots(reach.cell_count());
-  std::vector<char> is_needed(reach.cell_count());
+  slots.assign(reach.cell_count(), 0);
+  is_needed.assign(reach.cell_count(), 0);
   for (std::size_t k = 0; k < found.size(); ++k) {
     const int x = crop.x + static_cast<int>(found[k].pixel % width);
     const int y = crop.y + static_cast<int>(found[k].pixel / width);
@@ -139,38 +163,39 @@ LightEdges find_light_edges(const PixelRect& crop, const FilterSampler& filter, 
     Reach::around(x, y, reach.margin(), reach.cells(), [&](int u, int v) { is_needed[reach.cell(u, v)] = 1; });
   }
   const auto needed = static_cast<std::size_t>(std::count(is_needed.begin(), is_needed.end(), 1));
-  const int fine = std::clamp(side_of(needed), kFineSideMin, kFineSideMax);
-  std::vector<Integral> integrals(found.size());
+  fine = std::clamp(side_of(needed), kFineSideMin, side_max);
+  integrals.assign(found.size(), {});
+}
+
+void LightEdgeSearch::Impl::fine_row(int y) {
   const PixelRect cells = reach.cells();
-  for (int y = cells.y; y < cells.y + cells.height; ++y) {
-    if (stop.stop_requested()) {
-      return {};
+  for (int x = cells.x; x < cells.x + cells.width; ++x) {
+    if (is_needed[reach.cell(x, y)] == 0) {
+      continue;
     }
-    for (int x = cells.x; x < cells.x + cells.width; ++x) {
-      if (is_needed[reach.cell(x, y)] == 0) {
-        continue;
-      }
-      for (int p = 0; p < fine * fine; ++p) {
-        const SeenLight seen = look(x, y, p, fine);
-        const auto bright = static_cast<double>(luminance(seen.radiance));
-        Reach::around(x, y, reach.margin(), crop, [&](int u, int v) {
-          const std::uint32_t slot = slots[reach.cell(u, v)];
-          if (slot == 0) {
-            return;
-          }
-          const float f = filter.evaluate(seen.film_px.x - static_cast<float>(u) - 0.5F) *
-                          filter.evaluate(seen.film_px.y - static_cast<float>(v) - 0.5F);
-          const auto weight = static_cast<double>(f);
-          Integral& to = integrals[slot - 1];
-          to.weight += weight;
-          to.absolute += std::abs(weight);
-          to.sum += seen.radiance * f;
-          to.squares += std::abs(weight) * bright * bright;
-          to.bright += bright > 0 ? std::abs(weight) : 0;
-        });
-      }
+    for (int p = 0; p < fine * fine; ++p) {
+      const SeenLight seen = look(x, y, p, fine);
+      const auto bright = static_cast<double>(luminance(seen.radiance));
+      Reach::around(x, y, reach.margin(), crop, [&](int u, int v) {
+        const std::uint32_t slot = slots[reach.cell(u, v)];
+        if (slot == 0) {
+          return;
+        }
+        const float f = filter.evaluate(seen.film_px.x - static_cast<float>(u) - 0.5F) *
+                        filter.evaluate(seen.film_px.y - static_cast<float>(v) - 0.5F);
+        const auto weight = static_cast<double>(f);
+        Integral& to = integrals[slot - 1];
+        to.weight += weight;
+        to.absolute += std::abs(weight);
+        to.sum += seen.radiance * f;
+        to.squares += std::abs(weight) * bright * bright;
+        to.bright += bright > 0 ? std::abs(weight) : 0;
+      });
     }
   }
+}
+
+LightEdges LightEdgeSearch::Impl::conclude() {
   LightEdges out;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const Integral& sum = integrals[k];
@@ -185,7 +210,54 @@ LightEdges find_light_edges(const PixelRect& crop, const FilterSampler& filter, 
       out.push_back(edge);
     }
   }
+  slots = {};
+  is_needed = {};
+  integrals = {};
   return out;
+}
+
+LightEdgeSearch::LightEdgeSearch(const PixelRect& crop, const FilterSampler& filter, LightViewer look)
+    : impl_(std::make_unique<Impl>(crop, filter, std::move(look))) {}
+
+LightEdgeSearch::~LightEdgeSearch() = default;
+
+bool LightEdgeSearch::knows(EdgeDetail detail) const noexcept { return impl_->edges[static_cast<std::size_t>(detail)].has_value(); }
+
+const LightEdges& LightEdgeSearch::edges(EdgeDetail detail) const { return *impl_->edges[static_cast<std::size_t>(detail)]; }
+
+void LightEdgeSearch::step(EdgeDetail detail) {
+  prepare_tracing_thread();  // the steps may be of several
+  Impl& m = *impl_;
+  const PixelRect cells = m.reach.cells();
+  if (!m.is_coarse_done) {
+    m.coarse_row(cells.y + m.row);
+    if (++m.row == cells.height) {
+      m.row = 0;
+      m.is_coarse_done = true;
+      m.found = candidates(m.crop, m.reach, m.ranges);
+      m.ranges = {};
+    }
+    return;
+  }
+  if (m.row == 0) {
+    m.detail = detail;
+    m.begin_fine(kFineSideMax[static_cast<std::size_t>(detail)]);
+  }
+  m.fine_row(cells.y + m.row);
+  if (++m.row == cells.height) {
+    m.row = 0;
+    m.edges[static_cast<std::size_t>(m.detail)] = m.conclude();
+  }
+}
+
+LightEdges LightEdgeSearch::finish(const std::stop_token& stop) {
+  while (!knows(EdgeDetail::kErrors)) {
+    if (stop.stop_requested()) {
+      return {};
+    }
+    step(EdgeDetail::kErrors);
+  }
+  return edges(EdgeDetail::kErrors);
 }
 
 }  // namespace core

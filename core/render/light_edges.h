@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <stop_token>
 
 #include "core/film/filter.h"
@@ -22,9 +23,29 @@ struct SeenLight {
 /// Looks at place i of side * side ones, jittered, of the pixel (x, y), which may be outside of the film by the filter's radius.
 using LightViewer = std::function<SeenLight(int x, int y, int i, int side)>;
 
-/// At most a 32nd of the pixels and a few thousand, those of the strongest contrast. side: of the places of a pixel that tell where there
-/// are rims, at most; large films get fewer. Empty when stop was requested.
-LightEdges find_light_edges(const PixelRect& crop, const FilterSampler& filter, const LightViewer& look, int side,
-                            const std::stop_token& stop);
+/// Plans of samples need to know less of what is seen at a rim than errors do, and in less time.
+enum class EdgeDetail { kPlans, kErrors };
+
+/// The search, a row of pixels at a time: whoever has time goes on with it. Not thread-safe.
+///
+/// Finds at most a 32nd of the pixels and a few thousand, those of the strongest contrast. What covers less than a 16th of a pixel may be
+/// missed, or more on large films.
+class LightEdgeSearch {
+ public:
+  LightEdgeSearch(const PixelRect& crop, const FilterSampler& filter, LightViewer look);
+  ~LightEdgeSearch();
+  LightEdgeSearch(const LightEdgeSearch&) = delete;
+  LightEdgeSearch& operator=(const LightEdgeSearch&) = delete;
+
+  bool knows(EdgeDetail detail) const noexcept;
+  void step(EdgeDetail detail);  ///< Towards knowing it. Pre: not yet.
+  const LightEdges& edges(EdgeDetail detail) const;  ///< Pre: known.
+  /// All steps that are left; none are known when stop was requested before the end.
+  LightEdges finish(const std::stop_token& stop);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace core

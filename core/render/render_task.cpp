@@ -1,7 +1,6 @@
 #include "core/render/render_task.h"
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -15,18 +14,10 @@
 namespace core {
 namespace {
 
-/// Below this nothing is said about an error target: rare events have not had their chance.
-constexpr int kSamplesBeforeErrorStop = 32;
 /// A job can end wrongly only where its error is above the target, by less than the bound is above the estimate. Between
 /// looks errors fall by 6 to 13 %: before the last two or three of these looks the error is too far away, and what these see is
 /// nearly the same.
 constexpr int kLooksAtRisk = 2;
-/// Of the rays of a pixel that look for lights' rims: together they take as long as some six samples.
-constexpr int kEdgeSide = 4;
-/// Samples of all probes of a look: so many, or that share of the picture's; and of one, those of the other pixels times this.
-constexpr double kProbes = 131072;
-constexpr double kProbeShare = 0.02;
-constexpr int kProbeMost = 1024;
 /// Passes that the pace is taken from.
 constexpr std::size_t kPacePoints = 32;
 
@@ -81,6 +72,13 @@ std::optional<Slice> RenderTask::take() {
         slice = m.find_pilot_slice();
       }
       if (slice) {
+        if (slice->kind == SliceKind::kPicture && m.edges_are_due()) {  // beside the picture, so that nobody waits for it
+          m.edges_out = true;
+          m.edges_last = true;
+          ++m.in_flight;
+          return Slice{.kind = SliceKind::kEdges};
+        }
+        m.edges_last = false;
         const auto t = static_cast<std::size_t>(slice->tile);
         m.busy[t] = 1;
         ++m.in_flight;
@@ -97,6 +95,25 @@ std::optional<Slice> RenderTask::take() {
 
 void RenderTask::run(const Slice& slice) {
   Impl& m = *impl_;
+  if (slice.kind == SliceKind::kEdges) {
+    std::optional<EdgeDetail> wanted;
+    {
+      MutexLock lock(m.mutex);
+      wanted = m.edges_wanted();
+    }
+    if (wanted) {
+      m.search_edges(*wanted, m.options.slice_target_seconds, m.stop_source.get_token());
+    }
+    {
+      MutexLock lock(m.mutex);
+      m.edges_out = false;
+      --m.in_flight;
+      m.note_clock();
+    }
+    m.after_slice();
+    return;
+  }
+  const bool is_pilot = slice.kind == SliceKind::kPilot;
   const auto t = static_cast<std::size_t>(slice.tile);
   TileState state = m.film->tile(slice.tile);
   const double area = static_cast<double>(state.rect.width) * state.rect.height;
@@ -106,14 +123,14 @@ void RenderTask::run(const Slice& slice) {
   const int last = std::min(slice.last_sample, (slice.first_sample + step + window - 1) / window * window);
   {
     MutexLock lock(m.mutex);
-    if (m.has_clock() && !slice.is_pilot) {
+    if (m.has_clock() && !is_pilot) {
       m.pass_base.try_emplace(slice.tile, state);
     }
   }
   const std::stop_token stop = m.stop_source.get_token();
-  const bool whole = slice.is_pilot ? m.renderer->render_pilot(state, last, stop) : m.renderer->render(state, last, stop);
+  const bool whole = is_pilot ? m.renderer->render_pilot(state, last, stop) : m.renderer->render(state, last, stop);
   std::uint32_t revision = 0;
-  if (whole && slice.is_pilot) {
+  if (whole && is_pilot) {
     m.film->keep(slice.tile, std::move(state));
   } else if (whole) {
     revision = m.film->commit(slice.tile, std::move(state));
@@ -122,10 +139,10 @@ void RenderTask::run(const Slice& slice) {
     MutexLock lock(m.mutex);
     m.busy[t] = 0;
     if (whole) {
-      (slice.is_pilot ? m.piloted : m.done)[t] = last;
+      (is_pilot ? m.piloted : m.done)[t] = last;
     }
   }
-  if (whole && !slice.is_pilot) {
+  if (whole && !is_pilot) {
     m.sink.on_tile(slice.tile, revision);
   }
   {
@@ -204,7 +221,7 @@ void RenderTask::Impl::begin_epoch() {
   }
   const RenderSettings& settings = renderer->view().settings;
   const bool by_pilot = settings.adaptive.type == AdaptiveType::kPilot;
-  film->install_plans({from, epoch_end(from)}, make_plans(*film, settings, from, by_pilot ? light_edges() : LightEdges{}));
+  film->install_plans({from, epoch_end(from)}, make_plans(*film, settings, from, by_pilot ? light_edges(EdgeDetail::kPlans) : LightEdges{}));
   bool again = false;
   {
     MutexLock lock(mutex);
@@ -215,47 +232,6 @@ void RenderTask::Impl::begin_epoch() {
   if (again) {
     after_slice();
   }
-}
-
-ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int samples) {
-  {
-    // Other jobs do not take the time; what is said of them is what their films alone tell, wherever they are merged.
-    MutexLock lock(mutex);
-    if (!stop.relative_error || samples < kSamplesBeforeErrorStop) {
-      return ErrorEstimate(snapshot);
-    }
-  }
-  const LightEdges& at_edges = light_edges();
-  ErrorEstimate estimate(snapshot, at_edges);
-  const std::vector<std::uint32_t>& doubtful = estimate.doubtful();
-  if (doubtful.empty()) {
-    return estimate;
-  }
-  const double all = std::max(kProbes, kProbeShare * static_cast<double>(snapshot.pixel_count()) * samples);
-  const double each = std::min(all / static_cast<double>(doubtful.size()), static_cast<double>(kProbeMost) * samples);
-  // A power of two: each half is then a whole net of a low-discrepancy sequence.
-  const auto each_whole = static_cast<int>(std::bit_floor(static_cast<unsigned>(each)));
-  const std::vector<ProbedPixel> probed = estimate.surprises(renderer->probe(doubtful, each_whole, cancel_source.get_token()));
-  return probed.empty() ? estimate : ErrorEstimate(snapshot, at_edges, probed);
-}
-
-const LightEdges& RenderTask::Impl::light_edges() {
-  MutexLock lock(edges_mutex);
-  if (!edges) {
-    edges = renderer->light_edges(kEdgeSide, cancel_source.get_token());
-  }
-  return *edges;  // it stays as it is
-}
-
-ConvergencePoint RenderTask::Impl::look(const ErrorEstimate& estimate, int samples) const {
-  ConvergencePoint point;
-  point.samples_per_pixel = samples;
-  point.cpu_seconds = film->cpu_seconds();
-  point.rays = film->rays();
-  MutexLock lock(mutex);
-  point.elapsed_seconds = elapsed_now();
-  point.error = estimate.image(stop.confidence);
-  return point;
 }
 
 void RenderTask::Impl::decide() {

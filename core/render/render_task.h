@@ -3,7 +3,8 @@
 /// A slice is (tile, samples [first, last)). Passes: every tile gets to the same sample count before
 /// a decision (stop, error look) is taken, so what the film holds at the end does not depend on
 /// threads. Where sampling is adaptive, decisions are also where an epoch may begin (core/render/pass_plan.h): pilot slices
-/// come first, then the plan is made and every tile gets its part. The owner of the threads calls take() and run(); run() tells the sink.
+/// come first, then the plan is made and every tile gets its part. What plans and error targets need to know of the scene's lights is looked
+/// for meanwhile, a slice at a time. The owner of the threads calls take() and run(); run() tells the sink.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +21,7 @@
 #include "core/film/error_estimate.h"
 #include "core/film/film.h"
 #include "core/render/eta.h"
+#include "core/render/light_edges.h"
 #include "core/render/settings.h"
 #include "core/render/view.h"
 
@@ -27,11 +29,17 @@ namespace core {
 
 class Renderer;
 
+enum class SliceKind {
+  kPicture,
+  kPilot,  ///< samples are of the pilot stream
+  kEdges   ///< a part of the search for light edges; of no tile
+};
+
 struct Slice {
   int tile = 0;
   int first_sample = 0;
   int last_sample = 0;
-  bool is_pilot = false;  ///< samples are of the pilot stream
+  SliceKind kind = SliceKind::kPicture;
 };
 
 struct ConvergencePoint {
@@ -83,9 +91,8 @@ class Renderer {
   virtual bool render(TileState& state, int last_sample, std::stop_token stop) const = 0;
   /// The same for pilot samples [state.pilot_samples, last_sample), which are independent of all others.
   virtual bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const = 0;
-  /// The pixels of the crop that see lights in part. `side`^2 rays a pixel, or fewer on large films, look for them: what covers less than one
-  /// of as many parts of a pixel may be missed. Empty when stop was requested.
-  virtual LightEdges light_edges(int side, std::stop_token stop) const = 0;
+  /// A search for the pixels of the crop that see lights in part; not longer than the renderer lives.
+  virtual std::unique_ptr<LightEdgeSearch> light_edge_search() const = 0;
   /// Expected values of pixels of the crop (row by row), each from `samples` samples, even, that are in no picture. Empty when stop was
   /// requested.
   virtual std::vector<ProbedPixel> probe(std::span<const std::uint32_t> pixels, int samples, std::stop_token stop) const = 0;

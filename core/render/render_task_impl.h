@@ -1,4 +1,4 @@
-/// What a RenderTask is inside; for render_task.cpp and render_progress.cpp alone.
+/// What a RenderTask is inside; for render_task.cpp, render_looks.cpp and render_progress.cpp alone.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/cpu_time.h"
 #include "core/render/pass_plan.h"
 #include "core/render/registry.h"
 #include "core/render/render_task.h"
@@ -27,6 +28,9 @@ inline ErrorInterval unknown_error() {
   return {nan, nan, nan, false};
 }
 
+/// Below this nothing is said about an error target: rare events have not had their chance.
+constexpr int kSamplesBeforeErrorStop = 32;
+
 struct RenderTask::Impl {
   std::shared_ptr<const Renderer> renderer;
   std::shared_ptr<Film> film;
@@ -36,7 +40,7 @@ struct RenderTask::Impl {
   std::stop_source cancel_source;
 
   Mutex edges_mutex;
-  std::optional<LightEdges> edges GUARDED_BY(edges_mutex);  // looked for when first needed
+  std::unique_ptr<LightEdgeSearch> edge_search GUARDED_BY(edges_mutex);
 
   mutable Mutex mutex;
   StopRules stop GUARDED_BY(mutex);
@@ -47,6 +51,9 @@ struct RenderTask::Impl {
   ErrorInterval error GUARDED_BY(mutex) = unknown_error();
   std::size_t cursor GUARDED_BY(mutex) = 0;
   int pass_target GUARDED_BY(mutex) = 0;
+  std::optional<EdgeDetail> edges_known GUARDED_BY(mutex);
+  bool edges_out GUARDED_BY(mutex) = false;   // a slice of the search is
+  bool edges_last GUARDED_BY(mutex) = false;  // the slice handed out last was one: the next is of the picture
   std::vector<int> piloted GUARDED_BY(mutex);  // pilot samples a tile has
   int planned_to GUARDED_BY(mutex) = std::numeric_limits<int>::max();  // beyond, the plan of the next epoch is needed
   int decided_at GUARDED_BY(mutex) = -1;   // the complete pass whose decisions are taken
@@ -134,7 +141,7 @@ struct RenderTask::Impl {
   std::optional<Slice> find_pilot_slice() REQUIRES(mutex) {
     for (std::size_t t = 0; t < done.size(); ++t) {
       if (busy[t] == 0 && piloted[t] < pilot_target()) {
-        return Slice{static_cast<int>(t), piloted[t], pilot_target(), true};
+        return Slice{static_cast<int>(t), piloted[t], pilot_target(), SliceKind::kPilot};
       }
     }
     return std::nullopt;
@@ -177,6 +184,19 @@ struct RenderTask::Impl {
     return std::nullopt;
   }
 
+  /// Should the search for light edges go on beside the picture? Not before there is one to see, and not where nothing will need it.
+  bool edges_are_due() const REQUIRES(mutex) {
+    return !edges_out && !edges_last && base_samples >= 2 && edges_wanted() > edges_known;
+  }
+
+  /// What will be asked for next.
+  std::optional<EdgeDetail> edges_wanted() const REQUIRES(mutex) {
+    if (!edges_known && film->has_pilot() && samples_max() > planned_to) {
+      return EdgeDetail::kPlans;
+    }
+    return stop.relative_error && samples_max() >= kSamplesBeforeErrorStop ? std::optional(EdgeDetail::kErrors) : std::nullopt;
+  }
+
   /// Mean over the film's pixels, as far as tiles are.
   double samples_mean() const REQUIRES(mutex) {
     double area = 0;
@@ -197,7 +217,8 @@ struct RenderTask::Impl {
   };
   SamplesAtEnd samples_at_end() const REQUIRES(mutex);
 
-  const LightEdges& light_edges() EXCLUDES(mutex, edges_mutex);
+  void search_edges(EdgeDetail detail, double seconds, const std::stop_token& stopped) EXCLUDES(mutex, edges_mutex);
+  const LightEdges& light_edges(EdgeDetail detail) EXCLUDES(mutex, edges_mutex);
   ErrorEstimate estimate_of(const FilmSnapshot& snapshot, int samples) EXCLUDES(mutex, edges_mutex);
   void after_slice() EXCLUDES(mutex);
   void decide() EXCLUDES(mutex);

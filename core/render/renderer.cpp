@@ -1,12 +1,13 @@
 #include <array>
 #include <cmath>
-#include <ctime>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "core/accel/accel.h"
+#include "core/base/cpu_time.h"
 #include "core/camera/camera.h"
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
@@ -19,12 +20,6 @@
 
 namespace core {
 namespace {
-
-double thread_cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// Pilot samples come from a seed that no job can have: those end at 2^53.
 constexpr std::uint64_t kPilotStream = std::uint64_t{1} << 62U;
@@ -57,7 +52,7 @@ class PictureRenderer final : public Renderer {
   const View& view() const noexcept override { return view_; }
   bool render(TileState& state, int last_sample, std::stop_token stop) const override;
   bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const override;
-  LightEdges light_edges(int side, std::stop_token stop) const override;
+  std::unique_ptr<LightEdgeSearch> light_edge_search() const override;
   std::vector<ProbedPixel> probe(std::span<const std::uint32_t> pixels, int samples, std::stop_token stop) const override;
 
  private:
@@ -160,16 +155,15 @@ bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_
   return whole;
 }
 
-LightEdges PictureRenderer::light_edges(int side, std::stop_token stop) const {
-  prepare_tracing_thread();
+std::unique_ptr<LightEdgeSearch> PictureRenderer::light_edge_search() const {
   RenderSettings settings = view_.settings;
   settings.max_depth = 0;  // what shines, and nothing else
   settings.estimator = {};
   settings.light_sampler = LightSamplerType::kUniform;
-  const auto integrator = make_integrator({view_.scene->data(), view_.environment.get(), settings});
-  PathSampler sampler(SamplerType::kIndependent, 2, settings.seed | kEdgeStream);
-  std::uint64_t rays = 0;
-  const auto look = [&](int x, int y, int i, int places) {
+  const std::shared_ptr<const Integrator> integrator = make_integrator({view_.scene->data(), view_.environment.get(), settings});
+  auto look = [this, integrator, sampler = PathSampler(SamplerType::kIndependent, 2, settings.seed | kEdgeStream)](
+                  int x, int y, int i, int places) mutable {
+    std::uint64_t rays = 0;
     sampler.start(x, y, i);
     const Vec4 u = sampler.get_4d(kCameraGroup);
     const float step = 1 / static_cast<float>(places);
@@ -179,7 +173,7 @@ LightEdges PictureRenderer::light_edges(int side, std::stop_token stop) const {
     return SeenLight{at, is_finite(sample.radiance) ? sample.radiance : Rgb{}};
   };
   const FilmSettings& film = settings.film;
-  return find_light_edges(film.crop.value_or(PixelRect{0, 0, film.width, film.height}), filter_, look, side, stop);
+  return std::make_unique<LightEdgeSearch>(film.crop.value_or(PixelRect{0, 0, film.width, film.height}), filter_, std::move(look));
 }
 
 std::vector<ProbedPixel> PictureRenderer::probe(std::span<const std::uint32_t> pixels, int samples, std::stop_token stop) const {

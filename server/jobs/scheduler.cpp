@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <utility>
 
 #include <unistd.h>
+
+#include "core/base/cpu_time.h"
 
 namespace server {
 namespace {
@@ -14,12 +15,6 @@ namespace {
 constexpr std::chrono::milliseconds kAskAgain{20};
 constexpr int kNice = 5;
 constexpr double kExpectedSliceSeconds = 0.02;
-
-double thread_cpu_seconds() {
-  timespec time = {};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 /// True when a goes before b.
 bool goes_first(Rank a, Rank b) {
@@ -158,9 +153,9 @@ void Scheduler::work() {
     const std::uint64_t completions = entry->completions;
     ++entry->running;
     mutex_.unlock();
-    const double begin = thread_cpu_seconds();
+    const double begin = core::thread_cpu_seconds();
     const bool ran = entry->source->run_slice();
-    const double spent = thread_cpu_seconds() - begin;
+    const double spent = core::thread_cpu_seconds() - begin;
     mutex_.lock();
     --entry->running;
     entry->served_seconds += spent;

@@ -5,10 +5,10 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <string>
 
 #include "core/accel/accel.h"
+#include "core/base/cpu_time.h"
 #include "core/render/registry.h"
 #include "core/samplers/path_sampler.h"
 #include "tests/bench/embree_share.h"
@@ -18,12 +18,6 @@
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double thread_cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// CPU time of one number group, a point of two dimensions being half of it: the numbers of a path of two bounces, five
 /// groups for each start. Best of five.
@@ -35,7 +29,7 @@ void measure_samplers() {
     float sum = 0;
     for (int round = 0; round < 5; ++round) {
       core::PathSampler sampler(entry.value, 2, 1);
-      const double start = thread_cpu_seconds();
+      const double start = core::thread_cpu_seconds();
       for (int i = 0; i < kPaths; ++i) {
         sampler.start(i / 64 % 512, i / 64 / 512, i % 64);
         for (int group = 0; group < kGroups; ++group) {
@@ -43,7 +37,7 @@ void measure_samplers() {
           sum += u.x + u.y + u.z + u.w;
         }
       }
-      best = std::min(best, thread_cpu_seconds() - start);
+      best = std::min(best, core::thread_cpu_seconds() - start);
     }
     const double ns = best / kPaths / kGroups * 1e9;
     std::printf("sampler      %-16s %6.1f ns per 2-D point, %6.1f per four numbers (mean of all %.4f)\n",

@@ -35,7 +35,7 @@ struct Disagreement {
 Disagreement compare(const core::View& view, const core::View& pictured) {
   constexpr int kSamples = 1024;
   const auto renderer = core::Renderer::create(view);
-  const core::LightEdges edges = (*renderer)->light_edges(4, {});
+  const core::LightEdges edges = (*renderer)->light_edge_search()->finish({});
   const auto film = test_support::render(pictured, kSamples).snapshot;
   Disagreement out;
   out.edges = static_cast<int>(edges.size());

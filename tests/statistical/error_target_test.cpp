@@ -141,7 +141,7 @@ TEST(ErrorTarget, IsKeptAmongSmallLamps) {
 TEST(ErrorTarget, AmongSmallLampsNeedsTheScene) {
   core::View view = small_lamps();
   const auto renderer = core::Renderer::create(view);
-  const core::LightEdges edges = (*renderer)->light_edges(4, {});
+  const core::LightEdges edges = (*renderer)->light_edge_search()->finish({});
   int far = 0;
   for (int i = 0; i < 20; ++i) {
     view.settings.seed = static_cast<std::uint64_t>(i) + 1;

@@ -69,6 +69,27 @@ TEST(ProbedPixels, TellARimFromAFirefly) {
 // Noise that is alike everywhere leaves no pixel in doubt.
 TEST(ProbedPixels, AreNoneOfManyAlike) { EXPECT_TRUE(ErrorEstimate(wall(1)).doubtful().empty()); }
 
+// A probe that agrees with what was expected is of one pixel of many alike: ErrorTarget.IsKeptWithCaustics fails where those count.
+TEST(ProbedPixels, SurpriseWhereTheyContradict) {
+  const FilmSnapshot film = wall_with_one_bright_half(5);
+  const ErrorEstimate estimate(film);
+  const core::Rgb expected = core::expected_values(film)[kBright].mean;
+  const auto surprises = [&](double mu) {
+    const core::Rgb value(static_cast<float>(mu));
+    return estimate.surprises({{kBright, {value * 1.1F, value * 0.9F}}});
+  };
+  const auto was = static_cast<double>(core::luminance(expected));
+  EXPECT_TRUE(surprises(was).empty());
+  for (const double factor : {1.9, 2.1}) {
+    // Of mu^2 + 0.01, what errors are divided by.
+    for (const double square : {(was * was + 0.01) * factor, (was * was + 0.01) / factor}) {
+      const auto found = surprises(std::sqrt(std::max(square - 0.01, 0.0)));
+      ASSERT_EQ(found.size(), factor > 2 ? 1U : 0U) << square;
+      EXPECT_TRUE(found.empty() || found[0].pixel == kBright);
+    }
+  }
+}
+
 // A pixel that is probed and looked at by none but its probe has no part in what its neighbours are expected to be.
 TEST(ProbedPixels, LeaveTheirNeighboursAlone) {
   const FilmSnapshot film = wall_with_one_bright_half(3);

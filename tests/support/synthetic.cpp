@@ -29,7 +29,11 @@ class SyntheticRenderer final : public core::Renderer {
       return out;
     });
   }
-  core::LightEdges light_edges(int, std::stop_token) const override { return {}; }
+  std::unique_ptr<core::LightEdgeSearch> light_edge_search() const override {
+    const auto dark = [](int, int, int, int) { return core::SeenLight{}; };
+    return std::make_unique<core::LightEdgeSearch>(view_.settings.film.crop.value_or(core::PixelRect{0, 0, view_.settings.film.width, view_.settings.film.height}),
+                                                   core::FilterSampler(view_.settings.film.filter), dark);
+  }
   std::vector<core::ProbedPixel> probe(std::span<const std::uint32_t>, int, std::stop_token) const override { return {}; }
   bool render_pilot(core::TileState& state, int last_sample, std::stop_token stop) const override {
     return core::fill_pilot(state, last_sample, stop, [&](int x, int y, int s, std::uint64_t& rays) {

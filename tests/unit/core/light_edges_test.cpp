@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "core/samplers/hash.h"
 
@@ -40,12 +41,16 @@ const LightEdge* find(const LightEdges& edges, std::uint32_t pixel) {
   return found == edges.end() ? nullptr : &*found;
 }
 
+LightEdges find_edges(const PixelRect& crop, const core::FilterSampler& f, core::LightViewer look, const std::stop_token& stop) {
+  return core::LightEdgeSearch(crop, f, std::move(look)).finish(stop);
+}
+
 constexpr PixelRect kCrop = {100, 50, 32, 16};
 
 TEST(LightEdges, OfAHalfPlaneUnderABoxAreItsColumn) {
   // Radiance 5 left of 110.3: the pixels 110 see 0.3 of it.
-  const LightEdges edges = core::find_light_edges(kCrop, filter(core::FilterType::kBox, 0.5F),
-                                                  viewer([](Vec2 at) { return at.x < 110.3F ? 5.0F : 0.0F; }), 4, {});
+  const LightEdges edges = find_edges(kCrop, filter(core::FilterType::kBox, 0.5F),
+                                                  viewer([](Vec2 at) { return at.x < 110.3F ? 5.0F : 0.0F; }), {});
   ASSERT_EQ(edges.size(), 16U);
   for (std::size_t k = 0; k < edges.size(); ++k) {
     EXPECT_EQ(edges[k].pixel, 32 * k + 10);
@@ -72,7 +77,7 @@ double share_below(const core::FilterSampler& f, double x) {
 TEST(LightEdges, KnowHowLittleTheTailOfTheFilterSees) {
   const core::FilterSampler f = filter(core::FilterType::kBlackmanHarris, 1.5F);
   const LightEdges edges =
-      core::find_light_edges(kCrop, f, viewer([](Vec2 at) { return at.x < 110.3F ? 1000.0F : 0.0F; }), 4, {});
+      find_edges(kCrop, f, viewer([](Vec2 at) { return at.x < 110.3F ? 1000.0F : 0.0F; }), {});
   for (const int x : {109, 110, 111}) {
     const double share = share_below(f, 110.3 - (x + 0.5));
     const LightEdge* edge = find(edges, static_cast<std::uint32_t>(5 * 32 + x - 100));
@@ -85,14 +90,14 @@ TEST(LightEdges, KnowHowLittleTheTailOfTheFilterSees) {
 }
 
 TEST(LightEdges, OfASmoothSkyAreNone) {
-  const auto edges = core::find_light_edges(kCrop, filter(core::FilterType::kBlackmanHarris, 1.5F),
-                                            viewer([](Vec2 at) { return 1 + 0.001F * at.x; }), 4, {});
+  const auto edges = find_edges(kCrop, filter(core::FilterType::kBlackmanHarris, 1.5F),
+                                            viewer([](Vec2 at) { return 1 + 0.001F * at.x; }), {});
   EXPECT_TRUE(edges.empty());
 }
 
 TEST(LightEdges, AreFoundFromLightsOutsideOfTheFilm) {
-  const auto edges = core::find_light_edges(kCrop, filter(core::FilterType::kBox, 1.5F),
-                                            viewer([](Vec2 at) { return at.x < 99.5F ? 3.0F : 0.0F; }), 4, {});
+  const auto edges = find_edges(kCrop, filter(core::FilterType::kBox, 1.5F),
+                                            viewer([](Vec2 at) { return at.x < 99.5F ? 3.0F : 0.0F; }), {});
   ASSERT_EQ(edges.size(), 16U);
   EXPECT_EQ(edges[0].pixel, 0U);
   EXPECT_NEAR(edges[0].coverage, 0.5 / 3, 0.01);
@@ -100,10 +105,10 @@ TEST(LightEdges, AreFoundFromLightsOutsideOfTheFilm) {
 
 TEST(LightEdges, AreBoundedInNumberStrongestFirst) {
   const PixelRect large = {0, 0, 512, 128};
-  const auto edges = core::find_light_edges(large, filter(core::FilterType::kBox, 0.5F), viewer([](Vec2 at) {
+  const auto edges = find_edges(large, filter(core::FilterType::kBox, 0.5F), viewer([](Vec2 at) {
     // Stripes everywhere, brighter in the right half.
     return std::fmod(at.x, 1.0F) < 0.5F ? (at.x < 256 ? 1.0F : 100.0F) : 0.0F;
-  }), 4, {});
+  }), {});
   EXPECT_EQ(edges.size(), 4096U + 512 * 128 / 32);
   EXPECT_TRUE(std::is_sorted(edges.begin(), edges.end(), [](const LightEdge& a, const LightEdge& b) { return a.pixel < b.pixel; }));
   EXPECT_TRUE(std::all_of(edges.begin(), edges.end(), [](const LightEdge& e) { return e.pixel % 512 >= 255; }));
@@ -112,8 +117,8 @@ TEST(LightEdges, AreBoundedInNumberStrongestFirst) {
 TEST(LightEdges, AreNoneWhenStopped) {
   std::stop_source source;
   source.request_stop();
-  EXPECT_TRUE(core::find_light_edges(kCrop, filter(core::FilterType::kBox, 0.5F),
-                                     viewer([](Vec2 at) { return at.x < 110.3F ? 5.0F : 0.0F; }), 4, source.get_token())
+  EXPECT_TRUE(find_edges(kCrop, filter(core::FilterType::kBox, 0.5F),
+                                     viewer([](Vec2 at) { return at.x < 110.3F ? 5.0F : 0.0F; }), source.get_token())
                   .empty());
 }
 

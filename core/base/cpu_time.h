@@ -1,0 +1,15 @@
+/// Processor time.
+#pragma once
+
+#include <ctime>
+
+namespace core {
+
+/// What the calling thread has used so far, seconds.
+inline double thread_cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace core

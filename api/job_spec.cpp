@@ -104,7 +104,7 @@ constexpr auto adaptive_row() {
       "adaptive", "Where further samples go.",
       choice(
           "type", [](auto& s) -> auto& { return s.render.adaptive.type; }, &core::adaptive_types,
-          "What decides."),
+          "What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for others."),
       when(&is_adaptive, kOtherwise,
            number(
                "min_samples", [](auto& s) -> auto& { return s.render.adaptive.min_samples; },
@@ -271,6 +271,8 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
     return value.problem();
   }
   ParsedJob job;
+  const Json::json_pointer target("/stop/relative_error");
+  job.spec.render.adaptive.type = usual_adaptive_type(value->contains(target) && !value->at(target).is_null());
   Faults faults;
   read_members(table(), *value, job.spec, "", faults);
   // The rules between members speak about values that are fine by themselves.
@@ -287,6 +289,10 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   return job;
 }
 
+core::AdaptiveType usual_adaptive_type(bool has_error_target) {
+  return has_error_target ? core::AdaptiveType::kPilot : core::AdaptiveType::kNone;
+}
+
 std::vector<std::string> adaptive_warnings(const JobSpec& spec) {
   std::vector<std::string> warnings;
   const core::AdaptiveSettings& adaptive = spec.render.adaptive;
@@ -298,7 +304,7 @@ std::vector<std::string> adaptive_warnings(const JobSpec& spec) {
                           "the job may end before the picture is as good as was asked for.");
   }
   const int first = core::first_epoch(spec.render);
-  if (adaptive.type != JobSpec{}.render.adaptive.type && spec.stop.samples_per_pixel &&
+  if (adaptive.type != usual_adaptive_type(spec.stop.relative_error.has_value()) && spec.stop.samples_per_pixel &&
       *spec.stop.samples_per_pixel <= first) {
     warnings.push_back("adaptive: every pixel gets the same, because the first decision is taken at " +
                        std::to_string(first) + " samples and " + std::to_string(*spec.stop.samples_per_pixel) +

@@ -71,6 +71,10 @@ std::string spec_json(const JobSpec& spec);
 /// True when both say the same, member by member.
 bool same_spec(const JobSpec& a, const JobSpec& b);
 
+/// adaptive.type of a job that does not say it. Jobs with an error target get there with far fewer samples where a pilot stream decides about
+/// them; others keep the same count everywhere, so that parts of a job make up its film bit for bit.
+core::AdaptiveType usual_adaptive_type(bool has_error_target);
+
 /// What adaptive sampling cannot do for this job; told when it is submitted.
 std::vector<std::string> adaptive_warnings(const JobSpec& spec);
 

@@ -82,7 +82,7 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("--split", flags.split, "Continuations of each path at its first surface (1)")->type_name("N");
   app.add_option("--control-variate", flags.control_variate, "Light known in closed form: none, analytic, regression")
       ->type_name("T");
-  app.add_option("--adaptive", flags.adaptive, "Where further samples go: none, pilot, crosshalf, sequential")
+  app.add_option("--adaptive", flags.adaptive, "Where further samples go: pilot, none, crosshalf, sequential")
       ->type_name("T");
   app.add_option("--seed", flags.seed, "Another seed gives another noise (0)")->type_name("N");
   app.add_option("--threads", flags.threads, "Threads that render (all of the machine's)")

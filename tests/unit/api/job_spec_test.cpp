@@ -58,6 +58,21 @@ TEST(JobSpec, AdaptiveSamplingHasItsParameters) {
   EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec));
 }
 
+TEST(JobSpec, ErrorTargetsAreReachedWithAPilotUnlessTheJobSaysOtherwise) {
+  const auto type = [](const char* members) {
+    return spec_of(std::string(R"({"scene":"s",)") + members + "}").render.adaptive.type;
+  };
+  EXPECT_EQ(type(R"("stop":{"relative_error":0.1})"), core::AdaptiveType::kPilot);
+  EXPECT_EQ(type(R"("stop":{"relative_error":0.1,"samples_per_pixel":64})"), core::AdaptiveType::kPilot);
+  EXPECT_EQ(type(R"("adaptive":{"min_samples":64},"stop":{"relative_error":0.1})"), core::AdaptiveType::kPilot);
+  EXPECT_EQ(type(R"("stop":{"relative_error":null,"samples_per_pixel":64})"), core::AdaptiveType::kNone);
+  EXPECT_EQ(type(R"("stop":{"seconds":5})"), core::AdaptiveType::kNone);
+  EXPECT_EQ(type(R"("adaptive":{"type":"none"},"stop":{"relative_error":0.1})"), core::AdaptiveType::kNone);
+  // What a job says of itself is what it is, whatever is usual by then.
+  const api::JobSpec spec = spec_of(R"({"scene":"s","stop":{"relative_error":0.1}})");
+  EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec));
+}
+
 TEST(JobSpec, WarnsOfWhatAdaptiveSamplingCannotDo) {
   const auto warnings = [](const char* members) {
     return api::adaptive_warnings(spec_of(std::string(R"({"scene":"s",)") + members + "}"));
@@ -67,6 +82,7 @@ TEST(JobSpec, WarnsOfWhatAdaptiveSamplingCannotDo) {
   EXPECT_EQ(warnings(R"("adaptive":{"type":"pilot"},"stop":{"samples_per_pixel":32})").size(), 1U);
   EXPECT_TRUE(warnings(R"("adaptive":{"type":"pilot"},"stop":{"samples_per_pixel":34})").empty());
   EXPECT_TRUE(warnings(R"("stop":{"samples_per_pixel":2})").empty());
+  EXPECT_TRUE(warnings(R"("stop":{"samples_per_pixel":16,"relative_error":0.1})").empty());
 }
 
 TEST(JobSpec, EveryMemberArrives) {

@@ -154,7 +154,7 @@ function AdvancedBody({ info }: { info: ServerInfo | null }) {
       <ChoiceField
         label="Where samples go"
         pointer="/adaptive"
-        standard="Noisy places can be given more samples than calm ones."
+        standard="Noisy places get more samples than calm ones."
         value={v.adaptive}
         choices={asChoices(info?.adaptive)}
         onValue={(adaptive) => change({ adaptive })}

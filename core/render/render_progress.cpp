@@ -19,7 +19,7 @@ RenderTask::Impl::SamplesAtEnd RenderTask::Impl::samples_at_end() const {
   // Only looks end a job, and not before this one.
   const auto look_for = [&](double seen) REQUIRES(mutex) {
     const double needed = samples_for_error(points.back().samples_per_pixel, seen, *stop.relative_error);
-    const double least = std::max({needed, static_cast<double>(base_samples) + 1, 2.0});
+    const double least = std::max({needed, static_cast<double>(base_samples) + 1, static_cast<double>(kSamplesBeforeErrorStop)});
     return least >= most ? most : std::min<double>(next_look(static_cast<int>(std::ceil(least)) - 1, replicates, unit()), most);
   };
   end.expected = look_for(bound);
@@ -29,7 +29,7 @@ RenderTask::Impl::SamplesAtEnd RenderTask::Impl::samples_at_end() const {
 }
 
 Progress RenderTask::progress() const {
-  const Impl& m = *impl_;
+  Impl& m = *impl_;
   Progress p;
   p.cpu_seconds = m.film->cpu_seconds();
   p.rays = m.film->rays();
@@ -69,7 +69,9 @@ Progress RenderTask::progress() const {
     const double rest = *m.stop.deadline_unix_seconds - unix_seconds();
     clock(rest, p.elapsed_seconds + std::max(rest, 0.0));
   }
-  p.fraction = m.over && m.reason != StopReason::kCancelled ? 1.0 : std::clamp(share, 0.0, 0.999);
+  // A look may find that more samples are needed than was thought: then it stands still, and the time left says so.
+  m.fraction_told = std::max(m.fraction_told, std::clamp(share, 0.0, 0.999));
+  p.fraction = m.over && m.reason != StopReason::kCancelled ? 1.0 : m.fraction_told;
   if (!m.over && left) {
     p.eta_seconds = left->expected;
     p.eta_low_seconds = left->low;

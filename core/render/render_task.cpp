@@ -411,6 +411,7 @@ void RenderTask::set_stop(const StopRules& stop) {
   MutexLock lock(m.mutex);
   const bool had_clock = m.has_clock();
   m.stop = stop;
+  m.fraction_told = 0;
   m.decided_at = -1;
   if (!had_clock && m.has_clock()) {  // the tiles of this pass were not kept
     m.base_is_whole = m.in_flight == 0 && std::all_of(m.done.begin(), m.done.end(), [&m](int n) REQUIRES(m.mutex) {

@@ -51,7 +51,7 @@ struct ConvergencePoint {
 };
 
 struct Progress {
-  double fraction = 0;  ///< below 1 until the end
+  double fraction = 0;  ///< below 1 until the end; does not fall while the stop rules stay
   int samples_min = 0;
   double samples_mean = 0;
   int samples_max = 0;

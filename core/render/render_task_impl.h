@@ -64,6 +64,7 @@ struct RenderTask::Impl {
   int in_flight GUARDED_BY(mutex) = 0;
   int last_reported GUARDED_BY(mutex) = -1;
   std::vector<PacePoint> pace GUARDED_BY(mutex);  // of the last passes of this run
+  double fraction_told GUARDED_BY(mutex) = 0;  // does not fall while the rules stay
   double stop_bound GUARDED_BY(mutex) = 0;  // what the error rule compared with its target last; 0: nothing yet
   double look_cost GUARDED_BY(mutex) = 0;    // seconds that the last report took
   double look_ended GUARDED_BY(mutex) = -1e9;  // elapsed_now() then

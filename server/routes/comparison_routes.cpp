@@ -59,6 +59,9 @@ core::Result<core::Picture> picture_of_job(const RouteContext& context, const st
   if (is_too_large(crop.width, crop.height)) {
     return too_many_pixels(crop.width, crop.height);
   }
+  if ((*film)->sample_counts().min == 0) {
+    return Error{ErrorCode::kConflict, "the job ended before every pixel had a sample", ""};
+  }
   core::Picture picture = core::picture_of((*film)->snapshot());
   if (!core::errors_are_valid((*job)->record().view.spec.render)) {
     picture.half_difference.clear();  // The halves are not independent: nothing tells how far off it is.

@@ -89,6 +89,15 @@ class Comparisons(ApiTest):
         self.assert_problem(self.compare(running, job), 409, "/a")
         self.server.post(f"/v1/jobs/{running}/cancel")
 
+    def test_a_job_that_ended_before_its_first_pass_is_not_taken_for_a_black_picture(self):
+        film = {"width": 1600, "height": 1200, "layers": []}
+        early = self.server.submit(job_body(samples=1024, film=film))["id"]
+        self.server.wait_until(early, lambda now: now["progress"]["samples_per_pixel"]["mean"] > 0)
+        self.server.post(f"/v1/jobs/{early}/cancel")
+        self.assertEqual(self.server.wait(early)["progress"]["samples_per_pixel"]["min"], 0)
+        problem = self.assert_problem(self.compare(early, early), 409, "/a")
+        self.assertIn("before every pixel had a sample", problem["errors"][0]["detail"])
+
     def test_pictures_that_are_too_large_are_refused_before_they_are_decoded(self):
         job = self.server.render(job_body())["id"]
         limit = self.server.get("/v1/server").json()["limits"]["comparison_pixels"]

@@ -10,7 +10,7 @@ set(CORE_TEST_SOURCES
   flip_test.cpp
   light_edges_test.cpp
   pass_plan_test.cpp
-  render_task_edges_test.cpp
+  render_task_target_test.cpp
   render_task_test.cpp
   replicate_fit_test.cpp
   reservoir_test.cpp

@@ -483,32 +483,4 @@ TEST(RenderTaskProgress, NeverShowsTheEndBeforeTheEnd) {
   EXPECT_EQ(task.progress().samples_mean, 8);
 }
 
-TEST(RenderTaskProgress, OfAnErrorTargetDoesNotFall) {
-  for (const double target : {0.5, 0.15}) {
-    const core::View view = small_view();
-    RecordingSink sink;
-    TaskOptions options;
-    options.stop.relative_error = target;
-    RenderTask task(renderer_of(view), film_of(view), options, sink);
-    double last = 0;
-    double at_16 = 1;
-    while (!task.finished()) {
-      const core::Progress p = task.progress();
-      if (!task.finished()) {
-        EXPECT_LT(p.fraction, 1);
-        EXPECT_GE(p.fraction, last);
-        last = p.fraction;
-        at_16 = p.samples_max <= 16 ? last : at_16;
-      }
-      if (const auto slice = task.take()) {
-        task.run(*slice);
-      }
-    }
-    EXPECT_EQ(sink.reason, StopReason::kRelativeError);
-    EXPECT_GE(task.progress().samples_mean, 32) << "no earlier look may end it";
-    EXPECT_LT(at_16, 0.55) << "nor did it seem so";
-    EXPECT_EQ(task.progress().fraction, 1);
-  }
-}
-
 }  // namespace

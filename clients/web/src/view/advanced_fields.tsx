@@ -154,7 +154,7 @@ function AdvancedBody({ info }: { info: ServerInfo | null }) {
       <ChoiceField
         label="Where samples go"
         pointer="/adaptive"
-        standard="Noisy places get more samples than calm ones."
+        standard="Every pixel alike; where an error is to be reached, noisy places get more samples than calm ones."
         value={v.adaptive}
         choices={asChoices(info?.adaptive)}
         onValue={(adaptive) => change({ adaptive })}

@@ -55,26 +55,31 @@ function Prediction({ job, data, last }: { job: Job; data: Convergence; last: Kn
   if (!samples || !seconds) return null;
   const left = (time: number | null): string =>
     time === null ? 'much more' : duration(Math.max(0, time - last.elapsed_seconds));
-  const rows = nextErrors(job, last.relative_rmse).map((error) => ({
-    error,
-    samples: samples.whenBelow(error).value,
-    seconds: seconds.whenBelow(error),
-  }));
+  const rows = nextErrors(job, last.relative_rmse).map((error) => {
+    const t = seconds.whenBelow(error);
+    return {
+      error,
+      samples: samples.whenBelow(error).value,
+      left: left(t.value),
+      range: t.low !== null ? `${left(t.low)} to ${left(t.high)} by the interval of the slope` : '',
+    };
+  });
   if (!rows.length) return null;
+  // The job ends when the bound of its error is at the target, later than the estimate: the server knows when.
+  const p = job.progress;
+  if (rows[0].error === job.spec.stop?.relative_error && p?.eta_seconds != null && p.fraction > 0) {
+    const [low, high] = p.eta_interval_seconds ?? [p.eta_seconds, p.eta_seconds];
+    if (p.samples_per_pixel) rows[0].samples = Math.round(p.samples_per_pixel.mean / p.fraction);
+    rows[0].left = duration(p.eta_seconds);
+    rows[0].range = `${duration(low)} to ${duration(high)} left at this pace`;
+  }
   return (
     <dl class="figures prediction" data-testid="prediction">
-      {rows.map(({ error, samples: n, seconds: t }) => (
-        <div
-          key={error}
-          title={
-            t.low !== null
-              ? `${left(t.low)} to ${left(t.high)} by the interval of the slope`
-              : undefined
-          }
-        >
+      {rows.map(({ error, samples: n, left: wait, range }) => (
+        <div key={error} title={range || undefined}>
           <dt>{number(100 * error)} % error</dt>
           <dd>
-            <span>{isFinal(job.state) ? `${left(t.value)} more` : `in ${left(t.value)}`}</span>,{' '}
+            <span>{isFinal(job.state) ? `${wait} more` : `in ${wait}`}</span>,{' '}
             <span>{count(n)} samples</span>
           </dd>
         </div>

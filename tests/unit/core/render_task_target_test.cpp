@@ -1,4 +1,4 @@
-// The search for light edges, which goes on beside the picture.
+// Jobs with an error target: the search for light edges, which goes on beside the picture, and progress.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -72,6 +72,34 @@ TEST(RenderTaskEdges, AreLookedForBesideThePicture) {
       EXPECT_NE(slice->kind, core::SliceKind::kEdges);
       task.run(*slice);
     }
+  }
+}
+
+TEST(RenderTaskProgress, OfAnErrorTargetDoesNotFall) {
+  for (const double target : {0.5, 0.15}) {
+    const core::View view = small_view();
+    SilentSink sink;
+    core::TaskOptions options;
+    options.stop.relative_error = target;
+    core::RenderTask task(renderer_of(view), std::make_shared<core::Film>(view.settings), options, sink);
+    double last = 0;
+    double at_16 = 1;
+    while (!task.finished()) {
+      const core::Progress p = task.progress();
+      if (!task.finished()) {
+        EXPECT_LT(p.fraction, 1);
+        EXPECT_GE(p.fraction, last);
+        last = p.fraction;
+        at_16 = p.samples_max <= 16 ? last : at_16;
+      }
+      if (const auto slice = task.take()) {
+        task.run(*slice);
+      }
+    }
+    EXPECT_EQ(task.stop_reason(), core::StopReason::kRelativeError);
+    EXPECT_GE(task.progress().samples_mean, 32) << "no earlier look may end it";
+    EXPECT_LT(at_16, 0.55) << "nor did it seem so";
+    EXPECT_EQ(task.progress().fraction, 1);
   }
 }
 

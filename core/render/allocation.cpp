@@ -86,12 +86,6 @@ Statistics of_picture(const Film& film, int first, int stride) {
   return out;
 }
 
-PixelRect window_at(int x, int y, int radius, int width, int height) {
-  const int x0 = std::max(x - radius, 0);
-  const int y0 = std::max(y - radius, 0);
-  return {x0, y0, std::min(x + radius + 1, width) - x0, std::min(y + radius + 1, height) - y0};
-}
-
 /// sqrt(relative variance / cost) of each pixel, pooled.
 std::vector<float> needs(const Statistics& s, int width, int height) {
   const int radius = static_cast<int>(std::ceil((std::sqrt(kPooled / s.degrees) - 1) / 2));
@@ -108,7 +102,7 @@ std::vector<float> needs(const Statistics& s, int width, int height) {
   out.reserve(s.mean.size());
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      const PixelRect window = window_at(x, y, std::max(radius, 0), width, height);
+      const PixelRect window = window_around(x, y, std::max(radius, 0), width, height);
       const MomentSums::Values v = sums.over(window);
       double ratio = 0;
       for (std::size_t c = 0; c < 3; ++c) {

@@ -38,8 +38,35 @@ Remaining earlier(const Remaining& a, const Remaining& b) {
   return {std::min(a.expected, b.expected), std::min(a.low, b.low), std::min(a.high, b.high)};
 }
 
-double samples_for_error(double samples, double bound, double target) {
-  return samples * (bound / target) * (bound / target);
+double samples_for_error(double samples, double bound, double target, double exponent) {
+  return samples * std::pow(bound / target, 1 / exponent);
+}
+
+double error_exponent(std::span<const SeenError> seen) {
+  constexpr double kIndependent = 0.5;
+  constexpr double kSpan = 16;
+  constexpr double kLeastSpan = 4;
+  while (!seen.empty() && !(seen.front().error > 0 && seen.front().samples * kSpan >= seen.back().samples)) {
+    seen = seen.subspan(1);
+  }
+  if (seen.size() < 4 || seen.back().samples < kLeastSpan * seen.front().samples) {
+    return kIndependent;
+  }
+  const auto n = static_cast<double>(seen.size());
+  double x = 0;
+  double y = 0;
+  for (const SeenError& s : seen) {
+    x += std::log(s.samples) / n;
+    y += std::log(s.error) / n;
+  }
+  double xx = 0;
+  double xy = 0;
+  for (const SeenError& s : seen) {
+    xx += (std::log(s.samples) - x) * (std::log(s.samples) - x);
+    xy += (std::log(s.samples) - x) * (std::log(s.error) - y);
+  }
+  const double exponent = -xy / xx;
+  return exponent > kIndependent ? std::min(exponent, 1.0) : kIndependent;  // not a number: that of independent samples
 }
 
 }  // namespace core

@@ -26,7 +26,17 @@ std::optional<Remaining> seconds_for(std::span<const PacePoint> points, double s
 /// The first of two ends: of each bound the smaller one.
 Remaining earlier(const Remaining& a, const Remaining& b);
 
-/// Samples at which an upper bound of the error meets a target: variance falls as 1/N. bound: seen at `samples`.
-double samples_for_error(double samples, double bound, double target);
+/// Samples at which an upper bound of the error meets a target. bound: seen at `samples`; it falls as samples^-exponent.
+double samples_for_error(double samples, double bound, double target, double exponent = 0.5);
+
+/// An error that was seen.
+struct SeenError {
+  double samples = 0;
+  double error = 0;
+};
+
+/// The exponent by which errors fell so far, least squares over the last 16-fold of samples; between that of independent samples, 0.5, and 1.
+/// With fewer than four errors or less than 4-fold samples: 0.5. seen in order of samples.
+double error_exponent(std::span<const SeenError> seen);
 
 }  // namespace core

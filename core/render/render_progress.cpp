@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "core/render/render_task_impl.h"
 
@@ -17,14 +18,19 @@ RenderTask::Impl::SamplesAtEnd RenderTask::Impl::samples_at_end() const {
   const double bound = stop_bound > 0 ? stop_bound : error.high;
   const int replicates = renderer->view().settings.replicates;
   // Only looks end a job, and not before this one.
-  const auto look_for = [&](double seen) REQUIRES(mutex) {
-    const double needed = samples_for_error(points.back().samples_per_pixel, seen, *stop.relative_error);
+  std::vector<SeenError> seen_errors;
+  for (const ConvergencePoint& point : points) {
+    seen_errors.push_back({static_cast<double>(point.samples_per_pixel), point.error.relative_rmse});
+  }
+  const double exponent = error_exponent(seen_errors);
+  const auto look_for = [&](double seen, double falls) REQUIRES(mutex) {
+    const double needed = samples_for_error(points.back().samples_per_pixel, seen, *stop.relative_error, falls);
     const double least = std::max({needed, static_cast<double>(base_samples) + 1, static_cast<double>(kSamplesBeforeErrorStop)});
     return least >= most ? most : std::min<double>(next_look(static_cast<int>(std::ceil(least)) - 1, replicates, unit()), most);
   };
-  end.expected = look_for(bound);
-  end.low = look_for(bound * error.low / e);
-  end.high = look_for(bound * error.high / e);
+  end.expected = look_for(bound, exponent);
+  end.low = look_for(bound * error.low / e, exponent);
+  end.high = look_for(bound * error.high / e, 0.5);  // as if the rest were independent samples
   return end;
 }
 

@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numeric>
+#include <span>
 #include <thread>
 
 #include "core/film/sample_plan.h"
@@ -394,6 +396,27 @@ TEST(TimeLeft, EndsWithTheFirstRule) {
   EXPECT_EQ(end.low, 8);
   EXPECT_EQ(end.high, 9);
   EXPECT_NEAR(core::samples_for_error(64, 0.2, 0.1), 256, 1e-9);
+  EXPECT_NEAR(core::samples_for_error(64, 0.2, 0.1, 1), 128, 1e-9);
+}
+
+TEST(TimeLeft, KnowsHowErrorsFell) {
+  std::vector<core::SeenError> seen;
+  // Fireflies came late: what was long ago does not count.
+  for (const double n : {2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0}) {
+    seen.push_back({n, n < 8 ? 0.01 : std::pow(n, -0.7)});
+  }
+  EXPECT_NEAR(core::error_exponent(seen), 0.7, 1e-9);
+  EXPECT_EQ(core::error_exponent(std::span(seen).first(3)), 0.5) << "too few";
+  for (core::SeenError& s : seen) {
+    s.error = std::pow(s.samples, -0.2);
+  }
+  EXPECT_EQ(core::error_exponent(seen), 0.5);
+  for (core::SeenError& s : seen) {
+    s.error = std::pow(s.samples, -1.4);
+  }
+  EXPECT_EQ(core::error_exponent(seen), 1);
+  seen.back().error = std::nan("");
+  EXPECT_EQ(core::error_exponent(seen), 0.5);
 }
 
 }  // namespace

@@ -267,11 +267,6 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
         cy={py((hover ?? last).relative_rmse)}
         r={4}
       />
-      {reach && reach < x1 * 1.01 && (
-        <text class="reach" x={px(reach) - 6} y={py(target!) - 6} text-anchor="end">
-          {axis === 'seconds' ? `at ${duration(reach)}` : `at ${count(reach)} samples`}
-        </text>
-      )}
     </svg>
   );
 }

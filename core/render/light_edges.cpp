@@ -17,7 +17,9 @@ namespace {
 constexpr std::size_t kPlaces = std::size_t{1} << 21U;
 constexpr int kCoarseSideMax = 4;
 constexpr int kFineSideMin = 4;
-constexpr std::array<int, 2> kFineSideMax = {6, 24};  ///< [detail]
+constexpr int kFineSideMax = 24;
+/// For plans, places at rims for each pixel of the film, on average: some three samples' time. Few rims are looked at as closely as for errors.
+constexpr std::size_t kPlacesOfPlans = 16;
 constexpr std::size_t kAlways = 4096;
 constexpr std::size_t kShare = 32;
 constexpr float kDark = 0.01F;  ///< as in the error of a picture: Var / (mu^2 + 0.01)
@@ -77,9 +79,9 @@ struct Integral {
   double bright = 0;
 };
 
-/// Places along a side of each of `cells` pixels.
-int side_of(std::size_t cells) {
-  return static_cast<int>(std::sqrt(static_cast<double>(kPlaces) / static_cast<double>(std::max(cells, std::size_t{1}))));
+/// Along a side of each of `cells` pixels, so that there are so many in all.
+int side_of(std::size_t places, std::size_t cells) {
+  return static_cast<int>(std::sqrt(static_cast<double>(places) / static_cast<double>(std::max(cells, std::size_t{1}))));
 }
 
 std::vector<Candidate> candidates(const PixelRect& crop, const Reach& reach, const std::vector<Range>& ranges) {
@@ -135,14 +137,14 @@ struct LightEdgeSearch::Impl {
       : crop(rect), filter(f), look(std::move(viewer)), reach(rect, f), ranges(reach.cell_count()) {}
 
   void coarse_row(int y);
-  void begin_fine(int side_max);
+  void begin_fine(EdgeDetail of);
   void fine_row(int y);
   LightEdges conclude();
 };
 
 void LightEdgeSearch::Impl::coarse_row(int y) {
   const PixelRect cells = reach.cells();
-  const int side = std::clamp(side_of(reach.cell_count()), 1, kCoarseSideMax);
+  const int side = std::clamp(side_of(kPlaces, reach.cell_count()), 1, kCoarseSideMax);
   for (int x = cells.x; x < cells.x + cells.width; ++x) {
     Range& range = ranges[reach.cell(x, y)];
     for (int p = 0; p < side * side; ++p) {
@@ -152,7 +154,8 @@ void LightEdgeSearch::Impl::coarse_row(int y) {
   }
 }
 
-void LightEdgeSearch::Impl::begin_fine(int side_max) {
+void LightEdgeSearch::Impl::begin_fine(EdgeDetail of) {
+  detail = of;
   const auto width = static_cast<std::uint32_t>(crop.width);
   slots.assign(reach.cell_count(), 0);
   is_needed.assign(reach.cell_count(), 0);
@@ -163,7 +166,8 @@ void LightEdgeSearch::Impl::begin_fine(int side_max) {
     Reach::around(x, y, reach.margin(), reach.cells(), [&](int u, int v) { is_needed[reach.cell(u, v)] = 1; });
   }
   const auto needed = static_cast<std::size_t>(std::count(is_needed.begin(), is_needed.end(), 1));
-  fine = std::clamp(side_of(needed), kFineSideMin, side_max);
+  const std::size_t places = of == EdgeDetail::kErrors ? kPlaces : std::min(kPlaces, kPlacesOfPlans * reach.cell_count());
+  fine = std::clamp(side_of(places, needed), kFineSideMin, kFineSideMax);
   integrals.assign(found.size(), {});
 }
 
@@ -240,8 +244,7 @@ void LightEdgeSearch::step(EdgeDetail detail) {
     return;
   }
   if (m.row == 0) {
-    m.detail = detail;
-    m.begin_fine(kFineSideMax[static_cast<std::size_t>(detail)]);
+    m.begin_fine(detail);
   }
   m.fine_row(cells.y + m.row);
   if (++m.row == cells.height) {

@@ -26,6 +26,12 @@ constexpr float kStandsOutHeavy = 4;
 constexpr float kHeavy = 0.02F;
 /// edge_noise() of about four samples that met the light: fewer tell little of how many others do.
 constexpr float kFewEvents = 0.25F;
+/// Events that a half is expected to have, below which they come as if samples were independent, and halves say little of their variance.
+constexpr float kRareEvents = 0.5F;
+/// Relative standard error of what is foretold.
+constexpr double kForetoldUnsure = 0.1;
+/// Share of the sum over the picture from which on the luck of one pixel shows: of many, it is averaged out.
+constexpr float kMatters = 0.005F;
 /// Share of the sum over the picture from which on a pixel is worth probing, and the number of those that are.
 constexpr double kDoubtful = 0.01;
 constexpr std::size_t kMostDoubtful = 64;
@@ -183,7 +189,9 @@ void ErrorEstimate::weigh(const std::vector<Rgb>& variances, const std::vector<E
 void ErrorEstimate::know(const FilmSnapshot& film, const LightEdges& edges, const std::vector<ExpectedValue>& expected) {
   known_.assign(film.pixel_count(), kNan);
   unsure_.assign(film.pixel_count(), 0);
-  const float heavy = kHeavy * std::accumulate(raw_ratio_.begin(), raw_ratio_.end(), 0.0F);
+  foretold_.assign(film.pixel_count(), kNan);
+  const float all = std::accumulate(raw_ratio_.begin(), raw_ratio_.end(), 0.0F);
+  const float heavy = kHeavy * all;
   for (std::size_t i = 0; i < known_.size(); ++i) {
     const float a = luminance(half_value(film, i, 0).mean);
     const float b = luminance(half_value(film, i, 1).mean);
@@ -200,6 +208,15 @@ void ErrorEstimate::know(const FilmSnapshot& film, const LightEdges& edges, cons
     }
     const Rgb d = mean_[edge.pixel] - mu;
     known_[edge.pixel] = relative(d * d, mu);
+    const auto count = static_cast<float>(pixel_value(film, edge.pixel).count);
+    const float events = edge.coverage * count / 2;
+    const float seen = luminance(edge.mean);
+    if (events < kRareEvents && seen > 0) {
+      // Well-spread points meet it once or not at all: events (1 - events), where independent ones have the variance of a Poisson distribution.
+      const Rgb color = edge.mean * (1 / seen);
+      const float told = relative(color * color * (edge.variance / count * (1 - events)), mu);
+      foretold_[edge.pixel] = told > kMatters * all ? told : kNan;
+    }
   }
 }
 
@@ -253,6 +270,7 @@ void ErrorEstimate::know(std::span<const ProbedPixel> probed) {
   for (const ProbedPixel& probe : probed) {
     const std::size_t i = probe.pixel;
     influence_[i] = raw_ratio_[i];
+    foretold_[i] = kNan;
     // The product of what two independent probes say has no bias, the square of one has their variance in it.
     const Rgb off[2] = {mean_[i] - probe.means[0], mean_[i] - probe.means[1]};
     known_[i] = std::max(relative(off[0] * off[1], probe.mean()), 0.0F);
@@ -344,18 +362,22 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
   double gaussian = 0;
   double unlike = 0;  // what ratios may be wrong by, all together
   double unsure = 0;
+  double foretold = 0;
   double largest = 0;
-  const auto is_known = [&](std::size_t i) { return of == Of::kPicture && !std::isnan(known_[i]); };
-  const auto spread = [&](std::size_t i) { return static_cast<double>(is_known(i) ? influence_[i] - raw_ratio_[i] : influence_[i]); };
+  const auto known = [&](std::size_t i) { return of == Of::kPicture && !std::isnan(known_[i]) ? known_[i] : foretold_[i]; };
+  const auto spread = [&](std::size_t i) { return static_cast<double>(std::isnan(known(i)) ? influence_[i] : influence_[i] - raw_ratio_[i]); };
   for (int y = rect.y; y < rect.y + rect.height; ++y) {
     for (int x = rect.x; x < rect.x + rect.width; ++x) {
       const std::size_t i = index(x, y);
-      const auto q = static_cast<double>(is_known(i) ? known_[i] : raw_ratio_[i]);
-      const auto pooled = is_known(i) ? 0 : static_cast<double>(window_ratio_[i]);
+      const float told = known(i);
+      const bool is_known = !std::isnan(told);
+      const auto q = static_cast<double>(is_known ? told : raw_ratio_[i]);
+      const auto pooled = is_known ? 0 : static_cast<double>(window_ratio_[i]);
       sum += q;
       unlike += static_cast<double>(unlike_[i]) * q;
       unsure += static_cast<double>(unsure_[i]);
-      largest = std::max(largest, q);
+      foretold += of == Of::kExpected && is_known ? q : 0;
+      largest = std::max(largest, of == Of::kExpected && is_known ? 0 : q);
       gaussian += 2 * pooled * pooled;
       const int column = x - rect.x;
       if (column % 2 == 1) {
@@ -367,7 +389,7 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
     }
   }
   out.value = sum / n;
-  const double variance = (dependence_ * std::max(pairs, gaussian) + unlike * unlike + unsure) / (n * n);
+  const double variance = (dependence_ * std::max(pairs, gaussian) + unlike * unlike + unsure + kForetoldUnsure * kForetoldUnsure * foretold * foretold) / (n * n);
   if (out.value > 0) {
     // Gamma with the same mean and variance: chi2(k) / k with k = 2 q^2 / variance.
     out.degrees = std::max(2 * out.value * out.value / variance, 0.5);

@@ -7,6 +7,7 @@
 /// is, counts with the least that they leave possible.
 ///
 /// Where lights are seen in part and samples seldom meet them, the scene tells the expected value: what such a pixel is off by is no estimate.
+/// Nor is what pictures like it are off by there: an event that one picture in ten has makes no estimate, but its variance is known.
 /// The same holds for the few pixels that may be much of the whole error, once they are probed.
 ///
 /// Where the errors of neighbouring pixels are correlated (PixelErrors), variances still are what the halves say of each
@@ -88,6 +89,7 @@ class ErrorEstimate {
   std::vector<float> unlike_;        ///< ExpectedValue::unlike
   std::vector<float> known_;         ///< mean over channels of error^2 / (mu^2 + 0.01) of this very pixel; NaN where unknown
   std::vector<float> unsure_;        ///< variance of known_, where probes gave it
+  std::vector<float> foretold_;      ///< what raw_ratio_ is on average, where the scene tells it; NaN where it does not
   std::vector<std::uint32_t> doubtful_;
   std::vector<float> doubtful_square_;  ///< mu^2 + 0.01 of each, luminance
   std::vector<float> pooled_ratio_;  ///< raw_ratio_ as pooled_variance_ is

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "core/film/moment_sums.h"
@@ -33,6 +34,7 @@ constexpr float kDim = 0.1F;
 constexpr float kMostUnlike = 0.12F;
 /// Of the window that tells what is beside a light's rim.
 constexpr int kBesideRadius = 3;
+constexpr int kBesideEnough = 3;
 constexpr float kHalfPi = 1.57079633F;
 
 /// Lower bound for the mean of a Poisson distribution of which k was drawn, as a share of k (Garwood 1936), by Wilson and
@@ -152,32 +154,59 @@ std::vector<double> means_of_parts(const std::vector<MomentSums::Region>& bases,
   return sums;
 }
 
-/// What is seen at a light's rim beside it, if it filled the pixel: the mean of what pixels around see that no rim crosses and
-/// that are darker than the light; of all, where none is. Black without any.
-Rgb seen_beside(const LightEdge& edge, const std::vector<Rgb>& mean, const std::vector<char>& is_edge, int width, int height) {
+/// What a pixel at a rim sees beside the light, if its halves tell: neither of them met it, or one. Each meeting of it is far above all else.
+std::optional<Rgb> met_beside(const FilmSnapshot& film, const LightEdge& edge) {
+  const Rgb a = half_value(film, edge.pixel, 0).mean;
+  const Rgb b = half_value(film, edge.pixel, 1).mean;
+  const auto count = static_cast<float>(pixel_value(film, edge.pixel).count);
+  const float light = luminance(edge.mean) / std::max(edge.coverage, 1e-6F);
+  const float meeting = 0.5F * light / std::max(count / 2, 1.0F);
+  const float least = std::min(luminance(a), luminance(b));
+  if (edge.coverage * count > 1 || least > meeting) {
+    return std::nullopt;
+  }
+  if (std::max(luminance(a), luminance(b)) < meeting) {
+    return (a + b) * 0.5F;
+  }
+  return luminance(a) < luminance(b) ? a : b;
+}
+
+/// What is seen at a light's rim beside it, if it filled the pixel: the mean of the nearest pixels that are darker than the light and that no
+/// rim crosses, or that tell of themselves what is beside; of all around, where none is. Black without any.
+/// skip: pixels at rims that do not tell.
+Rgb seen_beside(const LightEdge& edge, const std::vector<Rgb>& mean, const std::vector<char>& skip, int width, int height) {
   const auto x = static_cast<int>(edge.pixel % static_cast<std::uint32_t>(width));
   const auto y = static_cast<int>(edge.pixel / static_cast<std::uint32_t>(width));
-  const PixelRect r = window_around(x, y, kBesideRadius, width, height);
   const float light = luminance(edge.mean) / std::max(edge.coverage, 1e-6F);
-  Rgb darker(0);
-  Rgb all(0);
-  float darker_count = 0;
-  float all_count = 0;
-  for (int v = r.y; v < r.y + r.height; ++v) {
-    for (int u = r.x; u < r.x + r.width; ++u) {
-      const std::size_t i = static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
-      if (is_edge[i] != 0) {
-        continue;
-      }
-      all += mean[i];
-      ++all_count;
-      if (luminance(mean[i]) < 0.5F * light) {
-        darker += mean[i];
-        ++darker_count;
+  struct Sum {
+    Rgb value;
+    int count = 0;
+    void add(Rgb v) {
+      value += v;
+      ++count;
+    }
+    Rgb mean() const { return value / static_cast<float>(std::max(count, 1)); }
+  };
+  Sum darker;
+  Sum all;
+  // Light falls off from the rim: what is near tells more, as soon as it is enough to be sure.
+  for (int radius = 1; radius <= kBesideRadius && darker.count < kBesideEnough; ++radius) {
+    const PixelRect r = window_around(x, y, radius, width, height);
+    darker = all = {};
+    for (int v = r.y; v < r.y + r.height; ++v) {
+      for (int u = r.x; u < r.x + r.width; ++u) {
+        const std::size_t i = static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
+        if (skip[i] != 0) {
+          continue;
+        }
+        all.add(mean[i]);
+        if (luminance(mean[i]) < 0.5F * light) {
+          darker.add(mean[i]);
+        }
       }
     }
   }
-  return darker_count > 0 ? darker / darker_count : all / std::max(all_count, 1.0F);
+  return darker.count > 0 ? darker.mean() : all.mean();
 }
 
 }  // namespace
@@ -205,12 +234,17 @@ std::vector<ExpectedValue> expected_values(const FilmSnapshot& film, const Light
       own.emplace_back(film, i, mean[i]);
       sure[i] = std::max(own[i].least_share * luminance(mean[i]), own[i].several ? luminance(lesser[i]) : 0);
     }
+    std::vector<char> tells_nothing(n);
+    std::vector<Rgb> dark = mean;
     for (const LightEdge& edge : edges) {
       is_edge[edge.pixel] = 1;
+      const std::optional<Rgb> own_dark = met_beside(film, edge);
+      tells_nothing[edge.pixel] = own_dark ? 0 : 1;
+      dark[edge.pixel] = own_dark.value_or(Rgb(0));
     }
     for (const LightEdge& edge : edges) {
       const std::size_t i = edge.pixel;
-      const Rgb beside = seen_beside(edge, mean, is_edge, w, h);
+      const Rgb beside = seen_beside(edge, dark, tells_nothing, w, h);
       const Rgb expected = edge.mean + beside * (1 - edge.coverage);
       at_edges.push_back(edge_noise(film, edge, expected) < kOwnMeanKnown ? mean[i] : expected);
       mean[i] = lesser[i] = beside;

@@ -121,6 +121,8 @@ struct LightEdgeSearch::Impl {
   FilterSampler filter;
   LightViewer look;
   Reach reach;
+  int coarse_side_max = kCoarseSideMax;
+  std::size_t places_of_plans = kPlacesOfPlans;  ///< for each pixel of the film
   int row = 0;  ///< of the cells, the next
   bool is_coarse_done = false;
   std::vector<Range> ranges;  ///< [cell], of the coarse look
@@ -132,6 +134,7 @@ struct LightEdgeSearch::Impl {
   std::vector<char> is_needed;       ///< [cell]: is it within the reach of a candidate?
   std::vector<Integral> integrals;   ///< [candidate]
   std::array<std::optional<LightEdges>, 2> edges;  ///< [detail]
+  std::array<int, 2> sides{};
 
   Impl(const PixelRect& rect, const FilterSampler& f, LightViewer viewer)
       : crop(rect), filter(f), look(std::move(viewer)), reach(rect, f), ranges(reach.cell_count()) {}
@@ -144,7 +147,7 @@ struct LightEdgeSearch::Impl {
 
 void LightEdgeSearch::Impl::coarse_row(int y) {
   const PixelRect cells = reach.cells();
-  const int side = std::clamp(side_of(kPlaces, reach.cell_count()), 1, kCoarseSideMax);
+  const int side = std::clamp(side_of(kPlaces, reach.cell_count()), 1, coarse_side_max);
   for (int x = cells.x; x < cells.x + cells.width; ++x) {
     Range& range = ranges[reach.cell(x, y)];
     for (int p = 0; p < side * side; ++p) {
@@ -166,7 +169,7 @@ void LightEdgeSearch::Impl::begin_fine(EdgeDetail of) {
     Reach::around(x, y, reach.margin(), reach.cells(), [&](int u, int v) { is_needed[reach.cell(u, v)] = 1; });
   }
   const auto needed = static_cast<std::size_t>(std::count(is_needed.begin(), is_needed.end(), 1));
-  const std::size_t places = of == EdgeDetail::kErrors ? kPlaces : std::min(kPlaces, kPlacesOfPlans * reach.cell_count());
+  const std::size_t places = of == EdgeDetail::kErrors ? kPlaces : std::min(kPlaces, places_of_plans * reach.cell_count());
   fine = std::clamp(side_of(places, needed), kFineSideMin, kFineSideMax);
   integrals.assign(found.size(), {});
 }
@@ -225,9 +228,16 @@ LightEdgeSearch::LightEdgeSearch(const PixelRect& crop, const FilterSampler& fil
 
 LightEdgeSearch::~LightEdgeSearch() = default;
 
+void LightEdgeSearch::be_sparing() noexcept {
+  impl_->coarse_side_max = kCoarseSideMax / 2;
+  impl_->places_of_plans = kPlacesOfPlans / 2;
+}
+
 bool LightEdgeSearch::knows(EdgeDetail detail) const noexcept { return impl_->edges[static_cast<std::size_t>(detail)].has_value(); }
 
 const LightEdges& LightEdgeSearch::edges(EdgeDetail detail) const { return *impl_->edges[static_cast<std::size_t>(detail)]; }
+
+int LightEdgeSearch::side(EdgeDetail detail) const noexcept { return impl_->sides[static_cast<std::size_t>(detail)]; }
 
 void LightEdgeSearch::step(EdgeDetail detail) {
   prepare_tracing_thread();  // the steps may be of several
@@ -250,6 +260,7 @@ void LightEdgeSearch::step(EdgeDetail detail) {
   if (++m.row == cells.height) {
     m.row = 0;
     m.edges[static_cast<std::size_t>(m.detail)] = m.conclude();
+    m.sides[static_cast<std::size_t>(m.detail)] = m.fine;
   }
 }
 

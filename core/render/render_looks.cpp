@@ -10,35 +10,65 @@
 namespace core {
 namespace {
 
-/// Samples of all probes of a look: so many, or that share of the picture's; and of one, those of the other pixels times this.
+/// Samples of all probes of a look: so many, or that share of the picture's if it is more; and of one, those of the other pixels times this.
 constexpr double kProbes = 131072;
 constexpr double kProbeShare = 0.02;
 constexpr int kProbeMost = 1024;
+constexpr std::size_t kFewDoubtful = 4;
+/// Places along the side of a pixel from which on the variance at a rim is known to some percent.
+constexpr int kCloseSide = 8;
+/// Of a film that says more than this times the target nothing more is asked.
+constexpr double kNear = 1.25;
 
 }  // namespace
 
-ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int samples) {
+ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int samples, bool is_last) {
+  const double picture = static_cast<double>(snapshot.pixel_count()) * samples;
+  std::optional<double> target;
+  double confidence = 0;
+  std::optional<EdgeDetail> at_hand;
   {
-    // Other jobs do not take the time; what is said of them is what their films alone tell, wherever they are merged.
     MutexLock lock(mutex);
-    if (!stop.relative_error || samples < kSamplesBeforeErrorStop) {
+    target = stop.relative_error;
+    confidence = stop.confidence;
+    at_hand = edges_known;
+  }
+  if (!target) {
+    // Nobody waits for what is said on the way, and few samples are not worth the search.
+    if (!at_hand && (!is_last || samples < kSamplesBeforeEdges)) {
       return ErrorEstimate(snapshot);
     }
+    const EdgeDetail detail = at_hand.value_or(EdgeDetail::kPlans);
+    const LightEdges& edges = light_edges(detail);
+    if (!is_close(detail)) {  // so many rims that their luck is averaged out, and a film knows as much of them
+      return ErrorEstimate(snapshot);
+    }
+    ErrorEstimate estimate(snapshot, edges);
+    // Where other pixels may be much of the error, too, it would take probes to know, and the film says safely that it does not.
+    return estimate.doubtful().size() > kFewDoubtful ? ErrorEstimate(snapshot) : estimate;
   }
-  const LightEdges& at_edges = light_edges(EdgeDetail::kErrors);
-  ErrorEstimate estimate(snapshot, at_edges);
+  if (samples < kSamplesBeforeErrorStop) {
+    return ErrorEstimate(snapshot);
+  }
+  if (samples < kSamplesBeforeFullLook) {
+    ErrorEstimate of_film(snapshot);
+    if (!(of_film.image(confidence).relative_rmse <= kNear * *target)) {
+      return of_film;
+    }
+  }
+  const LightEdges& edges = light_edges(EdgeDetail::kErrors);
+  ErrorEstimate estimate(snapshot, edges);
   const std::vector<std::uint32_t>& doubtful = estimate.doubtful();
   if (doubtful.empty()) {
     return estimate;
   }
-  const double all = std::max(kProbes, kProbeShare * static_cast<double>(snapshot.pixel_count()) * samples);
-  const double each = std::min(all / static_cast<double>(doubtful.size()), static_cast<double>(kProbeMost) * samples);
+  const double each = std::min(std::max(kProbes, kProbeShare * picture) / static_cast<double>(doubtful.size()), static_cast<double>(kProbeMost) * samples);
   // A power of two: each half is then a whole net of a low-discrepancy sequence.
   const auto each_whole = static_cast<int>(std::bit_floor(static_cast<unsigned>(each)));
   const double cpu_start = thread_cpu_seconds();
   const std::vector<ProbedPixel> probed = estimate.surprises(renderer->probe(doubtful, each_whole, cancel_source.get_token()));
   film->add_cpu_seconds(thread_cpu_seconds() - cpu_start);
-  return probed.empty() ? estimate : ErrorEstimate(snapshot, at_edges, probed);
+  return probed.empty() ? estimate : ErrorEstimate(snapshot, edges, probed);
 }
 
 /// For about so long, or until it is known.
@@ -46,10 +76,18 @@ void RenderTask::Impl::search_edges(EdgeDetail detail, double seconds, const std
   const double cpu_start = thread_cpu_seconds();
   const TaskClock::time_point start = TaskClock::now();
   bool known = false;
+  bool sparing = false;
+  {
+    MutexLock lock(mutex);
+    sparing = !stop.relative_error && !film->has_pilot();
+  }
   {
     MutexLock lock(edges_mutex);
     if (!edge_search) {
       edge_search = renderer->light_edge_search();
+      if (sparing) {
+        edge_search->be_sparing();
+      }
     }
     known = edge_search->knows(detail);
     while (!known && !stopped.stop_requested() && std::chrono::duration<double>(TaskClock::now() - start).count() < seconds) {
@@ -78,6 +116,12 @@ const LightEdges& RenderTask::Impl::light_edges(EdgeDetail detail) {
     search_edges(detail, 1, cancelled_now);
   }
   return kNone;
+}
+
+/// Did the search look at each rim closely? Not when it was cancelled.
+bool RenderTask::Impl::is_close(EdgeDetail detail) {
+  MutexLock lock(edges_mutex);
+  return edge_search && edge_search->knows(detail) && edge_search->side(detail) >= kCloseSide;
 }
 
 ConvergencePoint RenderTask::Impl::look(const ErrorEstimate& estimate, int samples) const {

@@ -17,7 +17,8 @@ RenderTask::Impl::SamplesAtEnd RenderTask::Impl::samples_at_end() const {
   }
   const double bound = stop_bound > 0 ? stop_bound : error.high;
   const int replicates = renderer->view().settings.replicates;
-  // Only looks end a job, and not before this one.
+  // Only looks end a job, and not the first ones; before one could have, nothing is promised of those before a full one.
+  const int first = points.back().samples_per_pixel < kSamplesBeforeErrorStop ? kSamplesBeforeFullLook : kSamplesBeforeErrorStop;
   std::vector<SeenError> seen_errors;
   for (const ConvergencePoint& point : points) {
     seen_errors.push_back({static_cast<double>(point.samples_per_pixel), point.error.relative_rmse});
@@ -25,7 +26,7 @@ RenderTask::Impl::SamplesAtEnd RenderTask::Impl::samples_at_end() const {
   const double exponent = error_exponent(seen_errors);
   const auto look_for = [&](double seen, double falls) REQUIRES(mutex) {
     const double needed = samples_for_error(points.back().samples_per_pixel, seen, *stop.relative_error, falls);
-    const double least = std::max({needed, static_cast<double>(base_samples) + 1, static_cast<double>(kSamplesBeforeErrorStop)});
+    const double least = std::max({needed, static_cast<double>(base_samples) + 1, static_cast<double>(first)});
     return least >= most ? most : std::min<double>(next_look(static_cast<int>(std::ceil(least)) - 1, replicates, unit()), most);
   };
   end.expected = look_for(bound, exponent);
@@ -56,7 +57,11 @@ Progress RenderTask::progress() const {
   const Impl::SamplesAtEnd end = m.samples_at_end();
   double share = samples / end.expected;
   std::optional<Remaining> left;
-  if (const auto rate = seconds_for(m.pace, 1.0)) {
+  // Before its first look a target may be met by any count.
+  const bool unknown = m.stop.relative_error && !m.stop.samples_per_pixel && (m.points.empty() || !(e > 0));
+  if (unknown) {
+    left.reset();
+  } else if (const auto rate = seconds_for(m.pace, 1.0)) {
     left = Remaining{std::max(end.expected - samples, 0.0) * rate->expected, std::max(end.low - samples, 0.0) * rate->low,
                      std::max(end.high - samples, 0.0) * rate->high};
   } else if (share > 0 && p.elapsed_seconds > 0.05) {

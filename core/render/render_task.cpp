@@ -269,10 +269,11 @@ void RenderTask::Impl::decide() {
   const bool may_stop = rules.relative_error && samples >= std::min(kSamplesBeforeErrorStop, most);
   if (why == StopReason::kNone && !rules.relative_error && looks_now) {
     // Only a report: the other threads go on while this one computes it; and it is left out where it
-    // would take more than a twentieth of the time.
+    // would take more than a twentieth of the work: of the processor's time, which other work beside does not stretch.
+    const double cpu_now = film->cpu_seconds();
     {
       MutexLock lock(mutex);
-      if (reporting || elapsed_now() - look_ended < 20 * look_cost) {
+      if (reporting || cpu_now - look_ended < 20 * look_cost) {
         looks_now = false;
       }
     }
@@ -282,21 +283,21 @@ void RenderTask::Impl::decide() {
       MutexLock lock(mutex);
       reporting = true;
     }
-    const TaskClock::time_point start = TaskClock::now();
+    const double cpu_start = thread_cpu_seconds();
     const FilmSnapshot snapshot = film->snapshot();
     {
       MutexLock lock(mutex);
       deciding = false;
       last_reported = samples;
     }
-    const ErrorEstimate estimate = estimate_of(snapshot, samples);
+    const ErrorEstimate estimate = estimate_of(snapshot, samples, false);
     const ConvergencePoint point = look(estimate, samples);
     {
       MutexLock lock(mutex);
       error = point.error;
       points.push_back(point);
-      look_cost = std::chrono::duration<double>(TaskClock::now() - start).count();
-      look_ended = elapsed_now();
+      look_cost = thread_cpu_seconds() - cpu_start;
+      look_ended = point.cpu_seconds;
     }
     sink.on_pass(point);
     {
@@ -315,7 +316,7 @@ void RenderTask::Impl::decide() {
     }
   }
   if (looks_now) {
-    const ErrorEstimate estimate = estimate_of(film->snapshot(), samples);
+    const ErrorEstimate estimate = estimate_of(film->snapshot(), samples, why != StopReason::kNone);
     const ConvergencePoint point = look(estimate, samples);
     double bound = 0;
     if (rules.relative_error && estimate.valid()) {
@@ -360,7 +361,7 @@ void RenderTask::Impl::finish(StopReason why) {
       fresh = samples == last_reported;
     }
     if (!fresh && samples > 0) {
-      const ErrorEstimate estimate = estimate_of(film->snapshot(), samples);
+      const ErrorEstimate estimate = estimate_of(film->snapshot(), samples, false);
       const ConvergencePoint point = look(estimate, samples);
       {
         MutexLock lock(mutex);

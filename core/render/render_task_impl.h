@@ -28,8 +28,12 @@ inline ErrorInterval unknown_error() {
   return {nan, nan, nan, false};
 }
 
-/// Below this nothing is said about an error target: rare events have not had their chance.
-constexpr int kSamplesBeforeErrorStop = 32;
+/// No error target ends a job before: halves of single samples tell nothing of it.
+constexpr int kSamplesBeforeErrorStop = 4;
+/// From here on every look of an error target uses what the scene knows and probes; before, only those that may end the job.
+constexpr int kSamplesBeforeFullLook = 32;
+/// Jobs of fewer samples, such as previews, do not ask the scene.
+constexpr int kSamplesBeforeEdges = 16;
 
 struct RenderTask::Impl {
   std::shared_ptr<const Renderer> renderer;
@@ -66,8 +70,8 @@ struct RenderTask::Impl {
   std::vector<PacePoint> pace GUARDED_BY(mutex);  // of the last passes of this run
   double fraction_told GUARDED_BY(mutex) = 0;  // does not fall while the rules stay
   double stop_bound GUARDED_BY(mutex) = 0;  // what the error rule compared with its target last; 0: nothing yet
-  double look_cost GUARDED_BY(mutex) = 0;    // seconds that the last report took
-  double look_ended GUARDED_BY(mutex) = -1e9;  // elapsed_now() then
+  double look_cost GUARDED_BY(mutex) = 0;    // CPU seconds that the last report took
+  double look_ended GUARDED_BY(mutex) = -1e9;  // those of the picture then
   bool reporting GUARDED_BY(mutex) = false;    // a report is being computed beside the rendering
   bool deciding GUARDED_BY(mutex) = false;
   bool paused GUARDED_BY(mutex) = false;
@@ -195,7 +199,10 @@ struct RenderTask::Impl {
     if (!edges_known && film->has_pilot() && samples_max() > planned_to) {
       return EdgeDetail::kPlans;
     }
-    return stop.relative_error && samples_max() >= kSamplesBeforeErrorStop ? std::optional(EdgeDetail::kErrors) : std::nullopt;
+    if (stop.relative_error) {
+      return samples_max() >= kSamplesBeforeFullLook ? std::optional(EdgeDetail::kErrors) : std::nullopt;
+    }
+    return samples_max() >= kSamplesBeforeEdges ? std::optional(EdgeDetail::kPlans) : std::nullopt;
   }
 
   /// Mean over the film's pixels, as far as tiles are.
@@ -220,7 +227,8 @@ struct RenderTask::Impl {
 
   void search_edges(EdgeDetail detail, double seconds, const std::stop_token& stopped) EXCLUDES(mutex, edges_mutex);
   const LightEdges& light_edges(EdgeDetail detail) EXCLUDES(mutex, edges_mutex);
-  ErrorEstimate estimate_of(const FilmSnapshot& snapshot, int samples) EXCLUDES(mutex, edges_mutex);
+  ErrorEstimate estimate_of(const FilmSnapshot& snapshot, int samples, bool is_last) EXCLUDES(mutex, edges_mutex);
+  bool is_close(EdgeDetail detail) EXCLUDES(edges_mutex);
   void after_slice() EXCLUDES(mutex);
   void decide() EXCLUDES(mutex);
   void begin_epoch() EXCLUDES(mutex);

@@ -9,6 +9,7 @@ set(RENDER_TEST_SOURCES
   planted_bugs_test.cpp
   probe_test.cpp
   restir_test.cpp
+  rim_coverage_test.cpp
   truth.cpp)
 # Features of glTF: scenes made in code, through a GLB and the loader, rendered small.
 list(APPEND RENDER_TEST_SOURCES

@@ -168,6 +168,18 @@ TEST(AdaptiveSampling, GoesToTheRimsOfSmallLamps) {
   std::printf("    squared error with a pilot over that without: %.2f\n", adaptive / plain);
   EXPECT_LT(adaptive, 0.5 * plain);
 }
+// Loose targets are met by few samples, and jobs end then: before 32 samples, from which on the scene is asked at every look.
+TEST(ErrorTarget, IsKeptByFewSamples) {
+  struct Case {
+    core::View view;
+    double target;
+  };
+  for (const Case& c : {Case{room(), 0.2}, Case{sky_and_ball(), 0.18}, Case{caustic(), 0.4}}) {
+    const Targets t = run(c.view, c.target, 0.95, 40);
+    expect_kept(t);
+    EXPECT_LT(t.samples, 24);
+  }
+}
 TEST(ErrorTarget, IsKeptWithCaustics) { expect_kept(run(caustic(), 0.15, 0.95, 40)); }
 
 }  // namespace

@@ -26,11 +26,14 @@ class Feed {
   private link: LinkState | null = null;
   /** When to come back to a server that has too many viewers; it says so itself. */
   private retryMs = overloadedMs;
+  private readonly address: string;
 
   constructor(
-    private readonly jobId: string,
+    jobId: string,
     private readonly tiles: boolean,
-  ) {}
+  ) {
+    this.address = `/v1/jobs/${encodeURIComponent(jobId)}`;
+  }
 
   /** A fresh start asks for every tile: while nobody listened, a restarted server may count revisions anew. */
   start(): void {
@@ -68,7 +71,7 @@ class Feed {
     const watchdog = new Watchdog(signal);
     const headers: Record<string, string> = { accept: 'text/event-stream' };
     if (this.lastEventId) headers['last-event-id'] = this.lastEventId;
-    const response = await fetch(`/v1/jobs/${this.jobId}/events`, {
+    const response = await fetch(`${this.address}/events`, {
       headers,
       signal: watchdog.signal,
       cache: 'no-store',
@@ -150,7 +153,7 @@ class Feed {
 
   private async readTiles(signal: AbortSignal, onLife: () => void): Promise<boolean> {
     const headers = { accept: 'application/vnd.tessera.tiles' };
-    const response = await fetch(`/v1/jobs/${this.jobId}/tiles?after=${this.revision}`, {
+    const response = await fetch(`${this.address}/tiles?after=${this.revision}`, {
       headers,
       signal,
       cache: 'no-store',

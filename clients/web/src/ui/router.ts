@@ -11,12 +11,21 @@ export type Route = (
   | { view: 'settings' }
 ) & { query: string };
 
+/** Anybody may type an address: a part with a broken escape stands for itself. */
+function decoded(part: string): string {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return part;
+  }
+}
+
 function parse(whole: string): Route {
   const [hash, query = ''] = whole.split('?', 2);
   const [head = '', ...rest] = hash
     .replace(/^#\/?/, '')
     .split('/')
-    .map((part) => decodeURIComponent(part));
+    .map(decoded);
   const [first = '', second = ''] = rest;
   if (head === 'jobs') return first ? { view: 'job', id: first, query } : { view: 'jobs', query };
   if (head === 'compare') return { view: 'compare', a: first, b: second, query };
@@ -64,5 +73,5 @@ export function takeKey(): string | null {
   if (!key) return null;
   history.replaceState(null, '', location.pathname);
   route.set({ view: 'home', query: '' });
-  return decodeURIComponent(key);
+  return decoded(key);
 }

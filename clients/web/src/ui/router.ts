@@ -52,6 +52,12 @@ export function go(path: string): void {
   location.hash = path;
 }
 
+/** The same, instead of the present address: no step of its own in the history. */
+export function goInstead(path: string): void {
+  history.replaceState(null, '', `#${path}`);
+  route.set(parse(location.hash));
+}
+
 /** A choice that stands in the address after the view, as in `#/jobs/ID?show=error`; empty without one. */
 export const choiceIn = (at: Route, name: string): string =>
   new URLSearchParams(at.query).get(name) ?? '';

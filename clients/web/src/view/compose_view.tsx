@@ -5,7 +5,7 @@ import { nameOf, type SceneInfo } from '../api/types';
 import { Picture } from '../live/picture';
 import { Preview } from '../live/preview';
 import { Icon } from '../ui/icons';
-import { go } from '../ui/router';
+import { go, goInstead, route } from '../ui/router';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { change, form, requestOf, type FormValues } from './form_model';
@@ -48,23 +48,33 @@ async function startOrbit(values: FormValues): Promise<Orbit> {
   );
 }
 
+/** The form and the address name the same scene: whichever of them changes, the other follows. */
+function useSceneInAddress(scene: string, chosen: string): void {
+  useEffect(() => {
+    if (form.get().scene !== scene) chooseScene(scene);
+  }, [scene]);
+  useEffect(() => {
+    // As they are now: an address that changed in the same redraw has just been put into the form.
+    const at = route.get();
+    const now = form.get().scene;
+    if (at.view === 'compose' && now && now !== at.scene) goInstead(`/compose/${now}`);
+  }, [chosen]);
+}
+
 /** The camera is the form's own while it is placed: the Render button uses it at any moment. */
 export function ComposeView({ scene }: { scene: string }) {
   const values = useStore(form);
   const [orbit, setOrbit] = useState<Orbit | null>(null);
   const byHand = values.pose !== null;
-  useEffect(() => {
-    if (form.get().scene !== scene) chooseScene(scene);
-  }, [scene]);
+  useSceneInAddress(scene, values.scene);
   // Another scene or camera in the form is another place to start from.
   useEffect(() => {
-    if (values.scene && values.scene !== scene) return go(`/compose/${values.scene}`);
     if (orbit && byHand) return;
     setOrbit(null);
     let wanted = true;
     void startOrbit(form.get()).then((o) => wanted && setOrbit(o));
     return () => void (wanted = false);
-  }, [values.scene, scene, values.camera, byHand]);
+  }, [values.scene, values.camera, byHand]);
   const move = (next: Orbit): void => {
     setOrbit(next);
     change({ pose: poseOf(next) });

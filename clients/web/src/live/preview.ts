@@ -1,20 +1,27 @@
-import { api, explain, RequestError } from '../api/client';
+import { api, explain, OfflineError, RequestError } from '../api/client';
 import type { Job } from '../api/types';
 import { assembled, enlarged, tilesOf } from './coarse';
 import type { FromFeed, ToFeed } from './feed_messages';
 import { LiveFilm } from './film';
 
-export type PreviewState = 'starting' | 'live' | 'unavailable' | 'failed';
+export type PreviewState = 'starting' | 'live' | 'waiting' | 'unavailable' | 'failed';
 
 /** Sides of the fine picture over those of the coarse one. */
 const divisors = [1, 2, 4, 8];
 const coarseMs = { least: 35, most: 90 };
+const waitMs = { first: 400, most: 6000 };
+
+/** The same request may well succeed later: nobody answered, or nobody had time. */
+const passes = (error: unknown): boolean =>
+  error instanceof OfflineError ||
+  (error instanceof RequestError && [429, 502, 503, 504].includes(error.status));
 
 /**
  * Small pictures of class `preview` for a camera that moves. Each is made in two steps: a coarse one with few
  * samples, shown when it is whole and as small as this server needs to answer at once; then, if the camera rests, a
  * fine one whose tiles go over it as they converge. The newest request wins, both here (one coarse picture is on its
- * way at most, the last wish waits) and on the server (all share one `preview_key`).
+ * way at most, the last wish waits) and on the server (all share one `preview_key`). A wish that nobody answers stays
+ * until somebody does.
  */
 export class Preview {
   readonly film: LiveFilm;
@@ -23,6 +30,9 @@ export class Preview {
   private readonly key = `page-${Math.random().toString(36).slice(2, 12)}`;
   private readonly worker: Worker;
   private wish: Record<string, unknown> | null = null;
+  /** What is shown, or on its way. */
+  private last: Record<string, unknown> | null = null;
+  private endWait: (() => void) | null = null;
   private busy = false;
   private closed = false;
   private jobId: string | null = null;
@@ -38,6 +48,9 @@ export class Preview {
     this.worker.onmessage = (e: MessageEvent<FromFeed>) => {
       if (e.data.type === 'tile') this.film.apply(e.data.tile);
       if (e.data.type === 'job') this.sayIfFailed(e.data.job);
+      // A server that was started again knows nothing of the fine picture.
+      if (e.data.type === 'link' && e.data.state === 'gone' && !this.busy && this.last)
+        this.show(this.last);
     };
   }
 
@@ -47,8 +60,14 @@ export class Preview {
     void this.work();
   }
 
+  /** The server is back: what waits is asked at once. */
+  wake(): void {
+    this.endWait?.();
+  }
+
   close(): void {
     this.closed = true;
+    this.wake();
     this.worker.terminate();
     if (this.jobId) void api.cancel(this.jobId).catch(() => undefined);
   }
@@ -56,13 +75,23 @@ export class Preview {
   private async work(): Promise<void> {
     if (this.busy) return;
     this.busy = true;
+    let failures = 0;
     while (this.wish && !this.closed) {
       const request = this.wish;
       this.wish = null;
+      this.last = request;
       try {
         await this.coarse(request);
         if (!this.wish && !this.closed) await this.fine(request);
+        failures = 0;
       } catch (error) {
+        if (passes(error)) {
+          // A newer wish takes its place.
+          this.wish ??= request;
+          this.say('waiting', error instanceof RequestError ? explain(error) : '');
+          await this.wait(failures++);
+          continue;
+        }
         const missing =
           error instanceof RequestError &&
           error.errors.some((e) => e.pointer === '/class' || e.pointer === '/preview_key');
@@ -72,6 +101,18 @@ export class Preview {
     this.busy = false;
   }
 
+  private wait(failures: number): Promise<void> {
+    return new Promise((resolve) => {
+      const end = (): void => {
+        clearTimeout(timer);
+        this.endWait = null;
+        resolve();
+      };
+      const timer = setTimeout(end, Math.min(waitMs.most, waitMs.first * 1.7 ** failures));
+      this.endWait = end;
+    });
+  }
+
   private async coarse(request: Record<string, unknown>): Promise<void> {
     // The fine picture of an older camera would be drawn over this one.
     this.post({ type: 'close' });
@@ -79,7 +120,11 @@ export class Preview {
     const width = Math.max(8, Math.round(this.film.width / divisors[this.divisor]));
     const height = Math.max(8, Math.round(this.film.height / divisors[this.divisor]));
     const job = await this.submit(request, { width, height }, 2);
-    const tiles = await tilesOf(job.id);
+    const tiles = await tilesOf(job.id).catch((error: unknown) => {
+      // A server that was started again has forgotten the job; a stream that breaks is a TypeError.
+      const lost = error instanceof RequestError ? error.status === 404 : error instanceof TypeError;
+      throw lost ? new OfflineError() : error;
+    });
     if (this.closed) return;
     if (!tiles.length) return this.sayIfFailed(await api.job(job.id));
     this.film.apply(enlarged(assembled(tiles, width, height), this.film.width, this.film.height));

@@ -6,7 +6,7 @@ import { Picture } from '../live/picture';
 import { Preview } from '../live/preview';
 import { Icon } from '../ui/icons';
 import { go, goInstead, route } from '../ui/router';
-import { display } from '../ui/server_state';
+import { connection, display, refresh } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { change, form, requestOf, type FormValues } from './form_model';
 import { framed, fromCamera, fromPose, nearer, poseOf, shifted, turned, type Orbit } from './orbit';
@@ -177,6 +177,15 @@ function Viewfinder({ values, orbit, onOrbit }: ViewfinderProps) {
   useOrbitControls(box, orbit, onOrbit);
 
   const state = preview.current?.state;
+  const link = useStore(connection);
+  useEffect(() => {
+    if (link === 'online') preview.current?.wake();
+  }, [link]);
+  // The preview is often the first to know that the server is away, or back.
+  useEffect(() => {
+    if ((state === 'waiting' && link === 'online') || (state === 'live' && link === 'offline'))
+      void refresh();
+  }, [state]);
   return (
     <div
       class="stage stage-orbit"
@@ -195,6 +204,11 @@ function Viewfinder({ values, orbit, onOrbit }: ViewfinderProps) {
         role="img"
         aria-label="Preview of the scene"
       />
+      {state === 'waiting' && (
+        <p class="layer-note pulse" role="status">
+          {preview.current?.detail || 'Reconnecting…'}
+        </p>
+      )}
       {(state === 'unavailable' || state === 'failed') && (
         <div class="stage-notice notice-failed" role="alert">
           <strong>

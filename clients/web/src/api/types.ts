@@ -112,6 +112,8 @@ export interface SceneCamera {
   position?: [number, number, number];
   /** Where it looks, unit vector. */
   direction?: [number, number, number];
+  /** Unit vector, upright to the direction. */
+  up?: [number, number, number];
 }
 
 export interface SceneInfo {

@@ -5,11 +5,22 @@ import { nameOf, type SceneInfo } from '../api/types';
 import { Picture } from '../live/picture';
 import { Preview } from '../live/preview';
 import { Icon } from '../ui/icons';
-import { go, goInstead, route } from '../ui/router';
+import { choiceIn, go, goInstead, keepChoice, route } from '../ui/router';
 import { connection, display, refresh } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { change, form, requestOf, type FormValues } from './form_model';
-import { framed, fromCamera, fromPose, nearer, poseOf, shifted, turned, type Orbit } from './orbit';
+import {
+  framed,
+  fromCamera,
+  fromPose,
+  nearer,
+  poseIn,
+  poseOf,
+  shifted,
+  textOf,
+  turned,
+  type Orbit,
+} from './orbit';
 import { chooseScene } from './scene_source';
 import { LightControls } from './toolbar';
 import { lookOf } from './view_modes';
@@ -36,55 +47,93 @@ function previewSize(width: number, height: number): { width: number; height: nu
   };
 }
 
-/** From the camera that the form names, else the scene's first: what a render without a pose would show. */
-async function startOrbit(values: FormValues): Promise<Orbit> {
-  if (values.pose) return fromPose(values.pose);
-  const info = await api.scene(values.scene).catch((): SceneInfo | null => null);
-  const cameras = info?.cameras ?? [];
-  const named = cameras.find((c, i) => values.camera === (nameOf(c) || `#${i}`));
-  return (
-    fromCamera(named ?? cameras[0], info?.bounds) ??
-    framed(info?.bounds, values.width / values.height)
-  );
+interface Start {
+  orbit: Orbit;
+  /** The camera of the file that it stands for is none that can be turned: what is placed by hand has perspective. */
+  flat: boolean;
 }
 
-/** The form and the address name the same scene: whichever of them changes, the other follows. */
-function useSceneInAddress(scene: string, chosen: string): void {
+/** From the camera that the form names, else the scene's first. */
+async function startOf({ scene, camera, width, height }: FormValues): Promise<Start> {
+  const info = await api.scene(scene).catch((): SceneInfo | null => null);
+  const cameras = info?.cameras ?? [];
+  const chosen = cameras.find((c, i) => camera === (nameOf(c) || `#${i}`)) ?? cameras[0];
+  const bounds = info?.bounds;
+  return {
+    orbit: fromCamera(chosen, bounds, width / height) ?? framed(bounds, width / height),
+    flat: chosen?.type === 'orthographic',
+  };
+}
+
+function useStart(values: FormValues): Start | null {
+  const [start, setStart] = useState<Start | null>(null);
+  const { scene, camera, width, height } = values;
+  useEffect(() => {
+    setStart(null);
+    let wanted = true;
+    void startOf(form.get()).then((found) => wanted && setStart(found));
+    return () => void (wanted = false);
+  }, [scene, camera, width / height]);
+  return start;
+}
+
+const addressAfterMs = 300;
+
+/** The form and the address name the same scene and camera: whichever of them changes, the other follows. */
+function useAddress(scene: string, values: FormValues): void {
+  const linked = choiceIn(useStore(route), 'pose');
+  /** What went from the form to the address need not come back. */
+  const written = useRef('');
   useEffect(() => {
     if (form.get().scene !== scene) chooseScene(scene);
   }, [scene]);
+  useEffect(() => {
+    const pose = linked === written.current ? null : poseIn(linked);
+    written.current = '';
+    if (pose) change({ pose });
+  }, [scene, linked]);
   useEffect(() => {
     // As they are now: an address that changed in the same redraw has just been put into the form.
     const at = route.get();
     const now = form.get().scene;
     if (at.view === 'compose' && now && now !== at.scene) goInstead(`/compose/${now}`);
-  }, [chosen]);
+  }, [values.scene]);
+  const kept = values.pose ? textOf(values.pose) : '';
+  useEffect(() => {
+    // Browsers take an address amiss that changes with every move.
+    const timer = setTimeout(() => {
+      const at = route.get();
+      if (at.view !== 'compose' || at.scene !== values.scene || choiceIn(at, 'pose') === kept)
+        return;
+      written.current = kept;
+      keepChoice('pose', kept);
+    }, addressAfterMs);
+    return () => clearTimeout(timer);
+  }, [kept, values.scene]);
 }
+
+const hints = matchMedia('(hover: none)').matches
+  ? 'Drag with one finger to turn, with two to move; pinch to come nearer.'
+  : 'Drag to turn, shift and drag to move, wheel or pinch to come nearer.';
 
 /** The camera is the form's own while it is placed: the Render button uses it at any moment. */
 export function ComposeView({ scene }: { scene: string }) {
   const values = useStore(form);
-  const [orbit, setOrbit] = useState<Orbit | null>(null);
+  useAddress(scene, values);
+  const start = useStart(values);
   const byHand = values.pose !== null;
-  useSceneInAddress(scene, values.scene);
-  // Another scene or camera in the form is another place to start from.
-  useEffect(() => {
-    if (orbit && byHand) return;
-    setOrbit(null);
-    let wanted = true;
-    void startOrbit(form.get()).then((o) => wanted && setOrbit(o));
-    return () => void (wanted = false);
-  }, [values.scene, values.camera, byHand]);
-  const move = (next: Orbit): void => {
-    setOrbit(next);
-    change({ pose: poseOf(next) });
-  };
+  const orbit = values.pose ? fromPose(values.pose) : (start?.orbit ?? null);
+  const move = (next: Orbit): void => change({ pose: poseOf(next) });
   return (
     <div class="compose">
       <header class="job-header">
         <div class="job-title">
           <h1>Place the camera</h1>
-          <p class="dim">Drag to turn, shift and drag to move, wheel or pinch to come nearer.</p>
+          <p class="dim">
+            {start?.flat && !byHand
+              ? 'This camera of the file is orthographic; one that you place has perspective.'
+              : hints}
+          </p>
         </div>
         <div class="job-actions">
           <button
@@ -108,15 +157,7 @@ export function ComposeView({ scene }: { scene: string }) {
           </button>
         </div>
       </header>
-      {orbit ? (
-        <Viewfinder values={values} orbit={orbit} onOrbit={move} />
-      ) : (
-        <div class="stage">
-          <div class="stage-notice">
-            <span class="pulse">Looking for the scene’s camera.</span>
-          </div>
-        </div>
-      )}
+      <Viewfinder values={values} orbit={orbit} onOrbit={move} />
       <div class="toolbar">
         <LightControls film={null} disabled={false} />
         <label class="exposure">
@@ -139,7 +180,8 @@ export function ComposeView({ scene }: { scene: string }) {
 
 interface ViewfinderProps {
   values: FormValues;
-  orbit: Orbit;
+  /** Null until it is known where a camera placed by hand begins. */
+  orbit: Orbit | null;
   onOrbit: (orbit: Orbit) => void;
 }
 
@@ -166,14 +208,14 @@ function Viewfinder({ values, orbit, onOrbit }: ViewfinderProps) {
   }, [size.width, size.height]);
   useEffect(() => picture.current?.show('picture', look), [look.exposure, look.tone]);
 
-  // Everything of the form that changes the picture renews the preview, and so does the camera.
-  const request = { ...requestOf({ ...values, pose: poseOf(orbit) }) };
+  // Everything of the form that changes the picture renews the preview. The camera, too, is what a render would get: the
+  // file's own until it is turned.
+  const request = requestOf(values);
   for (const key of elsewhere) delete request[key];
   const wish = JSON.stringify(request);
-  useLayoutEffect(
-    () => preview.current?.show(JSON.parse(wish) as Record<string, unknown>),
-    [wish, size.width, size.height],
-  );
+  useLayoutEffect(() => {
+    if (values.scene) preview.current?.show(JSON.parse(wish) as Record<string, unknown>);
+  }, [wish, size.width, size.height]);
   useOrbitControls(box, orbit, onOrbit);
 
   const state = preview.current?.state;
@@ -225,7 +267,7 @@ function Viewfinder({ values, orbit, onOrbit }: ViewfinderProps) {
 
 function useOrbitControls(
   box: RefObject<HTMLElement>,
-  orbit: Orbit,
+  orbit: Orbit | null,
   onOrbit: (orbit: Orbit) => void,
 ): void {
   const live = useRef({ orbit, onOrbit });
@@ -233,6 +275,7 @@ function useOrbitControls(
   useEffect(() => {
     const element = box.current!;
     const apply = (change: (o: Orbit) => Orbit): void => {
+      if (!live.current.orbit) return;
       // Several moves may come before the next redraw: each builds on the last.
       live.current.orbit = change(live.current.orbit);
       live.current.onOrbit(live.current.orbit);

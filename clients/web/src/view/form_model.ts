@@ -8,6 +8,8 @@ export type EnvironmentMode = 'scene' | 'colour' | 'file' | 'none';
 export interface Pose {
   position: [number, number, number];
   target: [number, number, number];
+  /** Left out where the camera is level. */
+  up?: [number, number, number];
   verticalFovDegrees: number;
 }
 
@@ -145,6 +147,7 @@ function cameraOf(v: FormValues): Record<string, unknown> | null {
     return {
       position: v.pose.position,
       target: v.pose.target,
+      ...(v.pose.up && { up: v.pose.up }),
       vertical_fov_degrees: v.pose.verticalFovDegrees,
     };
   if (!v.camera) return null;

@@ -1,17 +1,47 @@
 import type { SceneCamera, SceneInfo } from '../api/types';
 import type { Pose } from './form_model';
 
-/** A camera on a sphere around the point it looks at. Angles in radians; azimuth 0 looks along -z. */
+type Triple = [number, number, number];
+
+/**
+ * A camera on a sphere around the point it looks at. Angles in radians; azimuth 0 looks along -z, and roll turns the
+ * camera's right and up towards each other, counter-clockwise as it sees them.
+ */
 export interface Orbit {
-  target: [number, number, number];
+  target: Triple;
   distance: number;
   azimuth: number;
   elevation: number;
+  roll: number;
   fovDegrees: number;
 }
 
 const maxElevation = Math.PI / 2 - 0.01;
 const startFov = 45;
+/** A camera that is turned by less is level. */
+const leastRoll = 1e-4;
+
+/** From the target to the camera, and what is right and up for one that is level. */
+function axesOf(o: Pick<Orbit, 'azimuth' | 'elevation'>): Record<'back' | 'right' | 'up', Triple> {
+  const [sin, cos] = [Math.sin(o.azimuth), Math.cos(o.azimuth)];
+  const [rise, flat] = [Math.sin(o.elevation), Math.cos(o.elevation)];
+  return {
+    back: [flat * sin, rise, flat * cos],
+    right: [cos, 0, -sin],
+    up: [-rise * sin, flat, -rise * cos],
+  };
+}
+
+const dot = (a: Triple, b: Triple): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+
+/** Angles of a camera that has `back` behind it and `up` above; both of any length. */
+function anglesOf(back: Triple, up: Triple | undefined) {
+  const azimuth = Math.atan2(back[0], back[2]);
+  const elevation = Math.atan2(back[1], Math.hypot(back[0], back[2]));
+  const level = axesOf({ azimuth, elevation });
+  const roll = up ? Math.atan2(-dot(up, level.right), dot(up, level.up)) : 0;
+  return { azimuth, elevation, roll: Math.abs(roll) < leastRoll ? 0 : roll };
+}
 
 /** As the server frames a scene without a camera. */
 export function framed(bounds: SceneInfo['bounds'], aspect: number): Orbit {
@@ -27,59 +57,88 @@ export function framed(bounds: SceneInfo['bounds'], aspect: number): Orbit {
     distance,
     azimuth: 0,
     elevation: Math.atan2(0.25, 1),
+    roll: 0,
     fovDegrees: startFov,
   };
 }
 
 /**
- * Starts where a camera stands; it turns around the point on its axis that is nearest to the scene's centre. Null for
- * an orthographic one, which has no field of view.
+ * Starts where a camera stands; it turns around the point on its axis that is nearest to the scene's centre. An
+ * orthographic one has no field of view: instead of it stands a perspective one that sees the whole scene from there.
  */
 export function fromCamera(
   camera: SceneCamera | undefined,
   bounds: SceneInfo['bounds'],
+  aspect: number,
 ): Orbit | null {
   const { position, direction: forward, vertical_fov_degrees: fovDegrees } = camera ?? {};
-  if (!position || !forward || !fovDegrees) return null;
+  if (!position || !forward) return null;
   const centre = bounds
     ? bounds.min.map((v, i) => (v + bounds.max[i]) / 2)
     : position.map((v, i) => v + forward[i]);
   const along = centre.reduce((sum, v, i) => sum + (v - position[i]) * forward[i], 0);
   const size = bounds ? Math.hypot(...bounds.min.map((v, i) => bounds.max[i] - v)) : 1;
-  const distance = along > 0.05 * size ? along : 0.3 * size;
+  const away = along > 0.05 * size ? along : 0.3 * size;
+  const whole = framed(bounds, aspect);
   return {
-    target: position.map((v, i) => v + forward[i] * distance) as [number, number, number],
-    distance,
-    azimuth: Math.atan2(-forward[0], -forward[2]),
-    elevation: Math.asin(Math.max(-1, Math.min(1, -forward[1]))),
-    fovDegrees,
+    target: position.map((v, i) => v + forward[i] * away) as Triple,
+    distance: fovDegrees ? away : whole.distance,
+    ...anglesOf(forward.map((v) => -v) as Triple, camera?.up),
+    fovDegrees: fovDegrees || whole.fovDegrees,
   };
 }
 
 export function fromPose(pose: Pose): Orbit {
-  const back = pose.position.map((v, i) => v - pose.target[i]);
-  const distance = Math.hypot(...back) || 1;
+  const back = pose.position.map((v, i) => v - pose.target[i]) as Triple;
   return {
     target: pose.target,
-    distance,
-    azimuth: Math.atan2(back[0], back[2]),
-    elevation: Math.asin(back[1] / distance),
+    distance: Math.hypot(...back) || 1,
+    ...anglesOf(back, pose.up),
     fovDegrees: pose.verticalFovDegrees,
   };
 }
 
+/** Right and up as the camera sees them, in the axes of one that is level. */
+const leveled = (o: Orbit, right: number, up: number): [number, number] => [
+  right * Math.cos(o.roll) - up * Math.sin(o.roll),
+  right * Math.sin(o.roll) + up * Math.cos(o.roll),
+];
+
 export function poseOf(o: Orbit): Pose {
-  const flat = Math.cos(o.elevation);
-  const back = [flat * Math.sin(o.azimuth), Math.sin(o.elevation), flat * Math.cos(o.azimuth)];
+  const { back, right, up } = axesOf(o);
   const exact = (v: number): number => Number(v.toPrecision(7));
+  // One that looks straight up or down has no level.
+  const steep = Math.abs(o.elevation) > maxElevation;
+  const [x, y] = leveled(o, 0, 1);
   return {
-    position: o.target.map((v, i) => exact(v + back[i] * o.distance)) as Pose['position'],
-    target: o.target.map(exact) as Pose['target'],
+    position: o.target.map((v, i) => exact(v + back[i] * o.distance)) as Triple,
+    target: o.target.map(exact) as Triple,
+    ...((o.roll || steep) && { up: up.map((v, i) => exact(x * right[i] + y * v)) as Triple }),
     verticalFovDegrees: exact(o.fovDegrees),
   };
 }
 
-export function turned(o: Orbit, azimuth: number, elevation: number): Orbit {
+/** A pose as it stands in an address. */
+export const textOf = ({ position, target, verticalFovDegrees, up }: Pose): string =>
+  [...position, ...target, verticalFovDegrees, ...(up ?? [])].join(',');
+
+/** Null: that is no pose. */
+export function poseIn(text: string): Pose | null {
+  const [px, py, pz, tx, ty, tz, verticalFovDegrees, ...up] = text.split(',').map(Number);
+  const known = [px, py, pz, tx, ty, tz, verticalFovDegrees, ...up].every(Number.isFinite);
+  if (!known || !(verticalFovDegrees > 0 && verticalFovDegrees < 180)) return null;
+  if ((px === tx && py === ty && pz === tz) || (up.length !== 0 && up.length !== 3)) return null;
+  return {
+    position: [px, py, pz],
+    target: [tx, ty, tz],
+    ...(up.length && { up: up as Triple }),
+    verticalFovDegrees,
+  };
+}
+
+/** Turns the camera to its right and up around the target, radians. */
+export function turned(o: Orbit, right: number, up: number): Orbit {
+  const [azimuth, elevation] = leveled(o, right, up);
   const next = Math.max(-maxElevation, Math.min(maxElevation, o.elevation + elevation));
   return { ...o, azimuth: o.azimuth + azimuth, elevation: next };
 }
@@ -92,13 +151,10 @@ export const nearer = (o: Orbit, factor: number): Orbit => ({
 /** Moves camera and target together; right and up in shares of the picture's height at the target. */
 export function shifted(o: Orbit, right: number, up: number): Orbit {
   const height = 2 * o.distance * Math.tan((o.fovDegrees * Math.PI) / 360);
-  const sin = Math.sin(o.azimuth);
-  const cos = Math.cos(o.azimuth);
-  const rise = Math.sin(o.elevation);
-  const axisRight = [cos, 0, -sin];
-  const axisUp = [-rise * sin, Math.cos(o.elevation), -rise * cos];
+  const axes = axesOf(o);
+  const [x, y] = leveled(o, right, up);
   const target = o.target.map(
-    (v, i) => v + height * (right * axisRight[i] + up * axisUp[i]),
-  ) as Orbit['target'];
+    (v, i) => v + height * (x * axes.right[i] + y * axes.up[i]),
+  ) as Triple;
   return { ...o, target };
 }

@@ -1,0 +1,160 @@
+// The view in which a camera is placed: what it shows, what stands in its address, and what it outlives.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import {
+  desktop,
+  drop,
+  launch,
+  openPage,
+  pictureNow,
+  Server,
+  triangleFiles,
+  until,
+  withPageOf,
+} from './harness.mjs';
+
+const server = new Server();
+let browser;
+
+before(async () => {
+  await server.start();
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  await server.stop();
+});
+
+const withPage = (hash, use) => withPageOf(browser, server, desktop, hash, use);
+const scene = (page) => page.$eval('[data-testid=scene]', (s) => s.value);
+const hashOf = (page) => new URL(page.url()).hash;
+const rest = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+/** Bodies of the previews that the page asks for, as they leave. */
+function previewsOf(page) {
+  const asked = [];
+  page.on('request', (r) => {
+    if (r.method() === 'POST' && /\/v1\/jobs$/.test(r.url())) asked.push(r.postDataJSON());
+  });
+  return asked;
+}
+
+/** Changes of the address from now on. */
+const watchAddress = (page) =>
+  page.evaluate(() => {
+    globalThis.moves = 0;
+    for (const name of ['pushState', 'replaceState']) {
+      const whole = history[name].bind(history);
+      history[name] = (...all) => ((globalThis.moves += 1), whole(...all));
+    }
+    addEventListener('hashchange', () => (globalThis.moves += 1));
+  });
+
+test('the form and the address of a placed camera agree on the scene', { timeout: 120_000 }, () =>
+  withPage('#/settings', async (page) => {
+    await page.evaluate(() => (location.hash = '#/compose/glass'));
+    await until('glass', async () => (await scene(page)) === 'glass');
+    await page.selectOption('[data-testid=scene]', 'cornell-box');
+    await until('its address', () => hashOf(page) === '#/compose/cornell-box');
+    await watchAddress(page);
+    await page.evaluate(() => (location.hash = '#/compose/glass'));
+    await until('glass again', async () => (await scene(page)) === 'glass');
+    await rest(1500);
+    assert.equal(hashOf(page), '#/compose/glass');
+    assert.ok((await page.evaluate(() => globalThis.moves)) <= 2);
+    await page.goBack();
+    await until('the box', async () => (await scene(page)) === 'cornell-box');
+    await rest(1000);
+    assert.equal(hashOf(page), '#/compose/cornell-box');
+    // The scene that was chosen in the form took the place of the one before it.
+    await page.goBack();
+    await page.waitForSelector('h1:text-is("Settings")');
+  }),
+);
+
+test('a placed camera stands in the address and outlives a reload', { timeout: 120_000 }, () =>
+  withPage('#/compose/cornell-box', async (page) => {
+    await until('the preview', () => pictureNow(page));
+    assert.ok(!/pose=/.test(hashOf(page)));
+    await page.locator('.stage').focus();
+    for (let i = 0; i < 3; ++i) await page.keyboard.press('ArrowLeft');
+    const link = await until('the pose', () => /pose=/.test(hashOf(page)) && hashOf(page));
+    const asked = previewsOf(page);
+    await page.reload();
+    const posed = await until('its preview', () => asked.find((r) => r.camera?.position));
+    assert.ok(link.includes(posed.camera.position.join(',')), `${link} ${posed.camera.position}`);
+    assert.equal(hashOf(page), link);
+    await page.click('[data-testid=compose-reset]');
+    await until('the address without it', () => hashOf(page) === '#/compose/cornell-box');
+    // Another link is another camera, also where the view is open.
+    await page.evaluate((hash) => (location.hash = hash), link);
+    await until('the pose again', () => page.isEnabled('[data-testid=compose-reset]'));
+    await page.evaluate(() => (location.hash = '#/compose/cornell-box?pose=1,2,nothing'));
+    await page.waitForSelector('[data-testid=picture]');
+  }),
+);
+
+/** One triangle with an orthographic camera and one that is turned upon its side. */
+function filmed() {
+  const files = triangleFiles();
+  const document = JSON.parse(files[0].bytes.toString());
+  document.cameras = [
+    { type: 'orthographic', orthographic: { xmag: 2, ymag: 2, zfar: 100, znear: 0.01 } },
+    { type: 'perspective', perspective: { yfov: 0.8, znear: 0.01 } },
+  ];
+  document.nodes.push(
+    { name: 'flat', translation: [0, 0.8, 4], camera: 0 },
+    { name: 'turned', translation: [0, 0.8, 4], rotation: [0, 0, 0.5, Math.sqrt(0.75)], camera: 1 },
+  );
+  document.scenes[0].nodes.push(1, 2);
+  return [{ name: 'filmed.gltf', bytes: Buffer.from(JSON.stringify(document)) }, files[1]];
+}
+
+test('until it is turned the preview has the file’s own camera', { timeout: 120_000 }, () =>
+  withPage('', async (page) => {
+    const asked = previewsOf(page);
+    await drop(page, filmed());
+    await page.waitForURL(/#\/compose\/[0-9a-f]{64}$/);
+    await until('a preview', () => asked.length > 0 && pictureNow(page));
+    assert.ok(asked.every((r) => r.camera === undefined));
+    await page.getByText('This camera of the file is orthographic').waitFor();
+    const cameras = page.getByLabel('Camera', { exact: true });
+    const names = await cameras.locator('option').evaluateAll((all) => all.map((o) => o.value));
+    await cameras.selectOption(names.at(-1));
+    await until('the other camera', () => asked.at(-1).camera);
+    assert.ok(!asked.at(-1).camera.position);
+    await page.getByText('Drag to turn').waitFor();
+    await page.locator('.stage').focus();
+    await page.keyboard.press('+');
+    const { camera } = await until('a pose', () => asked.at(-1).camera?.position && asked.at(-1));
+    // It was turned by 60 degrees about its axis: what was right is now above.
+    const expected = [-Math.sqrt(0.75), 0.5, 0];
+    assert.ok(
+      camera.up.every((v, i) => Math.abs(v - expected[i]) < 1e-3),
+      String(camera.up),
+    );
+  }),
+);
+
+test(
+  'the preview comes back with the server',
+  {
+    timeout: 300_000,
+    skip: server.canRestart ? false : 'a server elsewhere (TESSERA_URL) cannot be restarted from here',
+  },
+  async () => {
+    const page = await openPage(browser, server, desktop, '#/compose/cornell-box');
+    const first = await until('the preview', () => pictureNow(page));
+    await server.kill();
+    await page.locator('.stage').focus();
+    await page.keyboard.press('ArrowLeft');
+    await page.getByText('Reconnecting…').waitFor();
+    assert.equal(await page.getByText('cannot be made').count(), 0);
+    await server.start(Number(new URL(server.url).port));
+    await until('the turned preview', async () => (await pictureNow(page)).hash !== first.hash);
+    await until('no notice', async () => !(await page.getByText('Reconnecting…').count()));
+    assert.deepEqual(page.faults, []);
+    await page.context().close();
+  },
+);

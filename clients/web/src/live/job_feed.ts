@@ -1,4 +1,4 @@
-import { api } from '../api/client';
+import { api, RequestError } from '../api/client';
 import { isFinal, type Job, type Problem } from '../api/types';
 import type { FromFeed, LinkState, ToFeed } from './feed_messages';
 import type { TileFrame } from './frames';
@@ -57,6 +57,19 @@ export class JobFeed {
     if (revived) this.open();
   }
 
+  /** The record as stored: at the end the last word, with digest and final figures; later, whether it is still there. */
+  async check(): Promise<void> {
+    try {
+      const job = await api.job(this.jobId);
+      this.makeFilm(job);
+      this.set({ job });
+    } catch (error) {
+      const gone = error instanceof RequestError && [404, 410].includes(error.status);
+      if (gone) this.set({ link: 'gone' });
+      else this.notify();
+    }
+  }
+
   close(): void {
     document.removeEventListener('visibilitychange', this.onVisibility);
     window.removeEventListener('online', this.onOnline);
@@ -110,6 +123,7 @@ export class JobFeed {
     this.asleep = false;
     const { job } = this.state;
     if (!job || !isFinal(job.state)) this.send({ type: 'wake' });
+    else void this.check();
   }
 
   private receive(message: FromFeed): void {
@@ -129,23 +143,12 @@ export class JobFeed {
       }
       case 'link':
         // No stream for now: the record at least.
-        if (message.state === 'overloaded') void this.refresh();
+        if (message.state === 'overloaded') void this.check();
         return this.set({ link: message.state, problem: message.problem ?? this.state.problem });
       case 'complete':
-        return void this.refresh();
+        return void this.check();
       case 'tile':
         return this.receiveTile(message.tile);
-    }
-  }
-
-  /** The record as stored; at the end the last word, with digest and final figures. */
-  private async refresh(): Promise<void> {
-    try {
-      const job = await api.job(this.jobId);
-      this.makeFilm(job);
-      this.set({ job });
-    } catch {
-      this.notify();
     }
   }
 

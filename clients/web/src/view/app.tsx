@@ -4,7 +4,7 @@ import { filesOfDrop } from '../api/upload';
 import { Icon } from '../ui/icons';
 import { Later } from '../ui/later';
 import { route, type Route } from '../ui/router';
-import { connection, jobs, serverInfo, theme, toast, type Theme } from '../ui/server_state';
+import { connection, jobs, pageSize, serverInfo, theme, toast, type Theme } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { CompareView } from './compare_view';
 import { ComposeView } from './compose_view';
@@ -161,7 +161,10 @@ function useHomeJob(active: boolean): string | null | undefined {
   const pick = (all: Job[]): string | null =>
     (all.find((j) => !isFinal(j.state)) ?? all[0])?.id ?? null;
   useEffect(() => {
-    if (active && list && !chosen) setChosen(pick(list));
+    if (!active || !list) return;
+    // A list of all renders without the chosen one: it was deleted.
+    const deleted = list.length < pageSize && !list.some((j) => j.id === chosen);
+    if (!chosen || deleted) setChosen(pick(list));
   }, [active, list, chosen]);
   useEffect(() => {
     if (!active) setChosen(null);

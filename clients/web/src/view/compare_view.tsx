@@ -12,6 +12,7 @@ import { choiceIn, go, keepChoice, route } from '../ui/router';
 import { display, jobs } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { useFeed } from './job_view';
+import { absence } from './job_words';
 import { sameSize, sizeText, JobPick } from './job_pick';
 import { Legend } from './legend';
 import { LightControls } from './toolbar';
@@ -223,6 +224,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
           onValue={(id) => go(`/compare/${a}/${id}${tail}`)}
         />
       </header>
+      <Missing left={left} right={right} />
       {size && other && !fits && (
         <p class="center-note" role="alert">
           A is {sizeText(left.job!)} pixels, B {sizeText(right.job!)}. Renders of different sizes
@@ -326,6 +328,25 @@ function Comparing({ a, b }: { a: string; b: string }) {
           </Later>
         </>
       )}
+    </div>
+  );
+}
+
+/** Which side is not there, and why; one that is there waits. */
+function Missing({ left, right }: { left: FeedState; right: FeedState }) {
+  const sides = [
+    { name: 'A', missing: absence(left) },
+    { name: 'B', missing: absence(right) },
+  ].filter((side) => side.missing);
+  if (!sides.length) return null;
+  return (
+    <div class="center-note" role="alert">
+      {sides.map(({ name, missing }) => (
+        <p key={name} data-testid={`missing-${name.toLowerCase()}`}>
+          <b>{name}:</b> {missing!.title} {missing!.why}
+        </p>
+      ))}
+      <p>Choose another one above.</p>
     </div>
   );
 }

@@ -1,5 +1,5 @@
 import { useEffect, useState } from 'preact/hooks';
-import { api, imageUrl } from '../api/client';
+import { api, imageUrl, RequestError } from '../api/client';
 import { isFinal, nameOf, type Job, type StopRule } from '../api/types';
 import type { LinkState } from '../live/feed_messages';
 import type { JobFeed } from '../live/job_feed';
@@ -90,7 +90,8 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
       if (answer) feed.adopt(answer);
       void refresh();
     } catch (error) {
-      sayError(error);
+      if (error instanceof RequestError && error.status === 404) await feed.check();
+      if (feed.state.link !== 'gone') sayError(error);
     } finally {
       setBusy(false);
     }
@@ -115,6 +116,20 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
     );
     say(copied ? 'Link copied.' : link);
   };
+  if (link === 'gone')
+    return (
+      <header class="job-header">
+        <div class="job-title">
+          <h1>{sceneTitle(job)}</h1>
+          <p role="alert">
+            <span class="state state-failed" data-testid="state">
+              This render is not here any more.
+            </span>
+            <span class="dim">It was deleted; what is shown is all that is left.</span>
+          </p>
+        </div>
+      </header>
+    );
   return (
     <header class="job-header">
       <div class="job-title">

@@ -4,14 +4,14 @@ import { isFinal, type Convergence, type Job } from '../api/types';
 import { JobFeed } from '../live/job_feed';
 import { choiceIn, keepChoice, route, type Route } from '../ui/router';
 import { Later } from '../ui/later';
-import { connection, refresh } from '../ui/server_state';
+import { connection, jobs, refresh } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { ConvergencePlot } from './convergence_plot';
 import { ErrorRuler } from './error_ruler';
 import { Filmstrip } from './filmstrip';
 import { Inspector } from './inspector';
 import { JobHeader } from './job_header';
-import { sceneTitle } from './job_words';
+import { absence, sceneTitle } from './job_words';
 import { Stage, type Probe } from './stage';
 import { Statistics } from './statistics';
 import { Toolbar } from './toolbar';
@@ -43,6 +43,19 @@ export function useFeed(jobId: string): JobFeed {
 
 /** A render that failed before its first tile has nothing to measure. */
 const shows = (job: Job): boolean => job.state !== 'failed' || (job.revision ?? 0) > 0;
+
+/** A job that has ended has no stream any more, but leaves the list when somebody deletes it. */
+function useListWatch(feed: JobFeed): void {
+  const list = useStore(jobs);
+  const listed = useRef('');
+  useEffect(() => {
+    if (list?.some((j) => j.id === feed.jobId)) listed.current = feed.jobId;
+    else if (list && listed.current === feed.jobId) {
+      listed.current = '';
+      void feed.check();
+    }
+  }, [feed, list]);
+}
 
 const askEveryMs = 2000;
 
@@ -106,28 +119,24 @@ export function JobView({ jobId }: { jobId: string }) {
   const mode = modeNamed(choiceIn(useStore(route), 'show'));
   const [probe, setProbe] = useProbe(jobId);
   const convergence = useConvergence(job);
+  useListWatch(feed);
   // The stream is often the first to know that the server is back.
   useEffect(() => {
     if (link === 'live' && connection.get() === 'offline') void refresh();
   }, [link]);
   useEffect(() => {
     const percent =
-      job && !isFinal(job.state) ? `${Math.floor(100 * (job.progress?.fraction ?? 0))} % ` : '';
+      job && !isFinal(job.state) && link !== 'gone' ? `${Math.floor(100 * (job.progress?.fraction ?? 0))} % ` : '';
     document.title = job ? `${percent}${sceneTitle(job)} · Tessera` : 'Tessera';
     return () => void (document.title = 'Tessera');
-  }, [job?.state, job?.progress?.fraction]);
+  }, [job?.state, job?.progress?.fraction, link]);
 
-  if (!job && (link === 'gone' || link === 'refused')) {
+  const missing = absence(state);
+  if (missing) {
     return (
       <div class="center-note" role="alert">
-        <h1>
-          {link === 'gone' ? 'This render is not here.' : 'The server refuses to show this render.'}
-        </h1>
-        <p>
-          {link === 'gone'
-            ? 'It was deleted, or the link belongs to another server.'
-            : (state.problem?.detail ?? state.problem?.title)}
-        </p>
+        <h1>{missing.title}</h1>
+        <p>{missing.why}</p>
         <a class="quiet" href="#/">
           Back to the newest render
         </a>

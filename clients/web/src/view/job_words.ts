@@ -1,4 +1,5 @@
 import type { Job, JobState } from '../api/types';
+import type { FeedState } from '../live/job_feed';
 import { percent } from '../ui/format';
 import { sceneName } from './scene_source';
 
@@ -33,3 +34,19 @@ export const shortState = (job: Job): string =>
     : job.state === 'finished'
       ? percent(job.error?.relative_rmse)
       : labels[job.state];
+
+/** Why there is nothing to show of a job; null while there is hope, or something. */
+export function absence({ job, link, problem }: FeedState): { title: string; why: string } | null {
+  if (job) return null;
+  if (link === 'gone')
+    return {
+      title: 'This render is not here.',
+      why: 'It was deleted, or the link belongs to another server.',
+    };
+  return link === 'refused'
+    ? {
+        title: 'The server refuses to show this render.',
+        why: problem?.detail ?? problem?.title ?? '',
+      }
+    : null;
+}

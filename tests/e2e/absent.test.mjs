@@ -1,0 +1,71 @@
+// What the page says of renders that are not there, or not any more, and of addresses that nobody meant.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { ask, desktop, launch, pictureNow, Server, submit, until, withPageOf } from './harness.mjs';
+
+const server = new Server();
+let browser;
+
+before(async () => {
+  await server.start();
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  await server.stop();
+});
+
+const withPage = (hash, use) => withPageOf(browser, server, desktop, hash, use);
+
+async function renderOf(page) {
+  await submit(page, { scene: 'furnace', samples: 8 });
+  await until('the render to finish', async () =>
+    /^Finished/.test(await page.textContent('[data-testid=state]')),
+  );
+  await until('its picture', () => pictureNow(page));
+  return new URL(page.url()).hash.split('/').pop();
+}
+
+test('a malformed address is one of a render that is not here', () =>
+  withPage('#/jobs/%zz', async (page) => {
+    await page.waitForSelector('h1:text-is("This render is not here.")');
+    await page.evaluate(() => (location.hash = '#/compose/%E0%A4?pose=%'));
+    await page.waitForSelector('h1:text-is("Place the camera")');
+    await page.evaluate(() => (location.hash = '#/%'));
+    await page.waitForSelector('main h1');
+  }));
+
+test('a comparison says which side is not here', { timeout: 120_000 }, () =>
+  withPage('', async (page) => {
+    const id = await renderOf(page);
+    await page.evaluate(() => (location.hash = '#/compare/nosuch/none'));
+    for (const side of ['a', 'b'])
+      await page.waitForSelector(`[data-testid=missing-${side}]:has-text("is not here")`);
+    await page.evaluate((hash) => (location.hash = hash), `#/compare/${id}/none`);
+    await until('one side', async () => !(await page.getByTestId('missing-a').count()));
+    await page.waitForSelector('[data-testid=missing-b]');
+    assert.ok(await page.getByTestId('pick-b').isVisible());
+  }),
+);
+
+test('a render that is deleted elsewhere has no actions left', { timeout: 120_000 }, () =>
+  withPage('', async (page) => {
+    const gone = () => page.getByText('This render is not here any more.').waitFor();
+    for (const way of ['watched', 'used']) {
+      const id = await renderOf(page);
+      const watches = way === 'watched';
+      // The list must have shown it once before it is missed.
+      if (watches) await until('the list', () => page.locator(`.filmstrip a[href*="${id}"]`).count());
+      else await page.route('**/v1/jobs?*', (route) => route.abort());
+      assert.ok((await ask(`${server.url}/v1/jobs/${id}`, { method: 'DELETE' })).ok);
+      if (!watches) {
+        await page.getByTestId('extend').click();
+        await page.getByText('One more minute').click();
+      }
+      await gone();
+      for (const action of ['extend', 'download', 'more'])
+        assert.equal(await page.getByTestId(action).count(), 0, action);
+    }
+  }),
+);

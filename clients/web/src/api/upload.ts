@@ -47,25 +47,35 @@ async function walk(entry: FileSystemEntry, folder: string, out: DroppedFile[]):
 export const filesOfInput = (input: HTMLInputElement): DroppedFile[] =>
   [...(input.files ?? [])].map((file) => ({ path: file.webkitRelativePath || file.name, file }));
 
-/** Sends a model: one .glb, one .zip, one self-contained .gltf, or a .gltf with the files it names. */
-export async function uploadScene(files: DroppedFile[], report: UploadReport): Promise<SceneInfo> {
-  const single = files.find((f) => /\.(glb|zip)$/i.test(f.path));
-  if (single) {
-    const type = /\.zip$/i.test(single.path) ? 'application/zip' : 'model/gltf-binary';
-    return upload<SceneInfo>('/v1/scenes', single.file, type, (share) =>
-      report(single.file.name, share),
-    );
-  }
-  const gltf = files
+/** The file that is the model among those dropped: a .glb or .zip, else the outermost .gltf. */
+export const modelIn = (files: DroppedFile[]): DroppedFile | undefined =>
+  files.find((f) => /\.(glb|zip)$/i.test(f.path)) ??
+  files
     .filter((f) => /\.gltf$/i.test(f.path))
     .sort((a, b) => a.path.length - b.path.length)[0];
-  if (!gltf) throw new UploadError('There is no .glb, .gltf or .zip among these files.');
-  const wanted = await namedFiles(gltf.file);
-  if (!wanted.length)
-    return upload<SceneInfo>('/v1/scenes', gltf.file, 'model/gltf+json', (share) =>
-      report(gltf.file.name, share),
-    );
-  return uploadFolder(gltf, wanted, files, report);
+
+/** What became of a drop: the scene, and the files that it is made of. */
+export interface SentScene {
+  scene: SceneInfo;
+  used: File[];
+}
+
+/** Sends a model: one .glb, one .zip, one self-contained .gltf, or a .gltf with the files it names. */
+export async function uploadScene(files: DroppedFile[], report: UploadReport): Promise<SentScene> {
+  const model = modelIn(files);
+  if (!model) throw new UploadError('There is no .glb, .gltf or .zip among these files.');
+  const isDocument = /\.gltf$/i.test(model.path);
+  const wanted = isDocument ? await namedFiles(model.file) : [];
+  if (wanted.length) return uploadFolder(model, wanted, files, report);
+  const type = isDocument
+    ? 'model/gltf+json'
+    : /\.zip$/i.test(model.path)
+      ? 'application/zip'
+      : 'model/gltf-binary';
+  const scene = await upload<SceneInfo>('/v1/scenes', model.file, type, (share) =>
+    report(model.file.name, share),
+  );
+  return { scene, used: [model.file] };
 }
 
 async function uploadFolder(
@@ -73,7 +83,7 @@ async function uploadFolder(
   wanted: string[],
   files: DroppedFile[],
   report: UploadReport,
-): Promise<SceneInfo> {
+): Promise<SentScene> {
   const base = gltf.path.slice(0, gltf.path.lastIndexOf('/') + 1);
   const found = new Map<string, File>();
   const missing: string[] = [];
@@ -110,7 +120,7 @@ async function uploadFolder(
     ids[decodeUri(uri)] = id;
   }
   const root = await send(gltf.file);
-  return api.createScene(root, ids);
+  return { scene: await api.createScene(root, ids), used: [gltf.file, ...found.values()] };
 }
 
 /** URIs of buffers and images that are not embedded. */

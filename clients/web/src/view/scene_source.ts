@@ -1,6 +1,13 @@
 import { explain } from '../api/client';
 import type { SceneInfo } from '../api/types';
-import { isEnvironment, uploadEnvironment, uploadScene, type DroppedFile } from '../api/upload';
+import {
+  isEnvironment,
+  modelIn,
+  uploadEnvironment,
+  uploadScene,
+  type DroppedFile,
+  type UploadReport,
+} from '../api/upload';
 import { go, route } from '../ui/router';
 import { say } from '../ui/server_state';
 import { persistent, Store } from '../ui/store';
@@ -10,6 +17,8 @@ import { change, refusals } from './form_model';
 export const models = new Store<SceneInfo[]>([]);
 export const sending = new Store<{ what: string; share: number } | null>(null);
 export const sendFault = new Store<string | null>(null);
+/** What of the last drop was not taken. */
+export const sendNote = new Store<string | null>(null);
 export const sceneDetails = new Store<SceneInfo | null>(null);
 
 const isNames = (v: unknown): v is Record<string, string> =>
@@ -26,40 +35,74 @@ export function sceneName(scene: string): string {
   return fileNames.get()[scene] || own || `Model ${scene.slice(0, 8)}`;
 }
 
-/** Takes what was dropped or picked: a model, or an environment. */
+/** Takes what was dropped or picked: a model, an environment, or one of each. The rest is named. */
 export async function take(files: DroppedFile[]): Promise<void> {
-  if (!files.length || sending.get()) return;
+  if (!files.length) return;
+  if (sending.get()) return say(`${sending.get()!.what} is still on its way.`, 'error');
   sendFault.set(null);
+  sendNote.set(null);
   const report = (what: string, share: number): void => sending.set({ what, share });
   report(files[0].file.name, 0);
-  try {
-    if (files.length === 1 && isEnvironment(files[0].path)) {
-      const asset = await uploadEnvironment(files[0].file, report);
-      change({ environment: 'file', environmentAsset: asset, environmentName: files[0].file.name });
-      say(`${files[0].file.name} now lights the scene.`);
-    } else {
-      await takeModel(files, report);
+  const panorama = files.find((f) => isEnvironment(f.path));
+  const used: File[] = [];
+  const news: string[] = [];
+  const faults: string[] = [];
+  const attempt = async (step: () => Promise<string>): Promise<void> => {
+    try {
+      news.push(await step());
+    } catch (error) {
+      faults.push(explain(error));
     }
-  } catch (error) {
-    sendFault.set(explain(error));
-  } finally {
-    sending.set(null);
+  };
+  if (panorama) {
+    used.push(panorama.file);
+    await attempt(() => takePanorama(panorama.file, report));
   }
+  // Without a panorama it is said that there is no model, either.
+  if (modelIn(files) || !panorama) await attempt(() => takeModel(files, used, report));
+  sending.set(null);
+  const left = faults.length ? '' : leftOut(files, used);
+  if (faults.length) sendFault.set(faults.join(' '));
+  if (left) sendNote.set(left);
+  if (news.length) say([...news, left].join(' ').trim());
 }
 
+async function takePanorama(file: File, report: UploadReport): Promise<string> {
+  const asset = await uploadEnvironment(file, report);
+  change({ environment: 'file', environmentAsset: asset, environmentName: file.name });
+  return `${file.name} now lights the scene.`;
+}
+
+/** used: the files that the model is made of are added to it. */
 async function takeModel(
   files: DroppedFile[],
-  report: (what: string, share: number) => void,
-): Promise<void> {
-  const scene = await uploadScene(files, report);
-  const main = files.find((f) => /\.(glb|gltf|zip)$/i.test(f.path)) ?? files[0];
-  const name = main.file.name.replace(/\.\w+$/, '');
+  used: File[],
+  report: UploadReport,
+): Promise<string> {
+  const sent = await uploadScene(files, report);
+  used.push(...sent.used);
+  const { scene } = sent;
+  const name = sent.used[0].name.replace(/\.\w+$/, '');
   fileNames.set({ ...fileNames.get(), [scene.id]: name });
   models.set([scene, ...models.get().filter((m) => m.id !== scene.id)]);
   chooseScene(scene.id);
   // What a person wants next is to look at it; where there is no form, they are about something else.
   if (['home', 'job', 'jobs', 'compose'].includes(route.get().view)) go(`/compose/${scene.id}`);
-  say(`${name} is ready to render.`);
+  return `${name} is ready to render.`;
+}
+
+const namedAtMost = 3;
+
+/** Names files that nothing was made of; of a folder only models and panoramas, for it may hold anything. */
+function leftOut(files: DroppedFile[], used: File[]): string {
+  const names = files
+    .filter((f) => !used.includes(f.file))
+    .filter((f) => !f.path.includes('/') || modelIn([f]) || isEnvironment(f.path))
+    .map((f) => f.file.name);
+  if (!names.length) return '';
+  const more = names.length - namedAtMost;
+  const list = names.slice(0, namedAtMost).join(', ') + (more > 0 ? ` and ${more} more` : '');
+  return `Left out: ${list}. One model and one panorama are taken at a time.`;
 }
 
 export function chooseScene(scene: string): void {

@@ -19,6 +19,7 @@ import {
   sceneDetails,
   sceneName,
   sendFault,
+  sendNote,
   sending,
   take,
 } from './scene_source';
@@ -181,6 +182,7 @@ function DropZone() {
   const input = useRef<HTMLInputElement>(null);
   const busy = useStore(sending);
   const fault = useStore(sendFault);
+  const note = useStore(sendNote);
   return (
     <div class="drop-zone" data-testid="drop">
       <button type="button" class="quiet" disabled={!!busy} onClick={() => input.current?.click()}>
@@ -206,6 +208,11 @@ function DropZone() {
         <p class="hint">
           Drop a .glb, a glTF folder or a .zip anywhere on this page. An .hdr or .exr becomes the
           light around it.
+        </p>
+      )}
+      {note && (
+        <p class="hint" data-testid="left-out">
+          {note}
         </p>
       )}
       {fault && (

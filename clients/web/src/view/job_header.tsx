@@ -11,13 +11,14 @@ import { useStore } from '../ui/store';
 import { Menu } from './menu';
 import { sceneTitle, stateLabel } from './job_words';
 
-const formatNotes: Record<string, string> = {
-  png: '8 bit, as shown here',
-  jpg: 'small, as shown here',
-  webp: 'small, as shown here',
-  exr: 'linear floats, all layers',
-  hdr: 'linear, Radiance',
-  tif: 'as shown here',
+/** shown: encoded for the eye, with the page's exposure and tone curve; the others are the film's own floats. */
+const formatNotes: Record<string, { note: string; shown?: boolean }> = {
+  png: { note: '8 bit, as shown here', shown: true },
+  jpg: { note: 'small, as shown here', shown: true },
+  webp: { note: 'small, as shown here', shown: true },
+  exr: { note: 'linear floats, all layers' },
+  hdr: { note: 'linear, Radiance' },
+  tif: { note: 'linear floats' },
 };
 
 function Downloads({ job }: { job: Job }) {
@@ -48,11 +49,11 @@ function Downloads({ job }: { job: Job }) {
       {formats.map((f) => (
         <a
           key={f}
-          href={imageUrl(job.id, f, f === 'exr' || f === 'hdr' ? {} : encoded)}
+          href={imageUrl(job.id, f, formatNotes[f]?.shown ? encoded : {})}
           download={`${base}.${f}`}
           data-testid={`download-${f}`}
         >
-          <b>{f.toUpperCase()}</b> <span>{formatNotes[f] ?? ''}</span>
+          <b>{f.toUpperCase()}</b> <span>{formatNotes[f]?.note}</span>
         </a>
       ))}
     </Menu>

@@ -5,7 +5,7 @@ import { display, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { nameOf } from '../api/types';
 import { autoExposure } from './film_reading';
-import { isLayer, layerModes, planeModes, type Mode } from './view_modes';
+import { layerModes, planeModes, type Mode } from './view_modes';
 
 interface ToolbarProps {
   mode: Mode;
@@ -48,7 +48,7 @@ export function Toolbar({ mode, film, tooLarge, onMode }: ToolbarProps) {
           </label>
         ))}
       </fieldset>
-      <LightControls film={film} disabled={isLayer(mode)} />
+      <LightControls film={film} disabled={mode !== 'picture'} />
     </div>
   );
 }

@@ -1,9 +1,9 @@
 import { render } from 'preact';
-import { api, RequestError } from './api/client';
+import { api, explainKey, RequestError } from './api/client';
 import './style/main.css';
 import { hasGraphicsProcessor } from './live/painter';
 import { takeKey } from './ui/router';
-import { refresh, sayError } from './ui/server_state';
+import { refresh, say } from './ui/server_state';
 import { followTheme } from './ui/theme';
 import { App } from './view/app';
 
@@ -26,7 +26,7 @@ async function useKey(): Promise<boolean> {
   const key = takeKey();
   if (!key) return false;
   await api.openSession(key).catch((error: unknown) => {
-    if (!(error instanceof RequestError && error.status === 404)) sayError(error);
+    if (!(error instanceof RequestError && error.status === 404)) say(explainKey(error), 'error');
   });
   return true;
 }

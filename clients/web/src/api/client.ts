@@ -183,10 +183,18 @@ export function upload<T>(
 /** One sentence for a person. */
 export function explain(error: unknown): string {
   if (error instanceof RequestError) {
+    // The server tells programs which header to send.
+    if (error.status === 401) return plainTitles[401];
     const { title, detail } = error.problem;
     return detail && detail !== title ? `${title.replace(/\.?$/, '.')} ${capital(detail)}` : title;
   }
   return error instanceof Error ? error.message : String(error);
 }
+
+/** The same of a key that somebody has just brought. */
+export const explainKey = (error: unknown): string =>
+  error instanceof RequestError && error.status === 401
+    ? 'This key is not known or has expired.'
+    : explain(error);
 
 const capital = (s: string): string => s.charAt(0).toUpperCase() + s.slice(1);

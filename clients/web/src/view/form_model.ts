@@ -190,7 +190,8 @@ export function check(v: FormValues): ProblemItem[] {
 }
 
 export function refusalsOf(error: unknown): ProblemItem[] {
-  if (!(error instanceof RequestError)) return [];
+  // What a missing key is about is no part of the request.
+  if (!(error instanceof RequestError) || error.status === 401) return [];
   return error.errors.length
     ? error.errors
     : [{ pointer: error.status === 404 ? '/scene' : '', detail: error.message }];

@@ -1,12 +1,11 @@
 import { useState } from 'preact/hooks';
-import { api } from '../api/client';
+import { api, explainKey } from '../api/client';
 import { bytes, count } from '../ui/format';
 import {
   connection,
   display,
   refresh,
   say,
-  sayError,
   serverInfo,
   theme,
   type Theme,
@@ -99,15 +98,17 @@ export function SettingsPage() {
 
 export function KeyForm() {
   const [key, setKey] = useState('');
+  const [fault, setFault] = useState('');
   const link = useStore(connection);
   const open = async (e: Event): Promise<void> => {
     e.preventDefault();
+    setFault('');
     try {
       await api.openSession(key);
       setKey('');
       say('This browser may now use the server.');
     } catch (error) {
-      sayError(error);
+      setFault(explainKey(error));
     }
     void refresh();
   };
@@ -128,12 +129,17 @@ export function KeyForm() {
           type="password"
           autocomplete="current-password"
           value={key}
+          aria-invalid={fault !== ''}
+          aria-describedby="key-wrong"
           onInput={(e) => setKey(e.currentTarget.value)}
         />
         <button type="submit" class="quiet" disabled={!key}>
           Use
         </button>
       </div>
+      <p class="wrong" id="key-wrong" role={fault ? 'alert' : undefined}>
+        {fault}
+      </p>
     </form>
   );
 }

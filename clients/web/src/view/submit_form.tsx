@@ -51,7 +51,7 @@ function SceneFacts({ details, summary }: { details: SceneInfo | null; summary?:
         plural(details.triangles, 'triangle'),
         plural(listLength(details.materials), 'material'),
         plural(listLength(details.lights), 'light'),
-        details.bytes && bytes(details.bytes),
+        details.bytes && `${bytes(details.bytes)} in memory`,
       ].filter(Boolean)
     : [];
   return (
@@ -67,6 +67,7 @@ function ScenePicker() {
   const info = useStore(serverInfo);
   const own = useStore(models);
   const at = useStore(route);
+  const link = useStore(connection);
   const details = useSceneDetails(v.scene);
   const builtIn = info?.scenes ?? [];
   useEffect(() => {
@@ -99,7 +100,11 @@ function ScenePicker() {
             value={v.scene}
             onChange={(e) => chooseScene(e.currentTarget.value)}
           >
-            {!v.scene && <option value="">Waiting for the server…</option>}
+            {!v.scene && (
+              <option value="">
+                {link === 'locked' ? 'An access key is needed' : 'Waiting for the server…'}
+              </option>
+            )}
             <optgroup label="Built in">
               {builtIn.map((s) => (
                 <option key={s.name} value={s.name}>

@@ -80,6 +80,9 @@ test('the measuring views show other pictures, each with a legend', { timeout: 3
     for (const view of ['error', 'tile-error', 'variance', 'samples']) {
       await choose(page, view);
       await page.waitForSelector('[data-testid=legend]');
+      // They show numbers, not light.
+      assert.ok(await page.isDisabled('[data-testid=exposure]'));
+      assert.ok(await page.isDisabled('[data-testid=tone]'));
       const hash = await until(`the ${view} view`, async () => {
         const now = await pictureNow(page);
         return now && !seen.has(now.hash) ? now.hash : null;
@@ -124,6 +127,13 @@ test('the PNG can be downloaded', { timeout: 300_000 }, () =>
     await submit(page, { scene: 'cornell-box', samples: 8 });
     await finished(page);
     await page.click('[data-testid=download]');
+    for (const format of ['png', 'jpg', 'webp', 'exr', 'hdr', 'tif']) {
+      const link = page.getByTestId(`download-${format}`);
+      if (!(await link.count())) continue;
+      const shown = /as shown here/.test(await link.textContent());
+      assert.equal(shown, ['png', 'jpg', 'webp'].includes(format), format);
+      assert.equal(/exposure/.test(await link.getAttribute('href')), shown, format);
+    }
     const [download] = await Promise.all([
       page.waitForEvent('download'),
       page.click('[data-testid=download-png]'),
@@ -166,6 +176,31 @@ test(
       await page.waitForSelector('.job-title h1:text-is("triangle")');
       await until('tiles', () => pictureNow(page));
     }),
+);
+
+/** A panorama of one grey pixel, Radiance. */
+const panorama = () =>
+  Buffer.concat([
+    Buffer.from('#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n'),
+    Buffer.from([128, 128, 128, 129]),
+  ]);
+
+test('a model and a panorama are taken together, and what is left out is named', () =>
+  withPage(desktop, async (page) => {
+    await drop(page, [
+      { name: 'sky.hdr', bytes: panorama() },
+      { name: 'triangle.glb', bytes: triangleGlb() },
+      { name: 'second.glb', bytes: triangleGlb() },
+    ]);
+    const note = page.getByTestId('left-out');
+    await note.waitFor();
+    assert.match(await note.textContent(), /^Left out: second\.glb\./);
+    await page.waitForURL(/#\/compose\/[0-9a-f]{64}/);
+    assert.equal(await page.getByLabel('Light around the scene').inputValue(), 'file');
+    assert.match(await page.textContent('.submit-form'), /sky\.hdr/);
+    await drop(page, [{ name: 'sky.hdr', bytes: panorama() }]);
+    await until('no note', async () => !(await note.count()));
+  }),
 );
 
 test('a file that is no model is refused with the reason', () =>
@@ -331,7 +366,9 @@ if (accessKey || process.env.TESSERA_BINARY)
           await page.waitForSelector('text=This server is locked');
           await page.fill('#key', 'no such key');
           await page.click('.key-form button');
-          await page.waitForSelector('.toast-error');
+          await page.waitForSelector('#key-wrong:has-text("not known or has expired")');
+          assert.equal(await page.getAttribute('#key', 'aria-invalid'), 'true');
+          assert.match(await page.textContent('[data-testid=scene]'), /An access key is needed/);
           await page.fill('#key', key);
           await page.click('.key-form button');
         } else {

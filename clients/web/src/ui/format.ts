@@ -22,6 +22,25 @@ export function percent(v: number | null | undefined): string {
   return `${p >= 99.95 ? p.toFixed(0) : p >= 9.995 ? p.toFixed(1) : p >= 0.0995 ? p.toFixed(2) : p.toPrecision(2)} %`;
 }
 
+/** How much is done, rounded down: the last percent is not told before it is there. */
+export function doneShare(fraction: number): string {
+  const p = 100 * fraction;
+  if (p <= 0) return '0 %';
+  if (p < 0.1) return 'under 0.1 %';
+  return p < 10 ? `${(Math.floor(10 * p) / 10).toFixed(1)} %` : `${Math.floor(p)} %`;
+}
+
+/** A value and the half width of its interval, both to the digits that the interval leaves. */
+export function measured(value: number, half: number): [string, string] {
+  const decimals = 1 - Math.floor(Math.log10(half));
+  if (!(half > 0) || decimals > 5 || half >= 100) return [number(value, 4), number(half, 2)];
+  const digits = Math.max(0, decimals);
+  return [minus(value.toFixed(digits)), half.toFixed(digits)];
+}
+
+/** Every digit, in groups of three. */
+export const exact = (v: number): string => v.toLocaleString('en', { maximumFractionDigits: 20 });
+
 export function count(v: number | null | undefined): string {
   if (!known(v)) return dash;
   if (v < 1e4) return Math.round(v).toLocaleString('en');

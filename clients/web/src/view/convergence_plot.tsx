@@ -13,6 +13,9 @@ const margin = { left: 44, right: 12, top: 10, bottom: 26 };
 const xOf = (p: ConvergencePoint, axis: Axis): number =>
   axis === 'samples' ? p.samples_per_pixel : p.elapsed_seconds;
 
+/** Through two points there is always a line: it says nothing yet. */
+const fitFrom = 3;
+
 /** What is to come, by the slope that the server fitted and from the newest point on. */
 interface Forecast {
   /** The error at so many samples or seconds. */
@@ -128,7 +131,8 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
   const points = (data?.points ?? []).filter(
     (p): p is Known => p.relative_rmse != null && p.relative_rmse > 0 && xOf(p, axis) > 0,
   );
-  const slope = data?.slope?.value;
+  const fitted = points.length >= fitFrom ? data?.slope : null;
+  const slope = fitted?.value;
   return (
     <section class="card" aria-labelledby="plot-title">
       <header class="card-head">
@@ -149,7 +153,7 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
             <Curve
               job={job}
               points={points}
-              slope={data?.slope}
+              slope={fitted}
               axis={axis}
               width={width}
               hover={hover}
@@ -164,15 +168,14 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
         ) : slope != null ? (
           <>
             Slope <b>{exponent(slope)}</b>
-            {data?.slope?.low != null &&
-              ` (${exponent(data.slope.low)} to ${exponent(data.slope.high)})`}
+            {fitted?.low != null && ` (${exponent(fitted.low)} to ${exponent(fitted.high)})`}
             . Plain random numbers give −0.5; steeper is better.
           </>
         ) : (
           'Slope: a few more passes are needed.'
         )}
       </p>
-      {data && points.length > 1 && (
+      {data && fitted && (
         <Later>
           <Prediction job={job} data={data} last={points[points.length - 1]} />
         </Later>

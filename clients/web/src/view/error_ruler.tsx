@@ -1,7 +1,21 @@
 import type { ConvergencePoint, ErrorEstimate, Job } from '../api/types';
 import { rampCss } from '../live/heat';
-import { errorInWords, percent } from '../ui/format';
+import { count, errorInWords, percent } from '../ui/format';
 import { errorRange } from './view_modes';
+
+/** So many times the samples make an error that was taken with fewer out of date. */
+const staleFrom = 1.25;
+
+/** How many samples the picture had when its error was found, if it has clearly more by now; null otherwise. */
+function samplesThen(job: Job, points: ConvergencePoint[]): number | null {
+  const now = job.progress?.samples_per_pixel?.mean;
+  const last = points[points.length - 1];
+  const value = job.error?.relative_rmse;
+  if (!now || !last?.relative_rmse || value == null) return null;
+  // The curve is asked for now and then: the error may be newer than its end.
+  const same = Math.abs(value / last.relative_rmse - 1) < 1e-6;
+  return same && now > staleFrom * last.samples_per_pixel ? last.samples_per_pixel : null;
+}
 
 /**
  * The page's signature: how wrong the picture still is, on a logarithmic scale from noise (left) to clean (right).
@@ -10,6 +24,7 @@ import { errorRange } from './view_modes';
 export function ErrorRuler({ job, points }: { job: Job; points: ConvergencePoint[] }) {
   const { error } = job;
   const value = error?.relative_rmse;
+  const then = samplesThen(job, points);
   const confidence = Math.round(100 * (error?.confidence ?? 0.95));
   return (
     <section class="ruler" aria-label="Error of the picture">
@@ -17,6 +32,12 @@ export function ErrorRuler({ job, points }: { job: Job; points: ConvergencePoint
         <p class="ruler-value" data-testid="error">
           <span class="ruler-label">Error</span>{' '}
           <strong>{value != null ? percent(value) : 'not known yet'}</strong>
+          {then != null && (
+            <span class="ruler-interval" data-testid="error-age">
+              {' '}
+              at {count(then)} samples,
+            </span>
+          )}
           {value != null && error?.low != null && error.high != null && (
             <span class="ruler-interval">
               {' '}

@@ -4,7 +4,7 @@ import { api } from '../api/client';
 import { isFinal, type Job, type PixelLayer, type PixelReport } from '../api/types';
 import type { LiveFilm } from '../live/film';
 import { toBytes } from '../live/tone';
-import { count, number } from '../ui/format';
+import { count, measured, number } from '../ui/format';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { HalfHistogram } from './half_histogram';
@@ -161,14 +161,15 @@ function Channel({
   const from = Math.min(...values),
     to = Math.max(...values);
   const pad = (to - from) * 0.12 || 1;
+  const [value, half] = known ? measured(mean, (high - low) / 2) : [number(mean, 4), ''];
   const at = (v: number): string => `${(100 * (v - from + pad)) / (to - from + 2 * pad)}%`;
   return (
     <div class={`channel channel-${name.toLowerCase()}`}>
       <dt>{name}</dt>
       <dd>
         <span class="mono">
-          {number(mean, 4)}
-          {known && <span class="dim"> ± {number((high - low) / 2, 2)}</span>}
+          {value}
+          {known && <span class="dim"> ± {half}</span>}
         </span>
         {known && (
           <span

@@ -3,7 +3,7 @@ import { api, imageUrl, RequestError } from '../api/client';
 import { isFinal, nameOf, type Job, type StopRule } from '../api/types';
 import type { LinkState } from '../live/feed_messages';
 import type { JobFeed } from '../live/job_feed';
-import { count, duration, percent } from '../ui/format';
+import { count, doneShare, duration, percent } from '../ui/format';
 import { Icon } from '../ui/icons';
 import { go, route } from '../ui/router';
 import { display, jobs, refresh, say, sayError, serverInfo } from '../ui/server_state';
@@ -279,7 +279,7 @@ function ProgressLine({ job }: { job: Job }) {
   const fraction = p?.fraction ?? 0;
   const running = !isFinal(job.state);
   const text = running
-    ? `${Math.floor(100 * fraction)} %${p?.eta_seconds != null && job.state === 'rendering' ? `, about ${duration(p.eta_seconds)} left` : ''}`
+    ? `${doneShare(fraction)}${p?.eta_seconds != null && job.state === 'rendering' ? `, about ${duration(p.eta_seconds)} left` : ''}`
     : p?.samples_per_pixel?.mean
       ? `${count(p.samples_per_pixel.mean)} samples in ${duration(p.elapsed_seconds)}`
       : '';

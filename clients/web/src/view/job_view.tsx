@@ -2,6 +2,7 @@ import { useEffect, useReducer, useRef, useState } from 'preact/hooks';
 import { api } from '../api/client';
 import { isFinal, type Convergence, type Job } from '../api/types';
 import { JobFeed } from '../live/job_feed';
+import { doneShare } from '../ui/format';
 import { choiceIn, keepChoice, route, type Route } from '../ui/router';
 import { Later } from '../ui/later';
 import { connection, jobs, refresh } from '../ui/server_state';
@@ -126,7 +127,7 @@ export function JobView({ jobId }: { jobId: string }) {
   }, [link]);
   useEffect(() => {
     const percent =
-      job && !isFinal(job.state) && link !== 'gone' ? `${Math.floor(100 * (job.progress?.fraction ?? 0))} % ` : '';
+      job && !isFinal(job.state) && link !== 'gone' ? `${doneShare(job.progress?.fraction ?? 0)} ` : '';
     document.title = job ? `${percent}${sceneTitle(job)} · Tessera` : 'Tessera';
     return () => void (document.title = 'Tessera');
   }, [job?.state, job?.progress?.fraction, link]);

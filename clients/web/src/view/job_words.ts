@@ -1,12 +1,12 @@
 import type { Job, JobState } from '../api/types';
 import type { FeedState } from '../live/job_feed';
-import { percent } from '../ui/format';
+import { doneShare, percent } from '../ui/format';
 import { sceneName } from './scene_source';
 
 export const sceneTitle = (job: Job): string => job.spec.name || sceneName(job.spec.scene);
 
 const labels: Record<JobState, string> = {
-  queued: 'In line',
+  queued: 'Queued',
   loading: 'Loading scene',
   rendering: 'Rendering',
   paused: 'Paused',
@@ -30,7 +30,7 @@ export function stateLabel(job: Job): string {
 
 export const shortState = (job: Job): string =>
   job.state === 'rendering'
-    ? `${Math.floor(100 * (job.progress?.fraction ?? 0))} %`
+    ? doneShare(job.progress?.fraction ?? 0)
     : job.state === 'finished'
       ? percent(job.error?.relative_rmse)
       : labels[job.state];

@@ -164,7 +164,7 @@ function StageNotice({ state }: { state: FeedState }) {
   if (!empty) return null;
   const text = {
     queued: job.queue_position
-      ? `Waiting in line, ${job.queue_position} ahead.`
+      ? `Queued, ${job.queue_position} ahead.`
       : 'Waiting for its turn.',
     loading: 'Loading the scene.',
     rendering: 'The first tiles are on their way.',

@@ -23,6 +23,15 @@ const sampleStops: Stop[] = [
   [242, 236, 140],
 ];
 
+/** The server draws the FLIP map; its colours are these. */
+const flipStops: Stop[] = [
+  [0, 0, 5],
+  [69, 20, 115],
+  [186, 56, 84],
+  [250, 145, 38],
+  [252, 250, 191],
+];
+
 export type Ramp = 'error' | 'samples';
 
 function table(stops: Stop[]): Uint8Array {
@@ -43,8 +52,8 @@ export const ramps: Record<Ramp, Uint8Array> = {
 };
 
 /** from, to: where the ramp's low and high end lie, in percent along the direction. */
-export function rampCss(ramp: Ramp, direction = 'to right', from = 0, to = 100): string {
-  const stops = ramp === 'error' ? errorStops : sampleStops;
+export function rampCss(ramp: Ramp | 'flip', direction = 'to right', from = 0, to = 100): string {
+  const stops = { error: errorStops, samples: sampleStops, flip: flipStops }[ramp];
   const step = (to - from) / (stops.length - 1);
   const parts = stops.map((s, i) => `rgb(${s.join(' ')}) ${from + i * step}%`);
   return `linear-gradient(${direction}, ${parts.join(', ')})`;

@@ -14,7 +14,7 @@ import { useStore } from '../ui/store';
 import { useFeed } from './job_view';
 import { absence } from './job_words';
 import { sameSize, sizeText, JobPick } from './job_pick';
-import { Legend } from './legend';
+import { FlipLegend, Legend } from './legend';
 import { LightControls } from './toolbar';
 import { errorRange, lookOf } from './view_modes';
 
@@ -269,15 +269,12 @@ function Comparing({ a, b }: { a: string; b: string }) {
                 </>
               ) : view === 'flip' ? (
                 server ? (
-                  <>
-                    <img
-                      class="compare-canvas"
-                      data-testid="flip-map"
-                      src={server.links.flip}
-                      alt={meaning}
-                    />
-                    <p class="layer-note">{meaning}</p>
-                  </>
+                  <img
+                    class="compare-canvas"
+                    data-testid="flip-map"
+                    src={server.links.flip}
+                    alt={meaning}
+                  />
                 ) : (
                   <p class={trouble ? 'stage-notice' : 'stage-notice pulse'} role="status">
                     {trouble || 'The server compares two renders when both have ended…'}
@@ -295,6 +292,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
                 <p class="stage-notice pulse">Working it out…</p>
               )}
             </div>
+            {view === 'flip' && server && <FlipLegend meaning={meaning} />}
             {difference?.measure === view && (
               <Legend look={heat} meaning={meaning} unit={view === 'z' ? 'number' : 'percent'} />
             )}

@@ -15,7 +15,7 @@ export interface Series {
   outcome: LabOutcome | null;
 }
 
-const colours = 6;
+const colours = 8;
 export const slots = 2 * colours;
 export const inkOf = (s: Series): string => `lab-series-${s.slot % colours}`;
 export const labelOf = (s: Series): string => `${s.estimator}, ${s.sampler}`;

@@ -35,25 +35,45 @@ const texts: Record<Unit, (v: number) => string> = {
 export const unitOf = (mode: Mode): Unit =>
   mode === 'error' || mode === 'tile-error' ? 'percent' : mode === 'samples' ? 'count' : 'number';
 
-/** meaning: one sentence on how to read the colours. */
-export function Legend({ look, meaning, unit }: { look: Look; meaning: string; unit: Unit }) {
-  const text = texts[unit];
+interface RampLegendProps {
+  /** One sentence on how to read the colours. */
+  meaning: string;
+  ramp: Parameters<typeof rampCss>[0];
+  /** at: percent from the left. */
+  marks: { at: number; text: string }[];
+}
+
+function RampLegend({ meaning, ramp, marks }: RampLegendProps) {
   return (
     <figure class="legend" data-testid="legend">
       <figcaption>{meaning}</figcaption>
-      <div class="legend-ramp" style={{ backgroundImage: rampCss(look.ramp) }} aria-hidden="true" />
+      <div class="legend-ramp" style={{ backgroundImage: rampCss(ramp) }} aria-hidden="true" />
       <div class="legend-ticks">
-        {ticks(look).map((v) => {
-          const at = (100 * Math.log(v / look.low)) / Math.log(look.high / look.low);
+        {marks.map(({ at, text }) => {
           // At the ends of the ramp they stand inside, not across its edge.
           const shift = at < 5 ? 0 : at > 95 ? -100 : -50;
           return (
-            <span key={v} style={{ left: `${at}%`, translate: `${shift}% 0` }}>
-              {text(v)}
+            <span key={at} style={{ left: `${at}%`, translate: `${shift}% 0` }}>
+              {text}
             </span>
           );
         })}
       </div>
     </figure>
   );
+}
+
+export function Legend({ look, meaning, unit }: { look: Look; meaning: string; unit: Unit }) {
+  const text = texts[unit];
+  const marks = ticks(look).map((v) => ({
+    at: (100 * Math.log(v / look.low)) / Math.log(look.high / look.low),
+    text: text(v),
+  }));
+  return <RampLegend meaning={meaning} ramp={look.ramp} marks={marks} />;
+}
+
+/** Of the server's map, whose scale is linear. */
+export function FlipLegend({ meaning }: { meaning: string }) {
+  const marks = [0, 0.25, 0.5, 0.75, 1].map((v) => ({ at: 100 * v, text: number(v) }));
+  return <RampLegend meaning={meaning} ramp="flip" marks={marks} />;
 }

@@ -1,6 +1,5 @@
 import { useState } from 'preact/hooks';
 import { api, explainKey } from '../api/client';
-import { bytes, count } from '../ui/format';
 import {
   connection,
   display,
@@ -11,6 +10,7 @@ import {
   type Theme,
 } from '../ui/server_state';
 import { useStore } from '../ui/store';
+import { limitName, limitText } from './limit_names';
 
 const themes: Record<Theme, string> = { auto: 'Like my system', dark: 'Dark', light: 'Light' };
 
@@ -75,14 +75,8 @@ export function SettingsPage() {
             <dl class="figures">
               {Object.entries(info.limits ?? {}).map(([k, v]) => (
                 <div key={k}>
-                  <dt>{k.replace(/_/g, ' ')}</dt>
-                  <dd class="mono">
-                    {typeof v === 'number'
-                      ? k.includes('bytes')
-                        ? bytes(v)
-                        : count(v)
-                      : JSON.stringify(v)}
-                  </dd>
+                  <dt>{limitName(k)}</dt>
+                  <dd class="mono">{limitText(k, v)}</dd>
                 </div>
               ))}
             </dl>

@@ -130,6 +130,7 @@ for (const [name, device] of [
         const map = page.locator('[data-testid=flip-map]');
         await until('the map', () => map.evaluate((img) => img.complete && img.naturalWidth > 0));
         const figures = page.locator('[data-testid=compare-numbers]');
+        await page.waitForSelector('[data-testid=legend]:has-text("0.75")');
         assert.match(await figures.textContent(), /FLIP\s*[\d.]/);
         const box = await figures.boundingBox();
         assert.ok(box.width <= page.viewportSize().width);
@@ -150,6 +151,46 @@ for (const [name, device] of [
       }),
   );
 }
+
+test('an error older than the picture tells its samples, and two points make no slope', () =>
+  withPage(desktop, '', async (page) => {
+    await page.route('**/convergence', async (route) => {
+      const id = route.request().url().split('/').at(-2);
+      const { error } = await (await ask(`${server.url}/v1/jobs/${id}`)).json();
+      const { relative_rmse, low, high } = error;
+      const point = { elapsed_seconds: 1, relative_rmse, low, high };
+      const points = [
+        { ...point, samples_per_pixel: 1, elapsed_seconds: 0.5, relative_rmse: 2 * relative_rmse },
+        { ...point, samples_per_pixel: 2 },
+      ];
+      await route.fulfill({ json: { points, slope: { value: -1, low: null, high: null } } });
+    });
+    await renderOf(page, 'cornell-box', 8);
+    await page.getByTestId('error-age').waitFor();
+    assert.match(await page.textContent('[data-testid=error]'), /% at 2 samples, [\d.]+ % to/);
+    await page.waitForSelector('.plot svg');
+    assert.match(await page.textContent('[data-testid=slope]'), /a few more passes/);
+    assert.equal(await page.getByTestId('prediction').count(), 0);
+  }),
+);
+
+test('New leads to the form from wherever one is', { timeout: 120_000 }, () =>
+  withPage(phone, '#/compose/cornell-box', async (page) => {
+    const link = page.getByRole('link', { name: 'New', exact: true });
+    assert.equal(await link.getAttribute('aria-current'), 'page');
+    await until('a preview', () => pictureNow(page));
+    await link.click();
+    const scene = page.getByTestId('scene');
+    await until('the form', () => scene.evaluate((e) => e === document.activeElement));
+    assert.ok(await scene.evaluate((e) => e.getBoundingClientRect().bottom < innerHeight));
+    assert.equal(new URL(page.url()).hash, '#/');
+    await page.evaluate(() => scrollTo(0, 0));
+    await link.click();
+    await until('the form again', () =>
+      scene.evaluate((e) => e.getBoundingClientRect().bottom < innerHeight),
+    );
+  }),
+);
 
 test('the list of renders can be filtered and leads to each of them', { timeout: 300_000 }, () =>
   withPage(desktop, '', async (page) => {

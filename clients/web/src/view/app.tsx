@@ -3,7 +3,7 @@ import { isFinal, type Job } from '../api/types';
 import { filesOfDrop } from '../api/upload';
 import { Icon } from '../ui/icons';
 import { Later } from '../ui/later';
-import { route, type Route } from '../ui/router';
+import { go, route, type Route } from '../ui/router';
 import { connection, jobs, pageSize, serverInfo, theme, toast, type Theme } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { CompareView } from './compare_view';
@@ -29,6 +29,13 @@ function toForm(): void {
   form?.querySelector('select')?.focus({ preventScroll: true });
 }
 
+/** To the start and its form, wherever one is. */
+function toNew(): void {
+  if (route.get().view === 'home') return toForm();
+  window.addEventListener('hashchange', () => requestAnimationFrame(toForm), { once: true });
+  go('/');
+}
+
 function TopBar({ current }: { current: Route['view'] }) {
   const link = useStore(connection);
   const info = useStore(serverInfo);
@@ -47,10 +54,19 @@ function TopBar({ current }: { current: Route['view'] }) {
         Tessera
       </a>
       <nav aria-label="Main">
-        <a href="#/" aria-current={current === 'home' || current === 'job' ? 'page' : undefined}>
-          Render
+        <a
+          href="#/"
+          aria-current={at('home') ?? at('compose')}
+          onClick={(e) => {
+            // Another tab is the browser's.
+            if (e.ctrlKey || e.metaKey || e.shiftKey) return;
+            e.preventDefault();
+            toNew();
+          }}
+        >
+          New
         </a>
-        <a href="#/jobs" aria-current={at('jobs')}>
+        <a href="#/jobs" aria-current={at('jobs') ?? at('job')}>
           Renders
         </a>
         <a href="#/compare" aria-current={at('compare')}>
@@ -66,18 +82,6 @@ function TopBar({ current }: { current: Route['view'] }) {
           Settings
         </a>
       </nav>
-      {!isBare(current) && (
-        <a
-          class="new-link"
-          href="#new"
-          onClick={(e) => {
-            e.preventDefault();
-            toForm();
-          }}
-        >
-          New
-        </a>
-      )}
       <span
         class={`connection connection-${link}`}
         role="status"

@@ -107,5 +107,6 @@ function leftOut(files: DroppedFile[], used: File[]): string {
 
 export function chooseScene(scene: string): void {
   change({ scene, camera: '', pose: null, variant: '' });
+  sendNote.set(null);
   refusals.set(refusals.get().filter((r) => r.pointer !== '/scene'));
 }

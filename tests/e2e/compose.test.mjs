@@ -40,6 +40,9 @@ function previewsOf(page) {
   return asked;
 }
 
+/** Until it is known where a camera placed by hand begins. */
+const canTurn = (page) => page.waitForSelector('.compose .toolbar > .exposure input:enabled');
+
 /** Changes of the address from now on. */
 const watchAddress = (page) =>
   page.evaluate(() => {
@@ -77,6 +80,7 @@ test('a placed camera stands in the address and outlives a reload', { timeout: 1
   withPage('#/compose/cornell-box', async (page) => {
     await until('the preview', () => pictureNow(page));
     assert.ok(!/pose=/.test(hashOf(page)));
+    await canTurn(page);
     await page.locator('.stage').focus();
     for (let i = 0; i < 3; ++i) await page.keyboard.press('ArrowLeft');
     const link = await until('the pose', () => /pose=/.test(hashOf(page)) && hashOf(page));
@@ -123,11 +127,16 @@ test('until it is turned the preview has the file’s own camera', filmedTest, (
     assert.ok(asked.every((r) => r.camera === undefined));
     await page.getByText('This camera of the file is orthographic').waitFor();
     const cameras = page.getByLabel('Camera', { exact: true });
-    const names = await cameras.locator('option').evaluateAll((all) => all.map((o) => o.value));
+    const names = await until('both cameras', async () => {
+      const all = await cameras.locator('option').evaluateAll((list) => list.map((o) => o.value));
+      return all.length === 3 ? all : null;
+    });
     await cameras.selectOption(names.at(-1));
     await until('the other camera', () => asked.at(-1).camera);
     assert.ok(!asked.at(-1).camera.position);
     await page.getByText('Drag to turn').waitFor();
+    // Its 0.8 radians: it is known where turning begins.
+    await page.waitForSelector('output:text-is("46°")');
     await page.locator('.stage').focus();
     await page.keyboard.press('+');
     const { camera } = await until('a pose', () => asked.at(-1).camera?.position && asked.at(-1));
@@ -149,6 +158,7 @@ test(
   async () => {
     const page = await openPage(browser, server, desktop, '#/compose/cornell-box');
     const first = await until('the preview', () => pictureNow(page));
+    await canTurn(page);
     await server.kill();
     await page.locator('.stage').focus();
     await page.keyboard.press('ArrowLeft');

@@ -1,6 +1,6 @@
 import { useEffect, useLayoutEffect, useReducer, useRef, useState } from 'preact/hooks';
 import type { RefObject } from 'preact';
-import { api } from '../api/client';
+import { api, RequestError } from '../api/client';
 import { nameOf, type SceneInfo } from '../api/types';
 import { Picture } from '../live/picture';
 import { Preview } from '../live/preview';
@@ -53,9 +53,12 @@ interface Start {
   flat: boolean;
 }
 
-/** From the camera that the form names, else the scene's first. */
+/** From the camera that the form names, else the scene's first. Rejects when nobody answers. */
 async function startOf({ scene, camera, width, height }: FormValues): Promise<Start> {
-  const info = await api.scene(scene).catch((): SceneInfo | null => null);
+  const info = await api.scene(scene).catch((error: unknown): SceneInfo | null => {
+    if (error instanceof RequestError) return null;
+    throw error;
+  });
   const cameras = info?.cameras ?? [];
   const chosen = cameras.find((c, i) => camera === (nameOf(c) || `#${i}`)) ?? cameras[0];
   const bounds = info?.bounds;
@@ -65,14 +68,25 @@ async function startOf({ scene, camera, width, height }: FormValues): Promise<St
   };
 }
 
+const startAgainMs = 1500;
+
 function useStart(values: FormValues): Start | null {
   const [start, setStart] = useState<Start | null>(null);
   const { scene, camera, width, height } = values;
   useEffect(() => {
     setStart(null);
     let wanted = true;
-    void startOf(form.get()).then((found) => wanted && setStart(found));
-    return () => void (wanted = false);
+    let timer = 0;
+    const look = (): void =>
+      void startOf(form.get()).then(
+        (found) => wanted && setStart(found),
+        () => wanted && (timer = window.setTimeout(look, startAgainMs)),
+      );
+    look();
+    return () => {
+      wanted = false;
+      clearTimeout(timer);
+    };
   }, [scene, camera, width / height]);
   return start;
 }

@@ -15,7 +15,7 @@ using core::ErrorCode;
 
 constexpr std::array kErrors = {
     ErrorRow{ErrorCode::kBadSyntax, 400, "bad-syntax", "The request cannot be read"},
-    ErrorRow{ErrorCode::kUnauthorized, 401, "unauthorized", "A key is needed"},
+    ErrorRow{ErrorCode::kUnauthorized, 401, "unauthorized", "A valid key is needed"},
     ErrorRow{ErrorCode::kForbidden, 403, "forbidden", "This key may not do that"},
     ErrorRow{ErrorCode::kNotFound, 404, "not-found", "There is nothing here"},
     ErrorRow{ErrorCode::kNotAcceptable, 406, "not-acceptable", "No representation fits"},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -72,11 +73,32 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) {
   return {};
 }
 
-Response unauthorized(const Request& request, std::string detail) {
+/// RFC 6750, 3: an error is named only to who brought something.
+enum class Brought : std::uint8_t { kNothing, kUnknown };
+
+Response unauthorized(const Request& request, Brought brought, std::string detail) {
   Response response =
       error_answer(request, core::ErrorCode::kUnauthorized, std::move(detail));
-  response.headers.set("WWW-Authenticate", "Bearer realm=\"tessera\"");
+  response.headers.set("WWW-Authenticate", brought == Brought::kNothing
+                                               ? "Bearer realm=\"tessera\""
+                                               : "Bearer realm=\"tessera\", error=\"invalid_token\"");
   return response;
+}
+
+/// For a request whose holder is not known.
+Response unknown_holder(const Request& request) {
+  constexpr std::string_view kScheme = "Bearer ";
+  const std::string_view given = request.header("Authorization").value_or("");
+  if (given.size() > kScheme.size() && equal_ignoring_case(given.substr(0, kScheme.size()), kScheme)) {
+    return unauthorized(request, Brought::kUnknown, "this key is not known, or has expired");
+  }
+  const std::string_view cookies = request.header("Cookie").value_or("");
+  if (given.empty() && !cookie_value(cookies, kCookieName).empty()) {
+    return unauthorized(request, Brought::kUnknown,
+                        "the key that this session was begun with is not known any more, or has expired");
+  }
+  return unauthorized(request, Brought::kNothing,
+                      "no key was given; bring one as 'Authorization: Bearer KEY'");
 }
 
 }  // namespace
@@ -134,7 +156,7 @@ std::variant<Holder, Response> Guard::authorize(Request& request, std::string_vi
       auto holder = tickets_.holder_of(ticket->second, jobs);
       query.erase(ticket);
       if (!holder) {
-        return unauthorized(request, "the ticket is not for this, or its minute is over");
+        return unauthorized(request, Brought::kUnknown, "the ticket is not for this, or its minute is over");
       }
       return Holder{.id = std::move(*holder)};
     }
@@ -144,7 +166,7 @@ std::variant<Holder, Response> Guard::authorize(Request& request, std::string_vi
   }
   auto holder = holder_of(request);
   if (!holder) {
-    return unauthorized(request, "bring a key as 'Authorization: Bearer KEY'");
+    return unknown_holder(request);
   }
   request.principal = holder->id;
   request.principal_name = holder->name;
@@ -221,7 +243,7 @@ Response Guard::start_session(const Request& request) {
     return empty_response();
   }
   if (!holder_of(request)) {
-    return unauthorized(request, "bring a key as 'Authorization: Bearer KEY'");
+    return unknown_holder(request);
   }
   Response response = empty_response();
   if (const auto given = request.header("Authorization")) {

@@ -44,7 +44,7 @@ httplib::Headers to_httplib(const ApiClient::Headers& headers) {
 
 Reply to_reply(const httplib::Response& response) {
   return {response.status, response.body, response.get_header_value("Location"),
-          response.get_header_value("Content-Type")};
+          response.get_header_value("Content-Type"), response.get_header_value("WWW-Authenticate")};
 }
 
 std::string member(const nlohmann::json& object, const char* name) {
@@ -88,7 +88,10 @@ core::Error error_of_reply(const Reply& reply) {
     }
   }
   if (reply.status == 401) {
-    text += "\n  Give the key with --key or in TESSERA_KEY.";
+    const bool wrong = reply.challenge.find("error=\"invalid_token\"") != std::string::npos;
+    text += wrong ? "\n  The key that --key or TESSERA_KEY gives is not one of this server's; `tessera keys list`, run "
+                    "where the server is, names those."
+                  : "\n  Give the key with --key or in TESSERA_KEY.";
   }
   return Error{code_of_status(reply.status), std::move(text), ""};
 }

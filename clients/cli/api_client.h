@@ -21,6 +21,7 @@ struct Reply {
   std::string body;
   std::string location;
   std::string content_type;
+  std::string challenge;  ///< WWW-Authenticate
 };
 
 /// Problem document, or whatever else the body of an error was, as an Error.

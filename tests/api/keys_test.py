@@ -43,6 +43,25 @@ class Keyed(unittest.TestCase):
         self.assertTrue(answer.headers["WWW-Authenticate"].startswith("Bearer"))
         self.assertEqual(answer.json()["status"], 401)
 
+    def test_no_key_and_one_that_is_not_known_are_told_apart(self):
+        for authorization in ("", "Basic b3A6b3A=", "Bearer", "Bearer "):
+            answer = self.server.request("GET", "/v1/jobs", headers={"Authorization": authorization})
+            self.assertEqual(answer.headers["WWW-Authenticate"], 'Bearer realm="tessera"', authorization)
+            self.assertIn("o key was given", answer.json()["detail"], authorization)
+        for method, path in (("GET", "/v1/jobs"), ("POST", "/v1/session")):
+            answer = self.server.request(method, path, headers={"Authorization": "Bearer wrong"})
+            self.assertEqual(answer.headers["WWW-Authenticate"], 'Bearer realm="tessera", error="invalid_token"')
+            self.assertIn("is not known, or has expired", answer.json()["detail"])
+        cookie = {"Authorization": "", "Cookie": "tessera_session=old"}
+        self.assertIn("session", self.server.request("GET", "/v1/jobs", headers=cookie).json()["detail"])
+
+    def test_the_command_line_says_whether_the_key_is_missing_or_wrong(self):
+        flags = ("--server", f"http://127.0.0.1:{self.server.port}")
+        code, _, said = tessera("jobs", *flags)
+        self.assertEqual((code, "Give the key with --key" in said), (1, True), said)
+        code, _, said = tessera("jobs", *flags, "--key", "wrong")
+        self.assertEqual((code, "Give the key" in said, "not one of this server's" in said), (1, False, True), said)
+
     def test_the_page_its_description_and_the_probes_need_none(self):
         for path in ("/", "/docs", "/openapi.json", "/livez", "/readyz", "/metrics"):
             self.assertEqual(self.status(path), 200, path)

@@ -34,6 +34,15 @@ std::string shown(double v) {
   return whole ? Json(static_cast<std::int64_t>(v)).dump() : Json(v).dump();
 }
 
+/// "byte 26 (line 2, column 7)"; lines and columns count from 1.
+std::string place_of(std::string_view text, std::size_t offset) {
+  const std::string_view before = text.substr(0, offset);
+  const std::size_t line_begin = before.rfind('\n') + 1;  // npos + 1 is 0
+  return "byte " + std::to_string(offset) + " (line " +
+         std::to_string(1 + std::count(before.begin(), before.end(), '\n')) + ", column " +
+         std::to_string(before.size() - line_begin + 1) + ")";
+}
+
 std::string list_of(std::string_view one_of) {
   std::string text(one_of);
   for (std::size_t at = text.find('|'); at != std::string::npos; at = text.find('|')) {
@@ -459,8 +468,14 @@ Result<CheckedGltf> check_gltf(const GltfContainer& container) {
   try {
     Json root = Json::parse(container.json);
     return check_document(root, container);
-  } catch (const Json::exception& problem) {
-    return invalid("", std::string("the glTF JSON cannot be read: ") + problem.what());
+  } catch (const Json::parse_error& problem) {
+    // Without the parser's own words, which quote what it read.
+    return invalid("", "the glTF JSON cannot be read: it is not JSON from " +
+                           place_of(container.json, problem.byte > 0 ? problem.byte - 1 : 0) + " on");
+  } catch (const Json::out_of_range&) {
+    return invalid("", "the glTF JSON cannot be read: it has a number beyond all range");
+  } catch (const Json::exception&) {
+    return invalid("", "the glTF JSON cannot be read");
   }
 }
 

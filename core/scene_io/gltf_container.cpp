@@ -22,6 +22,16 @@ std::uint32_t u32(std::span<const std::byte> file, std::size_t at) {
   return value;
 }
 
+/// As far as the first byte that counts tells; parsers pass over a byte order mark, too.
+bool looks_like_an_object(std::string_view json) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (json.starts_with(kByteOrderMark)) {
+    json.remove_prefix(kByteOrderMark.size());
+  }
+  const std::size_t first = json.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && json[first] == '{';
+}
+
 Status check_json(std::string_view json, const GltfLimits& limits) {
   if (json.size() > limits.json_bytes_max) {
     return Error{ErrorCode::kTooLarge,
@@ -109,6 +119,9 @@ Result<GltfContainer> open_container(std::span<const std::byte> file, const Gltf
     container = *glb;
   } else {
     container.json = {reinterpret_cast<const char*>(file.data()), file.size()};
+    if (!looks_like_an_object(container.json)) {
+      return invalid("this is neither a GLB nor glTF JSON: the one begins with \"glTF\", the other with \"{\"");
+    }
   }
   if (auto status = check_json(container.json, limits); !status) {
     return status.error();

@@ -138,6 +138,15 @@ class Scenes(ApiTest):
             self.assertTrue(400 <= answer.status < 500, answer)
             self.assert_problem(answer, answer.status)
 
+    def test_what_is_no_scene_is_called_that_without_its_bytes(self):
+        noise = bytes((7 * i * i + 150) % 256 for i in range(2048))
+        for data, said in ((noise, "neither a GLB nor glTF JSON"), (b"[1]", "neither a GLB nor glTF JSON"),
+                           (b' {"asset": \xff}', "not JSON from byte 11 (line 1, column 12) on")):
+            answer = self.server.post("/v1/scenes", data, GLB)
+            self.assert_problem(answer, 422)
+            self.assertIn(said, answer.json()["detail"])
+            self.assertNotRegex(answer.json()["detail"], "exception|last read")
+
     def test_a_built_in_scene_cut_anywhere_is_refused(self):
         whole = self.server.get("/v1/scenes/cornell-box/gltf")
         self.assertEqual(whole.headers["Content-Type"].split(";")[0], "model/gltf-binary")

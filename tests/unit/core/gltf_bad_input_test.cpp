@@ -8,6 +8,24 @@ const std::string kAsset = R"("asset":{"version":"2.0"})";
 
 TEST(GltfBadInput, AssetIsRequired) { expect_error_at(load_json("{}"), ""); }
 
+TEST(GltfBadInput, WhatIsNeitherGlbNorJsonIsCalledThatWithoutItsBytes) {
+  const auto said = [](std::string_view file) {
+    const auto loaded = load_json(std::string(file));
+    return loaded ? std::string("nothing") : loaded.error().message;
+  };
+  for (const std::string_view file : {std::string_view("\x93\xfe\x01 a [ { \" of noise"), std::string_view(""),
+                                      std::string_view("  \n"), std::string_view("[]"), std::string_view("<html>")}) {
+    EXPECT_EQ(said(file), "this is neither a GLB nor glTF JSON: the one begins with \"glTF\", the other with \"{\"");
+  }
+  EXPECT_EQ(said("\n {\"asset\": \xff\xfe"), "the glTF JSON cannot be read: it is not JSON from byte 12 (line 2, column 12) on");
+  EXPECT_EQ(said("{"), "the glTF JSON cannot be read: it is not JSON from byte 1 (line 1, column 2) on");
+  EXPECT_EQ(said("{\"a\": 1e999}"), "the glTF JSON cannot be read: it has a number beyond all range");
+}
+
+TEST(GltfBadInput, AByteOrderMarkIsPassedOver) {
+  EXPECT_TRUE(load_json("\xEF\xBB\xBF{" + kAsset + "}"));
+}
+
 TEST(GltfBadInput, Version1IsRefused) {
   expect_error_at(load_json(R"({"asset":{"version":"1.0"}})"), "/asset/version");
 }

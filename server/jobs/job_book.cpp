@@ -132,6 +132,15 @@ int JobBook::queue_length() const {
   return static_cast<int>(queue_.size());
 }
 
+std::string JobBook::full_text(Rank rank) const {
+  if (rank.is_preview) {
+    return "As many previews as there may be are waiting or rendering; try again in a few seconds.";
+  }
+  const int waiting = queue_length();
+  return "The queue is full: " + std::to_string(waiting) + (waiting == 1 ? " job is" : " jobs are") +
+         " waiting. Wait until one has started, and try again.";
+}
+
 bool JobBook::may_start(Rank rank) const {
   if (rank.is_preview) {
     return true;

@@ -161,8 +161,9 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
   if (const auto facts = scenes_.facts(job->record().view.spec.scene); !facts) {
     return api::make_problem(ErrorCode::kConflict, "the scene of the job is not there any more");
   }
-  if (!book_.has_room(rank_of(job->record().view.spec), memory_of(job->record().view))) {
-    return api::make_problem(ErrorCode::kTooManyRequests, "the queue is full");
+  const Rank rank = rank_of(job->record().view.spec);
+  if (!book_.has_room(rank, memory_of(job->record().view))) {
+    return api::make_problem(ErrorCode::kTooManyRequests, book_.full_text(rank));
   }
   const auto owner = table_.owner_of(job->sequence());
   if (!owner) {

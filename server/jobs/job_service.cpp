@@ -317,10 +317,7 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
   asked.spec = checked->spec;
   JobMemory memory = memory_of(asked);
   if (!book_.has_room(rank, memory, submission.owner)) {
-    return api::make_problem(ErrorCode::kTooManyRequests,
-                             rank.is_preview ? "as many previews as there may be are waiting or rendering"
-                                             : "the queue is full: " + std::to_string(book_.queue_length()) +
-                                                   " jobs are waiting");
+    return api::make_problem(ErrorCode::kTooManyRequests, book_.full_text(rank));
   }
   const auto counted = take_quota(submission.owner);
   if (!counted) {

@@ -345,4 +345,5 @@ class FullQueue(ApiTest):
         answer = self.server.post("/v1/jobs", job_body())
         self.assert_problem(answer, 429)
         self.assertGreater(int(answer.headers["Retry-After"]), 0)
+        self.assertIn("The queue is full: 1 job is waiting.", answer.json()["detail"])
         self.server.post(f"/v1/jobs/{running}/cancel")

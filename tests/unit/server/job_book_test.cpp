@@ -69,6 +69,14 @@ TEST(JobBook, PreviewsNeedNoPlace) {
   EXPECT_NE(book.admit(), nullptr);
 }
 
+TEST(JobBook, AFullQueueSaysHowManyWaitAndWhatToDo) {
+  JobBook book(BookLimits{.queue_max = 2});
+  book.enqueue(made_job(1), {});
+  EXPECT_EQ(book.full_text({}), "The queue is full: 1 job is waiting. Wait until one has started, and try again.");
+  book.enqueue(made_job(2), {});
+  EXPECT_EQ(book.full_text({}), "The queue is full: 2 jobs are waiting. Wait until one has started, and try again.");
+}
+
 TEST(JobBook, AFullQueueHasNoRoom) {
   JobBook book(BookLimits{.queue_max = 2, .running_max = 1});
   book.enqueue(made_job(1), {});

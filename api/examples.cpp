@@ -87,8 +87,7 @@ JobView example_job() {
   job.progress.revision = 2040;
   job.peak_bytes = 41'943'040;
   job.warnings = {
-      "environment: none was given and the scene has no punctual light and no "
-      "KHR_materials_emissive_strength above 1, so a white one lights it."};
+      "environment: none was given; it is white, since the scene has no lights or strong emission of its own."};
   return job;
 }
 

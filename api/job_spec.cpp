@@ -331,14 +331,10 @@ std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSu
   spec.environment_asset.reset();
   if (scene.lights.empty() && !scene.has_emissive_strength) {
     spec.environment_choice = EnvironmentChoice::kGiven;
-    return "environment: none was given and the scene has no punctual light and no "
-           "KHR_materials_emissive_strength above 1, so a white one lights it.";
+    return "environment: none was given; it is white, since the scene has no lights or strong emission of its own.";
   }
   spec.environment_choice = EnvironmentChoice::kBlack;
-  return std::string("environment: none was given and the scene has ") +
-         (scene.lights.empty() ? "a material with KHR_materials_emissive_strength above 1"
-                               : "punctual lights") +
-         ", so it is black.";
+  return "environment: none was given; it is black, since the scene has lights of its own.";
 }
 
 }  // namespace api

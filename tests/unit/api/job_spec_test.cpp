@@ -234,14 +234,16 @@ TEST(JobSpec, CountsCharactersAndNotBytes) {
 TEST(SettleEnvironment, IsWhiteUnlessTheSceneHasItsOwnLights) {
   const core::SceneSummary plain;
   api::JobSpec spec = spec_of(R"({"scene":"x"})");
-  EXPECT_NE(api::settle_environment(spec, plain).value_or("").find("white"), std::string::npos);
+  EXPECT_EQ(api::settle_environment(spec, plain),
+            "environment: none was given; it is white, since the scene has no lights or strong emission of its own.");
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kGiven);
   EXPECT_FALSE(api::settle_environment(spec, plain).has_value());
 
   core::SceneSummary lit;
   lit.lights.emplace_back();
   spec = spec_of(R"({"scene":"x"})");
-  EXPECT_NE(api::settle_environment(spec, lit).value_or("").find("black"), std::string::npos);
+  EXPECT_EQ(api::settle_environment(spec, lit),
+            "environment: none was given; it is black, since the scene has lights of its own.");
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kBlack);
 
   core::SceneSummary glowing;

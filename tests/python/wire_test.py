@@ -194,6 +194,13 @@ class Requests(unittest.TestCase):
         self.assertEqual(self.sent(camera=None), {"scene": "glass"})
         self.assertEqual(self.sent(environment=None), {"scene": "glass", "environment": None})
 
+    def test_a_size_is_two_numbers_or_a_text(self):
+        for size in ((960, 540), [960, 540], "960x540", "960X540"):
+            self.assertEqual(self.sent(size=size)["film"], {"width": 960, "height": 540})
+        for size in ("big", "960", "960x", "9x5x4", "9.5x4", 960, (960,), (1, 2, 3), None):
+            with self.assertRaisesRegex(ValueError, "960x540"):
+                self.sent(size=size)
+
     def test_options_win_over_a_whole_request(self):
         base = {"film": {"width": 9, "height": 9}, "stop": {"seconds": 1}, "seed": 3}
         body = self.sent(request=base, size=(8, 4), samples_per_pixel=2)

@@ -37,7 +37,7 @@ class JobOptions(TypedDict, total=False):
     adaptive: str | Mapping[str, Any]
     spectral: bool
     film: Mapping[str, Any]
-    size: tuple[int, int]
+    size: tuple[int, int] | str  # width and height, or "960x540"
     crop: Mapping[str, int] | tuple[int, int, int, int]  # x, y, width, height
     layers: Sequence[str]
     stop: Mapping[str, Any]
@@ -59,6 +59,16 @@ def stop_rules(options: Mapping[str, Any]) -> Json:
     return {name: options[name] for name in _STOP if name in options}
 
 
+def _width_and_height(size: Any) -> tuple[Any, Any]:
+    """The numbers are the server's to judge, that they are two is not."""
+    pair = size.lower().split("x") if isinstance(size, str) else size
+    try:
+        width, height = pair
+        return (int(width), int(height)) if isinstance(size, str) else (width, height)
+    except (TypeError, ValueError):
+        raise ValueError(f'size is (960, 540) or "960x540", not {size!r}') from None
+
+
 def make_request(scene_id: str, options: Mapping[str, Any]) -> Json:
     """The body of POST /v1/jobs. Unknown names are sent as they are: the server judges."""
     given = dict(options)
@@ -66,7 +76,7 @@ def make_request(scene_id: str, options: Mapping[str, Any]) -> Json:
     body["scene"] = scene_id
     film: Json = dict(body.get("film") or {}) | dict(given.pop("film", None) or {})
     if "size" in given:
-        film["width"], film["height"] = given.pop("size")
+        film["width"], film["height"] = _width_and_height(given.pop("size"))
     if "crop" in given:
         crop = given.pop("crop")
         film["crop"] = (

@@ -22,9 +22,9 @@ for await (const piece of (await call(job.links.events)).body.pipeThrough(new Te
   const messages = (text + piece).split('\n\n');
   text = messages.pop();
   for (const message of messages) {
-    const [, type] = /^event: (.*)$/m.exec(message) ?? [];
+    const [, type] = /^event: (progress|end)$/m.exec(message) ?? [];
     const [, data] = /^data: (.*)$/m.exec(message) ?? [];
-    if (type === 'progress' || type === 'end') console.log(type, JSON.parse(data).error.relative_rmse);
+    if (type) console.log(`${type}: relative error ${JSON.parse(data).error.relative_rmse}`);
   }
 }
 await writeFile(file, Buffer.from(await (await call(`${job.links.image}.png`)).arrayBuffer()));

@@ -135,6 +135,6 @@ class Documents(ServerTest):
 
     def test_javascript(self):
         told = self.run_example("render.mjs", "cornell-box", "js.png", program="node")
-        self.assertLess(float(re.search(r"^end (.*)$", told, re.M).group(1)), 0.15)
+        self.assertLess(float(re.search(r"^end: relative error (.*)$", told, re.M).group(1)), 0.15)
         self.assertEqual(png_size((self.folder / "js.png").read_bytes())[:2], (160, 90))
         self.assertLessEqual(len((EXAMPLES / "render.mjs").read_text().splitlines()), 30)

@@ -60,9 +60,10 @@ constexpr std::array kImageParameters = {
     ParameterRow{"layer", "query", R"({"type":"string"})",
                  "A layer of GET /v1/server; beauty when absent (EXR: all of them)."},
     ParameterRow{"exposure", "query", R"({"type":"number","minimum":-30,"maximum":30,"default":0})",
-                 "Stops; display formats only."},
+                 "Stops; display formats only. Not for exr and hdr, which are linear: 422. tif stays linear "
+                 "too, and X-Tessera-Ignored tells."},
     ParameterRow{"tonemap", "query", R"({"type":"string","default":"srgb"})",
-                 "A tone map of GET /v1/server; display formats only."},
+                 "A tone map of GET /v1/server; display formats only, as with exposure."},
     ParameterRow{"range", "query", R"({"type":"string","example":"auto"})",
                  "LOW,HIGH: values that become black and white, or auto. Layers of data in display formats; "
                  "what was used is told by X-Tessera-Range."},

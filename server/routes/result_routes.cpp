@@ -25,6 +25,7 @@
 #include "server/http/text.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
+#include "server/routes/image_look.h"
 #include "server/routes/image_range.h"
 #include "server/routes/image_scale.h"
 #include "server/routes/pixel_view.h"
@@ -314,6 +315,9 @@ Response stream_pictures(const RouteContext& context, const Request& request, co
   if (format == nullptr) {
     return error_answer(request, unknown_format());
   }
+  if (const auto refused = refused_look(*format, query)) {
+    return error_answer(request, *refused);
+  }
   const core::FilmSettings film = job->record().view.spec.render.film;
   const core::PixelRect crop = film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
   if (query.rect && !lies_inside(*query.rect, crop)) {
@@ -350,6 +354,9 @@ Response image(const RouteContext& context, Request& request) {
   }
   if (!query) {
     return problem_answer(request, query.problem());
+  }
+  if (const auto refused = refused_look(*format, *query)) {
+    return error_answer(request, *refused);
   }
   const auto film = context.jobs.film(job);
   if (!film) {
@@ -405,6 +412,9 @@ Response image(const RouteContext& context, Request& request) {
   if (pixels->range) {
     response.headers.set("X-Tessera-Range", api::number_text(static_cast<double>(pixels->range->low)) + "," +
                                                 api::number_text(static_cast<double>(pixels->range->high)));
+  }
+  if (const std::string ignored = ignored_look(*format, *query); !ignored.empty()) {
+    response.headers.set("X-Tessera-Ignored", ignored);
   }
   response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
   response.headers.set("X-Tessera-Bias", core::bias_of(view.spec.render));

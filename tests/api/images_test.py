@@ -98,6 +98,26 @@ class Images(ApiTest):
         self.assertEqual(len(bodies), 5)
         self.assertEqual(self.image("/image.png?tonemap=srgb").body, plain)
 
+    def test_linear_formats_do_not_pass_over_a_look_in_silence(self):
+        for suffix in ("exr", "hdr"):
+            plain = self.image(f"/image.{suffix}").body
+            for query, pointer in (("exposure=2", "/exposure"), ("tonemap=aces", "/tonemap"),
+                                   ("tonemap=agx&exposure=-1", "/exposure"), ("stream=1&exposure=2", "/exposure")):
+                answer = self.server.get(f"{self.path}/image.{suffix}?{query}")
+                self.assert_problem(answer, 422, pointer)
+                self.assertIn("png, jpg, webp", answer.json()["detail"])
+            for query in ("exposure=0", "tonemap=srgb", "tonemap=linear", "exposure=0&tonemap=srgb"):
+                self.assertEqual(self.image(f"/image.{suffix}?{query}").body, plain, query)
+        answer = self.server.get(self.path + "/image?exposure=2", {"Accept": "image/x-exr"})
+        self.assert_problem(answer, 422, "/exposure")
+
+    def test_a_tiff_tells_what_counts_for_nothing(self):
+        plain = self.image("/image.tif?exposure=0&tonemap=srgb")
+        self.assertIsNone(plain.headers["X-Tessera-Ignored"])
+        self.assertIsNone(self.image("/image.png?exposure=2").headers["X-Tessera-Ignored"])
+        told = self.image("/image.tif?exposure=2&tonemap=aces")
+        self.assertEqual((told.headers["X-Tessera-Ignored"], told.body), ("exposure, tonemap", plain.body))
+
     def test_one_stop_doubles_the_light(self):
         dark = png_pixels(self.image("/image.png?tonemap=linear").body)
         light = png_pixels(self.image("/image.png?tonemap=linear&exposure=1").body)

@@ -92,6 +92,11 @@ class Jobs(ServerTest):
         self.assertNotEqual(job.picture(exposure=2), job.picture())
         with self.assertRaises(tessera.Invalid):
             job.picture(tonemap="sepia")
+        for options in ({"exposure": 2}, {"tonemap": "aces"}):
+            for format in ("exr", "hdr", "tiff"):
+                with self.assertRaisesRegex(ValueError, "is linear"):
+                    job.picture(format=format, **options)
+        self.assertEqual(job.picture(format="exr", exposure=0, tonemap="linear"), job.picture(format="exr"))
 
     def test_a_pixel_has_its_interval_and_its_halves(self):
         job = self.client.submit("cornell-box", size=(48, 32), samples_per_pixel=8).wait()

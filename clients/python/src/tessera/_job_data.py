@@ -22,6 +22,7 @@ FORMATS = {
     "tif": "tif",
     "tiff": "tif",
 }
+LINEAR = ("exr", "hdr", "tif")
 
 
 class JobData:
@@ -151,6 +152,10 @@ class JobData:
         if format not in FORMATS:
             raise ValueError(f'"{format}" is no picture format; there are {", ".join(FORMATS)}')
         params = {name: value for name, value in options.items() if value is not None}
+        if FORMATS[format] in LINEAR:
+            for name, plain in (("exposure", (0,)), ("tonemap", ("srgb", "linear"))):
+                if params.get(name, plain[0]) not in plain:
+                    raise ValueError(f"{name} is for png, jpg and webp; {format} is linear")
         if "part" in params:
             params |= zip(("x", "y", "width", "height"), params.pop("part"), strict=True)
         headers = {"Accept": "*/*"}

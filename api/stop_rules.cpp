@@ -47,7 +47,8 @@ const auto& table() {
                    "replicates together. Rounded up to what the sampler can do.")),
       shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
                number(
-                   "relative_error", [](auto& s) -> auto& { return s.relative_error; }, {1e-5, 10},
+                   "relative_error", [](auto& s) -> auto& { return s.relative_error; },
+                   {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
                    "Stop when the relative error is at most this, with `confidence`.")),
       shown_if([](const StopRules& s) { return s.relative_error || s.confidence != kConfidence; },
                number(

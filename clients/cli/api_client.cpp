@@ -69,6 +69,11 @@ ErrorCode code_of_status(int status) {
 
 }  // namespace
 
+core::Status check_address(const std::string& url) {
+  const auto address = parse_address(url);
+  return address ? core::ok_status() : core::Status(address.error());
+}
+
 core::Error error_of_reply(const Reply& reply) {
   std::string text = "the server answered " + std::to_string(reply.status);
   const auto json = nlohmann::json::parse(reply.body, nullptr, false);

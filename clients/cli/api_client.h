@@ -24,6 +24,9 @@ struct Reply {
   std::string challenge;  ///< WWW-Authenticate
 };
 
+/// Whether the text can be the address of a server: http or https, and a host.
+core::Status check_address(const std::string& url);
+
 /// Problem document, or whatever else the body of an error was, as an Error.
 core::Error error_of_reply(const Reply& reply);
 

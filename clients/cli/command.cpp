@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdio>
 #include <numeric>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "clients/cli/api_client.h"
 #include "clients/cli/verb_text.h"
 
 namespace cli {
@@ -26,6 +29,29 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 namespace {
+
+std::optional<double> number_of(std::string_view text) {
+  text.remove_prefix(text.starts_with('+') ? 1 : 0);
+  double value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return code == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+std::string number_text(double value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+/// Empty when the text is a number of the range.
+std::string fault_of_number(const std::string& text, double min, double max, bool open) {
+  const auto value = number_of(text);
+  if (!value) {
+    return '"' + text + "\" is no number";
+  }
+  const bool inside = *value <= max && (open ? *value > min : *value >= min);
+  return inside ? "" : text + " is outside " + (open ? "(" : "[") + number_text(min) + ", " + number_text(max) + "]";
+}
 
 /// What other renderers call the same.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kElsewhere = {{
@@ -96,6 +122,33 @@ int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& b
   return body();
 }
 
+CLI::Validator within(double min, double max) {
+  return {[min, max](const std::string& text) { return fault_of_number(text, min, max, false); }, ""};
+}
+
+CLI::Validator above_zero(double max) {
+  return {[max](const std::string& text) { return fault_of_number(text, 0, max, true); }, ""};
+}
+
+CLI::Validator share_within(double min, double max) {
+  return {[min, max](std::string& text) {
+            std::string number = text;
+            if (text.ends_with('%')) {
+              const auto percent = number_of(text.substr(0, text.size() - 1));
+              if (!percent) {
+                return '"' + text + "\" is no number of percent";
+              }
+              number = number_text(*percent / 100);
+            }
+            std::string fault = fault_of_number(number, min, max, false);
+            if (fault.empty()) {
+              text = number;
+            }
+            return fault;
+          },
+          ""};
+}
+
 int complain(const std::string& verb, const core::Error& error) {
   const std::string place = error.where.empty() ? "" : error.where + ": ";
   std::fprintf(stderr, "tessera %s: %s%s\n", verb.c_str(), place.c_str(), error.message.c_str());
@@ -106,6 +159,12 @@ void add_server_flags(CLI::App& app, ServerFlags& flags) {
   app.add_option("--server", flags.url, "Address of the server")
       ->envname("TESSERA_SERVER")
       ->capture_default_str()
+      ->check(CLI::Validator(
+          [](const std::string& url) {
+            const auto address = check_address(url);
+            return address ? std::string() : address.error().message;
+          },
+          ""))
       ->type_name("URL");
   app.add_option("--key", flags.key, "Access key, if the server asks for one")
       ->envname("TESSERA_KEY")

@@ -16,6 +16,13 @@ namespace cli {
 /// same for programs (verb_text.h); anything wrong is told on stderr and gives 2.
 int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body);
 
+/// For numbers: "0 is outside [1, 64]", as the server says it. Both ends are allowed, but for 0 as the lower end of
+/// `above_zero`.
+CLI::Validator within(double min, double max);
+CLI::Validator above_zero(double max);
+/// For a share: "5%" stands for 0.05. Both ends are allowed.
+CLI::Validator share_within(double min, double max);
+
 /// "tessera VERB: message", with the place before it if there is one, on stderr. Returns kFailed.
 int complain(const std::string& verb, const core::Error& error);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 
+#include "api/limits.h"
 #include "clients/cli/command.h"
 #include "clients/cli/files.h"
 #include "clients/cli/follow.h"
@@ -27,10 +28,29 @@ std::string format_of(const std::string& output) {
   return extension;
 }
 
+/// Linear formats have neither exposure nor tone map; what changes nothing is no wish.
+core::Status check_look(const PictureQuery& query, const std::string& output) {
+  constexpr std::array<std::string_view, 3> kLinear = {"exr", "hdr", "tif"};
+  const std::string format = format_of(output);
+  if (std::find(kLinear.begin(), kLinear.end(), format) == kLinear.end()) {
+    return core::ok_status();
+  }
+  const bool plain = query.tone_map.empty() || query.tone_map == "srgb" || query.tone_map == "linear";
+  if (plain && query.exposure.value_or(0) == 0) {
+    return core::ok_status();
+  }
+  return Error{ErrorCode::kInvalidArgument, "is for .png, .jpg and .webp; ." + format + " is linear",
+               plain ? "--exposure" : "--tonemap"};
+}
+
 int run(const ServerFlags& server, const std::string& id, const PictureQuery& query,
         const std::string& output) {
   if (const auto name = check_picture_name(output); !name) {
     complain("fetch", name.error());
+    return kWrongUsage;
+  }
+  if (const auto look = check_look(query, output); !look) {
+    complain("fetch", look.error());
     return kWrongUsage;
   }
   auto client = ApiClient::connect(server.url, server.key);
@@ -110,8 +130,10 @@ int fetch(const Args& args) {
   app.add_option("--layer", query.layer,
                  "beauty albedo normal depth alpha samples variance error (EXR without it: all)")
       ->type_name("L");
-  app.add_option("--exposure", query.exposure, "Brighter by so many stops")->type_name("STOPS");
-  app.add_option("--tonemap", query.tone_map, "srgb linear aces agx khronos-neutral")->type_name("T");
+  app.add_option("--exposure", query.exposure, "Brighter by so many stops; .png, .jpg and .webp only")
+      ->check(within(-api::limits::kExposureStops, api::limits::kExposureStops))
+      ->type_name("STOPS");
+  app.add_option("--tonemap", query.tone_map, "srgb linear aces agx khronos-neutral; as --exposure")->type_name("T");
   app.add_flag("--film", film, "The raw sums, for `merge`; any name")->excludes("--layer", "--exposure", "--tonemap");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return film ? run_film(server, id, output) : run(server, id, query, output); });

@@ -3,6 +3,8 @@
 #include <charconv>
 #include <utility>
 
+#include "api/limits.h"
+#include "clients/cli/command.h"
 #include "clients/cli/files.h"
 
 namespace cli {
@@ -10,6 +12,7 @@ namespace {
 
 using core::Error;
 using core::ErrorCode;
+namespace limits = api::limits;
 
 std::optional<std::pair<int, int>> parse_size(const std::string& text) {
   const auto x = text.find_first_of("xX");
@@ -25,6 +28,25 @@ std::optional<std::pair<int, int>> parse_size(const std::string& text) {
   const bool good = first.ec == std::errc() && first.ptr == begin + x && second.ec == std::errc() &&
                     second.ptr == end;
   return good ? std::optional(std::pair(width, height)) : std::nullopt;
+}
+
+/// Empty when the text is a size that a film may have.
+std::string fault_of_size(const std::string& text) {
+  const auto size = parse_size(text);
+  if (!size) {
+    return '"' + text + "\" is no size; one looks like 960x540";
+  }
+  const auto [width, height] = *size;
+  constexpr auto kSide = static_cast<int>(limits::kFilmSide);
+  for (const int side : {width, height}) {
+    if (side < 1 || side > kSide) {
+      return std::to_string(side) + " is outside [1, " + std::to_string(kSide) + "]";
+    }
+  }
+  const std::int64_t pixels = std::int64_t{width} * height;
+  return pixels <= limits::kFilmPixels ? ""
+                                       : text + " are " + std::to_string(pixels) + " pixels; at most " +
+                                             std::to_string(limits::kFilmPixels) + " are allowed";
 }
 
 /// The member as an object, made if it is not there.
@@ -55,21 +77,22 @@ core::Result<Json> read_job_file(const std::string& path) {
 }  // namespace
 
 void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help) {
-  const auto is_size = [](const std::string& text) {
-    return parse_size(text) ? std::string() : "\"" + text + "\" is no size; one looks like 960x540";
-  };
   app.add_option("scene", flags.scene, scene_help)->type_name("SCENE");
   app.add_option("-o,--output", flags.output,
                  "Picture to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
       ->type_name("FILE");
   app.add_option("--spp", flags.samples_per_pixel, "Stop at so many samples per pixel (256)")
+      ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");
   app.add_option("--relative-error", flags.relative_error,
-                 "Stop when the relative error is at most this, e.g. 0.02")
+                 "Stop when the relative error is at most this: 0.02, or 2%")
+      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
-  app.add_option("--seconds", flags.seconds, "Stop after so many seconds of rendering")->type_name("S");
+  app.add_option("--seconds", flags.seconds, "Stop after so many seconds of rendering")
+      ->check(above_zero(limits::kStopSeconds))
+      ->type_name("S");
   app.add_option("--size", flags.size, "Width and height in pixels (960x540)")
-      ->check(CLI::Validator(is_size, ""))
+      ->check(CLI::Validator(fault_of_size, ""))
       ->type_name("WxH");
   app.add_option("--camera", flags.camera, "Camera of the scene, by name")->type_name("NAME");
   app.add_option("--environment", flags.environment, "Equirectangular map that lights the scene: .hdr, .exr")
@@ -79,14 +102,18 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("--light-sampler", flags.light_sampler, "How lights are chosen (tree)")->type_name("T");
   app.add_option("--mis", flags.mis, "Weights of light and BSDF samples: balance, power, maximum, optimal")->type_name("T");
   app.add_option("--roulette", flags.roulette, "How paths end before their time (throughput)")->type_name("T");
-  app.add_option("--split", flags.split, "Continuations of each path at its first surface (1)")->type_name("N");
+  app.add_option("--split", flags.split, "Continuations of each path at its first surface (1)")
+      ->check(within(1, limits::kSplitCount))
+      ->type_name("N");
   app.add_option("--control-variate", flags.control_variate, "Light known in closed form: none, analytic, regression")
       ->type_name("T");
   app.add_option("--adaptive", flags.adaptive, "Where further samples go: pilot, none, crosshalf, sequential")
       ->type_name("T");
-  app.add_option("--seed", flags.seed, "Another seed gives another noise (0)")->type_name("N");
+  app.add_option("--seed", flags.seed, "Another seed gives another noise (0)")
+      ->check(within(0, limits::kSeed))
+      ->type_name("N");
   app.add_option("--threads", flags.threads, "Threads that render (all of the machine's)")
-      ->check(CLI::Range(0, 1024).description(""))
+      ->check(within(0, 1024))
       ->type_name("N");
   app.add_option("--job", flags.job_file, "Job request as JSON; flags win over it")->type_name("FILE");
   app.add_flag("--json", flags.json, "Print the result as JSON on stdout");
@@ -153,6 +180,11 @@ core::Result<Json> make_request(const JobFlags& flags) {
     object_at(request, "stop")["seconds"] = *flags.seconds;
   }
   return request;
+}
+
+int request_fault_code(const core::Error& error, const JobFlags& flags) {
+  const bool is_file = !error.where.empty() && (error.where == flags.job_file || error.where == flags.environment);
+  return is_file ? kFailed : kWrongUsage;
 }
 
 }  // namespace cli

@@ -92,7 +92,9 @@ std::string manual_page(std::span<const VerbText> verbs) {
   }
   return out + ".SH ENVIRONMENT\n" + environment(verbs) +
          ".SH EXIT STATUS\n"
-         ".TP\n0\nDone.\n.TP\n1\nFailed, or the job did not finish.\n.TP\n2\nWrong usage.\n"
+         ".TP\n0\nDone.\n.TP\n1\nFailed, or the job did not finish. A file that is missing or wrong, and what the server\n"
+         "refuses, count here.\n"
+         ".TP\n2\nWrong usage: the command line alone shows it, as with an unknown option or a number outside its range.\n"
          ".SH EXAMPLES\n.nf\n" +
          roff("tessera serve --port 9000 --data ~/renders") + "\n" +
          roff("tessera submit cornell-box --relative-error 0.03 -o cornell.png") + "\n" +

@@ -146,6 +146,18 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   return g_interrupted == 0 ? kDone : kFailed;
 }
 
+/// Wrong usage is what the command line would be without its job file, too.
+int fault_code(const core::Error& error, const JobFlags& flags) {
+  const int code = request_fault_code(error, flags);
+  if (code == kFailed || flags.job_file.empty()) {
+    return code;
+  }
+  JobFlags alone = flags;
+  alone.job_file.clear();
+  alone.scene = alone.scene.empty() ? "cornell-box" : alone.scene;
+  return parse_local_job(alone) ? kFailed : kWrongUsage;
+}
+
 int run(const JobFlags& flags) {
   if (const auto name = check_picture_name(flags.output); !name) {
     complain("render", name.error());
@@ -153,7 +165,12 @@ int run(const JobFlags& flags) {
   }
   const int machine = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const int threads = flags.threads > 0 ? flags.threads : machine;
-  const auto job = prepare_local_job(flags, threads);
+  auto parsed = parse_local_job(flags);
+  if (!parsed) {
+    complain("render", parsed.error());
+    return fault_code(parsed.error(), flags);
+  }
+  const auto job = prepare_local_job(flags, *std::move(parsed), threads);
   if (!job) {
     return complain("render", job.error());
   }

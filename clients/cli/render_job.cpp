@@ -22,7 +22,10 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 Error error_of_problem(const api::Problem& problem) {
   std::string text = problem.detail.empty() ? problem.title : problem.detail;
   for (const api::FieldError& fault : problem.errors) {
-    text += "\n  " + fault.pointer + ": " + fault.detail;
+    const std::string line = fault.pointer + ": " + fault.detail;
+    if (text.find(line) == std::string::npos) {  // the detail names the first fault itself
+      text += "\n  " + line;
+    }
   }
   return Error{ErrorCode::kInvalidArgument, std::move(text), ""};
 }
@@ -105,7 +108,9 @@ core::Result<std::shared_ptr<const core::Environment>> load_environment(const ap
   return core::Environment::create(&*image, spec.environment);
 }
 
-core::Result<api::ParsedJob> parse_request(const JobFlags& flags) {
+}  // namespace
+
+core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags) {
   auto request = make_request(flags);
   if (!request) {
     return request.error();
@@ -124,14 +129,8 @@ core::Result<api::ParsedJob> parse_request(const JobFlags& flags) {
   return *std::move(parsed);
 }
 
-}  // namespace
-
-core::Result<LocalJob> prepare_local_job(const JobFlags& flags, int threads) {
-  auto parsed = parse_request(flags);
-  if (!parsed) {
-    return parsed.error();
-  }
-  LocalJob job{std::move(parsed->spec), std::move(parsed->warnings), nullptr};
+core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob parsed, int threads) {
+  LocalJob job{std::move(parsed.spec), std::move(parsed.warnings), nullptr};
   core::GltfOptions options;
   options.time_seconds = job.spec.time_seconds;
   options.variant = job.spec.variant;

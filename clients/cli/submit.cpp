@@ -2,6 +2,7 @@
 #include <random>
 #include <vector>
 
+#include "api/limits.h"
 #include "clients/cli/api_client.h"
 #include "clients/cli/command.h"
 #include "clients/cli/fetch.h"
@@ -136,7 +137,7 @@ int run(const SubmitFlags& flags) {
   auto request = request_of(flags);
   if (!request) {
     complain("submit", request.error());
-    return kWrongUsage;
+    return request_fault_code(request.error(), flags.job);
   }
   if (flags.job.threads != 0) {
     std::fprintf(stderr, "note: --threads is for `tessera render`; a server's pool serves all jobs\n");
@@ -176,7 +177,9 @@ int submit(const Args& args) {
   app.add_option("--name", flags.name, "Name of the job, for people")->type_name("TEXT");
   app.add_option("--label", flags.labels, "Label to find it by; may be repeated")
       ->type_name("KEY=VALUE")->allow_extra_args(false);
-  app.add_option("--priority", flags.priority, "-100 to 100; higher is served first")->type_name("N");
+  app.add_option("--priority", flags.priority, "-100 to 100; higher is served first")
+      ->check(within(-api::limits::kPriority, api::limits::kPriority))
+      ->type_name("N");
   add_server_flags(app, flags.server);
   return parse_and_run(app, args, [&] { return run(flags); });
 }

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <fstream>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -96,11 +97,49 @@ TEST(ParseAndRun, WrongUsageIsTwoAndHelpIsZero) {
   testing::internal::CaptureStdout();
   EXPECT_EQ(cli::parse_and_run(app, {"--help"}, body), cli::kDone);
   testing::internal::GetCapturedStdout();
-  for (const char* wrong : {"--size=3", "--size=0xAx1", "--spp=many", "--nonsense"}) {
+  for (const char* wrong :
+       {"--size=3", "--size=0xAx1", "--size=0x10", "--size=16385x1", "--size=16384x16384", "--spp=many", "--spp=0",
+        "--spp=-1", "--spp=65537", "--relative-error=0", "--relative-error=few%", "--relative-error=1001%",
+        "--seconds=0", "--seconds=604801", "--split=65", "--seed=-1", "--threads=1025", "--nonsense"}) {
     testing::internal::CaptureStderr();
     EXPECT_EQ(cli::parse_and_run(app, {wrong}, body), cli::kWrongUsage) << wrong;
     EXPECT_FALSE(testing::internal::GetCapturedStderr().empty());
   }
+}
+
+TEST(JobFlags, TheEndsOfRangesAreAllowed) {
+  for (const char* right : {"--size=16384x1", "--spp=1", "--spp=65536", "--relative-error=0.00001", "--seconds=0.001",
+                            "--seconds=604800", "--split=64", "--seed=9007199254740991", "--seed=+5", "--threads=1024"}) {
+    CLI::App app;
+    cli::JobFlags flags;
+    cli::add_job_flags(app, flags, "scene");
+    EXPECT_EQ(cli::parse_and_run(app, {right}, [] { return 0; }), cli::kDone) << right;
+  }
+}
+
+TEST(JobFlags, ARelativeErrorMayBeAPercentage) {
+  for (const auto& [text, value] : {std::pair("5%", 0.05), std::pair("0.05", 0.05), std::pair("12.5%", 0.125),
+                                    std::pair("1000%", 10.0), std::pair("1e-3%", 1e-5)}) {
+    CLI::App app;
+    cli::JobFlags flags;
+    cli::add_job_flags(app, flags, "scene");
+    EXPECT_EQ(cli::parse_and_run(app, {"--relative-error", text}, [] { return 0; }), cli::kDone) << text;
+    EXPECT_EQ(flags.relative_error, value) << text;
+  }
+}
+
+TEST(JobFlags, AFileToBlameIsAFailureAndNoWrongUsage) {
+  cli::JobFlags flags;
+  const auto code = [&flags] { return cli::request_fault_code(cli::make_request(flags).error(), flags); };
+  EXPECT_EQ(code(), cli::kWrongUsage);  // no scene
+  flags.job_file = "/nowhere/job.json";
+  EXPECT_EQ(code(), cli::kFailed);
+  const TemporaryFile broken("{");
+  flags.job_file = broken.path();
+  EXPECT_EQ(code(), cli::kFailed);
+  const TemporaryFile without_scene("{}");
+  flags.job_file = without_scene.path();
+  EXPECT_EQ(code(), cli::kWrongUsage);
 }
 
 }  // namespace

@@ -76,7 +76,14 @@ bool print_command_text(const CommandFlags& flags, const CommandText& text) {
                         {"text", text.operand_text},
                         {"repeats", true}});
   }
-  const Json line = {{"text", text.text}, {"operands", std::move(operands)}, {"options", std::move(options)}};
+  Json choices = Json::object();
+  if (!text.operand_choices.empty()) {
+    choices[std::string(text.operand)] = text.operand_choices;
+  }
+  const Json line = {{"text", text.text},
+                     {"operands", std::move(operands)},
+                     {"options", std::move(options)},
+                     {"choices", std::move(choices)}};
   std::printf("%s\n", line.dump().c_str());
   return true;
 }

@@ -1,5 +1,6 @@
 #include "server/keys_command.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdio>
@@ -33,6 +34,7 @@ constexpr std::array kFlags = {
     CommandFlag{"days", "N", "An added key expires after so many days (never)."},
     CommandFlag{"json", "", "Print the list as JSON."},
 };
+constexpr std::array<std::string_view, 3> kVerbs = {"add", "list", "remove"};
 constexpr CommandText kText = {
     .text = "Adds, lists and removes the bearer keys of a server: `keys add NAME` prints a new key, once; the data "
             "directory keeps its hash only. `keys list`; `keys remove ID`. A running server sees changes within a "
@@ -40,6 +42,7 @@ constexpr CommandText kText = {
     .operand = "COMMAND",
     .operand_text = "add NAME, list, or remove ID",
     .flags = kFlags,
+    .operand_choices = kVerbs,
 };
 
 int complain(const core::Error& error, int code) {
@@ -164,7 +167,7 @@ int keys_command(std::span<const std::string_view> args) {
   }
   const std::string verb = flags->words.empty() ? "" : flags->words.front();
   const std::size_t words = verb == "list" ? 1 : 2;
-  if ((verb != "add" && verb != "list" && verb != "remove") || flags->words.size() != words) {
+  if (std::find(kVerbs.begin(), kVerbs.end(), verb) == kVerbs.end() || flags->words.size() != words) {
     return wrong_usage("expected add NAME, list, or remove ID; see --help", "");
   }
   auto database = open_database(*flags);

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "clients/cli/api_client.h"
-#include "clients/cli/verb_text.h"
 
 namespace cli {
 
@@ -100,9 +99,10 @@ std::string fault_of(const CLI::App& app, const CLI::ParseError& error) {
 
 }  // namespace
 
-int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body) {
+int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body,
+                  const std::function<Choices()>& choices) {
   if (args.size() == 1 && args.front() == kDescribe) {
-    std::printf("%s\n", describe(app).dump().c_str());
+    std::printf("%s\n", describe(app, choices ? choices() : Choices()).dump().c_str());
     return kDone;
   }
   try {

@@ -8,13 +8,15 @@
 #include <CLI/CLI.hpp>
 
 #include "clients/cli/cli.h"
+#include "clients/cli/verb_text.h"
 #include "core/base/result.h"
 
 namespace cli {
 
 /// Parses args with `app`, then calls body. --help prints to stdout and gives 0; --describe does the
-/// same for programs (verb_text.h); anything wrong is told on stderr and gives 2.
-int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body);
+/// same for programs (verb_text.h), with the choices; anything wrong is told on stderr and gives 2.
+int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body,
+                  const std::function<Choices()>& choices = {});
 
 /// For numbers: "0 is outside [1, 64]", as the server says it. Both ends are allowed, but for 0 as the lower end of
 /// `above_zero`.

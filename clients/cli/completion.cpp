@@ -17,8 +17,7 @@ struct Words {
 constexpr Words kJobs = {"job", "echo latest; tessera jobs --limit 50 2>/dev/null | awk 'NR > 1 {print $1}'"};
 constexpr Words kScenes = {"scene", "tessera render --scenes | awk '{print $1}'"};
 constexpr Words kExperiments = {"experiment", "tessera lab | awk '{print $1}'"};
-constexpr Words kShells = {"shell", "printf '%s\\n' bash zsh fish"};
-constexpr std::array kAllWords = {&kJobs, &kScenes, &kExperiments, &kShells};
+constexpr std::array kAllWords = {&kJobs, &kScenes, &kExperiments};
 
 /// What may stand for a value: words, files, folders, or what the user alone knows.
 struct Offer {
@@ -26,6 +25,7 @@ struct Offer {
   const Words* words = nullptr;
   bool files = false;
   bool folders = false;
+  const std::vector<std::string>* choices = nullptr;  ///< words of a closed set
 };
 constexpr std::array kOffers = {
     Offer{.value = "FILE", .files = true},
@@ -36,13 +36,7 @@ constexpr std::array kOffers = {
     Offer{.value = "ID...", .words = &kJobs},
     Offer{.value = "ID|FILE", .words = &kJobs, .files = true},
     Offer{.value = "ID|FILE...", .words = &kJobs, .files = true},
-    Offer{.value = "SHELL", .words = &kShells},
 };
-
-Offer offer_for(const OptionText& option) {
-  const auto found = std::find_if(kOffers.begin(), kOffers.end(), [&](const Offer& o) { return o.value == option.value; });
-  return found == kOffers.end() ? Offer{.value = option.value} : *found;
-}
 
 std::string replaced(std::string_view text, std::string_view what, std::string_view with) {
   std::string out;
@@ -68,7 +62,15 @@ std::string joined(const std::vector<std::string>& parts, std::string_view betwe
   return out;
 }
 
-/// "text", "folder", "file", a kind of words, or "file job".
+Offer offer_for(const OptionText& option) {
+  if (!option.choices.empty()) {
+    return Offer{.value = option.value, .choices = &option.choices};
+  }
+  const auto found = std::find_if(kOffers.begin(), kOffers.end(), [&](const Offer& o) { return o.value == option.value; });
+  return found == kOffers.end() ? Offer{.value = option.value} : *found;
+}
+
+/// "text", "folder", "file", "choice", a kind of words, or "file job".
 std::string bash_kinds(const Offer& offer) {
   std::vector<std::string> kinds;
   if (offer.files) {
@@ -80,6 +82,9 @@ std::string bash_kinds(const Offer& offer) {
   if (offer.words != nullptr) {
     kinds.emplace_back(offer.words->kind);
   }
+  if (offer.choices != nullptr) {
+    kinds.emplace_back("choice");
+  }
   return kinds.empty() ? "text" : joined(kinds, " ");
 }
 
@@ -89,12 +94,16 @@ std::string bash_verb(const VerbText& verb) {
   for (const OptionText& option : verb.options) {
     names.insert(names.end(), option.names.begin(), option.names.end());
     if (!option.value.empty()) {
-      cases += "        " + joined(option.names, "|") + ") kinds='" + bash_kinds(offer_for(option)) + "' ;;\n";
+      const Offer offer = offer_for(option);
+      cases += "        " + joined(option.names, "|") + ") kinds='" + bash_kinds(offer) + "'" +
+               (offer.choices == nullptr ? "" : " choices=" + shell_quoted(joined(*offer.choices, " "))) + " ;;\n";
     }
   }
-  const std::string operand = verb.operands.empty() ? "none" : bash_kinds(offer_for(verb.operands.front()));
+  const Offer offer = verb.operands.empty() ? Offer() : offer_for(verb.operands.front());
+  const std::string operand = verb.operands.empty() ? "none" : bash_kinds(offer);
   return "    " + verb.name + ")\n      options=" + shell_quoted(joined(names, " ")) +
-         "\n      operand='" + operand + "'\n      case $before in\n" + cases + "      esac\n      ;;\n";
+         "\n      operand='" + operand + "' choices=" +
+         shell_quoted(offer.choices == nullptr ? "" : joined(*offer.choices, " ")) + "\n      case $before in\n" + cases + "      esac\n      ;;\n";
 }
 
 /// Brackets and colons have a meaning in zsh's specifications.
@@ -107,6 +116,9 @@ std::string zsh_text(std::string_view text) {
 }
 
 std::string zsh_action(const Offer& offer) {
+  if (offer.choices != nullptr) {
+    return "(" + joined(*offer.choices, " ") + ")";
+  }
   if (offer.words != nullptr) {
     return "_tessera_" + std::string(offer.words->kind) + (offer.files ? "_or_file" : "");
   }
@@ -149,6 +161,9 @@ std::string fish_value(const Offer& offer) {
   if (offer.folders) {
     return " -x -a '(__fish_complete_directories)'";
   }
+  if (offer.choices != nullptr) {
+    return " -x -a " + fish_quoted(joined(*offer.choices, " "));
+  }
   const std::string words =
       offer.words == nullptr ? "" : " -a " + fish_quoted("(" + std::string(offer.words->command) + ")");
   return (offer.files ? " -r -F" : " -x") + words;
@@ -168,7 +183,7 @@ std::string fish_verb(const VerbText& verb) {
     const Offer offer = offer_for(operand);
     if (offer.files && offer.words == nullptr) {
       out += head + " -F\n";
-    } else if (offer.words != nullptr) {
+    } else if (offer.words != nullptr || offer.choices != nullptr) {
       out += head + fish_value(offer) + "\n";
     }
   }
@@ -197,7 +212,7 @@ std::string bash_completion(std::span<const VerbText> verbs) {
   return "# Completion of tessera for bash: source <(tessera completion bash)\n"
          "_tessera() {\n"
          "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}\n"
-         "  local options= operand=none kinds= kind=\n"
+         "  local options= operand=none kinds= kind= choices=\n"
          "  COMPREPLY=()\n"
          "  if ((COMP_CWORD == 1)); then\n"
          "    mapfile -t COMPREPLY < <(compgen -W " + shell_quoted(names + "--help --version") + " -- \"$word\")\n"
@@ -225,6 +240,7 @@ std::string bash_completion(std::span<const VerbText> verbs) {
          "        compopt -o filenames 2>/dev/null\n"
          "        mapfile -t COMPREPLY < <(compgen -d -- \"$word\")\n"
          "        ;;\n" + bash_words() +
+         "      choice) mapfile -t COMPREPLY < <(compgen -W \"$choices\" -- \"$word\") ;;\n"
          "      none) mapfile -t COMPREPLY < <(compgen -W \"$options\" -- \"$word\") ;;\n"
          "    esac\n"
          "  done\n"

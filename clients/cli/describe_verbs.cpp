@@ -76,6 +76,7 @@ core::Result<std::vector<VerbText>> describe_verbs() {
     }
     found.push_back(*std::move(text));
   }
+  share_choices(found);
   return found;
 }
 

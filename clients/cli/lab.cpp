@@ -186,6 +186,25 @@ int run(const LabFlags& flags) {
   return outcome->verdict == lab::Verdict::kDiffers ? kFailed : kDone;
 }
 
+/// Of all experiments: which one is meant stands elsewhere on the line.
+Choices choices() {
+  Choices all = {{"--sampler", {}}, {"--estimator", {}}};
+  const auto add = [](std::vector<std::string>& to, std::string_view name) {
+    if (std::find(to.begin(), to.end(), name) == to.end()) {
+      to.emplace_back(name);
+    }
+  };
+  for (const lab::Experiment* e : lab::experiments()) {
+    for (const lab::EstimatorInfo& each : e->estimators) {
+      add(all["--estimator"], each.name);
+    }
+    for (const std::string_view sampler : lab::allowed_samplers(*e)) {
+      add(all["--sampler"], sampler);
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 int lab_command(const Args& args) {
@@ -214,7 +233,7 @@ int lab_command(const Args& args) {
   app.add_flag("--json", flags.as_json, "JSON lines, as the service streams them");
   app.add_option("--csv", flags.csv, "Write the points to this file; - is stdout")->type_name("FILE");
   app.add_option("--svg", flags.svg, "Write the plot to this file; - is stdout")->type_name("FILE");
-  return parse_and_run(app, args, [&] {
+  const auto chosen = [&] {
     if (flags.experiment.empty()) {
       return list(app, flags);
     }
@@ -228,7 +247,8 @@ int lab_command(const Args& args) {
       return kDone;
     }
     return run(flags);
-  });
+  };
+  return parse_and_run(app, args, chosen, &choices);
 }
 
 }  // namespace cli

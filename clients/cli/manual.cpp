@@ -48,10 +48,11 @@ int completion(const Args& args) {
           },
           ""))
       ->type_name("SHELL");
-  return parse_and_run(app, args, [&] {
+  const auto run = [&] {
     const auto* row = std::find_if(kShells.begin(), kShells.end(), [&](const auto& each) { return each.first == shell; });
     return print("completion", row->second);
-  });
+  };
+  return parse_and_run(app, args, run, [&] { return Choices{{"shell", names}}; });
 }
 
 int man(const Args& args) {

@@ -11,6 +11,7 @@
 #include "clients/cli/files.h"
 #include "clients/cli/progress.h"
 #include "clients/cli/render_job.h"
+#include "core/color/tone_map.h"
 #include "core/image_io/image_io.h"
 #include "core/render/registry.h"
 #include "core/scene_io/builtin_scenes.h"
@@ -188,6 +189,24 @@ void print_builtin_scenes() {
   throw CLI::Success();
 }
 
+/// Of the options of a job, and of those by which client verbs look at jobs and pictures.
+Choices choices() {
+  std::vector<std::string> states;
+  for (int state = 0; state <= static_cast<int>(api::JobState::kCancelled); ++state) {
+    states.emplace_back(api::to_text(static_cast<api::JobState>(state)));
+  }
+  return {{"--integrator", names_of(core::integrators())},
+          {"--sampler", names_of(core::samplers())},
+          {"--light-sampler", names_of(core::light_samplers())},
+          {"--mis", names_of(core::mis_types())},
+          {"--roulette", names_of(core::roulette_types())},
+          {"--control-variate", names_of(core::control_variate_types())},
+          {"--adaptive", names_of(core::adaptive_types())},
+          {"--layer", names_of(core::layers())},
+          {"--tonemap", names_of(core::tone_maps())},
+          {"--state", std::move(states)}};
+}
+
 }  // namespace
 
 int render(const Args& args) {
@@ -196,7 +215,7 @@ int render(const Args& args) {
   add_job_flags(app, flags, "Built-in scene (--scenes lists them), a .glb or .gltf file, or a folder with one");
   app.get_option("--output")->required();
   app.add_flag_callback("--scenes", &print_builtin_scenes, "List the built-in scenes; render nothing");
-  return parse_and_run(app, args, [&] { return run(flags); });
+  return parse_and_run(app, args, [&] { return run(flags); }, &choices);
 }
 
 }  // namespace cli

@@ -43,15 +43,42 @@ OptionText read_option(const Json& json) {
   return option;
 }
 
+const std::vector<std::string>* choices_for(const OptionText& option, const Choices& choices) {
+  for (const std::string& name : option.names) {
+    if (const auto found = choices.find(name); found != choices.end()) {
+      return &found->second;
+    }
+  }
+  return nullptr;
+}
+
 }  // namespace
 
-Json describe(const CLI::App& app) {
+void share_choices(std::span<VerbText> verbs) {
+  for (VerbText& verb : verbs) {
+    for (std::vector<OptionText>* options : {&verb.operands, &verb.options}) {
+      for (OptionText& option : *options) {
+        const auto* found = choices_for(option, verb.choices);
+        // An operand's name says little beyond its verb.
+        for (std::size_t i = 0; options == &verb.options && found == nullptr && i < verbs.size(); ++i) {
+          found = choices_for(option, verbs[i].choices);
+        }
+        option.choices = found == nullptr ? std::vector<std::string>() : *found;
+      }
+    }
+  }
+}
+
+Json describe(const CLI::App& app, const Choices& choices) {
   Json operands = Json::array();
   Json options = Json::array();
   for (const CLI::Option* option : app.get_options()) {
     (option->get_positional() ? operands : options).push_back(describe_option(*option));
   }
-  return {{"text", app.get_description()}, {"operands", std::move(operands)}, {"options", std::move(options)}};
+  return {{"text", app.get_description()},
+          {"operands", std::move(operands)},
+          {"options", std::move(options)},
+          {"choices", choices}};
 }
 
 core::Result<VerbText> read_verb_text(const Verb& verb, const std::string& json) {
@@ -66,6 +93,9 @@ core::Result<VerbText> read_verb_text(const Verb& verb, const std::string& json)
     }
     for (const Json& option : read.at("options")) {
       text.options.push_back(read_option(option));
+    }
+    if (const auto found = read.find("choices"); found != read.end()) {
+      text.choices = found->get<Choices>();
     }
   } catch (const Json::exception& error) {
     return Error{ErrorCode::kInvalidArgument, error.what(), text.name};

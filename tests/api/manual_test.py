@@ -149,6 +149,30 @@ class Manual(ApiTest):
         self.assertEqual(self.bash("completion", ""), ["bash", "zsh", "fish"])
         self.assertEqual(self.fish("tessera completion z"), ["zsh"])
 
+    def test_closed_sets_are_offered_by_their_names(self):
+        server = self.server.get("/v1/server").json()
+        types = {"--integrator": "integrators", "--sampler": "samplers", "--light-sampler": "light_samplers",
+                 "--adaptive": "adaptive"}
+        for flag, table in types.items():
+            names = [row["type"] for row in server[table]]
+            for verb in ("render", "submit"):
+                self.assertEqual(self.bash(verb, "cornell-box", flag, ""), names)
+                self.assertEqual(sorted(self.fish(f"tessera {verb} cornell-box {flag} ")), sorted(names))
+        for flag in ("--mis", "--roulette", "--control-variate"):
+            self.assertIn("none" if flag != "--mis" else "balance", self.bash("submit", flag, ""))
+        self.assertEqual(self.bash("fetch", "--layer", ""), server["layers"])
+        self.assertEqual(self.bash("fetch", "--tonemap", ""), server["tone_maps"])
+        self.assertEqual(self.bash("jobs", "--state", "q"), ["queued"])
+        self.assertEqual(self.bash("jobs", "--state", "c"), ["cancelled"])
+        estimators = {each["name"] for row in server["experiments"] for each in row["estimators"]}
+        self.assertEqual(set(self.bash("lab", "pi", "--estimator", "")), estimators)
+        self.assertLessEqual(set(self.bash("lab", "--sampler", "")), {row["type"] for row in server["samplers"]})
+        self.assertEqual(self.bash("keys", ""), ["add", "list", "remove"])
+        self.assertEqual(sorted(self.fish("tessera keys ")), ["add", "list", "remove"])
+        expected = "tessera submit --light-sampler restir "
+        self.assertIn(expected, self.typed_in_zsh("tessera submit --light-sampler rest\t", expected))
+        self.assertIn("tessera keys remove ", self.typed_in_zsh("tessera keys rem\t", "tessera keys remove "))
+
     def test_experiments_are_offered_by_their_names(self):
         names = [e["name"] for e in self.server.get("/v1/server").json()["experiments"]]
         self.assertEqual(self.bash("lab", ""), names)

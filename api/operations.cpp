@@ -210,6 +210,10 @@ constexpr std::array kImageProblems = {404, 406, 409, 410, 422};
 constexpr std::array kMergeProblems = {400, 404, 409, 410, 413, 415, 422, 507};
 constexpr std::array kFilmProblems = {404, 409, 410, 416};
 constexpr std::array kMapProblems = {404, 416};
+constexpr std::array kSceneParameters = {
+    ParameterRow{"name", "query", R"({"type":"string","minLength":1,"maxLength":255})",
+                 "What people call it, such as the name of its file; becomes the scene's `name` in place of the one inside. "
+                 "The id depends on the content alone: the name of the first upload stays."}};
 constexpr Parameters kNoParameters = {};
 constexpr Contents kNoBody = {};
 constexpr std::span<const int> kNoProblems = {};
@@ -248,7 +252,7 @@ constexpr std::array kOperations = {
         "createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
         "A GLB, a glTF without other files, a zip with everything, or asset ids. The file can name "
         "only what is uploaded with it; 424 lists what is missing.",
-        "write", kNoParameters, kSceneBodies, kSceneMade, kSceneProblems, true},
+        "write", kSceneParameters, kSceneBodies, kSceneMade, kSceneProblems, true},
     Operation{"listScenes", "GET", "/v1/scenes", "Scenes", "List scenes.", "", "read",
               kSceneListParameters, kNoBody, kSceneListAnswer, k400, true},
     Operation{"getScene", "GET", "/v1/scenes/{id}", "Scenes", "Describe a scene.", "", "read",

@@ -37,6 +37,11 @@ core::Result<std::string> scene_id_of(const core::Result<Reply>& reply) {
   return id;
 }
 
+/// The file's name goes along, so that lists have one.
+std::string scenes_path(const std::string& file) {
+  return "/v1/scenes?name=" + encode_url(file.substr(file.find_last_of('/') + 1));
+}
+
 core::Result<std::string> upload_gltf(ApiClient& client, const std::string& path, const std::string& document) {
   const auto uris = gltf_side_files(document);
   if (!uris) {
@@ -59,7 +64,7 @@ core::Result<std::string> upload_gltf(ApiClient& client, const std::string& path
     return id.error();
   }
   request["gltf"] = *id;
-  return scene_id_of(client.post("/v1/scenes", request.dump(), "application/json"));
+  return scene_id_of(client.post(scenes_path(path), request.dump(), "application/json"));
 }
 
 }  // namespace
@@ -85,7 +90,7 @@ core::Result<std::string> upload_scene(ApiClient& client, const std::string& pat
   if (!zip && extension != "glb") {
     return Error{ErrorCode::kUnsupportedMedia, "a scene is a .glb, .gltf or .zip file", path};
   }
-  return scene_id_of(client.post("/v1/scenes", *bytes, zip ? "application/zip" : "model/gltf-binary"));
+  return scene_id_of(client.post(scenes_path(path), *bytes, zip ? "application/zip" : "model/gltf-binary"));
 }
 
 }  // namespace cli

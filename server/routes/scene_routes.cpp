@@ -7,9 +7,11 @@
 #include <utility>
 
 #include "api/errors.h"
+#include "api/faults.h"
 #include "api/job_view.h"
 #include "api/limits.h"
 #include "api/requests.h"
+#include "api/values.h"
 #include "server/http/conditional.h"
 #include "server/http/text.h"
 #include "server/routes/answers.h"
@@ -48,10 +50,32 @@ Response added_answer(const Request& request, const core::Result<SceneService::A
   return response;
 }
 
-Response create(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
+/// ?name=, the only parameter of an upload; empty when it is not there.
+api::Parsed<std::string> given_name(const Request& request) {
+  std::string name;
+  api::Faults faults;
+  for (const auto& [parameter, value] : request.query_params) {
+    const std::string pointer = api::join_pointer("", parameter);
+    if (parameter != "name") {
+      faults.add(pointer, "unknown query parameter");
+    } else if (!name.empty()) {
+      faults.add(pointer, "is there more than once");
+    } else {
+      name = api::read_text(api::Json(value), {1, api::limits::kNameCharacters}, pointer, faults).value_or("");
+    }
   }
+  if (!faults.empty()) {
+    return faults.problem();
+  }
+  return name;
+}
+
+Response create(const RouteContext& context, Request& request) {
+  auto name = given_name(request);
+  if (!name) {
+    return problem_answer(request, name.problem());
+  }
+  const SceneOrigin origin{.owner = request.principal, .name = *std::move(name)};
   const std::string type = media_type(request.header("Content-Type").value_or(""));
   const bool is_scene = type == "model/gltf-binary" || type == "model/gltf+json";
   const bool is_zip = type == "application/zip" || type == "application/x-zip-compressed";
@@ -65,17 +89,17 @@ Response create(const RouteContext& context, Request& request) {
     return error_answer(request, content.error());
   }
   if (is_scene) {
-    return added_answer(request, context.scenes.add_file(std::move(*content), request.principal));
+    return added_answer(request, context.scenes.add_file(std::move(*content), origin));
   }
   if (is_zip) {
-    return added_answer(request, context.scenes.add_zip(std::move(*content), request.principal));
+    return added_answer(request, context.scenes.add_zip(std::move(*content), origin));
   }
   const auto parsed = api::parse_scene_from_assets(
       std::string_view(reinterpret_cast<const char*>(content->data()), content->size()));
   if (!parsed) {
     return problem_answer(request, parsed.problem());
   }
-  return added_answer(request, context.scenes.add_from_assets(*parsed, request.principal));
+  return added_answer(request, context.scenes.add_from_assets(*parsed, origin));
 }
 
 Response list(const RouteContext& context, Request& request) {

@@ -248,7 +248,7 @@ Status SceneService::keep(const Document& document, const SceneRow& row, const s
   return table_.insert_scene(row);
 }
 
-core::Result<SceneService::Added> SceneService::add_document(Document document, const std::string& owner) {
+core::Result<SceneService::Added> SceneService::add_document(Document document, const SceneOrigin& origin) {
   SceneFiles files;
   for (const auto& [uri, bytes] : document.files) {
     files[uri] = core::sha256_hex(bytes->data(), bytes->size());
@@ -267,7 +267,8 @@ core::Result<SceneService::Added> SceneService::add_document(Document document, 
   if (!scene) {
     return scene.error();
   }
-  const core::SceneSummary& summary = (*scene)->summary();
+  core::SceneSummary summary = (*scene)->summary();
+  summary.name = origin.name.empty() ? summary.name : origin.name;
   SceneRow row{.sequence = 0,
                .id = id,
                .description = api::scene_json(id, summary),
@@ -276,19 +277,19 @@ core::Result<SceneService::Added> SceneService::add_document(Document document, 
                .files = files};
   row.files[""] = main_id;
   document.files[""] = document.bytes;
-  if (auto kept = keep(document, row, owner); !kept) {
+  if (auto kept = keep(document, row, origin.owner); !kept) {
     return kept.error();
   }
   scenes_.put(cache_key(id, 0, std::nullopt), {.value = *scene, .bytes = summary.bytes});
   return Added{.id = id, .description = std::move(row.description), .known = false};
 }
 
-core::Result<SceneService::Added> SceneService::add_file(core::Bytes content, const std::string& owner) {
+core::Result<SceneService::Added> SceneService::add_file(core::Bytes content, const SceneOrigin& origin) {
   return add_document(
-      Document{.bytes = std::make_shared<const core::Bytes>(std::move(content)), .files = {}}, owner);
+      Document{.bytes = std::make_shared<const core::Bytes>(std::move(content)), .files = {}}, origin);
 }
 
-core::Result<SceneService::Added> SceneService::add_zip(core::Bytes archive, const std::string& owner) {
+core::Result<SceneService::Added> SceneService::add_zip(core::Bytes archive, const SceneOrigin& origin) {
   const auto entries = read_zip_directory(archive, options_.zip);
   if (!entries) {
     return entries.error();
@@ -326,11 +327,11 @@ core::Result<SceneService::Added> SceneService::add_zip(core::Bytes archive, con
     return Error{ErrorCode::kMissingFiles, "the archive lacks files that the scene names: " + missing,
                  ""};
   }
-  return add_document(std::move(document), owner);
+  return add_document(std::move(document), origin);
 }
 
 core::Result<SceneService::Added> SceneService::add_from_assets(const api::SceneFromAssets& request,
-                                                                const std::string& owner) {
+                                                                const SceneOrigin& origin) {
   const auto read = [this](const std::string& asset,
                            const std::string& pointer) -> core::Result<core::SharedBytes> {
     auto bytes = blobs_.read(asset);
@@ -354,7 +355,7 @@ core::Result<SceneService::Added> SceneService::add_from_assets(const api::Scene
     // the latter.
     document.files[core::percent_decode(uri)] = std::move(*bytes);
   }
-  return add_document(std::move(document), owner);
+  return add_document(std::move(document), origin);
 }
 
 core::Result<std::string> SceneService::description(const std::string& id) {

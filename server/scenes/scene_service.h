@@ -36,6 +36,12 @@ struct SceneServiceOptions {
   ZipLimits zip = {};
 };
 
+/// Where a scene comes from.
+struct SceneOrigin {
+  std::string owner = {};  ///< Id of the stored key that brings it, or empty.
+  std::string name = {};   ///< Empty: the one inside the file.
+};
+
 class SceneService {
  public:
   /// The first three must outlive this.
@@ -47,12 +53,11 @@ class SceneService {
     bool known = false;
   };
   /// A GLB, a glTF document, or a zip archive with one of them. The scene is loaded to check it.
-  /// owner: id of the stored key that brings it, or empty.
   /// Errors: those of load_gltf() and Scene::build(), kNoSpace, kOverQuota, kTooLarge, kMissingFiles.
-  core::Result<Added> add_file(core::Bytes content, const std::string& owner = {});
-  core::Result<Added> add_zip(core::Bytes archive, const std::string& owner = {});
+  core::Result<Added> add_file(core::Bytes content, const SceneOrigin& origin = {});
+  core::Result<Added> add_zip(core::Bytes archive, const SceneOrigin& origin = {});
   /// Errors also: kInvalidArgument at "/gltf" or "/files/..." for an unknown asset.
-  core::Result<Added> add_from_assets(const api::SceneFromAssets& request, const std::string& owner = {});
+  core::Result<Added> add_from_assets(const api::SceneFromAssets& request, const SceneOrigin& origin = {});
 
   /// JSON of a stored or built-in scene. Errors: kNotFound.
   core::Result<std::string> description(const std::string& id);
@@ -99,7 +104,7 @@ class SceneService {
   core::Result<Document> document_of(const std::string& id);
   core::Result<std::shared_ptr<const core::Scene>> build(const Document& document,
                                                          const core::GltfOptions& options);
-  core::Result<Added> add_document(Document document, const std::string& owner);
+  core::Result<Added> add_document(Document document, const SceneOrigin& origin);
   core::Status keep(const Document& document, const SceneRow& row, const std::string& owner);
   core::Result<Added> known_scene(const std::string& id);
 

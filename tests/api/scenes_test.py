@@ -53,6 +53,23 @@ class Scenes(ApiTest):
         answer = self.server.post("/v1/scenes", json.dumps(triangle_document(uri)).encode(), GLTF)
         self.assertEqual(answer.status, 201, answer)
 
+    def test_a_scene_has_the_name_of_its_first_upload_or_its_own(self):
+        data = triangle_glb(extras={"made": "for its name"})
+        made = self.server.post("/v1/scenes?name=red%20chair.glb", data, GLB)
+        self.assertEqual((made.status, made.json()["name"]), (201, "red chair.glb"))
+        again = self.server.post("/v1/scenes?name=other", data, GLB)
+        self.assertEqual((again.status, again.json()["id"], again.json()["name"]),
+                         (200, made.json()["id"], "red chair.glb"))
+        listed = self.server.get("/v1/scenes").json()["scenes"]
+        self.assertIn("red chair.glb", [scene["name"] for scene in listed])
+        own = triangle_glb(scene=0, scenes=[{"nodes": [0], "name": "its own"}])
+        self.assertEqual(self.server.post("/v1/scenes", own, GLB).json()["name"], "its own")
+
+    def test_the_name_of_an_upload_is_checked(self):
+        for query, pointer in (("name=", "/name"), ("name=" + "x" * 256, "/name"), ("name=%07", "/name"),
+                               ("name=a&name=b", "/name"), ("title=a", "/title")):
+            self.assert_problem(self.server.post("/v1/scenes?" + query, triangle_glb(), GLB), 422, pointer)
+
     def test_missing_files_are_424_and_named(self):
         gltf = self.asset(json.dumps(triangle_document("parts/points.bin")).encode())
         answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {}})

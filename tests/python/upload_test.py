@@ -42,7 +42,7 @@ class Uploads(ServerTest):
         path = self.folder / "one.glb"
         path.write_bytes(triangle_glb(materials=[{"name": "white"}]))
         scene = self.client.upload(path)
-        self.assertEqual((scene.triangles, scene.materials), (1, ["white"]))
+        self.assertEqual((scene.name, scene.triangles, scene.materials), ("one.glb", 1, ["white"]))
         low, high = scene.bounds
         self.assertEqual((low.tolist(), high.tolist()), ([-1, -1, 0], [1, 1, 0]))
         self.assertEqual(self.client.upload(path.read_bytes()).id, scene.id)
@@ -56,8 +56,9 @@ class Uploads(ServerTest):
             self.client.scene(scene.id)
 
     def test_a_gltf_brings_its_files_and_sends_none_of_them_twice(self):
-        scene = self.client.upload(self.model())
-        self.assertEqual(scene.triangles, 1)
+        path = self.model()
+        scene = self.client.upload(path)
+        self.assertEqual((scene.name, scene.triangles), (path.name, 1))
         self.assertEqual([method for method, path in self.sent if "assets" in path],
                          ["HEAD", "PUT", "HEAD", "PUT"])
         self.sent.clear()

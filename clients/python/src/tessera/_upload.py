@@ -46,11 +46,17 @@ def scene_file(path: str | os.PathLike[str]) -> Path:
 def single_file_call(content: Path | bytes, suffix: str) -> Call:
     """POST /v1/scenes with one file that holds everything."""
     headers = {"Content-Type": _MEDIA[suffix]}
-    return Call("POST", "/v1/scenes", content=content, headers=headers, timeout_s=_LOADING_S)
+    params = {"name": content.name} if isinstance(content, Path) else {}
+    return Call(
+        "POST", "/v1/scenes", params=params, content=content, headers=headers, timeout_s=_LOADING_S
+    )
 
 
-def scene_from_assets_call(gltf_id: str, files: dict[str, str]) -> Call:
-    return Call("POST", "/v1/scenes", json={"gltf": gltf_id, "files": files}, timeout_s=_LOADING_S)
+def scene_from_assets_call(gltf_id: str, files: dict[str, str], name: str) -> Call:
+    return Call(
+        "POST", "/v1/scenes", params={"name": name}, json={"gltf": gltf_id, "files": files},
+        timeout_s=_LOADING_S,
+    )  # fmt: skip
 
 
 def bytes_suffix(content: bytes) -> str:

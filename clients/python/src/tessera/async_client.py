@@ -130,7 +130,7 @@ class AsyncClient:
             return await self._scene(_upload.single_file_call(path, path.suffix.lower()))
         files = {side.uri: await self.upload_asset(side.path) for side in _upload.side_files(path)}
         return await self._scene(
-            _upload.scene_from_assets_call(await self.upload_asset(path), files)
+            _upload.scene_from_assets_call(await self.upload_asset(path), files, path.name)
         )
 
     async def upload_asset(self, content: Pathish | bytes) -> str:

@@ -120,7 +120,8 @@ class Client:
         if path.suffix.lower() != ".gltf":
             return self._scene(_upload.single_file_call(path, path.suffix.lower()))
         files = {side.uri: self.upload_asset(side.path) for side in _upload.side_files(path)}
-        return self._scene(_upload.scene_from_assets_call(self.upload_asset(path), files))
+        document = self.upload_asset(path)
+        return self._scene(_upload.scene_from_assets_call(document, files, path.name))
 
     def upload_asset(self, content: Pathish | bytes) -> str:
         """Any file, e.g. an environment map. Returns its id, the sha256 of the content."""

@@ -4,10 +4,10 @@ import json
 import os
 import tempfile
 
-from harness import ApiTest, job_body, tessera
+from harness import ApiTest, job_body, tessera, triangle_glb
 
 
-class ExitCodes(ApiTest):
+class CommandLine(ApiTest):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
@@ -59,6 +59,15 @@ class ExitCodes(ApiTest):
     def test_what_the_server_refuses_is_1(self):
         code, said = self.outcome("submit", "furnace", "--sampler", "dice")
         self.assertEqual((code, said.count("/sampler/type")), (1, 1), said)
+
+    def test_a_scene_is_called_by_its_file(self):
+        model = os.path.join(os.path.dirname(self.picture), "red chair.glb")
+        with open(model, "wb") as file:
+            file.write(triangle_glb(extras={"made": "for the command line"}))
+        code, printed, said = tessera("submit", model, "--spp", "2", "--json", *self.server_flags)
+        self.assertEqual(code, 0, said)
+        scene = json.loads(printed)["spec"]["scene"]
+        self.assertEqual(self.server.get("/v1/scenes/" + scene).json()["name"], "red chair.glb")
 
     def test_a_percentage_is_a_relative_error(self):
         code, printed, said = tessera("submit", "furnace", "--relative-error", "5%", "--json", *self.server_flags)

@@ -105,6 +105,7 @@ std::uint32_t Film::commit(int tile, TileState state) {
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
   std::swap(slot.state, state);
+  cpu_seconds_beside_ += std::max(state.cpu_seconds - slot.state.cpu_seconds, 0.0);
   slot.counts = counts;
   slot.version = ++version_;
   slot.revision = ++revision_;
@@ -239,6 +240,11 @@ double Film::cpu_seconds() const {
 void Film::add_cpu_seconds(double seconds) {
   MutexLock lock(mutex_);
   cpu_seconds_beside_ += seconds;
+}
+
+double Film::cpu_seconds_beside() const {
+  MutexLock lock(mutex_);
+  return cpu_seconds_beside_;
 }
 
 std::size_t Film::bytes() const noexcept {

@@ -120,6 +120,7 @@ class Film {
   int tile_samples(int tile) const;
   std::uint32_t tile_revision(int tile) const;
   /// Replaces a tile and gives it the next revision of the film, which is returned.
+  /// What samples cost that are taken back was spent all the same.
   std::uint32_t commit(int tile, TileState state);
   std::uint32_t revision() const;
   /// Replaces a tile whose picture has not changed: pilot samples. It keeps its revision.
@@ -141,9 +142,10 @@ class Film {
 
   std::uint64_t rejected_samples() const;
   std::uint64_t rays() const;
-  /// Of the samples, and what was added since the film was made.
+  /// Of the samples, and what was spent beside them. Never falls.
   double cpu_seconds() const;
   void add_cpu_seconds(double seconds);  ///< spent for the picture, beside its samples
+  double cpu_seconds_beside() const;
   std::size_t bytes() const noexcept;
 
   /// sha256 (hex) of the exact content: geometry of the film, counts, means, M2, auxiliary values.

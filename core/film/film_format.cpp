@@ -267,10 +267,11 @@ bool write_film(const FilmPart& part, const std::string& text, const ByteSink& s
   if (!flush()) {
     return false;
   }
+  const double beside = film.cpu_seconds_beside() / film.tile_count();
   for (int tile = 0; tile < film.tile_count(); ++tile) {
     const TileState state = film.tile(tile);
     const TileHead written = {state.rect.x,           state.rect.y, static_cast<std::uint32_t>(state.samples), 0,
-                              state.rejected_samples, state.rays,   state.cpu_seconds};
+                              state.rejected_samples, state.rays,   state.cpu_seconds + beside};
     add(&written, sizeof written);
     add(state.pixels.data(), state.pixels.size() * sizeof(ReplicatePixel));
     add(state.aux.data(), state.aux.size() * sizeof(AuxPixel));

@@ -9,7 +9,7 @@
 /// Ledger, 24 bytes a range: u64 seed, u32 first replicate, u32 replicates, u32 samples, u32 0.
 /// Text: what the caller wants to say about the film (UTF-8), then zeros up to a multiple of 8.
 /// Tiles, row by row, 32x32 anchored at the full film's origin and cut by the crop: i32 x, i32 y, u32 samples, u32 0,
-/// u64 rejected samples, u64 rays, f64 CPU seconds; then for each pixel and replicate f32 mean r, g, b, alpha,
+/// u64 rejected samples, u64 rays, f64 CPU seconds (with an equal share of what was spent beside the samples); then for each pixel and replicate f32 mean r, g, b, alpha,
 /// f32 M2 of the luminance, u32 count; then, if flag 1, for each pixel f32 albedo r, g, b, normal x, y, z, depth, u32 hits.
 /// Last, 64 bytes: sha256 (hex) of everything before.
 #pragma once

@@ -187,6 +187,9 @@ Result<FilmPart> merge_films(std::span<const FilmPart> parts, int replicates_max
       film->commit(tile, std::move(state));
     }
   }
+  for (const FilmPart& part : parts) {
+    film->add_cpu_seconds(part.film->cpu_seconds_beside());
+  }
   return FilmPart{.film = std::move(film), .ledger = joined(*pieces)};
 }
 

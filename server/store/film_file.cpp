@@ -21,7 +21,10 @@ constexpr std::size_t kPointsMax = 2048;
 constexpr std::size_t kArithmeticBytesMax = 256;
 /// Of the room for points, some is for the text.
 constexpr std::size_t kPointsWritten = kPointsMax - 8;
-constexpr std::array<char, 4> kHeadMagic = {'T', 'S', 'F', '1'};
+constexpr std::array<char, 4> kHeadMagic = {'T', 'S', 'F', '2'};
+/// The same without the seconds beside the samples.
+constexpr std::array<char, 4> kFirstHeadMagic = {'T', 'S', 'F', '1'};
+constexpr std::size_t kFirstHeadBytes = 64;
 constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
 
 static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32 &&
@@ -56,8 +59,9 @@ struct HeadFields {
   std::uint32_t tile_count = 0;
   std::uint32_t point_count = 0;
   double elapsed_seconds = 0;
+  double cpu_seconds_beside = 0;  ///< Of the film, beside its tiles'.
 };
-static_assert(sizeof(HeadFields) == 64);
+static_assert(sizeof(HeadFields) == kFirstHeadBytes + sizeof(double));
 
 struct PointFields {
   double elapsed_seconds = 0;
@@ -164,7 +168,8 @@ struct FilmFile::Layout {
                   (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
                   (film.has_plan() ? sizeof(core::PixelPlan) : 0) +
                   (film.has_pilot() ? sizeof(core::PilotPixel) : 0);
-    head_bytes = align(sizeof(HeadFields) + kPointsMax * sizeof(PointFields) +
+    // As of the first version, so that its slots stay where they are: kPointsWritten leaves room for what came later.
+    head_bytes = align(kFirstHeadBytes + kPointsMax * sizeof(PointFields) +
                        static_cast<std::uint64_t>(film.tile_count()) * sizeof(Tile));
     slot_bytes = align(sizeof(SlotFields) + std::uint64_t{core::kTileSize} * core::kTileSize *
                                                 static_cast<std::uint64_t>(pixel_bytes));
@@ -178,6 +183,7 @@ struct FilmFile::Layout {
 struct FilmFile::Checkpoint {
   std::uint32_t sequence = 0;  ///< 0: this head was never written.
   FilmRecord record;
+  double cpu_seconds_beside = 0;
   std::vector<Tile> tiles;
 };
 
@@ -204,7 +210,9 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
     return Checkpoint{};
   }
   std::memcpy(&fields, part.data(), sizeof fields);
-  if (fields.magic != kHeadMagic || fields.bytes < sizeof fields || fields.bytes > *got) {
+  const bool is_first = fields.magic == kFirstHeadMagic;
+  const std::size_t fields_bytes = is_first ? kFirstHeadBytes : sizeof fields;
+  if ((!is_first && fields.magic != kHeadMagic) || fields.bytes < fields_bytes || fields.bytes > *got) {
     return damaged(path_, "its head is not one");
   }
   part.resize(fields.bytes);
@@ -218,7 +226,7 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
       fields.tile_count != static_cast<std::uint32_t>(film.tile_count())) {
     return Error{ErrorCode::kConflict, "the stored film has another size or other layers", path_};
   }
-  const std::size_t text_begin = sizeof fields + fields.point_count * sizeof(PointFields) +
+  const std::size_t text_begin = fields_bytes + fields.point_count * sizeof(PointFields) +
                                  fields.tile_count * sizeof(Tile);
   if (fields.bytes < text_begin || fields.bytes > text_begin + kArithmeticBytesMax) {
     return damaged(path_, "its head has another length");
@@ -226,7 +234,8 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   Checkpoint checkpoint;
   checkpoint.sequence = fields.sequence;
   checkpoint.record.elapsed_seconds = fields.elapsed_seconds;
-  auto rest = std::span<const std::byte>(part).subspan(sizeof fields);
+  checkpoint.cpu_seconds_beside = is_first ? 0 : fields.cpu_seconds_beside;
+  auto rest = std::span<const std::byte>(part).subspan(fields_bytes);
   for (std::uint32_t i = 0; i < fields.point_count; ++i) {
     PointFields point;
     take(rest, &point, 1);
@@ -306,6 +315,7 @@ core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
       continue;
     }
     if (restore_tiles(film, **candidate)) {
+      film.add_cpu_seconds((*candidate)->cpu_seconds_beside);
       sequence_ = (*candidate)->sequence;
       tiles_ = std::move((*candidate)->tiles);
       versions_.clear();
@@ -384,6 +394,7 @@ Status FilmFile::write_head(const core::Film& film, const FilmRecord& record, st
   fields.tile_count = static_cast<std::uint32_t>(tiles_.size());
   fields.point_count = static_cast<std::uint32_t>(points.size());
   fields.elapsed_seconds = record.elapsed_seconds;
+  fields.cpu_seconds_beside = film.cpu_seconds_beside();
   buffer_.clear();
   append(buffer_, &fields, 1);
   for (const core::ConvergencePoint& point : points) {

@@ -54,6 +54,22 @@ Bytes written(const FilmPart& part, const std::string& text = R"({"a":1})") {
   return file;
 }
 
+TEST(FilmFormat, SecondsSpentBesideTheSamplesGoAlong) {
+  const FilmPart part = made_film();
+  const std::uint64_t bytes = core::film_file_bytes(*part.film, part.ledger, 7);
+  const double before = part.film->cpu_seconds();
+  std::const_pointer_cast<core::Film>(part.film)->add_cpu_seconds(6);
+  const Bytes file = written(part);
+  EXPECT_EQ(file.size(), bytes);
+  const auto read = core::read_film(file, {});
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_NEAR(read->part.film->cpu_seconds(), before + 6, 1e-9);
+  EXPECT_EQ(read->part.film->digest(), part.film->digest());
+  const auto merged = core::merge_films(std::span(&part, 1), 64);
+  ASSERT_TRUE(merged);
+  EXPECT_NEAR(merged->film->cpu_seconds(), before + 6, 1e-9);
+}
+
 /// With a checksum that fits: what somebody writes who means it.
 void seal(Bytes& file) {
   const std::string hash = core::sha256_hex(file.data(), file.size() - kHash);

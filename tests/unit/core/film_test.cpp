@@ -45,6 +45,23 @@ TEST(Film, CommitsGiveRisingRevisionsAndRestoreKeepsThem) {
   EXPECT_EQ(again.commit(1, again.tile(1)), 4U);
 }
 
+TEST(Film, SecondsOfSamplesThatAreTakenBackWereSpent) {
+  core::FilmSettings settings;
+  settings.width = settings.height = 8;
+  core::Film film(settings, 2);
+  core::TileState state = film.tile(0);
+  state.samples = 2;
+  state.cpu_seconds = 1;
+  const core::TileState before = state;
+  film.commit(0, before);
+  state.samples = 4;
+  state.cpu_seconds = 2.5;
+  film.commit(0, state);
+  film.commit(0, before);
+  EXPECT_EQ(film.tile(0).cpu_seconds, 1);
+  EXPECT_EQ(film.cpu_seconds(), 2.5);
+}
+
 TEST(Film, DigestCoversContentAndNothingElse) {
   Film a(size(40, 40), 2);
   Film b(size(40, 40), 2);

@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <csignal>
+#include <cstring>
 
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <zlib.h>
 
 #include <gtest/gtest.h>
 
@@ -79,6 +81,44 @@ TEST(FilmFile, AFilmComesBackBitByBit) {
   EXPECT_EQ(film.tile(3).rays, 40U);
   EXPECT_EQ(film.tile(3).cpu_seconds, 1.0);
   EXPECT_EQ(film.tile(3).rejected_samples, 3U);
+}
+
+TEST(FilmFile, SecondsSpentBesideTheSamplesComeBack) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  core::Film film(small_film(), 2);
+  auto file = FilmFile::open(path);
+  ASSERT_TRUE(file->restore(film));
+  fill(film, 2);
+  const double of_samples = film.cpu_seconds();
+  film.add_cpu_seconds(3);
+  ASSERT_TRUE(file->write(film, record_of(2), false));
+  core::Film again(small_film(), 2);
+  ASSERT_TRUE(load(path, again));
+  EXPECT_EQ(again.cpu_seconds(), of_samples + 3);
+}
+
+TEST(FilmFile, AHeadOfTheFirstVersionIsRead) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  const std::string digest = write_two(path).second;
+  std::string data = test_support::read_file(path);
+  // Checkpoint 2 is in head 0: without the eight bytes after the first 64.
+  std::uint32_t bytes = 0;
+  std::memcpy(&bytes, data.data() + 8, sizeof bytes);
+  data.erase(64, 8).insert(bytes - 8, 8, '\0');
+  bytes -= 8;
+  std::memcpy(data.data() + 8, &bytes, sizeof bytes);
+  data[3] = '1';
+  const auto crc = static_cast<std::uint32_t>(
+      crc32_z(0, reinterpret_cast<const Bytef*>(data.data()) + 8, bytes - 8));
+  std::memcpy(data.data() + 4, &crc, sizeof crc);
+  test_support::write_file(path, data);
+  core::Film film(small_film(), 2);
+  const auto record = load(path, film);
+  ASSERT_TRUE(record) << record.error().message;
+  EXPECT_EQ(film.digest(), digest);
+  EXPECT_EQ(record->elapsed_seconds, 2.0);
 }
 
 TEST(FilmFile, TheArithmeticIsNotedBesideAnyNumberOfPoints) {

@@ -335,7 +335,8 @@ constexpr std::array kOperations = {
         "createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.",
         "Two jobs that have ended, or a job and an image that was uploaded (8 and 16 bits are taken as sRGB, floats as "
         "linear; it counts as exact but for its rounding). b is the reference. The interval of the bias comes from the "
-        "halves of both; z is the difference of the luminances in standard errors, pooled over 7 x 7 pixels. Both take the "
+        "halves of both, and for a job whose pixels have correlated errors (zsobol, restir) from the means of its replicates "
+        "(with two of them it is wide); z is the difference of the luminances in standard errors, pooled over 7 x 7 pixels. Both take the "
         "two for independent: jobs with a seed in common are not.",
         "write", kNoParameters, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
     Operation{"getComparison", "GET", "/v1/comparisons/{id}", "Results", "A comparison that was made.", "", "read",

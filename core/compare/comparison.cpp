@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <string>
 
 #include "core/base/statistics.h"
@@ -125,23 +126,55 @@ void measure_difference(const Picture& a, const Picture& b, Comparison& out) {
   out.bias /= values;
 }
 
-void bound_bias(const Picture& a, const Picture& b, Comparison& out) {
-  const bool adds_up = a.errors == PixelErrors::kIndependent && b.errors == PixelErrors::kIndependent;
-  if (!adds_up || !a.knows_its_error() || !b.knows_its_error()) {
-    out.bias_low = out.bias_high = kNan;
-    return;
-  }
+/// Variance of a mean over the picture, and the degrees of freedom that it is known with.
+struct MeanNoise {
+  double variance = 0;
+  double degrees = 1;
+};
+
+/// Where pixels have errors of their own, their squares add up, which tells the variance better than a few replicates do.
+MeanNoise noise_of_independent(std::span<const Picture* const> sides) {
   double squares = 0;
   double fourths = 0;
-  for (const Picture* side : {&a, &b}) {
+  for (const Picture* side : sides) {
     for (const Rgb& half : side->half_difference) {
       const auto e = static_cast<double>(average(half));
       squares += e * e;
       fourths += e * e * e * e;
     }
   }
-  const double error = std::sqrt(squares) / static_cast<double>(a.pixel_count());
-  const double width = student_t_quantile(0.975, degrees_of(squares, fourths)) * error;
+  const auto pixels = static_cast<double>(sides.front()->pixel_count());
+  return {squares / (pixels * pixels), degrees_of(squares, fourths)};
+}
+
+MeanNoise mean_noise(const Picture& side) {
+  if (side.errors == PixelErrors::kIndependent) {
+    const Picture* const one = &side;
+    return noise_of_independent({&one, 1});
+  }
+  return {side.mean_variance, side.mean_degrees};
+}
+
+/// Source: Welch, The generalization of Student's problem when several different population variances are involved, 1947.
+MeanNoise sum_of(const MeanNoise& a, const MeanNoise& b) {
+  const double variance = a.variance + b.variance;
+  const double spread = a.variance * a.variance / a.degrees + b.variance * b.variance / b.degrees;
+  return {variance, spread > 0 ? variance * variance / spread : 1.0};
+}
+
+bool knows_its_mean(const Picture& side) {
+  return side.is_exact || (!side.half_difference.empty() && (side.errors == PixelErrors::kIndependent || side.mean_degrees > 0));
+}
+
+void bound_bias(const Picture& a, const Picture& b, Comparison& out) {
+  if (!knows_its_mean(a) || !knows_its_mean(b)) {
+    out.bias_low = out.bias_high = kNan;
+    return;
+  }
+  const bool adds_up = a.errors == PixelErrors::kIndependent && b.errors == PixelErrors::kIndependent;
+  const std::array sides = {&a, &b};
+  const MeanNoise noise = adds_up ? noise_of_independent(sides) : sum_of(mean_noise(a), mean_noise(b));
+  const double width = student_t_quantile(0.975, noise.degrees) * std::sqrt(noise.variance);
   out.bias_low = out.bias - width;
   out.bias_high = out.bias + width;
 }

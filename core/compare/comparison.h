@@ -12,8 +12,8 @@ struct Comparison {
   double mse = 0;     ///< mean over pixels and channels of (a - b)^2
   double relmse = 0;  ///< of (a - b)^2 / (b^2 + 0.01)
   double flip = 0;    ///< mean of flip_map()
-  /// Mean over pixels and channels of a - b. low, high: 95 % interval from the halves of both; NaN when a side does not
-  /// know its error, or when those of its pixels are correlated and do not add up.
+  /// Mean over pixels and channels of a - b. low, high: 95 % interval from the halves of both, pixel by pixel, or, for a side whose pixels'
+  /// errors are correlated and do not add up, from its replicates' means (wide with two of them); NaN when a side does not know its error.
   double bias = 0;
   double bias_low = 0;
   double bias_high = 0;

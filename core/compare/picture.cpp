@@ -82,6 +82,41 @@ bool all_halves(const Image& image) {
   return true;
 }
 
+/// A pixel's value is a sum of its replicates' means m_k with weights w_k, which are half of what their counts are of their halves' counts.
+/// With W_k and D_k the means over the picture of w_k and w_k (m_k - value), sum_k D_k^2 / (1 - W_k) estimates the variance of
+/// the picture's mean: without bias where the replicates' variances are alike and their weights too, and where variances go as 1 / W_k.
+/// Source: MacKinnon, White, Some heteroskedasticity-consistent covariance matrix estimators, 1985 (HC2), for a weighted mean.
+void measure_replicates(const FilmSnapshot& film, Picture& picture) {
+  const auto replicates = static_cast<std::size_t>(film.replicates);
+  std::vector<double> weights(replicates);
+  std::vector<double> deviations(replicates);
+  const std::size_t n = film.pixel_count();
+  for (std::size_t i = 0; i < n; ++i) {
+    const ReplicatePixel* pixel = &film.pixels[i * replicates];
+    std::array<double, 2> counts{};
+    for (std::size_t k = 0; k < replicates; ++k) {
+      counts[k % 2] += static_cast<double>(pixel[k].count);
+    }
+    const auto value = static_cast<double>(average(picture.values[i]));
+    for (std::size_t k = 0; k < replicates; ++k) {
+      if (pixel[k].count > 0) {
+        const double weight = 0.5 * static_cast<double>(pixel[k].count) / counts[k % 2];
+        weights[k] += weight;
+        deviations[k] += weight * (static_cast<double>(average(Rgb{pixel[k].mean_r, pixel[k].mean_g, pixel[k].mean_b})) - value);
+      }
+    }
+  }
+  const auto pixels = static_cast<double>(n);
+  double squared_weights = 0;
+  for (std::size_t k = 0; k < replicates; ++k) {
+    const double weight = weights[k] / pixels;
+    squared_weights += weight * weight;
+    picture.mean_variance += deviations[k] * deviations[k] / (pixels * pixels * (1 - weight));
+  }
+  // As many replicates as would have these weights if they were alike, less the one that their mean takes.
+  picture.mean_degrees = std::max(1 / squared_weights - 1, 1.0);
+}
+
 }  // namespace
 
 Picture picture_of(const FilmSnapshot& film) {
@@ -105,7 +140,9 @@ Picture picture_of(const FilmSnapshot& film) {
     has_halves = has_halves && a.count > 0 && b.count > 0;
     has_spread = has_spread && spread.degrees > 0;
   }
-  if (!has_halves) {
+  if (has_halves) {
+    measure_replicates(film, picture);
+  } else {
     picture.half_difference.clear();
   }
   if (!has_spread) {

@@ -21,6 +21,10 @@ struct Picture {
   /// Variance of the luminance's mean if all samples were independent; the noise differs from it by a factor that is
   /// much the same for neighbours. Empty: unknown.
   std::vector<float> sample_variance;
+  /// Of the mean over pixels and channels, from how the replicates' own means differ: right where the errors of neighbouring pixels are
+  /// correlated, too. degrees: of freedom, 1 with two replicates; 0: unknown.
+  double mean_variance = 0;
+  double mean_degrees = 0;
   /// Variance of the luminance from the rounding of a file's numbers. Empty: none.
   std::vector<float> rounding_variance;
   PixelErrors errors = PixelErrors::kIndependent;

@@ -117,10 +117,22 @@ class Comparisons(ApiTest):
             self.assertEqual(result["bias"]["low"] is not None, known, kind)
             self.assertEqual(result["z"]["mean"] is not None, known, kind)
             self.assertGreater(result["mse"], 0)
-        # Correlated pixels: variances do not add up over the picture.
-        blue = self.server.render(job_body(samples=64, seed=2, sampler={"type": "zsobol"}))["id"]
-        result = self.compare(blue, plain).json()
-        self.assertEqual((result["bias"]["low"], result["bias"]["high"]), (None, None))
+
+    def test_replicates_bound_the_bias_of_correlated_pictures(self):
+        sky = {"intensity": 1.05}
+        for options in ({"sampler": {"type": "zsobol", "replicates": 16}},
+                        {"sampler": {"replicates": 16}, "light_sampler": {"type": "restir", "block": 4}}):
+            body = dict(scene="furnace", samples=64, **options)
+            a, b = (self.server.render(job_body(seed=seed, environment={}, **body))["id"] for seed in (1, 2))
+            bias = self.compare(a, b).json()["bias"]
+            self.assertLess(bias["low"], bias["value"], options)
+            self.assertGreater(bias["high"], bias["value"], options)
+            bright = self.server.render(job_body(seed=3, environment=sky, **body))["id"]
+            self.assertGreater(self.compare(bright, a).json()["bias"]["low"], 0, options)
+        # Two replicates leave one degree of freedom.
+        two = [self.server.render(job_body(samples=64, seed=seed, sampler={"type": "zsobol"}))["id"] for seed in (1, 2)]
+        bias = self.compare(*two).json()["bias"]
+        self.assertGreater(bias["high"] - bias["low"], 0)
 
     def test_maps_are_downloaded_as_other_files_are(self):
         a, b = (self.server.render(job_body(samples=8, seed=seed))["id"] for seed in (1, 2))

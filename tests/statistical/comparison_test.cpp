@@ -17,13 +17,14 @@ constexpr int kWidth = 64;
 constexpr int kHeight = 64;
 
 /// Box with lamp and walls: edges, penumbrae, a mirror-free room.
-Picture rendered(std::uint64_t seed, int samples, core::SamplerType sampler) {
+Picture rendered(std::uint64_t seed, int samples, core::SamplerType sampler, int replicates = 2) {
   static const auto scene = test_support::build(test_support::cornell());
   core::View view = test_support::view_of(scene, kWidth, kHeight);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 38);
   view.settings.seed = seed;
   view.settings.sampler = sampler;
   view.settings.max_depth = 5;
+  view.settings.replicates = replicates;
   return core::picture_of(test_support::render(view, samples).snapshot);
 }
 
@@ -38,6 +39,7 @@ void scale(Picture& picture, float gain) {
     picture.values[i] *= gain;
     picture.half_difference[i] *= gain;
   }
+  picture.mean_variance *= static_cast<double>(gain) * static_cast<double>(gain);
 }
 
 struct Summary {
@@ -118,5 +120,24 @@ TEST(Comparison, AGainOfOnePercentIsFound) {
   EXPECT_GT(summary.z_mean.mean, 4 / std::sqrt(6.0 * 4096));
   EXPECT_LE(summary.bias_covered, 1);
 }
+
+// Blue-noise samples: the errors of neighbouring pixels cancel, so that squares do not add up over the picture.
+int correlated_pairs_covered(int replicates, float gain) {
+  int covered = 0;
+  for (std::uint64_t pair = 0; pair < 12; ++pair) {
+    Picture a = rendered(2 * pair, 4 * replicates, core::SamplerType::kZsobol, replicates);
+    scale(a, gain);
+    const auto result = compared(a, rendered(2 * pair + 1, 4 * replicates, core::SamplerType::kZsobol, replicates));
+    covered += result.bias_low <= 0 && 0 <= result.bias_high ? 1 : 0;
+  }
+  return covered;
+}
+
+TEST(Comparison, TheBiasOfCorrelatedPicturesIsCoveredByItsReplicates) {
+  EXPECT_GE(correlated_pairs_covered(2, 1), 7);
+  EXPECT_GE(correlated_pairs_covered(16, 1), 7);
+}
+
+TEST(Comparison, AGainOfCorrelatedPicturesIsFound) { EXPECT_LE(correlated_pairs_covered(16, 1.05F), 1); }
 
 }  // namespace

@@ -1,8 +1,11 @@
 #include "core/compare/comparison.h"
 
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -72,7 +75,65 @@ TEST(Comparison, WithoutAnErrorEstimateThereIsNoInterval) {
   EXPECT_TRUE(std::isnan(result.z_variance));
 }
 
-TEST(Comparison, ErrorsThatDoNotAddUpGiveNoIntervalOfTheBias) {
+/// All pixels of a replicate are off by the same, with variance 1 / count: nothing averages out over the picture.
+Picture correlated(std::span<const std::uint32_t> counts, float mean, test_support::Random& random) {
+  core::FilmSnapshot film;
+  film.rect = {0, 0, 4, 4};
+  film.replicates = static_cast<int>(counts.size());
+  film.errors = core::PixelErrors::kCorrelated;
+  film.pixels.resize(film.pixel_count() * counts.size());
+  for (std::size_t k = 0; k < counts.size(); ++k) {
+    const float value = mean + static_cast<float>(random.normal()) / std::sqrt(static_cast<float>(counts[k]));
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+      film.pixels[i * counts.size() + k] = {value, value, value, 1, 0.5F, counts[k]};
+    }
+  }
+  return core::picture_of(film);
+}
+
+struct Misses {
+  int with_replicates = 0;
+  int as_if_pixels_were_independent = 0;
+};
+
+/// Of a thousand pairs, those whose interval does not hold 0.
+Misses misses(std::span<const std::uint32_t> counts, float bias) {
+  test_support::Random random(counts.size());
+  Misses out;
+  for (int pair = 0; pair < 1000; ++pair) {
+    Picture a = correlated(counts, 1 + bias, random);
+    Picture b = correlated(counts, 1, random);
+    const auto excludes_zero = [&] {
+      const auto result = compared(a, b);
+      return result.bias_low > 0 || result.bias_high < 0 ? 1 : 0;
+    };
+    out.with_replicates += excludes_zero();
+    a.errors = b.errors = core::PixelErrors::kIndependent;
+    out.as_if_pixels_were_independent += excludes_zero();
+  }
+  return out;
+}
+
+TEST(Comparison, ReplicatesTellTheErrorOfAMeanWhosePixelsGoTogether) {
+  // 50 of 1000 at most (Welch's interval errs on the safe side with few replicates), and 4 deviations of such a count.
+  for (const std::vector<std::uint32_t>& counts :
+       {std::vector<std::uint32_t>(2, 8), std::vector<std::uint32_t>(4, 8), std::vector<std::uint32_t>(16, 8), {8, 8, 32, 32}}) {
+    const Misses found = misses(counts, 0);
+    std::printf("    %zu replicates: %d of 1000\n", counts.size(), found.with_replicates);
+    EXPECT_LE(found.with_replicates, 50 + 28);
+    EXPECT_GT(found.as_if_pixels_were_independent, 250) << "the twin: what adding up squares would say";
+  }
+  const std::vector<std::uint32_t> sixteen(16, 8);
+  EXPECT_GE(misses(sixteen, 0).with_replicates, 50 - 28);
+}
+
+TEST(Comparison, ABiasIsFoundFromReplicates) {
+  // Standard error of a - b: sqrt(2 / 128) = 0.125; eight of them.
+  const std::vector<std::uint32_t> sixteen(16, 8);
+  EXPECT_GE(misses(sixteen, 1).with_replicates, 999);
+}
+
+TEST(Comparison, ErrorsThatDoNotAddUpGiveNoIntervalOfTheBiasWithoutReplicates) {
   const auto level = [](int) { return 0.05F; };
   Picture a = noisy(16, 16, 1, 1, level);
   a.errors = core::PixelErrors::kCorrelated;

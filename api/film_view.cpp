@@ -36,6 +36,9 @@ Json picture_part(const JobSpec& spec) {
   }
   part["sampler"].erase("replicates");
   part["sampler"].erase("first_replicate");
+  if (part.contains("adaptive")) {
+    part["adaptive"].erase("min_samples");  // goes with the number of replicates, and changes no expectation
+  }
   return part;
 }
 
@@ -75,6 +78,7 @@ std::string film_text(const JobView& job, const core::SampleLedger& ledger, std:
   body["spec"] = to_json(job.spec);
   body["state"] = to_text(job.state);
   body["stop_reason"] = to_text(job.stop_reason);
+  body["samples_by_error"] = job.samples_by_error;
   body["finished_at"] =
       job.finished_at_unix_seconds ? Json(rfc3339(*job.finished_at_unix_seconds)) : Json(nullptr);
   body["elapsed_seconds"] = number_json(job.progress.elapsed_seconds);
@@ -120,8 +124,11 @@ Parsed<FilmOrigin> parse_film_text(std::string_view text) {
     return parsed.problem();
   }
   const Json* build = member(*body, "build");
+  const Json* by_error = member(*body, "samples_by_error");
   return FilmOrigin{.spec = std::move(parsed->spec),
                     .stop_reason = *stop_reason,
+                    .is_ended_by_error = (reason != nullptr && *reason == to_text(core::StopReason::kRelativeError)) ||
+                                         (by_error != nullptr && by_error->is_number_integer() && *by_error > 0),
                     .elapsed_seconds = *seconds,
                     .build = build != nullptr && build->is_object() ? dump(*build) : std::string()};
 }

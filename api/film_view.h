@@ -12,7 +12,7 @@
 
 namespace api {
 
-/// JSON: version, job, spec, state, stop_reason, finished_at, elapsed_seconds, error, warnings, samples (the ledger),
+/// JSON: version, job, spec, state, stop_reason, samples_by_error (0: no error chose their number), finished_at, elapsed_seconds, error, warnings, samples (the ledger),
 /// build, film_digest.
 std::string film_text(const JobView& job, const core::SampleLedger& ledger, std::string_view film_digest);
 
@@ -20,6 +20,7 @@ std::string film_text(const JobView& job, const core::SampleLedger& ledger, std:
 struct FilmOrigin {
   JobSpec spec;
   core::StopReason stop_reason = core::StopReason::kNone;
+  bool is_ended_by_error = false;  ///< an error chose its sample count, now or before a clock let it go on
   double elapsed_seconds = 0;
   std::string build;  ///< JSON text; empty: unknown
 };

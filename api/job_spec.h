@@ -56,14 +56,18 @@ struct JobSpec {
 struct ParsedJob {
   JobSpec spec;
   std::vector<std::string> warnings;  ///< values that are in force instead of what was asked
+  int samples_by_error = 0;           ///< an error ended the film that is made again, at so many samples per pixel; 0: none did
 };
+
+/// What the warning of a rounded samples_per_pixel begins with.
+inline constexpr std::string_view kSamplesWarning = "stop.samples_per_pixel: ";
 
 /// POST /v1/jobs. Whether the scene, camera, variant and asset exist is not checked here.
 /// Problems: 400, 413 (film too large, body too large), 422 with every wrong member.
 Parsed<ParsedJob> parse_job(std::string_view body);
 
 /// The whole spec in the shape of the request; parse_job(dump(to_json(spec))) gives spec back,
-/// without warnings. `environment` is left out while it is kAutomatic.
+/// without warnings but those of idle_warnings(). `environment` is left out while it is kAutomatic.
 Json to_json(const JobSpec& spec);
 /// The same as text; what a store keeps.
 std::string spec_json(const JobSpec& spec);
@@ -77,6 +81,9 @@ core::AdaptiveType usual_adaptive_type(bool has_error_target);
 
 /// What adaptive sampling cannot do for this job; told when it is submitted.
 std::vector<std::string> adaptive_warnings(const JobSpec& spec);
+
+/// What of the job does nothing; parse_job() tells it.
+std::vector<std::string> idle_warnings(const JobSpec& spec);
 
 /// The rule for an absent `environment`: white, unless the scene has a punctual light or a material
 /// with emissive strength above 1. Returns the warning that says so; empty if it was settled

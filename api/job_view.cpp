@@ -93,19 +93,22 @@ Json progress_part(const JobView& job) {
                                    : Json(nullptr)}};
 }
 
+std::string_view bias_of(const JobView& job) {
+  const std::string_view bias = core::bias_of(job.spec.render);
+  // A sample count that depends on the error it saw is no longer independent of the picture. It stays so when a clock ends the job
+  // later: the count is the larger of the two.
+  const bool is_by_error = job.stop_reason == core::StopReason::kRelativeError || job.samples_by_error > 0;
+  return bias == "none" && is_by_error ? "consistent" : bias;
+}
+
 Json error_part(const JobView& job) {
-  std::string bias(core::bias_of(job.spec.render));
-  // A sample count that depends on the error it saw is no longer independent of the picture.
-  if (bias == "none" && job.stop_reason == core::StopReason::kRelativeError) {
-    bias = "consistent";
-  }
   const core::ErrorInterval& error = job.progress.error;
   const bool valid = core::errors_are_valid(job.spec.render);
   return {{"relative_rmse", number_json(error.relative_rmse)},
           {"low", valid ? number_json(error.low) : Json(nullptr)},
           {"high", valid ? number_json(error.high) : Json(nullptr)},
           {"confidence", number_json(job.spec.stop.confidence)},
-          {"bias", bias},
+          {"bias", bias_of(job)},
           {"valid", valid},
           {"unreliable", error.unreliable}};
 }
@@ -116,7 +119,8 @@ Json statistics_part(const JobView& job) {
           {"rays_per_second", number_json(progress.rays_per_second)},
           {"efficiency", number_json(progress.efficiency)},
           {"rejected_samples", progress.rejected_samples},
-          {"peak_bytes", job.peak_bytes == 0 ? Json(nullptr) : Json(job.peak_bytes)}};
+          {"peak_bytes", job.peak_bytes == 0 ? Json(nullptr) : Json(job.peak_bytes)},
+          {"split_count", job.split_count == 0 ? Json(nullptr) : Json(job.split_count)}};
 }
 
 Json stop_reason_part(const JobView& job) {

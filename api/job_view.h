@@ -51,9 +51,15 @@ struct JobView {
   std::vector<std::string> warnings;
   std::string build;           ///< JSON text: what made the film; empty: unknown
   core::SampleLedger ledger;   ///< of a film that was merged from several; empty: follows from the spec
+  /// Samples per pixel of the film when its error ended it, as long as no count that was fixed beforehand goes beyond; 0: no error did.
+  int samples_by_error = 0;
+  int split_count = 0;  ///< that `measured` splitting found; 0: not yet, or nothing to find
 
   static core::Progress nothing_rendered();
 };
+
+/// "none", "consistent" or "biased": the worst of what the job chooses and of how its sample count came about.
+std::string_view bias_of(const JobView& job);
 
 std::string job_json(const JobView& job);
 /// Covers state, spec and revision: `"s3-r120-rendering"` with its quotes.

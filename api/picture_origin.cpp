@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/errors.h"
+#include "api/job_view.h"
 #include "api/json.h"
 #include "api/limits.h"
 
@@ -57,6 +58,11 @@ Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>&
                                .worst_tile = false,
                                .seconds = {},
                                .deadline_unix_seconds = {}};
+    const std::string* reason = find(texts, "tessera:stop_reason");
+    if ((reason != nullptr && *reason == to_text(core::StopReason::kRelativeError)) ||
+        find(texts, "tessera:samples_by_error") != nullptr) {
+      parsed->samples_by_error = *job.stop.samples_per_pixel;
+    }
   } else {
     parsed->warnings.emplace_back("The picture was taken before its job had ended; this is the whole job.");
   }

@@ -158,7 +158,11 @@ void add_job_schemas(Json& components) {
                         {"rays_per_second", maybe_real("")},
                         {"efficiency", maybe_real("1 / (relative error^2 * CPU seconds).")},
                         {"rejected_samples", integer("Non-finite ones, counted as zero.")},
-                        {"peak_bytes", basic_schema("integer", "Memory; null: unknown.", true)}});
+                        {"peak_bytes", basic_schema("integer", "Memory; null: unknown.", true)},
+                        {"split_count", basic_schema("integer",
+                                                     "Continuations of each path that splitting 'measured' found; null: not yet "
+                                                     "known, or another type.",
+                                                     true)}});
   Json links = basic_schema("object", "Paths of what belongs to the job.");
   links["additionalProperties"] = {{"type", "string"}};
   components["Job"] = object_of(

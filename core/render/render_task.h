@@ -86,6 +86,8 @@ class Renderer {
   static Result<std::shared_ptr<const Renderer>> create(View view);
   virtual ~Renderer() = default;
   virtual const View& view() const noexcept = 0;
+  /// What `measured` splitting found to be best; 0 with other types.
+  virtual int measured_split_count() const noexcept { return 0; }
   /// Renders samples [state.samples, last_sample) of every pixel of state.rect into `state`, in
   /// order; where there is a plan, what it has between these means. Returns false, leaving `state` half done, when stop was requested.
   virtual bool render(TileState& state, int last_sample, std::stop_token stop) const = 0;

@@ -28,17 +28,25 @@ constexpr std::uint64_t kEdgeStream = std::uint64_t{1} << 61U;
 /// The same for expected values of single pixels.
 constexpr std::uint64_t kProbeStream = std::uint64_t{1} << 60U;
 
+struct Planned {
+  std::unique_ptr<const Integrator> integrator;
+  int split_count = 0;  ///< that was measured; 0: none was
+};
+
 /// With `measured` splitting: as fixed, with the count that the pilot finds.
-std::unique_ptr<const Integrator> planned_integrator(const View& view, const Camera& camera) {
+Planned planned_integrator(const View& view, const Camera& camera) {
+  Planned planned;
   RenderSettings settings = view.settings;
   EstimatorSettings& estimator = settings.estimator;
   const auto make = [&] { return make_integrator({view.scene->data(), view.environment.get(), settings}); };
   if (estimator.splitting == SplittingType::kMeasured) {
     estimator.splitting = SplittingType::kNone;
-    estimator.split_count = best_split_count(measure_split(camera, *make(), settings));
+    planned.split_count = best_split_count(measure_split(camera, *make(), settings));
+    estimator.split_count = planned.split_count;
     estimator.splitting = SplittingType::kFixed;
   }
-  return make();
+  planned.integrator = make();
+  return planned;
 }
 
 class PictureRenderer final : public Renderer {
@@ -47,9 +55,10 @@ class PictureRenderer final : public Renderer {
       : view_(std::move(view)),
         camera_(camera),
         filter_(view_.settings.film.filter),
-        integrator_(planned_integrator(view_, camera_)) {}
+        planned_(planned_integrator(view_, camera_)) {}
 
   const View& view() const noexcept override { return view_; }
+  int measured_split_count() const noexcept override { return planned_.split_count; }
   bool render(TileState& state, int last_sample, std::stop_token stop) const override;
   bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const override;
   std::unique_ptr<LightEdgeSearch> light_edge_search() const override;
@@ -71,13 +80,13 @@ class PictureRenderer final : public Renderer {
   View view_;
   Camera camera_;
   FilterSampler filter_;
-  std::unique_ptr<const Integrator> integrator_;
+  Planned planned_;
 };
 
 PathSample PictureRenderer::trace(PathSampler& sampler, int x, int y, int s, std::uint64_t& rays,
                                   std::uint64_t& rejected) const {
   const Start from = start(sampler, x, y, s);
-  PathSample sample = integrator_->trace(from.ray, sampler, rays);
+  PathSample sample = planned_.integrator->trace(from.ray, sampler, rays);
   finish(sample, from.weight, rejected);
   return sample;
 }
@@ -129,7 +138,7 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   std::uint64_t rays = 0;
   std::uint64_t rejected = 0;
   const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings), settings.light_history};
-  const std::unique_ptr<GroupTracer> groups = integrator_->make_group_tracer();
+  const std::unique_ptr<GroupTracer> groups = planned_.integrator->make_group_tracer();
   const bool whole = groups != nullptr ? render_groups(state, rule, last_sample, stop, *groups)
                                        : fill_tile(state, rule, last_sample, stop, [&](int x, int y, int s) {
                                            return trace(sampler, x, y, s, rays, rejected);

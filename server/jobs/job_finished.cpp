@@ -50,6 +50,7 @@ api::JobView view_of_finished(const JobService::FinishedFilm& finished) {
   progress.rays = film.rays();
   progress.rejected_samples = film.rejected_samples();
   progress.revision = film.revision();
+  note_samples_by_error(view);
   progress.error = core::ErrorEstimate(film.snapshot()).image(finished.spec.stop.confidence);
   const double error = progress.error.relative_rmse;
   if (error > 0 && progress.cpu_seconds > 0) {

@@ -51,6 +51,26 @@ std::shared_ptr<core::Film> blank_film(const api::JobView& view) {
                              : std::make_shared<core::Film>(settings.film, settings.replicates, errors);
 }
 
+void note_samples_by_error(api::JobView& view) {
+  const auto samples = static_cast<int>(std::llround(view.progress.samples_mean));
+  if (view.stop_reason == core::StopReason::kRelativeError) {
+    view.samples_by_error = std::max(samples, 1);
+    return;
+  }
+  const bool is_fixed = view.stop_reason == core::StopReason::kSamples || view.stop_reason == core::StopReason::kLimit;
+  if (is_fixed && samples > view.samples_by_error) {
+    view.samples_by_error = 0;
+  }
+}
+
+std::vector<std::string> new_warnings(const api::JobView& before, const api::JobView& after) {
+  std::vector<std::string> warnings = after.warnings;
+  std::erase_if(warnings, [&](const std::string& warning) {
+    return std::find(before.warnings.begin(), before.warnings.end(), warning) != before.warnings.end();
+  });
+  return warnings;
+}
+
 JobRow to_row(const JobRecord& record) {
   const api::JobView& view = record.view;
   JobRow row;
@@ -97,6 +117,8 @@ JobRow to_row(const JobRecord& record) {
   }
   row.build = view.build;
   row.ledger = api::ledger_json(view.ledger);
+  row.samples_by_error = view.samples_by_error;
+  row.split_count = view.split_count;
   return row;
 }
 
@@ -132,6 +154,8 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   view.peak_bytes = row.peak_bytes;
   view.build = row.build;
   view.ledger = *ledger;
+  view.samples_by_error = row.samples_by_error;
+  view.split_count = row.split_count;
   if (!row.failure.message.empty()) {
     record.failure = row.failure;
     view.failure = api::from_error(row.failure);

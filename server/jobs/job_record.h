@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "api/job_view.h"
 #include "core/base/result.h"
@@ -28,6 +29,12 @@ bool may_change(api::JobState from, api::JobState to);
 
 /// An empty film for what is stored of the job.
 std::shared_ptr<core::Film> blank_film(const api::JobView& view);
+
+/// When a job has finished: did an error choose its samples? A count that was fixed beforehand and goes beyond is a choice of its own.
+void note_samples_by_error(api::JobView& view);
+
+/// Those of `after` that `before` has not.
+std::vector<std::string> new_warnings(const api::JobView& before, const api::JobView& after);
 
 JobRow to_row(const JobRecord& record);
 /// Errors: kInternal when the stored spec cannot be read.

@@ -207,6 +207,7 @@ void JobService::start(const JobPointer& job, const std::shared_ptr<RenderRun>& 
         }
         record.view.progress = progress_of(*run);
         record.view.peak_bytes = run->peak_bytes();
+        record.view.split_count = run->task().renderer().measured_split_count();
         return core::ok_status();
       },
       {.go_on_in_memory = true,
@@ -288,6 +289,7 @@ void JobService::finish(const JobPointer& job, core::StopReason reason) {
         record.view.finished_at_unix_seconds = unix_now();
         record.view.progress = progress_of(*run);
         record.view.peak_bytes = run->peak_bytes();
+        note_samples_by_error(record.view);
         record.view.film_digest = digest;
         record.view.build = options_.build;
         record.film = job->memory_only() ? FilmPlace::kNone : FilmPlace::kOnDisk;

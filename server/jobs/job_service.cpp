@@ -128,8 +128,8 @@ std::vector<JobService::Told> JobService::events_between(const JobRecord& before
       before.view.created_at_unix_seconds == 0) {
     told.push_back({api::EventType::kState, api::state_event(view)});
   }
-  for (std::size_t i = before.view.warnings.size(); i < view.warnings.size(); ++i) {
-    told.push_back({api::EventType::kWarning, api::warning_event(view.warnings[i])});
+  for (const std::string& warning : new_warnings(before.view, view)) {
+    told.push_back({api::EventType::kWarning, api::warning_event(warning)});
   }
   if (api::is_final(view.state) && !api::is_final(before.view.state)) {
     told.push_back({api::EventType::kEnd, api::end_event(view)});
@@ -227,9 +227,8 @@ api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request) {
   if (auto warning = api::settle_environment(request.spec, *facts)) {
     request.warnings.push_back(std::move(*warning));
   }
-  for (std::string& warning : api::adaptive_warnings(request.spec)) {
-    request.warnings.push_back(std::move(warning));
-  }
+  const std::vector<std::string> more = api::adaptive_warnings(request.spec);
+  request.warnings.insert(request.warnings.end(), more.begin(), more.end());
   return request;
 }
 
@@ -343,6 +342,7 @@ core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submis
   record.view.created_at_unix_seconds = unix_now();
   record.view.spec = std::move(request.spec);
   record.view.warnings = std::move(request.warnings);
+  record.view.samples_by_error = request.samples_by_error;
   auto job = std::make_shared<Job>(record, Job::History::kInLog, submission.owner);
   std::vector<Told> told = events_between(JobRecord{}, record);
   std::vector<EventRow> rows;

@@ -62,6 +62,7 @@ core::Result<Source> film_of_job(const RouteContext& context, const Job& job, co
   return Source{.part = {.film = *film, .ledger = ledger_of(view, **film)},
                 .origin = {.spec = view.spec,
                            .stop_reason = view.stop_reason,
+                           .is_ended_by_error = view.stop_reason == core::StopReason::kRelativeError || view.samples_by_error > 0,
                            .elapsed_seconds = view.progress.elapsed_seconds,
                            .build = view.build}};
 }
@@ -247,7 +248,7 @@ JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core:
   for (const Source& source : sources) {
     finished.elapsed_seconds += source.origin.elapsed_seconds;
     // A count that depended on the error it saw still does.
-    if (source.origin.stop_reason == core::StopReason::kRelativeError) {
+    if (source.origin.is_ended_by_error) {
       finished.stop_reason = core::StopReason::kRelativeError;
     }
     is_one_build = is_one_build && source.origin.build == finished.build;

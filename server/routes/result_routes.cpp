@@ -131,6 +131,9 @@ std::map<std::string, std::string> provenance(const api::JobView& view, const Ro
   if (!view.film_digest.empty()) {
     texts["tessera:film_digest"] = view.film_digest;
     texts["tessera:stop_reason"] = api::to_text(view.stop_reason);
+    if (view.samples_by_error > 0) {
+      texts["tessera:samples_by_error"] = std::to_string(view.samples_by_error);
+    }
   }
   return texts;
 }
@@ -417,7 +420,7 @@ Response image(const RouteContext& context, Request& request) {
     response.headers.set("X-Tessera-Ignored", ignored);
   }
   response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
-  response.headers.set("X-Tessera-Bias", core::bias_of(view.spec.render));
+  response.headers.set("X-Tessera-Bias", api::bias_of(view));
   return response;
 }
 

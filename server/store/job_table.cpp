@@ -15,8 +15,8 @@ constexpr const char* kInsert =
     " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where,"
     " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"
     " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"
-    " error_high, error_unreliable, build, ledger, sequence)"
-    " VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " error_high, error_unreliable, build, ledger, samples_by_error, split_count, sequence)"
+    " VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 constexpr const char* kUpdate =
     "UPDATE jobs SET id=?, spec=?, spec_version=?, scene=?, environment_asset=?, priority=?, state=?,"
@@ -24,7 +24,7 @@ constexpr const char* kUpdate =
     " failure_message=?, failure_where=?, film=?, film_bytes=?, film_digest=?, revision=?,"
     " fraction=?, samples_min=?, samples_mean=?, samples_max=?, elapsed_seconds=?, cpu_seconds=?,"
     " rays=?, rejected_samples=?, peak_bytes=?, error_rmse=?, error_low=?, error_high=?,"
-    " error_unreliable=?, build=?, ledger=? WHERE sequence=?";
+    " error_unreliable=?, build=?, ledger=?, samples_by_error=?, split_count=? WHERE sequence=?";
 
 /// The columns in the order of kInsert, after the sequence.
 #define TESSERA_JOB_COLUMNS                                                                        \
@@ -32,7 +32,7 @@ constexpr const char* kUpdate =
   " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where,"  \
   " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"    \
   " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"      \
-  " error_high, error_unreliable, build, ledger"
+  " error_high, error_unreliable, build, ledger, samples_by_error, split_count"
 
 constexpr const char* kUnfinishedStates = "state NOT IN ('finished','failed','cancelled')";
 /// Those that render or may yet: a finished job with its film can be extended.
@@ -76,6 +76,7 @@ void bind_row(Statement& statement, const JobRow& row) {
   statement.bind(row.error_rmse).bind(row.error_low).bind(row.error_high);
   statement.bind(std::int64_t{row.error_unreliable ? 1 : 0});
   statement.bind(row.build).bind(row.ledger);
+  statement.bind(std::int64_t{row.samples_by_error}).bind(std::int64_t{row.split_count});
 }
 
 JobRow read_row(const Statement& from) {
@@ -116,6 +117,8 @@ JobRow read_row(const Statement& from) {
   row.error_unreliable = from.integer(column++) != 0;
   row.build = from.text(column++);
   row.ledger = from.text(column++);
+  row.samples_by_error = static_cast<int>(from.integer(column++));
+  row.split_count = static_cast<int>(from.integer(column++));
   return row;
 }
 

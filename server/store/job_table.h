@@ -56,6 +56,8 @@ struct JobRow {
   bool error_unreliable = false;
   std::string build = {};   ///< JSON text; empty: unknown.
   std::string ledger = {};  ///< JSON text; empty: follows from the spec.
+  int samples_by_error = 0;
+  int split_count = 0;
 
   // Written by insert() and update(), not read back: they follow from the spec and the request.
   std::string owner = {};  ///< Id of the key that submitted it; empty: no stored key. insert() only.

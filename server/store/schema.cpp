@@ -168,6 +168,12 @@ INSERT INTO job_titles(job, title)
   SELECT sequence, lower(COALESCE(NULLIF(iif(json_valid(spec), json_extract(spec, '$.name'), ''), ''), scene))
   FROM jobs;
 )sql",
+    // Samples that an error chose, and what was measured before the first one.
+    R"sql(
+ALTER TABLE jobs ADD COLUMN samples_by_error INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN split_count INTEGER NOT NULL DEFAULT 0;
+UPDATE jobs SET samples_by_error = max(CAST(round(samples_mean) AS INTEGER), 1) WHERE stop_reason='relative_error';
+)sql",
 };
 
 }  // namespace

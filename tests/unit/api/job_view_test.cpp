@@ -35,7 +35,7 @@ TEST(JobView, HasTheMembersOfTheContract) {
                                       "cpu_seconds", "eta_seconds", "eta_interval_seconds"}));
   EXPECT_EQ(keys(job["statistics"]),
             (std::vector<std::string>{"rays", "rays_per_second", "efficiency", "rejected_samples",
-                                      "peak_bytes"}));
+                                      "peak_bytes", "split_count"}));
   EXPECT_EQ(job["created_at"], "2026-01-01T00:00:00Z");
   EXPECT_EQ(job["started_at"], "2026-01-01T00:00:00.25Z");
   EXPECT_EQ(job["state"], "rendering");

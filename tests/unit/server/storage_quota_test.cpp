@@ -115,6 +115,7 @@ TEST_F(Quota, FilmsOfAnOlderStoreCountForTheirOwners) {
   ASSERT_TRUE(jobs->insert(row, {}, {}));
   // The schema before there were quotas of storage.
   constexpr const char* kBack = R"sql(
+    ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs DROP COLUMN split_count;
     DROP INDEX assets_by_owner; ALTER TABLE assets DROP COLUMN owner;
     DROP INDEX job_owners_by_bytes; DROP INDEX jobs_by_film_bytes; DROP TABLE loose_films; DROP TABLE job_titles;
     ALTER TABLE job_owners DROP COLUMN reserved_bytes; ALTER TABLE job_owners DROP COLUMN stored_bytes;

@@ -90,6 +90,8 @@ TEST_F(Store, AJobComesBackWithEveryMember) {
   row.peak_bytes = 14;
   row.error_rmse = 0.125;
   row.error_unreliable = true;
+  row.samples_by_error = 15;
+  row.split_count = 16;
   ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
   reopen();
   const auto found = jobs->find("a");
@@ -97,6 +99,8 @@ TEST_F(Store, AJobComesBackWithEveryMember) {
   const JobRow& back = **found;
   EXPECT_EQ(back.spec_json, row.spec_json);
   EXPECT_EQ(back.spec_version, 3);
+  EXPECT_EQ(back.samples_by_error, 15);
+  EXPECT_EQ(back.split_count, 16);
   EXPECT_EQ(back.labels, row.labels);
   EXPECT_EQ(back.priority, -7);
   EXPECT_EQ(back.started_at, row.started_at);
@@ -184,13 +188,27 @@ TEST_F(Store, JobsOfAnOlderStoreAreFoundByTheirNames) {
   row.spec_json = R"({"scene": "cornell-box", "name": "Red Sofa"})";
   ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
   ASSERT_TRUE(jobs->insert(made_job(2, "job2"), {}, std::nullopt));
-  ASSERT_TRUE(database->session().execute("DROP TABLE job_titles; PRAGMA user_version=5;"));
+  ASSERT_TRUE(database->session().execute("ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs DROP COLUMN split_count;"
+                                          "DROP TABLE job_titles; PRAGMA user_version=5;"));
   reopen();
   JobQuery query;
   query.title = "sofa";
   EXPECT_EQ(listed(query), (std::vector<std::string>{"job1"}));
   query.title = "cornell";
   EXPECT_EQ(listed(query), (std::vector<std::string>{"job2"}));
+}
+
+TEST_F(Store, JobsOfAnOlderStoreThatAnErrorEndedAreKnownToBeSo) {
+  JobRow row = made_job(1, "a");
+  row.stop_reason = "relative_error";
+  row.samples_mean = 96.25;
+  ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
+  ASSERT_TRUE(jobs->insert(made_job(2, "b"), {}, std::nullopt));
+  ASSERT_TRUE(database->session().execute(
+      "ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs DROP COLUMN split_count; PRAGMA user_version=6;"));
+  reopen();
+  EXPECT_EQ((*jobs->find("a"))->samples_by_error, 96);
+  EXPECT_EQ((*jobs->find("b"))->samples_by_error, 0);
 }
 
 TEST_F(Store, EventsAreOrderedByStreamThenNumber) {

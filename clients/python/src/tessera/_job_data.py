@@ -81,7 +81,7 @@ class JobData:
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """rays, rays_per_second, efficiency, rejected_samples, peak_bytes."""
+        """rays, rays_per_second, efficiency, rejected_samples, peak_bytes, split_count."""
         return dict(self.data.get("statistics") or {})
 
     @property

@@ -11,6 +11,7 @@
 #include "api/schemas.h"
 #include "api/server_view.h"
 #include "api/stop_rules.h"
+#include "core/film/replicate_fit.h"
 #include "core/render/pass_plan.h"
 #include "core/render/registry.h"
 
@@ -265,6 +266,40 @@ const auto& table() {
 
 }  // namespace
 
+namespace {
+
+/// Decisions are taken at certain counts only: the spec holds the one that is in force. False: it does already.
+bool round_min_samples(core::RenderSettings& render) {
+  if (render.adaptive.type == core::AdaptiveType::kNone) {
+    return false;
+  }
+  const int in_force = core::first_epoch(render);
+  // Beyond what a job may have nothing is ever decided.
+  if (in_force == render.adaptive.min_samples || in_force > limits::kSamplesPerPixel) {
+    return false;
+  }
+  render.adaptive.min_samples = in_force;
+  return true;
+}
+
+std::string min_samples_warning(int asked, const core::RenderSettings& render) {
+  return "adaptive.min_samples: " + std::to_string(asked) + " was asked for, " + std::to_string(render.adaptive.min_samples) +
+         " is in force: decisions are taken at 2^k or 1.5 * 2^k samples of each of " + std::to_string(render.replicates) +
+         " replicates" + (render.adaptive.type == core::AdaptiveType::kPilot ? ", with type 'pilot' from 20 samples on." : ".");
+}
+
+template <typename Value, typename Rows>
+std::string name_of(const Rows& rows, Value value) {
+  for (const auto& row : rows) {
+    if (row.value == value) {
+      return "'" + std::string(row.name) + "'";
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
 Parsed<ParsedJob> parse_job(std::string_view body) {
   const Parsed<Json> value = parse_json(body, limits::kBodyBytes);
   if (!value) {
@@ -282,9 +317,16 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
     check_class(job.spec, faults);
     check_options(job.spec, accepted_options(job.spec.render.integrator), faults);
     round_stop(job.spec.stop, job.spec.render, job.warnings);
+    const int asked = job.spec.render.adaptive.min_samples;
+    if (round_min_samples(job.spec.render) && value->contains(Json::json_pointer("/adaptive/min_samples"))) {
+      job.warnings.push_back(min_samples_warning(asked, job.spec.render));
+    }
   }
   if (!faults.empty()) {
     return faults.problem();
+  }
+  for (std::string& warning : idle_warnings(job.spec)) {
+    job.warnings.push_back(std::move(warning));
   }
   return job;
 }
@@ -309,6 +351,30 @@ std::vector<std::string> adaptive_warnings(const JobSpec& spec) {
     warnings.push_back("adaptive: every pixel gets the same, because the first decision is taken at " +
                        std::to_string(first) + " samples and " + std::to_string(*spec.stop.samples_per_pixel) +
                        " are asked for.");
+  }
+  return warnings;
+}
+
+std::vector<std::string> idle_warnings(const JobSpec& spec) {
+  std::vector<std::string> warnings;
+  const core::RenderSettings& render = spec.render;
+  const core::EstimatorSettings& estimator = render.estimator;
+  if (estimator.strategy != core::Strategy::kMis && estimator.strategy != core::Strategy::kLight) {
+    const std::string strategy = name_of(core::strategies(), estimator.strategy);
+    if (render.light_sampler != core::RenderSettings{}.light_sampler) {
+      warnings.push_back("light_sampler: " + name_of(core::light_samplers(), render.light_sampler) + " has no effect: strategy " +
+                         strategy + " takes no light samples but those of punctual lights, which it chooses evenly.");
+    }
+    if (estimator.roulette == core::RouletteType::kThreshold) {
+      warnings.push_back("estimator.roulette: 'threshold' is about the shadow rays of light samples, and strategy " + strategy +
+                         " takes none but those of punctual lights.");
+    }
+  }
+  const int learnt = static_cast<int>(core::kFirstFit) * render.replicates;
+  if (estimator.control_variate == core::ControlVariateType::kRegression && spec.stop.samples_per_pixel &&
+      *spec.stop.samples_per_pixel <= learnt) {
+    warnings.push_back("estimator.control_variate: 'regression' has no effect: it learns from the first " + std::to_string(learnt) +
+                       " samples of a pixel, and " + std::to_string(*spec.stop.samples_per_pixel) + " are asked for.");
   }
   return warnings;
 }

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "api/fields.h"
+#include "api/job_spec.h"
 #include "api/limits.h"
 #include "api/time_text.h"
 #include "core/render/registry.h"
@@ -140,7 +141,7 @@ void round_stop(StopRules& rules, const core::RenderSettings& settings,
                           std::to_string(settings.replicates) + " replicates rounds " +
                           std::to_string(asked) + " to " + std::to_string(in_force);
   rules.samples_per_pixel = in_force;
-  warnings.push_back("stop.samples_per_pixel: " + std::to_string(asked) + " was asked for, " +
+  warnings.push_back(std::string(kSamplesWarning) + std::to_string(asked) + " was asked for, " +
                      std::to_string(in_force) + " is in force: " + why + ".");
 }
 

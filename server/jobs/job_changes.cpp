@@ -17,6 +17,37 @@ using core::Error;
 using core::ErrorCode;
 using core::Status;
 
+namespace {
+
+/// After the spec has changed from `before`: what was told of it and is so no longer goes, and `more` comes.
+void update_warnings(api::JobView& view, const api::JobSpec& before, const std::vector<std::string>& more) {
+  const auto about = [](const api::JobSpec& spec) {
+    std::vector<std::string> warnings = api::adaptive_warnings(spec);
+    for (std::string& warning : api::idle_warnings(spec)) {
+      warnings.push_back(std::move(warning));
+    }
+    return warnings;
+  };
+  const auto holds = [](const std::vector<std::string>& list, const std::string& warning) {
+    return std::find(list.begin(), list.end(), warning) != list.end();
+  };
+  const std::vector<std::string> old = about(before);
+  std::vector<std::string> now = about(view.spec);
+  now.insert(now.end(), more.begin(), more.end());
+  const bool is_same_count = before.stop.samples_per_pixel == view.spec.stop.samples_per_pixel;
+  std::erase_if(view.warnings, [&](const std::string& warning) {
+    return !holds(now, warning) &&
+           (holds(old, warning) || (!is_same_count && warning.starts_with(api::kSamplesWarning)));
+  });
+  for (const std::string& warning : now) {
+    if (!holds(view.warnings, warning)) {
+      view.warnings.push_back(warning);
+    }
+  }
+}
+
+}  // namespace
+
 Status JobService::apply_patch(JobRecord& record, const Job& job, const api::JobPatch& patch) const {
   api::JobView& view = record.view;
   const std::string state(api::to_text(view.state));
@@ -26,15 +57,12 @@ Status JobService::apply_patch(JobRecord& record, const Job& job, const api::Job
   if (api::is_final(view.state) && patch.paused.value_or(false)) {
     return Error{ErrorCode::kConflict, "the job is " + state + " and cannot be paused", "/paused"};
   }
-  if (!api::same_spec(view.spec, patch.spec)) {
+  const api::JobSpec before = view.spec;
+  if (!api::same_spec(before, patch.spec)) {
     view.spec = patch.spec;
     ++view.spec_version;
   }
-  for (const std::string& warning : patch.warnings) {
-    if (std::find(view.warnings.begin(), view.warnings.end(), warning) == view.warnings.end()) {
-      view.warnings.push_back(warning);
-    }
-  }
+  update_warnings(view, before, patch.warnings);
   if (patch.paused && !api::is_final(view.state)) {
     if (*patch.paused) {
       view.state = JobState::kPaused;
@@ -206,11 +234,10 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
                            std::to_string(there) + " that are there",
                        "/stop/samples_per_pixel"};
         }
+        const api::JobSpec before = view.spec;
         view.spec.stop = parsed->stop;
         ++view.spec_version;
-        for (std::string& warning : parsed->warnings) {
-          view.warnings.push_back(std::move(warning));
-        }
+        update_warnings(view, before, parsed->warnings);
         view.state = JobState::kQueued;
         view.stop_reason = core::StopReason::kNone;
         view.finished_at_unix_seconds.reset();

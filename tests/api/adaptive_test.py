@@ -21,6 +21,21 @@ class Adaptive(ApiTest):
                          {"none": "none", "pilot": "none", "crosshalf": "none", "sequential": "biased"})
         self.assertIn("/adaptive/min_samples", rows["pilot"]["accepts"])
 
+    def test_the_count_of_the_first_decision_that_is_in_force_stands_in_the_spec(self):
+        def told(job):
+            return [w for w in job["warnings"] if w.startswith("adaptive.min_samples")]
+        job = self.server.render(body("crosshalf", 64, min_samples=33))
+        self.assertEqual(job["spec"]["adaptive"]["min_samples"], 48)
+        self.assertEqual(len(told(job)), 1)
+        self.assertIn("33 was asked for, 48 is in force", told(job)[0])
+        self.assertEqual(job["progress"]["samples_per_pixel"]["min"], 48)
+        asked = self.server.render(body("crosshalf", 64, min_samples=48))
+        self.assertEqual((asked["film_digest"], told(asked)), (job["film_digest"], []))
+        # Nobody asked for the default.
+        plain = job_body(samples=96, sampler={"replicates": 6}, adaptive={"type": "pilot"})
+        job = self.server.render(plain)
+        self.assertEqual((job["spec"]["adaptive"]["min_samples"], told(job)), (36, []))
+
     def test_samples_go_where_the_noise_is_and_keep_their_mean(self):
         for kind, valid, bias in (("pilot", True, "none"), ("crosshalf", False, "none"),
                                   ("sequential", False, "biased")):
@@ -30,7 +45,7 @@ class Adaptive(ApiTest):
             self.assertLess(samples["min"], samples["max"])
             self.assertEqual((job["error"]["valid"], job["error"]["bias"]), (valid, bias))
             self.assertEqual(job["error"]["low"] is None, not valid)
-            self.assertEqual(job["spec"]["adaptive"], {"type": kind, "min_samples": 16,
+            self.assertEqual(job["spec"]["adaptive"], {"type": kind, "min_samples": 24 if kind == "pilot" else 16,
                                                        "granularity": "pixel", "dilation": 1})
             layer = self.server.get(f"/v1/jobs/{job['id']}/image.exr?layer=samples")
             self.assertEqual(layer.status, 200)
@@ -63,7 +78,7 @@ class Adaptive(ApiTest):
         wanted["stop"] = {"relative_error": 0.1}
         job = self.server.render(wanted)
         self.assertEqual(job["stop_reason"], "relative_error")
-        self.assertFalse(any("adaptive" in warning for warning in job["warnings"]), job["warnings"])
+        self.assertFalse(any("adaptive sampling" in warning for warning in job["warnings"]), job["warnings"])
         self.assertLessEqual(job["error"]["high"], 0.1)
         wanted["adaptive"]["type"] = "sequential"
         job = self.server.render(wanted)

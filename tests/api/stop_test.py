@@ -32,6 +32,65 @@ class Stopping(ApiTest):
         self.assertGreater(closer["progress"]["samples_per_pixel"]["mean"],
                            job["progress"]["samples_per_pixel"]["mean"])
 
+    def extend(self, job, **stop):
+        answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": stop})
+        self.assertEqual(answer.status, 202, answer)
+        return self.server.wait(job["id"])
+
+    def test_seconds_of_all_threads_do_not_go_back(self):
+        job = self.render({"relative_error": 0.1})
+        later = self.extend(job, seconds=0.01)
+        self.assertEqual(later["film_digest"], job["film_digest"])
+        self.assertGreaterEqual(later["progress"]["cpu_seconds"], job["progress"]["cpu_seconds"])
+        self.server.stop()
+        self.server.start()
+        again = self.extend(job, samples_per_pixel=2 * int(job["progress"]["samples_per_pixel"]["mean"]) + 16)
+        self.assertGreater(again["progress"]["cpu_seconds"], later["progress"]["cpu_seconds"])
+        points = self.server.get(f"/v1/jobs/{job['id']}/convergence").json()["points"]
+        seconds = [point["cpu_seconds"] for point in points]
+        self.assertEqual(seconds, sorted(seconds))
+
+    def test_samples_that_an_error_chose_stay_so_until_a_fixed_count_goes_beyond(self):
+        job = self.render({"relative_error": 0.1})
+        picture = self.server.get(f"/v1/jobs/{job['id']}/image.exr")
+        self.assertEqual(picture.headers["X-Tessera-Bias"], "consistent")
+        for stop in ({"deadline": "2020-01-01T00:00:00Z"}, {"seconds": 0.01}):
+            later = self.extend(job, **stop)
+            self.assertEqual(later["film_digest"], job["film_digest"])
+            self.assertEqual(later["error"]["bias"], "consistent", stop)
+        kept = self.server.get(f"/v1/jobs/{job['id']}/image.exr").body
+        for body in (picture.body, kept):
+            answer = self.server.request("POST", "/v1/jobs?from=image", body, {"Content-Type": "image/x-exr"})
+            again = self.server.wait(answer.json()["id"])
+            self.assertEqual((again["film_digest"], again["stop_reason"]), (job["film_digest"], "samples_per_pixel"))
+            self.assertEqual(again["error"]["bias"], "consistent")
+        merged = self.server.post("/v1/films/merge", {"films": [job["id"]]})
+        self.assertEqual(merged.json()["error"]["bias"], "consistent", merged)
+        self.server.stop()
+        self.server.start()
+        self.assertEqual(self.server.get(f"/v1/jobs/{job['id']}").json()["error"]["bias"], "consistent")
+        more = self.extend(job, samples_per_pixel=2 * int(job["progress"]["samples_per_pixel"]["mean"]) + 16)
+        self.assertEqual(more["error"]["bias"], "none")
+        self.assertEqual(self.extend(job, seconds=0.01)["error"]["bias"], "none")
+
+    def test_what_was_told_of_a_rule_goes_with_it(self):
+        def about_samples(job):
+            return [w for w in job["warnings"] if w.startswith(("stop.samples_per_pixel", "estimator.control_variate"))]
+        job = self.render({"samples_per_pixel": 5}, estimator={"control_variate": {"type": "regression"}})
+        self.assertEqual(len(about_samples(job)), 2, job["warnings"])
+        other = self.extend(job, samples_per_pixel=21)
+        self.assertEqual([w.split(" ")[1] for w in about_samples(other)], ["21"])
+        self.assertEqual(about_samples(self.extend(job, deadline="2020-01-01T00:00:00Z")), [])
+        running = self.server.submit(job_body(samples=65533))
+        self.assertEqual(len(about_samples(running)), 1)
+        path = f"/v1/jobs/{running['id']}"
+        kept = self.server.request("PATCH", path, b'{"stop": {"seconds": 600}}', {"Content-Type": "application/merge-patch+json"})
+        self.assertEqual(len(about_samples(kept.json())), 1, kept)
+        gone = self.server.request("PATCH", path, b'{"stop": {"samples_per_pixel": null}}',
+                                   {"Content-Type": "application/merge-patch+json"})
+        self.assertEqual(about_samples(gone.json()), [])
+        self.server.post(path + "/cancel")
+
     def test_the_worst_tile_needs_more_than_the_image(self):
         image = self.render({"relative_error": 0.12})
         worst = self.render({"relative_error": 0.12, "scope": "worst_tile"})

@@ -336,7 +336,7 @@ constexpr std::array kOperations = {
         "Two jobs that have ended, or a job and an image that was uploaded (8 and 16 bits are taken as sRGB, floats as "
         "linear; it counts as exact but for its rounding). b is the reference. The interval of the bias comes from the "
         "halves of both, and for a job whose pixels have correlated errors (zsobol, restir) from the means of its replicates "
-        "(with two of them it is wide); z is the difference of the luminances in standard errors, pooled over 7 x 7 pixels. Both take the "
+        "(with two of them it is wide); z is the difference of the luminances in standard errors, pooled over 3 x 3 pixels. Both take the "
         "two for independent: jobs with a seed in common are not.",
         "write", kNoParameters, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
     Operation{"getComparison", "GET", "/v1/comparisons/{id}", "Results", "A comparison that was made.", "", "read",

@@ -37,21 +37,24 @@ class QuietSink : public core::RenderSink {
   void on_finished(core::StopReason /*reason*/) override {}
 };
 
-ProgressFacts facts_of(const core::Progress& progress) {
+/// valid: do errors of such a job have an interval?
+ProgressFacts facts_of(const core::Progress& progress, bool valid) {
   ProgressFacts facts;
   facts.fraction = progress.fraction;
   facts.samples_per_pixel = progress.samples_mean;
   facts.elapsed_seconds = progress.elapsed_seconds;
   facts.relative_error = progress.error.relative_rmse;
-  facts.error_low = progress.error.low;
-  facts.error_high = progress.error.high;
+  if (valid) {
+    facts.error_low = progress.error.low;
+    facts.error_high = progress.error.high;
+  }
   facts.rays_per_second = progress.rays_per_second;
   facts.eta_seconds = progress.eta_seconds;
   return facts;
 }
 
 /// Runs the task on `threads` threads while this one shows how it comes along.
-void run_with_progress(core::RenderTask& task, int threads) {
+void run_with_progress(core::RenderTask& task, int threads, bool valid) {
   ProgressPrinter printer(stderr);
   std::signal(SIGINT, &on_interrupt);
   std::jthread renderer([&] { core::run_to_end(task, threads); });
@@ -62,7 +65,7 @@ void run_with_progress(core::RenderTask& task, int threads) {
       task.cancel();
     }
     if (const auto now = std::chrono::steady_clock::now(); now >= next_show && !task.finished()) {
-      printer.show(facts_of(task.progress()));
+      printer.show(facts_of(task.progress(), valid));
       next_show = now + std::chrono::milliseconds(500);
     }
   }
@@ -97,6 +100,12 @@ core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spe
 
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
+/// A count that an error chose is no longer independent of the picture.
+std::string bias_text(const core::RenderTask& task, const LocalJob& job) {
+  const std::string bias(core::bias_of(job.spec.render));
+  return bias == "none" && task.stop_reason() == core::StopReason::kRelativeError ? "consistent" : bias;
+}
+
 Json result_json(const core::RenderTask& task, const LocalJob& job, const std::string& output) {
   const core::Progress progress = task.progress();
   const bool valid = core::errors_are_valid(job.spec.render);
@@ -112,8 +121,9 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
            {{"relative_rmse", number_or_null(progress.error.relative_rmse)},
             {"low", valid ? number_or_null(progress.error.low) : Json(nullptr)},
             {"high", valid ? number_or_null(progress.error.high) : Json(nullptr)},
-            {"bias", std::string(core::bias_of(job.spec.render))},
+            {"bias", bias_text(task, job)},
             {"valid", valid},
+            {"unreliable", progress.error.unreliable},
             {"confidence", job.spec.stop.confidence}}},
           {"efficiency", number_or_null(progress.efficiency)},
           {"rejected_samples", progress.rejected_samples},
@@ -128,7 +138,8 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   core::TaskOptions options;
   options.stop = job.spec.stop;
   core::RenderTask task(job.renderer, std::move(film), std::move(options), sink);
-  run_with_progress(task, threads);
+  const bool valid = core::errors_are_valid(settings);
+  run_with_progress(task, threads, valid);
 
   const core::Progress progress = task.progress();
   if (progress.samples_max == 0) {
@@ -140,10 +151,10 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   if (flags.json) {
     std::printf("%s\n", result_json(task, job, flags.output).dump(2).c_str());
   }
-  const ProgressFacts facts = facts_of(progress);
-  std::fprintf(stderr, "%s: %.0f samples in %s, %s, %s\n", flags.output.c_str(), facts.samples_per_pixel,
+  const ProgressFacts facts = facts_of(progress, valid);
+  std::fprintf(stderr, "%s: %.0f samples in %s, %s%s, %s\n", flags.output.c_str(), facts.samples_per_pixel,
                duration_text(facts.elapsed_seconds).c_str(), interval_text(facts).c_str(),
-               rate_text(facts.rays_per_second).c_str());
+               valid ? "" : " without an interval: the samples were chosen by what was seen", rate_text(facts.rays_per_second).c_str());
   return g_interrupted == 0 ? kDone : kFailed;
 }
 

@@ -211,7 +211,7 @@ void ErrorEstimate::know(const FilmSnapshot& film, const LightEdges& edges, cons
     const auto count = static_cast<float>(pixel_value(film, edge.pixel).count);
     const float events = edge.coverage * count / 2;
     const float seen = luminance(edge.mean);
-    if (events < kRareEvents && seen > 0) {
+    if (foretells_ && events < kRareEvents && seen > 0) {
       // Well-spread points meet it once or not at all: events (1 - events), where independent ones have the variance of a Poisson distribution.
       const Rgb color = edge.mean * (1 / seen);
       const float told = relative(color * color * (edge.variance / count * (1 - events)), mu);
@@ -279,8 +279,8 @@ void ErrorEstimate::know(std::span<const ProbedPixel> probed) {
   }
 }
 
-ErrorEstimate::ErrorEstimate(const FilmSnapshot& film, const LightEdges& edges, std::span<const ProbedPixel> probed)
-    : rect_(film.rect), dependence_(film.errors == PixelErrors::kCorrelated ? kDependence : 1) {
+ErrorEstimate::ErrorEstimate(const FilmSnapshot& film, const LightEdges& edges, std::span<const ProbedPixel> probed, bool foretells)
+    : rect_(film.rect), foretells_(foretells), dependence_(film.errors == PixelErrors::kCorrelated ? kDependence : 1) {
   const int w = rect_.width;
   const int h = rect_.height;
   const std::size_t n = film.pixel_count();

@@ -43,7 +43,9 @@ class ErrorEstimate {
   /// Looks at the whole snapshot at once; O(pixels).
   /// edges: where the scene is at hand (core/film/light_edges.h); the snapshot is then of the film's whole crop.
   /// probed: pixels that do not see lights in part, and what samples that are not in the film say of them.
-  explicit ErrorEstimate(const FilmSnapshot& film, const LightEdges& edges = {}, std::span<const ProbedPixel> probed = {});
+  /// foretells: is the variance at rare rims taken from the scene? Not for jobs that their own error ends: what such a picture met is the matter.
+  explicit ErrorEstimate(const FilmSnapshot& film, const LightEdges& edges = {}, std::span<const ProbedPixel> probed = {},
+                         bool foretells = false);
 
   bool valid() const noexcept { return valid_; }
   ErrorInterval image(double confidence) const;
@@ -81,6 +83,7 @@ class ErrorEstimate {
   std::size_t index(int x, int y) const noexcept;
   PixelRect rect_;
   bool valid_ = false;
+  bool foretells_ = false;
   double dependence_ = 1;  ///< variance of a sum of (A - B)^2 over that of independent pixels
   std::vector<Rgb> mean_;
   std::vector<Rgb> pooled_variance_;

@@ -43,7 +43,7 @@ ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int sa
     if (!is_close(detail)) {  // so many rims that their luck is averaged out, and a film knows as much of them
       return ErrorEstimate(snapshot);
     }
-    ErrorEstimate estimate(snapshot, edges);
+    ErrorEstimate estimate(snapshot, edges, {}, true);
     // Where other pixels may be much of the error, too, it would take probes to know, and the film says safely that it does not.
     return estimate.doubtful().size() > kFewDoubtful ? ErrorEstimate(snapshot) : estimate;
   }

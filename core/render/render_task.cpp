@@ -321,7 +321,8 @@ void RenderTask::Impl::decide() {
     double bound = 0;
     if (rules.relative_error && estimate.valid()) {
       bound = error_bound(estimate, *film, rules);
-      if (may_stop && bound <= *rules.relative_error) {
+      // Whoever reads the error of such a job finds it met.
+      if (may_stop && std::max(bound, point.error.relative_rmse) <= *rules.relative_error) {
         why = StopReason::kRelativeError;
       }
     }

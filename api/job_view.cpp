@@ -93,13 +93,18 @@ Json progress_part(const JobView& job) {
                                    : Json(nullptr)}};
 }
 
-std::string_view bias_of(const JobView& job) {
-  const std::string_view bias = core::bias_of(job.spec.render);
-  // A sample count that depends on the error it saw is no longer independent of the picture. It stays so when a clock ends the job
-  // later: the count is the larger of the two.
-  const bool is_by_error = job.stop_reason == core::StopReason::kRelativeError || job.samples_by_error > 0;
+bool is_ended_by_error(const JobView& job) {
+  // It stays so when a clock ends the job later: the count is the larger of the two.
+  return job.stop_reason == core::StopReason::kRelativeError || job.samples_by_error > 0;
+}
+
+std::string_view bias_of(const core::RenderSettings& render, bool is_by_error) {
+  const std::string_view bias = core::bias_of(render);
+  // A sample count that depends on the error it saw is no longer independent of the picture.
   return bias == "none" && is_by_error ? "consistent" : bias;
 }
+
+std::string_view bias_of(const JobView& job) { return bias_of(job.spec.render, is_ended_by_error(job)); }
 
 Json error_part(const JobView& job) {
   const core::ErrorInterval& error = job.progress.error;

@@ -58,8 +58,13 @@ struct JobView {
   static core::Progress nothing_rendered();
 };
 
+/// Did an error choose the job's sample count?
+bool is_ended_by_error(const JobView& job);
+
 /// "none", "consistent" or "biased": the worst of what the job chooses and of how its sample count came about.
 std::string_view bias_of(const JobView& job);
+/// The same where there is no job: is_by_error as is_ended_by_error().
+std::string_view bias_of(const core::RenderSettings& render, bool is_by_error);
 
 std::string job_json(const JobView& job);
 /// Covers state, spec and revision: `"s3-r120-rendering"` with its quotes.

@@ -100,12 +100,6 @@ core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spe
 
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-/// A count that an error chose is no longer independent of the picture.
-std::string bias_text(const core::RenderTask& task, const LocalJob& job) {
-  const std::string bias(core::bias_of(job.spec.render));
-  return bias == "none" && task.stop_reason() == core::StopReason::kRelativeError ? "consistent" : bias;
-}
-
 Json result_json(const core::RenderTask& task, const LocalJob& job, const std::string& output) {
   const core::Progress progress = task.progress();
   const bool valid = core::errors_are_valid(job.spec.render);
@@ -121,7 +115,7 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
            {{"relative_rmse", number_or_null(progress.error.relative_rmse)},
             {"low", valid ? number_or_null(progress.error.low) : Json(nullptr)},
             {"high", valid ? number_or_null(progress.error.high) : Json(nullptr)},
-            {"bias", bias_text(task, job)},
+            {"bias", std::string(api::bias_of(job.spec.render, task.stop_reason() == core::StopReason::kRelativeError))},
             {"valid", valid},
             {"unreliable", progress.error.unreliable},
             {"confidence", job.spec.stop.confidence}}},

@@ -362,7 +362,7 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
   double gaussian = 0;
   double unlike = 0;  // what ratios may be wrong by, all together
   double unsure = 0;
-  double foretold = 0;
+  double foretold = 0;  // the same of those whose variance the scene tells
   double largest = 0;
   const auto known = [&](std::size_t i) { return of == Of::kPicture && !std::isnan(known_[i]) ? known_[i] : foretold_[i]; };
   const auto spread = [&](std::size_t i) { return static_cast<double>(std::isnan(known(i)) ? influence_[i] : influence_[i] - raw_ratio_[i]); };
@@ -389,7 +389,8 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
     }
   }
   out.value = sum / n;
-  const double variance = (dependence_ * std::max(pairs, gaussian) + unlike * unlike + unsure + kForetoldUnsure * kForetoldUnsure * foretold * foretold) / (n * n);
+  foretold *= kForetoldUnsure;
+  const double variance = (dependence_ * std::max(pairs, gaussian) + unlike * unlike + unsure + foretold * foretold) / (n * n);
   if (out.value > 0) {
     // Gamma with the same mean and variance: chi2(k) / k with k = 2 q^2 / variance.
     out.degrees = std::max(2 * out.value * out.value / variance, 0.5);

@@ -154,13 +154,15 @@ std::vector<double> means_of_parts(const std::vector<MomentSums::Region>& bases,
   return sums;
 }
 
+/// Luminance of the light whose rim it is.
+float light_of(const LightEdge& edge) { return luminance(edge.mean) / std::max(edge.coverage, 1e-6F); }
+
 /// What a pixel at a rim sees beside the light, if its halves tell: neither of them met it, or one. Each meeting of it is far above all else.
 std::optional<Rgb> met_beside(const FilmSnapshot& film, const LightEdge& edge) {
   const Rgb a = half_value(film, edge.pixel, 0).mean;
   const Rgb b = half_value(film, edge.pixel, 1).mean;
   const auto count = static_cast<float>(pixel_value(film, edge.pixel).count);
-  const float light = luminance(edge.mean) / std::max(edge.coverage, 1e-6F);
-  const float meeting = 0.5F * light / std::max(count / 2, 1.0F);
+  const float meeting = 0.5F * light_of(edge) / std::max(count / 2, 1.0F);
   const float least = std::min(luminance(a), luminance(b));
   if (edge.coverage * count > 1 || least > meeting) {
     return std::nullopt;
@@ -177,7 +179,7 @@ std::optional<Rgb> met_beside(const FilmSnapshot& film, const LightEdge& edge) {
 Rgb seen_beside(const LightEdge& edge, const std::vector<Rgb>& mean, const std::vector<char>& skip, int width, int height) {
   const auto x = static_cast<int>(edge.pixel % static_cast<std::uint32_t>(width));
   const auto y = static_cast<int>(edge.pixel / static_cast<std::uint32_t>(width));
-  const float light = luminance(edge.mean) / std::max(edge.coverage, 1e-6F);
+  const float light = light_of(edge);
   struct Sum {
     Rgb value;
     int count = 0;

@@ -14,6 +14,7 @@ namespace {
 constexpr double kProbes = 131072;
 constexpr double kProbeShare = 0.02;
 constexpr int kProbeMost = 1024;
+/// Of pixels that no rim crosses, so many may be left in doubt for the scene to be believed.
 constexpr std::size_t kFewDoubtful = 4;
 /// Places along the side of a pixel from which on the variance at a rim is known to some percent.
 constexpr int kCloseSide = 8;
@@ -23,7 +24,6 @@ constexpr double kNear = 1.25;
 }  // namespace
 
 ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int samples, bool is_last) {
-  const double picture = static_cast<double>(snapshot.pixel_count()) * samples;
   std::optional<double> target;
   double confidence = 0;
   std::optional<EdgeDetail> at_hand;
@@ -40,12 +40,15 @@ ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int sa
     }
     const EdgeDetail detail = at_hand.value_or(EdgeDetail::kPlans);
     const LightEdges& edges = light_edges(detail);
-    if (!is_close(detail)) {  // so many rims that their luck is averaged out, and a film knows as much of them
-      return ErrorEstimate(snapshot);
+    // Of rims so many that their luck is averaged out a film knows as much.
+    if (!edges.empty() && is_close(detail)) {
+      ErrorEstimate estimate(snapshot, edges, {}, true);
+      // Where other pixels may be much of the error, too, it would take probes to know, and the film says safely that it does not.
+      if (estimate.doubtful().size() <= kFewDoubtful) {
+        return estimate;
+      }
     }
-    ErrorEstimate estimate(snapshot, edges, {}, true);
-    // Where other pixels may be much of the error, too, it would take probes to know, and the film says safely that it does not.
-    return estimate.doubtful().size() > kFewDoubtful ? ErrorEstimate(snapshot) : estimate;
+    return ErrorEstimate(snapshot);
   }
   if (samples < kSamplesBeforeErrorStop) {
     return ErrorEstimate(snapshot);
@@ -62,13 +65,17 @@ ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int sa
   if (doubtful.empty()) {
     return estimate;
   }
-  const double each = std::min(std::max(kProbes, kProbeShare * picture) / static_cast<double>(doubtful.size()), static_cast<double>(kProbeMost) * samples);
+  const double all = std::max(kProbes, kProbeShare * static_cast<double>(snapshot.pixel_count()) * samples);
+  const double each = std::min(all / static_cast<double>(doubtful.size()), static_cast<double>(kProbeMost) * samples);
   // A power of two: each half is then a whole net of a low-discrepancy sequence.
   const auto each_whole = static_cast<int>(std::bit_floor(static_cast<unsigned>(each)));
   const double cpu_start = thread_cpu_seconds();
   const std::vector<ProbedPixel> probed = estimate.surprises(renderer->probe(doubtful, each_whole, cancel_source.get_token()));
   film->add_cpu_seconds(thread_cpu_seconds() - cpu_start);
-  return probed.empty() ? estimate : ErrorEstimate(snapshot, edges, probed);
+  if (probed.empty()) {
+    return estimate;
+  }
+  return ErrorEstimate(snapshot, edges, probed);
 }
 
 /// For about so long, or until it is known.

@@ -59,12 +59,11 @@ Progress RenderTask::progress() const {
   std::optional<Remaining> left;
   // Before its first look a target may be met by any count.
   const bool unknown = m.stop.relative_error && !m.stop.samples_per_pixel && (m.points.empty() || !(e > 0));
-  if (unknown) {
-    left.reset();
-  } else if (const auto rate = seconds_for(m.pace, 1.0)) {
+  const auto rate = seconds_for(m.pace, 1.0);
+  if (!unknown && rate) {
     left = Remaining{std::max(end.expected - samples, 0.0) * rate->expected, std::max(end.low - samples, 0.0) * rate->low,
                      std::max(end.high - samples, 0.0) * rate->high};
-  } else if (share > 0 && p.elapsed_seconds > 0.05) {
+  } else if (!unknown && share > 0 && p.elapsed_seconds > 0.05) {
     const double seconds = p.elapsed_seconds * (1 - std::min(share, 1.0)) / share;
     left = Remaining{seconds, seconds / 2, seconds * 2};
   }

@@ -62,7 +62,7 @@ core::Result<Source> film_of_job(const RouteContext& context, const Job& job, co
   return Source{.part = {.film = *film, .ledger = ledger_of(view, **film)},
                 .origin = {.spec = view.spec,
                            .stop_reason = view.stop_reason,
-                           .is_ended_by_error = view.stop_reason == core::StopReason::kRelativeError || view.samples_by_error > 0,
+                           .is_ended_by_error = api::is_ended_by_error(view),
                            .elapsed_seconds = view.progress.elapsed_seconds,
                            .build = view.build}};
 }

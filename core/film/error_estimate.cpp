@@ -32,6 +32,8 @@ constexpr float kRareEvents = 0.5F;
 constexpr double kForetoldUnsure = 0.1;
 /// Share of the sum over the picture from which on the luck of one pixel shows: of many, it is averaged out.
 constexpr float kMatters = 0.005F;
+/// Of the error, that its lower bound is where few pixels decide which of two readings is right.
+constexpr double kFarApart = 0.5;
 /// Share of the sum over the picture from which on a pixel is worth probing, and the number of those that are.
 constexpr double kDoubtful = 0.01;
 constexpr std::size_t kMostDoubtful = 64;
@@ -137,6 +139,8 @@ float relative(Rgb variance, Rgb mu) {
   return ratio;
 }
 
+Rgb larger(Rgb a, Rgb b) { return {std::max(a.r, b.r), std::max(a.g, b.g), std::max(a.b, b.b)}; }
+
 }  // namespace
 
 std::size_t ErrorEstimate::index(int x, int y) const noexcept {
@@ -190,6 +194,7 @@ void ErrorEstimate::know(const FilmSnapshot& film, const LightEdges& edges, cons
   known_.assign(film.pixel_count(), kNan);
   unsure_.assign(film.pixel_count(), 0);
   foretold_.assign(film.pixel_count(), kNan);
+  least_.assign(film.pixel_count(), kNan);
   const float all = std::accumulate(raw_ratio_.begin(), raw_ratio_.end(), 0.0F);
   const float heavy = kHeavy * all;
   for (std::size_t i = 0; i < known_.size(); ++i) {
@@ -200,9 +205,14 @@ void ErrorEstimate::know(const FilmSnapshot& film, const LightEdges& edges, cons
         (std::max(a, b) > kStandsOut * mu || (std::max(a, b) > kStandsOutHeavy * mu && raw_ratio_[i] > heavy))) {
       known_[i] = raw_ratio_[i];
     }
+    if (raw_ratio_[i] > heavy) {
+      const Rgb d = half_value(film, i, 0).mean - half_value(film, i, 1).mean;
+      least_[i] = relative(d * d * 0.25F, larger(expected[i].mean, mean_[i]));
+    }
   }
   for (const LightEdge& edge : edges) {
     const Rgb mu = expected[edge.pixel].mean;
+    least_[edge.pixel] = kNan;
     if (edge_noise(film, edge, mu) < kFewEvents) {
       continue;
     }
@@ -270,7 +280,7 @@ void ErrorEstimate::know(std::span<const ProbedPixel> probed) {
   for (const ProbedPixel& probe : probed) {
     const std::size_t i = probe.pixel;
     influence_[i] = raw_ratio_[i];
-    foretold_[i] = kNan;
+    foretold_[i] = least_[i] = kNan;
     // The product of what two independent probes say has no bias, the square of one has their variance in it.
     const Rgb off[2] = {mean_[i] - probe.means[0], mean_[i] - probe.means[1]};
     known_[i] = std::max(relative(off[0] * off[1], probe.mean()), 0.0F);
@@ -364,7 +374,12 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
   double unsure = 0;
   double foretold = 0;  // the same of those whose variance the scene tells
   double largest = 0;
-  const auto known = [&](std::size_t i) { return of == Of::kPicture && !std::isnan(known_[i]) ? known_[i] : foretold_[i]; };
+  const auto known = [&](std::size_t i) {
+    if (of == Of::kLeast && !std::isnan(least_[i])) {
+      return least_[i];
+    }
+    return of == Of::kPicture && !std::isnan(known_[i]) ? known_[i] : foretold_[i];
+  };
   const auto spread = [&](std::size_t i) { return static_cast<double>(std::isnan(known(i)) ? influence_[i] : influence_[i] - raw_ratio_[i]); };
   for (int y = rect.y; y < rect.y + rect.height; ++y) {
     for (int x = rect.x; x < rect.x + rect.width; ++x) {
@@ -408,8 +423,13 @@ ErrorInterval ErrorEstimate::region(PixelRect rect, double confidence) const {
     const double tail = (1 - confidence) / 2;
     out.low = std::sqrt(q.value * k / chi2_quantile(1 - tail, k));
     out.high = std::sqrt(q.value * k / chi2_quantile(tail, k));
+    const MeanRatio least = mean_ratio(rect, Of::kLeast);
+    if (least.value > 0 && least.value < q.value) {
+      const double degrees = std::max(k, least.degrees);
+      out.low = std::min(out.low, std::sqrt(least.value * degrees / chi2_quantile(1 - tail, degrees)));
+    }
     // Fewer than some ten events carry the whole estimate: what was not seen cannot be bounded.
-    out.unreliable = k < 20 || q.largest_share > 0.25;
+    out.unreliable = k < 20 || q.largest_share > 0.25 || out.low < kFarApart * out.relative_rmse;
   }
   return out;
 }

@@ -8,7 +8,9 @@
 ///
 /// Where lights are seen in part and samples seldom meet them, the scene tells the expected value: what such a pixel is off by is no estimate.
 /// Nor is what pictures like it are off by there: an event that one picture in ten has makes no estimate, but its variance is known.
-/// The same holds for the few pixels that may be much of the whole error, once they are probed.
+/// The same holds for the few pixels that may be much of the whole error, once they are probed. Until then a single event in one of them has two
+/// readings: a pixel as dark as its region had luck, or one that is brighter shows what it is. The estimate takes the first, which is right on
+/// average where events come anywhere; the interval reaches down to the second.
 ///
 /// Where the errors of neighbouring pixels are correlated (PixelErrors), variances still are what the halves say of each
 /// pixel and the mean over pixels is right, but fewer of them are known independently: intervals are wider. The variance
@@ -74,7 +76,8 @@ class ErrorEstimate {
     double largest_share = 0;  ///< of the sum, that one pixel has
   };
   /// kPicture: of this very picture, where what pixels are known to be off by has no spread. kExpected: of pictures like it.
-  enum class Of { kExpected, kPicture };
+  /// kLeast: the same, if the few pixels that carry much of the error are as bright as they look, and did not have luck.
+  enum class Of { kExpected, kPicture, kLeast };
   MeanRatio mean_ratio(PixelRect rect, Of of) const;
   void know(const FilmSnapshot& film, const LightEdges& edges, const std::vector<ExpectedValue>& expected);
   void know(std::span<const ProbedPixel> probed);
@@ -93,6 +96,7 @@ class ErrorEstimate {
   std::vector<float> known_;         ///< mean over channels of error^2 / (mu^2 + 0.01) of this very pixel; NaN where unknown
   std::vector<float> unsure_;        ///< variance of known_, where probes gave it
   std::vector<float> foretold_;      ///< what raw_ratio_ is on average, where the scene tells it; NaN where it does not
+  std::vector<float> least_;         ///< raw_ratio_ of a pixel with much of the error, if its own mean is its expected value; NaN elsewhere
   std::vector<std::uint32_t> doubtful_;
   std::vector<float> doubtful_square_;  ///< mu^2 + 0.01 of each, luminance
   std::vector<float> pooled_ratio_;  ///< raw_ratio_ as pooled_variance_ is

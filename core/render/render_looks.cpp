@@ -14,8 +14,6 @@ namespace {
 constexpr double kProbes = 131072;
 constexpr double kProbeShare = 0.02;
 constexpr int kProbeMost = 1024;
-/// Of pixels that no rim crosses, so many may be left in doubt for the scene to be believed.
-constexpr std::size_t kFewDoubtful = 4;
 /// Places along the side of a pixel from which on the variance at a rim is known to some percent.
 constexpr int kCloseSide = 8;
 /// Of a film that says more than this times the target nothing more is asked.
@@ -42,11 +40,7 @@ ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int sa
     const LightEdges& edges = light_edges(detail);
     // Of rims so many that their luck is averaged out a film knows as much.
     if (!edges.empty() && is_close(detail)) {
-      ErrorEstimate estimate(snapshot, edges, {}, true);
-      // Where other pixels may be much of the error, too, it would take probes to know, and the film says safely that it does not.
-      if (estimate.doubtful().size() <= kFewDoubtful) {
-        return estimate;
-      }
+      return ErrorEstimate(snapshot, edges, {}, true);
     }
     return ErrorEstimate(snapshot);
   }

@@ -14,7 +14,8 @@
 namespace {
 
 // Where a lamp's rim is met by one picture in ten, the scene tells how often, and jobs of a fixed count ask it, too. Of 160 intervals that cover
-// with probability 0.95 fewer than 144 do in 0.4 % of cases (binomial). The twin: what the film alone says.
+// with probability 0.95 fewer than 144 do in 0.4 % of cases (binomial). The twin: what the film alone says is covered as well, for its interval is
+// wider, but is far from the error.
 TEST(ErrorOfAFixedCount, CoversAtTheRimOfALamp) {
   constexpr int kSeeds = 160;
   auto cornell = core::load_gltf(core::find_builtin_scene("cornell-box")->make_glb(), {}, {});
@@ -42,16 +43,21 @@ TEST(ErrorOfAFixedCount, CoversAtTheRimOfALamp) {
   }
   truth = std::sqrt(truth);
   int covers = 0;
-  int film_covers = 0;
+  int near = 0;
+  int film_near = 0;
+  const auto is_near = [&](const core::ErrorInterval& e) { return std::abs(e.relative_rmse - truth) < 0.1 * truth; };
   for (const test_support::Picture& picture : pictures) {
     const core::ErrorInterval& said = picture.progress.error;
     const core::ErrorInterval by_film = core::ErrorEstimate(picture.snapshot).image(0.95);
     covers += said.low <= truth && truth <= said.high ? 1 : 0;
-    film_covers += by_film.low <= truth && truth <= by_film.high ? 1 : 0;
+    near += is_near(said) ? 1 : 0;
+    film_near += is_near(by_film) ? 1 : 0;
   }
-  std::printf("    error %.4f: %d of %d intervals cover, %d by the film alone\n", truth, covers, kSeeds, film_covers);
+  std::printf("    error %.4f: %d of %d intervals cover; %d are within a tenth of it, %d by the film alone\n", truth, covers, kSeeds, near,
+              film_near);
   EXPECT_GE(covers, 144);
-  EXPECT_LT(film_covers, 130);
+  EXPECT_GE(near, 144);
+  EXPECT_LT(film_near, 130);
 }
 
 }  // namespace

@@ -380,6 +380,45 @@ TEST(ErrorEstimate, TooFewEventsAreCalledUnreliable) {
   EXPECT_FALSE(ErrorEstimate(draw(gaussian(0.1), 1)).image(0.95).unreliable);
 }
 
+// Six pixels that one sample in fifty finds very bright, or as many such events anywhere in the picture: no film tells one from the other, and
+// errors are far apart. The interval holds both, and is called unreliable. 200 pictures, of which one in fifty has not met any of the six: less
+// than 180 cover with probability 1e-4 where 0.95 do. The twin: what is said of the six is more than twice their error.
+TEST(ErrorEstimate, FewBrightPixelsMayBeRimsOrLuck) {
+  constexpr double kShare = 0.02 / 4;  // 128 samples of a half here are to meet as much as 32 would
+  const auto plan_of = [&](bool anywhere) {
+    Plan plan;
+    const auto share = [=](int x, int y) { return anywhere ? 6 * kShare / (64 * 64) : (x % 24 == 8 && y % 30 == 10 ? kShare : 0.0); };
+    plan.half = [=](Random& r, int x, int y) {
+      const double p = share(x, y);
+      return 0.1 + 0.005 * r.normal() + (p > 0 ? 100 * p * events(r, p) : 0.0);
+    };
+    plan.mu = [=](int x, int y) { return 0.1 + 100 * share(x, y); };
+    plan.variance = [=](int x, int y) { return 0.005 * 0.005 / 2 + 100 * 100 * share(x, y) * (1 - share(x, y)) / 256; };
+    plan.m2 = [](int, int, double mean) { return 0.005 * 0.005 * 127 * 128 + 128 * std::max(mean - 0.1, 0.0) * std::max(100.1 - mean, 0.0); };
+    return plan;
+  };
+  const Plan rims = plan_of(false);
+  const Plan anywhere = plan_of(true);
+  int rims_cover = 0;
+  int anywhere_covers = 0;
+  int too_much = 0;
+  int flagged = 0;
+  for (int t = 0; t < 200; ++t) {
+    const core::ErrorInterval of_rims = ErrorEstimate(draw(rims, static_cast<std::uint64_t>(t) + 1)).image(0.95);
+    const core::ErrorInterval of_any = ErrorEstimate(draw(anywhere, static_cast<std::uint64_t>(t) + 1)).image(0.95);
+    rims_cover += of_rims.low <= true_error(rims) && true_error(rims) <= of_rims.high ? 1 : 0;
+    anywhere_covers += of_any.low <= true_error(anywhere) && true_error(anywhere) <= of_any.high ? 1 : 0;
+    too_much += of_rims.relative_rmse > 2 * true_error(rims) ? 1 : 0;
+    flagged += of_rims.unreliable ? 1 : 0;
+  }
+  std::printf("    errors %.3f, %.3f: %d and %d of 200 intervals cover; %d say more than twice, %d are called unreliable\n", true_error(rims),
+              true_error(anywhere), rims_cover, anywhere_covers, too_much, flagged);
+  EXPECT_GE(rims_cover, 180);
+  EXPECT_GE(anywhere_covers, 180);
+  EXPECT_GE(too_much, 100);
+  EXPECT_GE(flagged, 180);
+}
+
 // Pixels: pooled standard errors, 95 % intervals, on average over the picture; 50 x 4096 pixels.
 TEST(ErrorEstimate, PixelIntervalsCover) {
   for (const Plan& plan : {gaussian(0.1), half_black(gaussian(0.1)), rare_events(0.02)}) {

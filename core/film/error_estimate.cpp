@@ -441,6 +441,8 @@ double ErrorEstimate::most(PixelRect rect, double alpha) const {
   return q.value > 0 ? std::sqrt(q.value / f_quantile(alpha, q.degrees)) : std::sqrt(q.value);
 }
 
+double ErrorEstimate::least() const { return std::sqrt(mean_ratio(rect_, Of::kLeast).value); }
+
 PixelError ErrorEstimate::pixel(int x, int y) const {
   PixelError out;
   const std::size_t i = index(x, y);

@@ -57,6 +57,8 @@ class ErrorEstimate {
   /// probability alpha. Intervals are of what pictures like it are off by on average. NaN with one half.
   double most(PixelRect rect, double alpha) const;
   double most(double alpha) const { return most(rect_, alpha); }
+  /// Of the whole picture, if the few pixels that carry much of the error are as bright as they look. NaN with one half.
+  double least() const;
   PixelError pixel(int x, int y) const;
   /// sqrt(mean over channels of pooled Var / (mu^2 + 0.01)) of one pixel: the `error` layer.
   float relative_error(int x, int y) const;

@@ -1,6 +1,7 @@
 #include "core/render/pass_plan.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/render/registry.h"
 
@@ -24,7 +25,23 @@ int next_cut(int samples, int replicates, int unit, long parts) {
 
 }  // namespace
 
-int next_look(int samples, int replicates, int unit) { return next_cut(samples, replicates, unit, 4); }
+int next_look(int samples, int replicates, int unit, int first_epoch) {
+  const int look = next_cut(samples, replicates, unit, 4);
+  if (first_epoch < 1 || samples < first_epoch) {
+    return look;
+  }
+  int from = first_epoch;
+  while (epoch_end(from) <= samples) {
+    from = epoch_end(from);
+  }
+  for (const int parts : {16, 8}) {
+    const auto at = static_cast<int>(rounded_up(from + from / parts, std::lcm(unit, replicates)));
+    if (at > samples) {
+      return std::min(at, look);
+    }
+  }
+  return look;
+}
 
 int next_report(int samples, int replicates, int unit) { return next_cut(samples, replicates, unit, 2); }
 

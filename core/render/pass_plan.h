@@ -9,8 +9,9 @@
 namespace core {
 
 /// The first count above `samples` at which errors are looked at to end a job: 1, 1.25, 1.5 and 1.75 times 2^k samples per
-/// replicate.
-int next_look(int samples, int replicates, int unit = 1);
+/// replicate. Where a plan says what pixels get, from `first_epoch` on, also a sixteenth and an eighth into each epoch: a plan's first samples go
+/// where they matter most. 0: no plan.
+int next_look(int samples, int replicates, int unit = 1, int first_epoch = 0);
 
 /// The same for looks that only tell: 2^k and 1.5 * 2^k, which are looks, too.
 int next_report(int samples, int replicates, int unit = 1);

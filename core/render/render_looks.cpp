@@ -16,19 +16,18 @@ constexpr double kProbeShare = 0.02;
 constexpr int kProbeMost = 1024;
 /// Places along the side of a pixel from which on the variance at a rim is known to some percent.
 constexpr int kCloseSide = 8;
-/// Of a film that says more than this times the target nothing more is asked.
+/// Before every look is a full one, of a film that says at least more than this times the target nothing more is asked.
 constexpr double kNear = 1.25;
 
 }  // namespace
 
-ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int samples, bool is_last) {
+/// missing: gets the probes that it takes and that nobody has made; then what is returned lacks them. nullptr: nobody waits for any.
+ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int samples, bool is_last, std::vector<Probe>* missing) {
   std::optional<double> target;
-  double confidence = 0;
   std::optional<EdgeDetail> at_hand;
   {
     MutexLock lock(mutex);
     target = stop.relative_error;
-    confidence = stop.confidence;
     at_hand = edges_known;
   }
   if (!target) {
@@ -47,29 +46,67 @@ ErrorEstimate RenderTask::Impl::estimate_of(const FilmSnapshot& snapshot, int sa
   if (samples < kSamplesBeforeErrorStop) {
     return ErrorEstimate(snapshot);
   }
+  const auto may_end = [&](const ErrorEstimate& estimate) {
+    return samples >= kSamplesBeforeFullLook || estimate.least() <= kNear * *target;
+  };
   if (samples < kSamplesBeforeFullLook) {
     ErrorEstimate of_film(snapshot);
-    if (!(of_film.image(confidence).relative_rmse <= kNear * *target)) {
+    if (!may_end(of_film)) {
       return of_film;
     }
   }
   const LightEdges& edges = light_edges(EdgeDetail::kErrors);
   ErrorEstimate estimate(snapshot, edges);
   const std::vector<std::uint32_t>& doubtful = estimate.doubtful();
-  if (doubtful.empty()) {
+  if (doubtful.empty() || !may_end(estimate)) {
     return estimate;
   }
   const double all = std::max(kProbes, kProbeShare * static_cast<double>(snapshot.pixel_count()) * samples);
   const double each = std::min(all / static_cast<double>(doubtful.size()), static_cast<double>(kProbeMost) * samples);
   // A power of two: each half is then a whole net of a low-discrepancy sequence.
   const auto each_whole = static_cast<int>(std::bit_floor(static_cast<unsigned>(each)));
-  const double cpu_start = thread_cpu_seconds();
-  const std::vector<ProbedPixel> probed = estimate.surprises(renderer->probe(doubtful, each_whole, cancel_source.get_token()));
-  film->add_cpu_seconds(thread_cpu_seconds() - cpu_start);
-  if (probed.empty()) {
+  std::vector<Probe> wanted;
+  for (const std::uint32_t pixel : doubtful) {
+    wanted.push_back({pixel, each_whole});
+  }
+  const std::vector<ProbedPixel> surprising = estimate.surprises(probes_of(wanted, missing));
+  if (surprising.empty()) {
     return estimate;
   }
-  return ErrorEstimate(snapshot, edges, probed);
+  return ErrorEstimate(snapshot, edges, surprising);
+}
+
+/// Those that were made; the others are added to `missing`, if it is not nullptr.
+std::vector<ProbedPixel> RenderTask::Impl::probes_of(std::span<const Probe> wanted, std::vector<Probe>* missing) {
+  std::vector<ProbedPixel> out;
+  MutexLock lock(mutex);
+  for (const Probe& probe : wanted) {
+    const auto made = probed.find(probe);
+    if (made != probed.end()) {
+      out.push_back(made->second);
+    } else if (missing != nullptr) {
+      missing->push_back(probe);
+    }
+  }
+  return out;
+}
+
+/// The next of probes_due. None is made when the task is stopped meanwhile.
+void RenderTask::Impl::run_probe() {
+  Probe probe;
+  {
+    MutexLock lock(mutex);
+    probe = probes_due[probes_begun++];
+  }
+  const double cpu_start = thread_cpu_seconds();
+  const std::vector<ProbedPixel> made = renderer->probe({&probe.pixel, 1}, probe.samples, stop_source.get_token());
+  film->add_cpu_seconds(thread_cpu_seconds() - cpu_start);
+  MutexLock lock(mutex);
+  if (!made.empty()) {
+    probed.insert({probe, made.front()});
+  }
+  --in_flight;
+  note_clock();
 }
 
 /// For about so long, or until it is known.

@@ -16,7 +16,6 @@ RenderTask::Impl::SamplesAtEnd RenderTask::Impl::samples_at_end() const {
     return end;
   }
   const double bound = stop_bound > 0 ? stop_bound : error.high;
-  const int replicates = renderer->view().settings.replicates;
   // Only looks end a job, and not the first ones; before one could have, nothing is promised of those before a full one.
   const int first = points.back().samples_per_pixel < kSamplesBeforeErrorStop ? kSamplesBeforeFullLook : kSamplesBeforeErrorStop;
   std::vector<SeenError> seen_errors;
@@ -27,7 +26,7 @@ RenderTask::Impl::SamplesAtEnd RenderTask::Impl::samples_at_end() const {
   const auto look_for = [&](double seen, double falls) REQUIRES(mutex) {
     const double needed = samples_for_error(points.back().samples_per_pixel, seen, *stop.relative_error, falls);
     const double least = std::max({needed, static_cast<double>(base_samples) + 1, static_cast<double>(first)});
-    return least >= most ? most : std::min<double>(next_look(static_cast<int>(std::ceil(least)) - 1, replicates, unit()), most);
+    return least >= most ? most : std::min<double>(look_after(static_cast<int>(std::ceil(least)) - 1), most);
   };
   end.expected = look_for(bound, exponent);
   end.low = look_for(bound * error.low / e, exponent);

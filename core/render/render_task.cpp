@@ -61,6 +61,14 @@ std::optional<Slice> RenderTask::take() {
       m.running_since = TaskClock::now();
     }
     m.note_clock();
+    if (m.is_probing() && !m.expired) {
+      if (m.probes_out == m.probes_due.size()) {
+        return std::nullopt;
+      }
+      ++m.probes_out;
+      ++m.in_flight;
+      return Slice{.kind = SliceKind::kProbe};
+    }
     if (!m.expired) {
       auto slice = m.find_slice();
       while (!slice && m.pass_target < m.barrier()) {
@@ -110,6 +118,11 @@ void RenderTask::run(const Slice& slice) {
       --m.in_flight;
       m.note_clock();
     }
+    m.after_slice();
+    return;
+  }
+  if (slice.kind == SliceKind::kProbe) {
+    m.run_probe();
     m.after_slice();
     return;
   }
@@ -168,7 +181,12 @@ void RenderTask::Impl::after_slice() {
     if ((cancel_now || expire_now) && reporting) {
       return;  // on_pass comes before on_finished: the report comes here again
     }
-    if (!cancel_now && !expire_now) {
+    if (!cancel_now && !expire_now && is_probing()) {
+      if (probes_out < probes_due.size()) {
+        return;
+      }
+      probes_due.clear();
+    } else if (!cancel_now && !expire_now) {
       if (!pass_complete() || (pass_target < barrier())) {
         return;
       }
@@ -239,7 +257,6 @@ void RenderTask::Impl::decide() {
   int samples = 0;
   int most = 0;
   bool looks_now = false;
-  const int replicates = renderer->view().settings.replicates;
   {
     MutexLock lock(mutex);
     base_samples = pass_target;
@@ -255,7 +272,7 @@ void RenderTask::Impl::decide() {
     rules = stop;
     samples = base_samples;
     most = samples_max();
-    const int due = rules.relative_error ? next_look(samples - 1, replicates, unit()) : next_report(samples - 1, replicates, unit());
+    const int due = rules.relative_error ? look_after(samples - 1) : next_report(samples - 1, renderer->view().settings.replicates, unit());
     looks_now = samples >= most || due == samples;
     looks_now = looks_now && samples != last_reported;
   }
@@ -290,7 +307,7 @@ void RenderTask::Impl::decide() {
       deciding = false;
       last_reported = samples;
     }
-    const ErrorEstimate estimate = estimate_of(snapshot, samples, false);
+    const ErrorEstimate estimate = estimate_of(snapshot, samples, false, nullptr);
     const ConvergencePoint point = look(estimate, samples);
     {
       MutexLock lock(mutex);
@@ -316,7 +333,22 @@ void RenderTask::Impl::decide() {
     }
   }
   if (looks_now) {
-    const ErrorEstimate estimate = estimate_of(film->snapshot(), samples, why != StopReason::kNone);
+    std::vector<Probe> missing;
+    const ErrorEstimate estimate = estimate_of(film->snapshot(), samples, why != StopReason::kNone, &missing);
+    if (!missing.empty()) {  // all threads make them; then the decision is taken again
+      bool again = false;
+      {
+        MutexLock lock(mutex);
+        probes_due = std::move(missing);
+        probes_out = probes_begun = 0;
+        deciding = false;
+        again = cancelled || expired;
+      }
+      if (again) {
+        after_slice();
+      }
+      return;
+    }
     const ConvergencePoint point = look(estimate, samples);
     double bound = 0;
     if (rules.relative_error && estimate.valid()) {
@@ -362,7 +394,7 @@ void RenderTask::Impl::finish(StopReason why) {
       fresh = samples == last_reported;
     }
     if (!fresh && samples > 0) {
-      const ErrorEstimate estimate = estimate_of(film->snapshot(), samples, false);
+      const ErrorEstimate estimate = estimate_of(film->snapshot(), samples, false, nullptr);
       const ConvergencePoint point = look(estimate, samples);
       {
         MutexLock lock(mutex);

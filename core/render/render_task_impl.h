@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <compare>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -30,10 +33,17 @@ inline ErrorInterval unknown_error() {
 
 /// No error target ends a job before: halves of single samples tell nothing of it.
 constexpr int kSamplesBeforeErrorStop = 4;
-/// From here on every look of an error target uses what the scene knows and probes; before, only those that may end the job.
+/// From here on every look of an error target uses what the scene knows and probes; before, only those that may well end the job.
 constexpr int kSamplesBeforeFullLook = 32;
 /// Jobs of fewer samples, such as previews, do not ask the scene.
 constexpr int kSamplesBeforeEdges = 16;
+
+/// A pixel, row by row over the film's crop, and how many samples it is to be probed by.
+struct Probe {
+  std::uint32_t pixel = 0;
+  int samples = 0;
+  auto operator<=>(const Probe&) const = default;
+};
 
 struct RenderTask::Impl {
   std::shared_ptr<const Renderer> renderer;
@@ -58,6 +68,10 @@ struct RenderTask::Impl {
   std::optional<EdgeDetail> edges_known GUARDED_BY(mutex);
   bool edges_out GUARDED_BY(mutex) = false;   // a slice of the search is
   bool edges_last GUARDED_BY(mutex) = false;  // the slice handed out last was one: the next is of the picture
+  std::vector<Probe> probes_due GUARDED_BY(mutex);  // what a decision waits for
+  std::size_t probes_out GUARDED_BY(mutex) = 0;     // of these, handed out
+  std::size_t probes_begun GUARDED_BY(mutex) = 0;
+  std::map<Probe, ProbedPixel> probed GUARDED_BY(mutex);  // they are the same at every look
   std::vector<int> piloted GUARDED_BY(mutex);  // pilot samples a tile has
   int planned_to GUARDED_BY(mutex) = std::numeric_limits<int>::max();  // beyond, the plan of the next epoch is needed
   int decided_at GUARDED_BY(mutex) = -1;   // the complete pass whose decisions are taken
@@ -135,8 +149,17 @@ struct RenderTask::Impl {
                  ? pass_target
                  : std::max(std::min(pass_end(pass_target, samples_max(), replicates, unit()), planned_to), pass_target);
     }
-    return std::max(std::min({next_look(base_samples, replicates, unit()), samples_max(), planned_to}), pass_target);
+    return std::max(std::min({look_after(base_samples), samples_max(), planned_to}), pass_target);
   }
+
+  /// The first count above `samples` at which the task looks at its error, if that ends it; where tiles wait for each other otherwise.
+  int look_after(int samples) const REQUIRES(mutex) {
+    const RenderSettings& settings = renderer->view().settings;
+    const bool is_planned = stop.relative_error && film->has_plan();
+    return next_look(samples, settings.replicates, unit(), is_planned ? first_epoch(settings) : 0);
+  }
+
+  bool is_probing() const REQUIRES(mutex) { return !probes_due.empty(); }
 
   /// An epoch begins here, and its plan is not made yet.
   bool plan_is_due() const REQUIRES(mutex) { return decided_at == planned_to && pass_target == planned_to; }
@@ -227,7 +250,9 @@ struct RenderTask::Impl {
 
   void search_edges(EdgeDetail detail, double seconds, const std::stop_token& stopped) EXCLUDES(mutex, edges_mutex);
   const LightEdges& light_edges(EdgeDetail detail) EXCLUDES(mutex, edges_mutex);
-  ErrorEstimate estimate_of(const FilmSnapshot& snapshot, int samples, bool is_last) EXCLUDES(mutex, edges_mutex);
+  ErrorEstimate estimate_of(const FilmSnapshot& snapshot, int samples, bool is_last, std::vector<Probe>* missing) EXCLUDES(mutex, edges_mutex);
+  std::vector<ProbedPixel> probes_of(std::span<const Probe> wanted, std::vector<Probe>* missing) EXCLUDES(mutex);
+  void run_probe() EXCLUDES(mutex);
   bool is_close(EdgeDetail detail) EXCLUDES(edges_mutex);
   void after_slice() EXCLUDES(mutex);
   void decide() EXCLUDES(mutex);

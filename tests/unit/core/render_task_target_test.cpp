@@ -1,8 +1,15 @@
 // Jobs with an error target: the search for light edges, which goes on beside the picture, and progress.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <memory>
+#include <span>
+#include <stop_token>
+#include <utility>
+#include <vector>
 
+#include "core/base/mutex.h"
 #include "core/render/render_task.h"
 #include "tests/support/scenes.h"
 
@@ -74,6 +81,123 @@ TEST(RenderTaskEdges, AreLookedForBesideThePicture) {
       task.run(*slice);
     }
   }
+}
+
+/// Lamps behind clear glass: a few pixels are in doubt.
+core::View caustic() {
+  core::MaterialDescription glass;
+  glass.metallic = 0;
+  glass.roughness = 0;
+  glass.transmission = 1;
+  glass.thickness = 1;
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of(
+          {test_support::lambert(core::Rgb(0.6F)), glass, test_support::emitter(core::Rgb(12))},
+          {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0), test_support::sphere({0, 0.7F, 0}, 0.5F, 16, false, 1),
+           test_support::quad({-0.5F, 2, -0.5F}, {1, 0, 0}, {0, 0, 1}, 2)})),
+      48, 48);
+  test_support::look_at(view, {0, 1.2F, 3}, {0, 0.4F, 0}, 40);
+  view.settings.max_depth = 6;
+  return view;
+}
+
+/// Another renderer's work, and a list of what was probed.
+class Recording : public core::Renderer {
+ public:
+  explicit Recording(std::shared_ptr<const core::Renderer> of) : of_(std::move(of)) {}
+  const core::View& view() const noexcept override { return of_->view(); }
+  bool render(core::TileState& state, int last_sample, std::stop_token stop) const override { return of_->render(state, last_sample, stop); }
+  bool render_pilot(core::TileState& state, int last_sample, std::stop_token stop) const override {
+    return of_->render_pilot(state, last_sample, stop);
+  }
+  std::unique_ptr<core::LightEdgeSearch> light_edge_search() const override { return of_->light_edge_search(); }
+  std::vector<core::ProbedPixel> probe(std::span<const std::uint32_t> pixels, int samples, std::stop_token stop) const override {
+    const core::MutexLock lock(mutex_);
+    for (const std::uint32_t pixel : pixels) {
+      probed_.emplace_back(pixel, samples);
+    }
+    return of_->probe(pixels, samples, stop);
+  }
+  std::vector<std::pair<std::uint32_t, int>> probed() const {
+    const core::MutexLock lock(mutex_);
+    return probed_;
+  }
+
+ private:
+  std::shared_ptr<const core::Renderer> of_;
+  mutable core::Mutex mutex_;
+  mutable std::vector<std::pair<std::uint32_t, int>> probed_ GUARDED_BY(mutex_);
+};
+
+TEST(RenderTaskProbes, AreSlicesThatADecisionWaitsForAndAreMadeOnce) {
+  const core::View view = caustic();
+  core::TaskOptions options;
+  options.stop.relative_error = 0.25;
+  std::vector<std::vector<core::ConvergencePoint>> points;
+  for (const int threads : {0, 4}) {  // 0: by hand
+    SilentSink sink;
+    const auto recording = std::make_shared<Recording>(renderer_of(view));
+    core::RenderTask task(recording, std::make_shared<core::Film>(view.settings), options, sink);
+    if (threads > 0) {
+      core::run_to_end(task, threads);
+    }
+    int probes = 0;
+    while (!task.finished()) {
+      const auto slice = task.take();
+      ASSERT_TRUE(slice);
+      const std::size_t decided = task.points().size();
+      probes += slice->kind == core::SliceKind::kProbe ? 1 : 0;
+      if (slice->kind == core::SliceKind::kProbe) {
+        const auto beside = task.take();  // until it is made there are others of its kind, or nothing
+        EXPECT_TRUE(!beside || beside->kind == core::SliceKind::kProbe);
+        EXPECT_EQ(task.points().size(), decided) << "nothing is decided before it is made";
+        if (beside) {
+          ++probes;
+          task.run(*beside);
+        }
+      }
+      task.run(*slice);
+    }
+    EXPECT_EQ(task.stop_reason(), core::StopReason::kRelativeError);
+    auto probed = recording->probed();
+    EXPECT_GT(probed.size(), 10U);
+    EXPECT_TRUE(threads > 0 || static_cast<std::size_t>(probes) == probed.size());
+    std::sort(probed.begin(), probed.end());
+    EXPECT_EQ(std::adjacent_find(probed.begin(), probed.end()), probed.end()) << "known from an earlier look";
+    points.push_back(task.points());
+  }
+  ASSERT_EQ(points[0].size(), points[1].size());
+  for (std::size_t i = 0; i < points[0].size(); ++i) {
+    EXPECT_EQ(points[0][i].samples_per_pixel, points[1][i].samples_per_pixel);
+    EXPECT_EQ(points[0][i].error.relative_rmse, points[1][i].error.relative_rmse);
+  }
+}
+
+// While a decision waits for probes, a cancellation ends the job and a pause holds it.
+TEST(RenderTaskProbes, CanBePausedAndCancelled) {
+  const core::View view = caustic();
+  core::TaskOptions options;
+  options.stop.relative_error = 0.25;
+  SilentSink sink;
+  core::RenderTask task(renderer_of(view), std::make_shared<core::Film>(view.settings), options, sink);
+  auto slice = task.take();
+  while (slice && slice->kind != core::SliceKind::kProbe) {
+    task.run(*slice);
+    slice = task.take();
+  }
+  ASSERT_TRUE(slice);
+  task.set_paused(true);
+  task.run(*slice);
+  EXPECT_FALSE(task.take());
+  task.set_paused(false);
+  slice = task.take();
+  ASSERT_TRUE(slice);
+  EXPECT_EQ(slice->kind, core::SliceKind::kProbe);
+  task.cancel();
+  EXPECT_FALSE(task.finished()) << "one is out";
+  task.run(*slice);
+  EXPECT_TRUE(task.finished());
+  EXPECT_EQ(task.stop_reason(), core::StopReason::kCancelled);
 }
 
 TEST(RenderTaskProgress, OfAnErrorTargetDoesNotFall) {

@@ -314,8 +314,8 @@ Json lab_outcome_schema() {
   interval["type"] = {"array", "null"};
   Json verdict = basic_schema("string",
                               "agrees: means and slope are those of theory (a wrong `differs` has a chance of 0.2 %); "
-                              "biased: as the estimator says of itself; undecided: nothing to compare, or fewer than "
-                              "eight replicates.");
+                              "biased: as the estimator says of itself; undecided: nothing to compare, fewer than "
+                              "eight replicates, or a slope that is known too badly to tell.");
   verdict["enum"] = {"agrees", "differs", "biased", "undecided"};
   Json params = basic_schema("object", "Parameters in force.");
   params["additionalProperties"] = {{"type", "number"}};

@@ -43,8 +43,8 @@ struct Point {
 };
 
 /// agrees: means (of unbiased estimators) and slope are those of theory; the chance of a wrong "differs" is 0.2 %.
-/// biased: an estimator without a known slope whose bias is seen, as it says. undecided: nothing to compare, or
-/// fewer than eight replicates.
+/// biased: an estimator without a known slope whose bias is seen, as it says. undecided: nothing to compare,
+/// fewer than eight replicates, or a slope that is known too badly to tell.
 enum class Verdict { kAgrees, kDiffers, kBiased, kUndecided };
 std::string_view to_text(Verdict verdict);
 

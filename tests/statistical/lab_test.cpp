@@ -170,6 +170,20 @@ TEST(LabVerdict, SeesTwoPercentTooMuch) {
 }
 TEST(LabVerdict, SeesAWrongSlope) { EXPECT_EQ(verdict_of(planted(&half, &linear)), Verdict::kDiffers); }
 
+TEST(LabVerdict, DoesNotAgreeWithASlopeThatItCannotTell) {
+  // Twelve replicates of n that are close together know the slope so badly that -0.5 and -1 would both do.
+  const auto judged = [](std::optional<TheorySlope> (*slope)(const LabSetup&), std::vector<std::int64_t> n, int replicates) {
+    return run_all(default_setup(planted(&half, slope)), {.n = std::move(n), .replicates = replicates}).outcome;
+  };
+  for (const auto slope : {&root, &linear}) {
+    const core::lab::Outcome vague = judged(slope, {64, 128}, 12);
+    EXPECT_EQ(vague.verdict, Verdict::kUndecided) << vague.explanation;
+    EXPECT_NE(vague.explanation.find("cannot tell"), std::string::npos) << vague.explanation;
+  }
+  EXPECT_EQ(judged(&root, {64, 1024}, 64).verdict, Verdict::kAgrees);
+  EXPECT_EQ(judged(&linear, {64, 1024}, 64).verdict, Verdict::kDiffers);
+}
+
 TEST(LabVerdict, AlarmsFalselyAsSeldomAsItSays) {
   // Two checks of 0.1 % each, the slope's with a tolerance besides: 500 runs alarm 1 time at most on average, more than
   // 5 times with probability 0.0006 (Poisson).

@@ -285,12 +285,12 @@ void RenderTask::Impl::decide() {
   }
   const bool may_stop = rules.relative_error && samples >= std::min(kSamplesBeforeErrorStop, most);
   if (why == StopReason::kNone && !rules.relative_error && looks_now) {
-    // Only a report: the other threads go on while this one computes it; and it is left out where it
-    // would take more than a twentieth of the work: of the processor's time, which other work beside does not stretch.
+    // Only a report: the other threads go on while this one computes it; and it is left out where it would take more than its share
+    // of the work: of the processor's time, which other work beside does not stretch.
     const double cpu_now = film->cpu_seconds();
     {
       MutexLock lock(mutex);
-      if (reporting || cpu_now - look_ended < 20 * look_cost) {
+      if (reporting || (cpu_now - look_ended) * options.report_share < look_cost) {
         looks_now = false;
       }
     }

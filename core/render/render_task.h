@@ -106,6 +106,7 @@ struct TaskOptions {
   int samples_limit = 65536;  ///< the server's maximum: stop reason kLimit when no rule ended it first
   double elapsed_before = 0;  ///< seconds already spent before a restart
   double slice_target_seconds = 0.02;
+  double report_share = 0.05;  ///< of the processor's time that errors told on the way may take
   std::vector<ConvergencePoint> points_before;
 };
 

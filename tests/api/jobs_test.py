@@ -75,6 +75,15 @@ class Submitting(ApiTest):
         self.assertIn("spec", answer.json())
         self.assertEqual(len(self.server.get("/v1/jobs?limit=200").json()["jobs"]), before)
 
+    def test_dry_run_foresees_the_samples_of_an_error_target(self):
+        # Furnace: the same noise everywhere, so that the small pilot picture stands for the large one. Errors of the sampler fall
+        # faster than those of independent samples, by which three times as many would be needed here.
+        job = {"scene": "furnace", "film": {"width": 128, "height": 72}, "stop": {"relative_error": 0.008}}
+        foreseen = self.server.post("/v1/jobs?dry_run=1", job).json()["estimate"]["samples_per_pixel"]
+        needed = self.server.render(job)["progress"]["samples_per_pixel"]["mean"]
+        self.assertLess(foreseen, 2 * needed)
+        self.assertGreater(foreseen, needed / 2)
+
     def test_odd_counts_are_rounded_up_with_a_warning(self):
         job = self.server.render(job_body(samples=7))
         self.assertEqual(job["spec"]["stop"]["samples_per_pixel"], 8)

@@ -24,8 +24,8 @@ constexpr double kFalseAlarm = 1e-3;
 /// With fewer, discrete estimates are all the same too often, and the fit's interval is too short: pi by hits at n = 16
 /// and 64 was called wrong in 25 % of the runs of two replicates, in 0.7 % of four, within the stated rate from eight on.
 constexpr int kReplicatesToJudge = 8;
-/// A slope that is known no better agrees with too many: those of random and stratified points are half of one apart.
-constexpr double kVague = 0.4;
+/// A slope that is known no better agrees with too many: those of random and stratified points are so far apart.
+constexpr double kVague = 0.5;
 /// Beyond so many standard errors nobody wants to know how many.
 constexpr double kBeyondDoubt = 1e4;
 

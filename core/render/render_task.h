@@ -4,7 +4,8 @@
 /// a decision (stop, error look) is taken, so what the film holds at the end does not depend on
 /// threads. Where sampling is adaptive, decisions are also where an epoch may begin (core/render/pass_plan.h): pilot slices
 /// come first, then the plan is made and every tile gets its part. What plans and error targets need to know of the scene's lights is looked
-/// for meanwhile, a slice at a time; a decision that needs probes of pixels waits until slices have made them. The owner of the threads calls take() and run(); run() tells the sink.
+/// for meanwhile, a slice at a time; a decision that needs probes of pixels waits until slices have made them. The owner of the threads calls
+/// take() and run(); run() tells the sink.
 #pragma once
 
 #include <cstdint>

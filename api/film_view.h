@@ -12,8 +12,8 @@
 
 namespace api {
 
-/// JSON: version, job, spec, state, stop_reason, samples_by_error (0: no error chose their number), finished_at, elapsed_seconds, error, warnings, samples (the ledger),
-/// build, film_digest.
+/// JSON: version, job, spec, state, stop_reason, samples_by_error (0: no error chose their number), finished_at, elapsed_seconds, error,
+/// warnings, samples (the ledger), build, film_digest.
 std::string film_text(const JobView& job, const core::SampleLedger& ledger, std::string_view film_digest);
 
 /// What a merge needs of it.

@@ -240,12 +240,20 @@ void RenderTask::Impl::begin_epoch() {
   const RenderSettings& settings = renderer->view().settings;
   const bool by_pilot = settings.adaptive.type == AdaptiveType::kPilot;
   film->install_plans({from, epoch_end(from)}, make_plans(*film, settings, from, by_pilot ? light_edges(EdgeDetail::kPlans) : LightEdges{}));
-  bool again = false;
   {
     MutexLock lock(mutex);
     planned_to = epoch_end(from);
+  }
+  go_on();
+}
+
+/// After a decision that does not end the task.
+void RenderTask::Impl::go_on() {
+  bool again = false;
+  {
+    MutexLock lock(mutex);
     deciding = false;
-    again = cancelled || expired;
+    again = cancelled || expired;  // asked for meanwhile; nobody else may be there to act on it
   }
   if (again) {
     after_slice();
@@ -336,17 +344,12 @@ void RenderTask::Impl::decide() {
     std::vector<Probe> missing;
     const ErrorEstimate estimate = estimate_of(film->snapshot(), samples, why != StopReason::kNone, &missing);
     if (!missing.empty()) {  // all threads make them; then the decision is taken again
-      bool again = false;
       {
         MutexLock lock(mutex);
         probes_due = std::move(missing);
         probes_out = probes_begun = 0;
-        deciding = false;
-        again = cancelled || expired;
       }
-      if (again) {
-        after_slice();
-      }
+      go_on();
       return;
     }
     const ConvergencePoint point = look(estimate, samples);
@@ -371,15 +374,7 @@ void RenderTask::Impl::decide() {
     finish(why);
     return;
   }
-  bool again = false;
-  {
-    MutexLock lock(mutex);
-    deciding = false;
-    again = cancelled || expired;  // asked for meanwhile; nobody else may be there to act on it
-  }
-  if (again) {
-    after_slice();
-  }
+  go_on();
 }
 
 void RenderTask::Impl::finish(StopReason why) {

@@ -257,6 +257,7 @@ struct RenderTask::Impl {
   void after_slice() EXCLUDES(mutex);
   void decide() EXCLUDES(mutex);
   void begin_epoch() EXCLUDES(mutex);
+  void go_on() EXCLUDES(mutex);
   void finish(StopReason why) EXCLUDES(mutex);
   ConvergencePoint look(const ErrorEstimate& estimate, int samples) const EXCLUDES(mutex);
 };

@@ -8,6 +8,7 @@
 
 #include "core/film/error_estimate.h"
 #include "core/render/render_task.h"
+#include "tests/support/caustic.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -33,23 +34,6 @@ core::View sky_and_ball() {
   test_support::look_at(view, {0, 1, 3}, {0, 0.5F, 0}, 45);
   view.environment = test_support::sky_map(32, 16, [](int x, int y) { return x == 5 && y == 4 ? Rgb(60) : Rgb(0.4F); });
   view.settings.max_depth = 4;
-  return view;
-}
-
-/// A lamp behind clear glass: caustics on the floor, found by chance alone.
-core::View caustic() {
-  core::MaterialDescription glass;
-  glass.metallic = 0;
-  glass.roughness = 0;
-  glass.transmission = 1;
-  glass.thickness = 1;
-  core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of({test_support::lambert(Rgb(0.6F)), glass, test_support::emitter(Rgb(12))},
-                                                 {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0),
-                                                  test_support::sphere({0, 0.7F, 0}, 0.5F, 16, false, 1),
-                                                  test_support::quad({-0.5F, 2, -0.5F}, {1, 0, 0}, {0, 0, 1}, 2)})), 48, 48);
-  test_support::look_at(view, {0, 1.2F, 3}, {0, 0.4F, 0}, 40);
-  view.settings.max_depth = 6;
   return view;
 }
 
@@ -174,12 +158,12 @@ TEST(ErrorTarget, IsKeptByFewSamples) {
     core::View view;
     double target;
   };
-  for (const Case& c : {Case{room(), 0.2}, Case{sky_and_ball(), 0.18}, Case{caustic(), 0.4}}) {
+  for (const Case& c : {Case{room(), 0.2}, Case{sky_and_ball(), 0.18}, Case{test_support::caustic(), 0.4}}) {
     const Targets t = run(c.view, c.target, 0.95, 40);
     expect_kept(t);
     EXPECT_LT(t.samples, 24);
   }
 }
-TEST(ErrorTarget, IsKeptWithCaustics) { expect_kept(run(caustic(), 0.15, 0.95, 40)); }
+TEST(ErrorTarget, IsKeptWithCaustics) { expect_kept(run(test_support::caustic(), 0.15, 0.95, 40)); }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "core/base/mutex.h"
 #include "core/render/render_task.h"
+#include "tests/support/caustic.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -83,24 +84,6 @@ TEST(RenderTaskEdges, AreLookedForBesideThePicture) {
   }
 }
 
-/// Lamps behind clear glass: a few pixels are in doubt.
-core::View caustic() {
-  core::MaterialDescription glass;
-  glass.metallic = 0;
-  glass.roughness = 0;
-  glass.transmission = 1;
-  glass.thickness = 1;
-  core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {test_support::lambert(core::Rgb(0.6F)), glass, test_support::emitter(core::Rgb(12))},
-          {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0), test_support::sphere({0, 0.7F, 0}, 0.5F, 16, false, 1),
-           test_support::quad({-0.5F, 2, -0.5F}, {1, 0, 0}, {0, 0, 1}, 2)})),
-      48, 48);
-  test_support::look_at(view, {0, 1.2F, 3}, {0, 0.4F, 0}, 40);
-  view.settings.max_depth = 6;
-  return view;
-}
-
 /// Another renderer's work, and a list of what was probed.
 class Recording : public core::Renderer {
  public:
@@ -112,9 +95,11 @@ class Recording : public core::Renderer {
   }
   std::unique_ptr<core::LightEdgeSearch> light_edge_search() const override { return of_->light_edge_search(); }
   std::vector<core::ProbedPixel> probe(std::span<const std::uint32_t> pixels, int samples, std::stop_token stop) const override {
-    const core::MutexLock lock(mutex_);
-    for (const std::uint32_t pixel : pixels) {
-      probed_.emplace_back(pixel, samples);
+    {
+      const core::MutexLock lock(mutex_);
+      for (const std::uint32_t pixel : pixels) {
+        probed_.emplace_back(pixel, samples);
+      }
     }
     return of_->probe(pixels, samples, stop);
   }
@@ -130,7 +115,7 @@ class Recording : public core::Renderer {
 };
 
 TEST(RenderTaskProbes, AreSlicesThatADecisionWaitsForAndAreMadeOnce) {
-  const core::View view = caustic();
+  const core::View view = test_support::caustic();
   core::TaskOptions options;
   options.stop.relative_error = 0.25;
   std::vector<std::vector<core::ConvergencePoint>> points;
@@ -175,7 +160,7 @@ TEST(RenderTaskProbes, AreSlicesThatADecisionWaitsForAndAreMadeOnce) {
 
 // While a decision waits for probes, a cancellation ends the job and a pause holds it.
 TEST(RenderTaskProbes, CanBePausedAndCancelled) {
-  const core::View view = caustic();
+  const core::View view = test_support::caustic();
   core::TaskOptions options;
   options.stop.relative_error = 0.25;
   SilentSink sink;

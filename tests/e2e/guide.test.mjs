@@ -12,6 +12,7 @@ import {
   openPage,
   phone,
   Server,
+  settles,
   until,
   weigh,
   withPageOf,
@@ -86,7 +87,7 @@ for (const [size, device] of [
           const y = await top(id);
           return y >= 0 && y < 150;
         });
-        assert.equal(await page.evaluate(() => document.activeElement.id), id);
+        await settles('the focus', () => page.evaluate(() => document.activeElement.id), id);
       }
     }),
   );
@@ -99,10 +100,13 @@ test('the contents lead through the guide', { timeout: 300_000 }, () =>
     for (const [name, { title, sections }] of chapters) {
       await list.locator(`a[href="#/guide/${name}"]`).first().click();
       await until(title, async () => (await page.textContent('h1')) === title);
-      const shown = await list.locator('ol.guide-sections >> visible=true').locator('a').all();
-      const addresses = await Promise.all(shown.map((a) => a.getAttribute('href')));
-      assert.deepEqual(
-        addresses,
+      await settles(
+        `sections of ${name}`,
+        () =>
+          list
+            .locator('ol.guide-sections >> visible=true')
+            .locator('a')
+            .evaluateAll((all) => all.map((a) => a.getAttribute('href'))),
         sections.map((id) => `#/guide/${name}/${id}`),
       );
     }

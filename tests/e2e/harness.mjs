@@ -67,7 +67,7 @@ export class Server {
           process.execPath,
           [mock, '--port', String(port), '--dist', builtPage(), '--speed', String(this.#drawn || 900)],
         ];
-    const env = { ...process.env, TESSERA_KEY: this.#key };
+    const env = { TESSERA_LOG_LEVEL: 'warning', ...process.env, TESSERA_KEY: this.#key };
     if (!this.#key) delete env.TESSERA_KEY;
     this.#process = spawn(command, args, { stdio: ['ignore', 'pipe', 'inherit'], env });
     this.url = await new Promise((resolve, reject) => {
@@ -191,6 +191,21 @@ export const pictureNow = (page) =>
     }
     return shown ? { hash, share: shown / (copy.width * copy.height) } : null;
   });
+
+/** Until check() gives what is expected, by deep equality: a page that shows one thing may be about to show the next. */
+export async function settles(what, check, expected, timeoutMs = 30_000) {
+  const end = Date.now() + timeoutMs;
+  for (;;) {
+    const value = await check();
+    try {
+      assert.deepEqual(value, expected, what);
+      return;
+    } catch (error) {
+      if (Date.now() > end) throw error;
+    }
+    await new Promise((resolve) => setTimeout(resolve, 100));
+  }
+}
 
 export async function until(what, check, timeoutMs = 120_000) {
   const end = Date.now() + timeoutMs;

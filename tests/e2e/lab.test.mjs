@@ -1,7 +1,16 @@
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import { after, before, test } from 'node:test';
-import { accessibilityFaults, desktop, launch, phone, Server, until, withPageOf } from './harness.mjs';
+import {
+  accessibilityFaults,
+  desktop,
+  launch,
+  phone,
+  Server,
+  settles,
+  until,
+  withPageOf,
+} from './harness.mjs';
 
 const server = new Server();
 let browser;
@@ -36,10 +45,11 @@ test('an experiment runs from its link, is plotted, compared and saved', { timeo
       await page.getByTestId('lab-run').click();
       await until('a verdict', async () => /theory/.test(await verdict(page)));
       assert.match(await verdict(page), /Agrees with theory.*0\.7853982/);
-      assert.equal(await page.locator('[data-testid=lab-plot] circle').count(), 3);
-      assert.equal(await page.locator('[data-testid=lab-plot] .lab-fit').count(), 1);
-      assert.equal(await page.locator('[data-testid=lab-plot] .lab-expected').count(), 1);
-      assert.equal(await page.locator('[data-testid=lab-pattern] circle').count(), 256);
+      const shown = (what) => page.locator(`[data-testid=lab-p${what}`).count();
+      await settles('points', () => shown('lot] circle'), 3);
+      await settles('a fit', () => shown('lot] .lab-fit'), 1);
+      await settles('what is expected', () => shown('lot] .lab-expected'), 1);
+      await settles('the pattern', () => shown('attern] circle'), 256);
 
       // The second run joins the first in the plot, and the address follows the form.
       await page.selectOption('select >> nth=2', 'independent');
@@ -82,13 +92,13 @@ test(
         const legend = page.locator('.lab-legend button');
         await until('all runs', async () => (await legend.count()) === samplers.length);
         await until('a verdict', async () => /theory/.test(await verdict(page)));
-        assert.equal(
-          await page.locator('[data-testid=lab-plot] .lab-fit').count(),
-          samplers.length,
-        );
+        const fits = page.locator('[data-testid=lab-plot] .lab-fit');
+        await settles('a fit of each', () => fits.count(), samplers.length);
         // A Latin hypercube has a point in each of 256 columns; independent points leave 94 empty, give or take 5.
         const columns = async (name) => {
-          await legend.filter({ hasText: `additive, ${name}` }).click();
+          const run = legend.filter({ hasText: `additive, ${name}` });
+          await run.click();
+          await settles('the run that is shown', () => run.getAttribute('aria-pressed'), 'true');
           const points = await page.$$eval('[data-testid=lab-pattern] circle', (all) =>
             all.map((c) => Math.floor((256 * Number(c.getAttribute('cx'))) / 260)),
           );
@@ -100,8 +110,8 @@ test(
 
         await page.getByRole('button', { name: 'Mean', exact: true }).click();
         const mean = page.getByTestId('lab-mean');
-        assert.equal(await mean.locator('.lab-exact').count(), 1);
-        assert.equal(await mean.locator('.lab-dot').count(), 2 * samplers.length);
+        await settles('the exact mean', () => mean.locator('.lab-exact').count(), 1);
+        await settles('the means', () => mean.locator('.lab-dot').count(), 2 * samplers.length);
         const saved = (await download(page, 'Save JSON'))
           .trim()
           .split('\n')

@@ -12,6 +12,7 @@ import {
   phone,
   pictureNow,
   Server,
+  settles,
   submit,
   triangleFiles,
   triangleGlb,
@@ -52,10 +53,8 @@ test(
         return now?.share === 1 ? now : null;
       });
       assert.notEqual(early.hash, late.hash);
-      assert.match(
-        await text(page, 'error'),
-        /\d+(\.\d+)? % to \d+(\.\d+)? % with 95 % confidence/,
-      );
+      const interval = /\d+(\.\d+)? % to \d+(\.\d+)? % with 95 % confidence/;
+      await until('the interval', async () => interval.test(await text(page, 'error')));
     }),
 );
 
@@ -81,8 +80,8 @@ test('the measuring views show other pictures, each with a legend', { timeout: 3
       await choose(page, view);
       await page.waitForSelector('[data-testid=legend]');
       // They show numbers, not light.
-      assert.ok(await page.isDisabled('[data-testid=exposure]'));
-      assert.ok(await page.isDisabled('[data-testid=tone]'));
+      for (const id of ['exposure', 'tone'])
+        await settles(id, () => page.isDisabled(`[data-testid=${id}]`), true);
       const hash = await until(`the ${view} view`, async () => {
         const now = await pictureNow(page);
         return now && !seen.has(now.hash) ? now.hash : null;
@@ -109,6 +108,7 @@ test('exposure changes the picture without asking the server for it', { timeout:
     await submit(page, { scene: 'cornell-box', samples: 8 });
     await finished(page);
     const before = await until('the picture', () => pictureNow(page));
+    await page.waitForTimeout(1000); // what the end of a render asks for has been asked for
     let asked = 0;
     page.on(
       'request',
@@ -218,7 +218,8 @@ test('a refused value is shown at its field', () =>
     const field = page.locator('.field-wrong', { has: page.locator('[data-testid=width]') });
     await field.waitFor();
     assert.match(await field.textContent(), /outside \[1, 16384\]/);
-    assert.equal(await page.getAttribute('[data-testid=width]', 'aria-invalid'), 'true');
+    const invalid = () => page.getAttribute('[data-testid=width]', 'aria-invalid');
+    await settles('the field', invalid, 'true');
   }));
 
 test('a job can be paused, resumed and cancelled', { timeout: 300_000 }, () =>
@@ -232,7 +233,7 @@ test('a job can be paused, resumed and cancelled', { timeout: 300_000 }, () =>
     await page.click('[data-testid=cancel]');
     await until('the end', async () => /Cancelled/.test(await text(page, 'state')));
     // The server extends what has finished, nothing else.
-    assert.equal(await page.getByTestId('extend').count(), 0);
+    await settles('no more', () => page.getByTestId('extend').count(), 0);
   }),
 );
 
@@ -261,16 +262,18 @@ test('a pixel that is clicked tells its value and interval', { timeout: 300_000 
     await until('the interval', async () => /±/.test(await text(page, 'inspector')));
     // Both halves of a square of pixels, for each channel, and lines for those of the pixel itself.
     const halves = page.getByTestId('halves');
-    assert.match(await halves.textContent(), /Both halves of 81 pixels/);
-    assert.equal(await halves.locator('polygon').count(), 3);
-    assert.equal(await halves.locator('line').count(), 6);
+    await until('the halves', async () =>
+      /Both halves of 81 pixels/.test(await halves.textContent()),
+    );
+    await settles('a curve for each channel', () => halves.locator('polygon').count(), 3);
+    await settles('lines for the pixel', () => halves.locator('line').count(), 6);
     const pixel = async () => /pixel=(\d+),(\d+)/.exec(page.url())?.slice(1).map(Number);
     const [x, y] = await until('the pixel in the address', pixel);
     await page.keyboard.press('ArrowRight');
     await until('its neighbour in the address', async () => (await pixel())[0] === x + 1);
     const link = new URL(page.url()).hash;
     await page.keyboard.press('Escape');
-    assert.match(await text(page, 'inspector'), /Point at the picture/);
+    await until('no pixel', async () => /Point at the picture/.test(await text(page, 'inspector')));
     const other = await openPage(browser, server, desktop, link);
     await until('the same pixel', async () =>
       (await text(other, 'inspector')).includes(`${x + 1}, ${y}`),
@@ -290,7 +293,7 @@ test('what is measured stands beside or right below the picture', { timeout: 300
       });
     await until('the picture', () => pictureNow(page));
     for (const id of ['picture', 'error', 'slope', 'prediction', 'inspector'])
-      assert.ok(await inSight(id), id);
+      await settles(`${id} in sight`, () => inSight(id), true);
     // Half the error takes three to four times the samples and the time.
     const rows = await page.locator('[data-testid=prediction] > div').allTextContents();
     assert.ok(rows.length >= 1);
@@ -298,11 +301,9 @@ test('what is measured stands beside or right below the picture', { timeout: 300
     await page.setViewportSize(phone.viewport);
     await page.click('.stage', { position: { x: 100, y: 80 } });
     await until('the interval', async () => /±/.test(await text(page, 'inspector')));
-    assert.ok(
-      await page
-        .getByTestId('inspector')
-        .evaluate((e) => e.getBoundingClientRect().top < innerHeight),
-    );
+    const top = () =>
+      page.getByTestId('inspector').evaluate((e) => e.getBoundingClientRect().top < innerHeight);
+    await settles('the pixel in sight', top, true);
   }),
 );
 

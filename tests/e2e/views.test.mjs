@@ -9,6 +9,7 @@ import {
   phone,
   pictureNow,
   Server,
+  settles,
   submit,
   until,
   withPageOf,
@@ -118,8 +119,9 @@ for (const [name, device] of [
         );
         const clip = () =>
           page.locator('.compare-film canvas').last().evaluate((c) => c.style.clipPath);
-        assert.match(await clip(), /50%/);
-        assert.match(await page.textContent('.side-note-b'), /^B 32 samples, [\d.]+ %$/);
+        await until('the line in the middle', async () => /50%/.test(await clip()));
+        const note = () => page.textContent('.side-note-b');
+        await until('what B is', async () => /^B 32 samples, [\d.]+ %$/.test(await note()));
         await page.fill('[data-testid=wipe]', '25');
         await until('the line to move', async () => /75%/.test(await clip()));
         for (const view of ['difference', 'z']) {
@@ -131,7 +133,7 @@ for (const [name, device] of [
         await until('the map', () => map.evaluate((img) => img.complete && img.naturalWidth > 0));
         const figures = page.locator('[data-testid=compare-numbers]');
         await page.waitForSelector('[data-testid=legend]:has-text("0.75")');
-        assert.match(await figures.textContent(), /FLIP\s*[\d.]/);
+        await until('the number', async () => /FLIP\s*[\d.]/.test(await figures.textContent()));
         const box = await figures.boundingBox();
         assert.ok(box.width <= page.viewportSize().width);
         // What stands there is what the server says.
@@ -177,18 +179,17 @@ test('an error older than the picture tells its samples, and two points make no 
 test('New leads to the form from wherever one is', { timeout: 120_000 }, () =>
   withPage(phone, '#/compose/cornell-box', async (page) => {
     const link = page.getByRole('link', { name: 'New', exact: true });
-    assert.equal(await link.getAttribute('aria-current'), 'page');
+    await settles('where one is', () => link.getAttribute('aria-current'), 'page');
     await until('a preview', () => pictureNow(page));
     await link.click();
     const scene = page.getByTestId('scene');
     await until('the form', () => scene.evaluate((e) => e === document.activeElement));
-    assert.ok(await scene.evaluate((e) => e.getBoundingClientRect().bottom < innerHeight));
+    const inSight = () => scene.evaluate((e) => e.getBoundingClientRect().bottom < innerHeight);
+    await settles('the form in sight', inSight, true);
     assert.equal(new URL(page.url()).hash, '#/');
     await page.evaluate(() => scrollTo(0, 0));
     await link.click();
-    await until('the form again', () =>
-      scene.evaluate((e) => e.getBoundingClientRect().bottom < innerHeight),
-    );
+    await settles('the form again', inSight, true);
   }),
 );
 
@@ -305,7 +306,7 @@ for (const [name, device] of [
         (await page.getByTestId('pick-b').textContent()).includes(`Old ${tag}`),
       );
       await page.waitForSelector('[data-testid=wipe]');
-      assert.equal(await rows.count(), 0, 'the list has closed');
+      await settles('the list closes', () => rows.count(), 0);
       await page.getByTestId('pick-a').click();
       const box = await page.locator('.menu[open] .menu-panel').boundingBox();
       assert.ok(box.x >= 0 && box.x + box.width <= page.viewportSize().width, JSON.stringify(box));
@@ -316,7 +317,8 @@ for (const [name, device] of [
       await page.getByTestId('pick-a').click();
       await page.keyboard.press('Escape');
       await until('the list to close', async () => (await rows.count()) === 0);
-      assert.equal(await page.evaluate(() => document.activeElement.dataset.testid), 'pick-a');
+      const focused = () => page.evaluate(() => document.activeElement.dataset.testid);
+      await settles('the focus', focused, 'pick-a');
     }),
   );
 }
@@ -415,9 +417,9 @@ test('the choice of colours is kept', () =>
   withPage(desktop, '#/settings', async (page) => {
     await page.keyboard.press('Tab');
     await page.keyboard.press('Enter');
-    assert.equal(await page.evaluate(() => document.activeElement.id), 'main');
+    await settles('the focus', () => page.evaluate(() => document.activeElement.id), 'main');
     await page.getByText('Light', { exact: true }).click();
-    assert.equal(await page.getAttribute('html', 'data-theme'), 'light');
+    await settles('the colours', () => page.getAttribute('html', 'data-theme'), 'light');
     await page.reload();
     await page.waitForSelector('h1');
     assert.equal(await page.getAttribute('html', 'data-theme'), 'light');

@@ -28,8 +28,9 @@ constexpr float kHeavy = 0.02F;
 constexpr float kFewEvents = 0.25F;
 /// Events that a half is expected to have, below which they come as if samples were independent, and halves say little of their variance.
 constexpr float kRareEvents = 0.5F;
-/// Relative standard error of what is foretold.
+/// Relative standard error of what is foretold of all pixels together, and of each: some places in its rim are all that tells.
 constexpr double kForetoldUnsure = 0.1;
+constexpr double kEachForetoldUnsure = 0.5;
 /// Share of the sum over the picture from which on the luck of one pixel shows: of many, it is averaged out.
 constexpr float kMatters = 0.005F;
 /// Of the error, that its lower bound is where few pixels decide which of two readings is right.
@@ -391,7 +392,9 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
       sum += q;
       unlike += static_cast<double>(unlike_[i]) * q;
       unsure += static_cast<double>(unsure_[i]);
-      foretold += of == Of::kExpected && is_known ? q : 0;
+      const double by_scene = of == Of::kExpected && is_known ? q : 0;
+      foretold += by_scene;
+      unsure += kEachForetoldUnsure * kEachForetoldUnsure * by_scene * by_scene;
       largest = std::max(largest, of == Of::kExpected && is_known ? 0 : q);
       gaussian += 2 * pooled * pooled;
       const int column = x - rect.x;

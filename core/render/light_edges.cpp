@@ -20,6 +20,8 @@ constexpr int kFineSideMin = 4;
 constexpr int kFineSideMax = 24;
 /// For plans, places at rims for each pixel of the film, on average: some three samples' time. Few rims are looked at as closely as for errors.
 constexpr std::size_t kPlacesOfPlans = 16;
+/// Small films are always looked at in so many places, at least: a lamp of a tenth of a pixel may be half of their error.
+constexpr std::size_t kPlacesAlways = std::size_t{1} << 16U;
 constexpr std::size_t kAlways = 4096;
 constexpr std::size_t kShare = 32;
 constexpr float kDark = 0.01F;  ///< as in the error of a picture: Var / (mu^2 + 0.01)
@@ -147,7 +149,9 @@ struct LightEdgeSearch::Impl {
 
 void LightEdgeSearch::Impl::coarse_row(int y) {
   const PixelRect cells = reach.cells();
-  const int side = std::clamp(side_of(kPlaces, reach.cell_count()), 1, coarse_side_max);
+  const auto side_max = static_cast<std::size_t>(coarse_side_max);
+  const std::size_t places = std::clamp(side_max * side_max * reach.cell_count(), kPlacesAlways, kPlaces);
+  const int side = std::clamp(side_of(places, reach.cell_count()), 1, kCoarseSideMax);
   for (int x = cells.x; x < cells.x + cells.width; ++x) {
     Range& range = ranges[reach.cell(x, y)];
     for (int p = 0; p < side * side; ++p) {
@@ -169,7 +173,7 @@ void LightEdgeSearch::Impl::begin_fine(EdgeDetail of) {
     Reach::around(x, y, reach.margin(), reach.cells(), [&](int u, int v) { is_needed[reach.cell(u, v)] = 1; });
   }
   const auto needed = static_cast<std::size_t>(std::count(is_needed.begin(), is_needed.end(), 1));
-  const std::size_t places = of == EdgeDetail::kErrors ? kPlaces : std::min(kPlaces, places_of_plans * reach.cell_count());
+  const std::size_t places = of == EdgeDetail::kErrors ? kPlaces : std::clamp(places_of_plans * reach.cell_count(), kPlacesAlways, kPlaces);
   fine = std::clamp(side_of(places, needed), kFineSideMin, kFineSideMax);
   integrals.assign(found.size(), {});
 }

@@ -114,6 +114,30 @@ TEST(LightEdges, AreBoundedInNumberStrongestFirst) {
   EXPECT_TRUE(std::all_of(edges.begin(), edges.end(), [](const LightEdge& e) { return e.pixel % 512 >= 255; }));
 }
 
+// Lamps of half a pixel's width, one in 16 x 16 pixels. The twin: a large film looks in four places of a pixel, and misses some.
+TEST(LightEdges, OfSmallLampsAreFoundOnSmallFilmsAlsoSparingly) {
+  const auto found = [](int size) {
+    core::LightEdgeSearch search({0, 0, size, size}, filter(core::FilterType::kBox, 0.5F), viewer([](Vec2 at) {
+      const float x = std::fmod(at.x, 16.0F) - 7.4F;
+      const float y = std::fmod(at.y, 16.0F) - 9.55F;
+      return at.x > 0 && at.y > 0 && x * x + y * y < 0.25F * 0.25F ? 1000.0F : 0.0F;
+    }));
+    search.be_sparing();
+    while (!search.knows(core::EdgeDetail::kPlans)) {
+      search.step(core::EdgeDetail::kPlans);
+    }
+    int lamps = 0;
+    for (int y = 9; y < size; y += 16) {
+      for (int x = 7; x < size; x += 16) {
+        lamps += find(search.edges(core::EdgeDetail::kPlans), static_cast<std::uint32_t>(y * size + x)) != nullptr ? 1 : 0;
+      }
+    }
+    return lamps;
+  };
+  EXPECT_EQ(found(48), 9);
+  EXPECT_LT(found(256), 256 * 95 / 100);
+}
+
 TEST(LightEdges, AreNoneWhenStopped) {
   std::stop_source source;
   source.request_stop();

@@ -4,9 +4,11 @@ import { after, before, test } from 'node:test';
 import {
   desktop,
   drop,
+  isOther,
   launch,
   openPage,
   pictureNow,
+  sceneOf,
   Server,
   triangleFiles,
   until,
@@ -27,7 +29,6 @@ after(async () => {
 });
 
 const withPage = (hash, use) => withPageOf(browser, server, desktop, hash, use);
-const scene = (page) => page.$eval('[data-testid=scene]', (s) => s.value);
 const hashOf = (page) => new URL(page.url()).hash;
 const rest = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
@@ -57,17 +58,17 @@ const watchAddress = (page) =>
 test('the form and the address of a placed camera agree on the scene', { timeout: 120_000 }, () =>
   withPage('#/settings', async (page) => {
     await page.evaluate(() => (location.hash = '#/compose/glass'));
-    await until('glass', async () => (await scene(page)) === 'glass');
+    await until('glass', async () => (await sceneOf(page)) === 'glass');
     await page.selectOption('[data-testid=scene]', 'cornell-box');
     await until('its address', () => hashOf(page) === '#/compose/cornell-box');
     await watchAddress(page);
     await page.evaluate(() => (location.hash = '#/compose/glass'));
-    await until('glass again', async () => (await scene(page)) === 'glass');
+    await until('glass again', async () => (await sceneOf(page)) === 'glass');
     await rest(1500);
     assert.equal(hashOf(page), '#/compose/glass');
     assert.ok((await page.evaluate(() => globalThis.moves)) <= 2);
     await page.goBack();
-    await until('the box', async () => (await scene(page)) === 'cornell-box');
+    await until('the box', async () => (await sceneOf(page)) === 'cornell-box');
     await rest(1000);
     assert.equal(hashOf(page), '#/compose/cornell-box');
     // The scene that was chosen in the form took the place of the one before it.
@@ -165,7 +166,7 @@ test(
     await page.getByText('Reconnecting…').waitFor();
     assert.equal(await page.getByText('cannot be made').count(), 0);
     await server.start(Number(new URL(server.url).port));
-    await until('the turned preview', async () => (await pictureNow(page)).hash !== first.hash);
+    await until('the turned preview', () => isOther(page, first));
     await until('no notice', async () => !(await page.getByText('Reconnecting…').count()));
     assert.deepEqual(page.faults, []);
     await page.context().close();

@@ -217,10 +217,19 @@ export async function until(what, check, timeoutMs = 120_000) {
   }
 }
 
+/** A picture that is not the one before. */
+export async function isOther(page, before) {
+  const now = await pictureNow(page);
+  return now !== null && now.hash !== before.hash;
+}
+
+/** The scene that is chosen in the form, once there is one. */
+export const sceneOf = (page) => page.inputValue('[data-testid=scene]');
+
 /** Fills in the form and presses Render. */
 export async function submit(page, { scene, size = '0', samples = 64 } = {}) {
   if (scene) await page.selectOption('[data-testid=scene]', scene);
-  else await until('scenes in the list', () => page.$eval('[data-testid=scene]', (s) => s.value));
+  else await until('scenes in the list', () => sceneOf(page));
   await page.selectOption('[data-testid=size]', size);
   await page.fill('[data-testid=stop-samples]', String(samples));
   const before = page.url();

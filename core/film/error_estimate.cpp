@@ -395,7 +395,7 @@ ErrorEstimate::MeanRatio ErrorEstimate::mean_ratio(PixelRect rect, Of of) const 
       const double by_scene = of == Of::kExpected && is_known ? q : 0;
       foretold += by_scene;
       unsure += kEachForetoldUnsure * kEachForetoldUnsure * by_scene * by_scene;
-      largest = std::max(largest, of == Of::kExpected && is_known ? 0 : q);
+      largest = std::max(largest, q - by_scene);
       gaussian += 2 * pooled * pooled;
       const int column = x - rect.x;
       if (column % 2 == 1) {

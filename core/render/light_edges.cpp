@@ -16,6 +16,7 @@ namespace {
 /// Places that are looked at, of the whole film and of the rims alone, and those along a side of a pixel.
 constexpr std::size_t kPlaces = std::size_t{1} << 21U;
 constexpr int kCoarseSideMax = 4;
+constexpr std::size_t kCoarsePlaces = kCoarseSideMax * kCoarseSideMax;
 constexpr int kFineSideMin = 4;
 constexpr int kFineSideMax = 24;
 /// For plans, places at rims for each pixel of the film, on average: some three samples' time. Few rims are looked at as closely as for errors.
@@ -123,8 +124,8 @@ struct LightEdgeSearch::Impl {
   FilterSampler filter;
   LightViewer look;
   Reach reach;
-  int coarse_side_max = kCoarseSideMax;
-  std::size_t places_of_plans = kPlacesOfPlans;  ///< for each pixel of the film
+  std::size_t coarse_places = kCoarsePlaces;  ///< for each pixel of the film
+  std::size_t places_of_plans = kPlacesOfPlans;  ///< the same
   int row = 0;  ///< of the cells, the next
   bool is_coarse_done = false;
   std::vector<Range> ranges;  ///< [cell], of the coarse look
@@ -141,6 +142,7 @@ struct LightEdgeSearch::Impl {
   Impl(const PixelRect& rect, const FilterSampler& f, LightViewer viewer)
       : crop(rect), filter(f), look(std::move(viewer)), reach(rect, f), ranges(reach.cell_count()) {}
 
+  std::size_t places_for(std::size_t each) const { return std::clamp(each * reach.cell_count(), kPlacesAlways, kPlaces); }
   void coarse_row(int y);
   void begin_fine(EdgeDetail of);
   void fine_row(int y);
@@ -149,9 +151,7 @@ struct LightEdgeSearch::Impl {
 
 void LightEdgeSearch::Impl::coarse_row(int y) {
   const PixelRect cells = reach.cells();
-  const auto side_max = static_cast<std::size_t>(coarse_side_max);
-  const std::size_t places = std::clamp(side_max * side_max * reach.cell_count(), kPlacesAlways, kPlaces);
-  const int side = std::clamp(side_of(places, reach.cell_count()), 1, kCoarseSideMax);
+  const int side = std::clamp(side_of(places_for(coarse_places), reach.cell_count()), 1, kCoarseSideMax);
   for (int x = cells.x; x < cells.x + cells.width; ++x) {
     Range& range = ranges[reach.cell(x, y)];
     for (int p = 0; p < side * side; ++p) {
@@ -173,7 +173,7 @@ void LightEdgeSearch::Impl::begin_fine(EdgeDetail of) {
     Reach::around(x, y, reach.margin(), reach.cells(), [&](int u, int v) { is_needed[reach.cell(u, v)] = 1; });
   }
   const auto needed = static_cast<std::size_t>(std::count(is_needed.begin(), is_needed.end(), 1));
-  const std::size_t places = of == EdgeDetail::kErrors ? kPlaces : std::clamp(places_of_plans * reach.cell_count(), kPlacesAlways, kPlaces);
+  const std::size_t places = of == EdgeDetail::kErrors ? kPlaces : places_for(places_of_plans);
   fine = std::clamp(side_of(places, needed), kFineSideMin, kFineSideMax);
   integrals.assign(found.size(), {});
 }
@@ -233,7 +233,7 @@ LightEdgeSearch::LightEdgeSearch(const PixelRect& crop, const FilterSampler& fil
 LightEdgeSearch::~LightEdgeSearch() = default;
 
 void LightEdgeSearch::be_sparing() noexcept {
-  impl_->coarse_side_max = kCoarseSideMax / 2;
+  impl_->coarse_places = kCoarsePlaces / 4;
   impl_->places_of_plans = kPlacesOfPlans / 2;
 }
 

@@ -12,6 +12,7 @@ import { createRequire } from 'node:module';
 import os from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { inspect, isDeepStrictEqual } from 'node:util';
 import { chromium } from 'playwright-core';
 
 const here = path.dirname(fileURLToPath(import.meta.url));
@@ -193,26 +194,22 @@ export const pictureNow = (page) =>
   });
 
 /** Until check() gives what is expected, by deep equality: a page that shows one thing may be about to show the next. */
-export async function settles(what, check, expected, timeoutMs = 30_000) {
-  const end = Date.now() + timeoutMs;
-  for (;;) {
-    const value = await check();
-    try {
-      assert.deepEqual(value, expected, what);
-      return;
-    } catch (error) {
-      if (Date.now() > end) throw error;
-    }
-    await new Promise((resolve) => setTimeout(resolve, 100));
-  }
+export async function settles(what, check, expected) {
+  let last;
+  const agrees = async () => isDeepStrictEqual((last = await check()), expected);
+  await until(() => `${what}: ${inspect(expected)}, not ${inspect(last)}`, agrees, 30_000);
 }
 
+/** what: a text, or a function that tells it in the end. */
 export async function until(what, check, timeoutMs = 120_000) {
   const end = Date.now() + timeoutMs;
   for (;;) {
     const value = await check();
     if (value) return value;
-    if (Date.now() > end) throw new Error(`not within ${timeoutMs / 1000} s: ${what}`);
+    if (Date.now() > end) {
+      const text = typeof what === 'function' ? what() : what;
+      throw new Error(`not within ${timeoutMs / 1000} s: ${text}`);
+    }
     await new Promise((resolve) => setTimeout(resolve, 100));
   }
 }

@@ -45,11 +45,11 @@ test('an experiment runs from its link, is plotted, compared and saved', { timeo
       await page.getByTestId('lab-run').click();
       await until('a verdict', async () => /theory/.test(await verdict(page)));
       assert.match(await verdict(page), /Agrees with theory.*0\.7853982/);
-      const shown = (what) => page.locator(`[data-testid=lab-p${what}`).count();
-      await settles('points', () => shown('lot] circle'), 3);
-      await settles('a fit', () => shown('lot] .lab-fit'), 1);
-      await settles('what is expected', () => shown('lot] .lab-expected'), 1);
-      await settles('the pattern', () => shown('attern] circle'), 256);
+      const shown = (id, what) => page.getByTestId(id).locator(what).count();
+      await settles('points', () => shown('lab-plot', 'circle'), 3);
+      await settles('a fit', () => shown('lab-plot', '.lab-fit'), 1);
+      await settles('what is expected', () => shown('lab-plot', '.lab-expected'), 1);
+      await settles('the pattern', () => shown('lab-pattern', 'circle'), 256);
 
       // The second run joins the first in the plot, and the address follows the form.
       await page.selectOption('select >> nth=2', 'independent');

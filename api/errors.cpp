@@ -7,6 +7,7 @@
 
 #include "api/json.h"
 #include "api/limits.h"
+#include "api/views.h"
 
 namespace api {
 namespace {
@@ -18,27 +19,43 @@ constexpr std::array kErrors = {
     ErrorRow{ErrorCode::kUnauthorized, 401, "unauthorized", "A valid key is needed"},
     ErrorRow{ErrorCode::kForbidden, 403, "forbidden", "This key may not do that"},
     ErrorRow{ErrorCode::kNotFound, 404, "not-found", "There is nothing here"},
+    ErrorRow{std::nullopt, 405, "method-not-allowed", "The path has other methods"},
     ErrorRow{ErrorCode::kNotAcceptable, 406, "not-acceptable", "No representation fits"},
+    ErrorRow{std::nullopt, 408, "timeout", "The request did not arrive in time"},
     ErrorRow{ErrorCode::kConflict, 409, "conflict", "The state does not allow it"},
     ErrorRow{ErrorCode::kGone, 410, "gone", "It was here and has been removed"},
     ErrorRow{ErrorCode::kPreconditionFailed, 412, "precondition-failed",
              "It has changed in the meantime"},
     ErrorRow{ErrorCode::kTooLarge, 413, "too-large", "The request asks for too much"},
+    ErrorRow{std::nullopt, 414, "target-too-long", "The request target is too long"},
     ErrorRow{ErrorCode::kUnsupportedMedia, 415, "unsupported-media",
              "The media type is not supported"},
     ErrorRow{ErrorCode::kRangeNotSatisfiable, 416, "range-not-satisfiable",
              "The range is outside the content"},
+    ErrorRow{std::nullopt, 417, "expectation-failed", "The expectation cannot be met"},
     ErrorRow{ErrorCode::kMisdirected, 421, "misdirected", "This server does not go by that name"},
     ErrorRow{ErrorCode::kInvalidArgument, 422, "invalid-argument", "A value is not allowed"},
     ErrorRow{ErrorCode::kMissingFiles, 424, "missing-files",
              "Files that the scene names are missing"},
     ErrorRow{ErrorCode::kTooManyRequests, 429, "too-many-requests", "Too many requests"},
+    ErrorRow{std::nullopt, 431, "headers-too-long", "The headers are too long"},
     ErrorRow{ErrorCode::kInternal, 500, "internal", "The server made a mistake"},
+    ErrorRow{std::nullopt, 501, "not-implemented", "The transfer coding is not supported"},
     ErrorRow{ErrorCode::kUnavailable, 503, "unavailable", "The server cannot answer now"},
+    ErrorRow{std::nullopt, 505, "wrong-version", "The version of HTTP is not supported"},
     ErrorRow{ErrorCode::kNoSpace, 507, "no-space", "The disk is full"},
     ErrorRow{ErrorCode::kOverQuota, 507, "over-quota", "No more may be kept"},
     ErrorRow{ErrorCode::kCancelled, 409, "cancelled", "It was cancelled"},
 };
+
+Problem make_problem(const ErrorRow& row, std::string detail) {
+  Problem problem;
+  problem.status = row.status;
+  problem.type = "/docs#problem-" + std::string(row.slug);
+  problem.title = std::string(row.title);
+  problem.detail = std::move(detail);
+  return problem;
+}
 
 }  // namespace
 
@@ -54,13 +71,14 @@ const ErrorRow& error_row(ErrorCode code) {
 int error_status(ErrorCode code) { return error_row(code).status; }
 
 Problem make_problem(ErrorCode code, std::string detail) {
-  const ErrorRow& row = error_row(code);
-  Problem problem;
-  problem.status = row.status;
-  problem.type = "/docs#problem-" + std::string(row.slug);
-  problem.title = std::string(row.title);
-  problem.detail = std::move(detail);
-  return problem;
+  return make_problem(error_row(code), std::move(detail));
+}
+
+Problem make_problem(int status, std::string detail) {
+  const auto* row = std::find_if(kErrors.begin(), kErrors.end(),
+                                 [status](const ErrorRow& each) { return each.status == status; });
+  CHECK(row != kErrors.end());
+  return make_problem(*row, std::move(detail));
 }
 
 Problem make_problem(ErrorCode code, std::vector<FieldError> errors) {
@@ -79,6 +97,10 @@ Problem make_problem(ErrorCode code, std::vector<FieldError> errors) {
 }
 
 Problem from_error(const core::Error& error) {
+  // Of these the place is a file of the server, which is nobody's business outside.
+  if (error.code == ErrorCode::kNoSpace || error.code == ErrorCode::kInternal) {
+    return make_problem(error.code, error.message);
+  }
   if (error.where.starts_with('/')) {
     Problem problem = make_problem(error.code, error.where + ": " + error.message);
     problem.errors = {{error.where, error.message}};
@@ -88,23 +110,44 @@ Problem from_error(const core::Error& error) {
                       error.where.empty() ? error.message : error.where + ": " + error.message);
 }
 
+const View<FieldError>& field_error_view() {
+  static const View<FieldError> kView = {
+      "FieldError",
+      "One fault of the input.",
+      {{"pointer", shape::text("JSON pointer into the body; /name for the query parameter `name`."),
+        [](const FieldError& e) -> Json { return e.pointer; }},
+       {"detail", shape::text("What was seen and what is allowed."),
+        [](const FieldError& e) -> Json { return e.detail; }}}};
+  return kView;
+}
+
+const View<Problem>& problem_view() {
+  static const View<Problem> kView = {
+      "Problem",
+      "RFC 9457.",
+      {{"type", shape::text("Kind of problem, a URI reference."),
+        [](const Problem& p) -> Json { return p.type; }},
+       {"title", shape::text("The same for every problem of the type."),
+        [](const Problem& p) -> Json { return p.title; }},
+       {"status", shape::count("HTTP status."), [](const Problem& p) -> Json { return p.status; }},
+       {"detail", shape::text("About this one."),
+        [](const Problem& p) -> Json { return p.detail; }},
+       {"instance", shape::text("Path of the request."),
+        [](const Problem& p) -> Json { return p.instance; },
+        [](const Problem& p) { return !p.instance.empty(); }},
+       {"errors", shape::list(field_error_view().shape(), "Faults of the input."),
+        [](const Problem& p) { return print_list(field_error_view(), p.errors); },
+        [](const Problem& p) { return !p.errors.empty(); }}}};
+  return kView;
+}
+
 std::string problem_json(const Problem& problem, std::string_view instance) {
-  Json body = {{"type", problem.type},
-               {"title", problem.title},
-               {"status", problem.status},
-               {"detail", problem.detail}};
-  const std::string_view place = instance.empty() ? std::string_view(problem.instance) : instance;
-  if (!place.empty()) {
-    body["instance"] = place;
+  if (instance.empty()) {
+    return dump(problem_view().print(problem));
   }
-  if (!problem.errors.empty()) {
-    Json errors = Json::array();
-    for (const FieldError& error : problem.errors) {
-      errors.push_back({{"pointer", error.pointer}, {"detail", error.detail}});
-    }
-    body["errors"] = std::move(errors);
-  }
-  return dump(body);
+  Problem placed = problem;
+  placed.instance = instance;
+  return dump(problem_view().print(placed));
 }
 
 }  // namespace api

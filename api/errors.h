@@ -1,6 +1,7 @@
 /// Error codes, their HTTP status and their problem type: one table.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,7 +13,7 @@
 namespace api {
 
 struct ErrorRow {
-  core::ErrorCode code;
+  std::optional<core::ErrorCode> code;  ///< Empty: only the transport says it.
   int status;
   std::string_view slug;   ///< the type is "/docs#problem-" + slug
   std::string_view title;  ///< short, the same for every problem of the type
@@ -24,6 +25,8 @@ int error_status(core::ErrorCode code);
 
 /// A problem without field errors.
 Problem make_problem(core::ErrorCode code, std::string detail);
+/// The same by the status, of the first row that has it. Pre: one has.
+Problem make_problem(int status, std::string detail);
 /// detail is made from the errors: the first one, and how many more there are. Pre: not empty.
 Problem make_problem(core::ErrorCode code, std::vector<FieldError> errors);
 /// The one step from a Result to a response. `where` becomes a field error if it is a JSON pointer

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "api/job_view.h"
-#include "core/render/settings.h"
+#include "core/settings/settings.h"
 
 namespace api {
 

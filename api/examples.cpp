@@ -87,7 +87,8 @@ JobView example_job() {
   job.progress.revision = 2040;
   job.peak_bytes = 41'943'040;
   job.warnings = {
-      "environment: none was given; it is white, since the scene has no lights or strong emission of its own."};
+      "environment: none was given; it is white, since the scene has no lights or strong emission "
+      "of its own."};
   return job;
 }
 
@@ -104,12 +105,8 @@ Json example_of(std::string_view schema) {
     return {{"stop", {{"samples_per_pixel", 1024}}}};
   }
   if (schema == "LabRequest") {
-    return {{"experiment", "strategies"},
-            {"estimator", "mis"},
-            {"sampler", "independent"},
-            {"n", {16, 64, 256, 1024}},
-            {"replicates", 64},
-            {"seed", 1},
+    return {{"experiment", "strategies"}, {"estimator", "mis"}, {"sampler", "independent"},
+            {"n", {16, 64, 256, 1024}},   {"replicates", 64},   {"seed", 1},
             {"params", {{"side", 4}}}};
   }
   if (schema == "SceneFromAssets") {

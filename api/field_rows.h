@@ -26,6 +26,9 @@
 
 namespace api {
 
+/// A mark in the schema of a member that is printed only at times; never left in a document.
+inline constexpr const char* kMayBeAbsent = "x-may-be-absent";
+
 template <typename T>
 struct OptionalOf {
   using Value = T;
@@ -236,13 +239,18 @@ struct ChoiceRow : RowBase<Get> {
   }
   template <typename S>
   void print(const S& s, Json& object) const {
+    Json& printed = object[std::string(this->key)];
+    const auto* value = this->value_of(this->get, s);
+    if (value == nullptr) {
+      return;
+    }
     for (const auto& entry : entries()) {
       if constexpr (requires { entry.value; }) {
-        if (entry.value == this->get(s)) {
-          object[std::string(this->key)] = entry.name;
+        if (entry.value == *value) {
+          printed = entry.name;
         }
       } else {
-        object[std::string(this->key)] = this->get(s);
+        printed = *value;
       }
     }
   }
@@ -280,7 +288,20 @@ struct FixedRow {
   }
   template <typename S>
   void schema(const S& /*defaults*/, Json& properties) const {
-    properties[std::string(key)] = {{"description", doc}, {"const", fixed()}, {"default", fixed()}};
+    // The type that the member has where more is available: with one value alone, generators of
+    // clients leave the member out.
+    const Json only = fixed();
+    const std::string_view type = only.is_null()      ? "object"
+                                  : only.is_boolean() ? "boolean"
+                                                      : "string";
+    Json made = basic_schema(
+        type, std::string(doc) + " Only " + shown(only) + " is available in this build.",
+        only.is_null());
+    if (only.is_string()) {
+      made["enum"] = {only};
+    }
+    made["default"] = only;
+    properties[std::string(key)] = std::move(made);
   }
 };
 
@@ -292,6 +313,7 @@ struct CustomRow {
   void (*print_value)(const S& s, Json& object);
   Json (*make_schema)(const S& defaults);
   bool must_be_there = false;
+  bool may_be_absent = false;  ///< print_value adds the member only at times
 
   constexpr std::string_view name() const { return key; }
   constexpr bool required() const { return must_be_there; }
@@ -300,7 +322,11 @@ struct CustomRow {
   }
   void print(const S& s, Json& object) const { print_value(s, object); }
   void schema(const S& defaults, Json& properties) const {
-    properties[std::string(key)] = make_schema(defaults);
+    Json made = make_schema(defaults);
+    if (may_be_absent) {
+      made[kMayBeAbsent] = true;
+    }
+    properties[std::string(key)] = std::move(made);
   }
 };
 

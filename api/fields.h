@@ -47,6 +47,7 @@ struct WhenRow {
   template <typename S>
   void schema(const S& defaults, Json& properties) const {
     row.schema(defaults, properties);
+    properties[std::string(row.name())][kMayBeAbsent] = true;
   }
 };
 
@@ -71,6 +72,7 @@ struct ShownIfRow {
   template <typename S>
   void schema(const S& defaults, Json& properties) const {
     row.schema(defaults, properties);
+    properties[std::string(row.name())][kMayBeAbsent] = true;
   }
 };
 

@@ -10,7 +10,7 @@
 #include "api/limits.h"
 #include "api/time_text.h"
 #include "api/values.h"
-#include "api/view_parts.h"
+#include "api/views.h"
 
 namespace api {
 namespace {
@@ -31,18 +31,21 @@ Json ledger_part(const core::SampleLedger& ledger) {
 /// The members that decide what a film is a film of.
 Json picture_part(const JobSpec& spec) {
   Json part = to_json(spec);
-  for (const char* member : {"name", "labels", "priority", "class", "preview_key", "seed", "stop", "webhook", "retention_seconds"}) {
+  for (const char* member : {"name", "labels", "priority", "class", "preview_key", "seed", "stop",
+                             "webhook", "retention_seconds"}) {
     part.erase(member);
   }
   part["sampler"].erase("replicates");
   part["sampler"].erase("first_replicate");
   if (part.contains("adaptive")) {
-    part["adaptive"].erase("min_samples");  // goes with the number of replicates, and changes no expectation
+    part["adaptive"].erase(
+        "min_samples");  // goes with the number of replicates, and changes no expectation
   }
   return part;
 }
 
-void compare(const Json& a, const Json& b, const std::string& pointer, std::vector<std::string>& differences) {
+void compare(const Json& a, const Json& b, const std::string& pointer,
+             std::vector<std::string>& differences) {
   if (!a.is_object() || !b.is_object()) {
     if (a != b) {
       differences.push_back(pointer);
@@ -71,7 +74,8 @@ const Json* member(const Json& object, const char* name) {
 
 }  // namespace
 
-std::string film_text(const JobView& job, const core::SampleLedger& ledger, std::string_view film_digest) {
+std::string film_text(const JobView& job, const core::SampleLedger& ledger,
+                      std::string_view film_digest) {
   Json body;
   body["version"] = kVersion;
   body["job"] = job.id;
@@ -82,7 +86,7 @@ std::string film_text(const JobView& job, const core::SampleLedger& ledger, std:
   body["finished_at"] =
       job.finished_at_unix_seconds ? Json(rfc3339(*job.finished_at_unix_seconds)) : Json(nullptr);
   body["elapsed_seconds"] = number_json(job.progress.elapsed_seconds);
-  body["error"] = error_part(job);
+  body["error"] = error_view().print(job);
   body["warnings"] = job.warnings;
   body["samples"] = ledger_part(ledger);
   body["build"] = job.build.empty() ? Json(nullptr) : Json::parse(job.build, nullptr, false);
@@ -106,13 +110,16 @@ Parsed<FilmOrigin> parse_film_text(std::string_view text) {
   const Json* spec = member(*body, "spec");
   const Json* reason = member(*body, "stop_reason");
   const Json* elapsed = member(*body, "elapsed_seconds");
-  const auto stop_reason =
-      reason != nullptr && reason->is_string() ? stop_reason_from_text(reason->get<std::string>()) : std::nullopt;
+  const auto stop_reason = reason != nullptr && reason->is_string()
+                               ? stop_reason_from_text(reason->get<std::string>())
+                               : std::nullopt;
   if (!stop_reason) {
     faults.add("/stop_reason", "is none");
   }
   constexpr double kYears = 1e10;
-  const auto seconds = elapsed != nullptr ? read_number(*elapsed, {0, kYears}, "/elapsed_seconds", faults) : std::nullopt;
+  const auto seconds = elapsed != nullptr
+                           ? read_number(*elapsed, {0, kYears}, "/elapsed_seconds", faults)
+                           : std::nullopt;
   if (spec == nullptr || elapsed == nullptr) {
     faults.add("", "has no spec or no elapsed_seconds");
   }
@@ -125,12 +132,14 @@ Parsed<FilmOrigin> parse_film_text(std::string_view text) {
   }
   const Json* build = member(*body, "build");
   const Json* by_error = member(*body, "samples_by_error");
-  return FilmOrigin{.spec = std::move(parsed->spec),
-                    .stop_reason = *stop_reason,
-                    .is_ended_by_error = (reason != nullptr && *reason == to_text(core::StopReason::kRelativeError)) ||
-                                         (by_error != nullptr && by_error->is_number_integer() && *by_error > 0),
-                    .elapsed_seconds = *seconds,
-                    .build = build != nullptr && build->is_object() ? dump(*build) : std::string()};
+  return FilmOrigin{
+      .spec = std::move(parsed->spec),
+      .stop_reason = *stop_reason,
+      .is_ended_by_error =
+          (reason != nullptr && *reason == to_text(core::StopReason::kRelativeError)) ||
+          (by_error != nullptr && by_error->is_number_integer() && *by_error > 0),
+      .elapsed_seconds = *seconds,
+      .build = build != nullptr && build->is_object() ? dump(*build) : std::string()};
 }
 
 std::vector<std::string> film_differences(const JobSpec& first, const JobSpec& other) {
@@ -151,10 +160,10 @@ std::string arithmetic_of(std::string_view build_json) {
 std::string ledger_words(const core::SampleLedger& ledger) {
   std::string words;
   for (const core::SampleRange& range : ledger) {
-    words += (words.empty() ? "" : ", ") + ("seed " + std::to_string(range.seed)) + " (replicates " +
-             std::to_string(range.first_replicate) + " to " +
-             std::to_string(range.first_replicate + range.replicates - 1) + ", " + std::to_string(range.samples) +
-             " samples)";
+    words += (words.empty() ? "" : ", ") + ("seed " + std::to_string(range.seed)) +
+             " (replicates " + std::to_string(range.first_replicate) + " to " +
+             std::to_string(range.first_replicate + range.replicates - 1) + ", " +
+             std::to_string(range.samples) + " samples)";
   }
   return words;
 }
@@ -176,16 +185,19 @@ Parsed<core::SampleLedger> parse_ledger(std::string_view text) {
   for (const Json& entry : *list) {
     const auto read = [&](const char* name, double most) {
       const Json* value = entry.is_object() ? member(entry, name) : nullptr;
-      const auto number = value != nullptr ? read_integer(*value, {0, most}, join_pointer("", name), faults) : std::nullopt;
+      const auto number = value != nullptr
+                              ? read_integer(*value, {0, most}, join_pointer("", name), faults)
+                              : std::nullopt;
       if (value == nullptr) {
         faults.add(join_pointer("", name), "is missing");
       }
       return number.value_or(0);
     };
-    ledger.push_back({.seed = static_cast<std::uint64_t>(read("seed", static_cast<double>(limits::kSeed))),
-                      .first_replicate = static_cast<int>(read("first_replicate", 1 << 20)),
-                      .replicates = static_cast<int>(read("replicates", limits::kReplicates)),
-                      .samples = static_cast<int>(read("samples_per_pixel", 1 << 30))});
+    ledger.push_back(
+        {.seed = static_cast<std::uint64_t>(read("seed", static_cast<double>(limits::kSeed))),
+         .first_replicate = static_cast<int>(read("first_replicate", 1 << 20)),
+         .replicates = static_cast<int>(read("replicates", limits::kReplicates)),
+         .samples = static_cast<int>(read("samples_per_pixel", 1 << 30))});
   }
   if (!faults.empty()) {
     return faults.problem();

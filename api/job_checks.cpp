@@ -52,23 +52,27 @@ void check_optimal_mis(const core::RenderSettings& render, Faults& faults) {
     return;
   }
   constexpr const char* kWhere = "/estimator/mis/type";
-  if (render.light_sampler == core::LightSamplerType::kRis || render.light_sampler == core::LightSamplerType::kRestir) {
+  if (render.light_sampler == core::LightSamplerType::kRis ||
+      render.light_sampler == core::LightSamplerType::kRestir) {
     const bool is_ris = render.light_sampler == core::LightSamplerType::kRis;
-    faults.add(kWhere, std::string("'optimal' does not go with light sampler '") + (is_ris ? "ris" : "restir") +
-                           "', whose density is not known");
+    faults.add(kWhere, std::string("'optimal' does not go with light sampler '") +
+                           (is_ris ? "ris" : "restir") + "', whose density is not known");
   }
   if (estimator.roulette == core::RouletteType::kThreshold) {
-    faults.add(kWhere, "'optimal' does not go with roulette 'threshold', which leaves out shadow rays");
+    faults.add(kWhere,
+               "'optimal' does not go with roulette 'threshold', which leaves out shadow rays");
   }
   if (estimator.control_variate != core::ControlVariateType::kNone) {
     faults.add(kWhere, "'optimal' does not go with a control variate; it is one");
   }
   if (!estimator.expected_values) {
-    faults.add(kWhere, "'optimal' does not go with expected_values false, where dice end what was sampled");
+    faults.add(kWhere,
+               "'optimal' does not go with expected_values false, where dice end what was sampled");
   }
 }
 
-/// Light samples are shared where the camera looks, by paths that have one continuation each and no other use for them.
+/// Light samples are shared where the camera looks, by paths that have one continuation each and no
+/// other use for them.
 void check_restir(const core::RenderSettings& render, Faults& faults) {
   if (render.light_sampler != core::LightSamplerType::kRestir) {
     return;
@@ -76,8 +80,9 @@ void check_restir(const core::RenderSettings& render, Faults& faults) {
   const int paths = render.light_block * render.light_block * render.light_history;
   if (paths > static_cast<int>(core::SharedSamples::kMost)) {
     const std::string block = std::to_string(render.light_block);
-    faults.add("/light_sampler/history", std::to_string(render.light_history) + " passes of " + block + " x " + block +
-                                             " pixels are " + std::to_string(paths) + " paths that share; at most " +
+    faults.add("/light_sampler/history", std::to_string(render.light_history) + " passes of " +
+                                             block + " x " + block + " pixels are " +
+                                             std::to_string(paths) + " paths that share; at most " +
                                              std::to_string(core::SharedSamples::kMost) + " can");
   }
   const core::EstimatorSettings& estimator = render.estimator;
@@ -85,11 +90,13 @@ void check_restir(const core::RenderSettings& render, Faults& faults) {
     faults.add("/light_sampler/type", "'restir' applies to strategies 'mis' and 'light' only");
   }
   if (estimator.splitting != core::SplittingType::kNone) {
-    faults.add("/estimator/splitting/type", "does not go with light sampler 'restir', which gives each path one light sample");
+    faults.add("/estimator/splitting/type",
+               "does not go with light sampler 'restir', which gives each path one light sample");
   }
   if (estimator.control_variate != core::ControlVariateType::kNone) {
     faults.add("/estimator/control_variate/type",
-               "does not go with light sampler 'restir': a neighbour's sample does not cancel what is subtracted for one's own");
+               "does not go with light sampler 'restir': a neighbour's sample does not cancel what "
+               "is subtracted for one's own");
   }
 }
 
@@ -153,16 +160,23 @@ void check_options(const JobSpec& spec, std::span<const std::string> accepted, F
       (estimator.mis != defaults.mis || estimator.mis_exponent != defaults.mis_exponent)) {
     faults.add("/estimator/mis", "applies to strategy 'mis' only");
   }
-  if (estimator.control_variate != core::ControlVariateType::kNone && estimator.strategy != core::Strategy::kMis &&
-      estimator.strategy != core::Strategy::kLight) {
+  if (estimator.control_variate != core::ControlVariateType::kNone &&
+      estimator.strategy != core::Strategy::kMis && estimator.strategy != core::Strategy::kLight) {
     faults.add("/estimator/control_variate", "applies to strategies 'mis' and 'light' only");
   }
   check_optimal_mis(spec.render, faults);
   check_restir(spec.render, faults);
   constexpr std::array kOptions = {
-      "/integrator/max_depth",      "/estimator/strategy",  "/estimator/mis",
-      "/estimator/roulette",        "/estimator/splitting", "/estimator/control_variate", "/estimator/expected_values",
-      "/sampler/type",              "/sampler/replicates",  "/light_sampler",
+      "/integrator/max_depth",
+      "/estimator/strategy",
+      "/estimator/mis",
+      "/estimator/roulette",
+      "/estimator/splitting",
+      "/estimator/control_variate",
+      "/estimator/expected_values",
+      "/sampler/type",
+      "/sampler/replicates",
+      "/light_sampler",
       "/adaptive",
   };
   JobSpec plain;

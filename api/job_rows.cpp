@@ -8,7 +8,7 @@
 #include "api/fields.h"
 #include "api/limits.h"
 #include "api/requests.h"
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 
 namespace api {
 namespace {
@@ -171,9 +171,9 @@ void read_webhook_events(const Json& value, Webhook& webhook, const std::string&
   }
   webhook.events.clear();
   for (std::size_t i = 0; i < value.size(); ++i) {
-    const bool known = value[i].is_string() &&
-                       std::find(kWebhookEvents.begin(), kWebhookEvents.end(),
-                                 value[i].get<std::string>()) != kWebhookEvents.end();
+    const bool known =
+        value[i].is_string() && std::find(kWebhookEvents.begin(), kWebhookEvents.end(),
+                                          value[i].get<std::string>()) != kWebhookEvents.end();
     if (!known) {
       faults.add(join_pointer(pointer, std::to_string(i)),
                  shown(value[i]) + " is none of state, warning, end");
@@ -191,16 +191,15 @@ const auto& webhook_table() {
       required_text(
           "url", [](auto& s) -> auto& { return s.url; }, {1, limits::kWebhookUrlCharacters},
           "http or https; gets a POST for each event, signed as Standard Webhooks do."),
-      CustomRow<Webhook>{
-          "events", &read_webhook_events,
-          [](const Webhook& s, Json& object) { object["events"] = s.events; },
-          [](const Webhook& defaults) {
-            Json schema = basic_schema("array", "What is told.");
-            schema["items"] = {{"type", "string"}, {"enum", kWebhookEvents}};
-            schema["minItems"] = 1;
-            schema["default"] = defaults.events;
-            return schema;
-          }},
+      CustomRow<Webhook>{"events", &read_webhook_events,
+                         [](const Webhook& s, Json& object) { object["events"] = s.events; },
+                         [](const Webhook& defaults) {
+                           Json schema = basic_schema("array", "What is told.");
+                           schema["items"] = {{"type", "string"}, {"enum", kWebhookEvents}};
+                           schema["minItems"] = 1;
+                           schema["default"] = defaults.events;
+                           return schema;
+                         }},
   };
   return kTable;
 }
@@ -282,7 +281,7 @@ void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, F
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       faults.add(place, not_available(value[i], known));
     } else if (std::find(asked.begin(), asked.end(), name) != asked.end()) {
-      faults.add(place, shown(value[i]) + " is there more than once");
+      faults.add(place, shown(value[i]) + " appears more than once");
     } else {
       asked.push_back(name);
     }
@@ -334,7 +333,8 @@ Json replicates_schema(const JobSpec& defaults) {
   return schema;
 }
 
-void read_first_replicate(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+void read_first_replicate(const Json& value, JobSpec& spec, const std::string& pointer,
+                          Faults& faults) {
   const auto first = read_integer(value, {0, limits::kFirstReplicate}, pointer, faults);
   if (first && *first % 2 != 0) {
     faults.add(pointer, std::to_string(*first) + " is odd; replicates come in pairs");
@@ -344,8 +344,10 @@ void read_first_replicate(const Json& value, JobSpec& spec, const std::string& p
 }
 
 Json first_replicate_schema(const JobSpec& defaults) {
-  Json schema = basic_schema("integer", "Number of the first replicate of the seed; even. Jobs that hold different "
-                                        "ones can be merged into the film of one job.");
+  Json schema =
+      basic_schema("integer",
+                   "Number of the first replicate of the seed; even. Jobs that hold different "
+                   "ones can be merged into the film of one job.");
   schema["minimum"] = 0;
   schema["maximum"] = limits::kFirstReplicate;
   schema["multipleOf"] = 2;

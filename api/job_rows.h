@@ -32,7 +32,8 @@ Json layers_schema(const JobSpec& defaults);
 
 void read_replicates(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
 Json replicates_schema(const JobSpec& defaults);
-void read_first_replicate(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void read_first_replicate(const Json& value, JobSpec& spec, const std::string& pointer,
+                          Faults& faults);
 Json first_replicate_schema(const JobSpec& defaults);
 
 }  // namespace api

@@ -13,7 +13,7 @@
 #include "api/stop_rules.h"
 #include "core/film/replicate_fit.h"
 #include "core/render/pass_plan.h"
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 
 namespace api {
 namespace {
@@ -99,19 +99,40 @@ constexpr bool is_adaptive(const JobSpec& s) {
   return s.render.adaptive.type != core::AdaptiveType::kNone;
 }
 
+/// A choice that says where the adaptive rules are that the renderer does not have.
+template <typename Row>
+struct AdaptiveTypeRow : Row {
+  template <typename S>
+  void read(const Json& value, S& out, const std::string& pointer, Faults& faults) const {
+    for (const core::LaboratoryRule& rule : core::laboratory_rules()) {
+      if (value.is_string() && value.get_ref<const std::string&>() == rule.name) {
+        faults.add(pointer, "'" + std::string(rule.name) +
+                                "' is in the laboratory, because its picture or its error is not "
+                                "right: experiment '" +
+                                std::string(rule.experiment) + "', estimator '" +
+                                std::string(rule.estimator) + "'");
+        return;
+      }
+    }
+    Row::read(value, out, pointer, faults);
+  }
+};
+
 constexpr auto adaptive_row() {
   constexpr std::string_view kOtherwise = "applies to types other than 'none' only";
   return group(
       "adaptive", "Where further samples go.",
-      choice(
+      AdaptiveTypeRow{choice(
           "type", [](auto& s) -> auto& { return s.render.adaptive.type; }, &core::adaptive_types,
-          "What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for others."),
+          "What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' "
+          "for others.")},
       when(&is_adaptive, kOtherwise,
            number(
                "min_samples", [](auto& s) -> auto& { return s.render.adaptive.min_samples; },
                {1, limits::kSamplesPerPixel},
                "Samples of every pixel before the first decision, all replicates together; rounded "
-               "up to where decisions are taken, 2^k or 1.5 * 2^k of each replicate.")),
+               "up to where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each "
+               "replicate.")),
       when(&is_adaptive, kOtherwise,
            choice(
                "granularity", [](auto& s) -> auto& { return s.render.adaptive.granularity; },
@@ -120,7 +141,8 @@ constexpr auto adaptive_row() {
            number(
                "dilation", [](auto& s) -> auto& { return s.render.adaptive.dilation; },
                {0, limits::kDilation},
-               "Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts.")));
+               "Radius in pixels, in tiles for granularity 'tile': the neediest neighbour "
+               "counts.")));
 }
 
 constexpr auto estimator_row() {
@@ -144,8 +166,7 @@ constexpr auto estimator_row() {
             when(&is_threshold, "applies to type 'threshold' only",
                  number(
                      "delta", [](auto& s) -> auto& { return s.render.estimator.roulette_delta; },
-                     {0, 1e9},
-                     "Radiance [W/(m^2 sr)]; 0 traces every shadow ray."))),
+                     {0, 1e9}, "Radiance [W/(m^2 sr)]; 0 traces every shadow ray."))),
       group("splitting", "Several continuations of a path at its first surface.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.estimator.splitting; },
@@ -192,7 +213,8 @@ const auto& table() {
           "preview_key", [](auto& s) -> auto& { return s.preview_key; },
           {1, limits::kNameCharacters},
           "A later preview with the same key supersedes this one; class preview only."),
-      CustomRow<JobSpec>{"environment", &read_environment, &print_environment, &environment_schema},
+      CustomRow<JobSpec>{"environment", &read_environment, &print_environment, &environment_schema,
+                         false, true},
       film_row(),
       group("integrator", "How light is followed.",
             choice(
@@ -211,39 +233,40 @@ const auto& table() {
                 "replicates", &read_replicates,
                 [](const JobSpec& s, Json& object) { object["replicates"] = s.render.replicates; },
                 &replicates_schema},
-            CustomRow<JobSpec>{
-                "first_replicate", &read_first_replicate,
-                [](const JobSpec& s, Json& object) {
-                  if (s.render.first_replicate != 0) {
-                    object["first_replicate"] = s.render.first_replicate;
-                  }
-                },
-                &first_replicate_schema}),
-      group("light_sampler", "Which light is looked at.",
-            choice(
-                "type", [](auto& s) -> auto& { return s.render.light_sampler; },
-                &core::light_samplers, "Kind of choice."),
-            when(&is_resampled, "applies to type 'ris' only",
-                 number(
-                     "candidates", [](auto& s) -> auto& { return s.render.light_candidates; },
-                     {1, limits::kLightCandidates}, "Light samples of which one is taken.")),
-            when(&is_shared, "applies to type 'restir' only",
-                 number(
-                     "block", [](auto& s) -> auto& { return s.render.light_block; },
-                     {1, limits::kLightBlock},
-                     "Side in pixels of the squares whose pixels share light samples.")),
-            when(&is_shared, "applies to type 'restir' only",
-                 number(
-                     "history", [](auto& s) -> auto& { return s.render.light_history; },
-                     {1, limits::kLightHistory},
-                     "Passes that share light samples too: samples of a replicate, one after another. "
-                     "At most 64 paths share, block x block x history.")),
-            when(&is_shared, "applies to type 'restir' only",
-                 number(
-                     "candidates_per_pixel",
-                     [](auto& s) -> auto& { return s.render.block_candidates; },
-                     {1, limits::kLightCandidates},
-                     "Light samples of each path, of which one is shared."))),
+            CustomRow<JobSpec>{"first_replicate", &read_first_replicate,
+                               [](const JobSpec& s, Json& object) {
+                                 if (s.render.first_replicate != 0) {
+                                   object["first_replicate"] = s.render.first_replicate;
+                                 }
+                               },
+                               &first_replicate_schema, false, true}),
+      group(
+          "light_sampler", "Which light is looked at.",
+          choice(
+              "type", [](auto& s) -> auto& { return s.render.light_sampler; },
+              &core::light_samplers, "Kind of choice."),
+          when(&is_resampled, "applies to type 'ris' only",
+               number(
+                   "candidates", [](auto& s) -> auto& { return s.render.light_candidates; },
+                   {1, limits::kLightCandidates}, "Light samples of which one is taken.")),
+          when(&is_shared, "applies to type 'restir' only",
+               number(
+                   "block", [](auto& s) -> auto& { return s.render.light_block; },
+                   {1, limits::kLightBlock},
+                   "Side in pixels of the squares whose pixels share light samples.")),
+          when(
+              &is_shared, "applies to type 'restir' only",
+              number(
+                  "history", [](auto& s) -> auto& { return s.render.light_history; },
+                  {1, limits::kLightHistory},
+                  "Passes that share light samples too: samples of a replicate, one after another. "
+                  "At most 64 paths share, block x block x history.")),
+          when(&is_shared, "applies to type 'restir' only",
+               number(
+                   "candidates_per_pixel",
+                   [](auto& s) -> auto& { return s.render.block_candidates; },
+                   {1, limits::kLightCandidates},
+                   "Light samples of each path, of which one is shared."))),
       adaptive_row(),
       FixedRow{"spectral", "false", "Wavelengths instead of three colours."},
       CustomRow<JobSpec>{
@@ -268,7 +291,8 @@ const auto& table() {
 
 namespace {
 
-/// Decisions are taken at certain counts only: the spec holds the one that is in force. False: it does already.
+/// Decisions are taken at certain counts only: the spec holds the one that is in force. False: it
+/// does already.
 bool round_min_samples(core::RenderSettings& render) {
   if (render.adaptive.type == core::AdaptiveType::kNone) {
     return false;
@@ -283,9 +307,11 @@ bool round_min_samples(core::RenderSettings& render) {
 }
 
 std::string min_samples_warning(int asked, const core::RenderSettings& render) {
-  return "adaptive.min_samples: " + std::to_string(asked) + " was asked for, " + std::to_string(render.adaptive.min_samples) +
-         " is in force: decisions are taken at 2^k or 1.5 * 2^k samples of each of " + std::to_string(render.replicates) +
-         " replicates" + (render.adaptive.type == core::AdaptiveType::kPilot ? ", with type 'pilot' from 20 samples on." : ".");
+  return "adaptive.min_samples: " + std::to_string(asked) + " was asked for, " +
+         std::to_string(render.adaptive.min_samples) +
+         " is in force: decisions are taken at 1, 1.25, 1.5 and 1.75 times 2^k samples of each "
+         "of " +
+         std::to_string(render.replicates) + " replicates, from 20 samples on.";
 }
 
 template <typename Value, typename Rows>
@@ -307,7 +333,8 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   }
   ParsedJob job;
   const Json::json_pointer target("/stop/relative_error");
-  job.spec.render.adaptive.type = usual_adaptive_type(value->contains(target) && !value->at(target).is_null());
+  job.spec.render.adaptive.type =
+      usual_adaptive_type(value->contains(target) && !value->at(target).is_null());
   Faults faults;
   read_members(table(), *value, job.spec, "", faults);
   // The rules between members speak about values that are fine by themselves.
@@ -318,7 +345,8 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
     check_options(job.spec, accepted_options(job.spec.render.integrator), faults);
     round_stop(job.spec.stop, job.spec.render, job.warnings);
     const int asked = job.spec.render.adaptive.min_samples;
-    if (round_min_samples(job.spec.render) && value->contains(Json::json_pointer("/adaptive/min_samples"))) {
+    if (round_min_samples(job.spec.render) &&
+        value->contains(Json::json_pointer("/adaptive/min_samples"))) {
       job.warnings.push_back(min_samples_warning(asked, job.spec.render));
     }
   }
@@ -341,16 +369,13 @@ std::vector<std::string> adaptive_warnings(const JobSpec& spec) {
   if (adaptive.type == core::AdaptiveType::kNone) {
     return warnings;
   }
-  if (spec.stop.relative_error && !core::errors_are_valid(spec.render)) {
-    warnings.emplace_back("stop.relative_error: with this type of adaptive sampling the error estimate is not valid; "
-                          "the job may end before the picture is as good as was asked for.");
-  }
   const int first = core::first_epoch(spec.render);
-  if (adaptive.type != usual_adaptive_type(spec.stop.relative_error.has_value()) && spec.stop.samples_per_pixel &&
-      *spec.stop.samples_per_pixel <= first) {
-    warnings.push_back("adaptive: every pixel gets the same, because the first decision is taken at " +
-                       std::to_string(first) + " samples and " + std::to_string(*spec.stop.samples_per_pixel) +
-                       " are asked for.");
+  if (adaptive.type != usual_adaptive_type(spec.stop.relative_error.has_value()) &&
+      spec.stop.samples_per_pixel && *spec.stop.samples_per_pixel <= first) {
+    warnings.push_back(
+        "adaptive: every pixel gets the same, because the first decision is taken at " +
+        std::to_string(first) + " samples and " + std::to_string(*spec.stop.samples_per_pixel) +
+        " are asked for.");
   }
   return warnings;
 }
@@ -362,19 +387,25 @@ std::vector<std::string> idle_warnings(const JobSpec& spec) {
   if (estimator.strategy != core::Strategy::kMis && estimator.strategy != core::Strategy::kLight) {
     const std::string strategy = name_of(core::strategies(), estimator.strategy);
     if (render.light_sampler != core::RenderSettings{}.light_sampler) {
-      warnings.push_back("light_sampler: " + name_of(core::light_samplers(), render.light_sampler) + " has no effect: strategy " +
-                         strategy + " takes no light samples but those of punctual lights, which it chooses evenly.");
+      warnings.push_back(
+          "light_sampler: " + name_of(core::light_samplers(), render.light_sampler) +
+          " has no effect: strategy " + strategy +
+          " takes no light samples but those of punctual lights, which it chooses evenly.");
     }
     if (estimator.roulette == core::RouletteType::kThreshold) {
-      warnings.push_back("estimator.roulette: 'threshold' is about the shadow rays of light samples, and strategy " + strategy +
-                         " takes none but those of punctual lights.");
+      warnings.push_back(
+          "estimator.roulette: 'threshold' is about the shadow rays of light samples, and "
+          "strategy " +
+          strategy + " takes none but those of punctual lights.");
     }
   }
   const int learnt = static_cast<int>(core::kFirstFit) * render.replicates;
-  if (estimator.control_variate == core::ControlVariateType::kRegression && spec.stop.samples_per_pixel &&
-      *spec.stop.samples_per_pixel <= learnt) {
-    warnings.push_back("estimator.control_variate: 'regression' has no effect: it learns from the first " + std::to_string(learnt) +
-                       " samples of a pixel, and " + std::to_string(*spec.stop.samples_per_pixel) + " are asked for.");
+  if (estimator.control_variate == core::ControlVariateType::kRegression &&
+      spec.stop.samples_per_pixel && *spec.stop.samples_per_pixel <= learnt) {
+    warnings.push_back(
+        "estimator.control_variate: 'regression' has no effect: it learns from the first " +
+        std::to_string(learnt) + " samples of a pixel, and " +
+        std::to_string(*spec.stop.samples_per_pixel) + " are asked for.");
   }
   return warnings;
 }
@@ -397,7 +428,8 @@ std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSu
   spec.environment_asset.reset();
   if (scene.lights.empty() && !scene.has_emissive_strength) {
     spec.environment_choice = EnvironmentChoice::kGiven;
-    return "environment: none was given; it is white, since the scene has no lights or strong emission of its own.";
+    return "environment: none was given; it is white, since the scene has no lights or strong "
+           "emission of its own.";
   }
   spec.environment_choice = EnvironmentChoice::kBlack;
   return "environment: none was given; it is black, since the scene has lights of its own.";

@@ -9,8 +9,8 @@
 
 #include "api/json.h"
 #include "api/problem.h"
-#include "core/render/settings.h"
 #include "core/scene/scene.h"
+#include "core/settings/settings.h"
 
 namespace api {
 
@@ -56,7 +56,8 @@ struct JobSpec {
 struct ParsedJob {
   JobSpec spec;
   std::vector<std::string> warnings;  ///< values that are in force instead of what was asked
-  int samples_by_error = 0;           ///< an error ended the film that is made again, at so many samples per pixel; 0: none did
+  int samples_by_error =
+      0;  ///< an error ended the film that is made again, at so many samples per pixel; 0: none did
 };
 
 /// What the warning of a rounded samples_per_pixel begins with.
@@ -75,8 +76,9 @@ std::string spec_json(const JobSpec& spec);
 /// True when both say the same, member by member.
 bool same_spec(const JobSpec& a, const JobSpec& b);
 
-/// adaptive.type of a job that does not say it. Jobs with an error target get there with far fewer samples where a pilot stream decides about
-/// them; others keep the same count everywhere, so that parts of a job make up its film bit for bit.
+/// adaptive.type of a job that does not say it. Jobs with an error target get there with far fewer
+/// samples where a pilot stream decides about them; others keep the same count everywhere, so that
+/// parts of a job make up its film bit for bit.
 core::AdaptiveType usual_adaptive_type(bool has_error_target);
 
 /// What adaptive sampling cannot do for this job; told when it is submitted.

@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <limits>
 
 #include <nlohmann/json.hpp>
 
-#include "api/errors.h"
 #include "api/time_text.h"
 #include "api/values.h"
-#include "api/view_parts.h"
-#include "core/render/registry.h"
+#include "api/views.h"
+#include "core/settings/registry.h"
 
 namespace api {
 namespace {
@@ -72,25 +72,64 @@ core::Progress JobView::nothing_rendered() {
   return progress;
 }
 
-Json progress_part(const JobView& job) {
-  const core::Progress& progress = job.progress;
+namespace {
+
+double shown_fraction(const JobView& job) {
   // Below 1 until the end, also after rounding to the four digits that a bar can show.
   constexpr double kNearlyDone = 0.9999;
-  const double fraction =
-      job.state == JobState::kFinished ? 1.0 : std::clamp(progress.fraction, 0.0, kNearlyDone);
-  return {
-      {"fraction", number_json(fraction)},
-      {"samples_per_pixel",
-       {{"min", progress.samples_min},
-        {"mean", number_json(progress.samples_mean)},
-        {"max", progress.samples_max}}},
-      {"elapsed_seconds", number_json(progress.elapsed_seconds)},
-      {"cpu_seconds", number_json(progress.cpu_seconds)},
-      {"eta_seconds", progress.eta_seconds ? number_json(*progress.eta_seconds) : Json(nullptr)},
-      {"eta_interval_seconds", progress.eta_low_seconds && progress.eta_high_seconds
-                                   ? Json::array({number_json(*progress.eta_low_seconds),
-                                                  number_json(*progress.eta_high_seconds)})
-                                   : Json(nullptr)}};
+  return job.state == JobState::kFinished ? 1.0
+                                          : std::clamp(job.progress.fraction, 0.0, kNearlyDone);
+}
+
+Json eta_interval(const JobView& job) {
+  const auto& low = job.progress.eta_low_seconds;
+  const auto& high = job.progress.eta_high_seconds;
+  return low && high ? Json::array({number_json(*low), number_json(*high)}) : Json(nullptr);
+}
+
+Json stop_reason_shape() {
+  return shape::nullable(
+      shape::one_of({kReasons.begin() + 1, kReasons.end()}, "What ended the job; null before."));
+}
+
+const View<JobView>& samples_view() {
+  static const View<JobView> kView = {
+      "",
+      "Samples a pixel has, over the pixels of the crop.",
+      {{"min", shape::count(), [](const JobView& j) -> Json { return j.progress.samples_min; }},
+       {"mean", shape::real(),
+        [](const JobView& j) { return number_json(j.progress.samples_mean); }},
+       {"max", shape::count(), [](const JobView& j) -> Json { return j.progress.samples_max; }}}};
+  return kView;
+}
+
+}  // namespace
+
+Json job_state_schema() {
+  return shape::one_of({kStates.begin(), kStates.end()}, "The state of a job.");
+}
+
+const View<JobView>& progress_view() {
+  static const View<JobView> kView = {
+      "Progress",
+      "How far it is.",
+      {{"fraction", shape::real("0 to 1; 1 only at the end."),
+        [](const JobView& j) { return number_json(shown_fraction(j)); }},
+       {"samples_per_pixel", samples_view().shape(),
+        [](const JobView& j) { return samples_view().print(j); }},
+       {"elapsed_seconds", shape::real("Rendering time without pauses and downtime."),
+        [](const JobView& j) { return number_json(j.progress.elapsed_seconds); }},
+       {"cpu_seconds", shape::real("Of all threads."),
+        [](const JobView& j) { return number_json(j.progress.cpu_seconds); }},
+       {"eta_seconds", shape::nullable(shape::real("Until the end; null: unknown.")),
+        [](const JobView& j) {
+          return j.progress.eta_seconds ? number_json(*j.progress.eta_seconds) : Json(nullptr);
+        }},
+       {"eta_interval_seconds",
+        shape::nullable(shape::interval("Lower and upper bound of eta_seconds, as long as the pace "
+                                        "stays the same; null: unknown.")),
+        &eta_interval}}};
+  return kView;
 }
 
 bool is_ended_by_error(const JobView& job) {
@@ -104,65 +143,162 @@ std::string_view bias_of(const core::RenderSettings& render, bool is_by_error) {
   return bias == "none" && is_by_error ? "consistent" : bias;
 }
 
-std::string_view bias_of(const JobView& job) { return bias_of(job.spec.render, is_ended_by_error(job)); }
-
-Json error_part(const JobView& job) {
-  const core::ErrorInterval& error = job.progress.error;
-  const bool valid = core::errors_are_valid(job.spec.render);
-  return {{"relative_rmse", number_json(error.relative_rmse)},
-          {"low", valid ? number_json(error.low) : Json(nullptr)},
-          {"high", valid ? number_json(error.high) : Json(nullptr)},
-          {"confidence", number_json(job.spec.stop.confidence)},
-          {"bias", bias_of(job)},
-          {"valid", valid},
-          {"unreliable", error.unreliable}};
+std::string_view bias_of(const JobView& job) {
+  return bias_of(job.spec.render, is_ended_by_error(job));
 }
 
-Json statistics_part(const JobView& job) {
-  const core::Progress& progress = job.progress;
-  return {{"rays", progress.rays},
-          {"rays_per_second", number_json(progress.rays_per_second)},
-          {"efficiency", number_json(progress.efficiency)},
-          {"rejected_samples", progress.rejected_samples},
-          {"peak_bytes", job.peak_bytes == 0 ? Json(nullptr) : Json(job.peak_bytes)},
-          {"split_count", job.split_count == 0 ? Json(nullptr) : Json(job.split_count)}};
+namespace {
+
+bool has_interval(const JobView& job) { return core::errors_are_valid(job.spec.render); }
+
+}  // namespace
+
+const View<JobView>& error_view() {
+  static const View<JobView> kView = {
+      "ErrorEstimate",
+      "How wrong the picture still is.",
+      {{"relative_rmse",
+        shape::nullable(shape::real(
+            "Noise over signal of the average tile: sqrt(mean over tiles of N / (S + F)), N the "
+            "sum of (A - B)^2 / 4 over pixels and channels, S that of A B, A and B the "
+            "halves' means, F the floor 3 n (0.05 L)^2 of n pixels in a picture of mean "
+            "luminance L; null: unknown.")),
+        [](const JobView& j) { return number_json(j.progress.error.relative_rmse); }},
+       {"low",
+        shape::nullable(shape::real("Lower end of the interval; null: unknown, or not valid.")),
+        [](const JobView& j) {
+          return has_interval(j) ? number_json(j.progress.error.low) : Json(nullptr);
+        }},
+       {"high", shape::nullable(shape::real("Upper end of the interval.")),
+        [](const JobView& j) {
+          return has_interval(j) ? number_json(j.progress.error.high) : Json(nullptr);
+        }},
+       {"confidence", shape::real("Of the interval."),
+        [](const JobView& j) { return number_json(j.spec.stop.confidence); }},
+       {"bias", shape::bias(), [](const JobView& j) -> Json { return bias_of(j); }},
+       {"valid",
+        shape::flag("False: the two halves depend on each other, and there is no interval."),
+        [](const JobView& j) -> Json { return has_interval(j); }},
+       {"unreliable",
+        shape::flag("Few places of the picture carry the error: the interval is a guess."),
+        [](const JobView& j) -> Json { return j.progress.error.unreliable; }}}};
+  return kView;
 }
 
-Json stop_reason_part(const JobView& job) {
-  const std::string_view reason = to_text(job.stop_reason);
-  return reason.empty() ? Json(nullptr) : Json(reason);
+const View<JobView>& statistics_view() {
+  static const View<JobView> kView = {
+      "Statistics",
+      "What it cost.",
+      {{"rays", shape::count(), [](const JobView& j) -> Json { return j.progress.rays; }},
+       {"rays_per_second", shape::nullable(shape::real()),
+        [](const JobView& j) { return number_json(j.progress.rays_per_second); }},
+       {"efficiency", shape::nullable(shape::real("1 / (relative error^2 * CPU seconds).")),
+        [](const JobView& j) { return number_json(j.progress.efficiency); }},
+       {"rejected_samples", shape::count("Non-finite ones, counted as zero."),
+        [](const JobView& j) -> Json { return j.progress.rejected_samples; }},
+       {"peak_bytes", shape::nullable(shape::count("Memory; null: unknown.")),
+        [](const JobView& j) { return j.peak_bytes == 0 ? Json(nullptr) : Json(j.peak_bytes); }},
+       {"split_count",
+        shape::nullable(shape::count("Continuations of each path that splitting 'measured' found; "
+                                     "null: not yet known, or another type.")),
+        [](const JobView& j) {
+          return j.split_count == 0 ? Json(nullptr) : Json(j.split_count);
+        }}}};
+  return kView;
 }
 
-Json failure_part(const JobView& job) {
-  return job.failure ? Json::parse(problem_json(*job.failure, "")) : Json(nullptr);
+const ViewRow<JobView>& state_row() {
+  static const ViewRow<JobView> kRow = {"state", shape::reference("JobState"),
+                                        [](const JobView& j) -> Json { return to_text(j.state); }};
+  return kRow;
 }
 
-Json digest_part(const JobView& job) {
-  return job.film_digest.empty() ? Json(nullptr) : Json(job.film_digest);
+const ViewRow<JobView>& stop_reason_row() {
+  static const ViewRow<JobView> kRow = {"stop_reason", stop_reason_shape(),
+                                        [](const JobView& j) -> Json {
+                                          const std::string_view reason = to_text(j.stop_reason);
+                                          return reason.empty() ? Json(nullptr) : Json(reason);
+                                        }};
+  return kRow;
 }
 
-Json job_part(const JobView& job) {
-  Json body;
-  body["id"] = job.id;
-  body["state"] = to_text(job.state);
-  body["stop_reason"] = stop_reason_part(job);
-  body["created_at"] = time_json(job.created_at_unix_seconds);
-  body["started_at"] = time_json(job.started_at_unix_seconds);
-  body["finished_at"] = time_json(job.finished_at_unix_seconds);
-  body["spec"] = to_json(job.spec);
-  body["progress"] = progress_part(job);
-  body["error"] = error_part(job);
-  body["failure"] = failure_part(job);
-  body["queue_position"] = job.queue_position ? Json(*job.queue_position) : Json(nullptr);
-  body["statistics"] = statistics_part(job);
-  body["revision"] = job.progress.revision;
-  body["film_digest"] = digest_part(job);
-  body["warnings"] = job.warnings;
-  body["links"] = links_json(job);
-  return body;
+const ViewRow<JobView>& queue_position_row() {
+  static const ViewRow<JobView> kRow = {
+      "queue_position", shape::nullable(shape::count("0 is next; null: not waiting.")),
+      [](const JobView& j) { return or_null(j.queue_position); }};
+  return kRow;
 }
 
-std::string job_json(const JobView& job) { return dump(job_part(job)); }
+const ViewRow<JobView>& progress_row() {
+  static const ViewRow<JobView> kRow = {"progress", progress_view().shape(),
+                                        [](const JobView& j) { return progress_view().print(j); }};
+  return kRow;
+}
+
+const ViewRow<JobView>& error_estimate_row() {
+  static const ViewRow<JobView> kRow = {"error", error_view().shape(),
+                                        [](const JobView& j) { return error_view().print(j); }};
+  return kRow;
+}
+
+const ViewRow<JobView>& statistics_row() {
+  static const ViewRow<JobView> kRow = {
+      "statistics", statistics_view().shape(),
+      [](const JobView& j) { return statistics_view().print(j); }};
+  return kRow;
+}
+
+const ViewRow<JobView>& failure_row() {
+  static const ViewRow<JobView> kRow = {
+      "failure", shape::nullable(problem_view().shape()), [](const JobView& j) {
+        return j.failure ? problem_view().print(*j.failure) : Json(nullptr);
+      }};
+  return kRow;
+}
+
+const ViewRow<JobView>& revision_row() {
+  static const ViewRow<JobView> kRow = {
+      "revision", shape::count("Counts the changes of the picture."),
+      [](const JobView& j) -> Json { return j.progress.revision; }};
+  return kRow;
+}
+
+const ViewRow<JobView>& digest_row() {
+  static const ViewRow<JobView> kRow = {
+      "film_digest",
+      shape::nullable(shape::text("sha256 of the film's exact content, when finished.")),
+      [](const JobView& j) { return j.film_digest.empty() ? Json(nullptr) : Json(j.film_digest); }};
+  return kRow;
+}
+
+const View<JobView>& job_view() {
+  static const View<JobView> kView = {
+      "Job",
+      "A job.",
+      {{"id", shape::text("UUID."), [](const JobView& j) -> Json { return j.id; }},
+       state_row(),
+       stop_reason_row(),
+       {"created_at", shape::time(),
+        [](const JobView& j) -> Json { return rfc3339(j.created_at_unix_seconds); }},
+       {"started_at", shape::nullable(shape::time()),
+        [](const JobView& j) { return time_json(j.started_at_unix_seconds); }},
+       {"finished_at", shape::nullable(shape::time()),
+        [](const JobView& j) { return time_json(j.finished_at_unix_seconds); }},
+       {"spec", shape::reference("JobSpec"), [](const JobView& j) { return to_json(j.spec); }},
+       progress_row(),
+       error_estimate_row(),
+       failure_row(),
+       queue_position_row(),
+       statistics_row(),
+       revision_row(),
+       digest_row(),
+       {"warnings", shape::texts("What is in force instead of what was asked, and the like."),
+        [](const JobView& j) -> Json { return j.warnings; }},
+       {"links", shape::map(shape::text(), "Paths of what belongs to the job."), &links_json}}};
+  return kView;
+}
+
+std::string job_json(const JobView& job) { return dump(job_view().print(job)); }
 
 std::string job_etag(const JobView& job) {
   return "\"s" + std::to_string(job.spec_version) + "-r" + std::to_string(job.progress.revision) +
@@ -188,22 +324,84 @@ std::optional<std::uint32_t> etag_spec_version(std::string_view etag) {
   return version;
 }
 
+const View<TicketView>& ticket_view() {
+  static const View<TicketView> kView = {
+      "Ticket",
+      "Leave to watch.",
+      {{"ticket", shape::text("Goes into `?ticket=`."),
+        [](const TicketView& t) -> Json { return t.ticket; }},
+       {"expires_at", shape::time(),
+        [](const TicketView& t) -> Json { return rfc3339(t.ends_unix_seconds); }},
+       {"jobs", shape::texts("Ids of the jobs that it lets its bearer watch."),
+        [](const TicketView& t) -> Json {
+          return std::vector<std::string>(t.jobs.begin(), t.jobs.end());
+        }}}};
+  return kView;
+}
+
 std::string ticket_json(std::string_view ticket, double ends_unix_seconds,
                         std::span<const std::string> jobs) {
-  Json list = Json::array();
-  for (const std::string& job : jobs) {
-    list.push_back(job);
-  }
-  return dump(
-      {{"ticket", ticket}, {"expires_at", rfc3339(ends_unix_seconds)}, {"jobs", std::move(list)}});
+  return dump(ticket_view().print({ticket, ends_unix_seconds, jobs}));
+}
+
+const View<JobListView>& job_list_view() {
+  static const View<JobListView> kView = {
+      "JobList",
+      "A page of jobs.",
+      {{"jobs", shape::list(job_view().shape(), "Newest first."),
+        [](const JobListView& l) { return print_list(job_view(), l.jobs); }},
+       {"next", shape::nullable(shape::text("Cursor of the next page; null: the last one.")),
+        [](const JobListView& l) { return or_null(l.next); }}}};
+  return kView;
 }
 
 std::string job_list_json(std::span<const JobView> jobs, const std::optional<std::string>& next) {
-  Json list = Json::array();
-  for (const JobView& job : jobs) {
-    list.push_back(job_part(job));
-  }
-  return dump({{"jobs", std::move(list)}, {"next", next ? Json(*next) : Json(nullptr)}});
+  return dump(job_list_view().print({jobs, next}));
 }
+
+namespace {
+
+const View<CostView>& cost_view() {
+  static const View<CostView> kView = {
+      "",
+      "From a pilot of at most half a second.",
+      {{"seconds", shape::real("On an idle server."),
+        [](const CostView& c) { return number_json(c.seconds); }},
+       {"seconds_low", shape::real("Lower end of the interval."),
+        [](const CostView& c) { return number_json(c.seconds_low); }},
+       {"seconds_high", shape::real("Upper end of the interval."),
+        [](const CostView& c) { return number_json(c.seconds_high); }},
+       {"confidence", shape::real("Of the interval."),
+        [](const CostView& c) { return number_json(c.confidence); }},
+       {"cpu_seconds", shape::real(), [](const CostView& c) { return number_json(c.cpu_seconds); }},
+       {"samples_per_pixel", shape::real("That will be needed."),
+        [](const CostView& c) { return number_json(c.samples_per_pixel); }},
+       {"memory_bytes", shape::real("Film and scene."),
+        [](const CostView& c) { return number_json(std::round(c.memory_bytes)); }},
+       {"memory_bytes_low", shape::real("The film alone."),
+        [](const CostView& c) { return number_json(std::round(c.memory_bytes_low)); }},
+       {"memory_bytes_high", shape::real("With a copy of the film for a checkpoint or a picture."),
+        [](const CostView& c) { return number_json(std::round(c.memory_bytes_high)); }},
+       {"pilot_cpu_seconds", shape::real("What the pilot took."),
+        [](const CostView& c) { return number_json(c.pilot_cpu_seconds); }}}};
+  return kView;
+}
+
+}  // namespace
+
+const View<DryRunView>& dry_run_view() {
+  static const View<DryRunView> kView = {
+      "DryRun",
+      "What a job would be, and what it would cost.",
+      {{"spec", shape::reference("JobSpec"),
+        [](const DryRunView& d) { return to_json(d.job.spec); }},
+       {"warnings", shape::texts("As a job's."),
+        [](const DryRunView& d) -> Json { return d.job.warnings; }},
+       {"estimate", cost_view().shape(),
+        [](const DryRunView& d) { return cost_view().print(d.cost); }}}};
+  return kView;
+}
+
+std::string dry_run_json(const DryRunView& dry_run) { return dump(dry_run_view().print(dry_run)); }
 
 }  // namespace api

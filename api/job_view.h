@@ -12,11 +12,11 @@
 
 #include "api/job_spec.h"
 #include "api/problem.h"
-#include "core/film/error_estimate.h"
+#include "core/error/error_estimate.h"
 #include "core/film/film_merge.h"
 #include "core/render/render_task.h"
-#include "core/render/settings.h"
 #include "core/scene/scene.h"
+#include "core/settings/settings.h"
 
 namespace api {
 
@@ -49,9 +49,11 @@ struct JobView {
   std::uint64_t peak_bytes = 0;       ///< 0: unknown
   std::string film_digest;            ///< empty until finished
   std::vector<std::string> warnings;
-  std::string build;           ///< JSON text: what made the film; empty: unknown
-  core::SampleLedger ledger;   ///< of a film that was merged from several; empty: follows from the spec
-  /// Samples per pixel of the film when its error ended it, as long as no count that was fixed beforehand goes beyond; 0: no error did.
+  std::string build;  ///< JSON text: what made the film; empty: unknown
+  core::SampleLedger
+      ledger;  ///< of a film that was merged from several; empty: follows from the spec
+  /// Samples per pixel of the film when its error ended it, as long as no count that was fixed
+  /// beforehand goes beyond; 0: no error did.
   int samples_by_error = 0;
   int split_count = 0;  ///< that `measured` splitting found; 0: not yet, or nothing to find
 
@@ -61,7 +63,8 @@ struct JobView {
 /// Did an error choose the job's sample count?
 bool is_ended_by_error(const JobView& job);
 
-/// "none", "consistent" or "biased": the worst of what the job chooses and of how its sample count came about.
+/// "none", "consistent" or "biased": the worst of what the job chooses and of how its sample count
+/// came about.
 std::string_view bias_of(const JobView& job);
 /// The same where there is no job: is_by_error as is_ended_by_error().
 std::string_view bias_of(const core::RenderSettings& render, bool is_by_error);

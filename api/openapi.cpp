@@ -12,6 +12,7 @@
 #include "api/lab.h"
 #include "api/operations.h"
 #include "api/schemas.h"
+#include "api/tenant_view.h"
 
 namespace api {
 namespace {
@@ -20,7 +21,8 @@ constexpr std::string_view kFormatPart = "{.format}";
 
 Json schema_of(std::string_view schema) {
   if (schema.empty()) {
-    return Json::object();  // bytes: OpenAPI 3.1 says nothing more about them
+    // Bytes. `format` says so to generators that do not know OpenAPI 3.1, which needs no schema.
+    return {{"type", "string"}, {"format", "binary"}};
   }
   if (schema.front() == '{') {
     return Json::parse(schema);
@@ -59,48 +61,34 @@ Json path_parameter(const std::string& name, const Capabilities& capabilities) {
       {"name", name}, {"in", "path"}, {"required", true}, {"description", doc}, {"schema", schema}};
 }
 
-/// Parameters whose values the tables of this build hold.
-void add_names(Json& schema, std::string_view parameter, const Capabilities& capabilities) {
-  if (parameter == "tonemap" && !capabilities.tone_maps.empty()) {
-    schema["enum"] = capabilities.tone_maps;
-  }
-}
-
 Json parameters_of(const Operation& operation, const std::string& path,
                    const Capabilities& capabilities) {
   Json list = Json::array();
   for (std::size_t at = path.find('{'); at != std::string::npos; at = path.find('{', at + 1)) {
     list.push_back(path_parameter(path.substr(at + 1, path.find('}', at) - at - 1), capabilities));
   }
-  for (const ParameterRow& row : operation.parameters) {
-    Json schema = Json::parse(row.schema);
-    add_names(schema, row.name, capabilities);
+  if (operation.query != nullptr) {
+    for (Json& parameter : operation.query(capabilities)) {
+      list.push_back(std::move(parameter));
+    }
+  }
+  for (const HeaderRow& row : operation.headers) {
     list.push_back({{"name", row.name},
-                    {"in", row.in},
-                    {"required", row.required},
+                    {"in", "header"},
+                    {"required", false},
                     {"description", row.summary},
-                    {"schema", std::move(schema)}});
+                    {"schema", Json::parse(row.schema)}});
   }
   return list;
 }
 
 /// What the transport answers before any operation is asked.
-struct TransportProblem {
-  int status;
-  const char* words;
-};
-constexpr std::array kTransportProblems = {
-    TransportProblem{408, "The request did not arrive in time."},
-    TransportProblem{414, "The request target is too long."},
-    TransportProblem{431, "The headers are too long."},
-};
+constexpr std::array kTransportProblems = {408, 414, 431};
 
 std::vector<int> problem_statuses(const Operation& operation) {
   std::vector<int> statuses(operation.problems.begin(), operation.problems.end());
   statuses.insert(statuses.end(), {400, 421, 500});  // no HTTP; a wrong Host; a mistake of ours
-  for (const TransportProblem& row : kTransportProblems) {
-    statuses.push_back(row.status);
-  }
+  statuses.insert(statuses.end(), kTransportProblems.begin(), kTransportProblems.end());
   if (!operation.scope.empty()) {
     statuses.insert(statuses.end(), {401, 403, 429});
   }
@@ -179,9 +167,6 @@ Json problem_response(const std::string& words) {
 
 Json problem_responses() {
   Json responses = Json::object();
-  for (const TransportProblem& row : kTransportProblems) {
-    responses["Problem" + std::to_string(row.status)] = problem_response(row.words);
-  }
   for (const ErrorRow& row : error_table()) {
     const std::string name = "Problem" + std::to_string(row.status);
     if (responses.contains(name)) {
@@ -197,6 +182,17 @@ Json problem_responses() {
   return responses;
 }
 
+/// What the `type` of a problem may be. docs.js lists them at these anchors of /docs.
+Json problem_types() {
+  Json types = Json::array();
+  for (const ErrorRow& row : error_table()) {
+    types.push_back({{"type", "/docs#problem-" + std::string(row.slug)},
+                     {"status", row.status},
+                     {"title", row.title}});
+  }
+  return types;
+}
+
 Json tags() {
   struct Tag {
     const char* name;
@@ -209,6 +205,8 @@ Json tags() {
       Tag{"Scenes", "glTF scenes, loaded and checked."},
       Tag{"Assets", "Files by the hash of their content."},
       Tag{"Service", "The server itself."},
+      Tag{"Webhooks", "Calls that jobs make when something happens."},
+      Tag{"Keys", "Who may ask, and what tenants use."},
       Tag{"Laboratory", "Estimators on the bench."},
   };
   Json list = Json::array();
@@ -226,20 +224,21 @@ Json tags() {
 
 Json components() {
   Json schemas = Json::object();
-  schemas["JobRequest"] = job_request_schema();
-  schemas["JobPatch"] = job_patch_schema();
-  schemas["SceneFromAssets"] = scene_from_assets_schema();
+  schemas["JobRequest"] = as_request(job_request_schema());
+  schemas["JobPatch"] = as_request(job_patch_schema());
+  schemas["SceneFromAssets"] = as_request(scene_from_assets_schema());
   if (find_operation("extendJob")->available) {
-    schemas["ExtendRequest"] = extend_schema();
+    schemas["ExtendRequest"] = as_request(extend_schema());
   }
   if (find_operation("mergeFilms")->available) {
-    schemas["MergeRequest"] = merge_schema();
+    schemas["MergeRequest"] = as_request(merge_schema());
   }
-  schemas["TicketRequest"] = ticket_request_schema();
-  schemas["LabRequest"] = lab_request_schema();
+  schemas["TicketRequest"] = as_request(ticket_request_schema());
+  schemas["LabRequest"] = as_request(lab_request_schema());
   add_view_schemas(schemas);
+  add_tenant_schemas(schemas);
   if (find_operation("createComparison")->available) {
-    schemas["ComparisonRequest"] = comparison_request_schema();
+    schemas["ComparisonRequest"] = as_request(comparison_request_schema());
   } else {
     schemas.erase("Comparison");
   }
@@ -292,6 +291,7 @@ Json openapi_document(const Capabilities& capabilities, std::string_view version
   }
   document["paths"] = std::move(paths);
   document["components"] = components();
+  document["x-problem-types"] = problem_types();
   return document;
 }
 

@@ -3,107 +3,48 @@
 #include <algorithm>
 #include <array>
 
+#include "api/schemas.h"
+
 namespace api {
 namespace {
 
-using Parameters = std::span<const ParameterRow>;
+using Headers = std::span<const HeaderRow>;
 using Contents = std::span<const ContentRow>;
 
-// Parameters.
-constexpr ParameterRow kLimit = {"limit", "query",
-                                 R"({"type":"integer","minimum":1,"maximum":200,"default":50})",
-                                 "Items of a page."};
-constexpr ParameterRow kCursor = {"cursor", "query", R"({"type":"string","maxLength":256})",
-                                  "`next` of the page before."};
-constexpr ParameterRow kIfNoneMatch = {"If-None-Match", "header", R"({"type":"string"})",
-                                       "ETag that is known already: 304 while it holds."};
-constexpr ParameterRow kIfMatch = {"If-Match", "header", R"({"type":"string"})",
-                                   "ETag whose spec part must still hold, else 412."};
-constexpr ParameterRow kRange = {"Range", "header", R"({"type":"string"})", "Part of the bytes."};
-constexpr ParameterRow kPrefer = {
-    "Prefer", "header", R"({"type":"string"})",
+// Headers.
+constexpr HeaderRow kIfNoneMatch = {"If-None-Match", R"({"type":"string"})",
+                                    "ETag that is known already: 304 while it holds."};
+constexpr HeaderRow kIfMatch = {"If-Match", R"({"type":"string"})",
+                                "ETag whose spec part must still hold, else 412."};
+constexpr HeaderRow kRange = {"Range", R"({"type":"string"})", "Part of the bytes."};
+constexpr HeaderRow kPrefer = {
+    "Prefer", R"({"type":"string"})",
     "`wait=N`: answer when the job has ended, or after N (at most 60) seconds."};
-constexpr ParameterRow kIdempotencyKey = {
-    "Idempotency-Key", "header", R"({"type":"string","minLength":1,"maxLength":255})",
+constexpr HeaderRow kIdempotencyKey = {
+    "Idempotency-Key", R"({"type":"string","minLength":1,"maxLength":255})",
     "The same key with the same body answers with the first job (200)."};
 
-constexpr std::array kAssetParameters = {kRange, kIfNoneMatch};
-constexpr std::array kSceneListParameters = {kCursor, kLimit};
-constexpr std::array kSubmitParameters = {
-    ParameterRow{"dry_run", "query", R"({"type":"integer","enum":[0,1],"default":0})",
-                 "1: only validate and estimate the cost (200)."},
-    ParameterRow{"from", "query", R"({"type":"string","enum":["image"]})",
-                 "`image`: the body is a PNG or EXR that was downloaded here or elsewhere; the job that made it is made "
-                 "again, to the same film."},
-    kIdempotencyKey, kPrefer};
-constexpr std::array kJobListParameters = {
-    ParameterRow{
-        "state", "query",
-        R"({"type":"array","items":{"type":"string","enum":["queued","loading","rendering",)"
-        R"("paused","finished","failed","cancelled"]}})",
-        "Only jobs in one of these states; may be repeated."},
-    ParameterRow{"label", "query", R"({"type":"array","items":{"type":"string"}})",
-                 "Only jobs with this label, `key=value` or `key`; may be repeated."},
-    ParameterRow{"name", "query", R"({"type":"string","minLength":1,"maxLength":255})",
-                 "Only jobs whose name has this part; of a job without a name, its scene. Letters a to z of either case "
-                 "are the same."},
-    ParameterRow{"class", "query", R"({"type":"string","enum":["normal","preview"]})",
-                 "Only jobs of this class: `normal` leaves out previews."},
-    kCursor, kLimit};
-constexpr std::array kJobParameters = {
-    ParameterRow{
-        "wait", "query", R"({"type":"number","minimum":0,"maximum":60,"default":0})",
-        "Answer at a final state (with If-None-Match: at any change), or after so many seconds."},
-    kIfNoneMatch};
-constexpr std::array kPatchParameters = {kIfMatch};
-constexpr std::array kImageParameters = {
-    ParameterRow{"layer", "query", R"({"type":"string"})",
-                 "A layer of GET /v1/server; beauty when absent (EXR: all of them)."},
-    ParameterRow{"exposure", "query", R"({"type":"number","minimum":-30,"maximum":30,"default":0})",
-                 "Stops; display formats only. Not for exr and hdr, which are linear: 422. tif stays linear "
-                 "too, and X-Tessera-Ignored tells."},
-    ParameterRow{"tonemap", "query", R"({"type":"string","default":"srgb"})",
-                 "A tone map of GET /v1/server; display formats only, as with exposure."},
-    ParameterRow{"range", "query", R"({"type":"string","example":"auto"})",
-                 "LOW,HIGH: values that become black and white, or auto. Layers of data in display formats; "
-                 "what was used is told by X-Tessera-Range."},
-    ParameterRow{"revision", "query", R"({"type":"integer","minimum":0,"maximum":4294967295})",
-                 "At least this revision, else 409."},
-    ParameterRow{"x", "query", R"({"type":"integer","minimum":0,"maximum":16383})",
-                 "Left column of a part; x, y, width and height come together."},
-    ParameterRow{"y", "query", R"({"type":"integer","minimum":0,"maximum":16383})",
-                 "Top row of a part."},
-    ParameterRow{"width", "query", R"({"type":"integer","minimum":1,"maximum":16384})",
-                 "Width of a part."},
-    ParameterRow{"height", "query", R"({"type":"integer","minimum":1,"maximum":16384})",
-                 "Height of a part."},
-    ParameterRow{"max_size", "query", R"({"type":"integer","minimum":1,"maximum":16384})",
-                 "Longest side of the answer; larger pictures are scaled down."},
-    ParameterRow{"stream", "query", R"({"type":"integer","enum":[0,1],"default":0})",
-                 "1, or Accept: multipart/x-mixed-replace: every new picture until the end, for <img>."},
-    kIfNoneMatch};
-constexpr std::array kWatchParameters = {
-    ParameterRow{"jobs", "query", R"({"type":"string","minLength":36,"maxLength":1184})",
-                 "Job ids with commas between them; at most 32.", true},
-    ParameterRow{"Last-Event-ID", "header", R"({"type":"string"})",
-                 "Goes on after this event of the same jobs in the same order."}};
-constexpr std::array kTilesParameters = {ParameterRow{
-    "after", "query", R"({"type":"integer","minimum":0,"maximum":4294967295,"default":0})",
-    "Only tiles that are newer than this revision."}};
-constexpr std::array kFilmParameters = {kRange, kIfNoneMatch};
-constexpr std::array kEventsParameters = {
-    ParameterRow{"Last-Event-ID", "header", R"({"type":"string"})",
-                 "Goes on after this event; what is lost is announced by `reset`."}};
+constexpr std::array kConditional = {kIfNoneMatch};
+constexpr std::array kFileHeaders = {kRange, kIfNoneMatch};
+constexpr std::array kSubmitHeaders = {kIdempotencyKey, kPrefer};
+constexpr std::array kPatchHeaders = {kIfMatch};
+constexpr std::array kEventsHeaders = {
+    HeaderRow{"Last-Event-ID", R"({"type":"string"})",
+              "Continue after this event; `reset` announces events that are lost."}};
+constexpr std::array kWatchHeaders = {
+    HeaderRow{"Last-Event-ID", R"({"type":"string"})",
+              "Continue after this event of the same jobs in the same order."}};
 
 // Bodies.
 constexpr std::array kBytes = {ContentRow{"application/octet-stream", ""}};
 constexpr std::array kSceneBodies = {
     ContentRow{"model/gltf-binary", ""}, ContentRow{"model/gltf+json", R"({"type":"object"})"},
-    ContentRow{"application/zip", ""}, ContentRow{"application/json", "SceneFromAssets"}};
+    ContentRow{"application/zip", ""}, ContentRow{"application/octet-stream", ""},
+    ContentRow{"application/json", "SceneFromAssets"}};
 constexpr std::array kGlb = {ContentRow{"model/gltf-binary", ""}};
 constexpr std::array kJobRequest = {ContentRow{"application/json", "JobRequest"}};
-constexpr std::array kJobBodies = {ContentRow{"application/json", "JobRequest"}, ContentRow{"image/png", ""},
-                                   ContentRow{"image/x-exr", ""}};
+constexpr std::array kJobBodies = {ContentRow{"application/json", "JobRequest"},
+                                   ContentRow{"image/png", ""}, ContentRow{"image/x-exr", ""}};
 constexpr std::array kJobPatch = {ContentRow{"application/json", "JobPatch"},
                                   ContentRow{"application/merge-patch+json", "JobPatch"}};
 constexpr std::array kExtend = {ContentRow{"application/json", "ExtendRequest"}};
@@ -112,6 +53,14 @@ constexpr std::array kComparisonRequest = {ContentRow{"application/json", "Compa
 constexpr std::array kTicketRequest = {ContentRow{"application/json", "TicketRequest"}};
 constexpr std::array kTicket = {ContentRow{"application/json", "Ticket"}};
 constexpr std::array kLabRequest = {ContentRow{"application/json", "LabRequest"}};
+constexpr std::array kKeyRequest = {ContentRow{"application/json", "KeyRequest"}};
+constexpr std::array kKeyList = {ContentRow{"application/json", "KeyList"}};
+constexpr std::array kNewKey = {ContentRow{"application/json", "NewKey"}};
+constexpr std::array kUsage = {ContentRow{"application/json", "Usage"}};
+constexpr std::array kDelivery = {ContentRow{"application/json", "Delivery"}};
+constexpr std::array kDeliveryList = {ContentRow{"application/json", "DeliveryList"}};
+constexpr std::array kWebhookTest = {ContentRow{"application/json", "WebhookTestRequest"}};
+constexpr std::array kWebhookSecret = {ContentRow{"application/json", "WebhookSecret"}};
 constexpr std::array kText = {ContentRow{"text/plain", R"({"type":"string"})"}};
 constexpr std::array kHtml = {ContentRow{"text/html", R"({"type":"string"})"}};
 constexpr std::array kAnyJson = {ContentRow{"application/json", R"({"type":"object"})"}};
@@ -128,15 +77,28 @@ constexpr std::array kPixel = {ContentRow{"application/json", "Pixel"}};
 constexpr std::array kConvergence = {ContentRow{"application/json", "Convergence"}};
 constexpr std::array kComparison = {ContentRow{"application/json", "Comparison"}};
 constexpr std::array kFilm = {ContentRow{"application/vnd.tessera.film", ""}};
-constexpr std::array kEvents = {ContentRow{"text/event-stream", ""}};
+constexpr std::array kEvents = {
+    ContentRow{"text/event-stream",
+               R"({"type":"string","x-events":{"snapshot":{"$ref":"#/components/schemas/Job"},)"
+               R"("state":{"$ref":"#/components/schemas/StateEvent"},)"
+               R"("progress":{"$ref":"#/components/schemas/ProgressEvent"},)"
+               R"("tile":{"$ref":"#/components/schemas/TileEvent"},)"
+               R"("warning":{"$ref":"#/components/schemas/WarningEvent"},)"
+               R"("end":{"$ref":"#/components/schemas/EndEvent"},)"
+               R"("reset":{"$ref":"#/components/schemas/ResetEvent"},)"
+               R"("overloaded":{"$ref":"#/components/schemas/OverloadedEvent"}}})"}};
 constexpr std::array kTiles = {ContentRow{"application/vnd.tessera.tiles", ""}};
 constexpr std::array kPng = {ContentRow{"image/png", ""}};
 constexpr std::array kLines = {ContentRow{"application/x-ndjson",
                                           R"({"anyOf":[{"$ref":"#/components/schemas/LabPoint"},)"
-                                          R"({"$ref":"#/components/schemas/LabOutcome"}]})"}};
-constexpr std::array kImages = {ContentRow{"image/png", ""},          ContentRow{"image/jpeg", ""},
-                                ContentRow{"image/webp", ""},         ContentRow{"image/x-exr", ""},
-                                ContentRow{"image/vnd.radiance", ""}, ContentRow{"image/tiff", ""},
+                                          R"({"$ref":"#/components/schemas/LabOutcome"},)"
+                                          R"({"$ref":"#/components/schemas/LabCancelled"}]})"}};
+constexpr std::array kImages = {ContentRow{"image/png", ""},
+                                ContentRow{"image/jpeg", ""},
+                                ContentRow{"image/webp", ""},
+                                ContentRow{"image/x-exr", ""},
+                                ContentRow{"image/vnd.radiance", ""},
+                                ContentRow{"image/tiff", ""},
                                 ContentRow{"multipart/x-mixed-replace", ""}};
 
 // Responses.
@@ -154,6 +116,8 @@ constexpr std::array kAssetContent = {ResponseRow{200, "The bytes.", kBytes},
                                       ResponseRow{206, "Part of the bytes.", kBytes},
                                       ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kGone = {ResponseRow{204, "Deleted.", kNothing}};
+constexpr std::array kSessionMade = {ResponseRow{204, "`Set-Cookie` has the session.", kNothing}};
+constexpr std::array kSessionEnded = {ResponseRow{204, "There is no session now.", kNothing}};
 constexpr std::array kSceneMade = {ResponseRow{201, "Loaded and stored.", kScene},
                                    ResponseRow{200, "It was known already.", kScene}};
 constexpr std::array kSceneListAnswer = {ResponseRow{200, "Scenes, newest first.", kSceneList}};
@@ -175,8 +139,9 @@ constexpr std::array kConvergenceAnswer = {ResponseRow{200, "The curve.", kConve
 constexpr std::array kEventsAnswer = {
     ResponseRow{200, "Server-sent events, until the job ends.", kEvents},
     ResponseRow{204, "Last-Event-ID was the end: nothing will follow.", kNothing}};
-constexpr std::array kJobPut = {ResponseRow{201, "Accepted.", kJob},
-                                ResponseRow{200, "The job that the same request made before.", kJob}};
+constexpr std::array kJobPut = {
+    ResponseRow{201, "Accepted.", kJob},
+    ResponseRow{200, "The job that the same request made before.", kJob}};
 constexpr std::array kWatchAnswer = {
     ResponseRow{200, "Server-sent events of all these jobs, until they have ended.", kEvents},
     ResponseRow{204, "Last-Event-ID was the end of all: nothing will follow.", kNothing}};
@@ -188,9 +153,20 @@ constexpr std::array kFilmAnswer = {ResponseRow{200, "The film.", kFilm},
 constexpr std::array kMergeAnswer = {ResponseRow{201, "A finished job with the sum.", kJob}};
 constexpr std::array kComparisonAnswer = {ResponseRow{201, "The comparison.", kComparison}};
 constexpr std::array kComparisonKept = {ResponseRow{200, "The comparison.", kComparison}};
-constexpr std::array kMapAnswer = {ResponseRow{200, "The map.", kPng}, ResponseRow{206, "Part of it.", kPng},
+constexpr std::array kMapAnswer = {ResponseRow{200, "The map.", kPng},
+                                   ResponseRow{206, "Part of it.", kPng},
                                    ResponseRow{304, "Unchanged.", kNothing}};
-constexpr std::array kLabAnswer = {ResponseRow{200, "JSON lines: a LabPoint for each n as it is done, then a LabOutcome.", kLines}};
+constexpr std::array kLabAnswer = {ResponseRow{
+    200, "JSON lines: a LabPoint for each n as it is done, then a LabOutcome.", kLines}};
+
+constexpr std::array kKeyListAnswer = {ResponseRow{200, "The keys.", kKeyList}};
+constexpr std::array kKeyMade = {ResponseRow{201, "The key, with its text.", kNewKey}};
+constexpr std::array kUsageAnswer = {ResponseRow{200, "What is used.", kUsage}};
+constexpr std::array kDeliveryAnswer = {ResponseRow{200, "The call.", kDelivery}};
+constexpr std::array kDeliveryBegun = {ResponseRow{202, "It will be sent at once.", kDelivery}};
+constexpr std::array kDeliveryListAnswer = {
+    ResponseRow{200, "Calls, newest first.", kDeliveryList}};
+constexpr std::array kSecretAnswer = {ResponseRow{200, "The secret.", kWebhookSecret}};
 
 // Problems.
 constexpr std::array k400 = {400};
@@ -198,11 +174,16 @@ constexpr std::array k404 = {404};
 constexpr std::array k409 = {404, 409};
 constexpr std::array kLabProblems = {400, 413, 415, 422};
 constexpr std::array k404_422 = {404, 422};
+constexpr std::array k400_422 = {400, 422};
+constexpr std::array k409Alone = {409};
+constexpr std::array kTestProblems = {400, 413, 415, 422, 507};
 constexpr std::array kUploadProblems = {413, 507};
 constexpr std::array kPutProblems = {413, 422, 507};
 constexpr std::array kContentProblems = {404, 416};
 constexpr std::array kSceneProblems = {400, 404, 413, 415, 422, 424, 507};
 constexpr std::array kSubmitProblems = {400, 404, 409, 413, 415, 422, 507};
+constexpr std::array kMetricsProblems = {401};
+constexpr std::array kSessionProblems = {401, 507};
 constexpr std::array kTicketProblems = {400, 404, 415, 422};
 constexpr std::array kPatchProblems = {400, 404, 409, 412, 415, 422, 507};
 constexpr std::array kExtendProblems = {400, 404, 409, 415, 422, 507};
@@ -210,147 +191,205 @@ constexpr std::array kImageProblems = {404, 406, 409, 410, 422};
 constexpr std::array kMergeProblems = {400, 404, 409, 410, 413, 415, 422, 507};
 constexpr std::array kFilmProblems = {404, 409, 410, 416};
 constexpr std::array kMapProblems = {404, 416};
-constexpr std::array kSceneParameters = {
-    ParameterRow{"name", "query", R"({"type":"string","minLength":1,"maxLength":255})",
-                 "What people call it, such as the name of its file; becomes the scene's `name` in place of the one inside. "
-                 "The id depends on the content alone: the name of the first upload stays."}};
-constexpr Parameters kNoParameters = {};
+constexpr Headers kNoHeaders = {};
 constexpr Contents kNoBody = {};
 constexpr std::span<const int> kNoProblems = {};
 
 constexpr std::array kOperations = {
     Operation{"getLiveness", "GET", "/livez", "Service", "Is the process alive?",
-              "Answers while everything else is busy.", "", kNoParameters, kNoBody, kTextAnswer,
+              "Answers while everything else is busy.", "", kNoHeaders, kNoBody, kTextAnswer,
               kNoProblems, true},
     Operation{"getReadiness", "GET", "/readyz", "Service", "Can it take work?",
-              "503 while it starts or stops.", "", kNoParameters, kNoBody, kReadyAnswer,
-              kNoProblems, true},
-    Operation{"getMetrics", "GET", "/metrics", "Service", "Prometheus metrics.", "", "",
-              kNoParameters, kNoBody, kTextAnswer, kNoProblems, true},
-    Operation{"getOpenApi", "GET", "/openapi.json", "Service", "This document.", "", "",
-              kNoParameters, kNoBody, kDocumentAnswer, kNoProblems, true},
-    Operation{"getDocs", "GET", "/docs", "Service", "This document as a page.", "", "",
-              kNoParameters, kNoBody, kPageAnswer, kNoProblems, true},
-    Operation{"getPage", "GET", "/", "Service", "The web page.", "", "", kNoParameters, kNoBody,
+              "503 while it starts or stops.", "", kNoHeaders, kNoBody, kReadyAnswer, kNoProblems,
+              true},
+    Operation{"getMetrics", "GET", "/metrics", "Service", "Prometheus metrics.",
+              "Where the operator has set `--metrics-key`, it has to come as the bearer token.", "",
+              kNoHeaders, kNoBody, kTextAnswer, kMetricsProblems, true},
+    Operation{"getOpenApi", "GET", "/openapi.json", "Service", "This document.", "", "", kNoHeaders,
+              kNoBody, kDocumentAnswer, kNoProblems, true},
+    Operation{"getDocs", "GET", "/docs", "Service",
+              "This document as a page, where requests can be tried.", "", "", kNoHeaders, kNoBody,
               kPageAnswer, kNoProblems, true},
+    Operation{"getPage", "GET", "/", "Service", "The web page.", "", "", kNoHeaders, kNoBody,
+              kPageAnswer, kNoProblems, true},
+    Operation{
+        "createSession", "POST", "/v1/session", "Service", "Exchange a key for a cookie.",
+        "The key comes as the bearer token. The cookie is random, for this browser alone, and "
+        "ends after a week, or with its key.",
+        "", kNoHeaders, kNoBody, kSessionMade, kSessionProblems, true},
+    Operation{"deleteSession", "DELETE", "/v1/session", "Service", "End the session of the cookie.",
+              "", "", kNoHeaders, kNoBody, kSessionEnded, kNoProblems, true},
     Operation{"getServer", "GET", "/v1/server", "Service", "What this server can do.",
-              "Version, build, limits, and every name that a job may use.", "read", kNoParameters,
+              "Version, build, limits, and every name that a job may use.", "read", kNoHeaders,
               kNoBody, kServerAnswer, kNoProblems, true},
     Operation{"createAsset", "POST", "/v1/assets", "Assets", "Upload a file.",
-              "Raw bytes of any file. The id is the sha256 of the content.", "write", kNoParameters,
+              "Raw bytes of any file. The id is the sha256 of the content.", "write", kNoHeaders,
               kBytes, kAssetMade, kUploadProblems, true},
     Operation{"putAsset", "PUT", "/v1/assets/{sha256}", "Assets", "Upload a file under its hash.",
-              "422 when the content has another hash.", "write", kNoParameters, kBytes, kAssetMade,
+              "422 when the content has another hash.", "write", kNoHeaders, kBytes, kAssetMade,
               kPutProblems, true},
     Operation{"getAsset", "GET", "/v1/assets/{sha256}", "Assets", "Download a file.",
-              "Never changes; may be cached for ever.", "read", kAssetParameters, kNoBody,
+              "Never changes; may be cached for ever.", "read", kFileHeaders, kNoBody,
               kAssetContent, kContentProblems, true},
     Operation{"deleteAsset", "DELETE", "/v1/assets/{sha256}", "Assets", "Delete a file.",
-              "409 while a scene or job uses it.", "write", kNoParameters, kNoBody, kGone, k409,
-              true},
+              "409 while a scene or job uses it.", "write", kNoHeaders, kNoBody, kGone, k409, true},
     Operation{
         "createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
-        "A GLB, a glTF without other files, a zip with everything, or asset ids. The file can name "
-        "only what is uploaded with it; 424 lists what is missing.",
-        "write", kSceneParameters, kSceneBodies, kSceneMade, kSceneProblems, true},
-    Operation{"listScenes", "GET", "/v1/scenes", "Scenes", "List scenes.", "", "read",
-              kSceneListParameters, kNoBody, kSceneListAnswer, k400, true},
+        "A GLB, a glTF without other files, a zip with everything (the three also as "
+        "application/octet-stream), or asset ids. The file can name only what is uploaded with it; "
+        "424 lists what is missing.",
+        "write", kNoHeaders, kSceneBodies, kSceneMade, kSceneProblems, true,
+        &scene_upload_parameters},
+    Operation{"listScenes", "GET", "/v1/scenes", "Scenes", "List scenes.", "", "read", kNoHeaders,
+              kNoBody, kSceneListAnswer, k400, true, &scene_list_parameters},
     Operation{"getScene", "GET", "/v1/scenes/{id}", "Scenes", "Describe a scene.", "", "read",
-              kNoParameters, kNoBody, kSceneAnswer, k404, true},
+              kNoHeaders, kNoBody, kSceneAnswer, k404, true},
     Operation{"deleteScene", "DELETE", "/v1/scenes/{id}", "Scenes", "Delete a scene.",
-              "409 while a job uses it.", "write", kNoParameters, kNoBody, kGone, k409, true},
+              "409 while a job uses it.", "write", kNoHeaders, kNoBody, kGone, k409, true},
     Operation{"getSceneGltf", "GET", "/v1/scenes/{id}/gltf", "Scenes",
-              "Download a built-in scene as GLB.", "", "read", kNoParameters, kNoBody, kGlbAnswer,
+              "Download a built-in scene as GLB.", "", "read", kNoHeaders, kNoBody, kGlbAnswer,
               k404, true},
     Operation{"createJob", "POST", "/v1/jobs", "Jobs", "Submit a job.",
-              "Only `scene` is required. Unknown members are refused.", "write", kSubmitParameters,
-              kJobBodies, kJobMade, kSubmitProblems, true},
-    Operation{"putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job under an id of one's own.",
-              "The id is a UUID. Again with the same body: 200, and no second job; with another: 409.",
-              "write", kNoParameters, kJobRequest, kJobPut, kSubmitProblems, true},
-    Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kJobListParameters,
-              kNoBody, kJobListAnswer, k400, true},
+              "Only `scene` is required. Unknown members are refused.", "write", kSubmitHeaders,
+              kJobBodies, kJobMade, kSubmitProblems, true, &submit_parameters},
+    Operation{
+        "putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job under an id of one's own.",
+        "The id is a UUID. Again with the same body: 200, and no second job; with another: 409.",
+        "write", kNoHeaders, kJobRequest, kJobPut, kSubmitProblems, true},
+    Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kNoHeaders, kNoBody,
+              kJobListAnswer, k400, true, &job_list_parameters},
     Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Look at a job, or wait for it.", "",
-              "read", kJobParameters, kNoBody, kJobAnswer, k404_422, true},
+              "read", kConditional, kNoBody, kJobAnswer, k404_422, true, &wait_parameters},
     Operation{"patchJob", "PATCH", "/v1/jobs/{id}", "Jobs", "Change a job.",
               "A merge patch (RFC 7396) of priority, labels, name, stop and paused.", "write",
-              kPatchParameters, kJobPatch, kJobChanged, kPatchProblems, true},
+              kPatchHeaders, kJobPatch, kJobChanged, kPatchProblems, true},
     Operation{"cancelJob", "POST", "/v1/jobs/{id}/cancel", "Jobs", "Cancel a job.",
-              "Keeps the picture so far. Cancelling twice is no error.", "write", kNoParameters,
+              "Keeps the picture so far. Cancelling twice is no error.", "write", kNoHeaders,
               kNoBody, kJobChanged, k404, true},
     Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Let a finished job go on.", "",
-              "write", kNoParameters, kExtend, kJobExtended, kExtendProblems, true},
+              "write", kNoHeaders, kExtend, kJobExtended, kExtendProblems, true},
     Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Forget a job and its files.",
-              "409 while it runs.", "write", kNoParameters, kNoBody, kGone, k409, true},
+              "409 while it runs.", "write", kNoHeaders, kNoBody, kGone, k409, true},
     Operation{
         "getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results", "The picture so far.",
         "The format follows from the extension (png, jpg, webp, exr, hdr, tif) or from Accept.",
-        "read", kImageParameters, kNoBody, kImageAnswer, kImageProblems, true},
+        "read", kConditional, kNoBody, kImageAnswer, kImageProblems, true, &image_parameters},
     Operation{"getPixel", "GET", "/v1/jobs/{id}/pixels/{x}/{y}", "Results",
-              "One pixel with its intervals.", "", "read", kNoParameters, kNoBody, kPixelAnswer,
+              "One pixel with its intervals.", "", "read", kNoHeaders, kNoBody, kPixelAnswer,
               k404_422, true},
     Operation{"getConvergence", "GET", "/v1/jobs/{id}/convergence", "Results",
-              "Error over samples and time.", "", "read", kNoParameters, kNoBody,
-              kConvergenceAnswer, k404, true},
-    Operation{
-        "getFilm", "GET", "/v1/jobs/{id}/film", "Results", "The raw sums.",
-        "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and text, u32 bytes of the text, "
-        "u32 ranges, u32 flags (1: auxiliary values; 2: errors of neighbours are correlated), i32 full width, full height, "
-        "crop x, y, width, height, u32 replicates, u32 tiles, u64 bytes of the file, sha256 of the content (hex). Then 24 "
-        "bytes a range of samples: u64 seed, u32 first replicate, replicates, samples, 0. Then the text (JSON: spec, build, "
-        "error, warnings), zeros up to a multiple of 8. Then the tiles: i32 x, y, u32 samples, 0, u64 rejected samples, "
-        "rays, f64 CPU seconds; "
-        "for each pixel and replicate f32 mean r, g, b, alpha, M2 of the luminance, u32 count; with flag 1 for each pixel "
-        "f32 albedo, normal, depth, u32 hits. Last the sha256 (hex) of everything before.",
-        "read", kFilmParameters, kNoBody, kFilmAnswer, kFilmProblems, true},
-    Operation{
-        "mergeFilms", "POST", "/v1/films/merge", "Results", "Add up films.",
-        "Films of jobs that have ended, or film files that were uploaded as assets. Their jobs may differ in seed, "
-        "replicates, stop rules and names only (422). Samples in common are refused (409). Replicates are put side by side: "
-        "jobs that hold replicates 0 to 1 and 2 to 3 of a seed give the film of the one job with four, bit for bit "
-        "(auxiliary layers to rounding); other seeds count as further independent replicates. Weights are the counts.",
-        "write", kNoParameters, kMerge, kMergeAnswer, kMergeProblems, true},
+              "Error over samples and time.", "", "read", kNoHeaders, kNoBody, kConvergenceAnswer,
+              k404, true},
+    Operation{"getFilm", "GET", "/v1/jobs/{id}/film", "Results", "The raw sums.",
+              "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and "
+              "text, u32 bytes of the text, "
+              "u32 ranges, u32 flags (1: auxiliary values; 2: errors of neighbours are "
+              "correlated), i32 full width, full height, "
+              "crop x, y, width, height, u32 replicates, u32 tiles, u64 bytes of the file, sha256 "
+              "of the content (hex). Then 24 "
+              "bytes a range of samples: u64 seed, u32 first replicate, replicates, samples, 0. "
+              "Then the text (JSON: spec, build, "
+              "error, warnings), zeros up to a multiple of 8. Then the tiles: i32 x, y, u32 "
+              "samples, 0, u64 rejected samples, "
+              "rays, f64 CPU seconds; "
+              "for each pixel and replicate f32 mean r, g, b, alpha, M2 of the luminance, u32 "
+              "count; with flag 1 for each pixel "
+              "f32 albedo, normal, depth, u32 hits. Last the sha256 (hex) of everything before.",
+              "read", kFileHeaders, kNoBody, kFilmAnswer, kFilmProblems, true},
+    Operation{"mergeFilms", "POST", "/v1/films/merge", "Results", "Add up films.",
+              "Films of jobs that have ended, or film files that were uploaded as assets. Their "
+              "jobs may differ in seed, "
+              "replicates, stop rules and names only (422). Samples in common are refused (409). "
+              "Replicates are put side by side: "
+              "jobs that hold replicates 0 to 1 and 2 to 3 of a seed give the film of the one job "
+              "with four, bit for bit "
+              "(auxiliary layers to rounding); other seeds count as further independent "
+              "replicates. Weights are the counts.",
+              "write", kNoHeaders, kMerge, kMergeAnswer, kMergeProblems, true},
     Operation{"streamEvents", "GET", "/v1/jobs/{id}/events", "Streams", "Watch a job.",
               "Events: snapshot, state, progress, tile, warning, end; reset after a loss; "
               "overloaded at the "
               "limit of streams.",
-              "read", kEventsParameters, kNoBody, kEventsAnswer, k404, true},
+              "read", kEventsHeaders, kNoBody, kEventsAnswer, k404, true, &job_events_parameters},
     Operation{"watchJobs", "GET", "/v1/events", "Streams", "Watch several jobs on one connection.",
-              "The events of each job, with `job` in their data.", "read", kWatchParameters, kNoBody,
-              kWatchAnswer, k404_422, true},
-    Operation{"createStreamTicket", "POST", "/v1/stream-tickets", "Streams",
-              "Leave to watch jobs for a minute.",
-              "Added as `?ticket=` to events, tiles or image, it stands for the key, which pages cannot "
-              "send with an EventSource or a picture.",
-              "read", kNoParameters, kTicketRequest, kTicketMade, kTicketProblems, true},
+              "The events of each job, with `job` in their data.", "read", kWatchHeaders, kNoBody,
+              kWatchAnswer, k404_422, true, &events_parameters},
+    Operation{
+        "createStreamTicket", "POST", "/v1/stream-tickets", "Streams",
+        "Leave to watch jobs for a minute.",
+        "Added as `?ticket=` to events, tiles or image, it stands for the key, which pages cannot "
+        "send with an EventSource or a picture.",
+        "read", kNoHeaders, kTicketRequest, kTicketMade, kTicketProblems, true},
     Operation{
         "streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Receive the tiles.",
         "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, "
         "height, "
         "u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32, r g b, "
-        "their variances, the sample count. Flag 1: end frame; 2: correlated errors (zsobol, restir); 4: an alpha "
+        "their variances, the sample count. Flag 1: end frame; 2: correlated errors (zsobol, "
+        "restir); 4: an alpha "
         "plane follows.",
-        "read", kTilesParameters, kNoBody, kTilesAnswer, k404_422, true},
+        "read", kNoHeaders, kNoBody, kTilesAnswer, k404_422, true, &tiles_parameters},
+    Operation{"createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.",
+              "Two jobs that have ended, or a job and an image that was uploaded (8 and 16 bits "
+              "are taken as sRGB, floats as "
+              "linear; it counts as exact but for its rounding). b is the reference. The interval "
+              "of the bias comes from the "
+              "halves of both, and for a job whose pixels have correlated errors (zsobol, restir) "
+              "from the means of its replicates "
+              "(with two of them it is wide); z is the difference of the luminances in standard "
+              "errors, pooled over 3 x 3 pixels. Both take the "
+              "two for independent: jobs with a seed in common are not.",
+              "write", kNoHeaders, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
+    Operation{"getComparison", "GET", "/v1/comparisons/{id}", "Results",
+              "A comparison that was made.", "", "read", kNoHeaders, kNoBody, kComparisonKept, k404,
+              true},
+    Operation{"getComparisonMap", "GET", "/v1/comparisons/{id}/{map}", "Results",
+              "A map of a comparison.",
+              "`difference.png`: blue where a is darker, red where it is brighter; the root of |a "
+              "- b| / sqrt(b^2 + 0.01). "
+              "`z.png`: the same colours from -5 to 5 standard errors. `flip.png`: 0 black to 1 "
+              "pale yellow.",
+              "read", kFileHeaders, kNoBody, kMapAnswer, kMapProblems, true},
     Operation{
-        "createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.",
-        "Two jobs that have ended, or a job and an image that was uploaded (8 and 16 bits are taken as sRGB, floats as "
-        "linear; it counts as exact but for its rounding). b is the reference. The interval of the bias comes from the "
-        "halves of both, and for a job whose pixels have correlated errors (zsobol, restir) from the means of its replicates "
-        "(with two of them it is wide); z is the difference of the luminances in standard errors, pooled over 3 x 3 pixels. Both take the "
-        "two for independent: jobs with a seed in common are not.",
-        "write", kNoParameters, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
-    Operation{"getComparison", "GET", "/v1/comparisons/{id}", "Results", "A comparison that was made.", "", "read",
-              kNoParameters, kNoBody, kComparisonKept, k404, true},
-    Operation{
-        "getComparisonMap", "GET", "/v1/comparisons/{id}/{map}", "Results", "A map of a comparison.",
-        "`difference.png`: blue where a is darker, red where it is brighter; the root of |a - b| / sqrt(b^2 + 0.01). "
-        "`z.png`: the same colours from -5 to 5 standard errors. `flip.png`: 0 black to 1 pale yellow.",
-        "read", kFilmParameters, kNoBody, kMapAnswer, kMapProblems, true},
-    Operation{"runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.",
-              "Trials with the renderer's own classes, at each n; the same request gives the same lines, "
-              "but for `seconds` and `efficiency`, which are measured. Closing the connection "
-              "cancels. 429 while `lab_runs` others run, or `lab_runs_of_a_key` of the same key.",
-              "write", kNoParameters, kLabRequest, kLabAnswer, kLabProblems, true},
+        "runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.",
+        "Trials with the renderer's own classes, at each n; the same request gives the same lines, "
+        "but for `seconds` and `efficiency`, which are measured. Closing the connection "
+        "cancels. 429 while `lab_runs` others run, or `lab_runs_of_a_key` of the same key.",
+        "write", kNoHeaders, kLabRequest, kLabAnswer, kLabProblems, true},
+    Operation{"listDeliveries", "GET", "/v1/webhooks/deliveries", "Webhooks", "List webhook calls.",
+              "Those to come and, for a week, those that were made.", "read", kNoHeaders, kNoBody,
+              kDeliveryListAnswer, k400_422, true, &delivery_list_parameters},
+    Operation{"getDelivery", "GET", "/v1/webhooks/deliveries/{id}", "Webhooks",
+              "Look at a webhook call.", "", "read", kNoHeaders, kNoBody, kDeliveryAnswer, k404,
+              true},
+    Operation{"redeliver", "POST", "/v1/webhooks/deliveries/{id}/redeliver", "Webhooks",
+              "Send a webhook call again.",
+              "At once and with the same id and body, whatever became of it before.", "write",
+              kNoHeaders, kNoBody, kDeliveryBegun, k404, true},
+    Operation{"testWebhook", "POST", "/v1/webhooks/test", "Webhooks", "Send a test to a receiver.",
+              "One call of type `test`, signed as all are and not repeated; the answer names the "
+              "delivery that tells how it went.",
+              "write", kNoHeaders, kWebhookTest, kDeliveryBegun, kTestProblems, true},
+    Operation{"getWebhookSecret", "GET", "/v1/webhooks/secret", "Webhooks",
+              "The secret that calls are signed with.",
+              "Each tenant has its own. Calls are signed as Standard Webhooks 1.0 says.", "write",
+              kNoHeaders, kNoBody, kSecretAnswer, kNoProblems, true},
+    Operation{"replaceWebhookSecret", "POST", "/v1/webhooks/secret", "Webhooks",
+              "Make a new secret.",
+              "For all calls from now on. 409 for the operator's, which a flag or a file sets.",
+              "write", kNoHeaders, kNoBody, kSecretAnswer, k409Alone, true},
+    Operation{"listKeys", "GET", "/v1/keys", "Keys", "List the keys.", "Not their texts.", "admin",
+              kNoHeaders, kNoBody, kKeyListAnswer, kNoProblems, true},
+    Operation{"createKey", "POST", "/v1/keys", "Keys", "Make a key.",
+              "403 on a server without any: the first is made by `tessera keys add`, because from "
+              "then on every request needs one.",
+              "admin", kNoHeaders, kKeyRequest, kKeyMade, kTestProblems, true},
+    Operation{"deleteKey", "DELETE", "/v1/keys/{id}", "Keys", "Remove a key.",
+              "It stops working within a second; what it made stays with its tenant.", "admin",
+              kNoHeaders, kNoBody, kGone, k404, true},
+    Operation{"getUsage", "GET", "/v1/usage", "Keys", "What tenants use.",
+              "All of them for the operator and keys with scope `admin`, else one's own.", "read",
+              kNoHeaders, kNoBody, kUsageAnswer, kNoProblems, true},
 };
 
 }  // namespace

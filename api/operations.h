@@ -5,16 +5,22 @@
 #include <span>
 #include <string_view>
 
+#include "api/json.h"
+
 namespace api {
 
-/// Where a parameter stands, as in OpenAPI.
-struct ParameterRow {
+struct Capabilities;  // api/server_view.h
+
+/// A header. Parameters in the path follow from the path, those of the query from the table that
+/// reads them.
+struct HeaderRow {
   std::string_view name;
-  std::string_view in;      ///< "query" or "header"; those in the path follow from the path
   std::string_view schema;  ///< JSON text of its schema
   std::string_view summary;
-  bool required = false;
 };
+
+/// Makes the list of OpenAPI parameter objects of a query string (api/schemas.h).
+using QueryParameters = Json (*)(const Capabilities&);
 
 struct ContentRow {
   std::string_view media_type;
@@ -35,12 +41,13 @@ struct Operation {
   std::string_view tag;
   std::string_view summary;
   std::string_view description;
-  std::string_view scope;  ///< "", "read" or "write": what a key needs; "" needs none
-  std::span<const ParameterRow> parameters;
+  std::string_view scope;  ///< "", "read", "write" or "admin": what a key needs; "" needs none
+  std::span<const HeaderRow> headers;
   std::span<const ContentRow> request;
   std::span<const ResponseRow> responses;
-  std::span<const int> problems;  ///< statuses of problem responses besides 401 403 429 503
-  bool available;                 ///< false: named by the contract, answers 404 until it exists
+  std::span<const int> problems;    ///< statuses of problem responses besides 401 403 429 503
+  bool available;                   ///< false: named by the contract, answers 404 until it exists
+  QueryParameters query = nullptr;  ///< null: it takes no query
 };
 
 std::span<const Operation> operations();

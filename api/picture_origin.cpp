@@ -18,7 +18,9 @@ const std::string* find(const std::map<std::string, std::string>& texts, const c
   return found == texts.end() ? nullptr : &found->second;
 }
 
-Problem refused(std::string detail) { return make_problem(core::ErrorCode::kInvalidArgument, std::move(detail)); }
+Problem refused(std::string detail) {
+  return make_problem(core::ErrorCode::kInvalidArgument, std::move(detail));
+}
 
 }  // namespace
 
@@ -28,7 +30,8 @@ std::string picture_spec(const JobSpec& spec) {
   return dump(body);
 }
 
-Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>& texts, std::string_view arithmetic) {
+Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>& texts,
+                                       std::string_view arithmetic) {
   const std::string* spec = find(texts, "tessera:spec");
   if (spec == nullptr) {
     return refused("the picture does not say which job made it: it has no text tessera:spec");
@@ -49,7 +52,9 @@ Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>&
     const std::string* text = find(texts, "tessera:samples_per_pixel");
     const double samples = text == nullptr ? 0 : std::strtod(text->c_str(), nullptr);
     if (!(samples >= 0.5 && samples < static_cast<double>(limits::kSamplesPerPixel) + 0.5)) {
-      return refused("the picture does not say how many samples it has: its text tessera:samples_per_pixel is no count");
+      return refused(
+          "the picture does not say how many samples it has: its text tessera:samples_per_pixel is "
+          "no count");
     }
     // Whatever rule ended the job: its film follows from the number of samples.
     job.stop = core::StopRules{.samples_per_pixel = static_cast<int>(std::lround(samples)),
@@ -64,7 +69,8 @@ Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>&
       parsed->samples_by_error = *job.stop.samples_per_pixel;
     }
   } else {
-    parsed->warnings.emplace_back("The picture was taken before its job had ended; this is the whole job.");
+    parsed->warnings.emplace_back(
+        "The picture was taken before its job had ended; this is the whole job.");
   }
   const std::string* made_with = find(texts, "tessera:arithmetic");
   if (made_with != nullptr && !made_with->empty() && *made_with != arithmetic) {

@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <limits>
 
 #include <nlohmann/json.hpp>
@@ -9,59 +7,41 @@
 #include "api/errors.h"
 #include "api/faults.h"
 #include "api/limits.h"
+#include "api/queries.h"
+#include "api/query_rows.h"
 #include "api/requests.h"
+#include "api/schemas.h"
+#include "api/server_view.h"
+#include "api/tenant_view.h"
 #include "api/values.h"
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 
 namespace api {
 namespace {
 
 constexpr double kRevisionMax = std::numeric_limits<std::uint32_t>::max();
+constexpr std::string_view kLastEventIdDoc =
+    "As the header Last-Event-ID, for pages whose EventSource cannot send it at first.";
+constexpr std::int64_t kUuidCharacters = 36;
 
-bool is_hex(char c) {
-  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
-}
+Json text_schema() { return {{"type", "string"}}; }
+Json list_schema(Json items) { return {{"type", "array"}, {"items", std::move(items)}}; }
 
-/// The whole text as a number; the grammar is that of JSON, so that "0x10", "inf" and " 5" are
-/// none.
-Json number_from_text(const std::string& text) {
-  Json value = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-  const bool plain =
-      !text.empty() && text.find_first_not_of("0123456789+-.eE") == std::string::npos;
-  return plain && value.is_number() ? value : Json(text);
-}
-
-std::optional<std::int64_t> query_integer(const std::string& text, const Range& range,
-                                          const std::string& pointer, Faults& faults) {
-  return read_integer(number_from_text(text), range, pointer, faults);
-}
-
-/// Calls row(name, value) for each parameter; false means that there is no such one. Repeated ones
-/// are refused unless named in `repeatable`.
-template <typename Row>
-void each_parameter(QueryParams query, std::span<const std::string_view> repeatable, Faults& faults,
-                    const Row& row) {
-  std::vector<std::string> seen;
-  for (const auto& [name, value] : query) {
-    const std::string pointer = join_pointer("", name);
-    const bool repeated = std::find(seen.begin(), seen.end(), name) != seen.end();
-    const bool may_repeat =
-        std::find(repeatable.begin(), repeatable.end(), name) != repeatable.end();
-    seen.push_back(name);
-    if (repeated && !may_repeat) {
-      faults.add(pointer, "is there more than once");
-    } else if (!row(name, value, pointer)) {
-      faults.add(pointer, "unknown query parameter");
-    }
+/// Calls `take` with each part of a list with commas.
+template <typename Take>
+void each_part(const std::string& text, const Take& take) {
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    take(text.substr(begin, end - begin));
+    begin = end + 1;
   }
 }
 
+// Lists of jobs and scenes.
+
 void read_states(const std::string& text, ListQuery& out, const std::string& pointer,
                  Faults& faults) {
-  std::size_t begin = 0;
-  while (begin <= text.size()) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::string name = text.substr(begin, end - begin);
+  each_part(text, [&](const std::string& name) {
     if (const auto state = job_state_from_text(name)) {
       out.states.push_back(*state);
     } else {
@@ -69,8 +49,15 @@ void read_states(const std::string& text, ListQuery& out, const std::string& poi
                               " is not a state; states: queued, loading, rendering, paused, "
                               "finished, failed, cancelled");
     }
-    begin = end + 1;
+  });
+}
+
+Json states_schema(const ListQuery& /*defaults*/) {
+  Json names = Json::array();
+  for (int i = 0; i <= static_cast<int>(JobState::kCancelled); ++i) {
+    names.push_back(to_text(static_cast<JobState>(i)));
   }
+  return list_schema({{"type", "string"}, {"enum", std::move(names)}});
 }
 
 void read_label(const std::string& text, ListQuery& out, const std::string& pointer,
@@ -89,28 +76,10 @@ void read_label(const std::string& text, ListQuery& out, const std::string& poin
   out.labels.push_back(std::move(filter));
 }
 
-void read_name(const std::string& text, ListQuery& out, const std::string& pointer, Faults& faults) {
-  // The longest name, each character of it with the most bytes that UTF-8 has.
-  constexpr std::size_t kLongest = 4 * static_cast<std::size_t>(limits::kNameCharacters);
-  if (text.empty() || text.size() > kLongest) {
-    faults.add(pointer, std::to_string(text.size()) + " bytes are outside [1, " + std::to_string(kLongest) + "]");
-    return;
-  }
-  out.name = text;
-}
+constexpr std::string_view kCursorPattern = "^[A-Za-z0-9_-]{1,256}$";
 
-void read_class(const std::string& text, ListQuery& out, const std::string& pointer, Faults& faults) {
-  if (text == "normal") {
-    out.job_class = JobClass::kNormal;
-  } else if (text == "preview") {
-    out.job_class = JobClass::kPreview;
-  } else {
-    faults.add(pointer, shown(Json(text)) + " is not a class; classes: normal, preview");
-  }
-}
-
-void read_cursor(const std::string& text, ListQuery& out, const std::string& pointer,
-                 Faults& faults) {
+template <typename S>
+void read_cursor(const std::string& text, S& out, const std::string& pointer, Faults& faults) {
   constexpr std::size_t kLongest = 256;
   const auto allowed = [](char c) {
     return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' ||
@@ -123,112 +92,275 @@ void read_cursor(const std::string& text, ListQuery& out, const std::string& poi
   out.cursor = text;
 }
 
-Parsed<ListQuery> parse_list_query(QueryParams query, bool has_filters) {
-  ListQuery out;
-  Faults faults;
-  constexpr std::array<std::string_view, 2> kRepeatable = {"state", "label"};
-  each_parameter(
-      query, kRepeatable, faults,
-      [&](const std::string& name, const std::string& value, const std::string& pointer) {
-        if (name == "limit") {
-          const Range range = {1, static_cast<double>(limits::kPageSize)};
-          const auto limit = query_integer(value, range, pointer, faults);
-          out.limit = static_cast<int>(limit.value_or(out.limit));
-        } else if (name == "cursor") {
-          read_cursor(value, out, pointer, faults);
-        } else if (has_filters && name == "state") {
-          read_states(value, out, pointer, faults);
-        } else if (has_filters && name == "label") {
-          read_label(value, out, pointer, faults);
-        } else if (has_filters && name == "name") {
-          read_name(value, out, pointer, faults);
-        } else if (has_filters && name == "class") {
-          read_class(value, out, pointer, faults);
-        } else {
-          return false;
-        }
-        return true;
-      });
-  if (!faults.empty()) {
-    return make_problem(core::ErrorCode::kBadSyntax, faults.problem().errors);
-  }
-  return out;
+constexpr std::array kJobClasses = {
+    core::NamedValue<JobClass>{"normal", JobClass::kNormal, "Pictures to keep."},
+    core::NamedValue<JobClass>{"preview", JobClass::kPreview, "Previews, kept in memory."},
+};
+std::span<const core::NamedValue<JobClass>> job_classes() { return kJobClasses; }
+
+Json cursor_schema() { return {{"type", "string"}, {"pattern", kCursorPattern}}; }
+
+/// The rows of a page.
+template <typename S>
+constexpr auto page_rows() {
+  return std::tuple{
+      ParameterField<S>{"cursor", "`next` of the page before.", &read_cursor<S>,
+                        [](const S&) { return cursor_schema(); }},
+      number(
+          "limit", [](auto& s) -> auto& { return s.limit; }, {1, limits::kPageSize},
+          "Items of a page."),
+  };
 }
 
-template <typename T>
-Parsed<T> checked(T value, const Faults& faults) {
-  if (!faults.empty()) {
-    return faults.problem();
-  }
-  return value;
+const auto& scene_list_table() {
+  static constexpr auto kTable = page_rows<ListQuery>();
+  return kTable;
 }
 
-/// x, y, width and height as they come in.
-struct RectParts {
-  std::array<std::optional<int>, 4> parts;
-  static constexpr std::array<std::string_view, 4> kNames = {"x", "y", "width", "height"};
+const auto& job_list_table() {
+  static constexpr auto kTable = std::tuple_cat(
+      std::tuple{
+          ParameterField<ListQuery>{
+              "state", "Only jobs in one of these states; may be repeated, or hold commas.",
+              &read_states, &states_schema, true},
+          ParameterField<ListQuery>{
+              "label", "Only jobs with this label, `key=value` or `key`; may be repeated.",
+              &read_label, [](const ListQuery&) { return list_schema(text_schema()); }, true},
+          text(
+              "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
+              "Only jobs whose name contains this; a job without a name goes by its scene. Case "
+              "is ignored for a to z."),
+          choice(
+              "class", [](auto& s) -> auto& { return s.job_class; }, &job_classes,
+              "Only jobs of this class: `normal` leaves out previews."),
+      },
+      page_rows<ListQuery>());
+  return kTable;
+}
 
-  bool take(const std::string& name, const std::string& value, const std::string& pointer,
-            Faults& faults) {
-    const auto* found = std::find(kNames.begin(), kNames.end(), name);
-    if (found == kNames.end()) {
-      return false;
-    }
-    const auto index = static_cast<std::size_t>(found - kNames.begin());
-    const auto side = static_cast<double>(limits::kFilmSide);
-    const Range range = index < 2 ? Range{0, side - 1} : Range{1, side};
-    if (const auto number = query_integer(value, range, pointer, faults)) {
-      parts[index] = static_cast<int>(*number);
-    }
-    return true;
+constexpr std::array<std::string_view, 3> kDeliveryStates = {"pending", "delivered", "failed"};
+
+void read_delivery_job(const std::string& text, DeliveryListQuery& out, const std::string& pointer,
+                       Faults& faults) {
+  if (!is_uuid(text)) {
+    faults.add(pointer, shown(Json(text)) + " is not a job id (UUID)");
   }
-  /// All four or none.
-  std::optional<core::PixelRect> rect(Faults& faults) const {
-    const auto given = std::count_if(parts.begin(), parts.end(),
-                                     [](const auto& part) { return part.has_value(); });
-    if (given == 0 || !faults.empty()) {
-      return {};
-    }
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      if (!parts[i]) {
-        faults.add("/" + std::string(kNames[i]),
-                   "is required; x, y, width and height come together");
-      }
-    }
-    if (!faults.empty()) {
-      return {};
-    }
-    return core::PixelRect{*parts[0], *parts[1], *parts[2], *parts[3]};
+  out.job = text;
+}
+
+void read_delivery_state(const std::string& text, DeliveryListQuery& out,
+                         const std::string& pointer, Faults& faults) {
+  if (std::find(kDeliveryStates.begin(), kDeliveryStates.end(), text) == kDeliveryStates.end()) {
+    faults.add(pointer, shown(Json(text)) + " is none of pending, delivered, failed");
   }
+  out.state = text;
+}
+
+const auto& delivery_list_table() {
+  static constexpr auto kTable = std::tuple_cat(
+      std::tuple{
+          ParameterField<DeliveryListQuery>{"job", "Only calls of this job.", &read_delivery_job,
+                                            [](const DeliveryListQuery&) {
+                                              return Json{{"type", "string"}, {"format", "uuid"}};
+                                            }},
+          ParameterField<DeliveryListQuery>{
+              "state", "Only calls in this state.", &read_delivery_state,
+              [](const DeliveryListQuery&) {
+                return Json{{"type", "string"}, {"enum", kDeliveryStates}};
+              }},
+      },
+      page_rows<DeliveryListQuery>());
+  return kTable;
+}
+
+// Uploads and submissions.
+
+const auto& scene_upload_table() {
+  static constexpr auto kTable = std::tuple{
+      text(
+          "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
+          "A name for people, such as that of the file; it replaces the name inside the file. The "
+          "id depends on the content alone: the name of a tenant's first upload stays."),
+  };
+  return kTable;
+}
+
+const auto& submit_table() {
+  static constexpr auto kTable = std::tuple{
+      flag(
+          "dry_run", [](auto& s) -> auto& { return s.dry_run; },
+          "1: only validate the job and estimate its cost (200)."),
+      ParameterField<SubmitQuery>{
+          "from",
+          "`image`: the body is a PNG or EXR picture that a Tessera server made; its job is "
+          "submitted again and gives the same film.",
+          [](const std::string& value, SubmitQuery& out, const std::string& pointer,
+             Faults& faults) {
+            out.from_image = value == "image";
+            if (!out.from_image) {
+              faults.add(pointer, shown(Json(value)) + " is not 'image'");
+            }
+          },
+          [](const SubmitQuery&) {
+            return Json{{"type", "string"}, {"enum", {"image"}}};
+          }},
+  };
+  return kTable;
+}
+
+const auto& wait_table() {
+  static constexpr auto kTable = std::tuple{
+      number(
+          "wait", [](auto& s) -> auto& { return s.wait_seconds; }, {0, limits::kWaitSeconds},
+          "Answer at a final state (with If-None-Match: at any change), or after this many "
+          "seconds."),
+  };
+  return kTable;
+}
+
+// Streams.
+
+/// The server takes the ticket out of the query when it lets the request in.
+template <typename S>
+constexpr auto ticket_row() {
+  return ParameterField<S>{"ticket", "A ticket of POST /v1/stream-tickets, in place of the key.",
+                           [](const std::string&, S&, const std::string&, Faults&) {},
+                           [](const S&) { return text_schema(); }};
+}
+
+const auto& tiles_table() {
+  static constexpr auto kTable = std::tuple{
+      number(
+          "after", [](auto& s) -> auto& { return s.after; }, {0, kRevisionMax},
+          "Only tiles that are newer than this revision."),
+      ticket_row<TilesQuery>(),
+  };
+  return kTable;
+}
+
+template <typename S>
+constexpr auto last_event_id_row() {
+  return ParameterField<S>{"last_event_id", kLastEventIdDoc,
+                           [](const std::string& value, S& out, const std::string&, Faults&) {
+                             out.last_event_id = value;
+                           },
+                           [](const S&) { return text_schema(); }};
+}
+
+const auto& job_events_table() {
+  static constexpr auto kTable =
+      std::tuple{last_event_id_row<JobEventsQuery>(), ticket_row<JobEventsQuery>()};
+  return kTable;
+}
+
+/// The server takes last_event_id from the header or from here.
+struct EventsReading {
+  EventsQuery query;
+  std::string last_event_id;
 };
 
-void read_layer(const std::string& value, ImageQuery& out, const std::string& pointer,
-                Faults& faults) {
-  std::vector<std::string_view> names;
-  for (const core::LayerEntry& layer : core::layers()) {
-    names.push_back(layer.name);
+void read_jobs(const std::string& text, EventsReading& out, const std::string& pointer,
+               Faults& faults) {
+  each_part(text, [&](const std::string& id) {
+    if (!is_uuid(id)) {
+      faults.add(pointer, shown(Json(id)) + " is not a job id (UUID)");
+    } else if (std::find(out.query.jobs.begin(), out.query.jobs.end(), id) ==
+               out.query.jobs.end()) {
+      out.query.jobs.push_back(id);
+    }
+  });
+  if (out.query.jobs.size() > static_cast<std::size_t>(limits::kWatchedJobs)) {
+    faults.add(pointer, "names " + std::to_string(out.query.jobs.size()) + " jobs; at most " +
+                            std::to_string(limits::kWatchedJobs) + " are allowed");
   }
+}
+
+const auto& events_table() {
+  static constexpr auto kTable = std::tuple{
+      ParameterField<EventsReading>{
+          "jobs", "Job ids with commas between them; at most `watched_jobs`.", &read_jobs,
+          [](const EventsReading&) {
+            return Json{{"type", "string"},
+                        {"minLength", kUuidCharacters},
+                        {"maxLength", limits::kWatchedJobs * (kUuidCharacters + 1) - 1}};
+          },
+          false, true},
+      last_event_id_row<EventsReading>(), ticket_row<EventsReading>()};
+  return kTable;
+}
+
+// Pictures.
+
+/// x, y, width and height come together; tone_maps are the names that are allowed.
+struct ImageReading {
+  ImageQuery query;
+  std::array<std::optional<int>, 4> rect;
+  std::vector<std::string> tone_maps;
+};
+constexpr std::array<std::string_view, 4> kRectNames = {"x", "y", "width", "height"};
+
+std::optional<core::PixelRect> rect_of(const ImageReading& reading, Faults& faults) {
+  const auto& parts = reading.rect;
+  const auto is_given = [](const auto& part) { return part.has_value(); };
+  if (std::none_of(parts.begin(), parts.end(), is_given) || !faults.empty()) {
+    return {};
+  }
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (!parts[i]) {
+      faults.add("/" + std::string(kRectNames[i]),
+                 "is required; x, y, width and height come together");
+    }
+  }
+  if (!faults.empty()) {
+    return {};
+  }
+  return core::PixelRect{*parts[0], *parts[1], *parts[2], *parts[3]};
+}
+
+template <std::size_t kPart>
+constexpr auto rect_row(std::string_view doc) {
+  constexpr Range kRange =
+      kPart < 2 ? Range{0, limits::kFilmSide - 1} : Range{1, limits::kFilmSide};
+  return number(
+      kRectNames[kPart], [](auto& s) -> auto& { return s.rect[kPart]; }, kRange, doc);
+}
+
+void read_tone_map(const std::string& value, ImageReading& out, const std::string& pointer,
+                   Faults& faults) {
+  const std::vector<std::string_view> names(out.tone_maps.begin(), out.tone_maps.end());
   if (std::find(names.begin(), names.end(), value) == names.end()) {
     faults.add(pointer, not_available(Json(value), names));
   }
-  out.layer = value;
+  out.query.tone_map = value;
+}
+
+Json tone_map_schema(const ImageReading& defaults) {
+  Json schema = text_schema();
+  schema["default"] = defaults.query.tone_map;
+  if (!defaults.tone_maps.empty()) {
+    schema["enum"] = defaults.tone_maps;
+  }
+  return schema;
 }
 
 // "auto", or two numbers with a comma between them.
-void read_range(const std::string& value, ImageQuery& out, const std::string& pointer,
+void read_range(const std::string& value, ImageReading& out, const std::string& pointer,
                 Faults& faults) {
   if (value == "auto") {
-    out.range = ImageRange{};
+    out.query.range = ImageRange{};
     return;
   }
   const auto comma = value.find(',');
   if (comma == std::string::npos) {
-    faults.add(pointer, shown(Json(value)) + " is neither auto nor two numbers with a comma between");
+    faults.add(pointer,
+               shown(Json(value)) + " is neither auto nor two numbers with a comma between");
     return;
   }
   constexpr auto kMost = static_cast<double>(std::numeric_limits<float>::max());
-  const auto low = read_number(number_from_text(value.substr(0, comma)), {-kMost, kMost}, pointer, faults);
-  const auto high = read_number(number_from_text(value.substr(comma + 1)), {-kMost, kMost}, pointer, faults);
+  const auto low =
+      read_number(number_in_query(value.substr(0, comma)), {-kMost, kMost}, pointer, faults);
+  const auto high =
+      read_number(number_in_query(value.substr(comma + 1)), {-kMost, kMost}, pointer, faults);
   if (!low || !high) {
     return;
   }
@@ -237,214 +369,151 @@ void read_range(const std::string& value, ImageQuery& out, const std::string& po
     faults.add(pointer, "the first number must be below the second");
     return;
   }
-  out.range = ImageRange{ends};
+  out.query.range = ImageRange{ends};
+}
+
+Json range_schema(const ImageReading& /*defaults*/) {
+  Json schema = text_schema();
+  schema["example"] = "auto";
+  return schema;
+}
+
+const auto& image_table() {
+  static constexpr auto kTable = std::tuple{
+      choice(
+          "layer", [](auto& s) -> auto& { return s.query.layer; }, &core::layers,
+          "Beauty when absent (EXR: all layers)."),
+      number(
+          "exposure", [](auto& s) -> auto& { return s.query.exposure_stops; },
+          {-limits::kExposureStops, limits::kExposureStops},
+          "Stops; display formats only. Not for exr and hdr, which are linear: 422. tif stays "
+          "linear too, and X-Tessera-Ignored tells."),
+      ParameterField<ImageReading>{"tonemap", "Display formats only, as with exposure.",
+                                   &read_tone_map, &tone_map_schema},
+      ParameterField<ImageReading>{
+          "range",
+          "LOW,HIGH: values that become black and white, or auto. Layers of data in display "
+          "formats; X-Tessera-Range tells the values used.",
+          &read_range, &range_schema},
+      number(
+          "revision", [](auto& s) -> auto& { return s.query.revision; }, {0, kRevisionMax},
+          "At least this revision, else 409."),
+      rect_row<0>("Left column of a part; x, y, width and height come together."),
+      rect_row<1>("Top row of a part."),
+      rect_row<2>("Width of a part."),
+      rect_row<3>("Height of a part."),
+      number(
+          "max_size", [](auto& s) -> auto& { return s.query.max_size; }, {1, limits::kFilmSide},
+          "Longest side of the answer; larger pictures are scaled down."),
+      flag(
+          "stream", [](auto& s) -> auto& { return s.query.stream; },
+          "1, or Accept: multipart/x-mixed-replace: every new picture until the end, for <img>."),
+      ticket_row<ImageReading>(),
+  };
+  return kTable;
+}
+
+template <typename Table, typename S>
+Parsed<S> parse_query(const Table& table, QueryParams query, S out) {
+  Faults faults;
+  read_query(table, query, out, faults);
+  if (!faults.empty()) {
+    return faults.problem();
+  }
+  return out;
+}
+
+/// Wrong values of a list's query are 400.
+template <typename S, typename Table>
+Parsed<S> parse_list_query(const Table& table, QueryParams query) {
+  S out;
+  Faults faults;
+  read_query(table, query, out, faults);
+  if (!faults.empty()) {
+    return make_problem(core::ErrorCode::kBadSyntax, faults.problem().errors);
+  }
+  return out;
 }
 
 }  // namespace
 
-Parsed<ListQuery> parse_job_list_query(QueryParams query) { return parse_list_query(query, true); }
+Parsed<ListQuery> parse_job_list_query(QueryParams query) {
+  return parse_list_query<ListQuery>(job_list_table(), query);
+}
 Parsed<ListQuery> parse_scene_list_query(QueryParams query) {
-  return parse_list_query(query, false);
+  return parse_list_query<ListQuery>(scene_list_table(), query);
 }
-
+Parsed<DeliveryListQuery> parse_delivery_list_query(QueryParams query) {
+  return parse_list_query<DeliveryListQuery>(delivery_list_table(), query);
+}
+Parsed<SceneUploadQuery> parse_scene_upload_query(QueryParams query) {
+  return parse_query(scene_upload_table(), query, SceneUploadQuery{});
+}
 Parsed<SubmitQuery> parse_submit_query(QueryParams query) {
-  SubmitQuery out;
-  Faults faults;
-  each_parameter(
-      query, {}, faults,
-      [&](const std::string& name, const std::string& value, const std::string& pointer) {
-        if (name == "dry_run") {
-          out.dry_run = value == "1" || value == "true";
-          if (!out.dry_run && value != "0" && value != "false") {
-            faults.add(pointer, shown(Json(value)) + " is not 0, 1, false or true");
-          }
-        } else if (name == "from") {
-          out.from_image = value == "image";
-          if (!out.from_image) {
-            faults.add(pointer, shown(Json(value)) + " is not 'image'");
-          }
-        } else {
-          return false;
-        }
-        return true;
-      });
-  return checked(out, faults);
+  return parse_query(submit_table(), query, SubmitQuery{});
 }
-
 Parsed<WaitQuery> parse_wait_query(QueryParams query) {
-  WaitQuery out;
-  Faults faults;
-  each_parameter(
-      query, {}, faults,
-      [&](const std::string& name, const std::string& value, const std::string& pointer) {
-        if (name != "wait") {
-          return false;
-        }
-        const Range range = {0, static_cast<double>(limits::kWaitSeconds)};
-        out.wait_seconds = read_number(number_from_text(value), range, pointer, faults).value_or(0);
-        return true;
-      });
-  return checked(out, faults);
+  return parse_query(wait_table(), query, WaitQuery{});
 }
-
-std::optional<int> prefer_wait_seconds(std::string_view prefer_header) {
-  const auto trim = [](std::string_view text) {
-    const auto first = text.find_first_not_of(" \t");
-    if (first == std::string_view::npos) {
-      return std::string_view();
-    }
-    return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-  };
-  while (!prefer_header.empty()) {
-    const std::size_t end = std::min(prefer_header.find(','), prefer_header.size());
-    std::string_view preference = trim(prefer_header.substr(0, end));
-    prefer_header.remove_prefix(std::min(end + 1, prefer_header.size()));
-    preference = trim(preference.substr(0, preference.find(';')));
-    const std::size_t equals = preference.find('=');
-    std::string name(trim(preference.substr(0, equals)));
-    std::transform(name.begin(), name.end(), name.begin(), [](char c) {
-      return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    });
-    if (name != "wait" || equals == std::string_view::npos) {
-      continue;
-    }
-    std::string_view value = trim(preference.substr(equals + 1));
-    if (value.size() >= 2 && value.front() == '"' && value.back() == '"') {
-      value = value.substr(1, value.size() - 2);
-    }
-    std::int64_t seconds = 0;
-    const auto read = std::from_chars(value.data(), value.data() + value.size(), seconds);
-    if (value.empty() || read.ptr != value.data() + value.size() || seconds < 0) {
-      return {};
-    }
-    // A number too long for 64 bits is above the limit too.
-    return static_cast<int>(read.ec == std::errc::result_out_of_range
-                                ? limits::kWaitSeconds
-                                : std::min(seconds, limits::kWaitSeconds));
-  }
-  return {};
-}
-
 Parsed<TilesQuery> parse_tiles_query(QueryParams query) {
-  TilesQuery out;
-  Faults faults;
-  each_parameter(
-      query, {}, faults,
-      [&](const std::string& name, const std::string& value, const std::string& pointer) {
-        if (name != "after") {
-          return false;
-        }
-        out.after = static_cast<std::uint32_t>(
-            query_integer(value, {0, kRevisionMax}, pointer, faults).value_or(0));
-        return true;
-      });
-  return checked(out, faults);
+  return parse_query(tiles_table(), query, TilesQuery{});
 }
-
+Parsed<JobEventsQuery> parse_job_events_query(QueryParams query) {
+  return parse_query(job_events_table(), query, JobEventsQuery{});
+}
 Parsed<EventsQuery> parse_events_query(QueryParams query) {
-  EventsQuery out;
-  Faults faults;
-  each_parameter(
-      query, {}, faults,
-      [&](const std::string& name, const std::string& value, const std::string& pointer) {
-        if (name == "last_event_id") {
-          return true;  // Stands for the header; whoever reads that looks at it.
-        }
-        if (name != "jobs") {
-          return false;
-        }
-        for (std::size_t begin = 0; begin <= value.size();) {
-          const std::size_t end = std::min(value.find(',', begin), value.size());
-          const std::string id = value.substr(begin, end - begin);
-          begin = end + 1;
-          if (!is_uuid(id)) {
-            faults.add(pointer, shown(Json(id)) + " is not a job id (UUID)");
-          } else if (std::find(out.jobs.begin(), out.jobs.end(), id) == out.jobs.end()) {
-            out.jobs.push_back(id);
-          }
-        }
-        return true;
-      });
-  const auto most = static_cast<std::size_t>(limits::kWatchedJobs);
-  if (faults.empty() && (out.jobs.empty() || out.jobs.size() > most)) {
-    faults.add("/jobs", out.jobs.empty() ? std::string("is required")
-                                         : "names " + std::to_string(out.jobs.size()) +
-                                               " jobs; at most " + std::to_string(most) +
-                                               " are allowed");
+  const auto reading = parse_query(events_table(), query, EventsReading{});
+  if (!reading) {
+    return reading.problem();
   }
-  return checked(std::move(out), faults);
+  return reading->query;
 }
-
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps) {
-  ImageQuery out;
-  RectParts rect;
+  ImageReading reading;
+  reading.tone_maps.assign(tone_maps.begin(), tone_maps.end());
   Faults faults;
-  each_parameter(
-      query, {}, faults,
-      [&](const std::string& name, const std::string& value, const std::string& pointer) {
-        if (name == "layer") {
-          read_layer(value, out, pointer, faults);
-        } else if (name == "exposure") {
-          const auto stops = static_cast<double>(limits::kExposureStops);
-          out.exposure_stops = static_cast<float>(
-              read_number(number_from_text(value), {-stops, stops}, pointer, faults).value_or(0));
-        } else if (name == "tonemap") {
-          const std::vector<std::string_view> names(tone_maps.begin(), tone_maps.end());
-          if (std::find(names.begin(), names.end(), value) == names.end()) {
-            faults.add(pointer, not_available(Json(value), names));
-          }
-          out.tone_map = value;
-        } else if (name == "range") {
-          read_range(value, out, pointer, faults);
-        } else if (name == "revision") {
-          if (const auto n = query_integer(value, {0, kRevisionMax}, pointer, faults)) {
-            out.revision = static_cast<std::uint32_t>(*n);
-          }
-        } else if (name == "stream") {
-          out.stream = value == "1" || value == "true";
-          if (!out.stream && value != "0" && value != "false") {
-            faults.add(pointer, shown(Json(value)) + " is not 0, 1, false or true");
-          }
-        } else if (name == "max_size") {
-          const Range range = {1, static_cast<double>(limits::kFilmSide)};
-          if (const auto n = query_integer(value, range, pointer, faults)) {
-            out.max_size = static_cast<int>(*n);
-          }
-        } else {
-          return rect.take(name, value, pointer, faults);
-        }
-        return true;
-      });
-  out.rect = rect.rect(faults);
-  return checked(out, faults);
+  read_query(image_table(), query, reading, faults);
+  reading.query.rect = rect_of(reading, faults);
+  if (!faults.empty()) {
+    return faults.problem();
+  }
+  return reading.query;
 }
-
 Parsed<std::monostate> parse_no_query(QueryParams query) {
-  Faults faults;
-  each_parameter(query, {}, faults,
-                 [](const std::string&, const std::string&, const std::string&) { return false; });
-  return checked(std::monostate{}, faults);
+  return parse_query(std::tuple{}, query, std::monostate{});
 }
 
-bool is_uuid(std::string_view text) {
-  constexpr std::size_t kLength = 36;
-  if (text.size() != kLength) {
-    return false;
-  }
-  for (std::size_t i = 0; i < kLength; ++i) {
-    const bool is_dash = i == 8 || i == 13 || i == 18 || i == 23;
-    if (is_dash ? text[i] != '-' : !is_hex(text[i])) {
-      return false;
-    }
-  }
-  return true;
+Json job_list_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(job_list_table(), ListQuery{});
 }
-
-bool is_sha256(std::string_view text) {
-  constexpr std::size_t kLength = 64;
-  return text.size() == kLength && std::all_of(text.begin(), text.end(), [](char c) {
-           return is_hex(c) && !(c >= 'A' && c <= 'F');
-         });
+Json scene_list_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(scene_list_table(), ListQuery{});
+}
+Json delivery_list_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(delivery_list_table(), DeliveryListQuery{});
+}
+Json scene_upload_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(scene_upload_table(), SceneUploadQuery{});
+}
+Json submit_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(submit_table(), SubmitQuery{});
+}
+Json wait_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(wait_table(), WaitQuery{});
+}
+Json tiles_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(tiles_table(), TilesQuery{});
+}
+Json job_events_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(job_events_table(), JobEventsQuery{});
+}
+Json events_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(events_table(), EventsReading{});
+}
+Json image_parameters(const Capabilities& capabilities) {
+  ImageReading defaults;
+  defaults.tone_maps = capabilities.tone_maps;
+  return query_parameters(image_table(), defaults);
 }
 
 }  // namespace api

@@ -67,7 +67,7 @@ const auto& patch_table() {
                              Json schema = stop_schema(defaults.spec.stop);
                              schema["description"] =
                                  "Rules to raise or lower; null removes one, the others stay.";
-                             schema.erase("anyOf");
+                             schema.erase("minProperties");
                              return schema;
                            }},
       CustomRow<PatchBody>{
@@ -202,7 +202,7 @@ void read_films(const Json& value, MergeRequest& out, const std::string& pointer
     }
     check_id(*id, place, faults);
     if (std::find(out.films.begin(), out.films.end(), *id) != out.films.end()) {
-      faults.add(place, shown(value[i]) + " is there more than once");
+      faults.add(place, shown(value[i]) + " appears more than once");
     }
     out.films.push_back(*id);
   }
@@ -240,7 +240,7 @@ void read_watched_jobs(const Json& value, TicketRequest& out, const std::string&
     if (id && !is_uuid(*id)) {
       faults.add(place, shown(value[i]) + " is not a job id (UUID)");
     } else if (id && std::find(out.jobs.begin(), out.jobs.end(), *id) != out.jobs.end()) {
-      faults.add(place, shown(value[i]) + " is there more than once");
+      faults.add(place, shown(value[i]) + " appears more than once");
     } else if (id) {
       out.jobs.push_back(*id);
     }

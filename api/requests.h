@@ -18,7 +18,7 @@
 #include "api/job_spec.h"
 #include "api/job_view.h"
 #include "api/problem.h"
-#include "core/render/settings.h"
+#include "core/settings/settings.h"
 
 namespace api {
 
@@ -68,9 +68,9 @@ Parsed<TicketRequest> parse_ticket(std::string_view body);
 /// Decoded, in order of appearance.
 using QueryParams = std::span<const std::pair<std::string, std::string>>;
 
-/// GET /v1/jobs?state=&label=&name=&class=&cursor=&limit=. state and label may be repeated or hold a list with
-/// commas (state only): any of the states, all of the labels. label: `key=value`, or `key` for any
-/// value. name: a part of the job's title. Wrong values are 400.
+/// GET /v1/jobs?state=&label=&name=&class=&cursor=&limit=. state and label may be repeated or hold
+/// a list with commas (state only): any of the states, all of the labels. label: `key=value`, or
+/// `key` for any value. name: a part of the job's title. Wrong values are 400.
 struct LabelFilter {
   std::string key;
   std::optional<std::string> value;
@@ -78,9 +78,9 @@ struct LabelFilter {
 struct ListQuery {
   std::vector<JobState> states;  ///< empty: all
   std::vector<LabelFilter> labels;
-  std::string name;  ///< empty: all
+  std::string name;                   ///< empty: all
   std::optional<JobClass> job_class;  ///< null: both
-  std::string cursor;  ///< empty: from the newest; [A-Za-z0-9_-], at most 256
+  std::string cursor;                 ///< empty: from the newest; [A-Za-z0-9_-], at most 256
   int limit = 50;
 };
 Parsed<ListQuery> parse_job_list_query(QueryParams query);
@@ -120,7 +120,8 @@ struct ImageRange {
   std::optional<std::array<float, 2>> ends;  ///< finite, the first below the second
 };
 
-/// GET /v1/jobs/{id}/image?layer=&exposure=&tonemap=&range=&revision=&x=&y=&width=&height=&max_size=
+/// GET
+/// /v1/jobs/{id}/image?layer=&exposure=&tonemap=&range=&revision=&x=&y=&width=&height=&max_size=
 /// &stream=. 422 for wrong values. A path extension is the server's business.
 struct ImageQuery {
   std::optional<std::string> layer;  ///< empty: beauty, or all layers for EXR

@@ -7,6 +7,7 @@
 #include "api/job_view.h"
 #include "api/requests.h"
 #include "api/values.h"
+#include "api/views.h"
 
 namespace api {
 namespace {
@@ -34,6 +35,10 @@ Json numbers_json(const std::vector<double>& values) {
     list.push_back(number_json(value));
   }
   return list;
+}
+
+std::string comparison_path(const ComparisonView& comparison) {
+  return "/v1/comparisons/" + comparison.id;
 }
 
 std::string picture_path(const std::string& id) {
@@ -82,63 +87,171 @@ Slope fit_slope(std::span<const core::ConvergencePoint> points) {
   return {slope, slope - half_width, slope + half_width};
 }
 
-std::string convergence_json(std::span<const core::ConvergencePoint> points) {
-  Json list = Json::array();
-  for (const core::ConvergencePoint& point : points) {
-    list.push_back({{"samples_per_pixel", point.samples_per_pixel},
-                    {"elapsed_seconds", number_json(point.elapsed_seconds)},
-                    {"cpu_seconds", number_json(point.cpu_seconds)},
-                    {"rays", point.rays},
-                    {"relative_rmse", number_json(point.error.relative_rmse)},
-                    {"low", number_json(point.error.low)},
-                    {"high", number_json(point.error.high)}});
-  }
-  const Slope slope = fit_slope(points);
-  return dump({{"points", std::move(list)},
-               {"slope",
-                {{"value", number_json(slope.value)},
-                 {"low", number_json(slope.low)},
-                 {"high", number_json(slope.high)}}}});
+const View<core::ConvergencePoint>& curve_point_view() {
+  using Point = core::ConvergencePoint;
+  static const View<Point> kView = {
+      "ConvergencePoint",
+      "The state of a job at one error check.",
+      {{"samples_per_pixel", shape::count(),
+        [](const Point& p) -> Json { return p.samples_per_pixel; }},
+       {"elapsed_seconds", shape::real(),
+        [](const Point& p) { return number_json(p.elapsed_seconds); }},
+       {"cpu_seconds", shape::real(), [](const Point& p) { return number_json(p.cpu_seconds); }},
+       {"rays", shape::count(), [](const Point& p) -> Json { return p.rays; }},
+       {"relative_rmse", shape::nullable(shape::real()),
+        [](const Point& p) { return number_json(p.error.relative_rmse); }},
+       {"low", shape::nullable(shape::real()),
+        [](const Point& p) { return number_json(p.error.low); }},
+       {"high", shape::nullable(shape::real()),
+        [](const Point& p) { return number_json(p.error.high); }}}};
+  return kView;
 }
 
-std::string pixel_json(const PixelView& pixel) {
-  Json layers = Json::object();
-  for (const PixelLayer& layer : pixel.layers) {
-    Json halves = Json::array();
-    for (const auto& half : layer.halves) {
-      halves.push_back(numbers_json(half));
-    }
-    layers[layer.name] = {{"mean", numbers_json(layer.mean)},
-                          {"standard_error", numbers_json(layer.standard_error)},
-                          {"low", numbers_json(layer.low)},
-                          {"high", numbers_json(layer.high)},
-                          {"halves", layer.halves.empty() ? Json(nullptr) : std::move(halves)}};
-  }
-  return dump(
-      {{"x", pixel.x}, {"y", pixel.y}, {"samples", pixel.samples}, {"layers", std::move(layers)}});
+namespace {
+
+/// A value with its 95 % interval.
+const View<Slope>& slope_view() {
+  static const View<Slope> kView = {
+      "",
+      "Of log error against log samples, least squares, 95 % interval.",
+      {{"value", shape::nullable(shape::real()),
+        [](const Slope& s) { return number_json(s.value); }},
+       {"low", shape::nullable(shape::real()), [](const Slope& s) { return number_json(s.low); }},
+       {"high", shape::nullable(shape::real()),
+        [](const Slope& s) { return number_json(s.high); }}}};
+  return kView;
+}
+
+}  // namespace
+
+const View<PixelLayer>& pixel_layer_view() {
+  static const View<PixelLayer> kView = {
+      "PixelLayer",
+      "One layer at one pixel, a number for each channel.",
+      {{"mean", shape::reals(), [](const PixelLayer& l) { return numbers_json(l.mean); }},
+       {"standard_error", shape::reals(),
+        [](const PixelLayer& l) { return numbers_json(l.standard_error); }},
+       {"low", shape::reals("Of the 95 % interval."),
+        [](const PixelLayer& l) { return numbers_json(l.low); }},
+       {"high", shape::reals("Of the 95 % interval."),
+        [](const PixelLayer& l) { return numbers_json(l.high); }},
+       {"halves",
+        shape::nullable(
+            shape::list(shape::reals(), "Halves A and B; null where the layer has none.")),
+        [](const PixelLayer& l) {
+          Json halves = Json::array();
+          for (const auto& half : l.halves) {
+            halves.push_back(numbers_json(half));
+          }
+          return l.halves.empty() ? Json(nullptr) : halves;
+        }}}};
+  return kView;
+}
+
+const View<ConvergenceView>& convergence_view() {
+  static const View<ConvergenceView> kView = {
+      "Convergence",
+      "Error over samples and time.",
+      {{"points", shape::list(curve_point_view().shape(), "One for each error check."),
+        [](const ConvergenceView& c) { return print_list(curve_point_view(), c.points); }},
+       {"slope", slope_view().shape(),
+        [](const ConvergenceView& c) { return slope_view().print(fit_slope(c.points)); }}}};
+  return kView;
+}
+
+std::string convergence_json(std::span<const core::ConvergencePoint> points) {
+  return dump(convergence_view().print({points}));
+}
+
+const View<PixelView>& pixel_view() {
+  static const View<PixelView> kView = {
+      "Pixel",
+      "One pixel.",
+      {{"x", shape::count(), [](const PixelView& p) -> Json { return p.x; }},
+       {"y", shape::count(), [](const PixelView& p) -> Json { return p.y; }},
+       {"samples", shape::count(), [](const PixelView& p) -> Json { return p.samples; }},
+       {"layers", shape::map(pixel_layer_view().shape(), "By name."), [](const PixelView& p) {
+          Json layers = Json::object();
+          for (const PixelLayer& layer : p.layers) {
+            layers[layer.name] = pixel_layer_view().print(layer);
+          }
+          return layers;
+        }}}};
+  return kView;
+}
+
+std::string pixel_json(const PixelView& pixel) { return dump(pixel_view().print(pixel)); }
+
+namespace {
+
+const View<ComparisonView>& bias_view() {
+  using Compared = ComparisonView;
+  static const View<Compared> kView = {
+      "",
+      "Mean of a - b; its interval is null where a side does not know its error.",
+      {{"value", shape::nullable(shape::real()),
+        [](const Compared& c) { return number_json(c.bias); }},
+       {"low", shape::nullable(shape::real()),
+        [](const Compared& c) { return number_json(c.bias_low); }},
+       {"high", shape::nullable(shape::real()),
+        [](const Compared& c) { return number_json(c.bias_high); }}}};
+  return kView;
+}
+
+const View<ComparisonView>& z_view() {
+  using Compared = ComparisonView;
+  static const View<Compared> kView = {
+      "",
+      "Of (a-b) / standard error.",
+      {{"mean", shape::nullable(shape::real()),
+        [](const Compared& c) { return number_json(c.z_mean); }},
+       {"variance", shape::nullable(shape::real()),
+        [](const Compared& c) { return number_json(c.z_variance); }},
+       {"share_above_3", shape::nullable(shape::real()),
+        [](const Compared& c) { return number_json(c.z_share_above_3); }}}};
+  return kView;
+}
+
+const View<ComparisonView>& comparison_links_view() {
+  using Compared = ComparisonView;
+  static const View<Compared> kView = {
+      "",
+      "Paths.",
+      {{"self", shape::text(), [](const Compared& c) -> Json { return comparison_path(c); }},
+       {"difference", shape::text(),
+        [](const Compared& c) -> Json { return comparison_path(c) + "/difference.png"; }},
+       {"z", shape::text(),
+        [](const Compared& c) -> Json { return comparison_path(c) + "/z.png"; }},
+       {"flip", shape::text(),
+        [](const Compared& c) -> Json { return comparison_path(c) + "/flip.png"; }},
+       {"a", shape::text(), [](const Compared& c) -> Json { return picture_path(c.a); }},
+       {"b", shape::text(), [](const Compared& c) -> Json { return picture_path(c.b); }}}};
+  return kView;
+}
+
+}  // namespace
+
+const View<ComparisonView>& comparison_view() {
+  using Compared = ComparisonView;
+  static const View<Compared> kView = {
+      "Comparison",
+      "Two pictures compared; b is the reference.",
+      {{"id", shape::text(), [](const Compared& c) -> Json { return c.id; }},
+       {"mse", shape::nullable(shape::real()),
+        [](const Compared& c) { return number_json(c.mse); }},
+       {"relmse", shape::nullable(shape::real("Mean of (a-b)^2 / (b^2 + 0.01).")),
+        [](const Compared& c) { return number_json(c.relmse); }},
+       {"flip", shape::nullable(shape::real("LDR, 67 pixels per degree.")),
+        [](const Compared& c) { return number_json(c.flip); }},
+       {"bias", bias_view().shape(), [](const Compared& c) { return bias_view().print(c); }},
+       {"z", z_view().shape(), [](const Compared& c) { return z_view().print(c); }},
+       {"links", comparison_links_view().shape(),
+        [](const Compared& c) { return comparison_links_view().print(c); }}}};
+  return kView;
 }
 
 std::string comparison_json(const ComparisonView& comparison) {
-  const std::string self = "/v1/comparisons/" + comparison.id;
-  return dump({{"id", comparison.id},
-               {"mse", number_json(comparison.mse)},
-               {"relmse", number_json(comparison.relmse)},
-               {"flip", number_json(comparison.flip)},
-               {"bias",
-                {{"value", number_json(comparison.bias)},
-                 {"low", number_json(comparison.bias_low)},
-                 {"high", number_json(comparison.bias_high)}}},
-               {"z",
-                {{"mean", number_json(comparison.z_mean)},
-                 {"variance", number_json(comparison.z_variance)},
-                 {"share_above_3", number_json(comparison.z_share_above_3)}}},
-               {"links",
-                {{"self", self},
-                 {"difference", self + "/difference.png"},
-                 {"z", self + "/z.png"},
-                 {"flip", self + "/flip.png"},
-                 {"a", picture_path(comparison.a)},
-                 {"b", picture_path(comparison.b)}}}});
+  return dump(comparison_view().print(comparison));
 }
 
 }  // namespace api

@@ -2,39 +2,65 @@
 
 #include "api/job_view.h"
 #include "api/values.h"
+#include "api/views.h"
 
 namespace api {
 namespace {
 
 constexpr double kDegreesPerRadian = 57.29577951308232;
 
-Json bounds_json(const core::Bounds& bounds) {
-  if (bounds.empty()) {
-    return nullptr;
-  }
-  return {{"min", triple_json(bounds.min)}, {"max", triple_json(bounds.max)}};
-}
-
 // A node may be scaled to nothing: such a camera looks along -z of the world.
 Json axis_json(core::Vec3 axis, core::Vec3 otherwise) {
   return triple_json(core::length(axis) > 0 ? core::normalize(axis) : otherwise);
 }
 
-Json cameras_json(const core::SceneSummary& summary) {
+const View<core::Bounds>& bounds_view() {
+  static const View<core::Bounds> kView = {
+      "",
+      "Axis-aligned box, metres; null: empty.",
+      {{"min", shape::triple(), [](const core::Bounds& b) { return triple_json(b.min); }},
+       {"max", shape::triple(), [](const core::Bounds& b) { return triple_json(b.max); }}}};
+  return kView;
+}
+
+Json fov_json(const CameraView& view) {
+  return view.camera.orthographic
+             ? Json(nullptr)
+             : number_json(static_cast<float>(static_cast<double>(view.camera.vertical_fov_rad) *
+                                              kDegreesPerRadian));
+}
+
+}  // namespace
+
+const View<CameraView>& camera_view() {
+  static const View<CameraView> kView = {
+      "SceneCamera",
+      "A camera of the file.",
+      {{"index", shape::count(), [](const CameraView& c) -> Json { return c.index; }},
+       {"name", shape::text(), [](const CameraView& c) -> Json { return c.camera.name; }},
+       {"type", shape::one_of({"perspective", "orthographic"}),
+        [](const CameraView& c) -> Json {
+          return c.camera.orthographic ? "orthographic" : "perspective";
+        }},
+       {"vertical_fov_degrees", shape::nullable(shape::real("Null: orthographic.")), &fov_json},
+       {"position", shape::triple("Metres."),
+        [](const CameraView& c) { return triple_json(c.camera.to_world.t); }},
+       {"direction", shape::triple("Where it looks, unit vector."),
+        [](const CameraView& c) {
+          return axis_json(-c.camera.to_world.z, {0, 0, -1});
+        }},
+       {"up", shape::triple("Unit vector."), [](const CameraView& c) {
+          return axis_json(c.camera.to_world.y, {0, 1, 0});
+        }}}};
+  return kView;
+}
+
+namespace {
+
+Json cameras_json(const SceneView& view) {
   Json cameras = Json::array();
-  for (const core::CameraDescription& camera : summary.cameras) {
-    Json row = {{"index", cameras.size()},
-                {"name", camera.name},
-                {"type", camera.orthographic ? "orthographic" : "perspective"}};
-    row["vertical_fov_degrees"] =
-        camera.orthographic
-            ? Json(nullptr)
-            : number_json(static_cast<float>(static_cast<double>(camera.vertical_fov_rad) *
-                                             kDegreesPerRadian));
-    row["position"] = triple_json(camera.to_world.t);
-    row["direction"] = axis_json(-camera.to_world.z, {0, 0, -1});
-    row["up"] = axis_json(camera.to_world.y, {0, 1, 0});
-    cameras.push_back(std::move(row));
+  for (const core::CameraDescription& camera : view.summary.cameras) {
+    cameras.push_back(camera_view().print({cameras.size(), camera}));
   }
   return cameras;
 }
@@ -51,48 +77,94 @@ std::string_view light_type(core::PunctualType type) {
   return "";
 }
 
-Json lights_json(const core::SceneSummary& summary) {
-  Json lights = Json::array();
-  for (const core::PunctualLightDescription& light : summary.lights) {
-    const core::Rgb intensity = light.intensity;
-    lights.push_back({{"name", light.name},
-                      {"type", light_type(light.type)},
-                      {"intensity", triple_json({intensity.r, intensity.g, intensity.b})}});
-  }
-  return lights;
-}
-
 }  // namespace
 
+const View<core::PunctualLightDescription>& light_view() {
+  using Light = core::PunctualLightDescription;
+  static const View<Light> kView = {
+      "SceneLight",
+      "A punctual light of the file.",
+      {{"name", shape::text(), [](const Light& l) -> Json { return l.name; }},
+       {"type", shape::one_of({"directional", "point", "spot"}),
+        [](const Light& l) -> Json { return light_type(l.type); }},
+       {"intensity", shape::triple("W/sr, or W/m2 if directional; linear RGB."),
+        [](const Light& l) {
+          return triple_json({l.intensity.r, l.intensity.g, l.intensity.b});
+        }}}};
+  return kView;
+}
+
+const View<SceneView>& scene_view() {
+  static const View<SceneView> kView = {
+      "Scene",
+      "A loaded scene.",
+      {{"id", shape::text("What a job's `scene` names."),
+        [](const SceneView& s) -> Json { return s.id; }},
+       {"name", shape::text(), [](const SceneView& s) -> Json { return s.summary.name; }},
+       {"bytes", shape::count("Memory of geometry, acceleration structure and textures."),
+        [](const SceneView& s) -> Json { return s.summary.bytes; }},
+       {"bounds", shape::nullable(bounds_view().shape()),
+        [](const SceneView& s) {
+          const core::Bounds& bounds = s.summary.bounds;
+          return bounds.empty() ? Json(nullptr) : bounds_view().print(bounds);
+        }},
+       {"triangles", shape::count("As placed: a mesh used twice counts twice."),
+        [](const SceneView& s) -> Json { return s.summary.triangles; }},
+       {"instances", shape::count(),
+        [](const SceneView& s) -> Json { return s.summary.instances; }},
+       {"cameras", shape::list(camera_view().shape()), &cameras_json},
+       {"lights", shape::list(light_view().shape(), "Punctual lights."),
+        [](const SceneView& s) { return print_list(light_view(), s.summary.lights); }},
+       {"materials", shape::texts("Names."),
+        [](const SceneView& s) -> Json { return s.summary.materials; }},
+       {"variants", shape::texts("Names."),
+        [](const SceneView& s) -> Json { return s.summary.variants; }},
+       {"animations", shape::texts("Names."),
+        [](const SceneView& s) -> Json { return s.summary.animations; }},
+       {"extensions", shape::texts("Extensions that the file uses."),
+        [](const SceneView& s) -> Json { return s.summary.extensions; }},
+       {"warnings", shape::texts(),
+        [](const SceneView& s) -> Json { return s.summary.warnings; }}}};
+  return kView;
+}
+
 std::string scene_json(std::string_view id, const core::SceneSummary& summary) {
-  Json body;
-  body["id"] = id;
-  body["name"] = summary.name;
-  body["bytes"] = summary.bytes;
-  body["bounds"] = bounds_json(summary.bounds);
-  body["triangles"] = summary.triangles;
-  body["instances"] = summary.instances;
-  body["cameras"] = cameras_json(summary);
-  body["lights"] = lights_json(summary);
-  body["materials"] = summary.materials;
-  body["variants"] = summary.variants;
-  body["animations"] = summary.animations;
-  body["extensions"] = summary.extensions;
-  body["warnings"] = summary.warnings;
-  return dump(body);
+  return dump(scene_view().print({id, summary}));
+}
+
+const View<SceneListView>& scene_list_view() {
+  static const View<SceneListView> kView = {
+      "SceneList",
+      "A page of scenes.",
+      {{"scenes", shape::list(scene_view().shape(), "Newest first."),
+        [](const SceneListView& l) {
+          Json list = Json::array();
+          for (const std::string& scene : l.scenes) {
+            list.push_back(Json::parse(scene));
+          }
+          return list;
+        }},
+       {"next", shape::nullable(shape::text("Cursor of the next page; null: the last one.")),
+        [](const SceneListView& l) { return or_null(l.next); }}}};
+  return kView;
 }
 
 std::string scene_list_json(std::span<const std::string> scenes,
                             const std::optional<std::string>& next) {
-  std::string body = R"({"scenes":[)";
-  for (std::size_t i = 0; i < scenes.size(); ++i) {
-    body += (i == 0 ? "" : ",") + scenes[i];
-  }
-  return body + R"(],"next":)" + dump(next ? Json(*next) : Json(nullptr)) + "}";
+  return dump(scene_list_view().print({scenes, next}));
+}
+
+const View<AssetView>& asset_view() {
+  static const View<AssetView> kView = {
+      "Asset",
+      "A stored file.",
+      {{"id", shape::text("sha256, hex."), [](const AssetView& a) -> Json { return a.id; }},
+       {"bytes", shape::count(), [](const AssetView& a) -> Json { return a.bytes; }}}};
+  return kView;
 }
 
 std::string asset_json(std::string_view id, std::uint64_t bytes) {
-  return dump({{"id", id}, {"bytes", bytes}});
+  return dump(asset_view().print({id, bytes}));
 }
 
 }  // namespace api

@@ -2,11 +2,15 @@
 /// document.
 #pragma once
 
+#include <string_view>
+
 #include "api/json.h"
 
 namespace api {
 
-// Requests, from the tables that read them.
+struct Capabilities;  // api/server_view.h
+
+// Requests, from the tables that read them; as_request() and as_answer() make components of them.
 Json job_request_schema();
 Json job_patch_schema();
 Json extend_schema();
@@ -14,6 +18,25 @@ Json scene_from_assets_schema();
 Json comparison_request_schema();
 Json merge_schema();
 Json ticket_request_schema();
+
+// Query strings, from the tables that read them: lists of OpenAPI parameter objects.
+Json job_list_parameters(const Capabilities& capabilities);
+Json scene_list_parameters(const Capabilities& capabilities);
+Json delivery_list_parameters(const Capabilities& capabilities);
+Json scene_upload_parameters(const Capabilities& capabilities);
+Json submit_parameters(const Capabilities& capabilities);
+Json wait_parameters(const Capabilities& capabilities);
+Json tiles_parameters(const Capabilities& capabilities);
+Json job_events_parameters(const Capabilities& capabilities);
+Json events_parameters(const Capabilities& capabilities);
+Json image_parameters(const Capabilities& capabilities);
+
+/// The schema of a request. Defaults become `x-default` and part of the description: generators
+/// take members with a `default` for members that are always there, or send it.
+Json as_request(Json schema);
+/// The schema of an answer that prints the same rows: members are there unless they are printed
+/// only at times.
+Json as_answer(Json schema, std::string_view doc);
 
 /// Adds the schemas of all answers to `components`.
 void add_view_schemas(Json& components);

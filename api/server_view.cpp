@@ -4,26 +4,56 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/job_spec.h"
 #include "api/lab.h"
 #include "api/limits.h"
-#include "core/render/registry.h"
+#include "api/views.h"
+#include "core/settings/registry.h"
 
 namespace api {
 namespace {
 
-Json to_array(const std::vector<std::string>& texts) { return texts; }
-
-/// accepts: what of the job request each entry honours.
-template <typename Entries>
-Json typed_list(const Entries& entries, const std::vector<std::string>& accepts) {
+/// Entries of a registry; accepts(name) says which pointers an entry honours.
+template <typename Entries, typename Accepts>
+Json print_types(const Entries& entries, const Accepts& accepts) {
   Json list = Json::array();
   for (const auto& entry : entries) {
-    list.push_back({{"type", entry.name},
-                    {"bias", entry.bias},
-                    {"summary", entry.summary},
-                    {"accepts", accepts}});
+    list.push_back(
+        type_info_view().print({entry.name, entry.bias, entry.summary, accepts(entry.name)}));
   }
   return list;
+}
+
+template <typename Entries>
+Json names_of(const Entries& entries) {
+  Json list = Json::array();
+  for (const auto& entry : entries) {
+    list.push_back(entry.name);
+  }
+  return list;
+}
+
+using Pointers = std::vector<std::string>;
+
+Pointers sampler_options(std::string_view /*type*/) {
+  return {"/sampler/replicates", "/sampler/first_replicate"};
+}
+
+Pointers light_sampler_options(std::string_view type) {
+  if (type == "ris") {
+    return {"/light_sampler/candidates"};
+  }
+  if (type == "restir") {
+    return {"/light_sampler/block", "/light_sampler/history",
+            "/light_sampler/candidates_per_pixel"};
+  }
+  return {};
+}
+
+Pointers adaptive_options(std::string_view type) {
+  return type == "none"
+             ? Pointers()
+             : Pointers{"/adaptive/min_samples", "/adaptive/granularity", "/adaptive/dilation"};
 }
 
 /// Parameters that one type of a group alone has.
@@ -64,32 +94,52 @@ OptionRow option(const std::vector<std::string>& path, std::string_view value,
   return row;
 }
 
-Json limits_json(const std::vector<ConfiguredLimit>& configured) {
+Json limits_json(const ServerView& server) {
   Json limits = Json::object();
   for (const LimitRow& row : limit_table()) {
     limits[std::string(row.name)] = row.value;
   }
-  for (const ConfiguredLimit& limit : configured) {
+  for (const ConfiguredLimit& limit : server.limits) {
     limits[limit.name] = limit.value;
   }
   return limits;
 }
 
-Json build_part(const ServerView& server) {
-  return {{"id", server.build.id},
-          {"commit", server.build.commit},
-          {"compiler", server.build.compiler},
-          {"isa", server.build.isa},
-          {"embree", server.build.embree}};
+/// The members of a job that does not name them; `scene` is always named.
+Json defaults_json() {
+  Json defaults = to_json(parse_job(R"({"scene":"x"})")->spec);
+  defaults.erase("scene");
+  return defaults;
+}
+
+const View<BuildView>& build_view() {
+  static const View<BuildView> kView = {
+      "",
+      "What the bits of a film depend on besides the job.",
+      {{"id", shape::text(), [](const BuildView& b) -> Json { return b.id; }},
+       {"commit", shape::text(), [](const BuildView& b) -> Json { return b.commit; }},
+       {"compiler", shape::text(), [](const BuildView& b) -> Json { return b.compiler; }},
+       {"isa", shape::text("Instruction set that rays are traced with."),
+        [](const BuildView& b) -> Json { return b.isa; }},
+       {"embree", shape::text(), [](const BuildView& b) -> Json { return b.embree; }}}};
+  return kView;
+}
+
+const View<NamedSummary>& builtin_scene_view() {
+  static const View<NamedSummary> kView = {
+      "",
+      "",
+      {{"name", shape::text(), [](const NamedSummary& s) -> Json { return s.name; }},
+       {"summary", shape::text(), [](const NamedSummary& s) -> Json { return s.summary; }}}};
+  return kView;
 }
 
 }  // namespace
 
-std::vector<std::string> accepted_options(std::string_view /*integrator*/) {
-  return {"/integrator/max_depth", "/estimator/strategy",  "/estimator/mis",
-          "/estimator/roulette",   "/estimator/splitting", "/estimator/control_variate", "/estimator/expected_values",
-          "/sampler/type",         "/sampler/replicates",  "/light_sampler",
-          "/adaptive"};
+std::vector<std::string> accepted_options(std::string_view integrator) {
+  const core::IntegratorEntry* row = core::find_integrator(integrator);
+  return row != nullptr ? std::vector<std::string>(row->accepts.begin(), row->accepts.end())
+                        : std::vector<std::string>();
 }
 
 std::vector<OptionRow> estimation_options() {
@@ -126,73 +176,93 @@ std::vector<OptionRow> estimation_options() {
 }
 
 std::string build_json(const ServerView& server) {
-  Json build = build_part(server);
+  Json build = build_view().print(server.build);
   build["arithmetic"] = server.build.arithmetic;
   return dump(build);
 }
 
-std::string server_json(const ServerView& server) {
-  Json body;
-  body["version"] = server.version;
-  body["build"] = build_part(server);
-  body["limits"] = limits_json(server.limits);
-  Json integrators = Json::array();
-  for (const auto& entry : core::integrators()) {
-    integrators.push_back({{"type", entry.name},
-                           {"bias", entry.bias},
-                           {"summary", entry.summary},
-                           {"accepts", accepted_options(entry.name)}});
-  }
-  body["integrators"] = std::move(integrators);
-  body["samplers"] = typed_list(core::samplers(), {"/sampler/replicates", "/sampler/first_replicate"});
-  body["light_samplers"] = typed_list(core::light_samplers(), {});
-  for (Json& entry : body["light_samplers"]) {
-    if (entry["type"] == "ris") {
-      entry["accepts"] = {"/light_sampler/candidates"};
-    } else if (entry["type"] == "restir") {
-      entry["accepts"] = {"/light_sampler/block", "/light_sampler/history",
-                          "/light_sampler/candidates_per_pixel"};
-    }
-  }
-  body["adaptive"] = typed_list(
-      core::adaptive_types(), {"/adaptive/min_samples", "/adaptive/granularity", "/adaptive/dilation"});
-  for (Json& row : body["adaptive"]) {
-    if (row["type"] == "none") {
-      row["accepts"] = Json::array();
-    }
-  }
-  Json options = Json::array();
-  for (const OptionRow& row : estimation_options()) {
-    options.push_back({{"name", row.name},
-                       {"bias", row.bias},
-                       {"summary", row.summary},
-                       {"patch", Json::parse(row.patch)}});
-  }
-  body["options"] = std::move(options);
-  Json layers = Json::array();
-  for (const core::LayerEntry& layer : core::layers()) {
-    layers.push_back(layer.name);
-  }
-  body["layers"] = std::move(layers);
-  Json formats = Json::array();
-  for (const FormatView& format : server.capabilities.image_formats) {
-    formats.push_back(format.extension);
-  }
-  body["image_formats"] = std::move(formats);
-  body["tone_maps"] = to_array(server.capabilities.tone_maps);
-  Json filters = Json::array();
-  for (const auto& filter : core::filters()) {
-    filters.push_back(filter.name);
-  }
-  body["filters"] = std::move(filters);
-  Json scenes = Json::array();
-  for (const NamedSummary& scene : server.capabilities.scenes) {
-    scenes.push_back({{"name", scene.name}, {"summary", scene.summary}});
-  }
-  body["scenes"] = std::move(scenes);
-  body["experiments"] = experiments_json();
-  body["extensions"] = to_array(server.capabilities.extensions);
-  return dump(body);
+const View<TypeView>& type_info_view() {
+  static const View<TypeView> kView = {
+      "TypeInfo",
+      "A name that requests may use.",
+      {{"type", shape::text("Name in requests."), [](const TypeView& t) -> Json { return t.type; }},
+       {"bias", shape::bias(), [](const TypeView& t) -> Json { return t.bias; }},
+       {"summary", shape::text(), [](const TypeView& t) -> Json { return t.summary; }},
+       {"accepts", shape::texts("JSON pointers of the job request that it honours."),
+        [](const TypeView& t) -> Json { return t.accepts; }}}};
+  return kView;
 }
+
+const View<core::IntegratorEntry>& integrator_view() {
+  using Entry = core::IntegratorEntry;
+  static const View<Entry> kView = {
+      "IntegratorInfo",
+      "An algorithm that follows light.",
+      {{"type", shape::text("Name in requests."), [](const Entry& e) -> Json { return e.name; }},
+       {"bias", shape::bias(), [](const Entry& e) -> Json { return e.bias; }},
+       {"error",
+        shape::one_of({"valid", "from-chains", "none"},
+                      "What the halves of its pictures tell about the error."),
+        [](const Entry& e) -> Json { return core::to_string(e.error); }},
+       {"summary", shape::text(), [](const Entry& e) -> Json { return e.summary; }},
+       {"accepts", shape::texts("JSON pointers of the job request that it honours."),
+        [](const Entry& e) -> Json { return accepted_options(e.name); }}}};
+  return kView;
+}
+
+const View<OptionRow>& option_view() {
+  static const View<OptionRow> kView = {
+      "EstimationOption",
+      "A switch of the estimation.",
+      {{"name", shape::text(), [](const OptionRow& o) -> Json { return o.name; }},
+       {"bias", shape::bias(), [](const OptionRow& o) -> Json { return o.bias; }},
+       {"summary", shape::text(), [](const OptionRow& o) -> Json { return o.summary; }},
+       {"patch", shape::object("Merge patch (RFC 7396) of the job request that turns it on."),
+        [](const OptionRow& o) { return Json::parse(o.patch); }}}};
+  return kView;
+}
+
+const View<ServerView>& server_view() {
+  using Server = ServerView;
+  static const Json kTypes = shape::list(type_info_view().shape());
+  static const View<Server> kView = {
+      "Server",
+      "What this server can do.",
+      {{"version", shape::text(), [](const Server& s) -> Json { return s.version; }},
+       {"build", build_view().shape(), [](const Server& s) { return build_view().print(s.build); }},
+       {"limits", shape::map(shape::integer(), "Every maximum by name."), &limits_json},
+       {"defaults", shape::reference("JobDefaults"), [](const Server&) { return defaults_json(); }},
+       {"integrators", shape::list(integrator_view().shape()),
+        [](const Server&) { return print_list(integrator_view(), core::integrators()); }},
+       {"samplers", kTypes,
+        [](const Server&) { return print_types(core::samplers(), &sampler_options); }},
+       {"light_samplers", kTypes,
+        [](const Server&) { return print_types(core::light_samplers(), &light_sampler_options); }},
+       {"adaptive", kTypes,
+        [](const Server&) { return print_types(core::adaptive_types(), &adaptive_options); }},
+       {"options", shape::list(option_view().shape(), "Every other switch of the estimation."),
+        [](const Server&) { return print_list(option_view(), estimation_options()); }},
+       {"layers", shape::texts(), [](const Server&) { return names_of(core::layers()); }},
+       {"image_formats", shape::texts("Extensions."),
+        [](const Server& s) {
+          Json formats = Json::array();
+          for (const FormatView& format : s.capabilities.image_formats) {
+            formats.push_back(format.extension);
+          }
+          return formats;
+        }},
+       {"tone_maps", shape::texts(),
+        [](const Server& s) -> Json { return s.capabilities.tone_maps; }},
+       {"filters", shape::texts(), [](const Server&) { return names_of(core::filters()); }},
+       {"scenes", shape::list(builtin_scene_view().shape(), "Built-in scenes."),
+        [](const Server& s) { return print_list(builtin_scene_view(), s.capabilities.scenes); }},
+       {"experiments", shape::list(experiment_view().shape(), "Of the laboratory."),
+        [](const Server&) { return experiments_json(); }},
+       {"extensions", shape::texts("Of glTF."),
+        [](const Server& s) -> Json { return s.capabilities.extensions; }}}};
+  return kView;
+}
+
+std::string server_json(const ServerView& server) { return dump(server_view().print(server)); }
 
 }  // namespace api

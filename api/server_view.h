@@ -34,7 +34,7 @@ struct BuildView {
   std::string id;
   std::string commit;
   std::string compiler;
-  std::string isa;         ///< that Embree traces with
+  std::string isa;  ///< that Embree traces with
   std::string embree;
   std::string arithmetic = {};  ///< core::arithmetic_class(); written into pictures and films
 };

@@ -7,7 +7,7 @@
 
 #include "api/faults.h"
 #include "api/json.h"
-#include "core/render/settings.h"
+#include "core/settings/settings.h"
 
 namespace api {
 
@@ -18,8 +18,8 @@ Json print_stop(const core::StopRules& rules);
 Json stop_schema(const core::StopRules& defaults);
 std::vector<std::string_view> stop_member_names();
 
-/// Rounds samples_per_pixel by the sampler's rule, up, or down where that would be more than a job may have; a warning says
-/// what was asked and what is in force.
+/// Rounds samples_per_pixel by the sampler's rule, up, or down where that would be more than a job
+/// may have; a warning says what was asked and what is in force.
 void round_stop(core::StopRules& rules, const core::RenderSettings& settings,
                 std::vector<std::string>& warnings);
 

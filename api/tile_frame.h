@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/render/settings.h"
+#include "core/settings/settings.h"
 
 namespace api {
 

@@ -164,7 +164,8 @@ void refuse_unknown_members(const Json& object, std::span<const std::string_view
     if (std::find(known.begin(), known.end(), member.key()) != known.end()) {
       continue;
     }
-    std::string detail = known.empty() ? "unknown member; none is known here" : "unknown member; known: ";
+    std::string detail =
+        known.empty() ? "unknown member; none is known here" : "unknown member; known: ";
     for (std::size_t i = 0; i < known.size(); ++i) {
       detail += (i == 0 ? "" : ", ") + std::string(known[i]);
     }

@@ -3,6 +3,14 @@
 
 say() { echo "== $*" >&2; }
 
+# build DIR TARGET...: counts its steps and its seconds; the first time takes many minutes.
+build() {
+  say "Building $*; the steps are counted, and only the first time are they many"
+  build_dir=$1
+  shift
+  NINJA_STATUS='[%p, step %f of %t, %e s] ' cmake --build "$build_dir" --target "$@" >&2
+}
+
 # Installs the compiler, the libraries and, if there is none new enough, Node (for the page).
 install_build_packages() {
   docker/install-packages build "$@"

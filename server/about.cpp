@@ -10,6 +10,7 @@
 #include "core/accel/arithmetic.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/builtin_scenes.h"
+#include "server/http/http_server.h"
 #include "server/store/files.h"
 
 namespace server {
@@ -34,7 +35,8 @@ std::string linker_build_id() {
       if (segment.p_type != PT_NOTE) {
         continue;
       }
-      const auto* begin = reinterpret_cast<const unsigned char*>(object->dlpi_addr + segment.p_vaddr);
+      const auto* begin =
+          reinterpret_cast<const unsigned char*>(object->dlpi_addr + segment.p_vaddr);
       std::span<const unsigned char> notes(begin, segment.p_memsz);
       while (notes.size() >= sizeof(ElfW(Nhdr))) {
         ElfW(Nhdr) note;
@@ -70,8 +72,12 @@ std::string compiler_name() {
 constexpr std::uint64_t kUsualMemory = std::uint64_t{8} << 30U;
 constexpr double kRequestsPercent = 5;
 
-std::uint64_t share(std::uint64_t whole, double percent) {
+std::uint64_t percent_of(std::uint64_t whole, double percent) {
   return static_cast<std::uint64_t>(static_cast<double>(whole) * percent / 100);
+}
+
+std::uint64_t bytes_of(const Share& share, std::uint64_t whole) {
+  return share.percent > 0 ? percent_of(whole, share.percent) : share.bytes;
 }
 
 }  // namespace
@@ -80,36 +86,23 @@ std::string program_version() { return TESSERA_VERSION; }
 
 MemoryLimits memory_limits(const Config& config, std::uint64_t usable_bytes) {
   const std::uint64_t whole = usable_bytes > 0 ? usable_bytes : kUsualMemory;
-  MemoryLimits limits{.jobs_bytes = config.memory_bytes,
-                      .requests_bytes = share(whole, kRequestsPercent),
-                      .scene_cache_bytes = config.scene_cache_bytes,
-                      .film_cache_bytes = config.film_cache_bytes};
-  if (config.memory_percent > 0) {
-    limits.jobs_bytes = share(usable_bytes, config.memory_percent);
-  }
-  if (config.scene_cache_percent > 0) {
-    limits.scene_cache_bytes = share(whole, config.scene_cache_percent);
-  }
-  if (config.film_cache_percent > 0) {
-    limits.film_cache_bytes = share(whole, config.film_cache_percent);
-  }
-  return limits;
+  return {.jobs_bytes = bytes_of(config.memory, usable_bytes),
+          .requests_bytes = percent_of(whole, kRequestsPercent),
+          .scene_cache_bytes = bytes_of(config.scene_cache, whole),
+          .film_cache_bytes = bytes_of(config.film_cache, whole)};
 }
 
 StorageLimits storage_limits(const Config& config) {
-  StorageLimits limits{.total_bytes = config.disk_limit_bytes, .owner_bytes = config.quota_storage_bytes};
   const auto space = disk_space(config.data_dir);
   const std::uint64_t disk_bytes = space ? space->total_bytes : 0;
-  if (config.disk_limit_percent > 0) {
-    limits.total_bytes = share(disk_bytes, config.disk_limit_percent);
-  }
-  if (config.quota_storage_percent > 0) {
-    limits.owner_bytes = share(limits.total_bytes > 0 ? limits.total_bytes : disk_bytes, config.quota_storage_percent);
-  }
-  return limits;
+  const std::uint64_t total_bytes = bytes_of(config.disk_limit, disk_bytes);
+  return {
+      .total_bytes = total_bytes,
+      .tenant_bytes = bytes_of(config.quota_storage, total_bytes > 0 ? total_bytes : disk_bytes)};
 }
 
-api::ServerView about_server(const Config& config, const MemoryLimits& memory, const std::string& isa) {
+api::ServerView about_server(const Config& config, const MemoryLimits& memory,
+                             const std::string& isa) {
   const StorageLimits storage = storage_limits(config);
   api::ServerView about;
   about.version = program_version();
@@ -136,6 +129,9 @@ api::ServerView about_server(const Config& config, const MemoryLimits& memory, c
       {"queue_jobs", config.queue_max},
       {"running_jobs", config.running_max},
       {"streams", config.streams_max},
+      {"waiting_connections", HttpLimits().max_waiting},
+      {"waiting_connections_of_an_address", HttpLimits().max_waiting_of_address},
+      {"requests_at_a_time_of_a_client", HttpLimits().max_requests_of_client},
       {"lab_runs", config.lab_runs_max},
       {"samples_per_job", config.samples_max},
       {"upload_bytes", static_cast<std::int64_t>(config.upload_bytes_max)},
@@ -147,7 +143,7 @@ api::ServerView about_server(const Config& config, const MemoryLimits& memory, c
       {"streams_of_a_key", config.quota_streams},
       {"lab_runs_of_a_key", config.quota_lab_runs},
       {"stored_bytes", static_cast<std::int64_t>(storage.total_bytes)},
-      {"stored_bytes_of_a_key", static_cast<std::int64_t>(storage.owner_bytes)},
+      {"stored_bytes_of_a_key", static_cast<std::int64_t>(storage.tenant_bytes)},
       {"film_cache_bytes", static_cast<std::int64_t>(memory.film_cache_bytes)},
   };
   return about;

@@ -10,18 +10,22 @@
 namespace server {
 
 std::string program_version();
-/// What may be kept, in bytes. Pre: the data directory is there; on a disk that tells nothing, percentages bind nobody.
+/// What may be kept, in bytes. Pre: the data directory is there; on a disk that tells nothing,
+/// percentages bind nobody.
 StorageLimits storage_limits(const Config& config);
-/// What may be held in memory, in bytes; 0: any number. Where nothing is known of the machine, jobs are not bound.
+/// What may be held in memory, in bytes; 0: any number. Where nothing is known of the machine, jobs
+/// are not bound.
 struct MemoryLimits {
   std::uint64_t jobs_bytes = 0;
-  std::uint64_t requests_bytes = 0;  ///< for films that requests read, and for the pictures that they make; each
+  std::uint64_t requests_bytes =
+      0;  ///< for films that requests read, and for the pictures that they make; each
   std::uint64_t scene_cache_bytes = 0;
   std::uint64_t film_cache_bytes = 0;
 };
 /// usable_bytes: as usable_memory_bytes() gives it.
 MemoryLimits memory_limits(const Config& config, std::uint64_t usable_bytes);
 /// config and memory: limits that the operator chose. isa: as core::resolve_isa() gives it.
-api::ServerView about_server(const Config& config, const MemoryLimits& memory, const std::string& isa);
+api::ServerView about_server(const Config& config, const MemoryLimits& memory,
+                             const std::string& isa);
 
 }  // namespace server

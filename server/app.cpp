@@ -16,6 +16,7 @@
 
 #include <pthread.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include "api/job_spec.h"
 #include "api/limits.h"
@@ -23,14 +24,16 @@
 #include "server/about.h"
 #include "server/guard.h"
 #include "server/http/http_server.h"
-#include "server/key_ring.h"
 #include "server/jobs/job_service.h"
+#include "server/key_ring.h"
+#include "server/live_config.h"
 #include "server/observe/log.h"
 #include "server/observe/machine_memory.h"
 #include "server/observe/metrics.h"
 #include "server/request_log.h"
 #include "server/routes/context.h"
 #include "server/scenes/scene_service.h"
+#include "server/store/assets.h"
 #include "server/store/blob_store.h"
 #include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
@@ -38,7 +41,9 @@
 #include "server/store/job_table.h"
 #include "server/store/key_table.h"
 #include "server/store/scene_table.h"
+#include "server/store/session_store.h"
 #include "server/store/storage_quota.h"
+#include "server/store/usage_table.h"
 #include "server/tickets.h"
 #include "server/webhook_sender.h"
 
@@ -52,14 +57,15 @@ int render_threads(const Config& config) {
   return config.threads > 0 ? config.threads : std::max(cores, 1);
 }
 
-JobServiceOptions job_options(const Config& config, const MemoryLimits& memory, const api::ServerView& about) {
+JobServiceOptions job_options(const Config& config, const MemoryLimits& memory,
+                              const api::ServerView& about) {
   JobServiceOptions options;
   options.quota_jobs = config.quota_jobs;
   options.arithmetic = about.build.arithmetic;
   options.threads = render_threads(config);
   options.book.queue_max = config.queue_max;
   options.book.running_max = config.running_max;
-  options.book.previews_of_owner_max = config.quota_previews;
+  options.book.previews_of_tenant_max = config.quota_previews;
   options.samples_max = config.samples_max;
   options.checkpoint_seconds = config.checkpoint_seconds;
   options.book.memory_max_bytes = memory.jobs_bytes;
@@ -95,8 +101,9 @@ void allow_open_files() {
 class App {
  public:
   App(const Config& config, const std::string& isa, DataDir data,
-      std::unique_ptr<Database> database, BlobStore blobs)
+      std::unique_ptr<Database> database, BlobStore blobs, std::unique_ptr<SessionStore> sessions)
       : config_(config),
+        live_(config),
         memory_(memory_limits(config, usable_memory_bytes())),
         about_(about_server(config, memory_, isa)),
         log_(config.log_level),
@@ -104,23 +111,30 @@ class App {
         data_(std::move(data)),
         database_(std::move(database)),
         blobs_(std::move(blobs)),
+        assets_(*database_, blobs_),
         job_table_(*database_),
         scene_table_(*database_),
         key_table_(*database_),
-        comparisons_(*database_, data_, {.count = api::limits::kComparisons, .bytes = api::limits::kComparisonBytes}),
+        deliveries_(*database_),
+        usage_(*database_),
+        comparisons_(*database_, data_,
+                     {.count = api::limits::kComparisons, .bytes = api::limits::kComparisonBytes}),
         quota_(*database_, storage_limits(config)),
-        scenes_(blobs_, scene_table_, quota_,
+        scenes_(assets_, scene_table_, quota_,
                 {.cache_bytes = memory_.scene_cache_bytes,
                  .threads = render_threads(config),
                  .isa = config.isa == "native" ? std::string() : isa}),
         streams_(config.streams_max, config.quota_streams),
         pictures_(memory_.requests_bytes),
-        keys_(config, key_table_,
-              [this](KeyRing::Change change, const KeyRow& key) { request_log_.note_key(change, key); }),
-        guard_(config, keys_, tickets_) {}
+        keys_(live_, key_table_,
+              [this](KeyRing::Change change, const KeyRow& key) {
+                request_log_.note_key(change, key);
+              }),
+        sessions_(std::move(sessions)),
+        guard_(live_, keys_, tickets_, *sessions_) {}
 
-  /// Opens the store. Errors: an instruction set that is not there, a directory that cannot be used,
-  /// a store that cannot be read, an address that needs a key and has none.
+  /// Opens the store. Errors: an instruction set that is not there, a directory that cannot be
+  /// used, a store that cannot be read, an address that needs a key and has none.
   static core::Result<std::unique_ptr<App>> create(const Config& config) {
     auto isa = core::resolve_isa(config.isa);
     if (!isa) {
@@ -138,8 +152,13 @@ class App {
     if (!blobs) {
       return blobs.error();
     }
-    auto app = std::make_unique<App>(config, *isa, *std::move(data), *std::move(database), *std::move(blobs));
-    if (const auto keyed = app->check_keys(); !keyed) {
+    auto sessions = SessionStore::open(**database);
+    if (!sessions) {
+      return sessions.error();
+    }
+    auto app = std::make_unique<App>(config, *isa, *std::move(data), *std::move(database),
+                                     *std::move(blobs), *std::move(sessions));
+    if (const auto keyed = app->check_keys(config); !keyed) {
       return keyed.error();
     }
     if (const auto audited = app->request_log_.check(); !audited) {
@@ -149,9 +168,10 @@ class App {
     if (!run) {
       return run.error();
     }
-    app->jobs_ = std::make_unique<JobService>(
-        JobServiceParts{app->job_table_, app->scenes_, app->data_, app->log_, app->metrics_, app->quota_},
-        job_options(config, app->memory_, app->about_), *run);
+    app->jobs_ =
+        std::make_unique<JobService>(JobServiceParts{app->job_table_, app->scenes_, app->data_,
+                                                     app->log_, app->metrics_, app->quota_},
+                                     job_options(config, app->memory_, app->about_), *run);
     if (const auto started = app->start_webhooks(); !started) {
       return started.error();
     }
@@ -162,31 +182,47 @@ class App {
     HttpOptions options;
     options.host = config_.listen;
     options.port = config_.port;
-    if (!config_.tls_cert.empty()) {
-      auto tls = TlsContext::load(config_.tls_cert, config_.tls_key);
-      if (!tls) {
-        return tls.error();
-      }
-      options.tls = *std::move(tls);
+    auto tls = load_tls(config_);
+    if (!tls) {
+      return tls.error();
     }
+    options.tls = *std::move(tls);
     options.limits.max_connections = std::max(4096, config_.streams_max + 1024);
+    options.trusted_proxies = Networks::parse(config_.trusted_proxies).value();
     options.hooks.before = [this](Request& request) { return guard_.check(request); };
     options.hooks.decorate = [this](const Request& request, Response& response) {
       guard_.decorate(request, response);
     };
-    options.hooks.after = [this](const Request& request, const Outcome& outcome) { request_log_.note(request, outcome); };
-    std::vector<Route> routes =
-        make_routes({config_, data_, blobs_, scene_table_, job_table_, scenes_, comparisons_, quota_, *jobs_, streams_, tickets_,
-                     pictures_, metrics_, log_, about_, ready_});
-    routes.push_back({.method = "POST", .pattern = "/v1/session", .handler = [this](Request& request) {
-                        return guard_.start_session(request);
-                      }});
+    options.hooks.after = [this](const Request& request, const Outcome& outcome) {
+      request_log_.note(request, outcome);
+    };
+    std::vector<Route> routes = make_routes({config_,
+                                             data_,
+                                             assets_,
+                                             scenes_,
+                                             comparisons_,
+                                             quota_,
+                                             *jobs_,
+                                             streams_,
+                                             tickets_,
+                                             key_table_,
+                                             keys_,
+                                             usage_,
+                                             deliveries_,
+                                             *webhook_secrets_,
+                                             pictures_,
+                                             metrics_,
+                                             log_,
+                                             about_,
+                                             ready_,
+                                             guard_,
+                                             [this] { return http_->stats(); }});
     http_ = std::make_unique<HttpServer>(std::move(options), std::move(routes), streams_);
     return http_->bind();
   }
 
-  /// Takes up old jobs, adds the demo, serves until a signal.
-  int run(const sigset_t& signals) {
+  /// Takes up old jobs, adds the demo, serves until a signal. SIGHUP only calls on_hangup.
+  int run(const sigset_t& signals, const std::function<void()>& on_hangup) {
     if (const auto resumed = jobs_->resume(); !resumed) {
       log_.write(LogLevel::kError, "resume failed", {{"reason", resumed.error().message}});
       return 1;
@@ -195,13 +231,15 @@ class App {
     ready_ = true;
     std::thread serving([this] { http_->run(); });
     int signal = 0;
-    sigwait(&signals, &signal);
+    while (sigwait(&signals, &signal) == 0 && signal == SIGHUP) {
+      on_hangup();
+    }
     ready_ = false;
     log_.write(LogLevel::kInfo, "stopping", {{"signal", std::int64_t{signal}}});
     const auto grace = milliseconds(static_cast<std::int64_t>(config_.grace_seconds * 1000));
     const auto start = std::chrono::steady_clock::now();
-    // A scene that is being loaded cannot be interrupted. What was acknowledged is on the disk, so that
-    // the process may end at any moment; at the end of the grace time it does.
+    // A scene that is being loaded cannot be interrupted. What was acknowledged is on the disk, so
+    // that the process may end at any moment; at the end of the grace time it does.
     std::jthread watchdog([grace](const std::stop_token& stop) { end_after(grace, stop); });
     // Films first: an answer that is cut off can be asked for again, a sample is gone.
     std::thread saving([this] {
@@ -213,9 +251,47 @@ class App {
     serving.join();
     watchdog.request_stop();
     log_.write(LogLevel::kInfo, "stopped",
-               {{"seconds", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()},
+               {{"seconds",
+                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()},
                 {"clean", std::int64_t{quiet ? 1 : 0}}});
     return 0;
+  }
+
+  /// Puts in force what may change while the server runs.
+  void reload(const core::Result<Config>& read) {
+    const auto refuse = [this](const core::Error& error) {
+      log_.write(LogLevel::kError, "reload_refused",
+                 {{"where", error.where}, {"detail", error.message}});
+    };
+    if (!read) {
+      return refuse(read.error());
+    }
+    const auto now = live_.now();
+    Config next = *now;
+    next.key = read->key;
+    next.metrics_key = read->metrics_key;
+    next.hosts = read->hosts;
+    next.origins = read->origins;
+    next.rate_limit = read->rate_limit;
+    next.log_level = read->log_level;
+    next.trusted_proxies = read->trusted_proxies;
+    next.tls_cert = now->tls_cert.empty() ? "" : read->tls_cert;
+    next.tls_key = now->tls_cert.empty() ? "" : read->tls_key;
+    auto trusted = Networks::parse(next.trusted_proxies);
+    auto tls = load_tls(next);
+    const auto keyed = check_keys(next);
+    if (!trusted || !tls || !keyed) {
+      return refuse(!trusted ? trusted.error() : !tls ? tls.error() : keyed.error());
+    }
+    http_->set_trusted_proxies(*std::move(trusted));
+    if (*tls != nullptr) {
+      http_->set_tls(*std::move(tls));
+    }
+    log_.set_level(next.log_level);
+    const std::string changed = joined(changed_flags(*now, next));
+    const std::string waiting = joined(changed_flags(next, *read));
+    live_.set(std::move(next));
+    log_.write(LogLevel::kWarning, "reloaded", {{"changed", changed}, {"needs_restart", waiting}});
   }
 
   void log_start(int port) {
@@ -229,14 +305,28 @@ class App {
   }
 
  private:
-  core::Status check_keys() {
+  static std::string joined(const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) {
+      text += (text.empty() ? "" : ", ") + name;
+    }
+    return text;
+  }
+
+  /// Null without certificate.
+  static core::Result<std::shared_ptr<const TlsContext>> load_tls(const Config& config) {
+    return config.tls_cert.empty() ? core::Result<std::shared_ptr<const TlsContext>>(nullptr)
+                                   : TlsContext::load(config.tls_cert, config.tls_key);
+  }
+
+  core::Status check_keys(const Config& config) {
     const auto keys = key_table_.list();
     if (!keys) {
       return keys.error();
     }
-    if (config_.key.empty() && keys->empty() && !is_loopback(config_.listen)) {
+    if (config.key.empty() && keys->empty() && !is_loopback(config.listen)) {
       return core::Error{core::ErrorCode::kInvalidArgument,
-                         "listening on " + config_.listen +
+                         "listening on " + config.listen +
                              " needs a key: set --key or TESSERA_KEY, or `tessera keys add`",
                          "--listen"};
     }
@@ -244,20 +334,22 @@ class App {
   }
 
   core::Status start_webhooks() {
-    auto secret = config_.webhook_secret.empty() ? stored_webhook_secret(data_.path())
-                                                 : core::Result<std::string>(config_.webhook_secret);
+    auto secret = config_.webhook_secret.empty()
+                      ? stored_webhook_secret(data_.path())
+                      : core::Result<std::string>(config_.webhook_secret);
     if (!secret) {
       return secret.error();
     }
-    auto key = webhook_key(*secret);
-    if (!key) {
-      return core::Error{core::ErrorCode::kInvalidArgument,
-                         "the secret is not whsec_ and the base64 of at least 16 bytes",
-                         config_.webhook_secret.empty() ? data_.path() + "/webhook.secret"
-                                                        : "--webhook-secret"};
+    if (!webhook_key(*secret)) {
+      return core::Error{
+          core::ErrorCode::kInvalidArgument,
+          "the secret is not whsec_ and the base64 of at least 16 bytes",
+          config_.webhook_secret.empty() ? data_.path() + "/webhook.secret" : "--webhook-secret"};
     }
+    webhook_secrets_ =
+        std::make_unique<WebhookSecrets>(deliveries_, *std::move(secret), config_.shared);
     webhooks_ = std::make_unique<WebhookSender>(
-        job_table_, log_, *std::move(key),
+        WebhookParts{deliveries_, *webhook_secrets_, log_, metrics_},
         config_.webhook_private ? Reach::kAnywhere : Reach::kPublicOnly);
     return core::ok_status();
   }
@@ -272,13 +364,14 @@ class App {
             "film": {"width": 960, "height": 540}, "stop": {"samples_per_pixel": 512}})";
     auto parsed = api::parse_job(kDemo);
     CHECK(parsed);
-    const auto submitted = jobs_->submit(*std::move(parsed), {});
+    const auto submitted = jobs_->submit(*std::move(parsed), {.access = Access::operators()});
     if (!submitted) {
       log_.write(LogLevel::kWarning, "no demo job", {{"reason", submitted.problem().detail}});
     }
   }
 
   const Config& config_;
+  LiveConfig live_;
   const MemoryLimits memory_;
   const api::ServerView about_;
   Log log_;
@@ -287,9 +380,12 @@ class App {
   DataDir data_;
   std::unique_ptr<Database> database_;
   BlobStore blobs_;
+  Assets assets_;
   JobTable job_table_;
   SceneTable scene_table_;
   KeyTable key_table_;
+  DeliveryTable deliveries_;
+  UsageTable usage_;
   ComparisonStore comparisons_;
   StorageQuota quota_;
   SceneService scenes_;
@@ -297,9 +393,11 @@ class App {
   MemoryGate pictures_;
   KeyRing keys_;
   Tickets tickets_;
+  const std::unique_ptr<SessionStore> sessions_;
   Guard guard_;
   std::atomic<bool> ready_ = false;
   std::unique_ptr<JobService> jobs_;
+  std::unique_ptr<WebhookSecrets> webhook_secrets_;
   std::unique_ptr<WebhookSender> webhooks_;
   std::unique_ptr<HttpServer> http_;
 };
@@ -316,12 +414,16 @@ int report(const core::Error& error) {
 
 }  // namespace
 
-int serve(const Config& config) {
-  // Signals are taken by sigwait() in this thread; every thread made from here on inherits the mask.
+int serve(const Config& config, const std::function<core::Result<Config>()>& read_again) {
+  // Signals are taken by sigwait() in this thread; every thread made from here on inherits the
+  // mask.
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
+  if (::isatty(STDIN_FILENO) == 0) {
+    sigaddset(&signals, SIGHUP);
+  }
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   // A write beyond a limit is an error to be told, not the end.
   std::signal(SIGPIPE, SIG_IGN);
@@ -345,11 +447,51 @@ int serve(const Config& config) {
   }
   std::fflush(stdout);
   (*app)->log_start(*port);
-  return (*app)->run(signals);
+  return (*app)->run(signals, [&] { (*app)->reload(read_again()); });
 }
 
+namespace {
+
+/// Settings that do not go together, or that no row of the flags can judge.
+core::Status check_config(const Config& config) {
+  if (config.tls_cert.empty() != config.tls_key.empty()) {
+    return core::Error{
+        core::ErrorCode::kInvalidArgument, "--tls-cert and --tls-key come together", {}};
+  }
+  const auto trusted = Networks::parse(config.trusted_proxies);
+  return trusted ? core::ok_status()
+                 : core::Status(core::Error{trusted.error().code, trusted.error().message,
+                                            "--trusted-proxies"});
+}
+
+core::Result<Config> read_config(std::span<const std::string_view> args) {
+  auto config = parse_config(args, process_environ);
+  if (config) {
+    if (const auto checked = check_config(*config); !checked) {
+      return checked.error();
+    }
+  }
+  return config;
+}
+
+/// Whoever may list the processes of this machine reads what stands on a command line.
+void warn_of_open_key(std::span<const std::string_view> args, const Config& config) {
+  const bool is_open = std::any_of(args.begin(), args.end(), [](std::string_view arg) {
+    return arg == "--key" || arg.starts_with("--key=");
+  });
+  if (is_open && !is_loopback(config.listen)) {
+    std::fputs(
+        "tessera serve: warning: --key on the command line can be read by every user of this "
+        "machine; set TESSERA_KEY, or `key = ` in the file of --config\n",
+        stderr);
+  }
+}
+
+}  // namespace
+
 int serve_command(std::span<const std::string_view> args) {
-  if (std::any_of(args.begin(), args.end(), [](std::string_view a) { return a == "--help" || a == "-h"; })) {
+  if (std::any_of(args.begin(), args.end(),
+                  [](std::string_view a) { return a == "--help" || a == "-h"; })) {
     std::fputs(config_help().c_str(), stdout);
     return 0;
   }
@@ -357,21 +499,21 @@ int serve_command(std::span<const std::string_view> args) {
     std::fputs(config_description().c_str(), stdout);
     return 0;
   }
-  const auto config = parse_config(args, process_environ);
+  const auto config = read_config(args);
   if (!config) {
-    std::fprintf(stderr, "tessera serve: %s: %s\n", config.error().where.c_str(),
-                 config.error().message.c_str());
+    const std::string& where = config.error().where;
+    const std::string& message = config.error().message;
+    std::fprintf(stderr, "tessera serve: %s%s%s%s `tessera serve --help` lists the flags.\n",
+                 where.c_str(), where.empty() ? "" : ": ", message.c_str(),
+                 message.back() == '?' ? "" : ".");
     return 2;
   }
   if (config->print_config) {
     std::fputs(config_text(*config).c_str(), stdout);
     return 0;
   }
-  if (config->tls_cert.empty() != config->tls_key.empty()) {
-    std::fputs("tessera serve: --tls-cert and --tls-key come together\n", stderr);
-    return 2;
-  }
-  return serve(*config);
+  warn_of_open_key(args, *config);
+  return serve(*config, [args] { return read_config(args); });
 }
 
 }  // namespace server

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <fcntl.h>
+#include <nlohmann/json.hpp>
 
 #include "api/json.h"
 #include "core/base/sha256.h"
@@ -22,8 +23,6 @@
 #include "server/store/job_table.h"
 #include "server/store/scene_table.h"
 
-#include <nlohmann/json.hpp>
-
 namespace server {
 namespace {
 
@@ -33,9 +32,12 @@ constexpr std::array kFlags = {
     CommandFlag{"repair", "", "Remove what is left over: files that no record names."},
 };
 constexpr CommandText kText = {
-    .text = "Verifies a data directory: the database's pages and references, the hash of every asset, the files of "
-            "every scene, the checksums and the digest of every film. Nothing is changed without --repair. Exit code 1 "
-            "when something is damaged; what is merely left over is told and is no damage.",
+    .text =
+        "Verifies a data directory: the database's pages and references, the hash of every asset, "
+        "the files of "
+        "every scene, the checksums and the digest of every film. Nothing is changed without "
+        "--repair. Exit code 1 "
+        "when something is damaged; what is merely left over is told and is no damage.",
     .operand = "",
     .operand_text = "",
     .flags = kFlags,
@@ -114,7 +116,8 @@ void check_assets(Database& database, const DataDir& data, Findings& findings) {
     known.insert(id);
     const auto hash = hash_of_file(data.assets_path() + "/" + id.substr(0, 2) + "/" + id);
     if (!hash || *hash != id) {
-      findings.damages.push_back("asset " + id + ": " + (hash ? "its content has another hash" : "its file is gone"));
+      findings.damages.push_back("asset " + id + ": " +
+                                 (hash ? "its content has another hash" : "its file is gone"));
     }
   }
   for (const std::string& id :
@@ -125,9 +128,11 @@ void check_assets(Database& database, const DataDir& data, Findings& findings) {
   }
   findings.scenes = static_cast<int>(column(database, "SELECT id FROM scenes", findings).size());
   std::error_code code;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(data.assets_path(), code)) {
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(data.assets_path(), code)) {
     if (entry.is_regular_file(code) && known.count(entry.path().filename().string()) == 0) {
-      findings.leftovers.push_back({"asset file " + entry.path().filename().string(), entry.path()});
+      findings.leftovers.push_back(
+          {"asset file " + entry.path().filename().string(), entry.path()});
     }
   }
 }
@@ -198,7 +203,8 @@ void check_comparisons(Database& database, const DataDir& data, Findings& findin
   }
   for (const auto& entry : std::filesystem::directory_iterator(data.comparisons_path(), code)) {
     if (known.count(entry.path().filename().string()) == 0) {
-      findings.leftovers.push_back({"comparison " + entry.path().filename().string(), entry.path()});
+      findings.leftovers.push_back(
+          {"comparison " + entry.path().filename().string(), entry.path()});
     }
   }
 }
@@ -241,14 +247,14 @@ void print(const Findings& findings, bool as_json) {
   for (const Leftover& leftover : findings.leftovers) {
     std::printf("left over: %s\n", leftover.words.c_str());
   }
-  std::printf("%d jobs, %d films, %d scenes, %d assets: %zu damaged, %zu left over, %d removed\n", findings.jobs,
-              findings.films, findings.scenes, findings.assets, findings.damages.size(),
-              findings.leftovers.size(), findings.removed);
+  std::printf("%d jobs, %d films, %d scenes, %d assets: %zu damaged, %zu left over, %d removed\n",
+              findings.jobs, findings.films, findings.scenes, findings.assets,
+              findings.damages.size(), findings.leftovers.size(), findings.removed);
 }
 
 int complain(const core::Error& error, int code) {
-  std::fprintf(stderr, "tessera check: %s%s%s\n", error.where.c_str(), error.where.empty() ? "" : ": ",
-               error.message.c_str());
+  std::fprintf(stderr, "tessera check: %s%s%s\n", error.where.c_str(),
+               error.where.empty() ? "" : ": ", error.message.c_str());
   return code;
 }
 
@@ -257,7 +263,8 @@ int complain(const core::Error& error, int code) {
 int check_command(std::span<const std::string_view> args) {
   const auto flags = parse_command_flags(args, kFlags);
   if (!flags || !flags->words.empty()) {
-    return flags ? complain({core::ErrorCode::kInvalidArgument, "not a flag", flags->words.front()}, 2)
+    return flags ? complain({core::ErrorCode::kInvalidArgument, "not a flag", flags->words.front()},
+                            2)
                  : complain(flags.error(), 2);
   }
   if (print_command_text(*flags, kText)) {

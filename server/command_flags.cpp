@@ -68,7 +68,8 @@ bool print_command_text(const CommandFlags& flags, const CommandText& text) {
                        {"value", flag.value},
                        {"text", flag.text}});
   }
-  options.push_back({{"names", Json::array({"-h", "--help"})}, {"value", ""}, {"text", "Print this"}});
+  options.push_back(
+      {{"names", Json::array({"-h", "--help"})}, {"value", ""}, {"text", "Print this"}});
   Json operands = Json::array();
   if (!text.operand.empty()) {
     operands.push_back({{"names", Json::array({text.operand})},

@@ -24,7 +24,8 @@ struct CommandText {
   std::string_view operand;  ///< What its words are; empty: it takes none.
   std::string_view operand_text;
   std::span<const CommandFlag> flags;
-  std::span<const std::string_view> operand_choices = {};  ///< The first word is one of these; empty: anything.
+  std::span<const std::string_view> operand_choices =
+      {};  ///< The first word is one of these; empty: anything.
 };
 
 struct CommandFlags {

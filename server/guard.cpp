@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
 #include "api/operations.h"
+#include "server/http/security_headers.h"
 #include "server/http/text.h"
+#include "server/observe/clock.h"
 #include "server/routes/answers.h"
 
 namespace server {
@@ -24,12 +27,15 @@ std::string_view without_port(std::string_view host) {
   return colon == std::string_view::npos ? host : host.substr(0, colon);
 }
 
-bool is_probe(std::string_view path) { return path == "/livez" || path == "/readyz" || path == "/metrics"; }
+bool is_probe(std::string_view path) {
+  return path == "/livez" || path == "/readyz" || path == "/metrics";
+}
 
-/// What a key needs for the row of the API: "read", "write", or "" for nothing. What is no row (page
-/// files, unknown paths) needs nothing, but everything below /v1 does.
+/// What a key needs for the row of the API: "read", "write", "admin", or "" for nothing. What is no
+/// row (page files, unknown paths) needs nothing, but everything below /v1 does.
 std::string_view needed_scope(const Request& request) {
-  const std::string_view method = request.method == "HEAD" ? "GET" : std::string_view(request.method);
+  const std::string_view method =
+      request.method == "HEAD" ? "GET" : std::string_view(request.method);
   for (const api::Operation& operation : api::operations()) {
     if (operation.method == method && operation.path == request.route) {
       return operation.scope;
@@ -66,36 +72,60 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) {
     while (!pair.empty() && pair.front() == ' ') {
       pair.remove_prefix(1);
     }
-    if (pair.size() > name.size() && pair.substr(0, name.size()) == name && pair[name.size()] == '=') {
+    if (pair.size() > name.size() && pair.substr(0, name.size()) == name &&
+        pair[name.size()] == '=') {
       return pair.substr(name.size() + 1);
     }
   }
   return {};
 }
 
+std::string cookie_field(const Request& request, std::string_view value,
+                         std::chrono::seconds life) {
+  return std::string(kCookieName) + "=" + std::string(value) +
+         "; Path=/; Max-Age=" + std::to_string(life.count()) + "; HttpOnly; SameSite=Strict" +
+         (request.is_https ? "; Secure" : "");
+}
+
+/// Of `Authorization: Bearer TOKEN`.
+std::optional<std::string_view> bearer_token(const Request& request) {
+  constexpr std::string_view kScheme = "Bearer ";
+  const std::string_view given = request.header("Authorization").value_or("");
+  return given.size() > kScheme.size() &&
+                 equal_ignoring_case(given.substr(0, kScheme.size()), kScheme)
+             ? std::optional<std::string_view>(given.substr(kScheme.size()))
+             : std::nullopt;
+}
+
+bool may(const Holder& holder, std::string_view scope) {
+  return scope == "admin"   ? holder.may_admin
+         : scope == "write" ? holder.may_write
+                            : holder.may_read;
+}
+
 /// RFC 6750, 3: an error is named only to who brought something.
 enum class Brought : std::uint8_t { kNothing, kUnknown };
 
 Response unauthorized(const Request& request, Brought brought, std::string detail) {
-  Response response =
-      error_answer(request, core::ErrorCode::kUnauthorized, std::move(detail));
-  response.headers.set("WWW-Authenticate", brought == Brought::kNothing
-                                               ? "Bearer realm=\"tessera\""
-                                               : "Bearer realm=\"tessera\", error=\"invalid_token\"");
+  Response response = error_answer(request, core::ErrorCode::kUnauthorized, std::move(detail));
+  response.headers.set("WWW-Authenticate",
+                       brought == Brought::kNothing
+                           ? "Bearer realm=\"tessera\""
+                           : "Bearer realm=\"tessera\", error=\"invalid_token\"");
   return response;
 }
 
 /// For a request whose holder is not known.
 Response unknown_holder(const Request& request) {
-  constexpr std::string_view kScheme = "Bearer ";
-  const std::string_view given = request.header("Authorization").value_or("");
-  if (given.size() > kScheme.size() && equal_ignoring_case(given.substr(0, kScheme.size()), kScheme)) {
+  if (bearer_token(request)) {
     return unauthorized(request, Brought::kUnknown, "this key is not known, or has expired");
   }
   const std::string_view cookies = request.header("Cookie").value_or("");
-  if (given.empty() && !cookie_value(cookies, kCookieName).empty()) {
-    return unauthorized(request, Brought::kUnknown,
-                        "the key that this session was begun with is not known any more, or has expired");
+  if (request.header("Authorization").value_or("").empty() &&
+      !cookie_value(cookies, kCookieName).empty()) {
+    return unauthorized(
+        request, Brought::kUnknown,
+        "the session is over, or the key that it was begun with is not known any more");
   }
   return unauthorized(request, Brought::kNothing,
                       "no key was given; bring one as 'Authorization: Bearer KEY'");
@@ -103,31 +133,34 @@ Response unknown_holder(const Request& request) {
 
 }  // namespace
 
-Guard::Guard(const Config& config, KeyRing& keys, const Tickets& tickets)
-    : config_(config), keys_(keys), tickets_(tickets) {}
+Guard::Guard(const LiveConfig& config, KeyRing& keys, const Tickets& tickets,
+             SessionStore& sessions)
+    : config_(config), keys_(keys), tickets_(tickets), sessions_(sessions) {}
 
 bool Guard::is_known_host(std::string_view host) const {
   const std::string_view name = without_port(host);
+  const auto config = config_.now();
   return is_loopback(name) ||
-         std::any_of(config_.hosts.begin(), config_.hosts.end(),
-                     [&](const std::string& known) { return known == name || known == host; });
+         std::any_of(config->hosts.begin(), config->hosts.end(), [&](const std::string& known) {
+           return equal_ignoring_case(known, name) || equal_ignoring_case(known, host);
+         });
 }
 
 bool Guard::is_named_origin(std::string_view origin) const {
-  return std::find(config_.origins.begin(), config_.origins.end(), origin) != config_.origins.end();
+  const auto config = config_.now();
+  return std::find(config->origins.begin(), config->origins.end(), origin) != config->origins.end();
 }
 
 std::optional<Holder> Guard::holder_of(const Request& request) {
-  if (const auto given = request.header("Authorization")) {
-    constexpr std::string_view kBearer = "Bearer ";
-    if (given->size() <= kBearer.size() ||
-        !equal_ignoring_case(given->substr(0, kBearer.size()), kBearer)) {
-      return std::nullopt;
-    }
-    return keys_.holder_of_token(given->substr(kBearer.size()));
+  if (request.header("Authorization")) {
+    const auto token = bearer_token(request);
+    return token ? keys_.holder_of_hash(secret_hash(*token)) : std::nullopt;
   }
   const auto cookies = request.header("Cookie");
-  return cookies ? keys_.holder_of_session(cookie_value(*cookies, kCookieName)) : std::nullopt;
+  const auto hash = cookies
+                        ? sessions_.token_hash_of(cookie_value(*cookies, kCookieName), unix_now())
+                        : std::nullopt;
+  return hash ? keys_.holder_of_hash(*hash) : std::nullopt;
 }
 
 std::optional<Response> Guard::check_host_and_origin(const Request& request) const {
@@ -138,16 +171,27 @@ std::optional<Response> Guard::check_host_and_origin(const Request& request) con
                             "'; name it with --hosts or TESSERA_HOSTS");
   }
   if (const auto origin = request.header("Origin")) {
-    const bool same = *origin == "http://" + std::string(host) || *origin == "https://" + std::string(host);
+    const bool same = equal_ignoring_case(*origin, "http://" + std::string(host)) ||
+                      equal_ignoring_case(*origin, "https://" + std::string(host));
     if (!same && !is_named_origin(*origin)) {
-      return error_answer(request, core::ErrorCode::kForbidden,
-                          "pages of the origin '" + std::string(*origin) + "' may not call this server");
+      return error_answer(
+          request, core::ErrorCode::kForbidden,
+          "pages of the origin '" + std::string(*origin) + "' may not call this server");
     }
   }
   return std::nullopt;
 }
 
-std::variant<Holder, Response> Guard::authorize(Request& request, std::string_view scope) {
+Access Guard::access_of(const Holder& holder) {
+  const bool is_shared = config_.now()->shared || !keys_.is_needed();
+  return {.tenant = holder.tenant,
+          .scope = is_shared          ? Access::Scope::kShared
+                   : holder.may_admin ? Access::Scope::kAll
+                                      : Access::Scope::kOwn,
+          .priority_max = holder.priority_max};
+}
+
+std::optional<Response> Guard::authorize(Request& request, std::string_view scope) {
   auto& query = request.query_params;
   const auto ticket = std::find_if(query.begin(), query.end(),
                                    [](const auto& each) { return each.first == "ticket"; });
@@ -156,13 +200,20 @@ std::variant<Holder, Response> Guard::authorize(Request& request, std::string_vi
       auto holder = tickets_.holder_of(ticket->second, jobs);
       query.erase(ticket);
       if (!holder) {
-        return unauthorized(request, Brought::kUnknown, "the ticket is not for this, or its minute is over");
+        return unauthorized(request, Brought::kUnknown,
+                            "the ticket is not for this, or its minute is over");
       }
-      return Holder{.id = std::move(*holder)};
+      request.principal = std::move(holder->key);
+      request.access = std::move(holder->access);
+      return std::nullopt;
     }
   }
-  if (scope.empty() || !keys_.is_needed()) {
-    return Holder{};
+  if (scope.empty()) {
+    return std::nullopt;
+  }
+  if (!keys_.is_needed()) {
+    request.access = access_of(Holder{});
+    return std::nullopt;
   }
   auto holder = holder_of(request);
   if (!holder) {
@@ -170,11 +221,12 @@ std::variant<Holder, Response> Guard::authorize(Request& request, std::string_vi
   }
   request.principal = holder->id;
   request.principal_name = holder->name;
-  if (scope == "write" ? !holder->may_write : !holder->may_read) {
+  request.access = access_of(*holder);
+  if (!may(*holder, scope)) {
     return error_answer(request, core::ErrorCode::kForbidden,
                         "the key '" + holder->id + "' has no scope '" + std::string(scope) + "'");
   }
-  return std::move(*holder);
+  return count(request, *holder);
 }
 
 std::optional<Response> Guard::count(const Request& request, const Holder& holder) {
@@ -185,16 +237,27 @@ std::optional<Response> Guard::count(const Request& request, const Holder& holde
   if (state.allowed) {
     return std::nullopt;
   }
-  Response response = error_answer(request, core::ErrorCode::kTooManyRequests,
-                                   "the key '" + holder.id + "' may ask " +
-                                       std::to_string(state.limit) + " times a minute");
+  Response response = error_answer(
+      request, core::ErrorCode::kTooManyRequests,
+      "the key '" + holder.id + "' may ask " + std::to_string(state.limit) + " times a minute");
   response.headers.set("Retry-After", std::to_string(state.reset_seconds));
   return response;
 }
 
+std::optional<Response> Guard::check_probe(const Request& request) const {
+  const auto config = config_.now();
+  const auto given = bearer_token(request);
+  if (request.path != "/metrics" || config->metrics_key.empty() ||
+      (given && is_same_secret(secret_hash(*given), secret_hash(config->metrics_key)))) {
+    return std::nullopt;
+  }
+  return unauthorized(request, given ? Brought::kUnknown : Brought::kNothing,
+                      "figures need the key of --metrics-key");
+}
+
 std::optional<Response> Guard::check(Request& request) {
   if (is_probe(request.path)) {
-    return std::nullopt;
+    return check_probe(request);
   }
   if (auto refused = check_host_and_origin(request)) {
     return refused;
@@ -202,23 +265,23 @@ std::optional<Response> Guard::check(Request& request) {
   if (request.method == "OPTIONS") {
     return std::nullopt;
   }
-  auto authorized = authorize(request, needed_scope(request));
-  if (auto* refused = std::get_if<Response>(&authorized)) {
-    return std::move(*refused);
-  }
-  const Holder& holder = *std::get_if<Holder>(&authorized);
-  request.principal = holder.id;
-  request.principal_name = holder.name;
-  return count(request, holder);
+  return authorize(request, needed_scope(request));
 }
 
 void Guard::decorate(const Request& request, Response& response) const {
-  response.headers.set("X-Content-Type-Options", "nosniff");
+  add_security_headers(
+      response,
+      request.is_https && !is_loopback(without_port(request.header("Host").value_or(""))));
+  constexpr std::string_view kPublic = "public";
+  const std::string caching(response.headers.find("Cache-Control").value_or(""));
+  if (caching.starts_with(kPublic) && request.path.starts_with("/v1/") && keys_.is_needed()) {
+    response.headers.set("Cache-Control", "private" + caching.substr(kPublic.size()));
+  }
   // draft-ietf-httpapi-ratelimit-headers-10: a list of policies, and what is left of them.
   if (const auto rate = request.principal.empty() ? std::nullopt : rates_.last(request.principal)) {
     response.headers.set("RateLimit-Policy", "\"key\";q=" + std::to_string(rate->limit) + ";w=60");
-    response.headers.set("RateLimit", "\"key\";r=" + std::to_string(rate->remaining) + ";t=" +
-                                          std::to_string(rate->reset_seconds));
+    response.headers.set("RateLimit", "\"key\";r=" + std::to_string(rate->remaining) +
+                                          ";t=" + std::to_string(rate->reset_seconds));
   }
   const auto origin = request.header("Origin");
   if (!origin || !is_named_origin(*origin)) {
@@ -227,9 +290,10 @@ void Guard::decorate(const Request& request, Response& response) const {
   response.headers.set("Access-Control-Allow-Origin", *origin);
   response.headers.add("Vary", "Origin");
   response.headers.set("Access-Control-Allow-Credentials", "true");
-  response.headers.set("Access-Control-Expose-Headers", 
-                       "ETag, Link, Location, Preference-Applied, RateLimit, RateLimit-Policy, "
-                       "Retry-After, X-Request-Id, X-Tessera-Ignored, X-Tessera-Range, X-Tessera-Revision");
+  response.headers.set(
+      "Access-Control-Expose-Headers",
+      "ETag, Link, Location, Preference-Applied, RateLimit, RateLimit-Policy, "
+      "Retry-After, X-Request-Id, X-Tessera-Ignored, X-Tessera-Range, X-Tessera-Revision");
   if (request.method == "OPTIONS") {
     response.headers.set("Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, PATCH, DELETE");
     response.headers.set("Access-Control-Allow-Headers",
@@ -245,14 +309,27 @@ Response Guard::start_session(const Request& request) {
   if (!holder_of(request)) {
     return unknown_holder(request);
   }
-  Response response = empty_response();
-  if (const auto given = request.header("Authorization")) {
-    const std::string_view token = given->substr(given->find(' ') + 1);
-    response.headers.set("Set-Cookie",
-                         std::string(kCookieName) + "=" + session_of_token(token) +
-                             "; Path=/; HttpOnly; SameSite=Strict" +
-                             (config_.tls_cert.empty() ? "" : "; Secure"));
+  const auto token = bearer_token(request);
+  if (!token) {
+    return empty_response();  // The session that it has goes on.
   }
+  const auto cookie = sessions_.begin(secret_hash(*token), unix_now());
+  if (!cookie) {
+    return error_answer(request, cookie.error());
+  }
+  Response response = empty_response();
+  response.headers.set("Set-Cookie",
+                       cookie_field(request, *cookie, std::chrono::seconds(SessionStore::kLife)));
+  return response;
+}
+
+Response Guard::end_session(const Request& request) {
+  const std::string_view cookies = request.header("Cookie").value_or("");
+  if (const auto ended = sessions_.end(cookie_value(cookies, kCookieName)); !ended) {
+    return error_answer(request, ended.error());
+  }
+  Response response = empty_response();
+  response.headers.set("Set-Cookie", cookie_field(request, "", std::chrono::seconds(0)));
   return response;
 }
 

@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include <openssl/crypto.h>
-
 #include "server/observe/clock.h"
 
 namespace server {
@@ -11,19 +9,10 @@ namespace {
 
 constexpr std::chrono::milliseconds kFresh{1000};
 
-bool same_secret(std::string_view a, std::string_view b) {
-  return !a.empty() && a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
-}
-
 }  // namespace
 
-KeyRing::KeyRing(const Config& config, KeyTable& table, Watcher watcher)
-    : config_(config),
-      table_(table),
-      watcher_(std::move(watcher)),
-      own_token_hash_(config.key.empty() ? std::string() : secret_hash(config.key)),
-      own_session_hash_(config.key.empty() ? std::string()
-                                           : secret_hash(session_of_token(config.key))) {
+KeyRing::KeyRing(const LiveConfig& config, KeyTable& table, Watcher watcher)
+    : config_(config), table_(table), watcher_(std::move(watcher)) {
   const core::MutexLock lock(mutex_);
   refresh();
   read_at_.reset();  // The first who asks looks again.
@@ -64,7 +53,7 @@ void KeyRing::tell_changes(const std::map<std::string, KeyRow>& now) const {
 }
 
 bool KeyRing::is_needed() {
-  if (!config_.key.empty() || !is_loopback(config_.listen)) {
+  if (const auto config = config_.now(); !config->key.empty() || !is_loopback(config->listen)) {
     return true;
   }
   const core::MutexLock lock(mutex_);
@@ -72,37 +61,27 @@ bool KeyRing::is_needed() {
   return !rows_.empty();
 }
 
-std::optional<Holder> KeyRing::find(const std::string& hash, std::string KeyRow::*member) {
+std::optional<Holder> KeyRing::holder_of_hash(std::string_view hash) {
+  const auto config = config_.now();
   const core::MutexLock lock(mutex_);
-  refresh();
+  refresh();  // Even if the operator asks: nobody else may for long, and changes are to be told.
+  if (!config->key.empty() && is_same_secret(hash, secret_hash(config->key))) {
+    return Holder{.id = {}, .name = "operator"};
+  }
   for (const auto& [id, row] : rows_) {
-    if (same_secret(row.*member, hash) && !(row.expires_at && *row.expires_at <= unix_now())) {
+    if (is_same_secret(row.token_hash, hash) &&
+        !(row.expires_at && *row.expires_at <= unix_now())) {
       return Holder{.id = id,
                     .name = row.name,
+                    .tenant = row.tenant,
                     .may_read = row.may_read,
                     .may_write = row.may_write,
-                    .rate_limit = row.rate_limit.value_or(config_.rate_limit)};
+                    .may_admin = row.may_admin,
+                    .priority_max = row.priority_max,
+                    .rate_limit = row.rate_limit.value_or(config->rate_limit)};
     }
   }
   return std::nullopt;
-}
-
-std::optional<Holder> KeyRing::holder_of_token(std::string_view token) {
-  const std::string hash = secret_hash(token);
-  if (same_secret(hash, own_token_hash_)) {
-    const core::MutexLock lock(mutex_);
-    refresh();  // Nobody else may ask for long, and changes are to be told.
-    return Holder{.id = {}, .name = "operator"};
-  }
-  return find(hash, &KeyRow::token_hash);
-}
-
-std::optional<Holder> KeyRing::holder_of_session(std::string_view cookie) {
-  const std::string hash = secret_hash(cookie);
-  if (same_secret(hash, own_session_hash_)) {
-    return Holder{.id = {}, .name = "operator"};
-  }
-  return find(hash, &KeyRow::session_hash);
 }
 
 }  // namespace server

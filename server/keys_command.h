@@ -1,5 +1,5 @@
-/// The verb `keys`: adds, lists and removes the bearer keys of a data directory, while a server runs on
-/// it or not.
+/// The verb `keys`: adds, lists and removes the bearer keys of a data directory, while a server
+/// runs on it or not.
 #pragma once
 
 #include <span>

@@ -9,6 +9,7 @@
 
 #include "clients/cli/cli.h"
 #include "server/app.h"
+#include "server/backup_command.h"
 #include "server/check_command.h"
 #include "server/keys_command.h"
 
@@ -16,11 +17,12 @@ namespace {
 
 int dispatch(std::span<char*> args) {
   const std::string_view verb = args.size() > 1 ? args[1] : "";
-  if (verb == "serve" || verb == "keys" || verb == "check") {
+  if (verb == "serve" || verb == "keys" || verb == "check" || verb == "backup") {
     const std::vector<std::string_view> rest(args.begin() + 2, args.end());
-    return verb == "serve"  ? server::serve_command(rest)
-           : verb == "keys" ? server::keys_command(rest)
-                            : server::check_command(rest);
+    return verb == "serve"   ? server::serve_command(rest)
+           : verb == "keys"  ? server::keys_command(rest)
+           : verb == "check" ? server::check_command(rest)
+                             : server::backup_command(rest);
   }
   if (verb == "render") {
     return cli::render(cli::Args(args.begin() + 2, args.end()));
@@ -28,7 +30,10 @@ int dispatch(std::span<char*> args) {
   if (verb == "lab") {
     return cli::lab_command(cli::Args(args.begin() + 2, args.end()));
   }
-  std::fprintf(stderr, "tessera-server: knows only serve, keys, check, render and lab; `tessera --help` has all verbs\n");
+  std::fprintf(
+      stderr,
+      "tessera-server: knows only serve, keys, check, backup, render and lab; `tessera --help` "
+      "has all verbs\n");
   return cli::kWrongUsage;
 }
 

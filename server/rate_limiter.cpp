@@ -5,7 +5,8 @@
 
 namespace server {
 
-RateLimiter::State RateLimiter::take(const std::string& name, int per_minute, Clock::time_point now) {
+RateLimiter::State RateLimiter::take(const std::string& name, int per_minute,
+                                     Clock::time_point now) {
   const core::MutexLock lock(mutex_);
   const auto [found, is_new] = buckets_.try_emplace(name);
   Bucket& bucket = found->second;

@@ -15,9 +15,10 @@ class RateLimiter {
   using Clock = std::chrono::steady_clock;
 
   struct State {
-    int limit = 0;          ///< Requests a minute.
-    int remaining = 0;      ///< That may be made at once.
-    int reset_seconds = 0;  ///< Until all of them may be made again; after a refusal until the next.
+    int limit = 0;      ///< Requests a minute.
+    int remaining = 0;  ///< That may be made at once.
+    int reset_seconds =
+        0;  ///< Until all of them may be made again; after a refusal until the next.
     bool allowed = true;
   };
 

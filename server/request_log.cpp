@@ -1,6 +1,9 @@
 #include "server/request_log.h"
 
+#include <algorithm>
+#include <array>
 #include <span>
+#include <utility>
 
 #include <fcntl.h>
 
@@ -19,7 +22,8 @@ std::string_view trace_id(const Request& request) {
     return {};
   }
   const std::string_view id = text.substr(kBegin, kDigits);
-  return id.find_first_not_of("0123456789abcdef") == std::string_view::npos ? id : std::string_view();
+  return id.find_first_not_of("0123456789abcdef") == std::string_view::npos ? id
+                                                                            : std::string_view();
 }
 
 bool only_looks(const Request& request) {
@@ -50,14 +54,17 @@ core::Status RequestLog::append(const std::string& line) const {
   if (!file) {
     return file.error();
   }
-  return write_at(file->get(), std::as_bytes(std::span(line)), 0, audit_path_);  // At the end: O_APPEND.
+  return write_at(file->get(), std::as_bytes(std::span(line)), 0,
+                  audit_path_);  // At the end: O_APPEND.
 }
 
 void RequestLog::audit(const Request& request, const Outcome& outcome) {
   if (audit_path_.empty() && !log_.enabled(LogLevel::kInfo)) {
     return;
   }
-  const std::string_view result = outcome.status < 400 ? "done" : outcome.status < 500 ? "refused" : "failed";
+  const std::string_view result = outcome.status < 400   ? "done"
+                                  : outcome.status < 500 ? "refused"
+                                                         : "failed";
   const std::string line = log_line(unix_now(), LogLevel::kInfo, "audit",
                                     {{"outcome", result},
                                      {"method", request.method},
@@ -90,13 +97,45 @@ void RequestLog::write_audit(const std::string& line, std::string_view request_i
   if (audit_path_.empty()) {
     log_.write_line(line);
   } else if (const auto written = append(line + "\n"); !written) {
-    log_.write(LogLevel::kError, "audit_failed", {{"detail", written.error().message}, {"request_id", request_id}});
+    log_.write(LogLevel::kError, "audit_failed",
+               {{"detail", written.error().message}, {"request_id", request_id}});
   }
 }
 
+bool RequestLog::may_tell(int status) {
+  constexpr std::array kRefusals = {401, 403, 421, 429, 503};
+  constexpr int kLinesPerMinute = 60;
+  if (std::find(kRefusals.begin(), kRefusals.end(), status) == kRefusals.end()) {
+    return true;
+  }
+  std::int64_t count = 0;
+  {
+    const core::MutexLock lock(mutex_);
+    std::int64_t& left_out = left_out_[status];
+    if (!refusals_.take(std::to_string(status), kLinesPerMinute).allowed) {
+      ++left_out;
+      return false;
+    }
+    count = std::exchange(left_out, 0);
+  }
+  if (count > 0) {
+    log_.write(LogLevel::kWarning, "refusals_left_out",
+               {{"status", std::int64_t{status}}, {"count", count}});
+  }
+  return true;
+}
+
 void RequestLog::note(const Request& request, const Outcome& outcome) {
-  metrics_.count_request(request.method, request.route.empty() ? "unknown" : request.route, outcome.status,
-                         outcome.seconds, outcome.bytes_received, outcome.bytes_sent);
+  metrics_.count_request({.method = request.method,
+                          .route = request.route,
+                          .status = outcome.status,
+                          .seconds = outcome.seconds,
+                          .bytes_received = outcome.bytes_received,
+                          .bytes_sent = outcome.bytes_sent,
+                          .is_stream = outcome.is_stream});
+  if (!may_tell(outcome.status)) {
+    return;
+  }
   const bool looks = only_looks(request);
   const LogLevel level = outcome.status >= 500 ? LogLevel::kError
                          : looks               ? LogLevel::kDebug

@@ -1,14 +1,21 @@
-/// RequestLog: what is told of every request: figures, a line of the log, and for some a line of the audit.
+/// RequestLog: what is told of every request: figures, a line of the log, and for some a line of
+/// the audit.
 ///
-/// Audited is every request that would change something (any method but GET, HEAD and OPTIONS), and every one
-/// that was refused for who asked (401, 403, 421). A line is {"time", "level", "event": "audit", "outcome":
-/// "done" (below 400), "refused" (4xx) or "failed" (5xx), "method", "path", "object": id of what was made or
-/// named, "status", "key": id of the key, "key_name": its name, "operator" for --key, empty without one,
-/// "request_id", "trace_id", "remote"}. Keys themselves are in no line. A stored key that the operator adds or removes
-/// while the server runs has a line too: {"time", "level", "event": "audit", "outcome": "done", "action": "key-added"
-/// or "key-removed", "object": its id, "object_name", "scopes"}.
+/// Audited is every request that would change something (any method but GET, HEAD and OPTIONS), and
+/// every one that was refused for who asked (401, 403, 421). A line is {"time", "level", "event":
+/// "audit", "outcome": "done" (below 400), "refused" (4xx) or "failed" (5xx), "method", "path",
+/// "object": id of what was made or named, "status", "key": id of the key, "key_name": its name,
+/// "operator" for --key, empty without one, "request_id", "trace_id", "remote"}. Keys themselves
+/// are in no line. Being refused costs a client nothing: of each of the statuses 401, 403, 421, 429
+/// and 503 at most 60 requests a minute have lines, and the next line is followed by {"event":
+/// "refusals_left_out", "status", "count"} of those that had none. A stored key that the operator
+/// adds or removes while the server runs has a line too: {"time", "level", "event": "audit",
+/// "outcome": "done", "action": "key-added" or "key-removed", "object": its id, "object_name",
+/// "scopes"}.
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -19,13 +26,15 @@
 #include "server/key_ring.h"
 #include "server/observe/log.h"
 #include "server/observe/metrics.h"
+#include "server/rate_limiter.h"
 
 namespace server {
 
 class RequestLog {
  public:
-  /// audit_path: a file that audit lines are added to, whatever the log's level; it is opened for each line, so
-  /// that it can be moved away. Empty: they go to the log, at info. Log and metrics must outlive this.
+  /// audit_path: a file that audit lines are added to, whatever the log's level; it is opened for
+  /// each line, so that it can be moved away. Empty: they go to the log, at info. Log and metrics
+  /// must outlive this.
   RequestLog(Log& log, Metrics& metrics, std::string audit_path)
       : log_(log), metrics_(metrics), audit_path_(std::move(audit_path)) {}
 
@@ -36,12 +45,17 @@ class RequestLog {
 
  private:
   void audit(const Request& request, const Outcome& outcome);
+  /// May a request that ended so have lines now?
+  bool may_tell(int status);
   void write_audit(const std::string& line, std::string_view request_id);
   core::Status append(const std::string& line) const;
 
   Log& log_;
   Metrics& metrics_;
   const std::string audit_path_;
+  RateLimiter refusals_;
+  core::Mutex mutex_;
+  std::map<int, std::int64_t> left_out_ GUARDED_BY(mutex_);  ///< By status.
 };
 
 }  // namespace server

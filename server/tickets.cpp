@@ -7,7 +7,7 @@
 
 namespace server {
 
-std::optional<std::string> Tickets::issue(std::vector<std::string> jobs, std::string holder,
+std::optional<std::string> Tickets::issue(std::vector<std::string> jobs, Holder holder,
                                           Clock::time_point now) {
   std::string ticket = random_hex(24);
   const core::MutexLock lock(mutex_);
@@ -15,13 +15,14 @@ std::optional<std::string> Tickets::issue(std::vector<std::string> jobs, std::st
   if (entries_.size() >= kMax) {
     return std::nullopt;
   }
-  entries_.emplace(ticket, Entry{.jobs = std::move(jobs), .holder = std::move(holder), .ends = now + kLife});
+  entries_.emplace(
+      ticket, Entry{.jobs = std::move(jobs), .holder = std::move(holder), .ends = now + kLife});
   return ticket;
 }
 
-std::optional<std::string> Tickets::holder_of(std::string_view ticket,
-                                              const std::vector<std::string>& jobs,
-                                              Clock::time_point now) const {
+std::optional<Tickets::Holder> Tickets::holder_of(std::string_view ticket,
+                                                  const std::vector<std::string>& jobs,
+                                                  Clock::time_point now) const {
   const core::MutexLock lock(mutex_);
   const auto found = entries_.find(ticket);
   if (found == entries_.end() || found->second.ends <= now || jobs.empty()) {
@@ -31,7 +32,7 @@ std::optional<std::string> Tickets::holder_of(std::string_view ticket,
   const bool all = std::all_of(jobs.begin(), jobs.end(), [&](const std::string& job) {
     return std::find(allowed.begin(), allowed.end(), job) != allowed.end();
   });
-  return all ? std::optional<std::string>(found->second.holder) : std::nullopt;
+  return all ? std::optional<Holder>(found->second.holder) : std::nullopt;
 }
 
 }  // namespace server

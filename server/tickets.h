@@ -1,5 +1,5 @@
-/// Tickets: leave to watch some jobs for a minute, without a key. For pages that cannot send headers
-/// with an event stream or a picture. Kept in memory: a restart ends them.
+/// Tickets: leave to watch some jobs for a minute, without a key. For pages that cannot send
+/// headers with an event stream or a picture. Kept in memory: a restart ends them.
 #pragma once
 
 #include <chrono>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/mutex.h"
+#include "server/access.h"
 
 namespace server {
 
@@ -19,17 +20,22 @@ class Tickets {
   static constexpr std::chrono::seconds kLife{60};
   static constexpr std::size_t kMax = 10'000;
 
-  /// A new ticket for these jobs in the name of `holder`; empty when too many are about.
-  std::optional<std::string> issue(std::vector<std::string> jobs, std::string holder,
+  /// In whose name a ticket watches.
+  struct Holder {
+    std::string key;  ///< Id of the key; empty: the operator's, or none.
+    Access access;
+  };
+  /// A new ticket for these jobs in the name of `holder`; empty when too many are open.
+  std::optional<std::string> issue(std::vector<std::string> jobs, Holder holder,
                                    Clock::time_point now = Clock::now());
   /// In whose name the ticket lets somebody watch all of these jobs; empty: it does not.
-  std::optional<std::string> holder_of(std::string_view ticket, const std::vector<std::string>& jobs,
-                                       Clock::time_point now = Clock::now()) const;
+  std::optional<Holder> holder_of(std::string_view ticket, const std::vector<std::string>& jobs,
+                                  Clock::time_point now = Clock::now()) const;
 
  private:
   struct Entry {
     std::vector<std::string> jobs;
-    std::string holder;
+    Holder holder;
     Clock::time_point ends;
   };
   mutable core::Mutex mutex_;

@@ -21,7 +21,8 @@ core::Result<Address> parse_address(const std::string& url) {
   const std::string kind = url.substr(0, scheme == std::string::npos ? 0 : scheme);
   if (kind != "http" && kind != "https") {
     return Error{ErrorCode::kInvalidArgument,
-                 "\"" + url + "\" is no address of a server; one looks like http://127.0.0.1:8080", ""};
+                 "\"" + url + "\" is no address of a server; one looks like http://127.0.0.1:8080",
+                 ""};
   }
   const auto path = url.find('/', scheme + 3);
   Address address{url.substr(0, path), path == std::string::npos ? "" : url.substr(path)};
@@ -94,7 +95,8 @@ core::Error error_of_reply(const Reply& reply) {
   }
   if (reply.status == 401) {
     const bool wrong = reply.challenge.find("error=\"invalid_token\"") != std::string::npos;
-    text += wrong ? "\n  The key that --key or TESSERA_KEY gives is not one of this server's; `tessera keys list`, run "
+    text += wrong ? "\n  The key that --key or TESSERA_KEY gives is not one of this server's; "
+                    "`tessera keys list`, run "
                     "where the server is, names those."
                   : "\n  Give the key with --key or in TESSERA_KEY.";
   }
@@ -121,7 +123,8 @@ ApiClient::ApiClient(std::string url, std::unique_ptr<Impl> impl)
     : url_(std::move(url)), impl_(std::move(impl)) {}
 ApiClient::~ApiClient() = default;
 
-core::Result<std::unique_ptr<ApiClient>> ApiClient::connect(std::string url, const std::string& key) {
+core::Result<std::unique_ptr<ApiClient>> ApiClient::connect(std::string url, const std::string& key,
+                                                            Certificates certificates) {
   auto address = parse_address(url);
   if (!address) {
     return address.error();
@@ -130,6 +133,7 @@ core::Result<std::unique_ptr<ApiClient>> ApiClient::connect(std::string url, con
   if (!impl->http.is_valid()) {
     return Error{ErrorCode::kInvalidArgument, "\"" + url + "\" is no address of a server", ""};
   }
+  impl->http.enable_server_certificate_verification(certificates == Certificates::kChecked);
   return std::unique_ptr<ApiClient>(new ApiClient(std::move(url), std::move(impl)));
 }
 
@@ -138,13 +142,16 @@ namespace {
 Error unreachable(const std::string& url, httplib::Error error) {
   if (error == httplib::Error::Write) {
     return Error{ErrorCode::kTooLarge,
-                 "the server at " + url + " closed the connection while data was sent to it; the file may "
-                 "be larger than it takes (\"limits\" of GET /v1/server)", ""};
+                 "the server at " + url +
+                     " closed the connection while data was sent to it; the file may "
+                     "be larger than it takes (\"limits\" of GET /v1/server)",
+                 ""};
   }
-  return Error{ErrorCode::kUnavailable,
-               "cannot reach a server at " + url + " (" + httplib::to_string(error) +
-                   "). Start one with `tessera serve`, or name another with --server or TESSERA_SERVER.",
-               ""};
+  return Error{
+      ErrorCode::kUnavailable,
+      "cannot reach a server at " + url + " (" + httplib::to_string(error) +
+          "). Start one with `tessera serve`, or name another with --server or TESSERA_SERVER.",
+      ""};
 }
 
 core::Result<Reply> finish(const std::string& url, const httplib::Result& result) {
@@ -172,7 +179,8 @@ core::Result<Reply> ApiClient::post(const std::string& path, std::string_view bo
 
 core::Result<Reply> ApiClient::put(const std::string& path, std::string_view body,
                                    const std::string& content_type) {
-  return finish(url_, impl_->http.Put(impl_->prefix + path, body.data(), body.size(), content_type));
+  return finish(url_,
+                impl_->http.Put(impl_->prefix + path, body.data(), body.size(), content_type));
 }
 
 core::Result<int> ApiClient::head(const std::string& path) {

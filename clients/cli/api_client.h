@@ -1,7 +1,7 @@
 /// ApiClient: requests to one server. The only part of the client that knows the HTTP library.
 ///
-/// Errors are sentences for people: which address could not be reached and what to do about it, or the
-/// server's own words (problem+json) with the place of each fault.
+/// Errors are sentences for people: which address could not be reached and what to do about it, or
+/// the server's own words (problem+json) with the place of each fault.
 #pragma once
 
 #include <chrono>
@@ -32,8 +32,10 @@ core::Error error_of_reply(const Reply& reply);
 
 class ApiClient {
  public:
+  enum class Certificates : std::uint8_t { kChecked, kAnyTaken };
   /// url: http://HOST[:PORT][/PREFIX] or https. key: empty or a bearer token.
-  static core::Result<std::unique_ptr<ApiClient>> connect(std::string url, const std::string& key);
+  static core::Result<std::unique_ptr<ApiClient>> connect(
+      std::string url, const std::string& key, Certificates certificates = Certificates::kChecked);
   ~ApiClient();
   ApiClient(const ApiClient&) = delete;
   ApiClient& operator=(const ApiClient&) = delete;
@@ -49,8 +51,8 @@ class ApiClient {
   /// The status of a HEAD request, whatever it is.
   core::Result<int> head(const std::string& path);
 
-  /// Hands over the body of a 200 as it comes until it ends or `on_data` returns false (then: success).
-  /// Status 204 is success without data. silence_max: longest wait for the next byte.
+  /// Hands over the body of a 200 as it comes until it ends or `on_data` returns false (then:
+  /// success). Status 204 is success without data. silence_max: longest wait for the next byte.
   /// Errors: kUnavailable when the connection failed or broke off, so that trying again may help.
   core::Result<int> stream(const std::string& path, const Headers& headers,
                            std::chrono::seconds silence_max,

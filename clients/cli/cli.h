@@ -1,8 +1,8 @@
 /// The command line: verbs that speak HTTP to a server, and `render`, which needs none.
 ///
 /// Every verb takes its arguments without the verb itself and returns the exit code: 0 done,
-/// 1 failed (also where a file or the server is to blame), 2 wrong usage, as the command line alone shows.
-/// Results go to stdout, everything else to stderr.
+/// 1 failed (also where a file or the server is to blame), 2 wrong usage, as the command line alone
+/// shows. Results go to stdout, everything else to stderr.
 #pragma once
 
 #include <span>

@@ -33,7 +33,8 @@ std::optional<double> number_of(std::string_view text) {
   text.remove_prefix(text.starts_with('+') ? 1 : 0);
   double value = 0;
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return code == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+  return code == std::errc() && end == text.data() + text.size() ? std::optional(value)
+                                                                 : std::nullopt;
 }
 
 std::string number_text(double value) {
@@ -49,7 +50,9 @@ std::string fault_of_number(const std::string& text, double min, double max, boo
     return '"' + text + "\" is no number";
   }
   const bool inside = *value <= max && (open ? *value > min : *value >= min);
-  return inside ? "" : text + " is outside " + (open ? "(" : "[") + number_text(min) + ", " + number_text(max) + "]";
+  return inside ? ""
+                : text + " is outside " + (open ? "(" : "[") + number_text(min) + ", " +
+                      number_text(max) + "]";
 }
 
 /// What other renderers call the same.
@@ -83,7 +86,8 @@ std::string nearest_option(const CLI::App& app, std::string_view unknown) {
   return best;
 }
 
-/// One sentence: what is wrong with the command, and what may have been meant.
+}  // namespace
+
 std::string fault_of(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> extra = app.remaining();
   const auto unknown = std::find_if(extra.begin(), extra.end(), [](const std::string& word) {
@@ -96,8 +100,6 @@ std::string fault_of(const CLI::App& app, const CLI::ParseError& error) {
   const std::string near = nearest_option(app, name.substr(name.find_first_not_of('-')));
   return "there is no option " + name + (near.empty() ? "" : "; did you mean --" + near + "?");
 }
-
-}  // namespace
 
 int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body,
                   const std::function<Choices()>& choices) {
@@ -123,7 +125,8 @@ int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& b
 }
 
 CLI::Validator within(double min, double max) {
-  return {[min, max](const std::string& text) { return fault_of_number(text, min, max, false); }, ""};
+  return {[min, max](const std::string& text) { return fault_of_number(text, min, max, false); },
+          ""};
 }
 
 CLI::Validator above_zero(double max) {

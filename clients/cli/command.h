@@ -13,13 +13,17 @@
 
 namespace cli {
 
-/// Parses args with `app`, then calls body. --help prints to stdout and gives 0; --describe does the
-/// same for programs (verb_text.h), with the choices; anything wrong is told on stderr and gives 2.
+/// Parses args with `app`, then calls body. --help prints to stdout and gives 0; --describe does
+/// the same for programs (verb_text.h), with the choices; anything wrong is told on stderr and
+/// gives 2.
 int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body,
                   const std::function<Choices()>& choices = {});
 
-/// For numbers: "0 is outside [1, 64]", as the server says it. Both ends are allowed, but for 0 as the lower end of
-/// `above_zero`.
+/// One sentence on what is wrong with the command, and on what may have been meant.
+std::string fault_of(const CLI::App& app, const CLI::ParseError& error);
+
+/// For numbers: "0 is outside [1, 64]", as the server says it. Both ends are allowed, but for 0 as
+/// the lower end of `above_zero`.
 CLI::Validator within(double min, double max);
 CLI::Validator above_zero(double max);
 /// For a share: "5%" stands for 0.05. Both ends are allowed.

@@ -14,7 +14,8 @@ struct Words {
 };
 
 // The newest jobs of the server; "latest" alone where none answers.
-constexpr Words kJobs = {"job", "echo latest; tessera jobs --limit 50 2>/dev/null | awk 'NR > 1 {print $1}'"};
+constexpr Words kJobs = {
+    "job", "echo latest; tessera jobs --limit 50 2>/dev/null | awk 'NR > 1 {print $1}'"};
 constexpr Words kScenes = {"scene", "tessera render --scenes | awk '{print $1}'"};
 constexpr Words kExperiments = {"experiment", "tessera lab | awk '{print $1}'"};
 constexpr std::array kAllWords = {&kJobs, &kScenes, &kExperiments};
@@ -66,7 +67,8 @@ Offer offer_for(const OptionText& option) {
   if (!option.choices.empty()) {
     return Offer{.value = option.value, .choices = &option.choices};
   }
-  const auto found = std::find_if(kOffers.begin(), kOffers.end(), [&](const Offer& o) { return o.value == option.value; });
+  const auto found = std::find_if(kOffers.begin(), kOffers.end(),
+                                  [&](const Offer& o) { return o.value == option.value; });
   return found == kOffers.end() ? Offer{.value = option.value} : *found;
 }
 
@@ -95,22 +97,27 @@ std::string bash_verb(const VerbText& verb) {
     names.insert(names.end(), option.names.begin(), option.names.end());
     if (!option.value.empty()) {
       const Offer offer = offer_for(option);
-      cases += "        " + joined(option.names, "|") + ") kinds='" + bash_kinds(offer) + "'" +
-               (offer.choices == nullptr ? "" : " choices=" + shell_quoted(joined(*offer.choices, " "))) + " ;;\n";
+      cases +=
+          "        " + joined(option.names, "|") + ") kinds='" + bash_kinds(offer) + "'" +
+          (offer.choices == nullptr ? ""
+                                    : " choices=" + shell_quoted(joined(*offer.choices, " "))) +
+          " ;;\n";
     }
   }
   const Offer offer = verb.operands.empty() ? Offer() : offer_for(verb.operands.front());
   const std::string operand = verb.operands.empty() ? "none" : bash_kinds(offer);
   return "    " + verb.name + ")\n      options=" + shell_quoted(joined(names, " ")) +
-         "\n      operand='" + operand + "' choices=" +
-         shell_quoted(offer.choices == nullptr ? "" : joined(*offer.choices, " ")) + "\n      case $before in\n" + cases + "      esac\n      ;;\n";
+         "\n      operand='" + operand +
+         "' choices=" + shell_quoted(offer.choices == nullptr ? "" : joined(*offer.choices, " ")) +
+         "\n      case $before in\n" + cases + "      esac\n      ;;\n";
 }
 
 /// Brackets and colons have a meaning in zsh's specifications.
 std::string zsh_text(std::string_view text) {
   std::string out;
   for (const char c : text) {
-    out += c == '[' || c == ']' || c == ':' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+    out +=
+        c == '[' || c == ']' || c == ':' || c == '\\' ? std::string("\\") + c : std::string(1, c);
   }
   return out;
 }
@@ -128,24 +135,26 @@ std::string zsh_action(const Offer& offer) {
 /// Functions that offer words, alone and among files.
 std::string zsh_words(const Words& words) {
   const std::string kind(words.kind);
-  return "_tessera_" + kind + "() {\n  compadd ${(f)\"$(" + std::string(words.command) + ")\"}\n}\n" +
-         "_tessera_" + kind + "_or_file() {\n  _alternative '" + kind + ":" + kind + ":_tessera_" + kind +
-         "' 'files:file:_files'\n}\n";
+  return "_tessera_" + kind + "() {\n  compadd ${(f)\"$(" + std::string(words.command) +
+         ")\"}\n}\n" + "_tessera_" + kind + "_or_file() {\n  _alternative '" + kind + ":" + kind +
+         ":_tessera_" + kind + "' 'files:file:_files'\n}\n";
 }
 
 std::string zsh_verb(const VerbText& verb) {
   std::string out = "    " + verb.name + ")\n      _arguments";
   for (const OptionText& option : verb.options) {
     const std::string value =
-        option.value.empty() ? "" : ":" + zsh_text(option.value) + ":" + zsh_action(offer_for(option));
+        option.value.empty() ? ""
+                             : ":" + zsh_text(option.value) + ":" + zsh_action(offer_for(option));
     const std::string others = option.repeats ? "*" : "(" + joined(option.names, " ") + ")";
     for (const std::string& name : option.names) {
-      out += " \\\n        " + shell_quoted(others + name + "[" + zsh_text(option.text) + "]" + value);
+      out +=
+          " \\\n        " + shell_quoted(others + name + "[" + zsh_text(option.text) + "]" + value);
     }
   }
   for (const OptionText& operand : verb.operands) {
-    out += " \\\n        " + shell_quoted((operand.repeats ? "*:" : ":") + zsh_text(operand.value) + ":" +
-                                 zsh_action(offer_for(operand)));
+    out += " \\\n        " + shell_quoted((operand.repeats ? "*:" : ":") + zsh_text(operand.value) +
+                                          ":" + zsh_action(offer_for(operand)));
   }
   return out + "\n      ;;\n";
 }
@@ -165,12 +174,14 @@ std::string fish_value(const Offer& offer) {
     return " -x -a " + fish_quoted(joined(*offer.choices, " "));
   }
   const std::string words =
-      offer.words == nullptr ? "" : " -a " + fish_quoted("(" + std::string(offer.words->command) + ")");
+      offer.words == nullptr ? ""
+                             : " -a " + fish_quoted("(" + std::string(offer.words->command) + ")");
   return (offer.files ? " -r -F" : " -x") + words;
 }
 
 std::string fish_verb(const VerbText& verb) {
-  const std::string head = "complete -c tessera -n " + fish_quoted("__fish_seen_subcommand_from " + verb.name);
+  const std::string head =
+      "complete -c tessera -n " + fish_quoted("__fish_seen_subcommand_from " + verb.name);
   std::string out;
   for (const OptionText& option : verb.options) {
     std::string names;
@@ -194,7 +205,8 @@ std::string fish_verb(const VerbText& verb) {
 std::string bash_words() {
   std::string out;
   for (const Words* words : kAllWords) {
-    out += "      " + std::string(words->kind) + ")\n        mapfile -t -O ${#COMPREPLY[@]} COMPREPLY < <(compgen -W \"$(" +
+    out += "      " + std::string(words->kind) +
+           ")\n        mapfile -t -O ${#COMPREPLY[@]} COMPREPLY < <(compgen -W \"$(" +
            std::string(words->command) + ")\" -- \"$word\")\n        ;;\n";
   }
   return out;
@@ -215,7 +227,9 @@ std::string bash_completion(std::span<const VerbText> verbs) {
          "  local options= operand=none kinds= kind= choices=\n"
          "  COMPREPLY=()\n"
          "  if ((COMP_CWORD == 1)); then\n"
-         "    mapfile -t COMPREPLY < <(compgen -W " + shell_quoted(names + "--help --version") + " -- \"$word\")\n"
+         "    mapfile -t COMPREPLY < <(compgen -W " +
+         shell_quoted(names + "--help --version") +
+         " -- \"$word\")\n"
          "    return\n"
          "  fi\n"
          "  # bash takes --name=value apart at the sign.\n"
@@ -224,7 +238,8 @@ std::string bash_completion(std::span<const VerbText> verbs) {
          "  elif [[ $before == = ]]; then\n"
          "    before=${COMP_WORDS[COMP_CWORD-2]}\n"
          "  fi\n"
-         "  case ${COMP_WORDS[1]} in\n" + cases +
+         "  case ${COMP_WORDS[1]} in\n" +
+         cases +
          "  esac\n"
          "  if [[ -z $kinds && $word == -* ]]; then\n"
          "    mapfile -t COMPREPLY < <(compgen -W \"$options\" -- \"$word\")\n"
@@ -239,7 +254,8 @@ std::string bash_completion(std::span<const VerbText> verbs) {
          "      folder)\n"
          "        compopt -o filenames 2>/dev/null\n"
          "        mapfile -t COMPREPLY < <(compgen -d -- \"$word\")\n"
-         "        ;;\n" + bash_words() +
+         "        ;;\n" +
+         bash_words() +
          "      choice) mapfile -t COMPREPLY < <(compgen -W \"$choices\" -- \"$word\") ;;\n"
          "      none) mapfile -t COMPREPLY < <(compgen -W \"$options\" -- \"$word\") ;;\n"
          "    esac\n"
@@ -263,7 +279,8 @@ std::string zsh_completion(std::span<const VerbText> verbs) {
          "# Completion of tessera for zsh: source <(tessera completion zsh)\n" +
          functions +
          "_tessera() {\n"
-         "  local -a verbs=(\n" + names +
+         "  local -a verbs=(\n" +
+         names +
          "  )\n"
          "  if ((CURRENT == 2)); then\n"
          "    _describe verb verbs\n"
@@ -272,7 +289,8 @@ std::string zsh_completion(std::span<const VerbText> verbs) {
          "  local verb=$words[2]\n"
          "  shift words\n"
          "  ((CURRENT--))\n"
-         "  case $verb in\n" + cases +
+         "  case $verb in\n" +
+         cases +
          "  esac\n"
          "}\n"
          "if [[ $funcstack[1] == _tessera ]]; then\n"
@@ -289,7 +307,8 @@ std::string fish_completion(std::span<const VerbText> verbs) {
       "complete -c tessera -n __fish_use_subcommand -l help -d 'what there is'\n"
       "complete -c tessera -n __fish_use_subcommand -l version -d 'which one this is'\n";
   for (const VerbText& verb : verbs) {
-    out += "complete -c tessera -n __fish_use_subcommand -a " + verb.name + " -d " + fish_quoted(verb.summary) + "\n";
+    out += "complete -c tessera -n __fish_use_subcommand -a " + verb.name + " -d " +
+           fish_quoted(verb.summary) + "\n";
     out += fish_verb(verb);
   }
   return out;

@@ -1,13 +1,13 @@
 // Apart from verb_text.cpp, which every verb needs: this needs every verb.
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <array>
 #include <cerrno>
 #include <system_error>
 #include <utility>
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "clients/cli/verb_text.h"
 
@@ -20,7 +20,8 @@ using core::Error;
 using core::ErrorCode;
 
 Error system_error(int code) {
-  return Error{ErrorCode::kInternal, std::error_code(code, std::generic_category()).message(), "/proc/self/exe"};
+  return Error{ErrorCode::kInternal, std::error_code(code, std::generic_category()).message(),
+               "/proc/self/exe"};
 }
 
 std::string read_all(int pipe_end) {

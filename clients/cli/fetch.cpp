@@ -35,11 +35,13 @@ core::Status check_look(const PictureQuery& query, const std::string& output) {
   if (std::find(kLinear.begin(), kLinear.end(), format) == kLinear.end()) {
     return core::ok_status();
   }
-  const bool plain = query.tone_map.empty() || query.tone_map == "srgb" || query.tone_map == "linear";
+  const bool plain =
+      query.tone_map.empty() || query.tone_map == "srgb" || query.tone_map == "linear";
   if (plain && query.exposure.value_or(0) == 0) {
     return core::ok_status();
   }
-  return Error{ErrorCode::kInvalidArgument, "is for .png, .jpg and .webp; ." + format + " is linear",
+  return Error{ErrorCode::kInvalidArgument,
+               "is for .png, .jpg and .webp; ." + format + " is linear",
                plain ? "--exposure" : "--tonemap"};
 }
 
@@ -83,15 +85,19 @@ int run_film(const ServerFlags& server, const std::string& id, const std::string
 
 core::Status check_picture_name(const std::string& output) {
   if (output == "-" && is_terminal(stdout)) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "stdout is a terminal, and a picture is no text; send it on, as in `-o - > picture.png`", "-"};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "stdout is a terminal, and a picture is no text; send it on, as in `-o - > picture.png`",
+        "-"};
   }
   const std::string extension = extension_of(output);
-  if (output == "-" || std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end()) {
+  if (output == "-" ||
+      std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end()) {
     return core::ok_status();
   }
   return Error{ErrorCode::kInvalidArgument,
-               "cannot tell the format; the name must end in .png .jpg .webp .exr .hdr or .tif", output};
+               "cannot tell the format; the name must end in .png .jpg .webp .exr .hdr or .tif",
+               output};
 }
 
 core::Status fetch_picture(ApiClient& client, const std::string& path, const PictureQuery& query,
@@ -117,26 +123,34 @@ core::Status fetch_picture(ApiClient& client, const std::string& path, const Pic
 }
 
 int fetch(const Args& args) {
-  CLI::App app("Downloads the picture of a job, as far as it is, or the film of one that has ended.", "tessera fetch");
+  CLI::App app(
+      "Downloads the picture of a job, as far as it is, or the film of one that has ended.",
+      "tessera fetch");
   ServerFlags server;
   std::string id = "latest";
   std::string output;
   PictureQuery query;
   bool film = false;
   app.add_option("id", id, "Job; without one the newest")->type_name("ID");
-  app.add_option("-o,--output", output, "File to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
+  app.add_option("-o,--output", output,
+                 "File to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
       ->required()
       ->type_name("FILE");
   app.add_option("--layer", query.layer,
                  "beauty albedo normal depth alpha samples variance error (EXR without it: all)")
       ->type_name("L");
-  app.add_option("--exposure", query.exposure, "Brighter by so many stops; .png, .jpg and .webp only")
+  app.add_option("--exposure", query.exposure,
+                 "Brighter by so many stops; .png, .jpg and .webp only")
       ->check(within(-api::limits::kExposureStops, api::limits::kExposureStops))
       ->type_name("STOPS");
-  app.add_option("--tonemap", query.tone_map, "srgb linear aces agx khronos-neutral; as --exposure")->type_name("T");
-  app.add_flag("--film", film, "The raw sums, for `merge`; any name")->excludes("--layer", "--exposure", "--tonemap");
+  app.add_option("--tonemap", query.tone_map, "srgb linear aces agx khronos-neutral; as --exposure")
+      ->type_name("T");
+  app.add_flag("--film", film, "The raw sums, for `merge`; any name")
+      ->excludes("--layer", "--exposure", "--tonemap");
   add_server_flags(app, server);
-  return parse_and_run(app, args, [&] { return film ? run_film(server, id, output) : run(server, id, query, output); });
+  return parse_and_run(app, args, [&] {
+    return film ? run_film(server, id, output) : run(server, id, query, output);
+  });
 }
 
 }  // namespace cli

@@ -14,7 +14,8 @@ struct PictureQuery {
   std::string tone_map;  ///< empty: the server's default
 };
 
-/// Writes the picture of the job at `path` to `output`, whose extension is the format ("-": PNG to stdout).
+/// Writes the picture of the job at `path` to `output`, whose extension is the format ("-": PNG to
+/// stdout).
 core::Status fetch_picture(ApiClient& client, const std::string& path, const PictureQuery& query,
                            const std::string& output);
 /// An error if no picture can be written in the format of this file name.

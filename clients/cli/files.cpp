@@ -1,8 +1,5 @@
 #include "clients/cli/files.h"
 
-#include <openssl/sha.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -14,6 +11,8 @@
 #include <system_error>
 
 #include <nlohmann/json.hpp>
+#include <openssl/sha.h>
+#include <unistd.h>
 
 namespace cli {
 namespace {
@@ -31,8 +30,8 @@ std::string percent_decoded(std::string_view text) {
   };
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool escaped = text[i] == '%' && i + 2 < text.size() && digit(text[i + 1]) < 16 &&
-                         digit(text[i + 2]) < 16;
+    const bool escaped =
+        text[i] == '%' && i + 2 < text.size() && digit(text[i + 1]) < 16 && digit(text[i + 2]) < 16;
     if (escaped) {
       out += static_cast<char>(digit(text[i + 1]) * 16 + digit(text[i + 2]));
       i += 2;
@@ -74,7 +73,8 @@ core::Status write_file(const std::string& path, std::string_view bytes) {
   if (path == "-") {
     const bool written = std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size() &&
                          std::fflush(stdout) == 0;
-    return written ? core::ok_status() : core::Status(Error{ErrorCode::kNoSpace, reason(), "stdout"});
+    return written ? core::ok_status()
+                   : core::Status(Error{ErrorCode::kNoSpace, reason(), "stdout"});
   }
   const std::string half = path + ".part" + std::to_string(getpid());
   errno = 0;
@@ -110,7 +110,8 @@ core::Result<std::optional<std::string>> model_file(const std::string& path) {
     return is_file(path) ? std::optional(path) : std::nullopt;
   }
   std::vector<std::string> models;
-  for (fs::directory_iterator at(path, problem); !problem && at != fs::directory_iterator(); at.increment(problem)) {
+  for (fs::directory_iterator at(path, problem); !problem && at != fs::directory_iterator();
+       at.increment(problem)) {
     const std::string file = at->path().string();
     const std::string extension = extension_of(file);
     if (is_file(file) && (extension == "glb" || extension == "gltf")) {
@@ -127,8 +128,9 @@ core::Result<std::optional<std::string>> model_file(const std::string& path) {
     return Error{ErrorCode::kNotFound, problem.message(), path};
   }
   return Error{ErrorCode::kNotFound,
-               models.empty() ? "there is no .glb or .gltf file in this folder"
-                              : std::to_string(models.size()) + " models are in this folder; name one of them",
+               models.empty()
+                   ? "there is no .glb or .gltf file in this folder"
+                   : std::to_string(models.size()) + " models are in this folder; name one of them",
                path};
 }
 
@@ -173,7 +175,8 @@ core::Result<std::vector<std::string>> gltf_side_files(std::string_view document
 core::Result<std::string> side_file_path(const std::string& folder, std::string_view uri) {
   const fs::path relative = percent_decoded(uri);
   if (relative.is_absolute() || uri.find("://") != std::string_view::npos) {
-    return Error{ErrorCode::kForbidden, "a scene may only name files in its own folder", std::string(uri)};
+    return Error{ErrorCode::kForbidden, "a scene may only name files in its own folder",
+                 std::string(uri)};
   }
   std::error_code problem;
   const fs::path home = fs::canonical(folder, problem);
@@ -183,7 +186,8 @@ core::Result<std::string> side_file_path(const std::string& folder, std::string_
   }
   const auto [end, rest] = std::mismatch(home.begin(), home.end(), file.begin(), file.end());
   if (end != home.end()) {
-    return Error{ErrorCode::kForbidden, "a scene may only name files in its own folder", std::string(uri)};
+    return Error{ErrorCode::kForbidden, "a scene may only name files in its own folder",
+                 std::string(uri)};
   }
   return file.string();
 }

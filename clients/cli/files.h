@@ -15,9 +15,10 @@ core::Result<std::string> read_file(const std::string& path);
 /// Writes next to `path` and renames, so that a half-written file is never seen. "-" is stdout.
 core::Status write_file(const std::string& path, std::string_view bytes);
 bool is_file(const std::string& path);
-/// The model that a path means: the file itself, or the one .glb or .gltf in a folder (folders inside not counted).
-/// Empty when it may be a name: nothing is there, or a folder without one model that is named without a slash.
-/// Errors: kNotFound for other folders without a model or with several.
+/// The model that a path means: the file itself, or the one .glb or .gltf in a folder (folders
+/// inside not counted). Empty when it may be a name: nothing is there, or a folder without one
+/// model that is named without a slash. Errors: kNotFound for other folders without a model or with
+/// several.
 core::Result<std::optional<std::string>> model_file(const std::string& path);
 
 /// "png" of "a/b.PNG"; empty without one.

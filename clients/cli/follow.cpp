@@ -26,13 +26,14 @@ core::Result<bool> follow_once(ApiClient& client, const std::string& path, const
     headers.emplace("Last-Event-ID", parser.last_id());
   }
   bool ended = false;
-  const auto status = client.stream(path + "/events", headers, kSilenceMax, [&](std::string_view piece) {
-    for (const ServerEvent& event : parser.feed(piece)) {
-      follower.on_event(event);
-      ended = ended || event.type == "end";
-    }
-    return !ended;
-  });
+  const auto status =
+      client.stream(path + "/events", headers, kSilenceMax, [&](std::string_view piece) {
+        for (const ServerEvent& event : parser.feed(piece)) {
+          follower.on_event(event);
+          ended = ended || event.type == "end";
+        }
+        return !ended;
+      });
   parser.restart();
   if (!status) {
     return status.error();
@@ -66,7 +67,8 @@ core::Result<std::string> job_path(ApiClient& client, const std::string& id) {
   return "/v1/jobs/" + text_at(jobs->front(), "id");
 }
 
-core::Result<Json> follow_job(ApiClient& client, const std::string& path, const Follower& follower) {
+core::Result<Json> follow_job(ApiClient& client, const std::string& path,
+                              const Follower& follower) {
   EventParser parser;
   auto last_contact = Clock::now();
   bool told = false;
@@ -89,12 +91,14 @@ core::Result<Json> follow_job(ApiClient& client, const std::string& path, const 
       follower.on_trouble("connection lost; trying again");
       told = true;
     }
-    const auto pause = std::chrono::milliseconds(std::clamp(parser.retry_ms().value_or(1000), 100, 10000));
+    const auto pause =
+        std::chrono::milliseconds(std::clamp(parser.retry_ms().value_or(1000), 100, 10000));
     std::this_thread::sleep_for(pause);
   }
 }
 
-core::Result<Json> follow_with_progress(ApiClient& client, const std::string& path, std::FILE* out) {
+core::Result<Json> follow_with_progress(ApiClient& client, const std::string& path,
+                                        std::FILE* out) {
   ProgressPrinter printer(out);
   Json job = Json::object();
   Follower follower;

@@ -14,8 +14,8 @@ namespace cli {
 core::Result<std::string> job_path(ApiClient& client, const std::string& id);
 
 struct Follower {
-  std::function<void(const ServerEvent&)> on_event;          ///< each one, as it comes
-  std::function<void(const std::string&)> on_trouble;        ///< a sentence: lost, trying again
+  std::function<void(const ServerEvent&)> on_event;    ///< each one, as it comes
+  std::function<void(const std::string&)> on_trouble;  ///< a sentence: lost, trying again
 };
 
 /// The job as it stands at its end. Gives up when the server cannot be reached for a minute.

@@ -44,9 +44,10 @@ std::string fault_of_size(const std::string& text) {
     }
   }
   const std::int64_t pixels = std::int64_t{width} * height;
-  return pixels <= limits::kFilmPixels ? ""
-                                       : text + " are " + std::to_string(pixels) + " pixels; at most " +
-                                             std::to_string(limits::kFilmPixels) + " are allowed";
+  return pixels <= limits::kFilmPixels
+             ? ""
+             : text + " are " + std::to_string(pixels) + " pixels; at most " +
+                   std::to_string(limits::kFilmPixels) + " are allowed";
 }
 
 /// The member as an object, made if it is not there.
@@ -95,19 +96,25 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
       ->check(CLI::Validator(fault_of_size, ""))
       ->type_name("WxH");
   app.add_option("--camera", flags.camera, "Camera of the scene, by name")->type_name("NAME");
-  app.add_option("--environment", flags.environment, "Equirectangular map that lights the scene: .hdr, .exr")
+  app.add_option("--environment", flags.environment,
+                 "Equirectangular map that lights the scene: .hdr, .exr")
       ->type_name("FILE");
   app.add_option("--integrator", flags.integrator, "How light is estimated (path)")->type_name("T");
   app.add_option("--sampler", flags.sampler, "Where samples come from (sobol)")->type_name("T");
-  app.add_option("--light-sampler", flags.light_sampler, "How lights are chosen (tree)")->type_name("T");
-  app.add_option("--mis", flags.mis, "Weights of light and BSDF samples: balance, power, maximum, optimal")->type_name("T");
-  app.add_option("--roulette", flags.roulette, "How paths end before their time (throughput)")->type_name("T");
+  app.add_option("--light-sampler", flags.light_sampler, "How lights are chosen (tree)")
+      ->type_name("T");
+  app.add_option("--mis", flags.mis,
+                 "Weights of light and BSDF samples: balance, power, maximum, optimal")
+      ->type_name("T");
+  app.add_option("--roulette", flags.roulette, "How paths end before their time (throughput)")
+      ->type_name("T");
   app.add_option("--split", flags.split, "Continuations of each path at its first surface (1)")
       ->check(within(1, limits::kSplitCount))
       ->type_name("N");
-  app.add_option("--control-variate", flags.control_variate, "Light known in closed form: none, analytic, regression")
+  app.add_option("--control-variate", flags.control_variate,
+                 "Light known in closed form: none, analytic, regression")
       ->type_name("T");
-  app.add_option("--adaptive", flags.adaptive, "Where further samples go: pilot, none, crosshalf, sequential")
+  app.add_option("--adaptive", flags.adaptive, "Where further samples go: pilot, none")
       ->type_name("T");
   app.add_option("--seed", flags.seed, "Another seed gives another noise (0)")
       ->check(within(0, limits::kSeed))
@@ -115,7 +122,8 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("--threads", flags.threads, "Threads that render (all of the machine's)")
       ->check(within(0, 1024))
       ->type_name("N");
-  app.add_option("--job", flags.job_file, "Job request as JSON; flags win over it")->type_name("FILE");
+  app.add_option("--job", flags.job_file, "Job request as JSON; flags win over it")
+      ->type_name("FILE");
   app.add_flag("--json", flags.json, "Print the result as JSON on stdout");
 }
 
@@ -132,7 +140,8 @@ core::Result<Json> make_request(const JobFlags& flags) {
     request["scene"] = flags.scene;
   }
   if (!request.contains("scene")) {
-    return Error{ErrorCode::kInvalidArgument, "no SCENE: neither as an argument nor in a --job file", ""};
+    return Error{ErrorCode::kInvalidArgument,
+                 "no SCENE: neither as an argument nor in a --job file", ""};
   }
   if (flags.size) {
     const auto size = parse_size(*flags.size);
@@ -183,7 +192,8 @@ core::Result<Json> make_request(const JobFlags& flags) {
 }
 
 int request_fault_code(const core::Error& error, const JobFlags& flags) {
-  const bool is_file = !error.where.empty() && (error.where == flags.job_file || error.where == flags.environment);
+  const bool is_file =
+      !error.where.empty() && (error.where == flags.job_file || error.where == flags.environment);
   return is_file ? kFailed : kWrongUsage;
 }
 

@@ -40,12 +40,13 @@ struct JobFlags {
 /// scene_help: what SCENE may be.
 void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help);
 
-/// The job request: the job file's members with the flags put over them. `scene` is flags.scene (or the
-/// file's); `environment.asset` is left to the caller. Values are checked by whoever reads the request.
+/// The job request: the job file's members with the flags put over them. `scene` is flags.scene (or
+/// the file's); `environment.asset` is left to the caller. Values are checked by whoever reads the
+/// request.
 core::Result<Json> make_request(const JobFlags& flags);
 
-/// Of an error in making the request: kFailed when a file is to blame, which its `where` then names; else the command
-/// line itself is wrong.
+/// Of an error in making the request: kFailed when a file is to blame, which its `where` then
+/// names; else the command line itself is wrong.
 int request_fault_code(const core::Error& error, const JobFlags& flags);
 
 }  // namespace cli

@@ -53,20 +53,20 @@ ProgressFacts facts_of(const Json& job) {
 std::string closing_text(const Json& job) {
   const ProgressFacts facts = facts_of(job);
   std::string text = facts.state;
-  if (const std::string reason = text_at(job, "stop_reason"); !reason.empty() && reason != facts.state) {
+  if (const std::string reason = text_at(job, "stop_reason");
+      !reason.empty() && reason != facts.state) {
     text += " (" + reason + ")";
   }
   if (facts.state == "failed") {
     const Json& failure = object_in(job, "failure");
-    return text + ": " + text_at(failure, "detail", text_at(failure, "title", "no reason was given"));
+    return text + ": " +
+           text_at(failure, "detail", text_at(failure, "title", "no reason was given"));
   }
   text += ": " + std::to_string(static_cast<long long>(facts.samples_per_pixel)) + " samples in " +
           duration_text(facts.elapsed_seconds) + ", " + interval_text(facts);
   return text;
 }
 
-int exit_code_of(const Json& job) {
-  return text_at(job, "state") == "finished" ? kDone : kFailed;
-}
+int exit_code_of(const Json& job) { return text_at(job, "state") == "finished" ? kDone : kFailed; }
 
 }  // namespace cli

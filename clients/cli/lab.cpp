@@ -1,4 +1,6 @@
 // `tessera lab`: an experiment of the estimator laboratory on this machine, without a service.
+#include "api/lab.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -7,7 +9,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/lab.h"
 #include "clients/cli/command.h"
 #include "clients/cli/files.h"
 #include "core/lab/plot.h"
@@ -54,9 +55,11 @@ int list(const CLI::App& app, const LabFlags& flags) {
 }
 
 void explain(const lab::Experiment& e) {
-  std::printf("%s\n\n%s\n\nEstimates  %s\nFormula    %s\nTo see     %s\n\nEstimators (--estimator, default %s)\n",
-              text(e.title).c_str(), text(e.summary).c_str(), text(e.estimates).c_str(), text(e.formula).c_str(),
-              text(e.look_for).c_str(), text(e.estimator).c_str());
+  std::printf(
+      "%s\n\n%s\n\nEstimates  %s\nFormula    %s\nTo see     %s\n\nEstimators (--estimator, default "
+      "%s)\n",
+      text(e.title).c_str(), text(e.summary).c_str(), text(e.estimates).c_str(),
+      text(e.formula).c_str(), text(e.look_for).c_str(), text(e.estimator).c_str());
   for (const lab::EstimatorInfo& each : e.estimators) {
     std::printf("  %-16s bias %-10s  %s\n", text(each.name).c_str(), text(each.bias).c_str(),
                 text(each.summary).c_str());
@@ -75,7 +78,8 @@ void explain(const lab::Experiment& e) {
   std::printf("\nn (--n) counts %s.\n", text(e.unit).c_str());
 }
 
-/// The request that the flags stand for, as the service would get it: one parser, one set of messages.
+/// The request that the flags stand for, as the service would get it: one parser, one set of
+/// messages.
 core::Result<json> request_of(const LabFlags& flags) {
   json body = {{"experiment", flags.experiment}, {"seed", flags.seed}};
   if (!flags.estimator.empty()) {
@@ -92,10 +96,12 @@ core::Result<json> request_of(const LabFlags& flags) {
   }
   for (const std::string& parameter : flags.parameters) {
     const std::size_t equals = parameter.find('=');
-    const json value =
-        equals == std::string::npos ? json() : json::parse(parameter.substr(equals + 1), nullptr, false);
+    const json value = equals == std::string::npos
+                           ? json()
+                           : json::parse(parameter.substr(equals + 1), nullptr, false);
     if (!value.is_number()) {
-      return Error{ErrorCode::kInvalidArgument, "'" + parameter + "' is not NAME=NUMBER", "--param"};
+      return Error{ErrorCode::kInvalidArgument, "'" + parameter + "' is not NAME=NUMBER",
+                   "--param"};
     }
     body["params"][parameter.substr(0, equals)] = value;
   }
@@ -111,7 +117,8 @@ std::string optional_text(const std::optional<double>& value) {
 }
 
 void print_point(const lab::Point& p) {
-  std::printf("%10lld  %14.8g  %12.4e  %12.4e  %9.3g\n", static_cast<long long>(p.n),  // NOLINT(google-runtime-int)
+  std::printf("%10lld  %14.8g  %12.4e  %12.4e  %9.3g\n",
+              static_cast<long long>(p.n),  // NOLINT(google-runtime-int)
               p.mean, p.rmse, p.standard_error, p.seconds);
   std::fflush(stdout);
 }
@@ -123,15 +130,18 @@ void print_outcome(const lab::Outcome& outcome) {
     std::printf("  [%.4g, %.4g]", outcome.slope_interval->low, outcome.slope_interval->high);
   }
   std::printf("\nexpected slope   %s\n", optional_text(outcome.expected_slope).c_str());
-  std::printf("efficiency       %s per CPU second, %s per unit of cost\n", optional_text(outcome.efficiency).c_str(),
+  std::printf("efficiency       %s per CPU second, %s per unit of cost\n",
+              optional_text(outcome.efficiency).c_str(),
               optional_text(outcome.efficiency_by_cost).c_str());
-  std::printf("verdict          %s\n%s\n", text(lab::to_text(outcome.verdict)).c_str(), outcome.explanation.c_str());
+  std::printf("verdict          %s\n%s\n", text(lab::to_text(outcome.verdict)).c_str(),
+              outcome.explanation.c_str());
 }
 
-int write_files(const LabFlags& flags, const api::LabRequest& request, const std::vector<lab::Point>& points,
-                const lab::Outcome& outcome) {
-  const std::array<std::pair<std::string, std::string>, 2> files = {{
-      {flags.csv, lab::points_csv(points)}, {flags.svg, lab::plot_svg(request.setup, points, outcome)}}};
+int write_files(const LabFlags& flags, const api::LabRequest& request,
+                const std::vector<lab::Point>& points, const lab::Outcome& outcome) {
+  const std::array<std::pair<std::string, std::string>, 2> files = {
+      {{flags.csv, lab::points_csv(points)},
+       {flags.svg, lab::plot_svg(request.setup, points, outcome)}}};
   for (const auto& [name, content] : files) {
     if (name.empty()) {
       continue;
@@ -157,7 +167,8 @@ int run(const LabFlags& flags) {
     return kWrongUsage;
   }
   request->options.threads =
-      flags.threads > 0 ? flags.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+      flags.threads > 0 ? flags.threads
+                        : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const bool is_table = !flags.as_json && flags.csv != "-" && flags.svg != "-";
   if (is_table) {
     std::printf("%10s  %14s  %12s  %12s  %9s\n", "n", "mean", "rmse", "std. error", "seconds");
@@ -208,22 +219,27 @@ Choices choices() {
 }  // namespace
 
 int lab_command(const Args& args) {
-  CLI::App app("Runs an experiment of the estimator laboratory on this machine. Without a name it lists them, with\n"
-               "--json in full. Exit code 1 when theory and measurement differ.",
-               "tessera lab");
+  CLI::App app(
+      "Runs an experiment of the estimator laboratory on this machine. Without a name it lists "
+      "them, with\n"
+      "--json in full. Exit code 1 when theory and measurement differ.",
+      "tessera lab");
   LabFlags flags;
   bool wants_text = false;
   app.add_option("experiment", flags.experiment, "What to try; `tessera lab` alone lists them")
       ->type_name("EXPERIMENT");
-  app.add_flag("--explain", wants_text, "Say what is estimated, by which formula, and what to see; run nothing");
+  app.add_flag("--explain", wants_text,
+               "Say what is estimated, by which formula, and what to see; run nothing");
   app.add_option("--estimator", flags.estimator, "One of the experiment's")->type_name("NAME");
-  app.add_option("--sampler", flags.sampler, "Of the registry, as far as the experiment takes it")->type_name("NAME");
+  app.add_option("--sampler", flags.sampler, "Of the registry, as far as the experiment takes it")
+      ->type_name("NAME");
   app.add_option("--n", flags.n, "Evaluations of a replicate, separated by commas")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("N,N");
   app.add_option("--replicates", flags.replicates, "Independent repetitions (64)")->type_name("N");
-  app.add_option("--seed", flags.seed, "The same seed gives the same numbers, times excepted")->type_name("N");
+  app.add_option("--seed", flags.seed, "The same seed gives the same numbers, times excepted")
+      ->type_name("N");
   app.add_option("--param", flags.parameters, "Parameter of the experiment; may be repeated")
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
@@ -231,14 +247,18 @@ int lab_command(const Args& args) {
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
   app.add_flag("--json", flags.as_json, "JSON lines, as the service streams them");
-  app.add_option("--csv", flags.csv, "Write the points to this file; - is stdout")->type_name("FILE");
+  app.add_option("--csv", flags.csv, "Write the points to this file; - is stdout")
+      ->type_name("FILE");
   app.add_option("--svg", flags.svg, "Write the plot to this file; - is stdout")->type_name("FILE");
   const auto chosen = [&] {
     if (flags.experiment.empty()) {
       return list(app, flags);
     }
-    if (static_cast<int>(flags.as_json) + static_cast<int>(flags.csv == "-") + static_cast<int>(flags.svg == "-") > 1) {
-      complain("lab", {ErrorCode::kInvalidArgument, "only one of --json, --csv and --svg can be stdout", ""});
+    if (static_cast<int>(flags.as_json) + static_cast<int>(flags.csv == "-") +
+            static_cast<int>(flags.svg == "-") >
+        1) {
+      complain("lab", {ErrorCode::kInvalidArgument,
+                       "only one of --json, --csv and --svg can be stdout", ""});
       return kWrongUsage;
     }
     const lab::Experiment* found = lab::find_experiment(flags.experiment);

@@ -1,7 +1,6 @@
-// tessera: the client verbs. `serve`, `render` and `lab` are the program tessera-server next to it, which is
-// executed in this one's place: client verbs start without the renderer's and OpenImageIO's libraries.
-#include <unistd.h>
-
+// tessera: the client verbs. `serve`, `render` and `lab` are the program tessera-server next to it,
+// which is executed in this one's place: client verbs start without the renderer's and
+// OpenImageIO's libraries.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -12,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include <unistd.h>
+
 #include "clients/cli/cli.h"
 #include "clients/cli/command.h"
 
@@ -19,7 +20,8 @@ namespace cli {
 namespace {
 
 std::string help_text() {
-  std::string text = "tessera: pictures from glTF scenes, with an honest error bar\n\nUsage: tessera VERB ...\n\n";
+  std::string text =
+      "tessera: pictures from glTF scenes, with an honest error bar\n\nUsage: tessera VERB ...\n\n";
   for (const Verb& verb : verbs()) {
     std::string name(verb.name);
     name.resize(12, ' ');
@@ -45,8 +47,8 @@ int unknown_verb(const std::string& name) {
   constexpr std::size_t kTypos = 2;
   const bool alike = edit_distance(name, near->name) <= std::min(kTypos, near->name.size() - 1);
   const std::string meant = alike ? "; did you mean " + std::string(near->name) + "?" : ".";
-  std::fprintf(stderr, "tessera: there is no verb \"%s\"%s `tessera --help` lists what there is.\n", name.c_str(),
-               meant.c_str());
+  std::fprintf(stderr, "tessera: there is no verb \"%s\"%s `tessera --help` lists what there is.\n",
+               name.c_str(), meant.c_str());
   return kWrongUsage;
 }
 
@@ -66,7 +68,8 @@ int dispatch(int argc, char** argv) {
     return kDone;
   }
   const auto known = verbs();
-  const auto verb = std::find_if(known.begin(), known.end(), [name](const Verb& v) { return v.name == name; });
+  const auto verb =
+      std::find_if(known.begin(), known.end(), [name](const Verb& v) { return v.name == name; });
   if (name.empty()) {
     std::fprintf(stderr, "tessera: which verb?\n\n%s", help_text().c_str());
     return kWrongUsage;

@@ -29,8 +29,9 @@ void print_table(const Json& list) {
     const std::string name = text_at(spec, "name");
     const std::string scene = text_at(spec, "scene");
     std::printf("%-36s  %-9s  %3d %%  %8.0f  %10s  %9s  %s\n", text_at(job, "id").c_str(),
-                facts.state.c_str(), static_cast<int>(facts.fraction * 100), facts.samples_per_pixel,
-                error_text(facts.relative_error).c_str(), duration_text(facts.elapsed_seconds).c_str(),
+                facts.state.c_str(), static_cast<int>(facts.fraction * 100),
+                facts.samples_per_pixel, error_text(facts.relative_error).c_str(),
+                duration_text(facts.elapsed_seconds).c_str(),
                 name.empty() ? scene.substr(0, 24).c_str() : name.c_str());
   }
 }
@@ -44,7 +45,8 @@ int list_jobs(const ServerFlags& server, const ListFlags& flags) {
   std::string cursor;
   do {
     const int left = flags.limit - static_cast<int>(all.size());
-    std::string path = std::string("/v1/jobs?") + (flags.previews ? "" : "class=normal&") + "limit=" + std::to_string(std::min(left, 200));
+    std::string path = std::string("/v1/jobs?") + (flags.previews ? "" : "class=normal&") +
+                       "limit=" + std::to_string(std::min(left, 200));
     for (const std::string& state : flags.states) {
       path += "&state=" + encode_url(state);
     }
@@ -81,8 +83,8 @@ int cancel_jobs(const ServerFlags& server, const std::vector<std::string>& ids) 
   int code = kDone;
   for (const std::string& id : ids) {
     const auto path = job_path(**client, id);
-    const auto reply =
-        path ? (*client)->post(*path + "/cancel", "", "application/json") : core::Result<Reply>(path.error());
+    const auto reply = path ? (*client)->post(*path + "/cancel", "", "application/json")
+                            : core::Result<Reply>(path.error());
     if (!reply) {
       code = complain("cancel", reply.error());
       continue;
@@ -99,13 +101,19 @@ int jobs(const Args& args) {
   CLI::App app("Lists the jobs of a server, newest first.", "tessera jobs");
   ServerFlags server;
   ListFlags flags;
-  app.add_option("--state", flags.states, "Only queued, loading, rendering, paused, finished, failed, cancelled")
-      ->type_name("STATE")->allow_extra_args(false);
+  app.add_option("--state", flags.states,
+                 "Only queued, loading, rendering, paused, finished, failed, cancelled")
+      ->type_name("STATE")
+      ->allow_extra_args(false);
   app.add_option("--label", flags.labels, "Only with this label: KEY or KEY=VALUE")
-      ->type_name("LABEL")->allow_extra_args(false);
-  app.add_option("--name", flags.name, "Only with this in its name, small letters or large")->type_name("TEXT");
+      ->type_name("LABEL")
+      ->allow_extra_args(false);
+  app.add_option("--name", flags.name, "Only with this in its name, small letters or large")
+      ->type_name("TEXT");
   app.add_flag("--previews", flags.previews, "The small pictures of those who place a camera, too");
-  app.add_option("--limit", flags.limit, "At most so many")->check(CLI::Range(1, 100000).description(""))->type_name("N")
+  app.add_option("--limit", flags.limit, "At most so many")
+      ->check(CLI::Range(1, 100000).description(""))
+      ->type_name("N")
       ->capture_default_str();
   app.add_flag("--json", flags.json, "Print the jobs as JSON");
   add_server_flags(app, server);
@@ -124,9 +132,12 @@ int cancel(const Args& args) {
 int health(const Args& args) {
   CLI::App app("Asks a server whether it is ready for requests.", "tessera health");
   ServerFlags server;
+  bool insecure = false;
   add_server_flags(app, server);
+  app.add_flag("--insecure", insecure, "Take any certificate, and send no key");
   return parse_and_run(app, args, [&] {
-    auto client = ApiClient::connect(server.url, server.key);
+    auto client = insecure ? ApiClient::connect(server.url, "", ApiClient::Certificates::kAnyTaken)
+                           : ApiClient::connect(server.url, server.key);
     const auto reply = client ? (*client)->get("/readyz") : core::Result<Reply>(client.error());
     if (!reply) {
       return complain("health", reply.error());

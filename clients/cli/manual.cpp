@@ -31,7 +31,8 @@ int print(const char* verb, Writer writer) {
 }  // namespace
 
 int completion(const Args& args) {
-  CLI::App app("Prints a script that completes verbs, options, files and job ids in a shell.", "tessera completion");
+  CLI::App app("Prints a script that completes verbs, options, files and job ids in a shell.",
+               "tessera completion");
   std::string shell;
   std::vector<std::string> names;
   std::string list;
@@ -49,7 +50,8 @@ int completion(const Args& args) {
           ""))
       ->type_name("SHELL");
   const auto run = [&] {
-    const auto* row = std::find_if(kShells.begin(), kShells.end(), [&](const auto& each) { return each.first == shell; });
+    const auto* row = std::find_if(kShells.begin(), kShells.end(),
+                                   [&](const auto& each) { return each.first == shell; });
     return print("completion", row->second);
   };
   return parse_and_run(app, args, run, [&] { return Choices{{"shell", names}}; });

@@ -20,7 +20,8 @@ std::string bold(std::string_view text) { return "\\fB" + roff(text) + "\\fR"; }
 std::string italic(std::string_view text) { return "\\fI" + roff(text) + "\\fR"; }
 
 std::string with_stop(std::string text) {
-  const bool stops = text.empty() || std::string_view(".)").find(text.back()) != std::string_view::npos;
+  const bool stops =
+      text.empty() || std::string_view(".)").find(text.back()) != std::string_view::npos;
   return stops ? text : text + ".";
 }
 
@@ -81,8 +82,10 @@ std::string manual_page(std::span<const VerbText> verbs) {
       ".SH SYNOPSIS\n"
       ".B tessera\n.I VERB\n[\\fIOPTIONS\\fR] [\\fIOPERANDS\\fR]\n"
       ".SH DESCRIPTION\n"
-      "Renders glTF scenes by path tracing and tells how wrong the picture still is. One program is the service, its\n"
-      "client, and a renderer of single pictures without a service. Results go to the standard output, everything else\n"
+      "Renders glTF scenes by path tracing and tells how wrong the picture still is. One program "
+      "is the service, its\n"
+      "client, and a renderer of single pictures without a service. Results go to the standard "
+      "output, everything else\n"
       "to the standard error.\n"
       ".TP\n\\fB\\-\\-help\\fR\nLists the verbs; after a verb, its options.\n"
       ".TP\n\\fB\\-\\-version\\fR\nPrints the version.\n"
@@ -92,9 +95,11 @@ std::string manual_page(std::span<const VerbText> verbs) {
   }
   return out + ".SH ENVIRONMENT\n" + environment(verbs) +
          ".SH EXIT STATUS\n"
-         ".TP\n0\nDone.\n.TP\n1\nFailed, or the job did not finish. A file that is missing or wrong, and what the server\n"
+         ".TP\n0\nDone.\n.TP\n1\nFailed, or the job did not finish. A file that is missing or "
+         "wrong, and what the server\n"
          "refuses, count here.\n"
-         ".TP\n2\nWrong usage: the command line alone shows it, as with an unknown option or a number outside its range.\n"
+         ".TP\n2\nWrong usage: the command line alone shows it, as with an unknown option or a "
+         "number outside its range.\n"
          ".SH EXAMPLES\n.nf\n" +
          roff("tessera serve --port 9000 --data ~/renders") + "\n" +
          roff("tessera submit cornell-box --relative-error 0.03 -o cornell.png") + "\n" +

@@ -23,7 +23,8 @@ constexpr std::size_t kColours = std::size_t{6} * 7 * 6;
 /// Bayer's matrix of 4 x 4: thresholds (2 n + 1) / 32.
 constexpr std::array<int, 16> kBayer = {0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
 
-/// Level of a value, rounded up in as many of the 16 places as it is sixteenths above the lower one.
+/// Level of a value, rounded up in as many of the 16 places as it is sixteenths above the lower
+/// one.
 int level_of(int value, int levels, int threshold) {
   const int scaled = value * (levels - 1) * 32;  // in 1/32 of a step, times 255
   return std::min(levels - 1, (scaled + (31 - (2 * threshold)) * 255) / (32 * 255));
@@ -43,7 +44,8 @@ std::string sixel_colour(int colour) {
   const auto percent = [](int level, int levels) {
     return std::to_string((level * 100 + (levels - 1) / 2) / (levels - 1));
   };
-  return "#" + std::to_string(colour) + ";2;" + percent(colour / (kLevels[1] * kLevels[2]), kLevels[0]) + ";" +
+  return "#" + std::to_string(colour) + ";2;" +
+         percent(colour / (kLevels[1] * kLevels[2]), kLevels[0]) + ";" +
          percent(colour / kLevels[2] % kLevels[1], kLevels[1]) + ";" +
          percent(colour % kLevels[2], kLevels[2]);
 }
@@ -73,7 +75,8 @@ std::string sixel_band(const std::vector<int>& colours, int width, int rows) {
     for (int x = 0; x < width; ++x) {
       unsigned bits = 0;
       for (int y = 0; y < rows; ++y) {
-        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                        static_cast<std::size_t>(x);
         const bool on = colours[at] == static_cast<int>(colour);
         bits |= (on ? 1U : 0U) << static_cast<unsigned>(y);
       }
@@ -99,8 +102,8 @@ Picture enlarged(const Picture& picture, int width, int height) {
   out.pixels.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      out.pixels.push_back(
-          picture.at((2 * x + 1) * picture.width / (2 * width), (2 * y + 1) * picture.height / (2 * height)));
+      out.pixels.push_back(picture.at((2 * x + 1) * picture.width / (2 * width),
+                                      (2 * y + 1) * picture.height / (2 * height)));
     }
   }
   return out;
@@ -147,8 +150,8 @@ std::string draw_sixel(const Picture& picture) {
     }
     bands += (bands.empty() ? "" : "-") + sixel_band(colours, picture.width, rows);
   }
-  return "\x1bP0;1q\"1;1;" + std::to_string(picture.width) + ";" + std::to_string(picture.height) + palette +
-         bands + "\x1b\\";
+  return "\x1bP0;1q\"1;1;" + std::to_string(picture.width) + ";" + std::to_string(picture.height) +
+         palette + bands + "\x1b\\";
 }
 
 std::string draw_kitty(std::string_view png, const KittyPlace& place) {
@@ -166,6 +169,8 @@ std::string draw_kitty(std::string_view png, const KittyPlace& place) {
   return out;
 }
 
-std::string drop_kitty(std::uint32_t id) { return "\x1b_Ga=d,d=I,q=2,i=" + std::to_string(id) + "\x1b\\"; }
+std::string drop_kitty(std::uint32_t id) {
+  return "\x1b_Ga=d,d=I,q=2,i=" + std::to_string(id) + "\x1b\\";
+}
 
 }  // namespace cli

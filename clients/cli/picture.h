@@ -26,13 +26,14 @@ struct Picture {
   std::vector<Pixel> pixels;
 
   const Pixel& at(int x, int y) const {
-    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(x)];
   }
 };
 
 /// Any PNG, as 8-bit sRGB over black.
-/// Errors: kUnsupportedMedia for what is no PNG, kTooLarge above 64 Mi pixels (told before memory is taken),
-/// kInvalidArgument for a broken file.
+/// Errors: kUnsupportedMedia for what is no PNG, kTooLarge above 64 Mi pixels (told before memory
+/// is taken), kInvalidArgument for a broken file.
 core::Result<Picture> decode_png(std::string_view bytes);
 
 /// Each pixel of the answer is the one of `picture` under its middle. width, height: at least 1.
@@ -42,7 +43,8 @@ Picture enlarged(const Picture& picture, int width, int height);
 /// characters resets the colours and ends with a line feed.
 std::string draw_blocks(const Picture& picture);
 
-/// DEC sixel graphics (VT330/VT340 programmer reference, chapter 14), 252 colours, ordered dithering.
+/// DEC sixel graphics (VT330/VT340 programmer reference, chapter 14), 252 colours, ordered
+/// dithering.
 std::string draw_sixel(const Picture& picture);
 
 struct KittyPlace {
@@ -52,8 +54,8 @@ struct KittyPlace {
   bool keep_cursor = true;  ///< else it goes behind the picture
 };
 
-/// Shows a PNG at the cursor, stretched over the cells (kitty graphics protocol: base64 in chunks of
-/// at most 4096 bytes). The terminal is asked to answer nothing.
+/// Shows a PNG at the cursor, stretched over the cells (kitty graphics protocol: base64 in chunks
+/// of at most 4096 bytes). The terminal is asked to answer nothing.
 std::string draw_kitty(std::string_view png, const KittyPlace& place);
 /// Takes the picture off the screen and out of the terminal's memory.
 std::string drop_kitty(std::uint32_t id);

@@ -1,9 +1,9 @@
 #include "clients/cli/picture_screen.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
+
+#include <unistd.h>
 
 #include "clients/cli/picture.h"
 
@@ -35,8 +35,8 @@ int at_least_one(double value) { return std::max(1, static_cast<int>(value)); }
 
 }  // namespace
 
-std::optional<PictureWay> choose_picture_way(std::string_view asked,
-                                             const std::function<const char*(const char*)>& environment) {
+std::optional<PictureWay> choose_picture_way(
+    std::string_view asked, const std::function<const char*(const char*)>& environment) {
   if (asked == "auto") {
     return speaks_kitty(environment) ? PictureWay::kKitty : PictureWay::kBlocks;
   }
@@ -76,8 +76,9 @@ PicturePlan plan_picture(PictureWay way, Extent film, const TerminalSize& size) 
   return plan;
 }
 
-core::Result<std::string> draw_picture(PictureWay way, const PicturePlan& plan, std::string_view png,
-                                       std::uint32_t kitty_id, bool keep_cursor) {
+core::Result<std::string> draw_picture(PictureWay way, const PicturePlan& plan,
+                                       std::string_view png, std::uint32_t kitty_id,
+                                       bool keep_cursor) {
   if (way == PictureWay::kKitty) {
     return draw_kitty(png, {plan.columns, plan.rows, kitty_id, keep_cursor});
   }
@@ -106,7 +107,8 @@ core::Status PictureScreen::draw(const PicturePlan& plan, std::string_view png) 
   if (!drawing) {
     return drawing.error();
   }
-  std::string frame = "\x1b[?2026h\x1b[?25l";  // no half frame where the terminal knows how; no cursor
+  std::string frame =
+      "\x1b[?2026h\x1b[?25l";  // no half frame where the terminal knows how; no cursor
   const TerminalSize size = terminal_size(out_);
   if (placed_ && !(size == size_)) {  // the lines have been wrapped anew
     frame += "\x1b[2J\x1b[H";

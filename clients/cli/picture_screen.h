@@ -15,11 +15,11 @@ namespace cli {
 
 enum class PictureWay { kBlocks, kSixel, kKitty };
 
-/// asked: auto, blocks, sixel or kitty; empty for anything else. environment: value of a variable or
-/// null. auto is kitty where the terminal itself says that it is one which speaks that protocol (and no
-/// multiplexer stands between), else blocks.
-std::optional<PictureWay> choose_picture_way(std::string_view asked,
-                                             const std::function<const char*(const char*)>& environment);
+/// asked: auto, blocks, sixel or kitty; empty for anything else. environment: value of a variable
+/// or null. auto is kitty where the terminal itself says that it is one which speaks that protocol
+/// (and no multiplexer stands between), else blocks.
+std::optional<PictureWay> choose_picture_way(
+    std::string_view asked, const std::function<const char*(const char*)>& environment);
 
 struct Extent {
   int width = 1;
@@ -29,17 +29,18 @@ struct Extent {
 struct PicturePlan {
   int columns = 1;  ///< cells that the picture takes
   int rows = 1;
-  Extent drawn;     ///< pixels that are drawn on them
+  Extent drawn;      ///< pixels that are drawn on them
   int side_max = 0;  ///< longest side to ask the service for; 0: the whole, which may be enlarged
 };
 
-/// As wide as the terminal, or as high with two lines left over; the aspect is kept. Cells of a terminal
-/// that does not tell their size count as 8 by 16 pixels.
+/// As wide as the terminal, or as high with two lines left over; the aspect is kept. Cells of a
+/// terminal that does not tell their size count as 8 by 16 pixels.
 PicturePlan plan_picture(PictureWay way, Extent film, const TerminalSize& size);
 
 /// A PNG as text for a plan. keep_cursor: as KittyPlace has it.
-core::Result<std::string> draw_picture(PictureWay way, const PicturePlan& plan, std::string_view png,
-                                       std::uint32_t kitty_id, bool keep_cursor);
+core::Result<std::string> draw_picture(PictureWay way, const PicturePlan& plan,
+                                       std::string_view png, std::uint32_t kitty_id,
+                                       bool keep_cursor);
 
 class PictureScreen {
  public:

@@ -1,7 +1,7 @@
 // PNG (ISO/IEC 15948) by libpng's simplified interface.
-#include <png.h>
-
 #include <string>
+
+#include <png.h>
 
 #include "clients/cli/picture.h"
 
@@ -11,7 +11,7 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-constexpr std::size_t kChannels = 4;  // PNG_FORMAT_RGBA
+constexpr std::size_t kChannels = 4;                       // PNG_FORMAT_RGBA
 constexpr std::size_t kPixelsMax = std::size_t{1} << 26U;  // the largest film of the service
 
 std::uint8_t over_black(std::uint8_t value, std::uint8_t alpha) {
@@ -28,7 +28,8 @@ class Reader {
 
   png_image& image() { return image_; }
   Error broken() const {
-    return Error{ErrorCode::kInvalidArgument, std::string("the PNG is broken: ") + image_.message, ""};
+    return Error{ErrorCode::kInvalidArgument, std::string("the PNG is broken: ") + image_.message,
+                 ""};
   }
 
  private:
@@ -51,8 +52,8 @@ core::Result<Picture> decode_png(std::string_view bytes) {
   const std::size_t count = std::size_t{image.width} * image.height;
   if (count > kPixelsMax) {
     return Error{ErrorCode::kTooLarge,
-                 "the PNG has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
-                     " pixels; at most 64 Mi can be drawn",
+                 "the PNG has " + std::to_string(image.width) + " x " +
+                     std::to_string(image.height) + " pixels; at most 64 Mi can be drawn",
                  ""};
   }
   image.format = PNG_FORMAT_RGBA;
@@ -64,8 +65,8 @@ core::Result<Picture> decode_png(std::string_view bytes) {
   picture.pixels.reserve(count);
   for (std::size_t at = 0; at < raw.size(); at += kChannels) {
     const std::uint8_t alpha = raw[at + 3];
-    picture.pixels.push_back(
-        {over_black(raw[at], alpha), over_black(raw[at + 1], alpha), over_black(raw[at + 2], alpha)});
+    picture.pixels.push_back({over_black(raw[at], alpha), over_black(raw[at + 1], alpha),
+                              over_black(raw[at + 2], alpha)});
   }
   return picture;
 }

@@ -76,7 +76,8 @@ std::string error_text(double relative_error) {
 std::string interval_text(const ProgressFacts& facts) {
   std::string text = "error " + error_text(facts.relative_error);
   if (!std::isnan(facts.error_low) && !std::isnan(facts.error_high)) {
-    text += " (" + three_digits(facts.error_low * 100) + " to " + three_digits(facts.error_high * 100) + ")";
+    text += " (" + three_digits(facts.error_low * 100) + " to " +
+            three_digits(facts.error_high * 100) + ")";
   }
   return text;
 }
@@ -133,7 +134,8 @@ ProgressPrinter::~ProgressPrinter() { clear(); }
 void ProgressPrinter::show(const ProgressFacts& facts) {
   const auto now = std::chrono::steady_clock::now();
   if (terminal_) {
-    std::fprintf(out_, "\r\x1b[2K%s", progress_bar(facts, terminal_size(out_).columns - 1, unicode_).c_str());
+    std::fprintf(out_, "\r\x1b[2K%s",
+                 progress_bar(facts, terminal_size(out_).columns - 1, unicode_).c_str());
     drawn_ = true;
   } else {
     const bool due = facts.state != state_ || facts.fraction >= fraction_ + 0.05 ||

@@ -11,8 +11,8 @@ namespace cli {
 
 struct ProgressFacts {
   std::string state = "rendering";
-  double fraction = 0;              ///< 0 to 1
-  double samples_per_pixel = 0;     ///< mean so far
+  double fraction = 0;           ///< 0 to 1
+  double samples_per_pixel = 0;  ///< mean so far
   double elapsed_seconds = 0;
   double relative_error = std::numeric_limits<double>::quiet_NaN();  ///< NaN: unknown
   double error_low = std::numeric_limits<double>::quiet_NaN();
@@ -32,8 +32,8 @@ std::string rate_text(double rays_per_second);
 
 /// One line of plain text without the bar.
 std::string progress_text(const ProgressFacts& facts);
-/// The bar and the facts in at most `columns` columns; where these are few, the interval of the error goes first, then
-/// the speed, the error, the samples. unicode: block characters, else '#'.
+/// The bar and the facts in at most `columns` columns; where these are few, the interval of the
+/// error goes first, then the speed, the error, the samples. unicode: block characters, else '#'.
 std::string progress_bar(const ProgressFacts& facts, int columns, bool unicode);
 
 /// Shows facts as they come. On a terminal one line is drawn over and over; else a line is printed

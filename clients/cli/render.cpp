@@ -13,8 +13,9 @@
 #include "clients/cli/render_job.h"
 #include "core/color/tone_map.h"
 #include "core/image_io/image_io.h"
-#include "core/render/registry.h"
+#include "core/layers/layers.h"
 #include "core/scene_io/builtin_scenes.h"
+#include "core/settings/registry.h"
 
 namespace cli {
 namespace {
@@ -23,7 +24,8 @@ using core::Error;
 using core::ErrorCode;
 
 // Set by the first Ctrl-C: the picture so far is written. The second one ends the process.
-volatile std::sig_atomic_t g_interrupted = 0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+volatile std::sig_atomic_t g_interrupted =
+    0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
 
 void on_interrupt(int signal) {
   g_interrupted = 1;
@@ -82,7 +84,8 @@ const core::ImageFormat* find_format(const std::string& output) {
   return nullptr;
 }
 
-core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spec, const std::string& output) {
+core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spec,
+                           const std::string& output) {
   const core::ImageFormat& format = *find_format(output);
   const core::FilmSnapshot film = task.film().snapshot();
   core::Result<core::FloatImage> image = format.extension == "exr"
@@ -106,7 +109,9 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
   return {{"output", output},
           {"stop_reason", std::string(api::to_text(task.stop_reason()))},
           {"samples_per_pixel",
-           {{"min", progress.samples_min}, {"mean", progress.samples_mean}, {"max", progress.samples_max}}},
+           {{"min", progress.samples_min},
+            {"mean", progress.samples_mean},
+            {"max", progress.samples_max}}},
           {"elapsed_seconds", progress.elapsed_seconds},
           {"cpu_seconds", progress.cpu_seconds},
           {"rays", progress.rays},
@@ -115,7 +120,8 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
            {{"relative_rmse", number_or_null(progress.error.relative_rmse)},
             {"low", valid ? number_or_null(progress.error.low) : Json(nullptr)},
             {"high", valid ? number_or_null(progress.error.high) : Json(nullptr)},
-            {"bias", std::string(api::bias_of(job.spec.render, task.stop_reason() == core::StopReason::kRelativeError))},
+            {"bias", std::string(api::bias_of(
+                         job.spec.render, task.stop_reason() == core::StopReason::kRelativeError))},
             {"valid", valid},
             {"unreliable", progress.error.unreliable},
             {"confidence", job.spec.stop.confidence}}},
@@ -128,7 +134,7 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
 int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   QuietSink sink;
   const core::RenderSettings& settings = job.spec.render;
-  auto film = std::make_shared<core::Film>(settings, core::pixel_errors(settings));
+  auto film = std::make_shared<core::Film>(settings);
   core::TaskOptions options;
   options.stop = job.spec.stop;
   core::RenderTask task(job.renderer, std::move(film), std::move(options), sink);
@@ -137,7 +143,8 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
 
   const core::Progress progress = task.progress();
   if (progress.samples_max == 0) {
-    return complain("render", {ErrorCode::kCancelled, "interrupted before there was a picture", ""});
+    return complain("render",
+                    {ErrorCode::kCancelled, "interrupted before there was a picture", ""});
   }
   if (const auto written = write_picture(task, job.spec, flags.output); !written) {
     return complain("render", written.error());
@@ -146,9 +153,11 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     std::printf("%s\n", result_json(task, job, flags.output).dump(2).c_str());
   }
   const ProgressFacts facts = facts_of(progress, valid);
-  std::fprintf(stderr, "%s: %.0f samples in %s, %s%s, %s\n", flags.output.c_str(), facts.samples_per_pixel,
-               duration_text(facts.elapsed_seconds).c_str(), interval_text(facts).c_str(),
-               valid ? "" : " without an interval: the samples were chosen by what was seen", rate_text(facts.rays_per_second).c_str());
+  std::fprintf(stderr, "%s: %.0f samples in %s, %s%s, %s\n", flags.output.c_str(),
+               facts.samples_per_pixel, duration_text(facts.elapsed_seconds).c_str(),
+               interval_text(facts).c_str(),
+               valid ? "" : " without an interval: the samples were chosen by what was seen",
+               rate_text(facts.rays_per_second).c_str());
   return g_interrupted == 0 ? kDone : kFailed;
 }
 
@@ -217,10 +226,13 @@ Choices choices() {
 int render(const Args& args) {
   CLI::App app("Renders one picture on this machine, without a service.", "tessera render");
   JobFlags flags;
-  add_job_flags(app, flags, "Built-in scene (--scenes lists them), a .glb or .gltf file, or a folder with one");
+  add_job_flags(app, flags,
+                "Built-in scene (--scenes lists them), a .glb or .gltf file, or a folder with one");
   app.get_option("--output")->required();
-  app.add_flag_callback("--scenes", &print_builtin_scenes, "List the built-in scenes; render nothing");
-  return parse_and_run(app, args, [&] { return run(flags); }, &choices);
+  app.add_flag_callback("--scenes", &print_builtin_scenes,
+                        "List the built-in scenes; render nothing");
+  return parse_and_run(
+      app, args, [&] { return run(flags); }, &choices);
 }
 
 }  // namespace cli

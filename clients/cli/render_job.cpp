@@ -38,13 +38,16 @@ core::Result<core::SceneDescription> load_builtin(const std::string& name,
     for (const core::BuiltinScene& row : core::builtin_scenes()) {
       known += " " + std::string(row.name);
     }
-    return Error{ErrorCode::kNotFound, "is neither a file nor a built-in scene; those are" + known, name};
+    return Error{ErrorCode::kNotFound, "is neither a file nor a built-in scene; those are" + known,
+                 name};
   }
   const core::Bytes glb = scene->make_glb();
-  return core::load_gltf(glb, [](std::string_view) { return core::SharedBytes(); }, options);
+  return core::load_gltf(
+      glb, [](std::string_view) { return core::SharedBytes(); }, options);
 }
 
-core::Result<core::SceneDescription> load_file(const std::string& path, const core::GltfOptions& options) {
+core::Result<core::SceneDescription> load_file(const std::string& path,
+                                               const core::GltfOptions& options) {
   if (extension_of(path) == "zip") {
     return Error{ErrorCode::kUnsupportedMedia,
                  "an archive goes to a server (`tessera submit`); unpack it to render here", path};
@@ -75,7 +78,8 @@ core::Result<core::SceneDescription> load_file(const std::string& path, const co
   return scene;
 }
 
-core::Result<core::SceneDescription> load_scene(const std::string& scene, const core::GltfOptions& options) {
+core::Result<core::SceneDescription> load_scene(const std::string& scene,
+                                                const core::GltfOptions& options) {
   const auto file = model_file(scene);
   if (!file) {
     return file.error();
@@ -93,9 +97,10 @@ core::Result<std::shared_ptr<const core::Environment>> load_environment(const ap
     return core::Environment::create(nullptr, spec.environment);
   }
   if (path.empty()) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "a job file's environment asset lives on a server; name the file with --environment",
-                 "/environment/asset"};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "a job file's environment asset lives on a server; name the file with --environment",
+        "/environment/asset"};
   }
   const auto file = read_file(path);
   if (!file) {
@@ -129,7 +134,8 @@ core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags) {
   return *std::move(parsed);
 }
 
-core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob parsed, int threads) {
+core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob parsed,
+                                         int threads) {
   LocalJob job{std::move(parsed.spec), std::move(parsed.warnings), nullptr};
   core::GltfOptions options;
   options.time_seconds = job.spec.time_seconds;

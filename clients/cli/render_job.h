@@ -21,8 +21,9 @@ struct LocalJob {
 /// The request that the flags and the job file stand for, checked.
 core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags);
 
-/// Reads the scene (a built-in name, or a .glb or .gltf file whose side files lie in its folder) and the
-/// environment, and prepares the view. Errors name the file, or the place in the request or the scene.
+/// Reads the scene (a built-in name, or a .glb or .gltf file whose side files lie in its folder)
+/// and the environment, and prepares the view. Errors name the file, or the place in the request or
+/// the scene.
 core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob parsed, int threads);
 
 }  // namespace cli

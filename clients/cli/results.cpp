@@ -28,7 +28,8 @@ core::Result<std::string> id_of(ApiClient& client, const std::string& name) {
     return name;
   }
   if (name.size() != kUuidLength && name != "latest") {
-    return core::Error{core::ErrorCode::kNotFound, "there is no such file, and the id of a job looks different", name};
+    return core::Error{core::ErrorCode::kNotFound,
+                       "there is no such file, and the id of a job looks different", name};
   }
   const auto path = job_path(client, name);
   if (!path) {
@@ -38,7 +39,8 @@ core::Result<std::string> id_of(ApiClient& client, const std::string& name) {
 }
 
 /// The server speaks of "/films/1" or "/b": says which argument that was.
-core::Error with_argument(core::Error error, const std::vector<std::pair<std::string, std::string>>& pointers) {
+core::Error with_argument(core::Error error,
+                          const std::vector<std::pair<std::string, std::string>>& pointers) {
   for (const auto& [pointer, argument] : pointers) {
     if (const std::size_t at = error.message.find(pointer + ": "); at != std::string::npos) {
       error.message.insert(at + pointer.size(), " (" + argument + ")");
@@ -62,7 +64,8 @@ int merge_films(const ServerFlags& server, const std::vector<std::string>& films
     }
     ids.push_back(*id);
   }
-  const auto reply = (*client)->post("/v1/films/merge", Json{{"films", ids}}.dump(), "application/json");
+  const auto reply =
+      (*client)->post("/v1/films/merge", Json{{"films", ids}}.dump(), "application/json");
   if (!reply) {
     return complain("merge", with_argument(reply.error(), pointers));
   }
@@ -87,8 +90,8 @@ void print_figures(const Json& comparison) {
   std::printf("MSE       %s\n", figure(comparison, "mse").c_str());
   std::printf("relMSE    %s\n", figure(comparison, "relmse").c_str());
   std::printf("FLIP      %s\n", figure(comparison, "flip").c_str());
-  std::printf("bias      %s (%s to %s)\n", figure(bias, "value").c_str(), figure(bias, "low").c_str(),
-              figure(bias, "high").c_str());
+  std::printf("bias      %s (%s to %s)\n", figure(bias, "value").c_str(),
+              figure(bias, "low").c_str(), figure(bias, "high").c_str());
   std::printf("z         mean %s, variance %s, share beyond 3 %s\n", figure(z, "mean").c_str(),
               figure(z, "variance").c_str(), figure(z, "share_above_3").c_str());
 }
@@ -97,16 +100,19 @@ void print_figures(const Json& comparison) {
 void warn_of_display_values(const std::vector<std::string>& names) {
   constexpr std::array<std::string_view, 4> kDisplay = {"png", "jpg", "jpeg", "webp"};
   for (const std::string& name : names) {
-    if (is_file(name) && std::find(kDisplay.begin(), kDisplay.end(), extension_of(name)) != kDisplay.end()) {
+    if (is_file(name) &&
+        std::find(kDisplay.begin(), kDisplay.end(), extension_of(name)) != kDisplay.end()) {
       std::fprintf(stderr,
-                   "warning: %s has display values, which end at white: what is brighter counts as a difference. "
+                   "warning: %s has display values, which end at white: what is brighter counts as "
+                   "a difference. "
                    "Only FLIP fits it; for the others compare an EXR.\n",
                    name.c_str());
     }
   }
 }
 
-int compare_pictures(const ServerFlags& server, const std::string& a, const std::string& b, bool json) {
+int compare_pictures(const ServerFlags& server, const std::string& a, const std::string& b,
+                     bool json) {
   auto client = ApiClient::connect(server.url, server.key);
   if (!client) {
     return complain("compare", client.error());
@@ -117,8 +123,8 @@ int compare_pictures(const ServerFlags& server, const std::string& a, const std:
     return complain("compare", second.error());
   }
   warn_of_display_values({a, b});
-  const auto reply =
-      (*client)->post("/v1/comparisons", Json{{"a", *first}, {"b", *second}}.dump(), "application/json");
+  const auto reply = (*client)->post("/v1/comparisons", Json{{"a", *first}, {"b", *second}}.dump(),
+                                     "application/json");
   if (!reply) {
     return complain("compare", with_argument(reply.error(), {{"/a", a}, {"/b", b}}));
   }
@@ -129,7 +135,8 @@ int compare_pictures(const ServerFlags& server, const std::string& a, const std:
   }
   print_figures(comparison);
   for (const char* map : {"difference", "z", "flip"}) {
-    std::printf("%-9s %s%s\n", map, (*client)->url().c_str(), text_at(object_in(comparison, "links"), map).c_str());
+    std::printf("%-9s %s%s\n", map, (*client)->url().c_str(),
+                text_at(object_in(comparison, "links"), map).c_str());
   }
   return kDone;
 }
@@ -137,18 +144,22 @@ int compare_pictures(const ServerFlags& server, const std::string& a, const std:
 }  // namespace
 
 int merge(const Args& args) {
-  CLI::App app("Adds up films of the same picture to a job of its own, and prints its id.", "tessera merge");
+  CLI::App app("Adds up films of the same picture to a job of its own, and prints its id.",
+               "tessera merge");
   ServerFlags server;
   std::vector<std::string> films;
   bool json = false;
-  app.add_option("film", films, "Jobs, or files that `fetch --film` wrote")->required()->type_name("ID|FILE...");
+  app.add_option("film", films, "Jobs, or files that `fetch --film` wrote")
+      ->required()
+      ->type_name("ID|FILE...");
   app.add_flag("--json", json, "Print the job as JSON");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return merge_films(server, films, json); });
 }
 
 int compare(const Args& args) {
-  CLI::App app("Compares two jobs, or a job and an image; the second is the reference.", "tessera compare");
+  CLI::App app("Compares two jobs, or a job and an image; the second is the reference.",
+               "tessera compare");
   ServerFlags server;
   std::string a;
   std::string b;

@@ -110,7 +110,8 @@ core::Result<Json> post_job(ApiClient& client, const Json& request) {
 void tell_warnings(const Json& job) {
   if (const auto found = job.find("warnings"); found != job.end() && found->is_array()) {
     for (const Json& warning : *found) {
-      std::fprintf(stderr, "warning: %s\n", warning.is_string() ? warning.get<std::string>().c_str() : "");
+      std::fprintf(stderr, "warning: %s\n",
+                   warning.is_string() ? warning.get<std::string>().c_str() : "");
     }
   }
 }
@@ -140,7 +141,8 @@ int run(const SubmitFlags& flags) {
     return request_fault_code(request.error(), flags.job);
   }
   if (flags.job.threads != 0) {
-    std::fprintf(stderr, "note: --threads is for `tessera render`; a server's pool serves all jobs\n");
+    std::fprintf(stderr,
+                 "note: --threads is for `tessera render`; a server's pool serves all jobs\n");
   }
   auto client = ApiClient::connect(flags.server.url, flags.server.key);
   if (!client) {
@@ -169,14 +171,17 @@ int run(const SubmitFlags& flags) {
 }  // namespace
 
 int submit(const Args& args) {
-  CLI::App app("Gives a job to a server and prints its id. With --wait or -o it stays until the job ends.",
-               "tessera submit");
+  CLI::App app(
+      "Gives a job to a server and prints its id. With --wait or -o it stays until the job ends.",
+      "tessera submit");
   SubmitFlags flags;
-  add_job_flags(app, flags.job, "Built-in scene, scene id, a .glb, .gltf or .zip file, or a folder with a model");
+  add_job_flags(app, flags.job,
+                "Built-in scene, scene id, a .glb, .gltf or .zip file, or a folder with a model");
   app.add_flag("--wait", flags.wait, "Follow the job; exit code 1 if it did not finish");
   app.add_option("--name", flags.name, "Name of the job, for people")->type_name("TEXT");
   app.add_option("--label", flags.labels, "Label to find it by; may be repeated")
-      ->type_name("KEY=VALUE")->allow_extra_args(false);
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
   app.add_option("--priority", flags.priority, "-100 to 100; higher is served first")
       ->check(within(-api::limits::kPriority, api::limits::kPriority))
       ->type_name("N");

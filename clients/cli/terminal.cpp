@@ -1,10 +1,10 @@
 #include "clients/cli/terminal.h"
 
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <cstdlib>
 #include <string_view>
+
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 namespace cli {
 
@@ -27,7 +27,8 @@ bool speaks_utf8() {
     const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): nobody sets it.
     if (value != nullptr && *value != 0) {
       const std::string_view text = value;
-      return text.find("UTF-8") != std::string_view::npos || text.find("utf8") != std::string_view::npos;
+      return text.find("UTF-8") != std::string_view::npos ||
+             text.find("utf8") != std::string_view::npos;
     }
   }
   return false;

@@ -9,7 +9,7 @@ namespace cli {
 struct TerminalSize {
   int columns = 80;
   int rows = 24;
-  int width_px = 0;   ///< of the whole text area; 0: the terminal does not say
+  int width_px = 0;  ///< of the whole text area; 0: the terminal does not say
   int height_px = 0;
 
   bool operator==(const TerminalSize&) const = default;
@@ -22,7 +22,8 @@ TerminalSize terminal_size(std::FILE* out);
 bool speaks_utf8();
 
 /// While it lives, a signal that would end the process (Ctrl-C, a closed terminal) waits in this
-/// thread: what is written meanwhile comes out whole, and ends with colours and cursor as they were.
+/// thread: what is written meanwhile comes out whole, and ends with colours and cursor as they
+/// were.
 class SignalsHeld {
  public:
   SignalsHeld();

@@ -1,18 +1,18 @@
 #include "clients/cli/tev.h"
 
-#include <netdb.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
-#include <sys/socket.h>
-#include <sys/time.h>
-#include <unistd.h>
-
 #include <bit>
 #include <cerrno>
 #include <cstdint>
 #include <memory>
 #include <system_error>
 #include <utility>
+
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
 
 namespace cli {
 namespace {
@@ -86,7 +86,8 @@ std::string tev_create_image(std::string_view name, int width, int height,
 }
 
 std::string tev_update_image(std::string_view name, const TevRect& rect,
-                             std::span<const std::string_view> channels, std::span<const float> values) {
+                             std::span<const std::string_view> channels,
+                             std::span<const float> values) {
   Packet packet(kUpdateImage);
   packet.add_bool(false);
   packet.add_text(name);
@@ -115,8 +116,10 @@ core::Result<TevConnection> TevConnection::open(const std::string& address) {
     return Error{ErrorCode::kInvalidArgument, "\"" + address + "\" is no HOST:PORT", "--tev"};
   }
   const Error nobody{ErrorCode::kUnavailable,
-                     "cannot reach tev at " + address + ". Start it first, or name another address with --tev "
-                     "HOST:PORT", ""};
+                     "cannot reach tev at " + address +
+                         ". Start it first, or name another address with --tev "
+                         "HOST:PORT",
+                     ""};
   addrinfo hints = {};
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
@@ -125,7 +128,8 @@ core::Result<TevConnection> TevConnection::open(const std::string& address) {
   }
   const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> places(found, &freeaddrinfo);
   for (const addrinfo* place = found; place != nullptr; place = place->ai_next) {
-    const int opened = socket(place->ai_family, place->ai_socktype | SOCK_CLOEXEC, place->ai_protocol);
+    const int opened =
+        socket(place->ai_family, place->ai_socktype | SOCK_CLOEXEC, place->ai_protocol);
     if (opened < 0) {
       continue;
     }
@@ -147,7 +151,8 @@ TevConnection::~TevConnection() {
   }
 }
 
-TevConnection::TevConnection(TevConnection&& other) noexcept : socket_(std::exchange(other.socket_, -1)) {}
+TevConnection::TevConnection(TevConnection&& other) noexcept
+    : socket_(std::exchange(other.socket_, -1)) {}
 
 TevConnection& TevConnection::operator=(TevConnection&& other) noexcept {
   std::swap(socket_, other.socket_);
@@ -162,8 +167,10 @@ core::Status TevConnection::send(std::string_view packet) {
     }
     if (sent < 0) {
       const bool stuck = errno == EAGAIN;  // SO_SNDTIMEO
-      return Error{ErrorCode::kUnavailable,
-                   stuck ? std::string("tev takes no more tiles") : "tev is gone (" + system_text() + ")", ""};
+      return Error{
+          ErrorCode::kUnavailable,
+          stuck ? std::string("tev takes no more tiles") : "tev is gone (" + system_text() + ")",
+          ""};
     }
     packet.remove_prefix(static_cast<std::size_t>(sent));
   }

@@ -1,6 +1,6 @@
 /// Speaks to the image viewer tev (https://github.com/Tom94/tev, "Over the Network"): packets
-/// [u32 length in bytes, itself included][u8 operation][payload], integers and floats little endian,
-/// strings ended by a zero byte, arrays element after element.
+/// [u32 length in bytes, itself included][u8 operation][payload], integers and floats little
+/// endian, strings ended by a zero byte, arrays element after element.
 #pragma once
 
 #include <span>
@@ -25,17 +25,19 @@ struct TevRect {
   int height = 0;
 };
 
-/// UpdateImage (operation 6, the one with offsets and strides). values: width * height linear values of the
-/// first channel, row by row from the top, then those of the next.
+/// UpdateImage (operation 6, the one with offsets and strides). values: width * height linear
+/// values of the first channel, row by row from the top, then those of the next.
 std::string tev_update_image(std::string_view name, const TevRect& rect,
-                             std::span<const std::string_view> channels, std::span<const float> values);
+                             std::span<const std::string_view> channels,
+                             std::span<const float> values);
 
 /// Whether it is HOST:PORT, an IPv6 host in brackets.
 bool is_tev_address(const std::string& address);
 
 class TevConnection {
  public:
-  /// Errors: kInvalidArgument when it is no address; kUnavailable when nothing listens there, with what to do.
+  /// Errors: kInvalidArgument when it is no address; kUnavailable when nothing listens there, with
+  /// what to do.
   static core::Result<TevConnection> open(const std::string& address);
   ~TevConnection();
   TevConnection(TevConnection&& other) noexcept;

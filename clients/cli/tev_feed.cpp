@@ -21,7 +21,9 @@ constexpr std::chrono::seconds kSilenceMax{60};
 constexpr std::chrono::milliseconds kPause{200};
 constexpr int kPausesBetweenTries = 5;
 
-int whole_at(const Json& object, const char* key) { return static_cast<int>(number_at(object, key, 0)); }
+int whole_at(const Json& object, const char* key) {
+  return static_cast<int>(number_at(object, key, 0));
+}
 
 std::span<const std::string_view> channels_of(const TileFrame& frame) {
   return std::span(kChannels).first(frame.has_alpha ? 4 : 3);
@@ -35,10 +37,12 @@ TevRect picture_rect(const Json& job) {
   if (crop.empty()) {
     return {0, 0, whole_at(film, "width"), whole_at(film, "height")};
   }
-  return {whole_at(crop, "x"), whole_at(crop, "y"), whole_at(crop, "width"), whole_at(crop, "height")};
+  return {whole_at(crop, "x"), whole_at(crop, "y"), whole_at(crop, "width"),
+          whole_at(crop, "height")};
 }
 
-TevFeed::TevFeed(std::unique_ptr<ApiClient> client, std::string path, TevConnection tev, const Json& job)
+TevFeed::TevFeed(std::unique_ptr<ApiClient> client, std::string path, TevConnection tev,
+                 const Json& job)
     : client_(std::move(client)),
       path_(std::move(path)),
       tev_(std::move(tev)),
@@ -86,10 +90,11 @@ core::Result<bool> TevFeed::follow_once() {
   parser_.restart();
   bool ended = false;
   core::Status taken = core::ok_status();
-  const auto status = client_->stream(path_ + "/tiles", {}, kSilenceMax, [&](std::string_view piece) {
-    taken = take(piece, ended);
-    return taken.has_value() && !ended && !stop_;
-  });
+  const auto status =
+      client_->stream(path_ + "/tiles", {}, kSilenceMax, [&](std::string_view piece) {
+        taken = take(piece, ended);
+        return taken.has_value() && !ended && !stop_;
+      });
   if (!taken) {
     return Error{ErrorCode::kInternal, taken.error().message, taken.error().where};
   }
@@ -119,7 +124,8 @@ core::Status TevFeed::show(const TileFrame& frame) {
   }
   const auto channels = channels_of(frame);
   if (!created_) {
-    if (auto sent = tev_.send(tev_create_image(name_, rect_.width, rect_.height, channels)); !sent) {
+    if (auto sent = tev_.send(tev_create_image(name_, rect_.width, rect_.height, channels));
+        !sent) {
       return sent;
     }
     created_ = true;

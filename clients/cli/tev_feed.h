@@ -28,7 +28,8 @@ class TevFeed {
   TevFeed(const TevFeed&) = delete;
   TevFeed& operator=(const TevFeed&) = delete;
 
-  /// After the end of the job: waits until its last tile is sent. The error is what kept tev from showing it all.
+  /// After the end of the job: waits until its last tile is sent. The error is what kept tev from
+  /// showing it all.
   core::Status finish();
 
  private:

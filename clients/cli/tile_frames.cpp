@@ -1,9 +1,9 @@
 #include "clients/cli/tile_frames.h"
 
-#include <zlib.h>
-
 #include <bit>
 #include <cstddef>
+
+#include <zlib.h>
 
 namespace cli {
 namespace {
@@ -26,7 +26,8 @@ std::uint32_t little_endian(std::string_view bytes, std::size_t at, std::size_t 
 }
 
 Error broken(const char* why) {
-  return Error{ErrorCode::kInvalidArgument, std::string("the stream of tiles is broken: ") + why, ""};
+  return Error{ErrorCode::kInvalidArgument, std::string("the stream of tiles is broken: ") + why,
+               ""};
 }
 
 core::Result<TileFrame> read_frame(std::string_view header, std::string_view payload) {
@@ -45,13 +46,15 @@ core::Result<TileFrame> read_frame(std::string_view header, std::string_view pay
   if (frame.is_end) {
     return frame;
   }
-  const std::size_t count = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
+  const std::size_t count =
+      static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
   if (payload.size() != count * sizeof(float) * (frame.has_alpha ? kAlphaPlane + 1 : kAlphaPlane)) {
     return broken("a tile has another size than it says");
   }
   const auto add_planes = [&](std::size_t first, std::size_t planes) {
     for (std::size_t i = first * count; i < (first + planes) * count; ++i) {
-      frame.planes.push_back(std::bit_cast<float>(little_endian(payload, i * sizeof(float), sizeof(float))));
+      frame.planes.push_back(
+          std::bit_cast<float>(little_endian(payload, i * sizeof(float), sizeof(float))));
     }
   };
   frame.planes.reserve(4 * count);

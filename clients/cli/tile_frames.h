@@ -23,8 +23,8 @@ struct TileFrame {
 
 class TileParser {
  public:
-  /// The frames that are complete with this piece. Errors: kInvalidArgument for what is no tile stream
-  /// or has a wrong check sum; nothing more can be read then.
+  /// The frames that are complete with this piece. Errors: kInvalidArgument for what is no tile
+  /// stream or has a wrong check sum; nothing more can be read then.
   core::Result<std::vector<TileFrame>> feed(std::string_view piece);
   /// Forgets the half-read frame of a connection that broke off.
   void restart() { pending_.clear(); }

@@ -42,7 +42,8 @@ std::string scenes_path(const std::string& file) {
   return "/v1/scenes?name=" + encode_url(file.substr(file.find_last_of('/') + 1));
 }
 
-core::Result<std::string> upload_gltf(ApiClient& client, const std::string& path, const std::string& document) {
+core::Result<std::string> upload_gltf(ApiClient& client, const std::string& path,
+                                      const std::string& document) {
   const auto uris = gltf_side_files(document);
   if (!uris) {
     return Error{uris.error().code, uris.error().message, path};
@@ -90,7 +91,8 @@ core::Result<std::string> upload_scene(ApiClient& client, const std::string& pat
   if (!zip && extension != "glb") {
     return Error{ErrorCode::kUnsupportedMedia, "a scene is a .glb, .gltf or .zip file", path};
   }
-  return scene_id_of(client.post(scenes_path(path), *bytes, zip ? "application/zip" : "model/gltf-binary"));
+  return scene_id_of(
+      client.post(scenes_path(path), *bytes, zip ? "application/zip" : "model/gltf-binary"));
 }
 
 }  // namespace cli

@@ -10,8 +10,8 @@ namespace cli {
 /// The asset id of the file, sent only if the server does not have it yet.
 core::Result<std::string> upload_asset(ApiClient& client, const std::string& path);
 
-/// The scene id for a .glb, .zip or .gltf file; of the last the files it names are sent along, from its
-/// own folder only.
+/// The scene id for a .glb, .zip or .gltf file; of the last the files it names are sent along, from
+/// its own folder only.
 core::Result<std::string> upload_scene(ApiClient& client, const std::string& path);
 
 }  // namespace cli

@@ -60,7 +60,8 @@ void share_choices(std::span<VerbText> verbs) {
       for (OptionText& option : *options) {
         const auto* found = choices_for(option, verb.choices);
         // An operand's name says little beyond its verb.
-        for (std::size_t i = 0; options == &verb.options && found == nullptr && i < verbs.size(); ++i) {
+        for (std::size_t i = 0; options == &verb.options && found == nullptr && i < verbs.size();
+             ++i) {
           found = choices_for(option, verbs[i].choices);
         }
         option.choices = found == nullptr ? std::vector<std::string>() : *found;

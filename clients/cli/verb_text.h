@@ -3,10 +3,10 @@
 /// Every verb answers `tessera VERB --describe` with one line of JSON:
 /// {"summary", "operands": [option...], "options": [option...]}, an option being
 /// {"names": ["-o", "--output"], "value": "FILE", "text", "variable", "preset", "repeats"}.
-/// and "choices", {"--sampler": ["sobol", ...]}: the values of closed sets by the option's long name or the operand's,
-/// also for options that other verbs have.
-/// `value` is empty for a switch, `variable` (of the environment) and `preset` where there is none;
-/// the one name of an operand is its own.
+/// and "choices", {"--sampler": ["sobol", ...]}: the values of closed sets by the option's long
+/// name or the operand's, also for options that other verbs have. `value` is empty for a switch,
+/// `variable` (of the environment) and `preset` where there is none; the one name of an operand is
+/// its own.
 #pragma once
 
 #include <map>
@@ -63,8 +63,8 @@ nlohmann::ordered_json describe(const CLI::App& app, const Choices& choices = {}
 /// Reads such a line. Errors: kInvalidArgument.
 core::Result<VerbText> read_verb_text(const Verb& verb, const std::string& json);
 
-/// Gives every option and operand its choices: those that its verb tells, else those of the first verb that tells any.
-/// Client verbs, which have no registries, so get what the renderer says.
+/// Gives every option and operand its choices: those that its verb tells, else those of the first
+/// verb that tells any. Client verbs, which have no registries, so get what the renderer says.
 void share_choices(std::span<VerbText> verbs);
 
 /// Asks this very program about each of its verbs. Errors: those of starting it.

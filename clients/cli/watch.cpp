@@ -141,7 +141,8 @@ int run(const WatchFlags& flags, std::optional<PictureWay> way) {
 
 int check_and_run(const WatchFlags& flags) {
   if (!flags.tev.empty() && !is_tev_address(flags.tev)) {
-    return refuse("\"" + flags.tev + "\" is no HOST:PORT for --tev; for its usual place give the job first: tessera "
+    return refuse("\"" + flags.tev +
+                  "\" is no HOST:PORT for --tev; for its usual place give the job first: tessera "
                   "watch JOB --tev");
   }
   if (flags.picture.empty()) {
@@ -154,8 +155,10 @@ int check_and_run(const WatchFlags& flags) {
     return refuse("--picture is auto, blocks, sixel or kitty, not \"" + flags.picture + "\"");
   }
   if (!is_terminal(stdout) && !flags.final_only) {
-    return refuse("--picture redraws in a terminal, and the output is none; with --final one picture is drawn "
-                  "when the job has ended");
+    return refuse(
+        "--picture redraws in a terminal, and the output is none; with --final one picture is "
+        "drawn "
+        "when the job has ended");
   }
   const bool guessed = flags.picture == "auto" && !is_terminal(stdout);
   return run(flags, guessed ? PictureWay::kBlocks : *way);
@@ -164,15 +167,18 @@ int check_and_run(const WatchFlags& flags) {
 }  // namespace
 
 int watch(const Args& args) {
-  CLI::App app("Follows a job until it ends. Exit code 0 if it finished, 1 if it failed or was cancelled.",
-               "tessera watch");
+  CLI::App app(
+      "Follows a job until it ends. Exit code 0 if it finished, 1 if it failed or was cancelled.",
+      "tessera watch");
   WatchFlags flags;
   app.add_option("id", flags.id, "Job; without one the newest")->type_name("ID");
   auto* json = app.add_flag("--json", flags.json, "Print every event as a line of JSON");
   app.add_flag("--picture{auto}", flags.picture,
-               "Draw the picture in the terminal while it converges; --picture=blocks, =sixel or =kitty says how")
+               "Draw the picture in the terminal while it converges; --picture=blocks, =sixel or "
+               "=kitty says how")
       ->excludes(json);
-  app.add_flag("--final", flags.final_only, "With --picture: draw it once, at the end; this goes into a pipe, too")
+  app.add_flag("--final", flags.final_only,
+               "With --picture: draw it once, at the end; this goes into a pipe, too")
       ->excludes(json);
   app.add_option("--tev", flags.tev, "Show the linear tiles in the image viewer tev as they come")
       ->expected(0, 1)

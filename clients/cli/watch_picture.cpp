@@ -18,7 +18,8 @@ constexpr std::chrono::milliseconds kBetweenPictures{330};
 // A slow terminal or a far server gets at most this share of the time: one part in four.
 constexpr int kRestAfterWork = 3;
 
-core::Result<std::string> get_png(ApiClient& client, const std::string& path, const PicturePlan& plan) {
+core::Result<std::string> get_png(ApiClient& client, const std::string& path,
+                                  const PicturePlan& plan) {
   const std::string size = plan.side_max > 0 ? "?max_size=" + std::to_string(plan.side_max) : "";
   auto reply = client.get(path + "/image.png" + size);
   if (!reply) {
@@ -67,8 +68,8 @@ class Redraw {
 
 }  // namespace
 
-core::Result<Watched> follow_with_picture(ApiClient& client, ApiClient& pictures, const std::string& path,
-                                          PictureWay way, Extent film) {
+core::Result<Watched> follow_with_picture(ApiClient& client, ApiClient& pictures,
+                                          const std::string& path, PictureWay way, Extent film) {
   ProgressPrinter printer(stdout);
   PictureScreen screen(way, film, stdout);
   Redraw redraw(screen, pictures, path, printer);
@@ -109,11 +110,13 @@ core::Status draw_once(ApiClient& client, const std::string& path, PictureWay wa
     return draw_newest(screen, client, path);
   }
   TerminalSize size;
-  if (const char* columns = std::getenv("COLUMNS"); columns != nullptr) {  // NOLINT(concurrency-mt-unsafe)
+  if (const char* columns = std::getenv("COLUMNS");
+      columns != nullptr) {  // NOLINT(concurrency-mt-unsafe)
     const auto told = std::strtol(columns, nullptr, 10);
     size.columns = told > 0 && told < 10000 ? static_cast<int>(told) : size.columns;
   }
-  size.rows = size.columns;  // nothing is redrawn: the width alone decides, for all but tall pictures
+  size.rows =
+      size.columns;  // nothing is redrawn: the width alone decides, for all but tall pictures
   const PicturePlan plan = plan_picture(way, film, size);
   const auto png = get_png(client, path, plan);
   if (!png) {

@@ -59,7 +59,7 @@ def main() -> int:
         packed = gzip.compress(raw, 9, mtime=0)
         is_gzip = len(packed) < len(raw) * 0.95
         data = packed if is_gzip else raw
-        url = "/" if name == "index.html" else f"/{name}"
+        url = "/" + name.removesuffix("index.html").removesuffix(".html")
         etag = hashlib.sha256(raw).hexdigest()[:16]
         immutable = name.startswith("assets/")
         arrays.append(f"constexpr unsigned char kData{number}[] =\n{literal(data)};\n")

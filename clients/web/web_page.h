@@ -1,9 +1,10 @@
 /// The files of the page that is served at `/`, held in the binary.
 ///
-/// Made from the build of clients/web by embed.py. Every file has its URL path ("/" for index.html) and an
-/// ETag over its plain bytes. Text is stored gzip-compressed (`is_gzip`): it goes out as it is with
-/// `Content-Encoding: gzip`, or inflated to `plain_size` bytes for a client that does not take gzip.
-/// Files under /assets/ carry a hash of their content in their name: they never change (`is_immutable`).
+/// Made from the build of clients/web by embed.py. Every file has its URL path ("/" for index.html)
+/// and an ETag over its plain bytes. Text is stored gzip-compressed (`is_gzip`): it goes out as it
+/// is with `Content-Encoding: gzip`, or inflated to `plain_size` bytes for a client that does not
+/// take gzip. Files under /assets/ carry a hash of their content in their name: they never change
+/// (`is_immutable`).
 #pragma once
 
 #include <cstddef>

@@ -90,8 +90,8 @@ Accel::~Accel() = default;
 
 Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_level,
                                             std::span<const std::vector<AccelGeometry>> groups,
-                                            std::span<const AccelInstance> instances,
-                                            int threads, std::string_view isa) {
+                                            std::span<const AccelInstance> instances, int threads,
+                                            std::string_view isa) {
   std::unique_ptr<Accel> accel(new Accel());
   Impl& impl = *accel->impl_;
   std::string config = "threads=" + std::to_string(threads) + ",set_affinity=0";
@@ -133,7 +133,8 @@ Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_l
     return Error{ErrorCode::kTooLarge, "not enough memory for the acceleration structure", ""};
   }
   if (error != RTC_ERROR_NONE) {
-    return Error{ErrorCode::kInternal, "Embree error " + std::to_string(static_cast<int>(error)), ""};
+    return Error{ErrorCode::kInternal, "Embree error " + std::to_string(static_cast<int>(error)),
+                 ""};
   }
   return accel;
 }

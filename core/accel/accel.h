@@ -29,13 +29,15 @@ inline constexpr std::uint32_t kNoInstance = 0xffffffffU;
 
 struct RawHit {
   float t = 0;
-  std::uint32_t instance = kNoInstance;  ///< index of the instance, or kNoInstance for the top level
-  std::uint32_t geometry = 0;            ///< index within the top level or the group
+  std::uint32_t instance =
+      kNoInstance;             ///< index of the instance, or kNoInstance for the top level
+  std::uint32_t geometry = 0;  ///< index within the top level or the group
   std::uint32_t primitive = 0;
 };
 
 struct AccelGeometry {
-  std::span<const Vec3> positions;  ///< with at least 16 readable bytes after the last but one float
+  std::span<const Vec3>
+      positions;  ///< with at least 16 readable bytes after the last but one float
   std::span<const std::uint32_t> indices;
 };
 

@@ -69,7 +69,8 @@ Result<std::string> resolve_isa(std::string_view isa) {
     for (const std::string_view name : kIsas) {
       known += ", " + std::string(name);
     }
-    return Error{ErrorCode::kInvalidArgument, "\"" + std::string(isa) + "\" is none of " + known, ""};
+    return Error{ErrorCode::kInvalidArgument, "\"" + std::string(isa) + "\" is none of " + known,
+                 ""};
   }
   if (!machine_has(isa) || !embree_takes(isa)) {
     return Error{ErrorCode::kInvalidArgument,

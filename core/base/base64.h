@@ -1,11 +1,11 @@
 /// Base64 as in RFC 4648, section 4, with padding: OpenSSL's.
 #pragma once
 
-#include <openssl/evp.h>
-
 #include <cstddef>
 #include <span>
 #include <string>
+
+#include <openssl/evp.h>
 
 namespace core {
 
@@ -13,7 +13,8 @@ namespace core {
 inline std::string encode_base64(std::span<const std::byte> bytes) {
   std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');  // and the zero that is written after it
   const int length = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
-                                     reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size()));
+                                     reinterpret_cast<const unsigned char*>(bytes.data()),
+                                     static_cast<int>(bytes.size()));
   text.resize(static_cast<std::size_t>(length));
   return text;
 }

@@ -1,8 +1,8 @@
 /// Directional albedos of GGX lobes, tabulated when the project is built (albedo_tables_gen.cpp).
 ///
 /// With F = f0 (1 - w) + f90 w and w = (1 - cos)^5, the directional albedo of the single-scattering
-/// lobe is f0 * (e - e5) + f90 * e5. Nodes: mu = t^2 over t = i/(N-1); perceptual roughness j/(N-1).
-/// Source: Kulla and Conty, Revisiting Physically Based Shading at Imageworks, 2017.
+/// lobe is f0 * (e - e5) + f90 * e5. Nodes: mu = t^2 over t = i/(N-1); perceptual roughness
+/// j/(N-1). Source: Kulla and Conty, Revisiting Physically Based Shading at Imageworks, 2017.
 #pragma once
 
 #include <algorithm>
@@ -19,10 +19,11 @@ struct AlbedoTables {
   float e5[kAlbedoNodes][kAlbedoNodes];  ///< weighted by w
   float e_average[kAlbedoNodes];         ///< 2 * integral of e * mu
   float e5_average[kAlbedoNodes];
-  float glass_outside_average[kGlassNodes][kGlassNodes];  ///< 2 * integral of the next one times mu; [ior][roughness]
+  float glass_outside_average[kGlassNodes][kGlassNodes];  ///< 2 * integral of the next one times
+                                                          ///< mu; [ior][roughness]
   float glass_inside_average[kGlassNodes][kGlassNodes];
-  /// Reflection plus refraction of a rough dielectric; [ior][roughness][mu]; ior = 1 + 2 (k/(N-1))^2
-  /// seen from outside, and its inverse seen from inside.
+  /// Reflection plus refraction of a rough dielectric; [ior][roughness][mu]; ior = 1 + 2
+  /// (k/(N-1))^2 seen from outside, and its inverse seen from inside.
   float glass_outside[kGlassNodes][kGlassNodes][kGlassNodes];
   float glass_inside[kGlassNodes][kGlassNodes][kGlassNodes];
   float sheen[kSheenNodes][kSheenNodes];  ///< [roughness][mu], mu linear
@@ -97,7 +98,8 @@ inline Place place(float mu, float roughness, float ior) noexcept {
 
 }  // namespace glass_detail
 
-/// ior of the denser side over the thinner one, above 1; inside: the direction is in the denser one.
+/// ior of the denser side over the thinner one, above 1; inside: the direction is in the denser
+/// one.
 inline float glass_albedo(float mu, float roughness, float ior, bool inside) noexcept {
   const auto p = glass_detail::place(mu, roughness, ior);
   const auto& table = inside ? kAlbedoTables.glass_inside : kAlbedoTables.glass_outside;

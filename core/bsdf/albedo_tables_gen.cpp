@@ -30,8 +30,8 @@ float alpha_of(int node, int nodes) {
   return std::max(r * r, 1e-4F);
 }
 
-/// Visible normals h, each with its weight in a mean. Narrow lobes lose light where 1 - u.y is of the order of alpha^2:
-/// with u.y = 1 - t^2 the midpoints lie densest there.
+/// Visible normals h, each with its weight in a mean. Narrow lobes lose light where 1 - u.y is of
+/// the order of alpha^2: with u.y = 1 - t^2 the midpoints lie densest there.
 template <typename Visit>
 void for_normals(const Ggx& ggx, Vec3 wo, Visit&& visit) {
   for (int b = 0; b < kSide; ++b) {
@@ -50,8 +50,8 @@ double mean_over_normals(const Ggx& ggx, Vec3 wo, Value&& value) {
   return sum;
 }
 
-/// 2 * integral over mu of e(mu) mu, mu = t^2: 4 * integral over t of e t^3; the interpolant is linear in t, so a fine
-/// midpoint rule is exact to rounding.
+/// 2 * integral over mu of e(mu) mu, mu = t^2: 4 * integral over t of e t^3; the interpolant is
+/// linear in t, so a fine midpoint rule is exact to rounding.
 template <std::size_t N>
 float average_of(const float (&e)[N]) {
   constexpr int kFine = 4096;
@@ -141,7 +141,8 @@ void fill_sheen(core::AlbedoTables& t) {
         const float r = core::safe_sqrt(1 - z * z);
         for (int b = 0; b < kPhi; ++b) {  // half a turn: f is symmetric
           const float phi = core::kPi * (static_cast<float>(b) + 0.5F) / kPhi;
-          sum += static_cast<double>(z * core::sheen_brdf(wo, {r * std::cos(phi), r * std::sin(phi), z}, roughness));
+          sum += static_cast<double>(
+              z * core::sheen_brdf(wo, {r * std::cos(phi), r * std::sin(phi), z}, roughness));
         }
       }
       t.sheen[j][i] = std::min(static_cast<float>(sum * 6.283185307179586 / (kTheta * kPhi)), 1.0F);

@@ -1,8 +1,8 @@
 /// The GGX microfacet distribution with height-correlated Smith shadowing, anisotropic.
 ///
-/// Local frame, n = (0,0,1). alpha_x, alpha_y > 0. Sources: Walter et al. 2007; Heitz, Understanding
-/// the Masking-Shadowing Function, JCGT 2014; sampling of visible normals by spherical caps: Dupuy and
-/// Benyoub, 2023.
+/// Local frame, n = (0,0,1). alpha_x, alpha_y > 0. Sources: Walter et al. 2007; Heitz,
+/// Understanding the Masking-Shadowing Function, JCGT 2014; sampling of visible normals by
+/// spherical caps: Dupuy and Benyoub, 2023.
 #pragma once
 
 #include <cmath>

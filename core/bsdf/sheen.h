@@ -1,6 +1,7 @@
 /// Sheen: the Charlie distribution with its shadowing, and tabulated albedos.
 ///
-/// Sources: Estevez and Kulla, Production Friendly Microfacet Sheen BRDF, 2017; KHR_materials_sheen.
+/// Sources: Estevez and Kulla, Production Friendly Microfacet Sheen BRDF, 2017;
+/// KHR_materials_sheen.
 #pragma once
 
 #include <algorithm>

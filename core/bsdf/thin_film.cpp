@@ -16,7 +16,8 @@ float f0_of(float n_transmitted, float n_incident) {
 
 float schlick(float f0, float cos_i) { return f0 + (1 - f0) * schlick_weight(cos_i); }
 
-/// Fourier-transformed colour matching functions at an optical path difference; XYZ to linear Rec.709.
+/// Fourier-transformed colour matching functions at an optical path difference; XYZ to linear
+/// Rec.709.
 Rgb sensitivity(float path_nm, Rgb shift) {
   const float phase = kTwoPi * path_nm * 1e-9F;
   const auto gauss = [phase](float value, float position, float variance, float s) {
@@ -25,7 +26,8 @@ Rgb sensitivity(float path_nm, Rgb shift) {
   };
   const float x = gauss(5.4856e-13F, 1.6810e+06F, 4.3278e+09F, shift.r) +
                   9.7470e-14F * std::sqrt(kTwoPi * 4.5282e+09F) *
-                      std::cos(2.2399e+06F * phase + shift.r) * std::exp(-4.5282e+09F * phase * phase);
+                      std::cos(2.2399e+06F * phase + shift.r) *
+                      std::exp(-4.5282e+09F * phase * phase);
   const float y = gauss(4.4201e-13F, 1.7953e+06F, 9.3046e+09F, shift.g);
   const float z = gauss(5.2481e-13F, 2.2084e+06F, 6.6121e+09F, shift.b);
   const float k = 1 / 1.0685e-7F;
@@ -83,11 +85,13 @@ double airy_reflectance(double cos_outer, double n0, double n1, double n2, doubl
   const Complex c0 = cos_outer;
   const Complex c1 = std::sqrt(Complex(1 - s * s / (n1 * n1)));
   const Complex c2 = std::sqrt(Complex(1 - s * s / (n2 * n2)));
-  const Complex turn = std::exp(Complex(0, 4 * 3.14159265358979323846 * n1 * thickness_nm / wavelength_nm) * c1);
+  const Complex turn =
+      std::exp(Complex(0, 4 * 3.14159265358979323846 * n1 * thickness_nm / wavelength_nm) * c1);
   double sum = 0;
   for (const bool s_polarised : {true, false}) {
     const auto r = [s_polarised](double na, Complex ca, double nb, Complex cb) {
-      return s_polarised ? (na * ca - nb * cb) / (na * ca + nb * cb) : (nb * ca - na * cb) / (nb * ca + na * cb);
+      return s_polarised ? (na * ca - nb * cb) / (na * ca + nb * cb)
+                         : (nb * ca - na * cb) / (nb * ca + na * cb);
     };
     const Complex r01 = r(n0, c0, n1, c1);
     const Complex r12 = r(n1, c1, n2, c2);

@@ -5,11 +5,22 @@
 
 namespace core {
 
-/// cos_outer: of the angle in air, in [0,1]; film_ior, thickness_nm of the film; base_f0: reflectance
-/// of the base at normal incidence in air. Thickness 0: the base alone.
-/// Source: Belcour and Barla, A Practical Extension to Microfacet Theory for the Modeling of Varying
-/// Iridescence, 2017, in the form of KHR_materials_iridescence.
+/// cos_outer: of the angle in air, in [0,1]; film_ior, thickness_nm of the film; base_f0:
+/// reflectance of the base at normal incidence in air. Thickness 0: the base alone. Source: Belcour
+/// and Barla, A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence,
+/// 2017, in the form of KHR_materials_iridescence.
 Rgb thin_film_fresnel(float cos_outer, float film_ior, float thickness_nm, Rgb base_f0) noexcept;
+
+/// A film over part of a surface.
+struct ThinFilm {
+  float weight = 0;  ///< share of the surface; 0: none
+  float ior = 1.3F;
+  float thickness_nm = 0;
+
+  Rgb fresnel(float cos_outer, Rgb base_f0) const noexcept {
+    return thin_film_fresnel(cos_outer, ior, thickness_nm, base_f0);
+  }
+};
 
 /// Exact reflectance of one film at one wavelength (Airy's sum, unpolarised); dielectrics.
 /// n0, n1, n2: outside, film, base. For tests and for wavelengths that are followed one by one.

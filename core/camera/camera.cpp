@@ -15,7 +15,8 @@ constexpr float kDegree = kPi / 180;
 Result<const CameraDescription*> choose(const CameraSettings& settings,
                                         const std::vector<CameraDescription>& cameras) {
   if (settings.name && settings.index) {
-    return Error{ErrorCode::kInvalidArgument, "give a camera's name or its index, not both", "/camera/index"};
+    return Error{ErrorCode::kInvalidArgument, "give a camera's name or its index, not both",
+                 "/camera/index"};
   }
   if (settings.name) {
     for (const CameraDescription& camera : cameras) {
@@ -29,13 +30,15 @@ Result<const CameraDescription*> choose(const CameraSettings& settings,
     }
     return Error{ErrorCode::kInvalidArgument,
                  "the scene has no camera '" + *settings.name + "'; it has " +
-                     (names.empty() ? std::string("none") : names), "/camera/name"};
+                     (names.empty() ? std::string("none") : names),
+                 "/camera/name"};
   }
   if (settings.index) {
     if (*settings.index < 0 || *settings.index >= static_cast<int>(cameras.size())) {
       return Error{ErrorCode::kInvalidArgument,
                    std::to_string(*settings.index) + " is not one of the scene's " +
-                       std::to_string(cameras.size()) + " cameras", "/camera/index"};
+                       std::to_string(cameras.size()) + " cameras",
+                   "/camera/index"};
     }
     return &cameras[static_cast<std::size_t>(*settings.index)];
   }
@@ -89,12 +92,14 @@ Result<Camera> Camera::create(const CameraSettings& settings,
     camera.forward_ = center - camera.eye_;
   }
   if (!(length_squared(camera.forward_) > 0)) {
-    return Error{ErrorCode::kInvalidArgument, "position and target are the same point", "/camera/target"};
+    return Error{ErrorCode::kInvalidArgument, "position and target are the same point",
+                 "/camera/target"};
   }
   camera.forward_ = normalize(camera.forward_);
   const Vec3 right = cross(camera.forward_, up_hint);
   if (!(length_squared(right) > 1e-12F * std::max(length_squared(up_hint), 1e-20F))) {
-    return Error{ErrorCode::kInvalidArgument, "up is parallel to the direction of view", "/camera/up"};
+    return Error{ErrorCode::kInvalidArgument, "up is parallel to the direction of view",
+                 "/camera/up"};
   }
   camera.right_ = normalize(right);
   camera.up_ = cross(camera.right_, camera.forward_);
@@ -110,7 +115,9 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   camera.aperture_radius_m_ = settings.aperture_radius_m.value_or(0);
   camera.focus_distance_m_ = settings.focus_distance_m.value_or(
       posed ? length(*settings.target - *settings.position)
-            : std::max(dot((bounds.empty() ? Vec3{} : bounds.center()) - camera.eye_, camera.forward_), 1e-3F));
+            : std::max(
+                  dot((bounds.empty() ? Vec3{} : bounds.center()) - camera.eye_, camera.forward_),
+                  1e-3F));
   return camera;
 }
 
@@ -135,6 +142,79 @@ Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
     out.ray.direction = normalize(focus - out.ray.origin);
   }
   return out;
+}
+
+/// x to the right and y up, in the unit of half_width_.
+Vec2 Camera::film_position(float x, float y) const noexcept {
+  return {0.5F * width_px_ * (x / half_width_ + 1), 0.5F * height_px_ * (1 - y / half_height_)};
+}
+
+/// Pixels over the unit of half_width_, squared.
+float Camera::pixels_per_area() const noexcept {
+  return width_px_ * height_px_ / (4 * half_width_ * half_height_);
+}
+
+float Camera::lens_area_m2() const noexcept { return kPi * square(aperture_radius_m_); }
+
+Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcept {
+  Importance out;
+  const float cosine = dot(direction, forward_);
+  if (!(cosine > 0)) {
+    return out;
+  }
+  // The ray meets the plane of focus at `at`, which is f (x, y) from the axis of a perspective
+  // camera and (x, y) from that of an orthographic one. For a point of the lens, areas da of that
+  // plane are solid angles da cos^3 / f^2.
+  const bool has_lens = aperture_radius_m_ > 0;
+  const float f = has_lens ? focus_distance_m_ : 1.0F;
+  const Vec3 at = origin - eye_ + direction * (f / cosine);
+  const float unit = orthographic_ ? 1.0F : f;
+  out.film_px = film_position(dot(at, right_) / unit, dot(at, up_) / unit);
+  const float per_solid_angle = f * f / (cosine * cosine * cosine);
+  if (orthographic_) {
+    // One point of the film is a point in focus: its rays part over the lens, and the lens moves
+    // with the point.
+    out.pdf_area = pixels_per_area();
+    out.pdf_solid_angle = has_lens ? per_solid_angle / lens_area_m2() : 1.0F;
+  } else {
+    out.pdf_area = has_lens ? 1 / lens_area_m2() : 1.0F;
+    out.pdf_solid_angle = pixels_per_area() * per_solid_angle / (f * f);
+  }
+  out.we = out.pdf_area * out.pdf_solid_angle / cosine;
+  return out;
+}
+
+Camera::ImportanceSample Camera::sample_wi(Vec3 point, Vec2 lens) const noexcept {
+  ImportanceSample out;
+  const Vec3 from_eye = point - eye_;
+  const float depth = dot(from_eye, forward_);
+  if (!(depth > 0)) {
+    return out;
+  }
+  Vec3 on_lens;
+  if (aperture_radius_m_ > 0) {
+    const Vec2 d = concentric_disk(lens) * aperture_radius_m_;
+    on_lens = right_ * d.x + up_ * d.y;
+  }
+  if (orthographic_) {
+    // The ray from a point `on_lens` beside the axis meets the axis in focus.
+    on_lens = from_eye - forward_ * depth + on_lens * (depth / focus_distance_m_);
+  }
+  const Vec3 to_camera = on_lens - from_eye;
+  out.distance_m = length(to_camera);
+  out.wi_world = to_camera * (1 / out.distance_m);
+  out.origin = eye_ + on_lens;
+  out.importance = importance(out.origin, -out.wi_world);
+  out.pdf_solid_angle = orthographic_
+                            ? out.importance.pdf_solid_angle
+                            : area_to_solid_angle(out.importance.pdf_area, square(out.distance_m),
+                                                  -dot(out.wi_world, forward_));
+  return out;
+}
+
+std::optional<Vec2> Camera::project(Vec3 point, Vec2 lens) const noexcept {
+  const ImportanceSample seen = sample_wi(point, lens);
+  return seen.pdf_solid_angle > 0 ? std::optional(seen.importance.film_px) : std::nullopt;
 }
 
 }  // namespace core

@@ -1,12 +1,20 @@
-/// Camera: rays through the film; perspective, orthographic, thin lens.
+/// Camera: rays through the film, and their importance; perspective, orthographic, thin lens.
+///
+/// Importance is normalised per pixel: over the rays of any square pixel of film, importance times
+/// the cosine to forward() integrates to 1. With a reconstruction filter f that integrates to 1
+/// (in pixels) the value of pixel j is the integral of f(film_px - centre of j) * we * cos * L over
+/// the lens and all directions: what a path tracer averages that draws film_px from f.
+/// Source: Veach 1997, 8.2 and 8.3; PBR 3rd ed. 16.1.1.
 #pragma once
+
+#include <optional>
 
 #include "core/accel/accel.h"
 #include "core/base/result.h"
+#include "core/description/scene_description.h"
 #include "core/math/bounds.h"
 #include "core/math/vec.h"
-#include "core/render/settings.h"
-#include "core/scene/scene_description.h"
+#include "core/settings/settings.h"
 
 namespace core {
 
@@ -26,7 +34,42 @@ class Camera {
   /// film: position in pixels of the full film, x to the right, y down. lens in [0,1)^2.
   CameraRay ray(Vec2 film_px, Vec2 lens) const noexcept;
 
+  /// The densities with which one ray per pixel of film, anywhere on it, is ray(); their product is
+  /// we * cos. A pinhole has no area: its position counts as certain (pdf_area 1). Nor do the
+  /// directions of an orthographic camera without a lens spread (pdf_solid_angle 1).
+  struct Importance {
+    Vec2 film_px;               ///< may lie outside the film: filters reach there
+    float we = 0;               ///< [1/(m^2 sr)]; 0: the camera does not look there
+    float pdf_area = 0;         ///< of the origin [1/m^2]
+    float pdf_solid_angle = 0;  ///< of the direction [1/sr]
+  };
+  /// pbrt's We and PDF_We. direction: unit, away from the camera. origin: on the lens
+  /// (orthographic: in its plane).
+  Importance importance(Vec3 origin, Vec3 direction) const noexcept;
+
+  /// A point of the scene seen through a point of the lens; pbrt's SampleWi. A particle of power
+  /// beta that leaves `point` with BSDF f adds beta * f * cos * importance.we / pdf_solid_angle to
+  /// the film, if nothing stands between `point` and `origin`.
+  struct ImportanceSample {
+    Vec3 wi_world;  ///< unit, from the point to the camera
+    Vec3 origin;    ///< on the lens
+    float distance_m = 0;
+    float pdf_solid_angle = 0;  ///< of wi_world at the point; 0: behind the camera
+    Importance importance;
+  };
+  /// lens in [0,1)^2. Without a lens, pdf_solid_angle is that of a lens of unit area, or 1 if the
+  /// camera is orthographic: the quotient is right.
+  ImportanceSample sample_wi(Vec3 point, Vec2 lens) const noexcept;
+  /// Where on the film ray() with this lens sees the point; empty behind the camera.
+  std::optional<Vec2> project(Vec3 point, Vec2 lens) const noexcept;
+
+  Vec3 forward() const noexcept { return forward_; }
+
  private:
+  Vec2 film_position(float x, float y) const noexcept;
+  float pixels_per_area() const noexcept;
+  float lens_area_m2() const noexcept;
+
   Vec3 eye_;
   Vec3 right_;
   Vec3 up_;
@@ -34,7 +77,7 @@ class Camera {
   bool orthographic_ = false;
   float width_px_ = 1;
   float height_px_ = 1;
-  float half_width_ = 1;   ///< at distance 1 (perspective) or in metres (orthographic)
+  float half_width_ = 1;  ///< of the film, at distance 1 (perspective) or in metres (orthographic)
   float half_height_ = 1;
   float aperture_radius_m_ = 0;
   float focus_distance_m_ = 1;

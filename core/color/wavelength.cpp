@@ -22,7 +22,8 @@ Rgb matching(float nm) {
                   bell(-0.065F, 501.1F, 20.4F, 26.2F);
   const float y = bell(0.821F, 568.8F, 46.9F, 40.5F) + bell(0.286F, 530.9F, 16.3F, 31.1F);
   const float z = bell(1.217F, 437.0F, 11.8F, 36.0F) + bell(0.681F, 459.0F, 26.0F, 13.8F);
-  return {3.2404542F * x - 1.5371385F * y - 0.4985314F * z, -0.9692660F * x + 1.8760108F * y + 0.0415560F * z,
+  return {3.2404542F * x - 1.5371385F * y - 0.4985314F * z,
+          -0.9692660F * x + 1.8760108F * y + 0.0415560F * z,
           0.0556434F * x - 0.2040259F * y + 1.0572252F * z};
 }
 
@@ -82,7 +83,8 @@ WavelengthSample sample_wavelength(float u) noexcept {
   const Table& table = table_of_colours();
   const auto after = std::upper_bound(table.cdf.begin(), table.cdf.end(), u);
   const auto cell = std::min<std::size_t>(
-      static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - table.cdf.begin() - 1, 0)), kCells - 1);
+      static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - table.cdf.begin() - 1, 0)),
+      kCells - 1);
   const float width = table.cdf[cell + 1] - table.cdf[cell];
   const float within = width > 0 ? (u - table.cdf[cell]) / width : 0.5F;
   return {kFirst + (static_cast<float>(cell) + within) * kStep, table.weight[cell]};

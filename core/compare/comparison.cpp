@@ -9,28 +9,30 @@
 
 #include "core/base/statistics.h"
 #include "core/compare/flip.h"
-#include "core/film/moment_sums.h"
+#include "core/film/summed_area.h"
 
 namespace core {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kRegularizer = 0.01;
-/// Noise is pooled over so many pixels to each side: the two sides have 18 squares then, and how few they are is in the degrees
-/// of freedom. Wider windows hold noise of other kinds, of which the strongest counts most.
+/// Noise is pooled over so many pixels to each side: the two sides have 18 squares then, and how
+/// few they are is in the degrees of freedom. Wider windows hold noise of other kinds, of which the
+/// strongest counts most.
 constexpr int kPoolRadius = 1;
 /// Running means in single precision are this far off, relatively.
 constexpr double kRounding = 0x1p-21;
 constexpr double kZMax = 38;  // where the normal distribution ends in double precision
 
-/// Degrees of freedom of a sum of squares, from sum e^2 and sum e^4: as many as terms when they are Gaussian and alike
-/// (E e^4 = 3 sigma^4), 1 when one of them is all of it.
+/// Degrees of freedom of a sum of squares, from sum e^2 and sum e^4: as many as terms when they are
+/// Gaussian and alike (E e^4 = 3 sigma^4), 1 when one of them is all of it.
 double degrees_of(double squares, double fourths) {
   return fourths > 0 ? std::max(3 * squares * squares / fourths - 2, 1.0) : 1.0;
 }
 
 /// A normal deviate as improbable as Student's t with k degrees of freedom.
-/// Source: Wallace, Bounds on normal approximations to Student's and the chi-square distributions, 1959.
+/// Source: Wallace, Bounds on normal approximations to Student's and the chi-square distributions,
+/// 1959.
 double normal_from_t(double t, double k) {
   const double z = (8 * k + 1) / (8 * k + 3) * std::sqrt(k * std::log1p(t * t / k));
   return std::copysign(std::min(z, kZMax), t);
@@ -53,7 +55,10 @@ class SideNoise {
         const auto e = static_cast<double>(luminance(picture.half_difference[i]));
         squares_.set(x, y, e * e);
         fourths_.set(x, y, e * e * e * e);
-        spread_.set(x, y, picture.sample_variance.empty() ? 1.0 : static_cast<double>(picture.sample_variance[i]));
+        spread_.set(x, y,
+                    picture.sample_variance.empty()
+                        ? 1.0
+                        : static_cast<double>(picture.sample_variance[i]));
       }
     }
   }
@@ -77,16 +82,20 @@ class SideNoise {
     value.fourths = std::max(fourths_.sum(window), 0.0);
     // Half of it as the window has it, half as the pixel's own samples spread: noise ends at edges.
     const double spread = spread_.sum(window) / count;
-    const double own = picture_.sample_variance.empty() ? 1.0 : static_cast<double>(picture_.sample_variance[index(x, y)]);
+    const double own = picture_.sample_variance.empty()
+                           ? 1.0
+                           : static_cast<double>(picture_.sample_variance[index(x, y)]);
     value.variance = value.squares / count * (spread > 0 ? 0.5 + 0.5 * own / spread : 1.0);
     return value;
   }
   double rounding_variance(std::size_t i) const {
     const double own = static_cast<double>(luminance(picture_.values[i])) * kRounding;
-    return own * own +
-           (picture_.rounding_variance.empty() ? 0.0 : static_cast<double>(picture_.rounding_variance[i]));
+    return own * own + (picture_.rounding_variance.empty()
+                            ? 0.0
+                            : static_cast<double>(picture_.rounding_variance[i]));
   }
-  /// All samples of the pixel agree, as far as they are known: what its neighbours' noise says is not of it.
+  /// All samples of the pixel agree, as far as they are known: what its neighbours' noise says is
+  /// not of it.
   bool is_silent(std::size_t i) const {
     if (picture_.half_difference.empty()) {
       return true;
@@ -97,7 +106,8 @@ class SideNoise {
            static_cast<double>(picture_.sample_variance[i]) <= rounding;
   }
   std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(picture_.width) + static_cast<std::size_t>(x);
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(picture_.width) +
+           static_cast<std::size_t>(x);
   }
 
  private:
@@ -132,7 +142,8 @@ struct MeanNoise {
   double degrees = 1;
 };
 
-/// Where pixels have errors of their own, their squares add up, which tells the variance better than a few replicates do.
+/// Where pixels have errors of their own, their squares add up, which tells the variance better
+/// than a few replicates do.
 MeanNoise noise_of_independent(std::span<const Picture* const> sides) {
   double squares = 0;
   double fourths = 0;
@@ -155,7 +166,8 @@ MeanNoise mean_noise(const Picture& side) {
   return {side.mean_variance, side.mean_degrees};
 }
 
-/// Source: Welch, The generalization of Student's problem when several different population variances are involved, 1947.
+/// Source: Welch, The generalization of Student's problem when several different population
+/// variances are involved, 1947.
 MeanNoise sum_of(const MeanNoise& a, const MeanNoise& b) {
   const double variance = a.variance + b.variance;
   const double spread = a.variance * a.variance / a.degrees + b.variance * b.variance / b.degrees;
@@ -163,7 +175,8 @@ MeanNoise sum_of(const MeanNoise& a, const MeanNoise& b) {
 }
 
 bool knows_its_mean(const Picture& side) {
-  return side.is_exact || (!side.half_difference.empty() && (side.errors == PixelErrors::kIndependent || side.mean_degrees > 0));
+  return side.is_exact || (!side.half_difference.empty() &&
+                           (side.errors == PixelErrors::kIndependent || side.mean_degrees > 0));
 }
 
 void bound_bias(const Picture& a, const Picture& b, Comparison& out) {
@@ -171,9 +184,11 @@ void bound_bias(const Picture& a, const Picture& b, Comparison& out) {
     out.bias_low = out.bias_high = kNan;
     return;
   }
-  const bool adds_up = a.errors == PixelErrors::kIndependent && b.errors == PixelErrors::kIndependent;
+  const bool adds_up =
+      a.errors == PixelErrors::kIndependent && b.errors == PixelErrors::kIndependent;
   const std::array sides = {&a, &b};
-  const MeanNoise noise = adds_up ? noise_of_independent(sides) : sum_of(mean_noise(a), mean_noise(b));
+  const MeanNoise noise =
+      adds_up ? noise_of_independent(sides) : sum_of(mean_noise(a), mean_noise(b));
   const double width = student_t_quantile(0.975, noise.degrees) * std::sqrt(noise.variance);
   out.bias_low = out.bias - width;
   out.bias_high = out.bias + width;
@@ -195,7 +210,8 @@ void map_z(const Picture& a, const Picture& b, Comparison& out) {
   for (int y = 0; y < a.height; ++y) {
     for (int x = 0; x < a.width; ++x) {
       const std::size_t i = left.index(x, y);
-      const double d = static_cast<double>(luminance(a.values[i])) - static_cast<double>(luminance(b.values[i]));
+      const double d =
+          static_cast<double>(luminance(a.values[i])) - static_cast<double>(luminance(b.values[i]));
       const SideNoise::Value va = left.at(x, y);
       const SideNoise::Value vb = right.at(x, y);
       const double noise = va.variance + vb.variance;
@@ -204,8 +220,9 @@ void map_z(const Picture& a, const Picture& b, Comparison& out) {
       if (!(noise + rounding > 0) || (!is_random && d * d <= 16 * rounding)) {
         continue;  // Nothing is random here, and nothing differs.
       }
-      const double z = normal_from_t(d / std::sqrt(noise + rounding),
-                                     noise > 0 ? degrees_of(va.squares + vb.squares, va.fourths + vb.fourths) : 1e9);
+      const double z = normal_from_t(
+          d / std::sqrt(noise + rounding),
+          noise > 0 ? degrees_of(va.squares + vb.squares, va.fourths + vb.fourths) : 1e9);
       out.z[i] = static_cast<float>(z);
       count += 1;
       sum += z;
@@ -229,8 +246,9 @@ Rgb between(const Rgb* colors, std::size_t count, float t) noexcept {
 Result<Comparison> compare_pictures(const Picture& a, const Picture& b) {
   if (a.width != b.width || a.height != b.height) {
     return Error{ErrorCode::kInvalidArgument,
-                 "the pictures have different sizes: " + std::to_string(a.width) + " by " + std::to_string(a.height) +
-                     " and " + std::to_string(b.width) + " by " + std::to_string(b.height) + " pixels",
+                 "the pictures have different sizes: " + std::to_string(a.width) + " by " +
+                     std::to_string(a.height) + " and " + std::to_string(b.width) + " by " +
+                     std::to_string(b.height) + " pixels",
                  "/b"};
   }
   Comparison out;
@@ -246,14 +264,16 @@ Result<Comparison> compare_pictures(const Picture& a, const Picture& b) {
 }
 
 Rgb heat_color(float value) noexcept {
-  constexpr std::array<Rgb, 5> kColors = {Rgb{0, 0, 0.02F}, Rgb{0.27F, 0.08F, 0.45F}, Rgb{0.73F, 0.22F, 0.33F},
-                                          Rgb{0.98F, 0.57F, 0.15F}, Rgb{0.99F, 0.98F, 0.75F}};
+  constexpr std::array<Rgb, 5> kColors = {Rgb{0, 0, 0.02F}, Rgb{0.27F, 0.08F, 0.45F},
+                                          Rgb{0.73F, 0.22F, 0.33F}, Rgb{0.98F, 0.57F, 0.15F},
+                                          Rgb{0.99F, 0.98F, 0.75F}};
   return between(kColors.data(), kColors.size(), value > 0 ? value : 0.0F);
 }
 
 Rgb signed_color(float value) noexcept {
-  constexpr std::array<Rgb, 5> kColors = {Rgb{0.03F, 0.19F, 0.42F}, Rgb{0.33F, 0.6F, 0.82F}, Rgb{0.97F, 0.97F, 0.97F},
-                                          Rgb{0.93F, 0.54F, 0.4F}, Rgb{0.45F, 0, 0.08F}};
+  constexpr std::array<Rgb, 5> kColors = {Rgb{0.03F, 0.19F, 0.42F}, Rgb{0.33F, 0.6F, 0.82F},
+                                          Rgb{0.97F, 0.97F, 0.97F}, Rgb{0.93F, 0.54F, 0.4F},
+                                          Rgb{0.45F, 0, 0.08F}};
   return between(kColors.data(), kColors.size(), std::isfinite(value) ? 0.5F + 0.5F * value : 0.5F);
 }
 

@@ -9,7 +9,8 @@ namespace core {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-// Section 4.1: sums of a * sqrt(pi / b) * exp(-pi^2 d^2 / b), d in degrees, fitted to contrast sensitivity.
+// Section 4.1: sums of a * sqrt(pi / b) * exp(-pi^2 d^2 / b), d in degrees, fitted to contrast
+// sensitivity.
 struct Gaussian {
   double a;
   double b;
@@ -30,16 +31,19 @@ using Triple = std::array<double, 3>;
 
 /// IEC 61966-2-1.
 Triple xyz_from_rgb(const Triple& c) {
-  return {0.4124 * c[0] + 0.3576 * c[1] + 0.1805 * c[2], 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2],
+  return {0.4124 * c[0] + 0.3576 * c[1] + 0.1805 * c[2],
+          0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2],
           0.0193 * c[0] + 0.1192 * c[1] + 0.9505 * c[2]};
 }
 
 /// Inverse of xyz_from_rgb() by Cramer's rule.
 Triple rgb_from_xyz(const Triple& v) {
   static const std::array<Triple, 3> inverse = [] {
-    const std::array<Triple, 3> m = {xyz_from_rgb({1, 0, 0}), xyz_from_rgb({0, 1, 0}), xyz_from_rgb({0, 0, 1})};
+    const std::array<Triple, 3> m = {xyz_from_rgb({1, 0, 0}), xyz_from_rgb({0, 1, 0}),
+                                     xyz_from_rgb({0, 0, 1})};
     const auto cross = [](const Triple& p, const Triple& q) {
-      return Triple{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
+      return Triple{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2],
+                    p[0] * q[1] - p[1] * q[0]};
     };
     std::array<Triple, 3> rows = {cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])};
     const double determinant = m[0][0] * rows[0][0] + m[0][1] * rows[0][1] + m[0][2] * rows[0][2];
@@ -93,9 +97,11 @@ double color_distance(const Triple& a, const Triple& b) {
   return std::pow(std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]), kColorExponent);
 }
 
-/// The largest distance, between green and blue, becomes 1; most of the scale is for small differences.
+/// The largest distance, between green and blue, becomes 1; most of the scale is for small
+/// differences.
 double redistribute(double distance) {
-  static const double most = color_distance(hunt_lab_from_rgb({0, 1, 0}), hunt_lab_from_rgb({0, 0, 1}));
+  static const double most =
+      color_distance(hunt_lab_from_rgb({0, 1, 0}), hunt_lab_from_rgb({0, 0, 1}));
   const double knee = kKneeIn * most;
   return distance < knee ? kKneeOut / knee * distance
                          : kKneeOut + (distance - knee) / (most - knee) * (1 - kKneeOut);
@@ -104,7 +110,9 @@ double redistribute(double distance) {
 class Plane {
  public:
   Plane(int width, int height)
-      : width_(width), height_(height), values_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
+      : width_(width),
+        height_(height),
+        values_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
   float& operator[](std::size_t i) { return values_[i]; }
   float operator[](std::size_t i) const { return values_[i]; }
 
@@ -123,11 +131,13 @@ class Plane {
       for (int x = 0; x < width_; ++x) {
         const int at = rows ? x : y;
         const std::size_t start =
-            rows ? static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) : static_cast<std::size_t>(x);
+            rows ? static_cast<std::size_t>(y) * static_cast<std::size_t>(width_)
+                 : static_cast<std::size_t>(x);
         double sum = 0;
         for (int k = -radius; k <= radius; ++k) {
           const auto from = static_cast<std::size_t>(std::clamp(at + k, 0, length - 1));
-          sum += kernel[static_cast<std::size_t>(k + radius)] * static_cast<double>(values_[start + from * step]);
+          sum += kernel[static_cast<std::size_t>(k + radius)] *
+                 static_cast<double>(values_[start + from * step]);
         }
         out.values_[start + static_cast<std::size_t>(at) * step] = static_cast<float>(sum);
       }
@@ -176,9 +186,10 @@ void normalise_signed(std::vector<double>& kernel) {
 }
 
 template <std::size_t N>
-Plane csf_filtered(const Plane& plane, const std::array<Gaussian, N>& terms, double pixels_per_degree, int width,
-                   int height) {
-  const int radius = static_cast<int>(std::ceil(3 * std::sqrt(kWidestB / (2 * kPi * kPi)) * pixels_per_degree));
+Plane csf_filtered(const Plane& plane, const std::array<Gaussian, N>& terms,
+                   double pixels_per_degree, int width, int height) {
+  const int radius =
+      static_cast<int>(std::ceil(3 * std::sqrt(kWidestB / (2 * kPi * kPi)) * pixels_per_degree));
   Plane sum(width, height);
   std::array<std::vector<double>, N> kernels;
   std::array<double, N> weights{};
@@ -197,7 +208,8 @@ Plane csf_filtered(const Plane& plane, const std::array<Gaussian, N>& terms, dou
   for (std::size_t i = 0; i < N; ++i) {
     const Plane term = plane.filtered(kernels[i], kernels[i]);
     const auto share = static_cast<float>(weights[i] / all);
-    for (std::size_t p = 0; p < static_cast<std::size_t>(width) * static_cast<std::size_t>(height); ++p) {
+    for (std::size_t p = 0; p < static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+         ++p) {
       sum[p] += share * term[p];
     }
   }
@@ -213,8 +225,10 @@ struct Features {
 Features features_of(const Plane& y, double pixels_per_degree, int width, int height) {
   const double sigma = 0.5 * kFeatureWidthDegrees * pixels_per_degree;
   const int radius = static_cast<int>(std::ceil(3 * sigma));
-  std::vector<double> smooth = sampled(radius, [&](double k) { return std::exp(-k * k / (2 * sigma * sigma)); });
-  std::vector<double> edge = sampled(radius, [&](double k) { return -k * std::exp(-k * k / (2 * sigma * sigma)); });
+  std::vector<double> smooth =
+      sampled(radius, [&](double k) { return std::exp(-k * k / (2 * sigma * sigma)); });
+  std::vector<double> edge =
+      sampled(radius, [&](double k) { return -k * std::exp(-k * k / (2 * sigma * sigma)); });
   std::vector<double> point = sampled(radius, [&](double k) {
     return (k * k / (sigma * sigma) - 1) * std::exp(-k * k / (2 * sigma * sigma));
   });
@@ -244,8 +258,11 @@ Seen seen(std::span<const Rgb> picture, int width, int height, double pixels_per
   Plane cz(width, height);
   Plane luminance(width, height);
   for (std::size_t i = 0; i < picture.size(); ++i) {
-    const auto clipped = [](float v) { return v > 0 ? std::min(static_cast<double>(v), 1.0) : 0.0; };
-    const Triple v = ycxcz_from_rgb({clipped(picture[i].r), clipped(picture[i].g), clipped(picture[i].b)});
+    const auto clipped = [](float v) {
+      return v > 0 ? std::min(static_cast<double>(v), 1.0) : 0.0;
+    };
+    const Triple v =
+        ycxcz_from_rgb({clipped(picture[i].r), clipped(picture[i].g), clipped(picture[i].b)});
     y[i] = static_cast<float>(v[0]);
     cx[i] = static_cast<float>(v[1]);
     cz[i] = static_cast<float>(v[2]);
@@ -277,9 +294,12 @@ std::vector<float> flip_map(std::span<const Rgb> a, std::span<const Rgb> b, int 
   std::vector<float> map(a.size());
   for (std::size_t i = 0; i < map.size(); ++i) {
     const double color = redistribute(color_distance(left.color[i], right.color[i]));
-    const double edge = std::abs(static_cast<double>(left.features.edge[i] - right.features.edge[i]));
-    const double point = std::abs(static_cast<double>(left.features.point[i] - right.features.point[i]));
-    const double feature = std::pow(std::min(std::max(edge, point) / std::sqrt(2.0), 1.0), kFeatureExponent);
+    const double edge =
+        std::abs(static_cast<double>(left.features.edge[i] - right.features.edge[i]));
+    const double point =
+        std::abs(static_cast<double>(left.features.point[i] - right.features.point[i]));
+    const double feature =
+        std::pow(std::min(std::max(edge, point) / std::sqrt(2.0), 1.0), kFeatureExponent);
     map[i] = static_cast<float>(std::pow(std::clamp(color, 0.0, 1.0), 1 - feature));
   }
   return map;

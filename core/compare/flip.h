@@ -1,7 +1,8 @@
 /// FLIP: how different two pictures look to a person who flips between them.
 ///
-/// Source: Andersson, Nilsson, Akenine-Moller, Oskarsson, Astrom, Fairchild, FLIP: A Difference Evaluator for Alternating
-/// Images, HPG 2020; all constants are the paper's. LDR form: values are clipped to [0,1] and taken as sRGB colours.
+/// Source: Andersson, Nilsson, Akenine-Moller, Oskarsson, Astrom, Fairchild, FLIP: A Difference
+/// Evaluator for Alternating Images, HPG 2020; all constants are the paper's. LDR form: values are
+/// clipped to [0,1] and taken as sRGB colours.
 #pragma once
 
 #include <span>
@@ -14,7 +15,8 @@ namespace core {
 /// 0.7 m from a screen 0.7 m wide with 3840 pixels.
 inline constexpr double kFlipPixelsPerDegree = 67;
 
-/// Per pixel, row by row, 0 (no difference) to 1. Symmetric in a and b. Both have width * height linear values.
+/// Per pixel, row by row, 0 (no difference) to 1. Symmetric in a and b. Both have width * height
+/// linear values.
 std::vector<float> flip_map(std::span<const Rgb> a, std::span<const Rgb> b, int width, int height,
                             double pixels_per_degree = kFlipPixelsPerDegree);
 

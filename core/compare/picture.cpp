@@ -26,7 +26,8 @@ Stored encoded(const std::byte* at, float most) {
   Word word = 0;
   std::memcpy(&word, at, sizeof word);
   const auto v = static_cast<float>(word);
-  return {linear_from_srgb(v / most), linear_from_srgb((v + 0.5F) / most) - linear_from_srgb((v - 0.5F) / most)};
+  return {linear_from_srgb(v / most),
+          linear_from_srgb((v + 0.5F) / most) - linear_from_srgb((v - 0.5F) / most)};
 }
 
 float float_at(const std::byte* at) {
@@ -47,9 +48,12 @@ float half_step(float value) {
 
 Stored stored_value(const Image& image, std::size_t index, bool halves) {
   switch (image.type) {
-    case PixelType::kU8: return encoded<std::uint8_t>(image.bytes.data() + index, 255);
-    case PixelType::kU16: return encoded<std::uint16_t>(image.bytes.data() + 2 * index, 65535);
-    case PixelType::kF32: break;
+    case PixelType::kU8:
+      return encoded<std::uint8_t>(image.bytes.data() + index, 255);
+    case PixelType::kU16:
+      return encoded<std::uint16_t>(image.bytes.data() + 2 * index, 65535);
+    case PixelType::kF32:
+      break;
   }
   const float value = float_at(image.bytes.data() + 4 * index);
   return {value, halves ? half_step(value) : 0};
@@ -82,10 +86,12 @@ bool all_halves(const Image& image) {
   return true;
 }
 
-/// A pixel's value is a sum of its replicates' means m_k with weights w_k, which are half of what their counts are of their halves' counts.
-/// With W_k and D_k the means over the picture of w_k and w_k (m_k - value), sum_k D_k^2 / (1 - W_k) estimates the variance of
-/// the picture's mean: without bias where the replicates' variances are alike and their weights too, and where variances go as 1 / W_k.
-/// Source: MacKinnon, White, Some heteroskedasticity-consistent covariance matrix estimators, 1985 (HC2), for a weighted mean.
+/// A pixel's value is a sum of its replicates' means m_k with weights w_k, which are half of what
+/// their counts are of their halves' counts. With W_k and D_k the means over the picture of w_k and
+/// w_k (m_k - value), sum_k D_k^2 / (1 - W_k) estimates the variance of the picture's mean: without
+/// bias where the replicates' variances are alike and their weights too, and where variances go as
+/// 1 / W_k. Source: MacKinnon, White, Some heteroskedasticity-consistent covariance matrix
+/// estimators, 1985 (HC2), for a weighted mean.
 void measure_replicates(const FilmSnapshot& film, Picture& picture) {
   const auto replicates = static_cast<std::size_t>(film.replicates);
   std::vector<double> weights(replicates);
@@ -102,7 +108,10 @@ void measure_replicates(const FilmSnapshot& film, Picture& picture) {
       if (pixel[k].count > 0) {
         const double weight = 0.5 * static_cast<double>(pixel[k].count) / counts[k % 2];
         weights[k] += weight;
-        deviations[k] += weight * (static_cast<double>(average(Rgb{pixel[k].mean_r, pixel[k].mean_g, pixel[k].mean_b})) - value);
+        deviations[k] +=
+            weight *
+            (static_cast<double>(average(Rgb{pixel[k].mean_r, pixel[k].mean_g, pixel[k].mean_b})) -
+             value);
       }
     }
   }
@@ -113,7 +122,8 @@ void measure_replicates(const FilmSnapshot& film, Picture& picture) {
     squared_weights += weight * weight;
     picture.mean_variance += deviations[k] * deviations[k] / (pixels * pixels * (1 - weight));
   }
-  // As many replicates as would have these weights if they were alike, less the one that their mean takes.
+  // As many replicates as would have these weights if they were alike, less the one that their mean
+  // takes.
   picture.mean_degrees = std::max(1 / squared_weights - 1, 1.0);
 }
 
@@ -156,7 +166,8 @@ Result<Picture> picture_of(const Image& image) {
   picture.width = image.width;
   picture.height = image.height;
   picture.is_exact = true;
-  const std::size_t n = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  const std::size_t n =
+      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   picture.values.resize(n);
   picture.rounding_variance.resize(n);
   const bool halves = all_halves(image);

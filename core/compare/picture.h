@@ -8,7 +8,7 @@
 #include "core/color/rgb.h"
 #include "core/film/film.h"
 #include "core/image_io/image.h"
-#include "core/render/settings.h"
+#include "core/settings/settings.h"
 
 namespace core {
 
@@ -16,13 +16,15 @@ struct Picture {
   int width = 0;
   int height = 0;
   std::vector<Rgb> values;  ///< linear, row by row
-  /// (A - B) / 2 of the two halves: its square estimates the variance of the value. Empty: see is_exact.
+  /// (A - B) / 2 of the two halves: its square estimates the variance of the value. Empty: see
+  /// is_exact.
   std::vector<Rgb> half_difference;
-  /// Variance of the luminance's mean if all samples were independent; the noise differs from it by a factor that is
-  /// much the same for neighbours. Empty: unknown.
+  /// Variance of the luminance's mean if all samples were independent; the noise differs from it by
+  /// a factor that is much the same for neighbours. Empty: unknown.
   std::vector<float> sample_variance;
-  /// Of the mean over pixels and channels, from how the replicates' own means differ: right where the errors of neighbouring pixels are
-  /// correlated, too. degrees: of freedom, 1 with two replicates; 0: unknown.
+  /// Of the mean over pixels and channels, from how the replicates' own means differ: right where
+  /// the errors of neighbouring pixels are correlated, too. degrees: of freedom, 1 with two
+  /// replicates; 0: unknown.
   double mean_variance = 0;
   double mean_degrees = 0;
   /// Variance of the luminance from the rounding of a file's numbers. Empty: none.
@@ -37,9 +39,9 @@ struct Picture {
 /// The beauty layer over the snapshot's rectangle.
 Picture picture_of(const FilmSnapshot& film);
 
-/// A decoded file: 8 and 16 bits are taken as sRGB beside their alpha, floats as linear and multiplied by it, as a film's
-/// values are; grey counts for all channels.
-/// Errors: kInvalidArgument for values that are not finite.
+/// A decoded file: 8 and 16 bits are taken as sRGB beside their alpha, floats as linear and
+/// multiplied by it, as a film's values are; grey counts for all channels. Errors: kInvalidArgument
+/// for values that are not finite.
 Result<Picture> picture_of(const Image& image);
 
 }  // namespace core

@@ -6,6 +6,7 @@
 
 #include "core/base/sha256.h"
 #include "core/math/numbers.h"
+#include "core/settings/registry.h"
 
 namespace core {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 static_assert(sizeof(ReplicatePixel) == 24);
 static_assert(sizeof(AuxPixel) == 32);
 static_assert(sizeof(PilotPixel) == 32);
-static_assert(sizeof(PixelPlan) == 16);
+static_assert(sizeof(PixelPlan) == 8);
 static_assert(sizeof(ReplicateFit) == 48);
 
 std::size_t area(const PixelRect& r) {
@@ -50,7 +51,8 @@ std::vector<PixelRect> tile_rects(PixelRect crop) {
     for (int x = crop.x - crop.x % kTileSize; x < x1; x += kTileSize) {
       const int left = std::max(x, crop.x);
       const int top = std::max(y, crop.y);
-      rects.push_back({left, top, std::min(x + kTileSize, x1) - left, std::min(y + kTileSize, y1) - top});
+      rects.push_back(
+          {left, top, std::min(x + kTileSize, x1) - left, std::min(y + kTileSize, y1) - top});
     }
   }
   return rects;
@@ -70,7 +72,8 @@ Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors)
   }
 }
 
-Film::Film(const RenderSettings& settings, PixelErrors errors) : Film(settings.film, settings.replicates, errors) {
+Film::Film(const RenderSettings& settings)
+    : Film(settings.film, settings.replicates, pixel_errors(settings)) {
   adaptive_ = settings.adaptive.type;
   fit_ = fit_type(settings);
 }
@@ -102,8 +105,10 @@ std::uint32_t Film::tile_revision(int tile) const {
 
 std::uint32_t Film::commit(int tile, TileState state) {
   const SampleCounts counts = counts_of(state, replicates_);
+  const TileSums sums = core::half_sums(state.rect, state.pixels, replicates_);
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
+  slot.sums = sums;
   std::swap(slot.state, state);
   cpu_seconds_beside_ += std::max(state.cpu_seconds - slot.state.cpu_seconds, 0.0);
   slot.counts = counts;
@@ -152,6 +157,32 @@ SampleCounts Film::sample_counts() const {
   return out;
 }
 
+std::vector<TileSums> Film::half_sums() const {
+  std::vector<TileSums> out;
+  out.reserve(rects_.size());
+  MutexLock lock(mutex_);
+  for (const Slot& slot : tiles_) {
+    out.push_back(slot.sums);
+  }
+  return out;
+}
+
+TileSums Film::half_sums(int tile) const {
+  MutexLock lock(mutex_);
+  return tiles_[static_cast<std::size_t>(tile)].sums;
+}
+
+double Film::mean_luminance() const {
+  double light = 0;
+  double pixels = 0;
+  MutexLock lock(mutex_);
+  for (const Slot& slot : tiles_) {
+    light += slot.sums.luminance;
+    pixels += slot.sums.pixels;
+  }
+  return pixels > 0 ? light / pixels : 0;
+}
+
 double Film::tile_samples_mean(int tile) const {
   MutexLock lock(mutex_);
   return tiles_[static_cast<std::size_t>(tile)].counts.mean;
@@ -164,8 +195,10 @@ std::uint32_t Film::revision() const {
 
 void Film::restore(int tile, TileState state, std::uint32_t tile_revision) {
   const SampleCounts counts = counts_of(state, replicates_);
+  const TileSums sums = core::half_sums(state.rect, state.pixels, replicates_);
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
+  slot.sums = sums;
   slot.state = std::move(state);
   slot.counts = counts;
   slot.version = ++version_;
@@ -257,8 +290,8 @@ std::size_t Film::bytes() const noexcept {
 
 std::string Film::digest() const {
   Sha256 hash;
-  const std::int32_t header[] = {crop_.x, crop_.y, crop_.width, crop_.height, full_width_,
-                                 full_height_, replicates_, has_aux_ ? 1 : 0};
+  const std::int32_t header[] = {crop_.x,     crop_.y,      crop_.width, crop_.height,
+                                 full_width_, full_height_, replicates_, has_aux_ ? 1 : 0};
   hash.add(header, sizeof(header));
   MutexLock lock(mutex_);
   for (const Slot& slot : tiles_) {
@@ -271,19 +304,8 @@ std::string Film::digest() const {
 }
 
 HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half) {
-  HalfValue out;
   const auto r = static_cast<std::size_t>(film.replicates);
-  for (auto k = static_cast<std::size_t>(half); k < r; k += 2) {
-    const ReplicatePixel& p = film.pixels[pixel * r + k];
-    if (p.count == 0) {
-      continue;
-    }
-    out.count += p.count;
-    const float w = static_cast<float>(p.count) / static_cast<float>(out.count);
-    out.mean = lerp(out.mean, {p.mean_r, p.mean_g, p.mean_b}, w);
-    out.alpha = lerp(out.alpha, p.mean_alpha, w);
-  }
-  return out;
+  return half_value(std::span(film.pixels).subspan(pixel * r, r), half);
 }
 
 HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel) {
@@ -316,7 +338,8 @@ SampleVariance sample_variance(const FilmSnapshot& film, std::size_t pixel) {
   if (out.degrees > 0) {
     const double of_sample = std::max(squares, 0.0) / out.degrees;
     const bool has_both = counts[0] > 0 && counts[1] > 0;
-    out.of_mean = has_both ? 0.25 * of_sample * (1 / counts[0] + 1 / counts[1]) : of_sample / (counts[0] + counts[1]);
+    out.of_mean = has_both ? 0.25 * of_sample * (1 / counts[0] + 1 / counts[1])
+                           : of_sample / (counts[0] + counts[1]);
   }
   return out;
 }

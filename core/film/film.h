@@ -1,11 +1,12 @@
 /// Film: the statistics of a picture, tile by tile.
 ///
-/// Tiles are 32x32, anchored at the full film's origin and cut by the crop. Per pixel and replicate:
-/// sample count, running mean (linear RGB and alpha) and M2 of the luminance (Welford), fed strictly in
-/// the order of the sample index. The content is therefore a function of the job and of the number
-/// of samples of each tile, whatever the slices, threads and restarts were. Where sampling is adaptive that number is
-/// the mean over the pixels of the film, and the plan of the epoch (core/film/sample_plan.h) says what each pixel has by then.
-/// Replicate r of sample s is s % R; half A is the even replicates, half B the odd ones.
+/// Tiles are 32x32, anchored at the full film's origin and cut by the crop. Per pixel and
+/// replicate: sample count, running mean (linear RGB and alpha) and M2 of the luminance (Welford),
+/// fed strictly in the order of the sample index. The content is therefore a function of the job
+/// and of the number of samples of each tile, whatever the slices, threads and restarts were. Where
+/// sampling is adaptive that number is the mean over the pixels of the film, and the plan of the
+/// epoch (core/film/sample_plan.h) says what each pixel has by then. Replicate r of sample s is s %
+/// R; half A is the even replicates, half B the odd ones.
 #pragma once
 
 #include <array>
@@ -18,25 +19,14 @@
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "core/color/rgb.h"
+#include "core/film/half_sums.h"
 #include "core/film/replicate_fit.h"
+#include "core/film/replicate_pixel.h"
 #include "core/film/sample_plan.h"
-#include "core/image_io/image.h"
 #include "core/math/vec.h"
-#include "core/render/settings.h"
+#include "core/settings/settings.h"
 
 namespace core {
-
-inline constexpr int kTileSize = 32;
-
-/// 24 bytes. mean_alpha is the share of samples that did not see through to a hidden environment.
-struct ReplicatePixel {
-  float mean_r = 0;
-  float mean_g = 0;
-  float mean_b = 0;
-  float mean_alpha = 0;
-  float m2_luminance = 0;
-  std::uint32_t count = 0;
-};
 
 /// Means over the samples that hit something; `hits` counts them. depth in metres from the eye.
 struct AuxPixel {
@@ -59,16 +49,16 @@ struct PathSample {
 
 /// One tile's statistics. Copyable: a slice works on a copy and commits it.
 struct TileState {
-  PixelRect rect;                          ///< in pixels of the full film
-  int samples = 0;                         ///< per pixel of the film, all replicates together
-  std::vector<ReplicatePixel> pixels;      ///< [pixel * R + replicate]
-  std::vector<AuxPixel> aux;               ///< [pixel]; empty when no auxiliary layer is recorded
-  PlanSpan span;                           ///< what `plan` is for; empty: every pixel gets the same
-  std::vector<PixelPlan> plan;             ///< [pixel]; empty without a span
-  int pilot_samples = 0;                   ///< per pixel
-  std::vector<PilotPixel> pilot;           ///< [pixel]; empty without pilot samples
-  std::vector<ReplicateFit> fit;           ///< [pixel * R + replicate]; empty where nothing is fitted
-  std::uint64_t rejected_samples = 0;      ///< non-finite ones, counted as zero
+  PixelRect rect;                      ///< in pixels of the full film
+  int samples = 0;                     ///< per pixel of the film, all replicates together
+  std::vector<ReplicatePixel> pixels;  ///< [pixel * R + replicate]
+  std::vector<AuxPixel> aux;           ///< [pixel]; empty when no auxiliary layer is recorded
+  PlanSpan span;                       ///< what `plan` is for; empty: every pixel gets the same
+  std::vector<PixelPlan> plan;         ///< [pixel]; empty without a span
+  int pilot_samples = 0;               ///< per pixel
+  std::vector<PilotPixel> pilot;       ///< [pixel]; empty without pilot samples
+  std::vector<ReplicateFit> fit;       ///< [pixel * R + replicate]; empty where nothing is fitted
+  std::uint64_t rejected_samples = 0;  ///< non-finite ones, counted as zero
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
 };
@@ -99,10 +89,11 @@ struct FilmSnapshot {
 /// Thread-safe: any thread may read; a tile is written by the one thread that has its slice.
 class Film {
  public:
-  /// errors: pixel_errors() of the job; what the film is told about its samples, not part of its content.
-  Film(const FilmSettings& settings, int replicates, PixelErrors errors = PixelErrors::kIndependent);
   /// With room for plans, pilot samples and fits where the settings ask for them.
-  explicit Film(const RenderSettings& settings, PixelErrors errors = PixelErrors::kIndependent);
+  explicit Film(const RenderSettings& settings);
+  /// Of a file or of a merge, which have neither. errors: what samples do to neighbouring pixels.
+  Film(const FilmSettings& settings, int replicates,
+       PixelErrors errors = PixelErrors::kIndependent);
 
   PixelRect crop() const noexcept { return crop_; }
   int full_width() const noexcept { return full_width_; }
@@ -125,13 +116,18 @@ class Film {
   std::uint32_t revision() const;
   /// Replaces a tile whose picture has not changed: pilot samples. It keeps its revision.
   void keep(int tile, TileState state);
-  /// Gives every tile its plan, all at once: whoever reads tiles while plan_epoch() stays the same sees plans of one epoch.
-  /// Pre: plans has one entry for each tile, and every tile has span.from samples.
+  /// Gives every tile its plan, all at once: whoever reads tiles while plan_epoch() stays the same
+  /// sees plans of one epoch. Pre: plans has one entry for each tile, and every tile has span.from
+  /// samples.
   void install_plans(PlanSpan span, std::vector<std::vector<PixelPlan>> plans);
   std::uint32_t plan_epoch() const;
   /// Changes whenever anything of a tile does, its revision or not.
   std::uint64_t tile_version(int tile) const;
   SampleCounts sample_counts() const;
+  /// Of all tiles, in their order: what ErrorEstimate is made from.
+  std::vector<TileSums> half_sums() const;
+  TileSums half_sums(int tile) const;
+  double mean_luminance() const;  ///< of the pixels whose alpha is not 0
   double tile_samples_mean(int tile) const;
   /// Only when a film is loaded: later commits continue above `revision`.
   void restore(int tile, TileState state, std::uint32_t tile_revision);
@@ -156,6 +152,7 @@ class Film {
   struct Slot {
     TileState state;
     SampleCounts counts;
+    TileSums sums;
     std::uint32_t revision = 0;
     std::uint64_t version = 0;
   };
@@ -179,31 +176,19 @@ class Film {
 /// The tiles that cover `crop`, row by row.
 std::vector<PixelRect> tile_rects(PixelRect crop);
 
-/// Per-pixel values of half A (half = 0) and half B (1): mean over its replicates weighted by count.
-/// count is 0 where the half has no sample.
-struct HalfValue {
-  Rgb mean;
-  float alpha = 0;
-  std::uint32_t count = 0;
-};
+/// Of pixel number `pixel` of the snapshot.
 HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half);
-/// The picture's value: (A + B) / 2, whatever their counts, which may depend on the samples of the other half; A alone where B
-/// is empty. (A - B)^2 / 4 estimates the variance of exactly this. Alpha in [0,1].
+/// The picture's value: (A + B) / 2, whatever their counts, which may depend on the samples of the
+/// other half; A alone where B is empty. (A - B)^2 / 4 estimates the variance of exactly this.
+/// Alpha in [0,1].
 HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel);
-/// Variance of the luminance of pixel_value() if samples were independent, from their spread within each replicate (stratified
-/// ones are better than that), and the degrees of freedom that it was estimated with: 0, and nothing known, without a
-/// replicate of two samples.
+/// Variance of the luminance of pixel_value() if samples were independent, from their spread within
+/// each replicate (stratified ones are better than that), and the degrees of freedom that it was
+/// estimated with: 0, and nothing known, without a replicate of two samples.
 struct SampleVariance {
   double of_mean = 0;
   double degrees = 0;
 };
 SampleVariance sample_variance(const FilmSnapshot& film, std::size_t pixel);
-
-/// Layer `name` (a row of layers()) as a float image. Unknown errors are NaN. Errors: kInvalidArgument when the layer
-/// is unknown or was not recorded.
-Result<FloatImage> layer_image(const FilmSnapshot& film, const std::string& name);
-/// All recorded layers in one image: R G B A, albedo.R ..., normal.X ..., depth.Z, samples.Y,
-/// variance.R ..., error.Y. For EXR.
-FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settings);
 
 }  // namespace core

@@ -12,7 +12,8 @@
 namespace core {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "values are written as they are in memory");
+static_assert(std::endian::native == std::endian::little,
+              "values are written as they are in memory");
 static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32);
 
 constexpr std::array<char, 8> kMagic = {'T', 'S', 'R', 'F', 'I', 'L', 'M', '1'};
@@ -75,9 +76,10 @@ std::uint64_t tile_count(const PixelRect& crop) {
 std::uint64_t all_bytes(const Head& head) {
   const std::uint64_t pixels =
       static_cast<std::uint64_t>(head.crop.width) * static_cast<std::uint64_t>(head.crop.height);
-  const std::uint64_t pixel_bytes =
-      head.replicates * sizeof(ReplicatePixel) + ((head.flags & kAuxFlag) != 0 ? sizeof(AuxPixel) : 0);
-  return head.head_bytes + tile_count(head.crop) * sizeof(TileHead) + pixels * pixel_bytes + kHashBytes;
+  const std::uint64_t pixel_bytes = head.replicates * sizeof(ReplicatePixel) +
+                                    ((head.flags & kAuxFlag) != 0 ? sizeof(AuxPixel) : 0);
+  return head.head_bytes + tile_count(head.crop) * sizeof(TileHead) + pixels * pixel_bytes +
+         kHashBytes;
 }
 
 Head head_of(const Film& film, std::size_t ranges, std::size_t text_bytes) {
@@ -85,7 +87,8 @@ Head head_of(const Film& film, std::size_t ranges, std::size_t text_bytes) {
   head.head_bytes = static_cast<std::uint32_t>(head_bytes(ranges, text_bytes));
   head.text_bytes = static_cast<std::uint32_t>(text_bytes);
   head.ranges = static_cast<std::uint32_t>(ranges);
-  head.flags = (film.has_aux() ? kAuxFlag : 0) | (film.errors() == PixelErrors::kCorrelated ? kCorrelatedFlag : 0);
+  head.flags = (film.has_aux() ? kAuxFlag : 0) |
+               (film.errors() == PixelErrors::kCorrelated ? kCorrelatedFlag : 0);
   head.full_width = film.full_width();
   head.full_height = film.full_height();
   head.crop = film.crop();
@@ -95,7 +98,9 @@ Head head_of(const Film& film, std::size_t ranges, std::size_t text_bytes) {
   return head;
 }
 
-Error refused(std::string message) { return Error{ErrorCode::kInvalidArgument, "not a usable film: " + std::move(message), ""}; }
+Error refused(std::string message) {
+  return Error{ErrorCode::kInvalidArgument, "not a usable film: " + std::move(message), ""};
+}
 
 /// Reads values one after another; what is there was checked before.
 class Reader {
@@ -125,8 +130,9 @@ Status check_geometry(const Head& head, const FilmFormatLimits& limits) {
   if (!is_side(head.full_width) || !is_side(head.full_height) ||
       std::int64_t{head.full_width} * head.full_height > limits.pixels_max) {
     return Error{ErrorCode::kTooLarge,
-                 "a film of " + std::to_string(head.full_width) + " by " + std::to_string(head.full_height) +
-                     " pixels; a side may have 1 to " + std::to_string(limits.side_max) + ", all together " +
+                 "a film of " + std::to_string(head.full_width) + " by " +
+                     std::to_string(head.full_height) + " pixels; a side may have 1 to " +
+                     std::to_string(limits.side_max) + ", all together " +
                      std::to_string(limits.pixels_max),
                  ""};
   }
@@ -147,21 +153,22 @@ Result<SampleLedger> read_ledger(Reader& reader, const Head& head) {
   std::uint64_t replicates = 0;
   for (std::uint32_t i = 0; i < head.ranges; ++i) {
     const auto range = reader.take<Range>();
-    if (range.seed >= (std::uint64_t{1} << 53U) || range.first_replicate % 2 != 0 || range.replicates % 2 != 0 ||
-        range.replicates == 0 || range.replicates > head.replicates || range.first_replicate > (1U << 20U) ||
-        range.samples > kSamplesMax || range.zero != 0) {
+    if (range.seed >= (std::uint64_t{1} << 53U) || range.first_replicate % 2 != 0 ||
+        range.replicates % 2 != 0 || range.replicates == 0 || range.replicates > head.replicates ||
+        range.first_replicate > (1U << 20U) || range.samples > kSamplesMax || range.zero != 0) {
       return refused("range " + std::to_string(i) + " of its samples is none");
     }
     for (const SampleRange& other : ledger) {
       const auto first = static_cast<int>(range.first_replicate);
       if (other.seed == range.seed && first < other.first_replicate + other.replicates &&
           other.first_replicate < first + static_cast<int>(range.replicates)) {
-        return refused("range " + std::to_string(i) + " of its samples has some in common with another");
+        return refused("range " + std::to_string(i) +
+                       " of its samples has some in common with another");
       }
     }
     replicates += range.replicates;
-    ledger.push_back({range.seed, static_cast<int>(range.first_replicate), static_cast<int>(range.replicates),
-                      static_cast<int>(range.samples)});
+    ledger.push_back({range.seed, static_cast<int>(range.first_replicate),
+                      static_cast<int>(range.replicates), static_cast<int>(range.samples)});
   }
   if (replicates != head.replicates) {
     return refused("its ranges of samples do not add up to its replicates");
@@ -170,9 +177,11 @@ Result<SampleLedger> read_ledger(Reader& reader, const Head& head) {
 }
 
 bool is_sane(const ReplicatePixel& p) {
-  const bool finite = std::isfinite(p.mean_r) && std::isfinite(p.mean_g) && std::isfinite(p.mean_b) &&
-                      std::isfinite(p.mean_alpha) && std::isfinite(p.m2_luminance);
-  const bool empty = p.mean_r == 0 && p.mean_g == 0 && p.mean_b == 0 && p.mean_alpha == 0 && p.m2_luminance == 0;
+  const bool finite = std::isfinite(p.mean_r) && std::isfinite(p.mean_g) &&
+                      std::isfinite(p.mean_b) && std::isfinite(p.mean_alpha) &&
+                      std::isfinite(p.m2_luminance);
+  const bool empty =
+      p.mean_r == 0 && p.mean_g == 0 && p.mean_b == 0 && p.mean_alpha == 0 && p.m2_luminance == 0;
   return finite && (p.count > 0 || empty);
 }
 
@@ -216,8 +225,9 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
     state.rejected_samples = head.rejected_samples;
     state.rays = head.rays;
     state.cpu_seconds = head.cpu_seconds;
-    if (head.x != state.rect.x || head.y != state.rect.y || head.zero != 0 || !std::isfinite(head.cpu_seconds) ||
-        head.cpu_seconds < 0 || head.samples > kSamplesMax || !is_sane(state, ledger, most)) {
+    if (head.x != state.rect.x || head.y != state.rect.y || head.zero != 0 ||
+        !std::isfinite(head.cpu_seconds) || head.cpu_seconds < 0 || head.samples > kSamplesMax ||
+        !is_sane(state, ledger, most)) {
       return refused("tile " + std::to_string(tile) + " holds what no renderer makes");
     }
     if (state.samples > 0) {
@@ -226,8 +236,8 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
   }
   for (std::size_t r = 0; r < ledger.size(); ++r) {
     if (most[r] != static_cast<std::uint64_t>(ledger[r].samples)) {
-      return refused("its pixels have " + std::to_string(most[r]) + " samples where its ledger says " +
-                     std::to_string(ledger[r].samples));
+      return refused("its pixels have " + std::to_string(most[r]) +
+                     " samples where its ledger says " + std::to_string(ledger[r].samples));
     }
   }
   return ok_status();
@@ -235,7 +245,8 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
 
 }  // namespace
 
-std::uint64_t film_file_bytes(const Film& film, const SampleLedger& ledger, std::size_t text_bytes) {
+std::uint64_t film_file_bytes(const Film& film, const SampleLedger& ledger,
+                              std::size_t text_bytes) {
   return head_of(film, ledger.size(), text_bytes).file_bytes;
 }
 
@@ -259,7 +270,8 @@ bool write_film(const FilmPart& part, const std::string& text, const ByteSink& s
   add(&head, sizeof head);
   for (const SampleRange& range : part.ledger) {
     const Range written = {range.seed, static_cast<std::uint32_t>(range.first_replicate),
-                           static_cast<std::uint32_t>(range.replicates), static_cast<std::uint32_t>(range.samples), 0};
+                           static_cast<std::uint32_t>(range.replicates),
+                           static_cast<std::uint32_t>(range.samples), 0};
     add(&written, sizeof written);
   }
   add(text.data(), text.size());
@@ -270,8 +282,13 @@ bool write_film(const FilmPart& part, const std::string& text, const ByteSink& s
   const double beside = film.cpu_seconds_beside() / film.tile_count();
   for (int tile = 0; tile < film.tile_count(); ++tile) {
     const TileState state = film.tile(tile);
-    const TileHead written = {state.rect.x,           state.rect.y, static_cast<std::uint32_t>(state.samples), 0,
-                              state.rejected_samples, state.rays,   state.cpu_seconds + beside};
+    const TileHead written = {state.rect.x,
+                              state.rect.y,
+                              static_cast<std::uint32_t>(state.samples),
+                              0,
+                              state.rejected_samples,
+                              state.rays,
+                              state.cpu_seconds + beside};
     add(&written, sizeof written);
     add(state.pixels.data(), state.pixels.size() * sizeof(ReplicatePixel));
     add(state.aux.data(), state.aux.size() * sizeof(AuxPixel));
@@ -283,7 +300,8 @@ bool write_film(const FilmPart& part, const std::string& text, const ByteSink& s
   return sink(std::as_bytes(std::span(whole)));
 }
 
-Status check_film_head(std::span<const std::byte> start, std::uint64_t file_bytes, const FilmFormatLimits& limits) {
+Status check_film_head(std::span<const std::byte> start, std::uint64_t file_bytes,
+                       const FilmFormatLimits& limits) {
   Head head;
   if (start.size() < sizeof head) {
     return refused("it is shorter than its head");
@@ -296,20 +314,22 @@ Status check_film_head(std::span<const std::byte> start, std::uint64_t file_byte
     return fits;
   }
   // Ranges hold two replicates at least, so that these products stay small.
-  if (head.ranges == 0 || head.ranges > head.replicates / 2 || head.text_bytes > limits.text_bytes_max ||
-      head.flags > (kAuxFlag | kCorrelatedFlag) || head.head_bytes != head_bytes(head.ranges, head.text_bytes) ||
+  if (head.ranges == 0 || head.ranges > head.replicates / 2 ||
+      head.text_bytes > limits.text_bytes_max || head.flags > (kAuxFlag | kCorrelatedFlag) ||
+      head.head_bytes != head_bytes(head.ranges, head.text_bytes) ||
       head.tiles != tile_count(head.crop)) {
     return refused("its head contradicts itself");
   }
   const std::uint64_t expected = all_bytes(head);
   if (expected > limits.file_bytes_max) {
     return Error{ErrorCode::kTooLarge,
-                 "a film of " + std::to_string(expected) + " bytes; " + std::to_string(limits.file_bytes_max) +
-                     " are allowed",
+                 "a film of " + std::to_string(expected) + " bytes; " +
+                     std::to_string(limits.file_bytes_max) + " are allowed",
                  ""};
   }
   if (head.file_bytes != expected || file_bytes != expected) {
-    return refused("it has " + std::to_string(file_bytes) + " bytes where its head needs " + std::to_string(expected));
+    return refused("it has " + std::to_string(file_bytes) + " bytes where its head needs " +
+                   std::to_string(expected));
   }
   return ok_status();
 }

@@ -2,16 +2,18 @@
 ///
 /// Little endian. Head, 128 bytes:
 ///     0  "TSRFILM1"          8  u32 bytes of head, ledger and text     12  u32 bytes of the text
-///    16  u32 ranges          20  u32 flags (below)                     24  i32 width, height of the full film
-///    32  i32 crop x, y, width, height                                  48  u32 replicates
-///    52  u32 tiles           56  u64 bytes of the file                 64  sha256 of the content (Film::digest), hex
+///    16  u32 ranges          20  u32 flags (below)                     24  i32 width, height of
+///    the full film 32  i32 crop x, y, width, height                                  48  u32
+///    replicates 52  u32 tiles           56  u64 bytes of the file                 64  sha256 of
+///    the content (Film::digest), hex
 /// Flags: 1 auxiliary values, 2 errors of neighbouring pixels are correlated.
 /// Ledger, 24 bytes a range: u64 seed, u32 first replicate, u32 replicates, u32 samples, u32 0.
 /// Text: what the caller wants to say about the film (UTF-8), then zeros up to a multiple of 8.
-/// Tiles, row by row, 32x32 anchored at the full film's origin and cut by the crop: i32 x, i32 y, u32 samples, u32 0,
-/// u64 rejected samples, u64 rays, f64 CPU seconds (with an equal share of what was spent beside the samples); then for each pixel and replicate f32 mean r, g, b, alpha,
-/// f32 M2 of the luminance, u32 count; then, if flag 1, for each pixel f32 albedo r, g, b, normal x, y, z, depth, u32 hits.
-/// Last, 64 bytes: sha256 (hex) of everything before.
+/// Tiles, row by row, 32x32 anchored at the full film's origin and cut by the crop: i32 x, i32 y,
+/// u32 samples, u32 0, u64 rejected samples, u64 rays, f64 CPU seconds (with an equal share of what
+/// was spent beside the samples); then for each pixel and replicate f32 mean r, g, b, alpha, f32 M2
+/// of the luminance, u32 count; then, if flag 1, for each pixel f32 albedo r, g, b, normal x, y, z,
+/// depth, u32 hits. Last, 64 bytes: sha256 (hex) of everything before.
 #pragma once
 
 #include <cstddef>
@@ -44,16 +46,18 @@ using ByteSink = std::function<bool(std::span<const std::byte>)>;
 /// part.film must not change meanwhile. False: the sink refused.
 bool write_film(const FilmPart& part, const std::string& text, const ByteSink& sink);
 
-/// What the first kFilmHeadBytes say, checked against the limits and the length of the file: after this the file is worth
-/// being read. Errors: kInvalidArgument (no film, cut, another version, sizes that do not fit), kTooLarge.
-Status check_film_head(std::span<const std::byte> head, std::uint64_t file_bytes, const FilmFormatLimits& limits);
+/// What the first kFilmHeadBytes say, checked against the limits and the length of the file: after
+/// this the file is worth being read. Errors: kInvalidArgument (no film, cut, another version,
+/// sizes that do not fit), kTooLarge.
+Status check_film_head(std::span<const std::byte> head, std::uint64_t file_bytes,
+                       const FilmFormatLimits& limits);
 
 struct FilmFileContent {
   FilmPart part;
   std::string text;  ///< as it was given to write_film(); not interpreted here
 };
-/// Every value is checked: sizes before memory is taken, both checksums, finite means, counts that fit the ledger.
-/// Errors: as check_film_head().
+/// Every value is checked: sizes before memory is taken, both checksums, finite means, counts that
+/// fit the ledger. Errors: as check_film_head().
 Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFormatLimits& limits);
 
 }  // namespace core

@@ -49,10 +49,12 @@ Result<std::vector<Piece>> sorted_pieces(std::span<const FilmPart> parts, int re
     const Film& first = *parts[0].film;
     if (film.full_width() != first.full_width() || film.full_height() != first.full_height() ||
         film.crop() != first.crop()) {
-      return at_film(ErrorCode::kInvalidArgument, i, "the film has another size or crop than the first one");
+      return at_film(ErrorCode::kInvalidArgument, i,
+                     "the film has another size or crop than the first one");
     }
     if (film.has_aux() != first.has_aux()) {
-      return at_film(ErrorCode::kInvalidArgument, i, "the film has other layers than the first one");
+      return at_film(ErrorCode::kInvalidArgument, i,
+                     "the film has other layers than the first one");
     }
     int offset = 0;
     for (const SampleRange& range : parts[i].ledger) {
@@ -64,8 +66,9 @@ Result<std::vector<Piece>> sorted_pieces(std::span<const FilmPart> parts, int re
   }
   if (replicates > replicates_max) {
     return at_film(ErrorCode::kInvalidArgument, parts.size() - 1,
-                   "the films have " + std::to_string(replicates) + " replicates together; at most " +
-                       std::to_string(replicates_max) + " make one film");
+                   "the films have " + std::to_string(replicates) +
+                       " replicates together; at most " + std::to_string(replicates_max) +
+                       " make one film");
   }
   std::sort(pieces.begin(), pieces.end(), goes_before);
   for (std::size_t i = 1; i < pieces.size(); ++i) {
@@ -90,7 +93,8 @@ SampleLedger joined(const std::vector<Piece>& pieces) {
       SampleRange& last = ledger.back();
       const bool follows =
           last.seed == next.seed && last.first_replicate + last.replicates == next.first_replicate;
-      if (follows && std::int64_t{last.samples} * next.replicates == std::int64_t{next.samples} * last.replicates) {
+      if (follows && std::int64_t{last.samples} * next.replicates ==
+                         std::int64_t{next.samples} * last.replicates) {
         last.replicates += next.replicates;
         last.samples += next.samples;
         continue;
@@ -112,10 +116,13 @@ void add_aux(std::vector<AuxPixel>& sums, const std::vector<AuxPixel>& more) {
     const double all = static_cast<double>(to.hits) + static_cast<double>(from.hits);
     const double share = static_cast<double>(from.hits) / all;
     const auto mix = [share](float a, float b) {
-      return static_cast<float>(static_cast<double>(a) + (static_cast<double>(b) - static_cast<double>(a)) * share);
+      return static_cast<float>(static_cast<double>(a) +
+                                (static_cast<double>(b) - static_cast<double>(a)) * share);
     };
-    to.albedo = {mix(to.albedo.r, from.albedo.r), mix(to.albedo.g, from.albedo.g), mix(to.albedo.b, from.albedo.b)};
-    to.normal_world = {mix(to.normal_world.x, from.normal_world.x), mix(to.normal_world.y, from.normal_world.y),
+    to.albedo = {mix(to.albedo.r, from.albedo.r), mix(to.albedo.g, from.albedo.g),
+                 mix(to.albedo.b, from.albedo.b)};
+    to.normal_world = {mix(to.normal_world.x, from.normal_world.x),
+                       mix(to.normal_world.y, from.normal_world.y),
                        mix(to.normal_world.z, from.normal_world.z)};
     to.depth_m = mix(to.depth_m, from.depth_m);
     to.hits += from.hits;
@@ -123,7 +130,8 @@ void add_aux(std::vector<AuxPixel>& sums, const std::vector<AuxPixel>& more) {
 }
 
 /// Tile `tile` of all parts in one; samples 0 when none of them has any.
-TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>& pieces, const Film& out, int tile) {
+TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>& pieces,
+                      const Film& out, int tile) {
   std::vector<TileState> from;
   from.reserve(parts.size());
   for (const FilmPart& part : parts) {
@@ -138,8 +146,8 @@ TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>&
     const auto source_stride = static_cast<std::size_t>(parts[piece.part].film->replicates());
     const auto count = static_cast<std::size_t>(piece.range.replicates);
     for (std::size_t pixel = 0; pixel * stride < state.pixels.size(); ++pixel) {
-      std::copy_n(&source.pixels[pixel * source_stride + static_cast<std::size_t>(piece.offset)], count,
-                  &state.pixels[pixel * stride + at]);
+      std::copy_n(&source.pixels[pixel * source_stride + static_cast<std::size_t>(piece.offset)],
+                  count, &state.pixels[pixel * stride + at]);
     }
     at += count;
     if (!seen[piece.part]) {
@@ -175,12 +183,14 @@ Result<FilmPart> merge_films(std::span<const FilmPart> parts, int replicates_max
   settings.height = first.full_height();
   settings.crop = first.crop();
   settings.albedo = settings.normal = settings.depth = first.has_aux();
-  const int replicates = std::accumulate(pieces->begin(), pieces->end(), 0,
-                                         [](int sum, const Piece& piece) { return sum + piece.range.replicates; });
-  const bool is_correlated = std::any_of(
-      parts.begin(), parts.end(), [](const FilmPart& part) { return part.film->errors() == PixelErrors::kCorrelated; });
-  auto film = std::make_shared<Film>(settings, replicates,
-                                     is_correlated ? PixelErrors::kCorrelated : PixelErrors::kIndependent);
+  const int replicates =
+      std::accumulate(pieces->begin(), pieces->end(), 0,
+                      [](int sum, const Piece& piece) { return sum + piece.range.replicates; });
+  const bool is_correlated = std::any_of(parts.begin(), parts.end(), [](const FilmPart& part) {
+    return part.film->errors() == PixelErrors::kCorrelated;
+  });
+  auto film = std::make_shared<Film>(
+      settings, replicates, is_correlated ? PixelErrors::kCorrelated : PixelErrors::kIndependent);
   for (int tile = 0; tile < film->tile_count(); ++tile) {
     TileState state = merged_tile(parts, *pieces, *film, tile);
     if (state.samples > 0) {

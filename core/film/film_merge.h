@@ -1,11 +1,11 @@
 /// Films that become one film: of one job made in parts, or of jobs with different seeds.
 ///
-/// The replicates of a film are independent randomisations, and replicate k of a seed holds the same numbers
-/// in every job that has it. So films are merged by putting their replicates side by side, which copies and
-/// computes nothing: parts that hold replicates 0 to 1 and 2 to 3 of a seed give the film of the one job that
-/// has four, bit for bit. The picture weighs replicates by their counts, never by what was found.
-/// Means of the auxiliary layers are over all samples together; they are combined by their counts of hits, and
-/// agree with those of one job to rounding.
+/// The replicates of a film are independent randomisations, and replicate k of a seed holds the
+/// same numbers in every job that has it. So films are merged by putting their replicates side by
+/// side, which copies and computes nothing: parts that hold replicates 0 to 1 and 2 to 3 of a seed
+/// give the film of the one job that has four, bit for bit. The picture weighs replicates by their
+/// counts, never by what was found. Means of the auxiliary layers are over all samples together;
+/// they are combined by their counts of hits, and agree with those of one job to rounding.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,9 @@
 
 namespace core {
 
-/// Which random numbers the samples of consecutive replicates of a film are from. Every replicate holds its
-/// samples from the first one on, so that two ranges have samples in common when they have a replicate in common.
+/// Which random numbers the samples of consecutive replicates of a film are from. Every replicate
+/// holds its samples from the first one on, so that two ranges have samples in common when they
+/// have a replicate in common.
 struct SampleRange {
   std::uint64_t seed = 0;
   int first_replicate = 0;  ///< of the seed; even
@@ -39,10 +40,10 @@ struct FilmPart {
   SampleLedger ledger;
 };
 
-/// The result does not depend on the order of the parts: replicates are sorted by seed and number, and
-/// neighbours with equal counts become one range.
-/// replicates_max: of the result. Errors: kConflict for common samples, kInvalidArgument for another size or
-/// other layers, for too many replicates; `where` is "/films/N".
+/// The result does not depend on the order of the parts: replicates are sorted by seed and number,
+/// and neighbours with equal counts become one range. replicates_max: of the result. Errors:
+/// kConflict for common samples, kInvalidArgument for another size or other layers, for too many
+/// replicates; `where` is "/films/N".
 Result<FilmPart> merge_films(std::span<const FilmPart> parts, int replicates_max);
 
 }  // namespace core

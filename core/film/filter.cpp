@@ -49,7 +49,8 @@ float FilterSampler::evaluate(float x) const noexcept {
     }
     case FilterType::kBlackmanHarris: {
       const float t = kPi * (1 - a);
-      return 0.35875F - 0.48829F * std::cos(t) + 0.14128F * std::cos(2 * t) - 0.01168F * std::cos(3 * t);
+      return 0.35875F - 0.48829F * std::cos(t) + 0.14128F * std::cos(2 * t) -
+             0.01168F * std::cos(3 * t);
     }
   }
   return 0;

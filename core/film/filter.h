@@ -3,8 +3,8 @@
 #pragma once
 
 #include "core/math/vec.h"
-#include "core/render/settings.h"
 #include "core/sampling/distribution.h"
+#include "core/settings/settings.h"
 
 namespace core {
 

@@ -12,8 +12,9 @@ constexpr double kPull = 2;
 
 double exact(float v) { return static_cast<double>(v); }
 
-/// With one sample of each technique, sum a + (f - a p - b q) / m over both is f / m summed, plus (b - a) (sum of p / m - 1):
-/// for each sample q / m is 1 - p / m. So a and b count by their difference alone.
+/// With one sample of each technique, sum a + (f - a p - b q) / m over both is f / m summed, plus
+/// (b - a) (sum of p / m - 1): for each sample q / m is 1 - p / m. So a and b count by their
+/// difference alone.
 Rgb optimal_mis(const ReplicateFit& s) noexcept {
   const double x = exact(s.x);
   const double xx = exact(s.xx);
@@ -25,7 +26,8 @@ Rgb optimal_mis(const ReplicateFit& s) noexcept {
   return {channel(s.y.r, s.xy.r), channel(s.y.g, s.xy.g), channel(s.y.b, s.xy.b)};
 }
 
-/// Least squares: -Cov(x, y) / Var(x), in [0,1] as visibility is: few samples of many lamps may say anything.
+/// Least squares: -Cov(x, y) / Var(x), in [0,1] as visibility is: few samples of many lamps may say
+/// anything.
 Rgb regression(const ReplicateFit& s) noexcept {
   const double n = exact(s.n);
   const double variance = exact(s.xx) - exact(s.x) * exact(s.x) / n;
@@ -44,7 +46,8 @@ FitType fit_type(const RenderSettings& settings) noexcept {
   if (e.control_variate == ControlVariateType::kRegression) {
     return FitType::kRegression;
   }
-  return e.mis == MisType::kOptimal && e.strategy == Strategy::kMis ? FitType::kOptimalMis : FitType::kNone;
+  return e.mis == MisType::kOptimal && e.strategy == Strategy::kMis ? FitType::kOptimalMis
+                                                                    : FitType::kNone;
 }
 
 Rgb fitted_coefficient(FitType type, const ReplicateFit& sums) noexcept {

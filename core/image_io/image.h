@@ -35,7 +35,9 @@ struct FloatImage {
   int channels() const noexcept { return static_cast<int>(channel_names.size()); }
   std::size_t index(int x, int y, int channel) const noexcept {
     return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-            static_cast<std::size_t>(x)) * channel_names.size() + static_cast<std::size_t>(channel);
+            static_cast<std::size_t>(x)) *
+               channel_names.size() +
+           static_cast<std::size_t>(channel);
   }
 };
 

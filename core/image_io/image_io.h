@@ -47,8 +47,8 @@ struct EncodeOptions {
 /// Colour channels of EXR (R G B A, and those of the layers "beauty" and "albedo") are half floats,
 /// finite values held within +-65504; all others, and all when is_color is false, are float.
 /// Display formats take 1, 3 or 4 channels (R, G, B[, A] with alpha associated in `image`; written
-/// unassociated in PNG and WebP, associated in EXR). EXR takes any channels. NaN is written as is in
-/// float formats and as 0 in display formats. Errors: kInternal with the library's words.
+/// unassociated in PNG and WebP, associated in EXR). EXR takes any channels. NaN is written as is
+/// in float formats and as 0 in display formats. Errors: kInternal with the library's words.
 Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,
                                             const EncodeOptions& options);
 

@@ -13,7 +13,9 @@ using Texts = std::map<std::string, std::string>;
 constexpr std::string_view kPngMagic = "\x89PNG\r\n\x1a\n";
 constexpr std::string_view kExrMagic = "\x76\x2f\x31\x01";
 
-Error cut() { return Error{ErrorCode::kInvalidArgument, "the picture's head is cut short or too long", ""}; }
+Error cut() {
+  return Error{ErrorCode::kInvalidArgument, "the picture's head is cut short or too long", ""};
+}
 
 /// Takes from the front; empty when there is not so much.
 class Front {

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <new>
+#include <span>
 #include <utility>
 
 #include <OpenImageIO/filesystem.h>
@@ -14,6 +16,9 @@
 namespace core {
 namespace {
 
+/// Where the library writes: pieces at their places, which may be written again.
+using ImageSink = std::function<Status(std::uint64_t offset, std::span<const std::byte> piece)>;
+
 constexpr float kHalfMax = 65504;
 constexpr int kWebpSideMax = 16383;
 
@@ -23,36 +28,49 @@ std::uint8_t quantize(float v) noexcept {
   return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0F, 1.0F) * 255.0F));
 }
 
-// Exposure, division by alpha, tone map and rounding of one picture. Data goes through unchanged
-// but for clipping.
-std::vector<std::uint8_t> display_bytes(const FloatImage& image, int channels_out,
-                                        const EncodeOptions& options) {
-  const int channels = image.channels();
-  const float gain = options.is_color ? std::exp2(options.exposure_stops) : 1.0F;
-  const ToneMap tone_map = options.is_color ? options.tone_map : ToneMap::kLinear;
-  const std::size_t pixels =
-      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  std::vector<std::uint8_t> out(pixels * static_cast<std::size_t>(channels_out));
-  auto write = out.begin();
-  for (std::size_t p = 0; p < pixels; ++p) {
-    const float* in = image.values.data() + p * static_cast<std::size_t>(channels);
-    const float alpha = channels == 4 ? in[3] : 1.0F;
-    const float scale = channels == 4 && channels_out == 4 && alpha > 0 ? gain / alpha : gain;
-    if (channels == 1) {
-      const std::uint8_t grey = quantize(apply_tone_map(tone_map, Rgb(in[0] * scale)).r);
-      write = std::fill_n(write, channels_out, grey);
-      continue;
+// One row for a screen: exposure, division by alpha, tone map and rounding. Data goes through
+// unchanged but for clipping.
+class DisplayRow {
+ public:
+  DisplayRow(int channels, int channels_out, const EncodeOptions& options)
+      : channels_(channels),
+        channels_out_(channels_out),
+        gain_(options.is_color ? std::exp2(options.exposure_stops) : 1.0F),
+        tone_map_(options.is_color ? options.tone_map : ToneMap::kLinear),
+        before_white_(channels == 4 && channels_out == 3) {}
+
+  std::uint8_t* write(const float* in, std::uint8_t* to) const {
+    const float alpha = channels_ == 4 ? in[3] : 1.0F;
+    const float scale = channels_ == 4 && alpha > 0 ? gain_ / alpha : gain_;
+    if (channels_ == 1) {
+      const std::uint8_t grey = quantize(apply_tone_map(tone_map_, Rgb(in[0] * scale)).r);
+      return std::fill_n(to, channels_out_, grey);
     }
-    const Rgb c = apply_tone_map(tone_map, Rgb{in[0], in[1], in[2]} * scale);
-    *write++ = quantize(c.r);
-    *write++ = quantize(c.g);
-    *write++ = quantize(c.b);
-    if (channels_out == 4) {
-      *write++ = std::isnan(alpha) ? std::uint8_t{0} : quantize(alpha);
+    Rgb c = apply_tone_map(tone_map_, Rgb{in[0], in[1], in[2]} * scale);
+    if (before_white_) {
+      // Blended as a browser does, in what is shown.
+      const float a = std::isnan(alpha) ? 0.0F : std::clamp(alpha, 0.0F, 1.0F);
+      const auto blend = [a](float front) {
+        return (a > 0 ? a * std::clamp(front, 0.0F, 1.0F) : 0.0F) + 1 - a;
+      };
+      c = {blend(c.r), blend(c.g), blend(c.b)};
     }
+    *to++ = quantize(c.r);
+    *to++ = quantize(c.g);
+    *to++ = quantize(c.b);
+    if (channels_out_ == 4) {
+      *to++ = std::isnan(alpha) ? std::uint8_t{0} : quantize(alpha);
+    }
+    return to;
   }
-  return out;
-}
+
+ private:
+  int channels_;
+  int channels_out_;
+  float gain_;
+  ToneMap tone_map_;
+  bool before_white_;
+};
 
 // Colour survives half precision; variances, depths and counts do not.
 bool is_half_channel(std::string_view name) {
@@ -63,37 +81,62 @@ bool is_half_channel(std::string_view name) {
          (layer.empty() || layer == "beauty" || layer == "albedo");
 }
 
-std::vector<float> held_in_half(const FloatImage& image, const std::vector<bool>& half) {
-  std::vector<float> values = image.values;
-  const std::size_t channels = image.channel_names.size();
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (half[i % channels] && std::isfinite(values[i])) {
-      values[i] = std::clamp(values[i], -kHalfMax, kHalfMax);
-    }
+/// Gives what OpenImageIO writes to a sink, and keeps the sink's error.
+class SinkProxy final : public OIIO::Filesystem::IOProxy {
+ public:
+  explicit SinkProxy(const ImageSink& sink) : IOProxy("", Write), sink_(sink) {}
+  const char* proxytype() const override { return "sink"; }
+  std::size_t write(const void* from, std::size_t size) override {
+    const std::size_t written = pwrite(from, size, m_pos);
+    m_pos += static_cast<std::int64_t>(written);
+    return written;
   }
-  return values;
-}
+  std::size_t pwrite(const void* from, std::size_t size, std::int64_t offset) override {
+    if (status_) {
+      status_ =
+          sink_(static_cast<std::uint64_t>(offset), {static_cast<const std::byte*>(from), size});
+    }
+    size_ = std::max(size_, static_cast<std::size_t>(offset) + size);
+    return status_ ? size : 0;
+  }
+  std::size_t size() const override { return size_; }
+  const Status& status() const { return status_; }
 
-struct Pixels {
-  OIIO::TypeDesc type;
-  const void* data = nullptr;
+ private:
+  const ImageSink& sink_;
+  Status status_ = ok_status();
+  std::size_t size_ = 0;
 };
 
-Result<std::vector<std::byte>> write(std::string_view extension, const OIIO::ImageSpec& spec,
-                                     Pixels pixels) {
-  std::vector<unsigned char> bytes;
-  OIIO::Filesystem::IOVecOutput proxy(bytes);
+// Rows that go to the library at a time: one block of a zip-compressed EXR or TIFF, or two.
+constexpr int kRows = 32;
+
+/// fill(y, to): row y as the spec has it.
+template <typename Value, typename Fill>
+Status write_rows(std::string_view extension, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+                  const ImageSink& sink, const Fill& fill) {
+  SinkProxy proxy(sink);
   const std::string name(extension);
   const auto output = OIIO::ImageOutput::create(name);
   if (!output) {
     return failed("OpenImageIO: " + OIIO::geterror());
   }
-  if (!output->set_ioproxy(&proxy) || !output->open("memory." + name, spec) ||
-      !output->write_image(pixels.type, pixels.data) || !output->close()) {
-    return failed("OpenImageIO: " + output->geterror());
+  const std::size_t row_values =
+      static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.nchannels);
+  std::vector<Value> values(row_values * static_cast<std::size_t>(std::min(kRows, spec.height)));
+  bool good = output->set_ioproxy(&proxy) && output->open("memory." + name, spec);
+  for (int y = 0; good && y < spec.height; y += kRows) {
+    const int end = std::min(y + kRows, spec.height);
+    for (int row = y; row < end; ++row) {
+      fill(row, values.data() + row_values * static_cast<std::size_t>(row - y));
+    }
+    good = output->write_scanlines(y, end, 0, type, values.data());
   }
-  const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
-  return std::vector<std::byte>(first, first + bytes.size());
+  good = good && output->close();
+  if (!proxy.status()) {
+    return proxy.status();
+  }
+  return good ? ok_status() : Status(failed("OpenImageIO: " + output->geterror()));
 }
 
 void add_metadata(OIIO::ImageSpec& spec, const EncodeOptions& options) {
@@ -102,8 +145,8 @@ void add_metadata(OIIO::ImageSpec& spec, const EncodeOptions& options) {
   }
 }
 
-Result<std::vector<std::byte>> encode_display(const FloatImage& image, const ImageFormat& format,
-                                              const EncodeOptions& options) {
+Status write_display(const FloatImage& image, const ImageFormat& format,
+                     const EncodeOptions& options, const ImageSink& sink) {
   // A WebpOutput that could not be opened frees memory that it never had (OpenImageIO 2.4), so it
   // is only given what it takes: three or four channels, and not too large.
   const bool webp = format.extension == "webp";
@@ -114,7 +157,6 @@ Result<std::vector<std::byte>> encode_display(const FloatImage& image, const Ima
   }
   const bool drops_alpha = image.channels() == 4 && !format.has_alpha;
   const int channels = drops_alpha || (webp && image.channels() == 1) ? 3 : image.channels();
-  const std::vector<std::uint8_t> bytes = display_bytes(image, channels, options);
   OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:UnassociatedAlpha", 1);
   if (options.is_color && options.tone_map != ToneMap::kLinear) {
@@ -126,48 +168,53 @@ Result<std::vector<std::byte>> encode_display(const FloatImage& image, const Ima
   } else {
     spec.attribute("Compression", (webp ? "webp:" : "jpeg:") + std::to_string(options.quality));
   }
-  return write(format.extension, spec, {OIIO::TypeDesc::UINT8, bytes.data()});
+  const DisplayRow display(image.channels(), channels, options);
+  return write_rows<std::uint8_t>(format.extension, spec, OIIO::TypeDesc::UINT8, sink,
+                                  [&](int y, std::uint8_t* to) {
+                                    const float* in = &image.values[image.index(0, y, 0)];
+                                    for (int x = 0; x < image.width; ++x) {
+                                      to = display.write(in, to);
+                                      in += image.channels();
+                                    }
+                                  });
 }
 
-Result<std::vector<std::byte>> encode_linear(const FloatImage& image, const ImageFormat& format,
-                                             const EncodeOptions& options) {
+Status write_linear(const FloatImage& image, const ImageFormat& format,
+                    const EncodeOptions& options, const ImageSink& sink) {
   const bool exr = format.extension == "exr";
-  const int channels = image.channels() == 4 && !format.has_alpha ? 3 : image.channels();
+  const int in_channels = image.channels();
+  const bool drops_alpha = in_channels == 4 && !format.has_alpha;
+  const bool spreads_grey = format.extension == "hdr" && in_channels == 1;
+  const int channels = drops_alpha || spreads_grey ? 3 : in_channels;
   OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::FLOAT);
   spec.attribute("oiio:ColorSpace", "Linear");
-  std::vector<float> values = image.values;
+  std::vector<bool> half(static_cast<std::size_t>(channels), false);
   if (exr) {
     spec.channelnames = image.channel_names;
-    std::vector<bool> half;
-    for (const std::string& name : image.channel_names) {
-      half.push_back(options.is_color && is_half_channel(name));
-      spec.channelformats.emplace_back(half.back() ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
-      spec.alpha_channel = name == "A" ? static_cast<int>(half.size()) - 1 : spec.alpha_channel;
+    spec.channelnames.resize(half.size());
+    for (std::size_t c = 0; c < half.size(); ++c) {
+      half[c] = options.is_color && is_half_channel(spec.channelnames[c]);
+      spec.channelformats.emplace_back(half[c] ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+      spec.alpha_channel = spec.channelnames[c] == "A" ? static_cast<int>(c) : spec.alpha_channel;
     }
-    values = held_in_half(image, half);
     spec.attribute("compression", "zip");
     // Without this OpenImageIO writes the clock into the file, and equal pictures differ.
     spec.attribute("DateTime", "1970:01:01 00:00:00");
     add_metadata(spec, options);
-  } else if (channels != image.channels()) {
-    values.clear();
-    for (std::size_t i = 0; i < image.values.size(); ++i) {
-      if (i % 4 != 3) {
-        values.push_back(image.values[i]);
-      }
-    }
-  } else if (format.extension == "hdr" && channels == 1) {
-    spec.nchannels = 3;
-    spec.default_channel_names();
-    values.clear();
-    for (const float v : image.values) {
-      values.insert(values.end(), 3, v);
-    }
-  }
-  if (format.extension == "tif") {
+  } else if (format.extension == "tif") {
     spec.attribute("compression", "zip");
   }
-  return write(format.extension, spec, {OIIO::TypeDesc::FLOAT, values.data()});
+  return write_rows<float>(
+      format.extension, spec, OIIO::TypeDesc::FLOAT, sink, [&](int y, float* to) {
+        const float* in = &image.values[image.index(0, y, 0)];
+        for (int x = 0; x < image.width; ++x, in += in_channels) {
+          for (std::size_t c = 0; c < half.size(); ++c) {
+            float v = in[spreads_grey ? 0 : c];
+            v = drops_alpha && in[3] < 1 ? v + (1 - in[3]) : v;  // before white
+            *to++ = half[c] && std::isfinite(v) ? std::clamp(v, -kHalfMax, kHalfMax) : v;
+          }
+        }
+      });
 }
 
 }  // namespace
@@ -183,10 +230,18 @@ Result<std::vector<std::byte>> encode_image(const FloatImage& image, const Image
       image.values.size() != image.index(0, image.height, 0)) {
     return failed("an image without pixels, or with more or fewer values than pixels");
   }
+  std::vector<std::byte> file;
+  const ImageSink sink = [&file](std::uint64_t offset, std::span<const std::byte> piece) {
+    const auto at = static_cast<std::size_t>(offset);
+    file.resize(std::max(file.size(), at + piece.size()));
+    std::copy(piece.begin(), piece.end(), file.data() + at);
+    return ok_status();
+  };
   set_up_oiio();
   try {
-    return format.high_dynamic_range ? encode_linear(image, format, options)
-                                     : encode_display(image, format, options);
+    const Status written = format.high_dynamic_range ? write_linear(image, format, options, sink)
+                                                     : write_display(image, format, options, sink);
+    return written ? Result<std::vector<std::byte>>(std::move(file)) : written.error();
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& problem) {

@@ -8,10 +8,10 @@
 #include "core/camera/camera.h"
 #include "core/film/film.h"
 #include "core/lights/environment.h"
-#include "core/render/settings.h"
 #include "core/samplers/path_sampler.h"
 #include "core/sampling/shared_samples.h"
 #include "core/scene/scene_data.h"
+#include "core/settings/settings.h"
 
 namespace core {
 
@@ -26,7 +26,8 @@ struct GroupPath {
 class GroupTracer {
  public:
   virtual ~GroupTracer() = default;
-  /// Fills out. At most kGroupMost paths, all of one replicate, `each` of every pixel. rays: counts those traced.
+  /// Fills out. At most kGroupMost paths, all of one replicate, `each` of every pixel. rays: counts
+  /// those traced.
   virtual void trace(std::span<GroupPath> paths, int each, std::uint64_t& rays) noexcept = 0;
 };
 inline constexpr std::size_t kGroupMost = SharedSamples::kMost;
@@ -48,7 +49,7 @@ struct IntegratorInput {
   const RenderSettings& settings;
 };
 
-/// Pre: the name is a row of integrators().
+/// As the settings name it. Pre: the name is a row of integrators().
 std::unique_ptr<const Integrator> make_integrator(const IntegratorInput& input);
 
 }  // namespace core

@@ -1,203 +1,294 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/bsdf/fresnel.h"
-#include "core/color/wavelength.h"
-#include "core/integrators/path_state.h"
+#include "core/integrators/path_tracer.h"
+#include "core/integrators/registry.h"
 #include "core/math/numbers.h"
-#include "core/math/offset_ray.h"
+#include "core/policies/closed_form.h"
+#include "core/policies/light_candidates.h"
+#include "core/policies/pair_fit.h"
+#include "core/policies/study_directions.h"
 #include "core/samplers/dimensions.h"
-#include "core/sampling/warp.h"
+#include "core/sampling/reservoir.h"
+#include "core/transport/intersect.h"
+#include "core/transport/scatter.h"
+#include "core/transport/surface_event.h"
 
 namespace core {
 
-PathIntegrator::PathIntegrator(const IntegratorInput& input)
-    : scene_(input.scene),
-      environment_(input.environment),
-      lights_(input.scene, input.environment, input.settings.light_sampler),
-      mis_(input.settings.estimator.mis == MisType::kOptimal
-               ? MisRule{MisType::kPower, 2}
-               : MisRule{input.settings.estimator.mis, input.settings.estimator.mis_exponent}),
-      strategy_(input.settings.estimator.strategy),
-      roulette_(input.settings.estimator.roulette),
-      control_variate_(input.settings.estimator.control_variate),
-      fit_(fit_type(input.settings)),
-      shadow_threshold_(roulette_ == RouletteType::kThreshold ? input.settings.estimator.roulette_delta : 0.0F),
-      candidates_(input.settings.light_sampler == LightSamplerType::kRis ? input.settings.light_candidates : 1),
-      first_candidates_(input.settings.light_sampler == LightSamplerType::kRestir ? input.settings.block_candidates
-                                                                                  : candidates_),
-      shares_(input.settings.light_sampler == LightSamplerType::kRestir &&
-              (strategy_ == Strategy::kMis || strategy_ == Strategy::kLight)),
-      expected_values_(input.settings.estimator.expected_values),
-      split_count_(input.settings.estimator.splitting == SplittingType::kFixed ? input.settings.estimator.split_count : 1),
-      max_depth_(input.settings.max_depth) {}
-
-/// Follows the ray to a surface that is there (holes of MASK and BLEND are passed at random, with
-/// the right probability). False: it left the scene.
-bool PathIntegrator::find_surface(State& path, Vertex& vertex) const noexcept {
-  RawHit hit;
-  Ray ray = path.ray;
-  float travelled = 0;
-  for (int pass = 0; pass < kPassThroughMax; ++pass) {
-    ++path.rays;
-    if (!scene_.accel->intersect(ray, hit)) {
-      return false;
-    }
-    if (scene_.has_alpha) {
-      const float coverage = scene_.coverage(hit, ray);
-      if (coverage < 1 &&
-          !(coverage > 0 && path.sampler.extra_1d(path.depth, path.pass_through++) < coverage)) {
-        const SurfacePoint hole = scene_.surface_point(hit, ray);
-        const float side = dot(hole.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
-        travelled += length(hole.position - ray.origin);
-        path.in_pair = false;
-        ray.origin = offset_ray(hole.position, hole.normal_geometric * side);
-        continue;
-      }
-    }
-    vertex.point = scene_.surface_point(hit, ray);
-    vertex.wo_world = -ray.direction;
-    vertex.distance_m = travelled + length(vertex.point.position - ray.origin);
-    return true;
-  }
-  return false;
+template <typename Options>
+PathSample PathTracer<Options>::trace(const Camera::CameraRay& camera_ray,
+                                      const PathSampler& sampler,
+                                      std::uint64_t& rays) const noexcept {
+  TracedPath path{start_path(camera_ray, sampler, rays)};
+  follow(path);
+  return path.out;
 }
 
-void PathIntegrator::add_background(State& path) const noexcept {
-  const bool seen = path.depth == 0 && !path.out.hit;
-  if (seen && environment_ != nullptr && !environment_->visible()) {
-    path.out.alpha = 0;
-    return;
-  }
-  if (environment_ == nullptr) {
-    return;
-  }
-  if (!(path.pdf_bsdf > 0)) {
-    path.out.radiance += path.beta * environment_->background(path.ray.direction);
-    return;
-  }
-  if (strategy_ == Strategy::kLight) {
-    return;
-  }
-  float weight = 1;
-  if (strategy_ == Strategy::kMis) {
-    weight = rule(path.last_fitted).weight(path.pdf_bsdf, path.last_count * lights_.pdf_environment(path.ray.direction));
-  }
-  const Rgb value = path.beta * environment_->radiance(path.ray.direction) * weight;
-  path.out.radiance += value;
-  if (path.in_pair) {
-    note_pair(path, 1 - weight, value);
-  }
-}
-
-void PathIntegrator::add_emission(State& path, const Vertex& vertex) const noexcept {
-  const Rgb radiance = emitted(scene_, vertex.point, vertex.wo_world);
-  if (is_black(radiance)) {
-    return;
-  }
-  float weight = 1;
-  if (path.pdf_bsdf > 0 && vertex.point.light != kNoLight) {
-    if (strategy_ == Strategy::kLight ||
-        (path.last_controlled && has_closed_form(vertex.point.light, path.last_point))) {
+template <typename Options>
+void PathTracer<Options>::follow(TracedPath& path) const noexcept {
+  PathVertex vertex;
+  while (next_vertex(path, vertex)) {
+    const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
+    if (!visit(path, vertex, bsdf)) {
       return;
     }
-    if (strategy_ == Strategy::kMis) {
-      const Vec3 d = vertex.point.position - path.last_point;
-      const float cos_light = std::fabs(dot(vertex.point.normal_geometric, vertex.wo_world));
-      weight = rule(path.last_fitted)
-                   .weight(path.pdf_bsdf, path.last_count * lights_.pdf_triangle(vertex.point.light, path.last_point,
-                                                                                path.last_normal, length(d), cos_light));
+    if (!is_at_max_depth(path)) {
+      if (options_.split_count > 1 && path.depth == 0) {
+        split(path, vertex, bsdf);
+        return;
+      }
+      add_direct_light(path, vertex, bsdf);
     }
+    if (!extend(path, vertex, bsdf)) {
+      return;
+    }
+  }
+}
+
+template <typename Options>
+bool PathTracer<Options>::next_vertex(TracedPath& path, PathVertex& vertex) const noexcept {
+  if (!intersect(scene_, path, vertex)) {
+    add_environment(path);
+    return false;
+  }
+  Rgb passed = segment_transmittance(scene_, path, vertex);
+  if (!survives(path, passed)) {
+    return false;
+  }
+  path.beta *= passed;
+  const Material& material = scene_.materials[vertex.point.material];
+  if (material.factors.unlit) {
+    const Rgb color = unlit_color(material, vertex.point, vertex.wo_world, path.footprint());
+    if (!path.out.hit) {
+      vertex.shading.frame.n = vertex.point.normal_shading;
+      record_first_surface(path.out, vertex, color);
+    }
+    path.out.radiance += path.beta * color;
+    return false;
+  }
+  surface_event(scene_, path, vertex);
+  return true;
+}
+
+template <typename Options>
+bool PathTracer<Options>::visit(TracedPath& path, PathVertex& vertex,
+                                const Bsdf& bsdf) const noexcept {
+  if (!path.out.hit) {
+    record_first_surface(path.out, vertex, bsdf.albedo());
+  }
+  if (scene_.materials[vertex.point.material].is_emissive) {
+    add_emission(path, vertex);
+  }
+  vertex.light_normal = bsdf.transmits() ? Vec3{} : vertex.shading.horizon;
+  // At the last vertex a path may still pass clear surfaces.
+  return path.null_scatterings <= kNullScatteringMax &&
+         (!is_at_max_depth(path) || !is_black(bsdf.straight()));
+}
+
+/// Adds light that the path has met. pdf_light: density with which the light sampler of the last
+/// vertex gives the direction [1/sr]; is_sampled: it could have found it.
+template <typename Options>
+void PathTracer<Options>::add_found(TracedPath& path, Rgb radiance, float pdf_light,
+                                    bool is_sampled) const noexcept {
+  float weight = 1;
+  if (is_sampled && options_.strategy == Strategy::kMis) {
+    weight = rule(path.last_fitted).weight(path.last.pdf_bsdf, path.last.light_samples * pdf_light);
   }
   const Rgb value = path.beta * radiance * weight;
   path.out.radiance += value;
-  if (path.in_pair && vertex.point.light != kNoLight) {
-    note_pair(path, 1 - weight, value);
+  if (is_sampled && path.in_pair && !path.passed_hole) {
+    note_pair(path.out.fit, 1 - weight, value);
   }
 }
 
-/// By the BSDF, or for study by the cosine or uniformly: delta lobes always by the BSDF.
-BsdfSample PathIntegrator::sample_direction(State& path, const Bsdf& bsdf) const noexcept {
-  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
-  if (strategy_ != Strategy::kCosine && strategy_ != Strategy::kUniform) {
-    return bsdf.sample(u.x, {u.y, u.z});
+template <typename Options>
+void PathTracer<Options>::add_environment(TracedPath& path) const noexcept {
+  if (environment_ == nullptr) {
+    return;
   }
-  const float prob_delta = bsdf.prob_delta();
-  if (u.w < prob_delta) {
-    BsdfSample s = bsdf.sample_delta(u.x, {u.y, u.z});
-    s.weight = s.weight / prob_delta;
-    return s;
+  if (path.depth == 0 && !environment_->visible()) {
+    path.out.alpha = 0;
+    return;
   }
-  BsdfSample s;
-  const bool cosine = strategy_ == Strategy::kCosine;
-  s.wi_local = cosine ? cosine_hemisphere({u.y, u.z}) : uniform_hemisphere({u.y, u.z});
-  float pdf = (1 - prob_delta) * (cosine ? cosine_hemisphere_pdf_solid_angle(s.wi_local.z) : 0.5F * kInvPi);
-  if (bsdf.transmits()) {
-    pdf *= 0.5F;
-    if (u.x < 0.5F) {
-      s.wi_local.z = -s.wi_local.z;
-    }
+  const bool is_sampled = path.last.pdf_bsdf > 0;
+  if (is_sampled && options_.strategy == Strategy::kLight) {
+    return;
   }
-  const BsdfEval f = bsdf.evaluate(s.wi_local);
-  if (pdf > 0) {
-    s.weight = f.value_cos / pdf;
-    s.pdf_solid_angle = pdf;
-  }
-  return s;
+  const Vec3 direction = path.ray.direction;
+  add_found(path,
+            is_sampled ? environment_->radiance(direction) : environment_->background(direction),
+            is_sampled ? lights_.pdf_environment(direction) : 0.0F, is_sampled);
 }
 
-bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept {
-  const BsdfSample s = sample_direction(path, bsdf);
-  if (is_black(s.weight)) {
-    return false;
+template <typename Options>
+void PathTracer<Options>::add_emission(TracedPath& path, const PathVertex& vertex) const noexcept {
+  const Rgb radiance =
+      emitted(scene_.materials[vertex.point.material], vertex.point, vertex.wo_world);
+  if (is_black(radiance)) {
+    return;
   }
-  Rgb weight = s.weight;
-  if (!lets_through(path, weight)) {
-    return false;
+  const LastScattering& last = path.last;
+  const std::uint32_t light = vertex.point.light;
+  if (!(last.pdf_bsdf > 0) || light == kNoLight) {
+    add_found(path, radiance, 0, false);
+    return;
   }
-  const Vec3 n = vertex.shading.normal_geometric;
-  const Vec3 wi = vertex.shading.frame.to_world(s.wi_local);
-  const bool through = dot(wi, vertex.shading.horizon) < 0;
-  path.beta *= weight;
-  path.in_pair = false;
-  if (vertex.drew_wavelength && !through) {
-    path.wavelength_nm = 0;  // the colours parted in what went through
+  if (options_.strategy == Strategy::kLight ||
+      (path.last_controlled && has_closed_form(scene_.triangle_lights[light], last.origin))) {
+    return;
   }
-  if (s.is_straight) {
-    ++path.straight;  // seen from the last vertex, the light is where it was
+  const Vec3 d = vertex.point.position - last.origin;
+  const float cos_light = std::fabs(dot(vertex.point.normal_geometric, vertex.wo_world));
+  add_found(path, radiance,
+            lights_.pdf_triangle(light, last.origin, last.light_normal, length(d), cos_light),
+            true);
+}
+
+template <typename Options>
+void PathTracer<Options>::add_direct_light(TracedPath& path, const PathVertex& vertex,
+                                           const Bsdf& bsdf) const noexcept {
+  if (!bsdf.has_spread() || lights_.empty() || (!samples_lights() && !lights_.has_delta())) {
+    return;
+  }
+  DirectLight direct = sample_light(path, vertex, bsdf);
+  const Rgb value = arriving(path, vertex, direct);
+  path.out.radiance += value;
+  if (fits_weights(path.depth, bsdf)) {
+    note_light_sample(path.out.fit, direct.mis_weight, value, direct.in_pair);
+  } else if (fits_control(path.depth, bsdf)) {
+    note_control(path.out.fit, direct.control, value);
   } else {
-    path.pdf_bsdf = s.is_delta ? 0.0F : s.pdf_solid_angle;
-    path.last_point = vertex.shading.origin;
-    path.last_normal = vertex.light_normal;
-    path.last_count = light_count(path);
-    path.last_controlled = is_controlled(bsdf);
-    path.last_fitted = fits_weights(path.depth, bsdf);
-    path.in_pair = path.last_fitted && !s.is_delta;
+    path.out.radiance += direct.control;
   }
-  path.eta_scale *= s.eta * s.eta;
-  path.ray.origin = offset_ray(vertex.shading.origin, through ? -n : n);
-  path.ray.direction = wi;
-  if (through && scene_.has_volumes) {
-    const Material& material = scene_.materials[vertex.point.material];
-    if (material.is_volume) {
-      path.media.cross(material, vertex.shading.front);
+}
+
+/// One light sample; with several candidates, one of them by resampled importance sampling
+/// (core/policies/light_candidates.h).
+template <typename Options>
+DirectLight PathTracer<Options>::sample_light(TracedPath& path, const PathVertex& vertex,
+                                              const Bsdf& bsdf) const noexcept {
+  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
+  path.u_roulette = u.w;
+  const Vec3 p = vertex.shading.origin;
+  if (!samples_lights()) {
+    return unoccluded(path, vertex, bsdf, lights_.sample_delta(p, u.x));
+  }
+  const int count = candidates(path.depth);
+  if (count == 1) {
+    return unoccluded(path, vertex, bsdf, lights_.sample(p, vertex.light_normal, u.x, {u.y, u.z}));
+  }
+  WeightedReservoir<DirectLight> reservoir(
+      static_cast<double>(path.sampler.get_4d(choice_group(path.depth)).x));
+  Rgb control;
+  for (int i = 0; i < count; ++i) {
+    const Candidate at = candidate(u, i, count);
+    const DirectLight one =
+        unoccluded(path, vertex, bsdf, lights_.sample(p, vertex.light_normal, at.pick, at.place));
+    control += one.control * (1 / static_cast<float>(count));
+    reservoir.add(one, static_cast<double>(size_of(one.value) * one.scale));
+  }
+  DirectLight taken;
+  if (!reservoir.empty()) {
+    taken = reservoir.item();
+    taken.scale *=
+        static_cast<float>(reservoir.sum() / (static_cast<double>(count) * reservoir.weight()));
+  }
+  taken.control = control;
+  return taken;
+}
+
+template <typename Options>
+DirectLight PathTracer<Options>::unoccluded(const TracedPath& path, const PathVertex& vertex,
+                                            const Bsdf& bsdf,
+                                            const LightSample& light) const noexcept {
+  DirectLight out;
+  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
+    return out;
+  }
+  const bool asked = is_controlled(bsdf);
+  const bool closed =
+      (asked || fits_control(path.depth, bsdf)) && light.triangle != kNoLight &&
+      has_closed_form(scene_.triangle_lights[light.triangle], vertex.shading.origin);
+  if (closed) {
+    out.control = path.beta * light_control(scene_.triangle_lights[light.triangle], light,
+                                            vertex.shading, bsdf.albedo());
+  }
+  const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));
+  if (is_black(f.value_cos)) {
+    return out;
+  }
+  float weight = 1;
+  if (!light.is_delta && options_.strategy == Strategy::kMis && !(closed && asked)) {
+    weight = rule(fits_weights(path.depth, bsdf))
+                 .weight(light_samples(path) * light.pdf_solid_angle, f.pdf_solid_angle);
+  }
+  out.mis_weight = weight;
+  out.light = light;
+  out.value = path.beta * f.value_cos * light.radiance;
+  out.scale = weight / light.pdf_solid_angle;
+  return out;
+}
+
+template <typename Options>
+Rgb PathTracer<Options>::arriving(TracedPath& path, const PathVertex& vertex,
+                                  DirectLight& direct) const noexcept {
+  if (is_black(direct.value)) {
+    return {};
+  }
+  if (options_.shadow_threshold > 0) {
+    // Roulette for shadow rays: faint ones are traced in proportion to what they would add.
+    const float survive =
+        size_of(direct.value) * direct.scale * path.branch_weight / options_.shadow_threshold;
+    if (survive < 1) {
+      if (path.sampler.get_4d(choice_group(path.depth)).y >= survive) {
+        return {};
+      }
+      direct.scale /= survive;
     }
   }
-  if (!s.is_delta) {
-    path.cone_spread_rad += 0.1F * std::max(vertex.shading.bsdf.alpha_x, vertex.shading.bsdf.alpha_y);
-    path.is_sharp = false;
+  const LightSample& light = direct.light;
+  Visibility seen =
+      visibility_from(scene_, path, vertex, light.wi_world, light.target, light.is_far);
+  if (is_black(seen.transmittance) || !survives(path, seen.transmittance)) {
+    return {};
   }
-  if (roulette_ != RouletteType::kNone && !path.in_pair) {
-    // Where weights are fitted the density of what goes on has to be known: the next surface throws the dice.
-    // Paths are left alone until their weight falls below one half, and weigh at least that after;
-    // measured against thresholds from 1/4 to 1 this gives the least error for the time.
-    // eta_scale takes the n^2 of radiance in denser media out: it comes back when the path leaves.
-    constexpr float kThreshold = 0.5F;
-    const Rgb size = {std::fabs(path.beta.r), std::fabs(path.beta.g), std::fabs(path.beta.b)};
-    const float survive = max_component(size) * path.eta_scale / kThreshold;
+  direct.in_pair = seen.is_clear && !light.is_delta;
+  return direct.value * seen.transmittance * direct.scale;
+}
+
+template <typename Options>
+BsdfSample PathTracer<Options>::sample_direction(TracedPath& path,
+                                                 const Bsdf& bsdf) const noexcept {
+  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
+  if (options_.strategy == Strategy::kCosine || options_.strategy == Strategy::kUniform) {
+    return sample_study_direction(bsdf, options_.strategy == Strategy::kCosine, u);
+  }
+  return bsdf.sample(u.x, {u.y, u.z});
+}
+
+template <typename Options>
+bool PathTracer<Options>::extend(TracedPath& path, const PathVertex& vertex,
+                                 const Bsdf& bsdf) const noexcept {
+  BsdfSample sample = sample_direction(path, bsdf);
+  if (is_black(sample.weight) || !survives(path, sample.weight)) {
+    return false;
+  }
+  const int depth = path.depth;
+  const bool fitted = fits_weights(depth, bsdf);
+  path.in_pair = fitted && !sample.is_straight && !sample.is_delta;
+  if (!sample.is_straight) {
+    path.last_controlled = is_controlled(bsdf);
+    path.last_fitted = fitted;
+  }
+  scatter(scene_, path, vertex, sample, light_samples(path));
+  if (options_.roulette != RouletteType::kNone && !path.in_pair) {
+    // Where weights are fitted the density of the direction has to be known: roulette waits for the
+    // next surface.
+    const float survive = continuation_probability(path);
     if (survive < 1) {
       if (path.u_roulette < 0) {
-        path.u_roulette = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight)).w;
+        path.u_roulette = path.sampler.get_4d(dimension_group(depth, BounceGroup::kLight)).w;
       }
       if (path.u_roulette >= survive) {
         return false;
@@ -206,185 +297,70 @@ bool PathIntegrator::scatter(State& path, const Vertex& vertex, const Bsdf& bsdf
     }
   }
   path.u_roulette = -1;
-  ++path.depth;
-  return true;
+  return path.scatterings() <= options_.max_depth;
 }
 
-bool PathIntegrator::go_on(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept {
-  return scatter(path, vertex, bsdf) && path.depth - path.straight <= max_depth_;
-}
-
-/// Index of refraction that this path sees, at its wavelength once it has one.
-float PathIntegrator::ior_of(const State& path, const Material* material) noexcept {
-  if (material == nullptr) {
-    return 1;
-  }
-  const MaterialDescription& f = material->factors;
-  const bool at_wavelength = f.dispersion > 0 && path.wavelength_nm > 0;
-  return at_wavelength ? dispersive_ior(f.ior, f.dispersion, path.wavelength_nm) : std::max(f.ior, 1.0F);
-}
-
-/// A solid's boundary bends light by its index over that of what surrounds it here. front: seen from
-/// outside, for a path inside `media`.
-float PathIntegrator::relative_ior(const State& path, const MediumStack& media, const Material& material,
-                                   bool front) noexcept {
-  const Material* around = front ? media.top() : media.without(&material);
-  const float inner = ior_of(path, &material);
-  return inner / ior_of(path, around);
-}
-
-/// From the first dispersive boundary on a path follows one wavelength. Met from outside, what is reflected keeps
-/// all of them: each channel then counts with the reflectance at its own mean index (of 1 / wavelength^2, in which the
-/// index is linear), over that at the wavelength drawn, which decides.
-void PathIntegrator::meet_solid(State& path, const Material& material, Vertex& vertex) noexcept {
-  BsdfParameters& b = vertex.shading.bsdf;
-  const bool front = vertex.shading.front;
-  const Material* around = front ? path.media.top() : path.media.without(&material);
-  const MaterialDescription& f = material.factors;
-  const bool disperses_around = around != nullptr && around->factors.dispersion > 0;
-  if ((f.dispersion > 0 || disperses_around) && !(path.wavelength_nm > 0)) {
-    const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kVolume));
-    const WavelengthSample sample = sample_wavelength(u.w);
-    path.wavelength_nm = sample.wavelength_nm;
-    if (front && !disperses_around) {
-      const float outer = ior_of(path, around);
-      const float cos_o = std::max(dot(vertex.shading.frame.n, vertex.wo_world), 0.0F);
-      const float here = fresnel_dielectric(cos_o, ior_of(path, &material) / outer);
-      const Rgb n = mean_dispersive_ior(f.ior, f.dispersion);
-      b.reflection_weight = here > 0 ? Rgb{fresnel_dielectric(cos_o, n.r / outer), fresnel_dielectric(cos_o, n.g / outer),
-                                           fresnel_dielectric(cos_o, n.b / outer)} / here
-                                     : Rgb(1);
-      b.refraction_weight = sample.weight;
-      vertex.drew_wavelength = true;
-    } else {
-      path.beta *= sample.weight;
-    }
-  }
-  b.ior = relative_ior(path, path.media, material, front);
-}
-
-void PathIntegrator::record_first(State& path, const Vertex& vertex, Rgb albedo) noexcept {
-  path.out.hit = true;
-  path.out.albedo = albedo;
-  path.out.normal_world = vertex.shading.frame.n;
-  path.out.depth_m = vertex.distance_m;
-}
-
-/// Goes on from the first surface several times, with random numbers of their own, for the price of one way there;
-/// what they bring is averaged.
-void PathIntegrator::split(State& path, const Vertex& vertex, const Bsdf& bsdf) const noexcept {
-  const float share = 1 / static_cast<float>(split_count_);
+/// Continues from the first surface several times, with random numbers of their own, for the price
+/// of one camera segment; the continuations are averaged.
+template <typename Options>
+void PathTracer<Options>::split(TracedPath& path, const PathVertex& vertex,
+                                const Bsdf& bsdf) const noexcept {
+  const float share = 1 / static_cast<float>(options_.split_count);
   Rgb sum;
-  for (int i = 0; i < split_count_; ++i) {
-    State branch = path;
-    branch.sampler = path.sampler.branch(i, split_count_);
-    branch.share = share;
+  for (int i = 0; i < options_.split_count; ++i) {
+    TracedPath branch = path;
+    branch.sampler = path.sampler.branch(i, options_.split_count);
+    branch.branch_weight = share;
     branch.out.radiance = {};
     branch.out.fit = {};
-    add_direct(branch, vertex, bsdf);
-    if (go_on(branch, vertex, bsdf)) {
+    add_direct_light(branch, vertex, bsdf);
+    if (extend(branch, vertex, bsdf)) {
       follow(branch);
     }
     sum += branch.out.radiance;
-    FitSample& fit = path.out.fit;
-    const FitSample& more = branch.out.fit;
-    fit = {.control = fit.control + more.control * share,
-           .n = fit.n + more.n,
-           .x = fit.x + more.x,
-           .xx = fit.xx + more.xx,
-           .y = fit.y + more.y,
-           .xy = fit.xy + more.xy};
+    add_branch(path.out.fit, branch.out.fit, share);
   }
   path.out.radiance += sum * share;
 }
 
-/// To the next surface, shading included. False: the path is over.
-bool PathIntegrator::meet(State& path, Vertex& vertex) const noexcept {
-  if (!find_surface(path, vertex)) {
-    add_background(path);
+/// Analog absorption, where expected values are off: all of a factor below 1 or nothing, with the
+/// same mean. False: the path or the light sample ends.
+template <typename Options>
+bool PathTracer<Options>::survives(TracedPath& path, Rgb& factor) const noexcept {
+  if (options_.expected_values) {
+    return true;
+  }
+  const float survive =
+      max_component(Rgb{std::fabs(factor.r), std::fabs(factor.g), std::fabs(factor.b)});
+  if (survive >= 1) {
+    return true;
+  }
+  constexpr std::uint32_t kAnalogDraws = 0x80000000U;  // apart from holes, which count from 0
+  if (path.sampler.extra_1d(path.depth, kAnalogDraws + path.analog_draws++) >= survive) {
     return false;
   }
-  path.cone_width_m += path.cone_spread_rad * vertex.distance_m;
-  const Material& material = scene_.materials[vertex.point.material];
-  const bool inner = dot(vertex.point.normal_geometric, vertex.wo_world) < 0;
-  if (inner && material.is_volume && path.media.top() == nullptr) {
-    path.media.enter(&material);  // the eye is inside, or the solid was entered through a hole
-  }
-  const Material* medium = path.media.top();
-  if (medium != nullptr) {
-    Rgb share = absorbed(medium->sigma_a, vertex.distance_m);
-    if (!lets_through(path, share)) {
-      return false;
-    }
-    path.beta *= share;
-  }
-  if (material.factors.unlit) {
-    const Rgb color = unlit_color(scene_, vertex.point, vertex.wo_world, path.footprint());
-    if (!path.out.hit) {
-      vertex.shading.frame.n = vertex.point.normal_shading;
-      record_first(path, vertex, color);
-    }
-    path.out.radiance += path.beta * color;
-    return false;
-  }
-  shade(scene_, vertex.point, vertex.wo_world, path.footprint(), vertex.shading);
-  vertex.drew_wavelength = false;
-  if (material.is_volume) {
-    meet_solid(path, material, vertex);
-  }
+  factor *= 1 / survive;
   return true;
 }
 
-/// What is seen of the surface itself. kLast: the path may go straight on, at most.
-PathIntegrator::Stage PathIntegrator::arrive(State& path, Vertex& vertex, const Bsdf& bsdf) const noexcept {
-  if (!path.out.hit) {
-    record_first(path, vertex, bsdf.albedo());
-  }
-  if (scene_.materials[vertex.point.material].is_emissive) {
-    add_emission(path, vertex);
-  }
-  const bool at_end = path.depth - path.straight >= max_depth_;
-  if (path.straight > kPassThroughMax || (at_end && is_black(bsdf.straight()))) {
-    return Stage::kOver;
-  }
-  vertex.light_normal = bsdf.transmits() ? Vec3{} : vertex.shading.horizon;
-  return at_end ? Stage::kLast : Stage::kOpen;
+template <typename Options>
+std::unique_ptr<GroupTracer> PathTracer<Options>::make_group_tracer() const {
+  return nullptr;
 }
 
-/// From the path's ray to its end.
-void PathIntegrator::follow(State& path) const noexcept {
-  Vertex vertex;
-  while (meet(path, vertex)) {
-    const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
-    const Stage stage = arrive(path, vertex, bsdf);
-    if (stage == Stage::kOver) {
-      return;
-    }
-    if (path.depth == 0 && split_count_ > 1 && stage == Stage::kOpen) {
-      split(path, vertex, bsdf);
-      return;
-    }
-    if (stage == Stage::kOpen) {
-      add_direct(path, vertex, bsdf);
-    }
-    if (!go_on(path, vertex, bsdf)) {
-      return;
-    }
+template <>
+std::unique_ptr<GroupTracer> StudyTracer::make_group_tracer() const {
+  return shares_lights_ ? make_shared_lights_tracer(*this) : nullptr;
+}
+
+template class PathTracer<StudyOptions>;
+template class PathTracer<DefaultOptions>;
+
+std::unique_ptr<const Integrator> make_path_tracer(const IntegratorInput& input) {
+  if (DefaultOptions::serves(input.settings)) {
+    return std::make_unique<PathTracer<DefaultOptions>>(input);
   }
-}
-
-PathSample PathIntegrator::trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
-                                 std::uint64_t& rays) const noexcept {
-  State path{.sampler = sampler, .rays = rays};
-  path.ray = camera_ray.ray;
-  path.cone_width_m = camera_ray.width_m;
-  path.cone_spread_rad = camera_ray.spread_rad;
-  follow(path);
-  return path.out;
-}
-
-std::unique_ptr<const Integrator> make_integrator(const IntegratorInput& input) {
-  return std::make_unique<PathIntegrator>(input);
+  return std::make_unique<StudyTracer>(input);
 }
 
 }  // namespace core

@@ -1,7 +1,8 @@
 /// Experiment: one textbook question about estimators, asked of the renderer's own classes.
 ///
-/// A trial is one independent replicate: from n evaluations (what one evaluation is, each experiment says) it makes one
-/// estimate of a number that is known exactly. run.h repeats trials and measures how wrong they are.
+/// A trial is one independent replicate: from n evaluations (what one evaluation is, each
+/// experiment says) it makes one estimate of a number that is known exactly. run.h repeats trials
+/// and measures how wrong they are.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/render/settings.h"
+#include "core/settings/settings.h"
 
 namespace core::lab {
 

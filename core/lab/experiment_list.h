@@ -1,4 +1,5 @@
-/// Where the experiments are: one constant each, listed in registry.cpp. And what several of them share.
+/// Where the experiments are: one constant each, listed in registry.cpp. And what several of them
+/// share.
 #pragma once
 
 #include <array>

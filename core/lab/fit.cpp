@@ -27,7 +27,9 @@ SlopeFit fit_slope(std::span<const ErrorAt> points) {
     noise += dx * dx * p.log_variance;
   }
   CHECK(xx > 0);
-  return {.slope = xy / xx, .intercept = mean_y - xy / xx * mean_x, .standard_error = std::sqrt(noise) / xx};
+  return {.slope = xy / xx,
+          .intercept = mean_y - xy / xx * mean_x,
+          .standard_error = std::sqrt(noise) / xx};
 }
 
 double log_rmse_variance(std::span<const double> squared_errors) {

@@ -21,8 +21,8 @@ struct SlopeFit {
 /// Least squares. Pre: at least two different n; points independent of each other.
 SlopeFit fit_slope(std::span<const ErrorAt> points);
 
-/// Variance of log sqrt(mean of squares), from the squares themselves: Var(q) / (4 R mean(q)^2) by the delta method,
-/// and at least what normal errors would give, 1 / (2 R).
+/// Variance of log sqrt(mean of squares), from the squares themselves: Var(q) / (4 R mean(q)^2) by
+/// the delta method, and at least what normal errors would give, 1 / (2 R).
 double log_rmse_variance(std::span<const double> squared_errors);
 
 }  // namespace core::lab

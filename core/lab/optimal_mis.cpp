@@ -1,12 +1,13 @@
 // Optimal MIS weights, solved for on the samples themselves or on the other half.
 
+#include "core/sampling/optimal_mis.h"
+
 #include <array>
 
 #include "core/lab/experiment_list.h"
 #include "core/lab/stage.h"
 #include "core/lab/trial.h"
 #include "core/samplers/dimensions.h"
-#include "core/sampling/optimal_mis.h"
 
 namespace core::lab {
 namespace {
@@ -16,11 +17,14 @@ enum { kSide, kHidden };
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"balance", "none", "The balance heuristic, for comparison."},
-    EstimatorInfo{"same-samples", "consistent", "Coefficients solved on the very samples that they are used on."},
-    EstimatorInfo{"cross-fitted", "none", "Coefficients solved on one half of the samples, used on the other."},
+    EstimatorInfo{"same-samples", "consistent",
+                  "Coefficients solved on the very samples that they are used on."},
+    EstimatorInfo{"cross-fitted", "none",
+                  "Coefficients solved on one half of the samples, used on the other."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"side", 0.05, 20, 4, false, "Side of the square light, in units of its distance."},
+    ParameterInfo{"side", 0.05, 20, 4, false,
+                  "Side of the square light, in units of its distance."},
     ParameterInfo{"hidden", 0, 0.9, 0.3, false, "Share of the light that an edge hides."},
 };
 
@@ -32,8 +36,8 @@ double expected(const Setup& setup) {
 double evaluations(const Setup& /*setup*/, std::int64_t n) { return 2 * static_cast<double>(n); }
 std::int64_t rounded(const Setup& /*setup*/, std::int64_t n) { return n + n % 2; }
 
-/// Sums over samples, whichever technique made them; p and q are the densities of light and BSDF sampling there, m
-/// their sum. All that solving and applying need: memory does not grow with n.
+/// Sums over samples, whichever technique made them; p and q are the densities of light and BSDF
+/// sampling there, m their sum. All that solving and applying need: memory does not grow with n.
 struct Sums {
   double count = 0;
   double pp = 0;  ///< p p / m^2, and so on
@@ -69,7 +73,9 @@ Sums operator+(const Sums& x, const Sums& y) {
           x.fq + y.fq,       x.f + y.f,   x.p + y.p,   x.q + y.q};
 }
 
-OptimalMisCoefficients solve(const Sums& s) { return solve_optimal_mis({s.pp, s.pq, s.qq}, s.fp, s.fq); }
+OptimalMisCoefficients solve(const Sums& s) {
+  return solve_optimal_mis({s.pp, s.pq, s.qq}, s.fp, s.fq);
+}
 
 /// sum a + mean of the residual over the mixture, one sample of each technique a pair.
 double apply(const Sums& s, OptimalMisCoefficients a) {
@@ -85,7 +91,8 @@ double estimate(Trial& trial) {
       return 0;
     }
     Sums& half = halves[2 * i < trial.n() ? 0 : 1];
-    const Stage::Sample l = stage.sample_light(trial.get_4d(dimension_group(0, BounceGroup::kLight)));
+    const Stage::Sample l =
+        stage.sample_light(trial.get_4d(dimension_group(0, BounceGroup::kLight)));
     half.add(l.value, l.pdf_solid_angle, l.other_pdf_solid_angle);
     const Stage::Sample b = stage.sample_bsdf(trial.get_4d(dimension_group(0, BounceGroup::kBsdf)));
     half.add(b.value, b.other_pdf_solid_angle, b.pdf_solid_angle);
@@ -102,7 +109,8 @@ double estimate(Trial& trial) {
 }
 
 std::optional<TheorySlope> slope(const Setup& setup) {
-  // Coefficients from a handful of samples make the first points of cross-fitting worse than their slope.
+  // Coefficients from a handful of samples make the first points of cross-fitting worse than their
+  // slope.
   return setup.estimator == kBalance ? monte_carlo_slope(setup) : std::nullopt;
 }
 
@@ -113,12 +121,20 @@ constexpr std::array<std::int64_t, 7> kN = {4, 16, 64, 256, 1024, 4096, 16384};
 const Experiment kOptimalMisExperiment = {
     .name = "optimal-mis",
     .title = "Optimal weights",
-    .summary = "Weights that may be negative, from a 2×2 system, beat every heuristic; where they come from matters.",
-    .estimates = "Irradiance from a partly hidden square light, from one light and one BSDF sample a pair.",
-    .formula = "A a = b,  A_kl = ∫ p_k p_l / Σp,  b_k = ∫ f p_k / Σp;  E ≈ Σ a_k + 1/n Σ (f − Σ a_k p_k) / Σp",
-    .look_for = "Solved on the samples they are used on, the coefficients follow the noise and the mean is wrong at "
-                "n = 4. Solved on one half and used on the other, every mean is right, at the price of more noise "
-                "when a half has few samples. At large n both have less error than the balance heuristic.",
+    .summary =
+        "Weights that may be negative, from a 2×2 system, beat every heuristic; where they come "
+        "from matters.",
+    .estimates =
+        "Irradiance from a partly hidden square light, from one light and one BSDF sample a pair.",
+    .formula =
+        "A a = b,  A_kl = ∫ p_k p_l / Σp,  b_k = ∫ f p_k / Σp;  E ≈ Σ a_k + 1/n Σ (f − Σ a_k p_k) "
+        "/ Σp",
+    .look_for =
+        "Solved on the samples they are used on, the coefficients follow the noise and the mean is "
+        "wrong at "
+        "n = 4. Solved on one half and used on the other, every mean is right, at the price of "
+        "more noise "
+        "when a half has few samples. At large n both have less error than the balance heuristic.",
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "cross-fitted",

@@ -12,8 +12,10 @@ namespace {
 enum { kHit, kHeight };
 
 constexpr std::array kEstimators = {
-    EstimatorInfo{"hit", "none", "4 where a point of the unit square lies in the quarter disk, else 0."},
-    EstimatorInfo{"height", "none", "4 sqrt(1 - x^2): the height of the arc, one dimension integrated by hand."},
+    EstimatorInfo{"hit", "none",
+                  "4 where a point of the unit square lies in the quarter disk, else 0."},
+    EstimatorInfo{"height", "none",
+                  "4 sqrt(1 - x^2): the height of the arc, one dimension integrated by hand."},
 };
 
 double expected(const Setup& /*setup*/) { return std::numbers::pi; }
@@ -55,12 +57,18 @@ double estimate(Trial& trial) {
 const Experiment kPiExperiment = {
     .name = "pi",
     .title = "Estimating π",
-    .summary = "Throw points at a square, count those in the quarter disk; or average the height of the arc.",
+    .summary =
+        "Throw points at a square, count those in the quarter disk; or average the height of the "
+        "arc.",
     .estimates = "π, four times the area of a quarter of the unit disk.",
     .formula = "hit: 4/n Σ [xᵢ² + yᵢ² < 1], σ = 1.642;  height: 4/n Σ √(1 − xᵢ²), σ = 0.893",
-    .look_for = "Both errors fall as n^(−1/2): one digit more costs a hundred times the work. Integrating one "
-                "dimension by hand (height) is worth three times the samples. Then change the sampler: stratified "
-                "points fall as n^(−3/4) across the edge, and Owen-scrambled ones as n^(−3/2) along the smooth arc.",
+    .look_for =
+        "Both errors fall as n^(−1/2): one digit more costs a hundred times the work. Integrating "
+        "one "
+        "dimension by hand (height) is worth three times the samples. Then change the sampler: "
+        "stratified "
+        "points fall as n^(−3/4) across the edge, and Owen-scrambled ones as n^(−3/2) along the "
+        "smooth arc.",
     .estimators = kEstimators,
     .parameters = {},
     .estimator = "hit",

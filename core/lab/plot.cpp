@@ -37,7 +37,7 @@ std::string escaped(std::string_view text) {
 
 /// Decades that hold all values, at least one.
 struct Axis {
-  double low = 0;   ///< log10
+  double low = 0;  ///< log10
   double high = 1;
 
   void cover(double log_low, double log_high) {
@@ -58,12 +58,12 @@ class Plot {
     if (points_.empty()) {
       return;
     }
-    const auto [least, most] =
-        std::minmax_element(points_.begin(), points_.end(), [](auto& a, auto& b) { return a.n < b.n; });
+    const auto [least, most] = std::minmax_element(points_.begin(), points_.end(),
+                                                   [](auto& a, auto& b) { return a.n < b.n; });
     first_ = std::log10(static_cast<double>(least->n));
     last_ = std::log10(static_cast<double>(most->n));
-    const auto [small, large] =
-        std::minmax_element(points_.begin(), points_.end(), [](auto& a, auto& b) { return a.rmse < b.rmse; });
+    const auto [small, large] = std::minmax_element(
+        points_.begin(), points_.end(), [](auto& a, auto& b) { return a.rmse < b.rmse; });
     x_.cover(first_, last_);
     y_.cover(std::log10(small->rmse), std::log10(large->rmse));
   }
@@ -89,15 +89,17 @@ class Plot {
     }
     for (const Point& p : points_) {
       text += "<circle cx=\"" + pixel(x(std::log10(static_cast<double>(p.n)))) + "\" cy=\"" +
-              pixel(y(std::log10(p.rmse))) + "\" r=\"4\"><title>n " + std::to_string(p.n) + ", RMSE " +
-              number(p.rmse) + "</title></circle>\n";
+              pixel(y(std::log10(p.rmse))) + "\" r=\"4\"><title>n " + std::to_string(p.n) +
+              ", RMSE " + number(p.rmse) + "</title></circle>\n";
     }
     return text;
   }
 
  private:
   double x(double log_n) const { return kLeft + x_.at(log_n) * (kWidth - kLeft - kRight); }
-  double y(double log_rmse) const { return kHeight - kBottom - y_.at(log_rmse) * (kHeight - kTop - kBottom); }
+  double y(double log_rmse) const {
+    return kHeight - kBottom - y_.at(log_rmse) * (kHeight - kTop - kBottom);
+  }
 
   static std::string decade(double exponent) {
     return "10<tspan dy=\"-5\" font-size=\"9\">" + number(exponent, "%.0f") + "</tspan>";
@@ -106,24 +108,25 @@ class Plot {
   std::string grid() const {
     std::string text;
     for (double d = x_.low; d <= x_.high; ++d) {
-      text += "<path class=\"grid\" d=\"M" + pixel(x(d)) + " " + pixel(kTop) + "V" + pixel(kHeight - kBottom) +
-              "\"/><text x=\"" + pixel(x(d)) + "\" y=\"" + pixel(kHeight - kBottom + 18) +
-              "\" text-anchor=\"middle\">" + decade(d) + "</text>\n";
+      text += "<path class=\"grid\" d=\"M" + pixel(x(d)) + " " + pixel(kTop) + "V" +
+              pixel(kHeight - kBottom) + "\"/><text x=\"" + pixel(x(d)) + "\" y=\"" +
+              pixel(kHeight - kBottom + 18) + "\" text-anchor=\"middle\">" + decade(d) +
+              "</text>\n";
     }
     // Every second or third label where there are many decades.
     const double step = std::max(1.0, std::ceil((y_.high - y_.low) / 8));
     for (double d = y_.low; d <= y_.high; d += step) {
-      text += "<path class=\"grid\" d=\"M" + pixel(kLeft) + " " + pixel(y(d)) + "H" + pixel(kWidth - kRight) +
-              "\"/><text x=\"" + pixel(kLeft - 8) + "\" y=\"" + pixel(y(d) + 4) + "\" text-anchor=\"end\">" +
-              decade(d) + "</text>\n";
+      text += "<path class=\"grid\" d=\"M" + pixel(kLeft) + " " + pixel(y(d)) + "H" +
+              pixel(kWidth - kRight) + "\"/><text x=\"" + pixel(kLeft - 8) + "\" y=\"" +
+              pixel(y(d) + 4) + "\" text-anchor=\"end\">" + decade(d) + "</text>\n";
     }
     return text;
   }
 
   std::string line(const char* kind, double intercept, double slope) const {
-    return std::string("<path class=\"") + kind + "\" clip-path=\"url(#area)\" d=\"M" + pixel(x(first_)) + " " +
-           pixel(y(intercept + slope * first_)) + "L" + pixel(x(last_)) + " " +
-           pixel(y(intercept + slope * last_)) + "\"/>\n";
+    return std::string("<path class=\"") + kind + "\" clip-path=\"url(#area)\" d=\"M" +
+           pixel(x(first_)) + " " + pixel(y(intercept + slope * first_)) + "L" + pixel(x(last_)) +
+           " " + pixel(y(intercept + slope * last_)) + "\"/>\n";
   }
 
   const Outcome& outcome_;
@@ -148,8 +151,10 @@ std::string patterns(const Setup& setup, const Outcome& outcome) {
       const double left = kWidth + step * (square % columns);
       const double top = kTop + step * (square / columns);
       text += "<g transform=\"translate(" + pixel(left) + " " + pixel(top) + ")\"><title>" +
-              std::string(1, kAxes[a]) + " and " + std::string(1, kAxes[b]) + "</title><path class=\"frame\" d=\"M0 0H" +
-              pixel(side) + "V" + pixel(side) + "H0Z\"/><path class=\"points\" stroke-width=\"" + (dimensions > 2 ? "1.4" : "3") + "\" d=\"";
+              std::string(1, kAxes[a]) + " and " + std::string(1, kAxes[b]) +
+              "</title><path class=\"frame\" d=\"M0 0H" + pixel(side) + "V" + pixel(side) +
+              "H0Z\"/><path class=\"points\" stroke-width=\"" + (dimensions > 2 ? "1.4" : "3") +
+              "\" d=\"";
       // A dot is a line of no length with round ends.
       for (const Vec4& p : outcome.pattern) {
         const std::array<double, 4> at = {p.x, p.y, p.z, p.w};
@@ -169,26 +174,31 @@ std::string plot_svg(const Setup& setup, std::span<const Point> points, const Ou
   const bool has_pattern = !outcome.pattern.empty();
   const std::string width = number(has_pattern ? kWidth + kPatterns : kWidth);
   const std::string height = number(kHeight);
-  std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height +
-                     "\" viewBox=\"0 0 " + width + " " + height +
+  std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" +
+                     height + "\" viewBox=\"0 0 " + width + " " + height +
                      "\" role=\"img\" font-family=\"system-ui, sans-serif\" font-size=\"12\">\n";
-  const std::string title = std::string(setup.experiment->title) + ": " + std::string(setup.estimator_name()) +
-                            ", " + std::string(setup.sampler_name);
+  const std::string title = std::string(setup.experiment->title) + ": " +
+                            std::string(setup.estimator_name()) + ", " +
+                            std::string(setup.sampler_name);
   text += "<title>" + escaped(title) + "</title>\n";
   text +=
-      "<style>svg{background:#fff}text{fill:#333}.grid{stroke:#ddd}.fitted{stroke:#2563c9;stroke-width:2}"
-      ".expected{stroke:#c2410c;stroke-width:2;stroke-dasharray:6 5}circle{fill:#2563c9}path{fill:none}"
+      "<style>svg{background:#fff}text{fill:#333}.grid{stroke:#ddd}.fitted{stroke:#2563c9;stroke-"
+      "width:2}"
+      ".expected{stroke:#c2410c;stroke-width:2;stroke-dasharray:6 "
+      "5}circle{fill:#2563c9}path{fill:none}"
       ".frame{stroke:#999}.points{stroke:#2563c9;stroke-linecap:round}"
       "@media(prefers-color-scheme:dark){svg{background:#16181d}text{fill:#ddd}.grid{stroke:#333}"
-      ".fitted{stroke:#7aa7ff}.expected{stroke:#ff9a5c}circle{fill:#7aa7ff}.points{stroke:#7aa7ff}}</style>\n";
-  text += "<clipPath id=\"area\"><rect x=\"" + pixel(kLeft) + "\" y=\"" + pixel(kTop) + "\" width=\"" +
-          pixel(kWidth - kLeft - kRight) + "\" height=\"" + pixel(kHeight - kTop - kBottom) + "\"/></clipPath>\n";
-  text += "<text x=\"" + pixel(kLeft) + "\" y=\"24\" font-size=\"15\" font-weight=\"600\">" + escaped(title) +
-          "</text>\n<text x=\"" + pixel(kLeft) + "\" y=\"44\">";
+      ".fitted{stroke:#7aa7ff}.expected{stroke:#ff9a5c}circle{fill:#7aa7ff}.points{stroke:#7aa7ff}}"
+      "</style>\n";
+  text += "<clipPath id=\"area\"><rect x=\"" + pixel(kLeft) + "\" y=\"" + pixel(kTop) +
+          "\" width=\"" + pixel(kWidth - kLeft - kRight) + "\" height=\"" +
+          pixel(kHeight - kTop - kBottom) + "\"/></clipPath>\n";
+  text += "<text x=\"" + pixel(kLeft) + "\" y=\"24\" font-size=\"15\" font-weight=\"600\">" +
+          escaped(title) + "</text>\n<text x=\"" + pixel(kLeft) + "\" y=\"44\">";
   text += outcome.slope ? "fitted slope " + number(*outcome.slope, "%.3f") : "no slope";
   if (outcome.slope_interval) {
-    text += " [" + number(outcome.slope_interval->low, "%.3f") + ", " + number(outcome.slope_interval->high, "%.3f") +
-            "]";
+    text += " [" + number(outcome.slope_interval->low, "%.3f") + ", " +
+            number(outcome.slope_interval->high, "%.3f") + "]";
   }
   if (outcome.expected_slope) {
     text += ", expected " + number(*outcome.expected_slope, "%.3f") + " (dashed)";

@@ -1,5 +1,5 @@
-/// A run as a picture: log-log plot of RMSE over n with the fitted and the expected slope, beside it the points of a
-/// sampler where the experiment shows them, as SVG text; and as CSV.
+/// A run as a picture: log-log plot of RMSE over n with the fitted and the expected slope, beside
+/// it the points of a sampler where the experiment shows them, as SVG text; and as CSV.
 #pragma once
 
 #include <span>

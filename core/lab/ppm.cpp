@@ -17,13 +17,15 @@ constexpr std::array kEstimators = {
     EstimatorInfo{"fixed", "biased", "The radius stays."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"alpha", 0.05, 0.99, 2.0 / 3, false, "Share of the photons of a pass that the next radius keeps."},
+    ParameterInfo{"alpha", 0.05, 0.99, 2.0 / 3, false,
+                  "Share of the photons of a pass that the next radius keeps."},
     ParameterInfo{"photons", 1, 1024, 16, true, "Photons of a pass."},
     ParameterInfo{"radius", 0.01, 0.5, 0.25, false, "Radius of the first pass."},
 };
 constexpr std::array<std::int64_t, 6> kN = {16, 64, 256, 1024, 4096, 16384};
 
-/// Photons have density 3 x^2 on [0,1]; it is asked for at x = 1/2. The mean over [1/2 - r, 1/2 + r] is 3/4 + r^2.
+/// Photons have density 3 x^2 on [0,1]; it is asked for at x = 1/2. The mean over [1/2 - r, 1/2 +
+/// r] is 3/4 + r^2.
 double expected(const Setup& /*setup*/) { return 0.75; }
 
 double evaluations(const Setup& setup, std::int64_t n) {
@@ -45,7 +47,8 @@ double estimate(Trial& trial) {
       const Vec4 u = trial.get_4d(group);
       const std::array<float, 4> all = {u.x, u.y, u.z, u.w};
       for (int k = 0; k < std::min(4, photons - 4 * group); ++k) {
-        near += std::fabs(std::cbrt(double{all[static_cast<std::size_t>(k)]}) - 0.5) < radius ? 1 : 0;
+        near +=
+            std::fabs(std::cbrt(double{all[static_cast<std::size_t>(k)]}) - 0.5) < radius ? 1 : 0;
       }
     }
     sum += near / (2 * radius * photons);
@@ -57,8 +60,8 @@ double estimate(Trial& trial) {
   return sum / static_cast<double>(trial.n());
 }
 
-/// Pass i has r ~ i^-(1 - alpha), variance ~ 1/r and bias ~ r^2: the mean of n has error n^(-alpha/2) and bias
-/// n^(-2 (1 - alpha)) (or n^-1 log n where that is faster).
+/// Pass i has r ~ i^-(1 - alpha), variance ~ 1/r and bias ~ r^2: the mean of n has error
+/// n^(-alpha/2) and bias n^(-2 (1 - alpha)) (or n^-1 log n where that is faster).
 std::optional<TheorySlope> slope(const Setup& setup) {
   if (setup.estimator == kFixed) {
     return std::nullopt;
@@ -72,12 +75,19 @@ std::optional<TheorySlope> slope(const Setup& setup) {
 const Experiment kPpmExperiment = {
     .name = "ppm-1d",
     .title = "Progressive density estimation",
-    .summary = "Count photons near a point: a wide net is biased, a narrow one noisy, a shrinking one is right in the end.",
+    .summary =
+        "Count photons near a point: a wide net is biased, a narrow one noisy, a shrinking one is "
+        "right in the end.",
     .estimates = "The density 3x² of photons on a line, at x = ½, which is ¾.",
-    .formula = "1/n Σ countᵢ / (2 rᵢ m),  rᵢ₊₁ = rᵢ (i + α)/(i + 1);  bias = mean of rᵢ²,  RMSE ~ n^(−α/2) for α ≤ 4/5",
-    .look_for = "With a fixed radius the error falls until only the bias r² is left: the curve bends and stays. With "
-                "α = 2/3 it falls for ever, as n^(−1/3), slower than the n^(−1/2) of unbiased methods. Raise α: less "
-                "noise, but bias that takes longer to go.",
+    .formula =
+        "1/n Σ countᵢ / (2 rᵢ m),  rᵢ₊₁ = rᵢ (i + α)/(i + 1);  bias = mean of rᵢ²,  RMSE ~ "
+        "n^(−α/2) for α ≤ 4/5",
+    .look_for =
+        "With a fixed radius the error falls until only the bias r² is left: the curve bends and "
+        "stays. With "
+        "α = 2/3 it falls for ever, as n^(−1/3), slower than the n^(−1/2) of unbiased methods. "
+        "Raise α: less "
+        "noise, but bias that takes longer to go.",
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "progressive",

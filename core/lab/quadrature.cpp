@@ -15,8 +15,10 @@ enum { kDimensions };
 
 constexpr int kDimensionsMax = 10;
 constexpr std::array kEstimators = {
-    EstimatorInfo{"midpoint", "consistent", "Product of midpoint rules with k nodes an axis; deterministic."},
-    EstimatorInfo{"simpson", "consistent", "Product of Simpson's rules with k nodes an axis; deterministic."},
+    EstimatorInfo{"midpoint", "consistent",
+                  "Product of midpoint rules with k nodes an axis; deterministic."},
+    EstimatorInfo{"simpson", "consistent",
+                  "Product of Simpson's rules with k nodes an axis; deterministic."},
     EstimatorInfo{"monte-carlo", "none", "Mean over n points of the sampler."},
 };
 constexpr std::array kParameters = {
@@ -73,7 +75,8 @@ double weighted(std::size_t estimator, std::int64_t j, std::int64_t k) {
   return weight * h / 3 * f(static_cast<double>(j) * h);
 }
 
-/// Sum over all k^d nodes, as a stranger to the integrand would have to: that it is a product is not used.
+/// Sum over all k^d nodes, as a stranger to the integrand would have to: that it is a product is
+/// not used.
 double product_rule(Trial& trial) {
   const int d = trial.whole(kDimensions);
   const std::int64_t k = nodes(trial.setup(), trial.n());
@@ -116,11 +119,14 @@ double estimate(Trial& trial) {
 const Experiment kQuadratureExperiment = {
     .name = "quadrature-d",
     .title = "Quadrature against Monte Carlo",
-    .summary = "Rules on a grid win in few dimensions; random points do not care how many there are.",
+    .summary =
+        "Rules on a grid win in few dimensions; random points do not care how many there are.",
     .estimates = "The integral over the d-dimensional unit cube of Π (π/2) sin(π xᵢ), which is 1.",
     .formula = "midpoint error ~ n^(−2/d),  Simpson ~ n^(−4/d),  Monte Carlo ~ n^(−1/2)",
-    .look_for = "Raise d. The midpoint rule meets Monte Carlo's slope at d = 4, Simpson's rule at d = 8, and beyond "
-                "that a grid loses. A light path has two dimensions and more for every bounce.",
+    .look_for =
+        "Raise d. The midpoint rule meets Monte Carlo's slope at d = 4, Simpson's rule at d = 8, "
+        "and beyond "
+        "that a grid loses. A light path has two dimensions and more for every bounce.",
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "midpoint",

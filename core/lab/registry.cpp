@@ -1,20 +1,33 @@
+#include "core/settings/registry.h"
+
 #include <algorithm>
 #include <array>
 
 #include "core/base/check.h"
 #include "core/lab/experiment_list.h"
 #include "core/lab/trial.h"
-#include "core/render/registry.h"
 
 namespace core::lab {
 namespace {
 
-constexpr std::array kExperiments = {
-    &kPiExperiment,           &kQuadratureExperiment, &kStrategiesExperiment,    &kMisGammaExperiment,
-    &kOptimalMisExperiment,   &kRouletteExperiment,   &kSplittingExperiment,     &kExpectedValuesExperiment,
-    &kControlVariateExperiment, &kRegressionExperiment, &kAntitheticExperiment,  &kSamplers2dExperiment,
-    &kSamplers4dExperiment,   &kRisExperiment,        &kReservoirExperiment,     &kRestirExperiment,
-    &kPpmExperiment,          &kStoppingExperiment};
+constexpr std::array kExperiments = {&kPiExperiment,
+                                     &kQuadratureExperiment,
+                                     &kStrategiesExperiment,
+                                     &kMisGammaExperiment,
+                                     &kOptimalMisExperiment,
+                                     &kRouletteExperiment,
+                                     &kSplittingExperiment,
+                                     &kExpectedValuesExperiment,
+                                     &kControlVariateExperiment,
+                                     &kRegressionExperiment,
+                                     &kAntitheticExperiment,
+                                     &kSamplers2dExperiment,
+                                     &kSamplers4dExperiment,
+                                     &kRisExperiment,
+                                     &kReservoirExperiment,
+                                     &kRestirExperiment,
+                                     &kPpmExperiment,
+                                     &kStoppingExperiment};
 
 }  // namespace
 
@@ -23,8 +36,8 @@ std::string_view Setup::estimator_name() const { return experiment->estimators[e
 std::span<const Experiment* const> experiments() { return kExperiments; }
 
 const Experiment* find_experiment(std::string_view name) {
-  const auto found =
-      std::find_if(kExperiments.begin(), kExperiments.end(), [name](const Experiment* e) { return e->name == name; });
+  const auto found = std::find_if(kExperiments.begin(), kExperiments.end(),
+                                  [name](const Experiment* e) { return e->name == name; });
   return found == kExperiments.end() ? nullptr : *found;
 }
 
@@ -41,7 +54,8 @@ Setup default_setup(const Experiment& experiment) {
 
 bool choose_estimator(Setup& setup, std::string_view name) {
   const auto& all = setup.experiment->estimators;
-  const auto found = std::find_if(all.begin(), all.end(), [name](const EstimatorInfo& e) { return e.name == name; });
+  const auto found = std::find_if(all.begin(), all.end(),
+                                  [name](const EstimatorInfo& e) { return e.name == name; });
   if (found == all.end()) {
     return false;
   }

@@ -22,7 +22,8 @@ constexpr std::array kEstimators = {
 };
 constexpr std::array kParameters = {
     ParameterInfo{"integrand", 0, 1, 0, true, "0: the quarter disk x^2 + y^2 < 1; 1: x^8 y^8."},
-    ParameterInfo{"ridge", 0, 10, 0, false, "Pulls the plane's slopes towards 0, in units of the variance of x."},
+    ParameterInfo{"ridge", 0, 10, 0, false,
+                  "Pulls the plane's slopes towards 0, in units of the variance of x."},
 };
 constexpr std::array<std::int64_t, 6> kN = {8, 32, 128, 512, 2048, 8192};
 
@@ -56,7 +57,8 @@ struct Sums {
 };
 
 Sums operator+(const Sums& p, const Sums& q) {
-  return {p.n + q.n, p.x + q.x, p.y + q.y, p.f + q.f, p.xx + q.xx, p.xy + q.xy, p.yy + q.yy, p.xf + q.xf, p.yf + q.yf};
+  return {p.n + q.n,   p.x + q.x,   p.y + q.y,   p.f + q.f,  p.xx + q.xx,
+          p.xy + q.xy, p.yy + q.yy, p.xf + q.xf, p.yf + q.yf};
 }
 
 struct Plane {
@@ -102,7 +104,8 @@ double estimate(Trial& trial) {
     case kSame:
       return corrected(all, fit(all, ridge));
     default:
-      return 0.5 * (corrected(halves[0], fit(halves[1], ridge)) + corrected(halves[1], fit(halves[0], ridge)));
+      return 0.5 * (corrected(halves[0], fit(halves[1], ridge)) +
+                    corrected(halves[1], fit(halves[0], ridge)));
   }
 }
 
@@ -122,7 +125,8 @@ constexpr std::array kEstimators = {
     EstimatorInfo{"pairs", "none", "(f(u) + f(1 - u)) / 2 over half as many numbers."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"integrand", 0, 1, 0, true, "0: e^u, nearly odd about 1/2; 1: (u - 1/2)^2, even."},
+    ParameterInfo{"integrand", 0, 1, 0, true,
+                  "0: e^u, nearly odd about 1/2; 1: (u - 1/2)^2, even."},
 };
 
 double expected(const Setup& setup) {
@@ -132,7 +136,9 @@ std::int64_t rounded(const Setup& /*setup*/, std::int64_t n) { return n + n % 2;
 
 double estimate(Trial& trial) {
   const bool exponential = trial.whole(kIntegrand) == 0;
-  const auto f = [exponential](double u) { return exponential ? std::exp(u) : (u - 0.5) * (u - 0.5); };
+  const auto f = [exponential](double u) {
+    return exponential ? std::exp(u) : (u - 0.5) * (u - 0.5);
+  };
   if (trial.estimator() == kPlain) {
     return mean_of(trial, [&] { return f(double{trial.get_4d(0).x}); });
   }
@@ -159,12 +165,16 @@ std::optional<TheorySlope> slope(const Setup& setup) {
 const Experiment kRegressionExperiment = {
     .name = "regression",
     .title = "Regression",
-    .summary = "Fit a simple model to the samples, integrate the model exactly, sample what it misses.",
+    .summary =
+        "Fit a simple model to the samples, integrate the model exactly, sample what it misses.",
     .estimates = "The area π/4 of a quarter disk, or ∫ x⁸y⁸ = 1/81, over the unit square.",
     .formula = "I ≈ c + 1/n Σ (f(xᵢ) − c − a(xᵢ − ½) − b(yᵢ − ½)),  (a, b, c) by least squares",
-    .look_for = "Fitted to the samples it corrects, the plane is biased at n = 8: a few percent for the disk, tens of "
-                "percent for x⁸y⁸. Cross-fitted, the mean is right, but halves of four samples fit nonsense and the "
-                "error is larger than without. From n = 32 on it pays.",
+    .look_for =
+        "Fitted to the samples it corrects, the plane is biased at n = 8: a few percent for the "
+        "disk, tens of "
+        "percent for x⁸y⁸. Cross-fitted, the mean is right, but halves of four samples fit "
+        "nonsense and the "
+        "error is larger than without. From n = 32 on it pays.",
     .estimators = regression::kEstimators,
     .parameters = regression::kParameters,
     .estimator = "same-samples",
@@ -181,11 +191,18 @@ const Experiment kRegressionExperiment = {
 const Experiment kAntitheticExperiment = {
     .name = "antithetic",
     .title = "Antithetic pairs",
-    .summary = "Each number and its mirror image: errors of opposite sign cancel, if they are of opposite sign.",
+    .summary =
+        "Each number and its mirror image: errors of opposite sign cancel, if they are of opposite "
+        "sign.",
     .estimates = "∫ eᵘ du = e − 1, or ∫ (u − ½)² du = 1/12, over the unit interval.",
-    .formula = "(f(u) + f(1 − u))/2;  Var of a pair = (Var f + Cov(f(u), f(1 − u)))/2:  0.00391 against 0.121 for eᵘ",
-    .look_for = "For eᵘ the variance at equal work falls 31 times. For an even function both of a pair are the same "
-                "number, and the variance doubles. The pair is one sample: s² over single values would be wrong.",
+    .formula =
+        "(f(u) + f(1 − u))/2;  Var of a pair = (Var f + Cov(f(u), f(1 − u)))/2:  0.00391 against "
+        "0.121 for eᵘ",
+    .look_for =
+        "For eᵘ the variance at equal work falls 31 times. For an even function both of a pair are "
+        "the same "
+        "number, and the variance doubles. The pair is one sample: s² over single values would be "
+        "wrong.",
     .estimators = antithetic::kEstimators,
     .parameters = antithetic::kParameters,
     .estimator = "pairs",

@@ -17,12 +17,14 @@ enum { kCandidates, kHidden, kSide };
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"ris", "none", "Resampled in proportion to the unshadowed light."},
-    EstimatorInfo{"blind", "biased", "The target is 0 on the left half of the sky, where there is light: a mistake."},
+    EstimatorInfo{"blind", "biased",
+                  "The target is 0 on the left half of the sky, where there is light: a mistake."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"candidates", 1, 256, 8, true, "M, candidates for each sample."},
     ParameterInfo{"hidden", 0, 0.9, 0.2, false, "Share of the light that an edge hides."},
-    ParameterInfo{"side", 0.05, 20, 1, false, "Side of the square light, in units of its distance."},
+    ParameterInfo{"side", 0.05, 20, 1, false,
+                  "Side of the square light, in units of its distance."},
 };
 
 double expected(const Setup& setup) {
@@ -48,7 +50,8 @@ double estimate(Trial& trial) {
     for (int j = 0; j < m; ++j) {
       const Vec4 u = trial.get_4d(j);
       const Stage::Sample s = stage.sample_bsdf(u);
-      // The first number of the direction turns with it: u.y below one half is the left of the disk.
+      // The first number of the direction turns with it: u.y below one half is the left of the
+      // disk.
       const double target = blind && u.y < 0.5F ? 0 : s.unhidden;
       if (s.pdf_solid_angle > 0) {
         chosen.add({s.value, target}, target / s.pdf_solid_angle);
@@ -68,8 +71,10 @@ enum { kItems };
 constexpr int kItemsMax = 200;
 constexpr std::array kEstimators = {
     EstimatorInfo{"stream", "none", "All items through one reservoir."},
-    EstimatorInfo{"merged", "none", "A reservoir for each few items, merged in an order drawn at random."},
-    EstimatorInfo{"unweighted", "biased", "Replaces with probability 1/i, whatever the weights: a mistake."},
+    EstimatorInfo{"merged", "none",
+                  "A reservoir for each few items, merged in an order drawn at random."},
+    EstimatorInfo{"unweighted", "biased",
+                  "Replaces with probability 1/i, whatever the weights: a mistake."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"items", 2, kItemsMax, 50, true, "Items of a stream; item i has weight i."},
@@ -77,7 +82,9 @@ constexpr std::array kParameters = {
 constexpr std::array<std::int64_t, 3> kN = {8192, 16384, 32768};
 
 double expected(const Setup& /*setup*/) { return 1; }
-double evaluations(const Setup& setup, std::int64_t n) { return static_cast<double>(n) * setup.whole(kItems); }
+double evaluations(const Setup& setup, std::int64_t n) {
+  return static_cast<double>(n) * setup.whole(kItems);
+}
 
 /// Expected counts of at least five.
 std::int64_t rounded(const Setup& setup, std::int64_t n) {
@@ -95,10 +102,12 @@ int stream(const Trial& trial, int items) {
 
 /// Parts of up to seven items, each a reservoir, joined two at a time.
 int merged(const Trial& trial, int items) {
-  std::array<WeightedReservoir<int>, kItemsMax / 7 + 1> parts = [&]<std::size_t... I>(std::index_sequence<I...>) {
+  std::array<WeightedReservoir<int>, kItemsMax / 7 + 1> parts = [&]<std::size_t... I>(
+      std::index_sequence<I...>) {
     return std::array<WeightedReservoir<int>, sizeof...(I)>{
         WeightedReservoir<int>(trial.extra_1d(static_cast<std::uint32_t>(I)))...};
-  }(std::make_index_sequence<kItemsMax / 7 + 1>{});
+  }
+  (std::make_index_sequence<kItemsMax / 7 + 1>{});
   std::size_t count = static_cast<std::size_t>(items - 1) / 7 + 1;
   for (int i = 1; i <= items; ++i) {
     parts[static_cast<std::size_t>(i - 1) / 7].add(i, i);
@@ -106,7 +115,8 @@ int merged(const Trial& trial, int items) {
   std::uint32_t number = 1000;
   while (count > 1) {
     const auto pick = [&](std::size_t of) {
-      return std::min(static_cast<std::size_t>(trial.extra_1d(number++) * static_cast<float>(of)), of - 1);
+      return std::min(static_cast<std::size_t>(trial.extra_1d(number++) * static_cast<float>(of)),
+                      of - 1);
     };
     std::swap(parts[pick(count)], parts[count - 1]);
     std::swap(parts[pick(count - 1)], parts[count - 2]);
@@ -131,7 +141,8 @@ double estimate(Trial& trial) {
   }
   double chi2 = 0;
   for (int i = 1; i <= items; ++i) {
-    const double wanted = static_cast<double>(trial.n()) * 2 * i / (static_cast<double>(items) * (items + 1));
+    const double wanted =
+        static_cast<double>(trial.n()) * 2 * i / (static_cast<double>(items) * (items + 1));
     const double off = counts[static_cast<std::size_t>(i)] - wanted;
     chi2 += off * off / wanted;
   }
@@ -148,12 +159,18 @@ std::optional<TheorySlope> slope(const Setup& setup) {
 const Experiment kRisExperiment = {
     .name = "ris-m",
     .title = "Resampled importance sampling over M",
-    .summary = "Draw M cheap candidates, keep one in proportion to a target that cannot be sampled directly.",
-    .estimates = "Irradiance from a partly hidden square light; candidates are cosine-weighted directions.",
+    .summary =
+        "Draw M cheap candidates, keep one in proportion to a target that cannot be sampled "
+        "directly.",
+    .estimates =
+        "Irradiance from a partly hidden square light; candidates are cosine-weighted directions.",
     .formula = "y from x₁…x_M with weights wⱼ = p̂(xⱼ)/p(xⱼ);  E ≈ f(y)/p̂(y) · 1/M Σ wⱼ",
-    .look_for = "M = 1 is plain importance sampling. With M the error falls, fast at first, then towards that of "
-                "perfect sampling of the target: what is left is the shadow, which the target does not know. "
-                "`blind` shows that a target must not be 0 where there is light.",
+    .look_for =
+        "M = 1 is plain importance sampling. With M the error falls, fast at first, then towards "
+        "that of "
+        "perfect sampling of the target: what is left is the shadow, which the target does not "
+        "know. "
+        "`blind` shows that a target must not be 0 where there is light.",
     .estimators = ris::kEstimators,
     .parameters = ris::kParameters,
     .estimator = "ris",
@@ -169,11 +186,19 @@ const Experiment kRisExperiment = {
 const Experiment kReservoirExperiment = {
     .name = "reservoir-chi2",
     .title = "Is the reservoir fair?",
-    .summary = "n streams go through the renderer's reservoir; who is kept is counted and held against the weights.",
-    .estimates = "χ² over its degrees of freedom, for counts of the item kept; its mean is 1 if the reservoir is fair.",
-    .formula = "replace with probability wᵢ / (w₁ + … + wᵢ);  χ² = Σ (Oᵢ − n wᵢ/W)² / (n wᵢ/W),  E[χ²/(k − 1)] = 1",
-    .look_for = "A fair reservoir stays at 1 for every n, with a spread of √(2/(k − 1)): the line is flat. An unfair "
-                "one (`unweighted`) rises in proportion to n.",
+    .summary =
+        "n streams go through the renderer's reservoir; who is kept is counted and held against "
+        "the weights.",
+    .estimates =
+        "χ² over its degrees of freedom, for counts of the item kept; its mean is 1 if the "
+        "reservoir is fair.",
+    .formula =
+        "replace with probability wᵢ / (w₁ + … + wᵢ);  χ² = Σ (Oᵢ − n wᵢ/W)² / (n wᵢ/W),  E[χ²/(k "
+        "− 1)] = 1",
+    .look_for =
+        "A fair reservoir stays at 1 for every n, with a spread of √(2/(k − 1)): the line is flat. "
+        "An unfair "
+        "one (`unweighted`) rises in proportion to n.",
     .estimators = reservoir::kEstimators,
     .parameters = reservoir::kParameters,
     .estimator = "stream",

@@ -22,12 +22,14 @@ constexpr std::array kEstimators = {
     EstimatorInfo{"spatial", "none", "Reuse of two neighbours to each side, with MIS weights."},
     EstimatorInfo{"temporal", "none", "Reuse of the pixel's own past, with MIS weights."},
     EstimatorInfo{"spatiotemporal", "none", "Both."},
-    EstimatorInfo{"biased", "biased", "Both, with weights 1/M that count neighbours which cannot see."},
+    EstimatorInfo{"biased", "biased",
+                  "Both, with weights 1/M that count neighbours which cannot see."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"candidates", 1, 64, 4, true, "Fresh candidates for each pixel and frame."},
     ParameterInfo{"chain", 1, 64, 16, true, "Frames after which the past is forgotten."},
-    ParameterInfo{"history", 1, 100, 20, true, "Most frames of candidates that the past may count for."},
+    ParameterInfo{"history", 1, 100, 20, true,
+                  "Most frames of candidates that the past may count for."},
     ParameterInfo{"pixel", 0, kPixels - 1, 8, true, "The pixel that is looked at."},
 };
 constexpr std::array<std::int64_t, 4> kN = {64, 256, 1024, 4096};
@@ -77,8 +79,8 @@ struct Stream {
   int pixel = 0;  ///< whose target it was made for
 };
 
-/// Reuses the streams for `pixel`. Source: Bitterli et al. 2020, with the balance heuristic over the streams'
-/// targets and counts; with is_biased weights 1 / (sum of counts).
+/// Reuses the streams for `pixel`. Source: Bitterli et al. 2020, with the balance heuristic over
+/// the streams' targets and counts; with is_biased weights 1 / (sum of counts).
 Kept combine(const Trial& trial, int pixel, const std::vector<Stream>& streams, bool is_biased) {
   WeightedReservoir<double> chosen(trial.extra_1d(1));
   double count = 0;
@@ -148,14 +150,23 @@ double estimate(Trial& trial) {
 const Experiment kRestirExperiment = {
     .name = "restir-1d",
     .title = "Reuse across pixels and frames",
-    .summary = "A reservoir of your neighbour, or of your own past, is a sample for free, if it is weighted right.",
-    .estimates = "One pixel of a row of 16, in the last frame of each chain. The pixel at x sees the part y < x of a "
-                 "light 2y, so its value is x².",
-    .formula = "W = 1/p̂(Y) Σ mᵢ p̂(Yᵢ) Wᵢ,  mᵢ = Mᵢ p̂ᵢ(Yᵢ) / Σ M_k p̂_k(Yᵢ);  biased: mᵢ = Mᵢ / Σ M_k",
-    .look_for = "With MIS weights over what every neighbour could have drawn, the mean is right. With weights 1/M, "
-                "neighbours in shadow count although they could never have drawn the sample: the picture darkens at "
-                "every edge, and no number of frames helps. Reuse lowers the error of a frame, as more candidates would; "
-                "the slope stays −1/2 because chains start afresh and are independent.",
+    .summary =
+        "A reservoir of your neighbour, or of your own past, is a sample for free, if it is "
+        "weighted right.",
+    .estimates =
+        "One pixel of a row of 16, in the last frame of each chain. The pixel at x sees the part y "
+        "< x of a "
+        "light 2y, so its value is x².",
+    .formula =
+        "W = 1/p̂(Y) Σ mᵢ p̂(Yᵢ) Wᵢ,  mᵢ = Mᵢ p̂ᵢ(Yᵢ) / Σ M_k p̂_k(Yᵢ);  biased: mᵢ = Mᵢ / Σ M_k",
+    .look_for =
+        "With MIS weights over what every neighbour could have drawn, the mean is right. With "
+        "weights 1/M, "
+        "neighbours in shadow count although they could never have drawn the sample: the picture "
+        "darkens at "
+        "every edge, and no number of frames helps. Reuse lowers the error of a frame, as more "
+        "candidates would; "
+        "the slope stays −1/2 because chains start afresh and are independent.",
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "spatiotemporal",

@@ -16,14 +16,19 @@ enum { kProbability, kDelta, kShadowCost };
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"none", "none", "A shadow ray for every contribution."},
-    EstimatorInfo{"throughput", "none", "Go on with `probability` q whatever the contribution, and divide by q."},
-    EstimatorInfo{"threshold", "none", "Go on with q = min(1, t / delta): small contributions seldom cost a ray."},
-    EstimatorInfo{"forgotten", "biased", "As throughput, but nobody divides by q: a mistake to look at."},
+    EstimatorInfo{"throughput", "none",
+                  "Go on with `probability` q whatever the contribution, and divide by q."},
+    EstimatorInfo{"threshold", "none",
+                  "Go on with q = min(1, t / delta): small contributions seldom cost a ray."},
+    EstimatorInfo{"forgotten", "biased",
+                  "As throughput, but nobody divides by q: a mistake to look at."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"probability", 0.01, 1, 0.5, false, "q of `throughput`."},
-    ParameterInfo{"delta", 0.001, 4, 0.5, false, "Contribution from which on a ray is always traced."},
-    ParameterInfo{"shadow_cost", 0, 1000, 10, false, "Cost of a shadow ray; finding the contribution costs 1."},
+    ParameterInfo{"delta", 0.001, 4, 0.5, false,
+                  "Contribution from which on a ray is always traced."},
+    ParameterInfo{"shadow_cost", 0, 1000, 10, false,
+                  "Cost of a shadow ray; finding the contribution costs 1."},
 };
 
 double expected(const Setup& /*setup*/) { return 0.5; }
@@ -78,12 +83,15 @@ int copies(const Setup& setup) {
       return setup.whole(kCopies);
     default:
       // E Var(F|x) = E[4 x^2] / 3 = 4/9 and Var E(F|x) = Var(2 x) = 1/3.
-      return std::clamp(static_cast<int>(std::lround(std::sqrt(4.0 / 3.0 * setup.parameter(kCostRatio)))), 1,
-                        kCopiesMax);
+      return std::clamp(
+          static_cast<int>(std::lround(std::sqrt(4.0 / 3.0 * setup.parameter(kCostRatio)))), 1,
+          kCopiesMax);
   }
 }
 
-double evaluations(const Setup& setup, std::int64_t n) { return static_cast<double>(n) * (1 + copies(setup)); }
+double evaluations(const Setup& setup, std::int64_t n) {
+  return static_cast<double>(n) * (1 + copies(setup));
+}
 
 double estimate(Trial& trial) {
   const int s = copies(trial.setup());
@@ -104,12 +112,20 @@ double estimate(Trial& trial) {
 const Experiment kRouletteExperiment = {
     .name = "rr-threshold",
     .title = "Russian roulette",
-    .summary = "Skip work by chance, divide by the chance: the mean stays, variance is paid for with time.",
-    .estimates = "The mean of t V: an unoccluded contribution t = 4u³ times visibility, seen half of the time; 1/2.",
-    .formula = "X/q with probability q, else 0;  Var′ = E[X²/q] − μ²;  efficiency = 1 / (Var · cost)",
-    .look_for = "Roulette always raises the error at equal n; compare `efficiency_by_cost`. With a constant q it "
-                "seldom pays. With q = min(1, t/δ) only small contributions are risked: nearly the same error for "
-                "fewer shadow rays. `forgotten` shows what happens without 1/q.",
+    .summary =
+        "Skip work by chance, divide by the chance: the mean stays, variance is paid for with "
+        "time.",
+    .estimates =
+        "The mean of t V: an unoccluded contribution t = 4u³ times visibility, seen half of the "
+        "time; 1/2.",
+    .formula =
+        "X/q with probability q, else 0;  Var′ = E[X²/q] − μ²;  efficiency = 1 / (Var · cost)",
+    .look_for =
+        "Roulette always raises the error at equal n; compare `efficiency_by_cost`. With a "
+        "constant q it "
+        "seldom pays. With q = min(1, t/δ) only small contributions are risked: nearly the same "
+        "error for "
+        "fewer shadow rays. `forgotten` shows what happens without 1/q.",
     .estimators = roulette::kEstimators,
     .parameters = roulette::kParameters,
     .estimator = "threshold",
@@ -126,10 +142,12 @@ const Experiment kSplittingExperiment = {
     .title = "Splitting",
     .summary = "Where a path was dear to make, use it more than once.",
     .estimates = "E[4 x y] = 1 for uniform x and y, where an x costs more than a y.",
-    .formula = "1/n Σ 1/s Σ F(xᵢ, yᵢₖ);  Var = (Var E[F|x] + E Var[F|x] / s) / n;  "
-               "s* = √(E Var[F|x] / Var E[F|x] · c_x/c_y) = √(4/3 · cost_ratio)",
-    .look_for = "More copies always lower the error at equal n, but never below that of E[F|x]. Compare "
-                "`efficiency_by_cost`: it has its peak at s*, and falls on both sides.",
+    .formula =
+        "1/n Σ 1/s Σ F(xᵢ, yᵢₖ);  Var = (Var E[F|x] + E Var[F|x] / s) / n;  "
+        "s* = √(E Var[F|x] / Var E[F|x] · c_x/c_y) = √(4/3 · cost_ratio)",
+    .look_for =
+        "More copies always lower the error at equal n, but never below that of E[F|x]. Compare "
+        "`efficiency_by_cost`: it has its peak at s*, and falls on both sides.",
     .estimators = splitting::kEstimators,
     .parameters = splitting::kParameters,
     .estimator = "optimal",

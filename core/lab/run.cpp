@@ -21,10 +21,12 @@ constexpr double kRounding = 2e-6;
 constexpr double kDoubleRounding = 1e-12;
 /// Chance of one wrong "differs" by the means, and of another by the slope.
 constexpr double kFalseAlarm = 1e-3;
-/// With fewer, discrete estimates are all the same too often, and the fit's interval is too short: pi by hits at n = 16
-/// and 64 was called wrong in 25 % of the runs of two replicates, in 0.7 % of four, within the stated rate from eight on.
+/// With fewer, discrete estimates are all the same too often, and the fit's interval is too short:
+/// pi by hits at n = 16 and 64 was called wrong in 25 % of the runs of two replicates, in 0.7 % of
+/// four, within the stated rate from eight on.
 constexpr int kReplicatesToJudge = 8;
-/// A slope that is known no better agrees with too many: those of random and stratified points are so far apart.
+/// A slope that is known no better agrees with too many: those of random and stratified points are
+/// so far apart.
 constexpr double kVague = 0.5;
 /// Beyond so many standard errors nobody wants to know how many.
 constexpr double kBeyondDoubt = 1e4;
@@ -91,7 +93,8 @@ bool is_rounding(double error, double expected, double share = kRounding) {
   return error <= share * std::max(std::fabs(expected), 1e-30);
 }
 
-/// Rules on a grid take no random numbers and are summed in double: their errors mean something much further down.
+/// Rules on a grid take no random numbers and are summed in double: their errors mean something
+/// much further down.
 bool is_rule(const Setup& setup, const Point& point) {
   return setup.experiment->estimators[setup.estimator].bias != "none" &&
          point.standard_error <= 1e-15 * std::fabs(point.mean);
@@ -103,7 +106,8 @@ std::string number_text(double value, int digits = 4) {
   return buffer;
 }
 
-/// The check of the means: how many standard errors the worst is from the truth, and what is allowed.
+/// The check of the means: how many standard errors the worst is from the truth, and what is
+/// allowed.
 struct MeanCheck {
   bool passed = true;
   std::string text;
@@ -134,14 +138,17 @@ MeanCheck check_means(std::span<const Errors> errors, double expected, int repli
   } else if (!(spread > 0)) {
     check.text = "All replicates are the same number, and it is not the exact one.";
   } else {
-    const std::string far = worst < kBeyondDoubt ? "at most " + number_text(worst, 3) : "more than " + number_text(kBeyondDoubt, 5);
+    const std::string far = worst < kBeyondDoubt ? "at most " + number_text(worst, 3)
+                                                 : "more than " + number_text(kBeyondDoubt, 5);
     check.text = "The mean is " + far + " standard errors from the exact value" +
-                 (check.passed ? "" : " (n = " + std::to_string(where) + ")") + "; up to " + number_text(limit, 3) + " is chance.";
+                 (check.passed ? "" : " (n = " + std::to_string(where) + ")") + "; up to " +
+                 number_text(limit, 3) + " is chance.";
   }
   return check;
 }
 
-void fit(const Setup& setup, std::span<const Errors> errors, int replicates, Outcome& out, double& slope_error) {
+void fit(const Setup& setup, std::span<const Errors> errors, int replicates, Outcome& out,
+         double& slope_error) {
   std::vector<ErrorAt> points;
   for (const Errors& e : errors) {
     const double rounding = is_rule(setup, e.point) ? kDoubleRounding : kRounding;
@@ -149,7 +156,8 @@ void fit(const Setup& setup, std::span<const Errors> errors, int replicates, Out
       points.push_back({static_cast<double>(e.point.n), e.point.rmse, e.log_variance});
     }
   }
-  const bool several = std::any_of(points.begin(), points.end(), [&](const ErrorAt& p) { return p.n != points.front().n; });
+  const bool several = std::any_of(points.begin(), points.end(),
+                                   [&](const ErrorAt& p) { return p.n != points.front().n; });
   if (!several) {
     return;
   }
@@ -161,9 +169,11 @@ void fit(const Setup& setup, std::span<const Errors> errors, int replicates, Out
   slope_error = line.standard_error;
 }
 
-void judge(const Setup& setup, std::span<const Errors> errors, int replicates, double slope_error, Outcome& out) {
+void judge(const Setup& setup, std::span<const Errors> errors, int replicates, double slope_error,
+           Outcome& out) {
   if (replicates < kReplicatesToJudge) {
-    out.explanation = "Fewer than " + std::to_string(kReplicatesToJudge) + " replicates are too few to judge by.";
+    out.explanation =
+        "Fewer than " + std::to_string(kReplicatesToJudge) + " replicates are too few to judge by.";
     return;
   }
   const EstimatorInfo& estimator = setup.experiment->estimators[setup.estimator];
@@ -174,19 +184,25 @@ void judge(const Setup& setup, std::span<const Errors> errors, int replicates, d
   const bool shows_bias = !compared && !means.passed;
   out.explanation = means.text;
   if (shows_bias) {
-    out.explanation += " This estimator is biased" +
-                       std::string(estimator.bias == "biased" ? ", and it shows." : " at finite n, and it shows.");
+    out.explanation +=
+        " This estimator is biased" +
+        std::string(estimator.bias == "biased" ? ", and it shows." : " at finite n, and it shows.");
   }
   if (const auto theory = setup.experiment->slope(setup); out.slope && theory) {
-    const double reach = student_t_quantile(1 - kFalseAlarm / 2, replicates - 1) * slope_error + theory->tolerance;
+    const double reach =
+        student_t_quantile(1 - kFalseAlarm / 2, replicates - 1) * slope_error + theory->tolerance;
     const bool fits = std::fabs(*out.slope - theory->value) <= reach;
     compared = true;
     agrees = agrees && fits;
-    const bool is_exact = std::all_of(errors.begin(), errors.end(), [&](const Errors& e) { return is_rule(setup, e.point); });
+    const bool is_exact = std::all_of(errors.begin(), errors.end(),
+                                      [&](const Errors& e) { return is_rule(setup, e.point); });
     is_vague = fits && !is_exact && reach > kVague;
-    out.explanation += " The slope is " + number_text(*out.slope, 3) + ", theory says " + number_text(theory->value, 3);
+    out.explanation += " The slope is " + number_text(*out.slope, 3) + ", theory says " +
+                       number_text(theory->value, 3);
     if (is_vague) {
-      out.explanation += ", known within " + number_text(reach, 2) + " only, which cannot tell: more replicates, or n that are further apart, would.";
+      out.explanation +=
+          ", known within " + number_text(reach, 2) +
+          " only, which cannot tell: more replicates, or n that are further apart, would.";
     } else if (fits) {
       out.explanation += ", within " + number_text(reach, 2) + ".";
     } else {
@@ -205,9 +221,9 @@ void judge(const Setup& setup, std::span<const Errors> errors, int replicates, d
 }
 
 void add_efficiency(std::span<const Errors> errors, int replicates, Outcome& out) {
-  const auto largest = std::max_element(errors.begin(), errors.end(), [](const Errors& a, const Errors& b) {
-    return a.point.n < b.point.n;
-  });
+  const auto largest =
+      std::max_element(errors.begin(), errors.end(),
+                       [](const Errors& a, const Errors& b) { return a.point.n < b.point.n; });
   const double relative = largest->point.rmse / std::fabs(out.expected);
   if (!(relative > 0)) {
     return;
@@ -219,13 +235,15 @@ void add_efficiency(std::span<const Errors> errors, int replicates, Outcome& out
   out.efficiency_by_cost = 1 / (relative * relative * largest->point.cost);
 }
 
-std::vector<Vec4> pattern_of(const Setup& setup, const RunOptions& options, const std::stop_token& stop) {
+std::vector<Vec4> pattern_of(const Setup& setup, const RunOptions& options,
+                             const std::stop_token& stop) {
   constexpr std::int64_t kShown = 1024;
   std::vector<Vec4> points;
   if (setup.experiment->pattern_dimensions == 0) {
     return points;
   }
-  // The largest set that is small enough to be drawn as a whole; else the beginning of the smallest.
+  // The largest set that is small enough to be drawn as a whole; else the beginning of the
+  // smallest.
   std::int64_t asked = *std::min_element(options.n.begin(), options.n.end());
   for (const std::int64_t n : options.n) {
     if (rounded_n(setup, n) <= kShown && n > asked) {
@@ -233,7 +251,8 @@ std::vector<Vec4> pattern_of(const Setup& setup, const RunOptions& options, cons
     }
   }
   const std::int64_t n = rounded_n(setup, asked);
-  const std::uint64_t seed = hash_combine(hash_combine(options.seed, static_cast<std::uint64_t>(n)), 0);
+  const std::uint64_t seed =
+      hash_combine(hash_combine(options.seed, static_cast<std::uint64_t>(n)), 0);
   Trial trial(setup, n, seed, stop);
   for (std::int64_t i = 0; i < std::min(n, kShown); ++i) {
     trial.start(i);

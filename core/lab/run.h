@@ -1,7 +1,8 @@
 /// A run of the laboratory: trials at each n, what their errors are, and whether theory agrees.
 ///
-/// The same (setup, n, replicates, seed) gives the same numbers, bit for bit, for any thread count; only the members
-/// that are times, `seconds` and `efficiency`, are measured and differ from run to run.
+/// The same (setup, n, replicates, seed) gives the same numbers, bit for bit, for any thread count;
+/// only the members that are times, `seconds` and `efficiency`, are measured and differ from run to
+/// run.
 #pragma once
 
 #include <cstdint>
@@ -42,9 +43,10 @@ struct Point {
   double seconds = 0;         ///< CPU time of all replicates
 };
 
-/// agrees: means (of unbiased estimators) and slope are those of theory; the chance of a wrong "differs" is 0.2 %.
-/// biased: an estimator without a known slope whose bias is seen, as it says. undecided: nothing to compare,
-/// fewer than eight replicates, or a slope that is known too badly to tell.
+/// agrees: means (of unbiased estimators) and slope are those of theory; the chance of a wrong
+/// "differs" is 0.2 %. biased: an estimator without a known slope whose bias is seen, as it says.
+/// undecided: nothing to compare, fewer than eight replicates, or a slope that is known too badly
+/// to tell.
 enum class Verdict { kAgrees, kDiffers, kBiased, kUndecided };
 std::string_view to_text(Verdict verdict);
 
@@ -56,17 +58,20 @@ struct Interval {
 struct Outcome {
   double expected = 0;
   std::optional<double> slope;
-  std::optional<double> intercept;  ///< log rmse = intercept + slope log n
+  std::optional<double> intercept;         ///< log rmse = intercept + slope log n
   std::optional<Interval> slope_interval;  ///< 95 %
   std::optional<double> expected_slope;
-  std::optional<double> efficiency;  ///< 1 / (relative MSE * CPU seconds of a trial), at the largest n
+  std::optional<double>
+      efficiency;  ///< 1 / (relative MSE * CPU seconds of a trial), at the largest n
   std::optional<double> efficiency_by_cost;  ///< the same with counted work for seconds
   Verdict verdict = Verdict::kUndecided;
   std::string explanation;
-  std::vector<Vec4> pattern;  ///< first points of the first replicate, where the experiment shows them
+  std::vector<Vec4>
+      pattern;  ///< first points of the first replicate, where the experiment shows them
 };
 
-/// Calls on_point after each n, in the order of options.n; false from it cancels. Errors: kCancelled.
+/// Calls on_point after each n, in the order of options.n; false from it cancels. Errors:
+/// kCancelled.
 Result<Outcome> run(const Setup& setup, const RunOptions& options, const std::stop_token& stop,
                     const std::function<bool(const Point&)>& on_point);
 

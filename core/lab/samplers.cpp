@@ -12,7 +12,9 @@ namespace {
 double arch(double x) { return 0.5 * std::numbers::pi * std::sin(std::numbers::pi * x); }
 
 /// Independent pairs, and independent sets of eight points in each pixel.
-bool is_sets_of_few(std::string_view sampler) { return sampler == "antithetic" || sampler == "zsobol"; }
+bool is_sets_of_few(std::string_view sampler) {
+  return sampler == "antithetic" || sampler == "zsobol";
+}
 
 constexpr TheorySlope kHalf = {-0.5};
 constexpr TheorySlope kNet = {-1.5, 0.2};  ///< times powers of log n
@@ -45,7 +47,8 @@ std::optional<TheorySlope> slope(const Setup& setup) {
     return f == kAdditive ? TheorySlope{-1.5} : kHalf;
   }
   if (s == "orthogonal-array") {
-    return f == kEdge ? TheorySlope{-0.75, 0.1} : (f == kSmooth ? TheorySlope{-1.0, 0.1} : TheorySlope{-1.5, 0.1});
+    return f == kEdge ? TheorySlope{-0.75, 0.1}
+                      : (f == kSmooth ? TheorySlope{-1.0, 0.1} : TheorySlope{-1.5, 0.1});
   }
   return std::nullopt;
 }
@@ -74,7 +77,8 @@ enum { kAdditive, kPairwise, kProduct, kBall };
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"additive", "none", "Mean of four arches (pi/2) sin(pi x), one for each axis."},
-    EstimatorInfo{"pairwise", "none", "Mean of the products of two arches over all six pairs of axes."},
+    EstimatorInfo{"pairwise", "none",
+                  "Mean of the products of two arches over all six pairs of axes."},
     EstimatorInfo{"product", "none", "Product of the four arches: all axes interact."},
     EstimatorInfo{"ball", "none", "1 inside the unit ball: an edge in four dimensions."},
 };
@@ -134,12 +138,18 @@ const Experiment kSamplers2dExperiment = {
     .title = "Samplers in two dimensions",
     .summary = "The same mean over points that are spread ever more evenly.",
     .estimates = "The integral of a smooth, an edged or an additive function over the unit square.",
-    .formula = "1/n Σ f(xᵢ);  independent n^(−1/2), stratified n^(−1) smooth and n^(−3/4) across an edge, "
-               "Owen-scrambled Sobol n^(−3/2) and n^(−3/4)",
-    .look_for = "Look at the points first: clumps and gaps of independent ones, one in each cell of stratified ones, "
-                "one in each row and column of a Latin hypercube. What the points do not stratify they do not gain "
-                "on: Latin hypercubes win on additive functions alone. A run here is one set of n points; zsobol "
-                "spends its order on neighbouring pixels, and within one pixel is independent sets of eight.",
+    .formula =
+        "1/n Σ f(xᵢ);  independent n^(−1/2), stratified n^(−1) smooth and n^(−3/4) across an edge, "
+        "Owen-scrambled Sobol n^(−3/2) and n^(−3/4)",
+    .look_for =
+        "Look at the points first: clumps and gaps of independent ones, one in each cell of "
+        "stratified ones, "
+        "one in each row and column of a Latin hypercube. What the points do not stratify they do "
+        "not gain "
+        "on: Latin hypercubes win on additive functions alone. A run here is one set of n points; "
+        "zsobol "
+        "spends its order on neighbouring pixels, and within one pixel is independent sets of "
+        "eight.",
     .estimators = two::kEstimators,
     .parameters = {},
     .estimator = "smooth",
@@ -155,13 +165,21 @@ const Experiment kSamplers2dExperiment = {
 const Experiment kSamplers4dExperiment = {
     .name = "samplers-4d",
     .title = "Samplers in four dimensions",
-    .summary = "A film position and a lens position make four; which interactions does a sampler see?",
-    .estimates = "The integral over the unit cube of four dimensions of functions with more and more interaction.",
-    .formula = "1/n Σ f(xᵢ);  additive: n^(−3/2) for Latin hypercubes, pairwise: n^(−1) for orthogonal arrays, "
-               "product: n^(−3/2) times logarithms for Sobol, ball: n^(−5/8)",
-    .look_for = "Latin hypercubes help additive functions, orthogonal arrays of strength 2 pairs of axes, Sobol "
-                "points all of it at once. At the edge of the ball all of them are near independent points: in four "
-                "dimensions most cells are cut by it.",
+    .summary =
+        "A film position and a lens position make four; which interactions does a sampler see?",
+    .estimates =
+        "The integral over the unit cube of four dimensions of functions with more and more "
+        "interaction.",
+    .formula =
+        "1/n Σ f(xᵢ);  additive: n^(−3/2) for Latin hypercubes, pairwise: n^(−1) for orthogonal "
+        "arrays, "
+        "product: n^(−3/2) times logarithms for Sobol, ball: n^(−5/8)",
+    .look_for =
+        "Latin hypercubes help additive functions, orthogonal arrays of strength 2 pairs of axes, "
+        "Sobol "
+        "points all of it at once. At the edge of the ball all of them are near independent "
+        "points: in four "
+        "dimensions most cells are cut by it.",
     .estimators = four::kEstimators,
     .parameters = {},
     .estimator = "pairwise",

@@ -62,7 +62,9 @@ Stage::Stage(double side, double hidden)
       lights_(scene_, nullptr, LightSamplerType::kTree),
       bsdf_(lambert(), kUp, kUp) {}
 
-double Stage::exact(double x_from) const noexcept { return rectangle_irradiance(x_from, half_, -half_, half_); }
+double Stage::exact(double x_from) const noexcept {
+  return rectangle_irradiance(x_from, half_, -half_, half_);
+}
 
 bool Stage::meets_light(Vec3 wi) const noexcept {
   const auto h = static_cast<float>(half_);

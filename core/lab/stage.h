@@ -1,12 +1,12 @@
 /// Stage: one point under a square light, for which everything is known in closed form.
 ///
-/// A diffuse surface of albedo 1 at the origin faces up (z); a square light of radiance 1 and given side hangs
-/// parallel above it at distance 1, centred. An opaque edge hides the part of the light with x below a threshold.
-/// Light choice, light sampling, BSDF and densities are the renderer's.
+/// A diffuse surface of albedo 1 at the origin faces up (z); a square light of radiance 1 and given
+/// side hangs parallel above it at distance 1, centred. An opaque edge hides the part of the light
+/// with x below a threshold. Light choice, light sampling, BSDF and densities are the renderer's.
 #pragma once
 
 #include "core/bsdf/bsdf.h"
-#include "core/lights/light_sampler.h"
+#include "core/light_samplers/light_sampler.h"
 #include "core/scene/scene_data.h"
 
 namespace core::lab {
@@ -19,8 +19,8 @@ class Stage {
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 
-  /// A direction with the integrand L cos theta (irradiance), what it would be without the edge, and the densities of
-  /// the techniques there [1/sr].
+  /// A direction with the integrand L cos theta (irradiance), what it would be without the edge,
+  /// and the densities of the techniques there [1/sr].
   struct Sample {
     double value = 0;
     double unhidden = 0;
@@ -48,8 +48,8 @@ class Stage {
   Bsdf bsdf_;
 };
 
-/// Irradiance from a rectangle of radiance 1, parallel to the surface at distance 1, by signed quarters.
-/// Source: Howell, A Catalog of Radiation Configuration Factors, B-3.
+/// Irradiance from a rectangle of radiance 1, parallel to the surface at distance 1, by signed
+/// quarters. Source: Howell, A Catalog of Radiation Configuration Factors, B-3.
 double rectangle_irradiance(double x0, double x1, double y0, double y1);
 
 }  // namespace core::lab

@@ -10,7 +10,15 @@
 namespace core::lab {
 namespace {
 
-enum { kFixed, kHalfMetric, kStandardError, kPilotReused, kPilotDiscarded, kCrossHalf, kCrossCounts };
+enum {
+  kFixed,
+  kHalfMetric,
+  kStandardError,
+  kPilotReused,
+  kPilotDiscarded,
+  kCrossHalf,
+  kCrossCounts
+};
 enum { kDistribution, kTarget, kCap };
 enum { kRareEvents, kLognormal, kCoin, kExponential };
 
@@ -19,16 +27,21 @@ constexpr std::int64_t kLook = 16;  ///< samples between two looks of a sequenti
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"fixed", "none", "256 samples, whatever they say."},
-    EstimatorInfo{"half-metric", "biased", "Stops when image and half image differ by less than half the target."},
-    EstimatorInfo{"standard-error", "biased", "Stops when the estimated standard error over the mean is below the target."},
+    EstimatorInfo{"half-metric", "biased",
+                  "Stops when image and half image differ by less than half the target."},
+    EstimatorInfo{"standard-error", "biased",
+                  "Stops when the estimated standard error over the mean is below the target."},
     EstimatorInfo{"pilot-reused", "biased", "32 pilot samples decide how many follow, and count."},
-    EstimatorInfo{"pilot-discarded", "none", "32 pilot samples decide how many follow, and are thrown away."},
-    EstimatorInfo{"cross-half", "none", "Each half is as long as the pilot of the other says; halves weigh the same."},
+    EstimatorInfo{"pilot-discarded", "none",
+                  "32 pilot samples decide how many follow, and are thrown away."},
+    EstimatorInfo{"cross-half", "none",
+                  "Each half is as long as the pilot of the other says; halves weigh the same."},
     EstimatorInfo{"cross-counts", "biased", "The same, halves weighed by their counts."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"distribution", 0, 3, 0, true,
-                  "0: 2 % events of 50; 1: lognormal, sigma 1.5; 2: coin, 0 or 2; 3: exponential. All have mean 1."},
+                  "0: 2 % events of 50; 1: lognormal, sigma 1.5; 2: coin, 0 or 2; 3: exponential. "
+                  "All have mean 1."},
     ParameterInfo{"target", 0.01, 1, 0.1, false, "Relative standard error that is asked for."},
     ParameterInfo{"cap", 64, 4096, 1024, true, "Most samples of a pixel, or of a half."},
 };
@@ -37,7 +50,9 @@ constexpr std::array<std::int64_t, 4> kN = {16, 64, 256, 1024};
 double expected(const Setup& /*setup*/) { return 1; }
 
 double evaluations(const Setup& setup, std::int64_t n) {
-  const double most = setup.estimator == kFixed ? 256 : setup.parameter(kCap) * (setup.estimator >= kCrossHalf ? 2 : 1);
+  const double most = setup.estimator == kFixed
+                          ? 256
+                          : setup.parameter(kCap) * (setup.estimator >= kCrossHalf ? 2 : 1);
   return static_cast<double>(n) * (most + kPilot);
 }
 
@@ -46,7 +61,8 @@ double draw(int distribution, Vec4 u) {
     case kRareEvents:
       return u.x < 0.02F ? 50 : 0;
     case kLognormal: {
-      const double z = std::sqrt(-2 * std::log1p(-double{u.x})) * std::cos(2 * std::numbers::pi * double{u.y});
+      const double z =
+          std::sqrt(-2 * std::log1p(-double{u.x})) * std::cos(2 * std::numbers::pi * double{u.y});
       return std::exp(1.5 * z - 1.125);
     }
     case kCoin:
@@ -90,7 +106,8 @@ class Pixel {
   /// Samples that the target takes, as far as the pilot knows.
   std::int64_t wanted(const Moments& pilot) const {
     const double target = trial_.parameter(kTarget);
-    const double ratio = pilot.mean > 0 ? pilot.variance() / (target * target * pilot.mean * pilot.mean) : 0;
+    const double ratio =
+        pilot.mean > 0 ? pilot.variance() / (target * target * pilot.mean * pilot.mean) : 0;
     return std::clamp(static_cast<std::int64_t>(std::ceil(ratio)), kPilot,
                       static_cast<std::int64_t>(trial_.whole(kCap)));
   }
@@ -198,12 +215,20 @@ const Experiment kStoppingExperiment = {
     .name = "stopping-bias",
     .title = "The bias of stopping",
     .summary = "Stop a pixel when it looks converged, and it is dark pixels that look converged.",
-    .estimates = "The mean of n pixels; each pixel is the mean of as many samples as its stop rule took. The truth is 1.",
-    .formula = "half metric |I − A| / I, standard error s/(√n I), pilot n = (s/(ε I))²;  E[mean at a random n] ≠ μ",
-    .look_for = "Rare events (distribution 0): the sequential rules lose half of the light and more, for a pixel that "
-                "has not seen an event yet looks perfect. Neither many pixels nor a low target brings it back. A pilot "
-                "that is thrown away costs 32 samples and keeps the mean exact; so do two halves that decide for each "
-                "other, as long as they weigh the same.",
+    .estimates =
+        "The mean of n pixels; each pixel is the mean of as many samples as its stop rule took. "
+        "The truth is 1.",
+    .formula =
+        "half metric |I − A| / I, standard error s/(√n I), pilot n = (s/(ε I))²;  E[mean at a "
+        "random n] ≠ μ",
+    .look_for =
+        "Rare events (distribution 0): the sequential rules lose half of the light and more, for a "
+        "pixel that "
+        "has not seen an event yet looks perfect. Neither many pixels nor a low target brings it "
+        "back. A pilot "
+        "that is thrown away costs 32 samples and keeps the mean exact; so do two halves that "
+        "decide for each "
+        "other, as long as they weigh the same.",
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "standard-error",

@@ -15,7 +15,9 @@ namespace {
 const int kLightGroup = dimension_group(0, BounceGroup::kLight);
 const int kBsdfGroup = dimension_group(0, BounceGroup::kBsdf);
 
-double ratio(const Stage::Sample& s) { return s.pdf_solid_angle > 0 ? s.value / s.pdf_solid_angle : 0; }
+double ratio(const Stage::Sample& s) {
+  return s.pdf_solid_angle > 0 ? s.value / s.pdf_solid_angle : 0;
+}
 
 /// One sample of each technique, weighted.
 double combined(const Trial& trial, const Stage& stage, const MisRule& rule) {
@@ -24,8 +26,8 @@ double combined(const Trial& trial, const Stage& stage, const MisRule& rule) {
   double sum = 0;
   for (const Stage::Sample& s : {light, bsdf}) {
     if (s.pdf_solid_angle > 0) {
-      const float weight =
-          rule.weight(static_cast<float>(s.pdf_solid_angle), static_cast<float>(s.other_pdf_solid_angle));
+      const float weight = rule.weight(static_cast<float>(s.pdf_solid_angle),
+                                       static_cast<float>(s.other_pdf_solid_angle));
       sum += ratio(s) * double{weight};
     }
   }
@@ -45,7 +47,8 @@ constexpr std::array kEstimators = {
     EstimatorInfo{"mis", "none", "One sample of the light and one of the BSDF, power heuristic."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"side", 0.05, 20, 1, false, "Side of the square light, in units of its distance."},
+    ParameterInfo{"side", 0.05, 20, 1, false,
+                  "Side of the square light, in units of its distance."},
 };
 
 double expected(const Setup& setup) {
@@ -91,10 +94,12 @@ constexpr std::array kEstimators = {
     EstimatorInfo{"balance", "none", "w = p / (p + q)."},
     EstimatorInfo{"power", "none", "w = p^g / (p^g + q^g), g being `exponent`."},
     EstimatorInfo{"maximum", "none", "w = 1 where p > q, else 0."},
-    EstimatorInfo{"average", "none", "w = 1/2 everywhere: unbiased here, and as bad as the worse technique."},
+    EstimatorInfo{"average", "none",
+                  "w = 1/2 everywhere: unbiased here, and as bad as the worse technique."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"side", 0.05, 20, 4, false, "Side of the square light, in units of its distance."},
+    ParameterInfo{"side", 0.05, 20, 4, false,
+                  "Side of the square light, in units of its distance."},
     ParameterInfo{"exponent", 0.25, 64, 2, false, "g of `power`."},
 };
 
@@ -127,11 +132,17 @@ const Experiment kStrategiesExperiment = {
     .name = "strategies",
     .title = "Sampling strategies",
     .summary = "One integral, five ways to choose where to look.",
-    .estimates = "Irradiance from a square light of radiance 1 at distance 1, parallel to the surface.",
-    .formula = "E = ∫ L cos θ dω = ∫ L V cos θ cos θ′ / r² dA;  estimate 1/n Σ f(xᵢ)/p(xᵢ), variance (∫ f²/p − E²)/n",
-    .look_for = "All means agree, the spreads do not: uniform directions waste samples on the horizon and beside the "
-                "light, points on a small light waste none. Make the light large: now cosine sampling wins and area "
-                "sampling suffers from 1/r². MIS follows the better of the two.",
+    .estimates =
+        "Irradiance from a square light of radiance 1 at distance 1, parallel to the surface.",
+    .formula =
+        "E = ∫ L cos θ dω = ∫ L V cos θ cos θ′ / r² dA;  estimate 1/n Σ f(xᵢ)/p(xᵢ), variance (∫ "
+        "f²/p − E²)/n",
+    .look_for =
+        "All means agree, the spreads do not: uniform directions waste samples on the horizon and "
+        "beside the "
+        "light, points on a small light waste none. Make the light large: now cosine sampling wins "
+        "and area "
+        "sampling suffers from 1/r². MIS follows the better of the two.",
     .estimators = strategies::kEstimators,
     .parameters = strategies::kParameters,
     .estimator = "area",
@@ -147,12 +158,16 @@ const Experiment kStrategiesExperiment = {
 const Experiment kMisGammaExperiment = {
     .name = "mis-gamma",
     .title = "Multiple importance sampling and its exponent",
-    .summary = "Two techniques, one sample each; weights decide how much of the better one survives.",
+    .summary =
+        "Two techniques, one sample each; weights decide how much of the better one survives.",
     .estimates = "The irradiance of `strategies`, from one light sample and one BSDF sample.",
     .formula = "E ≈ 1/n Σ (w_L f/p_L + w_B f/p_B),  w_L = p_L^γ / (p_L^γ + p_B^γ),  w_L + w_B = 1",
-    .look_for = "γ = 1 is the balance heuristic, γ = 2 the power heuristic, γ → ∞ the maximum. Every choice is "
-                "unbiased, for the weights sum to 1. Averaging (w = 1/2) keeps the full variance of the worse "
-                "technique; the heuristics do not. Try sides 0.2 and 10.",
+    .look_for =
+        "γ = 1 is the balance heuristic, γ = 2 the power heuristic, γ → ∞ the maximum. Every "
+        "choice is "
+        "unbiased, for the weights sum to 1. Averaging (w = 1/2) keeps the full variance of the "
+        "worse "
+        "technique; the heuristics do not. Try sides 0.2 and 10.",
     .estimators = mis_gamma::kEstimators,
     .parameters = mis_gamma::kParameters,
     .estimator = "power",

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/render/registry.h"
 #include "core/samplers/dimensions.h"
 #include "core/samplers/point_sets.h"
+#include "core/settings/registry.h"
 
 namespace core::lab {
 namespace {
@@ -68,7 +68,8 @@ bool Trial::start_at(std::int64_t x, std::int64_t i) noexcept {
   }
   sampler_.start(static_cast<int>(x), 0, static_cast<int>(i));
   if (set_ > 0) {
-    key_ = hash_combine(hash_combine(seed_, static_cast<std::uint64_t>(x)), static_cast<std::uint64_t>(i / set_));
+    key_ = hash_combine(hash_combine(seed_, static_cast<std::uint64_t>(x)),
+                        static_cast<std::uint64_t>(i / set_));
     index_ = static_cast<std::uint32_t>(i % set_);
   }
   return true;
@@ -81,7 +82,8 @@ Vec4 Trial::whole_set_4d(int group) const noexcept {
   const auto side = static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(set_))));
   switch (setup_.sampler) {
     case SamplerType::kStratified:
-      return stratified_4d(index_, side, group == kCameraGroup ? Pairing::kXyZw : Pairing::kYz, h, h2);
+      return stratified_4d(index_, side, group == kCameraGroup ? Pairing::kXyZw : Pairing::kYz, h,
+                           h2);
     case SamplerType::kOrthogonalArray:
       return orthogonal_array_4d(index_, side, h, h2);
     default:

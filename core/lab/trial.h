@@ -12,7 +12,12 @@ namespace core::lab {
 class Trial {
  public:
   Trial(const Setup& setup, std::int64_t n, std::uint64_t seed, const std::stop_token& stop)
-      : setup_(setup), n_(n), stop_(stop), seed_(seed), sampler_(setup.sampler, 1, seed), set_(n_set(setup.sampler, n)) {}
+      : setup_(setup),
+        n_(n),
+        stop_(stop),
+        seed_(seed),
+        sampler_(setup.sampler, 1, seed),
+        set_(n_set(setup.sampler, n)) {}
 
   const Setup& setup() const noexcept { return setup_; }
   std::int64_t n() const noexcept { return n_; }
@@ -20,11 +25,14 @@ class Trial {
   double parameter(std::size_t i) const noexcept { return setup_.parameters[i]; }
   int whole(std::size_t i) const noexcept { return setup_.whole(i); }
 
-  /// Makes the numbers of evaluation i current. False, from then on for ever: the run is cancelled, give up.
+  /// Makes the numbers of evaluation i current. False, from then on for ever: the run is cancelled,
+  /// give up.
   bool start(std::int64_t i) noexcept { return start_at(0, i); }
   /// The same for evaluation i of stream x; streams are independent randomisations (pixels).
   bool start_at(std::int64_t x, std::int64_t i) noexcept;
-  Vec4 get_4d(int group) const noexcept { return set_ > 0 ? whole_set_4d(group) : sampler_.get_4d(group); }
+  Vec4 get_4d(int group) const noexcept {
+    return set_ > 0 ? whole_set_4d(group) : sampler_.get_4d(group);
+  }
   /// Independent of get_4d().
   float extra_1d(std::uint32_t index) const noexcept { return sampler_.extra_1d(0, index); }
 
@@ -32,12 +40,14 @@ class Trial {
   void add_cost(double units) noexcept { cost_ += units; }
   double cost() const noexcept { return cost_ > 0 ? cost_ : static_cast<double>(n_); }
 
-  /// A renderer draws stratified points, Latin hypercubes and orthogonal arrays in small sets, so that a picture can be
-  /// extended. Here a trial is one set of all n points, from the same functions: this is n under their rules.
+  /// A renderer draws stratified points, Latin hypercubes and orthogonal arrays in small sets, so
+  /// that a picture can be extended. Here a trial is one set of all n points, from the same
+  /// functions: this is n under their rules.
   static std::int64_t rounded(SamplerType sampler, std::int64_t n);
 
  private:
-  /// Points of such a set; 0: the sampler does as in the renderer. Beyond 2^20 there are several sets.
+  /// Points of such a set; 0: the sampler does as in the renderer. Beyond 2^20 there are several
+  /// sets.
   static std::int64_t n_set(SamplerType sampler, std::int64_t n);
   Vec4 whole_set_4d(int group) const noexcept;
 

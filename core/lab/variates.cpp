@@ -24,13 +24,17 @@ enum { kAnalog, kAbsorption, kNextEvent };
 enum { kAlbedo, kSide };
 
 constexpr std::array kEstimators = {
-    EstimatorInfo{"analog", "none", "As nature does it: absorb or reflect by chance, hit the light or miss it."},
-    EstimatorInfo{"absorption", "none", "Absorption as a weight; the light is still hit by chance."},
-    EstimatorInfo{"next-event", "none", "Absorption as a weight, and the light asked for directly."},
+    EstimatorInfo{"analog", "none",
+                  "As nature does it: absorb or reflect by chance, hit the light or miss it."},
+    EstimatorInfo{"absorption", "none",
+                  "Absorption as a weight; the light is still hit by chance."},
+    EstimatorInfo{"next-event", "none",
+                  "Absorption as a weight, and the light asked for directly."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"albedo", 0.01, 1, 0.5, false, "Share of light that the surface reflects."},
-    ParameterInfo{"side", 0.05, 20, 1, false, "Side of the square light, in units of its distance."},
+    ParameterInfo{"side", 0.05, 20, 1, false,
+                  "Side of the square light, in units of its distance."},
 };
 
 double expected(const Setup& setup) {
@@ -48,7 +52,8 @@ double estimate(Trial& trial) {
       return albedo * over_density(s.value, s);
     }
     const Stage::Sample s = stage.sample_bsdf(trial.get_4d(kBsdfGroup));
-    const double reflected = trial.estimator() == kAbsorption ? albedo : (double{light.w} < albedo ? 1.0 : 0.0);
+    const double reflected =
+        trial.estimator() == kAbsorption ? albedo : (double{light.w} < albedo ? 1.0 : 0.0);
     return reflected * over_density(s.value, s);
   });
 }
@@ -62,14 +67,18 @@ enum { kHidden, kSide };
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"plain", "none", "Light sampling alone."},
-    EstimatorInfo{"control-variate", "none", "The unshadowed light is known exactly (a = 1); the shadow is sampled."},
-    EstimatorInfo{"same-samples", "consistent", "a = Cov(f, g) / Var(g) from the very samples it is used on."},
+    EstimatorInfo{"control-variate", "none",
+                  "The unshadowed light is known exactly (a = 1); the shadow is sampled."},
+    EstimatorInfo{"same-samples", "consistent",
+                  "a = Cov(f, g) / Var(g) from the very samples it is used on."},
     EstimatorInfo{"cross-fitted", "none", "a from one half of the samples, used on the other."},
-    EstimatorInfo{"ratio", "consistent", "Unshadowed light times the ratio of both means (Heitz et al. 2018)."},
+    EstimatorInfo{"ratio", "consistent",
+                  "Unshadowed light times the ratio of both means (Heitz et al. 2018)."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"hidden", 0, 0.9, 0.2, false, "Share of the light that an edge hides."},
-    ParameterInfo{"side", 0.05, 20, 4, false, "Side of the square light, in units of its distance."},
+    ParameterInfo{"side", 0.05, 20, 4, false,
+                  "Side of the square light, in units of its distance."},
 };
 
 double expected(const Setup& setup) {
@@ -95,7 +104,8 @@ struct Sums {
   }
   double coefficient() const {
     const double variance = gg / n - g / n * (g / n);
-    // A control variate without noise of its own has nothing to tell; so has one below float rounding.
+    // A control variate without noise of its own has nothing to tell; so has one below float
+    // rounding.
     return variance > 1e-10 * (gg / n) ? (fg / n - f / n * (g / n)) / variance : 0;
   }
   double estimate(double a, double g_exact) const { return f / n - a * (g / n - g_exact); }
@@ -142,10 +152,13 @@ const Experiment kExpectedValuesExperiment = {
     .name = "expected-values",
     .title = "Expected values instead of dice",
     .summary = "Every decision that can be averaged by hand need not be rolled.",
-    .estimates = "Light reflected by a diffuse surface (albedo times irradiance) under a square light.",
+    .estimates =
+        "Light reflected by a diffuse surface (albedo times irradiance) under a square light.",
     .formula = "F′ = E[F | x];  Var F = Var F′ + E Var[F | x] ≥ Var F′",
-    .look_for = "All three slopes are −1/2, the lines lie one below the other. analog: π with chance ρE/π; absorption: "
-                "ρπ with chance E/π; next-event: the light is never missed.",
+    .look_for =
+        "All three slopes are −1/2, the lines lie one below the other. analog: π with chance ρE/π; "
+        "absorption: "
+        "ρπ with chance E/π; next-event: the light is never missed.",
     .estimators = expected_values::kEstimators,
     .parameters = expected_values::kParameters,
     .estimator = "analog",
@@ -161,11 +174,17 @@ const Experiment kControlVariateExperiment = {
     .name = "control-variate",
     .title = "Control variates",
     .summary = "Sample only the difference to what is known exactly.",
-    .estimates = "Irradiance from a square light that an edge hides in part; without the edge it is known exactly.",
-    .formula = "E ≈ a G + 1/n Σ (f − a g)/p,  G = ∫ g;  a* = Cov(f, g) / Var(g);  ratio: G Σf/p / Σg/p",
-    .look_for = "With hidden = 0 the control variate has no error at all. With a little shadow it still wins; with "
-                "much shadow a = 1 is too much, and a fitted to the samples is better but biased at small n, as is "
-                "the ratio. Fitting on the other half of the samples takes the bias away.",
+    .estimates =
+        "Irradiance from a square light that an edge hides in part; without the edge it is known "
+        "exactly.",
+    .formula =
+        "E ≈ a G + 1/n Σ (f − a g)/p,  G = ∫ g;  a* = Cov(f, g) / Var(g);  ratio: G Σf/p / Σg/p",
+    .look_for =
+        "With hidden = 0 the control variate has no error at all. With a little shadow it still "
+        "wins; with "
+        "much shadow a = 1 is too much, and a fitted to the samples is better but biased at small "
+        "n, as is "
+        "the ratio. Fitting on the other half of the samples takes the bias away.",
     .estimators = control::kEstimators,
     .parameters = control::kParameters,
     .estimator = "control-variate",

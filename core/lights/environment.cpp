@@ -17,21 +17,25 @@ struct MapPoint {
   float sin_theta = 0;
 };
 
-/// d: unit, in the map's frame. Near the poles 1 - y^2 has no digits left and acos(y) few; x and z have all of theirs.
+/// d: unit, in the map's frame. Near the poles 1 - y^2 has no digits left and acos(y) few; x and z
+/// have all of theirs.
 MapPoint map_point(Vec3 d) noexcept {
   const float sin_theta = std::sqrt(d.x * d.x + d.z * d.z);
-  return {0.5F + std::atan2(d.z, d.x) * (0.5F * kInvPi), std::atan2(sin_theta, d.y) * kInvPi, sin_theta};
+  return {0.5F + std::atan2(d.z, d.x) * (0.5F * kInvPi), std::atan2(sin_theta, d.y) * kInvPi,
+          sin_theta};
 }
 
 }  // namespace
 
 Vec3 Environment::to_map(Vec3 d) const noexcept {
   // Turning the map counter-clockwise seen from +y turns directions the other way before look-up.
-  return {d.x * cos_rotation_ - d.z * sin_rotation_, d.y, d.x * sin_rotation_ + d.z * cos_rotation_};
+  return {d.x * cos_rotation_ - d.z * sin_rotation_, d.y,
+          d.x * sin_rotation_ + d.z * cos_rotation_};
 }
 
 Vec3 Environment::from_map(Vec3 d) const noexcept {
-  return {d.x * cos_rotation_ + d.z * sin_rotation_, d.y, -d.x * sin_rotation_ + d.z * cos_rotation_};
+  return {d.x * cos_rotation_ + d.z * sin_rotation_, d.y,
+          -d.x * sin_rotation_ + d.z * cos_rotation_};
 }
 
 Rgb Environment::texel(int x, int y) const noexcept {
@@ -39,8 +43,8 @@ Rgb Environment::texel(int x, int y) const noexcept {
                  static_cast<std::size_t>(x)];
 }
 
-Result<std::shared_ptr<const Environment>> Environment::create(const Image* image,
-                                                               const EnvironmentSettings& settings) {
+Result<std::shared_ptr<const Environment>> Environment::create(
+    const Image* image, const EnvironmentSettings& settings) {
   std::shared_ptr<Environment> out(new Environment());
   out->visible_ = settings.visible;
   const Rgb scale = settings.color * settings.intensity;
@@ -50,9 +54,10 @@ Result<std::shared_ptr<const Environment>> Environment::create(const Image* imag
     return std::shared_ptr<const Environment>(out);
   }
   if (image->channels < 3) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "an environment needs three channels; this image has " +
-                     std::to_string(image->channels), "/environment/asset"};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "an environment needs three channels; this image has " + std::to_string(image->channels),
+        "/environment/asset"};
   }
   const float angle = settings.rotation_degrees * (kPi / 180);
   out->cos_rotation_ = std::cos(angle);
@@ -71,14 +76,16 @@ Result<std::shared_ptr<const Environment>> Environment::create(const Image* imag
     const float cos1 = std::cos(kPi * static_cast<float>(y + 1) / static_cast<float>(h));
     const float solid_angle = kTwoPi / static_cast<float>(w) * (cos0 - cos1);
     for (std::size_t x = 0; x < w; ++x) {
-      const Vec4 c = decoded->sample({.uv = {(static_cast<float>(x) + 0.5F) / static_cast<float>(w),
-                                             (static_cast<float>(y) + 0.5F) / static_cast<float>(h)},
-                                      .nearest = true});
+      const Vec4 c =
+          decoded->sample({.uv = {(static_cast<float>(x) + 0.5F) / static_cast<float>(w),
+                                  (static_cast<float>(y) + 0.5F) / static_cast<float>(h)},
+                           .nearest = true});
       const Rgb value = Rgb{c.x, c.y, c.z} * scale;
       if (!is_finite(value) || value.r < 0 || value.g < 0 || value.b < 0) {
         return Error{ErrorCode::kInvalidArgument,
                      "the environment has a negative or non-finite pixel at column " +
-                         std::to_string(x) + ", row " + std::to_string(y), "/environment/asset"};
+                         std::to_string(x) + ", row " + std::to_string(y),
+                     "/environment/asset"};
       }
       out->texels_[y * w + x] = value;
       weights[y * w + x] = luminance(value) * solid_angle;
@@ -115,8 +122,8 @@ Rgb Environment::background(Vec3 direction_world) const noexcept {
   const int x1 = (x0 + 1) % width_;
   const int y0 = std::clamp(static_cast<int>(fy), 0, height_ - 1);
   const int y1 = std::clamp(static_cast<int>(fy) + 1, 0, height_ - 1);
-  return lerp(lerp(texel(x0, y0), texel(x1, y0), x - fx), lerp(texel(x0, y1), texel(x1, y1), x - fx),
-              y - fy);
+  return lerp(lerp(texel(x0, y0), texel(x1, y0), x - fx),
+              lerp(texel(x0, y1), texel(x1, y1), x - fx), y - fy);
 }
 
 EnvironmentSample Environment::sample(Vec2 u) const noexcept {
@@ -132,8 +139,8 @@ EnvironmentSample Environment::sample(Vec2 u) const noexcept {
   const float theta = kPi * at.uv.y;
   const float sin_theta = std::sin(theta);
   s.wi_world = from_map({sin_theta * std::cos(phi), std::cos(theta), sin_theta * std::sin(phi)});
-  // Of the cell that was drawn: looked up again by direction, rounding would now and then pair a bright texel with
-  // the density of its dark neighbour.
+  // Of the cell that was drawn: looked up again by direction, rounding would now and then pair a
+  // bright texel with the density of its dark neighbour.
   s.radiance = texel(static_cast<int>(at.column), static_cast<int>(at.row));
   s.pdf_solid_angle = sin_theta > 0 ? at.pdf_unit / (2 * kPi * kPi * sin_theta) : 0.0F;
   return s;
@@ -144,7 +151,8 @@ float Environment::pdf_solid_angle(Vec3 direction_world) const noexcept {
     return kInvPi * 0.25F;
   }
   const MapPoint at = map_point(to_map(direction_world));
-  return at.sin_theta > 0 ? distribution_.pdf_unit({at.u, at.v}) / (2 * kPi * kPi * at.sin_theta) : 0.0F;
+  return at.sin_theta > 0 ? distribution_.pdf_unit({at.u, at.v}) / (2 * kPi * kPi * at.sin_theta)
+                          : 0.0F;
 }
 
 }  // namespace core

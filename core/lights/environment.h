@@ -10,8 +10,8 @@
 #include "core/color/rgb.h"
 #include "core/image_io/image.h"
 #include "core/math/vec.h"
-#include "core/render/settings.h"
 #include "core/sampling/distribution.h"
+#include "core/settings/settings.h"
 
 namespace core {
 

@@ -4,16 +4,16 @@
 #include <cstdint>
 
 #include "core/color/rgb.h"
+#include "core/description/scene_description.h"
 #include "core/math/vec.h"
-#include "core/scene/scene_description.h"
 
 namespace core {
 
 /// An emissive triangle in world space.
 struct TriangleLight {
   Vec3 p0;
-  Vec3 edge1;  ///< p1 - p0
-  Vec3 edge2;  ///< p2 - p0
+  Vec3 edge1;   ///< p1 - p0
+  Vec3 edge2;   ///< p2 - p0
   Vec3 normal;  ///< unit, front side
   float area_m2 = 0;
   Rgb radiance;  ///< mean over the triangle; exact when the material has no emissive texture
@@ -33,9 +33,18 @@ struct PunctualLight {
   float cos_inner = 1;
   float cos_outer = 0;
 
-  /// Light that arrives at `to` [W/(m^2 sr) integrated over the delta, i.e. W/m^2 facing the light];
-  /// wi_world and distance_m are set. Formulas: KHR_lights_punctual.
+  /// Light that arrives at `to` [W/(m^2 sr) integrated over the delta, i.e. W/m^2 facing the
+  /// light]; wi_world and distance_m are set. Formulas: KHR_lights_punctual.
   Rgb arriving(Vec3 to, Vec3& wi_world, float& distance_m) const noexcept;
+
+  /// Share of the light that the range lets arrive.
+  float range_factor(float distance_squared) const noexcept;
+  /// Share of the intensity that a point or spot light sends at this cosine to `direction`.
+  float cone(float cosine) const noexcept;
+  /// Its integral over directions [sr].
+  float cone_integral_sr() const noexcept;
+  /// Unit, away from a point or spot light; density cone() / cone_integral_sr().
+  Vec3 sample_direction(Vec2 u) const noexcept;
 };
 
 }  // namespace core

@@ -27,15 +27,17 @@ double cone_measure(float cos_theta_o, float cos_theta_e) {
   const double cos_o = std::clamp(static_cast<double>(cos_theta_o), -1.0, 1.0);
   const double sin_o = std::sqrt(1 - cos_o * cos_o);
   if (cos_theta_e == 0) {  // theta_e = pi/2, so that theta_w = min(theta_o + pi/2, pi)
-    const double emission = cos_o > 0 ? 0.5 * kPiExact * sin_o + cos_o
-                                      : sin_o > 0 ? (kPiExact - std::acos(cos_o)) * sin_o : 0.0;
+    const double emission = cos_o > 0   ? 0.5 * kPiExact * sin_o + cos_o
+                            : sin_o > 0 ? (kPiExact - std::acos(cos_o)) * sin_o
+                                        : 0.0;
     return kPiExact * (2 * (1 - cos_o) + emission);
   }
   const double theta_o = std::acos(cos_o);
   const double theta_e = std::acos(std::clamp(static_cast<double>(cos_theta_e), -1.0, 1.0));
   const double theta_w = std::min(theta_o + theta_e, kPiExact);
-  return kPiExact * (2 * (1 - cos_o) + 0.5 * (2 * theta_w * sin_o - std::cos(theta_o - 2 * theta_w) -
-                                              2 * theta_o * sin_o + cos_o));
+  return kPiExact *
+         (2 * (1 - cos_o) + 0.5 * (2 * theta_w * sin_o - std::cos(theta_o - 2 * theta_w) -
+                                   2 * theta_o * sin_o + cos_o));
 }
 
 /// The cost of a group: power times surface times the measure of its cone of directions.
@@ -46,7 +48,8 @@ double orientation_cost(const LightBounds& b, Vec3 parent_diagonal, int axis) {
   const float longest = max_component(parent_diagonal);
   const double regular = static_cast<double>(longest) /
                          std::max(1e-12, static_cast<double>(component(parent_diagonal, axis)));
-  return static_cast<double>(b.power) * cone_measure(b.cos_theta_o, b.cos_theta_e) * regular * std::max(area, 1e-12);
+  return static_cast<double>(b.power) * cone_measure(b.cos_theta_o, b.cos_theta_e) * regular *
+         std::max(area, 1e-12);
 }
 
 }  // namespace
@@ -69,8 +72,9 @@ LightBounds merge_bounds(const LightBounds& a, const LightBounds& b) {
     out.cos_theta_o = -1;
     return out;
   }
-  // The cone around both cones. Source: PBR 4th ed. 3.8.4. First whether one holds the other, by cosines alone:
-  // the larger half-angle is at least the angle between the axes plus the smaller one.
+  // The cone around both cones. Source: PBR 4th ed. 3.8.4. First whether one holds the other, by
+  // cosines alone: the larger half-angle is at least the angle between the axes plus the smaller
+  // one.
   const float cos_d = std::clamp(dot(a.axis, b.axis), -1.0F, 1.0F);
   const float sin_d = safe_sqrt(1 - cos_d * cos_d);
   const auto holds = [cos_d, sin_d](float cos_outer, float cos_inner) {
@@ -120,14 +124,17 @@ LightTree::LightTree(std::span<const LightBounds> lights) {
   collapse(nodes);
 }
 
-/// The cheapest of the splits between buckets along each axis. Buckets without lights make no split of
-/// their own. Low sides grow from the left, high sides from the right, so that each bucket is merged twice.
-LightTree::Split LightTree::best_split(std::span<Item> items, const Bounds& centers, Vec3 diagonal) {
+/// The cheapest of the splits between buckets along each axis. Buckets without lights make no split
+/// of their own. Low sides grow from the left, high sides from the right, so that each bucket is
+/// merged twice.
+LightTree::Split LightTree::best_split(std::span<Item> items, const Bounds& centers,
+                                       Vec3 diagonal) {
   Split best;
   const Vec3 extent = centers.diagonal();
   if (items.size() == 2) {  // every split is the same but for the regularity of the axis
     for (int axis = 0; axis < 3; ++axis) {
-      const bool longer = best.axis < 0 || component(diagonal, axis) > component(diagonal, best.axis);
+      const bool longer =
+          best.axis < 0 || component(diagonal, axis) > component(diagonal, best.axis);
       if (component(extent, axis) > 0 && longer) {
         best.axis = axis;
       }
@@ -135,7 +142,8 @@ LightTree::Split LightTree::best_split(std::span<Item> items, const Bounds& cent
     if (best.axis >= 0) {
       best.bucket = 1;
       for (Item& item : items) {
-        item.bucket[best.axis] = component(item.center, best.axis) > component(centers.min, best.axis) ? 1 : 0;
+        item.bucket[best.axis] =
+            component(item.center, best.axis) > component(centers.min, best.axis) ? 1 : 0;
       }
     }
     return best;
@@ -149,7 +157,9 @@ LightTree::Split LightTree::best_split(std::span<Item> items, const Bounds& cent
     const float width = component(extent, axis);
     auto& along = buckets[static_cast<std::size_t>(axis)];
     for (Item& item : items) {
-      const int b = std::clamp(static_cast<int>((component(item.center, axis) - low) / width * kBuckets), 0, kBuckets - 1);
+      const int b =
+          std::clamp(static_cast<int>((component(item.center, axis) - low) / width * kBuckets), 0,
+                     kBuckets - 1);
       item.bucket[axis] = static_cast<std::uint8_t>(b);
       LightBounds& bucket = along[static_cast<std::size_t>(b)];
       bucket = merge_bounds(bucket, item.bounds);
@@ -244,7 +254,8 @@ void LightTree::set_child(Group& group, std::size_t lane, const Node& node) {
   }
 }
 
-/// Children of a group: those of the binary node, of which the largest is replaced by its own two until there are four.
+/// Children of a group: those of the binary node, of which the largest is replaced by its own two
+/// until there are four.
 void LightTree::collapse(const std::vector<Node>& nodes) {
   struct Open {
     std::uint32_t node;
@@ -327,12 +338,15 @@ __m128 LightTree::importance(const Group& group, Vec3 point, Vec3 normal) noexce
 
   const __m128 inside = _mm_cmple_ps(distance2, radius2 * _mm_set1_ps(1.0001F));
   const __m128 sin2_b = radius2 * inverse * inverse;
-  const __m128 cos_b = _mm_blendv_ps(_mm_sqrt_ps(_mm_max_ps(one - sin2_b, zero)), _mm_set1_ps(-1), inside);
+  const __m128 cos_b =
+      _mm_blendv_ps(_mm_sqrt_ps(_mm_max_ps(one - sin2_b, zero)), _mm_set1_ps(-1), inside);
   const __m128 sin_b = _mm_andnot_ps(inside, _mm_sqrt_ps(sin2_b));
 
-  const __m128 keeps = _mm_castsi128_ps(_mm_load_si128(reinterpret_cast<const __m128i*>(group.sign.data())));
+  const __m128 keeps =
+      _mm_castsi128_ps(_mm_load_si128(reinterpret_cast<const __m128i*>(group.sign.data())));
   const __m128 cos_w = _mm_and_ps(along * inverse, keeps);
-  const __m128 cos_x = cos_sub_clamped(other(cos_w), cos_w, load(group.sin_theta_o), load(group.cos_theta_o));
+  const __m128 cos_x =
+      cos_sub_clamped(other(cos_w), cos_w, load(group.sin_theta_o), load(group.cos_theta_o));
   const __m128 cos_p = cos_sub_clamped(other(cos_x), cos_x, sin_b, cos_b);
   none = _mm_or_ps(none, _mm_cmple_ps(cos_p, cos_theta_e));
   // With emission over the whole sphere (points) the cosine says nothing about power.

@@ -1,9 +1,9 @@
 /// LightTree: picks one of many bounded lights with probability near its contribution.
 ///
-/// A tree whose nodes know bounding box, cone of emission and power. It is built with two children a node, by cost, and
-/// kept with up to four side by side, whose importance at a point is found together: half as many steps, and each
-/// choice is among boxes that say more.
-/// Source: Conty Estevez and Kulla, Importance Sampling of Many Lights with Adaptive Tree Splitting, 2018; the
+/// A tree whose nodes know bounding box, cone of emission and power. It is built with two children
+/// a node, by cost, and kept with up to four side by side, whose importance at a point is found
+/// together: half as many steps, and each choice is among boxes that say more. Source: Conty
+/// Estevez and Kulla, Importance Sampling of Many Lights with Adaptive Tree Splitting, 2018; the
 /// importance is PBR 4th ed. 12.6.3.
 #pragma once
 
@@ -23,10 +23,10 @@ namespace core {
 /// What the tree knows of a light or of a group of them.
 struct LightBounds {
   Bounds box;
-  Vec3 axis = {0, 0, 1};   ///< of the normals' cone, unit
-  float cos_theta_o = 1;   ///< half-angle of the normals around the axis
-  float cos_theta_e = 0;   ///< emission beyond the normals
-  float power = 0;         ///< luminance times area (or 4 pi for points)
+  Vec3 axis = {0, 0, 1};  ///< of the normals' cone, unit
+  float cos_theta_o = 1;  ///< half-angle of the normals around the axis
+  float cos_theta_e = 0;  ///< emission beyond the normals
+  float power = 0;        ///< luminance times area (or 4 pi for points)
   bool two_sided = false;
 };
 
@@ -67,12 +67,14 @@ class LightTree {
     Four axis_x{};
     Four axis_y{};
     Four axis_z{};
-    Four axis_reach{};  ///< how far the box reaches along the axis; infinite where lights behind a point may matter
+    Four axis_reach{};  ///< how far the box reaches along the axis; infinite where lights behind a
+                        ///< point may matter
     Four power{};
     Four cos_theta_o{};
     Four sin_theta_o{};
     Four cos_theta_e{};
-    std::array<std::uint32_t, kWidth> sign{};   ///< bits that the cosine to the axis keeps: not its sign when two-sided
+    std::array<std::uint32_t, kWidth>
+        sign{};  ///< bits that the cosine to the axis keeps: not its sign when two-sided
     std::array<std::uint32_t, kWidth> child{};  ///< a light where `leaf` has its bit, else a group
     std::uint32_t parent = 0;                   ///< place of this group: group * kWidth + child
     std::uint32_t leaf = 0;
@@ -86,7 +88,7 @@ class LightTree {
   };
   struct Split {
     double cost = 1e300;
-    int axis = -1;  ///< none
+    int axis = -1;   ///< none
     int bucket = 0;  ///< the first of the high side
   };
   static Split best_split(std::span<Item> items, const Bounds& centers, Vec3 diagonal);

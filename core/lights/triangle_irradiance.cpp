@@ -34,7 +34,8 @@ double triangle_irradiance(Vec3 point, Vec3 normal, Vec3 a, Vec3 b, Vec3 c) noex
   std::size_t count = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t next = (i + 1) % 3;
-    const Direction from{static_cast<double>(corners[i].x), static_cast<double>(corners[i].y), static_cast<double>(corners[i].z)};
+    const Direction from{static_cast<double>(corners[i].x), static_cast<double>(corners[i].y),
+                         static_cast<double>(corners[i].z)};
     if (height[i] > 0) {
       above[count++] = from;
     }
@@ -45,7 +46,8 @@ double triangle_irradiance(Vec3 point, Vec3 normal, Vec3 a, Vec3 b, Vec3 c) noex
                         from.z + t * (static_cast<double>(corners[next].z) - from.z)};
     }
   }
-  const Direction up{static_cast<double>(normal.x), static_cast<double>(normal.y), static_cast<double>(normal.z)};
+  const Direction up{static_cast<double>(normal.x), static_cast<double>(normal.y),
+                     static_cast<double>(normal.z)};
   double sum = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Direction& from = above[i];

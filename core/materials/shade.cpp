@@ -17,10 +17,11 @@ struct Seen {
 };
 
 Seen seen(const SurfacePoint& point, Vec3 wo, Footprint footprint) {
-  // A pixel has many samples, whose places are a filter already: half of its width leaves a blur of little more than
-  // the pixel's own, and hardly more noise at 4 samples.
+  // A pixel has many samples, whose places are a filter already: half of its width leaves a blur of
+  // little more than the pixel's own, and hardly more noise at 4 samples.
   footprint.width_m *= 0.5F;
-  constexpr float kLeast = 0.02F;  // of the cosine: beyond, footprints are longer than what they lie on
+  constexpr float kLeast =
+      0.02F;  // of the cosine: beyond, footprints are longer than what they lie on
   const Vec3 n = point.normal_geometric;
   const float cosine = dot(n, wo);
   const Vec3 slope = wo - n * cosine;
@@ -42,7 +43,9 @@ Vec4 read(const TextureSlot& slot, const Seen& at) {
   const auto set = static_cast<std::size_t>(d.uv_set);
   const auto& m = d.uv_transform;
   const Vec2 uv = at.point.uv[set];
-  const auto turned = [&m](Vec2 v) { return Vec2{m[0] * v.x + m[1] * v.y, m[3] * v.x + m[4] * v.y}; };
+  const auto turned = [&m](Vec2 v) {
+    return Vec2{m[0] * v.x + m[1] * v.y, m[3] * v.x + m[4] * v.y};
+  };
   const auto moved = [&](Vec3 way) {
     const float a = dot(way, at.point.to_edge1);
     const float b = dot(way, at.point.to_edge2);
@@ -103,9 +106,11 @@ void fill_layers(const Material& material, const Seen& at, Vec3 wo_world, Shadin
           ? f.iridescence_thickness_max_nm
           : lerp(f.iridescence_thickness_min_nm, f.iridescence_thickness_max_nm,
                  read(material.iridescence_thickness, at).y);
-  l.diffuse_transmission = clamp01(f.diffuse_transmission * read(material.diffuse_transmission, at).w);
+  l.diffuse_transmission =
+      clamp01(f.diffuse_transmission * read(material.diffuse_transmission, at).w);
   const Vec4 below = read(material.diffuse_transmission_color, at);
-  l.diffuse_transmission_color = clamp01_rgb(f.diffuse_transmission_color * Rgb{below.x, below.y, below.z});
+  l.diffuse_transmission_color =
+      clamp01_rgb(f.diffuse_transmission_color * Rgb{below.x, below.y, below.z});
 }
 
 }  // namespace
@@ -133,7 +138,8 @@ void apply_textures(const Material& material, const Seen& at, BsdfParameters& b)
   // Where coverage comes from the same texture, colour is read as sharply: coarser levels would mix
   // in what stands behind alpha 0.
   const Vec4 c = read(material.base_color, material.has_alpha ? finest(point) : at);
-  b.base_color = clamp01_rgb(f.base_color * Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z});
+  b.base_color = clamp01_rgb(f.base_color *
+                             Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z});
   if (material.metallic_roughness.texture != nullptr) {
     const Vec4 mr = read(material.metallic_roughness, at);
     set_roughness(b, f.roughness * mr.y);
@@ -145,7 +151,8 @@ void apply_textures(const Material& material, const Seen& at, BsdfParameters& b)
                    f.specular * read(material.specular, at).w);
   }
   if (material.transmission.texture != nullptr) {
-    b.transmission = f.ior == 0 ? 0.0F : clamp01(f.transmission * read(material.transmission, at).x);
+    b.transmission =
+        f.ior == 0 ? 0.0F : clamp01(f.transmission * read(material.transmission, at).x);
   }
 }
 
@@ -163,7 +170,8 @@ void apply_anisotropy(const Material& material, const Seen& at, Shading& s) {
   }
   s.bsdf.alpha_x = std::max(lerp(s.bsdf.alpha_y, 1.0F, strength * strength), 1e-4F);
   const Vec3 bitangent = cross(point.normal_shading, point.tangent) * point.tangent_sign;
-  s.frame = frame_from_normal_tangent(s.frame.n, point.tangent * direction.x + bitangent * direction.y);
+  s.frame =
+      frame_from_normal_tangent(s.frame.n, point.tangent * direction.x + bitangent * direction.y);
 }
 
 }  // namespace
@@ -179,9 +187,8 @@ BsdfParameters plain_parameters(const MaterialDescription& f, bool is_volume) no
   return b;
 }
 
-void shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, Footprint footprint,
+void shade(const Material& material, const SurfacePoint& point, Vec3 wo_world, Footprint footprint,
            Shading& s) noexcept {
-  const Material& material = scene.materials[point.material];
   s.front = dot(point.normal_geometric, wo_world) >= 0;
   const float side = s.front ? 1.0F : -1.0F;
   s.normal_geometric = point.normal_geometric * side;
@@ -189,7 +196,8 @@ void shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, Foo
   s.bsdf.inside = !s.front;
   s.horizon = s.normal_geometric;
   s.origin = point.position;
-  if (point.bulge_m > 0 && !material.transmits && dot(point.normal_shading, point.normal_geometric) > 0) {
+  if (point.bulge_m > 0 && !material.transmits &&
+      dot(point.normal_shading, point.normal_geometric) > 0) {
     s.horizon = facing(point.normal_shading * side, wo_world);
     s.origin = point.position + point.normal_shading * (side * point.bulge_m);
   }
@@ -209,8 +217,7 @@ void shade(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, Foo
   }
 }
 
-Rgb emitted(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world) noexcept {
-  const Material& material = scene.materials[point.material];
+Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) noexcept {
   if (!material.is_emissive ||
       (!material.factors.double_sided && dot(point.normal_geometric, wo_world) <= 0)) {
     return {};
@@ -223,10 +230,12 @@ Rgb emitted(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world) no
   return material.factors.emissive * Rgb{c.x, c.y, c.z};
 }
 
-Rgb unlit_color(const SceneData& scene, const SurfacePoint& point, Vec3 wo_world, Footprint footprint) noexcept {
-  const Material& material = scene.materials[point.material];
-  const Vec4 c = read(material.base_color, material.has_alpha ? finest(point) : seen(point, wo_world, footprint));
-  return material.factors.base_color * Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z};
+Rgb unlit_color(const Material& material, const SurfacePoint& point, Vec3 wo_world,
+                Footprint footprint) noexcept {
+  const Vec4 c = read(material.base_color,
+                      material.has_alpha ? finest(point) : seen(point, wo_world, footprint));
+  return material.factors.base_color *
+         Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z};
 }
 
 }  // namespace core

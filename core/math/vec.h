@@ -40,7 +40,9 @@ constexpr Vec3 operator/(Vec3 a, float s) noexcept { return {a.x / s, a.y / s, a
 constexpr Vec3& operator+=(Vec3& a, Vec3 b) noexcept { return a = a + b; }
 
 constexpr bool operator==(Vec2 a, Vec2 b) noexcept { return a.x == b.x && a.y == b.y; }
-constexpr bool operator==(Vec3 a, Vec3 b) noexcept { return a.x == b.x && a.y == b.y && a.z == b.z; }
+constexpr bool operator==(Vec3 a, Vec3 b) noexcept {
+  return a.x == b.x && a.y == b.y && a.z == b.z;
+}
 
 constexpr float dot(Vec2 a, Vec2 b) noexcept { return a.x * b.x + a.y * b.y; }
 constexpr float dot(Vec3 a, Vec3 b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }

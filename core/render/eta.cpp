@@ -19,7 +19,8 @@ std::optional<Remaining> seconds_for(std::span<const PacePoint> points, double s
   if (points.size() < 5) {
     return out;
   }
-  // Ratio estimate: residuals of the passes around the common pace (Cochran, Sampling Techniques, 6.4).
+  // Ratio estimate: residuals of the passes around the common pace (Cochran, Sampling
+  // Techniques, 6.4).
   double residuals = 0;
   for (std::size_t i = 1; i < points.size(); ++i) {
     const double r = points[i].elapsed_seconds - points[i - 1].elapsed_seconds -
@@ -46,7 +47,8 @@ double error_exponent(std::span<const SeenError> seen) {
   constexpr double kIndependent = 0.5;
   constexpr double kSpan = 16;
   constexpr double kLeastSpan = 4;
-  while (!seen.empty() && !(seen.front().error > 0 && seen.front().samples * kSpan >= seen.back().samples)) {
+  while (!seen.empty() &&
+         !(seen.front().error > 0 && seen.front().samples * kSpan >= seen.back().samples)) {
     seen = seen.subspan(1);
   }
   if (seen.size() < 4 || seen.back().samples < kLeastSpan * seen.front().samples) {
@@ -66,7 +68,8 @@ double error_exponent(std::span<const SeenError> seen) {
     xy += (std::log(s.samples) - x) * (std::log(s.error) - y);
   }
   const double exponent = -xy / xx;
-  return exponent > kIndependent ? std::min(exponent, 1.0) : kIndependent;  // not a number: that of independent samples
+  return exponent > kIndependent ? std::min(exponent, 1.0)
+                                 : kIndependent;  // not a number: that of independent samples
 }
 
 }  // namespace core

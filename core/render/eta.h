@@ -19,14 +19,16 @@ struct PacePoint {
   double samples = 0;
 };
 
-/// Seconds for `samples` more, at the pace of the passes so far; the interval is two standard errors of it, from how passes
-/// differ, at least 5 %. Fewer than four passes: half to twice. Empty before there is a pace. points in order of time.
+/// Seconds for `samples` more, at the pace of the passes so far; the interval is two standard
+/// errors of it, from how passes differ, at least 5 %. Fewer than four passes: half to twice. Empty
+/// before there is a pace. points in order of time.
 std::optional<Remaining> seconds_for(std::span<const PacePoint> points, double samples);
 
 /// The first of two ends: of each bound the smaller one.
 Remaining earlier(const Remaining& a, const Remaining& b);
 
-/// Samples at which an upper bound of the error meets a target. bound: seen at `samples`; it falls as samples^-exponent.
+/// Samples at which an upper bound of the error meets a target. bound: seen at `samples`; it falls
+/// as samples^-exponent.
 double samples_for_error(double samples, double bound, double target, double exponent = 0.5);
 
 /// An error that was seen.
@@ -35,8 +37,9 @@ struct SeenError {
   double error = 0;
 };
 
-/// The exponent by which errors fell so far, least squares over the last 16-fold of samples; between that of independent samples, 0.5, and 1.
-/// With fewer than four errors or less than 4-fold samples: 0.5. seen in order of samples.
+/// The exponent by which errors fell so far, least squares over the last 16-fold of samples;
+/// between that of independent samples, 0.5, and 1. With fewer than four errors or less than 4-fold
+/// samples: 0.5. seen in order of samples.
 double error_exponent(std::span<const SeenError> seen);
 
 }  // namespace core

@@ -1,19 +1,19 @@
 #include "core/render/pass_plan.h"
 
 #include <algorithm>
-#include <numeric>
 
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 
 namespace core {
 namespace {
 
 long rounded_up(long samples, int unit) { return (samples + unit - 1) / unit * unit; }
 
-/// The first count above `samples` of those that cut each octave of a replicate's samples, from `parts` on, into as many.
-int next_cut(int samples, int replicates, int unit, long parts) {
+}  // namespace
+
+int next_look(int samples, int replicates, int unit) {
   for (long per = 1;; per *= 2) {
-    const long cuts = std::min(per, parts);
+    const long cuts = std::min(per, 4L);
     for (long k = 0; k < cuts; ++k) {
       const long look = rounded_up((per + per * k / cuts) * replicates, unit);
       if (look > samples) {
@@ -22,28 +22,6 @@ int next_cut(int samples, int replicates, int unit, long parts) {
     }
   }
 }
-
-}  // namespace
-
-int next_look(int samples, int replicates, int unit, int first_epoch) {
-  const int look = next_cut(samples, replicates, unit, 4);
-  if (first_epoch < 1 || samples < first_epoch) {
-    return look;
-  }
-  int from = first_epoch;
-  while (epoch_end(from) <= samples) {
-    from = epoch_end(from);
-  }
-  for (const int parts : {16, 8}) {
-    const auto at = static_cast<int>(rounded_up(from + from / parts, std::lcm(unit, replicates)));
-    if (at > samples) {
-      return std::min(at, look);
-    }
-  }
-  return look;
-}
-
-int next_report(int samples, int replicates, int unit) { return next_cut(samples, replicates, unit, 2); }
 
 int pass_end(int samples, int samples_max, int replicates, int unit) {
   if (unit > 1) {
@@ -64,10 +42,9 @@ int pass_end(int samples, int samples_max, int replicates, int unit) {
 int whole_sets(int limit, int unit) { return limit < unit ? limit : limit / unit * unit; }
 
 int first_epoch(const RenderSettings& settings) {
-  // Two samples of each replicate, or of the pilot stream: one has no variance.
-  const int least = settings.adaptive.type == AdaptiveType::kPilot ? 20 : 2 * settings.replicates;
-  return next_report(std::max(settings.adaptive.min_samples, least) - 1, settings.replicates,
-                     sample_unit(settings));
+  constexpr int kLeast = 20;  // two samples of the pilot stream: one has no variance
+  return next_look(std::max(settings.adaptive.min_samples, kLeast) - 1, settings.replicates,
+                   sample_unit(settings));
 }
 
 int plan_step(const RenderSettings& settings) {

@@ -2,435 +2,415 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <limits>
 #include <map>
 #include <thread>
 #include <utility>
 
+#include "core/base/mutex.h"
 #include "core/render/allocation.h"
-#include "core/render/render_task_impl.h"
+#include "core/render/pass_plan.h"
+#include "core/render/pass_policy.h"
+#include "core/render/progress_meter.h"
+#include "core/settings/registry.h"
 
 namespace core {
 namespace {
 
-/// A job can end wrongly only where its error is above the target, by less than the bound is above the estimate. Between
-/// looks errors fall by 6 to 13 %: before the last two or three of these looks the error is too far away, and what these see is
-/// nearly the same.
-constexpr int kLooksAtRisk = 2;
-/// Passes that the pace is taken from.
-constexpr std::size_t kPacePoints = 32;
+using Clock = std::chrono::steady_clock;
 
-/// What has to be at most the target for the job to end: the upper bound of what the picture is off by, or the largest
-/// of its tiles'. alpha is shared by looks, and by tiles for worst_tile.
-double error_bound(const ErrorEstimate& estimate, const Film& film, const StopRules& stop) {
-  const double alpha = (1 - stop.confidence) / kLooksAtRisk;
-  if (!stop.worst_tile) {
-    return estimate.most(alpha);
+/// Seconds of rendering, without pauses.
+struct Stopwatch {
+  double before = 0;
+  std::optional<Clock::time_point> since;
+
+  double seconds() const {
+    return before + (since ? std::chrono::duration<double>(Clock::now() - *since).count() : 0.0);
   }
-  const double alpha_tile = alpha / film.tile_count();
-  double most = 0;
-  for (int t = 0; t < film.tile_count(); ++t) {
-    const double high = estimate.most(film.tile_rect(t), alpha_tile);
-    if (std::isnan(high)) {
-      return std::numeric_limits<double>::infinity();
-    }
-    most = std::max(most, high);
+  void start() { since = since ? since : Clock::now(); }
+  void stop() {
+    before = seconds();
+    since.reset();
   }
-  return most;
+};
+
+bool is_past(const std::optional<double>& unix_seconds) {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return unix_seconds && std::chrono::duration<double>(now).count() >= *unix_seconds;
+}
+
+/// Samples that a slice is to have, all pixels of the tile together, for so many seconds.
+int slice_length(const TileState& tile, double seconds) {
+  constexpr double kFirstGuess =
+      1.5e-6;  // seconds a sample; only the first slice of a tile uses it
+  const double area = static_cast<double>(tile.rect.width) * tile.rect.height;
+  const double each = tile.samples > 0 ? tile.cpu_seconds / tile.samples : area * kFirstGuess;
+  return std::max(1, static_cast<int>(seconds / std::max(each, 1e-9)));
 }
 
 }  // namespace
 
+/// Phases: rendering passes, piloting before an epoch, deciding (one thread does, and no slice is
+/// out), over. Every function takes the lock once at most; what is REQUIRES(mutex) never calls out.
+struct RenderTask::Impl {
+  enum class Phase { kRendering, kPiloting, kDeciding, kOver };
+  /// What the deciding thread does next.
+  enum class Step { kNone, kPass, kPlan, kEnd };
+  struct Due {
+    Step step = Step::kNone;
+    int samples = 0;
+    bool looks = false;    ///< at the error
+    bool is_news = false;  ///< no point has as many samples
+    StopReason why = StopReason::kNone;
+    std::map<int, TileState> taken_back = {};  ///< tiles as they were at the last complete pass
+  };
+  /// At the error of a complete pass.
+  struct Look {
+    ConvergencePoint point;
+    double bound = std::numeric_limits<double>::infinity();  ///< PassPolicy::error_bound()
+  };
+  struct Tile {
+    int samples = 0;
+    int pilot_samples = 0;
+    bool is_out = false;  ///< a slice of it is
+  };
+
+  const std::shared_ptr<const Renderer> renderer;
+  const std::shared_ptr<Film> film;
+  const int samples_limit;
+  const double slice_seconds;
+  RenderSink& sink;
+  std::stop_source stop_source;  // of slices: cancelled, or a clock ran out
+
+  mutable Mutex mutex;
+  Phase phase GUARDED_BY(mutex) = Phase::kRendering;
+  StopReason ending GUARDED_BY(mutex) = StopReason::kNone;  // no slice is handed out any more
+  bool paused GUARDED_BY(mutex) = false;
+  int in_flight GUARDED_BY(mutex) = 0;
+  PassPolicy policy GUARDED_BY(mutex);
+  Pass pass GUARDED_BY(mutex);
+  std::vector<Tile> tiles GUARDED_BY(mutex);
+  std::size_t cursor GUARDED_BY(mutex) = 0;              // the tile that is asked first
+  std::map<int, TileState> pass_base GUARDED_BY(mutex);  // tiles before this pass; clock rules only
+  Stopwatch clock GUARDED_BY(mutex);
+  ProgressMeter meter GUARDED_BY(mutex);
+
+  Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> f, TaskOptions o, RenderSink& s);
+
+  const RenderSettings& settings() const { return renderer->view().settings; }
+  std::optional<Slice> find_slice() REQUIRES(mutex);
+  std::optional<Slice> find_slice_of(SliceKind kind) REQUIRES(mutex);
+  int pilot_target() const REQUIRES(mutex) {
+    return film->has_pilot() ? pilot_samples_at(pass.planned_to) : 0;
+  }
+  bool all_have(int Tile::*samples, int count) const REQUIRES(mutex);
+  void note_clock() REQUIRES(mutex);
+  Due next_due() REQUIRES(mutex);
+  Due due_end() REQUIRES(mutex);
+  Due complete(const Slice& slice, int last, std::optional<TileState> before) EXCLUDES(mutex);
+
+  void advance(Due due) EXCLUDES(mutex);
+  Due decide(const Due& due) EXCLUDES(mutex);
+  Due begin_epoch(int from) EXCLUDES(mutex);
+  Look look(const Due& due, const PassPolicy& by) EXCLUDES(mutex);
+  Due settle(int samples, StopReason why) EXCLUDES(mutex);
+  void end(Due due) EXCLUDES(mutex);
+  PassPolicy policy_now() const EXCLUDES(mutex);
+  void note(Look& seen) EXCLUDES(mutex);
+  void finish(StopReason why) EXCLUDES(mutex);
+};
+
+RenderTask::Impl::Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> f, TaskOptions o,
+                       RenderSink& s)
+    : renderer(std::move(r)),
+      film(std::move(f)),
+      samples_limit(o.samples_limit),
+      slice_seconds(o.slice_target_seconds),
+      sink(s),
+      policy(renderer->view().settings, o.stop, o.samples_limit),
+      meter(std::move(o.points_before)) {
+  MutexLock lock(mutex);
+  clock.before = o.elapsed_before;
+  for (int t = 0; t < film->tile_count(); ++t) {
+    const int pilot = film->has_pilot() ? film->tile(t).pilot_samples : 0;
+    tiles.push_back({film->tile_samples(t), pilot, false});
+    pass.target = std::max(pass.target, tiles.back().samples);
+    pass.base = t == 0 ? tiles.back().samples : std::min(pass.base, tiles.back().samples);
+  }
+  pass.base_is_whole = pass.base == pass.target;
+  if (film->has_plan()) {
+    const PlanSpan span = film->tile(0).span;  // the same for all tiles
+    pass.planned_to = span.to > 0 ? span.to : first_epoch(settings());
+  }
+}
+
+bool RenderTask::Impl::all_have(int Tile::*samples, int count) const {
+  return std::all_of(tiles.begin(), tiles.end(),
+                     [&](const Tile& tile) { return tile.*samples >= count; });
+}
+
+std::optional<Slice> RenderTask::Impl::find_slice_of(SliceKind kind) {
+  const bool is_pilot = kind == SliceKind::kPilot;
+  const int target = is_pilot ? pilot_target() : pass.target;
+  for (std::size_t step = 0; step < tiles.size(); ++step) {
+    const std::size_t t = (cursor + step) % tiles.size();
+    Tile& tile = tiles[t];
+    const int has = is_pilot ? tile.pilot_samples : tile.samples;
+    if (!tile.is_out && has < target) {
+      cursor = (t + 1) % tiles.size();
+      tile.is_out = true;
+      ++in_flight;
+      return Slice{static_cast<int>(t), has, target, kind};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Slice> RenderTask::Impl::find_slice() {
+  if (phase == Phase::kPiloting) {
+    return find_slice_of(SliceKind::kPilot);
+  }
+  auto slice = find_slice_of(SliceKind::kPicture);
+  while (!slice && pass.target < policy.barrier(pass)) {
+    pass.target = policy.next_target(pass);
+    slice = find_slice_of(SliceKind::kPicture);
+  }
+  return slice;
+}
+
+void RenderTask::Impl::note_clock() {
+  if (ending != StopReason::kNone || pass.base < 1 || !pass.base_is_whole) {
+    return;
+  }
+  const StopRules& stop = policy.stop();
+  if (stop.seconds && clock.seconds() >= *stop.seconds) {
+    ending = StopReason::kSeconds;
+  } else if (is_past(stop.deadline_unix_seconds)) {
+    ending = StopReason::kDeadline;
+  }
+  if (ending != StopReason::kNone) {
+    stop_source.request_stop();
+  }
+}
+
+/// The decision that is due when no slice is out; whoever gets one takes it, and nobody else does
+/// until the phase changes.
+RenderTask::Impl::Due RenderTask::Impl::next_due() {
+  if (in_flight > 0 || phase == Phase::kDeciding || phase == Phase::kOver) {
+    return {};
+  }
+  if (ending != StopReason::kNone) {
+    return due_end();
+  }
+  Due due;
+  if (phase == Phase::kPiloting) {
+    due.step = all_have(&Tile::pilot_samples, pilot_target()) ? Step::kPlan : Step::kNone;
+    due.samples = pass.planned_to;
+  } else if (all_have(&Tile::samples, pass.target) && pass.target >= policy.barrier(pass)) {
+    due.step = Step::kPass;
+    due.samples = pass.target;
+    due.looks = policy.looks_at(due.samples);
+    due.is_news = meter.points().empty() || meter.points().back().samples_per_pixel != due.samples;
+    meter.note_pass(due.samples, clock.seconds());
+    pass.base = pass.target;
+    pass.base_is_whole = true;
+    pass_base.clear();
+  }
+  phase = due.step == Step::kNone ? phase : Phase::kDeciding;
+  return due;
+}
+
+RenderTask::Impl::Due RenderTask::Impl::due_end() {
+  Due due;
+  due.step = Step::kEnd;
+  due.why = ending;
+  if (policy.has_clock() && ending != StopReason::kCancelled &&
+      !all_have(&Tile::samples, pass.target)) {
+    due.taken_back.swap(pass_base);
+    for (const auto& [tile, state] : due.taken_back) {
+      tiles[static_cast<std::size_t>(tile)].samples = state.samples;
+    }
+  }
+  due.samples = std::min_element(tiles.begin(), tiles.end(), [](const Tile& a, const Tile& b) {
+                  return a.samples < b.samples;
+                })->samples;
+  // Who cancels does not want to wait: the last look stands.
+  due.is_news = ending != StopReason::kCancelled && due.samples > 0 &&
+                (meter.points().empty() || meter.points().back().samples_per_pixel != due.samples);
+  due.looks = due.is_news;
+  phase = Phase::kDeciding;
+  return due;
+}
+
+/// last: samples that the tile has now; what it had where the slice was stopped.
+RenderTask::Impl::Due RenderTask::Impl::complete(const Slice& slice, int last,
+                                                 std::optional<TileState> before) {
+  MutexLock lock(mutex);
+  Tile& tile = tiles[static_cast<std::size_t>(slice.tile)];
+  (slice.kind == SliceKind::kPilot ? tile.pilot_samples : tile.samples) = last;
+  tile.is_out = false;
+  --in_flight;
+  if (before && policy.has_clock()) {
+    pass_base.try_emplace(slice.tile, std::move(*before));
+  }
+  note_clock();
+  return next_due();
+}
+
+void RenderTask::Impl::advance(Due due) {
+  while (due.step != Step::kNone) {
+    switch (due.step) {
+      case Step::kPass:
+        due = decide(due);
+        break;
+      case Step::kPlan:
+        due = begin_epoch(due.samples);
+        break;
+      case Step::kEnd:
+        end(std::move(due));
+        return;
+      case Step::kNone:
+        break;
+    }
+  }
+}
+
+RenderTask::Impl::Due RenderTask::Impl::decide(const Due& due) {
+  const PassPolicy by = policy_now();
+  const Look seen = due.looks ? look(due, by) : Look{};
+  return settle(due.samples, by.decide(due.samples, seen.point.error.relative_rmse, seen.bound));
+}
+
+/// Makes the plan of the epoch that begins where every tile is.
+RenderTask::Impl::Due RenderTask::Impl::begin_epoch(int from) {
+  film->install_plans({from, epoch_end(from)}, make_plans(*film, settings(), from));
+  MutexLock lock(mutex);
+  pass.planned_to = epoch_end(from);
+  phase = Phase::kRendering;
+  return next_due();
+}
+
+RenderTask::Impl::Due RenderTask::Impl::settle(int samples, StopReason why) {
+  MutexLock lock(mutex);
+  ending = why == StopReason::kNone ? ending : why;
+  phase = samples == pass.planned_to ? Phase::kPiloting : Phase::kRendering;
+  return next_due();
+}
+
+void RenderTask::Impl::end(Due due) {
+  for (auto& [tile, state] : due.taken_back) {
+    sink.on_tile(tile, film->commit(tile, std::move(state)));
+  }
+  if (due.looks) {
+    look(due, policy_now());
+  }
+  finish(due.why);
+  sink.on_finished(due.why);
+}
+
+PassPolicy RenderTask::Impl::policy_now() const {
+  MutexLock lock(mutex);
+  return policy;
+}
+
+/// Asks for the error once; what is news is noted and told.
+RenderTask::Impl::Look RenderTask::Impl::look(const Due& due, const PassPolicy& by) {
+  const ErrorEstimate estimate(*film);
+  Look seen;
+  seen.point.samples_per_pixel = due.samples;
+  seen.point.cpu_seconds = film->cpu_seconds();
+  seen.point.rays = film->rays();
+  seen.point.error = estimate.image(by.stop().confidence);
+  seen.bound = by.stop().relative_error ? by.error_bound(estimate) : 0;
+  if (due.is_news) {
+    note(seen);
+    sink.on_pass(seen.point);
+  }
+  return seen;
+}
+
+void RenderTask::Impl::note(Look& seen) {
+  MutexLock lock(mutex);
+  seen.point.elapsed_seconds = clock.seconds();
+  meter.note_look(seen.point, seen.bound);
+}
+
+void RenderTask::Impl::finish(StopReason why) {
+  MutexLock lock(mutex);
+  clock.stop();
+  ending = why;
+  phase = Phase::kOver;
+}
 
 RenderTask::RenderTask(std::shared_ptr<const Renderer> renderer, std::shared_ptr<Film> film,
                        TaskOptions options, RenderSink& sink)
-    : impl_(std::make_unique<Impl>(std::move(renderer), std::move(film), std::move(options), sink)) {}
+    : impl_(
+          std::make_unique<Impl>(std::move(renderer), std::move(film), std::move(options), sink)) {}
 
 RenderTask::~RenderTask() = default;
 
 std::optional<Slice> RenderTask::take() {
   Impl& m = *impl_;
-  bool complete = false;
+  Impl::Due due;
   {
     MutexLock lock(m.mutex);
-    if (m.over || m.paused || m.cancelled || m.deciding) {
+    if (m.paused || m.phase == Impl::Phase::kDeciding || m.phase == Impl::Phase::kOver) {
       return std::nullopt;
     }
-    if (!m.running_since) {
-      m.running_since = TaskClock::now();
-    }
+    m.clock.start();
     m.note_clock();
-    if (m.is_probing() && !m.expired) {
-      if (m.probes_out == m.probes_due.size()) {
-        return std::nullopt;
-      }
-      ++m.probes_out;
-      ++m.in_flight;
-      return Slice{.kind = SliceKind::kProbe};
-    }
-    if (!m.expired) {
-      auto slice = m.find_slice();
-      while (!slice && m.pass_target < m.barrier()) {
-        m.pass_target = std::min(pass_end(m.pass_target, m.samples_max(), m.renderer->view().settings.replicates, m.unit()),
-                                 m.barrier());
-        slice = m.find_slice();
-      }
-      if (!slice && m.plan_is_due()) {
-        slice = m.find_pilot_slice();
-      }
-      if (slice) {
-        if (slice->kind == SliceKind::kPicture && m.edges_are_due()) {  // beside the picture, so that nobody waits for it
-          m.edges_out = true;
-          m.edges_last = true;
-          ++m.in_flight;
-          return Slice{.kind = SliceKind::kEdges};
-        }
-        m.edges_last = false;
-        const auto t = static_cast<std::size_t>(slice->tile);
-        m.busy[t] = 1;
-        ++m.in_flight;
+    if (m.ending == StopReason::kNone) {
+      if (const auto slice = m.find_slice()) {
         return slice;
       }
     }
-    complete = m.in_flight == 0;
+    due = m.next_due();  // nothing was out: a restored film that is whole, or a clock that ran out
   }
-  if (complete) {  // nothing was out: a restored film that is whole, or a clock that ran out
-    m.after_slice();
-  }
+  m.advance(std::move(due));
   return std::nullopt;
 }
 
 void RenderTask::run(const Slice& slice) {
   Impl& m = *impl_;
-  if (slice.kind == SliceKind::kEdges) {
-    std::optional<EdgeDetail> wanted;
-    {
-      MutexLock lock(m.mutex);
-      wanted = m.edges_wanted();
-    }
-    if (wanted) {
-      m.search_edges(*wanted, m.options.slice_target_seconds, m.stop_source.get_token());
-    }
-    {
-      MutexLock lock(m.mutex);
-      m.edges_out = false;
-      --m.in_flight;
-      m.note_clock();
-    }
-    m.after_slice();
-    return;
-  }
-  if (slice.kind == SliceKind::kProbe) {
-    m.run_probe();
-    m.after_slice();
-    return;
-  }
   const bool is_pilot = slice.kind == SliceKind::kPilot;
-  const auto t = static_cast<std::size_t>(slice.tile);
-  TileState state = m.film->tile(slice.tile);
-  const double area = static_cast<double>(state.rect.width) * state.rect.height;
-  const double per_sample = state.samples > 0 ? state.cpu_seconds / state.samples : area * 1.5e-6;
-  const int step = std::max(1, static_cast<int>(m.options.slice_target_seconds / std::max(per_sample, 1e-9)));
-  const int window = shared_window(m.renderer->view().settings);
-  const int last = std::min(slice.last_sample, (slice.first_sample + step + window - 1) / window * window);
-  {
-    MutexLock lock(m.mutex);
-    if (m.has_clock() && !is_pilot) {
-      m.pass_base.try_emplace(slice.tile, state);
-    }
-  }
+  TileState before = m.film->tile(slice.tile);
+  TileState state = before;
+  const int window = shared_window(m.settings());
+  const int end = slice.first_sample + slice_length(state, m.slice_seconds);
+  const int last = std::min(slice.last_sample, (end + window - 1) / window * window);
   const std::stop_token stop = m.stop_source.get_token();
-  const bool whole = is_pilot ? m.renderer->render_pilot(state, last, stop) : m.renderer->render(state, last, stop);
-  std::uint32_t revision = 0;
+  const bool whole = is_pilot ? m.renderer->render_pilot(state, last, stop)
+                              : m.renderer->render(state, last, stop);
   if (whole && is_pilot) {
     m.film->keep(slice.tile, std::move(state));
   } else if (whole) {
-    revision = m.film->commit(slice.tile, std::move(state));
+    m.sink.on_tile(slice.tile, m.film->commit(slice.tile, std::move(state)));
   }
-  {
-    MutexLock lock(m.mutex);
-    m.busy[t] = 0;
-    if (whole) {
-      (is_pilot ? m.piloted : m.done)[t] = last;
-    }
-  }
-  if (whole && !is_pilot) {
-    m.sink.on_tile(slice.tile, revision);
-  }
-  {
-    MutexLock lock(m.mutex);
-    --m.in_flight;
-    m.note_clock();
-  }
-  m.after_slice();
-}
-
-/// Takes the decisions that are due when no slice is out.
-void RenderTask::Impl::after_slice() {
-  bool cancel_now = false;
-  bool expire_now = false;
-  bool plan_now = false;
-  {
-    MutexLock lock(mutex);
-    if (over || deciding || in_flight > 0) {
-      return;
-    }
-    cancel_now = cancelled;
-    expire_now = expired && !cancelled;
-    if ((cancel_now || expire_now) && reporting) {
-      return;  // on_pass comes before on_finished: the report comes here again
-    }
-    if (!cancel_now && !expire_now && is_probing()) {
-      if (probes_out < probes_due.size()) {
-        return;
-      }
-      probes_due.clear();
-    } else if (!cancel_now && !expire_now) {
-      if (!pass_complete() || (pass_target < barrier())) {
-        return;
-      }
-      plan_now = plan_is_due();
-      if (plan_now && !pilot_complete()) {
-        return;
-      }
-    }
-    deciding = true;
-  }
-  if (cancel_now) {
-    finish(StopReason::kCancelled);
-    return;
-  }
-  if (expire_now) {
-    std::map<int, TileState> base;
-    StopReason why = StopReason::kSeconds;
-    {
-      MutexLock lock(mutex);
-      why = expired_reason;
-      if (!pass_complete()) {
-        base.swap(pass_base);
-      }
-    }
-    for (auto& [tile, state] : base) {  // back to the last complete pass
-      const int samples = state.samples;
-      const std::uint32_t revision = film->commit(tile, std::move(state));
-      {
-        MutexLock lock(mutex);
-        done[static_cast<std::size_t>(tile)] = samples;
-      }
-      sink.on_tile(tile, revision);
-    }
-    finish(why);
-    return;
-  }
-  if (plan_now) {
-    begin_epoch();
-  } else {
-    decide();
-  }
-}
-
-/// Makes the plan of the epoch that begins where every tile is.
-void RenderTask::Impl::begin_epoch() {
-  int from = 0;
-  {
-    MutexLock lock(mutex);
-    from = planned_to;
-  }
-  const RenderSettings& settings = renderer->view().settings;
-  const bool by_pilot = settings.adaptive.type == AdaptiveType::kPilot;
-  film->install_plans({from, epoch_end(from)}, make_plans(*film, settings, from, by_pilot ? light_edges(EdgeDetail::kPlans) : LightEdges{}));
-  {
-    MutexLock lock(mutex);
-    planned_to = epoch_end(from);
-  }
-  go_on();
-}
-
-/// After a decision that does not end the task.
-void RenderTask::Impl::go_on() {
-  bool again = false;
-  {
-    MutexLock lock(mutex);
-    deciding = false;
-    again = cancelled || expired;  // asked for meanwhile; nobody else may be there to act on it
-  }
-  if (again) {
-    after_slice();
-  }
-}
-
-void RenderTask::Impl::decide() {
-  StopRules rules;
-  int samples = 0;
-  int most = 0;
-  bool looks_now = false;
-  {
-    MutexLock lock(mutex);
-    base_samples = pass_target;
-    decided_at = base_samples;
-    base_is_whole = true;
-    if (pace.empty() || pace.back().samples < base_samples) {
-      if (pace.size() >= kPacePoints) {
-        pace.erase(pace.begin());
-      }
-      pace.push_back({elapsed_now(), static_cast<double>(base_samples)});
-    }
-    pass_base.clear();
-    rules = stop;
-    samples = base_samples;
-    most = samples_max();
-    const int due = rules.relative_error ? look_after(samples - 1) : next_report(samples - 1, renderer->view().settings.replicates, unit());
-    looks_now = samples >= most || due == samples;
-    looks_now = looks_now && samples != last_reported;
-  }
-  StopReason why = StopReason::kNone;
-  if (samples >= most) {
-    const bool asked = rules.samples_per_pixel &&
-                       rounded_samples(renderer->view().settings, *rules.samples_per_pixel) <=
-                           options.samples_limit;
-    why = asked ? StopReason::kSamples : StopReason::kLimit;
-  }
-  const bool may_stop = rules.relative_error && samples >= std::min(kSamplesBeforeErrorStop, most);
-  if (why == StopReason::kNone && !rules.relative_error && looks_now) {
-    // Only a report: the other threads go on while this one computes it; and it is left out where it would take more than its share
-    // of the work: of the processor's time, which other work beside does not stretch.
-    const double cpu_now = film->cpu_seconds();
-    {
-      MutexLock lock(mutex);
-      if (reporting || (cpu_now - look_ended) * options.report_share < look_cost) {
-        looks_now = false;
-      }
-    }
-  }
-  if (why == StopReason::kNone && !rules.relative_error && looks_now) {
-    {
-      MutexLock lock(mutex);
-      reporting = true;
-    }
-    const double cpu_start = thread_cpu_seconds();
-    const FilmSnapshot snapshot = film->snapshot();
-    {
-      MutexLock lock(mutex);
-      deciding = false;
-      last_reported = samples;
-    }
-    const ErrorEstimate estimate = estimate_of(snapshot, samples, false, nullptr);
-    const ConvergencePoint point = look(estimate, samples);
-    {
-      MutexLock lock(mutex);
-      error = point.error;
-      points.push_back(point);
-      look_cost = thread_cpu_seconds() - cpu_start;
-      look_ended = point.cpu_seconds;
-    }
-    sink.on_pass(point);
-    {
-      MutexLock lock(mutex);
-      reporting = false;
-    }
-    after_slice();  // what had to wait for the report
-    return;
-  }
-  if (why != StopReason::kNone || rules.relative_error) {
-    MutexLock lock(mutex);
-    if (reporting) {  // keeps the order of the points; the report comes here again
-      deciding = false;
-      decided_at = -1;
-      return;
-    }
-  }
-  if (looks_now) {
-    std::vector<Probe> missing;
-    const ErrorEstimate estimate = estimate_of(film->snapshot(), samples, why != StopReason::kNone, &missing);
-    if (!missing.empty()) {  // all threads make them; then the decision is taken again
-      {
-        MutexLock lock(mutex);
-        probes_due = std::move(missing);
-        probes_out = probes_begun = 0;
-      }
-      go_on();
-      return;
-    }
-    const ConvergencePoint point = look(estimate, samples);
-    double bound = 0;
-    if (rules.relative_error && estimate.valid()) {
-      bound = error_bound(estimate, *film, rules);
-      // Whoever reads the error of such a job finds it met.
-      if (may_stop && std::max(bound, point.error.relative_rmse) <= *rules.relative_error) {
-        why = StopReason::kRelativeError;
-      }
-    }
-    {
-      MutexLock lock(mutex);
-      stop_bound = bound;
-      error = point.error;
-      points.push_back(point);
-      last_reported = samples;
-    }
-    sink.on_pass(point);
-  }
-  if (why != StopReason::kNone) {
-    finish(why);
-    return;
-  }
-  go_on();
-}
-
-void RenderTask::Impl::finish(StopReason why) {
-  // A job that its clock ended has an error estimate too. Who cancels does not want to wait for
-  // one: the last look stands, which errs on the safe side.
-  if (why != StopReason::kFailed && why != StopReason::kCancelled) {
-    int samples = 0;
-    bool fresh = false;
-    {
-      MutexLock lock(mutex);
-      samples = *std::min_element(done.begin(), done.end());
-      fresh = samples == last_reported;
-    }
-    if (!fresh && samples > 0) {
-      const ErrorEstimate estimate = estimate_of(film->snapshot(), samples, false, nullptr);
-      const ConvergencePoint point = look(estimate, samples);
-      {
-        MutexLock lock(mutex);
-        error = point.error;
-        points.push_back(point);
-        last_reported = samples;
-      }
-      sink.on_pass(point);
-    }
-  }
-  {
-    MutexLock lock(mutex);
-    elapsed = elapsed_now();
-    running_since.reset();
-    reason = why;
-    over = true;
-    deciding = false;
-  }
-  sink.on_finished(why);
+  const bool is_changed = whole && !is_pilot;
+  m.advance(m.complete(slice, whole ? last : slice.first_sample,
+                       is_changed ? std::optional(std::move(before)) : std::nullopt));
 }
 
 void RenderTask::cancel() {
   Impl& m = *impl_;
+  Impl::Due due;
   {
     MutexLock lock(m.mutex);
-    if (m.over || m.cancelled) {
+    if (m.phase == Impl::Phase::kOver) {
       return;
     }
-    m.cancelled = true;
+    m.ending = StopReason::kCancelled;
+    m.stop_source.request_stop();
+    due = m.next_due();
   }
-  m.stop_source.request_stop();
-  m.cancel_source.request_stop();
-  m.after_slice();
+  m.advance(std::move(due));
 }
 
 void RenderTask::set_paused(bool paused) {
   Impl& m = *impl_;
   MutexLock lock(m.mutex);
   if (paused && !m.paused) {
-    m.elapsed = m.elapsed_now();
-    m.running_since.reset();
+    m.clock.stop();
   }
   m.paused = paused;
 }
@@ -438,30 +418,63 @@ void RenderTask::set_paused(bool paused) {
 void RenderTask::set_stop(const StopRules& stop) {
   Impl& m = *impl_;
   MutexLock lock(m.mutex);
-  const bool had_clock = m.has_clock();
-  m.stop = stop;
-  m.fraction_told = 0;
-  m.decided_at = -1;
-  if (!had_clock && m.has_clock()) {  // the tiles of this pass were not kept
-    m.base_is_whole = m.in_flight == 0 && std::all_of(m.done.begin(), m.done.end(), [&m](int n) REQUIRES(m.mutex) {
-                        return n == m.base_samples;
-                      });
+  const bool had_clock = m.policy.has_clock();
+  m.policy = PassPolicy(m.settings(), stop, m.samples_limit);
+  m.meter.forget_fraction();
+  if (m.phase == Impl::Phase::kPiloting) {  // the new rules may end the task here
+    m.phase = Impl::Phase::kRendering;
+  }
+  if (!had_clock && m.policy.has_clock()) {  // the tiles of this pass were not kept
+    const bool is_whole = std::all_of(m.tiles.begin(), m.tiles.end(),
+                                      [&m](const Impl::Tile& t)
+                                          REQUIRES(m.mutex) { return t.samples == m.pass.base; });
+    m.pass.base_is_whole = m.in_flight == 0 && is_whole;
   }
 }
 
 bool RenderTask::finished() const {
   MutexLock lock(impl_->mutex);
-  return impl_->over;
+  return impl_->phase == Impl::Phase::kOver;
 }
 
 StopReason RenderTask::stop_reason() const {
   MutexLock lock(impl_->mutex);
-  return impl_->reason;
+  return impl_->phase == Impl::Phase::kOver ? impl_->ending : StopReason::kNone;
 }
 
 std::vector<ConvergencePoint> RenderTask::points() const {
   MutexLock lock(impl_->mutex);
-  return impl_->points;
+  return impl_->meter.points();
+}
+
+Progress RenderTask::progress() const {
+  Impl& m = *impl_;
+  Progress p;
+  p.cpu_seconds = m.film->cpu_seconds();
+  p.rays = m.film->rays();
+  p.rejected_samples = m.film->rejected_samples();
+  p.revision = m.film->revision();
+  const SampleCounts counts = m.film->sample_counts();
+  p.samples_min = static_cast<int>(counts.min);
+  p.samples_max = static_cast<int>(counts.max);
+  p.samples_mean = counts.mean;
+  MutexLock lock(m.mutex);
+  p.elapsed_seconds = m.clock.seconds();
+  p.rays_per_second = p.elapsed_seconds > 0 ? static_cast<double>(p.rays) / p.elapsed_seconds : 0;
+  double area = 0;
+  double samples = 0;
+  for (std::size_t t = 0; t < m.tiles.size(); ++t) {
+    const PixelRect r = m.film->tile_rect(static_cast<int>(t));
+    const double pixels = static_cast<double>(r.width) * r.height;
+    area += pixels;
+    samples += pixels * m.tiles[t].samples;
+  }
+  const bool is_over = m.phase == Impl::Phase::kOver;
+  m.meter.tell(m.policy, samples / area, m.pass.base, is_over, p);
+  if (is_over && m.ending != StopReason::kCancelled) {
+    p.fraction = 1;
+  }
+  return p;
 }
 
 const Film& RenderTask::film() const noexcept { return *impl_->film; }

@@ -11,7 +11,6 @@
 #include "core/camera/camera.h"
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
-#include "core/render/light_edges.h"
 #include "core/render/pass_plan.h"
 #include "core/render/render_task.h"
 #include "core/render/split_pilot.h"
@@ -23,10 +22,6 @@ namespace {
 
 /// Pilot samples come from a seed that no job can have: those end at 2^53.
 constexpr std::uint64_t kPilotStream = std::uint64_t{1} << 62U;
-/// The same for rays that look for lights.
-constexpr std::uint64_t kEdgeStream = std::uint64_t{1} << 61U;
-/// The same for expected values of single pixels.
-constexpr std::uint64_t kProbeStream = std::uint64_t{1} << 60U;
 
 struct Planned {
   std::unique_ptr<const Integrator> integrator;
@@ -38,7 +33,9 @@ Planned planned_integrator(const View& view, const Camera& camera) {
   Planned planned;
   RenderSettings settings = view.settings;
   EstimatorSettings& estimator = settings.estimator;
-  const auto make = [&] { return make_integrator({view.scene->data(), view.environment.get(), settings}); };
+  const auto make = [&] {
+    return make_integrator({view.scene->data(), view.environment.get(), settings});
+  };
   if (estimator.splitting == SplittingType::kMeasured) {
     estimator.splitting = SplittingType::kNone;
     planned.split_count = best_split_count(measure_split(camera, *make(), settings));
@@ -61,21 +58,21 @@ class PictureRenderer final : public Renderer {
   int measured_split_count() const noexcept override { return planned_.split_count; }
   bool render(TileState& state, int last_sample, std::stop_token stop) const override;
   bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const override;
-  std::unique_ptr<LightEdgeSearch> light_edge_search() const override;
-  std::vector<ProbedPixel> probe(std::span<const std::uint32_t> pixels, int samples, std::stop_token stop) const override;
 
  private:
   /// One camera path; what is not finite counts as zero and is counted.
-  PathSample trace(PathSampler& sampler, int x, int y, int s, std::uint64_t& rays, std::uint64_t& rejected) const;
-  /// The camera ray of a sample, for which the sampler is started, and its weight in the film's filter.
+  PathSample trace(PathSampler& sampler, int x, int y, int s, std::uint64_t& rays,
+                   std::uint64_t& rejected) const;
+  /// The camera ray of a sample, for which the sampler is started, and its weight in the film's
+  /// filter.
   struct Start {
     Camera::CameraRay ray;
     float weight = 1;
   };
   Start start(PathSampler& sampler, int x, int y, int s) const;
   static void finish(PathSample& sample, float weight, std::uint64_t& rejected);
-  bool render_groups(TileState& state, const FillRule& rule, int last_sample, const std::stop_token& stop,
-                     GroupTracer& tracer) const;
+  bool render_groups(TileState& state, const FillRule& rule, int last_sample,
+                     const std::stop_token& stop, GroupTracer& tracer) const;
 
   View view_;
   Camera camera_;
@@ -95,7 +92,8 @@ PictureRenderer::Start PictureRenderer::start(PathSampler& sampler, int x, int y
   sampler.start(x, y, s);
   const Vec4 u = sampler.get_4d(kCameraGroup);
   const FilterSampler::Offset at = filter_.sample({u.x, u.y});
-  const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x, static_cast<float>(y) + 0.5F + at.offset_px.y};
+  const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x,
+                        static_cast<float>(y) + 0.5F + at.offset_px.y};
   return {camera_.ray(film_px, {u.z, u.w}), at.weight};
 }
 
@@ -109,40 +107,45 @@ void PictureRenderer::finish(PathSample& sample, float weight, std::uint64_t& re
   }
 }
 
-bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int last_sample, const std::stop_token& stop,
-                                    GroupTracer& tracer) const {
+bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int last_sample,
+                                    const std::stop_token& stop, GroupTracer& tracer) const {
   const RenderSettings& settings = view_.settings;
-  const PathSampler sampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate);
+  const PathSampler sampler(settings.sampler, settings.replicates, settings.seed,
+                            settings.first_replicate);
   std::vector<GroupPath> paths(kGroupMost, {{}, sampler});
   std::array<float, kGroupMost> weights{};
-  return fill_tile_in_groups(state, rule, settings.light_block, last_sample, stop,
-                             [&](std::span<const DueSample> due, int each, std::span<PathSample> samples) {
-    for (std::size_t i = 0; i < due.size(); ++i) {
-      const Start from = start(paths[i].sampler, due[i].x, due[i].y, due[i].sample);
-      paths[i].camera_ray = from.ray;
-      weights[i] = from.weight;
-    }
-    tracer.trace(std::span(paths).first(due.size()), each, state.rays);
-    for (std::size_t i = 0; i < due.size(); ++i) {
-      samples[i] = paths[i].out;
-      finish(samples[i], weights[i], state.rejected_samples);
-    }
-  });
+  return fill_tile_in_groups(
+      state, rule, settings.light_block, last_sample, stop,
+      [&](std::span<const DueSample> due, int each, std::span<PathSample> samples) {
+        for (std::size_t i = 0; i < due.size(); ++i) {
+          const Start from = start(paths[i].sampler, due[i].x, due[i].y, due[i].sample);
+          paths[i].camera_ray = from.ray;
+          weights[i] = from.weight;
+        }
+        tracer.trace(std::span(paths).first(due.size()), each, state.rays);
+        for (std::size_t i = 0; i < due.size(); ++i) {
+          samples[i] = paths[i].out;
+          finish(samples[i], weights[i], state.rejected_samples);
+        }
+      });
 }
 
 bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token stop) const {
   prepare_tracing_thread();
   const double cpu_start = thread_cpu_seconds();
   const RenderSettings& settings = view_.settings;
-  PathSampler sampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate);
+  PathSampler sampler(settings.sampler, settings.replicates, settings.seed,
+                      settings.first_replicate);
   std::uint64_t rays = 0;
   std::uint64_t rejected = 0;
-  const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings), settings.light_history};
+  const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings),
+                         settings.light_history};
   const std::unique_ptr<GroupTracer> groups = planned_.integrator->make_group_tracer();
-  const bool whole = groups != nullptr ? render_groups(state, rule, last_sample, stop, *groups)
-                                       : fill_tile(state, rule, last_sample, stop, [&](int x, int y, int s) {
-                                           return trace(sampler, x, y, s, rays, rejected);
-                                         });
+  const bool whole = groups != nullptr
+                         ? render_groups(state, rule, last_sample, stop, *groups)
+                         : fill_tile(state, rule, last_sample, stop, [&](int x, int y, int s) {
+                             return trace(sampler, x, y, s, rays, rejected);
+                           });
   state.rejected_samples += rejected;
   state.rays += rays;
   state.cpu_seconds += thread_cpu_seconds() - cpu_start;
@@ -156,64 +159,13 @@ bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_
   PathSampler sampler(SamplerType::kIndependent, settings.replicates, settings.seed | kPilotStream,
                       settings.first_replicate);
   std::uint64_t rejected = 0;
-  const bool whole = fill_pilot(state, last_sample, stop, [&](int x, int y, int s, std::uint64_t& rays) {
-    return trace(sampler, x, y, s, rays, rejected).radiance;
-  });
+  const bool whole =
+      fill_pilot(state, last_sample, stop, [&](int x, int y, int s, std::uint64_t& rays) {
+        return trace(sampler, x, y, s, rays, rejected).radiance;
+      });
   state.rejected_samples += rejected;
   state.cpu_seconds += thread_cpu_seconds() - cpu_start;
   return whole;
-}
-
-std::unique_ptr<LightEdgeSearch> PictureRenderer::light_edge_search() const {
-  RenderSettings settings = view_.settings;
-  settings.max_depth = 0;  // what shines, and nothing else
-  settings.estimator = {};
-  settings.light_sampler = LightSamplerType::kUniform;
-  const std::shared_ptr<const Integrator> integrator = make_integrator({view_.scene->data(), view_.environment.get(), settings});
-  auto look = [this, integrator, sampler = PathSampler(SamplerType::kIndependent, 2, settings.seed | kEdgeStream)](
-                  int x, int y, int i, int places) mutable {
-    std::uint64_t rays = 0;
-    sampler.start(x, y, i);
-    const Vec4 u = sampler.get_4d(kCameraGroup);
-    const float step = 1 / static_cast<float>(places);
-    const Vec2 at = {static_cast<float>(x) + (static_cast<float>(i % places) + u.x) * step,
-                     static_cast<float>(y) + (static_cast<float>(i / places) + u.y) * step};
-    const PathSample sample = integrator->trace(camera_.ray(at, {u.z, u.w}), sampler, rays);
-    return SeenLight{at, is_finite(sample.radiance) ? sample.radiance : Rgb{}};
-  };
-  const FilmSettings& film = settings.film;
-  return std::make_unique<LightEdgeSearch>(film.crop.value_or(PixelRect{0, 0, film.width, film.height}), filter_, std::move(look));
-}
-
-std::vector<ProbedPixel> PictureRenderer::probe(std::span<const std::uint32_t> pixels, int samples, std::stop_token stop) const {
-  prepare_tracing_thread();
-  const FilmSettings& film = view_.settings.film;
-  const PixelRect crop = film.crop.value_or(PixelRect{0, 0, film.width, film.height});
-  PathSampler sampler(SamplerType::kSobol, 2, view_.settings.seed | kProbeStream);
-  std::uint64_t rays = 0;
-  std::uint64_t rejected = 0;
-  std::vector<ProbedPixel> out;
-  for (const std::uint32_t pixel : pixels) {
-    if (stop.stop_requested()) {
-      return {};
-    }
-    const int x = crop.x + static_cast<int>(pixel % static_cast<std::uint32_t>(crop.width));
-    const int y = crop.y + static_cast<int>(pixel / static_cast<std::uint32_t>(crop.width));
-    std::array<std::array<double, 3>, 2> sums{};
-    for (int s = 0; s < samples; ++s) {
-      const Rgb value = trace(sampler, x, y, s, rays, rejected).radiance;
-      for (std::size_t c = 0; c < 3; ++c) {
-        sums[static_cast<std::size_t>(s % 2)][c] += static_cast<double>(value[static_cast<int>(c)]) * 2 / samples;
-      }
-    }
-    ProbedPixel probed;
-    probed.pixel = pixel;
-    for (std::size_t half = 0; half < 2; ++half) {
-      probed.means[half] = {static_cast<float>(sums[half][0]), static_cast<float>(sums[half][1]), static_cast<float>(sums[half][2])};
-    }
-    out.push_back(probed);
-  }
-  return out;
 }
 
 }  // namespace
@@ -228,11 +180,13 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
     }
   }
   const SceneSummary& summary = view.scene->summary();
-  const auto camera = Camera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
+  const auto camera =
+      Camera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
   if (!camera) {
     return camera.error();
   }
-  std::shared_ptr<const Renderer> renderer = std::make_shared<PictureRenderer>(std::move(view), *camera);
+  std::shared_ptr<const Renderer> renderer =
+      std::make_shared<PictureRenderer>(std::move(view), *camera);
   return renderer;
 }
 

@@ -30,7 +30,8 @@ int best_split_count(const SplitCosts& costs) {
   return best;
 }
 
-SplitCosts measure_split(const Camera& camera, const Integrator& plain, const RenderSettings& settings) {
+SplitCosts measure_split(const Camera& camera, const Integrator& plain,
+                         const RenderSettings& settings) {
   prepare_tracing_thread();
   const FilterSampler filter(settings.film.filter);
   PathSampler sampler(SamplerType::kIndependent, 2, hash_combine(settings.seed, kStream));
@@ -41,8 +42,10 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain, const Re
     // Even over the film: the R2 sequence (Roberts 2018).
     const double u = 0.5 + i * 0.7548776662466927;
     const double v = 0.5 + i * 0.5698402909980532;
-    const int x = std::min(static_cast<int>((u - std::floor(u)) * settings.film.width), settings.film.width - 1);
-    const int y = std::min(static_cast<int>((v - std::floor(v)) * settings.film.height), settings.film.height - 1);
+    const int x = std::min(static_cast<int>((u - std::floor(u)) * settings.film.width),
+                           settings.film.width - 1);
+    const int y = std::min(static_cast<int>((v - std::floor(v)) * settings.film.height),
+                           settings.film.height - 1);
     double value[2][2] = {};
     for (int way = 0; way < 2; ++way) {
       sampler.start(x, y, 2 * i + way);
@@ -53,14 +56,17 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain, const Re
                                                {at.z, at.w});
       for (int branch = 0; branch < 2; ++branch) {
         const PathSample sample = plain.trace(ray, sampler.branch(branch, 2), rays);
-        value[way][branch] = is_finite(sample.radiance) ? static_cast<double>(luminance(sample.radiance)) : 0;
+        value[way][branch] =
+            is_finite(sample.radiance) ? static_cast<double>(luminance(sample.radiance)) : 0;
         ++paths;
       }
     }
     // Two paths of one camera ray differ by the branch alone, those of two by both.
     const auto half_square = [](double a, double b) { return 0.5 * (a - b) * (a - b); };
-    const double within = 0.5 * (half_square(value[0][0], value[0][1]) + half_square(value[1][0], value[1][1]));
-    const double total = 0.5 * (half_square(value[0][0], value[1][0]) + half_square(value[0][1], value[1][1]));
+    const double within =
+        0.5 * (half_square(value[0][0], value[0][1]) + half_square(value[1][0], value[1][1]));
+    const double total =
+        0.5 * (half_square(value[0][0], value[1][0]) + half_square(value[0][1], value[1][1]));
     const double mu = 0.25 * (value[0][0] + value[0][1] + value[1][0] + value[1][1]);
     out.branch_variance += within / (mu * mu + kDark) / kPixels;
     out.way_variance += (total - within) / (mu * mu + kDark) / kPixels;

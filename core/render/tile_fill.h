@@ -46,9 +46,10 @@ inline void add_pilot(PilotPixel& p, Rgb radiance, float rays) {
   p.rays += (rays - p.rays) * w;
 }
 
-/// Adds to the sample's radiance what the pair of replicates has learnt, and to what it has learnt the sample.
-/// fits: of the pixel; count: samples that the replicate has so far.
-inline void apply_fit(std::span<ReplicateFit> fits, std::size_t replicate, std::uint32_t count, FitType type, PathSample& s) {
+/// Adds to the sample's radiance what the pair of replicates has learnt, and to what it has learnt
+/// the sample. fits: of the pixel; count: samples that the replicate has so far.
+inline void apply_fit(std::span<ReplicateFit> fits, std::size_t replicate, std::uint32_t count,
+                      FitType type, PathSample& s) {
   if (replicate % 2 == 0 && fit_is_due(count)) {
     ReplicateFit& a = fits[replicate];
     ReplicateFit& b = fits[replicate + 1];
@@ -66,10 +67,12 @@ struct FillRule {
   int history = 1;  ///< samples of a replicate, one after another, that are traced together
 };
 
-/// Brings every pixel of the tile from state.samples to last_sample, in the order of the plan. trace(x, y, sample) gives
-/// the PathSample of a pixel of the full film. Returns false, leaving `state` half done, when stop was requested.
+/// Brings every pixel of the tile from state.samples to last_sample, in the order of the plan.
+/// trace(x, y, sample) gives the PathSample of a pixel of the full film. Returns false, leaving
+/// `state` half done, when stop was requested.
 template <typename Trace>
-bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const std::stop_token& stop, Trace&& trace) {
+bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const std::stop_token& stop,
+               Trace&& trace) {
   const int replicates = rule.replicates;
   const auto r = static_cast<std::size_t>(replicates);
   if (rule.fit != FitType::kNone) {
@@ -86,7 +89,8 @@ bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const st
         const auto replicate = static_cast<std::size_t>(s % replicates);
         ReplicatePixel& to = state.pixels[pixel * r + replicate];
         if (rule.fit != FitType::kNone) {
-          apply_fit(std::span(state.fit).subspan(pixel * r, r), replicate, to.count, rule.fit, sample);
+          apply_fit(std::span(state.fit).subspan(pixel * r, r), replicate, to.count, rule.fit,
+                    sample);
         }
         add_sample(to, sample);
         if (!state.aux.empty()) {
@@ -101,15 +105,17 @@ bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const st
       }
       const PixelPlan& plan = state.plan[pixel];
       const PlanPosition at = {state.span, rule.step, x, y};
-      std::uint32_t has[2] = {planned_count(plan, 0, at, state.samples), planned_count(plan, 1, at, state.samples)};
-      // One step of the mean after the other: the order is then the same however a pass is cut into slices.
+      std::uint32_t has = planned_count(plan, at, state.samples);
+      // One step of the mean after the other: the order is then the same however a pass is cut into
+      // slices.
       for (int s = state.samples + 1; s <= last_sample; ++s) {
+        const std::uint32_t want = planned_count(plan, at, s);
         for (const int half : {0, 1}) {
-          const auto h = static_cast<std::size_t>(half);
-          for (const std::uint32_t want = planned_count(plan, h, at, s); has[h] < want; ++has[h]) {
-            take(sample_of_half(has[h], replicates, half));
+          for (std::uint32_t k = has; k < want; ++k) {
+            take(sample_of_half(k, replicates, half));
           }
         }
+        has = want;
       }
     }
   }
@@ -125,24 +131,27 @@ struct DueSample {
   std::size_t pixel = 0;  ///< of the tile
 };
 
-/// Which samples are traced together: of every pixel of a square, one or `history` after another of one replicate.
+/// Which samples are traced together: of every pixel of a square, one or `history` after another of
+/// one replicate.
 struct GroupTurn {
-  int step = 0;             ///< of the mean, from step to step + 1 samples
-  int first_sample = 0;     ///< of the slice
+  int step = 0;          ///< of the mean, from step to step + 1 samples
+  int first_sample = 0;  ///< of the slice
   int last_sample = 0;
-  int half = 0;             ///< with a plan: group `round` of what this half of the pixels gets with this step
+  int half = 0;  ///< with a plan: group `round` of what this half of the pixels gets with this step
   std::uint32_t round = 0;
 };
 
-/// Samples of the pixels of `cell` that are due in this turn, those of each pass together. Cleared first; empty: none.
-/// Without a plan windows begin at multiples of history * replicates samples, and a window comes with the first sample of
-/// its replicate; with one every step of a pixel is whole windows.
-inline void find_due(const TileState& state, const FillRule& rule, PixelRect cell, const GroupTurn& turn,
-                     std::vector<DueSample>& due) {
+/// Samples of the pixels of `cell` that are due in this turn, those of each pass together. Cleared
+/// first; empty: none. Without a plan windows begin at multiples of history * replicates samples,
+/// and a window comes with the first sample of its replicate; with one every step of a pixel is
+/// whole windows.
+inline void find_due(const TileState& state, const FillRule& rule, PixelRect cell,
+                     const GroupTurn& turn, std::vector<DueSample>& due) {
   due.clear();
   const int window = rule.history * rule.replicates;
   const int begin = turn.step / window * window;
-  const bool is_first = turn.half == 0 && turn.round == 0 && turn.step - rule.replicates < std::max(begin, turn.first_sample);
+  const bool is_first = turn.half == 0 && turn.round == 0 &&
+                        turn.step - rule.replicates < std::max(begin, turn.first_sample);
   if (state.plan.empty() && !is_first) {
     return;
   }
@@ -152,7 +161,8 @@ inline void find_due(const TileState& state, const FillRule& rule, PixelRect cel
     const int sample = turn.step + static_cast<int>(pass) * rule.replicates;
     for (int y = cell.y; y < cell.y + cell.height; ++y) {
       for (int x = cell.x; x < cell.x + cell.width; ++x) {
-        const auto pixel = static_cast<std::size_t>(y - state.rect.y) * static_cast<std::size_t>(state.rect.width) +
+        const auto pixel = static_cast<std::size_t>(y - state.rect.y) *
+                               static_cast<std::size_t>(state.rect.width) +
                            static_cast<std::size_t>(x - state.rect.x);
         if (state.plan.empty()) {
           if (sample < std::min(begin + window, turn.last_sample)) {
@@ -161,10 +171,9 @@ inline void find_due(const TileState& state, const FillRule& rule, PixelRect cel
           continue;
         }
         const PlanPosition at = {state.span, rule.step, x, y};
-        const auto h = static_cast<std::size_t>(turn.half);
-        const std::uint32_t k = planned_count(state.plan[pixel], h, at, turn.step) + turn.round / per * per * passes +
-                                turn.round % per + pass * per;
-        if (k < planned_count(state.plan[pixel], h, at, turn.step + 1)) {
+        const std::uint32_t k = planned_count(state.plan[pixel], at, turn.step) +
+                                turn.round / per * per * passes + turn.round % per + pass * per;
+        if (k < planned_count(state.plan[pixel], at, turn.step + 1)) {
           due.push_back({x, y, sample_of_half(k, rule.replicates, turn.half), pixel});
         }
       }
@@ -172,13 +181,14 @@ inline void find_due(const TileState& state, const FillRule& rule, PixelRect cel
   }
 }
 
-/// As fill_tile(), for paths that are traced in groups: the pixels of squares of `block` by `block`, cut by the tile, each
-/// with rule.history samples of the same replicate. Where the squares lie changes from group to group.
-/// trace(due, each, samples) gives the PathSamples of a group, `each` of every pixel. Squares and groups are functions of the
-/// job, the tile and the sample, never of the slice, if slices end where windows do (shared_window()).
+/// As fill_tile(), for paths that are traced in groups: the pixels of squares of `block` by
+/// `block`, cut by the tile, each with rule.history samples of the same replicate. Where the
+/// squares lie changes from group to group. trace(due, each, samples) gives the PathSamples of a
+/// group, `each` of every pixel. Squares and groups are functions of the job, the tile and the
+/// sample, never of the slice, if slices end where windows do (shared_window()).
 template <typename Trace>
-bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int last_sample, const std::stop_token& stop,
-                         Trace&& trace) {
+bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int last_sample,
+                         const std::stop_token& stop, Trace&& trace) {
   const auto r = static_cast<std::size_t>(rule.replicates);
   std::vector<DueSample> due;
   std::vector<PathSample> samples;
@@ -193,10 +203,12 @@ bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int 
       bool any = true;
       for (std::uint32_t round = 0; any; ++round) {
         any = false;
-        const std::uint64_t h = mix_bits((static_cast<std::uint64_t>(s) << 32) | (round << 1) | static_cast<std::uint32_t>(half));
+        const std::uint64_t h = mix_bits((static_cast<std::uint64_t>(s) << 32) | (round << 1) |
+                                         static_cast<std::uint32_t>(half));
         const auto side = static_cast<std::uint64_t>(block);
         const int left = tile.x - tile.x % kTileSize - static_cast<int>((h & 0xFFFFFFU) % side);
-        const int top = tile.y - tile.y % kTileSize - static_cast<int>(((h >> 24) & 0xFFFFFFU) % side);
+        const int top =
+            tile.y - tile.y % kTileSize - static_cast<int>(((h >> 24) & 0xFFFFFFU) % side);
         for (int y = top; y < bottom; y += block) {
           for (int x = left; x < right; x += block) {
             PixelRect cell = {std::max(x, tile.x), std::max(y, tile.y), 0, 0};
@@ -208,10 +220,15 @@ bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int 
             }
             any = true;
             samples.resize(due.size());
-            const auto each = std::count_if(due.begin(), due.end(), [&](const DueSample& d) { return d.pixel == due[0].pixel; });
-            trace(std::span<const DueSample>(due), static_cast<int>(each), std::span<PathSample>(samples));
+            const auto each = std::count_if(due.begin(), due.end(), [&](const DueSample& d) {
+              return d.pixel == due[0].pixel;
+            });
+            trace(std::span<const DueSample>(due), static_cast<int>(each),
+                  std::span<PathSample>(samples));
             for (std::size_t i = 0; i < due.size(); ++i) {
-              add_sample(state.pixels[due[i].pixel * r + static_cast<std::size_t>(due[i].sample % rule.replicates)], samples[i]);
+              add_sample(state.pixels[due[i].pixel * r +
+                                      static_cast<std::size_t>(due[i].sample % rule.replicates)],
+                         samples[i]);
               if (!state.aux.empty()) {
                 add_auxiliary(state.aux[due[i].pixel], samples[i]);
               }
@@ -225,11 +242,12 @@ bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int 
   return true;
 }
 
-/// Brings the pilot samples of every pixel from state.pilot_samples to last_sample. trace(x, y, sample, rays) gives the
-/// radiance and adds up the rays. Returns false when stop was requested.
+/// Brings the pilot samples of every pixel from state.pilot_samples to last_sample. trace(x, y,
+/// sample, rays) gives the radiance and adds up the rays. Returns false when stop was requested.
 template <typename Trace>
 bool fill_pilot(TileState& state, int last_sample, const std::stop_token& stop, Trace&& trace) {
-  state.pilot.resize(static_cast<std::size_t>(state.rect.width) * static_cast<std::size_t>(state.rect.height));
+  state.pilot.resize(static_cast<std::size_t>(state.rect.width) *
+                     static_cast<std::size_t>(state.rect.height));
   std::size_t pixel = 0;
   for (int y = state.rect.y; y < state.rect.y + state.rect.height; ++y) {
     if (stop.stop_requested()) {

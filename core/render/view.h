@@ -5,8 +5,8 @@
 
 #include "core/base/result.h"
 #include "core/lights/environment.h"
-#include "core/render/settings.h"
 #include "core/scene/scene.h"
+#include "core/settings/settings.h"
 
 namespace core {
 

@@ -8,9 +8,9 @@ inline constexpr int kCameraGroup = 0;
 
 /// Every bounce owns a block of groups of the same size, so a new use never shifts the old ones.
 enum class BounceGroup {
-  kLight,     ///< x: which light, y and z: where on it, w: Russian roulette
-  kBsdf,      ///< x: lobe, y and z: direction, w: free
-  kVolume,    ///< kept for media: distance, phase function
+  kLight,   ///< x: which light, y and z: where on it, w: Russian roulette
+  kBsdf,    ///< x: lobe, y and z: direction, w: delta lobe or not (strategies cosine and uniform)
+  kVolume,  ///< w: hero wavelength at a dispersive boundary; x, y and z are free
   kCount
 };
 
@@ -18,8 +18,9 @@ constexpr int dimension_group(int bounce, BounceGroup group) {
   return 1 + bounce * static_cast<int>(BounceGroup::kCount) + static_cast<int>(group);
 }
 
-/// What options need beside the bounce's own groups. x: which of several light samples, y: whether its
-/// shadow ray is traced, z and w: free. Far beyond the blocks of the deepest bounce.
+/// Numbers for options, beside the bounce's own groups. x: which of several light candidates, y:
+/// roulette of its shadow ray, z: which of the shared light samples, w: whether the light tree is
+/// asked for the density of a neighbour's sample. Far beyond the blocks of the deepest bounce.
 constexpr int choice_group(int bounce) { return (1 << 20) + bounce; }
 
 }  // namespace core

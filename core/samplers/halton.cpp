@@ -59,7 +59,8 @@ std::uint32_t halton_base(int d) noexcept { return kBases[static_cast<std::size_
 float halton_1d(int d, std::uint32_t index, std::uint64_t key) noexcept {
   if (d == 0) {
     // Base 2: the bits reversed and scrambled, as for the first dimension of Sobol's sequence.
-    return to_unit_float(reverse_bits(scramble_reversed(index, static_cast<std::uint32_t>(key >> 32))));
+    return to_unit_float(
+        reverse_bits(scramble_reversed(index, static_cast<std::uint32_t>(key >> 32))));
   }
   const Base& base = kBases[static_cast<std::size_t>(d)];
   std::uint64_t prefix = key;  // a hash of the digits so far
@@ -77,9 +78,11 @@ float halton_1d(int d, std::uint32_t index, std::uint64_t key) noexcept {
   }
   // The digits that follow are those of no point but this one: uniform.
   const std::uint64_t tail = hash_combine(prefix, index);
-  const double x = (static_cast<double>(value) + static_cast<double>(tail >> 11) * 0x1p-53) * base.scale;
+  const double x =
+      (static_cast<double>(value) + static_cast<double>(tail >> 11) * 0x1p-53) * base.scale;
   // Down to a float of 24 bits, which never is 1.
-  return static_cast<float>(static_cast<std::uint32_t>(std::min(x, 0x1.ffffffp-1) * 0x1p24)) * 0x1p-24F;
+  return static_cast<float>(static_cast<std::uint32_t>(std::min(x, 0x1.ffffffp-1) * 0x1p24)) *
+         0x1p-24F;
 }
 
 int halton_dimension(int group, int component) noexcept {
@@ -103,7 +106,8 @@ int halton_dimension(int group, int component) noexcept {
 Vec4 halton_4d(int group, std::uint32_t index, std::uint64_t h, std::uint64_t h2) noexcept {
   const auto at = [&](int component, std::uint64_t key) {
     const int d = halton_dimension(group, component);
-    return d < 0 ? to_unit_float(static_cast<std::uint32_t>(hash_combine(key, index) >> 32)) : halton_1d(d, index, key);
+    return d < 0 ? to_unit_float(static_cast<std::uint32_t>(hash_combine(key, index) >> 32))
+                 : halton_1d(d, index, key);
   };
   return {at(0, h), at(1, h2), at(2, hash_combine(h, h2)), at(3, hash_combine(h2, h))};
 }

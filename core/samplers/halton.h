@@ -1,9 +1,10 @@
 /// The Halton sequence, randomised by a nested scramble of its digits, with random access.
 ///
-/// In base b the digit k of point i becomes (a d + c) mod b, where a != 0 and c are random and depend on the digits before
-/// it: any two points are placed as Owen's nested uniform scramble places them, so variances are those of Owen's
-/// (Matousek 1998), and the points of [m b^k, (m + 1) b^k) have one point in each of b^k intervals.
-/// Sources: Halton 1960; Owen 2017, A randomized Halton algorithm.
+/// In base b the digit k of point i becomes (a d + c) mod b, where a != 0 and c are random and
+/// depend on the digits before it: any two points are placed as Owen's nested uniform scramble
+/// places them, so variances are those of Owen's (Matousek 1998), and the points of [m b^k, (m + 1)
+/// b^k) have one point in each of b^k intervals. Sources: Halton 1960; Owen 2017, A randomized
+/// Halton algorithm.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +24,9 @@ std::uint32_t halton_base(int d) noexcept;
 /// Coordinate d of point `index` of the sequence that `key` names, in [0,1).
 float halton_1d(int d, std::uint32_t index, std::uint64_t key) noexcept;
 
-/// Which dimension a component of a group of core/samplers/dimensions.h is; -1: none, an independent number. The
-/// lowest bases go to the film, then to lamps and directions at the first surfaces.
+/// Which dimension a component of a group of core/samplers/dimensions.h is; -1: none, an
+/// independent number. The lowest bases go to the film, then to lamps and directions at the first
+/// surfaces.
 int halton_dimension(int group, int component) noexcept;
 
 /// The four numbers of a group. (h, h2): random bits of the group.

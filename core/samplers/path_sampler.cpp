@@ -1,22 +1,26 @@
-// The samplers beside independent and sobol: out of line, so that the loop around those stays small.
+// The samplers beside independent and sobol: out of line, so that the loop around those stays
+// small.
 #include "core/samplers/path_sampler.h"
 
 #include "core/samplers/dimensions.h"
 #include "core/samplers/halton.h"
 #include "core/samplers/point_sets.h"
-#include "core/samplers/sample_sets.h"
 #include "core/samplers/zsobol.h"
+#include "core/settings/sample_sets.h"
 
 namespace core {
 namespace {
 
-constexpr std::uint64_t key_of(std::uint32_t x, std::uint32_t y) { return (static_cast<std::uint64_t>(y) << 32) | x; }
+constexpr std::uint64_t key_of(std::uint32_t x, std::uint32_t y) {
+  return (static_cast<std::uint64_t>(y) << 32) | x;
+}
 
-/// Light falls off to both sides of a lamp's and a pixel's centre, and rises from one to the other: there a point and its
-/// mirror image err in opposite directions. Directions after the first surface have no such order.
+/// Light falls off to both sides of a lamp's and a pixel's centre, and rises from one to the other:
+/// there a point and its mirror image err in opposite directions. Directions after the first
+/// surface have no such order.
 constexpr bool is_mirrored(int group) {
-  return group == kCameraGroup ||
-         (group - 1) % static_cast<int>(BounceGroup::kCount) == static_cast<int>(BounceGroup::kLight);
+  return group == kCameraGroup || (group - 1) % static_cast<int>(BounceGroup::kCount) ==
+                                      static_cast<int>(BounceGroup::kLight);
 }
 
 }  // namespace
@@ -49,10 +53,12 @@ Vec4 PathSampler::other_4d(int group) const noexcept {
         return independent_4d(h, h2);
       }
       return is_mirrored(group) ? independent_4d(~h, ~h2)
-                                : independent_4d(mix_bits(h ^ 0x8ebc6af09c88c6e3ULL), mix_bits(h2 ^ 0x589965cc75374cc3ULL));
+                                : independent_4d(mix_bits(h ^ 0x8ebc6af09c88c6e3ULL),
+                                                 mix_bits(h2 ^ 0x589965cc75374cc3ULL));
     }
     case SamplerType::kStratified:
-      return stratified_4d(index_, kStratifiedSide, group == kCameraGroup ? Pairing::kXyZw : Pairing::kYz, h, h2);
+      return stratified_4d(index_, kStratifiedSide,
+                           group == kCameraGroup ? Pairing::kXyZw : Pairing::kYz, h, h2);
     case SamplerType::kLatinHypercube:
       return latin_hypercube_4d(index_, kLatinSize, h, h2);
     case SamplerType::kOrthogonalArray:
@@ -60,7 +66,9 @@ Vec4 PathSampler::other_4d(int group) const noexcept {
     case SamplerType::kHalton:
       return halton_4d(group, index_, h, h2);
     case SamplerType::kZsobol:
-      return sobol_4d(shuffled_zcurve(index_ / kBlueNoiseSize, h2) * kBlueNoiseSize + index_ % kBlueNoiseSize, h, h2);
+      return sobol_4d(
+          shuffled_zcurve(index_ / kBlueNoiseSize, h2) * kBlueNoiseSize + index_ % kBlueNoiseSize,
+          h, h2);
     case SamplerType::kIndependent:
     case SamplerType::kSobol:
       break;

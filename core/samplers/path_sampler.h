@@ -1,20 +1,26 @@
 /// PathSampler: the random numbers of one camera path, by named dimension.
 ///
 /// A number is a pure function of (seed, pixel, sample, dimension). Sample s belongs to replicate
-/// first + s % R and is point s / R of that replicate's own randomisation, which is independent of every other replicate's.
+/// first + s % R and is point s / R of that replicate's own randomisation, which is independent of
+/// every other replicate's.
 ///
 /// independent       uniform numbers.
-/// antithetic        pairs: the second takes 1 - u for film, lens and lamps, fresh numbers for the rest.
-/// stratified, latin-hypercube, orthogonal-array    independent sets of samples_in_set() points, one after
-///                   another, in each group of four dimensions by itself (core/samplers/point_sets.h).
+/// antithetic        pairs: the second takes 1 - u for film, lens and lamps, fresh numbers for the
+/// rest. stratified, latin-hypercube, orthogonal-array    independent sets of samples_in_set()
+/// points, one after
+///                   another, in each group of four dimensions by itself
+///                   (core/samplers/point_sets.h).
 /// halton            one sequence over all dimensions (core/samplers/halton.h).
-/// sobol             groups of four dimensions are one Owen-scrambled 4-D Sobol sequence, groups are decorrelated by
+/// sobol             groups of four dimensions are one Owen-scrambled 4-D Sobol sequence, groups
+/// are decorrelated by
 ///                   shuffling the index.
-/// zsobol            sets of kBlueNoiseSize points of such a sequence, which the pixels of a tile share
-///                   (core/samplers/zsobol.h); sets and tiles are independent, pixels of a tile are not.
+/// zsobol            sets of kBlueNoiseSize points of such a sequence, which the pixels of a tile
+/// share
+///                   (core/samplers/zsobol.h); sets and tiles are independent, pixels of a tile are
+///                   not.
 ///
-/// Sources: Burley, Practical Hash-based Owen Scrambling, JCGT 2020; the hash is Laine and Karras' form with
-/// Vegdahl's constants; direction numbers of Joe and Kuo, 2008.
+/// Sources: Burley, Practical Hash-based Owen Scrambling, JCGT 2020; the hash is Laine and Karras'
+/// form with Vegdahl's constants; direction numbers of Joe and Kuo, 2008.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +28,8 @@
 #include <immintrin.h>
 
 #include "core/math/vec.h"
-#include "core/render/settings.h"
 #include "core/samplers/hash.h"
+#include "core/settings/settings.h"
 
 namespace core {
 
@@ -31,8 +37,8 @@ struct alignas(16) FourWords {
   std::uint32_t x, y, z, w;
 };
 
-/// The first four dimensions of the Sobol sequence, one byte of the index at a time, bits reversed on both sides:
-/// reversed(sobol(index)) = xor over bytes b of entry[b][byte b of reversed(index)].
+/// The first four dimensions of the Sobol sequence, one byte of the index at a time, bits reversed
+/// on both sides: reversed(sobol(index)) = xor over bytes b of entry[b][byte b of reversed(index)].
 struct SobolTables {
   FourWords entry[4][256];
 };
@@ -58,8 +64,8 @@ constexpr std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) n
 /// to_unit_float(reverse_bits(scramble_reversed(value, seed))) in four lanes at once.
 inline Vec4 scrambled_4d(__m128i reversed, FourWords seeds) noexcept {
   const auto splat = [](std::uint32_t v) { return _mm_set1_epi32(static_cast<int>(v)); };
-  const __m128i seed = _mm_set_epi32(static_cast<int>(seeds.w), static_cast<int>(seeds.z), static_cast<int>(seeds.y),
-                                     static_cast<int>(seeds.x));
+  const __m128i seed = _mm_set_epi32(static_cast<int>(seeds.w), static_cast<int>(seeds.z),
+                                     static_cast<int>(seeds.y), static_cast<int>(seeds.x));
   __m128i x = reversed;
   x = _mm_xor_si128(x, _mm_mullo_epi32(x, splat(0x3d20adeaU)));
   x = _mm_add_epi32(x, seed);
@@ -82,7 +88,8 @@ inline Vec4 scrambled_4d(__m128i reversed, FourWords seeds) noexcept {
 class PathSampler {
  public:
   /// first_replicate: number of the first of the `replicates` ones that take turns.
-  PathSampler(SamplerType type, int replicates, std::uint64_t seed, int first_replicate = 0) noexcept
+  PathSampler(SamplerType type, int replicates, std::uint64_t seed,
+              int first_replicate = 0) noexcept
       : type_(type),
         replicates_(static_cast<std::uint32_t>(replicates)),
         first_replicate_(static_cast<std::uint32_t>(first_replicate)),
@@ -99,7 +106,8 @@ class PathSampler {
       base_ = hash_combine(hash_combine(seed_, pixel), replicate);
     } else if (type_ == SamplerType::kIndependent) {
       const std::uint32_t in_pair = 2 * (s / replicates_) + (replicate & 1U);
-      base_ = hash_combine(hash_combine(seed_, pixel), (std::uint64_t{replicate >> 1} << 32) | in_pair);
+      base_ =
+          hash_combine(hash_combine(seed_, pixel), (std::uint64_t{replicate >> 1} << 32) | in_pair);
     } else {
       start_other(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), s);
     }
@@ -118,12 +126,15 @@ class PathSampler {
   /// A number for decisions whose count is not known beforehand (holes along a ray): independent of
   /// the named dimensions.
   float extra_1d(int bounce, std::uint32_t index) const noexcept {
-    const auto key = (std::uint64_t{0xa1b2} << 48) | (static_cast<std::uint64_t>(bounce) << 32) | index;
-    return to_unit_float(static_cast<std::uint32_t>(hash_combine(base_ ^ (std::uint64_t{index_} << 1), key) >> 32));
+    const auto key =
+        (std::uint64_t{0xa1b2} << 48) | (static_cast<std::uint64_t>(bounce) << 32) | index;
+    return to_unit_float(
+        static_cast<std::uint32_t>(hash_combine(base_ ^ (std::uint64_t{index_} << 1), key) >> 32));
   }
 
-  /// The numbers of continuation k of `count` of this path. With sobol and halton those of all continuations of all samples
-  /// are again point sets, `count` times as large; with the others continuation k of all samples is a set of its own.
+  /// The numbers of continuation k of `count` of this path. With sobol and halton those of all
+  /// continuations of all samples are again point sets, `count` times as large; with the others
+  /// continuation k of all samples is a set of its own.
   PathSampler branch(int k, int count) const noexcept {
     PathSampler out = *this;
     const auto n = static_cast<std::uint32_t>(count);
@@ -137,20 +148,25 @@ class PathSampler {
   }
 
   static Vec4 independent_4d(std::uint64_t h, std::uint64_t h2) noexcept {
-    return {to_unit_float(static_cast<std::uint32_t>(h)), to_unit_float(static_cast<std::uint32_t>(h >> 32)),
-            to_unit_float(static_cast<std::uint32_t>(h2)), to_unit_float(static_cast<std::uint32_t>(h2 >> 32))};
+    return {to_unit_float(static_cast<std::uint32_t>(h)),
+            to_unit_float(static_cast<std::uint32_t>(h >> 32)),
+            to_unit_float(static_cast<std::uint32_t>(h2)),
+            to_unit_float(static_cast<std::uint32_t>(h2 >> 32))};
   }
 
-  /// Point `index` of the scrambled 4-D sequence that (h, h2) name. Public for tests and the laboratory.
+  /// Point `index` of the scrambled 4-D sequence that (h, h2) name. Public for tests and the
+  /// laboratory.
   static Vec4 sobol_4d(std::uint32_t index, std::uint64_t h, std::uint64_t h2) noexcept {
     // An Owen scramble of the index keeps every block [m 2^k, (m + 1) 2^k) together, so that each
     // prefix of 2^k points remains a net.
-    const std::uint32_t shuffled = scramble_reversed(reverse_bits(index), static_cast<std::uint32_t>(h));
+    const std::uint32_t shuffled =
+        scramble_reversed(reverse_bits(index), static_cast<std::uint32_t>(h));
     const auto entry = [shuffled](int byte) {
       const auto at = (shuffled >> (8 * byte)) & 255U;
       return _mm_load_si128(reinterpret_cast<const __m128i*>(&kSobolTables.entry[byte][at]));
     };
-    const __m128i point = _mm_xor_si128(_mm_xor_si128(entry(0), entry(1)), _mm_xor_si128(entry(2), entry(3)));
+    const __m128i point =
+        _mm_xor_si128(_mm_xor_si128(entry(0), entry(1)), _mm_xor_si128(entry(2), entry(3)));
     // Four 32-bit seeds from 128 bits of hash; the first is reused through another multiplier.
     const auto seed0 = static_cast<std::uint32_t>((h * 0xd1342543de82ef95ULL) >> 32);
     return scrambled_4d(point,
@@ -159,7 +175,8 @@ class PathSampler {
   }
 
  private:
-  [[gnu::noinline]] void start_other(std::uint32_t x, std::uint32_t y, std::uint32_t sample) noexcept;
+  [[gnu::noinline]] void start_other(std::uint32_t x, std::uint32_t y,
+                                     std::uint32_t sample) noexcept;
   [[gnu::noinline]] Vec4 other_4d(int group) const noexcept;
 
   SamplerType type_;
@@ -167,7 +184,8 @@ class PathSampler {
   std::uint32_t first_replicate_;
   std::uint64_t seed_;
   std::uint64_t base_ = 0;   ///< names the set that the sample belongs to
-  std::uint32_t index_ = 0;  ///< of the point in it: below samples_in_set() where that is above 1; zsobol: along the curve
+  std::uint32_t index_ = 0;  ///< of the point in it: below samples_in_set() where that is above 1;
+                             ///< zsobol: along the curve
 };
 
 }  // namespace core

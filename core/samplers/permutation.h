@@ -15,10 +15,12 @@ constexpr std::uint32_t to_range(std::uint32_t bits, std::uint32_t count) noexce
 
 /// Where the permutation of [0, count) that `key` names sends `index`. Pre: index < count < 2^31.
 ///
-/// Rounds of multiply-add and xor-shift are bijections of the numbers of as many bits as count - 1 has; what falls
-/// outside goes round again (cycle walking, Black and Rogaway 2002). A random rotation at the end makes every
-/// image equally likely whatever the rounds do; images of two elements are so to a few percent.
-constexpr std::uint32_t permuted(std::uint32_t index, std::uint32_t count, std::uint64_t key) noexcept {
+/// Rounds of multiply-add and xor-shift are bijections of the numbers of as many bits as count - 1
+/// has; what falls outside goes round again (cycle walking, Black and Rogaway 2002). A random
+/// rotation at the end makes every image equally likely whatever the rounds do; images of two
+/// elements are so to a few percent.
+constexpr std::uint32_t permuted(std::uint32_t index, std::uint32_t count,
+                                 std::uint64_t key) noexcept {
   const std::uint64_t k0 = mix_bits(key + 0x9e3779b97f4a7c15ULL);
   const std::uint64_t k1 = mix_bits(k0 + 0x632be59bd9b4e019ULL);
   const int bits = 32 - std::countl_zero(count - 1);
@@ -29,7 +31,8 @@ constexpr std::uint32_t permuted(std::uint32_t index, std::uint32_t count, std::
   do {
     for (int round = 0; round < 8; ++round) {
       x = (x * (static_cast<std::uint32_t>(std::rotr(k0, 13 * round)) | 1U) +
-           static_cast<std::uint32_t>(std::rotr(k1, 11 * round))) & mask;
+           static_cast<std::uint32_t>(std::rotr(k1, 11 * round))) &
+          mask;
       x ^= x >> half;
       x ^= round % 2 == 1 ? x >> one : 0;
     }
@@ -38,15 +41,17 @@ constexpr std::uint32_t permuted(std::uint32_t index, std::uint32_t count, std::
   return x < count ? x : x - count;
 }
 
-/// The same for a prime count by x -> a x + c with random a != 0 and c: images of any two elements are uniform, which is all
-/// that variances depend on. bits: 64 random ones. Pre: x < p < 2^15.
-constexpr std::uint32_t permuted_prime(std::uint32_t x, std::uint32_t p, std::uint64_t bits) noexcept {
-  return (x * (1 + to_range(static_cast<std::uint32_t>(bits), p - 1)) + to_range(static_cast<std::uint32_t>(bits >> 32), p)) %
+/// The same for a prime count by x -> a x + c with random a != 0 and c: images of any two elements
+/// are uniform, which is all that variances depend on. bits: 64 random ones. Pre: x < p < 2^15.
+constexpr std::uint32_t permuted_prime(std::uint32_t x, std::uint32_t p,
+                                       std::uint64_t bits) noexcept {
+  return (x * (1 + to_range(static_cast<std::uint32_t>(bits), p - 1)) +
+          to_range(static_cast<std::uint32_t>(bits >> 32), p)) %
          p;
 }
 
-/// A float in stratum `cell` of `count` equal ones of [0,1): floor(result * count) == cell exactly. The density within
-/// is uniform to count * 2^-24. Pre: cell < count <= 2^20.
+/// A float in stratum `cell` of `count` equal ones of [0,1): floor(result * count) == cell exactly.
+/// The density within is uniform to count * 2^-24. Pre: cell < count <= 2^20.
 constexpr float in_stratum(std::uint32_t cell, std::uint32_t count, std::uint32_t jitter) noexcept {
   const auto edge = [count](std::uint64_t c) {
     return static_cast<std::uint32_t>(((c << 24) + count - 1) / count);

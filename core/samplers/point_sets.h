@@ -1,8 +1,9 @@
-/// Randomised sets of 4-D points, by random access: the samplers whose sets have no useful prefixes.
+/// Randomised sets of 4-D points, by random access: the samplers whose sets have no useful
+/// prefixes.
 ///
-/// index: of the point, below the size of the set. (h, h2): 128 random bits that name the set; sets of other bits are
-/// independent. The order of the points within a set is random, so that each is uniform over the unit cube by itself
-/// and any part of a set gives an unbiased mean.
+/// index: of the point, below the size of the set. (h, h2): 128 random bits that name the set; sets
+/// of other bits are independent. The order of the points within a set is random, so that each is
+/// uniform over the unit cube by itself and any part of a set gives an unbiased mean.
 #pragma once
 
 #include <cstdint>
@@ -25,12 +26,13 @@ struct Jitter {
 constexpr Jitter jitter_of(std::uint32_t index, std::uint64_t h, std::uint64_t h2) noexcept {
   const std::uint64_t a = mix_bits(h + 0xd1342543de82ef95ULL * (std::uint64_t{index} + 1));
   const std::uint64_t b = mix_bits(a ^ h2);
-  return {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(a >> 32), static_cast<std::uint32_t>(b),
-          static_cast<std::uint32_t>(b >> 32)};
+  return {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(a >> 32),
+          static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(b >> 32)};
 }
 
-/// A jittered point in each of side x side cells of every pair, and of side^2 intervals where a dimension stands
-/// alone; pairs are combined at random. Size side^2. Variance of a smooth function of a pair: O(n^-2).
+/// A jittered point in each of side x side cells of every pair, and of side^2 intervals where a
+/// dimension stands alone; pairs are combined at random. Size side^2. Variance of a smooth function
+/// of a pair: O(n^-2).
 inline Vec4 stratified_4d(std::uint32_t index, std::uint32_t side, Pairing pairing, std::uint64_t h,
                           std::uint64_t h2) noexcept {
   const std::uint32_t n = side * side;
@@ -38,39 +40,47 @@ inline Vec4 stratified_4d(std::uint32_t index, std::uint32_t side, Pairing pairi
   if (pairing == Pairing::kXyZw) {
     const std::uint32_t a = permuted(index, n, h);
     const std::uint32_t b = permuted(index, n, h2);
-    return {in_stratum(a % side, side, j.x), in_stratum(a / side, side, j.y), in_stratum(b % side, side, j.z),
-            in_stratum(b / side, side, j.w)};
+    return {in_stratum(a % side, side, j.x), in_stratum(a / side, side, j.y),
+            in_stratum(b % side, side, j.z), in_stratum(b / side, side, j.w)};
   }
   const std::uint32_t a = permuted(index, n, h);
-  return {in_stratum(permuted(index, n, h2), n, j.x), in_stratum(a % side, side, j.y), in_stratum(a / side, side, j.z),
-          in_stratum(permuted(index, n, h ^ (h2 << 1)), n, j.w)};
+  return {in_stratum(permuted(index, n, h2), n, j.x), in_stratum(a % side, side, j.y),
+          in_stratum(a / side, side, j.z), in_stratum(permuted(index, n, h ^ (h2 << 1)), n, j.w)};
 }
 
-/// Latin hypercube of any size: each dimension has one point in each of `size` intervals, in an order of its own. Error of
-/// a sum of functions of one dimension each: O(n^-3/2). Source: McKay, Beckman and Conover 1979.
-inline Vec4 latin_hypercube_4d(std::uint32_t index, std::uint32_t size, std::uint64_t h, std::uint64_t h2) noexcept {
+/// Latin hypercube of any size: each dimension has one point in each of `size` intervals, in an
+/// order of its own. Error of a sum of functions of one dimension each: O(n^-3/2). Source: McKay,
+/// Beckman and Conover 1979.
+inline Vec4 latin_hypercube_4d(std::uint32_t index, std::uint32_t size, std::uint64_t h,
+                               std::uint64_t h2) noexcept {
   const Jitter j = jitter_of(index, h, h2);
-  return {in_stratum(permuted(index, size, h), size, j.x), in_stratum(permuted(index, size, h2), size, j.y),
+  return {in_stratum(permuted(index, size, h), size, j.x),
+          in_stratum(permuted(index, size, h2), size, j.y),
           in_stratum(permuted(index, size, h ^ (h2 << 1)), size, j.z),
           in_stratum(permuted(index, size, h2 ^ (h << 1)), size, j.w)};
 }
 
-/// Orthogonal array of strength 2 with Latin sub-strata (a U design): every pair of dimensions has one point in each
-/// of p x p cells, every single one has one in each of p^2 intervals. Pre: p prime, at least 3. Size p^2.
-/// Sources: Bose's construction over the integers modulo p; Owen 1992; Tang 1993.
-inline Vec4 orthogonal_array_4d(std::uint32_t index, std::uint32_t p, std::uint64_t h, std::uint64_t h2) noexcept {
+/// Orthogonal array of strength 2 with Latin sub-strata (a U design): every pair of dimensions has
+/// one point in each of p x p cells, every single one has one in each of p^2 intervals. Pre: p
+/// prime, at least 3. Size p^2. Sources: Bose's construction over the integers modulo p; Owen 1992;
+/// Tang 1993.
+inline Vec4 orthogonal_array_4d(std::uint32_t index, std::uint32_t p, std::uint64_t h,
+                                std::uint64_t h2) noexcept {
   const Jitter j = jitter_of(index, h, h2);
   const std::uint32_t row = permuted(index, p * p, h);
   const std::uint32_t a = row / p;
   const std::uint32_t b = row % p;
-  // Among the p points of a level, `other` tells one from another: it takes a different value in each.
-  const auto coordinate = [p](std::uint32_t level, std::uint32_t other, std::uint64_t key, std::uint32_t bits) {
+  // Among the p points of a level, `other` tells one from another: it takes a different value in
+  // each.
+  const auto coordinate = [p](std::uint32_t level, std::uint32_t other, std::uint64_t key,
+                              std::uint32_t bits) {
     const std::uint32_t cell = permuted_prime(level, p, key);
     const std::uint32_t part = permuted_prime(other, p, hash_combine(key, level));
     return in_stratum(cell * p + part, p * p, bits);
   };
   return {coordinate(a, b, hash_combine(h2, 0), j.x), coordinate(b, a, hash_combine(h2, 1), j.y),
-          coordinate((a + b) % p, b, hash_combine(h2, 2), j.z), coordinate((a + 2 * b) % p, b, hash_combine(h2, 3), j.w)};
+          coordinate((a + b) % p, b, hash_combine(h2, 2), j.z),
+          coordinate((a + 2 * b) % p, b, hash_combine(h2, 3), j.w)};
 }
 
 }  // namespace core

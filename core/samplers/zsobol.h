@@ -1,11 +1,12 @@
 /// Blue-noise order of the Sobol points of neighbouring pixels.
 ///
-/// The pixels of a tile of 32 x 32 share one Owen-scrambled sequence along a Z curve, each taking the next
-/// kBlueNoiseSize points; at every level of the curve the four parts come in random order. Every aligned block of
-/// 2^k x 2^k pixels so holds one net: errors of neighbours differ in sign rather than by chance, and cancel over blocks.
-/// Tiles are independent. Errors of the pixels of a tile are correlated: variances do not add up over a block.
-/// Sources: Ahmed and Wonka, Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical
-/// ordering of pixels, 2020; PBR 4th ed. 8.7.
+/// The pixels of a tile of 32 x 32 share one Owen-scrambled sequence along a Z curve, each taking
+/// the next kBlueNoiseSize points; at every level of the curve the four parts come in random order.
+/// Every aligned block of 2^k x 2^k pixels so holds one net: errors of neighbours differ in sign
+/// rather than by chance, and cancel over blocks. Tiles are independent. Errors of the pixels of a
+/// tile are correlated: variances do not add up over a block. Sources: Ahmed and Wonka,
+/// Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering of
+/// pixels, 2020; PBR 4th ed. 8.7.
 #pragma once
 
 #include <array>
@@ -54,7 +55,8 @@ constexpr std::uint32_t shuffled_zcurve(std::uint32_t z, std::uint64_t h) noexce
     const std::uint32_t digit = (z >> (2 * level)) & 3U;
     // The square that is divided, with a bit before its digits that tells how many they are.
     const std::uint32_t square = (z | (1U << (2 * kZcurveLevels))) >> (2 * level + 2);
-    const auto bits = static_cast<std::uint32_t>(mix_bits(h + square * 0x9e3779b97f4a7c15ULL) >> 32);
+    const auto bits =
+        static_cast<std::uint32_t>(mix_bits(h + square * 0x9e3779b97f4a7c15ULL) >> 32);
     out = (out << 2) | ((std::uint32_t{kOrdersOfFour[to_range(bits, 24)]} >> (2 * digit)) & 3U);
   }
   return out;

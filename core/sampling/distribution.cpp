@@ -24,7 +24,8 @@ Distribution1D::Distribution1D(const std::vector<float>& weights) {
 
 Distribution1D::Sample Distribution1D::sample(float u) const noexcept {
   const auto after = std::upper_bound(cdf_.begin(), cdf_.end(), u);
-  std::size_t cell = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - cdf_.begin() - 1, 0));
+  std::size_t cell =
+      static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - cdf_.begin() - 1, 0));
   cell = std::min(cell, size() - 1);
   const float width = cdf_[cell + 1] - cdf_[cell];
   const float within = width > 0 ? (u - cdf_[cell]) / width : 0.5F;
@@ -65,7 +66,8 @@ Distribution2D::Sample Distribution2D::sample(Vec2 u) const noexcept {
 
 float Distribution2D::pdf_unit(Vec2 uv) const noexcept {
   const auto n = static_cast<float>(rows_.size());
-  const std::size_t row = std::min(static_cast<std::size_t>(std::max(uv.y, 0.0F) * n), rows_.size() - 1);
+  const std::size_t row =
+      std::min(static_cast<std::size_t>(std::max(uv.y, 0.0F) * n), rows_.size() - 1);
   return marginal_.prob_cell(row) * n * rows_[row].pdf_unit(uv.x);
 }
 

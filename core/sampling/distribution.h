@@ -41,7 +41,7 @@ class Distribution2D {
 
   struct Sample {
     Vec2 uv;
-    float pdf_unit = 0;  ///< density over [0,1)^2
+    float pdf_unit = 0;      ///< density over [0,1)^2
     std::size_t column = 0;  ///< of the cell that was drawn
     std::size_t row = 0;
   };

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/render/settings.h"
+#include "core/settings/settings.h"
 
 namespace core {
 
@@ -13,7 +13,8 @@ struct MisRule {
   float exponent = 2;
 
   /// Weight of a sample of technique a whose densities (same measure) are pdf_a > 0 and pdf_b >= 0.
-  /// kOptimal is no heuristic: its samples are weighted as by kBalance, and the rest is core/film/replicate_fit.h.
+  /// kOptimal is no heuristic: its samples are weighted as by kBalance, and the rest is
+  /// core/film/replicate_fit.h.
   float weight(float pdf_a, float pdf_b) const noexcept {
     if (!(pdf_b > 0)) {
       return 1;

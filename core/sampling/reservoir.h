@@ -1,9 +1,9 @@
-/// WeightedReservoir: one item of a stream, taken with probability in proportion to its weight, by one
-/// uniform number for the whole stream.
+/// WeightedReservoir: one item of a stream, taken with probability in proportion to its weight, by
+/// one uniform number for the whole stream.
 ///
-/// Item i replaces what is held with probability p = w_i / (w_1 + ... + w_i). Of u, the part below p
-/// or above it is stretched to [0,1) again, so that it serves the next item.
-/// Sources: Chao, A general purpose unequal probability sampling plan, 1982; the reuse of u is Shirley's.
+/// Item i replaces what is held with probability p = w_i / (w_1 + ... + w_i). Of u, the part below
+/// p or above it is stretched to [0,1) again, so that it serves the next item. Sources: Chao, A
+/// general purpose unequal probability sampling plan, 1982; the reuse of u is Shirley's.
 #pragma once
 
 namespace core {

@@ -1,13 +1,14 @@
 /// SharedSamples: the weights with which several paths use each other's samples.
 ///
-/// Path j drew sample j, which stands for M_j draws, in a measure that all paths share. t_i(y) is in proportion to the density
-/// with which path i draws y; it may be off, but it is 0 wherever path i cannot draw. A path whose set of paths is N gives sample
-/// j of N the weight
+/// Path j drew sample j, which stands for M_j draws, in a measure that all paths share. t_i(y) is
+/// in proportion to the density with which path i draws y; it may be off, but it is 0 wherever path
+/// i cannot draw. A path whose set of paths is N gives sample j of N the weight
 ///     m_j = M_j t_j(y_j) / sum_{i in N} M_i t_i(y_j),
-/// the balance heuristic: as functions of y the m_j add up to 1 wherever any path of N can draw, so the sum of
-/// m_j g(y_j) W_j has the integral of g as its mean if E[W_j | y_j] is one over the density of y_j. N must not depend on samples.
-/// Weights that leave t out, M_j / sum M_i, are biased: they count paths which could never have drawn y_j.
-/// Sources: Bitterli et al., Spatiotemporal reservoir resampling for real-time ray tracing, 2020; Lin et al., Generalized
+/// the balance heuristic: as functions of y the m_j add up to 1 wherever any path of N can draw, so
+/// the sum of m_j g(y_j) W_j has the integral of g as its mean if E[W_j | y_j] is one over the
+/// density of y_j. N must not depend on samples. Weights that leave t out, M_j / sum M_i, are
+/// biased: they count paths which could never have drawn y_j. Sources: Bitterli et al.,
+/// Spatiotemporal reservoir resampling for real-time ray tracing, 2020; Lin et al., Generalized
 /// resampled importance sampling, 2022.
 #pragma once
 
@@ -30,7 +31,9 @@ class SharedSamples {
     users_ = 0;
   }
   /// density: M t >= 0 of a path at a sample. Every pair is set before weight() is asked.
-  void set(std::size_t path, std::size_t sample, float density) noexcept { densities_[path * count_ + sample] = density; }
+  void set(std::size_t path, std::size_t sample, float density) noexcept {
+    densities_[path * count_ + sample] = density;
+  }
 
   /// Chooses N: bit i is path i.
   void choose(std::uint64_t users) noexcept {
@@ -51,7 +54,9 @@ class SharedSamples {
     return has(users_, j) && own > 0 ? own / sums_[j] : 0.0F;
   }
 
-  static constexpr bool has(std::uint64_t set, std::size_t i) noexcept { return (set >> i & 1U) != 0; }
+  static constexpr bool has(std::uint64_t set, std::size_t i) noexcept {
+    return (set >> i & 1U) != 0;
+  }
 
  private:
   std::vector<float> densities_;  ///< [path * count + sample]

@@ -49,7 +49,8 @@ class Builder {
     const auto key = std::make_pair(description.image, srgb);
     auto it = textures_.find(key);
     if (it == textures_.end()) {
-      to_.textures.push_back(Texture::create(*from_.images[static_cast<std::size_t>(description.image)], srgb));
+      to_.textures.push_back(
+          Texture::create(*from_.images[static_cast<std::size_t>(description.image)], srgb));
       it = textures_.emplace(key, to_.textures.back().get()).first;
     }
     out.texture = it->second;
@@ -57,7 +58,8 @@ class Builder {
   }
 
   void add_layers(const MaterialDescription& d, Material& m) {
-    m.has_layers = d.clearcoat > 0 || !is_black(d.sheen_color) || d.iridescence > 0 || d.diffuse_transmission > 0;
+    m.has_layers = d.clearcoat > 0 || !is_black(d.sheen_color) || d.iridescence > 0 ||
+                   d.diffuse_transmission > 0;
     if (!m.has_layers) {
       return;
     }
@@ -71,8 +73,9 @@ class Builder {
     m.diffuse_transmission = slot(d.diffuse_transmission_texture, false);
     m.diffuse_transmission_color = slot(d.diffuse_transmission_color_texture, true);
     for (const TextureSlot* t :
-         {&m.clearcoat, &m.clearcoat_roughness, &m.clearcoat_normal, &m.sheen_color, &m.sheen_roughness,
-          &m.iridescence, &m.iridescence_thickness, &m.diffuse_transmission, &m.diffuse_transmission_color}) {
+         {&m.clearcoat, &m.clearcoat_roughness, &m.clearcoat_normal, &m.sheen_color,
+          &m.sheen_roughness, &m.iridescence, &m.iridescence_thickness, &m.diffuse_transmission,
+          &m.diffuse_transmission_color}) {
       m.has_texture = m.has_texture || t->texture != nullptr;
     }
   }
@@ -84,15 +87,16 @@ class Builder {
     for (const MaterialDescription& d : from_.materials) {
       const std::string where = "/materials/" + std::to_string(number++);
       for (const TextureDescription* t :
-           {&d.base_color_texture, &d.metallic_roughness_texture, &d.normal_texture, &d.emissive_texture,
-            &d.specular_texture, &d.specular_color_texture, &d.transmission_texture, &d.anisotropy_texture,
-            &d.clearcoat_texture, &d.clearcoat_roughness_texture, &d.clearcoat_normal_texture,
-            &d.sheen_color_texture, &d.sheen_roughness_texture, &d.iridescence_texture,
-            &d.iridescence_thickness_texture, &d.diffuse_transmission_texture,
-            &d.diffuse_transmission_color_texture}) {
+           {&d.base_color_texture, &d.metallic_roughness_texture, &d.normal_texture,
+            &d.emissive_texture, &d.specular_texture, &d.specular_color_texture,
+            &d.transmission_texture, &d.anisotropy_texture, &d.clearcoat_texture,
+            &d.clearcoat_roughness_texture, &d.clearcoat_normal_texture, &d.sheen_color_texture,
+            &d.sheen_roughness_texture, &d.iridescence_texture, &d.iridescence_thickness_texture,
+            &d.diffuse_transmission_texture, &d.diffuse_transmission_color_texture}) {
         if (t->image >= static_cast<int>(from_.images.size()) ||
             (t->image >= 0 && from_.images[static_cast<std::size_t>(t->image)] == nullptr)) {
-          return Error{ErrorCode::kInvalidArgument, "the material names an image that does not exist", where};
+          return Error{ErrorCode::kInvalidArgument,
+                       "the material names an image that does not exist", where};
         }
       }
       Material m;
@@ -111,8 +115,7 @@ class Builder {
                       m.anisotropy.texture != nullptr;
       add_layers(d, m);
       m.is_emissive = !is_black(d.emissive) && !d.unlit;
-      m.has_alpha = d.alpha_mode == AlphaMode::kMask ||
-                    (d.alpha_mode == AlphaMode::kBlend);
+      m.has_alpha = d.alpha_mode == AlphaMode::kMask || (d.alpha_mode == AlphaMode::kBlend);
       m.transmits = (d.transmission > 0 && d.ior != 0) || d.diffuse_transmission > 0;
       m.is_volume = (d.transmission > 0 || d.diffuse_transmission > 0) && d.thickness > 0;
       if (m.is_volume && d.attenuation_distance > 0) {
@@ -133,7 +136,8 @@ class Builder {
     return ok_status();
   }
 
-  /// Thin walls that are smooth somewhere, and solids whose index can be that of what is around them.
+  /// Thin walls that are smooth somewhere, and solids whose index can be that of what is around
+  /// them.
   bool may_be_clear(const Material& m) const {
     const MaterialDescription& d = m.factors;
     const bool textured = m.metallic_roughness.texture != nullptr;
@@ -145,7 +149,8 @@ class Builder {
       return d.roughness < kSmooth || textured;
     }
     return !(d.dispersion > 0) &&
-           (d.ior == 1 || std::any_of(to_.materials.begin(), to_.materials.end(), [&](const Material& other) {
+           (d.ior == 1 ||
+            std::any_of(to_.materials.begin(), to_.materials.end(), [&](const Material& other) {
               return &other != &m && other.is_volume && other.factors.ior == d.ior;
             }));
   }
@@ -154,18 +159,21 @@ class Builder {
     for (std::size_t i = 0; i < from_.meshes.size(); ++i) {
       for (std::size_t k = 0; k < from_.meshes[i].primitives.size(); ++k) {
         const PrimitiveDescription& p = from_.meshes[i].primitives[k];
-        const std::string where = "/meshes/" + std::to_string(i) + "/primitives/" + std::to_string(k);
+        const std::string where =
+            "/meshes/" + std::to_string(i) + "/primitives/" + std::to_string(k);
         const std::size_t n = p.positions.size();
         const auto fits = [n](std::size_t count) { return count == 0 || count == n; };
         if (!fits(p.normals.size()) || !fits(p.tangents.size()) || !fits(p.uv[0].size()) ||
             !fits(p.uv[1].size()) || !fits(p.colors.size())) {
           return Error{ErrorCode::kInvalidArgument, "attributes differ in length", where};
         }
-        if (p.indices.size() % 3 != 0 ||
-            std::any_of(p.indices.begin(), p.indices.end(), [n](std::uint32_t v) { return v >= n; })) {
-          return Error{ErrorCode::kInvalidArgument, "an index is outside the vertices", where + "/indices"};
+        if (p.indices.size() % 3 != 0 || std::any_of(p.indices.begin(), p.indices.end(),
+                                                     [n](std::uint32_t v) { return v >= n; })) {
+          return Error{ErrorCode::kInvalidArgument, "an index is outside the vertices",
+                       where + "/indices"};
         }
-        if (std::any_of(p.positions.begin(), p.positions.end(), [](Vec3 v) { return !is_finite(v); })) {
+        if (std::any_of(p.positions.begin(), p.positions.end(),
+                        [](Vec3 v) { return !is_finite(v); })) {
           return Error{ErrorCode::kInvalidArgument, "a position is not a finite number",
                        where + "/attributes/POSITION"};
         }
@@ -174,7 +182,8 @@ class Builder {
     for (std::size_t i = 0; i < from_.instances.size(); ++i) {
       const InstanceDescription& instance = from_.instances[i];
       if (instance.mesh < 0 || instance.mesh >= static_cast<int>(from_.meshes.size())) {
-        return Error{ErrorCode::kInvalidArgument, "an instance names a mesh that does not exist", ""};
+        return Error{ErrorCode::kInvalidArgument, "an instance names a mesh that does not exist",
+                     ""};
       }
       const Transform& m = instance.to_world;
       if (!is_finite(m.x) || !is_finite(m.y) || !is_finite(m.z) || !is_finite(m.t)) {
@@ -303,7 +312,8 @@ class Builder {
     }
     for (const PlacedInstance& instance : to_.instances) {
       const auto next = static_cast<std::size_t>(&instance - to_.instances.data()) + 1;
-      const std::size_t end = next < to_.instances.size() ? to_.instances[next].first_placed : to_.placed.size();
+      const std::size_t end =
+          next < to_.instances.size() ? to_.instances[next].first_placed : to_.placed.size();
       for (std::size_t i = instance.first_placed; i < end; ++i) {
         visit_placed(static_cast<std::uint32_t>(i), &instance.to_world, bounds);
       }
@@ -323,8 +333,9 @@ class Builder {
       to_.punctual_lights.push_back(light);
     }
     // Directional lights have no place in the tree: they come last.
-    std::stable_partition(to_.punctual_lights.begin(), to_.punctual_lights.end(),
-                          [](const PunctualLight& l) { return l.type != PunctualType::kDirectional; });
+    std::stable_partition(
+        to_.punctual_lights.begin(), to_.punctual_lights.end(),
+        [](const PunctualLight& l) { return l.type != PunctualType::kDirectional; });
     for (const PunctualLight& light : to_.punctual_lights) {
       if (light.type == PunctualType::kDirectional) {
         break;
@@ -340,7 +351,8 @@ class Builder {
     to_.light_tree = LightTree(bounds);
   }
 
-  void visit_placed(std::uint32_t placed, const Transform* to_world, std::vector<LightBounds>& bounds) {
+  void visit_placed(std::uint32_t placed, const Transform* to_world,
+                    std::vector<LightBounds>& bounds) {
     const MeshData& mesh = to_.meshes[to_.placed[placed].mesh];
     const Material& material = to_.materials[mesh.material];
     placed_triangles_ += mesh.triangle_count();
@@ -409,7 +421,8 @@ class Builder {
         const auto& m = d.uv_transform;
         const Vec4 c = material.emissive.texture->sample(
             {.uv = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]},
-             .wrap_u = d.wrap_u, .wrap_v = d.wrap_v});
+             .wrap_u = d.wrap_u,
+             .wrap_v = d.wrap_v});
         sum += Rgb{c.x, c.y, c.z};
       }
     }
@@ -452,7 +465,7 @@ Scene::Scene() : data_(std::make_unique<SceneData>()) {}
 Scene::~Scene() = default;
 
 Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, int threads,
-                                                   std::string_view isa) {
+                                                  std::string_view isa) {
   std::shared_ptr<Scene> scene(new Scene());
   SceneSummary& summary = scene->summary_;
   summary.name = description.name;

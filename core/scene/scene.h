@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/description/scene_description.h"
 #include "core/math/bounds.h"
-#include "core/scene/scene_description.h"
 
 namespace core {
 
@@ -20,10 +20,10 @@ class SceneData;  // the parts the integrators use: core/scene/scene_data.h
 /// What GET /v1/scenes/{id} tells.
 struct SceneSummary {
   std::string name;
-  Bounds bounds;  ///< world, metres
-  std::size_t triangles = 0;   ///< as placed: a mesh used twice counts twice
+  Bounds bounds;              ///< world, metres
+  std::size_t triangles = 0;  ///< as placed: a mesh used twice counts twice
   std::size_t instances = 0;
-  std::size_t bytes = 0;       ///< memory of geometry, acceleration structure and textures
+  std::size_t bytes = 0;  ///< memory of geometry, acceleration structure and textures
   std::size_t emissive_triangles = 0;
   std::vector<CameraDescription> cameras;
   std::vector<PunctualLightDescription> lights;

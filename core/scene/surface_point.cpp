@@ -58,18 +58,22 @@ Vec4 blend(const std::vector<Vec4>& values, const Corners& c, Vec3 b) {
           v0.z * b.x + v1.z * b.y + v2.z * b.z, v0.w * b.x + v1.w * b.y + v2.w * b.z};
 }
 
-/// Where a quadratic surface through the vertices, square to their normals along the edges, stands above the triangle
-/// at b: half the sum over edges of b_i b_j (n_j - n_i) . (p_j - p_i), the sagitta of a sphere's chord among them. Edges
-/// that bend the other way do not count. side: 1 above the front, -1 above the back.
+/// Where a quadratic surface through the vertices, square to their normals along the edges, stands
+/// above the triangle at b: half the sum over edges of b_i b_j (n_j - n_i) . (p_j - p_i), the
+/// sagitta of a sphere's chord among them. Edges that bend the other way do not count. side: 1
+/// above the front, -1 above the back.
 float bulge(const Corners& c, const Vec3 (&n)[3], Vec3 b, float side) {
-  const auto edge = [&](int i, int j) { return std::max(side * dot(n[j] - n[i], c.p[j] - c.p[i]), 0.0F); };
+  const auto edge = [&](int i, int j) {
+    return std::max(side * dot(n[j] - n[i], c.p[j] - c.p[i]), 0.0F);
+  };
   return 0.5F * (b.x * b.y * edge(0, 1) + b.y * b.z * edge(1, 2) + b.z * b.x * edge(2, 0));
 }
 
 }  // namespace
 
 SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const noexcept {
-  const Transform* to_world = hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
+  const Transform* to_world =
+      hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
   const PlacedMesh& here = placed_mesh(hit);
   const MeshData& mesh = meshes[here.mesh];
   const Corners c = corners(mesh, to_world, hit.primitive);
@@ -80,7 +84,8 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
   SurfacePoint s;
   s.position = c.p[0] * b.x + c.p[1] * b.y + c.p[2] * b.z;
   const float twice_area = length(n);
-  s.normal_geometric = twice_area > 0 ? n * ((mirrored ? -1.0F : 1.0F) / twice_area) : -normalize(ray.direction);
+  s.normal_geometric =
+      twice_area > 0 ? n * ((mirrored ? -1.0F : 1.0F) / twice_area) : -normalize(ray.direction);
   s.normal_shading = s.normal_geometric;
   if (!mesh.normals.empty()) {
     Vec3 corner[3];
@@ -88,7 +93,8 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
       const Vec3 m = mesh.normals[c.v[k]];
       corner[k] = to_world == nullptr ? m : normalize_or(to_world->normal(m), s.normal_geometric);
     }
-    s.normal_shading = normalize_or(corner[0] * b.x + corner[1] * b.y + corner[2] * b.z, s.normal_geometric);
+    s.normal_shading =
+        normalize_or(corner[0] * b.x + corner[1] * b.y + corner[2] * b.z, s.normal_geometric);
     s.bulge_m = bulge(c, corner, b, dot(s.normal_geometric, ray.direction) <= 0 ? 1.0F : -1.0F);
   }
   const Material& material = materials[mesh.material];
@@ -113,7 +119,8 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
   }
   if (!mesh.tangents.empty()) {
     const Vec4 t = blend(mesh.tangents, c, b);
-    const Vec3 moved = to_world == nullptr ? Vec3{t.x, t.y, t.z} : to_world->vector({t.x, t.y, t.z});
+    const Vec3 moved =
+        to_world == nullptr ? Vec3{t.x, t.y, t.z} : to_world->vector({t.x, t.y, t.z});
     s.tangent = normalize_or(moved, {0, 0, 0});
     s.tangent_sign = (t.w < 0) != mirrored ? -1.0F : 1.0F;
   }
@@ -129,7 +136,8 @@ float SceneData::coverage(const RawHit& hit, const Ray& ray) const noexcept {
   if (!material.has_alpha) {
     return 1;
   }
-  const Transform* to_world = hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
+  const Transform* to_world =
+      hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
   const Corners c = corners(mesh, to_world, hit.primitive);
   const Vec3 b = barycentrics(c, cross(c.p[1] - c.p[0], c.p[2] - c.p[0]), ray);
   float alpha = material.factors.base_alpha;
@@ -142,10 +150,12 @@ float SceneData::coverage(const RawHit& hit, const Ray& ray) const noexcept {
     const auto& uv = mesh.uv[static_cast<std::size_t>(d.uv_set)];
     const Vec2 p = uv.empty() ? Vec2{} : blend(uv, c, b);
     const auto& m = d.uv_transform;
-    alpha *= slot.texture->sample({.uv = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]},
-                                   .wrap_u = d.wrap_u,
-                                   .wrap_v = d.wrap_v,
-                                   .nearest = d.nearest}).w;
+    alpha *= slot.texture
+                 ->sample({.uv = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]},
+                           .wrap_u = d.wrap_u,
+                           .wrap_v = d.wrap_v,
+                           .nearest = d.nearest})
+                 .w;
   }
   if (material.factors.alpha_mode == AlphaMode::kMask) {
     return alpha >= material.factors.alpha_cutoff ? 1.0F : 0.0F;

@@ -5,9 +5,9 @@
 #include <span>
 #include <string>
 
+#include "core/description/scene_description.h"
 #include "core/math/frame.h"
 #include "core/math/transform.h"
-#include "core/scene/scene_description.h"
 
 namespace core {
 

@@ -2,7 +2,7 @@
 /// said.
 #pragma once
 
-#include "core/scene/scene_description.h"
+#include "core/description/scene_description.h"
 
 namespace core {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/scene/scene_description.h"
+#include "core/description/scene_description.h"
 #include "core/scene_io/gltf_load.h"
 
 namespace core {

@@ -94,7 +94,8 @@ Result<std::vector<T>> read_all(GltfSource& source, int index, const std::string
     return Error{ErrorCode::kTooLarge,
                  std::to_string(accessor.count) + " elements are more than fit in memory", where};
   }
-  if (auto status = source.budget().take(accessor.count * width * sizeof(T), where); !status) {
+  // Twice: whoever asks for numbers makes vectors of them.
+  if (auto status = source.budget().take(2 * accessor.count * width * sizeof(T), where); !status) {
     return status.error();
   }
   std::vector<T> values(accessor.count * width);

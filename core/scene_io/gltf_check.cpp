@@ -254,6 +254,9 @@ class SchemaWalk {
     if (!value.is_object()) {
       return invalid(where, shown(value) + " is not an object");
     }
+    if (value.size() < member.count_min) {
+      return invalid(where, "is empty; there has to be a member");
+    }
     for (auto& [name, element] : value.items()) {
       if (auto status = check_integer(element, member, where + pointer_step(name)); !status) {
         return status;
@@ -471,7 +474,8 @@ Result<CheckedGltf> check_gltf(const GltfContainer& container) {
   } catch (const Json::parse_error& problem) {
     // Without the parser's own words, which quote what it read.
     return invalid("", "the glTF JSON cannot be read: it is not JSON from " +
-                           place_of(container.json, problem.byte > 0 ? problem.byte - 1 : 0) + " on");
+                           place_of(container.json, problem.byte > 0 ? problem.byte - 1 : 0) +
+                           " on");
   } catch (const Json::out_of_range&) {
     return invalid("", "the glTF JSON cannot be read: it has a number beyond all range");
   } catch (const Json::exception&) {

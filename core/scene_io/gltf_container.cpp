@@ -120,7 +120,9 @@ Result<GltfContainer> open_container(std::span<const std::byte> file, const Gltf
   } else {
     container.json = {reinterpret_cast<const char*>(file.data()), file.size()};
     if (!looks_like_an_object(container.json)) {
-      return invalid("this is neither a GLB nor glTF JSON: the one begins with \"glTF\", the other with \"{\"");
+      return invalid(
+          "this is neither a GLB nor glTF JSON: the one begins with \"glTF\", the other with "
+          "\"{\"");
     }
   }
   if (auto status = check_json(container.json, limits); !status) {

@@ -16,9 +16,9 @@ struct GltfContainer {
   bool has_bin = false;
 };
 
-/// GLB by its magic, JSON text by its brace; anything else is neither. Checks lengths, chunk order and the nesting of the JSON
-/// (limits.json_depth_max), so that a recursive parser may follow. Errors: kInvalidArgument,
-/// kTooLarge.
+/// GLB by its magic, JSON text by its brace; anything else is neither. Checks lengths, chunk order
+/// and the nesting of the JSON (limits.json_depth_max), so that a recursive parser may follow.
+/// Errors: kInvalidArgument, kTooLarge.
 Result<GltfContainer> open_container(std::span<const std::byte> file, const GltfLimits& limits);
 
 }  // namespace core

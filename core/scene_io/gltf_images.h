@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/scene/scene_description.h"
+#include "core/description/scene_description.h"
 #include "core/scene_io/gltf_source.h"
 #include "core/scene_io/tinygltf.h"
 
@@ -37,7 +37,8 @@ class GltfImages {
         limits_(limits),
         scene_(scene) {}
 
-  /// Decodes the image on first use. uv_set is the file's number. Errors: those of decode_image, at "/images/N".
+  /// Decodes the image on first use. uv_set is the file's number. Errors: those of decode_image, at
+  /// "/images/N".
   Result<TextureDescription> texture(const TextureReference& reference);
 
   /// Adds an image made by us; its index in the scene.

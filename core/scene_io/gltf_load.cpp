@@ -1,6 +1,7 @@
 #include "core/scene_io/gltf_load.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 
 #include "core/scene_io/gltf_check.h"
@@ -17,6 +18,36 @@ namespace core {
 namespace {
 
 constexpr std::size_t kWarningsMax = 100;
+
+// Bytes that JSON takes as two documents, one after the other, and as tinygltf's model.
+constexpr std::uint64_t kObjectBytes = 1000;
+constexpr std::uint64_t kValueBytes = 200;
+constexpr std::uint64_t kTextCopies = 3;
+
+/// kTooLarge for JSON that would take more memory than the limit.
+Status check_json_bytes(std::string_view json, const GltfLimits& limits) {
+  std::uint64_t bytes = kTextCopies * json.size();
+  bool in_string = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (in_string) {
+      i += c == '\\' ? 1 : 0;
+      in_string = c != '"';
+    } else {
+      in_string = c == '"';
+      bytes += c == '{' ? kObjectBytes : c == ',' || c == ':' || c == '[' ? kValueBytes : 0;
+    }
+  }
+  if (bytes > limits.decoded_bytes_max) {
+    return Error{ErrorCode::kTooLarge,
+                 "the JSON takes " + std::to_string(bytes) +
+                     " bytes when parsed; the whole scene "
+                     "may have " +
+                     std::to_string(limits.decoded_bytes_max),
+                 ""};
+  }
+  return ok_status();
+}
 
 void read_names(const tinygltf::Model& model, SceneDescription& scene) {
   const int own = model.defaultScene;
@@ -67,6 +98,9 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   auto container = open_container(file, options.limits);
   if (!container) {
     return container.error();
+  }
+  if (auto status = check_json_bytes(container->json, options.limits); !status) {
+    return status.error();
   }
   auto checked = check_gltf(*container);
   if (!checked) {

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/scene/scene_description.h"
+#include "core/description/scene_description.h"
 
 namespace core {
 

@@ -111,12 +111,24 @@ class MaterialReader {
 
   /// Any two sets of coordinates can be used by one material; their numbers become 0 and 1.
   Status number_uv_sets() {
-    std::array<TextureDescription*, 18> all = {
-        &m_.base_color_texture, &m_.metallic_roughness_texture, &m_.normal_texture, &m_.emissive_texture,
-        &m_.specular_texture, &m_.specular_color_texture, &m_.transmission_texture, &m_.thickness_texture,
-        &m_.clearcoat_texture, &m_.clearcoat_roughness_texture, &m_.clearcoat_normal_texture, &m_.sheen_color_texture,
-        &m_.sheen_roughness_texture, &m_.iridescence_texture, &m_.iridescence_thickness_texture,
-        &m_.anisotropy_texture, &m_.diffuse_transmission_texture, &m_.diffuse_transmission_color_texture};
+    std::array<TextureDescription*, 18> all = {&m_.base_color_texture,
+                                               &m_.metallic_roughness_texture,
+                                               &m_.normal_texture,
+                                               &m_.emissive_texture,
+                                               &m_.specular_texture,
+                                               &m_.specular_color_texture,
+                                               &m_.transmission_texture,
+                                               &m_.thickness_texture,
+                                               &m_.clearcoat_texture,
+                                               &m_.clearcoat_roughness_texture,
+                                               &m_.clearcoat_normal_texture,
+                                               &m_.sheen_color_texture,
+                                               &m_.sheen_roughness_texture,
+                                               &m_.iridescence_texture,
+                                               &m_.iridescence_thickness_texture,
+                                               &m_.anisotropy_texture,
+                                               &m_.diffuse_transmission_texture,
+                                               &m_.diffuse_transmission_color_texture};
     std::set<int> sets;
     for (const TextureDescription* t : all) {
       if (t->image >= 0) {
@@ -128,7 +140,8 @@ class MaterialReader {
     }
     if (sets.size() > m_.uv_sets.size()) {
       return Error{ErrorCode::kInvalidArgument,
-                   "a material can use two sets of texture coordinates; this one uses " + std::to_string(sets.size()),
+                   "a material can use two sets of texture coordinates; this one uses " +
+                       std::to_string(sets.size()),
                    "/materials/" + std::to_string(scene_.materials.size())};
     }
     m_.occlusion_texture = {};  // a path tracer has no use for it

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/result.h"
-#include "core/scene/scene_description.h"
+#include "core/description/scene_description.h"
 #include "core/scene_io/gltf_images.h"
 #include "core/scene_io/tinygltf.h"
 

@@ -72,8 +72,9 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
     const std::string where =
         "/meshes/" + std::to_string(use.mesh) + "/primitives/" + std::to_string(i);
     const int material = material_of(mesh.primitives[i]);
-    const auto uv_sets = material >= 0 ? scene_.materials[static_cast<std::size_t>(material)].uv_sets
-                                       : MaterialDescription{}.uv_sets;
+    const auto uv_sets = material >= 0
+                             ? scene_.materials[static_cast<std::size_t>(material)].uv_sets
+                             : MaterialDescription{}.uv_sets;
     auto read = read_primitive(mesh.primitives[i], source_, where, uv_sets, scene_.warnings);
     if (!read) {
       return read.error();

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/scene/scene_description.h"
+#include "core/description/scene_description.h"
 #include "core/scene_io/gltf_source.h"
 #include "core/scene_io/tinygltf.h"
 

@@ -23,7 +23,8 @@ const tinygltf::Value* find_extension(const tinygltf::ExtensionMap& extensions, 
 /// Members of an extension object; types were checked by the schemas.
 float value_number(const tinygltf::Value& object, const char* name, float otherwise);
 int value_integer(const tinygltf::Value& object, const char* name, int otherwise);
-/// The elements of an array; none of anything else. (Value::Get takes an int or a size_t, by version.)
+/// The elements of an array; none of anything else. (Value::Get takes an int or a size_t, by
+/// version.)
 const std::vector<tinygltf::Value>& value_array(const tinygltf::Value& value);
 Rgb value_rgb(const tinygltf::Value& object, const char* name, Rgb otherwise);
 

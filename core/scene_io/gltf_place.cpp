@@ -231,6 +231,11 @@ class NodePlacer {
     if (!status) {
       return status;
     }
+    // The list grows by doubling.
+    status = source_.budget().take(2 * sizeof(InstanceDescription) * count.value_or(0), where);
+    if (!status) {
+      return status;
+    }
     for (std::size_t i = 0; i < count.value_or(0); ++i) {
       const Affine local = affine_from_parts(translations.empty() ? Vec3{} : translations[i],
                                              rotations.empty() ? Vec4{0, 0, 0, 1} : rotations[i],

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/result.h"
-#include "core/scene/scene_description.h"
+#include "core/description/scene_description.h"
 #include "core/scene_io/gltf_load.h"
 #include "core/scene_io/gltf_meshes.h"
 #include "core/scene_io/gltf_source.h"

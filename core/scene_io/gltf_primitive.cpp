@@ -257,7 +257,8 @@ Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& p
   status = status ? reader.read(out.base.normals, attributes, "NORMAL", "/attributes") : status;
   status = status ? reader.read(out.base.tangents, attributes, "TANGENT", "/attributes") : status;
   for (std::size_t k = 0; k < uv_sets.size(); ++k) {
-    status = status ? reader.read(out.base.uv[k], attributes, uv_name(uv_sets[k]), "/attributes") : status;
+    status = status ? reader.read(out.base.uv[k], attributes, uv_name(uv_sets[k]), "/attributes")
+                    : status;
   }
   status = status ? reader.read_color(out.base.colors, attributes, 1, "/attributes") : status;
   status = status ? read_targets(primitive, reader, uv_sets, out) : status;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/scene/scene_description.h"
+#include "core/description/scene_description.h"
 #include "core/scene_io/gltf_source.h"
 #include "core/scene_io/tinygltf.h"
 
@@ -36,8 +36,9 @@ struct GltfPrimitive {
   std::vector<JointSet> joint_sets;
 };
 
-/// uv_sets: the TEXCOORD_n that become uv 0 and 1. Empty for points and lines, and for primitives without a whole triangle (a warning is added).
-/// Errors at `where` or below it: kInvalidArgument, kTooLarge.
+/// uv_sets: the TEXCOORD_n that become uv 0 and 1. Empty for points and lines, and for primitives
+/// without a whole triangle (a warning is added). Errors at `where` or below it: kInvalidArgument,
+/// kTooLarge.
 Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
                                                     GltfSource& source, const std::string& where,
                                                     std::array<int, 2> uv_sets,

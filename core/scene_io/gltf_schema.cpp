@@ -115,8 +115,8 @@ constexpr std::array kTexture = {index("source", "images"), index("sampler", "sa
                                  string("name")};
 constexpr std::array kTextureSource = {index("source", "images", kRequired)};
 constexpr M kTexCoord = {.name = "texCoord", .kind = K::kInteger, .min = 0, .max = 65535};
-constexpr std::array kTextureInfo = {index("index", "textures", kRequired), kTexCoord, number("scale", -kBig, kBig),
-                                     number("strength", 0, 1)};
+constexpr std::array kTextureInfo = {index("index", "textures", kRequired), kTexCoord,
+                                     number("scale", -kBig, kBig), number("strength", 0, 1)};
 constexpr std::array kTextureTransform = {numbers("offset", 2), number("rotation", -kBig, kBig),
                                           numbers("scale", 2), kTexCoord};
 
@@ -149,7 +149,8 @@ constexpr std::array kPrimitive = {
       .kind = K::kIntegerMap,
       .required = true,
       .min = 0,
-      .refers_to = "accessors"},
+      .refers_to = "accessors",
+      .count_min = 1},
     index("indices", "accessors"), index("material", "materials"),
     M{.name = "mode", .kind = K::kInteger, .min = 0, .max = 6},
     M{.name = "targets", .kind = K::kIntegerMaps, .min = 0, .refers_to = "accessors"}};

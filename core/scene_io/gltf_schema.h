@@ -34,7 +34,7 @@ struct SchemaMember {
   double max = std::numeric_limits<double>::infinity();
   /// Top-level array that an integer is an index into: "accessors"; or "lights", "variants".
   std::string_view refers_to = {};
-  std::size_t count_min = 0;  ///< of an array
+  std::size_t count_min = 0;  ///< of an array or a map
   std::size_t count_max = std::numeric_limits<std::size_t>::max();
   std::string_view child = {};
   std::string_view one_of = {};  ///< allowed values of a string or integer, "A|B|C"

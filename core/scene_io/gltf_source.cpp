@@ -32,10 +32,10 @@ Result<SharedBytes> GltfSource::fetch(const std::string& uri, const ResolveUri& 
     return SharedBytes(std::make_shared<const Bytes>(*std::move(bytes)));
   }
   if (has_scheme(uri)) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "\"" + uri.substr(0, 100) +
-                     "\" is not relative; only files that come with the scene are read",
-                 where + "/uri"};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "\"" + shown_uri(uri) + "\" is not relative; only files that come with the scene are read",
+        where + "/uri"};
   }
   return resolve ? resolve(percent_decode(uri)) : SharedBytes();
 }
@@ -95,11 +95,7 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
     source.image_files_[i] = *std::move(bytes);
   }
   if (!missing.empty()) {
-    std::string list;
-    for (const std::string& name : missing) {
-      list += (list.empty() ? "" : ", ") + name;
-    }
-    return Error{ErrorCode::kMissingFiles, "files that the scene names are missing: " + list, ""};
+    return missing_files("files that the scene names are missing", missing);
   }
   return source;
 }

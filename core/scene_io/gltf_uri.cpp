@@ -92,6 +92,25 @@ std::string percent_decode(std::string_view text) {
   return decoded;
 }
 
+std::string shown_uri(std::string_view uri) {
+  constexpr std::size_t kLongest = 200;
+  return std::string(uri.substr(0, kLongest)) + (uri.size() > kLongest ? "..." : "");
+}
+
+Error missing_files(std::string_view words, const std::vector<std::string>& uris) {
+  constexpr std::size_t kListBytes = 3800;
+  std::string list;
+  std::size_t named = 0;
+  while (named < uris.size() && list.size() < kListBytes - 203) {
+    list += (named == 0 ? ": " : ", ") + shown_uri(uris[named]);
+    ++named;
+  }
+  if (named < uris.size()) {
+    list += ", and " + std::to_string(uris.size() - named) + " more";
+  }
+  return {ErrorCode::kMissingFiles, std::string(words) + list, ""};
+}
+
 bool has_scheme(std::string_view uri) noexcept {
   const std::size_t colon = uri.find(':');
   return colon != std::string_view::npos && colon > 1 &&

@@ -7,7 +7,7 @@
 /// degrees. glTF's v points down, therefore w is the negative of MikkTSpace's sign.
 #pragma once
 
-#include "core/scene/scene_description.h"
+#include "core/description/scene_description.h"
 
 namespace core {
 

@@ -1,5 +1,8 @@
 // The implementation part of tinygltf's header.
-#define TINYGLTF_IMPLEMENTATION
-#include <fstream>  // without stb_image the header forgets it
 
+// clang-format off: the header needs <fstream> before it, and forgets it without stb_image.
+#include <fstream>
+// clang-format on
+
+#define TINYGLTF_IMPLEMENTATION
 #include "core/scene_io/tinygltf.h"

@@ -1,9 +1,9 @@
 /// tinygltf under a name of our own, without its image readers and its way to the file system.
 ///
 /// libdraco.so exports another version of tinygltf and of stb_image under their usual names, with
-/// classes laid out differently; which of the two a program calls would depend on the order in which
-/// it was linked. So libtinygltf.so is not used: its header is compiled in tinygltf.cpp, and the
-/// macro below gives its symbols another namespace. Include it through this header only.
+/// classes laid out differently; which of the two a program calls would depend on the order in
+/// which it was linked. So libtinygltf.so is not used: its header is compiled in tinygltf.cpp, and
+/// the macro below gives its symbols another namespace. Include it through this header only.
 #pragma once
 
 #define TINYGLTF_NO_STB_IMAGE

@@ -1,10 +1,10 @@
 #include "core/textures/texture.h"
 
-#include <immintrin.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+
+#include <immintrin.h>
 
 namespace core {
 namespace {
@@ -48,7 +48,8 @@ int wrap(int i, int n, TextureWrap mode) {
 }
 
 Vec4 mix(Vec4 a, Vec4 b, float t) {
-  return {a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t, a.z + (b.z - a.z) * t, a.w + (b.w - a.w) * t};
+  return {a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t, a.z + (b.z - a.z) * t,
+          a.w + (b.w - a.w) * t};
 }
 
 /// One channel of a stored pixel as [0,1] (integers) or as is (floats).
@@ -81,7 +82,8 @@ Vec4 Texture::texel(const Level& level, int x, int y) const noexcept {
   if (level.floats.empty()) {
     const std::uint32_t c = level.rgba8[at];
     const auto& table = srgb_ ? kSrgbTable : kLinearTable;
-    return {table[c & 255U], table[(c >> 8) & 255U], table[(c >> 16) & 255U], kLinearTable[c >> 24]};
+    return {table[c & 255U], table[(c >> 8) & 255U], table[(c >> 16) & 255U],
+            kLinearTable[c >> 24]};
   }
   return level.floats[at];
 }
@@ -108,7 +110,9 @@ std::shared_ptr<const Texture> Texture::create(const Image& image, bool srgb) {
     const std::size_t b = grey ? at : at + 2;
     const std::size_t a = at + channels - 1;
     if (bytes) {
-      const auto byte = [&image](std::size_t k) { return std::to_integer<std::uint32_t>(image.bytes[k]); };
+      const auto byte = [&image](std::size_t k) {
+        return std::to_integer<std::uint32_t>(image.bytes[k]);
+      };
       base.rgba8[i] = byte(at) | byte(g) << 8 | byte(b) << 16 | (alpha ? byte(a) : 255U) << 24;
     } else {
       const bool decode = srgb && image.type == PixelType::kU16;
@@ -133,12 +137,15 @@ std::shared_ptr<const Texture> Texture::create(const Image& image, bool srgb) {
         const int y0 = std::min(2 * y, from.height - 1);
         const int x1 = std::min(2 * x + 1, from.width - 1);
         const int y1 = std::min(2 * y + 1, from.height - 1);
-        const Vec4 v = mix(mix(texture->texel(from, x0, y0), texture->texel(from, x1, y0), 0.5F),
-                           mix(texture->texel(from, x0, y1), texture->texel(from, x1, y1), 0.5F), 0.5F);
+        const Vec4 v =
+            mix(mix(texture->texel(from, x0, y0), texture->texel(from, x1, y0), 0.5F),
+                mix(texture->texel(from, x0, y1), texture->texel(from, x1, y1), 0.5F), 0.5F);
         const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(to.width) +
                         static_cast<std::size_t>(x);
         if (bytes) {
-          const auto encode = [&](float c) { return to_byte(texture->srgb_ ? linear_to_srgb(c) : c); };
+          const auto encode = [&](float c) {
+            return to_byte(texture->srgb_ ? linear_to_srgb(c) : c);
+          };
           to.rgba8[at] = encode(v.x) | encode(v.y) << 8 | encode(v.z) << 16 | to_byte(v.w) << 24;
         } else {
           to.floats[at] = v;
@@ -156,9 +163,12 @@ Vec4 Texture::bilinear(const Level& level, const Lookup& at) const noexcept {
   const float y = at.uv.y * static_cast<float>(level.height) - 0.5F;
   const float fx = std::floor(x);
   const float fy = std::floor(y);
-  const auto column = [&](int i) { return static_cast<std::size_t>(wrap(i, level.width, at.wrap_u)); };
+  const auto column = [&](int i) {
+    return static_cast<std::size_t>(wrap(i, level.width, at.wrap_u));
+  };
   const auto row = [&](int i) {
-    return static_cast<std::size_t>(wrap(i, level.height, at.wrap_v)) * static_cast<std::size_t>(level.width);
+    return static_cast<std::size_t>(wrap(i, level.height, at.wrap_v)) *
+           static_cast<std::size_t>(level.width);
   };
   const std::size_t x0 = column(static_cast<int>(fx));
   const std::size_t x1 = column(static_cast<int>(fx) + 1);
@@ -179,7 +189,8 @@ Vec4 Texture::bilinear(const Level& level, const Lookup& at) const noexcept {
     const float* alpha = kLinearTable.data();
     return blend([&](std::size_t i) {
       const std::uint32_t c = level.rgba8[i];
-      return _mm_setr_ps(table[c & 255U], table[(c >> 8) & 255U], table[(c >> 16) & 255U], alpha[c >> 24]);
+      return _mm_setr_ps(table[c & 255U], table[(c >> 8) & 255U], table[(c >> 16) & 255U],
+                         alpha[c >> 24]);
     });
   }
   return blend([&](std::size_t i) { return _mm_loadu_ps(&level.floats[i].x); });

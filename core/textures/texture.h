@@ -11,9 +11,9 @@
 #include <memory>
 #include <vector>
 
+#include "core/description/scene_description.h"
 #include "core/image_io/image.h"
 #include "core/math/vec.h"
-#include "core/scene/scene_description.h"
 
 namespace core {
 
@@ -26,16 +26,19 @@ class Texture {
   static std::shared_ptr<const Texture> create(const Image& image, bool srgb);
 
   struct Lookup {
-    Vec2 uv = {0, 0};       ///< v = 0 at the top row
-    /// Axes of the footprint's ellipse, in uv: its whole width and length, either first. Zero: the finest level.
+    Vec2 uv = {0, 0};  ///< v = 0 at the top row
+    /// Axes of the footprint's ellipse, in uv: its whole width and length, either first. Zero: the
+    /// finest level.
     Vec2 across = {0, 0};
     Vec2 along = {0, 0};
-    int taps_max = 1;  ///< 1: a round footprint of the same area; more: that many reads along the longer axis
+    int taps_max =
+        1;  ///< 1: a round footprint of the same area; more: that many reads along the longer axis
     TextureWrap wrap_u = TextureWrap::kRepeat;
     TextureWrap wrap_v = TextureWrap::kRepeat;
     bool nearest = false;
   };
-  /// Trilinear; several reads in a row where a footprint is long; nearest when asked and the texture is magnified.
+  /// Trilinear; several reads in a row where a footprint is long; nearest when asked and the
+  /// texture is magnified.
   Vec4 sample(const Lookup& at) const noexcept;
 
   int width() const noexcept { return levels_[0].width; }

@@ -1,16 +1,16 @@
 #include "server/http/channel.h"
 
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <limits>
+
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/sendfile.h>
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <sys/uio.h>
-
-#include <algorithm>
-#include <array>
-#include <cerrno>
-#include <limits>
 
 #include "core/base/check.h"
 
@@ -21,8 +21,7 @@ namespace {
 bool poll_until(int fd, short events, Clock::time_point deadline) {
   while (true) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
-    const auto timeout_ms =
-        std::clamp<std::int64_t>(left, 0, std::numeric_limits<int>::max());
+    const auto timeout_ms = std::clamp<std::int64_t>(left, 0, std::numeric_limits<int>::max());
     pollfd entry = {.fd = fd, .events = events, .revents = 0};
     const int ready = ::poll(&entry, 1, static_cast<int>(timeout_ms));
     if (ready > 0) {
@@ -123,8 +122,8 @@ bool SocketChannel::write_file(int file_fd, std::uint64_t offset, std::uint64_t 
   auto position = static_cast<off_t>(offset);
   bool is_ok = true;
   while (size > 0 && is_ok) {
-    const ssize_t sent = ::sendfile(fd_, file_fd, &position,
-                                    static_cast<std::size_t>(std::min(size, kPieceBytes)));
+    const ssize_t sent =
+        ::sendfile(fd_, file_fd, &position, static_cast<std::size_t>(std::min(size, kPieceBytes)));
     if (sent > 0) {
       size -= static_cast<std::uint64_t>(sent);
       written_bytes_ += static_cast<std::uint64_t>(sent);

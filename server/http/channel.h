@@ -15,8 +15,8 @@ using Clock = std::chrono::steady_clock;
 
 /// When a client that does not read is given up.
 struct WritePace {
-  std::chrono::milliseconds stall{10000};       ///< Longest single wait.
-  std::uint64_t min_bytes_per_second = 1024;    ///< Over the time spent waiting, after one stall.
+  std::chrono::milliseconds stall{10000};     ///< Longest single wait.
+  std::uint64_t min_bytes_per_second = 1024;  ///< Over the time spent waiting, after one stall.
 };
 
 class Channel {
@@ -64,7 +64,7 @@ class SocketChannel final : public Channel {
   int fd_;
   WritePace pace_;
   Clock::duration write_waited_ = {};
-  std::uint64_t written_bytes_ = 0;  ///< Since restart_pace().
+  std::uint64_t written_bytes_ = 0;            ///< Since restart_pace().
   std::chrono::milliseconds idle_timeout_{0};  ///< Set on the socket; 0: not yet.
 };
 

@@ -1,15 +1,15 @@
 #include "server/http/client_watch.h"
 
+#include <array>
+#include <cerrno>
+#include <vector>
+
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
-
-#include <array>
-#include <cerrno>
-#include <vector>
 
 #include "core/base/check.h"
 #include "server/http/signal_block.h"

@@ -17,7 +17,7 @@ namespace server {
 class ClientWatch {
  public:
   struct State {
-    std::stop_source stop;               ///< Asked when the client has gone or the server ends.
+    std::stop_source stop;  ///< Asked when the client has gone or the server ends.
     std::atomic<bool> client_gone = false;
   };
 

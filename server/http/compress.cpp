@@ -1,10 +1,10 @@
 #include "server/http/compress.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
 #include <new>
+
+#include <zlib.h>
 
 #include "core/base/check.h"
 

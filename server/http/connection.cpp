@@ -1,15 +1,14 @@
 #include "server/http/connection.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
-#include <sys/socket.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <exception>
 #include <utility>
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
 
 #include "server/http/problem.h"
 #include "server/http/text.h"
@@ -18,25 +17,8 @@ namespace server {
 namespace {
 
 constexpr std::chrono::milliseconds kProbeDeadline(1000);
-constexpr std::chrono::milliseconds kCrowdedIdle(500);
 constexpr std::chrono::milliseconds kLingerTime(1000);
-
-std::string peer_address(int fd) {
-  sockaddr_storage storage = {};
-  socklen_t length = sizeof(storage);
-  std::array<char, INET6_ADDRSTRLEN> text = {};
-  if (::getpeername(fd, reinterpret_cast<sockaddr*>(&storage), &length) != 0) {
-    return {};
-  }
-  if (storage.ss_family == AF_INET) {
-    const auto* v4 = reinterpret_cast<const sockaddr_in*>(&storage);
-    ::inet_ntop(AF_INET, &v4->sin_addr, text.data(), text.size());
-  } else if (storage.ss_family == AF_INET6) {
-    const auto* v6 = reinterpret_cast<const sockaddr_in6*>(&storage);
-    ::inet_ntop(AF_INET6, &v6->sin6_addr, text.data(), text.size());
-  }
-  return text.data();
-}
+constexpr std::string_view kToldToGo = "too many connections wait for a request";
 
 bool is_request_id(std::string_view text) {
   constexpr std::size_t kMaxChars = 128;
@@ -62,10 +44,10 @@ bool is_json(std::string_view content_type) {
           type.substr(type.size() - kSuffix.size()) == kSuffix);
 }
 
-std::unique_ptr<Channel> make_channel(const HttpOptions& options, int fd) {
-  const WritePace pace = {.stall = options.limits.write_stall};
-  if (options.tls) {
-    return std::make_unique<TlsChannel>(*options.tls, fd, pace);
+std::unique_ptr<Channel> make_channel(const HttpLimits& limits, const TlsContext* tls, int fd) {
+  const WritePace pace = {.stall = limits.write_stall};
+  if (tls != nullptr) {
+    return std::make_unique<TlsChannel>(*tls, fd, pace);
   }
   return std::make_unique<SocketChannel>(fd, pace);
 }
@@ -88,18 +70,23 @@ Response body_failure_response(const RequestBody& body, const Request& request) 
 
 }  // namespace
 
-Connection::Connection(const ConnectionContext& context, int fd, Service service)
+Connection::Connection(const ConnectionContext& context, ConnectionSettings settings, Lobby& lobby,
+                       int fd, Service service)
     : context_(context),
       limits_(context.options.limits),
+      settings_(std::move(settings)),
       service_(service),
-      owned_channel_(make_channel(context.options, fd)),
+      owned_channel_(make_channel(limits_, settings_.tls.get(), fd)),
       channel_(*owned_channel_),
-      inbox_(channel_) {}
+      inbox_(channel_),
+      guest_(lobby, fd),
+      peer_(peer_address(fd)),
+      peer_group_(settings_.trusted_proxies->contains(peer_) ? std::string()
+                                                             : address_group(peer_)) {}
 
 void Connection::run() {
   const int on = 1;
   ::setsockopt(channel_.fd(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
-  remote_addr_ = peer_address(channel_.fd());
   while (wait_for_request() && serve_one() && service_ == Service::kFull) {
     registration_.reset();
     is_first_request_ = false;
@@ -115,12 +102,8 @@ void Connection::stop_if_idle() {
 
 void Connection::cut() { ::shutdown(channel_.fd(), SHUT_RDWR); }
 
-std::chrono::milliseconds Connection::idle_timeout() const {
-  const bool is_crowded = context_.connection_count.load() > limits_.max_connections / 4 * 3;
-  return is_crowded ? std::min(kCrowdedIdle, limits_.keep_alive_idle) : limits_.keep_alive_idle;
-}
-
 bool Connection::wait_for_request() {
+  guest_.enter(is_known_ ? std::string() : peer_group_);
   if (!inbox_.unread().empty()) {
     request_start_ = Clock::now();
     return true;
@@ -135,7 +118,8 @@ bool Connection::wait_for_request() {
   if (service_ == Service::kProbesOnly) {
     status = inbox_.fill_idle(kProbeDeadline);
   } else {
-    status = inbox_.fill_idle(is_first_request_ ? limits_.header_deadline : idle_timeout());
+    status =
+        inbox_.fill_idle(is_first_request_ ? limits_.header_deadline : limits_.keep_alive_idle);
   }
   is_idle_ = false;
   request_start_ = Clock::now();
@@ -177,8 +161,17 @@ bool Connection::read_head(Request& request, ParsedHead& parsed) {
       return false;
     }
   }
+  is_told_to_go_ = !guest_.leave();
+  note_client(request, peer_, settings_.tls != nullptr, *settings_.trusted_proxies);
   if (const auto id = request.header("X-Request-Id"); id && is_request_id(*id)) {
     request.request_id = *id;
+  }
+  if (is_told_to_go_ && !parsed.refusal) {
+    parsed.framing.wants_keep_alive = false;
+    // Of a body there may be a part, and no more will come.
+    if (parsed.framing.body != Framing::Body::kNone) {
+      parsed.refusal = Refusal{.status = 503, .detail = std::string(kToldToGo)};
+    }
   }
   if (parsed.refusal) {
     refuse(request, *parsed.refusal);
@@ -189,7 +182,7 @@ bool Connection::read_head(Request& request, ParsedHead& parsed) {
 
 bool Connection::serve_one() {
   Request request;
-  request.remote_addr = remote_addr_;
+  request.remote_addr = peer_;
   request.request_id =
       make_request_id(context_.request_count.fetch_add(1, std::memory_order_relaxed));
   ParsedHead parsed;
@@ -209,21 +202,31 @@ bool Connection::serve_one() {
 }
 
 Connection::Next Connection::serve(Request& request, const ParsedHead& parsed, Outcome& outcome) {
-  RequestBody body(channel_, inbox_, parsed.framing,
-                   {.idle = limits_.body_idle,
-                    .min_bytes_per_second = limits_.body_min_bytes_per_second});
+  RequestBody body(
+      channel_, inbox_, parsed.framing,
+      {.idle = limits_.body_idle, .min_bytes_per_second = limits_.body_min_bytes_per_second});
   request.watch_client = [this] { return watch_client().stop.get_token(); };
+  StreamSlot place;
+  request.place = &place;
   Response response = make_response(request, parsed, body, outcome);
   if (body.failure() != RequestBody::Failure::kNone) {
     response = body_failure_response(body, request);
   }
   auto* stream = std::get_if<StreamBody>(&response.body);
-  if (stream != nullptr && !stream->slot) {
-    stream->slot = context_.streams.try_enter(request.principal);
+  if (stream != nullptr && is_told_to_go_) {
+    // It would end at once: its client seems to have gone.
+    response = problem_response(503, kToldToGo, request.path);
+  } else if (stream != nullptr && !stream->slot) {
+    stream->slot = context_.streams.try_enter(request.access.tenant);
     if (!stream->slot) {
       response = problem_response(503, "too many streams are open", request.path);
-      response.headers.add("Retry-After", "2");
     }
+  }
+  outcome.is_stream = place.is_of(context_.streams);
+  if (const auto* body_stream = std::get_if<StreamBody>(&response.body)) {
+    // What is made as it is sent, and has a length, is an answer like others.
+    outcome.is_stream = outcome.is_stream || !body_stream->bytes;
+    place = StreamSlot();
   }
   prepare(request, response);
   outcome.status = response.status;
@@ -231,14 +234,13 @@ Connection::Next Connection::serve(Request& request, const ParsedHead& parsed, O
 
   const bool keep_alive = parsed.framing.wants_keep_alive && service_ == Service::kFull &&
                           !context_.watch.is_stopping() && body.is_drainable(limits_.drain_bytes);
-  const Written written = write_response(channel_, response,
-                                         {.request = request,
-                                          .is_http_1_1 = parsed.framing.is_http_1_1,
-                                          .keep_alive = keep_alive,
-                                          .watch_client = [this]() -> ClientWatch::State& {
-                                            return watch_client();
-                                          },
-                                          .watch = context_.watch});
+  const Written written =
+      write_response(channel_, response,
+                     {.request = request,
+                      .is_http_1_1 = parsed.framing.is_http_1_1,
+                      .keep_alive = keep_alive,
+                      .watch_client = [this]() -> ClientWatch::State& { return watch_client(); },
+                      .watch = context_.watch});
   outcome.bytes_received = body.bytes_read();
   outcome.bytes_sent = written.body_bytes;
   outcome.client_gone = !written.is_complete && written.internal_error.empty();
@@ -262,13 +264,25 @@ Response Connection::make_response(Request& request, const ParsedHead& parsed, R
     request.path_params = std::move(match.params);
   }
   if (service_ == Service::kProbesOnly && (match.route == nullptr || !match.route->is_probe)) {
-    Response response = problem_response(503, "too many connections are open", request.path);
-    response.headers.add("Retry-After", "2");
-    return response;
+    return problem_response(503, "too many connections are open", request.path);
   }
   if (context_.options.hooks.before) {
     if (std::optional<Response> answer = context_.options.hooks.before(request)) {
       return std::move(*answer);
+    }
+  }
+  is_known_ = is_known_ || !request.principal_name.empty();
+  if (match.route == nullptr || !match.route->is_probe) {
+    const bool has_key = !request.principal.empty();
+    *request.place = context_.requests.try_enter(has_key ? request.principal
+                                                         : address_group(request.remote_addr));
+    if (!*request.place) {
+      context_.refused_request_count.fetch_add(1, std::memory_order_relaxed);
+      return problem_response(429,
+                              "more than " + std::to_string(limits_.max_requests_of_client) +
+                                  " requests of this " + (has_key ? "key" : "address") +
+                                  " are being answered",
+                              request.path);
     }
   }
   if (match.route == nullptr) {
@@ -284,7 +298,8 @@ Response Connection::make_response(Request& request, const ParsedHead& parsed, R
     return response;
   }
   BodyPolicy policy = match.route->body;
-  if (policy.picture_limit_bytes > 0 && media_type(request.header("Content-Type").value_or("")).starts_with("image/")) {
+  if (policy.picture_limit_bytes > 0 &&
+      media_type(request.header("Content-Type").value_or("")).starts_with("image/")) {
     policy = BodyPolicy::stream(policy.picture_limit_bytes);
   }
   body.set_limit(policy.limit_bytes);
@@ -346,13 +361,12 @@ void Connection::refuse(Request& request, const Refusal& refusal) {
                       .watch = context_.watch});
   if (context_.options.hooks.after) {
     context_.options.hooks.after(
-        request,
-        {.status = refusal.status,
-         .seconds = std::chrono::duration<double>(Clock::now() - request_start_).count(),
-         .bytes_sent = written.body_bytes,
-         .client_gone = !written.is_complete,
-         .internal_error = {},
-         .location = {}});
+        request, {.status = refusal.status,
+                  .seconds = std::chrono::duration<double>(Clock::now() - request_start_).count(),
+                  .bytes_sent = written.body_bytes,
+                  .client_gone = !written.is_complete,
+                  .internal_error = {},
+                  .location = {}});
   }
   if (written.is_complete) {
     close_politely();

@@ -1,10 +1,10 @@
 #include "server/http/file_response.h"
 
+#include <algorithm>
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <algorithm>
 
 #include "server/http/conditional.h"
 #include "server/http/problem.h"
@@ -23,8 +23,9 @@ bool range_applies(const Request& request, std::string_view etag) {
 
 RangeRequest asked_range(const Request& request, std::string_view etag, std::uint64_t total_bytes) {
   const auto header = request.header("Range");
-  return header && request.method == "GET" && range_applies(request, etag) ? parse_range(*header, total_bytes)
-                                                                           : RangeRequest{};
+  return header && request.method == "GET" && range_applies(request, etag)
+             ? parse_range(*header, total_bytes)
+             : RangeRequest{};
 }
 
 /// Sets what 200, 206 and 304 have in common; true: it is a 304.
@@ -43,10 +44,11 @@ bool is_answered(const Request& request, const std::string& etag, const std::str
 }
 
 Response unsatisfiable(const Request& request, std::uint64_t total_bytes) {
-  Response response = problem_response(416,
-                                       "the range '" + std::string(request.header("Range").value_or("")) +
-                                           "' does not fit the size of " + std::to_string(total_bytes) + " bytes",
-                                       request.path);
+  Response response =
+      problem_response(416,
+                       "the range '" + std::string(request.header("Range").value_or("")) +
+                           "' does not fit the size of " + std::to_string(total_bytes) + " bytes",
+                       request.path);
   response.headers.add("Content-Range", "bytes */" + std::to_string(total_bytes));
   return response;
 }

@@ -1,10 +1,5 @@
 #include "server/http/http_server.h"
 
-#include <fcntl.h>
-#include <httplib.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
@@ -15,11 +10,17 @@
 #include <unordered_set>
 #include <utility>
 
+#include <fcntl.h>
+#include <httplib.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "api/errors.h"
 #include "core/base/check.h"
 #include "core/base/mutex.h"
 #include "server/http/client_watch.h"
 #include "server/http/connection.h"
-#include "server/http/problem.h"
+#include "server/http/lobby.h"
 #include "server/http/worker_pool.h"
 
 namespace server {
@@ -32,8 +33,7 @@ constexpr int kProbeThreads = 16;
 /// returns void in version 0.11 and bool in 0.18.
 class PoolQueue final : public httplib::TaskQueue {
  public:
-  using Enqueued =
-      decltype(std::declval<httplib::TaskQueue&>().enqueue(std::function<void()>()));
+  using Enqueued = decltype(std::declval<httplib::TaskQueue&>().enqueue(std::function<void()>()));
 
   explicit PoolQueue(WorkerPool& pool) : pool_(pool) {}
 
@@ -116,7 +116,13 @@ class HttpServer::Impl {
       : options_(std::move(options)),
         router_(std::move(routes)),
         streams_(streams),
-        pool_(options_.limits.max_connections + kProbeThreads) {
+        requests_(options_.limits.max_connections, options_.limits.max_requests_of_client),
+        lobby_({.waiting = options_.limits.max_waiting,
+                .waiting_of_address = options_.limits.max_waiting_of_address}),
+        settings_{.tls = options_.tls,
+                  .trusted_proxies = std::make_shared<const Networks>(options_.trusted_proxies)},
+        // Those that were told to go still hold a thread until they have noticed.
+        pool_(options_.limits.max_connections + options_.limits.max_waiting + kProbeThreads) {
     // sendfile has no MSG_NOSIGNAL.
     std::signal(SIGPIPE, SIG_IGN);
   }
@@ -180,12 +186,26 @@ class HttpServer::Impl {
     return connections_.empty() && !is_running_;
   }
 
+  void set_tls(std::shared_ptr<const TlsContext> tls) {
+    core::MutexLock lock(mutex_);
+    CHECK((tls == nullptr) == (settings_.tls == nullptr));
+    settings_.tls = std::move(tls);
+  }
+  void set_trusted_proxies(Networks trusted) {
+    core::MutexLock lock(mutex_);
+    settings_.trusted_proxies = std::make_shared<const Networks>(std::move(trusted));
+  }
+
   Stats stats() const {
+    const Lobby::Counts waiting = lobby_.counts();
     return {.connections = connection_count_.load(),
             .threads = pool_.thread_count(),
             .connections_accepted = accepted_count_.load(),
             .connections_refused = refused_count_.load(),
-            .requests = request_count_.load()};
+            .connections_evicted = waiting.evicted + probe_lobby_.counts().evicted,
+            .connections_evicted_of_address = waiting.evicted_of_address,
+            .requests = request_count_.load(),
+            .requests_refused = refused_request_count_.load()};
   }
   const std::vector<Route>& routes() const { return router_.routes(); }
 
@@ -223,12 +243,13 @@ class HttpServer::Impl {
       refuse(fd);
       return;
     }
-    const bool is_full = connection_count_.fetch_add(1) >= options_.limits.max_connections;
-    const auto service =
-        is_full ? Connection::Service::kProbesOnly : Connection::Service::kFull;
+    const int others = connection_count_.fetch_add(1) - lobby_.leaving_count();
+    // Whoever only waits makes room; nobody does when all are being served.
+    const bool is_full = others >= options_.limits.max_connections && !lobby_.evict_oldest();
+    const auto service = is_full ? Connection::Service::kProbesOnly : Connection::Service::kFull;
     {
       ::fcntl(fd, F_SETFD, FD_CLOEXEC);
-      Connection connection(context_, fd, service);
+      Connection connection(context_, settings(), is_full ? probe_lobby_ : lobby_, fd, service);
       {
         core::MutexLock lock(mutex_);
         connections_.insert(&connection);
@@ -252,11 +273,17 @@ class HttpServer::Impl {
     }
   }
 
+  ConnectionSettings settings() {
+    core::MutexLock lock(mutex_);
+    return settings_;
+  }
+
   static void refuse(int fd) {
-    const std::string body = problem_json(503, "too many connections are open", {});
+    const std::string body =
+        api::problem_json(api::make_problem(503, "too many connections are open"), {});
     const std::string answer =
         "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/problem+json\r\n"
-        "Retry-After: 2\r\nConnection: close\r\nContent-Length: " +
+        "Retry-After: 5\r\nConnection: close\r\nContent-Length: " +
         std::to_string(body.size()) + "\r\n\r\n" + body;
     ::send(fd, answer.data(), answer.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     ::close(fd);
@@ -265,21 +292,28 @@ class HttpServer::Impl {
   HttpOptions options_;
   const Router router_;
   StreamGate& streams_;
+  StreamGate requests_;
+  Lobby lobby_;
+  /// Half of the threads: a probe finds one however many wait.
+  Lobby probe_lobby_{{.waiting = kProbeThreads / 2, .waiting_of_address = kProbeThreads / 2}};
   ClientWatch watch_;
   std::atomic<int> connection_count_ = 0;
   std::atomic<std::uint64_t> accepted_count_ = 0;
   std::atomic<std::uint64_t> refused_count_ = 0;
   std::atomic<std::uint64_t> request_count_ = 0;
+  std::atomic<std::uint64_t> refused_request_count_ = 0;
   const ConnectionContext context_ = {.options = options_,
                                       .router = router_,
                                       .streams = streams_,
+                                      .requests = requests_,
                                       .watch = watch_,
-                                      .connection_count = connection_count_,
                                       .request_count = request_count_,
+                                      .refused_request_count = refused_request_count_,
                                       .request_id_seed = random_seed()};
   std::atomic<std::thread::id> accept_thread_;
   core::Mutex mutex_;
   core::CondVar changed_;
+  ConnectionSettings settings_ GUARDED_BY(mutex_);
   std::unordered_set<Connection*> connections_ GUARDED_BY(mutex_);
   std::shared_ptr<Listener> listener_ GUARDED_BY(mutex_);
   bool is_running_ GUARDED_BY(mutex_) = false;
@@ -293,6 +327,10 @@ HttpServer::~HttpServer() = default;
 core::Result<int> HttpServer::bind() { return impl_->bind(); }
 void HttpServer::run() { impl_->run(); }
 bool HttpServer::stop(std::chrono::milliseconds grace) { return impl_->stop(grace); }
+void HttpServer::set_tls(std::shared_ptr<const TlsContext> tls) { impl_->set_tls(std::move(tls)); }
+void HttpServer::set_trusted_proxies(Networks trusted) {
+  impl_->set_trusted_proxies(std::move(trusted));
+}
 HttpServer::Stats HttpServer::stats() const { return impl_->stats(); }
 const std::vector<Route>& HttpServer::routes() const { return impl_->routes(); }
 

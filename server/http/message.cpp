@@ -1,8 +1,8 @@
 #include "server/http/message.h"
 
-#include <unistd.h>
-
 #include <algorithm>
+
+#include <unistd.h>
 
 #include "server/http/stream_gate.h"
 #include "server/http/text.h"
@@ -82,13 +82,11 @@ StreamSlot StreamGate::try_enter(const std::string& owner) {
   if (open_count_ >= limit_) {
     return {};
   }
-  if (!owner.empty()) {
-    int& of_owner = of_owner_[owner];
-    if (limit_of_owner_ > 0 && of_owner >= limit_of_owner_) {
-      return {};
-    }
-    ++of_owner;
+  int& of_owner = of_owner_[owner];
+  if (!owner.empty() && limit_of_owner_ > 0 && of_owner >= limit_of_owner_) {
+    return {};
   }
+  ++of_owner;
   ++open_count_;
   return {this, owner};
 }

@@ -17,6 +17,8 @@
 #include <variant>
 #include <vector>
 
+#include "server/access.h"
+
 namespace server {
 
 /// Header fields in order of arrival; names compare without case.
@@ -75,22 +77,30 @@ class StringBodyReader : public BodyReader {
   std::uint64_t bytes_read_ = 0;
 };
 
+class StreamSlot;
+
 struct Request {
   std::string method;  ///< Upper case as received: "GET", "HEAD", ...
   std::string target;  ///< As received: "/v1/jobs?limit=5".
   std::string path;    ///< Without query; percent-decoded.
   std::vector<std::pair<std::string, std::string>> query_params;  ///< Decoded, in order.
-  std::vector<std::pair<std::string, std::string>> path_params;  ///< Decoded; from the router.
+  std::vector<std::pair<std::string, std::string>> path_params;   ///< Decoded; from the router.
   Headers headers;
-  std::string remote_addr;  ///< Numeric address of the peer, without port.
-  std::string request_id;   ///< The client's X-Request-Id if it is well-formed, else a fresh one.
-  std::string route;        ///< Pattern of the matched route, for metrics; empty if none.
-  std::string principal;    ///< Who asks; left to the before-hook to fill.
-  std::string principal_name = {};  ///< For people; the same.
-  std::string body;         ///< The whole body on routes with BodyPolicy::json.
+  /// Numeric address of the client, without port; behind a trusted proxy the one it names.
+  std::string remote_addr;
+  bool is_https = false;   ///< The client speaks TLS, with us or with a trusted proxy.
+  std::string request_id;  ///< The client's X-Request-Id if it is well-formed, else a fresh one.
+  std::string route;       ///< Pattern of the matched route, for metrics; empty if none.
+  std::string principal;   ///< Id of the key that asks; left to the before-hook to fill.
+  std::string principal_name = {};    ///< For people; the same.
+  Access access = {};                 ///< Whose things it may see; the same.
+  std::string body;                   ///< The whole body on routes with BodyPolicy::json.
   BodyReader* body_reader = nullptr;  ///< Set on routes with BodyPolicy::stream.
   /// Made by the server; called by stop_token().
   std::function<std::stop_token()> watch_client;
+  /// The place that this request has among those of its key that are being answered; set by the
+  /// server. A long poll changes it for a place among the streams.
+  StreamSlot* place = nullptr;
 
   /// First query parameter of that name.
   std::optional<std::string> query(std::string_view name) const;
@@ -136,6 +146,7 @@ class StreamSlot {
   StreamSlot& operator=(const StreamSlot&) = delete;
   ~StreamSlot();
   explicit operator bool() const { return gate_ != nullptr; }
+  bool is_of(const StreamGate& gate) const { return gate_ == &gate; }
 
  private:
   friend class StreamGate;

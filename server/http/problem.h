@@ -1,9 +1,10 @@
-/// The few problem documents (RFC 9457) that the transport makes by itself.
+/// Answers that say what is wrong: application/problem+json (RFC 9457), of one shape for the whole
+/// server.
 #pragma once
 
-#include <string>
 #include <string_view>
 
+#include "api/problem.h"
 #include "server/http/message.h"
 
 namespace server {
@@ -11,11 +12,10 @@ namespace server {
 /// The standard reason phrase, "" for an unknown status.
 std::string_view reason_phrase(int status);
 
-/// `{"type":"about:blank","title":...,"status":...,"detail":...,"instance":...}`. detail and
-/// instance may hold any bytes; what is not UTF-8 becomes U+FFFD. An empty instance is left out.
-std::string problem_json(int status, std::string_view detail, std::string_view instance);
-
-/// application/problem+json with that text; instance is the path of the request.
+/// 429 and 503 carry Retry-After; instance is the path of the request. Text that is not UTF-8 is
+/// sent with U+FFFD in its place.
+Response problem_response(const api::Problem& problem, std::string_view instance);
+/// The same of a status that api::error_table() has.
 Response problem_response(int status, std::string_view detail, std::string_view instance);
 
 }  // namespace server

@@ -30,8 +30,8 @@ std::optional<std::uint64_t> parse_chunk_size(std::string_view line) {
   }
   const std::string_view rest = line.substr(digits);
   const std::size_t extension = rest.find_first_not_of(" \t");
-  const bool is_rest_valid = rest.empty() || (extension != std::string_view::npos &&
-                                              rest[extension] == ';');
+  const bool is_rest_valid =
+      rest.empty() || (extension != std::string_view::npos && rest[extension] == ';');
   constexpr std::size_t kMaxDigits = 15;
   if (digits == 0 || digits > kMaxDigits || !is_rest_valid) {
     return std::nullopt;

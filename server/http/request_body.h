@@ -13,8 +13,8 @@
 namespace server {
 
 struct BodyPace {
-  std::chrono::milliseconds idle{10000};        ///< Longest single wait.
-  std::uint64_t min_bytes_per_second = 1024;    ///< Over the time spent waiting, after one idle.
+  std::chrono::milliseconds idle{10000};      ///< Longest single wait.
+  std::uint64_t min_bytes_per_second = 1024;  ///< Over the time spent waiting, after one idle.
 };
 
 class RequestBody final : public BodyReader {

@@ -225,7 +225,8 @@ class ResponseWriter {
       stream.bytes.reset();
     }
     // Without chunks and length the end of the connection is the end of the body.
-    written_.keep_alive = written_.keep_alive && (context_.is_http_1_1 || !has_body_ || stream.bytes);
+    written_.keep_alive =
+        written_.keep_alive && (context_.is_http_1_1 || !has_body_ || stream.bytes);
     if (!channel_.write({make_head(stream.bytes)}) || !has_body_) {
       written_.is_complete = !has_body_;
       return;
@@ -239,7 +240,8 @@ class ResponseWriter {
     }
     try {
       stream.producer(writer);
-      written_.is_complete = writer.finish() && (!stream.bytes || writer.body_bytes() == *stream.bytes);
+      written_.is_complete =
+          writer.finish() && (!stream.bytes || writer.body_bytes() == *stream.bytes);
     } catch (const std::exception& error) {
       written_.internal_error = error.what();
     } catch (...) {

@@ -24,8 +24,8 @@ bool is_extension(std::string_view text) {
   });
 }
 
-constexpr std::array<std::string_view, 6> kMethodOrder = {"GET",   "HEAD",  "POST",
-                                                          "PUT",   "PATCH", "DELETE"};
+constexpr std::array<std::string_view, 6> kMethodOrder = {"GET", "HEAD",  "POST",
+                                                          "PUT", "PATCH", "DELETE"};
 
 /// "GET, HEAD, OPTIONS" from the methods of the routes of one path.
 std::string make_allow(const std::vector<std::string_view>& methods) {

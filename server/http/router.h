@@ -25,14 +25,16 @@ struct BodyPolicy {
   };
   Kind kind = Kind::kNone;
   std::uint64_t limit_bytes = 0;  ///< 413 beyond.
-  /// Of a body with a Content-Type image/..., which is left to the handler as with kStream; 0: none is taken.
+  /// Of a body with a Content-Type image/..., which is left to the handler as with kStream; 0: none
+  /// is taken.
   std::uint64_t picture_limit_bytes = 0;
 
   static constexpr BodyPolicy none() { return {}; }
   static constexpr BodyPolicy json(std::uint64_t limit_bytes = 1U << 20U) {
     return {.kind = Kind::kJson, .limit_bytes = limit_bytes};
   }
-  static constexpr BodyPolicy json_or_picture(std::uint64_t json_bytes, std::uint64_t picture_bytes) {
+  static constexpr BodyPolicy json_or_picture(std::uint64_t json_bytes,
+                                              std::uint64_t picture_bytes) {
     return {.kind = Kind::kJson, .limit_bytes = json_bytes, .picture_limit_bytes = picture_bytes};
   }
   static constexpr BodyPolicy stream(std::uint64_t limit_bytes) {
@@ -48,7 +50,7 @@ struct Route {
   Handler handler;
   BodyPolicy body = {};
   std::string summary = {};  ///< One line, for the API page.
-  bool is_probe = false;  ///< Answered even when the server is full.
+  bool is_probe = false;     ///< Answered even when the server is full.
 };
 
 class Router {

@@ -35,9 +35,8 @@ void append_lines(std::string& text, std::string_view prefix, std::string_view v
 
 bool is_stream_name(std::string_view text) {
   return !text.empty() && text.size() <= kMaxStreamChars &&
-         std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z');
-         });
+         std::all_of(text.begin(), text.end(),
+                     [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z'); });
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
-/// Counts what is open, in all and of each key, against limits. Each holds a thread, so there must be some.
+/// Counts what is open, in all and of each tenant, against limits. Each holds a thread, so there
+/// must be some.
 ///
 /// A route that can say more than 503 takes its place first:
-/// `StreamSlot slot = gate.try_enter(request.principal); if (!slot) return overloaded();`
+/// `StreamSlot slot = gate.try_enter(request.access.tenant); if (!slot) return overloaded();`
 #pragma once
 
 #include <map>
@@ -14,13 +15,14 @@ namespace server {
 
 class StreamGate {
  public:
-  /// limit: the most open at a time, at least 1. limit_of_owner: of one stored key; 0: any number.
-  explicit StreamGate(int limit, int limit_of_owner = 0) : limit_(limit), limit_of_owner_(limit_of_owner) {}
+  /// limit: the most open at a time, at least 1. limit_of_owner: of one tenant; 0: any number.
+  explicit StreamGate(int limit, int limit_of_owner = 0)
+      : limit_(limit), limit_of_owner_(limit_of_owner) {}
   StreamGate(const StreamGate&) = delete;
   StreamGate& operator=(const StreamGate&) = delete;
 
-  /// owner: id of a stored key; empty: nobody's, which only the first limit binds. An empty slot when all places are
-  /// taken. The gate must outlive its slots.
+  /// owner: a tenant; empty: the operator, whom only the first limit binds. An empty slot
+  /// when all places are taken. The gate must outlive its slots.
   StreamSlot try_enter(const std::string& owner = {});
   int open_count() const {
     const core::MutexLock lock(mutex_);

@@ -1,16 +1,16 @@
 #include "server/http/tls.h"
 
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <limits>
+
 #include <fcntl.h>
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
-
-#include <algorithm>
-#include <array>
-#include <cerrno>
-#include <limits>
 
 #include "core/base/check.h"
 
@@ -33,7 +33,8 @@ bool poll_until(int fd, short events, Clock::time_point deadline) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
     pollfd entry = {.fd = fd, .events = events, .revents = 0};
     const int ready = ::poll(
-        &entry, 1, static_cast<int>(std::clamp<std::int64_t>(left, 0, std::numeric_limits<int>::max())));
+        &entry, 1,
+        static_cast<int>(std::clamp<std::int64_t>(left, 0, std::numeric_limits<int>::max())));
     if (ready > 0) {
       return true;
     }
@@ -50,11 +51,12 @@ short wanted_events(int error) {
 
 }  // namespace
 
-core::Result<std::shared_ptr<const TlsContext>> TlsContext::load(const std::string& certificate_file,
-                                                                 const std::string& key_file) {
+core::Result<std::shared_ptr<const TlsContext>> TlsContext::load(
+    const std::string& certificate_file, const std::string& key_file) {
   SSL_CTX* raw = SSL_CTX_new(TLS_server_method());
   CHECK(raw != nullptr);
-  const std::shared_ptr<const TlsContext> context(new TlsContext(raw));  // NOLINT: private constructor.
+  const std::shared_ptr<const TlsContext> context(
+      new TlsContext(raw));  // NOLINT: private constructor.
   SSL_CTX_set_min_proto_version(raw, TLS1_2_VERSION);
   SSL_CTX_set_options(raw, SSL_OP_NO_RENEGOTIATION | SSL_OP_CIPHER_SERVER_PREFERENCE);
   SSL_CTX_set_mode(raw, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER |
@@ -132,7 +134,8 @@ bool TlsChannel::write_all(std::string_view bytes) {
     }
     ERR_clear_error();
     std::size_t sent = 0;
-    const int result = SSL_write_ex(tls_, bytes.data(), std::min(bytes.size(), kRecordBytes), &sent);
+    const int result =
+        SSL_write_ex(tls_, bytes.data(), std::min(bytes.size(), kRecordBytes), &sent);
     if (result == 1) {
       bytes.remove_prefix(sent);
       written_bytes_ += sent;

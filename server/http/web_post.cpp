@@ -1,19 +1,15 @@
 #include "server/http/web_post.h"
 
-#include <arpa/inet.h>
-#include <httplib.h>
-#include <netdb.h>
-#include <netinet/in.h>
-
 #include <algorithm>
 #include <array>
-#include <condition_variable>
-#include <cstring>
-#include <memory>
-#include <mutex>
-#include <stop_token>
-#include <thread>
 
+#include <arpa/inet.h>
+#include <curl/curl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include "core/base/check.h"
 #include "server/http/text.h"
 
 namespace server {
@@ -65,103 +61,6 @@ bool is_public6(const in6_addr& address) {
   const bool is_documentation = first == 0x20010db8 || first >> 20U == 0x3ff;
   const bool is_protocol = first >> 9U == 0x20010000U >> 9U;  // 2001::/23, Teredo among them
   return is_global && !is_documentation && !is_protocol;
-}
-
-struct FreeAddresses {
-  void operator()(addrinfo* list) const { ::freeaddrinfo(list); }
-};
-
-/// The first address of the host, as numbers. All of them must be public where that is asked.
-core::Result<std::string> resolve(const WebTarget& target, Reach reach) {
-  addrinfo hints = {};
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* raw = nullptr;
-  const std::string port = std::to_string(target.port);
-  const int failed = ::getaddrinfo(target.host.c_str(), port.c_str(), &hints, &raw);
-  const std::unique_ptr<addrinfo, FreeAddresses> list(raw);
-  if (failed != 0) {
-    return core::Error{core::ErrorCode::kUnavailable,
-                       "cannot resolve " + target.host + ": " + ::gai_strerror(failed), ""};
-  }
-  std::string first;
-  for (const addrinfo* entry = list.get(); entry != nullptr; entry = entry->ai_next) {
-    std::array<char, NI_MAXHOST> text = {};
-    if (::getnameinfo(entry->ai_addr, entry->ai_addrlen, text.data(), text.size(), nullptr, 0,
-                      NI_NUMERICHOST) != 0) {
-      continue;
-    }
-    if (reach == Reach::kPublicOnly && !is_public_address(text.data())) {
-      return core::Error{core::ErrorCode::kForbidden,
-                         target.host + " is " + text.data() + ", which is not on the public internet",
-                         ""};
-    }
-    first = first.empty() ? text.data() : first;
-  }
-  if (first.empty()) {
-    return core::Error{core::ErrorCode::kUnavailable, target.host + " has no address", ""};
-  }
-  return first;
-}
-
-/// Closes the client's connection when the time is over: the library's own limits are for each read.
-class Deadline {
- public:
-  Deadline(httplib::ClientImpl& client, std::chrono::seconds time)
-      : watcher_([&client, time](const std::stop_token& stop) {
-          std::mutex mutex;
-          std::condition_variable_any never;
-          std::unique_lock<std::mutex> lock(mutex);
-          never.wait_for(lock, stop, time, [] { return false; });
-          if (!stop.stop_requested()) {
-            client.stop();
-          }
-        }) {}
-
- private:
-  std::jthread watcher_;
-};
-
-template <typename Client>
-core::Result<int> send(Client& client, const WebTarget& target, const WebPost& post,
-                       const std::string& address) {
-  client.set_hostname_addr_map({{target.host, address}});
-  client.set_follow_location(false);
-  client.set_connection_timeout(post.timeout.count());
-  client.set_read_timeout(post.timeout.count());
-  client.set_write_timeout(post.timeout.count());
-  httplib::Request request;
-  request.method = "POST";
-  request.path = target.path;
-  for (const auto& [name, value] : post.headers) {
-    request.set_header(name, value);
-  }
-  request.set_header("Content-Type", post.content_type);
-  request.body = post.body;
-  int status = 0;
-  std::size_t received = 0;
-  request.response_handler = [&status](const httplib::Response& response) {
-    status = response.status;
-    return true;
-  };
-  request.content_receiver = [&received](const char* /*data*/, std::size_t size,
-                                         std::uint64_t /*offset*/, std::uint64_t /*total*/) {
-    received += size;
-    return received <= kAnswerBytesMax;
-  };
-  httplib::Response response;
-  httplib::Error error = httplib::Error::Success;
-  {
-    const Deadline deadline(client, post.timeout);
-    const std::stop_callback cut(post.stop, [&client] { client.stop(); });
-    // The handler is not called for an answer without a body, as 204 is.
-    if (client.send(request, response, error)) {
-      status = response.status;
-    }
-  }
-  if (status != 0) {
-    return status;
-  }
-  return core::Error{core::ErrorCode::kUnavailable, "no answer: " + httplib::to_string(error), ""};
 }
 
 }  // namespace
@@ -227,18 +126,133 @@ bool is_private_literal(std::string_view host) {
   return host.find(':') != std::string_view::npos && !is_public_address(host);
 }
 
-core::Result<int> post_to_web(const WebTarget& target, const WebPost& post) {
-  const auto address = resolve(target, post.reach);
-  if (!address) {
-    return address.error();
+struct WebCalls::Call {
+  struct Free {
+    void operator()(CURL* handle) const { curl_easy_cleanup(handle); }
+    void operator()(curl_slist* list) const { curl_slist_free_all(list); }
+  };
+  std::string id;
+  WebPost post;
+  std::string refused;  ///< An address that is not public.
+  std::size_t answer_bytes = 0;
+  std::unique_ptr<curl_slist, Free> headers;
+  std::unique_ptr<CURL, Free> handle;  // The last member: it uses the others.
+
+  /// Called by libcurl with an address that it is about to connect to.
+  static curl_socket_t open_socket(void* self, curlsocktype /*purpose*/, curl_sockaddr* address) {
+    auto& call = *static_cast<Call*>(self);
+    std::array<char, NI_MAXHOST> text = {};
+    const int failed = ::getnameinfo(&address->addr, address->addrlen, text.data(), text.size(),
+                                     nullptr, 0, NI_NUMERICHOST);
+    if (call.post.reach == Reach::kPublicOnly && (failed != 0 || !is_public_address(text.data()))) {
+      call.refused = text.data();
+      return CURL_SOCKET_BAD;
+    }
+    return ::socket(address->family, address->socktype | SOCK_CLOEXEC, address->protocol);
   }
-  if (target.is_tls) {
-    httplib::SSLClient client(target.host, target.port);
-    client.enable_server_certificate_verification(true);
-    return send(client, target, post, *address);
+
+  static std::size_t take_answer(const char* /*bytes*/, std::size_t size, std::size_t count,
+                                 void* self) {
+    auto& call = *static_cast<Call*>(self);
+    call.answer_bytes += size * count;
+    return call.answer_bytes <= kAnswerBytesMax ? size * count : 0;
   }
-  httplib::ClientImpl client(target.host, target.port);
-  return send(client, target, post, *address);
+
+  core::Result<int> status(CURLcode code) const {
+    if (!refused.empty()) {
+      const auto target = parse_web_target(post.url);
+      return core::Error{core::ErrorCode::kForbidden,
+                         (target ? target->host : post.url) + " is " + refused +
+                             ", which is not on the public internet",
+                         ""};
+    }
+    long answered = 0;
+    curl_easy_getinfo(handle.get(), CURLINFO_RESPONSE_CODE, &answered);
+    // An answer that is longer than what is read of it is one.
+    const bool is_cut = code == CURLE_WRITE_ERROR && answer_bytes > kAnswerBytesMax;
+    if (answered != 0 && (code == CURLE_OK || is_cut)) {
+      return static_cast<int>(answered);
+    }
+    return core::Error{core::ErrorCode::kUnavailable,
+                       std::string("no answer: ") + curl_easy_strerror(code), ""};
+  }
+};
+
+void WebCalls::Free::operator()(void* multi) const { curl_multi_cleanup(multi); }
+
+WebCalls::WebCalls() {
+  CHECK(curl_global_init(CURL_GLOBAL_DEFAULT) == CURLE_OK);
+  multi_.reset(curl_multi_init());
+  CHECK(multi_ != nullptr);
 }
+
+WebCalls::~WebCalls() {
+  for (const auto& call : calls_) {
+    curl_multi_remove_handle(multi_.get(), call->handle.get());
+  }
+}
+
+void WebCalls::begin(std::string id, const WebPost& post) {
+  auto call = std::make_unique<Call>();
+  call->id = std::move(id);
+  call->post = post;
+  call->handle.reset(curl_easy_init());
+  CHECK(call->handle != nullptr);
+  CURL* handle = call->handle.get();
+  curl_slist* headers = curl_slist_append(nullptr, "Expect:");  // No pause before the body.
+  for (const auto& [name, value] : post.headers) {
+    headers = curl_slist_append(headers, (name + ": " + value).c_str());
+  }
+  call->headers.reset(headers);
+  const auto set = [handle](CURLoption option, auto value) {
+    CHECK(curl_easy_setopt(handle, option, value) == CURLE_OK);
+  };
+  set(CURLOPT_URL, call->post.url.c_str());
+  set(CURLOPT_PROTOCOLS_STR, "http,https");
+  set(CURLOPT_HTTP_VERSION, long{CURL_HTTP_VERSION_1_1});
+  set(CURLOPT_PROXY, "");
+  set(CURLOPT_FOLLOWLOCATION, 0L);
+  set(CURLOPT_FORBID_REUSE, 1L);
+  set(CURLOPT_DNS_CACHE_TIMEOUT, 0L);
+  set(CURLOPT_NOSIGNAL, 1L);
+  set(CURLOPT_QUICK_EXIT, 1L);  // Else the end of a call waits for the look-up of its name.
+  set(CURLOPT_TIMEOUT_MS, static_cast<long>(post.timeout.count()));
+  set(CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(post.timeout.count()));
+  set(CURLOPT_POST, 1L);
+  set(CURLOPT_POSTFIELDS, call->post.body.c_str());
+  set(CURLOPT_POSTFIELDSIZE, static_cast<long>(call->post.body.size()));
+  set(CURLOPT_HTTPHEADER, headers);
+  set(CURLOPT_OPENSOCKETFUNCTION, &Call::open_socket);
+  set(CURLOPT_OPENSOCKETDATA, call.get());
+  set(CURLOPT_WRITEFUNCTION, &Call::take_answer);
+  set(CURLOPT_WRITEDATA, call.get());
+  CHECK(curl_multi_add_handle(multi_.get(), handle) == CURLM_OK);
+  calls_.push_back(std::move(call));
+}
+
+std::vector<WebCalls::Ended> WebCalls::wait(std::chrono::milliseconds time) {
+  int running = 0;
+  curl_multi_perform(multi_.get(), &running);
+  if (static_cast<std::size_t>(running) == calls_.size()) {
+    curl_multi_poll(multi_.get(), nullptr, 0, static_cast<int>(time.count()), nullptr);
+    curl_multi_perform(multi_.get(), &running);
+  }
+  std::vector<Ended> ended;
+  int left = 0;
+  while (const CURLMsg* message = curl_multi_info_read(multi_.get(), &left)) {
+    const auto found = std::find_if(calls_.begin(), calls_.end(), [&](const auto& call) {
+      return call->handle.get() == message->easy_handle;
+    });
+    if (message->msg != CURLMSG_DONE || found == calls_.end()) {
+      continue;
+    }
+    ended.push_back({.id = (*found)->id, .status = (*found)->status(message->data.result)});
+    curl_multi_remove_handle(multi_.get(), (*found)->handle.get());
+    calls_.erase(found);
+  }
+  return ended;
+}
+
+void WebCalls::wake() { curl_multi_wakeup(multi_.get()); }
 
 }  // namespace server

@@ -1,13 +1,14 @@
-/// One POST to an address that somebody else chose, for webhooks.
+/// POSTs to addresses that somebody else chose, for webhooks. The only home of libcurl.
 ///
-/// The name is resolved here and the connection goes to an address that was looked at, so that it
-/// cannot mean another one a moment later. Redirects are not followed; of the answer only the status
+/// The address that a socket is about to connect to is checked, so that a name cannot mean another
+/// one a moment later. Redirects are not followed, no proxy is used; of the answer only the status
 /// is read.
 #pragma once
 
 #include <chrono>
+#include <cstddef>
+#include <memory>
 #include <optional>
-#include <stop_token>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -34,15 +35,41 @@ bool is_public_address(std::string_view address);
 enum class Reach { kPublicOnly, kAnywhere };
 
 struct WebPost {
+  std::string url;  ///< One that parse_web_target() reads.
   std::string body;
-  std::string content_type;
-  std::vector<std::pair<std::string, std::string>> headers;
+  std::vector<std::pair<std::string, std::string>> headers;  ///< With Content-Type.
   Reach reach = Reach::kPublicOnly;
-  std::chrono::seconds timeout{15};  ///< For everything together.
-  std::stop_token stop = {};         ///< Breaks it off.
+  std::chrono::milliseconds timeout{15'000};  ///< For everything together, the name's look-up too.
 };
-/// The status of the answer. Errors: kForbidden for an address that is not public; kUnavailable when
-/// there was no answer, with the reason.
-core::Result<int> post_to_web(const WebTarget& target, const WebPost& post);
+
+/// POSTs that are under way at the same time, on the thread that calls wait().
+class WebCalls {
+ public:
+  WebCalls();
+  ~WebCalls();
+  WebCalls(const WebCalls&) = delete;
+  WebCalls& operator=(const WebCalls&) = delete;
+
+  void begin(std::string id, const WebPost& post);
+  struct Ended {
+    std::string id;
+    /// The status of the answer. Errors: kForbidden for an address that is not public; kUnavailable
+    /// when there was no answer, with the reason.
+    core::Result<int> status;
+  };
+  /// Returns when a call has ended, when wake() is called, or after that time.
+  std::vector<Ended> wait(std::chrono::milliseconds time);
+  /// Ends a wait(); from any thread.
+  void wake();
+  std::size_t open_count() const { return calls_.size(); }
+
+ private:
+  struct Call;
+  struct Free {
+    void operator()(void* multi) const;
+  };
+  std::unique_ptr<void, Free> multi_;
+  std::vector<std::unique_ptr<Call>> calls_;
+};
 
 }  // namespace server

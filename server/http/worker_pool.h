@@ -3,11 +3,11 @@
 /// Stacks are 8 MiB (virtual), whatever the process limit says.
 #pragma once
 
-#include <pthread.h>
-
 #include <deque>
 #include <functional>
 #include <vector>
+
+#include <pthread.h>
 
 #include "core/base/mutex.h"
 

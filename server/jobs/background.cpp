@@ -24,11 +24,12 @@ void Background::post(Work work) {
 }
 
 void Background::stop(Waiting waiting) {
+  std::deque<Work> dropped;  // Destroyed without the lock: it may hold anything.
   {
     const core::MutexLock lock(mutex_);
     stopping_ = true;
     if (waiting == Waiting::kDrop) {
-      queue_.clear();
+      dropped.swap(queue_);
     }
   }
   changed_.notify_all();

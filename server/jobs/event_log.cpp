@@ -93,9 +93,11 @@ std::vector<LoggedEvent> EventLog::read_after(std::uint64_t seq, std::size_t til
   const core::MutexLock lock(mutex_);
   std::uint64_t visible = visible_seq();
   std::vector<LoggedEvent> events;
-  for (auto tile = tiles_.upper_bound(seq); tile != tiles_.end() && tile->first <= visible; ++tile) {
+  for (auto tile = tiles_.upper_bound(seq); tile != tiles_.end() && tile->first <= visible;
+       ++tile) {
     if (events.size() == tiles_max) {
-      visible = events.back().seq;  // Nothing beyond what is cut off, so that no number is passed by.
+      visible =
+          events.back().seq;  // Nothing beyond what is cut off, so that no number is passed by.
       break;
     }
     events.push_back(tile->second);

@@ -12,7 +12,6 @@
 #include "server/jobs/job_record.h"
 #include "server/jobs/render_run.h"
 #include "server/jobs/shared_texts.h"
-#include "server/jobs/tile_errors.h"
 
 namespace server {
 
@@ -30,27 +29,26 @@ struct EndMark {
 
 class Job {
  public:
-  /// Whether `log` holds all that happened since this run of the server began. Not so for a job that
-  /// had ended before and was read from the store.
+  /// Whether `log` holds all that happened since this run of the server began. Not so for a job
+  /// that had ended before and was read from the store.
   enum class History { kInLog, kInStore };
 
-  /// owner: id of the stored key that submitted it; empty: none, or nobody asks any more.
-  Job(JobRecord record, History history, std::string owner = {})
+  Job(JobRecord record, History history)
       : id_(record.view.id),
-        owner_(std::move(owner)),
+        tenant_(record.tenant),
         sequence_(record.sequence),
         memory_only_(is_memory_only(record.view.spec)),
         history_(history),
         record_(std::move(record)) {}
 
   const std::string& id() const { return id_; }
-  const std::string& owner() const { return owner_; }
+  /// Whose it is; empty: the operator's.
+  const std::string& tenant() const { return tenant_; }
   std::int64_t sequence() const { return sequence_; }
   bool memory_only() const { return memory_only_; }
   History history() const { return history_; }
   EventLog& log() const { return *log_; }
   std::shared_ptr<EventLog> shared_log() const { return log_; }
-  TileErrors& tile_errors() const { return tile_errors_; }
   SharedTexts& tile_texts() const { return tile_texts_; }
 
   JobRecord record() const {
@@ -69,6 +67,8 @@ class Job {
     const core::MutexLock lock(mutex_);
     return kept_film_;
   }
+  /// Deleted: nothing of it is stored any more, and its id may be in use again.
+  bool is_removed() const { return is_removed_; }
   std::optional<EndMark> end_mark() const {
     const core::MutexLock lock(mutex_);
     return end_mark_;
@@ -92,8 +92,11 @@ class Job {
     end_mark_ = mark;
   }
 
-  /// Loading takes long, and a job may be paused and resumed meanwhile: only the latest load counts.
-  /// Both with change_mutex() held.
+  /// With change_mutex() held.
+  void set_removed() { is_removed_ = true; }
+
+  /// Loading takes long, and a job may be paused and resumed meanwhile: only the latest load
+  /// counts. Both with change_mutex() held.
   int begin_load() { return ++load_generation_; }
   bool is_latest_load(int generation) const { return generation == load_generation_; }
 
@@ -103,15 +106,15 @@ class Job {
 
  private:
   const std::string id_;
-  const std::string owner_;
+  const std::string tenant_;
   const std::int64_t sequence_;
   const bool memory_only_;
   const History history_;
   const std::shared_ptr<EventLog> log_ = std::make_shared<EventLog>();
-  mutable TileErrors tile_errors_;  ///< Caches.
   mutable SharedTexts tile_texts_;
   core::Mutex change_mutex_;
   std::atomic<int> load_generation_ = 0;
+  std::atomic<bool> is_removed_ = false;
   mutable core::Mutex mutex_;
   JobRecord record_ GUARDED_BY(mutex_);
   std::shared_ptr<RenderRun> run_ GUARDED_BY(mutex_);

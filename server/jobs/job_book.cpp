@@ -1,6 +1,7 @@
 #include "server/jobs/job_book.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 namespace server {
@@ -31,7 +32,27 @@ bool JobBook::goes_before(const Waiting& a, const Waiting& b) {
   if (a.rank.priority != b.rank.priority) {
     return a.rank.priority > b.rank.priority;
   }
+  if (a.turn != b.turn) {
+    return a.turn < b.turn;
+  }
   return a.job->sequence() < b.job->sequence();
+}
+
+void JobBook::arrange() {
+  const auto by_age = [](const Waiting& a, const Waiting& b) {
+    return a.job->sequence() < b.job->sequence();
+  };
+  std::sort(queue_.begin(), queue_.end(), by_age);
+  std::map<std::tuple<std::string, bool, int>, int> turns;
+  for (const auto& [number, holder] : holders_) {
+    if (holder.paused_at == 0) {
+      ++turns[{holder.job->tenant(), holder.rank.is_preview, holder.rank.priority}];
+    }
+  }
+  for (Waiting& waiting : queue_) {
+    waiting.turn = turns[{waiting.job->tenant(), waiting.rank.is_preview, waiting.rank.priority}]++;
+  }
+  std::stable_sort(queue_.begin(), queue_.end(), &goes_before);
 }
 
 void JobBook::add(const JobPointer& job) {
@@ -39,11 +60,14 @@ void JobBook::add(const JobPointer& job) {
   jobs_[job->id()] = job;
 }
 
-void JobBook::forget(const std::string& id) {
+void JobBook::forget(const Job& job) {
   const core::MutexLock lock(mutex_);
-  jobs_.erase(id);
-  std::erase(final_, id);
-  std::erase(final_previews_, id);
+  if (const auto found = jobs_.find(job.id());
+      found != jobs_.end() && found->second.get() == &job) {
+    jobs_.erase(found);
+    std::erase(final_, job.id());
+    std::erase(final_previews_, job.id());
+  }
 }
 
 JobPointer JobBook::find(const std::string& id) const {
@@ -61,66 +85,70 @@ std::vector<JobPointer> JobBook::all() const {
   return jobs;
 }
 
-bool JobBook::has_room(Rank rank, const JobMemory& memory, const std::string& owner) const {
+bool JobBook::has_room(Rank rank, const JobMemory& memory, const std::string& tenant) const {
   const core::MutexLock lock(mutex_);
-  const auto waiting_previews =
-      std::count_if(queue_.begin(), queue_.end(), [](const Waiting& waiting) { return waiting.rank.is_preview; });
+  const auto waiting_previews = std::count_if(
+      queue_.begin(), queue_.end(), [](const Waiting& waiting) { return waiting.rank.is_preview; });
   if (rank.is_preview) {
     const auto held_previews =
-        std::count_if(holders_.begin(), holders_.end(), [](const auto& item) { return item.second.rank.is_preview; });
-    return waiting_previews + held_previews < limits_.previews_max && !has_its_previews(owner);
+        std::count_if(holders_.begin(), holders_.end(),
+                      [](const auto& item) { return item.second.rank.is_preview; });
+    return waiting_previews + held_previews < limits_.previews_max && !has_its_previews(tenant);
   }
   // With a place free a job starts at once and needs no room in the queue.
   const auto waiting = static_cast<int>(queue_.size()) - static_cast<int>(waiting_previews);
-  return waiting < limits_.queue_max || (waiting == 0 && may_start(rank) && fits("", rank, memory, {}));
+  return waiting < limits_.queue_max ||
+         (waiting == 0 && may_start(rank, tenant) && fits(rank, memory));
 }
 
-bool JobBook::has_its_previews(const std::string& owner) const {
-  if (owner.empty() || limits_.previews_of_owner_max == 0) {
+bool JobBook::has_its_previews(const std::string& tenant) const {
+  if (tenant.empty() || limits_.previews_of_tenant_max == 0) {
     return false;
   }
   const auto waiting = std::count_if(queue_.begin(), queue_.end(), [&](const Waiting& item) {
-    return item.rank.is_preview && item.job->owner() == owner;
+    return item.rank.is_preview && item.job->tenant() == tenant;
   });
   const auto held = std::count_if(holders_.begin(), holders_.end(), [&](const auto& item) {
-    return item.second.rank.is_preview && item.second.owner == owner;
+    return item.second.rank.is_preview && item.second.job->tenant() == tenant;
   });
-  return waiting + held >= limits_.previews_of_owner_max;
+  return waiting + held >= limits_.previews_of_tenant_max;
 }
 
 void JobBook::enqueue(const JobPointer& job, Rank rank, JobMemory memory) {
   const core::MutexLock lock(mutex_);
   Waiting waiting{.job = job, .rank = rank, .memory = std::move(memory)};
   std::erase(final_, job->id());
-  const auto place = std::upper_bound(queue_.begin(), queue_.end(), waiting, &goes_before);
-  queue_.insert(place, std::move(waiting));
+  queue_.push_back(std::move(waiting));
+  arrange();
 }
 
-void JobBook::dequeue(const std::string& id) {
+void JobBook::dequeue(const Job& job) {
   const core::MutexLock lock(mutex_);
-  std::erase_if(queue_, [&](const Waiting& waiting) { return waiting.job->id() == id; });
+  std::erase_if(queue_, [&](const Waiting& waiting) { return waiting.job.get() == &job; });
+  arrange();
 }
 
-void JobBook::set_rank(const std::string& id, Rank rank) {
+void JobBook::set_rank(const Job& job, Rank rank) {
   const core::MutexLock lock(mutex_);
-  if (const auto running = running_.find(id); running != running_.end()) {
-    running->second = rank;
+  for (auto& [number, holder] : holders_) {
+    if (holder.job.get() == &job) {
+      holder.rank = rank;
+    }
   }
-  if (const auto holder = holders_.find(id); holder != holders_.end()) {
-    holder->second.rank = rank;
-  }
-  const auto found = std::find_if(queue_.begin(), queue_.end(),
-                                  [&](const Waiting& waiting) { return waiting.job->id() == id; });
+  const auto found = std::find_if(queue_.begin(), queue_.end(), [&](const Waiting& waiting) {
+    return waiting.job.get() == &job;
+  });
   if (found != queue_.end()) {
     found->rank = rank;
-    std::stable_sort(queue_.begin(), queue_.end(), &goes_before);
   }
+  arrange();
 }
 
-std::optional<int> JobBook::position(const std::string& id) const {
+std::optional<int> JobBook::position(const Job& job) const {
   const core::MutexLock lock(mutex_);
-  const auto found = std::find_if(queue_.begin(), queue_.end(),
-                                  [&](const Waiting& waiting) { return waiting.job->id() == id; });
+  const auto found = std::find_if(queue_.begin(), queue_.end(), [&](const Waiting& waiting) {
+    return waiting.job.get() == &job;
+  });
   if (found == queue_.end()) {
     return std::nullopt;
   }
@@ -137,30 +165,35 @@ std::string JobBook::full_text(Rank rank) const {
     return "As many previews as there may be are waiting or rendering; try again in a few seconds.";
   }
   const int waiting = queue_length();
-  return "The queue is full: " + std::to_string(waiting) + (waiting == 1 ? " job is" : " jobs are") +
+  return "The queue is full: " + std::to_string(waiting) +
+         (waiting == 1 ? " job is" : " jobs are") +
          " waiting. Wait until one has started, and try again.";
 }
 
-bool JobBook::may_start(Rank rank) const {
+bool JobBook::may_start(Rank rank, const std::string& tenant) const {
   if (rank.is_preview) {
     return true;
   }
   int places = 0;
   bool outranks_one = false;
-  for (const auto& entry : running_) {
-    const Rank other = entry.second;
-    places += other.is_preview ? 0 : 1;
-    outranks_one = outranks_one || (!other.is_preview && rank.priority > other.priority);
+  bool has_place = false;
+  for (const auto& [number, holder] : holders_) {
+    if (holder.paused_at == 0 && !holder.rank.is_preview) {
+      ++places;
+      outranks_one = outranks_one || rank.priority > holder.rank.priority;
+      has_place = has_place || holder.job->tenant() == tenant;
+    }
   }
-  return places < limits_.running_max || (outranks_one && places < 2 * limits_.running_max);
+  return places < limits_.running_max ||
+         ((outranks_one || !has_place) && places < 2 * limits_.running_max);
 }
 
-bool JobBook::fits(const std::string& id, Rank rank, const JobMemory& memory,
-                   const std::set<std::string>& parked) const {
+bool JobBook::fits(Rank rank, const JobMemory& memory,
+                   const std::set<std::uint64_t>& parked) const {
   Sum sum;
   bool is_alone = true;
-  for (const auto& [other, holder] : holders_) {
-    if (other != id && parked.find(other) == parked.end()) {
+  for (const auto& [number, holder] : holders_) {
+    if (parked.find(number) == parked.end()) {
       is_alone = false;
       sum.add(holder.memory);
     }
@@ -170,88 +203,115 @@ bool JobBook::fits(const std::string& id, Rank rank, const JobMemory& memory,
 }
 
 bool JobBook::lacks_only_memory() const {
-  return !queue_.empty() && may_start(queue_.front().rank) && !fits(queue_.front());
+  return !queue_.empty() && may_start(queue_.front()) &&
+         !fits(queue_.front().rank, queue_.front().memory);
 }
 
-JobPointer JobBook::admit() {
+std::shared_ptr<JobBook::Place> JobBook::admit() {
   const core::MutexLock lock(mutex_);
-  if (queue_.empty() || !may_start(queue_.front().rank) || !fits(queue_.front())) {
+  if (queue_.empty() || !may_start(queue_.front()) ||
+      !fits(queue_.front().rank, queue_.front().memory)) {
     return nullptr;
   }
   Waiting next = std::move(queue_.front());
   queue_.erase(queue_.begin());
-  running_[next.job->id()] = next.rank;
-  holders_[next.job->id()] =
-      Holder{.rank = next.rank, .memory = std::move(next.memory), .owner = next.job->owner(), .can_park = !next.job->memory_only()};
-  return next.job;
+  const std::uint64_t number = ++places_given_;
+  holders_[number] = Holder{.job = next.job, .rank = next.rank, .memory = std::move(next.memory)};
+  arrange();
+  return std::make_shared<Place>(*this, number, std::move(next.job));
 }
 
-std::vector<std::string> JobBook::take_parkable() {
+std::vector<JobPointer> JobBook::take_parkable() {
   const core::MutexLock lock(mutex_);
   if (!lacks_only_memory()) {
     return {};
   }
-  std::vector<std::pair<std::uint64_t, std::string>> paused;
-  std::set<std::string> parked;
-  for (const auto& [id, holder] : holders_) {
+  const Waiting& next = queue_.front();
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> paused;
+  std::set<std::uint64_t> parked;
+  for (const auto& [number, holder] : holders_) {
     if (holder.is_parking) {
-      parked.insert(id);
-    } else if (holder.paused_at > 0 && holder.can_park) {
-      paused.emplace_back(holder.paused_at, id);
+      parked.insert(number);
+    } else if (holder.paused_at > 0 && !holder.job->memory_only()) {  // It has a film file.
+      paused.emplace_back(holder.paused_at, number);
     }
   }
   std::sort(paused.begin(), paused.end());
-  std::vector<std::string> taken;
-  for (const auto& [paused_at, id] : paused) {
-    if (fits(queue_.front(), parked)) {
+  std::vector<std::uint64_t> taken;
+  for (const auto& [paused_at, number] : paused) {
+    if (fits(next.rank, next.memory, parked)) {
       break;
     }
-    parked.insert(id);
-    taken.push_back(id);
+    parked.insert(number);
+    taken.push_back(number);
   }
-  if (!fits(queue_.front(), parked)) {
+  if (!fits(next.rank, next.memory, parked)) {
     return {};
   }
-  for (const std::string& id : taken) {
-    holders_[id].is_parking = true;
+  std::vector<JobPointer> jobs;
+  for (const std::uint64_t number : taken) {
+    holders_[number].is_parking = true;
+    jobs.push_back(holders_[number].job);
   }
-  return taken;
+  return jobs;
 }
 
-void JobBook::keep(const std::string& id) {
+void JobBook::keep(const Job& job) {
   const core::MutexLock lock(mutex_);
-  if (const auto holder = holders_.find(id); holder != holders_.end()) {
-    holder->second.is_parking = false;
-  }
-}
-
-void JobBook::pause(const std::string& id) {
-  const core::MutexLock lock(mutex_);
-  running_.erase(id);
-  if (const auto holder = holders_.find(id); holder != holders_.end()) {
-    holder->second.paused_at = ++pauses_;
+  for (auto& [number, holder] : holders_) {
+    if (holder.job.get() == &job) {
+      holder.is_parking = false;
+    }
   }
 }
 
-void JobBook::claim(const std::string& id, Rank rank) {
+void JobBook::pause(const Job& job) {
   const core::MutexLock lock(mutex_);
-  running_[id] = rank;
-  Holder& holder = holders_[id];
-  holder.rank = rank;
-  holder.paused_at = 0;
-  holder.is_parking = false;
+  ++pauses_;
+  for (auto& [number, holder] : holders_) {
+    if (holder.job.get() == &job) {
+      holder.paused_at = pauses_;
+    }
+  }
+  arrange();
 }
 
-void JobBook::leave(const std::string& id) {
+void JobBook::claim(const Job& job, Rank rank) {
   const core::MutexLock lock(mutex_);
-  running_.erase(id);
-  holders_.erase(id);
+  for (auto& [number, holder] : holders_) {
+    if (holder.job.get() == &job) {
+      holder.rank = rank;
+      holder.paused_at = 0;
+      holder.is_parking = false;
+    }
+  }
+  arrange();
+}
+
+void JobBook::leave(std::uint64_t number) {
+  {
+    const core::MutexLock lock(mutex_);
+    holders_.erase(number);  // The place that is being given back keeps the job alive.
+    arrange();
+  }
+  if (on_leave_) {
+    on_leave_();
+  }
+}
+
+std::vector<JobPointer> JobBook::holders() const {
+  const core::MutexLock lock(mutex_);
+  std::vector<JobPointer> jobs;
+  for (const auto& [number, holder] : holders_) {
+    jobs.push_back(holder.job);
+  }
+  return jobs;
 }
 
 std::uint64_t JobBook::memory_bytes() const {
   const core::MutexLock lock(mutex_);
   Sum sum;
-  for (const auto& [id, holder] : holders_) {
+  for (const auto& [number, holder] : holders_) {
     sum.add(holder.memory);
   }
   return sum.bytes();
@@ -274,7 +334,8 @@ JobPointer JobBook::add_final(const JobPointer& job) {
 
 void JobBook::retire(const JobPointer& job) {
   const core::MutexLock lock(mutex_);
-  if (jobs_.find(job->id()) != jobs_.end()) {  // Else it was deleted.
+  if (const auto found = jobs_.find(job->id()); found != jobs_.end() && found->second == job) {
+    // Else it was deleted, and its id may be in use again.
     remember_final(job);
   }
 }

@@ -19,8 +19,10 @@ using core::Status;
 
 namespace {
 
-/// After the spec has changed from `before`: what was told of it and is so no longer goes, and `more` comes.
-void update_warnings(api::JobView& view, const api::JobSpec& before, const std::vector<std::string>& more) {
+/// After the spec has changed from `before`: what was told of it and is so no longer goes, and
+/// `more` comes.
+void update_warnings(api::JobView& view, const api::JobSpec& before,
+                     const std::vector<std::string>& more) {
   const auto about = [](const api::JobSpec& spec) {
     std::vector<std::string> warnings = api::adaptive_warnings(spec);
     for (std::string& warning : api::idle_warnings(spec)) {
@@ -48,11 +50,13 @@ void update_warnings(api::JobView& view, const api::JobSpec& before, const std::
 
 }  // namespace
 
-Status JobService::apply_patch(JobRecord& record, const Job& job, const api::JobPatch& patch) const {
+Status JobService::apply_patch(JobRecord& record, const Job& job,
+                               const api::JobPatch& patch) const {
   api::JobView& view = record.view;
   const std::string state(api::to_text(view.state));
   if (api::is_final(view.state) && patch.stop_named) {
-    return Error{ErrorCode::kConflict, "the job is " + state + "; use extend to let it go on", "/stop"};
+    return Error{ErrorCode::kConflict, "the job is " + state + "; use extend to let it go on",
+                 "/stop"};
   }
   if (api::is_final(view.state) && patch.paused.value_or(false)) {
     return Error{ErrorCode::kConflict, "the job is " + state + " and cannot be paused", "/paused"};
@@ -76,12 +80,15 @@ Status JobService::apply_patch(JobRecord& record, const Job& job, const api::Job
   return core::ok_status();
 }
 
-void JobService::follow_patch(const JobPointer& job, const JobRecord& before, const JobRecord& after) {
+void JobService::follow_patch(const JobPointer& job, const JobRecord& before,
+                              const JobRecord& after) {
   const api::JobSpec& spec = after.view.spec;
   const Rank rank = rank_of(spec);
-  book_.set_rank(job->id(), rank);
-  scheduler_.set_rank(job->id(), rank);
+  book_.set_rank(*job, rank);
   const auto run = job->run();
+  if (run) {
+    scheduler_.set_rank(*run, rank);
+  }
   if (run && !api::is_final(after.view.state)) {
     run->task().set_stop(spec.stop);
   }
@@ -89,45 +96,53 @@ void JobService::follow_patch(const JobPointer& job, const JobRecord& before, co
     return;
   }
   if (after.view.state == JobState::kPaused) {
-    book_.dequeue(job->id());
-    scheduler_.remove(job->id());
+    book_.dequeue(*job);
     if (run) {
+      scheduler_.remove(*run);
       run->task().set_paused(true);
     }
-    book_.pause(job->id());
+    book_.pause(*job);
   } else if (after.view.state == JobState::kRendering) {
-    book_.claim(job->id(), rank);
+    book_.claim(*job, rank);
     run->task().set_paused(false);
-    scheduler_.add(job->id(), run, rank);
+    scheduler_.add(run, rank, job->tenant());
   } else if (after.view.state == JobState::kQueued) {
     book_.enqueue(job, rank, memory_of(after.view));
   }
 }
 
-api::Parsed<std::monostate> JobService::patch(const JobPointer& job, std::string_view body,
-                                              const std::optional<std::vector<std::uint32_t>>& if_versions) {
+api::Parsed<std::monostate> JobService::patch(
+    const JobPointer& job, std::string_view body,
+    const std::optional<std::vector<std::uint32_t>>& if_versions, const Access& access) {
   std::optional<api::Problem> problem;
   JobRecord before;
-  const Status changed = change(
-      *job,
-      [&](JobRecord& record) -> Status {
-        before = record;
-        if (if_versions && std::find(if_versions->begin(), if_versions->end(),
-                                     record.view.spec_version) == if_versions->end()) {
-          return Error{ErrorCode::kPreconditionFailed,
-                       "the spec has changed: it is version " +
-                           std::to_string(record.view.spec_version) + " now, which If-Match does not name",
-                       ""};
-        }
-        auto parsed = api::parse_job_patch(body, record.view.spec);
-        if (!parsed) {
-          problem = parsed.problem();
-          return Error{};
-        }
-        return apply_patch(record, *job, *parsed);
-      },
-      {.go_on_in_memory = false,
-       .before_telling = [&](const JobRecord& after) { follow_patch(job, before, after); }});
+  const Status changed =
+      change(*job,
+             [&](JobRecord& record) -> Status {
+               before = record;
+               if (if_versions && std::find(if_versions->begin(), if_versions->end(),
+                                            record.view.spec_version) == if_versions->end()) {
+                 return Error{ErrorCode::kPreconditionFailed,
+                              "the spec has changed: it is version " +
+                                  std::to_string(record.view.spec_version) +
+                                  " now, which If-Match does not name",
+                              ""};
+               }
+               auto parsed = api::parse_job_patch(body, record.view.spec);
+               if (!parsed) {
+                 problem = parsed.problem();
+                 return Error{};
+               }
+               if (parsed->spec.priority != before.view.spec.priority) {
+                 problem = refused_priority(parsed->spec.priority, access);
+               }
+               if (problem) {
+                 return Error{};
+               }
+               return apply_patch(record, *job, *parsed);
+             },
+             {.go_on_in_memory = false,
+              .before_telling = [&](const JobRecord& after) { follow_patch(job, before, after); }});
   if (problem) {
     return *problem;
   }
@@ -140,35 +155,33 @@ api::Parsed<std::monostate> JobService::patch(const JobPointer& job, std::string
 
 Status JobService::cancel(const JobPointer& job) {
   bool was_final = false;
-  const Status told = change(
-      *job,
-      [&](JobRecord& record) {
-        was_final = api::is_final(record.view.state);
-        if (!was_final) {
-          record.view.state = JobState::kCancelled;
-          record.view.stop_reason = core::StopReason::kCancelled;
-          record.view.finished_at_unix_seconds = unix_now();
-          if (const auto run = job->run()) {
-            record.view.progress = progress_of(*run);
-            record.view.progress.eta_seconds.reset();
-            record.view.progress.eta_low_seconds.reset();
-            record.view.progress.eta_high_seconds.reset();
-          }
-        }
-        return core::ok_status();
-      },
-      {.go_on_in_memory = true,
-       .before_telling =
-           [&](const JobRecord&) {
-             if (was_final) {
-               return;
-             }
-             book_.dequeue(job->id());
-             scheduler_.remove(job->id());
-             if (!job->run()) {
-               release(job);
-             }
-           }});
+  const Status told = change(*job,
+                             [&](JobRecord& record) {
+                               was_final = api::is_final(record.view.state);
+                               if (!was_final) {
+                                 record.view.state = JobState::kCancelled;
+                                 record.view.stop_reason = core::StopReason::kCancelled;
+                                 record.view.finished_at_unix_seconds = unix_now();
+                                 if (const auto run = job->run()) {
+                                   record.view.progress = progress_of(*run);
+                                   record.view.progress.eta_seconds.reset();
+                                   record.view.progress.eta_low_seconds.reset();
+                                   record.view.progress.eta_high_seconds.reset();
+                                 }
+                               }
+                               return core::ok_status();
+                             },
+                             {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) {
+                                if (was_final) {
+                                  return;
+                                }
+                                book_.dequeue(*job);
+                                if (const auto run = job->run()) {
+                                  scheduler_.remove(*run);
+                                } else {
+                                  release(job);
+                                }
+                              }});
   if (!told || was_final) {
     return told;
   }
@@ -186,18 +199,15 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
     return api::make_problem(ErrorCode::kUnavailable, "the server is stopping");
   }
   const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
-  if (const auto facts = scenes_.facts(job->record().view.spec.scene); !facts) {
+  if (const auto facts = scenes_.facts(job->record().view.spec.scene, Access::operators());
+      !facts) {
     return api::make_problem(ErrorCode::kConflict, "the scene of the job is not there any more");
   }
   const Rank rank = rank_of(job->record().view.spec);
   if (!book_.has_room(rank, memory_of(job->record().view))) {
     return api::make_problem(ErrorCode::kTooManyRequests, book_.full_text(rank));
   }
-  const auto owner = table_.owner_of(job->sequence());
-  if (!owner) {
-    return api::from_error(owner.error());
-  }
-  const auto counted = take_quota(*owner);
+  const auto counted = take_quota(job->tenant());
   if (!counted) {
     return counted.problem();
   }
@@ -230,8 +240,8 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
         const auto there = std::llround(view.progress.samples_mean);
         if (samples && *samples <= there) {
           return Error{ErrorCode::kInvalidArgument,
-                       std::to_string(*samples) + " is not more than the " +
-                           std::to_string(there) + " that are there",
+                       std::to_string(*samples) + " is not more than the " + std::to_string(there) +
+                           " that are there",
                        "/stop/samples_per_pixel"};
         }
         const api::JobSpec before = view.spec;
@@ -245,9 +255,9 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
         view.progress.fraction = 0;
         return core::ok_status();
       },
-      {.go_on_in_memory = false,
-       .before_telling =
-           [&](const JobRecord& after) { book_.enqueue(job, rank_of(after.view.spec), memory_of(after.view)); }});
+      {.go_on_in_memory = false, .before_telling = [&](const JobRecord& after) {
+         book_.enqueue(job, rank_of(after.view.spec), memory_of(after.view));
+       }});
   if (problem) {
     return *problem;
   }
@@ -260,6 +270,9 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
 
 Status JobService::remove(const JobPointer& job) {
   const core::MutexLock changing(job->change_mutex());
+  if (job->is_removed()) {
+    return Error{ErrorCode::kNotFound, "the job was deleted", ""};
+  }
   const JobState state = job->state();
   if (!api::is_final(state)) {
     return Error{ErrorCode::kConflict,
@@ -271,8 +284,9 @@ Status JobService::remove(const JobPointer& job) {
     }
     remove_loose_film(job->id());
   }
-  book_.forget(job->id());
-  films_.erase_prefix(job->id());
+  job->set_removed();
+  book_.forget(*job);
+  films_.erase_prefix(film_key(*job));
   return core::ok_status();
 }
 

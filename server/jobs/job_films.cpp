@@ -39,7 +39,8 @@ bool has_samples(const core::Film& film) {
 }
 
 /// The film with what it takes: whoever has the one has the other.
-std::shared_ptr<const core::Film> leased(std::shared_ptr<core::Film> film, MemoryGate::Lease lease) {
+std::shared_ptr<const core::Film> leased(std::shared_ptr<core::Film> film,
+                                         MemoryGate::Lease lease) {
   struct Both {
     std::shared_ptr<core::Film> film;
     MemoryGate::Lease lease;
@@ -70,7 +71,7 @@ core::Result<std::shared_ptr<const StoredFilm>> JobService::stored_film(const Jo
     return no_sample_yet();
   }
   using Made = SingleFlightCache<StoredFilm>::Made;
-  return films_.get(job.id(), [&]() -> core::Result<Made> {
+  return films_.get(film_key(job), [&]() -> core::Result<Made> {
     const std::string path = data_.film_path(job.id());
     if (const auto there = open_file(path, O_RDONLY); !there) {
       return there.error().code == ErrorCode::kNotFound ? no_sample_yet() : there.error();
@@ -89,9 +90,10 @@ core::Result<std::shared_ptr<const StoredFilm>> JobService::stored_film(const Jo
       return restored.error();
     }
     const std::uint64_t bytes = film->bytes();
-    return Made{.value = std::make_shared<const StoredFilm>(
-                    StoredFilm{.film = leased(std::move(film), std::move(*lease)), .record = std::move(*restored)}),
-                .bytes = bytes};
+    return Made{
+        .value = std::make_shared<const StoredFilm>(StoredFilm{
+            .film = leased(std::move(film), std::move(*lease)), .record = std::move(*restored)}),
+        .bytes = bytes};
   });
 }
 
@@ -167,22 +169,23 @@ void JobService::checkpoint(const JobPointer& job) {
     return;  // Whoever ended it saves it.
   }
   if (const Status saved = run->save(false); !saved) {
+    metrics_.count(Counter::kCheckpointFailed);
     run->fail(saved.error());
     return;
   }
-  const Status noted = change(
-      *job,
-      [&](JobRecord& record) -> Status {
-        if (api::is_final(record.view.state)) {
-          return Error{ErrorCode::kCancelled, "", ""};
-        }
-        record.view.progress = progress_of(*run);
-        record.film = FilmPlace::kOnDisk;
-        record.film_bytes = run->file_bytes();
-        return core::ok_status();
-      },
-      {.go_on_in_memory = true});
+  const Status noted = change(*job,
+                              [&](JobRecord& record) -> Status {
+                                if (api::is_final(record.view.state)) {
+                                  return Error{ErrorCode::kCancelled, "", ""};
+                                }
+                                record.view.progress = progress_of(*run);
+                                record.film = FilmPlace::kOnDisk;
+                                record.film_bytes = run->file_bytes();
+                                return core::ok_status();
+                              },
+                              {.go_on_in_memory = true});
   if (noted) {
+    metrics_.count(Counter::kCheckpointWritten);
     log_.write(LogLevel::kDebug, "checkpoint",
                {{"job", job->id()}, {"seconds", run->last_save_seconds()}});
   }
@@ -192,7 +195,17 @@ void JobService::remove_loose_film(const std::string& id) {
   const Status removed = remove_file(data_.film_path(id));
   const Status forgotten = removed ? table_.forget_loose_film(id) : removed;
   if (!forgotten) {
-    log_.write(LogLevel::kWarning, "loose_film_stays", {{"job", id}, {"detail", forgotten.error().message}});
+    log_.write(LogLevel::kWarning, "loose_film_stays",
+               {{"job", id}, {"detail", forgotten.error().message}});
+  }
+}
+
+void JobService::remove_unused_film(Job& job) {
+  const core::MutexLock changing(job.change_mutex());
+  const JobRecord record = job.record();
+  if (!job.memory_only() && !job.is_removed() && api::is_final(record.view.state) &&
+      record.film == FilmPlace::kNone) {
+    remove_loose_film(job.id());
   }
 }
 
@@ -204,26 +217,28 @@ void JobService::remove_loose_films() {
 }
 
 bool JobService::evict_film(const JobRow& row) {
-  const auto job = find(row.id);
+  const auto job = find(row.id, Access::operators());
   // Noted first: a file that stays behind when the process ends is removed at the next start.
   if (!job || !table_.note_loose_film(row.id)) {
     return false;
   }
-  const Status evicted = change(
-      **job,
-      [](JobRecord& record) -> Status {
-        if (!api::is_final(record.view.state) || record.film != FilmPlace::kOnDisk) {
-          return Error{ErrorCode::kConflict, "", ""};
-        }
-        record.film = FilmPlace::kEvicted;
-        return core::ok_status();
-      },
-      {.go_on_in_memory = false});
+  const Status evicted =
+      change(**job,
+             [](JobRecord& record) -> Status {
+               if (!api::is_final(record.view.state) || record.film != FilmPlace::kOnDisk) {
+                 return Error{ErrorCode::kConflict, "", ""};
+               }
+               record.film = FilmPlace::kEvicted;
+               return core::ok_status();
+             },
+             // Before anybody can delete the job and give its id, and this file, to another one.
+             {.go_on_in_memory = false,
+              .before_telling = [&](const JobRecord&) { remove_loose_film(row.id); }});
   if (!evicted) {
     return false;
   }
-  films_.erase_prefix(row.id);
-  remove_loose_film(row.id);
+  films_.erase_prefix(film_key(**job));
+  metrics_.count(Counter::kFilmEvicted);
   log_.write(LogLevel::kInfo, "film_evicted", {{"job", row.id}});
   return true;
 }

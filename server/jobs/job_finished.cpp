@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/film/error_estimate.h"
+#include "core/error/error_estimate.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/clock.h"
 #include "server/store/uuid.h"
@@ -51,7 +51,7 @@ api::JobView view_of_finished(const JobService::FinishedFilm& finished) {
   progress.rejected_samples = film.rejected_samples();
   progress.revision = film.revision();
   note_samples_by_error(view);
-  progress.error = core::ErrorEstimate(film.snapshot()).image(finished.spec.stop.confidence);
+  progress.error = core::ErrorEstimate(film).image(finished.spec.stop.confidence);
   const double error = progress.error.relative_rmse;
   if (error > 0 && progress.cpu_seconds > 0) {
     progress.efficiency = 1 / (error * error * progress.cpu_seconds);
@@ -63,7 +63,8 @@ api::JobView view_of_finished(const JobService::FinishedFilm& finished) {
 }
 
 /// Bytes on the disk.
-core::Result<std::uint64_t> write_new_film(const std::string& path, const core::Film& film, const FilmRecord& beside,
+core::Result<std::uint64_t> write_new_film(const std::string& path, const core::Film& film,
+                                           const FilmRecord& beside,
                                            const core::FilmSettings& settings) {
   auto file = FilmFile::open(path);
   if (!file) {
@@ -76,7 +77,8 @@ core::Result<std::uint64_t> write_new_film(const std::string& path, const core::
   if (const auto written = file->write(film, beside, true); !written) {
     return written.error();
   }
-  if (const auto synced = sync_directory(std::filesystem::path(path).parent_path().string()); !synced) {
+  if (const auto synced = sync_directory(std::filesystem::path(path).parent_path().string());
+      !synced) {
     return synced.error();
   }
   return file->disk_bytes();
@@ -84,11 +86,14 @@ core::Result<std::uint64_t> write_new_film(const std::string& path, const core::
 
 }  // namespace
 
-core::Result<std::shared_ptr<const core::Film>> JobService::final_film(const Job& job, const std::stop_token& stop) {
+core::Result<std::shared_ptr<const core::Film>> JobService::final_film(
+    const Job& job, const std::stop_token& stop) {
   const JobState state = job.state();
   if (!api::is_final(state)) {
-    return Error{ErrorCode::kConflict,
-                 "the job is " + std::string(api::to_text(state)) + "; its film is there when it has ended", ""};
+    return Error{
+        ErrorCode::kConflict,
+        "the job is " + std::string(api::to_text(state)) + "; its film is there when it has ended",
+        ""};
   }
   // A cancelled job is told to be so before its last slices have ended.
   core::Mutex mutex;
@@ -120,14 +125,16 @@ core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
   record.view = view_of_finished(finished);
   record.sequence = ++last_sequence_;
   record.view.id = make_uuid();
+  record.tenant = finished.tenant;
   const core::ConvergencePoint point{.samples_per_pixel = record.view.progress.samples_max,
                                      .elapsed_seconds = finished.elapsed_seconds,
                                      .cpu_seconds = record.view.progress.cpu_seconds,
                                      .rays = record.view.progress.rays,
                                      .error = record.view.progress.error};
-  const FilmRecord beside{
-      .elapsed_seconds = finished.elapsed_seconds, .points = {point}, .arithmetic = finished.arithmetic};
-  StorageQuota::Room room = quota_.room(finished.owner, StorageQuota::Kind::kFilm);
+  const FilmRecord beside{.elapsed_seconds = finished.elapsed_seconds,
+                          .points = {point},
+                          .arithmetic = finished.arithmetic};
+  StorageQuota::Room room = quota_.room(finished.tenant, StorageQuota::Kind::kFilm);
   if (const Status fits = room.grow_to(FilmFile::disk_bytes_max(film)); !fits) {
     return fits.error();
   }
@@ -143,18 +150,18 @@ core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
   record.film = FilmPlace::kOnDisk;
   record.film_bytes = *bytes;
   auto job = std::make_shared<Job>(record, Job::History::kInLog);
-  std::vector<Told> told = events_between(JobRecord{}, record);
+  std::vector<Told> told = events_between(*job, JobRecord{}, record);
   std::vector<EventRow> rows;
   const std::uint64_t first = reserve_events(*job, told, rows);
   JobRow row = to_row(record);
-  row.owner = finished.owner;
   if (const Status stored = table_.insert(row, rows, std::nullopt); !stored) {
     remove_loose_film(record.view.id);
     return stored.error();
   }
   job->set_end_mark(EndMark{.stream = run_, .seq = first + told.size() - 1});
   const std::uint64_t cached = film.bytes();
-  films_.put(job->id(), {.value = std::make_shared<const StoredFilm>(StoredFilm{.film = finished.film, .record = beside}),
+  films_.put(job->id(), {.value = std::make_shared<const StoredFilm>(
+                             StoredFilm{.film = finished.film, .record = beside}),
                          .bytes = cached});
   publish_events(*job, first, std::move(told));
   log_.write(LogLevel::kInfo, "job_merged", {{"job", job->id()}});

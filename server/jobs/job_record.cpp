@@ -7,7 +7,7 @@
 #include "api/errors.h"
 #include "api/film_view.h"
 #include "api/values.h"
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 
 namespace server {
 namespace {
@@ -29,14 +29,20 @@ bool may_change(JobState from, JobState to) {
     return true;
   }
   switch (to) {
-    case JobState::kQueued: return from != JobState::kFailed && from != JobState::kCancelled;
-    case JobState::kLoading: return from == JobState::kQueued;
-    case JobState::kRendering: return from == JobState::kLoading || from == JobState::kPaused;
+    case JobState::kQueued:
+      return from != JobState::kFailed && from != JobState::kCancelled;
+    case JobState::kLoading:
+      return from == JobState::kQueued;
+    case JobState::kRendering:
+      return from == JobState::kLoading || from == JobState::kPaused;
     case JobState::kPaused:
-      return from == JobState::kQueued || from == JobState::kLoading || from == JobState::kRendering;
-    case JobState::kFinished: return from == JobState::kRendering || from == JobState::kPaused;
+      return from == JobState::kQueued || from == JobState::kLoading ||
+             from == JobState::kRendering;
+    case JobState::kFinished:
+      return from == JobState::kRendering || from == JobState::kPaused;
     case JobState::kFailed:
-    case JobState::kCancelled: return !api::is_final(from);
+    case JobState::kCancelled:
+      return !api::is_final(from);
   }
   return false;
 }
@@ -45,10 +51,10 @@ bool is_memory_only(const api::JobSpec& spec) { return spec.job_class == api::Jo
 
 std::shared_ptr<core::Film> blank_film(const api::JobView& view) {
   const core::RenderSettings& settings = view.spec.render;
-  const core::PixelErrors errors = core::pixel_errors(settings);
   // A merged film has neither plans nor fits.
-  return view.ledger.empty() ? std::make_shared<core::Film>(settings, errors)
-                             : std::make_shared<core::Film>(settings.film, settings.replicates, errors);
+  return view.ledger.empty() ? std::make_shared<core::Film>(settings)
+                             : std::make_shared<core::Film>(settings.film, settings.replicates,
+                                                            core::pixel_errors(settings));
 }
 
 void note_samples_by_error(api::JobView& view) {
@@ -57,7 +63,8 @@ void note_samples_by_error(api::JobView& view) {
     view.samples_by_error = std::max(samples, 1);
     return;
   }
-  const bool is_fixed = view.stop_reason == core::StopReason::kSamples || view.stop_reason == core::StopReason::kLimit;
+  const bool is_fixed = view.stop_reason == core::StopReason::kSamples ||
+                        view.stop_reason == core::StopReason::kLimit;
   if (is_fixed && samples > view.samples_by_error) {
     view.samples_by_error = 0;
   }
@@ -66,7 +73,8 @@ void note_samples_by_error(api::JobView& view) {
 std::vector<std::string> new_warnings(const api::JobView& before, const api::JobView& after) {
   std::vector<std::string> warnings = after.warnings;
   std::erase_if(warnings, [&](const std::string& warning) {
-    return std::find(before.warnings.begin(), before.warnings.end(), warning) != before.warnings.end();
+    return std::find(before.warnings.begin(), before.warnings.end(), warning) !=
+           before.warnings.end();
   });
   return warnings;
 }
@@ -95,6 +103,7 @@ JobRow to_row(const JobRecord& record) {
   if (record.failure) {
     row.failure = *record.failure;
   }
+  row.tenant = record.tenant;
   row.film = record.film;
   row.film_bytes = record.film_bytes;
   row.film_digest = view.film_digest;
@@ -127,7 +136,8 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   const auto state = api::job_state_from_text(row.state);
   const auto ledger = api::parse_ledger(row.ledger);
   if (!ledger) {
-    return core::Error{core::ErrorCode::kInternal, "the stored job's ledger cannot be read: " + ledger.problem().detail,
+    return core::Error{core::ErrorCode::kInternal,
+                       "the stored job's ledger cannot be read: " + ledger.problem().detail,
                        row.id};
   }
   if (!parsed || !state) {
@@ -138,6 +148,7 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   }
   JobRecord record;
   record.sequence = row.sequence;
+  record.tenant = row.tenant;
   record.film = row.film;
   record.film_bytes = row.film_bytes;
   api::JobView& view = record.view;

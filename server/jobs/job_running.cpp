@@ -6,8 +6,8 @@
 #include <unistd.h>
 
 #include "api/errors.h"
-#include "core/render/registry.h"
 #include "core/render/render_task.h"
+#include "core/settings/registry.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/clock.h"
 
@@ -32,54 +32,46 @@ core::Progress JobService::progress_of(const RenderRun& run) { return run.task()
 
 void JobService::admit() {
   while (!stopping_) {
-    JobPointer job = book_.admit();
-    if (!job) {
-      for (const std::string& id : book_.take_parkable()) {
-        if (JobPointer paused = book_.find(id)) {
-          savers_.post([this, paused = std::move(paused)] { park(paused); });
-        }
+    std::shared_ptr<JobBook::Place> place = book_.admit();
+    if (!place) {
+      for (JobPointer& paused : book_.take_parkable()) {
+        savers_.post([this, paused = std::move(paused)] { park(paused); });
       }
       return;
     }
-    Background& loaders = job->memory_only() ? preview_loaders_ : loaders_;
-    loaders.post([this, job = std::move(job)] { load(job); });
+    Background& loaders = place->job()->memory_only() ? preview_loaders_ : loaders_;
+    loaders.post([this, place = std::move(place)] { load(place); });
   }
 }
 
-void JobService::load(const JobPointer& job) {
+void JobService::load(const std::shared_ptr<JobBook::Place>& place) {
+  const JobPointer& job = place->job();
   int generation = 0;
-  const Status begun = change(
-      *job,
-      [](JobRecord& record) -> Status {
-        if (record.view.state != JobState::kQueued) {
-          return already_final();  // Cancelled or paused before its turn.
-        }
-        record.view.state = JobState::kLoading;
-        return core::ok_status();
-      },
-      {.go_on_in_memory = true,
-       .before_telling = [&](const JobRecord&) { generation = job->begin_load(); }});
+  const Status begun = change(*job,
+                              [](JobRecord& record) -> Status {
+                                if (record.view.state != JobState::kQueued) {
+                                  return already_final();  // Cancelled or paused before its turn.
+                                }
+                                record.view.state = JobState::kLoading;
+                                return core::ok_status();
+                              },
+                              {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) {
+                                 generation = job->begin_load();
+                               }});
   if (!begun) {
-    book_.leave(job->id());
-    admit();
     return;
   }
   try {
-    auto run = prepare(job);
+    auto run = prepare(place);
     if (run) {
       start(job, *run, generation);
     } else {
-      fail(job, run.error());
+      fail(job, nullptr, run.error());
     }
   } catch (const std::bad_alloc&) {
-    fail(job, Error{ErrorCode::kUnavailable, "not enough memory to load the job", ""});
+    fail(job, nullptr, Error{ErrorCode::kUnavailable, "not enough memory to load the job", ""});
   }
-  // Cancelled and deleted meanwhile: the file of its film may have been made after that.
-  if (api::is_final(job->state()) && !job->memory_only()) {
-    if (const auto row = table_.find(job->id()); row && !*row) {
-      remove_loose_film(job->id());
-    }
-  }
+  remove_unused_film(*job);  // It may have been cancelled while it was loading.
 }
 
 core::Result<std::shared_ptr<const core::Renderer>> JobService::make_renderer(
@@ -102,7 +94,9 @@ core::Result<std::shared_ptr<const core::Renderer>> JobService::make_renderer(
   return core::Renderer::create(std::move(view));
 }
 
-core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& job) {
+core::Result<std::shared_ptr<RenderRun>> JobService::prepare(
+    const std::shared_ptr<JobBook::Place>& place) {
+  const JobPointer& job = place->job();
   const JobRecord record = job->record();
   const api::JobSpec& spec = record.view.spec;
   if (auto reason = too_large(record.view)) {
@@ -113,9 +107,10 @@ core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& j
     return renderer.error();
   }
   RenderRun::Parts parts;
-  parts.job = job->id();
+  parts.job = job;
+  parts.place = place;
   parts.renderer = std::move(*renderer);
-  parts.film = std::make_shared<core::Film>(spec.render, core::pixel_errors(spec.render));
+  parts.film = std::make_shared<core::Film>(spec.render);
   parts.scene_bytes = parts.renderer->view().scene->summary().bytes;
   parts.arithmetic = options_.arithmetic;
   parts.options.stop = spec.stop;
@@ -126,7 +121,7 @@ core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& j
       return file.error();
     }
     parts.file.emplace(std::move(*file));
-    films_.erase_prefix(job->id());
+    films_.erase_prefix(film_key(*job));
   }
   if (const std::uint32_t seen = std::max(parts.film->revision(), record.view.progress.revision);
       seen > 0) {
@@ -136,10 +131,18 @@ core::Result<std::shared_ptr<RenderRun>> JobService::prepare(const JobPointer& j
   return std::make_shared<RenderRun>(std::move(parts), job->shared_log(), owner);
 }
 
+core::Result<FilmFile> JobService::make_film_file(Job& job) {
+  const core::MutexLock changing(job.change_mutex());
+  if (job.is_removed()) {
+    return already_final();  // Its id, and the name of the file, may belong to another job.
+  }
+  return FilmFile::open(data_.film_path(job.id()));
+}
+
 core::Result<FilmFile> JobService::open_film_file(const JobPointer& job, core::Film& film,
                                                   core::TaskOptions& options) {
   const std::string path = data_.film_path(job->id());
-  auto file = FilmFile::open(path);
+  auto file = make_film_file(*job);
   if (!file) {
     return file.error();
   }
@@ -151,18 +154,18 @@ core::Result<FilmFile> JobService::open_film_file(const JobPointer& job, core::F
     if (auto removed = remove_file(path); !removed) {
       return removed.error();
     }
-    const Status warned = change(
-        *job,
-        [](JobRecord& record) {
-          record.view.warnings.emplace_back(
-              "The stored film was damaged; rendering begins anew and will end the same.");
-          return core::ok_status();
-        },
-        {.go_on_in_memory = true});
+    const Status warned =
+        change(*job,
+               [](JobRecord& record) {
+                 record.view.warnings.emplace_back(
+                     "The stored film was damaged; rendering begins anew and will end the same.");
+                 return core::ok_status();
+               },
+               {.go_on_in_memory = true});
     if (!warned) {
       return warned.error();
     }
-    file = FilmFile::open(path);
+    file = make_film_file(*job);
     if (!file) {
       return file.error();
     }
@@ -173,14 +176,14 @@ core::Result<FilmFile> JobService::open_film_file(const JobPointer& job, core::F
   }
   if (const std::string& before = restored->arithmetic;
       !before.empty() && before != options_.arithmetic) {
-    const Status warned = change(
-        *job,
-        [&](JobRecord& record) {
-          record.view.warnings.push_back("The film was begun with " + before + " and goes on with " +
-                                         options_.arithmetic + "; its bits may be neither's.");
-          return core::ok_status();
-        },
-        {.go_on_in_memory = true});
+    const Status warned = change(*job,
+                                 [&](JobRecord& record) {
+                                   record.view.warnings.push_back(
+                                       "The film was begun with " + before + " and goes on with " +
+                                       options_.arithmetic + "; its bits may be neither's.");
+                                   return core::ok_status();
+                                 },
+                                 {.go_on_in_memory = true});
     if (!warned) {
       return warned.error();
     }
@@ -190,65 +193,62 @@ core::Result<FilmFile> JobService::open_film_file(const JobPointer& job, core::F
   return file;
 }
 
-void JobService::start(const JobPointer& job, const std::shared_ptr<RenderRun>& run, int generation) {
+void JobService::start(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
+                       int generation) {
   bool is_paused = false;
-  const Status started = change(
-      *job,
-      [&](JobRecord& record) -> Status {
-        if (!job->is_latest_load(generation) || api::is_final(record.view.state)) {
-          return already_final();
-        }
-        is_paused = record.view.state == JobState::kPaused;
-        if (!is_paused) {
-          record.view.state = JobState::kRendering;
-        }
-        if (!record.view.started_at_unix_seconds) {
-          record.view.started_at_unix_seconds = unix_now();
-        }
-        record.view.progress = progress_of(*run);
-        record.view.peak_bytes = run->peak_bytes();
-        record.view.split_count = run->task().renderer().measured_split_count();
-        return core::ok_status();
-      },
-      {.go_on_in_memory = true,
-       .before_telling =
-           [&](const JobRecord& record) {
-             // A patch while the scene was loading found no run to tell.
-             run->task().set_stop(record.view.spec.stop);
-             job->set_run(run);
-             if (is_paused) {
-               run->task().set_paused(true);
-             } else {
-               scheduler_.add(job->id(), run, rank_of(record.view.spec));
-             }
-           }});
-  if (!started && job->is_latest_load(generation)) {
-    book_.leave(job->id());
-    admit();
-  }
+  // Otherwise the job has ended, was deleted, or is being loaded anew: the run and its place go.
+  static_cast<void>(
+      change(*job,
+             [&](JobRecord& record) -> Status {
+               if (!job->is_latest_load(generation) || api::is_final(record.view.state)) {
+                 return already_final();
+               }
+               is_paused = record.view.state == JobState::kPaused;
+               if (!is_paused) {
+                 record.view.state = JobState::kRendering;
+               }
+               if (!record.view.started_at_unix_seconds) {
+                 record.view.started_at_unix_seconds = unix_now();
+               }
+               record.view.progress = progress_of(*run);
+               record.view.peak_bytes = run->peak_bytes();
+               record.view.split_count = run->task().renderer().measured_split_count();
+               return core::ok_status();
+             },
+             {.go_on_in_memory = true, .before_telling = [&](const JobRecord& record) {
+                // A patch while the scene was loading found no run to tell.
+                run->task().set_stop(record.view.spec.stop);
+                job->set_run(run);
+                if (is_paused) {
+                  run->task().set_paused(true);
+                } else {
+                  scheduler_.add(run, rank_of(record.view.spec), job->tenant());
+                }
+              }}));
 }
 
-void JobService::on_first_slice(const std::string& id) {
-  if (const auto job = book_.find(id)) {
+void JobService::on_first_slice(const RenderRun& run) {
+  if (const auto job = run.job()) {
     metrics_.count_queue_wait(unix_now() - job->record().view.created_at_unix_seconds);
   }
 }
 
-void JobService::on_end(const std::string& id, core::StopReason reason,
+void JobService::on_end(std::shared_ptr<RenderRun> run, core::StopReason reason,
                         std::optional<Error> failure) {
-  JobPointer job = book_.find(id);
-  if (!job) {
-    return;  // Deleted.
-  }
-  savers_.post([this, job = std::move(job), reason, failure = std::move(failure)] {
-    if (failure) {
-      fail(job, *failure);
-    } else if (reason == core::StopReason::kCancelled) {
-      settle_cancelled(job);
-    } else {
-      finish(job, reason);
-    }
-  });
+  JobPointer job = run->job();
+  savers_.post(
+      [this, job = std::move(job), run = std::move(run), reason, failure = std::move(failure)] {
+        if (!job || job->run() != run) {
+          return;  // Parked meanwhile: the job goes on from its file.
+        }
+        if (failure) {
+          fail(job, run, *failure);
+        } else if (reason == core::StopReason::kCancelled) {
+          settle_cancelled(job, run);
+        } else {
+          finish(job, run, reason);
+        }
+      });
 }
 
 void JobService::keep_film_of(const JobPointer& job, const RenderRun& run) {
@@ -261,58 +261,53 @@ void JobService::keep_film_of(const JobPointer& job, const RenderRun& run) {
     job->keep_film(std::move(stored));
   } else {
     const std::uint64_t bytes = run.film()->bytes();
-    films_.put(job->id(), {.value = std::move(stored), .bytes = bytes});
+    films_.put(film_key(*job), {.value = std::move(stored), .bytes = bytes});
   }
 }
 
-void JobService::finish(const JobPointer& job, core::StopReason reason) {
-  const auto run = job->run();
-  if (!run) {
-    return;
-  }
-  scheduler_.remove(job->id());
+void JobService::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
+                        core::StopReason reason) {
+  scheduler_.remove(*run);
   // On the disk first: who is told that a job has finished finds its film after a power loss, too.
   if (const Status saved = run->save(true); !saved) {
-    fail(job, saved.error());
+    fail(job, run, saved.error());
     return;
   }
   const std::string digest = run->film()->digest();
   keep_film_of(job, *run);
-  const Status told = change(
-      *job,
-      [&](JobRecord& record) -> Status {
-        if (api::is_final(record.view.state)) {
-          return already_final();
-        }
-        record.view.state = JobState::kFinished;
-        record.view.stop_reason = reason;
-        record.view.finished_at_unix_seconds = unix_now();
-        record.view.progress = progress_of(*run);
-        record.view.peak_bytes = run->peak_bytes();
-        note_samples_by_error(record.view);
-        record.view.film_digest = digest;
-        record.view.build = options_.build;
-        record.film = job->memory_only() ? FilmPlace::kNone : FilmPlace::kOnDisk;
-        record.film_bytes = run->file_bytes();
-        return core::ok_status();
-      },
-      {.go_on_in_memory = false, .before_telling = [&](const JobRecord&) { release(job); }});
+  const Status told =
+      change(*job,
+             [&](JobRecord& record) -> Status {
+               if (api::is_final(record.view.state)) {
+                 return already_final();
+               }
+               record.view.state = JobState::kFinished;
+               record.view.stop_reason = reason;
+               record.view.finished_at_unix_seconds = unix_now();
+               record.view.progress = progress_of(*run);
+               record.view.peak_bytes = run->peak_bytes();
+               note_samples_by_error(record.view);
+               record.view.film_digest = digest;
+               record.view.build = options_.build;
+               record.film = job->memory_only() ? FilmPlace::kNone : FilmPlace::kOnDisk;
+               record.film_bytes = run->file_bytes();
+               return core::ok_status();
+             },
+             {.go_on_in_memory = false, .before_telling = [&](const JobRecord&) { release(job); }});
   if (told) {
     evict_films();
   } else if (told.error().code == ErrorCode::kCancelled) {
-    settle_cancelled(job);
+    settle_cancelled(job, run);
   } else {
-    fail(job, told.error());
+    fail(job, run, told.error());
   }
-  admit();
 }
 
-void JobService::settle_cancelled(const JobPointer& job) {
-  const auto run = job->run();
-  if (!run) {
+void JobService::settle_cancelled(const JobPointer& job, const std::shared_ptr<RenderRun>& run) {
+  if (job->is_removed()) {
+    release(job);
     return;
   }
-  scheduler_.remove(job->id());
   const Status saved = run->save(true);
   if (!saved) {
     log_.write(LogLevel::kError, "film_not_saved",
@@ -321,62 +316,61 @@ void JobService::settle_cancelled(const JobPointer& job) {
   if (run->task().progress().samples_max > 0) {
     keep_film_of(job, *run);
   }
-  const Status kept = change(
-      *job,
-      [&](JobRecord& record) {
-        const double fraction = record.view.progress.fraction;
-        record.view.progress = progress_of(*run);
-        record.view.progress.fraction = fraction;
-        record.view.build = options_.build;
-        if (saved && !job->memory_only() && record.view.progress.samples_max > 0) {
-          record.film = FilmPlace::kOnDisk;
-          record.film_bytes = run->file_bytes();
-        }
-        return core::ok_status();
-      },
-      {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) { release(job); }});
+  const Status kept =
+      change(*job,
+             [&](JobRecord& record) {
+               const double fraction = record.view.progress.fraction;
+               record.view.progress = progress_of(*run);
+               record.view.progress.fraction = fraction;
+               record.view.build = options_.build;
+               if (saved && !job->memory_only() && record.view.progress.samples_max > 0) {
+                 record.film = FilmPlace::kOnDisk;
+                 record.film_bytes = run->file_bytes();
+               }
+               return core::ok_status();
+             },
+             {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) { release(job); }});
   if (!kept) {
     release(job);
   }
-  admit();
+  remove_unused_film(*job);
 }
 
-void JobService::fail(const JobPointer& job, const Error& failure) {
-  scheduler_.remove(job->id());
-  const auto run = job->run();
-  const Status told = change(
-      *job,
-      [&](JobRecord& record) -> Status {
-        if (api::is_final(record.view.state)) {
-          return already_final();
-        }
-        record.view.state = JobState::kFailed;
-        record.view.stop_reason = core::StopReason::kFailed;
-        record.view.finished_at_unix_seconds = unix_now();
-        record.failure = failure;
-        record.view.failure = api::from_error(failure);
-        if (run) {
-          record.view.progress = progress_of(*run);
-          record.view.progress.fraction = std::min(record.view.progress.fraction, 0.999);
-        }
-        return core::ok_status();
-      },
-      {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) { release(job); }});
+void JobService::fail(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
+                      const Error& failure) {
+  const Status told =
+      change(*job,
+             [&](JobRecord& record) -> Status {
+               if (api::is_final(record.view.state)) {
+                 return already_final();
+               }
+               record.view.state = JobState::kFailed;
+               record.view.stop_reason = core::StopReason::kFailed;
+               record.view.finished_at_unix_seconds = unix_now();
+               record.failure = failure;
+               record.view.failure = api::from_error(failure);
+               if (run) {
+                 record.view.progress = progress_of(*run);
+                 record.view.progress.fraction = std::min(record.view.progress.fraction, 0.999);
+               }
+               return core::ok_status();
+             },
+             {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) { release(job); }});
   if (!told) {
     release(job);
   }
   log_.write(LogLevel::kWarning, "job_failed", {{"job", job->id()}, {"detail", failure.message}});
-  admit();
+  remove_unused_film(*job);
 }
 
 void JobService::release(const JobPointer& job) {
-  const auto run = job->run();
-  job->set_run(nullptr);
-  book_.leave(job->id());
-  book_.retire(job);
-  if (run) {
+  if (const auto run = job->run()) {
+    scheduler_.remove(*run);
     count_work(*run);
+    job->set_run(nullptr);
+    run->leave();
   }
+  book_.retire(job);
 }
 
 }  // namespace server

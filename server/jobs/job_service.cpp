@@ -22,11 +22,15 @@ namespace {
 constexpr double kKeySeconds = 24 * 3600;
 constexpr int kPilotsAtATime = 4;
 
-/// In the table of idempotency keys, whose other keys begin with the id of a bearer key or a space.
+/// Both in the table of idempotency keys. A tenant's name has no space.
 std::string own_id_key(const std::string& id) { return "put " + id; }
+std::string key_of(const JobService::Submission& submission) {
+  return "of " + submission.access.tenant + " " + submission.key;
+}
 
 int threads_or_machine(int threads) {
-  return threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  return threads > 0 ? threads
+                     : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 
 }  // namespace
@@ -41,7 +45,7 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
       options_(options),
       run_(run),
       pilots_(kPilotsAtATime),
-      book_(options.book),
+      book_(options.book, [this] { admit(); }),
       films_(options.film_cache_bytes, SingleFlightCache<StoredFilm>::Oversized::kNotKept),
       film_readers_(options.film_cache_bytes + options.film_readers_bytes),
       scheduler_(threads_or_machine(options.threads)),
@@ -84,13 +88,12 @@ Status JobService::resume() {
     if (state == JobState::kPaused) {
       continue;
     }
-    const Status queued = change(
-        *job,
-        [](JobRecord& changed) {
-          changed.view.state = JobState::kQueued;
-          return core::ok_status();
-        },
-        {.go_on_in_memory = true});
+    const Status queued = change(*job,
+                                 [](JobRecord& changed) {
+                                   changed.view.state = JobState::kQueued;
+                                   return core::ok_status();
+                                 },
+                                 {.go_on_in_memory = true});
     if (queued) {
       book_.enqueue(job, rank, memory_of(job->record().view));
     }
@@ -111,19 +114,19 @@ void JobService::stop() {
   loaders_.stop(Background::Waiting::kDrop);
   preview_loaders_.stop(Background::Waiting::kDrop);
   savers_.stop(Background::Waiting::kFinish);
-  for (const JobPointer& job : book_.all()) {
+  for (const JobPointer& job : book_.holders()) {
     if (job->run() != nullptr && !api::is_final(job->state())) {
       checkpoint(job);
     }
-    job->set_run(nullptr);  // A run and its job hold each other's parts.
+    job->set_run(nullptr);  // A run holds its place, and that the job.
   }
 }
 
-std::vector<JobService::Told> JobService::events_between(const JobRecord& before,
+std::vector<JobService::Told> JobService::events_between(const Job& job, const JobRecord& before,
                                                          const JobRecord& after) const {
   std::vector<Told> told;
   api::JobView view = after.view;
-  view.queue_position = book_.position(view.id);
+  view.queue_position = book_.position(job);
   if (before.view.state != view.state || before.view.spec_version != view.spec_version ||
       before.view.created_at_unix_seconds == 0) {
     told.push_back({api::EventType::kState, api::state_event(view)});
@@ -163,6 +166,9 @@ void JobService::publish_events(Job& job, std::uint64_t first, std::vector<Told>
 
 Status JobService::change(Job& job, const Modify& modify, const ChangeOptions& options) {
   const core::MutexLock changing(job.change_mutex());
+  if (job.is_removed()) {
+    return Error{ErrorCode::kNotFound, "the job was deleted", ""};
+  }
   const JobRecord before = job.record();
   JobRecord after = before;
   if (auto modified = modify(after); !modified) {
@@ -170,15 +176,15 @@ Status JobService::change(Job& job, const Modify& modify, const ChangeOptions& o
   }
   if (!may_change(before.view.state, after.view.state)) {
     return Error{ErrorCode::kConflict,
-                 "the job is " + std::string(api::to_text(before.view.state)) + " and cannot become " +
-                     std::string(api::to_text(after.view.state)),
+                 "the job is " + std::string(api::to_text(before.view.state)) +
+                     " and cannot become " + std::string(api::to_text(after.view.state)),
                  ""};
   }
-  std::vector<Told> told = events_between(before, after);
+  std::vector<Told> told = events_between(job, before, after);
   std::vector<EventRow> rows;
   const std::uint64_t first = reserve_events(job, told, rows);
   if (!job.memory_only()) {
-    const Status stored = table_.update(to_row(after), rows, deliveries_of(after.view, told));
+    const Status stored = table_.update(to_row(after), rows, deliveries_of(after, told));
     if (!stored) {
       log_.write(LogLevel::kError, "store_failed",
                  {{"job", job.id()}, {"detail", stored.error().message}});
@@ -190,6 +196,7 @@ Status JobService::change(Job& job, const Modify& modify, const ChangeOptions& o
   }
   if (!told.empty() && told.back().type == api::EventType::kEnd) {
     job.set_end_mark(EndMark{.stream = run_, .seq = first + told.size() - 1});
+    metrics_.count_job_end(api::to_text(after.view.stop_reason));
   }
   job.set_record(after);
   if (options.before_telling) {
@@ -197,15 +204,16 @@ Status JobService::change(Job& job, const Modify& modify, const ChangeOptions& o
   }
   if (before.view.state != after.view.state) {
     log_.write(LogLevel::kInfo, "job_state",
-               {{"job", job.id()}, {"state", api::to_text(after.view.state)},
+               {{"job", job.id()},
+                {"state", api::to_text(after.view.state)},
                 {"stop_reason", api::to_text(after.view.stop_reason)}});
   }
   publish_events(job, first, std::move(told));
   return core::ok_status();
 }
 
-api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request) {
-  auto facts = scenes_.facts(request.spec.scene);
+api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request, const Access& access) {
+  auto facts = scenes_.facts(request.spec.scene, access);
   if (!facts) {
     Error error = facts.error();
     error.where = "/scene";
@@ -217,10 +225,12 @@ api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request) {
   api::JobView asked;
   asked.spec = request.spec;
   if (auto reason = too_large(asked)) {
-    return api::make_problem(ErrorCode::kInvalidArgument, {api::FieldError{"/film", std::move(*reason)}});
+    return api::make_problem(ErrorCode::kInvalidArgument,
+                             {api::FieldError{"/film", std::move(*reason)}});
   }
   if (request.spec.environment_asset) {
-    if (const auto usable = scenes_.check_environment(*request.spec.environment_asset); !usable) {
+    if (const auto usable = scenes_.check_environment(*request.spec.environment_asset, access);
+        !usable) {
       return api::from_error(usable.error());
     }
   }
@@ -232,10 +242,21 @@ api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request) {
   return request;
 }
 
+std::optional<api::Problem> JobService::refused_priority(int priority, const Access& access) {
+  if (priority <= access.priority_max) {
+    return std::nullopt;
+  }
+  return api::make_problem(
+      ErrorCode::kInvalidArgument,
+      {api::FieldError{"/priority", std::to_string(priority) + " is more than " +
+                                        std::to_string(access.priority_max) +
+                                        ", the highest priority that this key may give"}});
+}
+
 core::Result<JobPointer> JobService::find_replay(const Submission& submission) {
   std::optional<IdempotencyRow> row;
   {
-    auto stored = table_.find_key(submission.key);
+    auto stored = table_.find_key(key_of(submission));
     if (!stored) {
       return stored.error();
     }
@@ -244,7 +265,7 @@ core::Result<JobPointer> JobService::find_replay(const Submission& submission) {
   if (!row || row->created_at < unix_now() - kKeySeconds) {
     return JobPointer();
   }
-  auto job = find(row->job);
+  auto job = find(row->job, submission.access);
   if (!job) {
     return job.error().code == ErrorCode::kNotFound ? core::Result<JobPointer>(JobPointer()) : job;
   }
@@ -256,27 +277,31 @@ core::Result<JobPointer> JobService::find_replay(const Submission& submission) {
 }
 
 core::Result<JobPointer> JobService::find_own_id(const Submission& submission) {
-  auto job = find(submission.id);
+  // Among the jobs of all tenants: an id is taken once.
+  auto job = find(submission.id, Access::operators());
   if (!job) {
     return job.error().code == ErrorCode::kNotFound ? core::Result<JobPointer>(JobPointer()) : job;
+  }
+  if (!submission.access.sees((*job)->tenant())) {
+    return find(submission.id, submission.access);
   }
   const auto row = table_.find_key(own_id_key(submission.id));
   if (!row) {
     return row.error();
   }
   if (!*row || (*row)->body_hash != submission.body_hash) {
-    return Error{ErrorCode::kConflict, "the job " + submission.id + " is there, and was asked for otherwise",
-                 ""};
+    return Error{ErrorCode::kConflict,
+                 "the job " + submission.id + " is there, and was asked for otherwise", ""};
   }
   return job;
 }
 
-api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::string& owner) {
-  if (owner.empty() || options_.quota_jobs == 0) {
+api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::string& tenant) {
+  if (tenant.empty() || options_.quota_jobs == 0) {
     return std::unique_lock<core::Mutex>();
   }
   std::unique_lock<core::Mutex> held(quota_mutex_);
-  const auto count = table_.unfinished_of(owner);
+  const auto count = table_.unfinished_of(tenant);
   if (!count) {
     return api::from_error(count.error());
   }
@@ -284,7 +309,7 @@ api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::str
     return api::Parsed<std::unique_lock<core::Mutex>>(std::move(held));
   }
   return api::make_problem(ErrorCode::kTooManyRequests,
-                           "the key '" + owner + "' has " + std::to_string(*count) +
+                           "the tenant '" + tenant + "' has " + std::to_string(*count) +
                                " unfinished jobs; at most " + std::to_string(options_.quota_jobs) +
                                " are allowed");
 }
@@ -305,9 +330,12 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
       return Submitted{.job = std::move(*replay), .is_replay = true};
     }
   }
+  if (auto refused = refused_priority(request.spec.priority, submission.access)) {
+    return std::move(*refused);
+  }
   // Until the record names them, nobody deletes the scene and the asset that are found here.
   const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
-  auto checked = check(std::move(request));
+  auto checked = check(std::move(request), submission.access);
   if (!checked) {
     return checked.problem();
   }
@@ -315,10 +343,10 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
   api::JobView asked;
   asked.spec = checked->spec;
   JobMemory memory = memory_of(asked);
-  if (!book_.has_room(rank, memory, submission.owner)) {
+  if (!book_.has_room(rank, memory, submission.access.tenant)) {
     return api::make_problem(ErrorCode::kTooManyRequests, book_.full_text(rank));
   }
-  const auto counted = take_quota(submission.owner);
+  const auto counted = take_quota(submission.access.tenant);
   if (!counted) {
     return counted.problem();
   }
@@ -328,7 +356,7 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
     return api::from_error(job.error());
   }
   if (preview_key) {
-    supersede(*preview_key, (*job)->id());
+    supersede(*preview_key, **job, submission.access);
   }
   book_.enqueue(*job, rank, std::move(memory));
   admit();
@@ -338,150 +366,60 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
 core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submission& submission) {
   JobRecord record;
   record.sequence = ++last_sequence_;
+  record.tenant = submission.access.tenant;
   record.view.id = submission.id.empty() ? make_uuid() : submission.id;
   record.view.created_at_unix_seconds = unix_now();
   record.view.spec = std::move(request.spec);
   record.view.warnings = std::move(request.warnings);
   record.view.samples_by_error = request.samples_by_error;
-  auto job = std::make_shared<Job>(record, Job::History::kInLog, submission.owner);
-  std::vector<Told> told = events_between(JobRecord{}, record);
+  auto job = std::make_shared<Job>(record, Job::History::kInLog);
+  std::vector<Told> told = events_between(*job, JobRecord{}, record);
   std::vector<EventRow> rows;
   const std::uint64_t first = reserve_events(*job, told, rows);
   std::optional<IdempotencyRow> key;
   if (!submission.key.empty() || !submission.id.empty()) {
-    key = IdempotencyRow{.key = submission.id.empty() ? submission.key : own_id_key(submission.id),
-                         .body_hash = submission.body_hash,
-                         .job = record.view.id,
-                         .created_at = record.view.created_at_unix_seconds};
+    key = IdempotencyRow{
+        .key = submission.id.empty() ? key_of(submission) : own_id_key(submission.id),
+        .body_hash = submission.body_hash,
+        .job = record.view.id,
+        .created_at = record.view.created_at_unix_seconds};
   }
   JobRow row = to_row(record);
-  row.owner = submission.owner;
-  StorageQuota::Room room = quota_.room(row.owner, StorageQuota::Kind::kFilm);
-  if (!row.owner.empty() && !job->memory_only()) {
+  StorageQuota::Room room = quota_.room(row.tenant, StorageQuota::Kind::kFilm);
+  if (!row.tenant.empty() && !job->memory_only()) {
     row.reserved_bytes = FilmFile::disk_bytes_max(*blank_film(record.view));
     if (const Status fits = room.grow_to(row.reserved_bytes); !fits) {
       return Error{fits.error().code, fits.error().message, "/film"};
     }
   }
-  const Status stored = job->memory_only()
-                            ? (key ? table_.insert_key(*key) : core::ok_status())
-                            : table_.insert(row, rows, key, deliveries_of(record.view, told));
-  if (!stored) {
-    return stored.error();
+  {
+    // Known before it is stored: whoever finds the id waits for the commit, and gets this very job.
+    const core::MutexLock changing(job->change_mutex());
+    book_.add(job);
+    const Status stored = job->memory_only()
+                              ? (key ? table_.insert_key(*key) : core::ok_status())
+                              : table_.insert(row, rows, key, deliveries_of(record, told));
+    if (!stored) {
+      job->set_removed();
+      book_.forget(*job);
+      return stored.error();
+    }
   }
-  book_.add(job);
-  log_.write(LogLevel::kInfo, "job_submitted",
-             {{"job", record.view.id}, {"scene", record.view.spec.scene}, {"key", submission.owner}});
+  log_.write(
+      LogLevel::kInfo, "job_submitted",
+      {{"job", record.view.id}, {"scene", record.view.spec.scene}, {"tenant", record.tenant}});
   publish_events(*job, first, std::move(told));
   return job;
 }
 
-void JobService::supersede(const std::string& preview_key, const std::string& by) {
+void JobService::supersede(const std::string& preview_key, const Job& by, const Access& access) {
   for (const JobPointer& job : book_.all()) {
     const JobRecord record = job->record();
-    if (job->memory_only() && job->id() != by && record.view.spec.preview_key == preview_key &&
-        !api::is_final(record.view.state)) {
+    if (job->memory_only() && job->id() != by.id() && access.shares_names_with(job->tenant()) &&
+        record.view.spec.preview_key == preview_key && !api::is_final(record.view.state)) {
       static_cast<void>(cancel(job));  // One that has ended meanwhile needs no cancelling.
     }
   }
-}
-
-core::Result<JobPointer> JobService::find(const std::string& id) {
-  const Error unknown{ErrorCode::kNotFound, "no job has the id \"" + id + "\"", ""};
-  if (!api::is_uuid(id)) {
-    return unknown;
-  }
-  if (auto job = book_.find(id)) {
-    return job;
-  }
-  const auto row = table_.find(id);
-  if (!row) {
-    return row.error();
-  }
-  if (!*row) {
-    return unknown;
-  }
-  auto record = to_record(**row);
-  if (!record) {
-    return record.error();
-  }
-  auto job = std::make_shared<Job>(std::move(*record), Job::History::kInStore);
-  const auto events = table_.events_after((*row)->sequence, 0, 0);
-  if (!events) {
-    return events.error();
-  }
-  for (const EventRow& event : *events) {
-    if (event.type == api::to_text(api::EventType::kEnd)) {
-      job->set_end_mark(EndMark{.stream = event.stream, .seq = event.seq});
-    }
-  }
-  return book_.add_final(job);
-}
-
-api::JobView JobService::view(const Job& job) const {
-  // The run first: when it is gone, the record has its last figures.
-  const auto run = job.run();
-  api::JobView view = job.record().view;
-  if (run && !api::is_final(view.state)) {
-    view.progress = progress_of(*run);
-    view.peak_bytes = run->peak_bytes();
-  }
-  if (view.state == JobState::kQueued) {
-    view.queue_position = book_.position(view.id);
-  }
-  return view;
-}
-
-core::Result<JobService::Page> JobService::list(const JobQuery& query) {
-  JobQuery more = query;
-  more.limit = query.limit + 1;
-  const auto rows = query.stored ? table_.list(more) : core::Result<std::vector<JobRow>>(std::vector<JobRow>());
-  if (!rows) {
-    return rows.error();
-  }
-  std::vector<std::pair<std::int64_t, api::JobView>> found;
-  for (const JobRow& row : *rows) {
-    if (const auto job = book_.find(row.id)) {
-      found.emplace_back(row.sequence, view(*job));
-    } else if (auto record = to_record(row)) {
-      found.emplace_back(row.sequence, std::move(record->view));
-    }
-  }
-  for (const JobPointer& job : book_.all()) {
-    if (query.previews && job->memory_only() && (!query.before || job->sequence() < *query.before)) {
-      api::JobView preview = view(*job);
-      if (matches(preview, query)) {
-        found.emplace_back(job->sequence(), std::move(preview));
-      }
-    }
-  }
-  std::sort(found.begin(), found.end(),
-            [](const auto& a, const auto& b) { return a.first > b.first; });
-  Page page;
-  for (auto& [sequence, view] : found) {
-    if (static_cast<int>(page.jobs.size()) == query.limit) {
-      break;
-    }
-    page.jobs.push_back(std::move(view));
-    page.next = sequence;
-  }
-  if (found.size() <= page.jobs.size()) {
-    page.next.reset();
-  }
-  return page;
-}
-
-bool JobService::matches(const api::JobView& view, const JobQuery& query) {
-  if (!query.states.empty() &&
-      std::find(query.states.begin(), query.states.end(), api::to_text(view.state)) == query.states.end()) {
-    return false;
-  }
-  // An empty title is part of every one.
-  const auto titled = job_title(view.spec.name, view.spec.scene).find(job_title(query.title, ""));
-  return titled != std::string::npos && std::all_of(query.labels.begin(), query.labels.end(), [&](const auto& label) {
-    const auto found = view.spec.labels.find(label.first);
-    return found != view.spec.labels.end() && (!label.second || found->second == *label.second);
-  });
 }
 
 core::Result<std::vector<EventRow>> JobService::stored_events(const Job& job, std::int64_t stream,

@@ -1,8 +1,8 @@
 /// JobService: jobs from submission to deletion. What routes talk to.
 ///
 /// Every change of a record is committed to the store before it is told, and told as events in the
-/// order of the commits. Rendering happens on the scheduler's threads, loading and saving on others;
-/// no call here waits for a renderer, except cancel() for some milliseconds.
+/// order of the commits. Rendering happens on the scheduler's threads, loading and saving on
+/// others; no call here waits for a renderer, except cancel() for some milliseconds.
 #pragma once
 
 #include <atomic>
@@ -20,6 +20,7 @@
 #include "api/requests.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
+#include "server/access.h"
 #include "server/jobs/background.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_book.h"
@@ -42,10 +43,11 @@ struct JobServiceOptions {
   int samples_max = 65536;
   double checkpoint_seconds = 10;  ///< A checkpoint is complete this long after the one before.
   std::uint64_t film_cache_bytes = std::uint64_t{512} << 20U;
-  std::uint64_t film_readers_bytes = std::uint64_t{512} << 20U;  ///< Films read from the disk, in the cache or in use.
-  int quota_jobs = 0;                  ///< Unfinished jobs of one owner; 0: any number.
-  std::string arithmetic = {};         ///< core::arithmetic_class() of this process.
-  std::string build = {};              ///< JSON text that goes with films made here.
+  std::uint64_t film_readers_bytes = std::uint64_t{512}
+                                     << 20U;  ///< Films read from the disk, in the cache or in use.
+  int quota_jobs = 0;                         ///< Unfinished jobs of one tenant; 0: any number.
+  std::string arithmetic = {};                ///< core::arithmetic_class() of this process.
+  std::string build = {};                     ///< JSON text that goes with films made here.
 };
 
 /// What the service is built on; all outlive it.
@@ -71,46 +73,51 @@ class JobService final : private RenderRun::Owner {
   /// No new jobs, nothing rendered any more, every film on the disk as far as it is.
   void stop();
 
-  /// Against the scene and the assets: what dry_run asks, and submit() does first. Settles what
-  /// depends on the scene. Problems: 404 scene, 422.
-  api::Parsed<api::ParsedJob> check(api::ParsedJob request);
+  /// Against the scene and the assets that `access` sees: what dry_run asks, and submit() does
+  /// first. Settles what depends on the scene. Problems: 404 scene, 422.
+  api::Parsed<api::ParsedJob> check(api::ParsedJob request, const Access& access);
 
   /// Where a submission comes from.
   struct Submission {
-    std::string key = {};  ///< Idempotency-Key, with the owner's name; empty: none.
+    Access access = {};    ///< Who submits; the job is of its tenant.
+    std::string key = {};  ///< Idempotency-Key; each tenant has its own; empty: none.
     std::string body_hash = {};
-    std::string owner = {};  ///< Id of a stored key; empty: none.
-    std::string id = {};     ///< The client's own UUID; empty: one is made.
+    std::string id = {};  ///< The client's own UUID; empty: one is made.
   };
   struct Submitted {
     JobPointer job;
     bool is_replay = false;
   };
-  /// Problems: of check(); 409 key or id with another body; 429 queue or quota full; 503 stopping; 507 disk
-  /// full, or at /film more than the owner may keep.
+  /// Problems: of check(); 404 an id that another tenant has taken; 409 key or id with another
+  /// body; 429 queue or quota full; 503 stopping; 507 disk full, or at /film more than the tenant
+  /// may keep.
   api::Parsed<Submitted> submit(api::ParsedJob request, const Submission& submission);
 
-  /// What a job would cost, from a pilot among the other jobs' slices; waits for it, some seconds at
-  /// most. Errors: those of loading the scene; kUnavailable when the pilot got no turn.
+  /// What a job would cost, from a pilot among the other jobs' slices; waits for it, some seconds
+  /// at most. Errors: those of loading the scene; kUnavailable when the pilot got no turn.
   core::Result<CostEstimate> estimate(const api::JobSpec& spec);
 
-  /// Errors: kNotFound.
-  core::Result<JobPointer> find(const std::string& id);
+  /// Errors: kNotFound, also for a job that `access` does not see.
+  core::Result<JobPointer> find(const std::string& id, const Access& access);
   api::JobView view(const Job& job) const;
 
   struct Page {
     std::vector<api::JobView> jobs;
     std::optional<std::int64_t> next;  ///< Sequence that the next page is before.
   };
-  core::Result<Page> list(const JobQuery& query);
+  /// Of what `access` sees.
+  core::Result<Page> list(JobQuery query, const Access& access);
 
-  /// body: JSON merge patch. if_versions: those that spec_version may have. Problems: 409, 412, 422.
+  /// body: JSON merge patch. if_versions: those that spec_version may have. Problems: 409, 412,
+  /// 422.
   api::Parsed<std::monostate> patch(const JobPointer& job, std::string_view body,
-                                    const std::optional<std::vector<std::uint32_t>>& if_versions);
+                                    const std::optional<std::vector<std::uint32_t>>& if_versions,
+                                    const Access& access);
   core::Status cancel(const JobPointer& job);
-  /// Problems: 409 not finished or film gone; 422; 429 queue full, or the owner's quota.
+  /// Problems: 409 not finished or film gone; 422; 429 queue full, or the tenant's quota.
   api::Parsed<std::monostate> extend(const JobPointer& job, std::string_view body);
-  /// A film from elsewhere becomes a finished job. spec: of the film's geometry; ledger as JobView has it.
+  /// A film from elsewhere becomes a finished job. spec: of the film's geometry; ledger as JobView
+  /// has it.
   struct FinishedFilm {
     api::JobSpec spec;
     std::shared_ptr<const core::Film> film;
@@ -120,22 +127,26 @@ class JobService final : private RenderRun::Owner {
     std::string build;       ///< JSON text
     std::string arithmetic;  ///< core::arithmetic_class() of the films; empty: unknown
     std::vector<std::string> warnings;
-    std::string owner;  ///< Id of a stored key; empty: none.
+    std::string tenant;
   };
   /// Errors: kUnavailable when stopping, kOverQuota, kNoSpace, kInternal.
   core::Result<JobPointer> add_finished(FinishedFilm finished);
   /// Errors: kConflict while it is not final.
   core::Status remove(const JobPointer& job);
 
-  /// Is there a job that renders, may yet, or could be extended, and needs it?
-  core::Result<bool> needs_scene(const std::string& scene);
-  core::Result<bool> needs_asset(const std::string& asset);
+  /// Is there a job that renders, may yet, or could be extended, and needs it? tenant: among the
+  /// jobs of that one; empty: among all.
+  core::Result<bool> needs_scene(const std::string& scene,
+                                 const std::optional<std::string>& tenant);
+  core::Result<bool> needs_asset(const std::string& asset,
+                                 const std::optional<std::string>& tenant);
 
   /// The film as it is: being rendered, or stored. Errors: kConflict no sample yet; kGone evicted.
   core::Result<std::shared_ptr<const core::Film>> film(const Job& job);
   /// The film of a job that has ended: nobody changes it any more. Waits while it is being settled.
   /// Errors: of film(); kConflict while the job is not final; kUnavailable.
-  core::Result<std::shared_ptr<const core::Film>> final_film(const Job& job, const std::stop_token& stop);
+  core::Result<std::shared_ptr<const core::Film>> final_film(const Job& job,
+                                                             const std::stop_token& stop);
   /// Empty before the first look.
   std::vector<core::ConvergencePoint> points(const Job& job);
 
@@ -156,7 +167,9 @@ class JobService final : private RenderRun::Owner {
     bool waits_for_memory = false;
   };
   /// Films read from the disk that may be in memory together.
-  std::uint64_t film_readers_bytes() const { return options_.film_cache_bytes + options_.film_readers_bytes; }
+  std::uint64_t film_readers_bytes() const {
+    return options_.film_cache_bytes + options_.film_readers_bytes;
+  }
   std::uint64_t memory_max_bytes() const { return options_.book.memory_max_bytes; }
   Counts counts() const;
   bool any_job() const;
@@ -170,25 +183,30 @@ class JobService final : private RenderRun::Owner {
     /// Runs when the change is committed, before it is told; the job's change_mutex() is held.
     std::function<void(const JobRecord&)> before_telling = {};
   };
-  /// Modifies, commits, tells. The events follow from the difference. Errors: of modify, of the store;
-  /// kConflict for a change of state that may not be.
+  /// Modifies, commits, tells. The events follow from the difference. Errors: of modify, of the
+  /// store; kConflict for a change of state that may not be; kNotFound when the job was deleted.
   core::Status change(Job& job, const Modify& modify, const ChangeOptions& options);
   struct Told {
     api::EventType type = api::EventType::kState;
     std::string data;
   };
-  std::vector<Told> events_between(const JobRecord& before, const JobRecord& after) const;
+  std::vector<Told> events_between(const Job& job, const JobRecord& before,
+                                   const JobRecord& after) const;
   std::uint64_t reserve_events(Job& job, const std::vector<Told>& told,
                                std::vector<EventRow>& rows) const;
   static void publish_events(Job& job, std::uint64_t first, std::vector<Told> told);
-  static std::vector<DeliveryRow> deliveries_of(const api::JobView& view, const std::vector<Told>& told);
+  static std::optional<api::Problem> refused_priority(int priority, const Access& access);
+  static std::vector<DeliveryRow> deliveries_of(const JobRecord& record,
+                                                const std::vector<Told>& told);
 
   core::Result<JobPointer> insert(api::ParsedJob request, const Submission& submission);
+  core::Result<JobPointer> find_any(const std::string& id);
   core::Result<JobPointer> find_replay(const Submission& submission);
   core::Result<JobPointer> find_own_id(const Submission& submission);
-  /// The owner's place among its unfinished jobs, held until the job counts; or why there is none.
-  api::Parsed<std::unique_lock<core::Mutex>> take_quota(const std::string& owner);
-  void supersede(const std::string& preview_key, const std::string& by);
+  /// The tenant's place among its unfinished jobs, held until the job counts; or why there is none.
+  api::Parsed<std::unique_lock<core::Mutex>> take_quota(const std::string& tenant);
+  /// Cancels the previews that had the key before `by`.
+  void supersede(const std::string& preview_key, const Job& by, const Access& access);
 
   JobMemory memory_of(const api::JobView& view);
   /// Empty: its film fits into what a job may hold.
@@ -199,19 +217,24 @@ class JobService final : private RenderRun::Owner {
   // A job's way: admit() -> load() -> start() -> on_end() -> finish(). Cancelled ones are told at
   // once, and settle_cancelled() keeps what they have.
   void admit();
-  void load(const JobPointer& job);
+  void load(const std::shared_ptr<JobBook::Place>& place);
   core::Result<std::shared_ptr<const core::Renderer>> make_renderer(const api::JobSpec& spec);
-  core::Result<std::shared_ptr<RenderRun>> prepare(const JobPointer& job);
+  core::Result<std::shared_ptr<RenderRun>> prepare(const std::shared_ptr<JobBook::Place>& place);
+  /// Makes the file unless the job was deleted. Errors: those of FilmFile::open(); kCancelled.
+  core::Result<FilmFile> make_film_file(Job& job);
   core::Result<FilmFile> open_film_file(const JobPointer& job, core::Film& film,
                                         core::TaskOptions& options);
   void start(const JobPointer& job, const std::shared_ptr<RenderRun>& run, int generation);
-  void on_first_slice(const std::string& id) override;
-  void on_end(const std::string& id, core::StopReason reason,
+  void on_first_slice(const RenderRun& run) override;
+  void on_end(std::shared_ptr<RenderRun> run, core::StopReason reason,
               std::optional<core::Error> failure) override;
-  void finish(const JobPointer& job, core::StopReason reason);
-  void settle_cancelled(const JobPointer& job);
-  void fail(const JobPointer& job, const core::Error& failure);
-  /// The run is over: its place is free, its film is where film() finds it.
+  void finish(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
+              core::StopReason reason);
+  void settle_cancelled(const JobPointer& job, const std::shared_ptr<RenderRun>& run);
+  /// run: null when there is none yet.
+  void fail(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
+            const core::Error& failure);
+  /// The job has ended: its run, if any, gets no slices any more and gives its place back.
   void release(const JobPointer& job);
   void keep_film_of(const JobPointer& job, const RenderRun& run);
 
@@ -225,6 +248,10 @@ class JobService final : private RenderRun::Owner {
   void forget_expired();
   void count_work(const RenderRun& run);
   void remove_loose_film(const std::string& id);
+  /// The file of a job that ended before it had a sample.
+  void remove_unused_film(Job& job);
+  /// In the cache. Other than the id of a job, it is never given twice.
+  static std::string film_key(const Job& job) { return std::to_string(job.sequence()) + "."; }
   void remove_loose_films();
   static core::Progress progress_of(const RenderRun& run);
   core::Result<MemoryGate::Lease> room_to_read(std::uint64_t bytes);
@@ -243,14 +270,14 @@ class JobService final : private RenderRun::Owner {
   std::atomic<std::uint64_t> rays_done_ = 0;  ///< Of runs that are over.
   std::atomic<std::uint64_t> samples_done_ = 0;
   std::counting_semaphore<16> pilots_;
-  std::atomic<std::uint64_t> pilot_count_ = 0;
   std::atomic<std::int64_t> last_sequence_ = 0;
   std::atomic<bool> stopping_ = false;
   JobBook book_;
   SingleFlightCache<StoredFilm> films_;
   MemoryGate film_readers_;
   core::Mutex keyed_mutex_;  ///< Held over a submission with a key: two of them are one job.
-  core::Mutex quota_mutex_;  ///< Held from counting an owner's jobs to adding one. After keyed_mutex_.
+  core::Mutex
+      quota_mutex_;  ///< Held from counting a tenant's jobs to adding one. After keyed_mutex_.
   /// When a job was last saved; of the checkpointer's thread alone.
   std::map<std::string, std::chrono::steady_clock::time_point> checkpointed_;
   Scheduler scheduler_;

@@ -19,8 +19,9 @@ constexpr int kForgottenAtATime = 64;
 
 }  // namespace
 
-std::vector<DeliveryRow> JobService::deliveries_of(const api::JobView& view,
+std::vector<DeliveryRow> JobService::deliveries_of(const JobRecord& record,
                                                    const std::vector<Told>& told) {
+  const api::JobView& view = record.view;
   std::vector<DeliveryRow> deliveries;
   if (!view.spec.webhook) {
     return deliveries;
@@ -30,10 +31,12 @@ std::vector<DeliveryRow> JobService::deliveries_of(const api::JobView& view,
     if (std::find(wanted.begin(), wanted.end(), api::to_text(event.type)) != wanted.end()) {
       const double now = unix_now();
       deliveries.push_back(DeliveryRow{.id = "msg_" + random_hex(12),
+                                       .tenant = record.tenant,
                                        .job = view.id,
+                                       .event = std::string(api::to_text(event.type)),
                                        .url = view.spec.webhook->url,
                                        .body = api::webhook_body(event.type, now, view),
-                                       .attempts = 0,
+                                       .created_at = now,
                                        .next_at = now});
     }
   }
@@ -43,32 +46,35 @@ std::vector<DeliveryRow> JobService::deliveries_of(const api::JobView& view,
 void JobService::forget_expired() {
   const auto ids = table_.expired(unix_now(), kForgottenAtATime);
   for (const std::string& id : ids ? *ids : std::vector<std::string>()) {
-    const auto job = find(id);
+    const auto job = find(id, Access::operators());
     if (job && remove(*job)) {
       log_.write(LogLevel::kInfo, "job_forgotten", {{"job", id}});
     }
   }
 }
 
-core::Result<bool> JobService::needs_scene(const std::string& scene) {
+core::Result<bool> JobService::needs_scene(const std::string& scene,
+                                           const std::optional<std::string>& tenant) {
   for (const JobPointer& job : book_.all()) {
     const JobRecord record = job->record();
-    if (job->memory_only() && record.view.spec.scene == scene && !api::is_final(record.view.state)) {
+    if (job->memory_only() && (!tenant || *tenant == job->tenant()) &&
+        record.view.spec.scene == scene && !api::is_final(record.view.state)) {
       return true;
     }
   }
-  return table_.scene_in_use(scene);
+  return table_.scene_in_use(scene, tenant);
 }
 
-core::Result<bool> JobService::needs_asset(const std::string& asset) {
+core::Result<bool> JobService::needs_asset(const std::string& asset,
+                                           const std::optional<std::string>& tenant) {
   for (const JobPointer& job : book_.all()) {
     const JobRecord record = job->record();
-    if (job->memory_only() && record.view.spec.environment_asset == asset &&
-        !api::is_final(record.view.state)) {
+    if (job->memory_only() && (!tenant || *tenant == job->tenant()) &&
+        record.view.spec.environment_asset == asset && !api::is_final(record.view.state)) {
       return true;
     }
   }
-  return table_.environment_in_use(asset);
+  return table_.environment_in_use(asset, tenant);
 }
 
 void JobService::count_work(const RenderRun& run) {
@@ -102,20 +108,20 @@ JobService::Counts JobService::counts() const {
 }
 
 core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec) {
-  auto renderer = make_renderer(pilot_spec(spec));
-  if (!renderer) {
-    return renderer.error();
-  }
+  // Scenes are loaded within the turn: many dry runs of many moments would be in memory together.
   pilots_.acquire();
   struct Release {
     std::counting_semaphore<16>& semaphore;
     ~Release() { semaphore.release(); }
   } const release{pilots_};
+  auto renderer = make_renderer(pilot_spec(spec));
+  if (!renderer) {
+    return renderer.error();
+  }
   const auto pilot = std::make_shared<Pilot>(*renderer);
-  const std::string name = "pilot " + std::to_string(++pilot_count_);
-  scheduler_.add(name, pilot, Rank{.is_preview = true, .priority = 0});
+  scheduler_.add(pilot, Rank{.is_preview = true, .priority = 0});
   const bool worked = pilot->wait();
-  scheduler_.remove(name);
+  scheduler_.remove(*pilot);
   if (!worked) {
     return Error{ErrorCode::kUnavailable, "the pilot got no turn in time", ""};
   }

@@ -41,7 +41,8 @@ class MemoryGate {
 
    private:
     friend class MemoryGate;
-    Lease(std::shared_ptr<Room> room, std::uint64_t bytes) : room_(std::move(room)), bytes_(bytes) {}
+    Lease(std::shared_ptr<Room> room, std::uint64_t bytes)
+        : room_(std::move(room)), bytes_(bytes) {}
     std::shared_ptr<Room> room_;
     std::uint64_t bytes_;
   };
@@ -60,10 +61,13 @@ class MemoryGate {
     const auto deadline = std::chrono::steady_clock::now() + patience;
     const core::MutexLock lock(room_->mutex);
     while (!has_room(bytes)) {
-      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
+          deadline - std::chrono::steady_clock::now());
       if (left.count() <= 0) {
-        return core::Error{core::ErrorCode::kUnavailable,
-                           "requests for large pictures have all the memory that is meant for them; try again", ""};
+        return core::Error{
+            core::ErrorCode::kUnavailable,
+            "requests for large pictures have all the memory that is meant for them; try again",
+            ""};
       }
       static_cast<void>(room_->freed.wait_for(room_->mutex, left));
     }

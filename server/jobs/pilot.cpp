@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/render/eta.h"
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 #include "server/observe/clock.h"
 
 namespace server {
@@ -17,15 +17,17 @@ constexpr double kPixels = 64.0 * 64.0;
 constexpr int kSamples = 16;
 constexpr double kSeconds = 0.5;
 constexpr std::chrono::seconds kPatience{5};
-constexpr double kEachReport = 1e9;  // how errors fall is what it is for
 constexpr double kMachine = 1.25;
 constexpr double kNormal95 = 1.96;
 /// At worst errors fall with samples as those of independent ones do.
 constexpr double kIndependent = 0.5;
-/// Adaptive sampling, which the pilot has not, was found to need so many times fewer samples at best (tests/bench/run --targets).
+/// Adaptive sampling, which the pilot has not, was found to need so many times fewer samples at
+/// best (tests/bench/run --targets).
 constexpr double kAdaptiveGain = 2;
 
-int scaled(int pixels, double factor) { return std::max(1, static_cast<int>(std::lround(pixels * factor))); }
+int scaled(int pixels, double factor) {
+  return std::max(1, static_cast<int>(std::lround(pixels * factor)));
+}
 
 /// Samplers without prefixes render whole sets only.
 int whole_sets(const core::RenderSettings& settings) {
@@ -89,13 +91,12 @@ api::JobSpec pilot_spec(api::JobSpec spec) {
     small.y = std::min(static_cast<int>(crop.y * factor), film.height - small.height);
     film.crop = small;
   }
+  spec.render.adaptive.type = core::AdaptiveType::kNone;
   return spec;
 }
 
 Pilot::Pilot(std::shared_ptr<const core::Renderer> renderer)
-    : film_(std::make_shared<core::Film>(renderer->view().settings.film,
-                                         renderer->view().settings.replicates,
-                                         core::pixel_errors(renderer->view().settings))),
+    : film_(std::make_shared<core::Film>(renderer->view().settings)),
       task_(renderer, film_,
             core::TaskOptions{.stop = {.samples_per_pixel = whole_sets(renderer->view().settings),
                                        .relative_error = {},
@@ -104,7 +105,6 @@ Pilot::Pilot(std::shared_ptr<const core::Renderer> renderer)
                                        .seconds = kSeconds,
                                        .deadline_unix_seconds = {}},
                               .slice_target_seconds = 0.005,
-                              .report_share = kEachReport,
                               .points_before = {}},
             *this) {}
 
@@ -157,7 +157,10 @@ CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_
     const double exponent = core::error_exponent(seen);
     const auto needed = [&](double error, double falls) {
       const double at = progress.samples_mean;
-      return std::isfinite(error) ? std::clamp(core::samples_for_error(at, error, *stop.relative_error, falls), 1.0, most_samples) : at;
+      return std::isfinite(error)
+                 ? std::clamp(core::samples_for_error(at, error, *stop.relative_error, falls), 1.0,
+                              most_samples)
+                 : at;
     };
     const double gain = spec.render.adaptive.type == core::AdaptiveType::kNone ? 1 : kAdaptiveGain;
     samples_low = std::max(1.0, needed(progress.error.low, exponent) / gain);
@@ -183,7 +186,9 @@ CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_
   for (double* seconds : {&out.seconds, &out.seconds_low, &out.seconds_high}) {
     *seconds = std::min(*seconds, limit);
   }
-  const core::Film whole(task_.renderer().view().settings);  // with what is decided and learnt beside the picture
+  core::RenderSettings settings = task_.renderer().view().settings;
+  settings.adaptive = spec.render.adaptive;
+  const core::Film whole(settings);  // with what is decided and learnt beside the picture
   const double film_bytes = static_cast<double>(whole.bytes()) * pixels / pixels_of(whole.crop());
   const auto scene_bytes = static_cast<double>(task_.renderer().view().scene->summary().bytes);
   out.memory_bytes = film_bytes + scene_bytes;

@@ -27,6 +27,7 @@ RenderRun::RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner)
       arithmetic_(std::move(parts.arithmetic)),
       log_(std::move(log)),
       owner_(owner),
+      place_(std::move(parts.place)),
       file_(std::move(parts.file)),
       task_(std::move(parts.renderer), std::move(parts.film), std::move(parts.options), *this),
       before_(all_work()) {}
@@ -52,7 +53,7 @@ bool RenderRun::run_slice() {
       return false;
     }
     if (!started_.exchange(true)) {
-      owner_.on_first_slice(job_);
+      owner_.on_first_slice(*this);
     }
     task_.run(*slice);
   } catch (const std::bad_alloc&) {
@@ -61,6 +62,12 @@ bool RenderRun::run_slice() {
     fail(core::Error{core::ErrorCode::kInternal, error.what(), ""});
   }
   return true;
+}
+
+void RenderRun::leave() {
+  std::shared_ptr<void> place;
+  const core::MutexLock lock(place_mutex_);
+  place.swap(place_);
 }
 
 std::uint64_t RenderRun::peak_bytes() const { return scene_bytes_ + film_->bytes(); }
@@ -102,7 +109,7 @@ void RenderRun::on_finished(core::StopReason reason) { end(reason, std::nullopt)
 
 void RenderRun::end(core::StopReason reason, std::optional<core::Error> failure) {
   if (!ended_.exchange(true)) {
-    owner_.on_end(job_, reason, std::move(failure));
+    owner_.on_end(shared_from_this(), reason, std::move(failure));
   }
 }
 

@@ -18,19 +18,24 @@
 
 namespace server {
 
-class RenderRun final : public SliceSource, private core::RenderSink {
+class Job;
+
+class RenderRun final : public SliceSource,
+                        public std::enable_shared_from_this<RenderRun>,
+                        private core::RenderSink {
  public:
   /// Called from render threads, or from the thread that cancels; must be quick.
   class Owner {
    public:
     virtual ~Owner() = default;
-    virtual void on_first_slice(const std::string& job) = 0;
+    virtual void on_first_slice(const RenderRun& run) = 0;
     /// failure: empty unless reason is kFailed.
-    virtual void on_end(const std::string& job, core::StopReason reason,
+    virtual void on_end(std::shared_ptr<RenderRun> run, core::StopReason reason,
                         std::optional<core::Error> failure) = 0;
   };
   struct Parts {
-    std::string job;
+    std::weak_ptr<Job> job;
+    std::shared_ptr<void> place;  ///< Given back when the run is over.
     std::shared_ptr<const core::Renderer> renderer;
     std::shared_ptr<core::Film> film;
     std::optional<FilmFile> file;  ///< Empty: memory only.
@@ -43,6 +48,11 @@ class RenderRun final : public SliceSource, private core::RenderSink {
   RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner);
 
   bool run_slice() override;
+
+  /// Null: nobody knows the job any more.
+  std::shared_ptr<Job> job() const { return job_.lock(); }
+  /// Gives the place back before the run is destroyed: readers may hold it for a while.
+  void leave();
 
   core::RenderTask& task() { return task_; }
   const core::RenderTask& task() const { return task_; }
@@ -57,7 +67,8 @@ class RenderRun final : public SliceSource, private core::RenderSink {
   };
   Work work() const;
 
-  /// Brings the film file up to the film. False status: kNoSpace, kInternal. Without a file: nothing.
+  /// Brings the film file up to the film. False status: kNoSpace, kInternal. Without a file:
+  /// nothing.
   core::Status save(bool is_final);
   std::uint64_t file_bytes() const;
   /// How long the last save took.
@@ -72,7 +83,7 @@ class RenderRun final : public SliceSource, private core::RenderSink {
   void on_finished(core::StopReason reason) override;
   void end(core::StopReason reason, std::optional<core::Error> failure);
 
-  const std::string job_;
+  const std::weak_ptr<Job> job_;
   const std::shared_ptr<core::Film> film_;
   const std::uint64_t scene_bytes_;
   const std::string arithmetic_;
@@ -82,6 +93,8 @@ class RenderRun final : public SliceSource, private core::RenderSink {
   std::atomic<bool> ended_ = false;
   std::atomic<std::int64_t> progress_told_ms_ = 0;
   std::atomic<double> last_save_seconds_ = 0;
+  core::Mutex place_mutex_;
+  std::shared_ptr<void> place_ GUARDED_BY(place_mutex_);
   mutable core::Mutex file_mutex_;  ///< Held while writing: one writer at a time.
   std::optional<FilmFile> file_ GUARDED_BY(file_mutex_);
   core::RenderTask task_;

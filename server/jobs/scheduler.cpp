@@ -34,11 +34,12 @@ Scheduler::Scheduler(int threads) {
 
 Scheduler::~Scheduler() { stop(); }
 
-double Scheduler::level(Rank rank) const {
+double Scheduler::level(Rank rank, const std::string& tenant) const {
   double least = 0;
   bool found = false;
   for (const auto& entry : entries_) {
-    if (entry->rank == rank && (!found || entry->served_seconds < least)) {
+    if (entry->rank == rank && entry->tenant == tenant &&
+        (!found || entry->served_seconds < least)) {
       least = entry->served_seconds;
       found = true;
     }
@@ -46,16 +47,38 @@ double Scheduler::level(Rank rank) const {
   return least;
 }
 
-void Scheduler::add(const std::string& name, std::shared_ptr<SliceSource> source, Rank rank) {
+void Scheduler::join_share(const std::string& tenant) {
+  if (shares_.contains(tenant)) {
+    return;
+  }
+  const auto least =
+      std::min_element(shares_.begin(), shares_.end(), [](const auto& a, const auto& b) {
+        return a.second.served_seconds < b.second.served_seconds;
+      });
+  const double start = least == shares_.end() ? 0 : least->second.served_seconds;
+  shares_[tenant] = Share{.served_seconds = start};
+}
+
+void Scheduler::leave_share(const std::string& tenant) {
+  const auto share = shares_.find(tenant);
+  const bool has_job = std::any_of(entries_.begin(), entries_.end(),
+                                   [&](const auto& entry) { return entry->tenant == tenant; });
+  if (share != shares_.end() && share->second.running == 0 && !has_job) {
+    shares_.erase(share);
+  }
+}
+
+void Scheduler::add(std::shared_ptr<SliceSource> source, Rank rank, const std::string& tenant) {
   {
     const core::MutexLock lock(mutex_);
-    const double start = level(rank);
+    const double start = level(rank, tenant);
+    join_share(tenant);
     const auto found = std::find_if(entries_.begin(), entries_.end(),
-                                    [&](const auto& entry) { return entry->name == name; });
+                                    [&](const auto& entry) { return entry->source == source; });
     auto entry = std::make_shared<Entry>();
-    entry->name = name;
     entry->source = std::move(source);
     entry->rank = rank;
+    entry->tenant = tenant;
     entry->served_seconds = start;
     if (found != entries_.end()) {
       *found = std::move(entry);
@@ -66,20 +89,26 @@ void Scheduler::add(const std::string& name, std::shared_ptr<SliceSource> source
   changed_.notify_all();
 }
 
-void Scheduler::set_rank(const std::string& name, Rank rank) {
+void Scheduler::set_rank(const SliceSource& source, Rank rank) {
   const core::MutexLock lock(mutex_);
-  const double start = level(rank);
   for (const auto& entry : entries_) {
-    if (entry->name == name && !(entry->rank == rank)) {
+    if (entry->source.get() == &source && !(entry->rank == rank)) {
+      entry->served_seconds = level(rank, entry->tenant);
       entry->rank = rank;
-      entry->served_seconds = start;
     }
   }
 }
 
-void Scheduler::remove(const std::string& name) {
+void Scheduler::remove(const SliceSource& source) {
   const core::MutexLock lock(mutex_);
-  std::erase_if(entries_, [&](const auto& entry) { return entry->name == name; });
+  const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
+    return entry->source.get() == &source;
+  });
+  if (found != entries_.end()) {
+    const std::string tenant = (*found)->tenant;
+    entries_.erase(found);
+    leave_share(tenant);
+  }
 }
 
 void Scheduler::wake() {
@@ -115,18 +144,25 @@ double Scheduler::cpu_seconds() const {
   return cpu_seconds_;
 }
 
-std::shared_ptr<Scheduler::Entry> Scheduler::pick() {
+bool Scheduler::goes_before(const Entry& a, const Entry& b) const {
   // What is running will be served a slice's time each; without it all threads would pick one job.
-  const auto served = [](const Entry& entry) {
-    return entry.served_seconds + kExpectedSliceSeconds * entry.running;
+  const auto served = [](const auto& part) {
+    return part.served_seconds + kExpectedSliceSeconds * part.running;
   };
+  if (!(a.rank == b.rank)) {
+    return goes_first(a.rank, b.rank);
+  }
+  return a.tenant == b.tenant ? served(a) < served(b)
+                              : served(shares_.at(a.tenant)) < served(shares_.at(b.tenant));
+}
+
+std::shared_ptr<Scheduler::Entry> Scheduler::pick() {
   std::shared_ptr<Entry> best;
   for (const auto& entry : entries_) {
     if (entry->is_starved) {
       continue;
     }
-    if (!best || goes_first(entry->rank, best->rank) ||
-        (entry->rank == best->rank && served(*entry) < served(*best))) {
+    if (!best || goes_before(*entry, *best)) {
       best = entry;
     }
   }
@@ -152,6 +188,7 @@ void Scheduler::work() {
     }
     const std::uint64_t completions = entry->completions;
     ++entry->running;
+    ++shares_[entry->tenant].running;
     mutex_.unlock();
     const double begin = core::thread_cpu_seconds();
     const bool ran = entry->source->run_slice();
@@ -159,6 +196,10 @@ void Scheduler::work() {
     mutex_.lock();
     --entry->running;
     entry->served_seconds += spent;
+    Share& share = shares_[entry->tenant];
+    --share.running;
+    share.served_seconds += spent;
+    leave_share(entry->tenant);
     cpu_seconds_ += spent;
     if (ran) {
       ++entry->completions;

@@ -1,13 +1,14 @@
 /// Scheduler: one pool of render threads that takes slices from all active jobs.
 ///
-/// Which job gets the next free thread: preview class first, then the higher priority, then the one
-/// that was served least CPU time (a newcomer starts level with the least served of its rank). The
-/// threads run at a lower priority than those that answer HTTP.
+/// Which job gets the next free thread: preview class first, then the higher priority, then one of
+/// the tenant that was served least CPU time, and of its jobs the one that was served least
+/// (newcomers start level with the least served). The threads run at a lower priority than those
+/// that answer HTTP.
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
-#include <string>
 #include <thread>
 #include <vector>
 
@@ -37,11 +38,11 @@ class Scheduler {
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
-  /// Adds the source, or gives it a new rank.
-  void add(const std::string& name, std::shared_ptr<SliceSource> source, Rank rank);
-  void set_rank(const std::string& name, Rank rank);
-  /// Slices that are running go on; no new ones are started. Unknown names are no error.
-  void remove(const std::string& name);
+  /// Adds the source, or gives it a new rank. tenant: whom its time is counted for.
+  void add(std::shared_ptr<SliceSource> source, Rank rank, const std::string& tenant = {});
+  void set_rank(const SliceSource& source, Rank rank);
+  /// Slices that are running go on; no new ones are started. Unknown sources are no error.
+  void remove(const SliceSource& source);
   /// There may be slices again where there were none.
   void wake();
   /// Hands out nothing more and waits for what is running.
@@ -54,22 +55,34 @@ class Scheduler {
 
  private:
   struct Entry {
-    std::string name;
     std::shared_ptr<SliceSource> source;
     Rank rank;
+    std::string tenant;
     double served_seconds = 0;
     std::uint64_t completions = 0;
     int running = 0;          ///< Threads inside run_slice().
     bool is_starved = false;  ///< Had no slice when last asked.
   };
 
+  /// What the jobs of a tenant were given while it had any.
+  struct Share {
+    double served_seconds = 0;
+    int running = 0;
+  };
+
   void work();
   std::shared_ptr<Entry> pick() REQUIRES(mutex_);
-  double level(Rank rank) const REQUIRES(mutex_);
+  bool goes_before(const Entry& a, const Entry& b) const REQUIRES(mutex_);
+  /// Of the tenant's jobs of that rank, the time of the least served.
+  double level(Rank rank, const std::string& tenant) const REQUIRES(mutex_);
+  void join_share(const std::string& tenant) REQUIRES(mutex_);
+  /// Of a tenant that has no job left.
+  void leave_share(const std::string& tenant) REQUIRES(mutex_);
 
   mutable core::Mutex mutex_;
   core::CondVar changed_;
   std::vector<std::shared_ptr<Entry>> entries_ GUARDED_BY(mutex_);
+  std::map<std::string, Share> shares_ GUARDED_BY(mutex_);  ///< By tenant.
   bool stopping_ GUARDED_BY(mutex_) = false;
   double cpu_seconds_ GUARDED_BY(mutex_) = 0;
   std::vector<std::jthread> threads_;

@@ -14,8 +14,8 @@ class SharedTexts {
  public:
   using Text = std::shared_ptr<const std::string>;
 
-  /// The text about tile `tile` at event `seq`; make() -> std::string is called by the first who asks.
-  /// Of each tile the newest is kept.
+  /// The text about tile `tile` at event `seq`; make() -> std::string is called by the first who
+  /// asks. Of each tile the newest is kept.
   template <typename Make>
   Text of(int tile, std::uint64_t seq, const Make& make) {
     {

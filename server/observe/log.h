@@ -1,6 +1,7 @@
 /// Log: one JSON object a line on stderr: {"time", "level", "event", ...fields}.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <initializer_list>
 #include <string>
@@ -23,14 +24,15 @@ class Log {
   /// Lines below `level` are dropped.
   explicit Log(LogLevel level) : level_(level) {}
 
-  bool enabled(LogLevel level) const { return level >= level_; }
+  bool enabled(LogLevel level) const { return level >= level_.load(); }
+  void set_level(LogLevel level) { level_ = level; }
   /// event: a word or two that name what happened; everything that varies is a field.
   void write(LogLevel level, std::string_view event, std::initializer_list<LogField> fields);
   /// One that log_line() made, whatever its level.
   void write_line(std::string_view line);
 
  private:
-  const LogLevel level_;
+  std::atomic<LogLevel> level_;
   core::Mutex mutex_;  ///< One line at a time.
 };
 

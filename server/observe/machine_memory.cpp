@@ -46,9 +46,11 @@ std::uint64_t machine_bytes(const std::string& root) {
 
 std::uint64_t usable_memory_bytes(const std::string& root) {
   std::uint64_t least = machine_bytes(root);
-  // Inside a container the paths may be those of the host, and the group's files stand at the mount itself.
+  // Inside a container the paths may be those of the host, and the group's files stand at the mount
+  // itself.
   const std::string mount = root + "/sys/fs/cgroup";
-  least = std::min({least, number_in(mount + "/memory.max"), number_in(mount + "/memory/memory.limit_in_bytes")});
+  least = std::min({least, number_in(mount + "/memory.max"),
+                    number_in(mount + "/memory/memory.limit_in_bytes")});
   std::ifstream groups(root + "/proc/self/cgroup");
   for (std::string line; std::getline(groups, line);) {
     const auto first = line.find(':');

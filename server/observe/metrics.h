@@ -1,7 +1,12 @@
 /// Metrics: counters and histograms, told in the Prometheus text format.
+///
+/// Names follow Prometheus' rules: base units (seconds, bytes), `_total` for counters. Every label
+/// has a closed set of values, and each series is there from the start or by a set that the server
+/// itself defines (routes, statuses): no request can make /metrics grow.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -19,6 +24,9 @@ class MetricsText {
   void family(std::string_view name, std::string_view type, std::string_view help);
   /// labels: `a="b",c="d"`, or empty.
   void sample(std::string_view name, std::string_view labels, double value);
+  /// A family of one sample without labels.
+  void gauge(std::string_view name, std::string_view help, double value);
+  void counter(std::string_view name, std::string_view help, double value);
   std::string take() { return std::move(text_); }
 
  private:
@@ -28,35 +36,71 @@ class MetricsText {
 /// `name="value"`, escaped.
 std::string metric_label(std::string_view name, std::string_view value);
 
+/// What happens now and then. One row of the table in metrics.cpp is one series.
+enum class Counter : std::uint8_t {
+  kCheckpointWritten,
+  kCheckpointFailed,
+  kFilmEvicted,
+  kWebhookDelivered,
+  kWebhookFailed,   ///< It will be tried again.
+  kWebhookGivenUp,  ///< It will not.
+};
+inline constexpr std::size_t kCounterCount = 6;
+
+/// One exchange, as it is counted.
+struct CountedRequest {
+  std::string_view method;
+  std::string_view route;  ///< Pattern of the route; empty: none.
+  int status = 0;
+  double seconds = 0;
+  std::uint64_t bytes_received = 0;
+  std::uint64_t bytes_sent = 0;
+  bool is_stream = false;  ///< It took the time that it was asked to take.
+};
+
 class Metrics {
  public:
-  void count_request(std::string_view method, std::string_view route, int status, double seconds,
-                     std::uint64_t bytes_received, std::uint64_t bytes_sent);
+  void count_request(const CountedRequest& request);
   /// Seconds between the submission of a job and its first slice.
   void count_queue_wait(double seconds);
+  /// reason: api::to_text() of its stop reason.
+  void count_job_end(std::string_view reason);
+  void count(Counter counter);
 
   void write(MetricsText& text) const;
 
  private:
-  static constexpr std::array kBounds = {0.001, 0.005, 0.02, 0.1, 0.5, 2.0, 10.0, 60.0};
+  template <std::size_t n>
   struct Histogram {
-    std::array<std::uint64_t, kBounds.size()> buckets{};
+    std::array<std::uint64_t, n> buckets{};
     std::uint64_t count = 0;
     double sum = 0;
-    void add(double value);
+    void add(const std::array<double, n>& bounds, double value);
+    void write(MetricsText& text, std::string_view name, const std::string& labels,
+               const std::array<double, n>& bounds) const;
   };
-  static void write_histogram(MetricsText& text, std::string_view name, const std::string& labels,
-                              const Histogram& histogram);
+  static constexpr std::array kRequestBounds = {0.001, 0.005, 0.01, 0.025, 0.05, 0.1,
+                                                0.25,  0.5,   1.0,  2.5,   10.0, 60.0};
+  static constexpr std::array kStreamBounds = {1.0, 10.0, 60.0, 600.0, 3600.0};
+  static constexpr std::array kWaitBounds = {0.01, 0.1, 0.5, 2.0, 10.0, 60.0, 600.0, 3600.0};
+  using RequestHistogram = Histogram<kRequestBounds.size()>;
+  using StreamHistogram = Histogram<kStreamBounds.size()>;
+
+  void write_http(MetricsText& text) const REQUIRES(mutex_);
+  void write_counters(MetricsText& text) const REQUIRES(mutex_);
 
   mutable core::Mutex mutex_;
   std::map<std::tuple<std::string, std::string, int>, std::uint64_t> requests_ GUARDED_BY(mutex_);
-  std::map<std::string, Histogram> durations_ GUARDED_BY(mutex_);
-  Histogram queue_wait_ GUARDED_BY(mutex_);
+  std::map<std::string, RequestHistogram> durations_ GUARDED_BY(mutex_);
+  std::map<std::string, StreamHistogram> streams_ GUARDED_BY(mutex_);
+  std::map<std::string, std::uint64_t> job_ends_ GUARDED_BY(mutex_);
+  std::array<std::uint64_t, kCounterCount> counters_ GUARDED_BY(mutex_){};
+  Histogram<kWaitBounds.size()> queue_wait_ GUARDED_BY(mutex_);
   std::uint64_t bytes_received_ GUARDED_BY(mutex_) = 0;
   std::uint64_t bytes_sent_ GUARDED_BY(mutex_) = 0;
 };
 
-/// Memory that the process holds now.
-std::uint64_t resident_bytes();
+/// The `process_*` families that Prometheus' client libraries agree on, from /proc/self.
+void write_process_metrics(MetricsText& text);
 
 }  // namespace server

@@ -2,6 +2,7 @@
 
 #include "api/errors.h"
 #include "api/requests.h"
+#include "server/http/problem.h"
 #include "server/http/text.h"
 
 namespace server {
@@ -12,8 +13,8 @@ std::string percent_encode(std::string_view text) {
   constexpr std::string_view kPlain = "-._~";
   std::string encoded;
   for (const char c : text) {
-    const bool is_plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                          kPlain.find(c) != std::string_view::npos;
+    const bool is_plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
+                          (c >= 'A' && c <= 'Z') || kPlain.find(c) != std::string_view::npos;
     if (is_plain) {
       encoded += c;
       continue;
@@ -29,13 +30,7 @@ std::string percent_encode(std::string_view text) {
 }  // namespace
 
 Response problem_answer(const Request& request, const api::Problem& problem) {
-  Response response =
-      text_response(problem.status, "application/problem+json",
-                    api::problem_json(problem, request.path));
-  if (problem.status == 429 || problem.status == 503) {
-    response.headers.set("Retry-After", "5");
-  }
-  return response;
+  return problem_response(problem, request.path);
 }
 
 Response error_answer(const Request& request, const core::Error& error) {
@@ -47,7 +42,7 @@ Response error_answer(const Request& request, core::ErrorCode code, std::string 
 }
 
 std::variant<JobPointer, Response> find_job(JobService& jobs, const Request& request) {
-  auto job = jobs.find(std::string(request.path_param("id")));
+  auto job = jobs.find(std::string(request.path_param("id")), request.access);
   if (!job) {
     return error_answer(request, job.error());
   }

@@ -24,15 +24,20 @@ Response upload(const RouteContext& context, Request& request, const std::string
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
   }
-  StorageQuota::Room room = context.quota.room(request.principal, StorageQuota::Kind::kAsset);
+  StorageQuota::Room room = context.quota.room(request.access.tenant, StorageQuota::Kind::kAsset);
   const std::uint64_t declared = request.body_reader->declared_bytes().value_or(0);
-  // Named, and there already: nothing more will be kept.
-  const bool is_known = !expected_id.empty() && context.blobs.find(expected_id) == declared;
+  // Named, and kept already: nothing more will be.
+  const auto kept = context.assets.keeps(expected_id, request.access);
+  if (!kept) {
+    return error_answer(request, kept.error());
+  }
+  const auto size = context.assets.find(expected_id, request.access);
+  const bool is_known = *kept && size && *size == declared;
   core::Status written = is_known ? core::ok_status() : room.grow_to(declared);
   if (!written) {
     return error_answer(request, written.error());
   }
-  auto upload = context.blobs.start_upload();
+  auto upload = context.assets.start_upload();
   if (!upload) {
     return error_answer(request, upload.error());
   }
@@ -54,16 +59,12 @@ Response upload(const RouteContext& context, Request& request, const std::string
   if (!stored) {
     return error_answer(request, stored.error());
   }
-  const auto noted = context.scene_table.insert_asset({.id = stored->id,
-                                                        .bytes = stored->bytes,
-                                                        .uploaded = true,
-                                                        .created_at = unix_now(),
-                                                        .owner = request.principal});
-  if (!noted) {
-    return error_answer(request, noted.error());
+  const auto was_kept = context.assets.keep(*stored, request.access, unix_now());
+  if (!was_kept) {
+    return error_answer(request, was_kept.error());
   }
   Response response =
-      json_response(stored->known ? 200 : 201, api::asset_json(stored->id, stored->bytes));
+      json_response(*was_kept ? 200 : 201, api::asset_json(stored->id, stored->bytes));
   response.headers.set("Location", "/v1/assets/" + stored->id);
   return response;
 }
@@ -71,9 +72,9 @@ Response upload(const RouteContext& context, Request& request, const std::string
 Response put(const RouteContext& context, Request& request) {
   const std::string id(request.path_param("sha256"));
   if (!api::is_sha256(id)) {
-    return error_answer(
-        request, Error{ErrorCode::kInvalidArgument,
-                       "\"" + id + "\" is no sha256: 64 lower-case hex digits", "/sha256"});
+    return error_answer(request,
+                        Error{ErrorCode::kInvalidArgument,
+                              "\"" + id + "\" is no sha256: 64 lower-case hex digits", "/sha256"});
   }
   return upload(context, request, id);
 }
@@ -83,17 +84,17 @@ Response get(const RouteContext& context, Request& request) {
     return std::move(*refused);
   }
   const std::string id(request.path_param("sha256"));
-  if (!context.blobs.find(id)) {
-    return error_answer(request, ErrorCode::kNotFound, "no asset has the id \"" + id + "\"");
+  if (const auto found = context.assets.find(id, request.access); !found) {
+    return error_answer(request, found.error());
   }
-  Response response = file_response(
-      request, FileSource{.path = context.blobs.path_of(id),
-                          .content_type = "application/octet-stream",
-                          .etag = make_etag(id),
-                          .cache_control = "public, max-age=31536000, immutable"});
+  Response response =
+      file_response(request, FileSource{.path = context.assets.path_of(id),
+                                        .content_type = "application/octet-stream",
+                                        .etag = make_etag(id),
+                                        .cache_control = "public, max-age=31536000, immutable"});
   if (response.status == 416) {
-    Response problem = error_answer(request, ErrorCode::kRangeNotSatisfiable,
-                                    "the range lies outside the asset");
+    Response problem =
+        error_answer(request, ErrorCode::kRangeNotSatisfiable, "the range lies outside the asset");
     if (const auto range = response.headers.find("Content-Range")) {
       problem.headers.set("Content-Range", *range);
     }
@@ -107,25 +108,18 @@ Response remove(const RouteContext& context, Request& request) {
     return std::move(*refused);
   }
   const std::string id(request.path_param("sha256"));
-  if (!context.blobs.find(id)) {
-    return error_answer(request, ErrorCode::kNotFound, "no asset has the id \"" + id + "\"");
+  if (const auto found = context.assets.find(id, request.access); !found) {
+    return error_answer(request, found.error());
   }
   if (!precondition_holds(request, make_etag(id))) {
     return error_answer(request, ErrorCode::kPreconditionFailed, "If-Match names another content");
   }
   // Nobody can name it between the look and the deletion.
   const std::unique_lock<std::shared_mutex> naming(context.scenes.names_mutex());
-  const auto in_job = context.jobs.needs_asset(id);
-  if (!in_job) {
-    return error_answer(request, in_job.error());
-  }
-  if (*in_job) {
-    return error_answer(request, ErrorCode::kConflict, "a job uses the asset");
-  }
-  if (const auto removed = context.scene_table.remove_asset(id); !removed) {
-    return error_answer(request, removed.error());
-  }
-  if (const auto removed = context.blobs.remove(id); !removed) {
+  const auto in_use = [&](const std::optional<std::string>& tenant) {
+    return context.jobs.needs_asset(id, tenant);
+  };
+  if (const auto removed = context.assets.remove(id, request.access, in_use); !removed) {
     return error_answer(request, removed.error());
   }
   return empty_response();
@@ -136,11 +130,13 @@ Response remove(const RouteContext& context, Request& request) {
 void add_asset_handlers(const RouteContext& context, HandlerTable& table) {
   const BodyPolicy body = BodyPolicy::stream(context.config.upload_bytes_max);
   table["createAsset"] = {
-      .handler = [context](Request& request) { return upload(context, request, {}); }, .body = body};
+      .handler = [context](Request& request) { return upload(context, request, {}); },
+      .body = body};
   table["putAsset"] = {.handler = [context](Request& request) { return put(context, request); },
                        .body = body};
   table["getAsset"] = {.handler = [context](Request& request) { return get(context, request); }};
-  table["deleteAsset"] = {.handler = [context](Request& request) { return remove(context, request); }};
+  table["deleteAsset"] = {
+      .handler = [context](Request& request) { return remove(context, request); }};
 }
 
 }  // namespace server

@@ -15,7 +15,7 @@
 #include "api/requests.h"
 #include "core/compare/comparison.h"
 #include "core/image_io/image_io.h"
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"
 #include "server/observe/clock.h"
@@ -36,8 +36,9 @@ constexpr float kZScale = 5;
 
 Error too_many_pixels(int width, int height) {
   return Error{ErrorCode::kTooLarge,
-               "a picture of " + std::to_string(width) + " by " + std::to_string(height) + " pixels; " +
-                   std::to_string(api::limits::kComparisonPixels) + " can be compared",
+               "a picture of " + std::to_string(width) + " by " + std::to_string(height) +
+                   " pixels; " + std::to_string(api::limits::kComparisonPixels) +
+                   " can be compared",
                ""};
 }
 
@@ -46,12 +47,12 @@ bool is_too_large(int width, int height) {
 }
 
 core::Result<core::Picture> picture_of_job(const RouteContext& context, const std::string& id,
-                                           const std::stop_token& stop) {
-  const auto job = context.jobs.find(id);
+                                           const Request& request) {
+  const auto job = context.jobs.find(id, request.access);
   if (!job) {
     return job.error();
   }
-  const auto film = context.jobs.final_film(**job, stop);
+  const auto film = context.jobs.final_film(**job, request.stop_token());
   if (!film) {
     return film.error();
   }
@@ -64,17 +65,17 @@ core::Result<core::Picture> picture_of_job(const RouteContext& context, const st
   }
   core::Picture picture = core::picture_of((*film)->snapshot());
   if (!core::errors_are_valid((*job)->record().view.spec.render)) {
-    picture.half_difference.clear();  // The halves are not independent: nothing tells how far off it is.
+    picture.half_difference
+        .clear();  // The halves are not independent: nothing tells how far off it is.
   }
   return picture;
 }
 
-core::Result<core::Picture> picture_of_asset(const RouteContext& context, const std::string& id) {
-  const auto content = context.blobs.read(id);
+core::Result<core::Picture> picture_of_asset(const RouteContext& context, const std::string& id,
+                                             const Request& request) {
+  const auto content = context.assets.read(id, request.access);
   if (!content) {
-    return content.error().code == ErrorCode::kNotFound
-               ? Error{ErrorCode::kNotFound, "no asset has the id \"" + id + "\"", ""}
-               : content.error();
+    return content.error();
   }
   const auto header = core::read_image_header(**content);
   if (!header) {
@@ -90,9 +91,10 @@ core::Result<core::Picture> picture_of_asset(const RouteContext& context, const 
   return core::picture_of(*image);
 }
 
-core::Result<core::Picture> find_picture(const RouteContext& context, const std::string& id, const char* where,
-                                         const std::stop_token& stop) {
-  auto picture = api::is_uuid(id) ? picture_of_job(context, id, stop) : picture_of_asset(context, id);
+core::Result<core::Picture> find_picture(const RouteContext& context, const std::string& id,
+                                         const char* where, const Request& request) {
+  auto picture = api::is_uuid(id) ? picture_of_job(context, id, request)
+                                  : picture_of_asset(context, id, request);
   if (!picture) {
     Error error = picture.error();
     error.where = where;
@@ -122,8 +124,10 @@ core::Result<std::string> png(int width, int height, const Color& color) {
   return std::string(reinterpret_cast<const char*>(encoded->data()), encoded->size());
 }
 
-core::Result<ComparisonMaps> make_maps(const core::Comparison& result, const core::Picture& reference) {
-  // Relative as in relmse, with its sign; the root shows one part in a hundred as a tenth of the scale.
+core::Result<ComparisonMaps> make_maps(const core::Comparison& result,
+                                       const core::Picture& reference) {
+  // Relative as in relmse, with its sign; the root shows one part in a hundred as a tenth of the
+  // scale.
   const auto difference = [&](std::size_t i) {
     const float y = core::luminance(reference.values[i]);
     const float relative = core::luminance(result.difference[i]) / std::sqrt(y * y + 0.01F);
@@ -141,8 +145,9 @@ core::Result<ComparisonMaps> make_maps(const core::Comparison& result, const cor
   };
   const int width = reference.width;
   const int height = reference.height;
-  for (const auto& status : {add("difference.png", png(width, height, difference)),
-                             add("z.png", png(width, height, z)), add("flip.png", png(width, height, flip))}) {
+  for (const auto& status :
+       {add("difference.png", png(width, height, difference)), add("z.png", png(width, height, z)),
+        add("flip.png", png(width, height, flip))}) {
     if (!status) {
       return status.error();
     }
@@ -159,17 +164,18 @@ Response create(const RouteContext& context, Turn& turn, Request& request) {
     return problem_answer(request, parsed.problem());
   }
   if (!api::is_uuid(parsed->a) && !api::is_uuid(parsed->b)) {
-    return error_answer(request, Error{ErrorCode::kInvalidArgument, "one of the two must be a job", "/a"});
+    return error_answer(request,
+                        Error{ErrorCode::kInvalidArgument, "one of the two must be a job", "/a"});
   }
   const auto held = turn.take();
   if (!held) {
     return error_answer(request, held.error());
   }
-  const auto a = find_picture(context, parsed->a, "/a", request.stop_token());
+  const auto a = find_picture(context, parsed->a, "/a", request);
   if (!a) {
     return error_answer(request, a.error());
   }
-  const auto b = find_picture(context, parsed->b, "/b", request.stop_token());
+  const auto b = find_picture(context, parsed->b, "/b", request);
   if (!b) {
     return error_answer(request, b.error());
   }
@@ -194,7 +200,9 @@ Response create(const RouteContext& context, Turn& turn, Request& request) {
                                     .z_variance = result->z_variance,
                                     .z_share_above_3 = result->z_share_above_3};
   const std::string body = api::comparison_json(view);
-  if (const auto stored = context.comparisons.insert(view.id, body, *maps, unix_now()); !stored) {
+  const ComparisonStore::Row row = {
+      .id = view.id, .body = body, .tenant = request.access.tenant, .created_at = unix_now()};
+  if (const auto stored = context.comparisons.insert(row, *maps); !stored) {
     return error_answer(request, stored.error());
   }
   Response response = json_response(201, body);
@@ -206,7 +214,7 @@ Response look(const RouteContext& context, Request& request) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
   }
-  auto body = context.comparisons.find(request.path_param("id"));
+  auto body = context.comparisons.find(request.path_param("id"), request.access);
   return body ? json_response(200, std::move(*body)) : error_answer(request, body.error());
 }
 
@@ -216,16 +224,18 @@ Response map(const RouteContext& context, Request& request) {
   }
   const std::string id(request.path_param("id"));
   const std::string name(request.path_param("map"));
-  if (const auto body = context.comparisons.find(id); !body) {
+  if (const auto body = context.comparisons.find(id, request.access); !body) {
     return error_answer(request, body.error());
   }
   if (name != "difference.png" && name != "z.png" && name != "flip.png") {
-    return error_answer(request, ErrorCode::kNotFound, "the maps are difference.png, z.png and flip.png");
+    return error_answer(request, ErrorCode::kNotFound,
+                        "the maps are difference.png, z.png and flip.png");
   }
-  return file_response(request, FileSource{.path = context.comparisons.path_of(id, name),
-                                           .content_type = "image/png",
-                                           .etag = make_etag(id + "-" + name),
-                                           .cache_control = "private, max-age=31536000, immutable"});
+  return file_response(request,
+                       FileSource{.path = context.comparisons.path_of(id, name),
+                                  .content_type = "image/png",
+                                  .etag = make_etag(id + "-" + name),
+                                  .cache_control = "private, max-age=31536000, immutable"});
 }
 
 }  // namespace
@@ -235,8 +245,10 @@ void add_comparison_handlers(const RouteContext& context, HandlerTable& table) {
   table["createComparison"] = {
       .handler = [context, turn](Request& request) { return create(context, *turn, request); },
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["getComparison"] = {.handler = [context](Request& request) { return look(context, request); }};
-  table["getComparisonMap"] = {.handler = [context](Request& request) { return map(context, request); }};
+  table["getComparison"] = {
+      .handler = [context](Request& request) { return look(context, request); }};
+  table["getComparisonMap"] = {
+      .handler = [context](Request& request) { return map(context, request); }};
 }
 
 }  // namespace server

@@ -9,39 +9,49 @@
 
 #include "api/server_view.h"
 #include "server/config.h"
+#include "server/guard.h"
+#include "server/http/http_server.h"
 #include "server/http/message.h"
 #include "server/http/router.h"
 #include "server/http/stream_gate.h"
 #include "server/jobs/job_service.h"
 #include "server/jobs/memory_gate.h"
+#include "server/key_ring.h"
 #include "server/observe/log.h"
 #include "server/observe/metrics.h"
 #include "server/scenes/scene_service.h"
-#include "server/store/blob_store.h"
+#include "server/store/assets.h"
 #include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
 #include "server/store/storage_quota.h"
+#include "server/store/usage_table.h"
 #include "server/tickets.h"
+#include "server/webhook_secrets.h"
 
 namespace server {
 
 struct RouteContext {
   const Config& config;
   const DataDir& data;
-  BlobStore& blobs;
-  SceneTable& scene_table;
-  JobTable& job_table;
+  Assets& assets;
   SceneService& scenes;
   ComparisonStore& comparisons;
   StorageQuota& quota;
   JobService& jobs;
   StreamGate& streams;
   Tickets& tickets;
+  KeyTable& keys;
+  KeyRing& key_ring;
+  UsageTable& usage;
+  DeliveryTable& deliveries;
+  WebhookSecrets& webhook_secrets;
   MemoryGate& pictures;
   Metrics& metrics;
   Log& log;
   const api::ServerView& about;
   std::atomic<bool>& ready;
+  Guard& guard;
+  std::function<HttpServer::Stats()> http_stats;
 };
 
 /// A handler before it has its path: that comes from api::operations().
@@ -62,9 +72,11 @@ void add_film_handlers(const RouteContext& context, HandlerTable& table);
 void add_comparison_handlers(const RouteContext& context, HandlerTable& table);
 void add_stream_handlers(const RouteContext& context, HandlerTable& table);
 void add_lab_handlers(const RouteContext& context, HandlerTable& table);
+void add_webhook_handlers(const RouteContext& context, HandlerTable& table);
+void add_key_handlers(const RouteContext& context, HandlerTable& table);
 
-/// All routes: one for each available row of api::operations(), and the files of the page. Stops the
-/// process (CHECK) when a row has no handler, or a handler no row.
+/// All routes: one for each available row of api::operations(), and the files of the page. Stops
+/// the process (CHECK) when a row has no handler, or a handler no row.
 std::vector<Route> make_routes(const RouteContext& context);
 
 }  // namespace server

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/error/error_estimate.h"
+
 namespace server {
 namespace {
 
@@ -14,7 +16,8 @@ constexpr std::uint32_t kRetryMs = 2000;
 
 std::string stream_name(std::int64_t run) {
   std::string name;
-  for (auto rest = static_cast<std::uint64_t>(std::max<std::int64_t>(run, 0)); rest > 0; rest /= 36) {
+  for (auto rest = static_cast<std::uint64_t>(std::max<std::int64_t>(run, 0)); rest > 0;
+       rest /= 36) {
     name.insert(name.begin(), kDigits[rest % 36]);
   }
   return name.empty() ? "0" : name;
@@ -46,8 +49,8 @@ EventStream::EventStream(JobService& jobs, JobPointer job, std::optional<SseId> 
 
 bool EventStream::is_over() const {
   const auto end = job_->end_mark();
-  return last_ && end && api::is_final(job_->state()) && stream_number(last_->stream) == end->stream &&
-         last_->seq == end->seq;
+  return last_ && end && api::is_final(job_->state()) &&
+         stream_number(last_->stream) == end->stream && last_->seq == end->seq;
 }
 
 std::string EventStream::text_of(std::string_view id, api::EventType type,
@@ -179,11 +182,13 @@ bool EventStream::send_news(StreamWriter& writer) {
 void EventStream::wait_for_news(bool has_sent, StreamWriter& writer) const {
   if (has_sent) {
     // Tiles may wait for others of their kind; states may not.
-    job_->log().wait_after(seq_, EventLog::Wake::kDurable, Clock::now() + pace(), writer.stop_token());
+    job_->log().wait_after(seq_, EventLog::Wake::kDurable, Clock::now() + pace(),
+                           writer.stop_token());
     return;
   }
   const auto ping_due = written_ + options_.ping;
-  const auto due = progress_pending_ ? std::min(ping_due, progress_told_ + options_.progress) : ping_due;
+  const auto due =
+      progress_pending_ ? std::min(ping_due, progress_told_ + options_.progress) : ping_due;
   job_->log().wait_after(seq_, EventLog::Wake::kAnything, due, writer.stop_token());
 }
 
@@ -195,7 +200,7 @@ void EventStream::append_due_progress(std::string& text) {
   progress_pending_ = false;
   progress_told_ = now;
   text += text_of(format_sse_id(stream_, seq_), api::EventType::kProgress,
-                 api::progress_event(jobs_.view(*job_)));
+                  api::progress_event(jobs_.view(*job_)));
 }
 
 std::string EventStream::format_event(const LoggedEvent& event) {
@@ -221,13 +226,16 @@ std::string EventStream::tile_text(const LoggedEvent& event) {
   if (!film) {
     return {};
   }
-  const api::TileEvent tile = {
-      .rect = (*film)->tile_rect(event.tile),
-      .revision = (*film)->tile_revision(event.tile),
-      .samples = (*film)->tile_samples_mean(event.tile),
-      .error = static_cast<double>(job_->tile_errors().of(**film, event.tile))};
+  const std::uint32_t revision = (*film)->tile_revision(event.tile);
+  if (revision > event.revision) {
+    return {};  // Its own event is on its way, and would tell the same again.
+  }
+  const api::TileEvent tile = {.rect = (*film)->tile_rect(event.tile),
+                               .revision = revision,
+                               .samples = (*film)->tile_samples_mean(event.tile),
+                               .error = static_cast<double>(core::tile_error(**film, event.tile))};
   return text_of(format_sse_id(stream_, event.seq), api::EventType::kTile,
-                api::tile_event(job_->id(), tile));
+                 api::tile_event(job_->id(), tile));
 }
 
 }  // namespace server

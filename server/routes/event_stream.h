@@ -36,8 +36,8 @@ class EventStream {
   };
 
   /// last: what the client has seen already. streams: how many there are.
-  EventStream(JobService& jobs, JobPointer job, std::optional<SseId> last, const StreamGate& streams,
-              Options options);
+  EventStream(JobService& jobs, JobPointer job, std::optional<SseId> last,
+              const StreamGate& streams, Options options);
 
   /// The client has seen the `end`, and there is nothing after it: 204.
   bool is_over() const;

@@ -14,7 +14,7 @@
 #include "api/requests.h"
 #include "core/base/check.h"
 #include "core/film/film_format.h"
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"
 #include "server/routes/answers.h"
@@ -49,11 +49,13 @@ Error placed(Error error, const std::string& where) {
 
 core::SampleLedger ledger_of(const api::JobView& view, const core::Film& film) {
   const core::RenderSettings& settings = view.spec.render;
-  return view.ledger.empty() ? core::ledger_of(film, settings.seed, settings.first_replicate) : view.ledger;
+  return view.ledger.empty() ? core::ledger_of(film, settings.seed, settings.first_replicate)
+                             : view.ledger;
 }
 
 /// The film of a job that has ended.
-core::Result<Source> film_of_job(const RouteContext& context, const Job& job, const std::stop_token& stop) {
+core::Result<Source> film_of_job(const RouteContext& context, const Job& job,
+                                 const std::stop_token& stop) {
   auto film = context.jobs.final_film(job, stop);
   if (!film) {
     return film.error();
@@ -74,15 +76,17 @@ bool speaks_of(const api::JobSpec& spec, const core::FilmPart& part) {
   const core::PixelRect whole = {0, 0, settings.width, settings.height};
   const core::SampleRange& first = part.ledger.front();
   return settings.width == film.full_width() && settings.height == film.full_height() &&
-         settings.crop.value_or(whole) == film.crop() && spec.render.replicates == film.replicates() &&
+         settings.crop.value_or(whole) == film.crop() &&
+         spec.render.replicates == film.replicates() &&
          (settings.albedo || settings.normal || settings.depth) == film.has_aux() &&
          core::pixel_errors(spec.render) == film.errors() && spec.render.seed == first.seed &&
          spec.render.first_replicate == first.first_replicate;
 }
 
 /// A film file that was uploaded. Pre: film_bytes() found it usable.
-core::Result<Source> film_of_asset(const RouteContext& context, const std::string& id) {
-  const auto content = context.blobs.read(id);
+core::Result<Source> film_of_asset(const RouteContext& context, const std::string& id,
+                                   const Access& access) {
+  const auto content = context.assets.read(id, access);
   if (!content) {
     return content.error();
   }
@@ -93,42 +97,44 @@ core::Result<Source> film_of_asset(const RouteContext& context, const std::strin
   auto origin = api::parse_film_text(file->text);
   if (!origin) {
     const api::Problem& problem = origin.problem();
-    const std::string reason = problem.errors.empty()
-                                   ? problem.detail
-                                   : problem.errors.front().pointer + " " + problem.errors.front().detail;
+    const std::string reason = problem.errors.empty() ? problem.detail
+                                                      : problem.errors.front().pointer + " " +
+                                                            problem.errors.front().detail;
     return Error{ErrorCode::kInvalidArgument, "not a usable film: its text: " + reason, ""};
   }
   if (!speaks_of(origin->spec, file->part)) {
-    return Error{ErrorCode::kInvalidArgument, "not a usable film: its text is about another film", ""};
+    return Error{ErrorCode::kInvalidArgument, "not a usable film: its text is about another film",
+                 ""};
   }
   return Source{.part = std::move(file->part), .origin = std::move(*origin)};
 }
 
 /// Bytes that the film takes, before any are taken. Errors: it is not there, or no film.
-core::Result<std::uint64_t> film_bytes(const RouteContext& context, const std::string& id) {
+core::Result<std::uint64_t> film_bytes(const RouteContext& context, const std::string& id,
+                                       const Access& access) {
   if (api::is_uuid(id)) {
-    const auto job = context.jobs.find(id);
+    const auto job = context.jobs.find(id, access);
     if (!job) {
       return job.error();
     }
     const core::RenderSettings settings = (*job)->record().view.spec.render;
-    const core::PixelRect rect =
-        settings.film.crop.value_or(core::PixelRect{0, 0, settings.film.width, settings.film.height});
+    const core::PixelRect rect = settings.film.crop.value_or(
+        core::PixelRect{0, 0, settings.film.width, settings.film.height});
     const bool has_aux = settings.film.albedo || settings.film.normal || settings.film.depth;
     return static_cast<std::uint64_t>(rect.width) * static_cast<std::uint64_t>(rect.height) *
            (static_cast<std::uint64_t>(settings.replicates) * sizeof(core::ReplicatePixel) +
             (has_aux ? sizeof(core::AuxPixel) : 0));
   }
-  const auto bytes = context.blobs.find(id);
+  const auto bytes = context.assets.find(id, access);
   if (!bytes) {
-    return Error{ErrorCode::kNotFound, "no asset has the id \"" + id + "\"", ""};
+    return bytes.error();
   }
-  const auto fd = context.blobs.open_blob(id);
+  const auto fd = context.assets.open(id, access);
   if (!fd) {
     return fd.error();
   }
   std::vector<std::byte> head(core::kFilmHeadBytes);
-  const auto got = read_at(fd->get(), head, 0, context.blobs.path_of(id));
+  const auto got = read_at(fd->get(), head, 0, context.assets.path_of(id));
   if (!got) {
     return got.error();
   }
@@ -172,37 +178,43 @@ Response film(const RouteContext& context, Request& request) {
 }
 
 /// What is wrong with a film beside the first one.
-std::optional<api::Problem> misfit(const Source& first, const Source& next, const std::string& where) {
+std::optional<api::Problem> misfit(const Source& first, const Source& next,
+                                   const std::string& where) {
   const auto differences = api::film_differences(first.origin.spec, next.origin.spec);
   if (differences.empty()) {
     return std::nullopt;
   }
   std::vector<api::FieldError> errors;
   for (const std::string& pointer : differences) {
-    errors.push_back({where, "the film is of another picture than the first one: its job differs at " + pointer});
+    errors.push_back(
+        {where,
+         "the film is of another picture than the first one: its job differs at " + pointer});
   }
   return api::make_problem(ErrorCode::kInvalidArgument, std::move(errors));
 }
 
 /// Of all films together. Errors: one is not there or no film; kTooLarge.
-core::Status check_room(const RouteContext& context, const std::vector<std::string>& films) {
+core::Status check_room(const RouteContext& context, const std::vector<std::string>& films,
+                        const Access& access) {
   std::uint64_t bytes = 0;
   for (std::size_t i = 0; i < films.size(); ++i) {
     const std::string where = "/films/" + std::to_string(i);
-    const auto more = film_bytes(context, films[i]);
+    const auto more = film_bytes(context, films[i], access);
     if (!more) {
       return placed(more.error(), where);
     }
     bytes += *more;
     if (bytes > static_cast<std::uint64_t>(api::limits::kFilmBytes)) {
-      return Error{ErrorCode::kTooLarge,
-                   "the films have more than " + std::to_string(api::limits::kFilmBytes) + " bytes together", where};
+      return Error{
+          ErrorCode::kTooLarge,
+          "the films have more than " + std::to_string(api::limits::kFilmBytes) + " bytes together",
+          where};
     }
   }
   if (const std::uint64_t most = context.jobs.film_readers_bytes(); bytes > most) {
     return Error{ErrorCode::kTooLarge,
-                 "the films take " + std::to_string(bytes) + " bytes of memory together; here requests may have " +
-                     std::to_string(most),
+                 "the films take " + std::to_string(bytes) +
+                     " bytes of memory together; here requests may have " + std::to_string(most),
                  "/films"};
   }
   return core::ok_status();
@@ -220,12 +232,13 @@ api::JobSpec merged_spec(const api::JobSpec& first, const core::FilmPart& merged
   spec.render.replicates = merged.film->replicates();
   spec.render.seed = merged.ledger.front().seed;
   spec.render.first_replicate = merged.ledger.front().first_replicate;
-  spec.stop = core::StopRules{.samples_per_pixel = std::min(samples, static_cast<int>(api::limits::kSamplesPerPixel)),
-                              .relative_error = {},
-                              .confidence = first.stop.confidence,
-                              .worst_tile = false,
-                              .seconds = {},
-                              .deadline_unix_seconds = {}};
+  spec.stop = core::StopRules{
+      .samples_per_pixel = std::min(samples, static_cast<int>(api::limits::kSamplesPerPixel)),
+      .relative_error = {},
+      .confidence = first.stop.confidence,
+      .worst_tile = false,
+      .seconds = {},
+      .deadline_unix_seconds = {}};
   // As it will be read from the store: counts in whole sets.
   auto settled = api::parse_job(api::spec_json(spec));
   CHECK(settled);
@@ -252,17 +265,20 @@ JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core:
       finished.stop_reason = core::StopReason::kRelativeError;
     }
     is_one_build = is_one_build && source.origin.build == finished.build;
-    is_one_arithmetic = is_one_arithmetic && api::arithmetic_of(source.origin.build) == finished.arithmetic;
+    is_one_arithmetic =
+        is_one_arithmetic && api::arithmetic_of(source.origin.build) == finished.arithmetic;
   }
   if (!is_one_arithmetic) {
     finished.warnings.emplace_back(
-        "The films were made with different arithmetic; no single job would have exactly these bits.");
+        "The films were made with different arithmetic; no single job would have exactly these "
+        "bits.");
   } else if (!is_one_build) {
     finished.warnings.emplace_back("The films were made by different builds.");
   }
-  // One whole range with equal counts is what a job of its own has: it can be extended. Plans and fits are not
-  // merged.
-  const bool is_uniform = merged.ledger.size() == 1 && samples == finished.spec.stop.samples_per_pixel &&
+  // One whole range with equal counts is what a job of its own has: it can be extended. Plans and
+  // fits are not merged.
+  const bool is_uniform = merged.ledger.size() == 1 &&
+                          samples == finished.spec.stop.samples_per_pixel &&
                           finished.spec.render.adaptive.type == core::AdaptiveType::kNone &&
                           core::fit_type(finished.spec.render) == core::FitType::kNone;
   finished.film = std::move(merged.film);
@@ -284,7 +300,7 @@ Response merge(const RouteContext& context, Turn& turn, Request& request) {
   if (!held) {
     return error_answer(request, held.error());
   }
-  if (const auto room = check_room(context, parsed->films); !room) {
+  if (const auto room = check_room(context, parsed->films, request.access); !room) {
     return error_answer(request, room.error());
   }
   std::vector<Source> sources;
@@ -292,10 +308,11 @@ Response merge(const RouteContext& context, Turn& turn, Request& request) {
   for (std::size_t i = 0; i < parsed->films.size(); ++i) {
     const std::string where = "/films/" + std::to_string(i);
     const std::string& id = parsed->films[i];
-    const auto job = api::is_uuid(id) ? context.jobs.find(id) : core::Result<JobPointer>(JobPointer());
+    const auto job = api::is_uuid(id) ? context.jobs.find(id, request.access)
+                                      : core::Result<JobPointer>(JobPointer());
     auto source = !job   ? core::Result<Source>(job.error())
                   : *job ? film_of_job(context, **job, request.stop_token())
-                         : film_of_asset(context, id);
+                         : film_of_asset(context, id, request.access);
     if (!source) {
       return error_answer(request, placed(source.error(), where));
     }
@@ -310,7 +327,7 @@ Response merge(const RouteContext& context, Turn& turn, Request& request) {
     return error_answer(request, merged.error());
   }
   JobService::FinishedFilm finished = finished_film(sources, std::move(*merged));
-  finished.owner = request.principal;
+  finished.tenant = request.access.tenant;
   const auto job = context.jobs.add_finished(std::move(finished));
   if (!job) {
     return error_answer(request, job.error());
@@ -328,8 +345,9 @@ Response merge(const RouteContext& context, Turn& turn, Request& request) {
 void add_film_handlers(const RouteContext& context, HandlerTable& table) {
   const auto turn = std::make_shared<Turn>();
   table["getFilm"] = {.handler = [context](Request& request) { return film(context, request); }};
-  table["mergeFilms"] = {.handler = [context, turn](Request& request) { return merge(context, *turn, request); },
-                         .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
+  table["mergeFilms"] = {
+      .handler = [context, turn](Request& request) { return merge(context, *turn, request); },
+      .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
 }
 
 }  // namespace server

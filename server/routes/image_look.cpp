@@ -14,7 +14,8 @@ bool has_tone_map(const api::ImageQuery& query) {
 std::string display_formats() {
   std::string list;
   for (const core::ImageFormat& format : core::image_formats()) {
-    list += format.high_dynamic_range ? "" : (list.empty() ? "" : ", ") + std::string(format.extension);
+    list +=
+        format.high_dynamic_range ? "" : (list.empty() ? "" : ", ") + std::string(format.extension);
   }
   return list;
 }
@@ -32,13 +33,15 @@ std::string ignored_look(const core::ImageFormat& format, const api::ImageQuery&
   return names;
 }
 
-std::optional<core::Error> refused_look(const core::ImageFormat& format, const api::ImageQuery& query) {
+std::optional<core::Error> refused_look(const core::ImageFormat& format,
+                                        const api::ImageQuery& query) {
   const std::string ignored = ignored_look(format, query);
   if (ignored.empty() || format.extension == kToldOnly) {
     return std::nullopt;
   }
   return core::Error{core::ErrorCode::kInvalidArgument,
-                     "." + std::string(format.extension) + " is linear and takes none; " + display_formats() + " do",
+                     "." + std::string(format.extension) + " is linear and takes none; " +
+                         display_formats() + " do",
                      "/" + ignored.substr(0, ignored.find(','))};
 }
 

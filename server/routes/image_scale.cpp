@@ -41,8 +41,8 @@ core::FloatImage scaled_down(core::FloatImage image, int side_max) {
       const int last_x = std::min(image.width, static_cast<int>(std::ceil((x + 1) * step_x)));
       for (int v = static_cast<int>(y * step_y); v < last_y; ++v) {
         for (int u = static_cast<int>(x * step_x); u < last_x; ++u) {
-          const float w = overlap(u, x * step_x, (x + 1) * step_x) *
-                          overlap(v, y * step_y, (y + 1) * step_y);
+          const float w =
+              overlap(u, x * step_x, (x + 1) * step_x) * overlap(v, y * step_y, (y + 1) * step_y);
           const float* value = &image.values[image.index(u, v, 0)];
           for (std::size_t c = 0; c < channels; ++c) {
             if (std::isfinite(value[c])) {

@@ -17,10 +17,10 @@
 #include "core/image_io/image_texts.h"
 #include "server/http/conditional.h"
 #include "server/http/text.h"
-#include "server/http/web_post.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
 #include "server/routes/estimate.h"
+#include "server/routes/webhook_address.h"
 
 namespace server {
 namespace {
@@ -46,8 +46,7 @@ Response job_answer(int status, const api::JobView& view) {
 }
 
 /// Until the job is final, or the deadline.
-void wait_for_end(const Job& job, Clock::time_point deadline,
-                  const std::stop_token& stop) {
+void wait_for_end(const Job& job, Clock::time_point deadline, const std::stop_token& stop) {
   while (!api::is_final(job.state()) && Clock::now() < deadline && !stop.stop_requested()) {
     const std::uint64_t seen = job.log().last_seq();
     if (!api::is_final(job.state())) {
@@ -69,8 +68,18 @@ void wait_for_change(const JobService& jobs, const Job& job, std::string_view kn
   }
 }
 
+/// Who waits for a job is counted as a stream from there on. False: there is no place for one more.
+bool take_stream_place(const RouteContext& context, const Request& request) {
+  StreamSlot slot = context.streams.try_enter(request.access.tenant);
+  const bool has_place = static_cast<bool>(slot);
+  if (has_place && request.place != nullptr) {
+    *request.place = std::move(slot);
+  }
+  return has_place;
+}
+
 Response dry_run(const RouteContext& context, const Request& request, api::ParsedJob parsed) {
-  auto checked = context.jobs.check(std::move(parsed));
+  auto checked = context.jobs.check(std::move(parsed), request.access);
   if (!checked) {
     return problem_answer(request, checked.problem());
   }
@@ -81,29 +90,22 @@ Response dry_run(const RouteContext& context, const Request& request, api::Parse
   return json_response(200, dry_run_json(*checked, *cost));
 }
 
-/// A name is looked up when it is called; an address can be judged at once.
 std::optional<Response> refuse_webhook(const RouteContext& context, const Request& request,
                                        const api::JobSpec& spec) {
-  if (!spec.webhook || context.config.webhook_private) {
-    return std::nullopt;
-  }
-  const auto target = parse_web_target(spec.webhook->url);
-  if (target && !is_private_literal(target->host)) {
-    return std::nullopt;
-  }
-  return error_answer(request,
-                      Error{ErrorCode::kInvalidArgument,
-                            target ? "\"" + target->host + "\" is not on the public internet, and "
-                                     "the operator allows no other (--webhook-private)"
-                                   : "\"" + spec.webhook->url + "\" is no address",
-                            "/webhook/url"});
+  const auto fault =
+      spec.webhook ? webhook_address_fault(context.config, spec.webhook->url) : std::nullopt;
+  return fault ? std::optional(error_answer(
+                     request, Error{ErrorCode::kInvalidArgument, *fault, "/webhook/url"}))
+               : std::nullopt;
 }
 
 Response submitted_answer(const RouteContext& context, const Request& request,
                           const JobService::Submitted& submitted, std::optional<int> wait) {
   const Job& job = *submitted.job;
+  // The job is there: without a place to wait in, the preference is not met.
+  const bool waits = wait && take_stream_place(context, request);
   int status = submitted.is_replay ? 200 : 201;
-  if (wait) {
+  if (waits) {
     wait_for_end(job, deadline_in(*wait), request.stop_token());
   }
   const api::JobView view = context.jobs.view(job);
@@ -112,7 +114,7 @@ Response submitted_answer(const RouteContext& context, const Request& request,
   }
   Response response = job_answer(status, view);
   response.headers.set("Location", "/v1/jobs/" + job.id());
-  if (wait) {
+  if (waits) {
     response.headers.set("Preference-Applied", "wait=" + std::to_string(*wait));
   }
   return response;
@@ -125,10 +127,12 @@ Response put(const RouteContext& context, Request& request) {
   }
   std::string id(request.path_param("id"));
   if (!api::is_uuid(id)) {
-    return error_answer(request, Error{ErrorCode::kInvalidArgument, "\"" + id + "\" is no UUID", "/id"});
+    return error_answer(request,
+                        Error{ErrorCode::kInvalidArgument, "\"" + id + "\" is no UUID", "/id"});
   }
-  std::transform(id.begin(), id.end(), id.begin(),
-                 [](char c) { return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c; });
+  std::transform(id.begin(), id.end(), id.begin(), [](char c) {
+    return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
   auto parsed = api::parse_job(request.body);
   if (!parsed) {
     return problem_answer(request, parsed.problem());
@@ -137,8 +141,8 @@ Response put(const RouteContext& context, Request& request) {
     return std::move(*refused);
   }
   const auto submitted = context.jobs.submit(
-      std::move(*parsed), {.body_hash = core::sha256_hex(request.body.data(), request.body.size()),
-                           .owner = request.principal,
+      std::move(*parsed), {.access = request.access,
+                           .body_hash = core::sha256_hex(request.body.data(), request.body.size()),
                            .id = std::move(id)});
   if (!submitted) {
     return problem_answer(request, submitted.problem());
@@ -174,13 +178,15 @@ Asked read_picture(const RouteContext& context, Request& request) {
 
 Asked read_job(const RouteContext& context, Request& request, bool from_image) {
   if (from_image != (request.body_reader != nullptr)) {
-    return {api::make_problem(ErrorCode::kUnsupportedMedia,
-                              from_image ? "with from=image the body is a picture: send image/png or image/x-exr"
-                                         : "a picture is taken with ?from=image only; send application/json"),
+    return {api::make_problem(
+                ErrorCode::kUnsupportedMedia,
+                from_image ? "with from=image the body is a picture: send image/png or image/x-exr"
+                           : "a picture is taken with ?from=image only; send application/json"),
             {}};
   }
   return from_image ? read_picture(context, request)
-                    : Asked{api::parse_job(request.body), core::sha256_hex(request.body.data(), request.body.size())};
+                    : Asked{api::parse_job(request.body),
+                            core::sha256_hex(request.body.data(), request.body.size())};
 }
 
 Response create(const RouteContext& context, Request& request) {
@@ -200,14 +206,14 @@ Response create(const RouteContext& context, Request& request) {
     return std::move(*refused);
   }
   JobService::Submission submission;
-  submission.owner = request.principal;
+  submission.access = request.access;
   if (const auto key = request.header("Idempotency-Key")) {
     if (key->empty() || key->size() > kKeyBytesMax) {
-      return error_answer(request, ErrorCode::kBadSyntax,
-                          "Idempotency-Key has " + std::to_string(key->size()) +
-                              " bytes; 1 to 255 are allowed");
+      return error_answer(
+          request, ErrorCode::kBadSyntax,
+          "Idempotency-Key has " + std::to_string(key->size()) + " bytes; 1 to 255 are allowed");
     }
-    submission.key = request.principal + " " + std::string(*key);
+    submission.key = std::string(*key);
     submission.body_hash = asked.hash;
   }
   const auto submitted = context.jobs.submit(std::move(*parsed), submission);
@@ -239,11 +245,12 @@ Response list(const RouteContext& context, Request& request) {
   for (const api::LabelFilter& label : query->labels) {
     wanted.labels.emplace_back(label.key, label.value);
   }
-  const auto page = context.jobs.list(wanted);
+  const auto page = context.jobs.list(std::move(wanted), request.access);
   if (!page) {
     return error_answer(request, page.error());
   }
-  const auto next = page->next ? std::optional<std::string>(std::to_string(*page->next)) : std::nullopt;
+  const auto next =
+      page->next ? std::optional<std::string>(std::to_string(*page->next)) : std::nullopt;
   return list_answer(request, api::job_list_json(page->jobs, next), next);
 }
 
@@ -259,6 +266,9 @@ Response look(const RouteContext& context, Request& request) {
   const Job& job = **std::get_if<JobPointer>(&found);
   const auto known = request.headers.joined("If-None-Match");
   if (query->wait_seconds > 0) {
+    if (!take_stream_place(context, request)) {
+      return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
+    }
     const auto deadline = deadline_in(query->wait_seconds);
     if (known) {
       wait_for_change(context.jobs, job, *known, deadline, request.stop_token());
@@ -284,7 +294,8 @@ Response patch(const RouteContext& context, Request& request) {
   }
   const JobPointer job = *std::get_if<JobPointer>(&found);
   std::optional<std::vector<std::uint32_t>> versions;
-  if (const auto if_match = request.headers.joined("If-Match"); if_match && trim(*if_match) != "*") {
+  if (const auto if_match = request.headers.joined("If-Match");
+      if_match && trim(*if_match) != "*") {
     versions.emplace();
     for (const std::string_view etag : split_list(*if_match)) {
       if (const auto version = api::etag_spec_version(etag)) {
@@ -296,7 +307,7 @@ Response patch(const RouteContext& context, Request& request) {
                           "If-Match names no ETag of this job");
     }
   }
-  const auto patched = context.jobs.patch(job, request.body, versions);
+  const auto patched = context.jobs.patch(job, request.body, versions, request.access);
   if (!patched) {
     return problem_answer(request, patched.problem());
   }
@@ -352,18 +363,21 @@ Response remove(const RouteContext& context, Request& request) {
 
 void add_job_handlers(const RouteContext& context, HandlerTable& table) {
   const BodyPolicy json = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes));
-  table["createJob"] = {.handler = [context](Request& request) { return create(context, request); },
-                        .body = BodyPolicy::json_or_picture(json.limit_bytes, context.config.upload_bytes_max)};
+  table["createJob"] = {
+      .handler = [context](Request& request) { return create(context, request); },
+      .body = BodyPolicy::json_or_picture(json.limit_bytes, context.config.upload_bytes_max)};
   table["putJob"] = {.handler = [context](Request& request) { return put(context, request); },
                      .body = json};
   table["listJobs"] = {.handler = [context](Request& request) { return list(context, request); }};
   table["getJob"] = {.handler = [context](Request& request) { return look(context, request); }};
   table["patchJob"] = {.handler = [context](Request& request) { return patch(context, request); },
                        .body = json};
-  table["cancelJob"] = {.handler = [context](Request& request) { return cancel(context, request); }};
+  table["cancelJob"] = {
+      .handler = [context](Request& request) { return cancel(context, request); }};
   table["extendJob"] = {.handler = [context](Request& request) { return extend(context, request); },
                         .body = json};
-  table["deleteJob"] = {.handler = [context](Request& request) { return remove(context, request); }};
+  table["deleteJob"] = {
+      .handler = [context](Request& request) { return remove(context, request); }};
 }
 
 }  // namespace server

@@ -44,8 +44,8 @@ JobsStream::JobsStream(JobService& jobs, const std::vector<JobPointer>& watched,
     }
     EventStream::Options options;
     options.format = [this, i](const SseEvent& event) { return format(i, event); };
-    parts_.push_back(
-        std::make_unique<EventStream>(jobs, watched[i], std::move(id), streams, std::move(options)));
+    parts_.push_back(std::make_unique<EventStream>(jobs, watched[i], std::move(id), streams,
+                                                   std::move(options)));
   }
 }
 
@@ -64,11 +64,13 @@ std::string JobsStream::format(std::size_t job, const SseEvent& event) {
 }
 
 bool JobsStream::is_over() const {
-  return std::all_of(parts_.begin(), parts_.end(), [](const auto& part) { return part->is_over(); });
+  return std::all_of(parts_.begin(), parts_.end(),
+                     [](const auto& part) { return part->is_over(); });
 }
 
 bool JobsStream::has_ended() const {
-  return std::all_of(parts_.begin(), parts_.end(), [](const auto& part) { return part->has_ended(); });
+  return std::all_of(parts_.begin(), parts_.end(),
+                     [](const auto& part) { return part->has_ended(); });
 }
 
 void JobsStream::run(StreamWriter& writer) {
@@ -102,8 +104,8 @@ void JobsStream::wait(bool has_sent, StreamWriter& writer) const {
   const EventLog& log = (*running)->job().log();
   const auto pace = kPace + kPaceForEach * streams_.open_count();
   const auto until = Clock::now() + (has_sent ? Clock::duration(pace) : Clock::duration(kLook));
-  log.wait_after(log.last_seq(), has_sent ? EventLog::Wake::kDurable : EventLog::Wake::kAnything, until,
-                 writer.stop_token());
+  log.wait_after(log.last_seq(), has_sent ? EventLog::Wake::kDurable : EventLog::Wake::kAnything,
+                 until, writer.stop_token());
 }
 
 }  // namespace server

@@ -1,7 +1,8 @@
 /// GET /v1/events?jobs=: one client's way through the events of several jobs.
 ///
-/// Each event has `job` in its data. Its id is that of the last event of each job, with dots between,
-/// in the order of the request: with it the client goes on where it was, after a restart too.
+/// Each event has `job` in its data. Its id is that of the last event of each job, with dots
+/// between, in the order of the request: with it the client goes on where it was, after a restart
+/// too.
 #pragma once
 
 #include <chrono>

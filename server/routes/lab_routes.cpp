@@ -13,11 +13,12 @@
 namespace server {
 namespace {
 
-core::Error no_place(const StreamGate& places, const std::string& key) {
-  const int of_key = places.open_count_of(key);
-  const std::string why = places.limit_of_owner() > 0 && of_key >= places.limit_of_owner()
-                              ? "the key '" + key + "' runs " + std::to_string(of_key) + " experiments already"
-                              : std::to_string(places.limit()) + " experiments run already";
+core::Error no_place(const StreamGate& places, const std::string& tenant) {
+  const int of_tenant = places.open_count_of(tenant);
+  const std::string why =
+      places.limit_of_owner() > 0 && of_tenant >= places.limit_of_owner()
+          ? "the tenant '" + tenant + "' runs " + std::to_string(of_tenant) + " experiments already"
+          : std::to_string(places.limit()) + " experiments run already";
   return core::Error{core::ErrorCode::kTooManyRequests, why, ""};
 }
 
@@ -29,9 +30,9 @@ Response run_experiment(const std::shared_ptr<StreamGate>& places, const Request
   if (!parsed) {
     return problem_answer(request, parsed.problem());
   }
-  const auto place = std::make_shared<StreamSlot>(places->try_enter(request.principal));
+  const auto place = std::make_shared<StreamSlot>(places->try_enter(request.access.tenant));
   if (!*place) {
-    return error_answer(request, no_place(*places, request.principal));
+    return error_answer(request, no_place(*places, request.access.tenant));
   }
   const auto stream = std::make_shared<LabStream>(*std::move(parsed));
   return stream_response("application/x-ndjson", [places, place, stream](StreamWriter& writer) {
@@ -43,7 +44,8 @@ Response run_experiment(const std::shared_ptr<StreamGate>& places, const Request
 }  // namespace
 
 void add_lab_handlers(const RouteContext& context, HandlerTable& table) {
-  const auto places = std::make_shared<StreamGate>(context.config.lab_runs_max, context.config.quota_lab_runs);
+  const auto places =
+      std::make_shared<StreamGate>(context.config.lab_runs_max, context.config.quota_lab_runs);
   table["runExperiment"] = {
       .handler = [places](Request& request) { return run_experiment(places, request); },
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};

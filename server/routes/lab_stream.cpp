@@ -1,11 +1,11 @@
 #include "server/routes/lab_stream.h"
 
-#include <unistd.h>
-
 #include <chrono>
 #include <exception>
 #include <thread>
 #include <utility>
+
+#include <unistd.h>
 
 namespace server {
 namespace {
@@ -41,7 +41,8 @@ void LabStream::compute(const std::stop_token& stop) {
 std::string LabStream::next(const std::stop_token& stop) {
   const core::MutexLock lock(mutex_);
   // The predicate runs with the lock held, which the analysis cannot see through the library.
-  const auto ready = [&]() TESSERA_TS(no_thread_safety_analysis) { return done_ || !lines_.empty(); };
+  const auto ready = [&]()
+                         TESSERA_TS(no_thread_safety_analysis) { return done_ || !lines_.empty(); };
   while (!ready() && !stop.stop_requested()) {
     changed_.wait_for(mutex_, stop, kLookAgain, ready);
   }
@@ -75,7 +76,7 @@ void LabStream::run(StreamWriter& writer) {
     std::rethrow_exception(failure);
   }
   if (writer.stopping()) {
-    writer.write("{\"cancelled\":true}\n");
+    writer.write(api::lab_cancelled_json() + "\n");
   }
 }
 

@@ -15,8 +15,8 @@ class LabStream {
  public:
   explicit LabStream(api::LabRequest request) : request_(std::move(request)) {}
 
-  /// Until the last line, or until the client has gone or the server ends: then the run is cancelled, and in the
-  /// second case the last line is {"cancelled": true}.
+  /// Until the last line, or until the client has gone or the server ends: then the run is
+  /// cancelled, and in the second case the last line is {"cancelled": true}.
   void run(StreamWriter& writer);
 
  private:

@@ -7,6 +7,7 @@
 #include "clients/web/web_page.h"
 #include "core/base/check.h"
 #include "server/http/conditional.h"
+#include "server/http/security_headers.h"
 
 namespace server {
 namespace {
@@ -40,6 +41,7 @@ Response page_answer(const Request& request, const PageFile& file) {
     response.headers.set("ETag", file.etag);
     response.compressible = true;
   }
+  response.headers.set("Content-Security-Policy", kPagePolicy);
   response.headers.set("Cache-Control",
                        file.is_immutable ? "public, max-age=31536000, immutable" : "no-cache");
   return response;

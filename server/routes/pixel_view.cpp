@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/film/error_estimate.h"
-#include "core/render/registry.h"
+#include "core/error/pixel_error.h"
+#include "core/settings/registry.h"
 
 namespace server {
 namespace {
@@ -28,24 +28,22 @@ api::PixelLayer plain_layer(std::string name, std::vector<double> mean) {
 
 }  // namespace
 
-api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec& spec, int x, int y) {
-  const std::size_t index =
-      static_cast<std::size_t>(y - snapshot.rect.y) * static_cast<std::size_t>(snapshot.rect.width) +
-      static_cast<std::size_t>(x - snapshot.rect.x);
+api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec& spec, int x,
+                          int y) {
+  const std::size_t index = static_cast<std::size_t>(y - snapshot.rect.y) *
+                                static_cast<std::size_t>(snapshot.rect.width) +
+                            static_cast<std::size_t>(x - snapshot.rect.x);
   const core::HalfValue value = core::pixel_value(snapshot, index);
-  const core::ErrorEstimate estimate(snapshot);
   api::PixelView pixel;
   pixel.x = x;
   pixel.y = y;
   pixel.samples = value.count;
   api::PixelLayer beauty = plain_layer("beauty", triple(value.mean));
-  if (estimate.valid()) {
-    const core::PixelError error = estimate.pixel(x, y);
-    beauty.standard_error = triple(error.standard_error);
-    if (core::errors_are_valid(spec.render)) {
-      beauty.low = triple(error.low);
-      beauty.high = triple(error.high);
-    }
+  const core::PixelError error = core::pixel_error(snapshot, x, y);
+  beauty.standard_error = triple(error.standard_error);
+  if (core::errors_are_valid(spec.render)) {
+    beauty.low = triple(error.low);
+    beauty.high = triple(error.high);
   }
   for (int half = 0; half < 2; ++half) {
     const core::HalfValue part = core::half_value(snapshot, index, half);

@@ -9,6 +9,7 @@ namespace server {
 
 /// x, y: inside the snapshot, in pixels of the full film. Intervals are there where two halves tell
 /// them; layers are those that the job records.
-api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec& spec, int x, int y);
+api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec& spec, int x,
+                          int y);
 
 }  // namespace server

@@ -12,14 +12,15 @@
 
 #include "api/errors.h"
 #include "api/film_view.h"
-#include "api/picture_origin.h"
 #include "api/job_view.h"
+#include "api/picture_origin.h"
 #include "api/requests.h"
 #include "api/values.h"
 #include "core/base/sha256.h"
-#include "core/film/error_estimate.h"
+#include "core/error/pixel_error.h"
 #include "core/image_io/image_io.h"
-#include "core/render/registry.h"
+#include "core/layers/layers.h"
+#include "core/settings/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/negotiation.h"
 #include "server/http/text.h"
@@ -35,9 +36,6 @@ namespace {
 
 using core::Error;
 using core::ErrorCode;
-
-/// Error estimates pool over at most this many pixels to each side.
-constexpr int kPoolRadius = 32;
 
 std::vector<std::string> tone_map_names() {
   std::vector<std::string> names;
@@ -62,8 +60,7 @@ const core::ImageFormat* choose_format(const Request& request) {
   for (const core::ImageFormat& format : formats) {
     offers.push_back(format.mime);
   }
-  const auto chosen =
-      negotiate_media_type(request.headers.joined("Accept").value_or(""), offers);
+  const auto chosen = negotiate_media_type(request.headers.joined("Accept").value_or(""), offers);
   return chosen ? &formats[*chosen] : nullptr;
 }
 
@@ -108,7 +105,8 @@ bool lies_inside(core::PixelRect part, core::PixelRect whole) {
 }
 
 /// Where a picture comes from, in the file itself.
-std::map<std::string, std::string> provenance(const api::JobView& view, const RouteContext& context) {
+std::map<std::string, std::string> provenance(const api::JobView& view,
+                                              const RouteContext& context) {
   const std::string build = view.build.empty() ? api::build_json(context.about) : view.build;
   std::map<std::string, std::string> texts = {
       {"tessera:job", view.id},
@@ -122,8 +120,8 @@ std::map<std::string, std::string> provenance(const api::JobView& view, const Ro
   };
   if (std::isfinite(view.progress.error.relative_rmse)) {
     texts["tessera:relative_rmse"] = api::number_text(view.progress.error.relative_rmse);
-    texts["tessera:relative_rmse_interval"] =
-        api::number_text(view.progress.error.low) + " " + api::number_text(view.progress.error.high);
+    texts["tessera:relative_rmse_interval"] = api::number_text(view.progress.error.low) + " " +
+                                              api::number_text(view.progress.error.high);
   }
   if (!view.ledger.empty()) {
     texts["tessera:samples"] = api::ledger_json(view.ledger);
@@ -145,7 +143,8 @@ struct Picture {
   core::PixelRect rect;
 };
 
-/// What make_picture() and encode() take at most: a copy of the film's part, its layers as floats, and those encoded.
+/// What make_picture() and encode() take at most: a copy of the film's part, its layers as floats,
+/// and those encoded.
 std::uint64_t working_bytes(const core::Film& film, core::PixelRect rect) {
   constexpr std::uint64_t kLayersBytes = 128;
   const auto area = [](core::PixelRect r) {
@@ -169,20 +168,21 @@ struct Pixels {
 core::Result<Pixels> make_picture(const core::Film& film, const Picture& picture) {
   if (picture.query.range && (is_color(picture.query) || picture.format.high_dynamic_range)) {
     return Error{ErrorCode::kInvalidArgument,
-                 "only layers of data (such as depth and normal) in display formats have a range", "/range"};
+                 "only layers of data (such as depth and normal) in display formats have a range",
+                 "/range"};
   }
   const core::FilmSnapshot snapshot = film.snapshot(picture.rect);
   const bool all_layers = !picture.query.layer && picture.format.extension == "exr";
-  auto image = all_layers
-                   ? core::Result<core::FloatImage>(
-                         core::all_layers_image(snapshot, picture.view.spec.render.film))
-                   : core::layer_image(snapshot, picture.query.layer.value_or("beauty"));
+  auto image = all_layers ? core::Result<core::FloatImage>(
+                                core::all_layers_image(snapshot, picture.view.spec.render.film))
+                          : core::layer_image(snapshot, picture.query.layer.value_or("beauty"));
   if (!image) {
     Error error = image.error();
     error.where = "/layer";
     return error;
   }
-  const bool keep_alpha = all_layers || (hides_environment(picture.view.spec) && picture.format.has_alpha);
+  // Formats without alpha need it to stand before white.
+  const bool keep_alpha = all_layers || hides_environment(picture.view.spec);
   if (!keep_alpha) {
     image = without_alpha(*image);
   }
@@ -257,7 +257,8 @@ class PictureStream {
         writer.write("--\r\n");
         return;
       }
-      const auto pace = std::max<Clock::duration>(kPicturePace, (Clock::now() - begin) * kPictureShare);
+      const auto pace =
+          std::max<Clock::duration>(kPicturePace, (Clock::now() - begin) * kPictureShare);
       job_->log().wait_after(job_->log().last_seq(), EventLog::Wake::kDurable, Clock::now() + pace,
                              writer.stop_token());
       job_->log().wait_after(seq, EventLog::Wake::kAnything, Clock::now() + kPicturePace,
@@ -280,8 +281,9 @@ class PictureStream {
                           .view = view,
                           .rect = query_.rect.value_or((*film)->crop())};
     // The last picture waits for its room; of the others the next look may have one.
-    const auto room = context_.pictures.take(working_bytes(**film, picture.rect),
-                                             is_final ? MemoryGate::kPatience : std::chrono::seconds(0));
+    const auto room =
+        context_.pictures.take(working_bytes(**film, picture.rect),
+                               is_final ? MemoryGate::kPatience : std::chrono::seconds(0));
     if (!room) {
       return !is_final;
     }
@@ -324,13 +326,14 @@ Response stream_pictures(const RouteContext& context, const Request& request, co
   const core::FilmSettings film = job->record().view.spec.render.film;
   const core::PixelRect crop = film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
   if (query.rect && !lies_inside(*query.rect, crop)) {
-    return error_answer(request, Error{ErrorCode::kInvalidArgument,
-                                       "the part reaches beyond the film", "/x"});
+    return error_answer(
+        request, Error{ErrorCode::kInvalidArgument, "the part reaches beyond the film", "/x"});
   }
-  if (const auto there = context.jobs.film(*job); !there && there.error().code == ErrorCode::kGone) {
+  if (const auto there = context.jobs.film(*job);
+      !there && there.error().code == ErrorCode::kGone) {
     return error_answer(request, there.error());
   }
-  StreamSlot slot = context.streams.try_enter(request.principal);
+  StreamSlot slot = context.streams.try_enter(request.access.tenant);
   if (!slot) {
     return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
   }
@@ -341,22 +344,22 @@ Response stream_pictures(const RouteContext& context, const Request& request, co
 }
 
 Response image(const RouteContext& context, Request& request) {
+  const std::vector<std::string> tone_maps = tone_map_names();
+  const auto query = api::parse_image_query(request.query_params, tone_maps);
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
   auto found = find_job(context.jobs, request);
   if (auto* answer = std::get_if<Response>(&found)) {
     return std::move(*answer);
   }
   const Job& job = **std::get_if<JobPointer>(&found);
   const core::ImageFormat* format = choose_format(request);
-  const std::vector<std::string> tone_maps = tone_map_names();
-  const auto query = api::parse_image_query(request.query_params, tone_maps);
-  if (query && wants_stream(request, *query)) {
+  if (wants_stream(request, *query)) {
     return stream_pictures(context, request, *std::get_if<JobPointer>(&found), *query);
   }
   if (format == nullptr) {
     return error_answer(request, unknown_format());
-  }
-  if (!query) {
-    return problem_answer(request, query.problem());
   }
   if (const auto refused = refused_look(*format, *query)) {
     return error_answer(request, *refused);
@@ -367,23 +370,23 @@ Response image(const RouteContext& context, Request& request) {
   }
   const std::uint32_t revision = (*film)->revision();
   if (query->revision && *query->revision > revision) {
-    return error_answer(request, Error{ErrorCode::kConflict,
-                                       "revision " + std::to_string(*query->revision) +
-                                           " is not there yet; the newest is " +
-                                           std::to_string(revision),
-                                       "/revision"});
+    return error_answer(request,
+                        Error{ErrorCode::kConflict,
+                              "revision " + std::to_string(*query->revision) +
+                                  " is not there yet; the newest is " + std::to_string(revision),
+                              "/revision"});
   }
   const core::PixelRect crop = (*film)->crop();
   const api::JobView view = context.jobs.view(job);
   const Picture picture{
       .format = *format, .query = *query, .view = view, .rect = query->rect.value_or(crop)};
   if (!lies_inside(picture.rect, crop)) {
-    return error_answer(request, Error{ErrorCode::kInvalidArgument,
-                                       "the part reaches beyond the film's " +
-                                           std::to_string(crop.width) + " by " +
-                                           std::to_string(crop.height) + " pixels at " +
-                                           std::to_string(crop.x) + ", " + std::to_string(crop.y),
-                                       "/x"});
+    return error_answer(
+        request, Error{ErrorCode::kInvalidArgument,
+                       "the part reaches beyond the film's " + std::to_string(crop.width) + " by " +
+                           std::to_string(crop.height) + " pixels at " + std::to_string(crop.x) +
+                           ", " + std::to_string(crop.y),
+                       "/x"});
   }
   const std::string etag = picture_etag(request, picture, revision);
   if (is_not_modified(request, etag)) {
@@ -404,17 +407,18 @@ Response image(const RouteContext& context, Request& request) {
   if (!encoded) {
     return error_answer(request, encoded.error());
   }
-  Response response = bytes_response(
-      200, format->mime,
-      std::make_shared<const std::string>(reinterpret_cast<const char*>(encoded->data()),
-                                          encoded->size()));
+  Response response =
+      bytes_response(200, format->mime,
+                     std::make_shared<const std::string>(
+                         reinterpret_cast<const char*>(encoded->data()), encoded->size()));
   response.headers.set("ETag", etag);
   response.headers.set("Cache-Control", "no-cache");
   response.headers.add("Vary", "Accept");
   response.headers.set("X-Tessera-Revision", std::to_string(revision));
   if (pixels->range) {
-    response.headers.set("X-Tessera-Range", api::number_text(static_cast<double>(pixels->range->low)) + "," +
-                                                api::number_text(static_cast<double>(pixels->range->high)));
+    response.headers.set("X-Tessera-Range",
+                         api::number_text(static_cast<double>(pixels->range->low)) + "," +
+                             api::number_text(static_cast<double>(pixels->range->high)));
   }
   if (const std::string ignored = ignored_look(*format, *query); !ignored.empty()) {
     response.headers.set("X-Tessera-Ignored", ignored);
@@ -454,12 +458,12 @@ Response pixel(const RouteContext& context, Request& request) {
   const int x = static_cast<int>(*column);
   const int y = static_cast<int>(*row);
   core::PixelRect window;
-  window.x = std::max(crop.x, x - kPoolRadius);
-  window.y = std::max(crop.y, y - kPoolRadius);
-  window.width = std::min(crop.x + crop.width, x + kPoolRadius + 1) - window.x;
-  window.height = std::min(crop.y + crop.height, y + kPoolRadius + 1) - window.y;
-  return json_response(200, api::pixel_json(pixel_view((*film)->snapshot(window),
-                                                       job.record().view.spec, x, y)));
+  window.x = std::max(crop.x, x - core::kErrorWindow);
+  window.y = std::max(crop.y, y - core::kErrorWindow);
+  window.width = std::min(crop.x + crop.width, x + core::kErrorWindow + 1) - window.x;
+  window.height = std::min(crop.y + crop.height, y + core::kErrorWindow + 1) - window.y;
+  return json_response(
+      200, api::pixel_json(pixel_view((*film)->snapshot(window), job.record().view.spec, x, y)));
 }
 
 Response convergence(const RouteContext& context, Request& request) {

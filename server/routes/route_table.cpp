@@ -21,6 +21,8 @@ std::vector<Route> make_routes(const RouteContext& context) {
   add_comparison_handlers(context, table);
   add_stream_handlers(context, table);
   add_lab_handlers(context, table);
+  add_webhook_handlers(context, table);
+  add_key_handlers(context, table);
   std::vector<Route> routes;
   for (const api::Operation& operation : api::operations()) {
     if (!operation.available) {
@@ -38,13 +40,14 @@ std::vector<Route> make_routes(const RouteContext& context) {
   }
   CHECK(table.empty());
   for (PageFile& file : page_files()) {
-    if (file.path == "/") {
-      continue;
+    if (file.path == "/" || file.path == "/docs") {
+      continue;  // Operations of their own.
     }
     const std::string path = file.path;
-    routes.push_back({.method = "GET",
-                      .pattern = path,
-                      .handler = [file = std::move(file)](Request& request) { return page_answer(request, file); }});
+    routes.push_back(
+        {.method = "GET", .pattern = path, .handler = [file = std::move(file)](Request& request) {
+           return page_answer(request, file);
+         }});
   }
   return routes;
 }

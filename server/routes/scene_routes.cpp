@@ -1,17 +1,17 @@
 // Scenes: taken in, described, listed, deleted.
 
 #include <cstddef>
+#include <cstring>
 #include <mutex>
 #include <shared_mutex>
 #include <string>
 #include <utility>
 
 #include "api/errors.h"
-#include "api/faults.h"
 #include "api/job_view.h"
 #include "api/limits.h"
+#include "api/queries.h"
 #include "api/requests.h"
-#include "api/values.h"
 #include "server/http/conditional.h"
 #include "server/http/text.h"
 #include "server/routes/answers.h"
@@ -50,49 +50,36 @@ Response added_answer(const Request& request, const core::Result<SceneService::A
   return response;
 }
 
-/// ?name=, the only parameter of an upload; empty when it is not there.
-api::Parsed<std::string> given_name(const Request& request) {
-  std::string name;
-  api::Faults faults;
-  for (const auto& [parameter, value] : request.query_params) {
-    const std::string pointer = api::join_pointer("", parameter);
-    if (parameter != "name") {
-      faults.add(pointer, "unknown query parameter");
-    } else if (!name.empty()) {
-      faults.add(pointer, "is there more than once");
-    } else {
-      name = api::read_text(api::Json(value), {1, api::limits::kNameCharacters}, pointer, faults).value_or("");
-    }
-  }
-  if (!faults.empty()) {
-    return faults.problem();
-  }
-  return name;
+/// The first two bytes of every record of a zip archive (APPNOTE.TXT, 4.3).
+bool begins_like_zip(const core::Bytes& content) {
+  return content.size() >= 2 && std::memcmp(content.data(), "PK", 2) == 0;
 }
 
 Response create(const RouteContext& context, Request& request) {
-  auto name = given_name(request);
-  if (!name) {
-    return problem_answer(request, name.problem());
+  const auto query = api::parse_scene_upload_query(request.query_params);
+  if (!query) {
+    return problem_answer(request, query.problem());
   }
-  const SceneOrigin origin{.owner = request.principal, .name = *std::move(name)};
+  const SceneOrigin origin{.access = request.access, .name = query->name};
   const std::string type = media_type(request.header("Content-Type").value_or(""));
   const bool is_scene = type == "model/gltf-binary" || type == "model/gltf+json";
   const bool is_zip = type == "application/zip" || type == "application/x-zip-compressed";
-  if (!is_scene && !is_zip && type != "application/json") {
+  const bool is_any = type == "application/octet-stream";  // told apart by its first bytes
+  if (!is_scene && !is_zip && !is_any && type != "application/json") {
     return error_answer(request, ErrorCode::kUnsupportedMedia,
-                        "\"" + type + "\" is none of model/gltf-binary, model/gltf+json, "
-                        "application/zip, application/json");
+                        "\"" + type +
+                            "\" is none of model/gltf-binary, model/gltf+json, "
+                            "application/zip, application/octet-stream, application/json");
   }
   auto content = read_body(request);
   if (!content) {
     return error_answer(request, content.error());
   }
-  if (is_scene) {
-    return added_answer(request, context.scenes.add_file(std::move(*content), origin));
-  }
-  if (is_zip) {
+  if (is_zip || (is_any && begins_like_zip(*content))) {
     return added_answer(request, context.scenes.add_zip(std::move(*content), origin));
+  }
+  if (is_scene || is_any) {
+    return added_answer(request, context.scenes.add_file(std::move(*content), origin));
   }
   const auto parsed = api::parse_scene_from_assets(
       std::string_view(reinterpret_cast<const char*>(content->data()), content->size()));
@@ -112,7 +99,7 @@ Response list(const RouteContext& context, Request& request) {
     return error_answer(request,
                         Error{ErrorCode::kBadSyntax, "not a cursor of this list", "/cursor"});
   }
-  auto rows = context.scenes.list(before, query->limit + 1);
+  auto rows = context.scenes.list(request.access, before, query->limit + 1);
   if (!rows) {
     return error_answer(request, rows.error());
   }
@@ -132,7 +119,8 @@ Response describe(const RouteContext& context, Request& request) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
   }
-  auto description = context.scenes.description(std::string(request.path_param("id")));
+  auto description =
+      context.scenes.description(std::string(request.path_param("id")), request.access);
   if (!description) {
     return error_answer(request, description.error());
   }
@@ -151,15 +139,10 @@ Response remove(const RouteContext& context, Request& request) {
   }
   // Nobody can name it between the look and the deletion.
   const std::unique_lock<std::shared_mutex> naming(context.scenes.names_mutex());
-  const auto in_use = context.jobs.needs_scene(id);
-  if (!in_use) {
-    return error_answer(request, in_use.error());
-  }
-  if (*in_use) {
-    return error_answer(request, ErrorCode::kConflict,
-                        "a job uses the scene, or has finished and could be extended; delete it first");
-  }
-  if (const auto removed = context.scenes.remove(id); !removed) {
+  const auto in_use = [&](const std::optional<std::string>& tenant) {
+    return context.jobs.needs_scene(id, tenant);
+  };
+  if (const auto removed = context.scenes.remove(id, request.access, in_use); !removed) {
     return error_answer(request, removed.error());
   }
   return empty_response();
@@ -172,7 +155,8 @@ Response gltf(const RouteContext& context, Request& request) {
   const std::string id(request.path_param("id"));
   const auto glb = context.scenes.builtin_glb(id);
   if (!glb) {
-    return error_answer(request, ErrorCode::kNotFound, "no built-in scene has the name \"" + id + "\"");
+    return error_answer(request, ErrorCode::kNotFound,
+                        "no built-in scene has the name \"" + id + "\"");
   }
   const std::string etag = make_etag(id + "-" + std::to_string(glb->size()) + "-" +
                                      context.about.build.id.substr(0, 16));
@@ -190,12 +174,16 @@ Response gltf(const RouteContext& context, Request& request) {
 }  // namespace
 
 void add_scene_handlers(const RouteContext& context, HandlerTable& table) {
-  table["createScene"] = {.handler = [context](Request& request) { return create(context, request); },
-                          .body = BodyPolicy::stream(context.config.upload_bytes_max)};
+  table["createScene"] = {
+      .handler = [context](Request& request) { return create(context, request); },
+      .body = BodyPolicy::stream(context.config.upload_bytes_max)};
   table["listScenes"] = {.handler = [context](Request& request) { return list(context, request); }};
-  table["getScene"] = {.handler = [context](Request& request) { return describe(context, request); }};
-  table["deleteScene"] = {.handler = [context](Request& request) { return remove(context, request); }};
-  table["getSceneGltf"] = {.handler = [context](Request& request) { return gltf(context, request); }};
+  table["getScene"] = {
+      .handler = [context](Request& request) { return describe(context, request); }};
+  table["deleteScene"] = {
+      .handler = [context](Request& request) { return remove(context, request); }};
+  table["getSceneGltf"] = {
+      .handler = [context](Request& request) { return gltf(context, request); }};
 }
 
 }  // namespace server

@@ -9,6 +9,7 @@
 #include "api/events.h"
 #include "api/job_view.h"
 #include "api/limits.h"
+#include "api/queries.h"
 #include "api/requests.h"
 #include "server/http/sse.h"
 #include "server/observe/clock.h"
@@ -37,11 +38,9 @@ Response overloaded() {
 }
 
 Response events(const RouteContext& context, Request& request) {
-  for (const auto& [name, value] : request.query_params) {
-    if (name != "last_event_id") {
-      return error_answer(request, core::Error{core::ErrorCode::kInvalidArgument,
-                                               "unknown query parameter", "/" + name});
-    }
+  const auto query = api::parse_job_events_query(request.query_params);
+  if (!query) {
+    return problem_answer(request, query.problem());
   }
   auto found = find_job(context.jobs, request);
   if (auto* answer = std::get_if<Response>(&found)) {
@@ -53,12 +52,13 @@ Response events(const RouteContext& context, Request& request) {
   if (stream->is_over()) {
     return empty_response();
   }
-  StreamSlot slot = context.streams.try_enter(request.principal);
+  StreamSlot slot = context.streams.try_enter(request.access.tenant);
   if (!slot) {
     return overloaded();
   }
   return stream_response(
-      "text/event-stream", [stream](StreamWriter& writer) { stream->run(writer); }, std::move(slot));
+      "text/event-stream", [stream](StreamWriter& writer) { stream->run(writer); },
+      std::move(slot));
 }
 
 Response tiles(const RouteContext& context, Request& request) {
@@ -75,12 +75,11 @@ Response tiles(const RouteContext& context, Request& request) {
       !film && film.error().code == core::ErrorCode::kGone) {
     return error_answer(request, film.error());
   }
-  StreamSlot slot = context.streams.try_enter(request.principal);
+  StreamSlot slot = context.streams.try_enter(request.access.tenant);
   if (!slot) {
     return error_answer(request, core::ErrorCode::kUnavailable, "too many streams are open");
   }
-  auto stream = std::make_shared<TileStream>(context.jobs, job, query->after,
-                                             context.streams);
+  auto stream = std::make_shared<TileStream>(context.jobs, job, query->after, context.streams);
   Response response = stream_response(
       "application/vnd.tessera.tiles", [stream](StreamWriter& writer) { stream->run(writer); },
       std::move(slot));
@@ -95,24 +94,25 @@ Response watch(const RouteContext& context, Request& request) {
   }
   std::vector<JobPointer> watched;
   for (const std::string& id : query->jobs) {
-    auto job = context.jobs.find(id);
+    auto job = context.jobs.find(id, request.access);
     if (!job) {
       return error_answer(request, job.error());
     }
     watched.push_back(*std::move(job));
   }
-  const std::string last(request.header("Last-Event-ID")
-                             .value_or(request.query("last_event_id").value_or("")));
+  const std::string last(
+      request.header("Last-Event-ID").value_or(request.query("last_event_id").value_or("")));
   auto stream = std::make_shared<JobsStream>(context.jobs, watched, last, context.streams);
   if (stream->is_over()) {
     return empty_response();
   }
-  StreamSlot slot = context.streams.try_enter(request.principal);
+  StreamSlot slot = context.streams.try_enter(request.access.tenant);
   if (!slot) {
     return overloaded();
   }
   return stream_response(
-      "text/event-stream", [stream](StreamWriter& writer) { stream->run(writer); }, std::move(slot));
+      "text/event-stream", [stream](StreamWriter& writer) { stream->run(writer); },
+      std::move(slot));
 }
 
 Response create_ticket(const RouteContext& context, Request& request) {
@@ -124,13 +124,14 @@ Response create_ticket(const RouteContext& context, Request& request) {
     return problem_answer(request, parsed.problem());
   }
   for (const std::string& id : parsed->jobs) {
-    if (const auto job = context.jobs.find(id); !job) {
+    if (const auto job = context.jobs.find(id, request.access); !job) {
       return error_answer(request, job.error());
     }
   }
-  const auto ticket = context.tickets.issue(parsed->jobs, request.principal);
+  const auto ticket =
+      context.tickets.issue(parsed->jobs, {.key = request.principal, .access = request.access});
   if (!ticket) {
-    return error_answer(request, core::ErrorCode::kTooManyRequests, "too many tickets are about");
+    return error_answer(request, core::ErrorCode::kTooManyRequests, "too many open tickets");
   }
   const double ends = unix_now() + std::chrono::duration<double>(Tickets::kLife).count();
   Response response = json_response(201, api::ticket_json(*ticket, ends, parsed->jobs));
@@ -141,12 +142,14 @@ Response create_ticket(const RouteContext& context, Request& request) {
 }  // namespace
 
 void add_stream_handlers(const RouteContext& context, HandlerTable& table) {
-  table["streamEvents"] = {.handler = [context](Request& request) { return events(context, request); }};
+  table["streamEvents"] = {
+      .handler = [context](Request& request) { return events(context, request); }};
   table["watchJobs"] = {.handler = [context](Request& request) { return watch(context, request); }};
   table["createStreamTicket"] = {
       .handler = [context](Request& request) { return create_ticket(context, request); },
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["streamTiles"] = {.handler = [context](Request& request) { return tiles(context, request); }};
+  table["streamTiles"] = {
+      .handler = [context](Request& request) { return tiles(context, request); }};
 }
 
 }  // namespace server

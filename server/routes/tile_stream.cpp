@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "core/error/error_estimate.h"
+
 namespace server {
 namespace {
 
@@ -76,7 +78,8 @@ void TileStream::run(StreamWriter& writer) {
     job_->log().wait_after(seq, EventLog::Wake::kAnything, now + kLookAgain, writer.stop_token());
     const std::uint64_t news = job_->log().last_seq();
     const auto pace = kPace + kPaceForEach * streams_.open_count();
-    job_->log().wait_after(news, EventLog::Wake::kDurable, Clock::now() + pace, writer.stop_token());
+    job_->log().wait_after(news, EventLog::Wake::kDurable, Clock::now() + pace,
+                           writer.stop_token());
   }
 }
 
@@ -96,7 +99,7 @@ bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film) {
       frame.flags |= api::kTileCorrelated;
     }
     frame.revision = revision;
-    frame.relative_error = job_->tile_errors().of(film, tile);
+    frame.relative_error = core::tile_error(film, tile);
     piece += api::encode_tile_frame(frame);
     sent_[t] = revision;
     if (piece.size() >= kPieceBytes) {

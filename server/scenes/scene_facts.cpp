@@ -104,24 +104,28 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
     const auto found = std::find(names.begin(), names.end(), *spec.camera.name);
     chosen = static_cast<std::size_t>(found - names.begin());
     if (found == names.end()) {
-      faults.push_back({"/camera/name", '"' + *spec.camera.name +
-                                            "\" is no camera of the scene, which has: " + listed(names)});
+      faults.push_back(
+          {"/camera/name",
+           '"' + *spec.camera.name + "\" is no camera of the scene, which has: " + listed(names)});
     }
   } else if (spec.camera.index) {
     chosen = static_cast<std::size_t>(std::max(0, *spec.camera.index));
     if (chosen >= names.size()) {
-      faults.push_back({"/camera/index", std::to_string(*spec.camera.index) + " is no camera; the scene has " +
+      faults.push_back({"/camera/index", std::to_string(*spec.camera.index) +
+                                             " is no camera; the scene has " +
                                              std::to_string(names.size())});
     }
   }
   if (chosen < facts.cameras.size() && facts.cameras[chosen].orthographic &&
       spec.camera.vertical_fov_degrees && !spec.camera.position) {
-    faults.push_back({"/camera/vertical_fov_degrees", "the camera is orthographic and has no field of view"});
+    faults.push_back(
+        {"/camera/vertical_fov_degrees", "the camera is orthographic and has no field of view"});
   }
   if (spec.variant && std::find(facts.variants.begin(), facts.variants.end(), *spec.variant) ==
                           facts.variants.end()) {
-    faults.push_back({"/variant", '"' + *spec.variant + "\" is no variant of the scene, which has: " +
-                                      listed(facts.variants)});
+    faults.push_back(
+        {"/variant", '"' + *spec.variant +
+                         "\" is no variant of the scene, which has: " + listed(facts.variants)});
   }
   return faults;
 }

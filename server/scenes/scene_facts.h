@@ -16,8 +16,8 @@ namespace server {
 std::string encode_facts(const core::SceneSummary& summary);
 core::SceneSummary decode_facts(std::string_view text);
 
-/// Members of the request that the scene does not have: camera name or index, a field of view for an
-/// orthographic camera, variant.
+/// Members of the request that the scene does not have: camera name or index, a field of view for
+/// an orthographic camera, variant.
 std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
                                                   const core::SceneSummary& facts);
 

@@ -10,6 +10,8 @@
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_uri.h"
 #include "server/observe/clock.h"
+#include "server/observe/machine_memory.h"
+#include "server/scenes/scene_archive.h"
 #include "server/scenes/scene_facts.h"
 
 namespace server {
@@ -21,6 +23,17 @@ using core::Status;
 namespace {
 
 constexpr int kUploadsAtATime = 2;
+
+/// What reading a scene may take: half of what jobs have by default, as building it takes as much
+/// again; 8 GiB at most.
+core::GltfOptions bounded_options() {
+  core::GltfOptions options;
+  if (static const std::uint64_t usable = usable_memory_bytes(); usable > 0) {
+    options.limits.decoded_bytes_max =
+        std::min<std::uint64_t>(options.limits.decoded_bytes_max, usable / 100 * 35);
+  }
+  return options;
+}
 
 std::string cache_key(const std::string& id, double time_seconds,
                       const std::optional<std::string>& variant) {
@@ -53,6 +66,11 @@ Error unknown_scene(const std::string& id, std::string where) {
   return Error{ErrorCode::kNotFound, std::move(text), std::move(where)};
 }
 
+Error unknown_environment(const std::string& asset) {
+  return Error{ErrorCode::kInvalidArgument, "no asset has the id \"" + asset + "\"",
+               "/environment/asset"};
+}
+
 /// One file names itself; several are named by the list of their names and contents.
 std::string scene_id(const std::string& main_id, const SceneFiles& files) {
   if (files.empty()) {
@@ -65,66 +83,11 @@ std::string scene_id(const std::string& main_id, const SceneFiles& files) {
   return core::sha256_hex(list.data(), list.size());
 }
 
-/// `uri` seen from the folder of `document`, without `.` and `..`; empty when it leaves the archive.
-std::string path_in_archive(std::string_view document, std::string_view uri) {
-  const auto slash = document.rfind('/');
-  std::string path(slash == std::string_view::npos ? std::string_view() : document.substr(0, slash));
-  while (!uri.empty()) {
-    const auto next = uri.find('/');
-    const std::string_view part = uri.substr(0, next);
-    uri = next == std::string_view::npos ? std::string_view() : uri.substr(next + 1);
-    if (part.empty() || part == ".") {
-      continue;
-    }
-    if (part == "..") {
-      if (path.empty()) {
-        return {};
-      }
-      const auto parent = path.rfind('/');
-      path.resize(parent == std::string::npos ? 0 : parent);
-      continue;
-    }
-    path += path.empty() ? "" : "/";
-    path += part;
-  }
-  return path;
-}
-
-bool ends_with(std::string_view text, std::string_view end) {
-  return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
-}
-
-/// The one .glb or .gltf of an archive; of several the one in the topmost folder.
-core::Result<const ZipEntry*> main_document(const std::vector<ZipEntry>& entries) {
-  const ZipEntry* best = nullptr;
-  std::ptrdiff_t best_depth = 0;
-  bool tie = false;
-  for (const ZipEntry& entry : entries) {
-    if (!ends_with(entry.name, ".glb") && !ends_with(entry.name, ".gltf")) {
-      continue;
-    }
-    const auto depth = std::count(entry.name.begin(), entry.name.end(), '/');
-    if (best == nullptr || depth < best_depth) {
-      best = &entry;
-      best_depth = depth;
-      tie = false;
-    } else {
-      tie = tie || depth == best_depth;
-    }
-  }
-  if (best == nullptr || tie) {
-    return Error{ErrorCode::kInvalidArgument,
-                 best == nullptr ? "the archive holds no .glb and no .gltf"
-                                 : "the archive holds several .glb or .gltf files side by side",
-                 ""};
-  }
-  return best;
-}
-
 }  // namespace
 
-SceneService::SceneService(BlobStore& blobs, SceneTable& table, StorageQuota& quota, SceneServiceOptions options)
-    : blobs_(blobs),
+SceneService::SceneService(Assets& assets, SceneTable& table, StorageQuota& quota,
+                           SceneServiceOptions options)
+    : assets_(assets),
       table_(table),
       quota_(quota),
       options_(std::move(options)),
@@ -152,7 +115,7 @@ core::Result<SceneService::Document> SceneService::document_of(const std::string
   if (auto glb = builtin_glb(id)) {
     return Document{.bytes = std::move(glb), .files = {}};
   }
-  const auto row = table_.find_scene(id);
+  const auto row = table_.find_scene(id, Access::operators());
   if (!row) {
     return row.error();
   }
@@ -160,16 +123,17 @@ core::Result<SceneService::Document> SceneService::document_of(const std::string
     return unknown_scene(id, "");
   }
   Document document;
+  std::map<std::string, core::SharedBytes> known;  // One file may have many names.
   for (const auto& [uri, asset] : (*row)->files) {
-    auto bytes = blobs_.read(asset);
+    core::SharedBytes& bytes = known[asset];
     if (!bytes) {
-      return bytes.error();
+      auto read = assets_.read(asset, Access::operators());
+      if (!read) {
+        return read.error();
+      }
+      bytes = std::move(*read);
     }
-    if (uri.empty()) {
-      document.bytes = std::move(*bytes);
-    } else {
-      document.files[uri] = std::move(*bytes);
-    }
+    (uri.empty() ? document.bytes : document.files[uri]) = bytes;
   }
   if (!document.bytes) {
     return Error{ErrorCode::kInternal, "the stored scene has lost its document", id};
@@ -198,7 +162,7 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
     if (!document) {
       return document.error();
     }
-    core::GltfOptions options;
+    core::GltfOptions options = bounded_options();
     options.time_seconds = time_seconds;
     options.variant = variant;
     auto scene = build(*document, options);
@@ -210,52 +174,56 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
   });
 }
 
-core::Result<SceneService::Added> SceneService::known_scene(const std::string& id) {
-  auto row = table_.find_scene(id);
-  if (!row) {
-    return row.error();
+core::Result<SceneService::Added> SceneService::known_scene(const std::string& id,
+                                                            const Access& access) {
+  const auto kept = table_.keeps(id, access);
+  auto row = table_.find_scene(id, access);
+  if (!kept || !row) {
+    return kept ? row.error() : kept.error();
   }
-  if (!*row) {
+  if (!*kept || !*row) {
     return Added{};
   }
   return Added{.id = id, .description = std::move((*row)->description), .known = true};
 }
 
-Status SceneService::keep(const Document& document, const SceneRow& row, const std::string& owner) {
+Status SceneService::keep(const Document& document, const SceneRow& row, const Access& access) {
   const std::shared_lock<std::shared_mutex> naming(names_mutex_);
+  std::map<std::string, core::SharedBytes> contents;
   std::uint64_t fresh_bytes = 0;
   for (const auto& [uri, asset] : row.files) {
-    fresh_bytes += blobs_.find(asset) ? 0 : document.files.at(uri)->size();
+    const auto kept = assets_.keeps(asset, access);
+    if (!kept) {
+      return kept.error();
+    }
+    const auto& bytes = document.files.at(uri);
+    const bool is_fresh = contents.emplace(asset, bytes).second && !*kept;
+    fresh_bytes += is_fresh ? bytes->size() : 0;
   }
-  StorageQuota::Room room = quota_.room(owner, StorageQuota::Kind::kAsset);
+  StorageQuota::Room room = quota_.room(access.tenant, StorageQuota::Kind::kAsset);
   if (auto fits = room.grow_to(fresh_bytes); !fits) {
     return fits;
   }
-  for (const auto& [uri, bytes] : document.files) {
-    const auto stored = blobs_.put(view_of(*bytes));
-    if (!stored) {
+  for (const auto& [asset, bytes] : contents) {
+    if (const auto stored = assets_.put_for_scene(view_of(*bytes), row.created_at); !stored) {
       return stored.error();
     }
-    if (auto kept = table_.insert_asset({.id = stored->id,
-                                         .bytes = stored->bytes,
-                                         .uploaded = false,
-                                         .created_at = row.created_at,
-                                         .owner = owner});
-        !kept) {
-      return kept;
-    }
   }
-  return table_.insert_scene(row);
+  return table_.insert_scene(row, access);
 }
 
-core::Result<SceneService::Added> SceneService::add_document(Document document, const SceneOrigin& origin) {
+core::Result<SceneService::Added> SceneService::add_document(Document document,
+                                                             const SceneOrigin& origin) {
   SceneFiles files;
+  std::map<const core::Bytes*, std::string> ids;  // One file may have many names.
   for (const auto& [uri, bytes] : document.files) {
-    files[uri] = core::sha256_hex(bytes->data(), bytes->size());
+    std::string& id = ids[bytes.get()];
+    id = id.empty() ? core::sha256_hex(bytes->data(), bytes->size()) : id;
+    files[uri] = id;
   }
   const std::string main_id = core::sha256_hex(document.bytes->data(), document.bytes->size());
   const std::string id = scene_id(main_id, files);
-  if (auto known = known_scene(id); !known || known->known) {
+  if (auto known = known_scene(id, origin.access); !known || known->known) {
     return known;
   }
   uploads_.acquire();
@@ -263,7 +231,7 @@ core::Result<SceneService::Added> SceneService::add_document(Document document, 
     std::counting_semaphore<64>& semaphore;
     ~Release() { semaphore.release(); }
   } const release{uploads_};
-  auto scene = build(document, core::GltfOptions{});
+  auto scene = build(document, bounded_options());
   if (!scene) {
     return scene.error();
   }
@@ -277,19 +245,22 @@ core::Result<SceneService::Added> SceneService::add_document(Document document, 
                .files = files};
   row.files[""] = main_id;
   document.files[""] = document.bytes;
-  if (auto kept = keep(document, row, origin.owner); !kept) {
+  if (auto kept = keep(document, row, origin.access); !kept) {
     return kept.error();
   }
   scenes_.put(cache_key(id, 0, std::nullopt), {.value = *scene, .bytes = summary.bytes});
   return Added{.id = id, .description = std::move(row.description), .known = false};
 }
 
-core::Result<SceneService::Added> SceneService::add_file(core::Bytes content, const SceneOrigin& origin) {
+core::Result<SceneService::Added> SceneService::add_file(core::Bytes content,
+                                                         const SceneOrigin& origin) {
   return add_document(
-      Document{.bytes = std::make_shared<const core::Bytes>(std::move(content)), .files = {}}, origin);
+      Document{.bytes = std::make_shared<const core::Bytes>(std::move(content)), .files = {}},
+      origin);
 }
 
-core::Result<SceneService::Added> SceneService::add_zip(core::Bytes archive, const SceneOrigin& origin) {
+core::Result<SceneService::Added> SceneService::add_zip(core::Bytes archive,
+                                                        const SceneOrigin& origin) {
   const auto entries = read_zip_directory(archive, options_.zip);
   if (!entries) {
     return entries.error();
@@ -308,35 +279,48 @@ core::Result<SceneService::Added> SceneService::add_zip(core::Bytes archive, con
   if (!uris) {
     return uris.error();
   }
-  std::string missing;
+  // Many names may mean one entry: it is unpacked once.
+  std::map<std::string, core::SharedBytes> unpacked;
+  std::vector<std::string> missing;
   for (const std::string& uri : *uris) {
     const std::string path = path_in_archive((*main)->name, uri);
-    const auto entry = std::find_if(entries->begin(), entries->end(),
-                                    [&](const ZipEntry& candidate) { return candidate.name == path; });
+    const auto entry =
+        std::find_if(entries->begin(), entries->end(),
+                     [&](const ZipEntry& candidate) { return candidate.name == path; });
     if (path.empty() || entry == entries->end()) {
-      missing += (missing.empty() ? "" : ", ") + uri;
+      missing.push_back(uri);
       continue;
     }
-    auto bytes = read_zip_entry(archive, *entry);
-    if (!bytes) {
-      return bytes.error();
+    core::SharedBytes& content_of_path = unpacked[path];
+    if (!content_of_path) {
+      auto bytes = read_zip_entry(archive, *entry);
+      if (!bytes) {
+        return bytes.error();
+      }
+      content_of_path = std::make_shared<const core::Bytes>(std::move(*bytes));
     }
-    document.files[uri] = std::make_shared<const core::Bytes>(std::move(*bytes));
+    document.files[uri] = content_of_path;
   }
   if (!missing.empty()) {
-    return Error{ErrorCode::kMissingFiles, "the archive lacks files that the scene names: " + missing,
-                 ""};
+    return core::missing_files("the archive lacks files that the scene names", missing);
   }
   return add_document(std::move(document), origin);
 }
 
 core::Result<SceneService::Added> SceneService::add_from_assets(const api::SceneFromAssets& request,
                                                                 const SceneOrigin& origin) {
-  const auto read = [this](const std::string& asset,
-                           const std::string& pointer) -> core::Result<core::SharedBytes> {
-    auto bytes = blobs_.read(asset);
+  std::map<std::string, core::SharedBytes> known;  // Many names may mean one asset.
+  const auto read = [&](const std::string& asset,
+                        const std::string& pointer) -> core::Result<core::SharedBytes> {
+    if (const auto found = known.find(asset); found != known.end()) {
+      return found->second;
+    }
+    auto bytes = assets_.read(asset, origin.access);
     if (!bytes && bytes.error().code == ErrorCode::kNotFound) {
-      return Error{ErrorCode::kInvalidArgument, "no asset has the id \"" + asset + "\"", pointer};
+      return Error{ErrorCode::kInvalidArgument, bytes.error().message, pointer};
+    }
+    if (bytes) {
+      known[asset] = *bytes;
     }
     return bytes;
   };
@@ -358,7 +342,7 @@ core::Result<SceneService::Added> SceneService::add_from_assets(const api::Scene
   return add_document(std::move(document), origin);
 }
 
-core::Result<std::string> SceneService::description(const std::string& id) {
+core::Result<std::string> SceneService::description(const std::string& id, const Access& access) {
   if (core::find_builtin_scene(id) != nullptr) {
     const auto scene = load(id, 0, std::nullopt);
     if (!scene) {
@@ -366,7 +350,7 @@ core::Result<std::string> SceneService::description(const std::string& id) {
     }
     return api::scene_json(id, (*scene)->summary());
   }
-  auto row = table_.find_scene(id);
+  auto row = table_.find_scene(id, access);
   if (!row) {
     return row.error();
   }
@@ -376,7 +360,7 @@ core::Result<std::string> SceneService::description(const std::string& id) {
   return std::move((*row)->description);
 }
 
-core::Result<core::SceneSummary> SceneService::facts(const std::string& id) {
+core::Result<core::SceneSummary> SceneService::facts(const std::string& id, const Access& access) {
   if (core::find_builtin_scene(id) != nullptr) {
     const auto scene = load(id, 0, std::nullopt);
     if (!scene) {
@@ -384,7 +368,7 @@ core::Result<core::SceneSummary> SceneService::facts(const std::string& id) {
     }
     return decode_facts(encode_facts((*scene)->summary()));
   }
-  const auto row = table_.find_scene(id);
+  const auto row = table_.find_scene(id, access);
   if (!row) {
     return row.error();
   }
@@ -394,21 +378,39 @@ core::Result<core::SceneSummary> SceneService::facts(const std::string& id) {
   return decode_facts((*row)->facts);
 }
 
-core::Result<std::vector<SceneRow>> SceneService::list(std::optional<std::int64_t> before, int limit) {
-  return table_.list_scenes(before, limit);
+core::Result<std::vector<SceneRow>> SceneService::list(const Access& access,
+                                                       std::optional<std::int64_t> before,
+                                                       int limit) {
+  return table_.list_scenes(access, before, limit);
 }
 
-Status SceneService::remove(const std::string& id) {
-  if (const auto row = table_.find_scene(id); !row || !*row) {
+Status SceneService::remove(const std::string& id, const Access& access,
+                            const Assets::InUse& in_use) {
+  if (const auto row = table_.find_scene(id, access); !row || !*row) {
     return row ? unknown_scene(id, "") : row.error();
   }
-  const auto orphans = table_.remove_scene(id);
+  const auto removal = table_.plan_removal(id, access);
+  if (!removal) {
+    return removal.error();
+  }
+  const auto needed = in_use(removal->scene_goes ? std::nullopt : std::optional(access.tenant));
+  if (!needed) {
+    return needed.error();
+  }
+  if (*needed) {
+    return Error{ErrorCode::kConflict,
+                 "a job uses the scene, or has finished and could be extended; delete it first",
+                 ""};
+  }
+  const auto orphans = table_.remove_scene(id, access, *removal);
   if (!orphans) {
     return orphans.error();
   }
-  scenes_.erase_prefix(id + "\n");
+  if (removal->scene_goes) {
+    scenes_.erase_prefix(id + "\n");
+  }
   for (const std::string& asset : *orphans) {
-    if (auto removed = blobs_.remove(asset); !removed) {
+    if (auto removed = assets_.remove_bytes(asset); !removed) {
       return removed;
     }
   }
@@ -416,19 +418,15 @@ Status SceneService::remove(const std::string& id) {
 }
 
 core::Result<std::uint64_t> SceneService::size_of_environment(const std::string& asset) {
-  const Error unknown{ErrorCode::kInvalidArgument, "no asset has the id \"" + asset + "\"", "/environment/asset"};
-  if (!blobs_.find(asset)) {
-    return unknown;
-  }
   {
     const core::MutexLock lock(sizes_mutex_);
     if (const auto known = environment_sizes_.find(asset); known != environment_sizes_.end()) {
       return known->second;
     }
   }
-  const auto bytes = blobs_.read(asset);
+  const auto bytes = assets_.read(asset, Access::operators());
   if (!bytes) {
-    return unknown;
+    return unknown_environment(asset);
   }
   const auto header = core::read_image_header(**bytes);
   if (!header) {
@@ -438,19 +436,22 @@ core::Result<std::uint64_t> SceneService::size_of_environment(const std::string&
   return environment_sizes_[asset] = environment_bytes(*header);
 }
 
-Status SceneService::check_environment(const std::string& asset) {
+Status SceneService::check_environment(const std::string& asset, const Access& access) {
+  if (const auto found = assets_.find(asset, access); !found) {
+    return unknown_environment(asset);
+  }
   const auto size = size_of_environment(asset);
   return size ? core::ok_status() : Status(size.error());
 }
 
 SceneService::Memory SceneService::memory_of_scene(const std::string& id, double time_seconds,
                                                    const std::optional<std::string>& variant) {
-  const auto summary = facts(id);
+  const auto summary = facts(id, Access::operators());
   return {.name = cache_key(id, time_seconds, variant), .bytes = summary ? summary->bytes : 0};
 }
 
-SceneService::Memory SceneService::memory_of_environment(const std::string& asset,
-                                                         const core::EnvironmentSettings& settings) {
+SceneService::Memory SceneService::memory_of_environment(
+    const std::string& asset, const core::EnvironmentSettings& settings) {
   const auto size = size_of_environment(asset);
   return {.name = environment_key(asset, settings), .bytes = size ? *size : 0};
 }
@@ -466,7 +467,7 @@ core::Result<std::shared_ptr<const core::Environment>> SceneService::environment
       error.where = "/environment/asset";
       return error;
     };
-    const auto bytes = blobs_.read(*asset);
+    const auto bytes = assets_.read(*asset, Access::operators());
     if (!bytes) {
       return at_asset(bytes.error());
     }

@@ -20,9 +20,10 @@
 #include "core/lights/environment.h"
 #include "core/scene/scene.h"
 #include "core/scene_io/gltf_load.h"
+#include "server/access.h"
 #include "server/scenes/single_flight_cache.h"
 #include "server/scenes/zip.h"
-#include "server/store/blob_store.h"
+#include "server/store/assets.h"
 #include "server/store/scene_table.h"
 #include "server/store/storage_quota.h"
 
@@ -31,21 +32,21 @@ namespace server {
 struct SceneServiceOptions {
   std::uint64_t cache_bytes = std::uint64_t{4} << 30U;
   std::uint64_t environment_cache_bytes = std::uint64_t{512} << 20U;
-  int threads = 1;  ///< For acceleration structures.
+  int threads = 1;       ///< For acceleration structures.
   std::string isa = {};  ///< What Embree is held to; empty: nothing.
   ZipLimits zip = {};
 };
 
 /// Where a scene comes from.
 struct SceneOrigin {
-  std::string owner = {};  ///< Id of the stored key that brings it, or empty.
-  std::string name = {};   ///< Empty: the one inside the file.
+  Access access = {};     ///< Who brings it.
+  std::string name = {};  ///< Empty: the one inside the file.
 };
 
 class SceneService {
  public:
   /// The first three must outlive this.
-  SceneService(BlobStore& blobs, SceneTable& table, StorageQuota& quota, SceneServiceOptions options);
+  SceneService(Assets& assets, SceneTable& table, StorageQuota& quota, SceneServiceOptions options);
 
   struct Added {
     std::string id;
@@ -53,19 +54,25 @@ class SceneService {
     bool known = false;
   };
   /// A GLB, a glTF document, or a zip archive with one of them. The scene is loaded to check it.
-  /// Errors: those of load_gltf() and Scene::build(), kNoSpace, kOverQuota, kTooLarge, kMissingFiles.
+  /// Errors: those of load_gltf() and Scene::build(), kNoSpace, kOverQuota, kTooLarge,
+  /// kMissingFiles.
   core::Result<Added> add_file(core::Bytes content, const SceneOrigin& origin = {});
   core::Result<Added> add_zip(core::Bytes archive, const SceneOrigin& origin = {});
   /// Errors also: kInvalidArgument at "/gltf" or "/files/..." for an unknown asset.
-  core::Result<Added> add_from_assets(const api::SceneFromAssets& request, const SceneOrigin& origin = {});
+  core::Result<Added> add_from_assets(const api::SceneFromAssets& request,
+                                      const SceneOrigin& origin = {});
 
-  /// JSON of a stored or built-in scene. Errors: kNotFound.
-  core::Result<std::string> description(const std::string& id);
-  /// What job requests are checked against. Errors: kNotFound.
-  core::Result<core::SceneSummary> facts(const std::string& id);
-  core::Result<std::vector<SceneRow>> list(std::optional<std::int64_t> before, int limit);
-  /// Errors: kNotFound (built-in scenes too).
-  core::Status remove(const std::string& id);
+  /// JSON of a stored or built-in scene. Errors: kNotFound, also for a scene that `access` does not
+  /// see; built-in ones are everybody's.
+  core::Result<std::string> description(const std::string& id, const Access& access);
+  /// What job requests are checked against. Errors: the same.
+  core::Result<core::SceneSummary> facts(const std::string& id, const Access& access);
+  core::Result<std::vector<SceneRow>> list(const Access& access, std::optional<std::int64_t> before,
+                                           int limit);
+  /// Drops the tenant's reference; the operator, who has none, drops all. in_use: whether jobs need
+  /// it, those of a tenant or (empty) of all. Errors: kNotFound (built-in scenes too); kConflict
+  /// while a job that would lose it needs it.
+  core::Status remove(const std::string& id, const Access& access, const Assets::InUse& in_use);
   /// A built-in scene as a GLB; null for any other name.
   core::SharedBytes builtin_glb(std::string_view name);
 
@@ -77,20 +84,21 @@ class SceneService {
   /// Errors: kInvalidArgument at "/environment/asset" for an unknown asset or one that is no image.
   core::Result<std::shared_ptr<const core::Environment>> environment(
       const std::optional<std::string>& asset, const core::EnvironmentSettings& settings);
-  /// The same errors, from the head of the file alone.
-  core::Status check_environment(const std::string& asset);
+  /// The same errors, from the head of the file alone; unknown is also what `access` does not see.
+  core::Status check_environment(const std::string& asset, const Access& access);
 
-  /// What a loaded scene or environment takes, and what names it: two jobs with the same name share one. Bytes are 0 where
-  /// nothing is known of it.
+  /// What a loaded scene or environment takes, and what names it: two jobs with the same name share
+  /// one. Bytes are 0 where nothing is known of it.
   struct Memory {
     std::string name;
     std::uint64_t bytes = 0;
   };
-  Memory memory_of_scene(const std::string& id, double time_seconds, const std::optional<std::string>& variant);
+  Memory memory_of_scene(const std::string& id, double time_seconds,
+                         const std::optional<std::string>& variant);
   Memory memory_of_environment(const std::string& asset, const core::EnvironmentSettings& settings);
 
-  /// Held shared from finding a scene or asset to naming it in a record; alone from looking for such
-  /// names to deleting. Taken before every other lock here.
+  /// Held shared from finding a scene or asset to naming it in a record; alone from looking for
+  /// such names to deleting. Taken before every other lock here.
   std::shared_mutex& names_mutex() { return names_mutex_; }
 
   std::uint64_t cached_bytes() const { return scenes_.bytes(); }
@@ -105,10 +113,10 @@ class SceneService {
   core::Result<std::shared_ptr<const core::Scene>> build(const Document& document,
                                                          const core::GltfOptions& options);
   core::Result<Added> add_document(Document document, const SceneOrigin& origin);
-  core::Status keep(const Document& document, const SceneRow& row, const std::string& owner);
-  core::Result<Added> known_scene(const std::string& id);
+  core::Status keep(const Document& document, const SceneRow& row, const Access& access);
+  core::Result<Added> known_scene(const std::string& id, const Access& access);
 
-  BlobStore& blobs_;
+  Assets& assets_;
   SceneTable& table_;
   StorageQuota& quota_;
   const SceneServiceOptions options_;
@@ -119,7 +127,8 @@ class SceneService {
   core::Mutex builtin_mutex_;
   std::map<std::string, core::SharedBytes, std::less<>> builtin_ GUARDED_BY(builtin_mutex_);
   core::Mutex sizes_mutex_;
-  std::map<std::string, std::uint64_t> environment_sizes_ GUARDED_BY(sizes_mutex_);  ///< Bytes of those that were looked at.
+  std::map<std::string, std::uint64_t> environment_sizes_
+      GUARDED_BY(sizes_mutex_);  ///< Bytes of those that were looked at.
 };
 
 }  // namespace server

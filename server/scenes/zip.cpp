@@ -175,10 +175,10 @@ core::Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte
     }
     total += entry->bytes;
     if (total > limits.total_bytes_max) {
-      return Error{ErrorCode::kTooLarge,
-                   "zip archive: unpacks to more than " + std::to_string(limits.total_bytes_max) +
-                       " bytes",
-                   ""};
+      return Error{
+          ErrorCode::kTooLarge,
+          "zip archive: unpacks to more than " + std::to_string(limits.total_bytes_max) + " bytes",
+          ""};
     }
     entries.push_back(std::move(*entry));
   }

@@ -54,40 +54,41 @@ void ComparisonStore::remove_maps(const std::string& id) const {
   std::filesystem::remove_all(data_.comparisons_path() + "/" + id, problem);
 }
 
-Status ComparisonStore::insert(const std::string& id, std::string_view body, const ComparisonMaps& maps,
-                               double created_at) {
+Status ComparisonStore::insert(const Row& row, const ComparisonMaps& maps) {
   std::int64_t bytes = 0;
   for (const auto& [name, content] : maps) {
     bytes += static_cast<std::int64_t>(content.size());
   }
-  Status stored = write_maps(id, maps);
+  Status stored = write_maps(row.id, maps);
   if (stored) {
     stored = database_.transact([&](Database::Session& session) -> Status {
-      Statement statement =
-          session.prepare("INSERT INTO comparisons(id, body, bytes, created_at) VALUES(?,?,?,?)");
-      return statement.bind(id).bind(body).bind(bytes).bind(created_at).run();
+      Statement statement = session.prepare(
+          "INSERT INTO comparisons(id, body, bytes, created_at, tenant) VALUES(?,?,?,?,?)");
+      statement.bind(row.id).bind(row.body).bind(bytes).bind(row.created_at);
+      return statement.bind(row.tenant).run();
     });
   }
   if (!stored) {
-    remove_maps(id);
+    remove_maps(row.id);
     return stored;
   }
   return forget_oldest();
 }
 
-core::Result<std::string> ComparisonStore::find(std::string_view id) {
+core::Result<std::string> ComparisonStore::find(std::string_view id, const Access& access) {
   auto session = database_.session();
-  Statement select = session.prepare("SELECT body FROM comparisons WHERE id=?");
+  Statement select = session.prepare("SELECT body, tenant FROM comparisons WHERE id=?");
   select.bind(id);
   std::string body;
   const bool found = select.step();
-  if (found) {
+  const bool is_seen = found && access.sees(select.text(1));
+  if (is_seen) {
     body = select.text(0);
   }
   if (const auto status = select.status(); !status) {
     return status.error();
   }
-  if (!found) {
+  if (!is_seen) {
     return Error{ErrorCode::kNotFound, "no comparison has the id \"" + std::string(id) + "\"", ""};
   }
   return body;
@@ -97,7 +98,8 @@ Status ComparisonStore::forget_oldest() {
   std::vector<std::string> old;
   const Status forgotten = database_.transact([&](Database::Session& session) -> Status {
     {
-      Statement select = session.prepare("SELECT id, bytes FROM comparisons ORDER BY sequence DESC");
+      Statement select =
+          session.prepare("SELECT id, bytes FROM comparisons ORDER BY sequence DESC");
       std::int64_t count = 0;
       std::int64_t bytes = 0;
       while (select.step()) {

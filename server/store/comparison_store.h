@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/base/result.h"
+#include "server/access.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
 
@@ -19,7 +20,8 @@ using ComparisonMaps = std::map<std::string, std::string>;
 
 struct ComparisonLimits {
   std::int64_t count = 1000;
-  std::int64_t bytes = std::int64_t{1} << 30;  ///< Of all maps; the newest comparison stays in any case.
+  std::int64_t bytes = std::int64_t{1}
+                       << 30;  ///< Of all maps; the newest comparison stays in any case.
 };
 
 class ComparisonStore {
@@ -28,10 +30,16 @@ class ComparisonStore {
   ComparisonStore(Database& database, const DataDir& data, ComparisonLimits limits)
       : database_(database), data_(data), limits_(limits) {}
 
+  struct Row {
+    std::string id;
+    std::string body;    ///< JSON
+    std::string tenant;  ///< Whose it is.
+    double created_at = 0;
+  };
   /// The maps are on the disk before the record is. Errors: kNoSpace, kInternal.
-  core::Status insert(const std::string& id, std::string_view body, const ComparisonMaps& maps, double created_at);
-  /// The JSON text. Errors: kNotFound.
-  core::Result<std::string> find(std::string_view id);
+  core::Status insert(const Row& row, const ComparisonMaps& maps);
+  /// The JSON text. Errors: kNotFound, also for one that `access` does not see.
+  core::Result<std::string> find(std::string_view id, const Access& access);
   /// Where a map is or would be. Pre: the id is a UUID, the name one that insert() got.
   std::string path_of(std::string_view id, std::string_view map) const;
 

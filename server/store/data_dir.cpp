@@ -10,7 +10,8 @@
 namespace server {
 
 core::Result<DataDir> DataDir::open(const std::string& path) {
-  for (const std::string& folder : {path, path + "/assets", path + "/films", path + "/comparisons"}) {
+  for (const std::string& folder :
+       {path, path + "/assets", path + "/films", path + "/comparisons"}) {
     if (const auto made = make_directories(folder); !made) {
       return made.error();
     }
@@ -28,8 +29,9 @@ core::Result<DataDir> DataDir::open(const std::string& path) {
     const auto got = read_at(lock->get(), std::as_writable_bytes(std::span(owner)), 0, lock_path);
     owner.resize(got ? *got : 0);
     return core::Error{core::ErrorCode::kConflict,
-                       "another server (process " + owner + ") uses this data directory; stop it or "
-                       "give another one with --data",
+                       "another server (process " + owner +
+                           ") uses this data directory; stop it or "
+                           "give another one with --data",
                        path};
   }
   const std::string me = std::to_string(::getpid());

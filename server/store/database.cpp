@@ -1,10 +1,12 @@
 #include "server/store/database.h"
 
 #include <array>
+#include <cerrno>
 #include <cstddef>
 
 #include <fcntl.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 
 #include "server/store/files.h"
 #include "server/store/schema.h"
@@ -17,9 +19,11 @@ using core::Status;
 
 namespace {
 
-Error sqlite_error(int code, const std::string& message, const std::string& path) {
+/// number: errno of the failed call, when SQLite knows only that it failed.
+Error sqlite_error(int code, const std::string& message, const std::string& path, int number = 0) {
   const int primary = code & 0xff;
-  if (primary == SQLITE_FULL) {
+  const bool is_full = number == ENOSPC || number == EDQUOT || number == EFBIG;
+  if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && is_full)) {
     return Error{ErrorCode::kNoSpace, "the disk is full", path};
   }
   std::string words = "the database says: " + message;
@@ -29,9 +33,9 @@ Error sqlite_error(int code, const std::string& message, const std::string& path
   return Error{ErrorCode::kInternal, std::move(words), path};
 }
 
-/// SQLite reads the pages that a file has lost as zeros. The file's head says how many there are; it
-/// is right whenever no journal is left to be played back.
-/// Source: "Database File Format", 1.3: page size at 16, pages at 28, big-endian.
+/// SQLite reads the pages that a file has lost as zeros. The file's head says how many there are;
+/// it is right whenever no journal is left to be played back. Source: "Database File Format", 1.3:
+/// page size at 16, pages at 28, big-endian.
 Status check_not_cut(const std::string& path) {
   const auto journal = open_file(path + "-wal", O_RDONLY);
   if (journal) {
@@ -104,7 +108,8 @@ Statement& Statement::bind(double value) {
 Statement& Statement::bind(std::string_view value) {
   // An empty view may have no address, which SQLite would take for NULL.
   const char* data = value.data() == nullptr ? "" : value.data();
-  check(sqlite3_bind_text64(statement_, ++bound_, data, value.size(), SQLITE_TRANSIENT, SQLITE_UTF8));
+  check(
+      sqlite3_bind_text64(statement_, ++bound_, data, value.size(), SQLITE_TRANSIENT, SQLITE_UTF8));
   return *this;
 }
 
@@ -135,18 +140,21 @@ Status Statement::status() const {
   if (failure_ == SQLITE_OK) {
     return core::ok_status();
   }
-  return sqlite_error(failure_, message_, path_);
+  return sqlite_error(failure_, message_, path_, sqlite3_system_errno(db_));
 }
 
-std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(statement_, column); }
+std::int64_t Statement::integer(int column) const {
+  return sqlite3_column_int64(statement_, column);
+}
 
 double Statement::real(int column) const { return sqlite3_column_double(statement_, column); }
 
 std::string Statement::text(int column) const {
   const void* data = sqlite3_column_blob(statement_, column);
   const int bytes = sqlite3_column_bytes(statement_, column);
-  return data == nullptr ? std::string()
-                         : std::string(static_cast<const char*>(data), static_cast<std::size_t>(bytes));
+  return data == nullptr
+             ? std::string()
+             : std::string(static_cast<const char*>(data), static_cast<std::size_t>(bytes));
 }
 
 std::optional<double> Statement::optional_real(int column) const {
@@ -159,18 +167,27 @@ std::optional<double> Statement::optional_real(int column) const {
 Status Database::Session::execute(const char* sql) {
   const int code = sqlite3_exec(db_->handle_, sql, nullptr, nullptr, nullptr);
   if (code != SQLITE_OK) {
-    return sqlite_error(code, sqlite3_errmsg(db_->handle_), db_->path_);
+    return sqlite_error(code, sqlite3_errmsg(db_->handle_), db_->path_,
+                        sqlite3_system_errno(db_->handle_));
   }
   return core::ok_status();
 }
 
-std::int64_t Database::Session::last_row_id() const { return sqlite3_last_insert_rowid(db_->handle_); }
+std::int64_t Database::Session::last_row_id() const {
+  return sqlite3_last_insert_rowid(db_->handle_);
+}
 
 std::int64_t Database::Session::changes() const { return sqlite3_changes(db_->handle_); }
 
 core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) {
   if (const Status whole = check_not_cut(path); !whole) {
     return whole.error();
+  }
+  // SQLite would let everybody read it; its journals get the mode of the database.
+  if (const auto made = open_file(path, O_RDWR | O_CREAT); !made) {
+    return made.error();
+  } else if (::fchmod(made->get(), S_IRUSR | S_IWUSR) != 0) {
+    return file_error("cannot change the mode of", path, errno);
   }
   sqlite3* handle = nullptr;
   const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;

@@ -1,4 +1,5 @@
-/// Database: one SQLite connection behind a lock, in WAL mode with full sync. The only home of SQLite.
+/// Database: one SQLite connection behind a lock, in WAL mode with full sync. The only home of
+/// SQLite.
 ///
 /// Errors: kNoSpace when the disk is full; kInternal with SQLite's words else (a damaged page, an
 /// unreadable file); `where` is the path of the database.

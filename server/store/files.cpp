@@ -24,9 +24,9 @@ UniqueFd::~UniqueFd() {
 
 Error file_error(std::string_view what, const std::string& path, int code) {
   const bool full = code == ENOSPC || code == EDQUOT || code == EFBIG;
-  const ErrorCode error_code = full               ? ErrorCode::kNoSpace
-                               : code == ENOENT   ? ErrorCode::kNotFound
-                                                  : ErrorCode::kInternal;
+  const ErrorCode error_code = full             ? ErrorCode::kNoSpace
+                               : code == ENOENT ? ErrorCode::kNotFound
+                                                : ErrorCode::kInternal;
   return Error{error_code, std::string(what) + ": " + std::generic_category().message(code), path};
 }
 
@@ -58,8 +58,8 @@ core::Result<std::size_t> read_at(int fd, std::span<std::byte> bytes, std::uint6
                                   const std::string& path) {
   std::size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t got = ::pread(fd, bytes.data() + done, bytes.size() - done,
-                                static_cast<off_t>(offset + done));
+    const ssize_t got =
+        ::pread(fd, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
     if (got < 0) {
       if (errno == EINTR) {
         continue;

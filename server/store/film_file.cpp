@@ -28,9 +28,14 @@ constexpr std::size_t kFirstHeadBytes = 64;
 constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
 
 static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32 &&
-                  sizeof(core::PixelPlan) == 16 && sizeof(core::PilotPixel) == 32 &&
-                  sizeof(core::ReplicateFit) == 48,
+                  sizeof(core::PilotPixel) == 32 && sizeof(core::ReplicateFit) == 48,
               "the file holds these as they are in memory; a change needs a new magic");
+
+/// As it was when the halves of a pixel could have different counts; both are the same now.
+struct StoredPlan {
+  std::array<std::uint32_t, 2> from{};
+  std::array<std::uint32_t, 2> to{};
+};
 
 constexpr std::int32_t kAux = 1;
 constexpr std::int32_t kPlan = 2;
@@ -38,8 +43,8 @@ constexpr std::int32_t kPilot = 4;
 constexpr std::int32_t kFit = 8;
 
 std::int32_t parts_of(const core::Film& film) {
-  return (film.has_aux() ? kAux : 0) | (film.has_plan() ? kPlan : 0) | (film.has_pilot() ? kPilot : 0) |
-         (film.has_fit() ? kFit : 0);
+  return (film.has_aux() ? kAux : 0) | (film.has_plan() ? kPlan : 0) |
+         (film.has_pilot() ? kPilot : 0) | (film.has_fit() ? kFit : 0);
 }
 
 /// In front of each part. The CRC covers everything after itself.
@@ -102,11 +107,11 @@ std::size_t replicate_bytes(const core::Film& film) {
 }
 
 /// Of a whole slot, by what its fields say.
-std::size_t slot_size(const core::Film& film, const core::PixelRect& rect, const SlotFields& fields) {
+std::size_t slot_size(const core::Film& film, const core::PixelRect& rect,
+                      const SlotFields& fields) {
   return sizeof fields +
-         pixels_of(rect) * (replicate_bytes(film) +
-                            (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
-                            (fields.span_to != 0 ? sizeof(core::PixelPlan) : 0) +
+         pixels_of(rect) * (replicate_bytes(film) + (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
+                            (fields.span_to != 0 ? sizeof(StoredPlan) : 0) +
                             (fields.pilot_samples != 0 ? sizeof(core::PilotPixel) : 0));
 }
 
@@ -164,11 +169,11 @@ struct FilmFile::Layout {
   std::size_t pixel_bytes = 0;
 
   explicit Layout(const core::Film& film) {
-    pixel_bytes = replicate_bytes(film) +
-                  (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
-                  (film.has_plan() ? sizeof(core::PixelPlan) : 0) +
+    pixel_bytes = replicate_bytes(film) + (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
+                  (film.has_plan() ? sizeof(StoredPlan) : 0) +
                   (film.has_pilot() ? sizeof(core::PilotPixel) : 0);
-    // As of the first version, so that its slots stay where they are: kPointsWritten leaves room for what came later.
+    // As of the first version, so that its slots stay where they are: kPointsWritten leaves room
+    // for what came later.
     head_bytes = align(kFirstHeadBytes + kPointsMax * sizeof(PointFields) +
                        static_cast<std::uint64_t>(film.tile_count()) * sizeof(Tile));
     slot_bytes = align(sizeof(SlotFields) + std::uint64_t{core::kTileSize} * core::kTileSize *
@@ -195,24 +200,27 @@ core::Result<FilmFile> FilmFile::open(const std::string& path) {
   return FilmFile(path, std::move(*fd));
 }
 
-core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& film, int head) const {
+core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& film,
+                                                             int head) const {
   const Layout layout(film);
   std::vector<std::byte> part(layout.head_bytes);
-  const auto got = read_at(fd_.get(), part, layout.head_offset(static_cast<std::uint32_t>(head)), path_);
+  const auto got =
+      read_at(fd_.get(), part, layout.head_offset(static_cast<std::uint32_t>(head)), path_);
   if (!got) {
     return got.error();
   }
   HeadFields fields;
-  const bool blank = *got < sizeof fields ||
-                     std::all_of(part.begin(), part.begin() + sizeof fields,
-                                 [](std::byte b) { return b == std::byte{0}; });
+  const bool blank =
+      *got < sizeof fields || std::all_of(part.begin(), part.begin() + sizeof fields,
+                                          [](std::byte b) { return b == std::byte{0}; });
   if (blank) {
     return Checkpoint{};
   }
   std::memcpy(&fields, part.data(), sizeof fields);
   const bool is_first = fields.magic == kFirstHeadMagic;
   const std::size_t fields_bytes = is_first ? kFirstHeadBytes : sizeof fields;
-  if ((!is_first && fields.magic != kHeadMagic) || fields.bytes < fields_bytes || fields.bytes > *got) {
+  if ((!is_first && fields.magic != kHeadMagic) || fields.bytes < fields_bytes ||
+      fields.bytes > *got) {
     return damaged(path_, "its head is not one");
   }
   part.resize(fields.bytes);
@@ -226,8 +234,8 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
       fields.tile_count != static_cast<std::uint32_t>(film.tile_count())) {
     return Error{ErrorCode::kConflict, "the stored film has another size or other layers", path_};
   }
-  const std::size_t text_begin = fields_bytes + fields.point_count * sizeof(PointFields) +
-                                 fields.tile_count * sizeof(Tile);
+  const std::size_t text_begin =
+      fields_bytes + fields.point_count * sizeof(PointFields) + fields.tile_count * sizeof(Tile);
   if (fields.bytes < text_begin || fields.bytes > text_begin + kArithmeticBytesMax) {
     return damaged(path_, "its head has another length");
   }
@@ -279,9 +287,8 @@ Status FilmFile::restore_tiles(core::Film& film, const Checkpoint& checkpoint) c
       return damaged(path_, "tile " + std::to_string(tile) + " is cut short");
     }
     part.resize(size);
-    if (fields.magic != kSlotMagic ||
-        fields.sequence != entry.sequence || fields.tile != static_cast<std::uint32_t>(tile) ||
-        crc_after_field(part) != fields.crc) {
+    if (fields.magic != kSlotMagic || fields.sequence != entry.sequence ||
+        fields.tile != static_cast<std::uint32_t>(tile) || crc_after_field(part) != fields.crc) {
       return damaged(path_, "tile " + std::to_string(tile) + " does not fit its checksum");
     }
     state.samples = fields.samples;
@@ -298,7 +305,11 @@ Status FilmFile::restore_tiles(core::Film& film, const Checkpoint& checkpoint) c
     auto rest = std::span<const std::byte>(part).subspan(sizeof fields);
     take(rest, state.pixels.data(), state.pixels.size());
     take(rest, state.aux.data(), state.aux.size());
-    take(rest, state.plan.data(), state.plan.size());
+    for (core::PixelPlan& plan : state.plan) {
+      StoredPlan stored;
+      take(rest, &stored, 1);
+      plan = {stored.from[0], stored.to[0]};
+    }
     take(rest, state.pilot.data(), state.pilot.size());
     take(rest, state.fit.data(), state.fit.size());
     film.restore(tile, std::move(state), entry.revision);
@@ -320,7 +331,8 @@ core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
       tiles_ = std::move((*candidate)->tiles);
       versions_.clear();
       for (int tile = 0; tile < film.tile_count(); ++tile) {
-        versions_.push_back(tiles_[static_cast<std::size_t>(tile)].sequence == 0 ? 0 : film.tile_version(tile));
+        versions_.push_back(
+            tiles_[static_cast<std::size_t>(tile)].sequence == 0 ? 0 : film.tile_version(tile));
       }
       return std::move((*candidate)->record);
     }
@@ -340,7 +352,8 @@ core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
   return second ? damaged(path_, "no complete checkpoint is left") : second.error();
 }
 
-Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before, std::uint32_t sequence) {
+Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before,
+                            std::uint32_t sequence) {
   // The version first: what changes meanwhile is written again.
   versions_[static_cast<std::size_t>(tile)] = film.tile_version(tile);
   const std::uint32_t revision = film.tile_revision(tile);
@@ -362,20 +375,26 @@ Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before
   append(buffer_, &fields, 1);
   append(buffer_, state.pixels.data(), state.pixels.size());
   append(buffer_, state.aux.data(), state.aux.size());
-  append(buffer_, state.plan.data(), state.plan.size());
+  for (const core::PixelPlan& plan : state.plan) {
+    const StoredPlan stored = {{plan.from, plan.from}, {plan.to, plan.to}};
+    append(buffer_, &stored, 1);
+  }
   append(buffer_, state.pilot.data(), state.pilot.size());
   append(buffer_, state.fit.data(), state.fit.size());
   const auto bytes = static_cast<std::uint32_t>(buffer_.size());
   std::memcpy(buffer_.data() + 8, &bytes, sizeof bytes);
   seal(buffer_);
-  if (auto status = write_at(fd_.get(), buffer_, Layout(film).slot_offset(tile, slot), path_); !status) {
+  if (auto status = write_at(fd_.get(), buffer_, Layout(film).slot_offset(tile, slot), path_);
+      !status) {
     return status;
   }
-  tiles_[static_cast<std::size_t>(tile)] = Tile{.sequence = sequence, .slot = slot, .revision = revision};
+  tiles_[static_cast<std::size_t>(tile)] =
+      Tile{.sequence = sequence, .slot = slot, .revision = revision};
   return core::ok_status();
 }
 
-Status FilmFile::write_head(const core::Film& film, const FilmRecord& record, std::uint32_t sequence) {
+Status FilmFile::write_head(const core::Film& film, const FilmRecord& record,
+                            std::uint32_t sequence) {
   const auto points = thinned(record.points);
   const std::string_view text = std::string_view(record.arithmetic).substr(0, kArithmeticBytesMax);
   const core::PixelRect crop = film.crop();
@@ -421,7 +440,8 @@ Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is
   const std::vector<std::uint64_t> versions_before = versions_;
   const std::uint32_t sequence = sequence_ + 1;
   Status status = core::ok_status();
-  // A checkpoint is of one epoch: when another begins while tiles are written, they are written again.
+  // A checkpoint is of one epoch: when another begins while tiles are written, they are written
+  // again.
   bool again = true;
   while (again && status) {
     const std::uint32_t epoch = film.plan_epoch();

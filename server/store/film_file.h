@@ -1,13 +1,13 @@
 /// FilmFile: the durable copy of one job's film, films/<job>.film.
 ///
 /// A checkpoint writes the changed tiles only, and is atomic: each tile has two slots, a checkpoint
-/// writes the one that the last complete checkpoint does not need, syncs, then writes the other of two
-/// heads, which names for each tile its slot and sequence number, and syncs again. What is cut short
-/// leaves the checkpoint before it. Heads and slots carry a CRC-32; when the newest checkpoint is
-/// damaged the one before it is taken, whole.
+/// writes the one that the last complete checkpoint does not need, syncs, then writes the other of
+/// two heads, which names for each tile its slot and sequence number, and syncs again. What is cut
+/// short leaves the checkpoint before it. Heads and slots carry a CRC-32; when the newest
+/// checkpoint is damaged the one before it is taken, whole.
 ///
-/// Layout, little endian, parts aligned to 4096 bytes: head 0, head 1, then for each tile slot 0 and
-/// slot 1. An object is used by one thread at a time.
+/// Layout, little endian, parts aligned to 4096 bytes: head 0, head 1, then for each tile slot 0
+/// and slot 1. An object is used by one thread at a time.
 #pragma once
 
 #include <array>
@@ -63,7 +63,8 @@ class FilmFile {
   FilmFile(std::string path, UniqueFd fd) : path_(std::move(path)), fd_(std::move(fd)) {}
   core::Result<Checkpoint> read_checkpoint(const core::Film& film, int head) const;
   core::Status restore_tiles(core::Film& film, const Checkpoint& checkpoint) const;
-  core::Status write_tile(const core::Film& film, int tile, const Tile& before, std::uint32_t sequence);
+  core::Status write_tile(const core::Film& film, int tile, const Tile& before,
+                          std::uint32_t sequence);
   core::Status write_head(const core::Film& film, const FilmRecord& record, std::uint32_t sequence);
   void release_old_slots(const core::Film& film) const;
 
@@ -71,7 +72,8 @@ class FilmFile {
   UniqueFd fd_;
   std::uint32_t sequence_ = 0;  ///< Of the last complete checkpoint; it is in head sequence_ % 2.
   std::vector<Tile> tiles_;
-  std::vector<std::uint64_t> versions_;  ///< Of the film's tiles when they were written or read; 0: never.
+  std::vector<std::uint64_t>
+      versions_;  ///< Of the film's tiles when they were written or read; 0: never.
   std::vector<std::byte> buffer_;
 };
 

@@ -6,22 +6,27 @@ namespace server {
 
 std::string job_title(std::string_view name, std::string_view scene) {
   std::string title(name.empty() ? scene : name);
-  std::transform(title.begin(), title.end(), title.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  std::transform(title.begin(), title.end(), title.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
   return title;
 }
 
 std::string job_page_sql(const JobQuery& query, std::string_view columns) {
-  // A label or the titles lead: their tables are small and in the order of the jobs, so that little else is read.
+  // A label or the titles lead: their tables are small and in the order of the jobs, so that little
+  // else is read.
   const bool by_label = !query.labels.empty();
   const bool by_title = !by_label && !query.title.empty();
-  const std::string sequence = by_label || by_title ? "lead.job" : "sequence";
+  const bool by_tenant = !by_label && !by_title && query.tenant;
+  const std::string sequence = by_label || by_title || by_tenant ? "lead.job" : "sequence";
   std::string sql = "SELECT " + std::string(columns) + " FROM ";
   if (by_label) {
     sql += "job_labels AS lead CROSS JOIN jobs ON sequence=lead.job WHERE lead.name=?";
     sql += query.labels.front().second ? " AND lead.value=?" : "";
   } else if (by_title) {
     sql += "job_titles AS lead CROSS JOIN jobs ON sequence=lead.job WHERE instr(lead.title, ?)";
+  } else if (by_tenant) {
+    sql += "job_owners AS lead CROSS JOIN jobs ON sequence=lead.job WHERE lead.owner=?";
   } else {
     sql += "jobs WHERE 1";
   }
@@ -31,6 +36,9 @@ std::string job_page_sql(const JobQuery& query, std::string_view columns) {
   }
   if (by_label && !query.title.empty()) {
     sql += " AND EXISTS (SELECT 1 FROM job_titles WHERE job=sequence AND instr(title, ?))";
+  }
+  if (query.tenant && !by_tenant) {
+    sql += " AND EXISTS (SELECT 1 FROM job_owners WHERE job_owners.job=sequence AND owner=?)";
   }
   for (std::size_t i = 0; i < query.states.size(); ++i) {
     sql += i == 0 ? " AND state IN (?" : ",?";
@@ -50,6 +58,9 @@ void bind_job_page(Statement& select, const JobQuery& query) {
   }
   if (!query.title.empty()) {
     select.bind(job_title(query.title, ""));
+  }
+  if (query.tenant) {
+    select.bind(*query.tenant);
   }
   for (const std::string& state : query.states) {
     select.bind(state);

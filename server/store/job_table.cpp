@@ -11,7 +11,8 @@ using core::Status;
 namespace {
 
 constexpr const char* kInsert =
-    "INSERT INTO jobs(id, spec, spec_version, scene, environment_asset, priority, state, stop_reason,"
+    "INSERT INTO jobs(id, spec, spec_version, scene, environment_asset, priority, state, "
+    "stop_reason,"
     " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where,"
     " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"
     " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"
@@ -19,7 +20,8 @@ constexpr const char* kInsert =
     " VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 constexpr const char* kUpdate =
-    "UPDATE jobs SET id=?, spec=?, spec_version=?, scene=?, environment_asset=?, priority=?, state=?,"
+    "UPDATE jobs SET id=?, spec=?, spec_version=?, scene=?, environment_asset=?, priority=?, "
+    "state=?,"
     " stop_reason=?, created_at=?, started_at=?, finished_at=?, warnings=?, failure_code=?,"
     " failure_message=?, failure_where=?, film=?, film_bytes=?, film_digest=?, revision=?,"
     " fraction=?, samples_min=?, samples_mean=?, samples_max=?, elapsed_seconds=?, cpu_seconds=?,"
@@ -27,12 +29,13 @@ constexpr const char* kUpdate =
     " error_unreliable=?, build=?, ledger=?, samples_by_error=?, split_count=? WHERE sequence=?";
 
 /// The columns in the order of kInsert, after the sequence.
-#define TESSERA_JOB_COLUMNS                                                                        \
-  "sequence, id, spec, spec_version, scene, environment_asset, priority, state, stop_reason,"      \
-  " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where,"  \
-  " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"    \
-  " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"      \
-  " error_high, error_unreliable, build, ledger, samples_by_error, split_count"
+#define TESSERA_JOB_COLUMNS                                                                       \
+  "sequence, id, spec, spec_version, scene, environment_asset, priority, state, stop_reason,"     \
+  " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where," \
+  " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"   \
+  " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"     \
+  " error_high, error_unreliable, build, ledger, samples_by_error, split_count,"                  \
+  " COALESCE((SELECT owner FROM job_owners WHERE job_owners.job=sequence), '')"
 
 constexpr const char* kUnfinishedStates = "state NOT IN ('finished','failed','cancelled')";
 /// Those that render or may yet: a finished job with its film can be extended.
@@ -119,6 +122,7 @@ JobRow read_row(const Statement& from) {
   row.ledger = from.text(column++);
   row.samples_by_error = static_cast<int>(from.integer(column++));
   row.split_count = static_cast<int>(from.integer(column++));
+  row.tenant = from.text(column++);
   return row;
 }
 
@@ -155,7 +159,11 @@ Status write_events(Database::Session& session, std::int64_t job,
   for (const EventRow& event : events) {
     Statement insert =
         session.prepare("INSERT INTO events(job, stream, seq, type, data) VALUES(?,?,?,?,?)");
-    insert.bind(job).bind(event.stream).bind(signed_of(event.seq)).bind(event.type).bind(event.data);
+    insert.bind(job)
+        .bind(event.stream)
+        .bind(signed_of(event.seq))
+        .bind(event.type)
+        .bind(event.data);
     if (auto status = insert.run(); !status) {
       return status;
     }
@@ -175,22 +183,10 @@ Status write_expiry(Database::Session& session, const JobRow& row) {
 /// What counts for the owner, if there is one: of a job that has not ended all that it may need.
 Status write_stored_bytes(Database::Session& session, const JobRow& row) {
   const std::uint64_t bytes = row.film == FilmPlace::kOnDisk ? row.film_bytes : 0;
-  Statement update = session.prepare(row.finished_at
-                                         ? "UPDATE job_owners SET stored_bytes=? WHERE job=?"
-                                         : "UPDATE job_owners SET stored_bytes=MAX(reserved_bytes, ?) WHERE job=?");
+  Statement update = session.prepare(
+      row.finished_at ? "UPDATE job_owners SET stored_bytes=? WHERE job=?"
+                      : "UPDATE job_owners SET stored_bytes=MAX(reserved_bytes, ?) WHERE job=?");
   return update.bind(signed_of(bytes)).bind(row.sequence).run();
-}
-
-Status write_deliveries(Database::Session& session, const std::vector<DeliveryRow>& deliveries) {
-  for (const DeliveryRow& row : deliveries) {
-    Statement insert = session.prepare(
-        "INSERT INTO deliveries(id, job, url, body, attempts, next_at) VALUES(?,?,?,?,?,?)");
-    insert.bind(row.id).bind(row.job).bind(row.url).bind(row.body);
-    if (auto status = insert.bind(std::int64_t{row.attempts}).bind(row.next_at).run(); !status) {
-      return status;
-    }
-  }
-  return core::ok_status();
 }
 
 Status write_key(Database::Session& session, const IdempotencyRow& key) {
@@ -221,6 +217,22 @@ core::Result<bool> any_row(Statement& select) {
     return status.error();
   }
   return found;
+}
+
+/// Does a job (of that tenant) need what stands in the column?
+core::Result<bool> input_in_use(Database& database, const std::string& column, std::string_view id,
+                                const std::optional<std::string>& tenant) {
+  auto session = database.session();
+  const std::string of_tenant =
+      tenant ? " AND COALESCE((SELECT owner FROM job_owners WHERE job=sequence), '')=?" : "";
+  const std::string sql =
+      "SELECT 1 FROM jobs WHERE " + column + "=? AND " + kNeedsInputs + of_tenant + " LIMIT 1";
+  Statement select = session.prepare(sql.c_str());
+  select.bind(id);
+  if (tenant) {
+    select.bind(*tenant);
+  }
+  return any_row(select);
 }
 
 }  // namespace
@@ -272,19 +284,23 @@ Status JobTable::insert(const JobRow& row, const std::vector<EventRow>& events,
         return status;
       }
     }
-    if (!row.owner.empty()) {
-      Statement own = session.prepare("INSERT INTO job_owners(job, owner, reserved_bytes) VALUES(?,?,?)");
-      if (auto status = own.bind(row.sequence).bind(row.owner).bind(signed_of(row.reserved_bytes)).run(); !status) {
+    if (!row.tenant.empty()) {
+      Statement own =
+          session.prepare("INSERT INTO job_owners(job, owner, reserved_bytes) VALUES(?,?,?)");
+      if (auto status =
+              own.bind(row.sequence).bind(row.tenant).bind(signed_of(row.reserved_bytes)).run();
+          !status) {
         return status;
       }
       if (auto status = write_stored_bytes(session, row); !status) {
         return status;
       }
     }
-    if (auto status = session.prepare("DELETE FROM loose_films WHERE job=?").bind(row.id).run(); !status) {
+    if (auto status = session.prepare("DELETE FROM loose_films WHERE job=?").bind(row.id).run();
+        !status) {
       return status;
     }
-    if (auto status = write_deliveries(session, deliveries); !status) {
+    if (auto status = insert_deliveries(session, deliveries); !status) {
       return status;
     }
     return write_events(session, row.sequence, events);
@@ -314,7 +330,7 @@ Status JobTable::update(const JobRow& row, const std::vector<EventRow>& events,
     if (auto status = write_stored_bytes(session, row); !status) {
       return status;
     }
-    if (auto status = write_deliveries(session, deliveries); !status) {
+    if (auto status = insert_deliveries(session, deliveries); !status) {
       return status;
     }
     return write_events(session, row.sequence, events);
@@ -348,10 +364,13 @@ core::Result<std::vector<JobRow>> JobTable::unfinished() {
 
 Status JobTable::remove(std::string_view id) {
   return database_.transact([id](Database::Session& session) -> Status {
-    if (auto status = session.prepare("DELETE FROM idempotency WHERE job=?").bind(id).run(); !status) {
+    if (auto status = session.prepare("DELETE FROM idempotency WHERE job=?").bind(id).run();
+        !status) {
       return status;
     }
-    if (auto status = session.prepare("INSERT OR IGNORE INTO loose_films(job) VALUES(?)").bind(id).run(); !status) {
+    if (auto status =
+            session.prepare("INSERT OR IGNORE INTO loose_films(job) VALUES(?)").bind(id).run();
+        !status) {
       return status;
     }
     return session.prepare("DELETE FROM jobs WHERE id=?").bind(id).run();
@@ -424,28 +443,23 @@ Status JobTable::forget_keys_before(double created_at) {
   return forget.bind(created_at).run();
 }
 
-core::Result<bool> JobTable::scene_in_use(std::string_view scene) {
-  auto session = database_.session();
-  const std::string sql = std::string("SELECT 1 FROM jobs WHERE scene=? AND ") + kNeedsInputs + " LIMIT 1";
-  Statement select = session.prepare(sql.c_str());
-  return any_row(select.bind(scene));
+core::Result<bool> JobTable::scene_in_use(std::string_view scene,
+                                          const std::optional<std::string>& tenant) {
+  return input_in_use(database_, "scene", scene, tenant);
 }
 
-core::Result<bool> JobTable::environment_in_use(std::string_view asset) {
-  auto session = database_.session();
-  const std::string sql =
-      std::string("SELECT 1 FROM jobs WHERE environment_asset=? AND ") + kNeedsInputs + " LIMIT 1";
-  Statement select = session.prepare(sql.c_str());
-  return any_row(select.bind(asset));
+core::Result<bool> JobTable::environment_in_use(std::string_view asset,
+                                                const std::optional<std::string>& tenant) {
+  return input_in_use(database_, "environment_asset", asset, tenant);
 }
 
-core::Result<int> JobTable::unfinished_of(std::string_view owner) {
+core::Result<int> JobTable::unfinished_of(std::string_view tenant) {
   auto session = database_.session();
-  // By state first: an owner may have many jobs, and few of all jobs are unfinished.
+  // By state first: a tenant may have many jobs, and few of all jobs are unfinished.
   Statement select = session.prepare(
       "SELECT COUNT(*) FROM jobs CROSS JOIN job_owners ON job=sequence"
       " WHERE state IN ('queued','loading','rendering','paused') AND owner=?");
-  const int count = select.bind(owner).step() ? static_cast<int>(select.integer(0)) : 0;
+  const int count = select.bind(tenant).step() ? static_cast<int>(select.integer(0)) : 0;
   if (const auto status = select.status(); !status) {
     return status.error();
   }

@@ -11,6 +11,7 @@
 
 #include "core/base/result.h"
 #include "server/store/database.h"
+#include "server/store/delivery_table.h"
 
 namespace server {
 
@@ -25,7 +26,8 @@ struct JobRow {
   std::string spec_json;
   std::int64_t spec_version = 1;
   std::string scene;
-  std::string name = {};  ///< What lists find it by beside its scene; not read back, it stands in the spec.
+  std::string name =
+      {};  ///< What lists find it by beside its scene; not read back, it stands in the spec.
   std::string environment_asset;  ///< Empty: none.
   std::map<std::string, std::string> labels;
   int priority = 0;
@@ -34,7 +36,7 @@ struct JobRow {
   double created_at = 0;
   std::optional<double> started_at;
   std::optional<double> finished_at;
-  std::vector<std::string> warnings;  ///< One line each.
+  std::vector<std::string> warnings;                            ///< One line each.
   core::Error failure = {core::ErrorCode::kCancelled, "", ""};  ///< Empty message: none.
 
   FilmPlace film = FilmPlace::kNone;
@@ -59,20 +61,12 @@ struct JobRow {
   int samples_by_error = 0;
   int split_count = 0;
 
-  // Written by insert() and update(), not read back: they follow from the spec and the request.
-  std::string owner = {};  ///< Id of the key that submitted it; empty: no stored key. insert() only.
-  std::uint64_t reserved_bytes = 0;  ///< The most that its film takes while it renders. insert() only.
-  std::optional<double> delete_at = {};  ///< When it is to be forgotten.
-};
+  std::string tenant = {};  ///< Whose it is; empty: the operator's. It never changes.
 
-/// A webhook call that has not been answered yet.
-struct DeliveryRow {
-  std::string id;
-  std::string job;
-  std::string url;
-  std::string body;
-  int attempts = 0;
-  double next_at = 0;  ///< Seconds since 1970.
+  // Written by insert() and update(), not read back: they follow from the spec and the request.
+  std::uint64_t reserved_bytes =
+      0;  ///< The most that its film takes while it renders. insert() only.
+  std::optional<double> delete_at = {};  ///< When it is to be forgotten.
 };
 
 /// A durable event. (stream, seq) grows within a job; stream is the number of the server's run.
@@ -97,10 +91,11 @@ struct JobQuery {
   std::vector<std::string> states;  ///< Any of them; empty: all.
   /// All of them; without a value the name alone counts.
   std::vector<std::pair<std::string, std::optional<std::string>>> labels;
-  std::string title = {};              ///< A part of job_title(), in letters of any case; empty: all.
-  bool stored = true;                  ///< What the table has: jobs of class normal.
-  bool previews = true;                ///< Those in memory, which this table never has.
-  std::optional<std::int64_t> before;  ///< Only sequences below.
+  std::string title = {};  ///< A part of job_title(), in letters of any case; empty: all.
+  std::optional<std::string> tenant = {};  ///< Whose they are; empty: anybody's.
+  bool stored = true;                      ///< What the table has: jobs of class normal.
+  bool previews = true;                    ///< Those in memory, which this table never has.
+  std::optional<std::int64_t> before;      ///< Only sequences below.
   int limit = 50;
 };
 
@@ -129,7 +124,8 @@ class JobTable {
   core::Result<std::vector<JobRow>> unfinished();
   /// Its film is loose from then on.
   core::Status remove(std::string_view id);
-  /// A film file is about to be made before its job is inserted, which settles it; or to be removed.
+  /// A film file is about to be made before its job is inserted, which settles it; or to be
+  /// removed.
   core::Status note_loose_film(std::string_view id);
   core::Status forget_loose_film(std::string_view id);
   /// Those of no job, or of one whose film was evicted: being made or removed when a process ended.
@@ -148,21 +144,16 @@ class JobTable {
   core::Result<std::optional<IdempotencyRow>> find_key(std::string_view key);
   core::Status forget_keys_before(double created_at);
 
-  /// Unfinished jobs of that owner.
-  core::Result<int> unfinished_of(std::string_view owner);
-  /// Empty: nobody with a stored key.
-  core::Result<std::string> owner_of(std::int64_t job_sequence);
+  /// Unfinished jobs of that tenant.
+  core::Result<int> unfinished_of(std::string_view tenant);
   /// Ids of jobs whose time is over.
   core::Result<std::vector<std::string>> expired(double now, int limit);
 
-  /// Webhooks that are due, the oldest first.
-  core::Result<std::vector<DeliveryRow>> due_deliveries(double now, int limit);
-  core::Status postpone_delivery(std::string_view id, int attempts, double next_at);
-  core::Status remove_delivery(std::string_view id);
-
   /// Jobs that need the scene or asset: unfinished ones, and finished ones that could go on.
-  core::Result<bool> scene_in_use(std::string_view scene);
-  core::Result<bool> environment_in_use(std::string_view asset);
+  /// tenant: of that one; empty: of anybody.
+  core::Result<bool> scene_in_use(std::string_view scene, const std::optional<std::string>& tenant);
+  core::Result<bool> environment_in_use(std::string_view asset,
+                                        const std::optional<std::string>& tenant);
 
   core::Result<std::map<std::string, std::int64_t>> count_by_state();
 

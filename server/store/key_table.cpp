@@ -1,8 +1,10 @@
 #include "server/store/key_table.h"
 
+#include <algorithm>
 #include <array>
 #include <span>
 
+#include <openssl/crypto.h>
 #include <openssl/rand.h>
 
 #include "core/base/check.h"
@@ -23,13 +25,37 @@ std::string random_hex(std::size_t bytes) {
   return text;
 }
 
-namespace {
-
 std::string scopes_text(const KeyRow& row) {
-  return row.may_read && row.may_write ? "read,write" : row.may_write ? "write" : "read";
+  return row.may_admin                   ? "read,write,admin"
+         : row.may_read && row.may_write ? "read,write"
+         : row.may_write                 ? "write"
+                                         : "read";
 }
 
-}  // namespace
+bool read_scopes(std::string_view text, KeyRow& row) {
+  row.may_read = row.may_write = row.may_admin = false;
+  while (!text.empty()) {
+    const std::string_view scope = text.substr(0, text.find(','));
+    row.may_admin = row.may_admin || scope == "admin";
+    row.may_read = row.may_read || scope == "read" || scope == "admin";
+    row.may_write = row.may_write || scope == "write" || scope == "admin";
+    if (scope != "read" && scope != "write" && scope != "admin") {
+      return false;
+    }
+    text.remove_prefix(std::min(scope.size() + 1, text.size()));
+  }
+  return row.may_read || row.may_write;
+}
+
+bool is_tenant_name(std::string_view text) {
+  constexpr std::size_t kCharactersMax = 64;
+  constexpr std::string_view kOthers = "._-";
+  return !text.empty() && text.size() <= kCharactersMax &&
+         std::all_of(text.begin(), text.end(), [&](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                  kOthers.find(c) != std::string_view::npos;
+         });
+}
 
 std::string secret_hash(std::string_view secret) {
   return core::sha256_hex(secret.data(), secret.size());
@@ -39,10 +65,15 @@ std::string session_of_token(std::string_view token) {
   return secret_hash("tessera session " + std::string(token));
 }
 
+bool is_same_secret(std::string_view a, std::string_view b) {
+  return !a.empty() && a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
 MadeKey make_key(std::string name) {
   MadeKey made;
   made.row.id = random_hex(4);
   made.row.name = std::move(name);
+  made.row.tenant = made.row.id;
   made.token = "tsk_" + made.row.id + "_" + random_hex(24);
   made.row.token_hash = secret_hash(made.token);
   made.row.session_hash = secret_hash(session_of_token(made.token));
@@ -53,19 +84,20 @@ core::Status KeyTable::insert(const KeyRow& row) {
   return database_.transact([&row](Database::Session& session) -> core::Status {
     Statement insert = session.prepare(
         "INSERT INTO keys(id, name, token_hash, session_hash, scopes, rate_limit, created_at,"
-        " expires_at) VALUES(?,?,?,?,?,?,?,?)");
+        " expires_at, tenant, priority_max) VALUES(?,?,?,?,?,?,?,?,?,?)");
     insert.bind(row.id).bind(row.name).bind(row.token_hash).bind(row.session_hash);
     insert.bind(scopes_text(row));
     insert.bind(row.rate_limit ? std::optional<double>(*row.rate_limit) : std::nullopt);
-    return insert.bind(row.created_at).bind(row.expires_at).run();
+    insert.bind(row.created_at).bind(row.expires_at).bind(row.tenant);
+    return insert.bind(std::int64_t{row.priority_max}).run();
   });
 }
 
 core::Result<std::vector<KeyRow>> KeyTable::list() {
   auto session = database_.session();
   Statement select = session.prepare(
-      "SELECT id, name, token_hash, session_hash, scopes, rate_limit, created_at, expires_at"
-      " FROM keys ORDER BY created_at, id");
+      "SELECT id, name, token_hash, session_hash, scopes, rate_limit, created_at, expires_at,"
+      " tenant, priority_max FROM keys ORDER BY created_at, id");
   std::vector<KeyRow> rows;
   while (select.step()) {
     KeyRow row;
@@ -73,14 +105,14 @@ core::Result<std::vector<KeyRow>> KeyTable::list() {
     row.name = select.text(1);
     row.token_hash = select.text(2);
     row.session_hash = select.text(3);
-    const std::string scopes = select.text(4);
-    row.may_read = scopes.find("read") != std::string::npos;
-    row.may_write = scopes.find("write") != std::string::npos;
+    static_cast<void>(read_scopes(select.text(4), row));  // A text that is none allows nothing.
     if (const auto limit = select.optional_real(5)) {
       row.rate_limit = static_cast<int>(*limit);
     }
     row.created_at = select.real(6);
     row.expires_at = select.optional_real(7);
+    row.tenant = select.text(8);
+    row.priority_max = static_cast<int>(select.integer(9));
     rows.push_back(std::move(row));
   }
   if (const auto status = select.status(); !status) {

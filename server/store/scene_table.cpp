@@ -1,78 +1,54 @@
 #include "server/store/scene_table.h"
 
+#include <limits>
+
 namespace server {
 
 using core::Status;
 
-Status SceneTable::insert_asset(const AssetRow& row) {
-  return database_.transact([&](Database::Session& session) -> Status {
-    Statement insert = session.prepare(
-        "INSERT INTO assets(id, bytes, uploaded, created_at, owner) VALUES(?,?,?,?,?)"
-        " ON CONFLICT(id) DO UPDATE SET uploaded = max(uploaded, excluded.uploaded)");
-    insert.bind(row.id).bind(static_cast<std::int64_t>(row.bytes)).bind(std::int64_t{row.uploaded ? 1 : 0});
-    return insert.bind(row.created_at).bind(row.owner).run();
-  });
-}
+namespace {
 
-Status SceneTable::remove_asset(std::string_view id) {
-  return database_.transact([&](Database::Session& session) -> Status {
-    Statement used = session.prepare("SELECT 1 FROM scene_files WHERE asset=? LIMIT 1");
-    if (used.bind(id).step()) {
-      return core::Error{core::ErrorCode::kConflict, "a scene uses the asset", ""};
-    }
-    if (auto status = used.status(); !status) {
+Status insert_files(Database::Session& session, const SceneRow& row) {
+  for (const auto& [uri, asset] : row.files) {
+    Statement file = session.prepare(
+        "INSERT INTO scene_files(scene, uri, asset) VALUES(?,?,?) ON CONFLICT DO NOTHING");
+    if (auto status = file.bind(row.id).bind(uri).bind(asset).run(); !status) {
       return status;
     }
-    return session.prepare("DELETE FROM assets WHERE id=?").bind(id).run();
-  });
-}
-
-core::Result<bool> SceneTable::asset_in_a_scene(std::string_view id) {
-  auto session = database_.session();
-  Statement select = session.prepare("SELECT 1 FROM scene_files WHERE asset=? LIMIT 1");
-  const bool found = select.bind(id).step();
-  if (const auto status = select.status(); !status) {
-    return status.error();
   }
-  return found;
+  return core::ok_status();
 }
 
-core::Result<bool> SceneTable::knows_asset(std::string_view id) {
-  auto session = database_.session();
-  Statement select = session.prepare("SELECT 1 FROM assets WHERE id=?");
-  const bool found = select.bind(id).step();
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return found;
-}
+}  // namespace
 
-Status SceneTable::insert_scene(const SceneRow& row) {
-  return database_.transact([&row](Database::Session& session) -> Status {
+Status SceneTable::insert_scene(const SceneRow& row, const Access& access) {
+  return database_.transact([&](Database::Session& session) -> Status {
     Statement insert = session.prepare(
-        "INSERT INTO scenes(id, description, facts, created_at) VALUES(?,?,?,?)"
-        " ON CONFLICT(id) DO NOTHING");
-    insert.bind(row.id).bind(row.description).bind(row.facts).bind(row.created_at);
-    if (auto status = insert.run(); !status) {
+        "INSERT INTO scenes(id, facts, created_at) VALUES(?,?,?) ON CONFLICT(id) DO NOTHING");
+    if (auto status = insert.bind(row.id).bind(row.facts).bind(row.created_at).run(); !status) {
       return status;
     }
-    for (const auto& [uri, asset] : row.files) {
-      Statement file = session.prepare(
-          "INSERT INTO scene_files(scene, uri, asset) VALUES(?,?,?) ON CONFLICT DO NOTHING");
-      if (auto status = file.bind(row.id).bind(uri).bind(asset).run(); !status) {
-        return status;
-      }
+    if (auto status = insert_files(session, row); !status) {
+      return status;
     }
-    return core::ok_status();
+    Statement refer = session.prepare(
+        "INSERT INTO scene_tenants(scene, tenant, description, created_at) VALUES(?,?,?,?)"
+        " ON CONFLICT DO NOTHING");
+    refer.bind(row.id).bind(access.tenant).bind(row.description);
+    return refer.bind(row.created_at).run();
   });
 }
 
-core::Result<std::optional<SceneRow>> SceneTable::find_scene(std::string_view id) {
+core::Result<std::optional<SceneRow>> SceneTable::find_scene(std::string_view id,
+                                                             const Access& access) {
   auto session = database_.session();
   std::optional<SceneRow> row;
-  Statement select =
-      session.prepare("SELECT sequence, id, description, facts, created_at FROM scenes WHERE id=?");
-  if (select.bind(id).step()) {
+  Statement select = session.prepare(
+      "SELECT scene_tenants.sequence, id, description, facts, scene_tenants.created_at"
+      " FROM scene_tenants JOIN scenes ON id=scene WHERE scene=? AND (? OR tenant=?)"
+      " ORDER BY tenant=? DESC, scene_tenants.sequence DESC LIMIT 1");
+  select.bind(id).bind(std::int64_t{access.sees_all() ? 1 : 0});
+  if (select.bind(access.tenant).bind(access.tenant).step()) {
     row = SceneRow{.sequence = select.integer(0),
                    .id = select.text(1),
                    .description = select.text(2),
@@ -96,25 +72,41 @@ core::Result<std::optional<SceneRow>> SceneTable::find_scene(std::string_view id
   return row;
 }
 
-core::Result<std::vector<SceneRow>> SceneTable::list_scenes(std::optional<std::int64_t> before,
+core::Result<bool> SceneTable::keeps(std::string_view id, const Access& access) {
+  auto session = database_.session();
+  Statement select =
+      session.prepare("SELECT 1 FROM scene_tenants WHERE scene=? AND (? OR tenant=?) LIMIT 1");
+  select.bind(id).bind(std::int64_t{access.is_shared() ? 1 : 0}).bind(access.tenant);
+  const bool found = select.step();
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return found;
+}
+
+core::Result<std::vector<SceneRow>> SceneTable::list_scenes(const Access& access,
+                                                            std::optional<std::int64_t> before,
                                                             int limit) {
   auto session = database_.session();
+  // Of a scene that several tenants keep, the newest reference: SQLite takes the other columns from
+  // the row of the maximum.
   Statement select = session.prepare(
-      before ? "SELECT sequence, id, description, facts, created_at FROM scenes WHERE sequence<?"
-               " ORDER BY sequence DESC LIMIT ?"
-             : "SELECT sequence, id, description, facts, created_at FROM scenes"
-               " ORDER BY sequence DESC LIMIT ?");
-  if (before) {
-    select.bind(*before);
+      access.sees_all()
+          ? "SELECT MAX(sequence) AS newest, scene, description, created_at FROM scene_tenants"
+            " GROUP BY scene HAVING newest<? ORDER BY newest DESC LIMIT ?"
+          : "SELECT sequence, scene, description, created_at FROM scene_tenants"
+            " WHERE tenant=? AND sequence<? ORDER BY sequence DESC LIMIT ?");
+  if (!access.sees_all()) {
+    select.bind(access.tenant);
   }
-  select.bind(std::int64_t{limit});
+  select.bind(before.value_or(std::numeric_limits<std::int64_t>::max())).bind(std::int64_t{limit});
   std::vector<SceneRow> rows;
   while (select.step()) {
     rows.push_back(SceneRow{.sequence = select.integer(0),
                             .id = select.text(1),
                             .description = select.text(2),
-                            .facts = select.text(3),
-                            .created_at = select.real(4),
+                            .facts = {},
+                            .created_at = select.real(3),
                             .files = {}});
   }
   if (const auto status = select.status(); !status) {
@@ -123,12 +115,34 @@ core::Result<std::vector<SceneRow>> SceneTable::list_scenes(std::optional<std::i
   return rows;
 }
 
-core::Result<std::vector<std::string>> SceneTable::remove_scene(std::string_view id) {
+core::Result<SceneTable::Removal> SceneTable::plan_removal(std::string_view id,
+                                                           const Access& access) {
+  auto session = database_.session();
+  Statement counted = session.prepare(
+      "SELECT COUNT(*), COALESCE(SUM(tenant=?), 0) FROM scene_tenants WHERE scene=?");
+  counted.bind(access.tenant).bind(id);
+  const bool is_read = counted.step();
+  const std::int64_t all = is_read ? counted.integer(0) : 0;
+  const bool has_own = is_read && counted.integer(1) > 0;
+  if (const auto status = counted.status(); !status) {
+    return status.error();
+  }
+  const bool of_all = access.is_shared() || (access.sees_all() && !has_own);
+  return Removal{.of_all = of_all, .scene_goes = of_all || all == 1};
+}
+
+core::Result<std::vector<std::string>> SceneTable::remove_scene(std::string_view id,
+                                                                const Access& access,
+                                                                const Removal& removal) {
   std::vector<std::string> orphans;
   const Status done = database_.transact([&](Database::Session& session) -> Status {
+    if (!removal.scene_goes) {
+      Statement drop = session.prepare("DELETE FROM scene_tenants WHERE scene=? AND tenant=?");
+      return drop.bind(id).bind(access.tenant).run();
+    }
     Statement select = session.prepare(
-        "SELECT DISTINCT f.asset FROM scene_files f JOIN assets a ON a.id = f.asset"
-        " WHERE f.scene = ?1 AND a.uploaded = 0"
+        "SELECT DISTINCT f.asset FROM scene_files f WHERE f.scene = ?1"
+        " AND NOT EXISTS (SELECT 1 FROM asset_tenants t WHERE t.asset = f.asset)"
         " AND NOT EXISTS (SELECT 1 FROM scene_files o WHERE o.asset = f.asset AND o.scene <> ?1)");
     select.bind(id);
     while (select.step()) {
@@ -138,7 +152,8 @@ core::Result<std::vector<std::string>> SceneTable::remove_scene(std::string_view
       return status;
     }
     for (const std::string& asset : orphans) {
-      if (auto status = session.prepare("DELETE FROM assets WHERE id=?").bind(asset).run(); !status) {
+      if (auto status = session.prepare("DELETE FROM assets WHERE id=?").bind(asset).run();
+          !status) {
         return status;
       }
     }

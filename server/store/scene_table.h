@@ -1,4 +1,6 @@
-/// SceneTable: which scenes and assets there are, and which asset is part of which scene.
+/// SceneTable: which scenes there are, who keeps them, and which asset is part of which scene.
+///
+/// Equal scenes are one; each tenant that uploads it has a reference with a description of its own.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "server/access.h"
 #include "server/store/database.h"
 
 namespace server {
@@ -19,18 +22,10 @@ using SceneFiles = std::map<std::string, std::string>;
 struct SceneRow {
   std::int64_t sequence = 0;  ///< Newest has the highest; given by insert().
   std::string id;
-  std::string description;  ///< JSON of GET /v1/scenes/{id}, made when the scene was uploaded.
+  std::string description;  ///< JSON of GET /v1/scenes/{id}, made when the tenant uploaded it.
   std::string facts;        ///< What a job request is checked against; see scenes/scene_facts.h.
   double created_at = 0;
   SceneFiles files;
-};
-
-struct AssetRow {
-  std::string id;
-  std::uint64_t bytes = 0;
-  bool uploaded = false;  ///< By itself, through /v1/assets; such an asset stays when its last scene goes.
-  double created_at = 0;
-  std::string owner = {};  ///< Id of the key that brings it; empty: no stored key.
 };
 
 class SceneTable {
@@ -38,20 +33,26 @@ class SceneTable {
   /// database must outlive this.
   explicit SceneTable(Database& database) : database_(database) {}
 
-  /// One that is known keeps its owner.
-  core::Status insert_asset(const AssetRow& row);
-  /// Errors: kConflict while a scene has it.
-  core::Status remove_asset(std::string_view id);
-  core::Result<bool> asset_in_a_scene(std::string_view id);
-  core::Result<bool> knows_asset(std::string_view id);
+  /// The scene, if it is new, and the reference of a tenant to it.
+  core::Status insert_scene(const SceneRow& row, const Access& access);
+  /// Empty: there is none that `access` sees.
+  core::Result<std::optional<SceneRow>> find_scene(std::string_view id, const Access& access);
+  /// Does the tenant keep it? Where all is shared: does anybody?
+  core::Result<bool> keeps(std::string_view id, const Access& access);
+  /// Newest first, without facts and files.
+  core::Result<std::vector<SceneRow>> list_scenes(const Access& access,
+                                                  std::optional<std::int64_t> before, int limit);
 
-  core::Status insert_scene(const SceneRow& row);
-  core::Result<std::optional<SceneRow>> find_scene(std::string_view id);
-  /// Newest first, without files.
-  core::Result<std::vector<SceneRow>> list_scenes(std::optional<std::int64_t> before, int limit);
-  /// Returns the assets that came with the scene, are in no other one, and were not uploaded by
-  /// themselves: their files may go.
-  core::Result<std::vector<std::string>> remove_scene(std::string_view id);
+  /// What remove_scene() would drop.
+  struct Removal {
+    bool of_all = false;      ///< The references of all tenants, else that of the one who asks.
+    bool scene_goes = false;  ///< Nobody keeps it then.
+  };
+  core::Result<Removal> plan_removal(std::string_view id, const Access& access);
+  /// Returns the assets that came with the scene and that nothing keeps any more: their files may
+  /// go.
+  core::Result<std::vector<std::string>> remove_scene(std::string_view id, const Access& access,
+                                                      const Removal& removal);
 
  private:
   Database& database_;

@@ -174,6 +174,99 @@ ALTER TABLE jobs ADD COLUMN samples_by_error INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE jobs ADD COLUMN split_count INTEGER NOT NULL DEFAULT 0;
 UPDATE jobs SET samples_by_error = max(CAST(round(samples_mean) AS INTEGER), 1) WHERE stop_reason='relative_error';
 )sql",
+    // Sessions of browsers: cookies that end, in place of one for each key that never changed.
+    R"sql(
+CREATE TABLE sessions(hash TEXT PRIMARY KEY, token_hash TEXT NOT NULL, ends_at REAL NOT NULL) WITHOUT ROWID;
+)sql",
+    // Tenants: whose keys, assets, scenes and comparisons are. What a key made belongs to the
+    // tenant of its name; a scene or asset of unknown origin to the operator, and to those whose
+    // jobs use it. job_owners.owner holds tenants from here on.
+    R"sql(
+ALTER TABLE keys ADD COLUMN tenant TEXT NOT NULL DEFAULT '';
+ALTER TABLE keys ADD COLUMN priority_max INTEGER NOT NULL DEFAULT 100;
+UPDATE keys SET tenant=id;
+
+CREATE TABLE asset_tenants(
+  asset TEXT NOT NULL REFERENCES assets(id) ON DELETE CASCADE,
+  tenant TEXT NOT NULL,
+  created_at REAL NOT NULL,
+  PRIMARY KEY(asset, tenant)
+) WITHOUT ROWID;
+CREATE INDEX asset_tenants_by_tenant ON asset_tenants(tenant, asset);
+INSERT INTO asset_tenants(asset, tenant, created_at)
+  SELECT id, owner, created_at FROM assets WHERE uploaded=1;
+INSERT OR IGNORE INTO asset_tenants(asset, tenant, created_at)
+  SELECT assets.id, job_owners.owner, assets.created_at FROM assets
+  JOIN jobs ON environment_asset=assets.id JOIN job_owners ON job=jobs.sequence;
+
+CREATE TABLE scene_tenants(
+  sequence INTEGER PRIMARY KEY AUTOINCREMENT,
+  scene TEXT NOT NULL REFERENCES scenes(id) ON DELETE CASCADE,
+  tenant TEXT NOT NULL,
+  description TEXT NOT NULL,
+  created_at REAL NOT NULL,
+  UNIQUE(scene, tenant)
+);
+CREATE INDEX scene_tenants_by_tenant ON scene_tenants(tenant, sequence);
+INSERT INTO scene_tenants(sequence, scene, tenant, description, created_at)
+  SELECT sequence, id,
+    COALESCE((SELECT owner FROM scene_files JOIN assets ON assets.id=asset WHERE scene=scenes.id AND uri=''), ''),
+    description, created_at FROM scenes;
+INSERT OR IGNORE INTO scene_tenants(scene, tenant, description, created_at)
+  SELECT DISTINCT scenes.id, job_owners.owner, description, scenes.created_at FROM scenes
+  JOIN jobs ON scene=scenes.id JOIN job_owners ON job=jobs.sequence;
+
+DROP INDEX assets_by_owner;
+ALTER TABLE assets DROP COLUMN owner;
+ALTER TABLE assets DROP COLUMN uploaded;
+ALTER TABLE scenes DROP COLUMN description;
+
+ALTER TABLE comparisons ADD COLUMN tenant TEXT NOT NULL DEFAULT '';
+UPDATE comparisons SET tenant=COALESCE(
+  (SELECT owner FROM jobs JOIN job_owners ON job=jobs.sequence WHERE jobs.id=json_extract(body, '$.a')),
+  (SELECT owner FROM jobs JOIN job_owners ON job=jobs.sequence WHERE jobs.id=json_extract(body, '$.b')), '')
+  WHERE json_valid(body);
+
+UPDATE idempotency SET key='of ' || key WHERE key NOT GLOB 'put *';
+
+CREATE TABLE deleted_work(tenant TEXT PRIMARY KEY, jobs INTEGER NOT NULL, cpu_seconds REAL NOT NULL) WITHOUT ROWID;
+CREATE TRIGGER keep_deleted_work BEFORE DELETE ON jobs BEGIN
+  INSERT INTO deleted_work(tenant, jobs, cpu_seconds)
+    VALUES(COALESCE((SELECT owner FROM job_owners WHERE job=old.sequence), ''), 1, old.cpu_seconds)
+    ON CONFLICT(tenant) DO UPDATE SET jobs=jobs+1, cpu_seconds=cpu_seconds+excluded.cpu_seconds;
+END;
+)sql",
+    // Webhook calls stay when they have ended, each in the name of a tenant with a secret of its
+    // own.
+    R"sql(
+CREATE TABLE webhook_deliveries(
+  sequence INTEGER PRIMARY KEY AUTOINCREMENT,
+  id TEXT NOT NULL UNIQUE,
+  tenant TEXT NOT NULL,
+  job TEXT NOT NULL,
+  event TEXT NOT NULL,
+  url TEXT NOT NULL,
+  receiver TEXT NOT NULL,
+  body TEXT NOT NULL,
+  state TEXT NOT NULL,
+  attempts INTEGER NOT NULL,
+  created_at REAL NOT NULL,
+  next_at REAL NOT NULL,
+  ended_at REAL,
+  status INTEGER NOT NULL,
+  detail TEXT NOT NULL
+);
+CREATE INDEX webhook_deliveries_by_state ON webhook_deliveries(state, receiver, sequence);
+CREATE INDEX webhook_deliveries_by_job ON webhook_deliveries(job, sequence);
+CREATE INDEX webhook_deliveries_by_tenant ON webhook_deliveries(tenant, sequence);
+INSERT INTO webhook_deliveries(id, tenant, job, event, url, receiver, body, state, attempts, created_at, next_at,
+    status, detail)
+  SELECT deliveries.id, COALESCE((SELECT owner FROM jobs JOIN job_owners ON job=sequence WHERE jobs.id=deliveries.job), ''),
+    deliveries.job, CASE WHEN body LIKE '{"type":"job.end"%' THEN 'end' ELSE 'state' END, url, url, body, 'pending',
+    attempts, next_at, next_at, 0, '' FROM deliveries ORDER BY next_at;
+DROP TABLE deliveries;
+CREATE TABLE webhook_secrets(tenant TEXT PRIMARY KEY, secret TEXT NOT NULL) WITHOUT ROWID;
+)sql",
 };
 
 }  // namespace

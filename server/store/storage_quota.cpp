@@ -21,7 +21,8 @@ core::Result<std::uint64_t> sum_of(Statement& select) {
   return static_cast<std::uint64_t>(sum);
 }
 
-core::Result<StorageQuota::Stored> stored(core::Result<std::uint64_t> assets, core::Result<std::uint64_t> films) {
+core::Result<StorageQuota::Stored> stored(core::Result<std::uint64_t> assets,
+                                          core::Result<std::uint64_t> films) {
   if (!assets || !films) {
     return assets ? films.error() : assets.error();
   }
@@ -35,7 +36,7 @@ StorageQuota::Room::~Room() {
     return;
   }
   const core::MutexLock lock(quota_->mutex_);
-  const auto promised = quota_->promised_.find(owner_);
+  const auto promised = quota_->promised_.find(tenant_);
   promised->second -= bytes_;
   if (promised->second == 0) {
     quota_->promised_.erase(promised);
@@ -51,13 +52,13 @@ Status StorageQuota::Room::grow_to(std::uint64_t bytes) {
   }
   const std::uint64_t more = bytes - bytes_;
   const core::MutexLock lock(quota_->mutex_);
-  if (auto fits = quota_->check_owner(*this, more); !fits) {
+  if (auto fits = quota_->check_tenant(*this, more); !fits) {
     return fits;
   }
   if (auto fits = quota_->check_total(*this, more); !fits) {
     return fits;
   }
-  quota_->promised_[owner_] += more;
+  quota_->promised_[tenant_] += more;
   if (kind_ == Kind::kAsset) {
     quota_->promised_assets_ += more;
   }
@@ -69,23 +70,24 @@ Status StorageQuota::Room::cover(std::uint64_t bytes) {
   return bytes <= bytes_ || grow_to(bytes + kStepBytes) ? core::ok_status() : grow_to(bytes);
 }
 
-Status StorageQuota::check_owner(const Room& room, std::uint64_t more) const {
-  if (room.owner_.empty() || limits_.owner_bytes == 0) {
+Status StorageQuota::check_tenant(const Room& room, std::uint64_t more) const {
+  if (room.tenant_.empty() || limits_.tenant_bytes == 0) {
     return core::ok_status();
   }
-  const auto kept = of_owner(room.owner_);
+  const auto kept = of_tenant(room.tenant_);
   if (!kept) {
     return kept.error();
   }
-  const auto promised = promised_.find(room.owner_);
+  const auto promised = promised_.find(room.tenant_);
   const std::uint64_t taken =
       kept->asset_bytes + kept->film_bytes + (promised == promised_.end() ? 0 : promised->second);
-  if (taken + more <= limits_.owner_bytes) {
+  if (taken + more <= limits_.tenant_bytes) {
     return core::ok_status();
   }
   return Error{ErrorCode::kOverQuota,
-               "this needs " + std::to_string(room.bytes_ + more) + " bytes; the key '" + room.owner_ + "' keeps " +
-                   std::to_string(taken - room.bytes_) + " already, and " + std::to_string(limits_.owner_bytes) +
+               "this needs " + std::to_string(room.bytes_ + more) + " bytes; the tenant '" +
+                   room.tenant_ + "' keeps " + std::to_string(taken - room.bytes_) +
+                   " already, and " + std::to_string(limits_.tenant_bytes) +
                    " are allowed (delete assets or jobs)",
                ""};
 }
@@ -103,9 +105,9 @@ Status StorageQuota::check_total(const Room& room, std::uint64_t more) const {
     return core::ok_status();
   }
   return Error{ErrorCode::kOverQuota,
-               "this needs " + std::to_string(room.bytes_ + more) + " bytes; the server keeps assets of " +
-                   std::to_string(taken - room.bytes_) + ", and its limit is " +
-                   std::to_string(limits_.total_bytes),
+               "this needs " + std::to_string(room.bytes_ + more) +
+                   " bytes; the server keeps assets of " + std::to_string(taken - room.bytes_) +
+                   ", and its limit is " + std::to_string(limits_.total_bytes),
                ""};
 }
 
@@ -122,11 +124,15 @@ core::Result<StorageQuota::Stored> StorageQuota::total() const {
   return stored(std::move(assets), sum_of(films));
 }
 
-core::Result<StorageQuota::Stored> StorageQuota::of_owner(std::string_view owner) const {
+core::Result<StorageQuota::Stored> StorageQuota::of_tenant(std::string_view tenant) const {
   auto session = database_.session();
-  Statement assets = session.prepare("SELECT COALESCE(SUM(bytes), 0) FROM assets WHERE owner=?");
-  Statement films = session.prepare("SELECT COALESCE(SUM(stored_bytes), 0) FROM job_owners WHERE owner=?");
-  return stored(sum_of(assets.bind(owner)), sum_of(films.bind(owner)));
+  Statement assets = session.prepare(
+      "SELECT COALESCE(SUM(bytes), 0) FROM assets WHERE id IN"
+      " (SELECT asset FROM asset_tenants WHERE tenant=?1 UNION"
+      " SELECT asset FROM scene_tenants JOIN scene_files USING(scene) WHERE tenant=?1)");
+  Statement films =
+      session.prepare("SELECT COALESCE(SUM(stored_bytes), 0) FROM job_owners WHERE owner=?");
+  return stored(sum_of(assets.bind(tenant)), sum_of(films.bind(tenant)));
 }
 
 }  // namespace server

@@ -1,8 +1,9 @@
-/// StorageQuota: how much the data directory keeps, in all and for each stored key, and how much it may.
+/// StorageQuota: how much the data directory keeps, in all and for each tenant, and how much it
+/// may.
 ///
-/// What counts: assets, for the key that brought them first; films on the disk; and for a job that has not
-/// ended the most that its film can take while it renders. Who has no stored key is bound by the total alone.
-/// The total refuses assets only: films are evicted for it (JobService).
+/// What counts: assets and scenes, for each tenant that keeps them; films on the disk; and for a
+/// job that has not ended the most that its film can take while it renders. The operator is bound
+/// by the total alone. The total refuses assets only: films are evicted for it (JobService).
 #pragma once
 
 #include <cstdint>
@@ -17,8 +18,8 @@
 namespace server {
 
 struct StorageLimits {
-  std::uint64_t total_bytes = 0;  ///< 0: whatever the disk holds.
-  std::uint64_t owner_bytes = 0;  ///< Of one stored key; 0: any number.
+  std::uint64_t total_bytes = 0;   ///< 0: whatever the disk holds.
+  std::uint64_t tenant_bytes = 0;  ///< Of one tenant; 0: any number.
 };
 
 class StorageQuota {
@@ -28,12 +29,13 @@ class StorageQuota {
   /// database must outlive this.
   StorageQuota(Database& database, StorageLimits limits) : database_(database), limits_(limits) {}
 
-  /// Bytes that are promised to somebody until what they are for is on record. The quota outlives it.
+  /// Bytes that are promised to somebody until what they are for is on record. The quota outlives
+  /// it.
   class Room {
    public:
     Room(Room&& other) noexcept
         : quota_(std::exchange(other.quota_, nullptr)),
-          owner_(std::move(other.owner_)),
+          tenant_(std::move(other.tenant_)),
           kind_(other.kind_),
           bytes_(other.bytes_) {}
     Room& operator=(Room&&) = delete;
@@ -48,15 +50,15 @@ class StorageQuota {
 
    private:
     friend class StorageQuota;
-    Room(StorageQuota& quota, std::string owner, Kind kind)
-        : quota_(&quota), owner_(std::move(owner)), kind_(kind) {}
+    Room(StorageQuota& quota, std::string tenant, Kind kind)
+        : quota_(&quota), tenant_(std::move(tenant)), kind_(kind) {}
     StorageQuota* quota_;
-    std::string owner_;
+    std::string tenant_;
     Kind kind_;
     std::uint64_t bytes_ = 0;
   };
-  /// owner: id of a stored key; empty: none. Nothing is promised yet.
-  Room room(std::string owner, Kind kind) { return {*this, std::move(owner), kind}; }
+  /// tenant: empty: the operator. Nothing is promised yet.
+  Room room(std::string tenant, Kind kind) { return {*this, std::move(tenant), kind}; }
 
   struct Stored {
     std::uint64_t asset_bytes = 0;
@@ -64,18 +66,18 @@ class StorageQuota {
   };
   /// On record, without promises.
   core::Result<Stored> total() const;
-  core::Result<Stored> of_owner(std::string_view owner) const;
+  core::Result<Stored> of_tenant(std::string_view tenant) const;
   const StorageLimits& limits() const { return limits_; }
 
  private:
   core::Result<std::uint64_t> asset_bytes() const;
-  core::Status check_owner(const Room& room, std::uint64_t more) const REQUIRES(mutex_);
+  core::Status check_tenant(const Room& room, std::uint64_t more) const REQUIRES(mutex_);
   core::Status check_total(const Room& room, std::uint64_t more) const REQUIRES(mutex_);
 
   Database& database_;
   const StorageLimits limits_;
   mutable core::Mutex mutex_;  ///< Taken before the database's lock.
-  std::map<std::string, std::uint64_t> promised_ GUARDED_BY(mutex_);  ///< By owner.
+  std::map<std::string, std::uint64_t> promised_ GUARDED_BY(mutex_);  ///< By tenant.
   std::uint64_t promised_assets_ GUARDED_BY(mutex_) = 0;
 };
 

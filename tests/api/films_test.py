@@ -249,7 +249,7 @@ class Films(FilmTest):
         for other, words in ((part(seed=1, integrator={"max_depth": 2}), ["/integrator/max_depth"]),
                              (part(seed=1, scene="furnace"), ["/scene", "/environment"]),
                              (part(seed=1, sampler="halton"), ["/sampler/type"]),
-                             (part(seed=1, adaptive={"type": "crosshalf"}, samples=64),
+                             (part(seed=1, adaptive={"type": "pilot"}, samples=64),
                               ["/adaptive/type"]),
                              (part(seed=1, camera={"vertical_fov_degrees": 30}), ["/camera/vertical_fov_degrees"])):
             answer = self.merge(first["id"], self.server.render(other)["id"])
@@ -431,7 +431,7 @@ class Rights(unittest.TestCase):
     """Who may have a film, and who may make one."""
 
     def test_scopes_and_rates_hold(self):
-        server = Server("--key", "operators-own", key="operators-own")
+        server = Server("--shared", "--key", "operators-own", key="operators-own")
         self.addCleanup(server.close)
         server.start()
         job = server.render(part())

@@ -177,9 +177,15 @@ class Transparency(ApiTest):
         self.assertIn(0, alphas)
         self.assertIn(255, alphas)
 
-    def test_formats_without_alpha_stay_opaque(self):
-        for suffix in ("jpg", "hdr"):
-            self.assertEqual(self.server.get(f"{self.path}/image.{suffix}").status, 200)
+    def test_formats_without_alpha_stand_before_white(self):
+        rows = png_pixels(self.server.get(self.path + "/image.png").body)
+        x, y = next((x, y) for y, row in enumerate(rows) for x, pixel in enumerate(row)
+                    if pixel[3] == 0)
+        hdr = self.server.get(f"{self.path}/image.hdr?x={x}&y={y}&width=1&height=1")
+        self.assertEqual(hdr.status, 200)
+        # Radiance: shared exponent 129, mantissas 128: 1 each.
+        self.assertEqual(hdr.body[-4:], bytes((128, 128, 128, 129)))
+        self.assertEqual(self.server.get(f"{self.path}/image.jpg").status, 200)
 
 
 class Pixels(ApiTest):

@@ -67,7 +67,7 @@ class Origin(ApiTest):
                      dict(job_body(), stop={"relative_error": 0.15}),
                      dict(job_body(), stop={"seconds": 0.3}),
                      dict(job_body(adaptive={"type": "pilot", "min_samples": 16}), stop={"relative_error": 0.06}),
-                     job_body(adaptive={"type": "crosshalf", "min_samples": 16}, samples=128)):
+                     job_body(adaptive={"type": "pilot", "min_samples": 16}, samples=128)):
             job = self.server.render(body)
             for kind in TYPES:
                 other = self.again(self.picture(job, kind), kind)

@@ -162,10 +162,11 @@ class StreamsAndPreviewsOfAKey(Quotas):
     FLAGS = ("--quota-streams", "2", "--quota-previews", "2", "--quota-storage", "0")
 
     def test_one_key_leaves_streams_for_others(self):
-        job = self.ask(self.mine, "POST", "/v1/jobs", job_body(samples=65536)).json()["id"]
+        jobs = {key: self.ask(key, "POST", "/v1/jobs", job_body(samples=65536)).json()["id"]
+                for key in (self.mine, self.other)}
 
         def watch(key):
-            stream = Stream(self.server, f"/v1/jobs/{job}/events", {"Authorization": "Bearer " + key})
+            stream = Stream(self.server, f"/v1/jobs/{jobs[key]}/events", {"Authorization": "Bearer " + key})
             self.addCleanup(stream.__exit__)
             return stream, stream.response.readline()
 
@@ -173,14 +174,15 @@ class StreamsAndPreviewsOfAKey(Quotas):
         for _, line in held:
             self.assertNotIn(b"overloaded", line)
         self.assertIn(b"overloaded", watch(self.mine)[1])
-        self.assertEqual(self.ask(self.mine, "GET", f"/v1/jobs/{job}/tiles").status, 503)
+        self.assertEqual(self.ask(self.mine, "GET", f"/v1/jobs/{jobs[self.mine]}/tiles").status, 503)
         self.assertNotIn(b"overloaded", watch(self.other)[1])
         held[0][0].__exit__()
         deadline = time.monotonic() + PATIENCE_S
         while b"overloaded" in watch(self.mine)[1]:
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.1)
-        self.server.post(f"/v1/jobs/{job}/cancel")
+        for job in jobs.values():
+            self.server.post(f"/v1/jobs/{job}/cancel")
 
     def test_one_key_leaves_previews_for_others(self):
         def submit(key):

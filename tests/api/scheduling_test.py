@@ -194,7 +194,7 @@ class Memory(ApiTest):
         self.server.request("PATCH", f"/v1/jobs/{first}", {"paused": True})
         self.server.wait_for_samples(second)
         self.assertEqual(self.metric("tessera_queue_waits_for_memory"), 0)
-        self.assertLess(self.metric("tessera_held_memory_bytes"), self.metric("tessera_held_memory_bytes_limit"))
+        self.assertLess(self.metric("tessera_held_memory_bytes"), self.metric("tessera_held_memory_limit_bytes"))
         # The parked one has what it had.
         parked = self.server.job(first)
         self.assertEqual(parked["state"], "paused")

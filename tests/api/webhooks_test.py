@@ -6,11 +6,12 @@ import hmac
 import http.server
 import json
 import queue
+import socket
 import threading
 import time
 import unittest
 
-from harness import PATIENCE_S, ApiTest, Server, job_body
+from harness import PATIENCE_S, ApiTest, Server, job_body, tessera
 
 SECRET = base64.b64encode(b"a secret of 24 bytes ok!").decode()
 
@@ -129,6 +130,157 @@ class Webhooks(ApiTest):
         self.server.render(job_body(webhook={"url": "http://name.invalid/"}))
         self.server.render(job_body(webhook={"url": self.receiver.url}))
         self.assertEqual(json.loads(self.receiver.next()[2])["type"], "job.end")
+
+
+class SilentReceiver:
+    """Takes connections and never answers."""
+
+    def __init__(self):
+        self.socket = socket.create_server(("127.0.0.1", 0), backlog=64)
+        self.url = f"http://127.0.0.1:{self.socket.getsockname()[1]}/"
+
+    def close(self):
+        self.socket.close()
+
+
+class ReceiversApart(ApiTest):
+    FLAGS = ("--webhook-private",)
+
+    def receiver(self, kind=Receiver):
+        made = kind()
+        self.addCleanup(made.close)
+        return made
+
+    def delivery(self, path, wanted):
+        """The delivery when it is in that state."""
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            found = self.server.get(path).json()
+            if found["state"] == wanted:
+                return found
+            time.sleep(0.02)
+        self.fail(f"never {wanted}: {found}")
+
+    def test_a_silent_receiver_holds_up_nobody_else(self):
+        silent, other = self.receiver(SilentReceiver), self.receiver()
+        for _ in range(12):
+            self.server.render(job_body(webhook={"url": silent.url}))
+        job = self.server.render(job_body(webhook={"url": other.url}))["id"]
+        self.assertEqual(json.loads(other.next()[2])["data"]["id"], job)
+        # It came while the first call to the silent one was still open: that one has the whole deadline.
+        calls = self.server.get("/v1/webhooks/deliveries?state=pending").json()["deliveries"]
+        self.assertEqual(sum(call["attempts"] for call in calls if call["url"] == silent.url), 0, calls)
+
+    def test_many_silent_receivers_hold_up_nobody_else(self):
+        other = self.receiver()
+        silent = [self.receiver(SilentReceiver).url for _ in range(12)]
+        for url in silent:
+            self.server.post("/v1/webhooks/test", {"url": url})
+        self.server.post("/v1/webhooks/test", {"url": other.url})
+        self.assertEqual(json.loads(other.next()[2])["type"], "test")
+        calls = self.server.get("/v1/webhooks/deliveries").json()["deliveries"]
+        self.assertEqual([call["attempts"] for call in calls if call["url"] in silent], [0] * 12)
+
+    def test_calls_to_one_receiver_come_one_after_another_and_in_order(self):
+        receiver = self.receiver()
+        jobs = [self.server.submit(job_body(webhook={"url": receiver.url, "events": ["state", "end"]}))["id"]
+                for _ in range(3)]
+        told = [json.loads(receiver.next()[2]) for _ in range(15)]
+        for job in jobs:
+            states = [t["data"]["state"] for t in told if t["data"]["id"] == job]
+            self.assertEqual(states, ["queued", "loading", "rendering", "finished", "finished"])
+
+    def test_what_follows_waits_for_a_call_that_is_made_again(self):
+        receiver = self.receiver()
+        receiver.statuses.put(500)
+        self.server.render(job_body(webhook={"url": receiver.url, "events": ["state"]}))
+        states = [json.loads(receiver.next()[2])["data"]["state"] for _ in range(5)]
+        self.assertEqual(states, ["queued", "queued", "loading", "rendering", "finished"])
+
+    def test_deliveries_are_listed_and_sent_again(self):
+        receiver = self.receiver()
+        receiver.statuses.put(410)
+        job = self.server.render(job_body(webhook={"url": receiver.url}))["id"]
+        first = receiver.next()
+        (listed,) = self.server.get(f"/v1/webhooks/deliveries?job={job}").json()["deliveries"]
+        path = "/v1/webhooks/deliveries/" + listed["id"]
+        failed = self.delivery(path, "failed")
+        self.assertEqual((failed["event"], failed["url"], failed["attempts"], failed["status"], failed["job"]),
+                         ("end", receiver.url, 1, 410, job))
+        self.assertIn("410", failed["detail"])
+        again = self.server.post(path + "/redeliver")
+        self.assertEqual((again.status, again.json()["id"]), (202, failed["id"]))
+        second = receiver.next()
+        self.assertEqual((first[1]["webhook-id"], first[2]), (second[1]["webhook-id"], second[2]))
+        delivered = self.delivery(path, "delivered")
+        self.assertEqual((delivered["status"], delivered["detail"], delivered["next_attempt_at"]), (204, None, None))
+        metrics = self.server.get("/metrics").body.decode()
+        self.assertRegex(metrics, r'tessera_webhook_deliveries_total\{result="delivered"\} [1-9]')
+        self.assertRegex(metrics, r'tessera_webhook_deliveries_total\{result="given_up"\} [1-9]')
+
+    def test_lists_are_filtered_and_come_in_pages(self):
+        receiver = self.receiver()
+        made = [self.server.post("/v1/webhooks/test", {"url": receiver.url}).json()["id"] for _ in range(3)]
+        for _ in made:
+            receiver.next()
+        for delivery in made:
+            self.delivery("/v1/webhooks/deliveries/" + delivery, "delivered")
+        page = self.server.get("/v1/webhooks/deliveries?limit=2&state=delivered").json()
+        self.assertEqual([call["id"] for call in page["deliveries"]], made[:0:-1])
+        rest = self.server.get(f"/v1/webhooks/deliveries?limit=1&cursor={page['next']}").json()
+        self.assertEqual([call["id"] for call in rest["deliveries"]], made[:1])
+        for query in ("state=lost", "job=x", "cursor=x", "limit=0", "colour=red"):
+            self.assertIn(self.server.get("/v1/webhooks/deliveries?" + query).status, (400, 422), query)
+
+    def test_a_test_is_made_once_and_tells_how_it_went(self):
+        receiver = self.receiver()
+        receiver.statuses.put(500)
+        answer = self.server.post("/v1/webhooks/test", {"url": receiver.url})
+        self.assertEqual(answer.status, 202, answer)
+        self.assertEqual(answer.headers["Location"], "/v1/webhooks/deliveries/" + answer.json()["id"])
+        failed = self.delivery(answer.headers["Location"], "failed")
+        self.assertEqual((failed["event"], failed["job"], failed["status"], failed["attempts"]),
+                         ("test", None, 500, 1))
+        self.assert_problem(self.server.post("/v1/webhooks/test", {"url": "ftp://h/"}), 422, "/url")
+
+
+class SecretsOfTenants(unittest.TestCase):
+    def test_each_tenant_signs_with_its_own(self):
+        receiver = Receiver()
+        self.addCleanup(receiver.close)
+        server = Server("--key", "own", "--webhook-private", "--webhook-secret", "whsec_" + SECRET, key="own")
+        self.addCleanup(server.close)
+        keys = [tessera("keys", "add", name, "--data", server.data)[1].strip() for name in ("a", "b")]
+        reader = tessera("keys", "add", "c", "--scope", "read", "--data", server.data)[1].strip()
+        server.start()
+
+        def ask(key, method, path, body=None):
+            return server.request(method, path, body, {"Authorization": "Bearer " + key})
+
+        def secret(key, method="GET"):
+            answer = ask(key, method, "/v1/webhooks/secret")
+            self.assertEqual((answer.status, answer.headers["Cache-Control"]), (200, "no-store"), answer)
+            return answer.json()["secret"]
+
+        def check_call(key, wanted):
+            ask(key, "POST", "/v1/webhooks/test", {"url": receiver.url})
+            _, headers, body, _ = receiver.next()
+            headers = {name.lower(): value for name, value in headers.items()}
+            message = f"{headers['webhook-id']}.{headers['webhook-timestamp']}.".encode() + body
+            digest = hmac.new(base64.b64decode(wanted.removeprefix("whsec_")), message, hashlib.sha256).digest()
+            self.assertEqual(headers["webhook-signature"], "v1," + base64.b64encode(digest).decode())
+
+        secrets = [secret(key) for key in (*keys, "own")]
+        self.assertEqual(len(set(secrets)), 3)
+        self.assertEqual(secrets[2], "whsec_" + SECRET)
+        for key, wanted in zip((*keys, "own"), secrets):
+            check_call(key, wanted)
+        fresh = secret(keys[0], "POST")
+        self.assertNotEqual(fresh, secrets[0])
+        check_call(keys[0], fresh)
+        check_call(keys[1], secrets[1])
+        self.assertEqual(ask("own", "POST", "/v1/webhooks/secret").status, 409)
+        self.assertEqual(ask(reader, "GET", "/v1/webhooks/secret").status, 403)
 
 
 class WebhooksStay(unittest.TestCase):

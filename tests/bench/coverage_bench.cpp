@@ -1,6 +1,6 @@
-// How often intervals of single pixels hold the truth, by brightness: renders with as many seeds, the truth of each being
-// the mean of the others. Each sampler, with and without adaptive sampling, and the estimators that learn as they go. Prints,
-// never asserts.
+// How often intervals of pictures and of single pixels hold the truth, by brightness: renders with
+// as many seeds, the truth of each being the mean of the others. Each sampler, with and without
+// adaptive sampling, and the estimators that learn as they go. Prints, never asserts.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,9 +10,11 @@
 #include <vector>
 
 #include "core/base/check.h"
-#include "core/film/error_estimate.h"
-#include "core/render/registry.h"
+#include "core/error/error_estimate.h"
+#include "core/error/pixel_error.h"
 #include "core/scene_io/builtin_scenes.h"
+#include "core/settings/registry.h"
+#include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -44,9 +46,13 @@ core::View view_of(std::string_view name, int width) {
   return view;
 }
 
-/// For each pixel that has noise the class that it belongs to, from dark to bright; kClasses: it has none.
-std::vector<std::size_t> classes_of(const std::vector<double>& values, const std::vector<double>& variances) {
-  const auto has_noise = [&](std::size_t p) { return variances[p] > 1e-10 * values[p] * values[p]; };
+/// For each pixel that has noise the class that it belongs to, from dark to bright; kClasses: it
+/// has none.
+std::vector<std::size_t> classes_of(const std::vector<double>& values,
+                                    const std::vector<double>& variances) {
+  const auto has_noise = [&](std::size_t p) {
+    return variances[p] > 1e-10 * values[p] * values[p];
+  };
   std::vector<double> sorted;
   for (std::size_t p = 0; p < values.size(); ++p) {
     if (has_noise(p)) {
@@ -56,7 +62,8 @@ std::vector<std::size_t> classes_of(const std::vector<double>& values, const std
   std::sort(sorted.begin(), sorted.end());
   std::vector<std::size_t> out;
   for (std::size_t p = 0; p < values.size(); ++p) {
-    const auto below = static_cast<std::size_t>(std::lower_bound(sorted.begin(), sorted.end(), values[p]) - sorted.begin());
+    const auto below = static_cast<std::size_t>(
+        std::lower_bound(sorted.begin(), sorted.end(), values[p]) - sorted.begin());
     out.push_back(has_noise(p) ? below * kClasses / sorted.size() : kClasses);
   }
   return out;
@@ -86,22 +93,22 @@ void measure(const std::string& what, core::View view, int samples, const Plan& 
   std::array<double, kClasses + 1> inside{};
   std::array<double, kClasses + 1> all{};
   std::vector<int> hits(sum.size());
-  double truth = 0;
+  const double truth = test_support::defined_error(test_support::truth_of(films),
+                                                   films[0].rect.width, films[0].rect.height);
   std::vector<double> means(sum.size());
   std::vector<double> variances(sum.size());
   for (std::size_t p = 0; p < sum.size(); ++p) {
     means[p] = sum[p] / plan.renders;
     variances[p] = (squares[p] / plan.renders - means[p] * means[p]) * plan.renders / others;
-    truth += variances[p] / (means[p] * means[p] + 0.01) / static_cast<double>(sum.size());
   }
-  truth = std::sqrt(truth);
   const std::vector<std::size_t> classes = classes_of(means, variances);
   double image = 0;
   double estimate = 0;
+  double unreliable = 0;
   for (core::FilmSnapshot& film : films) {
-    const core::ErrorEstimate pixels(film);
     for (std::size_t p = 0; p < sum.size(); ++p) {
-      const auto e = pixels.pixel(static_cast<int>(p) % film.rect.width, static_cast<int>(p) / film.rect.width);
+      const auto e = core::pixel_error(film, static_cast<int>(p) % film.rect.width,
+                                       static_cast<int>(p) / film.rect.width);
       const double value = green(film, p);
       const double off = std::fabs(value - (sum[p] - value) / others);
       const double half_width = 0.5 * static_cast<double>(e.high.g - e.low.g);
@@ -110,20 +117,20 @@ void measure(const std::string& what, core::View view, int samples, const Plan& 
       all[classes[p]] += 1;
       hits[p] += in ? 1 : 0;
     }
-    for (core::ReplicatePixel& p : film.pixels) {
-      p.mean_r = p.mean_b = p.mean_g;  // the error is asked for in green
-    }
-    const core::ErrorInterval e = core::ErrorEstimate(film).image(0.95);
+    const core::ErrorInterval e = core::ErrorEstimate(test_support::tile_sums(film)).image(0.95);
+    unreliable += e.unreliable ? 1.0 / plan.renders : 0;
     image += e.low <= truth && truth <= e.high ? 1.0 / plan.renders : 0;
     estimate += e.relative_rmse / truth / plan.renders;
   }
-  const auto below = std::count_if(hits.begin(), hits.end(), [&](int n) { return n < 0.9 * plan.renders; });
+  const auto below =
+      std::count_if(hits.begin(), hits.end(), [&](int n) { return n < 0.9 * plan.renders; });
   std::printf("%-48s %4d", what.c_str(), samples);
   for (std::size_t k = 0; k < kClasses; ++k) {
     std::printf("  %5.1f", 100 * inside[k] / std::max(all[k], 1.0));
   }
-  std::printf("   %4.1f   %5.1f  %+6.1f\n", 100.0 * static_cast<double>(below) / static_cast<double>(hits.size()), 100 * image,
-              100 * (estimate - 1));
+  std::printf("   %4.1f   %5.1f  %+6.1f  %5.1f\n",
+              100.0 * static_cast<double>(below) / static_cast<double>(hits.size()), 100 * image,
+              100 * (estimate - 1), 100 * unreliable);
   std::fflush(stdout);
 }
 
@@ -134,13 +141,22 @@ int main(int argc, char** argv) {
   plan.renders = argc > 1 ? std::atoi(argv[1]) : plan.renders;
   plan.width = argc > 2 ? std::atoi(argv[2]) : plan.width;
   plan.threads = argc > 3 ? std::atoi(argv[3]) : plan.threads;
-  std::printf("coverage of 95 %% intervals, %d renders, %d pixels wide\n"
-              "%-48s  spp  %% of pixels, dark to bright             <90 %%   image  estimate\n",
-              plan.renders, plan.width, "");
-  for (const std::string_view scene : {"cornell-box", "interior", "many-lights", "veach-mis", "glass"}) {
+  const std::string only = argc > 4 ? argv[4] : "";  // scene instead of all
+  std::printf(
+      "coverage of 95 %% intervals, %d renders, %d pixels wide\n"
+      "%-48s  spp  %% of pixels, dark to bright             <90 %%   image  estimate  unreliable\n",
+      plan.renders, plan.width, "");
+  for (const std::string_view scene :
+       {"cornell-box", "interior", "many-lights", "veach-mis", "glass"}) {
+    if (!only.empty() && only != scene) {
+      continue;
+    }
     const core::View view = view_of(scene, plan.width);
     for (const int samples : {16, 64}) {
       measure(std::string(scene), view, samples, plan);
+    }
+    if (!only.empty()) {
+      return 0;
     }
     core::View adaptive = view;
     adaptive.settings.adaptive.type = core::AdaptiveType::kPilot;

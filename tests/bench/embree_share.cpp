@@ -1,15 +1,15 @@
 #include "tests/bench/embree_share.h"
 
-#include <link.h>
-#include <sys/time.h>
-#include <ucontext.h>
-
 #include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdint>
 #include <cstring>
 #include <limits>
+
+#include <link.h>
+#include <sys/time.h>
+#include <ucontext.h>
 
 namespace bench {
 namespace {
@@ -41,7 +41,8 @@ int find_embree(dl_phdr_info* info, std::size_t /*size*/, void* /*user*/) {
 }
 
 void on_tick(int /*signal*/, siginfo_t* /*info*/, void* context) {
-  const auto at = static_cast<std::uintptr_t>(static_cast<const ucontext_t*>(context)->uc_mcontext.gregs[REG_RIP]);
+  const auto at = static_cast<std::uintptr_t>(
+      static_cast<const ucontext_t*>(context)->uc_mcontext.gregs[REG_RIP]);
   total.fetch_add(1, std::memory_order_relaxed);
   if (at >= embree_code.first && at < embree_code.last) {
     inside.fetch_add(1, std::memory_order_relaxed);
@@ -71,7 +72,8 @@ EmbreeShare::EmbreeShare() {
 EmbreeShare::~EmbreeShare() { set_timer(0); }
 
 double EmbreeShare::share() const {
-  return total > 0 ? static_cast<double>(inside) / static_cast<double>(total) : std::numeric_limits<double>::quiet_NaN();
+  return total > 0 ? static_cast<double>(inside) / static_cast<double>(total)
+                   : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace bench

@@ -3,7 +3,8 @@
 
 namespace bench {
 
-/// Samples the program counter at every five milliseconds of CPU time of the process, on x86-64 Linux. One at a time.
+/// Samples the program counter at every five milliseconds of CPU time of the process, on x86-64
+/// Linux. One at a time.
 class EmbreeShare {
  public:
   EmbreeShare();

@@ -38,7 +38,8 @@ core::PrimitiveDescription grid(int n, int m, int material, const std::function<
   p.material = material;
   for (int i = 0; i <= n; ++i) {
     for (int k = 0; k <= m; ++k) {
-      const Vec2 uv = {static_cast<float>(i) / static_cast<float>(n), static_cast<float>(k) / static_cast<float>(m)};
+      const Vec2 uv = {static_cast<float>(i) / static_cast<float>(n),
+                       static_cast<float>(k) / static_cast<float>(m)};
       const float e = 1e-3F;
       const Vec3 du = at({uv.x + e, uv.y}) - at({uv.x - e, uv.y});
       const Vec3 dv = at({uv.x, uv.y + e}) - at({uv.x, uv.y - e});

@@ -2,7 +2,7 @@
 /// bumpy surfaces. Made in code; the same every time.
 #pragma once
 
-#include "core/scene/scene_description.h"
+#include "core/description/scene_description.h"
 
 namespace bench {
 

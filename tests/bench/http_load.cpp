@@ -1,13 +1,7 @@
 // Requests per second and their delays over kept connections, from one thread.
 //   http_load PORT PATH CONNECTIONS SECONDS
-// Prints: requests, requests per second, p50, p99 and largest delay in milliseconds. Exit code 1: an answer was not 200.
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
-#include <sys/epoll.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
+// Prints: requests, requests per second, p50, p99 and largest delay in milliseconds. Exit code 1:
+// an answer was not 200.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -16,6 +10,13 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 namespace {
 
@@ -90,7 +91,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   const int port = std::atoi(argv[1]);
-  const std::string request = "GET " + std::string(argv[2]) + " HTTP/1.1\r\nHost: 127.0.0.1:" + argv[1] + "\r\n\r\n";
+  const std::string request =
+      "GET " + std::string(argv[2]) + " HTTP/1.1\r\nHost: 127.0.0.1:" + argv[1] + "\r\n\r\n";
   std::vector<Connection> connections(static_cast<std::size_t>(std::atoi(argv[3])));
   const double seconds = std::atof(argv[4]);
   const int poll = epoll_create1(0);
@@ -105,7 +107,9 @@ int main(int argc, char** argv) {
   std::vector<float> delays;
   delays.reserve(1'000'000);
   const auto start = Clock::now();
-  const auto since = [](Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); };
+  const auto since = [](Clock::time_point t) {
+    return std::chrono::duration<double>(Clock::now() - t).count();
+  };
   std::array<epoll_event, 256> events;
   while (since(start) < seconds) {
     const int count = epoll_wait(poll, events.data(), static_cast<int>(events.size()), 100);
@@ -123,8 +127,9 @@ int main(int argc, char** argv) {
     return 1;
   }
   std::sort(delays.begin(), delays.end());
-  std::printf("%zu %.0f %.3f %.3f %.3f\n", delays.size(), static_cast<double>(delays.size()) / length,
-              static_cast<double>(delays[delays.size() / 2]), static_cast<double>(delays[delays.size() * 99 / 100]),
-              static_cast<double>(delays.back()));
+  std::printf(
+      "%zu %.0f %.3f %.3f %.3f\n", delays.size(), static_cast<double>(delays.size()) / length,
+      static_cast<double>(delays[delays.size() / 2]),
+      static_cast<double>(delays[delays.size() * 99 / 100]), static_cast<double>(delays.back()));
   return 0;
 }

@@ -1,5 +1,6 @@
-// Seconds and bytes for large glTF files: load_bench [--triangles N] [--instances N] [FILE...]. Without a file, a GLB of
-// N triangles and one of N instances are made in memory first. Prints; asserts nothing.
+// Seconds and bytes for large glTF files: load_bench [--triangles N] [--instances N] [FILE...].
+// Without a file, a GLB of N triangles and one of N instances are made in memory first. Prints;
+// asserts nothing.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -45,16 +46,16 @@ core::Bytes terrain_glb(int triangles) {
   const auto at = [side](int i, int j) { return static_cast<std::uint32_t>(j * (side + 1) + i); };
   for (int j = 0; j < side; ++j) {
     for (int i = 0; i < side; ++i) {
-      p.indices.insert(p.indices.end(), {at(i, j), at(i, j + 1), at(i + 1, j), at(i + 1, j), at(i, j + 1),
-                                         at(i + 1, j + 1)});
+      p.indices.insert(p.indices.end(), {at(i, j), at(i, j + 1), at(i + 1, j), at(i + 1, j),
+                                         at(i, j + 1), at(i + 1, j + 1)});
     }
   }
   return core::write_glb(test_support::scene_of({core::MaterialDescription{}}, {std::move(p)}));
 }
 
 core::Bytes instances_glb(int count) {
-  core::SceneDescription scene =
-      test_support::scene_of({core::MaterialDescription{}}, {test_support::sphere({0, 0, 0}, 0.4F, 12, false, 0)});
+  core::SceneDescription scene = test_support::scene_of(
+      {core::MaterialDescription{}}, {test_support::sphere({0, 0, 0}, 0.4F, 12, false, 0)});
   const int side = std::max(1, static_cast<int>(std::sqrt(count)));
   scene.instances.clear();
   for (int i = 0; i < count; ++i) {
@@ -64,8 +65,8 @@ core::Bytes instances_glb(int count) {
   return core::write_glb(scene);
 }
 
-void report(const std::string& name, std::size_t file_bytes, core::Result<core::SceneDescription> description,
-            double load_seconds) {
+void report(const std::string& name, std::size_t file_bytes,
+            core::Result<core::SceneDescription> description, double load_seconds) {
   if (!description) {
     std::printf("%s: %s\n", name.c_str(), description.error().message.c_str());
     return;
@@ -75,11 +76,13 @@ void report(const std::string& name, std::size_t file_bytes, core::Result<core::
   CHECK(scene);
   const double build_seconds = seconds_since(start);
   const core::SceneSummary& s = (*scene)->summary();
-  std::printf("%s: %.1f MB file, %zu triangles as placed, %zu instances: read %.2f s, build %.2f s, "
-              "%.1f bytes a triangle, %.1f MB, peak of the process %.0f MiB\n",
-              name.c_str(), static_cast<double>(file_bytes) / 1e6, s.triangles, s.instances, load_seconds, build_seconds,
-              static_cast<double>(s.bytes) / static_cast<double>(std::max<std::size_t>(s.triangles, 1)),
-              static_cast<double>(s.bytes) / 1e6, peak_mib());
+  std::printf(
+      "%s: %.1f MB file, %zu triangles as placed, %zu instances: read %.2f s, build %.2f s, "
+      "%.1f bytes a triangle, %.1f MB, peak of the process %.0f MiB\n",
+      name.c_str(), static_cast<double>(file_bytes) / 1e6, s.triangles, s.instances, load_seconds,
+      build_seconds,
+      static_cast<double>(s.bytes) / static_cast<double>(std::max<std::size_t>(s.triangles, 1)),
+      static_cast<double>(s.bytes) / 1e6, peak_mib());
 }
 
 void report_glb(const std::string& name, const core::Bytes& glb) {

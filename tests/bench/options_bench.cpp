@@ -1,9 +1,10 @@
-// What each option of the estimators is worth against the plain default, and how the light samplers scale.
-// Prints, never asserts: times belong to a machine and a moment.
+// What each option of the estimators is worth against the plain default, and how the light samplers
+// scale. Prints, never asserts: times belong to a machine and a moment.
 //
-// Efficiency is 1 / (V T): V the mean over pixels of the picture's variance relative to mu^2 + 0.01, from the difference
-// of its halves; mu the mean of pictures of the default with other seeds; T the CPU seconds of the pixels. Options take
-// turns, round by round, so that a slow minute of the machine is shared by all of them.
+// Efficiency is 1 / (V T): V the mean over pixels of the picture's variance relative to mu^2 +
+// 0.01, from the difference of its halves; mu the mean of pictures of the default with other seeds;
+// T the CPU seconds of the pixels. Options take turns, round by round, so that a slow minute of the
+// machine is shared by all of them.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -34,7 +35,7 @@ struct Plan {
   int samples = 16;
   int rounds = 4;
   bool is_short = false;
-  std::string only;  ///< options whose names begin so, beside the default
+  std::string only;   ///< options whose names begin so, beside the default
   std::string scene;  ///< one of the built-in ones; empty: five
 };
 
@@ -66,20 +67,25 @@ std::vector<Option> options() {
   }
   // Side of the squares, passes, light samples of each path.
   for (const auto& [block, history, m] :
-       {std::array{1, 4, 1}, std::array{2, 1, 1}, std::array{2, 2, 1}, std::array{2, 4, 1}, std::array{3, 1, 1},
-        std::array{3, 2, 1}, std::array{3, 4, 1}, std::array{4, 1, 1}, std::array{4, 2, 1}, std::array{4, 4, 1},
-        std::array{5, 1, 1}, std::array{5, 2, 1}, std::array{3, 1, 2}}) {
-    const std::string name = std::to_string(block) + (history > 1 ? " x " + std::to_string(history) : "") +
+       {std::array{1, 4, 1}, std::array{2, 1, 1}, std::array{2, 2, 1}, std::array{2, 4, 1},
+        std::array{3, 1, 1}, std::array{3, 2, 1}, std::array{3, 4, 1}, std::array{4, 1, 1},
+        std::array{4, 2, 1}, std::array{4, 4, 1}, std::array{5, 1, 1}, std::array{5, 2, 1},
+        std::array{3, 1, 2}}) {
+    const std::string name = std::to_string(block) +
+                             (history > 1 ? " x " + std::to_string(history) : "") +
                              (m > 1 ? " of " + std::to_string(m) : "");
-    all.push_back(option("light_sampler.restir " + name, [block = block, history = history, m = m](S& s) {
-      s.light_sampler = LightSamplerType::kRestir;
-      s.light_block = block;
-      s.light_history = history;
-      s.block_candidates = m;
-    }));
+    all.push_back(
+        option("light_sampler.restir " + name, [block = block, history = history, m = m](S& s) {
+          s.light_sampler = LightSamplerType::kRestir;
+          s.light_block = block;
+          s.light_history = history;
+          s.block_candidates = m;
+        }));
   }
-  all.push_back(option("light_sampler.power", [](S& s) { s.light_sampler = LightSamplerType::kPower; }));
-  all.push_back(option("light_sampler.uniform", [](S& s) { s.light_sampler = LightSamplerType::kUniform; }));
+  all.push_back(
+      option("light_sampler.power", [](S& s) { s.light_sampler = LightSamplerType::kPower; }));
+  all.push_back(
+      option("light_sampler.uniform", [](S& s) { s.light_sampler = LightSamplerType::kUniform; }));
   all.push_back(option("roulette.none", [](S& s) { s.estimator.roulette = RouletteType::kNone; }));
   for (const float delta : {0.02F, 0.1F, 0.5F}) {
     char name[40];
@@ -95,13 +101,15 @@ std::vector<Option> options() {
       s.estimator.split_count = n;
     }));
   }
-  all.push_back(option("splitting.measured", [](S& s) { s.estimator.splitting = SplittingType::kMeasured; }));
+  all.push_back(
+      option("splitting.measured", [](S& s) { s.estimator.splitting = SplittingType::kMeasured; }));
   all.push_back(option("expected_values.false", [](S& s) { s.estimator.expected_values = false; }));
   all.push_back(option("mis.balance", [](S& s) { s.estimator.mis = core::MisType::kBalance; }));
   all.push_back(option("mis.maximum", [](S& s) { s.estimator.mis = core::MisType::kMaximum; }));
   all.push_back(option("mis.optimal", [](S& s) { s.estimator.mis = core::MisType::kOptimal; }));
-  for (const auto& [name, type] : {std::pair{"control_variate.analytic", core::ControlVariateType::kAnalytic},
-                                   std::pair{"control_variate.regression", core::ControlVariateType::kRegression}}) {
+  for (const auto& [name, type] :
+       {std::pair{"control_variate.analytic", core::ControlVariateType::kAnalytic},
+        std::pair{"control_variate.regression", core::ControlVariateType::kRegression}}) {
     all.push_back(option(name, [type = type](S& s) { s.estimator.control_variate = type; }));
   }
   return all;
@@ -111,7 +119,8 @@ View builtin(const char* name, const Plan& plan) {
   const auto glb = core::find_builtin_scene(name)->make_glb();
   auto description = core::load_gltf(glb, {}, {});
   CHECK(description);
-  View view = test_support::view_of(test_support::build(std::move(*description)), plan.width, plan.height);
+  View view =
+      test_support::view_of(test_support::build(std::move(*description)), plan.width, plan.height);
   const core::SceneData& data = view.scene->data();
   if (data.punctual_lights.empty() && data.triangle_lights.empty()) {
     view.environment = test_support::constant_sky(Rgb(1));
@@ -119,24 +128,30 @@ View builtin(const char* name, const Plan& plan) {
   return view;
 }
 
-/// `emitters` small triangles, turned every way, over a square floor that alone is seen; the same power in all.
+/// `emitters` small triangles, turned every way, over a square floor that alone is seen; the same
+/// power in all.
 View swarm(int emitters, const Plan& plan) {
   test_support::Random random(7);
-  const auto number = [&random](float low, float high) { return low + (high - low) * random.uniform(); };
+  const auto number = [&random](float low, float high) {
+    return low + (high - low) * random.uniform();
+  };
   core::PrimitiveDescription lights;
   lights.material = 1;
   const float side = 0.5F / std::sqrt(static_cast<float>(emitters));
   for (int i = 0; i < emitters; ++i) {
     const core::Vec3 at = {number(-4, 4), number(0.6F, 3), number(-4, 4)};
-    const auto corner = [&] { return at + core::Vec3{number(-side, side), number(-side, side), number(-side, side)}; };
+    const auto corner = [&] {
+      return at + core::Vec3{number(-side, side), number(-side, side), number(-side, side)};
+    };
     for (int k = 0; k < 3; ++k) {
       lights.indices.push_back(static_cast<std::uint32_t>(lights.positions.size()));
       lights.positions.push_back(corner());
     }
   }
   View view = test_support::view_of(
-      test_support::build(test_support::scene_of({test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(30))},
-                                                 {test_support::quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}, 0), lights})),
+      test_support::build(test_support::scene_of(
+          {test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(30))},
+          {test_support::quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}, 0), lights})),
       plan.width, plan.height);
   test_support::look_at(view, {0, 0.5F, 0.5F}, {0, 0, 0}, 50);
   view.settings.max_depth = 3;
@@ -188,7 +203,8 @@ std::vector<Cost> compare(View view, const std::vector<Option>& all, const Plan&
 
 void print_options(const Plan& plan) {
   std::vector<Option> all = options();
-  std::erase_if(all, [&](const Option& o) { return o.name != "default" && o.name.rfind(plan.only, 0) != 0; });
+  std::erase_if(
+      all, [&](const Option& o) { return o.name != "default" && o.name.rfind(plan.only, 0) != 0; });
   for (const char* name : {"cornell-box", "veach-mis", "many-lights", "glass", "interior"}) {
     if (!plan.scene.empty() && plan.scene != name) {
       continue;
@@ -197,8 +213,9 @@ void print_options(const Plan& plan) {
     std::printf("\n%-26s%12s%12s%12s%12s\n", name, "efficiency", "variance", "seconds", "rays");
     for (std::size_t i = 0; i < all.size(); ++i) {
       const Cost& c = costs[i];
-      std::printf("%-26s%12.3f%12.3f%12.3f%12.3f\n", all[i].name.c_str(), c.efficiency() / costs[0].efficiency(),
-                  c.variance / costs[0].variance, c.seconds / costs[0].seconds, c.rays / costs[0].rays);
+      std::printf("%-26s%12.3f%12.3f%12.3f%12.3f\n", all[i].name.c_str(),
+                  c.efficiency() / costs[0].efficiency(), c.variance / costs[0].variance,
+                  c.seconds / costs[0].seconds, c.rays / costs[0].rays);
     }
     std::fflush(stdout);
   }
@@ -207,13 +224,16 @@ void print_options(const Plan& plan) {
 void print_light_samplers(const Plan& plan) {
   using core::LightSamplerType;
   std::vector<Option> all;
-  for (const auto& [name, type] : {std::pair{"uniform", LightSamplerType::kUniform}, std::pair{"power", LightSamplerType::kPower},
-                                   std::pair{"tree", LightSamplerType::kTree}, std::pair{"ris", LightSamplerType::kRis},
-                                   std::pair{"restir", LightSamplerType::kRestir}}) {
+  for (const auto& [name, type] :
+       {std::pair{"uniform", LightSamplerType::kUniform},
+        std::pair{"power", LightSamplerType::kPower}, std::pair{"tree", LightSamplerType::kTree},
+        std::pair{"ris", LightSamplerType::kRis}, std::pair{"restir", LightSamplerType::kRestir}}) {
     all.push_back(option(name, [type = type](core::RenderSettings& s) { s.light_sampler = type; }));
   }
-  std::printf("\nlight samplers: V T, in CPU seconds for a relative variance of 1e-4; CPU seconds of scene and tree\n%-10s%12s%12s", "emitters", "build s",
-              "tree s");
+  std::printf(
+      "\nlight samplers: V T, in CPU seconds for a relative variance of 1e-4; CPU seconds of scene "
+      "and tree\n%-10s%12s%12s",
+      "emitters", "build s", "tree s");
   for (const Option& o : all) {
     std::printf("%12s", o.name.c_str());
   }
@@ -246,7 +266,8 @@ void print_light_samplers(const Plan& plan) {
 
 }  // namespace
 
-// [--short] [--samples N] [--only NAME] [--scene NAME]: what is fitted to a picture's own samples needs more of them than the usual 16.
+// [--short] [--samples N] [--only NAME] [--scene NAME]: what is fitted to a picture's own samples
+// needs more of them than the usual 16.
 int main(int argc, char** argv) {
   Plan plan;
   for (int i = 1; i < argc; ++i) {
@@ -260,12 +281,15 @@ int main(int argc, char** argv) {
     } else if (flag == "--scene" && i + 1 < argc) {
       plan.scene = argv[++i];
     } else {
-      std::fprintf(stderr, "usage: options_bench [--short] [--samples N] [--only NAME] [--scene NAME]\n");
+      std::fprintf(stderr,
+                   "usage: options_bench [--short] [--samples N] [--only NAME] [--scene NAME]\n");
       return 2;
     }
   }
-  std::printf("%dx%d, %d samples per pixel, %d rounds, 2 threads, box filter, max_depth 16; all over the default's\n", plan.width, plan.height,
-              plan.samples, plan.rounds);
+  std::printf(
+      "%dx%d, %d samples per pixel, %d rounds, 2 threads, box filter, max_depth 16; all over the "
+      "default's\n",
+      plan.width, plan.height, plan.samples, plan.rounds);
   print_options(plan);
   if (plan.only.empty() && plan.scene.empty()) {
     print_light_samplers(plan);

@@ -116,8 +116,8 @@ export const phone = {
 };
 
 /**
- * A page that notes what must not happen: script errors and requests to other hosts. prepare: called before it goes
- * to its address.
+ * A page that notes what must not happen: script errors, requests to other hosts, and what the server's policy
+ * forbids. prepare: called before it goes to its address.
  */
 export async function openPage(browser, server, device, hash = '', prepare = async () => {}) {
   const context = await browser.newContext({ ...device, acceptDownloads: true });
@@ -126,6 +126,9 @@ export async function openPage(browser, server, device, hash = '', prepare = asy
   page.setDefaultTimeout(120_000);
   page.faults = [];
   page.on('pageerror', (error) => page.faults.push(String(error)));
+  page.on('console', (message) => {
+    if (/Content Security Policy/.test(message.text())) page.faults.push(message.text());
+  });
   page.on('request', (request) => {
     const url = request.url();
     if (!url.startsWith(server.url) && !/^(blob|data):/.test(url))

@@ -1,12 +1,9 @@
-// Runs a fuzz target without libFuzzer: every seed as it is, every seed cut at many places, then random
-// mutations until the time is over. The seed of the random numbers is fixed, so that a crash comes again.
+// Runs a fuzz target without libFuzzer: every seed as it is, every seed cut at many places, then
+// random mutations until the time is over. The seed of the random numbers is fixed, so that a crash
+// comes again.
 //   TARGET --seconds N SEED_FILE...
-// The input that is being tried is kept in the file named by --last, mapped into memory: eight bytes of
-// length, then the input. After a crash TARGET --show FILE prints it.
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
+// The input that is being tried is kept in the file named by --last, mapped into memory: eight
+// bytes of length, then the input. After a crash TARGET --show FILE prints it.
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
@@ -20,6 +17,10 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
@@ -56,7 +57,8 @@ void try_input(const std::string& input) {
     std::memcpy(g_last + 8, input.data(), size);
   }
   // A copy of the exact size, so that a sanitizer sees a read beyond its end.
-  const std::vector<std::uint8_t> exact(input.begin(), input.begin() + static_cast<std::ptrdiff_t>(size));
+  const std::vector<std::uint8_t> exact(input.begin(),
+                                        input.begin() + static_cast<std::ptrdiff_t>(size));
   LLVMFuzzerTestOneInput(exact.data(), exact.size());
 }
 
@@ -67,14 +69,18 @@ std::size_t below(Random& random, std::size_t limit) {
 /// Numbers and marks that parsers trip over.
 const std::vector<std::string>& words() {
   static const std::vector<std::string> list = {
-      "0", "-1", "4294967295", "2147483648", "1e309", "-0.0", "null", "true", "{}", "[]", "[[[[[[[[",
-      "\"\"", "\\u0000", "\xff\xfe", "NaN", "18446744073709551616", "../x", "data:,", "{\"a\":", ","};
+      "0",       "-1",       "4294967295", "2147483648",
+      "1e309",   "-0.0",     "null",       "true",
+      "{}",      "[]",       "[[[[[[[[",   "\"\"",
+      "\\u0000", "\xff\xfe", "NaN",        "18446744073709551616",
+      "../x",    "data:,",   "{\"a\":",    ","};
   return list;
 }
 
 void mutate(std::string& text, Random& random) {
   const std::size_t at = text.empty() ? 0 : below(random, text.size());
-  const std::size_t span = text.empty() ? 0 : below(random, std::min<std::size_t>(text.size() - at, 16) + 1);
+  const std::size_t span =
+      text.empty() ? 0 : below(random, std::min<std::size_t>(text.size() - at, 16) + 1);
   switch (below(random, 6)) {
     case 0:
       if (!text.empty()) {
@@ -92,7 +98,8 @@ void mutate(std::string& text, Random& random) {
       break;
     case 4:
       if (text.size() - at >= 4) {  // a binary size or count
-        const std::uint32_t value = below(random, 2) == 0 ? 0xFFFFFFFFU : static_cast<std::uint32_t>(random());
+        const std::uint32_t value =
+            below(random, 2) == 0 ? 0xFFFFFFFFU : static_cast<std::uint32_t>(random());
         for (std::size_t i = 0; i < 4; ++i) {
           text[at + i] = static_cast<char>((value >> (8 * i)) & 255U);
         }
@@ -124,7 +131,9 @@ int main(int argc, char** argv) {
     }
   }
   const auto start = Clock::now();
-  const auto left = [&] { return std::chrono::duration<double>(Clock::now() - start).count() < seconds; };
+  const auto left = [&] {
+    return std::chrono::duration<double>(Clock::now() - start).count() < seconds;
+  };
   Random random(1);
   std::size_t runs = 0;
   for (const std::string& seed : seeds) {
@@ -141,6 +150,7 @@ int main(int argc, char** argv) {
     try_input(input);
     ++runs;
   }
-  std::printf("%zu inputs in %.0f s, no crash\n", runs, std::chrono::duration<double>(Clock::now() - start).count());
+  std::printf("%zu inputs in %.0f s, no crash\n", runs,
+              std::chrono::duration<double>(Clock::now() - start).count());
   return 0;
 }

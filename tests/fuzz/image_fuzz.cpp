@@ -1,4 +1,5 @@
-// Any bytes as an image file: no crash, no read beyond the end, no more memory than the limit allows.
+// Any bytes as an image file: no crash, no read beyond the end, no more memory than the limit
+// allows.
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -1,8 +1,9 @@
-// Truth 19: every option gives the same picture. Blocks of pictures of 16 seeds against 16 other seeds of plain path tracing,
-// Welch's t; the p-values of all blocks are uniform (Kolmogorov-Smirnov), and none is too small.
+// Truth 19: every option gives the same picture. Blocks of pictures of 16 seeds against 16 other
+// seeds of plain path tracing, Welch's t; the p-values of all blocks are uniform
+// (Kolmogorov-Smirnov), and none is too small.
 #include <cmath>
 
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 #include "tests/render/truth.h"
 #include "tests/support/statistics.h"
 
@@ -65,7 +66,8 @@ Agreement compare(const Blocks& a, const Blocks& b) {
 }
 
 core::View box() {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), kSide, kSide);
+  core::View view =
+      test_support::view_of(test_support::build(test_support::cornell()), kSide, kSide);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
   view.settings.max_depth = 4;
   return view;
@@ -89,24 +91,27 @@ core::View zoo() {
   auto lamp = test_support::emitter(Rgb(4));
   lamp.double_sided = true;
   core::SceneDescription scene = test_support::scene_of(
-      {plastic, metal, glass, lamp},
-      {test_support::quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, 0), test_support::sphere({-0.9F, 0.6F, 0}, 0.6F, 12, false, 1),
-       test_support::sphere({0.6F, 0.6F, 0.5F}, 0.6F, 12, false, 2), test_support::quad({-1, 2, -1.5F}, {2, 0, 0}, {0, 1, 0}, 3)});
+      {plastic, metal, glass, lamp}, {test_support::quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, 0),
+                                      test_support::sphere({-0.9F, 0.6F, 0}, 0.6F, 12, false, 1),
+                                      test_support::sphere({0.6F, 0.6F, 0.5F}, 0.6F, 12, false, 2),
+                                      test_support::quad({-1, 2, -1.5F}, {2, 0, 0}, {0, 1, 0}, 3)});
   core::PunctualLightDescription point;
   point.intensity = {2, 1, 1};
   point.to_world = core::translation({1.5F, 2, 1.5F});
   scene.lights.push_back(point);
   core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
   test_support::look_at(view, {0, 1.6F, 4}, {0, 0.7F, 0}, 45);
-  view.environment = test_support::sky_map(16, 8, [](int x, int y) { return Rgb(0.2F + 0.1F * static_cast<float>((x + y) % 3)); });
+  view.environment = test_support::sky_map(
+      16, 8, [](int x, int y) { return Rgb(0.2F + 0.1F * static_cast<float>((x + y) % 3)); });
   view.settings.max_depth = 4;
   return view;
 }
 
-// Fewer than 50 variants in two scenes, each with a KS test and the least of 16 p-values; 0.1 % over all of them (Sidak). The null
-// comparison is one of them.
-// gloss: not for the strategies that ignore the BSDF. Their samples of a narrow lobe are so rare and so large that means of
-// 16 pictures are far from normal; they are held to the truths of irradiance_test.cpp and furnace_test.cpp.
+// Fewer than 50 variants in two scenes, each with a KS test and the least of 16 p-values; 0.1 %
+// over all of them (Sidak). The null comparison is one of them. gloss: not for the strategies that
+// ignore the BSDF. Their samples of a narrow lobe are so rare and so large that means of 16
+// pictures are far from normal; they are held to the truths of irradiance_test.cpp and
+// furnace_test.cpp.
 void expect_agreement(core::View view, int samples, bool gloss) {
   const double level_ks = test_support::sidak(0.001, 100);
   const double level_p = test_support::sidak(0.001, 100 * static_cast<int>(kBlocks));

@@ -13,8 +13,9 @@ namespace fs = std::filesystem;
 
 std::optional<fs::path> assets_folder() {
   const char* named = std::getenv("TESSERA_ASSETS");
-  const fs::path folder =
-      named != nullptr ? fs::path(named) : fs::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "assets";
+  const fs::path folder = named != nullptr
+                              ? fs::path(named)
+                              : fs::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "assets";
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     return std::nullopt;
@@ -45,7 +46,8 @@ core::Bytes read_file(const fs::path& file) {
   return bytes;
 }
 
-core::Result<core::SceneDescription> load_asset(const fs::path& file, const core::GltfOptions& options) {
+core::Result<core::SceneDescription> load_asset(const fs::path& file,
+                                                const core::GltfOptions& options) {
   const fs::path home = file.parent_path();
   const auto resolve = [&home](std::string_view uri) -> core::SharedBytes {
     const fs::path side = home / std::string(uri);

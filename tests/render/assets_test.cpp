@@ -1,11 +1,12 @@
-// The assets folder: every file renders sanely, and what their authors say is right (labels, notes, make_gen.py) is
-// seen. Left out, with a word, where the folder is not found: TESSERA_ASSETS names another place.
-#include <gtest/gtest.h>
-
+// The assets folder: every file renders sanely, and what their authors say is right (labels, notes,
+// make_gen.py) is seen. Left out, with a word, where the folder is not found: TESSERA_ASSETS names
+// another place.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <string>
+
+#include <gtest/gtest.h>
 
 #include "tests/render/asset_files.h"
 #include "tests/render/gltf_stage.h"
@@ -21,7 +22,8 @@ class Assets : public testing::Test {
   void SetUp() override {
     const auto found = test_support::assets_folder();
     if (!found) {
-      GTEST_SKIP() << "the folder of assets is not there, so these checks did not run (TESSERA_ASSETS names it)";
+      GTEST_SKIP() << "the folder of assets is not there, so these checks did not run "
+                      "(TESSERA_ASSETS names it)";
     }
     folder_ = *found;
   }
@@ -51,11 +53,13 @@ core::View view_of(core::SceneDescription scene, std::shared_ptr<const core::Env
 /// The scene seen along -z, orthographic, with its auxiliary layers; world coordinates to pixels.
 class Front {
  public:
-  Front(core::SceneDescription scene, float half_height_m, Vec3 eye) : half_(half_height_m), eye_(eye) {
+  Front(core::SceneDescription scene, float half_height_m, Vec3 eye)
+      : half_(half_height_m), eye_(eye) {
     core::CameraDescription camera = test_support::front_camera(half_height_m);
     camera.to_world.t = eye;
     scene.cameras = {camera};
-    picture_ = test_support::render(view_of(std::move(scene), test_support::constant_sky(Rgb(1))), 16);
+    picture_ =
+        test_support::render(view_of(std::move(scene), test_support::constant_sky(Rgb(1))), 16);
   }
   core::AuxPixel at(float x, float y) const { return aux(column(x), row(y)); }
   core::AuxPixel aux(int column, int row) const {
@@ -88,15 +92,22 @@ class Front {
     return sum / n;
   }
   float world_x(int column) const {
-    return eye_.x + ((static_cast<float>(column) + 0.5F) / kHeight * 2 - static_cast<float>(kWidth) / kHeight) * half_;
+    return eye_.x + ((static_cast<float>(column) + 0.5F) / kHeight * 2 -
+                     static_cast<float>(kWidth) / kHeight) *
+                        half_;
   }
-  float world_y(int row) const { return eye_.y + (1 - (static_cast<float>(row) + 0.5F) / kHeight * 2) * half_; }
+  float world_y(int row) const {
+    return eye_.y + (1 - (static_cast<float>(row) + 0.5F) / kHeight * 2) * half_;
+  }
 
  private:
   int column(float x) const {
-    return static_cast<int>(std::floor(((x - eye_.x) / half_ + static_cast<float>(kWidth) / kHeight) * 0.5F * kHeight));
+    return static_cast<int>(
+        std::floor(((x - eye_.x) / half_ + static_cast<float>(kWidth) / kHeight) * 0.5F * kHeight));
   }
-  int row(float y) const { return static_cast<int>(std::floor((1 - (y - eye_.y) / half_) * 0.5F * kHeight)); }
+  int row(float y) const {
+    return static_cast<int>(std::floor((1 - (y - eye_.y) / half_) * 0.5F * kHeight));
+  }
 
   float half_;
   Vec3 eye_;
@@ -158,7 +169,8 @@ TEST_F(Assets, TextureCoordinateTestShowsEachColourInItsCorner) {
 
 TEST_F(Assets, TextureTransformTestPointsAtItsGreenMarkers) {
   core::SceneDescription scene = load("TextureTransformTest.glb");
-  // Where the arrows' tips must be (Correct Marker) and must not be (the others); the markers themselves go.
+  // Where the arrows' tips must be (Correct Marker) and must not be (the others); the markers
+  // themselves go.
   std::vector<Vec3> right;
   std::vector<Vec3> wrong;
   std::erase_if(scene.instances, [&](const core::InstanceDescription& instance) {
@@ -184,7 +196,8 @@ TEST_F(Assets, TextureTransformTestPointsAtItsGreenMarkers) {
       for (int column = 0; column < kWidth; ++column) {
         const core::AuxPixel aux = front.aux(column, row);
         if (aux.hits == 16 && core::luminance(aux.albedo) < 0.25F && front.world_y(row) < 0) {
-          nearest = std::min(nearest, std::hypot(front.world_x(column) - marker.x, front.world_y(row) - marker.y));
+          nearest = std::min(
+              nearest, std::hypot(front.world_x(column) - marker.x, front.world_y(row) - marker.y));
         }
       }
     }
@@ -230,8 +243,9 @@ TEST_F(Assets, BoxVertexColorsHasTheColoursOfItsCorners) {
 }
 
 TEST_F(Assets, MirroredTangentsBulgeAsTheirFileSays) {
-  // make_gen.py: a hemisphere in the normal map, on quads of 0.9 m; the third has w = -1 (green upside
-  // down), the eighth a scale of -1 (hollow); all other ways of mirroring leave a bump a bump.
+  // make_gen.py: a hemisphere in the normal map, on quads of 0.9 m; the third has w = -1 (green
+  // upside down), the eighth a scale of -1 (hollow); all other ways of mirroring leave a bump a
+  // bump.
   const Front front(load("gen_mirrored_tangents.glb"), 2.2F, {0, -0.5F, 5});
   for (int i = 0; i < 9; ++i) {
     const float x = i == 8 ? 0.0F : static_cast<float>(i % 4) - 1.5F;
@@ -246,7 +260,8 @@ TEST_F(Assets, MirroredTangentsBulgeAsTheirFileSays) {
 }
 
 TEST_F(Assets, AlphaModesCoverWhatTheirTexturesSay) {
-  // make_gen.py: alpha falls from the middle as 1.2 - r / 32 texels, on quads of 0.9 m, 0.5 m above a wall.
+  // make_gen.py: alpha falls from the middle as 1.2 - r / 32 texels, on quads of 0.9 m, 0.5 m above
+  // a wall.
   const Front front(load("gen_alpha_modes.glb"), 2.0F, {0, 0, 5});
   const auto expected = [](float factor, float cutoff) {
     double sum = 0;
@@ -260,7 +275,8 @@ TEST_F(Assets, AlphaModesCoverWhatTheirTexturesSay) {
     return sum / (64 * 64);
   };
   const double whole = 1;
-  const double cases[6] = {whole, expected(1, 0.5F), expected(0.95F, 0.9F), whole, 0, expected(1, -1)};
+  const double cases[6] = {whole, expected(1, 0.5F), expected(0.95F, 0.9F), whole,
+                           0,     expected(1, -1)};
   for (int i = 0; i < 6; ++i) {
     const float x = static_cast<float>(i % 5) - 2;
     const float y = 0.5F - static_cast<float>(i / 5);
@@ -314,7 +330,8 @@ Blocks blocks_of(const Picture& picture) {
         double sum = 0;
         double square = 0;
         for (int i = 0; i < kSide * kSide; ++i) {
-          const auto at = static_cast<std::size_t>((by * kSide + i / kSide) * kWidth + bx * kSide + i % kSide);
+          const auto at =
+              static_cast<std::size_t>((by * kSide + i / kSide) * kWidth + bx * kSide + i % kSide);
           const auto a = static_cast<double>(core::half_value(picture.snapshot, at, 0).mean[c]);
           const auto b = static_cast<double>(core::half_value(picture.snapshot, at, 1).mean[c]);
           sum += (a + b) / 2;
@@ -345,12 +362,14 @@ TEST_F(Assets, EncodingsOfOneAssetGiveOnePicture) {
     double tolerance;
     bool same;
   };
-  // 144 numbers a pair, 5 standard deviations: a false alarm once in 2000 runs. The tolerances are those of lossy
-  // textures and positions, and of logos that were drawn anew at 128, 211 and 256 pixels: 0.03 where outlines
-  // cross a block. The last two are twins that have to fail: a texture whose colours are 8/255 darker
-  // (its ICC profile does not count, says glTF), and the box with a shiny material.
+  // 144 numbers a pair, 5 standard deviations: a false alarm once in 2000 runs. The tolerances are
+  // those of lossy textures and positions, and of logos that were drawn anew at 128, 211 and 256
+  // pixels: 0.03 where outlines cross a block. The last two are twins that have to fail: a texture
+  // whose colours are 8/255 darker (its ICC profile does not count, says glTF), and the box with a
+  // shiny material.
   const Pair pairs[] = {
-      {"BoxTextured_webp/box-textured-with-fallback.gltf", "BoxTextured_webp_embedded.gltf", 0, true},
+      {"BoxTextured_webp/box-textured-with-fallback.gltf", "BoxTextured_webp_embedded.gltf", 0,
+       true},
       {"BoxTextured_webp/box-textured-with-fallback.gltf", "BoxTextured_meshopt.glb", 0.03, true},
       {"BoxTextured_embedded.gltf", "BoxTextured_meshopt.glb", 0.03, true},
       {"2CylinderEngine.glb", "2CylinderEngine_draco.glb", 0.01, true},
@@ -362,21 +381,27 @@ TEST_F(Assets, EncodingsOfOneAssetGiveOnePicture) {
     const core::View a = view_of(load(pair.plain), light);
     core::View b = view_of(load(pair.encoded), light);
     b.settings.seed = 1;
-    const double z = greatest_z(blocks_of(test_support::render(a, 64)), blocks_of(test_support::render(b, 64)), pair.tolerance);
+    const double z = greatest_z(blocks_of(test_support::render(a, 64)),
+                                blocks_of(test_support::render(b, 64)), pair.tolerance);
     EXPECT_EQ(z < 5, pair.same) << pair.encoded << ": z = " << z;
   }
 }
 
 TEST_F(Assets, WritingAGlbKeepsThePicture) {
-  // External files, interleaved and sparse views, instances: written again as plain accessors in one file.
+  // External files, interleaved and sparse views, instances: written again as plain accessors in
+  // one file.
   const auto light = sky();
-  for (const char* name : {"BoxTextured/BoxTextured.gltf", "BoxInterleaved.glb", "SimpleSparseAccessor/SimpleSparseAccessor.gltf",
-                           "SimpleInstancing.glb", "MultiUVTest.glb"}) {
+  for (const char* name : {"BoxTextured/BoxTextured.gltf", "BoxInterleaved.glb",
+                           "SimpleSparseAccessor/SimpleSparseAccessor.gltf", "SimpleInstancing.glb",
+                           "MultiUVTest.glb"}) {
     const core::SceneDescription scene = load(name);
     const core::View a = view_of(test_support::load(core::write_glb(scene)), light);
     core::View b = view_of(scene, light);
     b.settings.seed = 1;
-    EXPECT_LT(greatest_z(blocks_of(test_support::render(a, 64)), blocks_of(test_support::render(b, 64)), 0), 5) << name;
+    EXPECT_LT(greatest_z(blocks_of(test_support::render(a, 64)),
+                         blocks_of(test_support::render(b, 64)), 0),
+              5)
+        << name;
   }
 }
 

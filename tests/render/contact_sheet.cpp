@@ -1,5 +1,6 @@
-// Renders every asset of the folder into one sheet of pictures, row by row in the order of the list that it
-// prints: contact_sheet OUT.png [--assets DIR] [--samples N] [--size WxH] [--columns N] [--only TEXT]
+// Renders every asset of the folder into one sheet of pictures, row by row in the order of the list
+// that it prints: contact_sheet OUT.png [--assets DIR] [--samples N] [--size WxH] [--columns N]
+// [--only TEXT]
 // [--time SECONDS]. --only keeps the files whose name contains the text.
 #include <algorithm>
 #include <chrono>
@@ -58,7 +59,8 @@ std::optional<Options> parse(int argc, char** argv) {
       return std::nullopt;
     }
   }
-  const bool usable = !o.out.empty() && o.samples > 0 && o.width > 0 && o.height > 0 && o.columns > 0;
+  const bool usable =
+      !o.out.empty() && o.samples > 0 && o.width > 0 && o.height > 0 && o.columns > 0;
   return usable ? std::optional(o) : std::nullopt;
 }
 
@@ -69,7 +71,8 @@ std::vector<core::Rgb> picture_of(const std::filesystem::path& file, const Optio
   gltf.time_seconds = o.time_seconds;
   auto description = test_support::load_asset(file, gltf);
   if (!description) {
-    std::printf("  refused at %s: %s\n", description.error().where.c_str(), description.error().message.c_str());
+    std::printf("  refused at %s: %s\n", description.error().where.c_str(),
+                description.error().message.c_str());
     return {};
   }
   for (const std::string& warning : description->warnings) {
@@ -101,12 +104,14 @@ int main(int argc, char** argv) {
   const auto options = parse(argc, argv);
   if (!options) {
     std::fprintf(stderr,
-                 "contact_sheet OUT.png [--assets DIR] [--samples N] [--size WxH] [--columns N] [--only TEXT]"
+                 "contact_sheet OUT.png [--assets DIR] [--samples N] [--size WxH] [--columns N] "
+                 "[--only TEXT]"
                  " [--time SECONDS]\n");
     return 2;
   }
   if (!options->assets) {
-    std::fprintf(stderr, "there is no folder of assets: name one with --assets or TESSERA_ASSETS\n");
+    std::fprintf(stderr,
+                 "there is no folder of assets: name one with --assets or TESSERA_ASSETS\n");
     return 1;
   }
   const auto sky = test_support::load_sky(*options->assets / "env" / "venice_sunset_256.hdr");
@@ -120,15 +125,20 @@ int main(int argc, char** argv) {
   const int count = static_cast<int>(names.size());
   const int columns = std::max(1, std::min(options->columns, count));
   const int rows = (count + columns - 1) / columns;
-  core::FloatImage sheet{columns * (options->width + kGap) + kGap, rows * (options->height + kGap) + kGap,
-                         {"R", "G", "B"}, {}};
-  sheet.values.assign(static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height) * 3, 0.02F);
+  core::FloatImage sheet{columns * (options->width + kGap) + kGap,
+                         rows * (options->height + kGap) + kGap,
+                         {"R", "G", "B"},
+                         {}};
+  sheet.values.assign(
+      static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height) * 3, 0.02F);
   for (int k = 0; k < count; ++k) {
     const int row = k / columns;
     const int column = k % columns;
     const auto start = std::chrono::steady_clock::now();
-    std::printf("row %d column %d: %s\n", row + 1, column + 1, names[static_cast<std::size_t>(k)].c_str());
-    const auto pixels = picture_of(*options->assets / names[static_cast<std::size_t>(k)], *options, sky);
+    std::printf("row %d column %d: %s\n", row + 1, column + 1,
+                names[static_cast<std::size_t>(k)].c_str());
+    const auto pixels =
+        picture_of(*options->assets / names[static_cast<std::size_t>(k)], *options, sky);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     std::printf("  %.2f s\n", seconds.count());
     std::fflush(stdout);

@@ -1,5 +1,5 @@
-// Light of lamps in closed form, samples for what is in the way. Agreement with plain path tracing over whole pictures is in
-// agreement_test.cpp, which also shows what size of fault is seen.
+// Light of lamps in closed form, samples for what is in the way. Agreement with plain path tracing
+// over whole pictures is in agreement_test.cpp, which also shows what size of fault is seen.
 #include <cmath>
 
 #include "tests/render/truth.h"
@@ -14,17 +14,21 @@ using core::View;
 using test_support::Moments;
 using test_support::Picture;
 
-/// A floor with `floor`, seen at the origin alone, under a unit square of radiance 1 at height 1; with `wall`, half in shadow.
+/// A floor with `floor`, seen at the origin alone, under a unit square of radiance 1 at height 1;
+/// with `wall`, half in shadow.
 View meter(const core::MaterialDescription& floor, bool wall, bool two_sided = false) {
   auto lamp = test_support::emitter(Rgb(1));
   lamp.double_sided = two_sided;
-  std::vector<core::PrimitiveDescription> things = {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0),
-                                                    test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1)};
+  std::vector<core::PrimitiveDescription> things = {
+      test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0),
+      test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1)};
   if (wall) {
     things.push_back(test_support::quad({0, 0.5F, -1}, {1, 0, 0}, {0, 0, 2}, 2));
   }
-  View view = test_support::view_of(
-      test_support::build(test_support::scene_of({floor, lamp, test_support::lambert(Rgb(0))}, std::move(things))), 16, 16);
+  View view =
+      test_support::view_of(test_support::build(test_support::scene_of(
+                                {floor, lamp, test_support::lambert(Rgb(0))}, std::move(things))),
+                            16, 16);
   test_support::look_at(view, {-0.3F, 0.2F, 0.25F}, {0, 0, 0}, 0.001F);
   view.settings.max_depth = 1;
   return view;
@@ -40,25 +44,32 @@ double variance_of_mean(const Picture& picture) {
   return e * e;
 }
 
-// LIGHT_TRANSPORT section 4, truth 4: .7522747 over pi, and no sample is off by more than rounding.
+// Closed form: irradiance .7522747 from a unit square at distance 1, over pi, and no sample is off
+// by more than rounding.
 TEST(ControlVariate, WithoutShadowsNothingIsLeftToChance) {
   for (const bool two_sided : {false, true}) {
-    const Picture picture = test_support::render(controlled(meter(test_support::lambert(Rgb(1)), false, two_sided)), 4);
+    const Picture picture =
+        test_support::render(controlled(meter(test_support::lambert(Rgb(1)), false, two_sided)), 4);
     for (std::size_t p = 0; p < picture.snapshot.pixel_count(); ++p) {
-      ASSERT_NEAR(core::pixel_value(picture.snapshot, p).mean.g, 0.7522747F / 3.14159265F, 3e-5F) << two_sided;
+      ASSERT_NEAR(core::pixel_value(picture.snapshot, p).mean.g, 0.7522747F / 3.14159265F, 3e-5F)
+          << two_sided;
     }
   }
 }
 
-// A wall at half the height hides what is above x = 0 from the origin: half of the lamp, by symmetry.
+// A wall at half the height hides what is above x = 0 from the origin: half of the lamp, by
+// symmetry.
 TEST(ControlVariate, ShadowsAreSubtracted) {
-  const Picture picture = test_support::render(controlled(meter(test_support::lambert(Rgb(1)), true)), 256);
+  const Picture picture =
+      test_support::render(controlled(meter(test_support::lambert(Rgb(1)), true)), 256);
   const auto error = static_cast<double>(picture.standard_error().g);
   EXPECT_LT(error, 1e-3);
-  EXPECT_NEAR(static_cast<double>(picture.mean().g), 0.5 * 0.7522747 / 3.14159265, 4 * error + 3e-5);  // false alarm 6e-5
+  EXPECT_NEAR(static_cast<double>(picture.mean().g), 0.5 * 0.7522747 / 3.14159265,
+              4 * error + 3e-5);  // false alarm 6e-5
 }
 
-// Gloss is not in the closed form; its difference is sampled. 32 seeds each, |t| above 4.5 for 62 degrees of freedom: 3e-5.
+// Gloss is not in the closed form; its difference is sampled. 32 seeds each, |t| above 4.5 for 62
+// degrees of freedom: 3e-5.
 TEST(ControlVariate, RoughGlossKeepsItsMean) {
   core::MaterialDescription plastic;
   plastic.metallic = 0;

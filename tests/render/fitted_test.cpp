@@ -1,6 +1,7 @@
-// What is fitted to a picture's own samples: optimal weights and regression. Control variates of mean 0, coefficients that know
-// nothing of the samples they are used on, errors that hold, and less variance. Agreement with plain path tracing over whole
-// pictures, and the truths, are in agreement_test.cpp and irradiance_test.cpp, which walk the lists of options.
+// What is fitted to a picture's own samples: optimal weights and regression. Control variates of
+// mean 0, coefficients that know nothing of the samples they are used on, errors that hold, and
+// less variance. Agreement with plain path tracing over whole pictures, and the truths, are in
+// agreement_test.cpp and irradiance_test.cpp, which walk the lists of options.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -38,10 +39,12 @@ View regression(View view) {
 
 /// Centred above the origin.
 core::PrimitiveDescription square(float side_m, float height_m, int material) {
-  return test_support::quad({-0.5F * side_m, height_m, -0.5F * side_m}, {side_m, 0, 0}, {0, 0, side_m}, material);
+  return test_support::quad({-0.5F * side_m, height_m, -0.5F * side_m}, {side_m, 0, 0},
+                            {0, 0, side_m}, material);
 }
 
-/// Irradiance at the origin from such a square of radiance 1 at height 1, over pi: Lambert's formula for its quarters.
+/// Irradiance at the origin from such a square of radiance 1 at height 1, over pi: Lambert's
+/// formula for its quarters.
 double under_square(double side_m) {
   const double x = side_m / 2 / std::sqrt(1 + side_m * side_m / 4);
   return 4 / kPi * x * std::atan(x);
@@ -50,11 +53,13 @@ double under_square(double side_m) {
 /// A floor seen at the origin alone, under a lamp and what is before it.
 View meter(const core::MaterialDescription& floor, const core::PrimitiveDescription& lamp,
            const std::vector<core::PrimitiveDescription>& before) {
-  std::vector<core::PrimitiveDescription> things = {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0), lamp};
+  std::vector<core::PrimitiveDescription> things = {
+      test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0), lamp};
   things.insert(things.end(), before.begin(), before.end());
   View view = test_support::view_of(
-      test_support::build(test_support::scene_of({floor, test_support::emitter(Rgb(1)), test_support::lambert(Rgb(0))},
-                                                 std::move(things))),
+      test_support::build(test_support::scene_of(
+          {floor, test_support::emitter(Rgb(1)), test_support::lambert(Rgb(0))},
+          std::move(things))),
       16, 16);
   test_support::look_at(view, {-0.3F, 0.2F, 0.25F}, {0, 0, 0}, 0.001F);
   view.settings.max_depth = 1;
@@ -70,11 +75,12 @@ View meter(bool wall, const core::MaterialDescription& floor = test_support::lam
   }
   return meter(floor, square(1, 1, 1), before);
 }
-constexpr double kOpen = 0.7522747 / kPi;  // LIGHT_TRANSPORT section 4, truth 4
+constexpr double kOpen = 0.7522747 / kPi;  // from a unit square at distance 1
 constexpr double kHalf = kOpen / 2;        // by symmetry
 
-/// Everything that a light sample or a BSDF sample may meet: gloss, rough glass, a lamp of two sides, a point light, a sky with black texels, a
-/// pane that lets half of the light pass, a clear one.
+/// Everything that a light sample or a BSDF sample may meet: gloss, rough glass, a lamp of two
+/// sides, a point light, a sky with black texels, a pane that lets half of the light pass, a clear
+/// one.
 View zoo() {
   core::MaterialDescription plastic;
   plastic.metallic = 0;
@@ -95,19 +101,22 @@ View zoo() {
   clear.roughness = 0;
   clear.transmission = 1;
   clear.double_sided = true;
-  core::SceneDescription scene = test_support::scene_of(
-      {plastic, glass, lamp, pane, clear},
-      {test_support::quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, 0), test_support::sphere({0.6F, 0.6F, 0.5F}, 0.6F, 12, false, 1),
-       test_support::quad({-1, 2, -1.5F}, {2, 0, 0}, {0, 1, 0}, 2), test_support::quad({-2, 1, -1}, {1.5F, 0, 0}, {0, 0, 2}, 3),
-       test_support::quad({0.5F, 1.5F, -1}, {1.5F, 0, 0}, {0, 0, 2}, 4)});
+  core::SceneDescription scene =
+      test_support::scene_of({plastic, glass, lamp, pane, clear},
+                             {test_support::quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, 0),
+                              test_support::sphere({0.6F, 0.6F, 0.5F}, 0.6F, 12, false, 1),
+                              test_support::quad({-1, 2, -1.5F}, {2, 0, 0}, {0, 1, 0}, 2),
+                              test_support::quad({-2, 1, -1}, {1.5F, 0, 0}, {0, 0, 2}, 3),
+                              test_support::quad({0.5F, 1.5F, -1}, {1.5F, 0, 0}, {0, 0, 2}, 4)});
   core::PunctualLightDescription point;
   point.intensity = {2, 1, 1};
   point.to_world = core::translation({1.5F, 2, 1.5F});
   scene.lights.push_back(point);
   View view = test_support::view_of(test_support::build(std::move(scene)), 32, 32);
   test_support::look_at(view, {0, 1.6F, 4}, {0, 0.7F, 0}, 45);
-  view.environment = test_support::sky_map(
-      16, 8, [](int x, int y) { return y == 2 && x < 4 ? Rgb(0) : Rgb(0.2F + 0.1F * static_cast<float>((x + y) % 3)); });
+  view.environment = test_support::sky_map(16, 8, [](int x, int y) {
+    return y == 2 && x < 4 ? Rgb(0) : Rgb(0.2F + 0.1F * static_cast<float>((x + y) % 3));
+  });
   view.settings.max_depth = 4;
   view.settings.sampler = SamplerType::kIndependent;
   return view;
@@ -118,9 +127,11 @@ class Paths {
  public:
   explicit Paths(const View& view)
       : view_(view),
-        integrator_(core::make_integrator({view.scene->data(), view.environment.get(), view.settings})),
-        camera_(*core::Camera::create(view.camera, view.scene->summary().cameras, view.scene->summary().bounds,
-                                      view.settings.film.width, view.settings.film.height)) {
+        integrator_(
+            core::make_integrator({view.scene->data(), view.environment.get(), view.settings})),
+        camera_(*core::Camera::create(view.camera, view.scene->summary().cameras,
+                                      view.scene->summary().bounds, view.settings.film.width,
+                                      view.settings.film.height)) {
     core::prepare_tracing_thread();
   }
   PathSample trace(int pixel, int sample) {
@@ -130,7 +141,9 @@ class Paths {
     sampler.start(x, y, sample);
     const core::Vec4 u = sampler.get_4d(core::kCameraGroup);
     std::uint64_t rays = 0;
-    return integrator_->trace(camera_.ray({static_cast<float>(x) + u.x, static_cast<float>(y) + u.y}, {u.z, u.w}), sampler, rays);
+    return integrator_->trace(
+        camera_.ray({static_cast<float>(x) + u.x, static_cast<float>(y) + u.y}, {u.z, u.w}),
+        sampler, rays);
   }
 
  private:
@@ -158,7 +171,8 @@ Controls controls(const View& view, int samples) {
   return out;
 }
 
-// z above 4.5 in any of eight: false alarm 6e-5. With densities 2 % off, all of those of optimal weights are refused.
+// z above 4.5 in any of eight: false alarm 6e-5. With densities 2 % off, all of those of optimal
+// weights are refused.
 TEST(Fitted, ControlsOfOptimalWeightsHaveTheMeanZero) {
   View split = zoo();
   split.settings.estimator.splitting = core::SplittingType::kFixed;
@@ -170,13 +184,20 @@ TEST(Fitted, ControlsOfOptimalWeightsHaveTheMeanZero) {
   core::MaterialDescription gold;
   gold.metallic = 1;
   gold.roughness = 0.2F;
-  const std::pair<const char*, View> cases[] = {{"square", meter(false)}, {"half hidden", meter(true)}, {"gold", meter(true, gold)},
-                                                {"zoo", zoo()},           {"split", split},             {"power", power},
+  const std::pair<const char*, View> cases[] = {{"square", meter(false)},
+                                                {"half hidden", meter(true)},
+                                                {"gold", meter(true, gold)},
+                                                {"zoo", zoo()},
+                                                {"split", split},
+                                                {"power", power},
                                                 {"one event", shallow}};
   for (const auto& [name, view] : cases) {
-    const Controls c = controls(optimal(view), 256 * 256 * 2 / (view.settings.film.width * view.settings.film.height));
-    EXPECT_LT(std::fabs(c.right.z(0)), 4.5) << name << " " << c.right.mean << " +- " << c.right.standard_error();
-    EXPECT_GT(std::fabs(c.wrong.z(0)), 4.5) << name << " " << c.wrong.mean << " +- " << c.wrong.standard_error();
+    const Controls c = controls(
+        optimal(view), 256 * 256 * 2 / (view.settings.film.width * view.settings.film.height));
+    EXPECT_LT(std::fabs(c.right.z(0)), 4.5)
+        << name << " " << c.right.mean << " +- " << c.right.standard_error();
+    EXPECT_GT(std::fabs(c.wrong.z(0)), 4.5)
+        << name << " " << c.wrong.mean << " +- " << c.wrong.standard_error();
     EXPECT_GT(c.right.standard_error(), 0) << name;
   }
 }
@@ -186,7 +207,8 @@ TEST(Fitted, ControlsOfRegressionHaveTheMeanZero) {
   resampled.settings.light_sampler = core::LightSamplerType::kRis;
   resampled.settings.light_candidates = 4;
   for (const View& view : {meter(true), zoo(), resampled}) {
-    const Controls c = controls(regression(view), 256 * 256 * 2 / (view.settings.film.width * view.settings.film.height));
+    const Controls c = controls(
+        regression(view), 256 * 256 * 2 / (view.settings.film.width * view.settings.film.height));
     EXPECT_LT(std::fabs(c.right.z(0)), 4.5) << c.right.mean << " +- " << c.right.standard_error();
     EXPECT_GT(c.right.standard_error(), 0);
     EXPECT_LT(c.right.standard_error(), 2e-3);
@@ -212,7 +234,9 @@ Estimates from_four_paths(const View& view, FitType type) {
       control[k % 2] += static_cast<double>(s.fit.control.g) / 4;
     }
     for (int half = 0; half < 2; ++half) {
-      const auto c = [&](int of) { return static_cast<double>(core::fitted_coefficient(type, fits[of]).g); };
+      const auto c = [&](int of) {
+        return static_cast<double>(core::fitted_coefficient(type, fits[of]).g);
+      };
       out.same.add(radiance[half] + c(half) * control[half]);
       if (half == 0) {  // both halves of a trial depend on each other
         out.crossed.add(radiance[half] + c(1) * control[half]);
@@ -222,27 +246,33 @@ Estimates from_four_paths(const View& view, FitType type) {
   return out;
 }
 
-// z above 4: false alarm 6e-5. Solved on the very samples that they are used on, coefficients follow the noise.
+// z above 4: false alarm 6e-5. Solved on the very samples that they are used on, coefficients
+// follow the noise.
 void expect_cross_fitting_alone_keeps_the_mean(const View& view, FitType type, double truth) {
   const Estimates e = from_four_paths(view, type);
   EXPECT_LT(std::fabs(e.crossed.z(truth)), 4) << e.crossed.mean << " for " << truth;
   EXPECT_GT(std::fabs(e.same.z(truth)), 8) << e.same.mean << " for " << truth;
-  std::printf("    four paths: crossed %+.2f %%, same %+.2f %%\n", 100 * (e.crossed.mean / truth - 1), 100 * (e.same.mean / truth - 1));
+  std::printf("    four paths: crossed %+.2f %%, same %+.2f %%\n",
+              100 * (e.crossed.mean / truth - 1), 100 * (e.same.mean / truth - 1));
 }
 
 TEST(Fitted, WeightsFromTheOtherHalfKeepTheMeanAndThoseOfTheSameDoNot) {
   expect_cross_fitting_alone_keeps_the_mean(optimal(meter(true)), FitType::kOptimalMis, kHalf);
 }
 
-// A square of side 4 behind one that hides the middle of it, so that samples are large where nothing arrives.
+// A square of side 4 behind one that hides the middle of it, so that samples are large where
+// nothing arrives.
 TEST(Fitted, FactorsFromTheOtherHalfKeepTheMeanAndThoseOfTheSameDoNot) {
-  View view = regression(meter(test_support::lambert(Rgb(1)), square(4, 1, 1), {square(1, 0.5F, 2)}));
+  View view =
+      regression(meter(test_support::lambert(Rgb(1)), square(4, 1, 1), {square(1, 0.5F, 2)}));
   view.settings.estimator.strategy = core::Strategy::kLight;
-  expect_cross_fitting_alone_keeps_the_mean(view, FitType::kRegression, under_square(4) - under_square(2));
+  expect_cross_fitting_alone_keeps_the_mean(view, FitType::kRegression,
+                                            under_square(4) - under_square(2));
 }
 
 struct Spread {
-  Moments difference;  ///< of the variance that the halves tell and the squared error, over the truth squared
+  Moments difference;  ///< of the variance that the halves tell and the squared error, over the
+                       ///< truth squared
   Moments leaky;       ///< the same when a tenth of each half leaks into the other: the fault
   Moments square;
 };
@@ -264,7 +294,8 @@ Spread spread(View view, double truth, int samples, int seeds) {
   return out;
 }
 
-// Although halves learn from each other, their difference tells the error: within 4 standard errors, false alarm 6e-5 each.
+// Although halves learn from each other, their difference tells the error: within 4 standard
+// errors, false alarm 6e-5 each.
 TEST(Fitted, ErrorsFromTheHalvesHold) {
   for (const SamplerType sampler : {SamplerType::kIndependent, SamplerType::kSobol}) {
     for (View view : {optimal(meter(true)), regression(meter(true))}) {
@@ -278,14 +309,19 @@ TEST(Fitted, ErrorsFromTheHalvesHold) {
 }
 
 /// Mean squared error of a pixel over the truth squared.
-double error_of(const View& view, double truth, int samples) { return spread(view, truth, samples, 8).square.mean; }
+double error_of(const View& view, double truth, int samples) {
+  return spread(view, truth, samples, 8).square.mean;
+}
 
-// Under a uniform sky f is the BSDF's own density, times a number: there is a combination without noise, and only the first samples of
-// each replicate do not know it yet: 4 of 128, and some more that know it badly.
+// Under a uniform sky f is the BSDF's own density, times a number: there is a combination without
+// noise, and only the first samples of each replicate do not know it yet: 4 of 128, and some more
+// that know it badly.
 TEST(Fitted, OptimalWeightsFindTheCombinationWithoutNoise) {
-  View view = test_support::view_of(
-      test_support::build(test_support::scene_of({test_support::lambert(Rgb(1))}, {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)})),
-      16, 16);
+  View view =
+      test_support::view_of(test_support::build(test_support::scene_of(
+                                {test_support::lambert(Rgb(1))},
+                                {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)})),
+                            16, 16);
   test_support::look_at(view, {-0.3F, 0.2F, 0.25F}, {0, 0, 0}, 0.001F);
   view.environment = test_support::constant_sky(Rgb(1));
   view.settings.max_depth = 1;
@@ -297,8 +333,8 @@ TEST(Fitted, OptimalWeightsFindTheCombinationWithoutNoise) {
   std::printf("    sky: variance over the balance heuristic's: %.3f\n", ratio);
 }
 
-// LIGHT_TRANSPORT section 2: at most 1.02 of the balance heuristic's; here over 2048 pixels, where the ratio has a standard error of
-// 4 %, so that the limit is three of them above 1.02.
+// At most 1.02 of the balance heuristic's variance; here over 2048 pixels, where
+// the ratio has a standard error of 4 %, so that the limit is three of them above 1.02.
 TEST(Fitted, OptimalWeightsAreNoWorseThanTheBalanceHeuristic) {
   for (const bool wall : {false, true}) {
     const double truth = wall ? kHalf : kOpen;
@@ -306,7 +342,8 @@ TEST(Fitted, OptimalWeightsAreNoWorseThanTheBalanceHeuristic) {
     balance.settings.estimator.mis = MisType::kBalance;
     const double ratio = error_of(optimal(meter(wall)), truth, 256) / error_of(balance, truth, 256);
     EXPECT_LT(ratio, 1.14);
-    std::printf("    lamp, %s: variance over the balance heuristic's: %.3f\n", wall ? "half hidden" : "in the open", ratio);
+    std::printf("    lamp, %s: variance over the balance heuristic's: %.3f\n",
+                wall ? "half hidden" : "in the open", ratio);
   }
 }
 
@@ -319,7 +356,8 @@ TEST(Fitted, RegressionTakesOutWhatTheClosedFormKnowsAndLeavesShadowsAlone) {
   const double half = error_of(regression(hidden), kHalf, 256) / error_of(hidden, kHalf, 256);
   EXPECT_LT(clear, 0.1);
   EXPECT_LT(half, 1.12);  // three standard errors above 1
-  std::printf("    variance with regression over without: %.3f in the open, %.3f half hidden\n", clear, half);
+  std::printf("    variance with regression over without: %.3f in the open, %.3f half hidden\n",
+              clear, half);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Closed spheres and constant skies (truths 1, 2 and 9), for every row of the registries.
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 #include "tests/render/truth.h"
 
 namespace {
@@ -9,8 +9,10 @@ using core::Vec3;
 using test_support::expect_truth;
 
 core::View inside_sphere(const core::MaterialDescription& material, int stacks = 8) {
-  core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of({material}, {test_support::sphere({0, 0, 0}, 1, stacks, true, 0)})), 24, 24);
+  core::View view =
+      test_support::view_of(test_support::build(test_support::scene_of(
+                                {material}, {test_support::sphere({0, 0, 0}, 1, stacks, true, 0)})),
+                            24, 24);
   test_support::look_at(view, {0.1F, 0.2F, 0.3F}, {1, 0.1F, -0.4F}, 70);
   return view;
 }
@@ -36,7 +38,8 @@ TEST(ClosedSphere, GlowsWithOneMinusAPowerOfTheDepth) {
   view.settings.estimator.roulette = core::RouletteType::kNone;
   for (const int depth : {0, 1, 2, 3, 7}) {
     view.settings.max_depth = depth;
-    expect_truth(test_support::render(view, 128), 1 - std::pow(0.5, depth + 1), 1e-3, "depth " + std::to_string(depth));
+    expect_truth(test_support::render(view, 128), 1 - std::pow(0.5, depth + 1), 1e-3,
+                 "depth " + std::to_string(depth));
   }
 }
 
@@ -79,22 +82,28 @@ std::vector<Lossless> lossless() {
 TEST(WhiteFurnace, LosslessBallsCannotBeSeen) {
   for (const Lossless& l : lossless()) {
     core::View view = test_support::view_of(
-        test_support::build(test_support::scene_of({l.material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})), 20, 20);
+        test_support::build(test_support::scene_of(
+            {l.material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})),
+        20, 20);
     test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);  // the ball fills the picture
     view.environment = test_support::constant_sky({1, 1, 1});
     view.settings.max_depth = 128;
     const auto picture = test_support::render(view, 256);
-    const std::string what = std::string(l.name) + " roughness " + std::to_string(l.material.roughness);
+    const std::string what =
+        std::string(l.name) + " roughness " + std::to_string(l.material.roughness);
     const auto mean = static_cast<double>(picture.mean().g);
     const auto error = static_cast<double>(picture.standard_error().g);
     EXPECT_NEAR(mean, 1, l.cap + 4 * error) << what;
     EXPECT_LT(error, 5e-3) << what;
     EXPECT_EQ(picture.progress.rejected_samples, 0U) << what;
-    // No pixel above 1 by more than noise: 400 pixels, standard error from the spread of the picture, and what the
-    // tables are allowed. A half has one degree of freedom a pixel, so the spread is taken over all.
+    // No pixel above 1 by more than noise: 400 pixels, standard error from the spread of the
+    // picture, and what the tables are allowed. A half has one degree of freedom a pixel, so the
+    // spread is taken over all.
     const double spread = error * 20;
     for (std::size_t i = 0; i < picture.snapshot.pixel_count(); ++i) {
-      EXPECT_LT(static_cast<double>(core::pixel_value(picture.snapshot, i).mean.g), 1 + l.cap + 6 * spread + 1e-5) << what;
+      EXPECT_LT(static_cast<double>(core::pixel_value(picture.snapshot, i).mean.g),
+                1 + l.cap + 6 * spread + 1e-5)
+          << what;
     }
   }
 }
@@ -103,17 +112,20 @@ TEST(WhiteFurnace, HoldsForEveryOptionOfTheRegistries) {
   core::MaterialDescription m;
   m.metallic = 0;
   m.roughness = 0.7F;
-  core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of({test_support::lambert(Rgb(1)), m},
-                                                 {test_support::sphere({0, 0, 0}, 1, 16, false, 1),
-                                                  test_support::quad({-9, -1, 9}, {18, 0, 0}, {0, 0, -18}, 0)})), 20, 20);
+  core::View view =
+      test_support::view_of(test_support::build(test_support::scene_of(
+                                {test_support::lambert(Rgb(1)), m},
+                                {test_support::sphere({0, 0, 0}, 1, 16, false, 1),
+                                 test_support::quad({-9, -1, 9}, {18, 0, 0}, {0, 0, -18}, 0)})),
+                            20, 20);
   test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 128;
   for (const auto& v : test_support::variants()) {
     test_support::apply(v, view);
     const auto picture = test_support::render(view, 128);
-    EXPECT_NEAR(picture.mean().g, 1, 5e-3 + 4 * static_cast<double>(picture.standard_error().g)) << v.name;
+    EXPECT_NEAR(picture.mean().g, 1, 5e-3 + 4 * static_cast<double>(picture.standard_error().g))
+        << v.name;
     EXPECT_LT(picture.standard_error().g, 8e-3F) << v.name;
   }
 }
@@ -126,8 +138,10 @@ TEST(GlassSphere, SeenFromItsCentreTheSkyIsNSquaredAsBright) {
   glass.transmission = 1;
   glass.thickness = 1;
   glass.ior = 1.5F;
-  core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of({glass}, {test_support::sphere({0, 0, 0}, 1, 32, false, 0)})), 24, 24);
+  core::View view =
+      test_support::view_of(test_support::build(test_support::scene_of(
+                                {glass}, {test_support::sphere({0, 0, 0}, 1, 32, false, 0)})),
+                            24, 24);
   test_support::look_at(view, {0, 0, 0}, {0, 0, -1}, 60);
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 256;

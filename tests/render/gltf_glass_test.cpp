@@ -1,10 +1,11 @@
-// Transmission, volume and dispersion of glTF: shares that pass, colours that are absorbed, angles that differ by
-// wavelength. The false alarm rate of each z-test is that of 4.5 standard deviations, 7e-6.
-#include <gtest/gtest.h>
-
+// Transmission, volume and dispersion of glTF: shares that pass, colours that are absorbed, angles
+// that differ by wavelength. The false alarm rate of each z-test is that of 4.5 standard
+// deviations, 7e-6.
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include <gtest/gtest.h>
 
 #include "core/bsdf/thin_film.h"
 #include "core/color/wavelength.h"
@@ -41,12 +42,14 @@ double fresnel(double cos_i, double eta) {
 void expect_mean(const Picture& picture, const double (&expected)[3], const char* what) {
   for (int c = 0; c < 3; ++c) {
     const auto error = static_cast<double>(picture.standard_error()[c]);
-    EXPECT_NEAR(static_cast<double>(picture.mean()[c]), expected[c], kSigmas * error + 1e-5) << what << " " << c;
+    EXPECT_NEAR(static_cast<double>(picture.mean()[c]), expected[c], kSigmas * error + 1e-5)
+        << what << " " << c;
   }
 }
 
 TEST(GltfGlass, AThinPaneShowsACheckerBehindItInItsColour) {
-  // Unlit squares behind a thin pane: base colour * (1 - 0.04), in its place, and the black sky's reflection.
+  // Unlit squares behind a thin pane: base colour * (1 - 0.04), in its place, and the black sky's
+  // reflection.
   core::MaterialDescription pane = glass(1.5F, 0);
   pane.base_color = {0.9F, 0.5F, 0.25F};
   core::SceneDescription scene = test_support::stage(pane);
@@ -57,7 +60,8 @@ TEST(GltfGlass, AThinPaneShowsACheckerBehindItInItsColour) {
   scene.materials.push_back(checker);
   scene.meshes[0].primitives.push_back(test_support::patch(-1, 1));
   test_support::add_image(scene, 2, 2, 3, {255, 255, 255, 0, 0, 0, 0, 0, 0, 255, 255, 255});
-  const Picture picture = test_support::shoot_glb(scene, {.width = 2, .height = 2, .samples = 4096, .depth = 4});
+  const Picture picture =
+      test_support::shoot_glb(scene, {.width = 2, .height = 2, .samples = 4096, .depth = 4});
   for (int i = 0; i < 4; ++i) {
     const Rgb seen = pixel(picture, i % 2, i / 2);
     const bool white = i == 0 || i == 3;
@@ -94,7 +98,8 @@ TEST(GltfGlass, SunAndLampsShineThroughClearWindows) {
     const Rgb sun = pixel(test_support::shoot_glb(scene, {}), 4, 4);
     for (int c = 0; c < 3; ++c) {
       const double expected = static_cast<double>(window.base_color[c]) * share * cosine / kPi;
-      EXPECT_NEAR(static_cast<double>(sun[c]), expected, 5e-4 * expected) << theta << " " << c;  // tables
+      EXPECT_NEAR(static_cast<double>(sun[c]), expected, 5e-4 * expected)
+          << theta << " " << c;  // tables
     }
   }
   core::SceneDescription scene = under_window(window);
@@ -103,20 +108,24 @@ TEST(GltfGlass, SunAndLampsShineThroughClearWindows) {
   lamp.to_world.t = {0, 0, 2};
   scene.lights.push_back(lamp);
   scene.cameras[0].x_magnification = scene.cameras[0].y_magnification = 0.002F;
-  EXPECT_NEAR(static_cast<double>(pixel(test_support::shoot_glb(scene, {}), 4, 4).g), 0.5 * 0.96 / kPi, 1e-5);
+  EXPECT_NEAR(static_cast<double>(pixel(test_support::shoot_glb(scene, {}), 4, 4).g),
+              0.5 * 0.96 / kPi, 1e-5);
 }
 
 TEST(GltfGlass, LightThroughAWindowIsCountedOnceByEveryStrategy) {
-  // The same room by BSDF sampling alone, light sampling alone and both: under a sky of 1 the floor has
-  // albedo 1 times what the window lets through of the hemisphere, 2 * integral of T(mu) mu dmu.
+  // The same room by BSDF sampling alone, light sampling alone and both: under a sky of 1 the floor
+  // has albedo 1 times what the window lets through of the hemisphere, 2 * integral of T(mu) mu
+  // dmu.
   const core::SceneDescription scene = under_window(glass(1.5F, 0));
   double expected = 0;
   for (int i = 0; i < 1000; ++i) {
     const double mu = (i + 0.5) / 1000;
     expected += (1 - (0.04 + 0.96 * std::pow(1 - mu, 5))) * 2 * mu / 1000;
   }
-  for (const core::Strategy strategy : {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
-    for (const bool doubled : {false, true}) {  // the planted fault: a sky of 1.03 must be told apart
+  for (const core::Strategy strategy :
+       {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
+    for (const bool doubled :
+         {false, true}) {  // the planted fault: a sky of 1.03 must be told apart
       core::View view = test_support::view_of(test_support::build(scene), 8, 8);
       view.environment = test_support::constant_sky(Rgb(doubled ? 1.03F : 1.0F));
       view.settings.max_depth = 1;
@@ -125,7 +134,8 @@ TEST(GltfGlass, LightThroughAWindowIsCountedOnceByEveryStrategy) {
       // The window ends 50 m away: 1/2500 of the hemisphere passes beside it, at grazing angles.
       const double z = std::fabs(static_cast<double>(picture.mean().g) - expected) /
                        (static_cast<double>(picture.standard_error().g) + 1e-4);
-      EXPECT_EQ(z > kSigmas, doubled) << static_cast<int>(strategy) << ": " << picture.mean().g << " for " << expected;
+      EXPECT_EQ(z > kSigmas, doubled)
+          << static_cast<int>(strategy) << ": " << picture.mean().g << " for " << expected;
     }
   }
 }
@@ -147,16 +157,19 @@ core::SceneDescription slab(const core::MaterialDescription& m) {
 }
 
 TEST(GltfGlass, AVolumeAbsorbsByItsColourAtItsDistance) {
-  // KHR_materials_volume: what is left after d metres is attenuationColor^(d / attenuationDistance).
+  // KHR_materials_volume: what is left after d metres is attenuationColor^(d /
+  // attenuationDistance).
   core::MaterialDescription m = glass(1, 1);
   m.attenuation_color = {0.5F, 0.25F, static_cast<float>(std::exp(-1.0))};
   m.attenuation_distance = 0.5F;
-  Picture picture = test_support::shoot_glb(slab(m), {.depth = 8, .sky = test_support::constant_sky({1, 1, 1})});
+  Picture picture =
+      test_support::shoot_glb(slab(m), {.depth = 8, .sky = test_support::constant_sky({1, 1, 1})});
   const double clear[3] = {0.25, 0.0625, std::exp(-2.0)};
   expect_mean(picture, clear, "matched index");
   // Of index 1.5: R + (1 - R)^2 (a + R a^2) / (1 - R^2 a^2) with a for one way through.
   m.ior = 1.5F;
-  picture = test_support::shoot_glb(slab(m), {.samples = 1024, .depth = 32, .sky = test_support::constant_sky({1, 1, 1})});
+  picture = test_support::shoot_glb(
+      slab(m), {.samples = 1024, .depth = 32, .sky = test_support::constant_sky({1, 1, 1})});
   double expected[3];
   for (int c = 0; c < 3; ++c) {
     const double a = clear[c];
@@ -166,7 +179,8 @@ TEST(GltfGlass, AVolumeAbsorbsByItsColourAtItsDistance) {
   expect_mean(picture, expected, "index 1.5");
 }
 
-/// A unlit white wall behind the slab, and black sky: what passes, 2 faces with every reflection between them.
+/// A unlit white wall behind the slab, and black sky: what passes, 2 faces with every reflection
+/// between them.
 Rgb passed(const core::MaterialDescription& m) {
   core::SceneDescription scene = slab(m);
   core::MaterialDescription wall;
@@ -181,8 +195,9 @@ Rgb passed(const core::MaterialDescription& m) {
 }
 
 TEST(GltfGlass, SpecularFactorAndColourChangeWhatASolidReflects) {
-  // KHR_materials_specular: F0 = min(0.04 * colour, 1) * factor at normal incidence, at both faces; what passes loses
-  // the greatest channel. Reflection of the white sky by the slab: F + T^2 F / (1 - F^2).
+  // KHR_materials_specular: F0 = min(0.04 * colour, 1) * factor at normal incidence, at both faces;
+  // what passes loses the greatest channel. Reflection of the white sky by the slab: F + T^2 F / (1
+  // - F^2).
   core::MaterialDescription m = glass(1.5F, 1);
   m.specular = 0.5F;
   m.specular_color = {4, 2, 0};
@@ -190,7 +205,8 @@ TEST(GltfGlass, SpecularFactorAndColourChangeWhatASolidReflects) {
   const double t = 1 - f[0];
   const Rgb through = passed(m);
   for (int c = 0; c < 3; ++c) {
-    // The walk through the faces is a throw of dice: 4.5 standard deviations of 64 x 4096 throws with p near 0.85.
+    // The walk through the faces is a throw of dice: 4.5 standard deviations of 64 x 4096 throws
+    // with p near 0.85.
     EXPECT_NEAR(static_cast<double>(through[c]), t * t / (1 - f[c] * f[c]), 4.5 * 0.36 / 512) << c;
   }
   const double plain = 0.96 * 0.96 / (1 - 0.04 * 0.04);
@@ -199,7 +215,8 @@ TEST(GltfGlass, SpecularFactorAndColourChangeWhatASolidReflects) {
 }
 
 TEST(GltfGlass, SolidsWearThinFilms) {
-  // KHR_materials_iridescence over a volume: the film's reflectance instead of Fresnel's, from both sides.
+  // KHR_materials_iridescence over a volume: the film's reflectance instead of Fresnel's, from both
+  // sides.
   core::MaterialDescription m = glass(1.5F, 1);
   m.iridescence = 1;
   m.iridescence_ior = 1.8F;
@@ -210,7 +227,9 @@ TEST(GltfGlass, SolidsWearThinFilms) {
   const Rgb through = passed(m);
   for (int c = 0; c < 3; ++c) {
     const auto f = static_cast<double>(film[c]);
-    EXPECT_NEAR(static_cast<double>(through[c]), (1 - greatest) * (1 - greatest) / (1 - f * f), 4.5 * 0.5 / 512) << c;
+    EXPECT_NEAR(static_cast<double>(through[c]), (1 - greatest) * (1 - greatest) / (1 - f * f),
+                4.5 * 0.5 / 512)
+        << c;
   }
 }
 
@@ -247,8 +266,9 @@ TEST(GltfDispersion, WeightsOfWavelengthsAreBoundedAndTheirMeanIsWhite) {
 }
 
 TEST(GltfDispersion, WhatTheFrontReflectsHasNoColourNoise) {
-  // A dispersive face over black: each channel reflects the mean of Fresnel's curve over its wavelengths. With the
-  // wavelength's weight on reflection too, a pixel's channels would differ by their own size.
+  // A dispersive face over black: each channel reflects the mean of Fresnel's curve over its
+  // wavelengths. With the wavelength's weight on reflection too, a pixel's channels would differ by
+  // their own size.
   core::MaterialDescription m = glass(1.5F, 1);
   m.dispersion = 1;
   core::SceneDescription scene = test_support::stage(m);
@@ -263,14 +283,16 @@ TEST(GltfDispersion, WhatTheFrontReflectsHasNoColourNoise) {
   constexpr int kSteps = 100'000;
   for (int i = 0; i < kSteps; ++i) {
     const auto sample = core::sample_wavelength((static_cast<float>(i) + 0.5F) / kSteps);
-    const double f = fresnel(1, static_cast<double>(core::dispersive_ior(1.5F, 1, sample.wavelength_nm)));
+    const double f =
+        fresnel(1, static_cast<double>(core::dispersive_ior(1.5F, 1, sample.wavelength_nm)));
     for (int c = 0; c < 3; ++c) {
       expected[c] += static_cast<double>(sample.weight[c]) * f / kSteps;
     }
   }
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(static_cast<double>(picture.mean()[c]), expected[c],
-                kSigmas * static_cast<double>(picture.standard_error()[c]) + 2e-5) << c;
+                kSigmas * static_cast<double>(picture.standard_error()[c]) + 2e-5)
+        << c;
     const Rgb one = pixel(picture, 3, 5);
     EXPECT_NEAR(one[c] / one.g, expected[c] / expected[1], 0.01) << c;
   }
@@ -279,32 +301,39 @@ TEST(GltfDispersion, WhatTheFrontReflectsHasNoColourNoise) {
 constexpr float kBk7Index = 1.5168F;
 constexpr float kBk7Dispersion = 20 / 64.17F;  // Abbe number 64.17
 
-double deviation_degrees(double index) { return (2 * std::asin(index * 0.5) - kPi / 3) * 180 / kPi; }
+double deviation_degrees(double index) {
+  return (2 * std::asin(index * 0.5) - kPi / 3) * 180 / kPi;
+}
 
 TEST(GltfDispersion, IndicesGiveTheMinimumDeviationsOfABk7Prism) {
-  // Truth 15: F 39.1384, d 38.6467, C 38.4289 degrees from Cauchy's A + B / lambda^2 through n_d and V_d.
+  // Truth 15: F 39.1384, d 38.6467, C 38.4289 degrees from Cauchy's A + B / lambda^2 through n_d
+  // and V_d.
   const double lines[3][2] = {{486.1, 39.1384}, {587.6, 38.6467}, {656.3, 38.4289}};
   for (const auto& [nm, degrees] : lines) {
-    const auto index = static_cast<double>(core::dispersive_ior(kBk7Index, kBk7Dispersion, static_cast<float>(nm)));
+    const auto index = static_cast<double>(
+        core::dispersive_ior(kBk7Index, kBk7Dispersion, static_cast<float>(nm)));
     EXPECT_NEAR(deviation_degrees(index), degrees, 0.01) << nm;
   }
 }
 
-/// A prism of 60 degrees, its edge along y, met by a thin beam of camera rays along -z at the angle of minimum deviation of
-/// n_d; a bright wall far away begins where light of `edge_nm` leaves and covers greater deviations (shorter waves).
+/// A prism of 60 degrees, its edge along y, met by a thin beam of camera rays along -z at the angle
+/// of minimum deviation of n_d; a bright wall far away begins where light of `edge_nm` leaves and
+/// covers greater deviations (shorter waves).
 core::SceneDescription prism(float edge_nm) {
   core::MaterialDescription m = glass(kBk7Index, 1);
   m.dispersion = kBk7Dispersion;
   const double incidence = std::asin(static_cast<double>(kBk7Index) * 0.5);
   // In the prism's own frame the first face's normal points to -x turned by 30 degrees up: faces
-  // at 60 degrees meet at the top. Directions are angles in the x-z plane, measured from -z towards +x.
+  // at 60 degrees meet at the top. Directions are angles in the x-z plane, measured from -z towards
+  // +x.
   const auto direction = [](double angle) {
     return Vec3{static_cast<float>(std::sin(angle)), 0, static_cast<float>(-std::cos(angle))};
   };
   // The beam goes along angle 0. The outward normal of face 1 makes `incidence` with the way back
   // (+z); the base is on the +x side, towards which light is bent.
   const double normal1 = kPi + incidence;  // angle of the outward normal of face 1
-  const double normal2 = normal1 + kPi - kPi / 3;  // outward normals of faces at 60 degrees differ by 120
+  const double normal2 =
+      normal1 + kPi - kPi / 3;  // outward normals of faces at 60 degrees differ by 120
   const Vec3 n1 = direction(normal1);
   const Vec3 n2 = direction(normal2);
   // Corners: the edge E where both faces meet, and 1 m along each face away from it.
@@ -333,7 +362,8 @@ core::SceneDescription prism(float edge_nm) {
     const double inside2 = kPi / 3 - inside1;
     return incidence + std::asin(index * std::sin(inside2)) - kPi / 3;  // deviation
   };
-  const double first = exit_angle(static_cast<double>(core::dispersive_ior(kBk7Index, kBk7Dispersion, edge_nm)));
+  const double first =
+      exit_angle(static_cast<double>(core::dispersive_ior(kBk7Index, kBk7Dispersion, edge_nm)));
   constexpr float kFar = 1e4F;
   const Vec3 near_edge = direction(first) * kFar;
   const Vec3 far_edge = direction(first + 0.05) * kFar;
@@ -343,8 +373,9 @@ core::SceneDescription prism(float edge_nm) {
   bright.unlit = true;
   bright.double_sided = true;
   const Vec3 base_normal = core::normalize((n1 + n2) * -1.0F);
-  core::SceneDescription scene = test_support::scene_of(
-      {m, bright}, {face(edge, corner1, n1, 0), face(edge, corner2, n2, 0), face(corner1, corner2, base_normal, 0), wall});
+  core::SceneDescription scene =
+      test_support::scene_of({m, bright}, {face(edge, corner1, n1, 0), face(edge, corner2, n2, 0),
+                                           face(corner1, corner2, base_normal, 0), wall});
   core::CameraDescription beam = test_support::front_camera(1e-4F);
   scene.cameras.push_back(beam);
   return scene;
@@ -361,10 +392,12 @@ TEST(GltfDispersion, APrismSendsEachWavelengthWhereSnellSays) {
       for (int i = 0; i < kSteps; ++i) {
         const auto sample = core::sample_wavelength((static_cast<float>(i) + 0.5F) / kSteps);
         if (sample.wavelength_nm < nm_edge) {
-          const auto n = static_cast<double>(core::dispersive_ior(kBk7Index, kBk7Dispersion, sample.wavelength_nm));
+          const auto n = static_cast<double>(
+              core::dispersive_ior(kBk7Index, kBk7Dispersion, sample.wavelength_nm));
           const double inside1 = std::asin(std::sin(incidence) / n);
           const double out = std::asin(n * std::sin(kPi / 3 - inside1));
-          const double share = (1 - fresnel(std::cos(incidence), n)) * (1 - fresnel(std::cos(out), n));
+          const double share =
+              (1 - fresnel(std::cos(incidence), n)) * (1 - fresnel(std::cos(out), n));
           for (std::size_t c = 0; c < 3; ++c) {
             sum[c] += static_cast<double>(sample.weight[static_cast<int>(c)]) * share / kSteps;
           }

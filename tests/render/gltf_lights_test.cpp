@@ -1,10 +1,10 @@
-// KHR_lights_punctual, cameras, alpha: what arrives, and what is covered. Nothing here is noisy but BLEND seen by
-// the camera.
-#include <gtest/gtest.h>
-
+// KHR_lights_punctual, cameras, alpha: what arrives, and what is covered. Nothing here is noisy but
+// BLEND seen by the camera.
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include <gtest/gtest.h>
 
 #include "tests/render/gltf_stage.h"
 
@@ -52,11 +52,13 @@ TEST(GltfLights, ASpotFadesBetweenItsCones) {
   spot.to_world.t = {0, 0, 1};
   scene.lights.push_back(spot);
   const int width = 101;
-  const Picture picture = test_support::shoot_glb(scene, {.width = width, .height = width, .samples = 16});
+  const Picture picture =
+      test_support::shoot_glb(scene, {.width = width, .height = width, .samples = 16});
   for (int x = 0; x < width; x += 5) {
     const double across = (x + 0.5) / width * 2 - 1;
     const double c = 1 / std::sqrt(1 + across * across);  // cosine of the angle, and 1 m / distance
-    const double fade = std::clamp((c - std::cos(outer)) / (std::cos(inner) - std::cos(outer)), 0.0, 1.0);
+    const double fade =
+        std::clamp((c - std::cos(outer)) / (std::cos(inner) - std::cos(outer)), 0.0, 1.0);
     const double expected = 5 / kPi * c * c * c * fade * fade;
     EXPECT_NEAR(static_cast<double>(pixel(picture, x, width / 2).r), expected, 0.01) << x;
   }
@@ -105,10 +107,11 @@ core::SceneDescription veiled(core::AlphaMode mode, float cutoff) {
 }
 
 TEST(GltfAlpha, HolesLetLightThroughByOneMinusAlpha) {
-  // The camera looks at the floor from below the veil; the sun shines through it. A blended veil weighs the light
-  // by its expected value, so the floor shows 1 - alpha without noise.
+  // The camera looks at the floor from below the veil; the sun shines through it. A blended veil
+  // weighs the light by its expected value, so the floor shows 1 - alpha without noise.
   for (const bool blend : {false, true}) {
-    core::SceneDescription scene = veiled(blend ? core::AlphaMode::kBlend : core::AlphaMode::kMask, 0.5F);
+    core::SceneDescription scene =
+        veiled(blend ? core::AlphaMode::kBlend : core::AlphaMode::kMask, 0.5F);
     scene.materials[1].base_color_texture.nearest = true;
     scene.materials[1].unlit = false;  // an unlit veil would shine on the floor
     scene.meshes[0].primitives.push_back(test_support::patch(0.5F, 1));
@@ -126,7 +129,8 @@ TEST(GltfAlpha, HolesLetLightThroughByOneMinusAlpha) {
 TEST(GltfAlpha, CoverageIsAlphaAtBlendAndAStepAtMask) {
   for (const float cutoff : {0.0F, 0.3F, 1.1F, -1.0F}) {  // the last: BLEND
     const bool blend = cutoff < 0;
-    core::SceneDescription scene = veiled(blend ? core::AlphaMode::kBlend : core::AlphaMode::kMask, cutoff);
+    core::SceneDescription scene =
+        veiled(blend ? core::AlphaMode::kBlend : core::AlphaMode::kMask, cutoff);
     scene.materials[1].base_color_texture.nearest = true;
     scene.meshes[0].primitives = {test_support::patch(0.5F, 1)};
     const Picture picture = test_support::shoot_glb(scene, {.samples = 256});
@@ -137,8 +141,10 @@ TEST(GltfAlpha, CoverageIsAlphaAtBlendAndAStepAtMask) {
       }
       const double alpha = (32 * x + 16) / 255.0;
       const double expected = blend ? alpha : (alpha >= static_cast<double>(cutoff) ? 1 : 0);
-      // 2048 throws of dice: 5 standard deviations at most, a false alarm once in 10^5 runs of the test.
-      EXPECT_NEAR(mean, expected, 5 * std::sqrt(expected * (1 - expected) / 2048) + 1e-6) << x << " " << cutoff;
+      // 2048 throws of dice: 5 standard deviations at most, a false alarm once in 10^5 runs of the
+      // test.
+      EXPECT_NEAR(mean, expected, 5 * std::sqrt(expected * (1 - expected) / 2048) + 1e-6)
+          << x << " " << cutoff;
     }
   }
 }
@@ -166,14 +172,15 @@ TEST(GltfAlpha, BlendedLayersCompositeByDepthNotByOrderInTheFile) {
     const Rgb mean = picture.mean();
     for (int c = 0; c < 3; ++c) {
       // 16384 throws: 5 standard deviations.
-      EXPECT_NEAR(static_cast<double>(mean[c]), expected[c], 5 * std::sqrt(expected[c] * (1 - expected[c]) / 16384));
+      EXPECT_NEAR(static_cast<double>(mean[c]), expected[c],
+                  5 * std::sqrt(expected[c] * (1 - expected[c]) / 16384));
     }
   }
 }
 
 TEST(GltfAlpha, FarAwayColourIsNotMixedWithWhatStandsBehindHoles) {
-  // Green where alpha is 1, black where it is 0, in stripes of one texel; the whole texture falls on
-  // one pixel. Covered samples must all be green.
+  // Green where alpha is 1, black where it is 0, in stripes of one texel; the whole texture falls
+  // on one pixel. Covered samples must all be green.
   core::MaterialDescription m;
   m.unlit = true;
   m.alpha_mode = core::AlphaMode::kMask;
@@ -185,7 +192,8 @@ TEST(GltfAlpha, FarAwayColourIsNotMixedWithWhatStandsBehindHoles) {
     texels.insert(texels.end(), {0, i % 2 * 255, 0, i % 2 * 255});
   }
   test_support::add_image(scene, 64, 64, 4, texels);
-  // The GLB writer would lose what stands behind alpha 0; so this one goes straight to the renderer.
+  // The GLB writer would lose what stands behind alpha 0; so this one goes straight to the
+  // renderer.
   const Picture picture = test_support::shoot(scene, {.width = 1, .height = 1, .samples = 1024});
   EXPECT_NEAR(pixel(picture, 0, 0).g, 0.5F, 5 * 0.5F / 32);
 }

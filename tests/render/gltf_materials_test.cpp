@@ -1,10 +1,10 @@
-// Opaque materials of glTF against the formulas of appendix B and of the KHR extensions, under one sun: a
-// radiance without noise is f(wo, wi) * lux * cos.
-#include <gtest/gtest.h>
-
+// Opaque materials of glTF against the formulas of appendix B and of the KHR extensions, under one
+// sun: a radiance without noise is f(wo, wi) * lux * cos.
 #include <algorithm>
 #include <cmath>
 #include <functional>
+
+#include <gtest/gtest.h>
 
 #include "core/bsdf/thin_film.h"
 #include "tests/render/gltf_stage.h"
@@ -22,17 +22,21 @@ constexpr double kPi = 3.14159265358979323846;
 struct Wide {
   double x, y, z;
 };
-Wide wide(Vec3 v) { return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)}; }
+Wide wide(Vec3 v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
 
 double schlick(double f0, double cos_vh) { return f0 + (1 - f0) * std::pow(1 - cos_vh, 5); }
 
-/// D * V of appendix B.3.2, seen along the normal; widths along x and y as KHR_materials_anisotropy has them.
+/// D * V of appendix B.3.2, seen along the normal; widths along x and y as KHR_materials_anisotropy
+/// has them.
 double specular_along_normal(Wide wi, double alpha_x, double alpha_y) {
   const double length = std::sqrt(wi.x * wi.x + wi.y * wi.y + (wi.z + 1) * (wi.z + 1));
   const Wide h = {wi.x / length, wi.y / length, (wi.z + 1) / length};
   const double k = h.x * h.x / (alpha_x * alpha_x) + h.y * h.y / (alpha_y * alpha_y) + h.z * h.z;
   const double d = 1 / (kPi * alpha_x * alpha_y * k * k);
-  const double root = std::sqrt(alpha_x * alpha_x * wi.x * wi.x + alpha_y * alpha_y * wi.y * wi.y + wi.z * wi.z);
+  const double root =
+      std::sqrt(alpha_x * alpha_x * wi.x * wi.x + alpha_y * alpha_y * wi.y * wi.y + wi.z * wi.z);
   return d * 0.5 / (root + wi.z);  // V with the viewer at n: its own root is 1
 }
 double half_cos(Wide wi) { return std::sqrt((1 + wi.z) / 2); }  // between wo = n and h
@@ -44,8 +48,9 @@ float lit(const core::MaterialDescription& m, Vec3 wi, int channel = 0) {
 }
 
 TEST(GltfMaterials, MetalIsGgxWithSchlicksFresnelInTheBaseColour) {
-  // The specification has single scattering. More bounces add at most (1 - E(wo)) (1 - E(wi)) / (1 - E_avg)
-  // of a Lambertian, times the colour; E by truth 3 for alpha = 0.25: 0.9158 along the normal.
+  // The specification has single scattering. More bounces add at most (1 - E(wo)) (1 - E(wi)) / (1
+  // - E_avg) of a Lambertian, times the colour; E by truth 3 for alpha = 0.25: 0.9158 along the
+  // normal.
   core::MaterialDescription m;
   m.base_color = {0.9F, 0.5F, 0.2F};
   m.roughness = 0.5F;
@@ -53,8 +58,9 @@ TEST(GltfMaterials, MetalIsGgxWithSchlicksFresnelInTheBaseColour) {
     const Vec3 wi = towards(theta, 40);
     for (int c = 0; c < 3; ++c) {
       const double f0 = static_cast<double>(m.base_color[c]);
-      const double expected =
-          schlick(f0, half_cos(wide(wi))) * specular_along_normal(wide(wi), 0.25, 0.25) * static_cast<double>(wi.z);
+      const double expected = schlick(f0, half_cos(wide(wi))) *
+                              specular_along_normal(wide(wi), 0.25, 0.25) *
+                              static_cast<double>(wi.z);
       const auto seen = static_cast<double>(lit(m, wi, c));
       const double bounces = (1 - 0.9158) * 1.3 * f0 / kPi * static_cast<double>(wi.z);
       EXPECT_GT(seen, expected * 0.9995) << theta << " " << c;
@@ -73,15 +79,19 @@ TEST(GltfMaterials, DielectricIsFourPercentOverItsDiffuseBase) {
     const double f = schlick(0.04, half_cos(wide(wi)));
     const double specular = f * specular_along_normal(wide(wi), 0.36, 0.36);
     for (int c = 0; c < 3; ++c) {
-      // fresnel_mix; the coupling by albedos, which conserves energy, differs from it by up to 6 % of the base.
-      const double expected = (specular + (1 - f) * static_cast<double>(m.base_color[c]) / kPi) * static_cast<double>(wi.z);
-      EXPECT_NEAR(static_cast<double>(lit(m, wi, c)), expected, 0.06 * expected + 3e-4) << theta << " " << c;
+      // fresnel_mix; the coupling by albedos, which conserves energy, differs from it by up to 6 %
+      // of the base.
+      const double expected = (specular + (1 - f) * static_cast<double>(m.base_color[c]) / kPi) *
+                              static_cast<double>(wi.z);
+      EXPECT_NEAR(static_cast<double>(lit(m, wi, c)), expected, 0.06 * expected + 3e-4)
+          << theta << " " << c;
     }
   }
 }
 
 TEST(GltfMaterials, SpecularColourDimsTheBaseByItsGreatestChannel) {
-  // KHR_materials_specular: the base keeps its hue under a red highlight, off which the view is here.
+  // KHR_materials_specular: the base keeps its hue under a red highlight, off which the view is
+  // here.
   core::MaterialDescription m;
   m.metallic = 0;
   m.roughness = 0.2F;
@@ -89,8 +99,10 @@ TEST(GltfMaterials, SpecularColourDimsTheBaseByItsGreatestChannel) {
   m.specular_color = {0.5F, 0, 0};
   m.base_color = {0, 0.6F, 0.6F};
   const Vec3 wi = towards(30);
-  const double expected = (1 - schlick(0.5, half_cos(wide(wi)))) * 0.6 / kPi * static_cast<double>(wi.z);
-  EXPECT_NEAR(static_cast<double>(lit(m, wi, 1)), expected, 0.06 * expected);  // twice that with its own channel
+  const double expected =
+      (1 - schlick(0.5, half_cos(wide(wi)))) * 0.6 / kPi * static_cast<double>(wi.z);
+  EXPECT_NEAR(static_cast<double>(lit(m, wi, 1)), expected,
+              0.06 * expected);  // twice that with its own channel
 }
 
 TEST(GltfMaterials, SpecularFactorZeroLeavesALambertian) {
@@ -118,7 +130,8 @@ TEST(GltfMaterials, AnisotropyStretchesHighlightsAlongItsDirection) {
     const Wide w = wide(wi);
     const Wide turned = {w.x * std::cos(rotation) + w.y * std::sin(rotation),
                          -w.x * std::sin(rotation) + w.y * std::cos(rotation), w.z};
-    const double expected = schlick(0.05, half_cos(w)) * specular_along_normal(turned, along, alpha) * w.z;
+    const double expected =
+        schlick(0.05, half_cos(w)) * specular_along_normal(turned, along, alpha) * w.z;
     EXPECT_NEAR(static_cast<double>(lit(m, wi)), expected, 1e-3 * expected + 1e-3) << phi;
   }
 }
@@ -140,7 +153,8 @@ TEST(GltfMaterials, TheAnisotropyTextureTurnsItToo) {
 }
 
 TEST(GltfMaterials, ClearcoatAddsItsFourPercentAboveTheGeometricNormal) {
-  // Black below: what is left is the coat, GGX with f0 = 0.04, which the base's normal map does not turn.
+  // Black below: what is left is the coat, GGX with f0 = 0.04, which the base's normal map does not
+  // turn.
   core::MaterialDescription m = test_support::lambert({0, 0, 0});
   m.clearcoat = 0.8F;
   m.clearcoat_roughness = 0.5F;
@@ -149,9 +163,10 @@ TEST(GltfMaterials, ClearcoatAddsItsFourPercentAboveTheGeometricNormal) {
   test_support::add_image(scene, 1, 1, 3, {200, 128, 220});
   const Vec3 wi = towards(20, 60);
   scene.lights.push_back(test_support::sun(wi, {1, 1, 1}));
-  const double expected =
-      0.8 * schlick(0.04, half_cos(wide(wi))) * specular_along_normal(wide(wi), 0.25, 0.25) * static_cast<double>(wi.z);
-  EXPECT_NEAR(static_cast<double>(pixel(test_support::shoot_glb(scene, {}), 4, 4).r), expected, 0.01 * expected);
+  const double expected = 0.8 * schlick(0.04, half_cos(wide(wi))) *
+                          specular_along_normal(wide(wi), 0.25, 0.25) * static_cast<double>(wi.z);
+  EXPECT_NEAR(static_cast<double>(pixel(test_support::shoot_glb(scene, {}), 4, 4).r), expected,
+              0.01 * expected);
 }
 
 TEST(GltfMaterials, ClearcoatHasANormalMapOfItsOwn) {
@@ -180,9 +195,12 @@ double charlie(Wide wi, double cos_view, double roughness) {
   const double cos_h = (wi.z + cos_view) / length;
   const double d = (2 + 1 / alpha) * std::pow(1 - cos_h * cos_h, 0.5 / alpha) / (2 * kPi);
   const double t = (1 - alpha) * (1 - alpha);
-  const auto mix = [t](double at_rough, double at_smooth) { return at_rough + (at_smooth - at_rough) * t; };
+  const auto mix = [t](double at_rough, double at_smooth) {
+    return at_rough + (at_smooth - at_rough) * t;
+  };
   const auto curve = [&mix](double x) {
-    return mix(21.5473, 25.3245) / (1 + mix(3.82987, 3.32435) * std::pow(x, mix(0.19823, 0.16801))) +
+    return mix(21.5473, 25.3245) /
+               (1 + mix(3.82987, 3.32435) * std::pow(x, mix(0.19823, 0.16801))) +
            mix(-1.97760, -1.27393) * x + mix(-4.32054, -4.85967);
   };
   const auto lambda = [&curve](double c) {
@@ -198,9 +216,10 @@ TEST(GltfMaterials, SheenIsCharliesFuzzOverADimmedBase) {
     m.sheen_roughness = static_cast<float>(roughness);
     const Vec3 wi = towards(60, 90);
     for (int c = 0; c < 3; ++c) {
-      const double expected =
-          static_cast<double>(m.sheen_color[c]) * charlie(wide(wi), 1, roughness) * static_cast<double>(wi.z);
-      EXPECT_NEAR(static_cast<double>(lit(m, wi, c)), expected, 1e-3 * expected + 1e-6) << roughness << " " << c;
+      const double expected = static_cast<double>(m.sheen_color[c]) *
+                              charlie(wide(wi), 1, roughness) * static_cast<double>(wi.z);
+      EXPECT_NEAR(static_cast<double>(lit(m, wi, c)), expected, 1e-3 * expected + 1e-6)
+          << roughness << " " << c;
     }
     // Over a white base: base * min(1 - max(sheen) E(wo), 1 - max(sheen) E(wi)).
     const auto albedo = [roughness](double cos_view) {
@@ -248,8 +267,9 @@ TEST(GltfMaterials, IridescenceFactorOrThicknessZeroIsNoFilm) {
 }
 
 TEST(GltfMaterials, AThinFilmShowsTheColoursOfAirysSum) {
-  // Truth 14 exactly for one wavelength; then the colour formula of the extension, which sums gaussians, against
-  // Airy's sum under CIE matching functions (Wyman, Sloan and Shirley 2013): within a twentieth of its range.
+  // Truth 14 exactly for one wavelength; then the colour formula of the extension, which sums
+  // gaussians, against Airy's sum under CIE matching functions (Wyman, Sloan and Shirley 2013):
+  // within a twentieth of its range.
   const double quarter = 550 / (4 * 1.38);
   EXPECT_NEAR(core::airy_reflectance(1, 1, 1.38, 1.52, quarter, 550), 0.0126, 1e-4);
   const double bare = std::pow((1.52 - 1) / (1.52 + 1), 2);
@@ -282,8 +302,10 @@ TEST(GltfMaterials, DiffuseTransmissionSendsItsShareThrough) {
   const double cosine = std::cos(50 * kPi / 180);
   for (int c = 0; c < 3; ++c) {
     const double color = static_cast<double>(m.diffuse_transmission_color[c]);
-    EXPECT_NEAR(static_cast<double>(lit(m, towards(50), c)), 0.7 * 0.8 / kPi * cosine, 1e-6) << "front";
-    EXPECT_NEAR(static_cast<double>(lit(m, towards(130), c)), 0.3 * color / kPi * cosine, 1e-6) << "back";
+    EXPECT_NEAR(static_cast<double>(lit(m, towards(50), c)), 0.7 * 0.8 / kPi * cosine, 1e-6)
+        << "front";
+    EXPECT_NEAR(static_cast<double>(lit(m, towards(130), c)), 0.3 * color / kPi * cosine, 1e-6)
+        << "back";
   }
 }
 
@@ -314,24 +336,29 @@ TEST(GltfMaterials, IorZeroReflectsEverything) {
   m.roughness = 0;
   m.ior = 0;
   m.base_color = {0, 0, 0};
-  const Rgb seen =
-      pixel(test_support::shoot_glb(test_support::stage(m), {.sky = test_support::constant_sky({1, 1, 1})}), 4, 4);
+  const Rgb seen = pixel(test_support::shoot_glb(test_support::stage(m),
+                                                 {.sky = test_support::constant_sky({1, 1, 1})}),
+                         4, 4);
   EXPECT_NEAR(seen.g, 1, 1e-5F);
 }
 
 /// One triangle that covers the patch, written by hand with the JSON of its materials.
-core::Bytes raw_glb(const char* materials[], int count, const char* primitive_more, const char* extensions) {
+core::Bytes raw_glb(const char* materials[], int count, const char* primitive_more,
+                    const char* extensions) {
   core::GlbWriter writer;
   const float positions[9] = {-1, -1, 0, 5, -1, 0, -1, 5, 0};
-  const int accessor =
-      writer.add_accessor(std::as_bytes(std::span(positions)), 5126, "VEC3", 3, R"({"min": [-1, -1, 0], "max": [5, 5, 0]})");
+  const int accessor = writer.add_accessor(std::as_bytes(std::span(positions)), 5126, "VEC3", 3,
+                                           R"({"min": [-1, -1, 0], "max": [5, 5, 0]})");
   for (int i = 0; i < count; ++i) {
     writer.add("materials", materials[i]);
   }
-  writer.add("meshes", R"({"primitives": [{"attributes": {"POSITION": )" + std::to_string(accessor) +
-                           R"(}, "material": 0)" + primitive_more + "}]}");
+  writer.add("meshes", R"({"primitives": [{"attributes": {"POSITION": )" +
+                           std::to_string(accessor) + R"(}, "material": 0)" + primitive_more +
+                           "}]}");
   writer.add("nodes", R"({"mesh": 0})");
-  writer.add("cameras", R"({"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 20}})");
+  writer.add(
+      "cameras",
+      R"({"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 20}})");
   writer.add("nodes", R"({"camera": 0, "translation": [0, 0, 10]})");
   writer.use_extension("KHR_materials_unlit");
   writer.use_extension("KHR_materials_variants");
@@ -345,7 +372,8 @@ TEST(GltfMaterials, VariantsChooseTheMaterial) {
       R"({"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}, "extensions": {"KHR_materials_unlit": {}}})",
       R"({"pbrMetallicRoughness": {"baseColorFactor": [0, 1, 0, 1]}, "extensions": {"KHR_materials_unlit": {}}})"};
   const core::Bytes glb = raw_glb(
-      materials, 2, R"(, "extensions": {"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [1]}]}})",
+      materials, 2,
+      R"(, "extensions": {"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [1]}]}})",
       R"({"KHR_materials_variants": {"variants": [{"name": "day"}, {"name": "night"}]}})");
   for (const char* variant : {"", "day", "night"}) {
     core::GltfOptions options;
@@ -363,12 +391,13 @@ TEST(GltfMaterials, SpecularGlossinessHasItsOwnFresnelAndDiffuse) {
   const char* materials[] = {
       R"({"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [0.5, 0.2, 0, 1],
           "specularFactor": [0.6, 0.3, 0.1], "glossinessFactor": 1}}})"};
-  const core::Bytes glb = raw_glb(materials, 1, "", R"({"KHR_materials_variants": {"variants": []}})");
+  const core::Bytes glb =
+      raw_glb(materials, 1, "", R"({"KHR_materials_variants": {"variants": []}})");
   core::SceneDescription scene = test_support::load(glb);
   const auto sky = test_support::constant_sky({1, 1, 1});
   const Rgb seen = test_support::shoot(scene, {.samples = 4096, .sky = sky}).mean();
-  // At normal incidence: specular + diffuse * (1 - max(specular)); the coupling of the base by albedos
-  // moves the second term by a few percent.
+  // At normal incidence: specular + diffuse * (1 - max(specular)); the coupling of the base by
+  // albedos moves the second term by a few percent.
   const double diffuse[3] = {0.5, 0.2, 0};
   const double specular[3] = {0.6, 0.3, 0.1};
   for (int c = 0; c < 3; ++c) {

@@ -50,7 +50,8 @@ core::PunctualLightDescription sun(Vec3 wi, Rgb lux) {
 Vec3 towards(double theta, double phi) {
   constexpr double kDegree = 3.14159265358979323846 / 180;
   const double s = std::sin(theta * kDegree);
-  return {static_cast<float>(s * std::cos(phi * kDegree)), static_cast<float>(s * std::sin(phi * kDegree)),
+  return {static_cast<float>(s * std::cos(phi * kDegree)),
+          static_cast<float>(s * std::sin(phi * kDegree)),
           static_cast<float>(std::cos(theta * kDegree))};
 }
 
@@ -66,7 +67,8 @@ int add_image(core::SceneDescription& scene, int width, int height, int channels
 }
 
 core::SceneDescription load(const core::Bytes& glb, const core::GltfOptions& options) {
-  auto scene = core::load_gltf(glb, [](std::string_view) { return core::SharedBytes(); }, options);
+  auto scene = core::load_gltf(
+      glb, [](std::string_view) { return core::SharedBytes(); }, options);
   CHECK(scene);
   return *std::move(scene);
 }
@@ -90,7 +92,8 @@ Rgb pixel(const Picture& picture, int x, int y) {
 }
 
 float depth_at(const Picture& picture, int x, int y) {
-  return picture.snapshot.aux[static_cast<std::size_t>(y * picture.snapshot.rect.width + x)].depth_m;
+  return picture.snapshot.aux[static_cast<std::size_t>(y * picture.snapshot.rect.width + x)]
+      .depth_m;
 }
 
 double srgb_to_linear(double byte) {

@@ -1,5 +1,5 @@
-/// A stage for one glTF feature: a scene made in code goes through a GLB file and the real loader, and
-/// is rendered small.
+/// A stage for one glTF feature: a scene made in code goes through a GLB file and the real loader,
+/// and is rendered small.
 ///
 /// The patch lies in the plane z = 0 and fills [-1, 1] x [-1, 1], facing +z, u to the right, v
 /// downwards; the camera looks along -z, orthographic, and sees exactly the patch.

@@ -1,8 +1,8 @@
-// Shading normals: coarse round things lit from the side, and what stays lossless and the same for all strategies. The
-// false alarm rate of each z-test is that of 4.5 standard deviations, 7e-6.
-#include <gtest/gtest.h>
-
+// Shading normals: coarse round things lit from the side, and what stays lossless and the same for
+// all strategies. The false alarm rate of each z-test is that of 4.5 standard deviations, 7e-6.
 #include <cmath>
+
+#include <gtest/gtest.h>
 
 #include "tests/render/gltf_stage.h"
 
@@ -18,15 +18,17 @@ constexpr double kSigmas = 4.5;
 
 /// A white ball of few facets with smooth normals, seen from +z.
 core::SceneDescription ball(int stacks, const core::MaterialDescription& material) {
-  core::SceneDescription scene = test_support::scene_of({material}, {test_support::sphere({0, 0, 0}, 1, stacks, false, 0)});
+  core::SceneDescription scene =
+      test_support::scene_of({material}, {test_support::sphere({0, 0, 0}, 1, stacks, false, 0)});
   scene.cameras.push_back(test_support::front_camera());
   return scene;
 }
 
 struct Terminator {
-  double error = 0;     ///< mean absolute difference from a perfect ball
-  double darkest = 1;   ///< least radiance over that of the perfect ball, where its cosine is above 0.25
-  double leak = 0;      ///< greatest radiance where the perfect ball's cosine is below -0.05
+  double error = 0;  ///< mean absolute difference from a perfect ball
+  double darkest =
+      1;  ///< least radiance over that of the perfect ball, where its cosine is above 0.25
+  double leak = 0;  ///< greatest radiance where the perfect ball's cosine is below -0.05
 };
 
 /// flat: without its normals.
@@ -38,7 +40,8 @@ Terminator lit_from_the_side(int stacks, bool flat) {
   }
   const Vec3 wi = test_support::towards(80, 25);
   scene.lights.push_back(test_support::sun(wi, Rgb(static_cast<float>(kPi))));
-  const Picture picture = test_support::shoot_glb(scene, {.width = kSide, .height = kSide, .samples = 64});
+  const Picture picture =
+      test_support::shoot_glb(scene, {.width = kSide, .height = kSide, .samples = 64});
   Terminator out;
   int count = 0;
   for (int y = 0; y < kSide; ++y) {
@@ -49,8 +52,8 @@ Terminator lit_from_the_side(int stacks, bool flat) {
         continue;  // the outline is that of the facets
       }
       const double pz = std::sqrt(1 - px * px - py * py);
-      const double cosine =
-          px * static_cast<double>(wi.x) + py * static_cast<double>(wi.y) + pz * static_cast<double>(wi.z);
+      const double cosine = px * static_cast<double>(wi.x) + py * static_cast<double>(wi.y) +
+                            pz * static_cast<double>(wi.z);
       const auto seen = static_cast<double>(pixel(picture, x, y).g);
       out.error += std::fabs(seen - std::max(cosine, 0.0));
       ++count;
@@ -67,8 +70,9 @@ Terminator lit_from_the_side(int stacks, bool flat) {
 }
 
 TEST(GltfTerminator, ACoarseBallIsShadedLikeARoundOne) {
-  // 8 stacks: facets of 22.5 degrees. Their own horizons would cut the light where the cosine is below sin(11 degrees)
-  // of a corner, 0.2 and more along a diagonal; interpolated normals of a chord are right within 1 %.
+  // 8 stacks: facets of 22.5 degrees. Their own horizons would cut the light where the cosine is
+  // below sin(11 degrees) of a corner, 0.2 and more along a diagonal; interpolated normals of a
+  // chord are right within 1 %.
   const Terminator round = lit_from_the_side(8, false);
   EXPECT_LT(round.error, 0.012);
   EXPECT_GT(round.darkest, 0.9);
@@ -82,7 +86,8 @@ TEST(GltfTerminator, LosslessBallsWithShadingNormalsCannotBeSeen) {
   // Coarse normals, and on top of them a normal map that tilts by 40 degrees.
   for (const bool mapped : {false, true}) {
     for (const float metallic : {0.0F, 1.0F}) {
-      core::MaterialDescription m = metallic > 0 ? core::MaterialDescription{} : test_support::lambert({1, 1, 1});
+      core::MaterialDescription m =
+          metallic > 0 ? core::MaterialDescription{} : test_support::lambert({1, 1, 1});
       m.metallic = metallic;
       m.roughness = 0.4F;
       core::SceneDescription scene = ball(5, m);
@@ -99,8 +104,12 @@ TEST(GltfTerminator, LosslessBallsWithShadingNormalsCannotBeSeen) {
           p.uv[0].assign(p.positions.size(), {0, 0});
         }
       }
-      const Picture picture = test_support::shoot_glb(
-          scene, {.width = 16, .height = 16, .samples = 256, .depth = 128, .sky = test_support::constant_sky({1, 1, 1})});
+      const Picture picture =
+          test_support::shoot_glb(scene, {.width = 16,
+                                          .height = 16,
+                                          .samples = 256,
+                                          .depth = 128,
+                                          .sky = test_support::constant_sky({1, 1, 1})});
       const auto mean = static_cast<double>(picture.mean().g);
       const auto error = static_cast<double>(picture.standard_error().g);
       EXPECT_NEAR(mean, 1, 5e-3 + kSigmas * error) << mapped << " " << metallic;
@@ -110,12 +119,15 @@ TEST(GltfTerminator, LosslessBallsWithShadingNormalsCannotBeSeen) {
 }
 
 TEST(GltfTerminator, StrategiesAgreeOnShadingNormals) {
-  // A small coarse ball beside a lamp of its size: light sampling, BSDF sampling and both see one picture.
+  // A small coarse ball beside a lamp of its size: light sampling, BSDF sampling and both see one
+  // picture.
   core::SceneDescription scene = ball(6, test_support::lambert({0.8F, 0.8F, 0.8F}));
   scene.materials.push_back(test_support::emitter({5, 5, 5}));
-  scene.meshes[0].primitives.push_back(test_support::quad({1.5F, -0.5F, 0.5F}, {0, 1, 0}, {0, 0, -1}, 1));
+  scene.meshes[0].primitives.push_back(
+      test_support::quad({1.5F, -0.5F, 0.5F}, {0, 1, 0}, {0, 0, -1}, 1));
   Picture reference;
-  for (const core::Strategy strategy : {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
+  for (const core::Strategy strategy :
+       {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
     core::View view = test_support::view_of(test_support::build(scene), 24, 24);
     view.settings.max_depth = 3;
     view.settings.estimator.strategy = strategy;
@@ -127,14 +139,15 @@ TEST(GltfTerminator, StrategiesAgreeOnShadingNormals) {
     }
     const double error = std::hypot(static_cast<double>(picture.standard_error().g),
                                     static_cast<double>(reference.standard_error().g));
-    EXPECT_NEAR(picture.mean().g, reference.mean().g, kSigmas * error) << static_cast<int>(strategy);
+    EXPECT_NEAR(picture.mean().g, reference.mean().g, kSigmas * error)
+        << static_cast<int>(strategy);
     EXPECT_LT(error, 0.01 * static_cast<double>(reference.mean().g));
   }
 }
 
 TEST(GltfSides, SingleSidedSurfacesAreThereFromBehindButShineToTheirFrontAlone) {
-  // Back faces are not culled, for the camera or for shadows: as path tracers show them. A sun behind a single-sided
-  // patch lights the side that the camera sees, its back.
+  // Back faces are not culled, for the camera or for shadows: as path tracers show them. A sun
+  // behind a single-sided patch lights the side that the camera sees, its back.
   core::SceneDescription scene = test_support::stage(test_support::lambert({0.5F, 0.5F, 0.5F}));
   auto& p = scene.meshes[0].primitives[0];
   p.indices = {0, 2, 1, 0, 3, 2};  // faces away
@@ -149,13 +162,16 @@ TEST(GltfSides, SingleSidedSurfacesAreThereFromBehindButShineToTheirFrontAlone) 
   EXPECT_NEAR(seen(0, false), 0.5 / kPi, 1e-5);
   EXPECT_NEAR(seen(180, false), 0, 1e-6);  // its shadow falls on itself
   EXPECT_NEAR(seen(0, true), 0.5 / kPi + 3, 1e-4);
-  // The emission, found by light sampling, by BSDF sampling and by both, reaches a floor in front and none behind.
+  // The emission, found by light sampling, by BSDF sampling and by both, reaches a floor in front
+  // and none behind.
   for (const bool in_front : {false, true}) {
-    for (const core::Strategy strategy : {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
+    for (const core::Strategy strategy :
+         {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
       core::SceneDescription room = test_support::scene_of(
           {test_support::lambert({1, 1, 1}), test_support::emitter({1, 1, 1})},
-          {test_support::patch(), test_support::quad({-0.5F, -0.5F, 1}, in_front ? Vec3{0, 1, 0} : Vec3{1, 0, 0},
-                                                      in_front ? Vec3{1, 0, 0} : Vec3{0, 1, 0}, 1)});
+          {test_support::patch(),
+           test_support::quad({-0.5F, -0.5F, 1}, in_front ? Vec3{0, 1, 0} : Vec3{1, 0, 0},
+                              in_front ? Vec3{1, 0, 0} : Vec3{0, 1, 0}, 1)});
       room.cameras.push_back(test_support::front_camera(0.01F));
       room.cameras[0].to_world.t.z = 0.5F;
       core::View view = test_support::view_of(test_support::build(room), 4, 4);
@@ -180,7 +196,8 @@ TEST(GltfUnlit, MirrorsShowItAndMattSurfacesGetItsLightByEveryStrategy) {
   mirror.roughness = 0;
   // The wall is a unit square 1 m before the patch; the eye is between them.
   for (const bool shiny : {true, false}) {
-    for (const core::Strategy strategy : {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
+    for (const core::Strategy strategy :
+         {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
       core::SceneDescription scene = test_support::scene_of(
           {shiny ? mirror : test_support::lambert({1, 1, 1}), wall},
           {test_support::patch(), test_support::quad({-0.5F, -0.5F, 1}, {0, 1, 0}, {1, 0, 0}, 1)});
@@ -191,7 +208,8 @@ TEST(GltfUnlit, MirrorsShowItAndMattSurfacesGetItsLightByEveryStrategy) {
       view.settings.estimator.strategy = strategy;
       const Picture picture = test_support::render(view, 4096);
       for (int c = 0; c < 3; ++c) {
-        const double expected = static_cast<double>(wall.base_color[c]) * (shiny ? 1 : 0.7522747 / kPi);
+        const double expected =
+            static_cast<double>(wall.base_color[c]) * (shiny ? 1 : 0.7522747 / kPi);
         EXPECT_NEAR(static_cast<double>(picture.mean()[c]), expected,
                     kSigmas * static_cast<double>(picture.standard_error()[c]) + 1e-4 * expected)
             << shiny << " " << static_cast<int>(strategy);

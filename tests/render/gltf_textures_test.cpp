@@ -1,9 +1,9 @@
-// Textures as the glTF specification and KHR_texture_transform say: decoding, wrapping, transforms, sets of
-// coordinates, normal maps. Unlit patches show texels exactly; a lit one shows the normal.
-#include <gtest/gtest.h>
-
+// Textures as the glTF specification and KHR_texture_transform say: decoding, wrapping, transforms,
+// sets of coordinates, normal maps. Unlit patches show texels exactly; a lit one shows the normal.
 #include <array>
 #include <cmath>
+
+#include <gtest/gtest.h>
 
 #include "tests/render/gltf_stage.h"
 
@@ -35,8 +35,9 @@ TEST(GltfTextures, ColoursAreSrgbAndDataIsLinear) {
   core::SceneDescription scene = test_support::stage(m);
   test_support::add_image(scene, 1, 1, 3, {128, 10, 255});
   const Rgb seen = pixel(test_support::shoot_glb(scene, {}), 4, 4);
-  expect_rgb(seen, {static_cast<float>(test_support::srgb_to_linear(128)),
-                    static_cast<float>(test_support::srgb_to_linear(10)), 1},
+  expect_rgb(seen,
+             {static_cast<float>(test_support::srgb_to_linear(128)),
+              static_cast<float>(test_support::srgb_to_linear(10)), 1},
              1e-5F, "base colour");
   // Roughness and metalness stay as stored: metal of 51/255 = 0.2 under a sun, specular layer off.
   core::MaterialDescription data = test_support::lambert({0.5F, 0.5F, 0.5F});
@@ -47,8 +48,8 @@ TEST(GltfTextures, ColoursAreSrgbAndDataIsLinear) {
   lit.lights.push_back(test_support::sun(test_support::towards(80), {1, 1, 1}));
   const float diffuse = pixel(test_support::shoot_glb(lit, {}), 4, 4).r;
   const double expected = 0.8 * 0.5 / kPi * std::cos(80 * kPi / 180);
-  EXPECT_GT(diffuse, expected);          // plus what the rough metal part reflects:
-  EXPECT_LT(diffuse, expected * 1.25);   // at most 0.2 of a Lambertian's albedo 0.5
+  EXPECT_GT(diffuse, expected);         // plus what the rough metal part reflects:
+  EXPECT_LT(diffuse, expected * 1.25);  // at most 0.2 of a Lambertian's albedo 0.5
 }
 
 TEST(GltfTextures, WrapModesRepeatMirrorAndClamp) {
@@ -71,7 +72,8 @@ TEST(GltfTextures, WrapModesRepeatMirrorAndClamp) {
       const Picture picture = test_support::shoot_glb(scene, {.width = 9, .height = 9});
       for (int i = 0; i < 9; ++i) {
         const Rgb seen = pixel(picture, along_v ? 4 : i, along_v ? i : 4);
-        const char letter = seen.r > 0.99F ? 'r' : (seen.g > 0.99F ? 'g' : (seen.b > 0.99F ? 'b' : '?'));
+        const char letter =
+            seen.r > 0.99F ? 'r' : (seen.g > 0.99F ? 'g' : (seen.b > 0.99F ? 'b' : '?'));
         EXPECT_EQ(letter, expected[k][i]) << "mode " << k << (along_v ? " v " : " u ") << i;
       }
     }
@@ -79,8 +81,8 @@ TEST(GltfTextures, WrapModesRepeatMirrorAndClamp) {
 }
 
 TEST(GltfTextures, TransformScalesThenRotatesThenMoves) {
-  // KHR_texture_transform: uv' = offset + R(rotation) scale uv; a positive rotation turns the picture
-  // counter-clockwise, so +u of the surface reads towards -v (up) of the picture.
+  // KHR_texture_transform: uv' = offset + R(rotation) scale uv; a positive rotation turns the
+  // picture counter-clockwise, so +u of the surface reads towards -v (up) of the picture.
   const double angle = 0.6;
   const std::array<double, 2> scale = {0.7, 0.4};
   const std::array<double, 2> offset = {0.1, 0.35};
@@ -93,7 +95,8 @@ TEST(GltfTextures, TransformScalesThenRotatesThenMoves) {
   // A linear ramp: red grows with u, green with v; read between texel centres it is exactly linear,
   // but for the sRGB curve, which the two ends of each channel pin down.
   test_support::add_image(scene, 2, 2, 3, {0, 0, 0, 255, 0, 0, 0, 255, 0, 255, 255, 0});
-  const Picture picture = test_support::shoot_glb(scene, {.width = 16, .height = 16, .samples = 64});
+  const Picture picture =
+      test_support::shoot_glb(scene, {.width = 16, .height = 16, .samples = 64});
   const auto ramp = [](double x) {  // bilinear between texel centres 1/4 and 3/4, repeated beyond
     const double t = x - std::floor(x);
     return t < 0.25 ? 0.5 - 2 * t : (t < 0.75 ? 2 * t - 0.5 : 2.5 - 2 * t);
@@ -105,7 +108,8 @@ TEST(GltfTextures, TransformScalesThenRotatesThenMoves) {
       const double u2 = std::cos(angle) * u + std::sin(angle) * v + offset[0];
       const double v2 = -std::sin(angle) * u + std::cos(angle) * v + offset[1];
       const Rgb seen = pixel(picture, x, y);
-      EXPECT_NEAR(static_cast<double>(seen.r), ramp(u2), 0.04) << x << " " << y;  // half a pixel of the ramp
+      EXPECT_NEAR(static_cast<double>(seen.r), ramp(u2), 0.04)
+          << x << " " << y;  // half a pixel of the ramp
       EXPECT_NEAR(static_cast<double>(seen.g), ramp(v2), 0.04) << x << " " << y;
     }
   }
@@ -130,7 +134,8 @@ TEST(GltfTextures, VertexColoursMultiplyTheFactorLinearly) {
   m.base_color = {0.5F, 1, 1};
   core::SceneDescription scene = test_support::stage(m);
   // Linear in x and y: red grows to the right, green upwards.
-  scene.meshes[0].primitives[0].colors = {{0, 0, 0.3F, 1}, {1, 0, 0.3F, 1}, {1, 1, 0.3F, 1}, {0, 1, 0.3F, 1}};
+  scene.meshes[0].primitives[0].colors = {
+      {0, 0, 0.3F, 1}, {1, 0, 0.3F, 1}, {1, 1, 0.3F, 1}, {0, 1, 0.3F, 1}};
   const Picture picture = test_support::shoot_glb(scene, {.samples = 64});
   for (const int x : {0, 3, 7}) {
     for (const int y : {0, 4, 7}) {
@@ -141,8 +146,9 @@ TEST(GltfTextures, VertexColoursMultiplyTheFactorLinearly) {
   }
 }
 
-/// A checkerboard of 64 x 64 squares on 8 m, seen at 8 degrees: root mean square and mean signed difference from a
-/// truth whose squares are found by arithmetic, 1024 points a pixel with the same box filter.
+/// A checkerboard of 64 x 64 squares on 8 m, seen at 8 degrees: root mean square and mean signed
+/// difference from a truth whose squares are found by arithmetic, 1024 points a pixel with the same
+/// box filter.
 struct Grazing {
   double rms = 0;
   double mean = 0;
@@ -169,8 +175,10 @@ Grazing grazing_checker(int samples) {
   core::View view = test_support::view_of(test_support::build(scene), kWidth, kHeight);
   const double tilt = 8 * kPi / 180;
   const double away = 6;
-  test_support::look_at(view, {0, static_cast<float>(-away * std::cos(tilt)), static_cast<float>(away * std::sin(tilt))},
-                        {0, 0, 0}, 20);
+  test_support::look_at(
+      view,
+      {0, static_cast<float>(-away * std::cos(tilt)), static_cast<float>(away * std::sin(tilt))},
+      {0, 0, 0}, 20);
   view.settings.max_depth = 0;
   const Picture picture = test_support::render(view, samples);
   // The same camera by hand: x to the right, `up` across the view.
@@ -213,8 +221,9 @@ Grazing grazing_checker(int samples) {
 }
 
 TEST(GltfTextures, AGrazingCheckerboardIsNeitherBlurredNorAliased) {
-  // One point of a black and white square has a deviation of 0.5, and n independent ones of 0.5 / sqrt(n): 0.25 for 4.
-  // A single round read of the footprint's area fails the first limit. What is left of many samples is blur.
+  // One point of a black and white square has a deviation of 0.5, and n independent ones of 0.5 /
+  // sqrt(n): 0.25 for 4. A single round read of the footprint's area fails the first limit. What is
+  // left of many samples is blur.
   const Grazing few = grazing_checker(4);
   EXPECT_LT(few.rms, 0.11);
   const Grazing many = grazing_checker(256);
@@ -222,7 +231,8 @@ TEST(GltfTextures, AGrazingCheckerboardIsNeitherBlurredNorAliased) {
   EXPECT_NEAR(many.mean, 0, 0.005);
 }
 
-/// A patch whose normal map tilts the normal by `degrees` towards +u, or towards -v (the map's green).
+/// A patch whose normal map tilts the normal by `degrees` towards +u, or towards -v (the map's
+/// green).
 core::SceneDescription tilted(double degrees, bool along_v, float scale = 1) {
   core::MaterialDescription m = test_support::lambert({0.8F, 0.8F, 0.8F});
   m.normal_texture.image = 0;
@@ -230,13 +240,16 @@ core::SceneDescription tilted(double degrees, bool along_v, float scale = 1) {
   core::SceneDescription scene = test_support::stage(m);
   const auto byte = [](double v) { return static_cast<int>(std::lround((v + 1) / 2 * 255)); };
   const double s = std::sin(degrees * kPi / 180);
-  test_support::add_image(scene, 1, 1, 3,
-                          {byte(along_v ? 0 : s), byte(along_v ? s : 0), byte(std::cos(degrees * kPi / 180))});
+  test_support::add_image(
+      scene, 1, 1, 3,
+      {byte(along_v ? 0 : s), byte(along_v ? s : 0), byte(std::cos(degrees * kPi / 180))});
   return scene;
 }
 
 /// What a Lambertian of albedo 0.8 with normal n sends from a sun at wi.
-double lambert_radiance(core::Vec3 n, core::Vec3 wi) { return 0.8 / kPi * static_cast<double>(core::dot(n, wi)); }
+double lambert_radiance(core::Vec3 n, core::Vec3 wi) {
+  return 0.8 / kPi * static_cast<double>(core::dot(n, wi));
+}
 
 float shown(core::SceneDescription scene, core::Vec3 wi) {
   scene.lights.push_back(test_support::sun(wi, {1, 1, 1}));
@@ -247,14 +260,17 @@ constexpr double kByte = 0.004;  // a normal of 8 bits is off by up to 1/255 in 
 
 TEST(GltfNormalMaps, RedTiltsAlongUAndGreenUpwards) {
   const core::Vec3 wi = test_support::towards(30, 20);
-  EXPECT_NEAR(static_cast<double>(shown(tilted(25, false), wi)), lambert_radiance(test_support::towards(25, 0), wi), kByte);
-  EXPECT_NEAR(static_cast<double>(shown(tilted(25, true), wi)), lambert_radiance(test_support::towards(25, 90), wi), kByte);
+  EXPECT_NEAR(static_cast<double>(shown(tilted(25, false), wi)),
+              lambert_radiance(test_support::towards(25, 0), wi), kByte);
+  EXPECT_NEAR(static_cast<double>(shown(tilted(25, true), wi)),
+              lambert_radiance(test_support::towards(25, 90), wi), kByte);
 }
 
 TEST(GltfNormalMaps, TheScaleStretchesRedAndGreen) {
   const core::Vec3 wi = test_support::towards(20);
   for (const float scale : {0.5F, 2.0F, -1.0F}) {
-    const double tilt = std::atan2(static_cast<double>(scale) * std::sin(0.3), std::cos(0.3)) * 180 / kPi;
+    const double tilt =
+        std::atan2(static_cast<double>(scale) * std::sin(0.3), std::cos(0.3)) * 180 / kPi;
     EXPECT_NEAR(static_cast<double>(shown(tilted(0.3 * 180 / kPi, false, scale), wi)),
                 lambert_radiance(test_support::towards(tilt), wi), 2 * kByte)
         << scale;
@@ -283,21 +299,23 @@ TEST(GltfNormalMaps, MirroredInstancesMirrorTheTilt) {
       if (twice) {
         scene.instances.push_back({0, core::translation({5, 0, 0})});
       }
-      EXPECT_NEAR(static_cast<double>(shown(scene, wi)), lambert_radiance(test_support::towards(-25), wi), kByte)
+      EXPECT_NEAR(static_cast<double>(shown(scene, wi)),
+                  lambert_radiance(test_support::towards(-25), wi), kByte)
           << twice << given;
     }
   }
 }
 
 TEST(GltfNormalMaps, TheBackOfADoubleSidedSurfaceTurnsTheNormalOver) {
-  // Seen from behind (the patch is turned about y), u grows to the left, and the tilt goes with it; the
-  // normal's other parts face the viewer.
+  // Seen from behind (the patch is turned about y), u grows to the left, and the tilt goes with it;
+  // the normal's other parts face the viewer.
   core::SceneDescription scene = tilted(25, false);
   scene.materials[0].double_sided = true;
   scene.instances[0].to_world = core::rotation({0, 1, 0, 0});
   const core::Vec3 wi = test_support::towards(20);
   // In the patch's frame n = (s, 0, c); turned: (-s, 0, -c); reversed for the back: (s, 0, c).
-  EXPECT_NEAR(static_cast<double>(shown(scene, wi)), lambert_radiance(test_support::towards(25), wi), kByte);
+  EXPECT_NEAR(static_cast<double>(shown(scene, wi)),
+              lambert_radiance(test_support::towards(25), wi), kByte);
 }
 
 }  // namespace

@@ -30,14 +30,16 @@ core::PrimitiveDescription disk(Vec3 center, float radius_m, int material) {  //
 core::View meter(std::vector<core::PrimitiveDescription> light) {
   light.push_back(test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0));
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of({test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1))}, std::move(light))),
+      test_support::build(test_support::scene_of(
+          {test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1))}, std::move(light))),
       32, 32);
   test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 0.001F);
   view.settings.max_depth = 1;
   return view;
 }
 
-// Truth 4. The picture is E / pi. Strategies that do not aim at the light are noisy: their cap is four standard errors.
+// Truth 4. The picture is E / pi. Strategies that do not aim at the light are noisy: their cap is
+// four standard errors.
 TEST(Irradiance, UnderASquareADiskAndASphere) {
   struct Light {
     const char* name;
@@ -53,19 +55,20 @@ TEST(Irradiance, UnderASquareADiskAndASphere) {
     core::View view = meter(light.parts);
     for (const auto& v : test_support::variants()) {
       test_support::apply(v, view);
-      const bool blind = v.estimator.strategy != Strategy::kMis && v.estimator.strategy != Strategy::kLight;
+      const bool blind =
+          v.estimator.strategy != Strategy::kMis && v.estimator.strategy != Strategy::kLight;
       // Lines and triangles in place of curves: 2e-4 for the sphere.
-      expect_truth(test_support::render(view, blind ? 512 : 256), light.truth / kPi, 5e-4, light.name + (" " + v.name), 2e-4,
-                   blind ? 0.02 : 4e-3);
+      expect_truth(test_support::render(view, blind ? 512 : 256), light.truth / kPi, 5e-4,
+                   light.name + (" " + v.name), 2e-4, blind ? 0.02 : 4e-3);
     }
   }
 }
 
 // Truth 5: unit squares, from above with parallel rays; the picture is F itself.
 core::View plates(const core::PrimitiveDescription& lamp) {
-  core::SceneDescription scene = test_support::scene_of(
-      {test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1))},
-      {test_support::quad({0, 0, 1}, {1, 0, 0}, {0, 0, -1}, 0), lamp});
+  core::SceneDescription scene =
+      test_support::scene_of({test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1))},
+                             {test_support::quad({0, 0, 1}, {1, 0, 0}, {0, 0, -1}, 0), lamp});
   core::CameraDescription camera;
   camera.orthographic = true;
   camera.x_magnification = camera.y_magnification = 0.5F;
@@ -77,8 +80,12 @@ core::View plates(const core::PrimitiveDescription& lamp) {
 }
 
 TEST(FormFactor, OfParallelAndOfAdjacentUnitSquares) {
-  expect_truth(test_support::render(plates(test_support::quad({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 1)), 128), 0.199825, 1e-3, "parallel");
-  expect_truth(test_support::render(plates(test_support::quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 1)), 128), 0.200044, 1e-3, "adjacent");
+  expect_truth(
+      test_support::render(plates(test_support::quad({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 1)), 128),
+      0.199825, 1e-3, "parallel");
+  expect_truth(
+      test_support::render(plates(test_support::quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 1)), 128),
+      0.200044, 1e-3, "adjacent");
 }
 
 core::View under_sky(std::shared_ptr<const core::Environment> sky) {
@@ -97,14 +104,16 @@ TEST(Irradiance, UnderAConstantSky) {
 }
 
 TEST(Irradiance, UnderASkyOfTheCosine) {
-  // Texels hold the cosine-weighted mean of cos(theta) over them, so that the integral is exact: 2 pi / 3.
+  // Texels hold the cosine-weighted mean of cos(theta) over them, so that the integral is exact: 2
+  // pi / 3.
   constexpr int kRows = 64;
   const auto row = [](int y) {
     const double c0 = std::cos(kPi * y / kRows);
     const double c1 = std::cos(kPi * (y + 1) / kRows);
     return y >= kRows / 2 ? 0.0 : 2.0 / 3 * (c0 * c0 * c0 - c1 * c1 * c1) / (c0 * c0 - c1 * c1);
   };
-  core::View view = under_sky(test_support::sky_map(128, kRows, [&](int, int y) { return Rgb(static_cast<float>(row(y))); }));
+  core::View view = under_sky(test_support::sky_map(
+      128, kRows, [&](int, int y) { return Rgb(static_cast<float>(row(y))); }));
   for (const auto& v : test_support::variants()) {
     test_support::apply(v, view);
     expect_truth(test_support::render(view, 256), 2.0 / 3, 5e-4, v.name, 0, 2e-3);
@@ -117,14 +126,17 @@ TEST(Irradiance, UnderOneBrightTexel) {
   for (const int bright : {0, 3, 7}) {
     const double t1 = kPi * bright / kHeight;
     const double t2 = kPi * (bright + 1) / kHeight;
-    const double e = 2 * kPi / kWidth * 0.5 * (std::sin(t2) * std::sin(t2) - std::sin(t1) * std::sin(t1));
-    core::View view = under_sky(test_support::sky_map(kWidth, kHeight, [&](int x, int y) {
-      return Rgb(x == 11 && y == bright ? 1.0F : 0.0F);
-    }));
+    const double e =
+        2 * kPi / kWidth * 0.5 * (std::sin(t2) * std::sin(t2) - std::sin(t1) * std::sin(t1));
+    core::View view = under_sky(test_support::sky_map(
+        kWidth, kHeight, [&](int x, int y) { return Rgb(x == 11 && y == bright ? 1.0F : 0.0F); }));
     for (const auto& v : test_support::variants()) {
       test_support::apply(v, view);
-      expect_truth(test_support::render(view, 256), e / kPi, 5e-4, v.name + " row " + std::to_string(bright), 0,
-                   test_support::is_blind(v) ? 0.5 : test_support::throws_dice(v) ? 0.1 : 2e-3);
+      expect_truth(test_support::render(view, 256), e / kPi, 5e-4,
+                   v.name + " row " + std::to_string(bright), 0,
+                   test_support::is_blind(v)      ? 0.5
+                   : test_support::throws_dice(v) ? 0.1
+                                                  : 2e-3);
     }
   }
 }
@@ -144,7 +156,8 @@ TEST(Punctual, PointSpotAndSunOnLambert) {
   light.to_world = core::translation({1, 1, 0});
   cases.push_back({"point at 45 degrees", light, 3.0 / 2 * std::sqrt(0.5)});
   light.range_m = 2;
-  cases.push_back({"point with range 2", light, 3.0 / 2 * std::sqrt(0.5) * (1 - 0.25)});  // 1 - (d / range)^4
+  cases.push_back(
+      {"point with range 2", light, 3.0 / 2 * std::sqrt(0.5) * (1 - 0.25)});  // 1 - (d / range)^4
   light.range_m = 0;
   light.type = core::PunctualType::kSpot;
   light.inner_cone_rad = 0.2F;
@@ -162,19 +175,23 @@ TEST(Punctual, PointSpotAndSunOnLambert) {
   light.type = core::PunctualType::kDirectional;
   light.intensity = Rgb(3);
   const double turn = 0.7;
-  light.to_world = {{1, 0, 0}, {0, static_cast<float>(std::sin(turn)), static_cast<float>(-std::cos(turn))},
-                    {0, static_cast<float>(std::cos(turn)), static_cast<float>(std::sin(turn))}, {}};
+  light.to_world = {{1, 0, 0},
+                    {0, static_cast<float>(std::sin(turn)), static_cast<float>(-std::cos(turn))},
+                    {0, static_cast<float>(std::cos(turn)), static_cast<float>(std::sin(turn))},
+                    {}};
   cases.push_back({"sun", light, 3 * std::cos(turn)});
   for (const Case& test : cases) {
-    core::SceneDescription scene = test_support::scene_of({test_support::lambert({1, 0.5F, 0.25F})},
-                                                          {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)});
+    core::SceneDescription scene =
+        test_support::scene_of({test_support::lambert({1, 0.5F, 0.25F})},
+                               {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)});
     scene.lights.push_back(test.light);
     core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
     test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 2e-5F);
     for (const auto& v : test_support::variants()) {
       test_support::apply(v, view);
       if (test_support::throws_dice(v)) {
-        expect_truth(test_support::render(view, 4096), 0.5 * test.truth / kPi, 5e-4, test.name + (" " + v.name), 0, 0.02);
+        expect_truth(test_support::render(view, 4096), 0.5 * test.truth / kPi, 5e-4,
+                     test.name + (" " + v.name), 0, 0.02);
         continue;
       }
       const Rgb mean = test_support::render(view, 4).mean();
@@ -197,9 +214,10 @@ core::MaterialDescription glass(float ior) {
 /// A closed slab between z = -1/2 and z = 1/2, seen along -z.
 core::View slab(const core::MaterialDescription& material) {
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of({material},
-                                                 {test_support::quad({-50, -50, 0.5F}, {100, 0, 0}, {0, 100, 0}, 0),
-                                                  test_support::quad({-50, -50, -0.5F}, {0, 100, 0}, {100, 0, 0}, 0)})), 32, 32);
+      test_support::build(test_support::scene_of(
+          {material}, {test_support::quad({-50, -50, 0.5F}, {100, 0, 0}, {0, 100, 0}, 0),
+                       test_support::quad({-50, -50, -0.5F}, {0, 100, 0}, {100, 0, 0}, 0)})),
+      32, 32);
   test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 0.01F);
   return view;
 }
@@ -217,8 +235,9 @@ TEST(Slab, ReflectsTheSumOfAllItsBounces) {
   EXPECT_NEAR(picture.mean().r, 1 - 0.0769231, 4 * static_cast<double>(picture.standard_error().r));
 }
 
-// A clear thin wall between floor and light: R of two boundaries, 2R / (1 + R) or what the material makes of it, but the
-// same for every strategy and as deep as one looks; light sampling and BSDF sampling share what goes through it.
+// A clear thin wall between floor and light: R of two boundaries, 2R / (1 + R) or what the material
+// makes of it, but the same for every strategy and as deep as one looks; light sampling and BSDF
+// sampling share what goes through it.
 TEST(ClearWall, HidesNothingFromAnyStrategyAtAnyDepth) {
   core::MaterialDescription wall;
   wall.metallic = 0;
@@ -228,8 +247,10 @@ TEST(ClearWall, HidesNothingFromAnyStrategyAtAnyDepth) {
   core::View view = test_support::view_of(
       test_support::build(test_support::scene_of(
           {test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1)), wall},
-          {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1), test_support::quad({-5, 0.5F, -5}, {10, 0, 0}, {0, 0, 10}, 2),
-           test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)})), 32, 32);
+          {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1),
+           test_support::quad({-5, 0.5F, -5}, {10, 0, 0}, {0, 0, 10}, 2),
+           test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)})),
+      32, 32);
   test_support::look_at(view, {0.3F, 0.4F, 0.3F}, {0, 0, 0}, 0.001F);
   for (const int depth : {1, 2, 3}) {
     view.settings.max_depth = depth;
@@ -238,7 +259,8 @@ TEST(ClearWall, HidesNothingFromAnyStrategyAtAnyDepth) {
     EXPECT_NEAR(truth, 0.7522747 / kPi * 0.96, 0.004);
     for (const auto& v : test_support::variants()) {
       test_support::apply(v, view);
-      expect_truth(test_support::render(view, 128), truth, 2e-3, v.name + " depth " + std::to_string(depth), 1e-4,
+      expect_truth(test_support::render(view, 128), truth, 2e-3,
+                   v.name + " depth " + std::to_string(depth), 1e-4,
                    test_support::is_blind(v) ? 0.05 : 0);
     }
   }
@@ -252,13 +274,14 @@ TEST(BeerLambert, ThroughSolidGlassOfMatchedIndex) {
   core::View view = slab(m);
   view.environment = test_support::constant_sky(Rgb(1));
   const Rgb mean = test_support::render(view, 4).mean();
-  // The path is 1 m plus the offsets of two rays that leave surfaces (1e-6 m each) and the slant of the pixel.
+  // The path is 1 m plus the offsets of two rays that leave surfaces (1e-6 m each) and the slant of
+  // the pixel.
   EXPECT_NEAR(mean.r, std::sqrt(0.25), 5e-6);
   EXPECT_NEAR(mean.g, std::sqrt(0.5), 5e-6);
   EXPECT_NEAR(mean.b, std::sqrt(0.8), 5e-6);
 }
 
-// Passing a boundary of equal indices is no scattering event (DESIGN section 4).
+// Passing a boundary of equal indices is no scattering event.
 TEST(BeerLambert, BoundariesOfEqualIndexDoNotCountAsDepth) {
   core::MaterialDescription m = glass(1);
   core::View view = slab(m);

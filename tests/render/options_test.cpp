@@ -1,9 +1,10 @@
-// Options of the estimators through whole pictures: what must be equal is equal to the bit, what they are for happens,
-// and the means stay. What the z-tests can see is shown by agreement_test.cpp (3 % more light) and by the twins below.
+// Options of the estimators through whole pictures: what must be equal is equal to the bit, what
+// they are for happens, and the means stay. What the z-tests can see is shown by agreement_test.cpp
+// (3 % more light) and by the twins below.
 #include <cmath>
 #include <vector>
 
-#include "core/lights/light_sampler.h"
+#include "core/light_samplers/light_sampler.h"
 #include "core/sampling/mis.h"
 #include "core/sampling/reservoir.h"
 #include "core/sampling/warp.h"
@@ -40,7 +41,9 @@ std::vector<float> values(const Picture& picture) {
 TEST(Options, WithoutEffectLeaveEveryBit) {
   View view = box(24);
   const std::vector<float> plain = values(test_support::render(view, 8));
-  const auto same = [&](const View& other) { return values(test_support::render(other, 8)) == plain; };
+  const auto same = [&](const View& other) {
+    return values(test_support::render(other, 8)) == plain;
+  };
   View threshold = view;
   threshold.settings.estimator.roulette = RouletteType::kThreshold;
   threshold.settings.estimator.roulette_delta = 0;
@@ -82,17 +85,21 @@ TEST(Options, AHigherThresholdTracesFewerShadowRays) {
   }
 }
 
-/// A floor under a point light; between them `panes` sheets that let half of the light pass (BLEND).
+/// A floor under a point light; between them `panes` sheets that let half of the light pass
+/// (BLEND).
 View behind_panes(int panes) {
   core::MaterialDescription pane = test_support::lambert(Rgb(0));
   pane.alpha_mode = core::AlphaMode::kBlend;
   pane.base_alpha = 0.5F;
   pane.double_sided = true;
-  std::vector<core::PrimitiveDescription> things = {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)};
+  std::vector<core::PrimitiveDescription> things = {
+      test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)};
   for (int i = 0; i < panes; ++i) {
-    things.push_back(test_support::quad({-9, 2.0F + 0.1F * static_cast<float>(i), 9}, {18, 0, 0}, {0, 0, -18}, 1));
+    things.push_back(test_support::quad({-9, 2.0F + 0.1F * static_cast<float>(i), 9}, {18, 0, 0},
+                                        {0, 0, -18}, 1));
   }
-  core::SceneDescription scene = test_support::scene_of({test_support::lambert(Rgb(0.5F)), pane}, things);
+  core::SceneDescription scene =
+      test_support::scene_of({test_support::lambert(Rgb(0.5F)), pane}, things);
   core::PunctualLightDescription sun;
   sun.type = core::PunctualType::kDirectional;
   sun.intensity = Rgb(core::kPi);
@@ -104,7 +111,8 @@ View behind_panes(int panes) {
   return view;
 }
 
-// The radiance of a white sun of irradiance pi on albedo 1/2, through three panes: 1/2 (1/2)^3, exactly.
+// The radiance of a white sun of irradiance pi on albedo 1/2, through three panes: 1/2 (1/2)^3,
+// exactly.
 TEST(Options, ExpectedValuesTakeTheNoiseOutOfPanes) {
   View view = behind_panes(3);
   const Picture factor = test_support::render(view, 16);
@@ -117,8 +125,9 @@ TEST(Options, ExpectedValuesTakeTheNoiseOutOfPanes) {
   EXPECT_LT(std::fabs(static_cast<double>(dice.mean().g) - 0.0625), 4 * error);  // false alarm 6e-5
 }
 
-// Splitting leaves the camera's numbers alone and draws more of the others: at n times the continuations the variance of a
-// picture whose noise is all behind the first surface falls like that of n times the samples.
+// Splitting leaves the camera's numbers alone and draws more of the others: at n times the
+// continuations the variance of a picture whose noise is all behind the first surface falls like
+// that of n times the samples.
 TEST(Options, SplittingLowersTheVarianceBehindTheFirstSurface) {
   View view = box(24);
   test_support::look_at(view, {0.5F, 0.5F, 1}, {0.5F, 0.2F, 0}, 30);  // the lamp is out of sight
@@ -131,20 +140,24 @@ TEST(Options, SplittingLowersTheVarianceBehindTheFirstSurface) {
   const double plain = variance();
   view.settings.estimator.splitting = SplittingType::kFixed;
   view.settings.estimator.split_count = 4;
-  // A little of it is in edges, which stay. Each estimate has 1728 squares: 1/2 instead of 1/4 is many standard errors off.
+  // A little of it is in edges, which stay. Each estimate has 1728 squares: 1/2 instead of 1/4 is
+  // many standard errors off.
   EXPECT_LT(variance(), 0.5 * plain);
 }
 
 enum class Fault { kNone, kForgetsTheSum, kBlindTarget, kCountsOneSample, kNoDivision };
 
-/// Irradiance over pi under 16 lamps in a row, by light samples (RIS of 4 candidates, then roulette of shadow rays) and
-/// BSDF samples, made of the renderer's parts. Half of the floor's sky is behind a wall, which candidates do not know.
+/// Irradiance over pi under 16 lamps in a row, by light samples (RIS of 4 candidates, then roulette
+/// of shadow rays) and BSDF samples, made of the renderer's parts. Half of the floor's sky is
+/// behind a wall, which candidates do not know.
 Moments lamps(Fault fault, int samples) {
   std::vector<core::PrimitiveDescription> row;
   for (int i = 0; i < 16; ++i) {
-    row.push_back(test_support::quad({-2 + 0.25F * static_cast<float>(i), -0.5F, 1}, {0, 1, 0}, {0.2F, 0, 0}, 0));
+    row.push_back(test_support::quad({-2 + 0.25F * static_cast<float>(i), -0.5F, 1}, {0, 1, 0},
+                                     {0.2F, 0, 0}, 0));
   }
-  const auto scene = test_support::build(test_support::scene_of({test_support::emitter(Rgb(1))}, row));
+  const auto scene =
+      test_support::build(test_support::scene_of({test_support::emitter(Rgb(1))}, row));
   const core::LightSampler lights(scene->data(), nullptr, LightSamplerType::kRis);
   const core::MisRule mis;
   constexpr int kCandidates = 4;
@@ -224,7 +237,8 @@ TEST(ResampledLights, HaveTheMeanOfTheLight) {
 }
 TEST(ResampledLights, FaultsAreRefused) {
   const double truth = lamps_truth();
-  for (const Fault fault : {Fault::kForgetsTheSum, Fault::kBlindTarget, Fault::kCountsOneSample, Fault::kNoDivision}) {
+  for (const Fault fault :
+       {Fault::kForgetsTheSum, Fault::kBlindTarget, Fault::kCountsOneSample, Fault::kNoDivision}) {
     EXPECT_GT(std::fabs(lamps(fault, 300000).z(truth)), 4) << static_cast<int>(fault);
   }
 }

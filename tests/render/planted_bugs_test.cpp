@@ -1,8 +1,9 @@
-// The z-tests of this folder can fail: small estimators made of the renderer's own parts, right and with a fault planted.
+// The z-tests of this folder can fail: small estimators made of the renderer's own parts, right and
+// with a fault planted.
 #include <numbers>
 
 #include "core/bsdf/bsdf.h"
-#include "core/lights/light_sampler.h"
+#include "core/light_samplers/light_sampler.h"
 #include "core/sampling/mis.h"
 #include "tests/render/truth.h"
 #include "tests/support/statistics.h"
@@ -17,10 +18,12 @@ using test_support::Random;
 
 enum class Fault { kNone, kNoCosine, kPdfTooLarge, kWeightsNotOne, kNoLightPmf };
 
-/// Irradiance over pi below a unit square of radiance 1 at distance 1: light and BSDF sampling combined.
+/// Irradiance over pi below a unit square of radiance 1 at distance 1: light and BSDF sampling
+/// combined.
 Moments direct_light(Fault fault, int samples) {
-  const auto scene = test_support::build(test_support::scene_of(
-      {test_support::emitter(Rgb(1))}, {test_support::quad({-0.5F, -0.5F, 1}, {0, 1, 0}, {1, 0, 0}, 0)}));
+  const auto scene = test_support::build(
+      test_support::scene_of({test_support::emitter(Rgb(1))},
+                             {test_support::quad({-0.5F, -0.5F, 1}, {0, 1, 0}, {1, 0, 0}, 0)}));
   const core::LightSampler lights(scene->data(), nullptr, core::LightSamplerType::kTree);
   const Bsdf bsdf({.f0 = {0, 0, 0}, .f90 = 0}, {0, 0, 1}, {0, 0, 1});
   const core::MisRule power = {core::MisType::kPower, 2};
@@ -48,7 +51,8 @@ Moments direct_light(Fault fault, int samples) {
     if (s.pdf_solid_angle > 0) {
       const Vec3 hit = s.wi_local * (1 / s.wi_local.z);
       if (std::fabs(hit.x) < 0.5F && std::fabs(hit.y) < 0.5F) {
-        const std::uint32_t triangle = 0;  // both are alike, and each is picked half of the time from below
+        const std::uint32_t triangle =
+            0;  // both are alike, and each is picked half of the time from below
         float pdf_light = lights.pdf_triangle(triangle, {}, {0, 0, 1}, length(hit), s.wi_local.z);
         if (fault == Fault::kNoLightPmf) {
           pdf_light *= 2;
@@ -70,7 +74,9 @@ TEST(PlantedBug, NoneInTheEstimatorOfDirectLight) {
   EXPECT_NEAR(m.mean, kTruth, 1e-3 * kTruth);
 }
 
-TEST(PlantedBug, ALostCosineIsRefused) { EXPECT_GT(std::fabs(direct_light(Fault::kNoCosine, 1000000).z(kTruth)), 4); }
+TEST(PlantedBug, ALostCosineIsRefused) {
+  EXPECT_GT(std::fabs(direct_light(Fault::kNoCosine, 1000000).z(kTruth)), 4);
+}
 TEST(PlantedBug, ADensityTwoPercentTooLargeIsRefused) {
   EXPECT_GT(std::fabs(direct_light(Fault::kPdfTooLarge, 1000000).z(kTruth)), 4);
 }
@@ -83,7 +89,8 @@ TEST(PlantedBug, AForgottenProbabilityOfTheLightIsRefused) {
 
 /// A closed sphere of albedo 1/2 that glows with 1/2: radiance 1, by paths that end by roulette.
 Moments roulette(bool divides, int samples) {
-  const Bsdf bsdf({.base_color = {0.5F, 0.5F, 0.5F}, .f0 = {0, 0, 0}, .f90 = 0}, {0, 0, 1}, {0, 0, 1});
+  const Bsdf bsdf({.base_color = {0.5F, 0.5F, 0.5F}, .f0 = {0, 0, 0}, .f90 = 0}, {0, 0, 1},
+                  {0, 0, 1});
   Random random(2);
   Moments out;
   for (int i = 0; i < samples; ++i) {
@@ -105,6 +112,8 @@ Moments roulette(bool divides, int samples) {
 }
 
 TEST(PlantedBug, NoneInRoulette) { EXPECT_LT(std::fabs(roulette(true, 300000).z(1)), 4); }
-TEST(PlantedBug, RouletteThatForgetsToDivideIsRefused) { EXPECT_GT(std::fabs(roulette(false, 300000).z(1)), 4); }
+TEST(PlantedBug, RouletteThatForgetsToDivideIsRefused) {
+  EXPECT_GT(std::fabs(roulette(false, 300000).z(1)), 4);
+}
 
 }  // namespace

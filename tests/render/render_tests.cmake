@@ -4,12 +4,9 @@ set(RENDER_TEST_SOURCES
   fitted_test.cpp
   furnace_test.cpp
   irradiance_test.cpp
-  light_edges_test.cpp
   options_test.cpp
   planted_bugs_test.cpp
-  probe_test.cpp
   restir_test.cpp
-  rim_coverage_test.cpp
   truth.cpp)
 # Features of glTF: scenes made in code, through a GLB and the loader, rendered small.
 list(APPEND RENDER_TEST_SOURCES

@@ -1,9 +1,10 @@
-// Light samples that pixels share: whole pictures against those of the light tree, the weights against faults, and bits.
+// Light samples that pixels share: whole pictures against those of the light tree, the weights
+// against faults, and bits.
 #include <array>
 #include <cmath>
 
 #include "core/base/check.h"
-#include "core/lights/light_sampler.h"
+#include "core/light_samplers/light_sampler.h"
 #include "core/sampling/shared_samples.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
@@ -33,12 +34,13 @@ View builtin(const char* name) {
   if (data.punctual_lights.empty() && data.triangle_lights.empty()) {
     view.environment = test_support::constant_sky(Rgb(1));
   }
-  view.settings.max_depth = 1;  // light of lamps at first surfaces: by light samples, and by BSDF samples that meet lamps
+  view.settings.max_depth =
+      1;  // light of lamps at first surfaces: by light samples, and by BSDF samples that meet lamps
   return view;
 }
 
-/// What neighbours cannot draw: spots with hard cones, lamps whose back or whose plane parts the floor, balls that turn away
-/// from lamps near the floor, and shadows of a grating.
+/// What neighbours cannot draw: spots with hard cones, lamps whose back or whose plane parts the
+/// floor, balls that turn away from lamps near the floor, and shadows of a grating.
 View edges(float power) {
   std::vector<core::PrimitiveDescription> things = {
       test_support::quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -4}, 0),
@@ -48,14 +50,15 @@ View edges(float power) {
       test_support::quad({-1.8F, 0.02F, -1}, {0, 0, 0.8F}, {0, 0.3F, 0}, 2),
   };
   for (int i = 0; i < 6; ++i) {
-    things.push_back(test_support::quad({-1.2F + 0.4F * static_cast<float>(i), 0.3F, 1.2F}, {0.2F, 0, 0}, {0, 0, -0.7F}, 0));
+    things.push_back(test_support::quad({-1.2F + 0.4F * static_cast<float>(i), 0.3F, 1.2F},
+                                        {0.2F, 0, 0}, {0, 0, -0.7F}, 0));
   }
   core::MaterialDescription plastic;
   plastic.metallic = 0;
   plastic.roughness = 0.3F;
   plastic.base_color = {0.3F, 0.6F, 0.4F};
-  core::SceneDescription scene =
-      test_support::scene_of({test_support::lambert(Rgb(0.6F)), plastic, test_support::emitter(Rgb(4 * power))}, things);
+  core::SceneDescription scene = test_support::scene_of(
+      {test_support::lambert(Rgb(0.6F)), plastic, test_support::emitter(Rgb(4 * power))}, things);
   for (int i = 0; i < 4; ++i) {
     core::PunctualLightDescription spot;
     spot.type = core::PunctualType::kSpot;
@@ -72,7 +75,8 @@ View edges(float power) {
   return view;
 }
 
-/// Sum of each block, and last that of the picture, in green: for each of the replicates, which are independent of each other.
+/// Sum of each block, and last that of the picture, in green: for each of the replicates, which are
+/// independent of each other.
 using Blocks = std::array<std::array<double, kBlocks + 1>, kReplicates>;
 
 Blocks blocks_of(View view, int samples) {
@@ -97,10 +101,11 @@ struct Agreement {
   double error = 0;    ///< relative standard error of the difference of the pictures
 };
 
-/// Both of one seed, and so with the same camera rays and BSDF samples: what they differ by is light samples alone.
-/// Student's t of the differences of the replicates. Where next to nothing differs, what does are weights of MIS: a little
-/// less light in every replicate, and that much more in the few where a rare BSDF sample meets a lamp, too few for t. A
-/// ten thousandth of the light is left to those.
+/// Both of one seed, and so with the same camera rays and BSDF samples: what they differ by is
+/// light samples alone. Student's t of the differences of the replicates. Where next to nothing
+/// differs, what does are weights of MIS: a little less light in every replicate, and that much
+/// more in the few where a rare BSDF sample meets a lamp, too few for t. A ten thousandth of the
+/// light is left to those.
 constexpr double kRare = 1e-4;
 
 Agreement compare(const Blocks& a, const Blocks& b) {
@@ -112,7 +117,8 @@ Agreement compare(const Blocks& a, const Blocks& b) {
       difference.add(a[r][i] - b[r][i]);
       light.add(b[r][i]);
     }
-    const double t = std::fabs(difference.mean) / std::hypot(difference.standard_error(), kRare * light.mean);
+    const double t =
+        std::fabs(difference.mean) / std::hypot(difference.standard_error(), kRare * light.mean);
     const double p = 2 * (1 - test_support::student_t_cdf(t, kReplicates - 1));
     (i == kBlocks ? out.picture : out.least) = i == kBlocks ? p : std::min(out.least, p);
     out.error = difference.standard_error() / light.mean;
@@ -134,16 +140,19 @@ View shared(View view, const Sharing& sharing) {
   return view;
 }
 
-/// Squares alone, a pixel's passes alone, and both; 8 or more samples of each replicate are whole windows of all of them.
-constexpr std::array kSharing = {Sharing{1, 4, 1}, Sharing{3, 5, 1}, Sharing{2, 8, 1}, Sharing{1, 1, 8}, Sharing{1, 3, 4},
-                                 Sharing{2, 5, 2}};
+/// Squares alone, a pixel's passes alone, and both; 8 or more samples of each replicate are whole
+/// windows of all of them.
+constexpr std::array kSharing = {Sharing{1, 4, 1}, Sharing{3, 5, 1}, Sharing{2, 8, 1},
+                                 Sharing{1, 1, 8}, Sharing{1, 3, 4}, Sharing{2, 5, 2}};
 
 /// 0.1 % false alarms over all pictures and blocks of the six comparisons with each kind (Sidak).
 void expect_agreement(const View& view, int samples, double error) {
-  const double level = test_support::sidak(0.001, 6 * static_cast<int>(kSharing.size() * (kBlocks + 1)));
+  const double level =
+      test_support::sidak(0.001, 6 * static_cast<int>(kSharing.size() * (kBlocks + 1)));
   const Blocks reference = blocks_of(view, samples);
   for (const Sharing& sharing : kSharing) {
-    SCOPED_TRACE(testing::Message() << sharing.candidates << " candidates, " << sharing.block << ", " << sharing.history);
+    SCOPED_TRACE(testing::Message() << sharing.candidates << " candidates, " << sharing.block
+                                    << ", " << sharing.history);
     const Agreement a = compare(blocks_of(shared(view, sharing), samples), reference);
     EXPECT_GT(a.picture, level);
     EXPECT_GT(a.least, level);
@@ -151,12 +160,18 @@ void expect_agreement(const View& view, int samples, double error) {
   }
 }
 
-TEST(SharedLights, AgreeWithTheTreeInTheCornellBox) { expect_agreement(builtin("cornell-box"), 128, 0.001); }
-TEST(SharedLights, AgreeWithTheTreeUnderManyLights) { expect_agreement(builtin("many-lights"), 128, 0.003); }
+TEST(SharedLights, AgreeWithTheTreeInTheCornellBox) {
+  expect_agreement(builtin("cornell-box"), 128, 0.001);
+}
+TEST(SharedLights, AgreeWithTheTreeUnderManyLights) {
+  expect_agreement(builtin("many-lights"), 128, 0.003);
+}
 TEST(SharedLights, AgreeWithTheTreeOnGloss) { expect_agreement(builtin("veach-mis"), 128, 0.016); }
 TEST(SharedLights, AgreeWithTheTreeThroughGlass) { expect_agreement(builtin("glass"), 128, 0.001); }
 TEST(SharedLights, AgreeWithTheTreeInARoom) { expect_agreement(builtin("interior"), 128, 0.01); }
-TEST(SharedLights, AgreeWithTheTreeWhereNeighboursCannotSeeALamp) { expect_agreement(edges(1), 512, 0.003); }
+TEST(SharedLights, AgreeWithTheTreeWhereNeighboursCannotSeeALamp) {
+  expect_agreement(edges(1), 512, 0.003);
+}
 
 // What is to be seen must be seen: lamps that are 2 % too strong.
 TEST(SharedLights, TwoPercentMoreLightAreSeen) {
@@ -165,21 +180,24 @@ TEST(SharedLights, TwoPercentMoreLightAreSeen) {
   EXPECT_LT(compare(blocks_of(shared(edges(1.02F), {1, 3, 4}), 512), reference).picture, 1e-4);
 }
 
-/// kOneOverM: the weights of a neighbour that could not have drawn the sample count. kNoWeight: the neighbour's sample is used as
-/// if it were drawn here. kDoubly: every path gives its sample all of the weight. kPassAlone: weights know the paths of the sample's
-/// own pass, and add up to 1 in each.
+/// kOneOverM: the weights of a neighbour that could not have drawn the sample count. kNoWeight: the
+/// neighbour's sample is used as if it were drawn here. kDoubly: every path gives its sample all of
+/// the weight. kPassAlone: weights know the paths of the sample's own pass, and add up to 1 in
+/// each.
 enum class Fault { kNone, kOneOverM, kNoWeight, kDoubly, kPassAlone };
 
 constexpr int kRow = 8;
 constexpr int kPaths = 2 * kRow;  // in two passes
 Vec3 row_point(int i) { return {-0.7F + 0.2F * static_cast<float>(i % kRow), 0, 0}; }
 
-/// Light of a lamp that half of a row of points does not see, on the point just before its plane: the point takes one of the
-/// samples of all, as the renderer does. One sample of each point in each pass, of the same parts.
+/// Light of a lamp that half of a row of points does not see, on the point just before its plane:
+/// the point takes one of the samples of all, as the renderer does. One sample of each point in
+/// each pass, of the same parts.
 Moments row_of_points(Fault fault, int samples) {
-  const auto scene = test_support::build(test_support::scene_of(
-      {test_support::emitter(Rgb(1))}, {test_support::quad({0, 0.2F, -0.5F}, {0, 1, 0}, {0, 0, 1}, 0),
-                                        test_support::quad({-1, 1.5F, 2}, {2, 0, 0}, {0, 0, 0.5F}, 0)}));
+  const auto scene = test_support::build(
+      test_support::scene_of({test_support::emitter(Rgb(1))},
+                             {test_support::quad({0, 0.2F, -0.5F}, {0, 1, 0}, {0, 0, 1}, 0),
+                              test_support::quad({-1, 1.5F, 2}, {2, 0, 0}, {0, 0, 0.5F}, 0)}));
   const core::LightSampler lights(scene->data(), nullptr, LightSamplerType::kRestir);
   constexpr std::size_t kHere = 4;  // x = 0.1: before the first lamp, with four points behind it
   const Vec3 up = {0, 1, 0};
@@ -190,15 +208,20 @@ Moments row_of_points(Fault fault, int samples) {
     std::array<core::LightPoint, kPaths> drawn;
     for (int i = 0; i < kPaths; ++i) {
       const float pick = random.uniform();
-      drawn[static_cast<std::size_t>(i)] = lights.point_of(lights.sample(row_point(i), up, pick, random.uniform_2d()));
+      drawn[static_cast<std::size_t>(i)] =
+          lights.point_of(lights.sample(row_point(i), up, pick, random.uniform_2d()));
     }
     shared.start(kPaths);
     for (int i = 0; i < kPaths; ++i) {
       for (std::size_t j = 0; j < kPaths; ++j) {
         const core::LightView view = lights.view(drawn[j], row_point(i));
         const float seen = view.falloff * std::max(dot(up, view.wi_world), 0.0F);
-        const bool forgotten = fault == Fault::kPassAlone && static_cast<std::size_t>(i) / kRow != j / kRow;
-        shared.set(static_cast<std::size_t>(i), j, forgotten ? 0.0F : fault == Fault::kOneOverM ? 1.0F : seen);
+        const bool forgotten =
+            fault == Fault::kPassAlone && static_cast<std::size_t>(i) / kRow != j / kRow;
+        shared.set(static_cast<std::size_t>(i), j,
+                   forgotten                   ? 0.0F
+                   : fault == Fault::kOneOverM ? 1.0F
+                                               : seen);
       }
     }
     shared.choose(0xFFFF);
@@ -212,9 +235,13 @@ Moments row_of_points(Fault fault, int samples) {
       const float share = fault == Fault::kDoubly ? 1.0F : shared.weight(j);
       float w = share / drawn[j].pdf_measure;
       if (fault == Fault::kNoWeight) {
-        w = share / (view.solid_angle > 0 ? lights.pdf_solid_angle(drawn[j], view, row_point(kHere), up) * view.solid_angle : 1.0F);
+        w = share /
+            (view.solid_angle > 0
+                 ? lights.pdf_solid_angle(drawn[j], view, row_point(kHere), up) * view.solid_angle
+                 : 1.0F);
       }
-      value[j] = static_cast<double>(core::luminance(view.radiance) * view.solid_angle * std::max(dot(up, view.wi_world), 0.0F) * w);
+      value[j] = static_cast<double>(core::luminance(view.radiance) * view.solid_angle *
+                                     std::max(dot(up, view.wi_world), 0.0F) * w);
       sum += value[j];
     }
     out.add(sum);
@@ -231,7 +258,8 @@ double row_truth() {
     for (int b = 0; b < kSteps; ++b) {
       const double u = (a + 0.5) / kSteps;
       const double v = (b + 0.5) / kSteps;
-      const auto add = [&](double x, double y, double z, double nx, double ny, double nz, double area) {
+      const auto add = [&](double x, double y, double z, double nx, double ny, double nz,
+                           double area) {
         const double dx = x - static_cast<double>(p.x);
         const double d2 = dx * dx + y * y + z * z;
         const double cos_light = -(nx * dx + ny * y + nz * z);
@@ -239,7 +267,7 @@ double row_truth() {
           sum += area * y * cos_light / (d2 * d2) / (kSteps * kSteps);
         }
       };
-      add(0, 0.2 + u, -0.5 + v, 1, 0, 0, 1);            // faces +x: cross of its edges
+      add(0, 0.2 + u, -0.5 + v, 1, 0, 0, 1);           // faces +x: cross of its edges
       add(-1 + 2 * u, 1.5, 2 + 0.5 * v, 0, -1, 0, 1);  // faces down
     }
   }
@@ -254,7 +282,8 @@ TEST(SharedSamples, HaveTheMeanOfTheLight) {
 }
 TEST(SharedSamples, FaultsAreRefused) {
   const double truth = row_truth();
-  for (const Fault fault : {Fault::kOneOverM, Fault::kNoWeight, Fault::kDoubly, Fault::kPassAlone}) {
+  for (const Fault fault :
+       {Fault::kOneOverM, Fault::kNoWeight, Fault::kDoubly, Fault::kPassAlone}) {
     EXPECT_GT(std::fabs(row_of_points(fault, 50000).z(truth)), 6) << static_cast<int>(fault);
   }
 }

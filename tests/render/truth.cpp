@@ -1,6 +1,6 @@
 #include "tests/render/truth.h"
 
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 
 namespace test_support {
 
@@ -11,8 +11,8 @@ std::vector<Variant> variants() {
       Variant v{std::string(strategy.name) + "/" + std::string(lights.name), {}};
       v.estimator.strategy = strategy.value;
       v.light_sampler = lights.value;
-      const bool resamples =
-          lights.value == core::LightSamplerType::kRis || lights.value == core::LightSamplerType::kRestir;
+      const bool resamples = lights.value == core::LightSamplerType::kRis ||
+                             lights.value == core::LightSamplerType::kRestir;
       if (is_blind(v) && resamples) {
         continue;  // light samples of lamps that have no size: as the others
       }
@@ -21,7 +21,8 @@ std::vector<Variant> variants() {
   }
   for (const auto& mis : core::mis_types()) {
     for (const float exponent : {1.0F, 4.0F}) {
-      Variant v{std::string(mis.name) + " exponent " + std::to_string(static_cast<int>(exponent)), {}};
+      Variant v{std::string(mis.name) + " exponent " + std::to_string(static_cast<int>(exponent)),
+                {}};
       v.estimator.mis = mis.value;
       v.estimator.mis_exponent = exponent;
       all.push_back(v);
@@ -40,7 +41,8 @@ std::vector<Variant> variants() {
     all.push_back(v);
   }
   for (const auto lights : {core::LightSamplerType::kTree, core::LightSamplerType::kRis}) {
-    Variant v{lights == core::LightSamplerType::kRis ? "control variate ris" : "control variate", {}};
+    Variant v{lights == core::LightSamplerType::kRis ? "control variate ris" : "control variate",
+              {}};
     v.estimator.control_variate = core::ControlVariateType::kAnalytic;
     v.light_sampler = lights;
     all.push_back(v);

@@ -1,10 +1,10 @@
-/// The gate of LIGHT_TRANSPORT section 4: |z| < 4 and a relative cap.
+/// The gate for closed-form truths: |z| < 4 and a relative cap.
 #pragma once
-
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <string>
+
+#include <gtest/gtest.h>
 
 #include "tests/support/scenes.h"
 
@@ -17,17 +17,21 @@ struct Variant {
   core::LightSamplerType light_sampler = core::LightSamplerType::kTree;
 };
 
-/// Every strategy, MIS rule, roulette, splitting, sampler and light sampler of the registries, each with the others' defaults, and
-/// strategies with every light sampler.
+/// Every strategy, MIS rule, roulette, splitting, sampler and light sampler of the registries, each
+/// with the others' defaults, and strategies with every light sampler.
 std::vector<Variant> variants();
 
 /// Finds lights only by chance.
 inline bool is_blind(const Variant& v) {
-  return v.estimator.strategy != core::Strategy::kMis && v.estimator.strategy != core::Strategy::kLight;
+  return v.estimator.strategy != core::Strategy::kMis &&
+         v.estimator.strategy != core::Strategy::kLight;
 }
 
-/// Leaves out shadow rays at random where little light is at stake: noise by design, which z alone judges.
-inline bool throws_dice(const Variant& v) { return v.estimator.roulette == core::RouletteType::kThreshold; }
+/// Leaves out shadow rays at random where little light is at stake: noise by design, which z alone
+/// judges.
+inline bool throws_dice(const Variant& v) {
+  return v.estimator.roulette == core::RouletteType::kThreshold;
+}
 
 inline void apply(const Variant& v, core::View& view) {
   view.settings.estimator = v.estimator;
@@ -35,18 +39,21 @@ inline void apply(const Variant& v, core::View& view) {
   view.settings.light_sampler = v.light_sampler;
 }
 
-/// Is the mean of the picture's green channel the truth? z below 4 (false alarm 6e-5) and within the cap; a picture
-/// noisier than a quarter of the cap may be off by four standard errors, but it may not be noisier than twice the cap
-/// (`noise`, where strategies that find small lights by chance cannot do better: z alone judges those).
-/// scene: relative error of the scene (round things made of triangles), for z.
-inline void expect_truth(const Picture& picture, double truth, double cap, const std::string& what, double scene = 0,
-                         double noise = 0) {
+/// Is the mean of the picture's green channel the truth? z below 4 (false alarm 6e-5) and within
+/// the cap; a picture noisier than a quarter of the cap may be off by four standard errors, but it
+/// may not be noisier than twice the cap
+/// (`noise`, where strategies that find small lights by chance cannot do better: z alone judges
+/// those). scene: relative error of the scene (round things made of triangles), for z.
+inline void expect_truth(const Picture& picture, double truth, double cap, const std::string& what,
+                         double scene = 0, double noise = 0) {
   const auto mean = static_cast<double>(picture.mean().g);
   const auto error = static_cast<double>(picture.standard_error().g);
   const double rounding = 3e-6 * truth;
   const double off = std::fabs(mean - truth);
-  EXPECT_LT(off, 4 * error + rounding + scene * truth) << what << ": " << mean << " +- " << error << " for " << truth;
-  EXPECT_LT(off, std::max(cap * truth, 4 * error) + rounding) << what << ": " << mean << " +- " << error << " for " << truth;
+  EXPECT_LT(off, 4 * error + rounding + scene * truth)
+      << what << ": " << mean << " +- " << error << " for " << truth;
+  EXPECT_LT(off, std::max(cap * truth, 4 * error) + rounding)
+      << what << ": " << mean << " +- " << error << " for " << truth;
   EXPECT_LT(error, (noise > 0 ? noise : 2 * cap) * truth) << what << " is too noisy to tell";
   EXPECT_EQ(picture.progress.rejected_samples, 0U) << what;
 }

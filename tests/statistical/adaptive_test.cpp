@@ -1,15 +1,15 @@
-// Adaptive sampling: the bias of stop rules (the table of stop rules against closed truths), and the product's own types
-// on films whose truth is known, made by its own tasks and plans.
-#include <gtest/gtest.h>
-
+// Adaptive sampling: the bias of stop rules (the table of stop rules against closed truths), and
+// the product's own types on films whose truth is known, made by its own tasks and plans.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <functional>
 #include <vector>
 
-#include "core/film/error_estimate.h"
-#include "core/render/registry.h"
+#include <gtest/gtest.h>
+
+#include "core/layers/layers.h"
+#include "core/settings/registry.h"
 #include "tests/support/statistics.h"
 #include "tests/support/synthetic.h"
 
@@ -27,7 +27,14 @@ using Draw = std::function<double(Random&)>;
 double event_50(Random& r) { return r.uniform_double() < 0.02 ? 50 : 0; }
 double exponential(Random& r) { return -std::log(1 - r.uniform_double()); }
 
-enum class Rule { kHalfMetric, kStandardError, kTwoStageReused, kTwoStageDiscarded, kCrossHalf, kCrossHalfByCount };
+enum class Rule {
+  kHalfMetric,
+  kStandardError,
+  kTwoStageReused,
+  kTwoStageDiscarded,
+  kCrossHalf,
+  kCrossHalfByCount
+};
 
 /// Half A and half B of a pixel, fed alternately.
 struct Halves {
@@ -42,13 +49,15 @@ void feed(Moments& half, const Draw& draw, Random& random, int count) {
   }
 }
 
-/// Samples that a pixel needs for a standard error of 10 % of its mean, by what `seen` knows; 32 to 1024.
+/// Samples that a pixel needs for a standard error of 10 % of its mean, by what `seen` knows; 32 to
+/// 1024.
 int needed(const Moments& seen) {
   const double target = 0.1 * std::max(std::fabs(seen.mean), 1e-9);
   return static_cast<int>(std::clamp(seen.variance() / (target * target), 32.0, 1024.0));
 }
 
-/// The picture's pixel by one rule: at most 1024 samples, looked at every 16; two-stage rules with a pilot of 32.
+/// The picture's pixel by one rule: at most 1024 samples, looked at every 16; two-stage rules with
+/// a pilot of 32.
 double pixel_by(Rule rule, const Draw& draw, Random& random) {
   Halves h;
   if (rule == Rule::kHalfMetric || rule == Rule::kStandardError) {
@@ -59,9 +68,10 @@ double pixel_by(Rule rule, const Draw& draw, Random& random) {
       Moments all;
       all.n = h.a.n + h.b.n;
       all.m2 = h.a.m2 + h.b.m2;
-      const double error = rule == Rule::kHalfMetric
-                               ? metric / (h.mean() < 1 ? std::sqrt(std::max(h.mean(), 1e-9)) : h.mean())
-                               : all.standard_error() / std::max(h.mean(), 1e-9);
+      const double error =
+          rule == Rule::kHalfMetric
+              ? metric / (h.mean() < 1 ? std::sqrt(std::max(h.mean(), 1e-9)) : h.mean())
+              : all.standard_error() / std::max(h.mean(), 1e-9);
       if (error < (rule == Rule::kHalfMetric ? 0.05 : 0.1)) {
         break;
       }
@@ -97,13 +107,16 @@ Moments runs_of(Rule rule, const Draw& draw, int runs) {
   return out;
 }
 
-// LIGHT_TRANSPORT's table for events of 2 %: -48, -71, -51 %, +.2, +.4, -49 %. What has no bias stays within 4 standard
-// errors (false alarm 6e-5 for each of four); what has is off by tens of percent.
+// Simulated with 200,000 trials, for events of 2 %: -48, -71, -51 %, +.2, +.4, -49 %. What has no
+// bias stays within 4 standard errors (false alarm 6e-5 for each of four); what has is off by tens
+// of percent.
 TEST(StopBias, SequentialRulesMissRareEventsByTensOfPercent) {
   EXPECT_LT(runs_of(Rule::kHalfMetric, event_50, 20000).mean, 0.7);
   EXPECT_LT(runs_of(Rule::kStandardError, event_50, 20000).mean, 0.5);
 }
-TEST(StopBias, APilotThatIsReusedMissesThem) { EXPECT_LT(runs_of(Rule::kTwoStageReused, event_50, 20000).mean, 0.7); }
+TEST(StopBias, APilotThatIsReusedMissesThem) {
+  EXPECT_LT(runs_of(Rule::kTwoStageReused, event_50, 20000).mean, 0.7);
+}
 TEST(StopBias, APilotThatIsDiscardedHasNone) {
   EXPECT_LT(std::fabs(runs_of(Rule::kTwoStageDiscarded, event_50, 20000).z(1)), 4);
   EXPECT_LT(std::fabs(runs_of(Rule::kTwoStageDiscarded, exponential, 20000).z(1)), 4);
@@ -125,20 +138,21 @@ Synthetic rare(AdaptiveType type) {
   Synthetic s;
   s.adaptive.type = type;
   s.adaptive.dilation = 0;
-  s.sample = [](Random& r, int, int) { return test_support::rare_event(r, kEvent); };
   return s;
 }
 
 struct Totals {
-  Moments mean;           ///< of a picture; the truth is 1
-  Moments unreported;     ///< (x - 1)^2 - (A - B)^2 / 4, mean over a picture: covariance of the halves
-  double uneven = 0;      ///< pixels whose halves have different counts
-  double spread = 0;      ///< largest over least count, last picture
+  Moments mean;        ///< of a picture; the truth is 1
+  Moments unreported;  ///< (x - 1)^2 - (A - B)^2 / 4, mean over a picture: covariance of the halves
+  double uneven = 0;   ///< pixels whose halves have different counts
+  double spread = 0;   ///< largest over least count, last picture
 };
 
-Totals render_many(AdaptiveType type, int pictures) {
+/// scale: what samples see is multiplied by it.
+Totals render_many(AdaptiveType type, int pictures, float scale = 1) {
   Totals out;
-  const Synthetic s = rare(type);
+  Synthetic s = rare(type);
+  s.sample = [scale](Random& r, int, int) { return scale * test_support::rare_event(r, kEvent); };
   for (int i = 0; i < pictures; ++i) {
     const auto picture = test_support::render(s, kSamples, static_cast<std::uint64_t>(i) + 1);
     double sum = 0;
@@ -157,8 +171,9 @@ Totals render_many(AdaptiveType type, int pictures) {
     out.unreported.add(unreported);
     out.spread = static_cast<double>(picture.progress.samples_max) / picture.progress.samples_min;
   }
-  std::printf("    mean %.4f (%.4f)  covariance of the halves %+.4f (%.4f)  counts spread %.1f\n", out.mean.mean,
-              out.mean.standard_error(), out.unreported.mean, out.unreported.standard_error(), out.spread);
+  std::printf("    mean %.4f (%.4f)  covariance of the halves %+.4f (%.4f)  counts spread %.1f\n",
+              out.mean.mean, out.mean.standard_error(), out.unreported.mean,
+              out.unreported.standard_error(), out.spread);
   return out;
 }
 
@@ -171,30 +186,20 @@ TEST(AdaptiveTypes, PilotIsUnbiasedAndItsErrorsAreValid) {
   EXPECT_EQ(t.uneven, 0);
 }
 
-TEST(AdaptiveTypes, CrossHalfIsUnbiasedAndItsHalvesDepend) {
-  const Totals t = render_many(AdaptiveType::kCrossHalf, 60);
-  EXPECT_LT(std::fabs(t.mean.z(1)), 4);
-  EXPECT_GT(t.unreported.z(0), 4) << "the covariance is the square of the bias that weights by count would have";
-  EXPECT_GT(t.uneven, 0);
-}
-
-// The twin of both tests: the same check refuses what has a bias.
-TEST(AdaptiveTypes, SequentialIsSeenToBeBiasedByTensOfPercent) {
-  const Totals t = render_many(AdaptiveType::kSequential, 20);
+// The twin: pixels whose counts follow their own samples would lack light, and the same check sees
+// a picture that lacks a twentieth of it.
+TEST(AdaptiveTypes, APictureThatLacksLightIsSeen) {
+  const Totals t = render_many(AdaptiveType::kPilot, 60, 0.95F);
   EXPECT_LT(t.mean.z(1), -4);
-  EXPECT_LT(t.mean.mean, 0.9);
 }
 
 TEST(AdaptiveTypes, SayWhatTheyAre) {
   core::RenderSettings settings;
-  const auto facts = [&settings](AdaptiveType type) {
+  for (const AdaptiveType type : {AdaptiveType::kNone, AdaptiveType::kPilot}) {
     settings.adaptive.type = type;
-    return std::pair(core::bias_of(settings), core::errors_are_valid(settings));
-  };
-  EXPECT_EQ(facts(AdaptiveType::kNone), std::pair(std::string_view("none"), true));
-  EXPECT_EQ(facts(AdaptiveType::kPilot), std::pair(std::string_view("none"), true));
-  EXPECT_EQ(facts(AdaptiveType::kCrossHalf), std::pair(std::string_view("none"), false));
-  EXPECT_EQ(facts(AdaptiveType::kSequential), std::pair(std::string_view("biased"), false));
+    EXPECT_EQ(core::bias_of(settings), "none");
+    EXPECT_TRUE(core::errors_are_valid(settings));
+  }
 }
 
 // A quarter of the picture is a hundred times as noisy as the rest.
@@ -210,7 +215,8 @@ Synthetic uneven_noise(AdaptiveType type) {
 double squared_error(AdaptiveType type, int pictures) {
   double sum = 0;
   for (int i = 0; i < pictures; ++i) {
-    const auto picture = test_support::render(uneven_noise(type), 256, static_cast<std::uint64_t>(i) + 1);
+    const auto picture =
+        test_support::render(uneven_noise(type), 256, static_cast<std::uint64_t>(i) + 1);
     for (std::size_t p = 0; p < picture.snapshot.pixel_count(); ++p) {
       const auto d = static_cast<double>(core::pixel_value(picture.snapshot, p).mean.g) - 1;
       sum += d * d / static_cast<double>(picture.snapshot.pixel_count()) / pictures;
@@ -219,26 +225,29 @@ double squared_error(AdaptiveType type, int pictures) {
   return sum;
 }
 
-// Sum of variance / n at a given sum of n is least for n in proportion to the standard deviations: here (1/4 1 + 3/4 0.01)^2
-// instead of 1/4, a factor 3.8. A tenth is spread evenly, and the pilot's window blurs the edge: more than half of it stays.
+// Sum of variance / n at a given sum of n is least for n in proportion to the standard deviations:
+// here (1/4 1 + 3/4 0.01)^2 instead of 1/4, a factor 3.8. A tenth is spread evenly, and the pilot's
+// window blurs the edge: more than half of it stays.
 TEST(AdaptiveTypes, PutSamplesWhereTheNoiseIs) {
   const double none = squared_error(AdaptiveType::kNone, 2);
-  EXPECT_NEAR(none, 0.25 / 256, 0.25 / 256 * 0.1);  // 2,048 noisy pixels: a standard deviation of 3 %
-  for (const AdaptiveType type : {AdaptiveType::kPilot, AdaptiveType::kCrossHalf, AdaptiveType::kSequential}) {
-    const double gain = none / squared_error(type, 2);
-    std::printf("    variance %.2f times less\n", gain);
-    EXPECT_GT(gain, 2);
-    EXPECT_LT(gain, 4.2);
-  }
+  EXPECT_NEAR(none, 0.25 / 256,
+              0.25 / 256 * 0.1);  // 2,048 noisy pixels: a standard deviation of 3 %
+  const double gain = none / squared_error(AdaptiveType::kPilot, 2);
+  std::printf("    variance %.2f times less\n", gain);
+  EXPECT_GT(gain, 2);
+  EXPECT_LT(gain, 4.2);
 }
 
-// 95 % intervals of tiles, with adaptive sampling by pixels and by tiles: 60 pictures of 4 tiles each; 240 trials, standard
-// deviation 1.4 %: 90 % is 3.6 of them away.
+// 95 % intervals of tiles, with adaptive sampling by pixels and by tiles: 60 pictures of 4 tiles
+// each; 240 trials, standard deviation 1.4 %: 90 % is 3.6 of them away.
 TEST(AdaptiveTypes, TileIntervalsOfPilotCover) {
-  for (const core::Granularity granularity : {core::Granularity::kPixel, core::Granularity::kTile}) {
+  for (const core::Granularity granularity :
+       {core::Granularity::kPixel, core::Granularity::kTile}) {
     Synthetic s = uneven_noise(AdaptiveType::kPilot);
     s.adaptive.granularity = granularity;
-    s.sample = [](Random& r, int x, int) { return static_cast<float>((x < 20 ? 0.2 : 1.0) * exponential(r)); };
+    s.sample = [](Random& r, int x, int) {
+      return static_cast<float>((x < 20 ? 0.2 : 1.0) * exponential(r));
+    };
     double inside = 0;
     for (int i = 0; i < 60; ++i) {
       const auto picture = test_support::render(s, 48, static_cast<std::uint64_t>(i) + 1);
@@ -250,7 +259,8 @@ TEST(AdaptiveTypes, TileIntervalsOfPilotCover) {
         for (int y = rect.y; y < rect.y + rect.height; ++y) {
           for (int x = rect.x; x < rect.x + rect.width; ++x) {
             const auto p = static_cast<std::size_t>(y * 64 + x);
-            off += static_cast<double>(core::pixel_value(picture.snapshot, p).mean.g) - (x < 20 ? 0.2 : 1.0);
+            off += static_cast<double>(core::pixel_value(picture.snapshot, p).mean.g) -
+                   (x < 20 ? 0.2 : 1.0);
             reported += static_cast<double>(variance->values[3 * p + 1]);
           }
         }

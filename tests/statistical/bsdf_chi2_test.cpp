@@ -1,4 +1,5 @@
-// Every sample against its density. 400 p-values or so, each refused below sidak(0.01, 400) = 2.5e-5; seeds are fixed.
+// Every sample against its density. 400 p-values or so, each refused below sidak(0.01, 400)
+// = 2.5e-5; seeds are fixed.
 #include <gtest/gtest.h>
 
 #include "core/bsdf/bsdf.h"
@@ -16,16 +17,17 @@ const double kLevel = test_support::sidak(0.01, 400);
 
 double p_value(const Bsdf& bsdf, int samples, float spoil = 1) {
   return test_support::chi2_sphere(
-      [&](Random& r) -> std::optional<Vec3> {
-        const float lobe = r.uniform();
-        const auto s = bsdf.sample(lobe, r.uniform_2d());
-        if (!(s.pdf_solid_angle > 0)) {
-          return std::nullopt;  // absorbed, or a delta lobe
-        }
-        EXPECT_EQ(s.pdf_solid_angle, bsdf.evaluate(s.wi_local).pdf_solid_angle);
-        return s.wi_local;
-      },
-      [&](Vec3 wi) { return spoil * bsdf.evaluate(wi).pdf_solid_angle; }, samples, 7).p_value;
+             [&](Random& r) -> std::optional<Vec3> {
+               const float lobe = r.uniform();
+               const auto s = bsdf.sample(lobe, r.uniform_2d());
+               if (!(s.pdf_solid_angle > 0)) {
+                 return std::nullopt;  // absorbed, or a delta lobe
+               }
+               EXPECT_EQ(s.pdf_solid_angle, bsdf.evaluate(s.wi_local).pdf_solid_angle);
+               return s.wi_local;
+             },
+             [&](Vec3 wi) { return spoil * bsdf.evaluate(wi).pdf_solid_angle; }, samples, 7)
+      .p_value;
 }
 
 class BsdfChi2 : public testing::TestWithParam<BsdfCase> {};
@@ -42,7 +44,8 @@ TEST_P(BsdfChi2, SampleFollowsItsDensity) {
 
 TEST_P(BsdfChi2, SampleFollowsItsDensityUnderATiltedGeometricNormal) {
   for (const double degrees : {20.0, 60.0}) {
-    const Bsdf bsdf = GetParam().seen_from(test_support::direction(degrees), test_support::tilted_normal());
+    const Bsdf bsdf =
+        GetParam().seen_from(test_support::direction(degrees), test_support::tilted_normal());
     EXPECT_GT(p_value(bsdf, 150000), kLevel) << degrees;
   }
 }

@@ -1,4 +1,5 @@
-// Comparisons of jobs that differ in nothing but their seed alarm as rarely as they say; a gain of 1 % is found.
+// Comparisons of jobs that differ in nothing but their seed alarm as rarely as they say; a gain of
+// 1 % is found.
 
 #include "core/compare/comparison.h"
 
@@ -67,13 +68,17 @@ class NullComparison : public testing::TestWithParam<core::SamplerType> {};
 
 TEST_P(NullComparison, AlarmsAsRarelyAsItSays) {
   const Summary summary = null_pairs(GetParam(), 12, 32, 1);
-  // 12 pairs of 4096 pixels: a mean of z is known to 1 / sqrt(12 * 4096) = 0.0045; 4 of them, a false alarm in 16,000.
+  // 12 pairs of 4096 pixels: a mean of z is known to 1 / sqrt(12 * 4096) = 0.0045; 4 of them, a
+  // false alarm in 16,000.
   EXPECT_LT(std::abs(summary.z_mean.mean), 4 * 0.0045);
-  // "About": half of a pixel's variance is that of its neighbours, which is too much for some and too little for others.
-  // Somewhat less than 1: a pixel that is far off is thought noisier than it is, too.
-  std::printf("    z variance %.3f beyond 3 %.3f %%\n", summary.z_variance.mean, 100 * summary.share.mean);
+  // "About": half of a pixel's variance is that of its neighbours, which is too much for some and
+  // too little for others. Somewhat less than 1: a pixel that is far off is thought noisier than it
+  // is, too.
+  std::printf("    z variance %.3f beyond 3 %.3f %%\n", summary.z_variance.mean,
+              100 * summary.share.mean);
   EXPECT_NEAR(summary.z_variance.mean, 1, 0.1);
-  // 0.27 % of 49,152 are 133; the pairs' counts spread as 12 binomials do, 4 of their deviations are 0.09 %.
+  // 0.27 % of 49,152 are 133; the pairs' counts spread as 12 binomials do, 4 of their deviations
+  // are 0.09 %.
   EXPECT_LT(summary.share.mean, 0.0027 + 0.0009);
   EXPECT_GT(summary.share.mean, 0.0002);
   // Binomial of 12 with 0.95: six or more misses in one of 60,000.
@@ -81,18 +86,22 @@ TEST_P(NullComparison, AlarmsAsRarelyAsItSays) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Statistical, NullComparison,
-                         testing::Values(core::SamplerType::kSobol, core::SamplerType::kIndependent));
+                         testing::Values(core::SamplerType::kSobol,
+                                         core::SamplerType::kIndependent));
 
-// Four samples of each half: windows that hold unlike noise, and pixels without any, would make z too small.
+// Four samples of each half: windows that hold unlike noise, and pixels without any, would make z
+// too small.
 TEST(Comparison, ZOfFewSamplesVariesAsItShould) {
   const Summary summary = null_pairs(core::SamplerType::kSobol, 12, 8, 1);
-  std::printf("    z variance %.3f beyond 3 %.3f %%\n", summary.z_variance.mean, 100 * summary.share.mean);
+  std::printf("    z variance %.3f beyond 3 %.3f %%\n", summary.z_variance.mean,
+              100 * summary.share.mean);
   EXPECT_NEAR(summary.z_variance.mean, 1, 0.13);
   EXPECT_LT(summary.share.mean, 0.0027 + 0.0009);
   EXPECT_GE(summary.bias_covered, 7);
 }
 
-// A lamp in the picture: its pixels and the black ones around have no noise, and what the neighbours have is not theirs.
+// A lamp in the picture: its pixels and the black ones around have no noise, and what the
+// neighbours have is not theirs.
 TEST(Comparison, PixelsWithoutNoiseBesideNoisyOnesDoNotCount) {
   core::Picture a;
   a.width = 8;
@@ -103,7 +112,8 @@ TEST(Comparison, PixelsWithoutNoiseBesideNoisyOnesDoNotCount) {
     for (int i = 0; i < 64; ++i) {
       const bool noisy = i % 2 == 0;
       side->values.push_back(core::Rgb(noisy ? 1 + 0.1F * static_cast<float>(random.normal()) : 1));
-      side->half_difference.push_back(core::Rgb(noisy ? 0.1F * static_cast<float>(random.normal()) : 0));
+      side->half_difference.push_back(
+          core::Rgb(noisy ? 0.1F * static_cast<float>(random.normal()) : 0));
       side->sample_variance.push_back(noisy ? 0.01F : 0);
     }
   }
@@ -115,19 +125,22 @@ TEST(Comparison, PixelsWithoutNoiseBesideNoisyOnesDoNotCount) {
 }
 
 TEST(Comparison, AGainOfOnePercentIsFound) {
-  // The twin: pairs of the same kind with one side 1 % brighter. 4 deviations of the mean of 6 * 4096 values of z.
+  // The twin: pairs of the same kind with one side 1 % brighter. 4 deviations of the mean of 6 *
+  // 4096 values of z.
   const Summary summary = null_pairs(core::SamplerType::kSobol, 6, 64, 1.01F);
   EXPECT_GT(summary.z_mean.mean, 4 / std::sqrt(6.0 * 4096));
   EXPECT_LE(summary.bias_covered, 1);
 }
 
-// Blue-noise samples: the errors of neighbouring pixels cancel, so that squares do not add up over the picture.
+// Blue-noise samples: the errors of neighbouring pixels cancel, so that squares do not add up over
+// the picture.
 int correlated_pairs_covered(int replicates, float gain) {
   int covered = 0;
   for (std::uint64_t pair = 0; pair < 12; ++pair) {
     Picture a = rendered(2 * pair, 4 * replicates, core::SamplerType::kZsobol, replicates);
     scale(a, gain);
-    const auto result = compared(a, rendered(2 * pair + 1, 4 * replicates, core::SamplerType::kZsobol, replicates));
+    const auto result =
+        compared(a, rendered(2 * pair + 1, 4 * replicates, core::SamplerType::kZsobol, replicates));
     covered += result.bias_low <= 0 && 0 <= result.bias_high ? 1 : 0;
   }
   return covered;
@@ -138,6 +151,8 @@ TEST(Comparison, TheBiasOfCorrelatedPicturesIsCoveredByItsReplicates) {
   EXPECT_GE(correlated_pairs_covered(16, 1), 7);
 }
 
-TEST(Comparison, AGainOfCorrelatedPicturesIsFound) { EXPECT_LE(correlated_pairs_covered(16, 1.05F), 1); }
+TEST(Comparison, AGainOfCorrelatedPicturesIsFound) {
+  EXPECT_LE(correlated_pairs_covered(16, 1.05F), 1);
+}
 
 }  // namespace

@@ -1,9 +1,9 @@
-// How fast errors fall: LIGHT_TRANSPORT sections 2 and 3.
-#include <gtest/gtest.h>
-
+// How fast errors fall with the number of samples.
 #include <cmath>
 #include <functional>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "core/samplers/path_sampler.h"
 #include "tests/support/scenes.h"
@@ -22,14 +22,18 @@ struct Integrand {
 
 // Both over the first two of four dimensions; and a smooth one over all four.
 Integrand smooth_2d() {
-  return {[](Vec4 u) { return std::exp(static_cast<double>(u.x)) * std::exp(static_cast<double>(u.y)); },
+  return {[](Vec4 u) {
+            return std::exp(static_cast<double>(u.x)) * std::exp(static_cast<double>(u.y));
+          },
           (std::exp(1.0) - 1) * (std::exp(1.0) - 1)};
 }
 Integrand disk() {
-  return {[](Vec4 u) { return static_cast<double>(u.x * u.x + u.y * u.y) < 1 ? 1.0 : 0.0; }, 0.785398163397448};
+  return {[](Vec4 u) { return static_cast<double>(u.x * u.x + u.y * u.y) < 1 ? 1.0 : 0.0; },
+          0.785398163397448};
 }
 Integrand smooth_4d() {
-  return {[](Vec4 u) { return std::exp(static_cast<double>(u.x + u.y + u.z + u.w)); }, std::pow(std::exp(1.0) - 1, 4)};
+  return {[](Vec4 u) { return std::exp(static_cast<double>(u.x + u.y + u.z + u.w)); },
+          std::pow(std::exp(1.0) - 1, 4)};
 }
 
 double rmse(SamplerType type, const Integrand& g, int n) {
@@ -72,17 +76,19 @@ TEST(Convergence, SobolIsFasterTheSmootherTheIntegrand) {
   EXPECT_LT(slope_of(SamplerType::kSobol, smooth_4d()), -1.2);
 }
 
-// LIGHT_TRANSPORT section 3, 1,024 points: 570 times in 2-D smooth, 5.7 on the disk.
+// Against independent points, at 1,024 points: 570 times in 2-D smooth, 5.7 on the disk.
 TEST(Convergence, SobolGainsWhatWasMeasured) {
-  const double smooth = rmse(SamplerType::kIndependent, smooth_2d(), 1024) / rmse(SamplerType::kSobol, smooth_2d(), 1024);
-  const double edge = rmse(SamplerType::kIndependent, disk(), 1024) / rmse(SamplerType::kSobol, disk(), 1024);
+  const double smooth = rmse(SamplerType::kIndependent, smooth_2d(), 1024) /
+                        rmse(SamplerType::kSobol, smooth_2d(), 1024);
+  const double edge =
+      rmse(SamplerType::kIndependent, disk(), 1024) / rmse(SamplerType::kSobol, disk(), 1024);
   std::printf("    gain %.0f smooth, %.1f disk\n", smooth, edge);
   EXPECT_GT(smooth, 300);
   EXPECT_NEAR(edge, 5.7, 1.5);
 }
 
-// A whole picture of soft light, edges and corners included. Its error is the spread of pictures with different seeds, relative
-// to their mean.
+// A whole picture of soft light, edges and corners included. Its error is the spread of pictures
+// with different seeds, relative to their mean.
 double relative_spread(core::View view, int samples) {
   constexpr int kSeeds = 8;
   std::vector<test_support::Moments> pixels;
@@ -118,8 +124,9 @@ TEST(Convergence, APictureUnderASoftLightBeatsTheSquareRoot) {
     return s;
   };
   EXPECT_NEAR(fall(SamplerType::kIndependent), -0.5, 0.03);
-  // Edges of shadows and of things, in the four dimensions of a point of the film and one of the lamp: the error of an edge in
-  // d dimensions falls as N^-(1/2 + 1/2d) (He and Wang 2015), here as -0.625; smooth parts fall faster.
+  // Edges of shadows and of things, in the four dimensions of a point of the film and one of the
+  // lamp: the error of an edge in d dimensions falls as N^-(1/2 + 1/2d) (He and Wang 2015), here as
+  // -0.625; smooth parts fall faster.
   EXPECT_LT(fall(SamplerType::kSobol), -0.625 + 0.03);
 }
 

@@ -1,4 +1,5 @@
-// The laboratory's machinery: verdicts that can say no, runs that are reproducible and can be stopped.
+// The laboratory's machinery: verdicts that can say no, runs that are reproducible and can be
+// stopped.
 
 #include <algorithm>
 #include <array>
@@ -39,7 +40,8 @@ Done run_all(const Setup& setup, const RunOptions& options) {
   return done;
 }
 
-Setup setup_of(std::string_view experiment, std::string_view estimator, std::string_view sampler = "independent") {
+Setup setup_of(std::string_view experiment, std::string_view estimator,
+               std::string_view sampler = "independent") {
   LabSetup setup = default_setup(*find_experiment(experiment));
   EXPECT_TRUE(choose_estimator(setup, estimator)) << estimator;
   EXPECT_TRUE(choose_sampler(setup, sampler)) << sampler;
@@ -48,9 +50,9 @@ Setup setup_of(std::string_view experiment, std::string_view estimator, std::str
 
 TEST(Lab, HasTheExperimentsOfTheContract) {
   for (const char* name :
-       {"pi", "quadrature-d", "strategies", "mis-gamma", "optimal-mis", "rr-threshold", "splitting", "expected-values",
-        "control-variate", "regression", "antithetic", "samplers-2d", "samplers-4d", "ris-m", "reservoir-chi2",
-        "restir-1d", "ppm-1d", "stopping-bias"}) {
+       {"pi", "quadrature-d", "strategies", "mis-gamma", "optimal-mis", "rr-threshold", "splitting",
+        "expected-values", "control-variate", "regression", "antithetic", "samplers-2d",
+        "samplers-4d", "ris-m", "reservoir-chi2", "restir-1d", "ppm-1d", "stopping-bias"}) {
     EXPECT_NE(find_experiment(name), nullptr) << name;
   }
   EXPECT_EQ(experiments().size(), 18U);
@@ -58,7 +60,8 @@ TEST(Lab, HasTheExperimentsOfTheContract) {
 
 TEST(Lab, EveryExperimentTeaches) {
   for (const Experiment* e : experiments()) {
-    for (const std::string_view text : {e->title, e->summary, e->estimates, e->formula, e->look_for, e->unit}) {
+    for (const std::string_view text :
+         {e->title, e->summary, e->estimates, e->formula, e->look_for, e->unit}) {
       EXPECT_FALSE(text.empty()) << e->name;
     }
     EXPECT_FALSE(e->estimators.empty());
@@ -70,8 +73,10 @@ TEST(Lab, EveryExperimentTeaches) {
 void expect_same_bits(const Done& a, const Done& b, std::string_view what) {
   ASSERT_EQ(a.points.size(), b.points.size());
   for (std::size_t i = 0; i < a.points.size(); ++i) {
-    const std::array<double, 4> x = {a.points[i].mean, a.points[i].rmse, a.points[i].standard_error, a.points[i].cost};
-    const std::array<double, 4> y = {b.points[i].mean, b.points[i].rmse, b.points[i].standard_error, b.points[i].cost};
+    const std::array<double, 4> x = {a.points[i].mean, a.points[i].rmse, a.points[i].standard_error,
+                                     a.points[i].cost};
+    const std::array<double, 4> y = {b.points[i].mean, b.points[i].rmse, b.points[i].standard_error,
+                                     b.points[i].cost};
     EXPECT_EQ(std::memcmp(x.data(), y.data(), sizeof x), 0) << what;
   }
   EXPECT_EQ(a.outcome.slope, b.outcome.slope) << what;
@@ -102,10 +107,11 @@ TEST(Lab, AResultDoesNotDependOnTheOtherN) {
 
 TEST(Lab, StopsBetweenPointsWhenNobodyListens) {
   int calls = 0;
-  const auto outcome = run(setup_of("pi", "hit"), {.n = {16, 64, 256}, .replicates = 4}, {}, [&](const Point&) {
-    ++calls;
-    return false;
-  });
+  const auto outcome =
+      run(setup_of("pi", "hit"), {.n = {16, 64, 256}, .replicates = 4}, {}, [&](const Point&) {
+        ++calls;
+        return false;
+      });
   ASSERT_FALSE(outcome);
   EXPECT_EQ(outcome.error().code, core::ErrorCode::kCancelled);
   EXPECT_EQ(calls, 1);
@@ -119,8 +125,9 @@ TEST(Lab, StopsWithinATrialOfEveryExperiment) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       source.request_stop();
     });
-    const auto outcome = run(default_setup(*e), {.n = {kTrialMax}, .replicates = 1000, .threads = 2},
-                             source.get_token(), [](const Point&) { return true; });
+    const auto outcome =
+        run(default_setup(*e), {.n = {kTrialMax}, .replicates = 1000, .threads = 2},
+            source.get_token(), [](const Point&) { return true; });
     EXPECT_FALSE(outcome) << e->name;
   }
 }
@@ -144,14 +151,17 @@ TEST(Lab, RoundsNAndSaysSo) {
 constexpr std::array kUniform = {EstimatorInfo{"mean", "none", "The mean of uniform numbers."}};
 constexpr std::array<std::int64_t, 3> kSomeN = {64, 256, 1024};
 
-Experiment planted(double (*expected)(const Setup&), std::optional<TheorySlope> (*slope)(const Setup&)) {
+Experiment planted(double (*expected)(const Setup&),
+                   std::optional<TheorySlope> (*slope)(const Setup&)) {
   Experiment e = *find_experiment("pi");
   e.estimators = kUniform;
   e.estimator = "mean";
   e.n = kSomeN;
   e.expected = expected;
   e.slope = slope;
-  e.estimate = [](Trial& trial) { return mean_of(trial, [&] { return static_cast<double>(trial.get_4d(0).x); }); };
+  e.estimate = [](Trial& trial) {
+    return mean_of(trial, [&] { return static_cast<double>(trial.get_4d(0).x); });
+  };
   return e;
 }
 
@@ -161,19 +171,28 @@ std::optional<TheorySlope> root(const Setup& /*setup*/) { return TheorySlope{-0.
 std::optional<TheorySlope> linear(const Setup& /*setup*/) { return TheorySlope{-1}; }
 
 Verdict verdict_of(const Experiment& experiment, std::uint64_t seed = 1) {
-  return run_all(default_setup(experiment), {.n = {64, 256, 1024}, .replicates = 64, .seed = seed}).outcome.verdict;
+  return run_all(default_setup(experiment), {.n = {64, 256, 1024}, .replicates = 64, .seed = seed})
+      .outcome.verdict;
 }
 
-TEST(LabVerdict, AgreesWithTheTruth) { EXPECT_EQ(verdict_of(planted(&half, &root)), Verdict::kAgrees); }
+TEST(LabVerdict, AgreesWithTheTruth) {
+  EXPECT_EQ(verdict_of(planted(&half, &root)), Verdict::kAgrees);
+}
 TEST(LabVerdict, SeesTwoPercentTooMuch) {
   EXPECT_EQ(verdict_of(planted(&half_and_two_percent, &root)), Verdict::kDiffers);
 }
-TEST(LabVerdict, SeesAWrongSlope) { EXPECT_EQ(verdict_of(planted(&half, &linear)), Verdict::kDiffers); }
+TEST(LabVerdict, SeesAWrongSlope) {
+  EXPECT_EQ(verdict_of(planted(&half, &linear)), Verdict::kDiffers);
+}
 
 TEST(LabVerdict, DoesNotAgreeWithASlopeThatItCannotTell) {
-  // Twelve replicates of n that are close together know the slope so badly that -0.5 and -1 would both do.
-  const auto judged = [](std::optional<TheorySlope> (*slope)(const LabSetup&), std::vector<std::int64_t> n, int replicates) {
-    return run_all(default_setup(planted(&half, slope)), {.n = std::move(n), .replicates = replicates}).outcome;
+  // Twelve replicates of n that are close together know the slope so badly that -0.5 and -1 would
+  // both do.
+  const auto judged = [](std::optional<TheorySlope> (*slope)(const LabSetup&),
+                         std::vector<std::int64_t> n, int replicates) {
+    return run_all(default_setup(planted(&half, slope)),
+                   {.n = std::move(n), .replicates = replicates})
+        .outcome;
   };
   for (const auto slope : {&root, &linear}) {
     const core::lab::Outcome vague = judged(slope, {64, 128}, 12);
@@ -185,8 +204,8 @@ TEST(LabVerdict, DoesNotAgreeWithASlopeThatItCannotTell) {
 }
 
 TEST(LabVerdict, AlarmsFalselyAsSeldomAsItSays) {
-  // Two checks of 0.1 % each, the slope's with a tolerance besides: 500 runs alarm 1 time at most on average, more than
-  // 5 times with probability 0.0006 (Poisson).
+  // Two checks of 0.1 % each, the slope's with a tolerance besides: 500 runs alarm 1 time at most
+  // on average, more than 5 times with probability 0.0006 (Poisson).
   const Experiment experiment = planted(&half, &root);
   int alarms = 0;
   for (std::uint64_t seed = 1; seed <= 500; ++seed) {
@@ -206,8 +225,8 @@ TEST(LabFit, FindsTheLineThroughExactPoints) {
 }
 
 TEST(LabFit, SlopeIntervalsOfNoisyPointsCover) {
-  // Errors of 32 normal replicates at four n, 2,000 times: the 95 % interval holds -0.5 in 95 % of them; binomial
-  // standard error 0.5 %, five of them allowed, and 1 % for the delta method.
+  // Errors of 32 normal replicates at four n, 2,000 times: the 95 % interval holds -0.5 in 95 % of
+  // them; binomial standard error 0.5 %, five of them allowed, and 1 % for the delta method.
   test_support::Random random(5);
   int covered = 0;
   constexpr int kRuns = 2000;
@@ -224,7 +243,9 @@ TEST(LabFit, SlopeIntervalsOfNoisyPointsCover) {
       points.push_back({n, std::sqrt(sum / 32), log_rmse_variance(squares)});
     }
     const SlopeFit fit = fit_slope(points);
-    covered += std::fabs(fit.slope + 0.5) <= 2.04 * fit.standard_error ? 1 : 0;  // t with 31 degrees of freedom
+    covered += std::fabs(fit.slope + 0.5) <= 2.04 * fit.standard_error
+                   ? 1
+                   : 0;  // t with 31 degrees of freedom
   }
   EXPECT_NEAR(static_cast<double>(covered) / kRuns, 0.95, 0.035);
 }
@@ -233,11 +254,15 @@ TEST(LabVerdict, WithFewReplicatesIsWrongNoMoreOftenThanItSays) {
   const LabSetup setup = setup_of("pi", "hit");
   int wrong = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
-    wrong += run_all(setup, {.n = {16, 64}, .replicates = 8, .seed = seed}).outcome.verdict == Verdict::kDiffers ? 1 : 0;
+    wrong += run_all(setup, {.n = {16, 64}, .replicates = 8, .seed = seed}).outcome.verdict ==
+                     Verdict::kDiffers
+                 ? 1
+                 : 0;
   }
   EXPECT_LE(wrong, 9);  // at 0.2 % more has a chance of 5e-5
   for (int replicates = 2; replicates < 8; ++replicates) {
-    EXPECT_EQ(run_all(setup, {.n = {16, 64}, .replicates = replicates}).outcome.verdict, Verdict::kUndecided);
+    EXPECT_EQ(run_all(setup, {.n = {16, 64}, .replicates = replicates}).outcome.verdict,
+              Verdict::kUndecided);
   }
 }
 
@@ -248,7 +273,8 @@ TEST(LabVerdict, OfRulesOnAGridIsTrueInEveryDimension) {
       LabSetup setup = setup_of("quadrature-d", rule);
       setup.parameters[0] = d;
       const Outcome outcome = run_all(setup, {.n = n, .replicates = 8}).outcome;
-      EXPECT_EQ(outcome.verdict, Verdict::kAgrees) << rule << " in " << d << ": " << outcome.explanation;
+      EXPECT_EQ(outcome.verdict, Verdict::kAgrees)
+          << rule << " in " << d << ": " << outcome.explanation;
     }
   }
 }
@@ -267,7 +293,8 @@ TEST(LabPlot, HasEveryPointAndBothLines) {
   const Done done = run_all(setup, {.n = {16, 64, 256}, .replicates = 16});
   const std::string svg = plot_svg(setup, done.points, done.outcome);
   std::size_t circles = 0;
-  for (std::size_t at = svg.find("<circle"); at != std::string::npos; at = svg.find("<circle", at + 1)) {
+  for (std::size_t at = svg.find("<circle"); at != std::string::npos;
+       at = svg.find("<circle", at + 1)) {
     ++circles;
   }
   EXPECT_EQ(circles, 3U);
@@ -279,12 +306,14 @@ TEST(LabPlot, HasEveryPointAndBothLines) {
 }
 
 TEST(LabPlot, DrawsThePointsOfASamplerForEachPairOfAxes) {
-  for (const auto& [name, estimator, squares] : {std::tuple{"samplers-2d", "smooth", 1}, {"samplers-4d", "ball", 6}}) {
+  for (const auto& [name, estimator, squares] :
+       {std::tuple{"samplers-2d", "smooth", 1}, {"samplers-4d", "ball", 6}}) {
     const LabSetup setup = setup_of(name, estimator);
     const Done done = run_all(setup, {.n = {16, 64}, .replicates = 4});
     const std::string svg = plot_svg(setup, done.points, done.outcome);
     int found = 0;
-    for (std::size_t at = svg.find("class=\"points\""); at != std::string::npos; at = svg.find("class=\"points\"", at + 1)) {
+    for (std::size_t at = svg.find("class=\"points\""); at != std::string::npos;
+         at = svg.find("class=\"points\"", at + 1)) {
       const std::string dots = svg.substr(at, svg.find("\"/>", at) - at);
       EXPECT_EQ(std::count(dots.begin(), dots.end(), 'M'), 64) << name;
       ++found;

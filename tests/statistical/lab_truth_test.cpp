@@ -1,5 +1,6 @@
-// Each experiment against closed forms: exact value, variance, bias, slope. Seeds are fixed; the chance that a right
-// laboratory would fail here, had the seed been drawn anew, stands with each test.
+// Each experiment against closed forms: exact value, variance, bias, slope. Seeds are fixed; the
+// chance that a right laboratory would fail here, had the seed been drawn anew, stands with each
+// test.
 
 #include <array>
 #include <cmath>
@@ -23,7 +24,8 @@ struct Parameter {
   double value;
 };
 
-Setup setup_of(std::string_view experiment, std::string_view estimator, std::vector<Parameter> parameters = {}) {
+Setup setup_of(std::string_view experiment, std::string_view estimator,
+               std::vector<Parameter> parameters = {}) {
   LabSetup setup = default_setup(*find_experiment(experiment));
   EXPECT_TRUE(choose_estimator(setup, estimator)) << estimator;
   EXPECT_TRUE(choose_sampler(setup, "independent"));
@@ -42,10 +44,11 @@ Setup setup_of(std::string_view experiment, std::string_view estimator, std::vec
 
 Point one_n(const Setup& setup, std::int64_t n, int replicates, std::uint64_t seed = 1) {
   Point out;
-  EXPECT_TRUE(run(setup, {.n = {n}, .replicates = replicates, .seed = seed, .threads = 2}, {}, [&](const Point& p) {
-    out = p;
-    return true;
-  }));
+  EXPECT_TRUE(run(setup, {.n = {n}, .replicates = replicates, .seed = seed, .threads = 2}, {},
+                  [&](const Point& p) {
+                    out = p;
+                    return true;
+                  }));
   return out;
 }
 
@@ -57,13 +60,14 @@ TEST(LabTruth, ExpectedValuesAreTheKnownNumbers) {
   EXPECT_NEAR(expected_of(setup_of("strategies", "area")), 0.7522747, 1e-7);
   EXPECT_NEAR(rectangle_irradiance(-1e4, 1e4, -1e4, 1e4), std::numbers::pi, 1e-3);
   // Half of a centred square is half of its light.
-  EXPECT_NEAR(expected_of(setup_of("control-variate", "plain", {{"side", 1}, {"hidden", 0.5}})), 0.7522747 / 2, 1e-7);
+  EXPECT_NEAR(expected_of(setup_of("control-variate", "plain", {{"side", 1}, {"hidden", 0.5}})),
+              0.7522747 / 2, 1e-7);
   EXPECT_NEAR(expected_of(setup_of("regression", "plain")), 0.78539816, 1e-8);
   EXPECT_NEAR(expected_of(setup_of("samplers-4d", "ball")), 0.30842514, 1e-8);
 }
 
-/// Variance of a single evaluation from 4,096 replicates of 64: its relative standard error is at most
-/// sqrt((k - 1) / 4096), k the kurtosis of the mean, below 3.2 here, so 2.3 %; five of them.
+/// Variance of a single evaluation from 4,096 replicates of 64: its relative standard error is at
+/// most sqrt((k - 1) / 4096), k the kurtosis of the mean, below 3.2 here, so 2.3 %; five of them.
 void expect_variance(const Setup& setup, double variance) {
   constexpr std::int64_t kN = 64;
   const Point point = one_n(setup, kN, 4096);
@@ -76,12 +80,14 @@ TEST(LabTruth, VariancesAreThoseOfTheFormulas) {  // false alarm below 1e-5 in a
   expect_variance(setup_of("pi", "hit"), 1.642183 * 1.642183);
   expect_variance(setup_of("pi", "height"), 0.892783 * 0.892783);
   // (pi^2 / 8)^d - 1.
-  expect_variance(setup_of("quadrature-d", "monte-carlo", {{"dimensions", 2}}), pi * pi * pi * pi / 64 - 1);
+  expect_variance(setup_of("quadrature-d", "monte-carlo", {{"dimensions", 2}}),
+                  pi * pi * pi * pi / 64 - 1);
   // Cosine sampling: pi with probability E / pi.
   constexpr double kE = 0.7522747;
   expect_variance(setup_of("strategies", "cosine"), kE * (pi - kE));
   expect_variance(setup_of("strategies", "bsdf"), kE * (pi - kE));
-  expect_variance(setup_of("expected-values", "absorption", {{"albedo", 0.5}}), 0.25 * kE * (pi - kE));
+  expect_variance(setup_of("expected-values", "absorption", {{"albedo", 0.5}}),
+                  0.25 * kE * (pi - kE));
   expect_variance(setup_of("expected-values", "analog", {{"albedo", 0.5}}), kE / 2 * (pi - kE / 2));
   // t = 4 u^3 seen half of the time: E[X^2] = 8/7; roulette divides it by q.
   expect_variance(setup_of("rr-threshold", "none"), 8.0 / 7 - 0.25);
@@ -93,7 +99,8 @@ TEST(LabTruth, VariancesAreThoseOfTheFormulas) {  // false alarm below 1e-5 in a
   // 1/3 + 4/9 / s.
   expect_variance(setup_of("splitting", "none"), 7.0 / 9);
   expect_variance(setup_of("splitting", "fixed", {{"copies", 8}}), 1.0 / 3 + 4.0 / 72);
-  // Pairs: 0.0039125 a pair, so twice that an evaluation; and the even function twice as bad as alone.
+  // Pairs: 0.0039125 a pair, so twice that an evaluation; and the even function twice as bad as
+  // alone.
   expect_variance(setup_of("antithetic", "plain"), 0.2420351);
   expect_variance(setup_of("antithetic", "pairs"), 2 * 0.0039125);
   expect_variance(setup_of("antithetic", "plain", {{"integrand", 1}}), 1.0 / 180);
@@ -107,7 +114,8 @@ TEST(LabTruth, RouletteCostsWhatItTraces) {
   // E[cost] = 1 + 10 q; the threshold's q is c^4 / d + 1 - c on average (4 u^3 / d below c).
   const double c = std::cbrt(0.5 / 4);
   const double q = c * c * c * c / 0.5 + 1 - c;
-  EXPECT_NEAR(one_n(setup_of("rr-threshold", "threshold", {{"delta", 0.5}}), 4096, 64).cost / 4096, 1 + 10 * q, 0.05);
+  EXPECT_NEAR(one_n(setup_of("rr-threshold", "threshold", {{"delta", 0.5}}), 4096, 64).cost / 4096,
+              1 + 10 * q, 0.05);
   EXPECT_EQ(one_n(setup_of("rr-threshold", "none"), 64, 4).cost, 64 * 11);
 }
 
@@ -118,8 +126,10 @@ TEST(LabTruth, NothingHiddenLeavesTheControlVariateNoError) {
 }
 
 TEST(LabTruth, RegressionOnItsOwnSamplesIsBiasedAsMeasuredElsewhere) {
-  // LIGHT_TRANSPORT: +3.7 % and -28 % at N = 8. 20,000 replicates: standard errors 0.13 % and 1.2 %, four of them.
-  for (const auto& [integrand, bias, reach] : {std::array{0.0, 0.037, 0.006}, std::array{1.0, -0.28, 0.05}}) {
+  // Computed apart: +3.7 % and -28 % at N = 8. 20,000 replicates: standard errors 0.13 % and 1.2
+  // %, four of them.
+  for (const auto& [integrand, bias, reach] :
+       {std::array{0.0, 0.037, 0.006}, std::array{1.0, -0.28, 0.05}}) {
     double sum = 0;
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       const LabSetup setup = setup_of("regression", "same-samples", {{"integrand", integrand}});
@@ -130,10 +140,11 @@ TEST(LabTruth, RegressionOnItsOwnSamplesIsBiasedAsMeasuredElsewhere) {
 }
 
 TEST(LabTruth, StopRulesLoseLightAsMeasuredElsewhere) {
-  // LIGHT_TRANSPORT, 200,000 trials; here 65,536: the standard error of a mean is below 1 %, five of them. Pilots of
-  // cross-half are 32 in each half here.
+  // Simulated apart with 200,000 trials; here 65,536: the standard error of a mean is below 1 %,
+  // five of them. Pilots of cross-half are 32 in each half here.
   const auto bias = [](std::string_view rule, double distribution) {
-    return one_n(setup_of("stopping-bias", rule, {{"distribution", distribution}}), 1024, 64).mean - 1;
+    return one_n(setup_of("stopping-bias", rule, {{"distribution", distribution}}), 1024, 64).mean -
+           1;
   };
   EXPECT_NEAR(bias("half-metric", 0), -0.48, 0.05);
   EXPECT_NEAR(bias("standard-error", 0), -0.71, 0.05);
@@ -160,21 +171,25 @@ TEST(LabTruth, ProgressiveDensityHasTheBiasOfItsRadii) {
 }
 
 TEST(LabTruth, WeightsThatCountTheBlindDarken) {
-  // Without MIS weights the streams of pixels in deeper shadow count: pixel 8 of (x = 8.5/16) loses much of its light.
+  // Without MIS weights the streams of pixels in deeper shadow count: pixel 8 of (x = 8.5/16) loses
+  // much of its light.
   const LabSetup setup = setup_of("restir-1d", "biased");
   const Point point = one_n(setup, 1024, 64);
   EXPECT_LT(point.mean, expected_of(setup) - 10 * point.standard_error);
 }
 
 TEST(LabTruth, ReuseLowersTheErrorOfAFrame) {
-  const auto rmse = [](std::string_view estimator) { return one_n(setup_of("restir-1d", estimator), 1024, 256).rmse; };
+  const auto rmse = [](std::string_view estimator) {
+    return one_n(setup_of("restir-1d", estimator), 1024, 256).rmse;
+  };
   const double alone = rmse("ris");
   EXPECT_LT(rmse("spatial"), 0.9 * alone);
   EXPECT_LT(rmse("temporal"), 0.6 * alone);
 }
 
 TEST(LabTruth, UnbiasedEstimatorsAreUnbiasedWithEverySampler) {
-  // All estimators of bias "none", every sampler they take, z-tests by Student's t at the Sidak level of 0.1 % in all.
+  // All estimators of bias "none", every sampler they take, z-tests by Student's t at the Sidak
+  // level of 0.1 % in all.
   struct Case {
     LabSetup setup;
     Point point;
@@ -197,7 +212,8 @@ TEST(LabTruth, UnbiasedEstimatorsAreUnbiasedWithEverySampler) {
   for (const Case& c : cases) {
     const double off = std::fabs(c.point.mean - expected_of(c.setup));
     EXPECT_LT(off, limit * c.point.standard_error + 1e-6)
-        << c.setup.experiment->name << " " << c.setup.estimator_name() << " " << c.setup.sampler_name;
+        << c.setup.experiment->name << " " << c.setup.estimator_name() << " "
+        << c.setup.sampler_name;
   }
 }
 
@@ -216,9 +232,11 @@ TEST(LabTruth, WhatIsLabelledBiasedIsSeenToBe) {
 }
 
 TEST(LabTruth, SlopesOfEverySamplerAreThoseOfTheory) {
-  // Every estimator and sampler for which theory gives a slope; a wrong "differs" has a chance of 0.2 % each.
+  // Every estimator and sampler for which theory gives a slope; a wrong "differs" has a chance of
+  // 0.2 % each.
   int compared = 0;
-  for (const char* name : {"pi", "quadrature-d", "samplers-2d", "samplers-4d", "ppm-1d", "antithetic"}) {
+  for (const char* name :
+       {"pi", "quadrature-d", "samplers-2d", "samplers-4d", "ppm-1d", "antithetic"}) {
     const Experiment& e = *find_experiment(name);
     for (const std::string_view sampler : allowed_samplers(e)) {
       for (std::size_t k = 0; k < e.estimators.size(); ++k) {
@@ -229,11 +247,13 @@ TEST(LabTruth, SlopesOfEverySamplerAreThoseOfTheory) {
           continue;
         }
         ++compared;
-        const auto outcome = run(setup, {.n = {e.n.begin(), e.n.end()}, .replicates = 64, .seed = 5, .threads = 2}, {},
-                                 [](const Point&) { return true; });
+        const auto outcome =
+            run(setup, {.n = {e.n.begin(), e.n.end()}, .replicates = 64, .seed = 5, .threads = 2},
+                {}, [](const Point&) { return true; });
         ASSERT_TRUE(outcome);
         EXPECT_NE(outcome->verdict, Verdict::kDiffers)
-            << name << " " << setup.estimator_name() << " " << sampler << ": " << outcome->explanation;
+            << name << " " << setup.estimator_name() << " " << sampler << ": "
+            << outcome->explanation;
       }
     }
   }

@@ -1,11 +1,12 @@
-// Directions to lights against the density that MIS uses. 30 p-values or so, each refused below sidak(0.01, 60) = 1.7e-4.
-#include <gtest/gtest.h>
-
+// Directions to lights against the density that MIS uses. 30 p-values or so, each refused below
+// sidak(0.01, 60) = 1.7e-4.
 #include <cmath>
 #include <numbers>
 
-#include "core/lights/light_sampler.h"
-#include "core/render/registry.h"
+#include <gtest/gtest.h>
+
+#include "core/light_samplers/light_sampler.h"
+#include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -20,9 +21,10 @@ using test_support::Random;
 
 const double kLevel = test_support::sidak(0.01, 60);
 
-/// In cells of half a texel of a map of width x height. There the density times sin(theta) is constant, so that the mass of a
-/// cell is exact; it is asked for at two points of the cell.
-double environment_p(const Environment& environment, int width, int height, double rotation_degrees = 0) {
+/// In cells of half a texel of a map of width x height. There the density times sin(theta) is
+/// constant, so that the mass of a cell is exact; it is asked for at two points of the cell.
+double environment_p(const Environment& environment, int width, int height,
+                     double rotation_degrees = 0) {
   const int columns = 2 * width;
   const int rows = 2 * height;
   constexpr double kPi = std::numbers::pi;
@@ -34,13 +36,18 @@ double environment_p(const Environment& environment, int width, int height, doub
   for (int i = 0; i < kSamples; ++i) {
     const auto s = environment.sample(random.uniform_2d());
     EXPECT_GT(s.pdf_solid_angle, 0);
-    // A map turned counter-clockwise seen from above: phi in the map is phi in the world plus the turn (z is south).
-    const double phi = std::atan2(static_cast<double>(s.wi_world.z), static_cast<double>(s.wi_world.x)) + turn;
+    // A map turned counter-clockwise seen from above: phi in the map is phi in the world plus the
+    // turn (z is south).
+    const double phi =
+        std::atan2(static_cast<double>(s.wi_world.z), static_cast<double>(s.wi_world.x)) + turn;
     const double u = 0.5 + phi / (2 * kPi);
-    const double r = std::hypot(static_cast<double>(s.wi_world.x), static_cast<double>(s.wi_world.z));
+    const double r =
+        std::hypot(static_cast<double>(s.wi_world.x), static_cast<double>(s.wi_world.z));
     const double v = std::atan2(r, static_cast<double>(s.wi_world.y)) / kPi;
-    const auto column = static_cast<std::size_t>((u - std::floor(u)) * columns) % static_cast<std::size_t>(columns);
-    const auto row = std::min(static_cast<std::size_t>(v * rows), static_cast<std::size_t>(rows - 1));
+    const auto column =
+        static_cast<std::size_t>((u - std::floor(u)) * columns) % static_cast<std::size_t>(columns);
+    const auto row =
+        std::min(static_cast<std::size_t>(v * rows), static_cast<std::size_t>(rows - 1));
     ++observed[row * static_cast<std::size_t>(columns) + column];
   }
   for (int row = 0; row < rows; ++row) {
@@ -49,14 +56,17 @@ double environment_p(const Environment& environment, int width, int height, doub
       for (int k = 0; k < 2; ++k) {
         const double theta = kPi * (row + 0.3 + 0.4 * k) / rows;
         const double phi = 2 * kPi * ((column + 0.6 - 0.2 * k) / columns - 0.5) - turn;
-        const Vec3 d = {static_cast<float>(std::sin(theta) * std::cos(phi)), static_cast<float>(std::cos(theta)),
+        const Vec3 d = {static_cast<float>(std::sin(theta) * std::cos(phi)),
+                        static_cast<float>(std::cos(theta)),
                         static_cast<float>(std::sin(theta) * std::sin(phi))};
-        mass[k] = static_cast<double>(environment.pdf_solid_angle(d)) * std::sin(theta) * 2 * kPi * kPi / (columns * rows);
+        mass[k] = static_cast<double>(environment.pdf_solid_angle(d)) * std::sin(theta) * 2 * kPi *
+                  kPi / (columns * rows);
       }
       if (width > 1) {
         EXPECT_NEAR(mass[0], mass[1], 1e-4 * mass[0] + 1e-12);
       }
-      expected[static_cast<std::size_t>(row * columns + column)] = 0.5 * (mass[0] + mass[1]) * kSamples;
+      expected[static_cast<std::size_t>(row * columns + column)] =
+          0.5 * (mass[0] + mass[1]) * kSamples;
     }
   }
   return test_support::chi2(observed, expected).p_value;
@@ -65,21 +75,31 @@ double environment_p(const Environment& environment, int width, int height, doub
 double constant_sky_p() {
   const auto sky = test_support::constant_sky({1, 1, 1});
   return test_support::chi2_sphere(
-      [&](Random& r) { return std::optional<Vec3>(sky->sample(r.uniform_2d()).wi_world); },
-      [&](Vec3 w) { return sky->pdf_solid_angle(w); }, 300000, 3).p_value;
+             [&](Random& r) { return std::optional<Vec3>(sky->sample(r.uniform_2d()).wi_world); },
+             [&](Vec3 w) { return sky->pdf_solid_angle(w); }, 300000, 3)
+      .p_value;
 }
 
 TEST(EnvironmentChi2, SamplesFollowTheDensity) {
   using test_support::sky_map;
   EXPECT_GT(constant_sky_p(), kLevel);
-  EXPECT_GT(environment_p(*sky_map(16, 8, [](int x, int y) { return Rgb(static_cast<float>(1 + x + 3 * y)); }), 16, 8), kLevel);
+  EXPECT_GT(
+      environment_p(
+          *sky_map(16, 8, [](int x, int y) { return Rgb(static_cast<float>(1 + x + 3 * y)); }), 16,
+          8),
+      kLevel);
   const auto sun = [](int x, int y) { return x == 20 && y == 9 ? Rgb(5000) : Rgb(0.3F); };
   EXPECT_GT(environment_p(*sky_map(64, 32, sun), 64, 32), kLevel);
   EXPECT_GT(environment_p(*sky_map(64, 32, sun, 77), 64, 32, 77), kLevel);
   const auto zenith = [](int, int y) { return y == 0 ? Rgb(1000) : Rgb(0.1F); };
   EXPECT_GT(environment_p(*sky_map(64, 32, zenith), 64, 32), kLevel);
   EXPECT_GT(environment_p(*sky_map(512, 256, zenith), 512, 256), kLevel);
-  EXPECT_GT(environment_p(*sky_map(8, 4, [](int x, int) { return x == 3 ? Rgb{0, 1, 0} : Rgb{}; }), 8, 4), kLevel);
+  EXPECT_GT(environment_p(*sky_map(8, 4,
+                                   [](int x, int) {
+                                     return x == 3 ? Rgb{0, 1, 0} : Rgb{};
+                                   }),
+                          8, 4),
+            kLevel);
 }
 
 TEST(EnvironmentChi2, AMapTurnedTheOtherWayIsSeen) {
@@ -87,10 +107,13 @@ TEST(EnvironmentChi2, AMapTurnedTheOtherWayIsSeen) {
   EXPECT_LT(environment_p(*test_support::sky_map(64, 32, sun, 77), 64, 32, -77), kLevel);
 }
 
-// What sample() hands out is what a ray in that direction finds: no bright light with a dark texel's density.
+// What sample() hands out is what a ray in that direction finds: no bright light with a dark
+// texel's density.
 TEST(EnvironmentSample, RadianceAndDensityBelongTogether) {
   for (const int bright_row : {0, 1, 300, 511}) {
-    const auto map = test_support::sky_map(1024, 512, [&](int x, int y) { return y == bright_row && x % 8 == 3 ? Rgb(1e5F) : Rgb(1); });
+    const auto map = test_support::sky_map(1024, 512, [&](int x, int y) {
+      return y == bright_row && x % 8 == 3 ? Rgb(1e5F) : Rgb(1);
+    });
     Random random(5);
     test_support::Moments ratio;
     for (int i = 0; i < 400000; ++i) {
@@ -98,7 +121,8 @@ TEST(EnvironmentSample, RadianceAndDensityBelongTogether) {
       ASSERT_GT(s.pdf_solid_angle, 0);
       ratio.add(static_cast<double>(core::luminance(s.radiance) / s.pdf_solid_angle));
     }
-    // Radiance is proportional to density up to the slope of sin(theta) over a texel: every sample is near the mean.
+    // Radiance is proportional to density up to the slope of sin(theta) over a texel: every sample
+    // is near the mean.
     const double power = static_cast<double>(map->power_luminance());
     EXPECT_NEAR(ratio.mean, power, 2e-3 * power) << bright_row;
     EXPECT_LT(std::sqrt(ratio.variance()), 0.6 * power) << bright_row;
@@ -106,10 +130,13 @@ TEST(EnvironmentSample, RadianceAndDensityBelongTogether) {
 }
 
 TEST(EnvironmentSample, TheIntegralIsTheSumOverTexels) {
-  const auto map = test_support::sky_map(32, 16, [](int x, int y) { return Rgb(static_cast<float>((x * 7 + y * 5) % 11)); });
+  const auto map = test_support::sky_map(
+      32, 16, [](int x, int y) { return Rgb(static_cast<float>((x * 7 + y * 5) % 11)); });
   double sum = 0;
   for (int y = 0; y < 16; ++y) {
-    const double solid = 2 * std::numbers::pi / 32 * (std::cos(std::numbers::pi * y / 16) - std::cos(std::numbers::pi * (y + 1) / 16));
+    const double solid =
+        2 * std::numbers::pi / 32 *
+        (std::cos(std::numbers::pi * y / 16) - std::cos(std::numbers::pi * (y + 1) / 16));
     for (int x = 0; x < 32; ++x) {
       sum += solid * ((x * 7 + y * 5) % 11);
     }
@@ -117,17 +144,18 @@ TEST(EnvironmentSample, TheIntegralIsTheSumOverTexels) {
   EXPECT_NEAR(map->power_luminance(), sum, 1e-4 * sum);
 }
 
-/// Triangles at different distances, one above another, one two-sided, one seen from behind; a point light (delta) too.
+/// Triangles at different distances, one above another, one two-sided, one seen from behind; a
+/// point light (delta) too.
 core::SceneDescription lights_scene(bool punctual) {
   auto both = test_support::emitter({3, 3, 3});
   both.double_sided = true;
   core::SceneDescription scene = test_support::scene_of(
       {test_support::emitter({5, 4, 1}), both, test_support::lambert(Rgb(0.5F))},
-      {test_support::quad({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 0),          // above, faces down
+      {test_support::quad({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 0),              // above, faces down
        test_support::quad({-0.4F, 1, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, 0),  // before it
-       test_support::quad({1.5F, 0.2F, -1}, {0, 1, 0}, {0, 0, 2}, 1),     // two-sided, at the side
-       test_support::quad({-1.5F, 0.2F, -1}, {0, 0, 2}, {0, 1, 0}, 0),    // faces +x
-       test_support::quad({-3, 0, 3}, {0, 2, 0}, {6, 0, 0}, 0),           // faces away from the point
+       test_support::quad({1.5F, 0.2F, -1}, {0, 1, 0}, {0, 0, 2}, 1),   // two-sided, at the side
+       test_support::quad({-1.5F, 0.2F, -1}, {0, 0, 2}, {0, 1, 0}, 0),  // faces +x
+       test_support::quad({-3, 0, 3}, {0, 2, 0}, {6, 0, 0}, 0),         // faces away from the point
        test_support::quad({-5, -1, -5}, {0, 0, 10}, {10, 0, 0}, 2)});
   if (punctual) {
     core::PunctualLightDescription light;
@@ -137,7 +165,8 @@ core::SceneDescription lights_scene(bool punctual) {
   return scene;
 }
 
-float density(const core::SceneData& data, const LightSampler& lights, Vec3 point, Vec3 normal, Vec3 wi) {
+float density(const core::SceneData& data, const LightSampler& lights, Vec3 point, Vec3 normal,
+              Vec3 wi) {
   float sum = lights.pdf_environment(wi);
   for (std::uint32_t i = 0; i < data.triangle_lights.size(); ++i) {
     const core::TriangleLight& t = data.triangle_lights[i];
@@ -161,7 +190,8 @@ float density(const core::SceneData& data, const LightSampler& lights, Vec3 poin
 }
 
 TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
-  const auto sky = test_support::sky_map(16, 8, [](int x, int y) { return Rgb(static_cast<float>(1 + x % 3 + y)); });
+  const auto sky = test_support::sky_map(
+      16, 8, [](int x, int y) { return Rgb(static_cast<float>(1 + x % 3 + y)); });
   for (const auto& type : core::light_samplers()) {
     for (const int lights_more : {0, 1, 2}) {
       const bool punctual = lights_more > 0;
@@ -181,8 +211,8 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
             },
             [&](Vec3 w) { return density(scene->data(), lights, point, normal, w); }, 100000, 4,
             {.rows = 14, .columns = 16, .depth_least = 3, .depth_most = 8});
-        EXPECT_GT(report.p_value, kLevel) << type.name << (punctual ? " punctual" : "") << (environment ? " sky" : "")
-                                          << " normal " << normal.y;
+        EXPECT_GT(report.p_value, kLevel) << type.name << (punctual ? " punctual" : "")
+                                          << (environment ? " sky" : "") << " normal " << normal.y;
       }
     }
   }
@@ -233,7 +263,8 @@ core::LightTree tree_of(int count, std::vector<core::LightBounds>& bounds) {
     const Vec3 at = {10 * random.uniform(), 10 * random.uniform(), 10 * random.uniform()};
     b.box.add(at);
     b.box.add(at + Vec3{random.uniform(), random.uniform(), random.uniform()} * 0.3F);
-    b.axis = normalize(Vec3{random.uniform() - 0.5F, random.uniform() - 0.5F, random.uniform() - 0.5F});
+    b.axis =
+        normalize(Vec3{random.uniform() - 0.5F, random.uniform() - 0.5F, random.uniform() - 0.5F});
     b.cos_theta_o = 1;
     b.cos_theta_e = i % 5 == 0 ? -1.0F : 0.0F;
     b.power = std::exp(3 * static_cast<float>(random.normal()));
@@ -248,8 +279,12 @@ TEST(LightTree, ProbabilitiesSumToOneAndEqualTheFrequencies) {
   const core::LightTree tree = tree_of(300, bounds);
   Random random(10);
   for (int round = 0; round < 12; ++round) {
-    const Vec3 point = {12 * random.uniform() - 1, 12 * random.uniform() - 1, 12 * random.uniform() - 1};
-    const Vec3 normal = round % 3 == 0 ? Vec3{} : normalize(Vec3{random.uniform() - 0.5F, random.uniform() - 0.5F, random.uniform() - 0.5F});
+    const Vec3 point = {12 * random.uniform() - 1, 12 * random.uniform() - 1,
+                        12 * random.uniform() - 1};
+    const Vec3 normal = round % 3 == 0
+                            ? Vec3{}
+                            : normalize(Vec3{random.uniform() - 0.5F, random.uniform() - 0.5F,
+                                             random.uniform() - 0.5F});
     constexpr int kPicks = 200000;
     std::vector<double> observed(301, 0.0);
     std::vector<double> expected(301, 0.0);
@@ -270,7 +305,8 @@ TEST(LightTree, ProbabilitiesSumToOneAndEqualTheFrequencies) {
         ++observed[300];
       }
     }
-    // Where a branch was taken whose children both cannot be seen, the rest is missing: it has its own cell.
+    // Where a branch was taken whose children both cannot be seen, the rest is missing: it has its
+    // own cell.
     EXPECT_LE(sum, 1 + 1e-5);
     expected[300] = std::max(1 - sum, 0.0) * kPicks;
     if (expected[300] < 2) {
@@ -286,14 +322,17 @@ TEST(LightTree, NoLightThatShinesOnThePointIsLeftOut) {
   const auto& data = scene->data();
   Random random(11);
   for (int i = 0; i < 20000; ++i) {
-    const Vec3 point = {3 * random.uniform() - 1.5F, 3 * random.uniform() - 0.5F, 3 * random.uniform() - 1.5F};
-    const Vec3 normal = normalize(Vec3{random.uniform() - 0.5F, random.uniform() - 0.5F, random.uniform() - 0.5F});
+    const Vec3 point = {3 * random.uniform() - 1.5F, 3 * random.uniform() - 0.5F,
+                        3 * random.uniform() - 1.5F};
+    const Vec3 normal =
+        normalize(Vec3{random.uniform() - 0.5F, random.uniform() - 0.5F, random.uniform() - 0.5F});
     const auto light = static_cast<std::uint32_t>(random.bits() % data.triangle_lights.size());
     const auto& t = data.triangle_lights[light];
     const core::Vec2 b = {0.9F * random.uniform(), 0.05F};
     const Vec3 to = t.p0 + t.edge1 * b.x + t.edge2 * b.y - point;
     const Vec3 wi = normalize(to);
-    if (dot(wi, normal) > 0.01F && (t.two_sided ? std::fabs(dot(wi, t.normal)) : -dot(wi, t.normal)) > 0.01F) {
+    if (dot(wi, normal) > 0.01F &&
+        (t.two_sided ? std::fabs(dot(wi, t.normal)) : -dot(wi, t.normal)) > 0.01F) {
       ASSERT_GT(data.light_tree.prob_light(point, normal, light), 0);
     }
   }
@@ -310,7 +349,8 @@ TEST(LightTree, ScalesTo300000Lights) {
       ++nothing;
       continue;
     }
-    ASSERT_NEAR(tree.prob_light({5, 5, 5}, {0, 1, 0}, pick.light), pick.prob_light, 1e-4F * pick.prob_light);
+    ASSERT_NEAR(tree.prob_light({5, 5, 5}, {0, 1, 0}, pick.light), pick.prob_light,
+                1e-4F * pick.prob_light);
   }
   EXPECT_LT(nothing, 100) << "picks that end where no light can shine on the point";
 }

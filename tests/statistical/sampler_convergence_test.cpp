@@ -1,16 +1,16 @@
-// How fast the errors of each kind of point set fall: LIGHT_TRANSPORT section 2.
-#include <gtest/gtest.h>
-
+// How fast the errors of each kind of point set fall.
 #include <cmath>
 #include <functional>
 #include <vector>
 
-#include "core/render/registry.h"
+#include <gtest/gtest.h>
+
 #include "core/samplers/dimensions.h"
 #include "core/samplers/halton.h"
 #include "core/samplers/path_sampler.h"
 #include "core/samplers/point_sets.h"
-#include "core/samplers/sample_sets.h"
+#include "core/settings/registry.h"
+#include "core/settings/sample_sets.h"
 #include "tests/support/statistics.h"
 
 namespace {
@@ -26,14 +26,17 @@ double exp1(float u) { return std::exp(static_cast<double>(u)); }
 const double kE = std::exp(1.0) - 1;
 
 const Integrand kLine = {[](Vec4 u) { return exp1(u.x); }, kE};
-const Integrand kSmooth2d = {[](Vec4 u) { return exp1(u.x) * exp1(u.y); }, kE * kE};
-const Integrand kDisk = {[](Vec4 u) { return u.x * u.x + u.y * u.y < 1 ? 1.0 : 0.0; }, 0.785398163397448};
+const Integrand kSmooth2d = {[](Vec4 u) { return exp1(u.x) * exp1(u.y); }, kE* kE};
+const Integrand kDisk = {[](Vec4 u) { return u.x * u.x + u.y * u.y < 1 ? 1.0 : 0.0; },
+                         0.785398163397448};
 /// A sum of functions of one dimension each.
-const Integrand kAdditive = {[](Vec4 u) { return exp1(u.x) + exp1(u.y) + exp1(u.z) + exp1(u.w); }, 4 * kE};
+const Integrand kAdditive = {[](Vec4 u) { return exp1(u.x) + exp1(u.y) + exp1(u.z) + exp1(u.w); },
+                             4 * kE};
 /// A sum of products of two dimensions each, without a part of one alone.
 const Integrand kPairs = {[](Vec4 u) {
-                            const double x[4] = {static_cast<double>(u.x) - 0.5, static_cast<double>(u.y) - 0.5,
-                                                 static_cast<double>(u.z) - 0.5, static_cast<double>(u.w) - 0.5};
+                            const double x[4] = {
+                                static_cast<double>(u.x) - 0.5, static_cast<double>(u.y) - 0.5,
+                                static_cast<double>(u.z) - 0.5, static_cast<double>(u.w) - 0.5};
                             double sum = 0;
                             for (int a = 0; a < 4; ++a) {
                               for (int b = a + 1; b < 4; ++b) {
@@ -45,9 +48,12 @@ const Integrand kPairs = {[](Vec4 u) {
                           0};
 
 /// Point `index` of a set of `size`; (h, h2) names the set.
-using PointSet = std::function<Vec4(std::uint32_t index, std::uint32_t size, std::uint64_t h, std::uint64_t h2)>;
+using PointSet =
+    std::function<Vec4(std::uint32_t index, std::uint32_t size, std::uint64_t h, std::uint64_t h2)>;
 
-std::uint32_t root(std::uint32_t n) { return static_cast<std::uint32_t>(std::lround(std::sqrt(n))); }
+std::uint32_t root(std::uint32_t n) {
+  return static_cast<std::uint32_t>(std::lround(std::sqrt(n)));
+}
 
 Vec4 stratified(std::uint32_t i, std::uint32_t n, std::uint64_t h, std::uint64_t h2) {
   return core::stratified_4d(i, root(n), core::Pairing::kXyZw, h, h2);
@@ -94,8 +100,9 @@ const std::vector<std::uint32_t> kSquares = {16, 36, 64, 144, 256, 576, 1024};
 const std::vector<std::uint32_t> kPowers = {16, 32, 64, 128, 256, 512, 1024};
 const std::vector<std::uint32_t> kPrimeSquares = {25, 49, 121, 169, 289, 529, 961};
 
-// The logarithm of an rmse from 300 sets has a standard error of 0.041, a slope over these sizes one of 0.011; the
-// tolerance of LIGHT_TRANSPORT is 0.06: false alarm 5e-8 where the law is exact from the first size on.
+// The logarithm of an rmse from 300 sets has a standard error of 0.041, a slope over these sizes
+// one of 0.011; the tolerance is 0.06: false alarm 5e-8 where the law is exact
+// from the first size on.
 TEST(Slopes, OfStrataFallWithTheSmoothness) {
   EXPECT_NEAR(slope_of(stratified, kSmooth2d, kSquares), -1.0, 0.06);
   EXPECT_NEAR(slope_of(stratified, kDisk, kSquares), -0.75, 0.06);
@@ -103,7 +110,8 @@ TEST(Slopes, OfStrataFallWithTheSmoothness) {
     return core::stratified_4d(i, root(n), core::Pairing::kYz, h, h2);
   };
   EXPECT_NEAR(slope_of(alone, kLine, kSquares), -1.5, 0.06);
-  EXPECT_NEAR(slope_of(stratified, kPairs, kSquares), -0.5, 0.06) << "nothing is gained between two pairs";
+  EXPECT_NEAR(slope_of(stratified, kPairs, kSquares), -0.5, 0.06)
+      << "nothing is gained between two pairs";
 }
 
 TEST(Slopes, OfLatinHypercubesAreThoseOfOneDimensionOrOfNone) {
@@ -112,8 +120,9 @@ TEST(Slopes, OfLatinHypercubesAreThoseOfOneDimensionOrOfNone) {
   EXPECT_NEAR(slope_of(latin, kPairs, kPowers), -0.5, 0.06);
 }
 
-// Owen 1997: whatever the integrand, the variance of a Latin hypercube of n points is at most n / (n - 1) times that of n
-// independent ones. Here for one without any part that it helps; the variance of 2,000 sets is known to 3.2 %.
+// Owen 1997: whatever the integrand, the variance of a Latin hypercube of n points is at most n /
+// (n - 1) times that of n independent ones. Here for one without any part that it helps; the
+// variance of 2,000 sets is known to 3.2 %.
 TEST(LatinHypercube, IsNeverMuchWorseThanIndependentPoints) {
   test_support::Moments means;
   constexpr std::uint32_t kSize = 16;
@@ -134,14 +143,16 @@ TEST(Slopes, OfOrthogonalArraysAreThoseOfPairs) {
   EXPECT_NEAR(slope_of(array, kAdditive, kPrimeSquares), -1.5, 0.06);
 }
 
-// Sizes that are powers of two are no blocks of base three: the error is that of the rest, O(1 / n).
+// Sizes that are powers of two are no blocks of base three: the error is that of the rest, O(1 /
+// n).
 TEST(Slopes, OfHaltonAreNearlyMinusOne) {
   EXPECT_NEAR(slope_of(halton, kSmooth2d, kPowers), -1.0, 0.1);
   EXPECT_LT(slope_of(halton, kDisk, kPowers), -0.65);
   EXPECT_NEAR(slope_of(halton, kLine, kPowers), -1.5, 0.06) << "base two";
 }
 
-// Sets are independent: beyond one, the error falls as for independent samples, from where one set is.
+// Sets are independent: beyond one, the error falls as for independent samples, from where one set
+// is.
 TEST(Slopes, OverSetsIsMinusOneHalf) {
   for (const auto& entry : core::samplers()) {
     const int size = core::samples_in_set(entry.value);
@@ -186,7 +197,8 @@ double block_rmse(SamplerType type, int side) {
   return std::sqrt(sum / kSets);
 }
 
-// Every block is a net: over n points the error of its mean falls as n^-3/2, where independent pixels give n^-1/2.
+// Every block is a net: over n points the error of its mean falls as n^-3/2, where independent
+// pixels give n^-1/2.
 TEST(Slopes, OfBlocksOfPixelsInBlueNoiseOrder) {
   const auto fall = [](SamplerType type) {
     std::vector<double> x;

@@ -1,17 +1,20 @@
-// Error bars of each sampler: 40 renders of a box, the truth of each being the mean of the other 39; of estimators that
-// learn from their own samples: 200. Trials are blocks of 8 x 8 pixels, whose errors are independent unless the sampler says
-// otherwise.
-#include <gtest/gtest.h>
-
+// Error bars of each sampler: 40 renders of a box, the truth of each being the mean of the other
+// 39; of estimators that learn from their own samples: 200. Trials are blocks of 8 x 8 pixels,
+// whose errors are independent unless the sampler says otherwise.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
 
-#include "core/film/error_estimate.h"
+#include <gtest/gtest.h>
+
+#include "core/error/error_estimate.h"
+#include "core/error/pixel_error.h"
+#include "core/layers/layers.h"
 #include "core/render/pass_plan.h"
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
+#include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -31,7 +34,8 @@ std::array<double, kBlocks> block_means(const core::FilmSnapshot& film, int repl
     const std::size_t block = p / kWidth / kBlock * (kWidth / kBlock) + p % kWidth / kBlock;
     const float g = replicate < 0 ? core::pixel_value(film, p).mean.g
                                   : film.pixels[p * static_cast<std::size_t>(film.replicates) +
-                                                static_cast<std::size_t>(replicate)].mean_g;
+                                                static_cast<std::size_t>(replicate)]
+                                        .mean_g;
     means[block] += static_cast<double>(g) / (kBlock * kBlock);
   }
   return means;
@@ -68,12 +72,13 @@ struct Coverage {
   double summed = 0;     ///< blocks, by the sum of the pixels' variances
   double replicate = 0;  ///< blocks, by the spread of the replicates
   double pixels = 0;
-  double ratio = 0;      ///< estimate over true relative error
-  double image = 0;      ///< low <= true <= high
+  double ratio = 0;  ///< estimate over true relative error
+  double image = 0;  ///< low <= true <= high
 };
 
 core::View box(core::SamplerType sampler, int replicates) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), kWidth, kHeight);
+  core::View view =
+      test_support::view_of(test_support::build(test_support::cornell()), kWidth, kHeight);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.35F, 0}, 20);
   view.settings.sampler = sampler;
   view.settings.replicates = replicates;
@@ -81,19 +86,26 @@ core::View box(core::SamplerType sampler, int replicates) {
   return view;
 }
 
-/// A floor with three balls under 300 small lamps, which squares of pixels share, and `history` passes.
+/// A floor with three balls under 300 small lamps, which squares of pixels share, and `history`
+/// passes.
 core::View lamps(int replicates, int block, int history) {
   test_support::Random random(3);
-  const auto number = [&random](float low, float high) { return low + (high - low) * random.uniform(); };
-  std::vector<core::PrimitiveDescription> things = {test_support::quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, 0)};
+  const auto number = [&random](float low, float high) {
+    return low + (high - low) * random.uniform();
+  };
+  std::vector<core::PrimitiveDescription> things = {
+      test_support::quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, 0)};
   for (int i = 0; i < 3; ++i) {
-    things.push_back(test_support::sphere({-1.0F + static_cast<float>(i), 0.3F, 0}, 0.3F, 12, false, 0));
+    things.push_back(
+        test_support::sphere({-1.0F + static_cast<float>(i), 0.3F, 0}, 0.3F, 12, false, 0));
   }
   for (int i = 0; i < 150; ++i) {
-    things.push_back(test_support::quad({number(-3, 3), number(1, 2), number(-3, 2)}, {0.06F, 0, 0}, {0, 0, 0.06F}, 1));
+    things.push_back(test_support::quad({number(-3, 3), number(1, 2), number(-3, 2)}, {0.06F, 0, 0},
+                                        {0, 0, 0.06F}, 1));
   }
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of({test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(20))}, things)),
+      test_support::build(test_support::scene_of(
+          {test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(20))}, things)),
       kWidth, kHeight);
   test_support::look_at(view, {0, 0.9F, 2}, {0, 0, 0.1F}, 24);
   view.settings.light_sampler = core::LightSamplerType::kRestir;
@@ -127,11 +139,7 @@ Coverage cover(std::vector<core::FilmSnapshot> films) {
       pixels[p].add(static_cast<double>(core::pixel_value(film, p).mean.g));
     }
   }
-  double relative = 0;
-  for (const auto& p : pixels) {
-    relative += p.variance() / (p.mean * p.mean + 0.01) / static_cast<double>(pixels.size());
-  }
-  const double truth = std::sqrt(relative);
+  const double truth = test_support::defined_error(test_support::truth_of(films), kWidth, kHeight);
   // 97.5 % quantiles of Student's t; a block has 64 squares of one degree each, or replicates - 1.
   const double t_summed = 1.998;
   const double t_replicate = replicates == 8 ? 2.365 : 12.71;
@@ -148,32 +156,33 @@ Coverage cover(std::vector<core::FilmSnapshot> films) {
       c.summed += off <= t_summed * std::sqrt(summed[b]) ? 1.0 / (kBlocks * renders) : 0;
       c.replicate += off <= t_replicate * std::sqrt(spread[b]) ? 1.0 / (kBlocks * renders) : 0;
     }
-    for (auto& p : film.pixels) {
-      p.mean_r = p.mean_b = p.mean_g;  // the error is asked for in green
-    }
-    const core::ErrorEstimate estimate(film);
-    const auto e = estimate.image(0.95);
+    const auto e = core::ErrorEstimate(test_support::tile_sums(film)).image(0.95);
     ratio.add(e.relative_rmse / truth);
     c.image += e.low <= truth && truth <= e.high ? 1.0 / renders : 0;
     for (std::size_t p = 0; p < pixels.size(); ++p) {
-      const auto interval = estimate.pixel(static_cast<int>(p) % kWidth, static_cast<int>(p) / kWidth);
+      const auto interval =
+          core::pixel_error(film, static_cast<int>(p) % kWidth, static_cast<int>(p) / kWidth);
       const auto v = static_cast<double>(core::pixel_value(film, p).mean.g);
       const double others = (pixels[p].mean * renders - v) / (renders - 1);
-      c.pixels += static_cast<double>(interval.low.g) <= others && others <= static_cast<double>(interval.high.g)
+      c.pixels += static_cast<double>(interval.low.g) <= others &&
+                          others <= static_cast<double>(interval.high.g)
                       ? 1.0 / (static_cast<double>(pixels.size()) * renders)
                       : 0;
     }
   }
   c.ratio = ratio.mean;
-  std::printf("    blocks %.2f %% by sums, %.2f %% by replicates  pixels %.2f %%  image %.0f %% (true error %.4f, estimate "
-              "%+.1f %%)\n", 100 * c.summed, 100 * c.replicate, 100 * c.pixels, 100 * c.image, truth, 100 * (c.ratio - 1));
+  std::printf(
+      "    blocks %.2f %% by sums, %.2f %% by replicates  pixels %.2f %%  image %.0f %% (true "
+      "error %.4f, estimate "
+      "%+.1f %%)\n",
+      100 * c.summed, 100 * c.replicate, 100 * c.pixels, 100 * c.image, truth, 100 * (c.ratio - 1));
   return c;
 }
 
 Coverage cover(const core::View& view, int samples) { return cover(rendered(view, samples, 40)); }
 
-/// 1,280 blocks: a standard deviation of 0.61 %, limits 3.3 of them away: false alarm 0.1 % for each. The truth's own error
-/// is 2.2 % / sqrt(pixels), and what 39 renders leave.
+/// 1,280 blocks: a standard deviation of 0.61 %, limits 3.3 of them away: false alarm 0.1 % for
+/// each. The truth's own error is 2.2 % / sqrt(pixels), and what 39 renders leave.
 void expect_calibrated(double blocks, const Coverage& c) {
   EXPECT_GE(blocks, 0.93);
   EXPECT_LE(blocks, 0.97);
@@ -197,8 +206,9 @@ TEST(SamplerCoverage, HoldsForEverySamplerWithIndependentPixels) {
   }
 }
 
-// The pilot stream decides where the first epoch ends, the picture goes on to the end of the second. 16 renders of six
-// samplers: 3,072 blocks together, a standard deviation of 0.39 %, limits 5 of them away. What a few decisions do to all pixels of a render is in the pixels' limits.
+// The pilot stream decides where the first epoch ends, the picture goes on to the end of the
+// second. 16 renders of six samplers: 3,072 blocks together, a standard deviation of 0.39 %, limits
+// 5 of them away. What a few decisions do to all pixels of a render is in the pixels' limits.
 TEST(SamplerCoverage, HoldsForEverySamplerWithAdaptiveSampling) {
   double blocks = 0;
   double samplers = 0;
@@ -231,11 +241,13 @@ TEST(SamplerCoverage, HoldsForEverySamplerWithAdaptiveSampling) {
   EXPECT_LE(blocks / samplers, 0.97);
 }
 
-// Neighbours cancel: the sum of their variances says far too much of a block, the spread of its replicates what is true.
+// Neighbours cancel: the sum of their variances says far too much of a block, the spread of its
+// replicates what is true.
 TEST(SamplerCoverage, OfBlocksInBlueNoiseOrderComesFromReplicates) {
   const Coverage c = cover(box(core::SamplerType::kZsobol, 8), 64);
   expect_calibrated(c.replicate, c);
-  EXPECT_GT(c.summed, 0.975) << "variances of correlated pixels do not add up, and this must be seen";
+  EXPECT_GT(c.summed, 0.975)
+      << "variances of correlated pixels do not add up, and this must be seen";
 }
 
 // Neighbours err together: the sum says too little.
@@ -244,7 +256,8 @@ TEST(SamplerCoverage, OfBlocksThatShareLightSamplesComesFromReplicates) {
     SCOPED_TRACE(history);
     const Coverage c = cover(lamps(8, block, history), 32);
     expect_calibrated(c.replicate, c);
-    EXPECT_LT(c.summed, 0.90) << "variances of correlated pixels do not add up, and this must be seen";
+    EXPECT_LT(c.summed, 0.90)
+        << "variances of correlated pixels do not add up, and this must be seen";
   }
 }
 
@@ -254,15 +267,17 @@ TEST(SamplerCoverage, HoldsWherePassesShareLightSamples) {
   expect_calibrated(c.summed, c);
 }
 
-/// Coefficients of a control variate are fitted to one half and used on the other: each half learns from its partner, and still
-/// they must err independently. 6,400 blocks: a standard deviation of 0.27 %; limits of 93 and 97 % are 7 of them away, for
-/// pooling is not exact. The estimate over the true error is known to 0.2 %.
+/// Coefficients of a control variate are fitted to one half and used on the other: each half learns
+/// from its partner, and still they must err independently. 6,400 blocks: a standard deviation of
+/// 0.27 %; limits of 93 and 97 % are 7 of them away, for pooling is not exact. The estimate over
+/// the true error is known to 0.2 %.
 void expect_independent_halves(core::View view) {
   auto films = rendered(std::move(view), 16, 200);
   const Coverage c = cover(films);
   expect_calibrated(c.summed, c);
   EXPECT_NEAR(c.ratio, 1, 0.03);
-  // The twin: a fifth of what half B saw is half A's, as if it had used what was learnt from itself.
+  // The twin: a fifth of what half B saw is half A's, as if it had used what was learnt from
+  // itself.
   for (auto& film : films) {
     for (std::size_t p = 0; p < film.pixel_count(); ++p) {
       const float a = film.pixels[2 * p].mean_g;

@@ -1,12 +1,14 @@
 set(STATISTICAL_TEST_SOURCES
   adaptive_test.cpp
+  bsdf_adjoint_test.cpp
   bsdf_chi2_test.cpp
   comparison_test.cpp
   convergence_test.cpp
   coverage_test.cpp
   error_estimate_test.cpp
   error_target_test.cpp
+  light_emission_test.cpp
   lights_chi2_test.cpp
-  probed_pixels_test.cpp
+  lobe_chi2_test.cpp
   sampler_convergence_test.cpp
   sampler_coverage_test.cpp)

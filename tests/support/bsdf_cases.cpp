@@ -21,7 +21,8 @@ BsdfParameters rough(float roughness) {
 
 /// The rarer layers, over what they are meant for.
 void add_layered(std::vector<BsdfCase>& cases) {
-  const auto add = [&cases](std::string name, const BsdfParameters& p, const core::BsdfLayers& layers, bool lossless,
+  const auto add = [&cases](std::string name, const BsdfParameters& p,
+                            const core::BsdfLayers& layers, bool lossless,
                             double tolerance = 0.01) {
     cases.push_back({std::move(name), p, lossless, tolerance, layers});
   };
@@ -67,7 +68,8 @@ void add_layered(std::vector<BsdfCase>& cases) {
 
 std::vector<BsdfCase> bsdf_cases() {
   std::vector<BsdfCase> cases;
-  const auto add = [&cases](std::string name, const BsdfParameters& p, bool lossless, double tolerance = 0.005) {
+  const auto add = [&cases](std::string name, const BsdfParameters& p, bool lossless,
+                            double tolerance = 0.005) {
     cases.push_back({std::move(name), p, lossless, tolerance, std::nullopt});
   };
   BsdfParameters p = rough(1);
@@ -90,7 +92,8 @@ std::vector<BsdfCase> bsdf_cases() {
     add("SolidGlassOutside" + tail, p, true, 0.01);
     p.inside = true;
     add("SolidGlassInside" + tail, p, true, 0.01);
-    p.f90 = 0.4F;  // KHR_materials_specular; what further facets scatter is that of the unbent curve
+    p.f90 =
+        0.4F;  // KHR_materials_specular; what further facets scatter is that of the unbent curve
     p.specular_color = {1.6F, 1.6F, 1.6F};
     add("DimmedSolidGlassInside" + tail, p, true, 0.04);
     p.inside = false;
@@ -133,8 +136,8 @@ std::vector<BsdfCase> bsdf_cases() {
 Vec3 direction(double degrees) {
   const double theta = degrees * 3.14159265358979 / 180;
   const double phi = 0.2;
-  return {static_cast<float>(std::sin(theta) * std::cos(phi)), static_cast<float>(std::sin(theta) * std::sin(phi)),
-          static_cast<float>(std::cos(theta))};
+  return {static_cast<float>(std::sin(theta) * std::cos(phi)),
+          static_cast<float>(std::sin(theta) * std::sin(phi)), static_cast<float>(std::cos(theta))};
 }
 
 Vec3 tilted_normal() {

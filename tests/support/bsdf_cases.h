@@ -29,7 +29,8 @@ inline void PrintTo(const BsdfCase& c, std::ostream* out) { *out << c.name; }
 
 /// Unit vector at an angle from the normal, slightly out of the x-z plane.
 core::Vec3 direction(double degrees);
-/// A geometric normal that differs from the shading normal by 20 degrees, still on the side of all of direction(0..80).
+/// A geometric normal that differs from the shading normal by 20 degrees, still on the side of all
+/// of direction(0..80).
 core::Vec3 tilted_normal();
 core::Vec3 random_hemisphere(Random& random);
 

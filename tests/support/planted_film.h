@@ -7,21 +7,22 @@
 #include <functional>
 
 #include "core/film/film.h"
-#include "core/film/light_edges.h"
+#include "tests/support/errors.h"
 #include "tests/support/statistics.h"
 
 namespace test_support {
 
-/// The mean of one half of a pixel; adds the variance of the pixel's mean and its expected value are in the plan.
+/// The mean of one half of a pixel; adds the variance of the pixel's mean and its expected value
+/// are in the plan.
 struct Plan {
   int width = 64;
   int height = 64;
   std::function<double(Random&, int x, int y)> half;  ///< mean of a half, by its own random numbers
   std::function<double(int x, int y)> mu;
   std::function<double(int x, int y)> variance;  ///< of the mean of both halves
-  /// Squared deviations of a half's 128 samples from their mean; without it, what is expected of them.
+  /// Squared deviations of a half's 128 samples from their mean; without it, what is expected of
+  /// them.
   std::function<double(int x, int y, double mean)> m2 = {};
-  core::LightEdges edges = {};  ///< where the scene tells what of lights is seen
 };
 
 inline core::FilmSnapshot draw(const Plan& plan, std::uint64_t seed) {
@@ -33,8 +34,10 @@ inline core::FilmSnapshot draw(const Plan& plan, std::uint64_t seed) {
     for (int x = 0; x < plan.width; ++x) {
       for (std::size_t r = 0; r < 2; ++r) {
         const auto v = static_cast<float>(plan.half(random, x, y));
-        const double m2 = plan.m2 ? plan.m2(x, y, static_cast<double>(v)) : 2 * plan.variance(x, y) * 127 * 128;
-        film.pixels[static_cast<std::size_t>(y * plan.width + x) * 2 + r] = {v, v, v, 1, static_cast<float>(m2), 128};
+        const double m2 =
+            plan.m2 ? plan.m2(x, y, static_cast<double>(v)) : 2 * plan.variance(x, y) * 127 * 128;
+        film.pixels[static_cast<std::size_t>(y * plan.width + x) * 2 + r] = {
+            v, v, v, 1, static_cast<float>(m2), 128};
       }
     }
   }
@@ -42,14 +45,15 @@ inline core::FilmSnapshot draw(const Plan& plan, std::uint64_t seed) {
 }
 
 inline double true_error(const Plan& plan) {
-  double sum = 0;
+  std::vector<PixelTruth> pixels;
   for (int y = 0; y < plan.height; ++y) {
     for (int x = 0; x < plan.width; ++x) {
       const double mu = plan.mu(x, y);
-      sum += plan.variance(x, y) / (mu * mu + 0.01);
+      pixels.push_back({core::Rgb(static_cast<float>(plan.variance(x, y))),
+                        core::Rgb(static_cast<float>(mu * mu)), mu, true});
     }
   }
-  return std::sqrt(sum / (plan.width * plan.height));
+  return defined_error(pixels, plan.width, plan.height);
 }
 
 /// Mean over 128 samples of events of the given probability, each worth 1 / probability.

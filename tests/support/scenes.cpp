@@ -5,7 +5,7 @@
 
 #include "core/base/check.h"
 #include "core/math/numbers.h"
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 
 namespace test_support {
 
@@ -23,7 +23,8 @@ class NullSink final : public core::RenderSink {
 
 }  // namespace
 
-core::PrimitiveDescription sphere(Vec3 center, float radius_m, int stacks, bool inward, int material) {
+core::PrimitiveDescription sphere(Vec3 center, float radius_m, int stacks, bool inward,
+                                  int material) {
   core::PrimitiveDescription p;
   p.material = material;
   const int slices = 2 * stacks;
@@ -37,7 +38,9 @@ core::PrimitiveDescription sphere(Vec3 center, float radius_m, int stacks, bool 
       p.normals.push_back(inward ? -n : n);
     }
   }
-  const auto at = [slices](int i, int k) { return static_cast<std::uint32_t>(i * (slices + 1) + k); };
+  const auto at = [slices](int i, int k) {
+    return static_cast<std::uint32_t>(i * (slices + 1) + k);
+  };
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     p.indices.insert(p.indices.end(), {a, inward ? c : b, inward ? b : c});
   };
@@ -90,11 +93,11 @@ core::SceneDescription scene_of(std::vector<core::MaterialDescription> materials
 
 core::SceneDescription cornell() {
   std::vector<core::PrimitiveDescription> p;
-  p.push_back(quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, 0));                    // floor
-  p.push_back(quad({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 0));                    // ceiling
-  p.push_back(quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0));                    // back
-  p.push_back(quad({0, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1));                    // left
-  p.push_back(quad({1, 0, 0}, {0, 0, 1}, {0, 1, 0}, 2));                    // right
+  p.push_back(quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, 0));                     // floor
+  p.push_back(quad({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 0));                     // ceiling
+  p.push_back(quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0));                     // back
+  p.push_back(quad({0, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1));                     // left
+  p.push_back(quad({1, 0, 0}, {0, 0, 1}, {0, 1, 0}, 2));                     // right
   p.push_back(quad({0.35F, 0.999F, 0.35F}, {0.3F, 0, 0}, {0, 0, 0.3F}, 3));  // light, faces down
   const auto box = [&p](Vec3 at, Vec3 size) {
     p.push_back(quad(at, {0, size.y, 0}, {size.x, 0, 0}, 0));
@@ -123,7 +126,8 @@ std::shared_ptr<const core::Environment> constant_sky(Rgb radiance) {
 }
 
 std::shared_ptr<const core::Environment> sky_map(int width, int height,
-                                                 const std::function<Rgb(int, int)>& value, float rotation_degrees) {
+                                                 const std::function<Rgb(int, int)>& value,
+                                                 float rotation_degrees) {
   core::Image image;
   image.width = width;
   image.height = height;
@@ -168,7 +172,8 @@ Rgb Picture::mean() const {
     }
   }
   const auto n = static_cast<double>(snapshot.pixel_count());
-  return {static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n), static_cast<float>(sum[2] / n)};
+  return {static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n),
+          static_cast<float>(sum[2] / n)};
 }
 
 Rgb Picture::standard_error() const {
@@ -188,7 +193,7 @@ Picture render(const core::View& view, const core::StopRules& stop, int threads)
   auto renderer = core::Renderer::create(view);
   CHECK(renderer);
   Picture picture;
-  picture.film = std::make_shared<core::Film>(view.settings, core::pixel_errors(view.settings));
+  picture.film = std::make_shared<core::Film>(view.settings);
   NullSink sink;
   core::TaskOptions options;
   options.stop = stop;

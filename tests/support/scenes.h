@@ -11,10 +11,13 @@
 
 namespace test_support {
 
-/// A sphere of stacks x 2 stacks quads with smooth normals. inward: normals and front side point in.
-core::PrimitiveDescription sphere(core::Vec3 center, float radius_m, int stacks, bool inward, int material);
+/// A sphere of stacks x 2 stacks quads with smooth normals. inward: normals and front side point
+/// in.
+core::PrimitiveDescription sphere(core::Vec3 center, float radius_m, int stacks, bool inward,
+                                  int material);
 /// A parallelogram; front side towards cross(edge1, edge2).
-core::PrimitiveDescription quad(core::Vec3 corner, core::Vec3 edge1, core::Vec3 edge2, int material);
+core::PrimitiveDescription quad(core::Vec3 corner, core::Vec3 edge1, core::Vec3 edge2,
+                                int material);
 /// Lambert: no specular layer.
 core::MaterialDescription lambert(core::Rgb albedo);
 core::MaterialDescription emitter(core::Rgb radiance);

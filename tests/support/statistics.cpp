@@ -54,7 +54,8 @@ std::uint64_t mixed(std::uint64_t x) {
 }  // namespace
 
 // The seed is mixed: streams whose starts are a few steps apart would be one stream shifted.
-Random::Random(std::uint64_t seed) : state_(mixed(mixed(seed + 0x632be59bd9b4e019ULL) + 0x1234567ULL)) {}
+Random::Random(std::uint64_t seed)
+    : state_(mixed(mixed(seed + 0x632be59bd9b4e019ULL) + 0x1234567ULL)) {}
 
 std::uint64_t Random::bits() { return mixed(state_ += 0x9e3779b97f4a7c15ULL); }
 
@@ -77,7 +78,8 @@ namespace {
 constexpr std::array<double, 3> kNodes = {0.1127016653792583, 0.5, 0.8872983346207417};
 constexpr std::array<double, 3> kWeights = {5.0 / 18, 8.0 / 18, 5.0 / 18};
 
-double gauss(const std::function<double(double, double)>& f, const double (&x)[2], const double (&y)[2]) {
+double gauss(const std::function<double(double, double)>& f, const double (&x)[2],
+             const double (&y)[2]) {
   double sum = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -88,8 +90,8 @@ double gauss(const std::function<double(double, double)>& f, const double (&x)[2
   return sum * (x[1] - x[0]) * (y[1] - y[0]);
 }
 
-double refine(const std::function<double(double, double)>& f, const double (&x)[2], const double (&y)[2],
-              double coarse, double tolerance, int least, int most) {
+double refine(const std::function<double(double, double)>& f, const double (&x)[2],
+              const double (&y)[2], double coarse, double tolerance, int least, int most) {
   const double xm = 0.5 * (x[0] + x[1]);
   const double ym = 0.5 * (y[0] + y[1]);
   const double xs[2][2] = {{x[0], xm}, {xm, x[1]}};
@@ -136,15 +138,18 @@ Chi2Report chi2_sphere(const SampleDirection& sample, const DensityOfDirection& 
     }
     double phi = std::atan2(static_cast<double>(w->y), static_cast<double>(w->x));
     phi += phi < 0 ? kTwoPi : 0.0;
-    const int row = std::clamp(static_cast<int>((static_cast<double>(w->z) + 1) / 2 * grid.rows), 0, grid.rows - 1);
-    const int column = std::clamp(static_cast<int>(phi / kTwoPi * grid.columns), 0, grid.columns - 1);
+    const int row = std::clamp(static_cast<int>((static_cast<double>(w->z) + 1) / 2 * grid.rows), 0,
+                               grid.rows - 1);
+    const int column =
+        std::clamp(static_cast<int>(phi / kTwoPi * grid.columns), 0, grid.columns - 1);
     ++observed[static_cast<std::size_t>(row * grid.columns + column)];
   }
   // Over (z, phi) a solid angle is dz dphi.
   const std::function<double(double, double)> density = [&](double z, double phi) {
     const double r = std::sqrt(std::max(1 - z * z, 0.0));
-    return static_cast<double>(pdf_solid_angle({static_cast<float>(r * std::cos(phi)),
-                                                static_cast<float>(r * std::sin(phi)), static_cast<float>(z)}));
+    return static_cast<double>(
+        pdf_solid_angle({static_cast<float>(r * std::cos(phi)),
+                         static_cast<float>(r * std::sin(phi)), static_cast<float>(z)}));
   };
   double total = 0;
   for (int row = 0; row < grid.rows; ++row) {
@@ -157,7 +162,8 @@ Chi2Report chi2_sphere(const SampleDirection& sample, const DensityOfDirection& 
     }
   }
   expected[cells] = (1 - total) * sample_count;
-  // A density whose integral is above 1 is as wrong as samples in the wrong place; 5e-3 is left to the integration.
+  // A density whose integral is above 1 is as wrong as samples in the wrong place; 5e-3 is left to
+  // the integration.
   if (total > 1.005) {
     return {1e30, 1, 0};
   }

@@ -24,8 +24,9 @@ struct Chi2Report {
   double p_value = 0;
 };
 
-/// Pearson's test. Cells whose expected count is below 5 are one cell together. When even that expects less than 5,
-/// up to 15 observations there count as errors of the expected values; more give p = 0.
+/// Pearson's test. Cells whose expected count is below 5 are one cell together. When even that
+/// expects less than 5, up to 15 observations there count as errors of the expected values; more
+/// give p = 0.
 Chi2Report chi2(std::span<const double> observed, std::span<const double> expected);
 
 /// Random numbers for tests: a counter through SplitMix64, not the renderer's sampler.
@@ -47,14 +48,14 @@ using SampleDirection = std::function<std::optional<core::Vec3>(Random&)>;
 using DensityOfDirection = std::function<float(core::Vec3)>;
 
 struct SphereGrid {
-  int rows = 20;     ///< of equal height in z; even, so that z = 0 is an edge
-  int columns = 24;  ///< of equal azimuth
+  int rows = 20;        ///< of equal height in z; even, so that z = 0 is an edge
+  int columns = 24;     ///< of equal azimuth
   int depth_least = 2;  ///< every cell is cut at least so often in four before it is integrated
   int depth_most = 8;   ///< higher where the density jumps
 };
 
-/// Are directions distributed as the density over solid angle says? `nothing` has a cell of its own, whose
-/// expected count is what the density leaves.
+/// Are directions distributed as the density over solid angle says? `nothing` has a cell of its
+/// own, whose expected count is what the density leaves.
 Chi2Report chi2_sphere(const SampleDirection& sample, const DensityOfDirection& pdf_solid_angle,
                        int sample_count, std::uint64_t seed, SphereGrid grid = {});
 
@@ -77,7 +78,8 @@ struct Moments {
 /// Slope of a least-squares line.
 double slope(std::span<const double> x, std::span<const double> y);
 
-/// Kolmogorov-Smirnov against the uniform distribution over [0,1]: the p-value (asymptotic form, Stephens 1970).
+/// Kolmogorov-Smirnov against the uniform distribution over [0,1]: the p-value (asymptotic form,
+/// Stephens 1970).
 double ks_uniform(std::vector<double> values);
 
 /// P(T <= t), Student's t with k degrees of freedom.

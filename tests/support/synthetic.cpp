@@ -23,28 +23,25 @@ class SyntheticRenderer final : public core::Renderer {
 
   const core::View& view() const noexcept override { return view_; }
   bool render(core::TileState& state, int last_sample, std::stop_token stop) const override {
-    return core::fill_tile(state, {view_.settings.replicates, core::plan_step(view_.settings)}, last_sample, stop, [&](int x, int y, int s) {
-      core::PathSample out;
-      out.radiance = core::Rgb(value(x, y, s, 0));
-      return out;
-    });
+    return core::fill_tile(state, {view_.settings.replicates, core::plan_step(view_.settings)},
+                           last_sample, stop, [&](int x, int y, int s) {
+                             core::PathSample out;
+                             out.radiance = core::Rgb(value(x, y, s, 0));
+                             return out;
+                           });
   }
-  std::unique_ptr<core::LightEdgeSearch> light_edge_search() const override {
-    const auto dark = [](int, int, int, int) { return core::SeenLight{}; };
-    return std::make_unique<core::LightEdgeSearch>(view_.settings.film.crop.value_or(core::PixelRect{0, 0, view_.settings.film.width, view_.settings.film.height}),
-                                                   core::FilterSampler(view_.settings.film.filter), dark);
-  }
-  std::vector<core::ProbedPixel> probe(std::span<const std::uint32_t>, int, std::stop_token) const override { return {}; }
   bool render_pilot(core::TileState& state, int last_sample, std::stop_token stop) const override {
-    return core::fill_pilot(state, last_sample, stop, [&](int x, int y, int s, std::uint64_t& rays) {
-      ++rays;
-      return core::Rgb(value(x, y, s, 1));
-    });
+    return core::fill_pilot(state, last_sample, stop,
+                            [&](int x, int y, int s, std::uint64_t& rays) {
+                              ++rays;
+                              return core::Rgb(value(x, y, s, 1));
+                            });
   }
 
  private:
   float value(int x, int y, int s, std::uint64_t stream) const {
-    const auto key = (stream << 62U) ^ (view_.settings.seed << 44U) ^ (static_cast<std::uint64_t>(y) << 32U) ^
+    const auto key = (stream << 62U) ^ (view_.settings.seed << 44U) ^
+                     (static_cast<std::uint64_t>(y) << 32U) ^
                      (static_cast<std::uint64_t>(x) << 20U) ^ static_cast<std::uint64_t>(s);
     Random random(Random(key).bits());
     return sample_(random, x, y);
@@ -83,6 +80,8 @@ Picture render(const Synthetic& synthetic, int samples, std::uint64_t seed, int 
   return picture;
 }
 
-float rare_event(Random& random, float value) { return random.uniform() < 1 / value ? value : 0.0F; }
+float rare_event(Random& random, float value) {
+  return random.uniform() < 1 / value ? value : 0.0F;
+}
 
 }  // namespace test_support

@@ -8,42 +8,23 @@ import pathlib
 import re
 import sys
 
-BASICS = ["core/base", "core/math", "core/color"]
-# What several parts of the core agree on; plain values.
-VALUES = ["core/render/settings.h", "core/image_io/image.h"]
+# The folders of core, bottom to top: each may include those before it, and never one after it.
+CORE_ORDER = ["base", "math", "color", "settings", "image_io", "description", "sampling", "samplers",
+              "textures", "accel", "geometry", "bsdf", "materials", "lights", "camera", "scene",
+              "light_samplers", "film", "error", "layers", "compare", "transport", "policies",
+              "integrators", "render", "scene_io", "lab"]
 # Folder -> folders (or headers) it may include besides itself. The longest folder that fits counts.
-LAYERS = {
-    "core/base": [],
-    "core/math": ["core/base"],
-    "core/color": ["core/base", "core/math"],
-    "core/sampling": BASICS + VALUES,
-    "core/samplers": BASICS + VALUES + ["core/sampling"],
-    "core/textures": BASICS + ["core/image_io/image.h", "core/scene/scene_description.h"],
-    "core/bsdf": BASICS + ["core/sampling"],
-    "core/geometry": BASICS + ["core/sampling"],
-    "core/camera": BASICS + VALUES + ["core/sampling", "core/samplers", "core/accel/accel.h",
-                                      "core/scene/scene_description.h"],
-    "core/image_io": BASICS,
-    "core/film": BASICS + VALUES + ["core/sampling"],
-    "core/compare": BASICS + VALUES + ["core/film", "core/image_io/image.h"],
-    "core/materials": BASICS + ["core/bsdf", "core/textures", "core/geometry", "core/sampling",
-                                "core/scene/scene_description.h", "core/scene/scene_data.h"],
-    "core/lights": BASICS + VALUES + ["core/sampling", "core/textures", "core/geometry",
-                                      "core/accel/accel.h", "core/scene/scene_description.h", "core/scene/scene_data.h"],
-    "core/accel": BASICS + ["core/geometry"],
-    "core/scene": BASICS + VALUES + ["core/textures", "core/bsdf", "core/geometry", "core/materials",
-                                     "core/lights", "core/accel", "core/sampling"],
-    "core/scene_io": BASICS + ["core/scene/scene_description.h", "core/image_io"],
-    "core/integrators": ["core"],
-    "core/render": ["core"],
-    "core/lab": ["core"],
+LAYERS = {f"core/{name}": [f"core/{lower}" for lower in CORE_ORDER[:i]]
+          for i, name in enumerate(CORE_ORDER)}
+LAYERS |= {
     "api": ["api", "core"],
-    "server/http": ["server/http", "core/base"],
+    "server/http": ["server/http", "server/access.h", "api/errors.h", "api/problem.h", "core/base"],
     "server/observe": ["server/observe", "server/config.h", "core/base"],
-    "server/store": ["server/store", "api", "core"],
-    "server/scenes": ["server/scenes", "server/store", "server/observe", "server/http/text.h", "api",
-                      "core"],
-    "server/jobs": ["server/jobs", "server/scenes", "server/store", "server/observe", "api", "core"],
+    "server/store": ["server/store", "server/access.h", "api", "core"],
+    "server/scenes": ["server/scenes", "server/store", "server/access.h", "server/observe",
+                      "server/http/text.h", "api", "core"],
+    "server/jobs": ["server/jobs", "server/scenes", "server/store", "server/access.h",
+                    "server/observe", "api", "core"],
     "server/routes": ["server", "api", "core", "clients/web"],
     "server": ["server", "clients/cli", "clients/web", "api", "core"],
     "clients/cli": ["clients/cli", "api", "core"],
@@ -52,8 +33,9 @@ LAYERS = {
 }
 # Folder -> what it never includes although the table above would let it.
 NEVER = {
-    "core/integrators": ["core/scene_io", "core/image_io/image_io.h"],
-    "core/render": ["core/scene_io", "core/image_io/image_io.h"],
+    "core/integrators": ["core/image_io/image_io.h"],
+    "core/render": ["core/image_io/image_io.h"],
+    "core/scene_io": ["core/integrators", "core/render", "core/film"],
     "core/lab": ["core/scene_io", "core/image_io/image_io.h", "core/accel"],
     "api": ["core/accel", "core/scene_io"],
 }
@@ -63,8 +45,9 @@ RENDERS_LOCALLY = {"clients/cli/lab.cpp", "clients/cli/render.cpp", "clients/cli
 # Third-party header -> the only folders (or files) that may include it.
 CONFINED = {
     "httplib.h": ["server/http", "clients/cli", "tests"],
+    "curl/": ["server/http"],
     "nlohmann/": ["api", "clients/cli", "server", "tests"],
-    "CLI/": ["clients/cli"],
+    "CLI/": ["clients/cli", "server/config.cpp"],
     "embree": ["core/accel"],
     "tbb/": ["core/accel"],
     "tiny_gltf.h": ["core/scene_io"],
@@ -77,7 +60,7 @@ CONFINED = {
 }
 # nlohmann inside core: sources of scene_io only, which check glTF before tinygltf sees it.
 CONFINED_SOURCES = {"nlohmann/": ["core/scene_io"]}
-LINES_MAX = 500
+LINES_MAX = 540
 BANNED = {
     r"\busing namespace std\b": "using namespace std",
     r"\bstd::rand\b|(?<![\w:.>])rand\(\)": "rand(): use a Sampler",

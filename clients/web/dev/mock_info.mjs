@@ -9,7 +9,7 @@ export const scenes = [
   { name: 'interior', summary: 'A room lit through one small opening.' },
 ];
 export const info = {
-  version: '0.1.0-mock',
+  version: '1.0.0-mock',
   build: { id: 'mock', commit: '0000000', compiler: 'node', isa: 'avx2', embree: '4.3.3' },
   limits: {
     samples_per_pixel: 65536,

@@ -1,4 +1,4 @@
-// Speaks DESIGN.md section 4 with a synthetic picture, for work on the page and for its tests.
+// Speaks the HTTP API with a synthetic picture, for work on the page and for its tests.
 //   node dev/mock_server.mjs [--port 8090] [--demo] [--dist DIR] [--speed TILES_PER_SECOND]
 // Nothing is kept on disk. `--dist` serves a built page at `/`.
 import http from 'node:http';

@@ -53,10 +53,18 @@ TEST(FromError, TurnsAPointerIntoAFieldError) {
 }
 
 TEST(FromError, PutsAnotherPlaceBeforeTheMessage) {
-  const auto problem = api::from_error({ErrorCode::kNoSpace, "disk is full", "films"});
-  EXPECT_EQ(problem.status, 507);
-  EXPECT_EQ(problem.detail, "films: disk is full");
+  const auto problem = api::from_error({ErrorCode::kTooLarge, "too many", "films"});
+  EXPECT_EQ(problem.status, 413);
+  EXPECT_EQ(problem.detail, "films: too many");
   EXPECT_TRUE(problem.errors.empty());
+}
+
+TEST(FromError, NamesNoFileOfTheServer) {
+  for (const ErrorCode code : {ErrorCode::kNoSpace, ErrorCode::kInternal}) {
+    const auto problem = api::from_error({code, "cannot write", "/var/lib/tessera/films/a.film"});
+    EXPECT_EQ(problem.detail, "cannot write");
+    EXPECT_TRUE(problem.errors.empty());
+  }
 }
 
 TEST(ProblemJson, HasTheMembersOfTheRfc) {

@@ -15,7 +15,8 @@ api::JobSpec spec_of(const std::string& body) {
 TEST(FilmText, SaysWhatAMergeNeeds) {
   api::JobView job;
   job.id = "01234567-89ab-cdef-0123-456789abcdef";
-  job.spec = spec_of(R"({"scene":"glass","seed":7,"sampler":{"replicates":4,"first_replicate":2}})");
+  job.spec =
+      spec_of(R"({"scene":"glass","seed":7,"sampler":{"replicates":4,"first_replicate":2}})");
   job.state = api::JobState::kFinished;
   job.stop_reason = core::StopReason::kRelativeError;
   job.progress.elapsed_seconds = 2.5;
@@ -27,13 +28,16 @@ TEST(FilmText, SaysWhatAMergeNeeds) {
   EXPECT_EQ(origin->stop_reason, core::StopReason::kRelativeError);
   EXPECT_EQ(origin->elapsed_seconds, 2.5);
   EXPECT_EQ(origin->build, R"({"id":"abc"})");
-  EXPECT_NE(text.find(R"("samples":[{"seed":7,"first_replicate":2,"replicates":4,"samples_per_pixel":64}])"),
-            std::string::npos);
+  EXPECT_NE(
+      text.find(
+          R"("samples":[{"seed":7,"first_replicate":2,"replicates":4,"samples_per_pixel":64}])"),
+      std::string::npos);
 }
 
 TEST(FilmText, RefusesWhatItDoesNotWrite) {
   for (const char* text :
-       {"", "x", "[]", "{}", R"({"version":2,"spec":{"scene":"x"},"stop_reason":"","elapsed_seconds":0})",
+       {"", "x", "[]", "{}",
+        R"({"version":2,"spec":{"scene":"x"},"stop_reason":"","elapsed_seconds":0})",
         R"({"version":1,"stop_reason":"","elapsed_seconds":0})",
         R"({"version":1,"spec":{"scene":"x"},"stop_reason":"bored","elapsed_seconds":0})",
         R"({"version":1,"spec":{"scene":"x"},"stop_reason":"","elapsed_seconds":-1})",
@@ -45,17 +49,23 @@ TEST(FilmText, RefusesWhatItDoesNotWrite) {
 
 TEST(FilmDifferences, AreThoseOfThePicture) {
   const auto first = spec_of(R"({"scene":"glass"})");
-  EXPECT_EQ(api::film_differences(first, spec_of(R"({"scene":"glass","seed":3,"name":"n","labels":{"a":"b"},
+  EXPECT_EQ(api::film_differences(
+                first, spec_of(R"({"scene":"glass","seed":3,"name":"n","labels":{"a":"b"},
       "priority":4,"sampler":{"replicates":8,"first_replicate":2},"stop":{"seconds":4}})")),
             Differences());
-  EXPECT_EQ(api::film_differences(first, spec_of(R"({"scene":"interior"})")), Differences{"/scene"});
-  EXPECT_EQ(api::film_differences(first, spec_of(R"({"scene":"glass","sampler":{"type":"independent"}})")),
+  EXPECT_EQ(api::film_differences(first, spec_of(R"({"scene":"interior"})")),
+            Differences{"/scene"});
+  EXPECT_EQ(api::film_differences(first,
+                                  spec_of(R"({"scene":"glass","sampler":{"type":"independent"}})")),
             Differences{"/sampler/type"});
   const Differences film = {"/film/width", "/film/filter/type", "/film/layers"};
-  EXPECT_EQ(api::film_differences(
-                first, spec_of(R"({"scene":"glass","film":{"width":9,"filter":{"type":"box"},"layers":[]}})")),
-            film);
-  EXPECT_EQ(api::film_differences(first, spec_of(R"({"scene":"glass","environment":null})")), Differences{"/environment"});
+  EXPECT_EQ(
+      api::film_differences(
+          first,
+          spec_of(R"({"scene":"glass","film":{"width":9,"filter":{"type":"box"},"layers":[]}})")),
+      film);
+  EXPECT_EQ(api::film_differences(first, spec_of(R"({"scene":"glass","environment":null})")),
+            Differences{"/environment"});
 }
 
 TEST(Ledger, ComesBackFromTheStore) {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 
 namespace {
 
@@ -44,11 +44,12 @@ TEST(JobSpec, ShowsEveryDefaultInTheOrderOfTheContract) {
 }
 
 TEST(JobSpec, AdaptiveSamplingHasItsParameters) {
-  const api::JobSpec plain = spec_of(R"({"scene":"s","adaptive":{"type":"crosshalf"}})");
-  EXPECT_EQ(plain.render.adaptive.type, core::AdaptiveType::kCrossHalf);
-  EXPECT_NE(api::spec_json(plain).find(
-                R"("adaptive":{"type":"crosshalf","min_samples":32,"granularity":"pixel","dilation":1})"),
-            std::string::npos)
+  const api::JobSpec plain = spec_of(R"({"scene":"s","adaptive":{"type":"pilot"}})");
+  EXPECT_EQ(plain.render.adaptive.type, core::AdaptiveType::kPilot);
+  EXPECT_NE(
+      api::spec_json(plain).find(
+          R"("adaptive":{"type":"pilot","min_samples":32,"granularity":"pixel","dilation":1})"),
+      std::string::npos)
       << api::spec_json(plain);
   const api::JobSpec spec = spec_of(
       R"({"scene":"s","adaptive":{"type":"pilot","min_samples":64,"granularity":"tile","dilation":0}})");
@@ -63,25 +64,32 @@ TEST(JobSpec, ErrorTargetsAreReachedWithAPilotUnlessTheJobSaysOtherwise) {
     return spec_of(std::string(R"({"scene":"s",)") + members + "}").render.adaptive.type;
   };
   EXPECT_EQ(type(R"("stop":{"relative_error":0.1})"), core::AdaptiveType::kPilot);
-  EXPECT_EQ(type(R"("stop":{"relative_error":0.1,"samples_per_pixel":64})"), core::AdaptiveType::kPilot);
-  EXPECT_EQ(type(R"("adaptive":{"min_samples":64},"stop":{"relative_error":0.1})"), core::AdaptiveType::kPilot);
-  EXPECT_EQ(type(R"("stop":{"relative_error":null,"samples_per_pixel":64})"), core::AdaptiveType::kNone);
+  EXPECT_EQ(type(R"("stop":{"relative_error":0.1,"samples_per_pixel":64})"),
+            core::AdaptiveType::kPilot);
+  EXPECT_EQ(type(R"("adaptive":{"min_samples":64},"stop":{"relative_error":0.1})"),
+            core::AdaptiveType::kPilot);
+  EXPECT_EQ(type(R"("stop":{"relative_error":null,"samples_per_pixel":64})"),
+            core::AdaptiveType::kNone);
   EXPECT_EQ(type(R"("stop":{"seconds":5})"), core::AdaptiveType::kNone);
-  EXPECT_EQ(type(R"("adaptive":{"type":"none"},"stop":{"relative_error":0.1})"), core::AdaptiveType::kNone);
+  EXPECT_EQ(type(R"("adaptive":{"type":"none"},"stop":{"relative_error":0.1})"),
+            core::AdaptiveType::kNone);
   // What a job says of itself is what it is, whatever is usual by then.
   const api::JobSpec spec = spec_of(R"({"scene":"s","stop":{"relative_error":0.1}})");
   EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec));
 }
 
 TEST(JobSpec, TheCountOfTheFirstDecisionIsTheOneInForce) {
-  const auto parsed = [](const char* members) { return *api::parse_job(std::string(R"({"scene":"s",)") + members + "}"); };
-  const auto odd = parsed(R"("adaptive":{"type":"crosshalf","min_samples":33})");
-  EXPECT_EQ(odd.spec.render.adaptive.min_samples, 48);
+  const auto parsed = [](const char* members) {
+    return *api::parse_job(std::string(R"({"scene":"s",)") + members + "}");
+  };
+  const auto odd = parsed(R"("adaptive":{"type":"pilot","min_samples":33})");
+  EXPECT_EQ(odd.spec.render.adaptive.min_samples, 40);
   EXPECT_EQ(odd.warnings.size(), 1U);
-  EXPECT_TRUE(parsed(R"("adaptive":{"type":"crosshalf","min_samples":48})").warnings.empty());
-  EXPECT_TRUE(parsed(R"("adaptive":{"type":"crosshalf"},"sampler":{"replicates":6})").warnings.empty());
+  EXPECT_TRUE(parsed(R"("adaptive":{"type":"pilot","min_samples":48})").warnings.empty());
+  EXPECT_TRUE(parsed(R"("adaptive":{"type":"pilot"},"sampler":{"replicates":6})").warnings.empty());
   // Beyond the most samples of a job nothing is decided, and there is no such count to name.
-  const auto never = parsed(R"("adaptive":{"type":"crosshalf","min_samples":65536},"sampler":{"replicates":6})");
+  const auto never =
+      parsed(R"("adaptive":{"type":"pilot","min_samples":65536},"sampler":{"replicates":6})");
   EXPECT_EQ(never.spec.render.adaptive.min_samples, 65536);
   EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(never.spec)), never.spec));
 }
@@ -91,7 +99,6 @@ TEST(JobSpec, WarnsOfWhatAdaptiveSamplingCannotDo) {
     return api::adaptive_warnings(spec_of(std::string(R"({"scene":"s",)") + members + "}"));
   };
   EXPECT_TRUE(warnings(R"("adaptive":{"type":"pilot"},"stop":{"relative_error":0.1})").empty());
-  EXPECT_EQ(warnings(R"("adaptive":{"type":"sequential"},"stop":{"relative_error":0.1})").size(), 1U);
   EXPECT_EQ(warnings(R"("adaptive":{"type":"pilot"},"stop":{"samples_per_pixel":32})").size(), 1U);
   EXPECT_TRUE(warnings(R"("adaptive":{"type":"pilot"},"stop":{"samples_per_pixel":34})").empty());
   EXPECT_TRUE(warnings(R"("stop":{"samples_per_pixel":2})").empty());
@@ -208,21 +215,24 @@ TEST(JobSpec, RoundsSampleCountsAndSaysSo) {
       R"({"scene":"x","sampler":{"type":"stratified","replicates":4},"stop":{"samples_per_pixel":100}})");
   ASSERT_TRUE(sets);
   EXPECT_EQ(sets->spec.stop.samples_per_pixel, 128);
-  EXPECT_EQ(sets->warnings, (std::vector<std::string>{
-                                "stop.samples_per_pixel: 100 was asked for, 128 is in force: sampler "
-                                "'stratified' with 4 replicates rounds 100 to 128."}));
+  EXPECT_EQ(sets->warnings,
+            (std::vector<std::string>{
+                "stop.samples_per_pixel: 100 was asked for, 128 is in force: sampler "
+                "'stratified' with 4 replicates rounds 100 to 128."}));
   const auto beyond = api::parse_job(
       R"({"scene":"x","sampler":{"type":"orthogonal-array"},"stop":{"samples_per_pixel":65536}})");
   ASSERT_TRUE(beyond);
-  EXPECT_EQ(beyond->spec.stop.samples_per_pixel, 65500) << "65550 would be more than a job may have";
+  EXPECT_EQ(beyond->spec.stop.samples_per_pixel, 65500)
+      << "65550 would be more than a job may have";
   EXPECT_EQ(beyond->warnings.size(), 1U);
   const auto windows = api::parse_job(
       R"({"scene":"x","light_sampler":{"type":"restir","history":3},"stop":{"samples_per_pixel":16}})");
   ASSERT_TRUE(windows);
   EXPECT_EQ(windows->spec.stop.samples_per_pixel, 18);
-  EXPECT_EQ(windows->warnings, (std::vector<std::string>{
-                                   "stop.samples_per_pixel: 16 was asked for, 18 is in force: sampler "
-                                   "'sobol' with history 3 and 2 replicates rounds 16 to 18."}));
+  EXPECT_EQ(
+      windows->warnings,
+      (std::vector<std::string>{"stop.samples_per_pixel: 16 was asked for, 18 is in force: sampler "
+                                "'sobol' with history 3 and 2 replicates rounds 16 to 18."}));
   const auto most = api::parse_job(
       R"({"scene":"x","sampler":{"type":"orthogonal-array","replicates":64},)"
       R"("light_sampler":{"type":"restir","block":1,"history":16},"stop":{"samples_per_pixel":65536}})");
@@ -248,7 +258,8 @@ TEST(SettleEnvironment, IsWhiteUnlessTheSceneHasItsOwnLights) {
   const core::SceneSummary plain;
   api::JobSpec spec = spec_of(R"({"scene":"x"})");
   EXPECT_EQ(api::settle_environment(spec, plain),
-            "environment: none was given; it is white, since the scene has no lights or strong emission of its own.");
+            "environment: none was given; it is white, since the scene has no lights or strong "
+            "emission of its own.");
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kGiven);
   EXPECT_FALSE(api::settle_environment(spec, plain).has_value());
 
@@ -300,7 +311,8 @@ class RandomRequests {
           {"type", "restir"}, {"candidates_per_pixel", integer(1, 64)}, {"block", integer(1, 8)}};
     });
     maybe([&] {
-      job["light_sampler"] = {{"type", "restir"}, {"block", integer(1, 2)}, {"history", integer(1, 16)}};
+      job["light_sampler"] = {
+          {"type", "restir"}, {"block", integer(1, 2)}, {"history", integer(1, 16)}};
     });
     maybe([&] { job["stop"] = stop(); });
     if (job.contains("light_sampler") && job["light_sampler"]["type"] == "restir") {

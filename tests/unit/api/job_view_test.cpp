@@ -55,16 +55,13 @@ TEST(JobView, WritesNullForWhatIsNotKnown) {
   }
 }
 
+// An integrator without a row has no valid error.
 TEST(JobView, AnErrorThatIsNotValidHasNoInterval) {
   api::JobView job = api::example_job();
-  for (const auto& [type, valid, bias] :
-       {std::tuple(core::AdaptiveType::kNone, true, "none"), std::tuple(core::AdaptiveType::kPilot, true, "none"),
-        std::tuple(core::AdaptiveType::kCrossHalf, false, "none"),
-        std::tuple(core::AdaptiveType::kSequential, false, "biased")}) {
-    job.spec.render.adaptive.type = type;
+  for (const bool valid : {true, false}) {
+    job.spec.render.integrator = valid ? "path" : "no such integrator";
     const Json error = parsed(api::job_json(job))["error"];
     EXPECT_EQ(error["valid"], valid);
-    EXPECT_EQ(error["bias"], bias);
     EXPECT_EQ(error["low"].is_null(), !valid);
     EXPECT_EQ(error["high"].is_null(), !valid);
     EXPECT_FALSE(error["relative_rmse"].is_null());

@@ -9,10 +9,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "api/docs_page.h"
 #include "api/errors.h"
 #include "api/events.h"
 #include "api/examples.h"
+#include "api/field_rows.h"
 #include "api/job_spec.h"
 #include "api/lab.h"
 #include "api/limits.h"
@@ -33,7 +33,7 @@ api::Capabilities capabilities() {
 }
 
 const Json& document() {
-  static const Json kDocument = api::openapi_document(capabilities(), "0.1.0");
+  static const Json kDocument = api::openapi_document(capabilities(), "1.0.0");
   return kDocument;
 }
 
@@ -202,9 +202,9 @@ TEST(OpenApi, SchemaAndParserAgree) {
       {R"({"scene":"x","film":{"layers":["error"]}})", true},
       {R"({"scene":"x","film":{"layers":["heat"]}})", false},
       {R"({"scene":"x","sampler":{"replicates":3}})", false},
-      {R"({"scene":"x","spectral":true})", false},
       {R"({"scene":"x","adaptive":{"type":"none"}})", true},
-      {R"({"scene":"x","adaptive":{"type":"pilot","min_samples":16,"granularity":"tile","dilation":2}})", true},
+      {R"({"scene":"x","adaptive":{"type":"pilot","min_samples":16,"granularity":"tile","dilation":2}})",
+       true},
       {R"({"scene":"x","adaptive":{"type":"pilot","dilation":9}})", false},
       {R"({"scene":"x","adaptive":{"type":"magic"}})", false},
       {R"({"scene":"x","labels":{"a":"b"}})", true},
@@ -221,9 +221,12 @@ TEST(OpenApi, SchemaAndParserAgree) {
 
 TEST(OpenApi, DefaultsAreThoseInForce) {
   const Json spec = api::to_json(api::parse_job(R"({"scene":"x"})")->spec);
-  const auto check = [](const auto& self, const Json& schema, const Json& value) -> void {
-    if (schema.contains("default")) {
-      EXPECT_EQ(schema["default"], value);
+  int count = 0;
+  const auto check = [&count](const auto& self, const Json& schema, const Json& value) -> void {
+    EXPECT_FALSE(schema.contains("default")) << api::dump(schema);
+    if (schema.contains("x-default")) {
+      EXPECT_EQ(schema["x-default"], value);
+      ++count;
     }
     if (schema.contains("properties") && value.is_object()) {
       for (const auto& property : schema["properties"].items()) {
@@ -234,23 +237,93 @@ TEST(OpenApi, DefaultsAreThoseInForce) {
     }
   };
   check(check, document()["components"]["schemas"]["JobRequest"], spec);
+  EXPECT_GT(count, 30);
 }
 
-TEST(OpenApi, ParametersHaveTheLimitsOfTheParsers) {
-  const auto maximum = [](const char* operation, const char* name) {
-    for (const api::ParameterRow& row : api::find_operation(operation)->parameters) {
-      if (row.name == name) {
-        return Json::parse(row.schema)["maximum"].get<std::int64_t>();
-      }
-    }
-    return std::int64_t{-1};
+TEST(OpenApi, OnlyTheSceneOfAJobIsRequired) {
+  const Json& schemas = document()["components"]["schemas"];
+  EXPECT_EQ(schemas["JobRequest"]["required"], Json({"scene"}));
+  // In answers every member is there, but for those that go with a choice.
+  const Json& spec = schemas["JobSpec"];
+  const auto has = [](const Json& required, const char* name) {
+    return std::find(required.begin(), required.end(), name) != required.end();
   };
-  EXPECT_EQ(maximum("listJobs", "limit"), api::limits::kPageSize);
-  EXPECT_EQ(maximum("getJob", "wait"), api::limits::kWaitSeconds);
-  EXPECT_EQ(maximum("getImage", "exposure"), api::limits::kExposureStops);
-  EXPECT_EQ(maximum("getImage", "x"), api::limits::kFilmSide - 1);
-  EXPECT_EQ(maximum("getImage", "width"), api::limits::kFilmSide);
-  EXPECT_EQ(maximum("getImage", "max_size"), api::limits::kFilmSide);
+  EXPECT_TRUE(has(spec["required"], "film") && has(spec["required"], "name"));
+  EXPECT_FALSE(has(spec["required"], "environment") || has(spec["required"], "webhook"));
+  EXPECT_EQ(spec["properties"]["integrator"]["required"], Json({"type", "max_depth"}));
+  EXPECT_EQ(spec["properties"]["estimator"]["properties"]["mis"]["required"], Json({"type"}));
+  EXPECT_EQ(spec["properties"]["stop"]["required"], Json::array());
+  each_node(document(), [](const Json& node) {
+    EXPECT_FALSE(node.is_object() && node.contains(api::kMayBeAbsent));
+  });
+}
+
+TEST(OpenApi, SaysWhichSingleValueIsAvailable) {
+  const Json& properties = document()["components"]["schemas"]["JobRequest"]["properties"];
+  EXPECT_EQ(properties["spectral"]["type"], "boolean");
+  EXPECT_FALSE(properties["spectral"].contains("const"));
+  EXPECT_EQ(properties["spectral"]["description"],
+            "Wavelengths instead of three colours. Only false is available in this build. "
+            "Default: false.");
+  EXPECT_EQ(properties["medium"]["type"], Json({"object", "null"}));
+}
+
+TEST(OpenApi, EventsAreValid) {
+  const api::JobView job = api::example_job();
+  EXPECT_EQ(fault_of(api::snapshot_event(job), "Job"), "");
+  EXPECT_EQ(fault_of(api::state_event(job), "StateEvent"), "");
+  EXPECT_EQ(fault_of(api::progress_event(job), "ProgressEvent"), "");
+  EXPECT_EQ(fault_of(api::tile_event("J", {}), "TileEvent"), "");
+  EXPECT_EQ(fault_of(api::warning_event("w"), "WarningEvent"), "");
+  EXPECT_EQ(fault_of(api::end_event(job), "EndEvent"), "");
+  EXPECT_EQ(fault_of(api::reset_event("lost"), "ResetEvent"), "");
+  EXPECT_EQ(fault_of(api::overloaded_event(5), "OverloadedEvent"), "");
+  EXPECT_EQ(fault_of(api::webhook_body(api::EventType::kEnd, 5, job), "Webhook"), "");
+  EXPECT_EQ(fault_of(api::lab_cancelled_json(), "LabCancelled"), "");
+}
+
+TEST(OpenApi, EveryMemberOfAnEventIsInItsSchema) {
+  const Json extra = {{"message", "w"}, {"more", 1}};
+  EXPECT_NE(schema_fault(extra, document()["components"]["schemas"]["WarningEvent"], document()),
+            "");
+}
+
+const Json* parameter(const std::string& path, const std::string& name) {
+  for (const Json& each : document()["paths"][path]["get"]["parameters"]) {
+    if (each["name"] == name) {
+      return &each;
+    }
+  }
+  return nullptr;
+}
+
+TEST(OpenApi, ParametersHaveTheRangesAndDefaultsOfTheParsers) {
+  const auto schema = [](const char* path, const char* name) {
+    const Json* found = parameter(path, name);
+    return found == nullptr ? Json() : (*found)["schema"];
+  };
+  EXPECT_EQ(schema("/v1/jobs", "limit"), Json({{"type", "integer"},
+                                               {"minimum", 1},
+                                               {"maximum", api::limits::kPageSize},
+                                               {"default", 50}}));
+  EXPECT_EQ(schema("/v1/jobs", "class"),
+            Json({{"type", "string"}, {"enum", {"normal", "preview"}}}));
+  EXPECT_EQ(schema("/v1/jobs/{id}", "wait")["maximum"], api::limits::kWaitSeconds);
+  EXPECT_EQ(schema("/v1/jobs/{id}/image", "x"),
+            Json({{"type", "integer"}, {"minimum", 0}, {"maximum", api::limits::kFilmSide - 1}}));
+  EXPECT_EQ(schema("/v1/jobs/{id}/image", "stream"),
+            Json({{"type", "boolean"}, {"default", false}}));
+  EXPECT_EQ(schema("/v1/jobs/{id}/image", "tonemap")["enum"], Json({"srgb", "linear"}));
+}
+
+TEST(OpenApi, NamesParametersThatStandForHeadersAndKeys) {
+  for (const char* path : {"/v1/jobs/{id}/events", "/v1/events"}) {
+    EXPECT_NE(parameter(path, "last_event_id"), nullptr) << path;
+    EXPECT_NE(parameter(path, "ticket"), nullptr) << path;
+  }
+  EXPECT_NE(parameter("/v1/jobs/{id}/tiles", "ticket"), nullptr);
+  EXPECT_NE(parameter("/v1/jobs/{id}/image", "ticket"), nullptr);
+  EXPECT_EQ((*parameter("/v1/events", "jobs"))["required"], true);
 }
 
 TEST(Operations, AreFoundById) {
@@ -261,23 +334,13 @@ TEST(Operations, AreFoundById) {
   EXPECT_TRUE(api::find_operation("runExperiment")->available);
 }
 
-TEST(DocsPage, LinksOnlyToAnchorsItHasAndToNoOtherHost) {
-  const std::string page = api::docs_page(document());
-  const std::regex link("href=\"#([^\"]+)\"");
-  for (auto it = std::sregex_iterator(page.begin(), page.end(), link); it != std::sregex_iterator();
-       ++it) {
-    EXPECT_NE(page.find("id=\"" + std::string((*it)[1]) + "\""), std::string::npos) << (*it)[1];
+TEST(OpenApi, ListsEachProblemType) {
+  std::set<std::string> types;
+  for (const Json& type : document()["x-problem-types"]) {
+    types.insert(type["type"].get<std::string>());
   }
-  EXPECT_EQ(page.find("src="), std::string::npos);
-  EXPECT_EQ(page.find("href=\"http"), std::string::npos);
-  EXPECT_EQ(page.find("<script"), std::string::npos);
-}
-
-TEST(DocsPage, HasEachProblemType) {
-  const std::string page = api::docs_page(document());
   for (const api::ErrorRow& row : api::error_table()) {
-    EXPECT_NE(page.find("id=\"problem-" + std::string(row.slug) + "\""), std::string::npos)
-        << row.slug;
+    EXPECT_EQ(types.count("/docs#problem-" + std::string(row.slug)), 1U) << row.slug;
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "api/queries.h"
 #include "api/requests.h"
 
 namespace {
@@ -54,9 +55,12 @@ TEST(JobListQuery, Answers400ToWrongValues) {
             (Errors{{"/state",
                      "'done' is not a state; states: queued, loading, rendering, paused, "
                      "finished, failed, cancelled"}}));
-  EXPECT_EQ(errors({{"class", "Preview"}}), (Errors{{"/class", "'Preview' is not a class; classes: normal, preview"}}));
-  EXPECT_EQ(errors({{"name", ""}}), (Errors{{"/name", "0 bytes are outside [1, 1020]"}}));
-  EXPECT_EQ(errors({{"name", std::string(1021, 'n')}}), (Errors{{"/name", "1021 bytes are outside [1, 1020]"}}));
+  EXPECT_EQ(
+      errors({{"class", "Preview"}}),
+      (Errors{{"/class", "'Preview' is not available in this build; available: normal, preview"}}));
+  EXPECT_EQ(errors({{"name", ""}}), (Errors{{"/name", "is empty"}}));
+  EXPECT_EQ(errors({{"name", std::string(256, 'n')}}),
+            (Errors{{"/name", "has 256 characters, outside [1, 255]"}}));
   EXPECT_EQ(errors({{"limit", "0"}}), (Errors{{"/limit", "0 is outside [1, 200]"}}));
   EXPECT_EQ(errors({{"limit", "201"}}), (Errors{{"/limit", "201 is outside [1, 200]"}}));
   EXPECT_EQ(errors({{"limit", "ten"}}),
@@ -71,7 +75,7 @@ TEST(JobListQuery, Answers400ToWrongValues) {
   EXPECT_EQ(errors({{"label", "=x"}}), (Errors{{"/label", "'=x' is not key=value"}}));
   EXPECT_EQ(errors({{"sort", "x"}}), (Errors{{"/sort", "unknown query parameter"}}));
   EXPECT_EQ(errors({{"limit", "1"}, {"limit", "2"}}),
-            (Errors{{"/limit", "is there more than once"}}));
+            (Errors{{"/limit", "appears more than once"}}));
 }
 
 TEST(SceneListQuery, HasNoFilters) {
@@ -85,7 +89,7 @@ TEST(SubmitQuery, KnowsDryRun) {
   EXPECT_TRUE(api::parse_submit_query(Query{{"dry_run", "1"}})->dry_run);
   EXPECT_FALSE(api::parse_submit_query(Query{{"dry_run", "0"}})->dry_run);
   EXPECT_EQ(errors_of(api::parse_submit_query(Query{{"dry_run", "yes"}}), 422),
-            (Errors{{"/dry_run", "'yes' is not 0, 1, false or true"}}));
+            (Errors{{"/dry_run", "expected true or false, got a string"}}));
 }
 
 TEST(SubmitQuery, KnowsPictures) {
@@ -93,6 +97,27 @@ TEST(SubmitQuery, KnowsPictures) {
   EXPECT_TRUE(api::parse_submit_query(Query{{"from", "image"}})->from_image);
   EXPECT_EQ(errors_of(api::parse_submit_query(Query{{"from", "film"}}), 422),
             (Errors{{"/from", "'film' is not 'image'"}}));
+}
+
+TEST(SceneUploadQuery, ReadsAName) {
+  EXPECT_EQ(api::parse_scene_upload_query(Query{})->name, "");
+  EXPECT_EQ(api::parse_scene_upload_query(Query{{"name", "sofa.glb"}})->name, "sofa.glb");
+  EXPECT_EQ(errors_of(api::parse_scene_upload_query(Query{{"name", ""}}), 422),
+            (Errors{{"/name", "is empty"}}));
+  EXPECT_EQ(errors_of(api::parse_scene_upload_query(Query{{"name", "a"}, {"name", "b"}}), 422),
+            (Errors{{"/name", "appears more than once"}}));
+}
+
+TEST(EventsQuery, ReadsJobsAndTheLastEvent) {
+  const std::string id = "0f4cf0a4-5b0e-4b0e-9c1e-0123456789ab";
+  const auto events =
+      api::parse_events_query(Query{{"jobs", id + "," + id}, {"last_event_id", "k-3"}});
+  ASSERT_TRUE(events);
+  EXPECT_EQ(events->jobs, std::vector{id});
+  EXPECT_EQ(errors_of(api::parse_events_query(Query{}), 422), (Errors{{"/jobs", "is required"}}));
+  EXPECT_EQ(errors_of(api::parse_events_query(Query{{"jobs", "a"}}), 422),
+            (Errors{{"/jobs", "'a' is not a job id (UUID)"}}));
+  EXPECT_EQ(api::parse_job_events_query(Query{{"last_event_id", "k-4"}})->last_event_id, "k-4");
 }
 
 TEST(WaitQuery, AllowsAMinute) {
@@ -168,8 +193,7 @@ TEST(ImageQuery, Answers422ToWrongValues) {
             (Errors{{"/range", R"('1' is neither auto nor two numbers with a comma between)"}}));
   EXPECT_EQ(errors({{"range", "2,2"}}),
             (Errors{{"/range", "the first number must be below the second"}}));
-  EXPECT_EQ(errors({{"range", "0,far"}}),
-            (Errors{{"/range", "expected a number, got a string"}}));
+  EXPECT_EQ(errors({{"range", "0,far"}}), (Errors{{"/range", "expected a number, got a string"}}));
   EXPECT_EQ(errors({{"revision", "-1"}}), (Errors{{"/revision", "-1 is outside [0, 4294967295]"}}));
   EXPECT_EQ(errors({{"max_size", "0"}}), (Errors{{"/max_size", "0 is outside [1, 16384]"}}));
   EXPECT_EQ(errors({{"x", "0"}, {"y", "0"}, {"width", "8"}}),

@@ -136,7 +136,7 @@ TEST(Merge, TakesEachFilmOnce) {
   const std::string id = "\"" + std::string(kUuid) + "\"";
   EXPECT_TRUE(api::parse_merge(R"({"films":[)" + id + ",\"" + kHash + "\"]}"));
   EXPECT_EQ(errors_of(api::parse_merge(R"({"films":[)" + id + "," + id + "]}")),
-            (Errors{{"/films/1", "'" + std::string(kUuid) + "' is there more than once"}}));
+            (Errors{{"/films/1", "'" + std::string(kUuid) + "' appears more than once"}}));
   EXPECT_EQ(errors_of(api::parse_merge(R"({"films":[]})")),
             (Errors{{"/films", "has 0 elements, outside [1, 1024]"}}));
 }

@@ -49,8 +49,10 @@ void check_keywords(const Json& schema) {
                                                "additionalProperties",
                                                "propertyNames",
                                                "maxProperties",
+                                               "minProperties",
                                                "anyOf",
-                                               "examples"};
+                                               "examples",
+                                               "x-default"};
   for (const auto& keyword : schema.items()) {
     CHECK(kKnown.count(keyword.key()) == 1);
   }
@@ -98,6 +100,10 @@ std::string array_fault(const Json& value, const Json& schema, const Json& root,
 
 std::string object_fault(const Json& value, const Json& schema, const Json& root,
                          const std::string& pointer) {
+  if (schema.contains("minProperties") &&
+      value.size() < schema.at("minProperties").get<std::size_t>()) {
+    return pointer + ": number of members";
+  }
   for (const Json& name : schema.value("required", Json::array())) {
     if (!value.contains(name.get<std::string>())) {
       return pointer + ": lacks " + name.get<std::string>();

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/job_spec.h"
-#include "core/render/registry.h"
+#include "core/settings/registry.h"
 
 namespace {
 
@@ -33,10 +33,10 @@ TEST(ServerView, HasTheMembersOfTheContract) {
   for (const auto& member : body.items()) {
     keys.push_back(member.key());
   }
-  EXPECT_EQ(keys, (std::vector<std::string>{"version", "build", "limits", "integrators", "samplers",
-                                            "light_samplers", "adaptive", "options", "layers",
-                                            "image_formats", "tone_maps", "filters", "scenes",
-                                            "experiments", "extensions"}));
+  EXPECT_EQ(keys, (std::vector<std::string>{"version", "build", "limits", "defaults", "integrators",
+                                            "samplers", "light_samplers", "adaptive", "options",
+                                            "layers", "image_formats", "tone_maps", "filters",
+                                            "scenes", "experiments", "extensions"}));
 }
 
 TEST(ServerView, ShowsEveryLimit) {
@@ -91,10 +91,10 @@ TEST(ServerView, EveryOptionTurnsOnWhatItSaysFromAnyStart) {
     }
   }
   EXPECT_EQ(names.count("estimator.mis.balance"), 1U);
-  EXPECT_EQ(names.size(),
-            core::strategies().size() + core::mis_types().size() + core::roulette_types().size() +
-                core::splitting_types().size() + core::control_variate_types().size() + core::expected_value_types().size() +
-                core::granularities().size());
+  EXPECT_EQ(names.size(), core::strategies().size() + core::mis_types().size() +
+                              core::roulette_types().size() + core::splitting_types().size() +
+                              core::control_variate_types().size() +
+                              core::expected_value_types().size() + core::granularities().size());
 }
 
 TEST(ServerView, EveryAcceptedOptionIsAPlaceInTheJob) {

@@ -1,8 +1,8 @@
 #include "clients/cli/command.h"
 
-#include <gtest/gtest.h>
-
 #include <string>
+
+#include <gtest/gtest.h>
 
 namespace {
 
@@ -36,13 +36,19 @@ TEST(WrongUsage, NamesTheVerbAndWhatIsMissing) {
 }
 
 TEST(WrongUsage, GuessesWhichOptionWasMeant) {
-  const auto told = [](const std::string& option) { return run({"-o", "a.png", option, "1"}).told; };
-  EXPECT_EQ(told("--relative-eror"),
-            std::string("tessera draw: there is no option --relative-eror; did you mean --relative-error?") + kRest);
+  const auto told = [](const std::string& option) {
+    return run({"-o", "a.png", option, "1"}).told;
+  };
+  EXPECT_EQ(
+      told("--relative-eror"),
+      std::string(
+          "tessera draw: there is no option --relative-eror; did you mean --relative-error?") +
+          kRest);
   // What it is called elsewhere.
   EXPECT_EQ(told("--samples"),
             std::string("tessera draw: there is no option --samples; did you mean --spp?") + kRest);
-  EXPECT_EQ(told("--marmalade"), std::string("tessera draw: there is no option --marmalade.") + kRest);
+  EXPECT_EQ(told("--marmalade"),
+            std::string("tessera draw: there is no option --marmalade.") + kRest);
 }
 
 TEST(WrongUsage, AWordTooManyIsShown) {

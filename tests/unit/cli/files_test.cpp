@@ -1,11 +1,10 @@
 #include "clients/cli/files.h"
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "clients/cli/api_client.h"
 
@@ -18,7 +17,8 @@ class SideFiles : public testing::Test {
  protected:
   void SetUp() override {
     fs::create_directories(root_ / "scene" / "textures");
-    for (const char* name : {"scene/part.bin", "scene/a b.bin", "scene/textures/t.png", "secret.bin"}) {
+    for (const char* name :
+         {"scene/part.bin", "scene/a b.bin", "scene/textures/t.png", "secret.bin"}) {
       std::ofstream(root_ / name) << "x";
     }
     fs::create_symlink(root_ / "secret.bin", root_ / "scene" / "link.bin");
@@ -32,15 +32,17 @@ class SideFiles : public testing::Test {
 };
 
 TEST_F(SideFiles, AreFoundInTheFolderOfTheScene) {
-  for (const char* uri : {"part.bin", "a%20b.bin", "./part.bin", "textures/t.png", "textures/../part.bin"}) {
+  for (const char* uri :
+       {"part.bin", "a%20b.bin", "./part.bin", "textures/t.png", "textures/../part.bin"}) {
     EXPECT_TRUE(find(uri)) << uri;
   }
 }
 
 TEST_F(SideFiles, OutsideTheFolderAreRefused) {
   const std::string absolute = (root_ / "secret.bin").string();
-  for (const char* uri : {"../secret.bin", "%2e%2e/secret.bin", "textures/../../secret.bin", "link.bin",
-                          absolute.c_str(), "file:///etc/passwd", "http://example.com/a.bin"}) {
+  for (const char* uri :
+       {"../secret.bin", "%2e%2e/secret.bin", "textures/../../secret.bin", "link.bin",
+        absolute.c_str(), "file:///etc/passwd", "http://example.com/a.bin"}) {
     const auto found = find(uri);
     ASSERT_FALSE(found) << uri;
     EXPECT_EQ(found.error().code, core::ErrorCode::kForbidden) << uri;
@@ -96,7 +98,8 @@ TEST(Files, AreWrittenWholeOrNotAtAll) {
 
 // FIPS 180-2, appendix B.1.
 TEST(Sha256, OfAbcIsThePublishedValue) {
-  EXPECT_EQ(cli::sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(cli::sha256_hex("abc"),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
 TEST(ErrorOfReply, ShowsEveryFaultWithItsPointer) {
@@ -104,8 +107,9 @@ TEST(ErrorOfReply, ShowsEveryFaultWithItsPointer) {
   reply.status = 422;
   reply.body = R"({"title":"Unprocessable","detail":"1 fault","errors":[)"
                R"({"pointer":"/film/width","detail":"0 is outside [1, 16384]"}]})";
-  EXPECT_EQ(cli::error_of_reply(reply).message,
-            "the server answered 422 (Unprocessable): 1 fault\n  /film/width: 0 is outside [1, 16384]");
+  EXPECT_EQ(
+      cli::error_of_reply(reply).message,
+      "the server answered 422 (Unprocessable): 1 fault\n  /film/width: 0 is outside [1, 16384]");
 }
 
 TEST(ErrorOfReply, OfAPageThatIsNotOursIsTheStatusAlone) {

@@ -1,12 +1,11 @@
 #include "clients/cli/job_flags.h"
 
-#include <unistd.h>
-
 #include <cstdio>
 #include <fstream>
 #include <utility>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "clients/cli/command.h"
 
@@ -61,8 +60,9 @@ TEST(MakeRequest, WeightsAndControlVariatesAreTypesOfTheEstimator) {
   flags.scene = "glass";
   flags.mis = "optimal";
   flags.control_variate = "none";
-  EXPECT_EQ(cli::make_request(flags)->dump(),
-            R"({"scene":"glass","estimator":{"mis":{"type":"optimal"},"control_variate":{"type":"none"}}})");
+  EXPECT_EQ(
+      cli::make_request(flags)->dump(),
+      R"({"scene":"glass","estimator":{"mis":{"type":"optimal"},"control_variate":{"type":"none"}}})");
 }
 
 TEST(MakeRequest, FlagsWinOverTheJobFileAndTheRestOfItStays) {
@@ -98,9 +98,10 @@ TEST(ParseAndRun, WrongUsageIsTwoAndHelpIsZero) {
   EXPECT_EQ(cli::parse_and_run(app, {"--help"}, body), cli::kDone);
   testing::internal::GetCapturedStdout();
   for (const char* wrong :
-       {"--size=3", "--size=0xAx1", "--size=0x10", "--size=16385x1", "--size=16384x16384", "--spp=many", "--spp=0",
-        "--spp=-1", "--spp=65537", "--relative-error=0", "--relative-error=few%", "--relative-error=1001%",
-        "--seconds=0", "--seconds=604801", "--split=65", "--seed=-1", "--threads=1025", "--nonsense"}) {
+       {"--size=3", "--size=0xAx1", "--size=0x10", "--size=16385x1", "--size=16384x16384",
+        "--spp=many", "--spp=0", "--spp=-1", "--spp=65537", "--relative-error=0",
+        "--relative-error=few%", "--relative-error=1001%", "--seconds=0", "--seconds=604801",
+        "--split=65", "--seed=-1", "--threads=1025", "--nonsense"}) {
     testing::internal::CaptureStderr();
     EXPECT_EQ(cli::parse_and_run(app, {wrong}, body), cli::kWrongUsage) << wrong;
     EXPECT_FALSE(testing::internal::GetCapturedStderr().empty());
@@ -108,8 +109,9 @@ TEST(ParseAndRun, WrongUsageIsTwoAndHelpIsZero) {
 }
 
 TEST(JobFlags, TheEndsOfRangesAreAllowed) {
-  for (const char* right : {"--size=16384x1", "--spp=1", "--spp=65536", "--relative-error=0.00001", "--seconds=0.001",
-                            "--seconds=604800", "--split=64", "--seed=9007199254740991", "--seed=+5", "--threads=1024"}) {
+  for (const char* right : {"--size=16384x1", "--spp=1", "--spp=65536", "--relative-error=0.00001",
+                            "--seconds=0.001", "--seconds=604800", "--split=64",
+                            "--seed=9007199254740991", "--seed=+5", "--threads=1024"}) {
     CLI::App app;
     cli::JobFlags flags;
     cli::add_job_flags(app, flags, "scene");
@@ -118,19 +120,23 @@ TEST(JobFlags, TheEndsOfRangesAreAllowed) {
 }
 
 TEST(JobFlags, ARelativeErrorMayBeAPercentage) {
-  for (const auto& [text, value] : {std::pair("5%", 0.05), std::pair("0.05", 0.05), std::pair("12.5%", 0.125),
-                                    std::pair("1000%", 10.0), std::pair("1e-3%", 1e-5)}) {
+  for (const auto& [text, value] :
+       {std::pair("5%", 0.05), std::pair("0.05", 0.05), std::pair("12.5%", 0.125),
+        std::pair("1000%", 10.0), std::pair("1e-3%", 1e-5)}) {
     CLI::App app;
     cli::JobFlags flags;
     cli::add_job_flags(app, flags, "scene");
-    EXPECT_EQ(cli::parse_and_run(app, {"--relative-error", text}, [] { return 0; }), cli::kDone) << text;
+    EXPECT_EQ(cli::parse_and_run(app, {"--relative-error", text}, [] { return 0; }), cli::kDone)
+        << text;
     EXPECT_EQ(flags.relative_error, value) << text;
   }
 }
 
 TEST(JobFlags, AFileToBlameIsAFailureAndNoWrongUsage) {
   cli::JobFlags flags;
-  const auto code = [&flags] { return cli::request_fault_code(cli::make_request(flags).error(), flags); };
+  const auto code = [&flags] {
+    return cli::request_fault_code(cli::make_request(flags).error(), flags);
+  };
   EXPECT_EQ(code(), cli::kWrongUsage);  // no scene
   flags.job_file = "/nowhere/job.json";
   EXPECT_EQ(code(), cli::kFailed);

@@ -1,7 +1,5 @@
 #include "clients/cli/picture.h"
 
-#include <zlib.h>
-
 #include <array>
 #include <cctype>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <string>
 
 #include <gtest/gtest.h>
+#include <zlib.h>
 
 #include "clients/cli/picture_screen.h"
 
@@ -35,27 +34,31 @@ std::string big_endian(std::uint32_t value) {
 std::string png(int width, int height, char colour, const std::string& rows) {
   uLongf size = compressBound(rows.size());
   std::string packed(size, '\0');
-  compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(rows.data()), rows.size());
+  compress(reinterpret_cast<Bytef*>(packed.data()), &size,
+           reinterpret_cast<const Bytef*>(rows.data()), rows.size());
   packed.resize(size);
   const auto chunk = [](const std::string& kind, const std::string& data) {
     const std::string body = kind + data;
     return big_endian(static_cast<std::uint32_t>(data.size())) + body +
-           big_endian(static_cast<std::uint32_t>(
-               crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
+           big_endian(static_cast<std::uint32_t>(crc32(
+               0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
   };
   const std::string header = big_endian(static_cast<std::uint32_t>(width)) +
-                             big_endian(static_cast<std::uint32_t>(height)) + '\x08' + colour + std::string(3, '\0');
-  return std::string("\x89PNG\r\n\x1a\n", 8) + chunk("IHDR", header) + chunk("IDAT", packed.substr(0, size / 2)) +
-         chunk("IDAT", packed.substr(size / 2)) + chunk("IEND", "");
+                             big_endian(static_cast<std::uint32_t>(height)) + '\x08' + colour +
+                             std::string(3, '\0');
+  return std::string("\x89PNG\r\n\x1a\n", 8) + chunk("IHDR", header) +
+         chunk("IDAT", packed.substr(0, size / 2)) + chunk("IDAT", packed.substr(size / 2)) +
+         chunk("IEND", "");
 }
 
 TEST(DecodePng, ReadsEveryFilter) {
   // Each row is 10 20 30 | 40 50 60, written by the formulas of ISO/IEC 15948, 9.2.
-  const std::string rows = std::string("\0\x0a\x14\x1e\x28\x32\x3c", 7) +  // none
-                           std::string("\1\x0a\x14\x1e\x1e\x1e\x1e", 7) +  // minus left
-                           std::string("\2\0\0\0\0\0\0", 7) +              // minus above
-                           std::string("\3\x05\x0a\x0f\x0f\x0f\x0f", 7) +  // minus the mean, rounded down
-                           std::string("\4\0\0\0\0\0\0", 7);               // minus Paeth's guess: above
+  const std::string rows =
+      std::string("\0\x0a\x14\x1e\x28\x32\x3c", 7) +  // none
+      std::string("\1\x0a\x14\x1e\x1e\x1e\x1e", 7) +  // minus left
+      std::string("\2\0\0\0\0\0\0", 7) +              // minus above
+      std::string("\3\x05\x0a\x0f\x0f\x0f\x0f", 7) +  // minus the mean, rounded down
+      std::string("\4\0\0\0\0\0\0", 7);               // minus Paeth's guess: above
   const auto picture = cli::decode_png(png(2, 5, 2, rows));
   ASSERT_TRUE(picture) << picture.error().message;
   ASSERT_EQ(picture->height, 5);
@@ -66,7 +69,8 @@ TEST(DecodePng, ReadsEveryFilter) {
 }
 
 TEST(DecodePng, TransparentIsBlack) {
-  const auto picture = cli::decode_png(png(2, 1, 6, std::string("\0\xff\xff\xff\0\xc8\x64\x32\xff", 9)));
+  const auto picture =
+      cli::decode_png(png(2, 1, 6, std::string("\0\xff\xff\xff\0\xc8\x64\x32\xff", 9)));
   ASSERT_TRUE(picture);
   EXPECT_EQ(picture->at(0, 0), Pixel{});
   EXPECT_EQ(picture->at(1, 0), (Pixel{200, 100, 50}));
@@ -83,7 +87,8 @@ TEST(DecodePng, RefusesMorePixelsThanAFilmMayHave) {
     const auto picture = cli::decode_png(png(width, height, 2, std::string(7, '\0')));
     EXPECT_FALSE(picture) << width << " x " << height;
   }
-  EXPECT_EQ(cli::decode_png(png(8193, 8192, 2, std::string(7, '\0'))).error().code, core::ErrorCode::kTooLarge);
+  EXPECT_EQ(cli::decode_png(png(8193, 8192, 2, std::string(7, '\0'))).error().code,
+            core::ErrorCode::kTooLarge);
 }
 
 TEST(DecodePng, RefusesWhatIsCutOrBroken) {
@@ -207,13 +212,14 @@ TEST(DrawSixel, PureColoursComeBackAsTheyWere) {
   ASSERT_EQ(reader.pixels.size(), picture.pixels.size());
   for (const auto& [place, percent] : reader.pixels) {
     const Pixel& pixel = picture.at(place.first, place.second);
-    EXPECT_EQ(percent, (std::array<int, 3>{pixel.r * 100 / 255, pixel.g * 100 / 255, pixel.b * 100 / 255}));
+    EXPECT_EQ(percent,
+              (std::array<int, 3>{pixel.r * 100 / 255, pixel.g * 100 / 255, pixel.b * 100 / 255}));
   }
 }
 
 TEST(DrawSixel, DitheringKeepsTheMeanOfAFlatArea) {
-  // Over the 16 places of the matrix a channel is off by at most half of 1/16 of a step of its levels
-  // (5 steps of red and blue, 6 of green), and per cent are rounded by at most 0.5.
+  // Over the 16 places of the matrix a channel is off by at most half of 1/16 of a step of its
+  // levels (5 steps of red and blue, 6 of green), and per cent are rounded by at most 0.5.
   for (const int value : {1, 37, 64, 100, 128, 200, 254}) {
     const auto v = static_cast<std::uint8_t>(value);
     SixelReader reader(cli::draw_sixel({16, 16, std::vector<Pixel>(256, Pixel{v, v, v})}));
@@ -283,7 +289,8 @@ TEST(DrawKitty, ChunksOf4096BytesMakeThePicture) {
     std::string payload;
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       const bool last = i + 1 == pieces.size();
-      EXPECT_EQ(pieces[i].keys, (i == 0 ? "a=T,f=100,q=2,i=7,c=40,r=12,C=1,m=" : "m=") + std::string(last ? "0" : "1"));
+      EXPECT_EQ(pieces[i].keys, (i == 0 ? "a=T,f=100,q=2,i=7,c=40,r=12,C=1,m=" : "m=") +
+                                    std::string(last ? "0" : "1"));
       EXPECT_TRUE(last ? pieces[i].payload.size() <= 4096 : pieces[i].payload.size() == 4096);
       payload += pieces[i].payload;
     }
@@ -293,7 +300,9 @@ TEST(DrawKitty, ChunksOf4096BytesMakeThePicture) {
 }
 
 TEST(DrawKitty, Base64IsThatOfTheStandard) {  // RFC 4648, section 10
-  const auto payload = [](const char* text) { return kitty_pieces(cli::draw_kitty(text, {})).at(0).payload; };
+  const auto payload = [](const char* text) {
+    return kitty_pieces(cli::draw_kitty(text, {})).at(0).payload;
+  };
   EXPECT_EQ(payload("f"), "Zg==");
   EXPECT_EQ(payload("fo"), "Zm8=");
   EXPECT_EQ(payload("foo"), "Zm9v");
@@ -311,17 +320,23 @@ TEST(ChoosePictureWay, AutoIsKittyOnlyWhereTheTerminalSaysSo) {
   EXPECT_EQ(automatic({}), cli::PictureWay::kBlocks);
   EXPECT_EQ(automatic({{"TERM", "xterm-256color"}}), cli::PictureWay::kBlocks);
   EXPECT_EQ(automatic({{"TERM", "xterm-kitty"}}), cli::PictureWay::kKitty);
-  EXPECT_EQ(automatic({{"TERM", "xterm-256color"}, {"KITTY_WINDOW_ID", "1"}}), cli::PictureWay::kKitty);
+  EXPECT_EQ(automatic({{"TERM", "xterm-256color"}, {"KITTY_WINDOW_ID", "1"}}),
+            cli::PictureWay::kKitty);
   EXPECT_EQ(automatic({{"TERM_PROGRAM", "ghostty"}}), cli::PictureWay::kKitty);
-  EXPECT_EQ(automatic({{"TERM", "tmux-256color"}, {"KITTY_WINDOW_ID", "1"}}), cli::PictureWay::kBlocks);
+  EXPECT_EQ(automatic({{"TERM", "tmux-256color"}, {"KITTY_WINDOW_ID", "1"}}),
+            cli::PictureWay::kBlocks);
   EXPECT_EQ(automatic({{"TERM", "xterm-kitty"}, {"TMUX", "/tmp/x"}}), cli::PictureWay::kBlocks);
-  EXPECT_FALSE(cli::choose_picture_way("ascii", [](const char*) -> const char* { return nullptr; }));
+  EXPECT_FALSE(
+      cli::choose_picture_way("ascii", [](const char*) -> const char* { return nullptr; }));
 }
 
 TEST(PlanPicture, FitsTheTerminalAndKeepsTheAspect) {
-  for (const cli::Extent film : {cli::Extent{1920, 1080}, {1080, 1920}, {48, 32}, {4000, 3}, {3, 4000}, {1, 1}}) {
-    for (const cli::TerminalSize size : {cli::TerminalSize{80, 24, 0, 0}, {200, 60, 1800, 1200}, {3, 3, 0, 0}}) {
-      for (const auto way : {cli::PictureWay::kBlocks, cli::PictureWay::kSixel, cli::PictureWay::kKitty}) {
+  for (const cli::Extent film :
+       {cli::Extent{1920, 1080}, {1080, 1920}, {48, 32}, {4000, 3}, {3, 4000}, {1, 1}}) {
+    for (const cli::TerminalSize size :
+         {cli::TerminalSize{80, 24, 0, 0}, {200, 60, 1800, 1200}, {3, 3, 0, 0}}) {
+      for (const auto way :
+           {cli::PictureWay::kBlocks, cli::PictureWay::kSixel, cli::PictureWay::kKitty}) {
         const auto plan = cli::plan_picture(way, film, size);
         EXPECT_TRUE(plan.columns >= 1 && plan.columns <= size.columns);
         EXPECT_TRUE(plan.rows >= 1 && plan.rows <= std::max(1, size.rows - 2));

@@ -27,8 +27,9 @@ int columns(const std::string& text) {
 }
 
 TEST(ProgressText, HoldsEveryFact) {
-  EXPECT_EQ(cli::progress_text(half_done()),
-            "rendering  50 %  128 samples  error 2.31 % (2.10 to 2.54)  4.21 Mrays/s  ETA 1 min 15 s");
+  EXPECT_EQ(
+      cli::progress_text(half_done()),
+      "rendering  50 %  128 samples  error 2.31 % (2.10 to 2.54)  4.21 Mrays/s  ETA 1 min 15 s");
 }
 
 TEST(ProgressText, LeavesOutAnErrorThatIsNotKnown) {
@@ -54,7 +55,8 @@ TEST(ProgressBar, FitsIntoTheTerminal) {
 
 TEST(ProgressBar, TellsOnATerminalOf80ColumnsHowLongItTakes) {
   const std::string bar = cli::progress_bar(half_done(), 79, false);
-  EXPECT_EQ(bar.substr(bar.find(']') + 1), "  50 %  128 samples  error 2.31 %  4.21 Mrays/s  ETA 1 min 15 s");
+  EXPECT_EQ(bar.substr(bar.find(']') + 1),
+            "  50 %  128 samples  error 2.31 %  4.21 Mrays/s  ETA 1 min 15 s");
 }
 
 TEST(ProgressBar, KeepsTheTimeLongerThanTheSpeed) {
@@ -64,7 +66,8 @@ TEST(ProgressBar, KeepsTheTimeLongerThanTheSpeed) {
 
 TEST(ProgressBar, IsFilledAsFarAsThePictureIs) {
   const std::string bar = cli::progress_bar(half_done(), 200, false);
-  EXPECT_EQ(bar.substr(0, bar.find(']') + 1), "[" + std::string(15, '#') + std::string(15, '-') + "]");
+  EXPECT_EQ(bar.substr(0, bar.find(']') + 1),
+            "[" + std::string(15, '#') + std::string(15, '-') + "]");
 }
 
 TEST(DurationText, PicksTheUnit) {

@@ -39,9 +39,18 @@ TEST(TevPackets, UpdateImageByteForByte) {
       "\0\1\0\0"s    // y 256
       "\2\0\0\0"s    // width
       "\1\0\0\0"s    // height
-      "\0\0\0\0\0\0\0\0"s "\2\0\0\0\0\0\0\0"s "\4\0\0\0\0\0\0\0"s  // offsets, in values
-      "\1\0\0\0\0\0\0\0"s "\1\0\0\0\0\0\0\0"s "\1\0\0\0\0\0\0\0"s  // strides
-      "\0\0\x80\x3f"s "\0\0\0\x40"s "\0\0\0\x3f"s "\0\0\x80\xbf"s "\0\0\0\0"s "\0\0\xc0\x3f"s;
+      "\0\0\0\0\0\0\0\0"s
+      "\2\0\0\0\0\0\0\0"s
+      "\4\0\0\0\0\0\0\0"s  // offsets, in values
+      "\1\0\0\0\0\0\0\0"s
+      "\1\0\0\0\0\0\0\0"s
+      "\1\0\0\0\0\0\0\0"s  // strides
+      "\0\0\x80\x3f"s
+      "\0\0\0\x40"s
+      "\0\0\0\x3f"s
+      "\0\0\x80\xbf"s
+      "\0\0\0\0"s
+      "\0\0\xc0\x3f"s;
   const std::string packet = cli::tev_update_image("j", {32, 256, 2, 1}, kRgb, values);
   EXPECT_EQ(packet.substr(4), payload);
   EXPECT_EQ(packet.substr(0, 4), std::string(1, static_cast<char>(payload.size() + 4)) + "\0\0\0"s);
@@ -55,11 +64,27 @@ TEST(TevConnection, ANameThatIsNoAddressIsRefused) {
   }
 }
 
-/// A tile of one pixel at (3, 5); planes r g b, vr vg vb, n as DESIGN's layout has them, and its CRC-32.
+/// A tile of one pixel at (3, 5); planes r g b, vr vg vb, n as DESIGN's layout has them, and its
+/// CRC-32.
 const std::string kTile =
-    "TSR1"s "\x1c\0\0\0"s "\7\0\0\0"s "\3\0\5\0\1\0\1\0"s "\0\0\0\0"s "\0\0\0\x3f"s "\xad\x85\x1e\xe9"s
-    "\0\0\x80\x3f\0\0\0\x40\0\0\0\x3f"s "\0\0\0\0\0\0\0\0\0\0\0\0"s "\0\0\x80\x41"s;
-const std::string kEnd = "TSR1"s "\0\0\0\0"s "\7\0\0\0"s "\0\0\0\0\0\0\0\0"s "\1\0\0\0"s "\0\0\0\x3f"s "\0\0\0\0"s;
+    "TSR1"s
+    "\x1c\0\0\0"s
+    "\7\0\0\0"s
+    "\3\0\5\0\1\0\1\0"s
+    "\0\0\0\0"s
+    "\0\0\0\x3f"s
+    "\xad\x85\x1e\xe9"s
+    "\0\0\x80\x3f\0\0\0\x40\0\0\0\x3f"s
+    "\0\0\0\0\0\0\0\0\0\0\0\0"s
+    "\0\0\x80\x41"s;
+const std::string kEnd =
+    "TSR1"s
+    "\0\0\0\0"s
+    "\7\0\0\0"s
+    "\0\0\0\0\0\0\0\0"s
+    "\1\0\0\0"s
+    "\0\0\0\x3f"s
+    "\0\0\0\0"s;
 
 TEST(TileParser, GivesTheSameTilesHoweverTheStreamIsCut) {
   const std::string stream = kTile + kEnd;

@@ -1,11 +1,12 @@
 // Closed forms of microfacet theory (truths 3 and 8), energy and reciprocity of the layered BSDF.
-#include <gtest/gtest.h>
+#include "core/bsdf/bsdf.h"
 
 #include <cmath>
 #include <numbers>
 
+#include <gtest/gtest.h>
+
 #include "core/bsdf/albedo_tables.h"
-#include "core/bsdf/bsdf.h"
 #include "core/bsdf/fresnel.h"
 #include "tests/support/bsdf_cases.h"
 #include "tests/support/statistics.h"
@@ -17,8 +18,9 @@ using core::Rgb;
 using core::Vec3;
 using test_support::BsdfCase;
 
-/// Share of uniform light that sample() carries from wo, over the first points of a Kronecker sequence in three
-/// dimensions (powers of the plastic number's kin, Roberts 2018): error about 1e-4 for smooth integrands.
+/// Share of uniform light that sample() carries from wo, over the first points of a Kronecker
+/// sequence in three dimensions (powers of the plastic number's kin, Roberts 2018): error about
+/// 1e-4 for smooth integrands.
 double sampled_albedo(const Bsdf& bsdf, int count = 150000) {
   double sum = 0;
   double u[3] = {0.5, 0.5, 0.5};
@@ -30,7 +32,8 @@ double sampled_albedo(const Bsdf& bsdf, int count = 150000) {
     }
     const auto unit = [](double x) { return std::min(static_cast<float>(x), 0x1.fffffep-1F); };
     const auto s = bsdf.sample(unit(u[0]), {unit(u[1]), unit(u[2])});
-    sum += static_cast<double>(core::average(s.weight) * s.eta * s.eta);  // radiance / n^2 is conserved
+    sum += static_cast<double>(core::average(s.weight) * s.eta *
+                               s.eta);  // radiance / n^2 is conserved
   }
   return sum / count;
 }
@@ -43,7 +46,8 @@ TEST(Fresnel, GlassInAirHasTheTextbookValues) {
   EXPECT_NEAR(2 * r / (1 + r), 0.0769231, 1e-6);
   // At Brewster's angle one polarisation is not reflected: the rest is half of ((n^2-1)/(n^2+1))^2.
   const double brewster = 56.3099 * std::numbers::pi / 180;
-  EXPECT_NEAR(core::fresnel_dielectric(static_cast<float>(std::cos(brewster)), 1.5F), 0.5 * std::pow(1.25 / 3.25, 2), 1e-6);
+  EXPECT_NEAR(core::fresnel_dielectric(static_cast<float>(std::cos(brewster)), 1.5F),
+              0.5 * std::pow(1.25 / 3.25, 2), 1e-6);
   const double critical = 41.8103 * std::numbers::pi / 180;
   EXPECT_EQ(core::fresnel_dielectric(static_cast<float>(std::cos(critical + 1e-5)), 1 / 1.5F), 1);
   EXPECT_LT(core::fresnel_dielectric(static_cast<float>(std::cos(critical - 1e-5)), 1 / 1.5F), 1);
@@ -56,13 +60,14 @@ TEST(Fresnel, HemisphericalReflectanceIsTheTabulatedOne) {
     constexpr int kSteps = 200000;
     for (int i = 0; i < kSteps; ++i) {
       const double mu = (i + 0.5) / kSteps;
-      sum += 2 * mu * static_cast<double>(core::fresnel_dielectric(static_cast<float>(mu), eta)) / kSteps;
+      sum += 2 * mu * static_cast<double>(core::fresnel_dielectric(static_cast<float>(mu), eta)) /
+             kSteps;
     }
     EXPECT_NEAR(sum, truth, 1e-4);
   }
 }
 
-// Truth 3; values of LIGHT_TRANSPORT.md, the first of them 1 - ln 2.
+// Albedo of single-scattering GGX by quadrature; the first value is exactly 1 - ln 2.
 struct GgxTruth {
   float alpha;
   double normal;
@@ -81,7 +86,8 @@ double ggx_albedo(float alpha, double mu) {
   constexpr int kSide = 1000;
   for (int i = 0; i < kSide; ++i) {
     for (int k = 0; k < kSide; ++k) {
-      const Vec3 h = ggx.sample_visible(wo, {(static_cast<float>(i) + 0.5F) / kSide, (static_cast<float>(k) + 0.5F) / kSide});
+      const Vec3 h = ggx.sample_visible(
+          wo, {(static_cast<float>(i) + 0.5F) / kSide, (static_cast<float>(k) + 0.5F) / kSide});
       const Vec3 wi = h * (2 * dot(wo, h)) - wo;
       if (wi.z > 0) {
         sum += static_cast<double>(ggx.g2(wo, wi) / ggx.g1(wo));
@@ -111,13 +117,15 @@ TEST(AlbedoTables, AgreeWithTheClosedForms) {
 TEST(AlbedoTables, AgreeWithTheIntegral) {
   for (const float roughness : {0.15F, 0.2F, 0.3F, 0.45F, 0.77F}) {
     for (const double mu : {1.0, 0.8, 0.3}) {
-      EXPECT_NEAR(core::specular_albedo(static_cast<float>(mu), roughness).e, ggx_albedo(roughness * roughness, mu), 2e-3)
+      EXPECT_NEAR(core::specular_albedo(static_cast<float>(mu), roughness).e,
+                  ggx_albedo(roughness * roughness, mu), 2e-3)
           << roughness << " " << mu;
     }
   }
 }
 
-// The mean over all directions is what one wide lobe reflects of uniform light: a check that D and G belong together.
+// The mean over all directions is what one wide lobe reflects of uniform light: a check that D and
+// G belong together.
 TEST(Ggx, NormalsProjectToTheMacrosurface) {
   for (const float ax : {0.1F, 0.5F, 1.0F}) {
     for (const float ay : {0.3F, 1.0F}) {
@@ -127,9 +135,11 @@ TEST(Ggx, NormalsProjectToTheMacrosurface) {
       const double sum = test_support::integrate_2d(
           [&](double c, double p) {
             const double s = std::sqrt(1 - c * c);
-            const Vec3 h = {static_cast<float>(s * std::cos(p)), static_cast<float>(s * std::sin(p)), static_cast<float>(c)};
+            const Vec3 h = {static_cast<float>(s * std::cos(p)),
+                            static_cast<float>(s * std::sin(p)), static_cast<float>(c)};
             return static_cast<double>(ggx.d(h)) * c;
-          }, z, phi, 1e-6, 4, 10);
+          },
+          z, phi, 1e-6, 4, 10);
       EXPECT_NEAR(sum, 1, 2e-4) << ax << " " << ay;
     }
   }
@@ -140,7 +150,8 @@ class BsdfOf : public testing::TestWithParam<BsdfCase> {};
 INSTANTIATE_TEST_SUITE_P(Cases, BsdfOf, testing::ValuesIn(test_support::bsdf_cases()),
                          [](const auto& c) { return c.param.name; });
 
-// A lossless surface gives back what it gets: 1 within the interpolation error of the tables, which is 0.5 % (truth 3).
+// A lossless surface gives back what it gets: 1 within the interpolation error of the tables, which
+// is 0.5 % (truth 3).
 TEST_P(BsdfOf, WhiteFurnace) {
   const BsdfCase& c = GetParam();
   for (const double degrees : {0.0, 30.0, 60.0, 80.0}) {
@@ -191,9 +202,12 @@ TEST_P(BsdfOf, IsReciprocal) {
         scale = c.parameters.inside ? 1 / (n * n) : n * n;
       }
     }
-    const double forward = static_cast<double>(c.seen_from(wo).evaluate(wi).value_cos.g / std::fabs(wi.z));
-    const double backward = static_cast<double>(other.seen_from(from).evaluate(to).value_cos.g / std::fabs(to.z));
-    EXPECT_NEAR(forward * scale, backward, 3e-4 * std::max(std::fabs(forward * scale), 1e-2)) << i << (through ? " through" : "");
+    const double forward =
+        static_cast<double>(c.seen_from(wo).evaluate(wi).value_cos.g / std::fabs(wi.z));
+    const double backward =
+        static_cast<double>(other.seen_from(from).evaluate(to).value_cos.g / std::fabs(to.z));
+    EXPECT_NEAR(forward * scale, backward, 3e-4 * std::max(std::fabs(forward * scale), 1e-2))
+        << i << (through ? " through" : "");
   }
 }
 
@@ -202,15 +216,16 @@ TEST_P(BsdfOf, AlbedoLayerIsTheShareThatIsScattered) {
   const BsdfCase& c = GetParam();
   for (const double degrees : {0.0, 45.0, 70.0}) {
     const Bsdf bsdf = c.seen_from(test_support::direction(degrees));
-    // Films are taken at the view angle, and sheen dims what lies below by the smaller of two factors (as its extension
-    // asks), which the layer leaves out.
+    // Films are taken at the view angle, and sheen dims what lies below by the smaller of two
+    // factors (as its extension asks), which the layer leaves out.
     const double tolerance = std::max(c.layers ? 0.13 : 0.015, c.furnace_tolerance);
     EXPECT_NEAR(core::average(bsdf.albedo()), sampled_albedo(bsdf), tolerance) << degrees;
   }
 }
 
 TEST(Bsdf, BlackScattersNothing) {
-  const Bsdf bsdf({.base_color = {0, 0, 0}, .f0 = {0, 0, 0}, .f90 = 0}, test_support::direction(30), {0, 0, 1});
+  const Bsdf bsdf({.base_color = {0, 0, 0}, .f0 = {0, 0, 0}, .f90 = 0}, test_support::direction(30),
+                  {0, 0, 1});
   EXPECT_FALSE(bsdf.has_spread());
   EXPECT_TRUE(core::is_black(bsdf.sample(0.5F, {0.5F, 0.5F}).weight));
 }

@@ -1,8 +1,8 @@
 #include "core/camera/camera.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
+
+#include <gtest/gtest.h>
 
 #include "tests/support/statistics.h"
 
@@ -22,7 +22,8 @@ Bounds unit_box() {
   return b;
 }
 
-Camera make(const CameraSettings& settings, const std::vector<CameraDescription>& cameras, int width, int height) {
+Camera make(const CameraSettings& settings, const std::vector<CameraDescription>& cameras,
+            int width, int height) {
   const auto camera = Camera::create(settings, cameras, unit_box(), width, height);
   EXPECT_TRUE(camera);
   return *camera;
@@ -46,9 +47,10 @@ TEST(Camera, VerticalFieldOfViewSpansTheHeight) {
   const Camera camera = make(posed(90), {}, 200, 100);
   const float s = std::sqrt(0.5F);
   expect_direction(camera.ray({100, 50}, {}).ray.direction, {0, 0, -1});
-  expect_direction(camera.ray({100, 0}, {}).ray.direction, {0, s, -s});    // top edge
+  expect_direction(camera.ray({100, 0}, {}).ray.direction, {0, s, -s});  // top edge
   expect_direction(camera.ray({100, 100}, {}).ray.direction, {0, -s, -s});
-  expect_direction(camera.ray({200, 50}, {}).ray.direction, normalize(Vec3{2, 0, -1}));  // right edge
+  expect_direction(camera.ray({200, 50}, {}).ray.direction,
+                   normalize(Vec3{2, 0, -1}));  // right edge
 }
 
 TEST(Camera, AFileCameraLooksAlongMinusZ) {
@@ -74,16 +76,20 @@ TEST(Camera, OrthographicRaysAreParallelAndOneMagnificationApart) {
   EXPECT_NEAR(right.origin.x, 4, 1e-6);
 }
 
-// DESIGN section 4: eye = c + r / sin(min(vertical, horizontal fov) / 2) * normalize(0, 0.25, 1).
+// A scene without a camera is framed: eye = c + r / sin(min(vertical, horizontal fov) / 2) *
+// normalize(0, 0.25, 1).
 TEST(Camera, ASceneWithoutOneIsFramed) {
-  for (const auto& [width, height] : {std::pair{100, 100}, std::pair{300, 100}, std::pair{100, 300}}) {
+  for (const auto& [width, height] :
+       {std::pair{100, 100}, std::pair{300, 100}, std::pair{100, 300}}) {
     const Camera camera = make({}, {}, width, height);
     const float r = std::sqrt(3.0F);
     const float vertical = 0.7853982F;
-    const float horizontal = 2 * std::atan(std::tan(vertical / 2) * static_cast<float>(width) / static_cast<float>(height));
+    const float horizontal = 2 * std::atan(std::tan(vertical / 2) * static_cast<float>(width) /
+                                           static_cast<float>(height));
     const float distance = r / std::sin(std::min(vertical, horizontal) / 2);
     const Vec3 way = normalize(Vec3{0, 0.25F, 1});
-    const auto ray = camera.ray({static_cast<float>(width) / 2, static_cast<float>(height) / 2}, {}).ray;
+    const auto ray =
+        camera.ray({static_cast<float>(width) / 2, static_cast<float>(height) / 2}, {}).ray;
     EXPECT_NEAR(length(ray.origin - way * distance), 0, 1e-5);
     expect_direction(ray.direction, -way);
   }
@@ -122,7 +128,8 @@ TEST(Camera, SaysWhatIsWrong) {
   EXPECT_EQ(where(s), "/camera/up");
 }
 
-// Truth 16, the lens: origins are uniform on the aperture's disk, and rays of one film point meet in the focal plane.
+// Truth 16, the lens: origins are uniform on the aperture's disk, and rays of one film point meet
+// in the focal plane.
 TEST(CameraChi2, TheLensIsAUniformDisk) {
   CameraSettings s = posed(40);
   s.aperture_radius_m = 0.25F;
@@ -131,15 +138,20 @@ TEST(CameraChi2, TheLensIsAUniformDisk) {
   test_support::Random random(3);
   std::vector<double> observed(12 * 16, 0.0);
   constexpr int kSamples = 100000;
-  const Vec3 meeting = camera.ray({30, 80}, {0.5F, 0.5F}).ray.direction * (4 / -camera.ray({30, 80}, {0.5F, 0.5F}).ray.direction.z) +
+  const Vec3 meeting = camera.ray({30, 80}, {0.5F, 0.5F}).ray.direction *
+                           (4 / -camera.ray({30, 80}, {0.5F, 0.5F}).ray.direction.z) +
                        Vec3{0, 0, 5};
   for (int i = 0; i < kSamples; ++i) {
     const auto ray = camera.ray({30, 80}, random.uniform_2d()).ray;
     EXPECT_NEAR(ray.origin.z, 5, 1e-6);
     const Vec3 at = ray.origin + ray.direction * (4 / -ray.direction.z);
     ASSERT_NEAR(length(at - meeting), 0, 1e-5);
-    const double r2 = static_cast<double>(ray.origin.x * ray.origin.x + ray.origin.y * ray.origin.y) / 0.0625;
-    const double phi = std::atan2(static_cast<double>(ray.origin.y), static_cast<double>(ray.origin.x)) / 6.2831853 + 0.5;
+    const double r2 =
+        static_cast<double>(ray.origin.x * ray.origin.x + ray.origin.y * ray.origin.y) / 0.0625;
+    const double phi =
+        std::atan2(static_cast<double>(ray.origin.y), static_cast<double>(ray.origin.x)) /
+            6.2831853 +
+        0.5;
     ++observed[std::min<std::size_t>(static_cast<std::size_t>(r2 * 12), 11) * 16 +
                std::min<std::size_t>(static_cast<std::size_t>(phi * 16), 15)];
   }

@@ -37,7 +37,8 @@ Picture noisy(int width, int height, float mean, std::uint64_t seed, const Sigma
     const auto b = mean + s * std::sqrt(2.0F) * static_cast<float>(random.normal());
     picture.values[i] = Rgb((a + b) / 2);
     picture.half_difference.push_back(Rgb((a - b) / 2));
-    picture.sample_variance.push_back(4 * s * s);  // by a factor too large, as within a low-discrepancy set
+    picture.sample_variance.push_back(4 * s *
+                                      s);  // by a factor too large, as within a low-discrepancy set
   }
   return picture;
 }
@@ -75,15 +76,18 @@ TEST(Comparison, WithoutAnErrorEstimateThereIsNoInterval) {
   EXPECT_TRUE(std::isnan(result.z_variance));
 }
 
-/// All pixels of a replicate are off by the same, with variance 1 / count: nothing averages out over the picture.
-Picture correlated(std::span<const std::uint32_t> counts, float mean, test_support::Random& random) {
+/// All pixels of a replicate are off by the same, with variance 1 / count: nothing averages out
+/// over the picture.
+Picture correlated(std::span<const std::uint32_t> counts, float mean,
+                   test_support::Random& random) {
   core::FilmSnapshot film;
   film.rect = {0, 0, 4, 4};
   film.replicates = static_cast<int>(counts.size());
   film.errors = core::PixelErrors::kCorrelated;
   film.pixels.resize(film.pixel_count() * counts.size());
   for (std::size_t k = 0; k < counts.size(); ++k) {
-    const float value = mean + static_cast<float>(random.normal()) / std::sqrt(static_cast<float>(counts[k]));
+    const float value =
+        mean + static_cast<float>(random.normal()) / std::sqrt(static_cast<float>(counts[k]));
     for (std::size_t i = 0; i < film.pixel_count(); ++i) {
       film.pixels[i * counts.size() + k] = {value, value, value, 1, 0.5F, counts[k]};
     }
@@ -115,13 +119,17 @@ Misses misses(std::span<const std::uint32_t> counts, float bias) {
 }
 
 TEST(Comparison, ReplicatesTellTheErrorOfAMeanWhosePixelsGoTogether) {
-  // 50 of 1000 at most (Welch's interval errs on the safe side with few replicates), and 4 deviations of such a count.
-  for (const std::vector<std::uint32_t>& counts :
-       {std::vector<std::uint32_t>(2, 8), std::vector<std::uint32_t>(4, 8), std::vector<std::uint32_t>(16, 8), {8, 8, 32, 32}}) {
+  // 50 of 1000 at most (Welch's interval errs on the safe side with few replicates), and 4
+  // deviations of such a count.
+  for (const std::vector<std::uint32_t>& counts : {std::vector<std::uint32_t>(2, 8),
+                                                   std::vector<std::uint32_t>(4, 8),
+                                                   std::vector<std::uint32_t>(16, 8),
+                                                   {8, 8, 32, 32}}) {
     const Misses found = misses(counts, 0);
     std::printf("    %zu replicates: %d of 1000\n", counts.size(), found.with_replicates);
     EXPECT_LE(found.with_replicates, 50 + 28);
-    EXPECT_GT(found.as_if_pixels_were_independent, 250) << "the twin: what adding up squares would say";
+    EXPECT_GT(found.as_if_pixels_were_independent, 250)
+        << "the twin: what adding up squares would say";
   }
   const std::vector<std::uint32_t> sixteen(16, 8);
   EXPECT_GE(misses(sixteen, 0).with_replicates, 50 - 28);
@@ -151,14 +159,16 @@ TEST(Comparison, DifferentSizesAreRefused) {
 TEST(Comparison, GaussianNoiseHasTheDistributionOfZ) {
   const auto level = [](int) { return 0.05F; };
   const auto result = compared(noisy(256, 256, 1, 1, level), noisy(256, 256, 1, 2, level));
-  // 65,536 pixels; 4 standard deviations of a mean, of a variance and of a count. The transformation of t is good to 1 %.
+  // 65,536 pixels; 4 standard deviations of a mean, of a variance and of a count. The
+  // transformation of t is good to 1 %.
   EXPECT_NEAR(result.z_mean, 0, 4.0 / 256);
   EXPECT_NEAR(result.z_variance, 1, 4 * std::sqrt(2.0) / 256 + 0.01);
   EXPECT_NEAR(result.z_share_above_3, 0.0027, 4 * std::sqrt(0.0027) / 256 + 0.0003);
 }
 
 TEST(Comparison, NoiseThatEndsAtAnEdgeDoesNotAlarm) {
-  // Columns of ten times the noise. Pooled over them without the samples' own spread, 5 % would lie beyond 3.
+  // Columns of ten times the noise. Pooled over them without the samples' own spread, 5 % would lie
+  // beyond 3.
   const auto level = [](int x) { return x % 16 < 2 ? 0.5F : 0.05F; };
   const auto result = compared(noisy(256, 256, 1, 3, level), noisy(256, 256, 1, 4, level));
   EXPECT_LT(result.z_share_above_3, 0.006);
@@ -169,14 +179,16 @@ TEST(Comparison, TheIntervalOfTheBiasCoversInNineteenOfTwenty) {
   int covered = 0;
   constexpr int kPairs = 400;
   for (std::uint64_t i = 0; i < kPairs; ++i) {
-    const auto result = compared(noisy(24, 16, 1, 2 * i, level), noisy(24, 16, 0.9F, 2 * i + 1, level));
+    const auto result =
+        compared(noisy(24, 16, 1, 2 * i, level), noisy(24, 16, 0.9F, 2 * i + 1, level));
     covered += result.bias_low <= 0.1 && 0.1 <= result.bias_high ? 1 : 0;
   }
   // 380 expected; 4 standard deviations of sqrt(400 * 0.95 * 0.05) = 4.36: a false alarm in 16,000.
   EXPECT_NEAR(covered, 380, 17.5);
 }
 
-core::Image image_of(core::PixelType type, int channels, const std::vector<float>& floats, const std::vector<int>& bytes) {
+core::Image image_of(core::PixelType type, int channels, const std::vector<float>& floats,
+                     const std::vector<int>& bytes) {
   core::Image image;
   image.channels = channels;
   image.type = type;

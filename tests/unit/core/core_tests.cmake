@@ -1,15 +1,18 @@
 set(CORE_TEST_SOURCES
   adaptive_test.cpp
   bsdf_test.cpp
+  camera_importance_test.cpp
   camera_test.cpp
   comparison_test.cpp
   distribution_test.cpp
+  error_estimate_test.cpp
   film_format_test.cpp
   film_merge_test.cpp
   film_test.cpp
   flip_test.cpp
-  light_edges_test.cpp
+  integrators_test.cpp
   pass_plan_test.cpp
+  pass_policy_test.cpp
   render_task_target_test.cpp
   render_task_test.cpp
   replicate_fit_test.cpp

@@ -1,11 +1,13 @@
-// Chi-squared tests of this file: 18 p-values, each refused below sidak(0.01, 18) = 0.00056; seeds are fixed.
-#include <gtest/gtest.h>
+// Chi-squared tests of this file: 18 p-values, each refused below sidak(0.01, 18) = 0.00056; seeds
+// are fixed.
+#include "core/sampling/distribution.h"
 
 #include <cmath>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 #include "core/base/statistics.h"
-#include "core/sampling/distribution.h"
 #include "core/sampling/mis.h"
 #include "core/sampling/warp.h"
 #include "tests/support/statistics.h"
@@ -48,7 +50,9 @@ TEST(Distribution1DChi2, SamplesFollowTheDensity) {
   EXPECT_GT(chi2_1d({0, 0, 0}, 1), kLevel) << "all zero: uniform";
 }
 
-TEST(Distribution1DChi2, ACellTenPercentTooHeavyIsSeen) { EXPECT_LT(chi2_1d({1, 1, 1, 1}, 1.1), kLevel); }
+TEST(Distribution1DChi2, ACellTenPercentTooHeavyIsSeen) {
+  EXPECT_LT(chi2_1d({1, 1, 1, 1}, 1.1), kLevel);
+}
 
 TEST(Distribution1D, NeverPicksACellOfNoWeight) {
   const Distribution1D d({0, 1, 0, 0, 2, 0});
@@ -104,27 +108,36 @@ TEST(Distribution2DChi2, SamplesFollowTheDensity) {
   EXPECT_GT(chi2_2d(spike, 32, 16), kLevel);
 }
 
-double chi2_warp(const std::function<Vec3(Vec2)>& warp, const std::function<float(Vec3)>& pdf_solid_angle,
-                 int count = kSamples) {
-  return test_support::chi2_sphere([&](Random& r) { return std::optional<Vec3>(warp(r.uniform_2d())); },
-                                   pdf_solid_angle, count, 3).p_value;
+double chi2_warp(const std::function<Vec3(Vec2)>& warp,
+                 const std::function<float(Vec3)>& pdf_solid_angle, int count = kSamples) {
+  return test_support::chi2_sphere(
+             [&](Random& r) { return std::optional<Vec3>(warp(r.uniform_2d())); }, pdf_solid_angle,
+             count, 3)
+      .p_value;
 }
 
 TEST(WarpChi2, SamplesFollowTheirDensities) {
   EXPECT_GT(chi2_warp(core::cosine_hemisphere,
-                      [](Vec3 w) { return core::cosine_hemisphere_pdf_solid_angle(w.z); }), kLevel);
-  EXPECT_GT(chi2_warp(core::uniform_hemisphere, [](Vec3 w) { return w.z > 0 ? 0.5F * core::kInvPi : 0.0F; }), kLevel);
+                      [](Vec3 w) { return core::cosine_hemisphere_pdf_solid_angle(w.z); }),
+            kLevel);
+  EXPECT_GT(chi2_warp(core::uniform_hemisphere,
+                      [](Vec3 w) { return w.z > 0 ? 0.5F * core::kInvPi : 0.0F; }),
+            kLevel);
   EXPECT_GT(chi2_warp(core::uniform_sphere, [](Vec3) { return 0.25F * core::kInvPi; }), kLevel);
 }
 
 TEST(WarpChi2, TwoPercentTooMuchIsSeen) {
-  EXPECT_LT(chi2_warp(core::cosine_hemisphere,
-                      [](Vec3 w) { return 1.02F * core::cosine_hemisphere_pdf_solid_angle(w.z); },
-                      500000), kLevel);
+  EXPECT_LT(
+      chi2_warp(
+          core::cosine_hemisphere,
+          [](Vec3 w) { return 1.02F * core::cosine_hemisphere_pdf_solid_angle(w.z); }, 500000),
+      kLevel);
 }
 
 TEST(WarpChi2, ACosineWhereUniformIsMeantIsSeen) {
-  EXPECT_LT(chi2_warp(core::cosine_hemisphere, [](Vec3 w) { return w.z > 0 ? 0.5F * core::kInvPi : 0.0F; }), kLevel);
+  EXPECT_LT(chi2_warp(core::cosine_hemisphere,
+                      [](Vec3 w) { return w.z > 0 ? 0.5F * core::kInvPi : 0.0F; }),
+            kLevel);
 }
 
 TEST(WarpChi2, DiskIsUniform) {
@@ -133,7 +146,8 @@ TEST(WarpChi2, DiskIsUniform) {
   for (int i = 0; i < kSamples; ++i) {
     const Vec2 p = core::concentric_disk(random.uniform_2d());
     const double r2 = static_cast<double>(p.x * p.x + p.y * p.y);
-    const double phi = std::atan2(static_cast<double>(p.y), static_cast<double>(p.x)) / 6.2831853 + 0.5;
+    const double phi =
+        std::atan2(static_cast<double>(p.y), static_cast<double>(p.x)) / 6.2831853 + 0.5;
     ASSERT_LE(r2, 1.000001);
     ++observed[std::min<std::size_t>(static_cast<std::size_t>(r2 * 15), 14) * 16 +
                std::min<std::size_t>(static_cast<std::size_t>(phi * 16), 15)];
@@ -172,9 +186,10 @@ TEST(WarpChi2, TriangleIsUniform) {
 
 TEST(Mis, WeightsOfBothTechniquesSumToOne) {
   Random random(6);
-  for (const core::MisRule rule : {core::MisRule{core::MisType::kBalance, 1}, core::MisRule{core::MisType::kPower, 2},
-                                   core::MisRule{core::MisType::kPower, 1}, core::MisRule{core::MisType::kPower, 4},
-                                   core::MisRule{core::MisType::kPower, 0.5F}, core::MisRule{core::MisType::kMaximum, 2}}) {
+  for (const core::MisRule rule :
+       {core::MisRule{core::MisType::kBalance, 1}, core::MisRule{core::MisType::kPower, 2},
+        core::MisRule{core::MisType::kPower, 1}, core::MisRule{core::MisType::kPower, 4},
+        core::MisRule{core::MisType::kPower, 0.5F}, core::MisRule{core::MisType::kMaximum, 2}}) {
     for (int i = 0; i < 1000; ++i) {
       const float a = std::exp(static_cast<float>(10 * random.normal()));
       const float b = std::exp(static_cast<float>(10 * random.normal()));

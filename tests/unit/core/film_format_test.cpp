@@ -126,10 +126,10 @@ TEST(FilmFormat, TheLayoutIsTheOneThatIsDocumented) {
   EXPECT_EQ(std::memcmp(file.data(), "TSRFILM1", 8), 0);
   const std::uint32_t head = 128 + 2 * 24 + 8;
   EXPECT_EQ(u32(8), head);
-  EXPECT_EQ(u32(24), 100U);   // full width
-  EXPECT_EQ(u32(32), 20U);    // crop x
-  EXPECT_EQ(u32(48), 4U);     // replicates
-  EXPECT_EQ(u32(52), 6U);     // tiles: columns 0, 32, 64; rows 0, 32
+  EXPECT_EQ(u32(24), 100U);  // full width
+  EXPECT_EQ(u32(32), 20U);   // crop x
+  EXPECT_EQ(u32(48), 4U);    // replicates
+  EXPECT_EQ(u32(52), 6U);    // tiles: columns 0, 32, 64; rows 0, 32
   EXPECT_EQ(std::memcmp(file.data() + 64, part.film->digest().data(), 64), 0);
   EXPECT_EQ(u32(128), 7U);    // seed of the first range
   EXPECT_EQ(u32(head), 20U);  // x of the first tile
@@ -167,7 +167,8 @@ TEST(FilmFormat, ALiarsHeadIsRefusedWhateverItsChecksum) {
   const Bytes file = written(made_film());
   // Every word of head and ledger with values that overflow, are negative or large.
   for (std::size_t at = 8; at < 64; at += 4) {
-    for (const std::uint32_t value : {0U, 1U, 0x7fffffffU, 0x80000000U, 0xffffffffU, 0x40000000U, 5U}) {
+    for (const std::uint32_t value :
+         {0U, 1U, 0x7fffffffU, 0x80000000U, 0xffffffffU, 0x40000000U, 5U}) {
       Bytes changed = file;
       std::uint32_t before = 0;
       std::memcpy(&before, file.data() + at, sizeof before);
@@ -186,7 +187,8 @@ TEST(FilmFormat, ALargeFilmIsRefusedBeforeItsMemoryIsTaken) {
   Bytes file = written(made_film());
   put(file, 24, std::int32_t{16384});
   put(file, 28, std::int32_t{16384});
-  EXPECT_EQ(core::check_film_head(file, std::uint64_t{1} << 40U, {}).error().code, ErrorCode::kTooLarge);
+  EXPECT_EQ(core::check_film_head(file, std::uint64_t{1} << 40U, {}).error().code,
+            ErrorCode::kTooLarge);
   file = written(made_film());
   core::FilmFormatLimits limits;
   limits.file_bytes_max = 1000;

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "core/film/error_estimate.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -131,15 +130,18 @@ TEST(FilmMerge, AuxiliaryMeansAreWeightedByTheirHits) {
     ASSERT_EQ(sum.aux[i].hits, left.aux[i].hits + right.aux[i].hits);
     if (m + n > 0) {
       // Some roundings of single precision apart.
-      ASSERT_NEAR(sum.aux[i].albedo.r, (m * left.aux[i].albedo.r + n * right.aux[i].albedo.r) / (m + n), 1e-6F);
-      ASSERT_NEAR(sum.aux[i].depth_m, (m * left.aux[i].depth_m + n * right.aux[i].depth_m) / (m + n), 1e-5F);
+      ASSERT_NEAR(sum.aux[i].albedo.r,
+                  (m * left.aux[i].albedo.r + n * right.aux[i].albedo.r) / (m + n), 1e-6F);
+      ASSERT_NEAR(sum.aux[i].depth_m,
+                  (m * left.aux[i].depth_m + n * right.aux[i].depth_m) / (m + n), 1e-5F);
     }
   }
 }
 
 TEST(FilmMerge, CommonSamplesAreAConflict) {
   const FilmPart a = part_of({.seed = 7, .replicates = 4});
-  for (const FilmPart& b : {part_of({.seed = 7, .samples = 16}), part_of({.seed = 7, .first_replicate = 2})}) {
+  for (const FilmPart& b :
+       {part_of({.seed = 7, .samples = 16}), part_of({.seed = 7, .first_replicate = 2})}) {
     const auto result = core::merge_films(std::vector{part_of({.seed = 1}), a, b}, kReplicatesMax);
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().code, ErrorCode::kConflict);
@@ -156,9 +158,12 @@ TEST(FilmMerge, WhatDoesNotFitIsTold) {
     EXPECT_EQ(result.error().where, "/films/1");
     return result.error().message;
   };
-  EXPECT_NE(refusal(part_of({.seed = 1, .width = 41}), kReplicatesMax).find("size"), std::string::npos);
-  EXPECT_NE(refusal(part_of({.seed = 1, .aux = true}), kReplicatesMax).find("layers"), std::string::npos);
-  EXPECT_NE(refusal(part_of({.seed = 1, .replicates = 4}), 4).find("6 replicates"), std::string::npos);
+  EXPECT_NE(refusal(part_of({.seed = 1, .width = 41}), kReplicatesMax).find("size"),
+            std::string::npos);
+  EXPECT_NE(refusal(part_of({.seed = 1, .aux = true}), kReplicatesMax).find("layers"),
+            std::string::npos);
+  EXPECT_NE(refusal(part_of({.seed = 1, .replicates = 4}), 4).find("6 replicates"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -1,11 +1,12 @@
 #include "core/film/film.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 
+#include <gtest/gtest.h>
+
 #include "core/film/filter.h"
-#include "core/render/registry.h"
+#include "core/layers/layers.h"
+#include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -16,7 +17,9 @@ using core::FilmSettings;
 using core::PixelRect;
 using core::TileState;
 
-FilmSettings size(int width, int height) { return {.width = width, .height = height, .crop = {}, .filter = {}}; }
+FilmSettings size(int width, int height) {
+  return {.width = width, .height = height, .crop = {}, .filter = {}};
+}
 
 TEST(TileRects, AreAnchoredAtTheFullFilmsOriginAndCoverTheCropOnce) {
   const PixelRect crop = {30, 10, 70, 60};
@@ -156,7 +159,8 @@ TEST(Film, VarianceIsAQuarterOfTheSquaredDifferenceOfTheHalves) {
   core::FilmSnapshot snapshot;
   snapshot.rect = {0, 0, 1, 1};
   snapshot.replicates = 4;
-  snapshot.pixels = {{1, 0, 0, 1, 0, 2}, {3, 0, 0, 1, 0, 2}, {2, 0, 0, 1, 0, 2}, {6, 0, 0, 1, 0, 2}};
+  snapshot.pixels = {
+      {1, 0, 0, 1, 0, 2}, {3, 0, 0, 1, 0, 2}, {2, 0, 0, 1, 0, 2}, {6, 0, 0, 1, 0, 2}};
   EXPECT_FLOAT_EQ(core::half_value(snapshot, 0, 0).mean.r, 1.5F);
   EXPECT_FLOAT_EQ(core::half_value(snapshot, 0, 1).mean.r, 4.5F);
   EXPECT_FLOAT_EQ(core::pixel_value(snapshot, 0).mean.r, 3);
@@ -181,7 +185,8 @@ TEST(Film, MeanAndM2AreThoseOfTheSamples) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 1, 1);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
   view.settings.sampler = core::SamplerType::kIndependent;
-  // One film of n samples against n films that each hold one more: differences of sums are the samples.
+  // One film of n samples against n films that each hold one more: differences of sums are the
+  // samples.
   test_support::Moments moments[2];
   double before[2] = {};
   const auto renderer = core::Renderer::create(view);
@@ -198,13 +203,15 @@ TEST(Film, MeanAndM2AreThoseOfTheSamples) {
     before[r] = total;
   }
   for (std::size_t r = 0; r < 2; ++r) {
-    EXPECT_NEAR(static_cast<double>(state.pixels[r].m2_luminance), moments[r].m2, 1e-3 * moments[r].m2);
+    EXPECT_NEAR(static_cast<double>(state.pixels[r].m2_luminance), moments[r].m2,
+                1e-3 * moments[r].m2);
     EXPECT_EQ(state.pixels[r].count, 250U);
   }
 }
 
-/// Truth 17: the positions that are drawn, with their weights, are the filter. Histogram in 64 cells over the square, one
-/// axis at a time; z below 4.5 in each: false alarm 5 x 64 x 2 x 7e-6 = 0.4 %.
+/// Truth 17: the positions that are drawn, with their weights, are the filter. Histogram in 64
+/// cells over the square, one axis at a time; z below 4.5 in each: false alarm 5 x 64 x 2 x 7e-6 =
+/// 0.4 %.
 TEST(Filter, ImpulseResponseIsTheFilter) {
   for (const auto& row : core::filters()) {
     const core::FilterSampler filter({row.value, 1.7F});
@@ -220,7 +227,8 @@ TEST(Filter, ImpulseResponseIsTheFilter) {
       total += w;
       const float offset[2] = {at.offset_px.x, at.offset_px.y};
       for (std::size_t axis = 0; axis < 2; ++axis) {
-        const int cell = std::clamp(static_cast<int>((offset[axis] / 1.7F + 1) / 2 * kCells), 0, kCells - 1);
+        const int cell =
+            std::clamp(static_cast<int>((offset[axis] / 1.7F + 1) / 2 * kCells), 0, kCells - 1);
         sum[axis][cell] += w;
         squares[axis][cell] += w * w;
       }
@@ -230,7 +238,9 @@ TEST(Filter, ImpulseResponseIsTheFilter) {
     for (int c = 0; c < kCells; ++c) {
       expected[c] = 0;
       for (int k = 0; k < 100; ++k) {
-        const float x = ((static_cast<float>(c) + (static_cast<float>(k) + 0.5F) / 100) / kCells * 2 - 1) * 1.7F;
+        const float x =
+            ((static_cast<float>(c) + (static_cast<float>(k) + 0.5F) / 100) / kCells * 2 - 1) *
+            1.7F;
         expected[c] += static_cast<double>(filter.evaluate(x));
       }
       integral += expected[c];
@@ -239,7 +249,8 @@ TEST(Filter, ImpulseResponseIsTheFilter) {
       for (int c = 0; c < kCells; ++c) {
         const double truth = expected[c] / integral;
         const double mean = sum[axis][c] / kSamples;
-        const double error = std::sqrt(std::max(squares[axis][c] / kSamples - mean * mean, 1e-12) / kSamples);
+        const double error =
+            std::sqrt(std::max(squares[axis][c] / kSamples - mean * mean, 1e-12) / kSamples);
         EXPECT_LT(std::fabs(mean - truth), 4.5 * error + 2e-5) << row.name << " cell " << c;
       }
     }

@@ -26,26 +26,31 @@ Picture random_picture(std::uint64_t seed) {
   return picture;
 }
 
-float at(const std::vector<float>& map, int x, int y) { return map[static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x)]; }
+float at(const std::vector<float>& map, int x, int y) {
+  return map[static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x)];
+}
 
 double mean(const std::vector<float>& map) {
   return std::accumulate(map.begin(), map.end(), 0.0) / static_cast<double>(map.size());
 }
 
-std::vector<float> flip(const Picture& a, const Picture& b) { return core::flip_map(a, b, kWidth, kHeight); }
+std::vector<float> flip(const Picture& a, const Picture& b) {
+  return core::flip_map(a, b, kWidth, kHeight);
+}
 
-// Filters keep constants and features of constants are 0, so that two flat pictures have the colour difference of
-// section 4.1 and 4.3 alone.
+// Filters keep constants and features of constants are 0, so that two flat pictures have the colour
+// difference of section 4.1 and 4.3 alone.
 
 TEST(Flip, GreenAndBlueAreAsDifferentAsItGets) {
   EXPECT_NEAR(mean(flip(plain({0, 1, 0}), plain({0, 0, 1}))), 1, 1e-5);
 }
 
 TEST(Flip, BlackAndWhiteAreAsThePaperSays) {
-  // L* from 0 to 100 and no chroma: distance 100^0.7 = 25.119. CIELAB of the sRGB primaries (D65): green
-  // (87.735, -86.183, 83.180), blue (32.297, 79.188, -107.860). Hunt: a and b by L / 100. HyAB of the two:
-  // 55.438 + hypot(-75.613 - 25.575, 72.978 + 34.835) = 55.438 + 147.861 = 203.299, to the 0.7th: 41.277.
-  // Beyond the knee at 0.4 * 41.277 = 16.511: 0.95 + (25.119 - 16.511) / (41.277 - 16.511) * 0.05 = 0.96738.
+  // L* from 0 to 100 and no chroma: distance 100^0.7 = 25.119. CIELAB of the sRGB primaries (D65):
+  // green (87.735, -86.183, 83.180), blue (32.297, 79.188, -107.860). Hunt: a and b by L / 100.
+  // HyAB of the two: 55.438 + hypot(-75.613 - 25.575, 72.978 + 34.835) = 55.438 + 147.861 =
+  // 203.299, to the 0.7th: 41.277. Beyond the knee at 0.4 * 41.277 = 16.511: 0.95 + (25.119
+  // - 16.511) / (41.277 - 16.511) * 0.05 = 0.96738.
   EXPECT_NEAR(mean(flip(plain({0, 0, 0}), plain({1, 1, 1}))), 0.96738, 2e-4);
 }
 
@@ -77,7 +82,8 @@ TEST(Flip, OnlyWhatADisplayCanShowCounts) {
 }
 
 TEST(Flip, ADotIsSeenAroundItAndNoFartherThanTheFiltersReach) {
-  // Widest filter: ceil(3 sqrt(0.04 / (2 pi^2)) 67) = 10 pixels; the feature filters reach ceil(1.5 * 0.082 * 67) = 9.
+  // Widest filter: ceil(3 sqrt(0.04 / (2 pi^2)) 67) = 10 pixels; the feature filters reach ceil(1.5
+  // * 0.082 * 67) = 9.
   Picture dot = plain(Rgb(0.5F));
   dot[20 * kWidth + 30] = {0.5F, 0.5F, 1};
   const auto map = flip(dot, plain(Rgb(0.5F)));
@@ -108,7 +114,8 @@ TEST(Flip, FineNoiseIsSeenLessFromFarAway) {
   for (Rgb& c : noisy) {
     c = Rgb(0.5F + 0.1F * (random.uniform() - 0.5F));
   }
-  EXPECT_LT(mean(core::flip_map(noisy, flat, kWidth, kHeight, 134)), mean(core::flip_map(noisy, flat, kWidth, kHeight, 33)));
+  EXPECT_LT(mean(core::flip_map(noisy, flat, kWidth, kHeight, 134)),
+            mean(core::flip_map(noisy, flat, kWidth, kHeight, 33)));
 }
 
 }  // namespace

@@ -13,13 +13,19 @@ TEST(GltfBadInput, WhatIsNeitherGlbNorJsonIsCalledThatWithoutItsBytes) {
     const auto loaded = load_json(std::string(file));
     return loaded ? std::string("nothing") : loaded.error().message;
   };
-  for (const std::string_view file : {std::string_view("\x93\xfe\x01 a [ { \" of noise"), std::string_view(""),
-                                      std::string_view("  \n"), std::string_view("[]"), std::string_view("<html>")}) {
-    EXPECT_EQ(said(file), "this is neither a GLB nor glTF JSON: the one begins with \"glTF\", the other with \"{\"");
+  for (const std::string_view file :
+       {std::string_view("\x93\xfe\x01 a [ { \" of noise"), std::string_view(""),
+        std::string_view("  \n"), std::string_view("[]"), std::string_view("<html>")}) {
+    EXPECT_EQ(
+        said(file),
+        "this is neither a GLB nor glTF JSON: the one begins with \"glTF\", the other with \"{\"");
   }
-  EXPECT_EQ(said("\n {\"asset\": \xff\xfe"), "the glTF JSON cannot be read: it is not JSON from byte 12 (line 2, column 12) on");
-  EXPECT_EQ(said("{"), "the glTF JSON cannot be read: it is not JSON from byte 1 (line 1, column 2) on");
-  EXPECT_EQ(said("{\"a\": 1e999}"), "the glTF JSON cannot be read: it has a number beyond all range");
+  EXPECT_EQ(said("\n {\"asset\": \xff\xfe"),
+            "the glTF JSON cannot be read: it is not JSON from byte 12 (line 2, column 12) on");
+  EXPECT_EQ(said("{"),
+            "the glTF JSON cannot be read: it is not JSON from byte 1 (line 1, column 2) on");
+  EXPECT_EQ(said("{\"a\": 1e999}"),
+            "the glTF JSON cannot be read: it has a number beyond all range");
 }
 
 TEST(GltfBadInput, AByteOrderMarkIsPassedOver) {
@@ -295,6 +301,44 @@ TEST(GltfUris, ListsSideFilesOnceInOrder) {
   const auto uris = core::gltf_uris(std::as_bytes(std::span(json)));
   ASSERT_TRUE(uris);
   EXPECT_EQ(*uris, (std::vector<std::string>{"b.bin", "a b.png"}));
+}
+
+core::Bytes document_of(const std::string& text) {
+  const auto* first = reinterpret_cast<const std::byte*>(text.data());
+  return core::Bytes(first, first + text.size());
+}
+
+TEST(GltfMemory, IsBoundedBeforeItIsTaken) {
+  core::GltfOptions options;
+  options.limits.decoded_bytes_max = 1 << 20;
+  const auto zeros = [](const std::string& count) {
+    return document_of(R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],)"
+                       R"("nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":)"
+                       R"({"POSITION":0}}]}],"accessors":[{"componentType":5126,"type":"VEC3",)"
+                       R"("count":)" +
+                       count + "}]}");
+  };
+  EXPECT_TRUE(core::load_gltf(zeros("3000"), nullptr, options));
+  // The numbers, and the vectors made of them, of 12 bytes each.
+  EXPECT_EQ(core::load_gltf(zeros("60000"), nullptr, options).error().code,
+            core::ErrorCode::kTooLarge);
+  std::string nodes;
+  for (int i = 0; i < 2000; ++i) {
+    nodes += ",{}";
+  }
+  EXPECT_EQ(core::load_gltf(document_of(R"({"asset":{"version":"2.0"},"nodes":[{})" + nodes + "]}"),
+                            nullptr, options)
+                .error()
+                .code,
+            core::ErrorCode::kTooLarge);
+}
+
+TEST(GltfPrimitive, WithoutAttributesIsRefused) {
+  const auto loaded = core::load_gltf(
+      document_of(R"({"asset":{"version":"2.0"},"meshes":[{"primitives":[{"attributes":{}}]}]})"),
+      nullptr, {});
+  ASSERT_FALSE(loaded);
+  EXPECT_EQ(loaded.error().where, "/meshes/0/primitives/0/attributes");
 }
 
 }  // namespace

@@ -202,20 +202,25 @@ TEST(GltfMaterial, AllTexturesOfAMaterialAreRead) {
   EXPECT_EQ(m.emissive_texture.image, 0);
 }
 
-/// A textured triangle with TEXCOORD_0 to _3, each shifted by its number, and two textures on these sets.
+/// A textured triangle with TEXCOORD_0 to _3, each shifted by its number, and two textures on these
+/// sets.
 core::Result<core::SceneDescription> load_sets(std::int64_t base, int emissive, int metal) {
   core::GlbWriter writer;
   add_image(writer, pixel_png(1, 1, 1, 1));
   writer.add("textures", R"({"source": 0})");
-  const auto info = [](std::int64_t set) { return R"({"index": 0, "texCoord": )" + std::to_string(set) + "}"; };
+  const auto info = [](std::int64_t set) {
+    return R"({"index": 0, "texCoord": )" + std::to_string(set) + "}";
+  };
   writer.add("materials", R"({"emissiveFactor": [1, 1, 1], "emissiveTexture": )" + info(emissive) +
                               R"(, "pbrMetallicRoughness": {"baseColorTexture": )" + info(base) +
                               R"(, "metallicRoughnessTexture": )" + info(metal) + "}}");
-  std::string attributes = R"("POSITION": )" + number(accessor(writer, triangle_positions(), kF32, "VEC3", 3));
+  std::string attributes =
+      R"("POSITION": )" + number(accessor(writer, triangle_positions(), kF32, "VEC3", 3));
   for (int set = 0; set < 4; ++set) {
     const auto shift = static_cast<float>(set);
-    attributes += ", \"TEXCOORD_" + number(set) + "\": " +
-                  number(accessor(writer, std::vector<float>{shift, 0, shift, 1, shift, 2}, kF32, "VEC2", 2));
+    attributes +=
+        ", \"TEXCOORD_" + number(set) + "\": " +
+        number(accessor(writer, std::vector<float>{shift, 0, shift, 1, shift, 2}, kF32, "VEC2", 2));
   }
   add_primitive(writer, "\"attributes\": {" + attributes + "}, \"material\": 0");
   return load(writer);
@@ -225,7 +230,9 @@ TEST(GltfMaterial, AnyTwoSetsOfCoordinatesCanBeUsed) {
   const auto scene = load_sets(3, 2, 3);
   const core::PrimitiveDescription p = only_primitive(scene);
   const core::MaterialDescription& m = scene->materials[0];
-  const auto first_u = [&p](const core::TextureDescription& t) { return p.uv[static_cast<std::size_t>(t.uv_set)][0].x; };
+  const auto first_u = [&p](const core::TextureDescription& t) {
+    return p.uv[static_cast<std::size_t>(t.uv_set)][0].x;
+  };
   EXPECT_EQ(first_u(m.base_color_texture), 3);
   EXPECT_EQ(first_u(m.metallic_roughness_texture), 3);
   EXPECT_EQ(first_u(m.emissive_texture), 2);
@@ -234,11 +241,13 @@ TEST(GltfMaterial, AnyTwoSetsOfCoordinatesCanBeUsed) {
 TEST(GltfMaterial, ThreeSetsOfCoordinatesAreRefused) {
   const auto scene = load_sets(0, 1, 2);
   expect_error_at(scene, "/materials/0");
-  EXPECT_EQ(scene.error().message, "a material can use two sets of texture coordinates; this one uses 3");
+  EXPECT_EQ(scene.error().message,
+            "a material can use two sets of texture coordinates; this one uses 3");
 }
 
 TEST(GltfMaterial, HugeSetNumbersAreRefused) {
-  expect_error_at(load_sets(4294967298, 0, 0), "/materials/0/pbrMetallicRoughness/baseColorTexture/texCoord");
+  expect_error_at(load_sets(4294967298, 0, 0),
+                  "/materials/0/pbrMetallicRoughness/baseColorTexture/texCoord");
 }
 
 TEST(GltfMaterial, SamplersAreRead) {

@@ -252,4 +252,10 @@ TEST(ImageWrite, WrongNumberOfValuesIsAnError) {
   EXPECT_FALSE(core::encode_image(image, format("png"), {}).has_value());
 }
 
+TEST(White, IsBehindWhatIsTransparentWhereTheFormatHasNoAlpha) {
+  const core::FloatImage nothing{8, 8, {"R", "G", "B", "A"}, std::vector<float>(256, 0)};
+  EXPECT_EQ(std::to_integer<int>(decoded(encoded(nothing, "jpg")).bytes[0]), 255);
+  EXPECT_FLOAT_EQ(float_at(decoded(encoded(nothing, "hdr")), 0), 1);
+}
+
 }  // namespace

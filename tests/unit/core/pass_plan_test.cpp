@@ -1,9 +1,9 @@
 #include "core/render/pass_plan.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace {
 
@@ -16,31 +16,15 @@ std::vector<int> up_to(int most, const Next& next) {
   return out;
 }
 
-TEST(PassPlan, LooksCutEachOctaveOfAReplicateIntoFourAndReportsIntoTwo) {
+TEST(PassPlan, LooksCutEachOctaveOfAReplicateIntoFour) {
   const auto looks = up_to(64, [](int at) { return core::next_look(at, 2); });
   EXPECT_EQ(looks, (std::vector<int>{2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64}));
-  const auto reports = up_to(64, [](int at) { return core::next_report(at, 2); });
-  EXPECT_EQ(reports, (std::vector<int>{2, 4, 6, 8, 12, 16, 24, 32, 48, 64}));
-}
-
-TEST(PassPlan, PlannedSamplesAreLookedAtSoonerWhereAnEpochBegins) {
-  EXPECT_EQ(up_to(160, [](int at) { return core::next_look(at, 2, 1, 32); }),
-            (std::vector<int>{2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 34, 36, 40, 48, 56, 64, 68, 72, 80, 96, 112, 128, 136, 144, 160}));
-  const auto first_after = [](int from, int replicates, int unit) {
-    std::vector<int> out;
-    for (int at = from; out.size() < 3;) {
-      out.push_back(at = core::next_look(at, replicates, unit, from));
-    }
-    return out;
-  };
-  EXPECT_EQ(first_after(32, 4, 1), (std::vector<int>{36, 40, 48})) << "each replicate gets the same";
-  EXPECT_EQ(first_after(100, 2, 50), (std::vector<int>{150, 200, 250})) << "whole sets";
 }
 
 TEST(PassPlan, LooksAndPassesOfSetsAreWholeSets) {
   // 2 ... 48, 64, 80, 96, 112, 128, 160, 192, 224, 256, 320, 384 in all.
-  EXPECT_EQ(up_to(400, [](int at) { return core::next_look(at, 2, 50); }), (std::vector<int>{50, 100, 150, 200, 250, 300, 350, 400}));
-  EXPECT_EQ(up_to(400, [](int at) { return core::next_report(at, 2, 50); }), (std::vector<int>{50, 100, 150, 200, 300, 400}));
+  EXPECT_EQ(up_to(400, [](int at) { return core::next_look(at, 2, 50); }),
+            (std::vector<int>{50, 100, 150, 200, 250, 300, 350, 400}));
   for (const int unit : {4, 32, 50, 1600}) {
     const int most = core::whole_sets(65536, unit);
     int at = 0;
@@ -53,7 +37,8 @@ TEST(PassPlan, LooksAndPassesOfSetsAreWholeSets) {
       at = end;
     }
     EXPECT_EQ(at, most);
-    EXPECT_EQ(core::pass_end(5, most, 2, unit), unit == 4 ? 8 : unit) << "a set cut by a cancellation is completed";
+    EXPECT_EQ(core::pass_end(5, most, 2, unit), unit == 4 ? 8 : unit)
+        << "a set cut by a cancellation is completed";
   }
   EXPECT_EQ(core::whole_sets(30, 50), 30) << "less than a set is all that there may be";
 }

@@ -1,13 +1,13 @@
 // What a film holds is a function of the job alone; when and why a job ends.
 #include "core/render/render_task.h"
 
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <chrono>
 #include <thread>
 
-#include "core/render/registry.h"
+#include <gtest/gtest.h>
+
+#include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -131,7 +131,8 @@ TEST(RenderTaskBits, AreTheSameForEverySliceLength) {
 TEST(RenderTaskBits, AreTheSameAfterKillAndResume) {
   test_support::Random random(3);
   for (int round = 0; round < 18; ++round) {
-    const auto& sampler = core::samplers()[static_cast<std::size_t>(round) % core::samplers().size()];
+    const auto& sampler =
+        core::samplers()[static_cast<std::size_t>(round) % core::samplers().size()];
     const core::View view = small_view(sampler.value);
     const auto renderer = renderer_of(view);
     const std::string whole = digest_of(view, samples(12), 2);
@@ -235,7 +236,8 @@ TEST(RenderTaskStop, SetsAreRenderedWhole) {
   for (const auto& sampler : core::samplers()) {
     const core::View view = small_view(sampler.value);
     const auto picture = test_support::render(view, 5);
-    EXPECT_EQ(picture.film->tile_samples(0), core::rounded_samples(sampler.value, 2, 5)) << sampler.name;
+    EXPECT_EQ(picture.film->tile_samples(0), core::rounded_samples(sampler.value, 2, 5))
+        << sampler.name;
     EXPECT_EQ(picture.reason, StopReason::kSamples);
   }
 }

@@ -1,9 +1,10 @@
-// Coefficients that are fitted to a film's own samples: solved right, and the same bits however the film was made.
+// Coefficients that are fitted to a film's own samples: solved right, and the same bits however the
+// film was made.
 #include "core/film/replicate_fit.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
+
+#include <gtest/gtest.h>
 
 #include "core/render/tile_fill.h"
 #include "core/sampling/optimal_mis.h"
@@ -14,8 +15,8 @@ namespace {
 using core::Film;
 using core::FitSample;
 using core::FitType;
-using core::ReplicateFit;
 using core::RenderTask;
+using core::ReplicateFit;
 using core::Rgb;
 
 TEST(OptimalMis, SolvesItsSystem) {
@@ -34,7 +35,8 @@ TEST(OptimalMis, OfDensitiesThatAreAlikeIsTheBalanceHeuristic) {
   EXPECT_EQ(c.q, 0);
 }
 
-/// Samples of a path with f / m = 2 + 5 p / m in red, twice that in green, at p / m of u and of 1 - u: the radiance is 2 n + 5 x.
+/// Samples of a path with f / m = 2 + 5 p / m in red, twice that in green, at p / m of u and of 1 -
+/// u: the radiance is 2 n + 5 x.
 FitSample path_of(float u) {
   FitSample s;
   s.n = 2;
@@ -49,7 +51,8 @@ FitSample path_of(float u) {
   return s;
 }
 
-// f = a p + b q with a = 7 and b = 2 is f / m = 2 + 5 p / m. What the control takes away is 5 (x - 1), but for the pull to 0.
+// f = a p + b q with a = 7 and b = 2 is f / m = 2 + 5 p / m. What the control takes away is 5 (x -
+// 1), but for the pull to 0.
 TEST(ReplicateFit, OfOptimalWeightsTakesAwayTheDifferenceOfItsCoefficients) {
   ReplicateFit sums;
   for (int i = 0; i < 1000; ++i) {
@@ -146,7 +149,8 @@ std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
   return *renderer;
 }
 
-void go_on(const core::View& view, const std::shared_ptr<Film>& film, core::TaskOptions options, int threads) {
+void go_on(const core::View& view, const std::shared_ptr<Film>& film, core::TaskOptions options,
+           int threads) {
   Nobody sink;
   RenderTask task(renderer_of(view), film, std::move(options), sink);
   core::run_to_end(task, threads);
@@ -160,7 +164,8 @@ std::string digest_of(const core::View& view, core::TaskOptions options, int thr
 
 TEST(FittedBits, AreTheSameForEveryNumberOfThreadsAndSliceLength) {
   for (const bool regression : {false, true}) {
-    for (const core::AdaptiveType adaptive : {core::AdaptiveType::kNone, core::AdaptiveType::kPilot}) {
+    for (const core::AdaptiveType adaptive :
+         {core::AdaptiveType::kNone, core::AdaptiveType::kPilot}) {
       core::View view = small_view(regression);
       view.settings.adaptive.type = adaptive;
       view.settings.adaptive.min_samples = 16;
@@ -222,7 +227,8 @@ TEST(FittedFilms, CountTheirRoom) {
   const core::View view = small_view(false);
   core::RenderSettings plain = view.settings;
   plain.estimator = {};
-  EXPECT_EQ(Film(view.settings).bytes() - Film(plain).bytes(), 40U * 36U * 2U * sizeof(ReplicateFit));
+  EXPECT_EQ(Film(view.settings).bytes() - Film(plain).bytes(),
+            40U * 36U * 2U * sizeof(ReplicateFit));
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include "core/sampling/reservoir.h"
 
-#include <gtest/gtest.h>
-
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/support/statistics.h"
 

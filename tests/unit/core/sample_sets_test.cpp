@@ -1,7 +1,6 @@
-// The structure that each sampler promises of its points, read through PathSampler as a render reads them.
-#include "core/samplers/sample_sets.h"
-
-#include <gtest/gtest.h>
+// The structure that each sampler promises of its points, read through PathSampler as a render
+// reads them.
+#include "core/settings/sample_sets.h"
 
 #include <algorithm>
 #include <array>
@@ -9,12 +8,14 @@
 #include <set>
 #include <vector>
 
-#include "core/render/registry.h"
+#include <gtest/gtest.h>
+
 #include "core/samplers/dimensions.h"
 #include "core/samplers/halton.h"
 #include "core/samplers/path_sampler.h"
 #include "core/samplers/point_sets.h"
 #include "core/samplers/zsobol.h"
+#include "core/settings/registry.h"
 #include "tests/support/statistics.h"
 
 namespace {
@@ -29,14 +30,17 @@ constexpr int kLight = core::dimension_group(1, BounceGroup::kLight);
 constexpr int kBsdf = core::dimension_group(0, BounceGroup::kBsdf);
 
 Point point_of(core::Vec4 v) {
-  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z), static_cast<double>(v.w)};
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z),
+          static_cast<double>(v.w)};
 }
 
 /// Points [first, first + count) of a replicate of a pixel.
-std::vector<Point> points(PathSampler& sampler, core::Vec2 pixel, int replicate, int group, int first, int count) {
+std::vector<Point> points(PathSampler& sampler, core::Vec2 pixel, int replicate, int group,
+                          int first, int count) {
   std::vector<Point> out;
   for (int i = first; i < first + count; ++i) {
-    sampler.start(static_cast<int>(pixel.x), static_cast<int>(pixel.y), i * kReplicates + replicate);
+    sampler.start(static_cast<int>(pixel.x), static_cast<int>(pixel.y),
+                  i * kReplicates + replicate);
     out.push_back(point_of(sampler.get_4d(group)));
   }
   return out;
@@ -46,7 +50,8 @@ std::vector<Point> points(PathSampler& sampler, core::Vec2 pixel, int replicate,
 bool is_even(const std::vector<Point>& set, std::size_t d0, int a, std::size_t d1, int b) {
   std::vector<int> boxes(static_cast<std::size_t>(a * b), 0);
   for (const Point& p : set) {
-    ++boxes[static_cast<std::size_t>(p[d0] * a) * static_cast<std::size_t>(b) + static_cast<std::size_t>(p[d1] * b)];
+    ++boxes[static_cast<std::size_t>(p[d0] * a) * static_cast<std::size_t>(b) +
+            static_cast<std::size_t>(p[d1] * b)];
   }
   for (const int n : boxes) {
     if (n != static_cast<int>(set.size()) / (a * b)) {
@@ -55,7 +60,9 @@ bool is_even(const std::vector<Point>& set, std::size_t d0, int a, std::size_t d
   }
   return true;
 }
-bool is_even(const std::vector<Point>& set, std::size_t d, int a) { return is_even(set, d, a, d, 1); }
+bool is_even(const std::vector<Point>& set, std::size_t d, int a) {
+  return is_even(set, d, a, d, 1);
+}
 
 /// `check` of every set of some pixels, replicates and groups.
 template <typename Check>
@@ -97,7 +104,8 @@ TEST(Permutation, ImagesOfTwoElementsAreUniform) {
       for (std::size_t i = 0; i < expected.size(); ++i) {
         expected[i] = i / n == i % n ? 0 : 40;
       }
-      EXPECT_GT(test_support::chi2(observed, expected).p_value, test_support::sidak(0.01, 9)) << n << " " << other;
+      EXPECT_GT(test_support::chi2(observed, expected).p_value, test_support::sidak(0.01, 9))
+          << n << " " << other;
     }
   }
 }
@@ -151,7 +159,8 @@ TEST(OrthogonalArray, IsOneForEveryPrime) {
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
       std::vector<Point> set;
       for (std::uint32_t i = 0; i < p * p; ++i) {
-        set.push_back(point_of(core::orthogonal_array_4d(i, p, core::mix_bits(seed), core::mix_bits(seed + 99))));
+        set.push_back(point_of(
+            core::orthogonal_array_4d(i, p, core::mix_bits(seed), core::mix_bits(seed + 99))));
       }
       const int levels = static_cast<int>(p);
       for (std::size_t a = 0; a < 4; ++a) {
@@ -164,7 +173,8 @@ TEST(OrthogonalArray, IsOneForEveryPrime) {
   }
 }
 
-// Continuations of a path: those with the same number are a set, those of one path are not each other's copies.
+// Continuations of a path: those with the same number are a set, those of one path are not each
+// other's copies.
 TEST(SampleSets, ContinuationsOfAllPathsAreSetsToo) {
   for (const auto& entry : core::samplers()) {
     PathSampler sampler(entry.value, kReplicates, 5);
@@ -223,9 +233,11 @@ TEST(Halton, EachBaseHasItsElementaryIntervals) {
 // The remainders of 2^a 3^b numbers in a row are all different, wherever they begin.
 TEST(Halton, TheFilmHasOnePointInEachBoxOfPowersOfTwoAndThree) {
   PathSampler sampler(SamplerType::kHalton, kReplicates, 5);
-  for (const auto& [a, b] : {std::pair(2, 3), std::pair(4, 9), std::pair(8, 9), std::pair(16, 27), std::pair(32, 9)}) {
+  for (const auto& [a, b] :
+       {std::pair(2, 3), std::pair(4, 9), std::pair(8, 9), std::pair(16, 27), std::pair(32, 9)}) {
     for (const int first : {0, 5, 1000}) {
-      EXPECT_TRUE(is_even(points(sampler, {3, 4}, first % 2, core::kCameraGroup, first, a * b), 0, a, 1, b));
+      EXPECT_TRUE(is_even(points(sampler, {3, 4}, first % 2, core::kCameraGroup, first, a * b), 0,
+                          a, 1, b));
     }
   }
   auto mixed = points(sampler, {3, 4}, 0, core::kCameraGroup, 0, 18);
@@ -285,7 +297,8 @@ bool is_net(const std::vector<Point>& set) {
 TEST(Zsobol, EveryAlignedBlockOfPixelsHoldsOneNet) {
   for (const int side : {1, 2, 4, 8, 16, 32}) {
     for (int k = 0; k < 4; ++k) {
-      EXPECT_TRUE(is_net(block_points(side * k, side * (3 - k), side, k % 2, k % 3, k / 2))) << side;
+      EXPECT_TRUE(is_net(block_points(side * k, side * (3 - k), side, k % 2, k % 3, k / 2)))
+          << side;
     }
   }
   EXPECT_FALSE(is_net(block_points(1, 0, 2, 0, 0, 0))) << "not aligned";
@@ -305,8 +318,8 @@ TEST(Zsobol, OrdersOfAllSquaresAreTaken) {
   EXPECT_EQ(*images.rbegin(), 1023U);
 }
 
-// LIGHT_TRANSPORT, section 2: Var((e^u + e^(1-u)) / 2) = .0039125, against .242036 / 2 for two independent numbers; and the
-// square of a symmetric function is twice as bad.
+// In closed form: Var((e^u + e^(1-u)) / 2) = .0039125, against .242036 / 2 for two
+// independent numbers; and the square of a symmetric function is twice as bad.
 TEST(Antithetic, LinearFunctionsAreExactAndSymmetricOnesTwiceAsBad) {
   PathSampler sampler(SamplerType::kAntithetic, kReplicates, 3);
   test_support::Moments exponential;
@@ -327,14 +340,15 @@ TEST(Antithetic, LinearFunctionsAreExactAndSymmetricOnesTwiceAsBad) {
     const auto pair = points(sampler, at, i % 2, kBsdf, 0, 2);
     directions.add((pair[0][1] + pair[1][1]) / 2);
   }
-  // 200,000 values: a variance is known to 0.4 % (its fourth moment is at most 3.5 times its square); 4 of that.
+  // 200,000 values: a variance is known to 0.4 % (its fourth moment is at most 3.5 times its
+  // square); 4 of that.
   EXPECT_NEAR(exponential.variance() / 0.0039125, 1, 0.016);
   EXPECT_NEAR(symmetric.variance() / (1.0 / 180), 1, 0.016);
   EXPECT_NEAR(directions.variance() / (1.0 / 24), 1, 0.02) << "fresh numbers for directions";
 }
 
-// 2,000 runs of 64 pairs: 95 % have a standard deviation of 0.5 %. Taking the numbers of a pair for independent ones
-// gives intervals 5.6 times too wide.
+// 2,000 runs of 64 pairs: 95 % have a standard deviation of 0.5 %. Taking the numbers of a pair for
+// independent ones gives intervals 5.6 times too wide.
 TEST(Antithetic, APairCountsAsOneSample) {
   int covered = 0;
   int naive = 0;
@@ -372,7 +386,8 @@ TEST(SampleCounts, AreRoundedUpToWholeSetsOfEveryReplicate) {
   EXPECT_EQ(core::rounded_samples(SamplerType::kZsobol, 2, 17), 32);
 }
 
-// 3 passes of 4 replicates are 12 samples; with sets of 16, whole sets in whole windows are 48 in each replicate.
+// 3 passes of 4 replicates are 12 samples; with sets of 16, whole sets in whole windows are 48 in
+// each replicate.
 TEST(SampleCounts, AreRoundedUpToWholeWindowsThatShareLightSamples) {
   core::RenderSettings settings;
   settings.replicates = 4;

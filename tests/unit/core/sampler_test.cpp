@@ -1,14 +1,14 @@
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <set>
 #include <vector>
 
-#include "core/render/registry.h"
+#include <gtest/gtest.h>
+
 #include "core/samplers/dimensions.h"
 #include "core/samplers/path_sampler.h"
+#include "core/settings/registry.h"
 #include "tests/support/statistics.h"
 
 namespace {
@@ -60,14 +60,15 @@ TEST(Sobol, FirstTwoDimensionsHoldOnePointInEachElementaryInterval) {
   }
 }
 
-// The other pairs are nets of a higher t; t of a pair is a property of the direction numbers, and scrambling
-// must keep it. Joe and Kuo's first four dimensions have t <= 3 in every 2-D projection.
+// The other pairs are nets of a higher t; t of a pair is a property of the direction numbers, and
+// scrambling must keep it. Joe and Kuo's first four dimensions have t <= 3 in every 2-D projection.
 TEST(Sobol, EveryProjectionIsANetOfSmallT) {
   for (int a = 0; a < 4; ++a) {
     for (int b = a + 1; b < 4; ++b) {
       for (int seed = 0; seed < 8; ++seed) {
         for (std::uint32_t n = 8; n <= 1024; n *= 2) {
-          EXPECT_TRUE(is_net(points(n, seed_of(seed), seed_of(seed + 100)), a, b, 3)) << a << b << " " << n;
+          EXPECT_TRUE(is_net(points(n, seed_of(seed), seed_of(seed + 100)), a, b, 3))
+              << a << b << " " << n;
         }
       }
     }
@@ -94,7 +95,8 @@ TEST(Sobol, ANetWithOnePointMovedIsSeen) {
   EXPECT_FALSE(is_net(p, 0, 1, 0));
 }
 
-// A replicate's samples are the points of one set, in order: prefixes of 2^k samples are nets in the picture too.
+// A replicate's samples are the points of one set, in order: prefixes of 2^k samples are nets in
+// the picture too.
 TEST(Sobol, SamplesOfAReplicateAreOneSet) {
   PathSampler sampler(SamplerType::kSobol, 2, 9);
   for (const int group : {core::kCameraGroup, core::dimension_group(0, core::BounceGroup::kLight),
@@ -144,7 +146,8 @@ TEST(PathSampler, ANumberDependsOnNothingButItsName) {
 }
 
 /// Correlation of 20,000 pairs of numbers; each pair named by two of the four arguments.
-double correlation(SamplerType type, const std::function<std::pair<float, float>(PathSampler&, int)>& pair) {
+double correlation(SamplerType type,
+                   const std::function<std::pair<float, float>(PathSampler&, int)>& pair) {
   constexpr int kPairs = 20000;
   PathSampler sampler(type, 2, 11);
   double xy = 0;
@@ -161,8 +164,8 @@ double correlation(SamplerType type, const std::function<std::pair<float, float>
   return xy / std::sqrt(xx * yy) * std::sqrt(static_cast<double>(kPairs));  // N(0,1)
 }
 
-// |z| < 4.5: false alarm 7e-6 a comparison, 192 comparisons: 0.13 %. zsobol means its neighbours to be correlated: there
-// pixels of two tiles are asked.
+// |z| < 4.5: false alarm 7e-6 a comparison, 192 comparisons: 0.13 %. zsobol means its neighbours to
+// be correlated: there pixels of two tiles are asked.
 TEST(PathSampler, AReplicateHasTheSameNumbersWhateverStandsBesideIt) {
   constexpr int kSamples = 200;  // several whole sets of every type
   for (const auto& entry : core::samplers()) {
@@ -176,7 +179,8 @@ TEST(PathSampler, AReplicateHasTheSameNumbersWhateverStandsBesideIt) {
           const Vec4 expected = whole.get_4d(3);
           const Vec4 found = part.get_4d(3);
           for (int c = 0; c < 4; ++c) {
-            ASSERT_EQ(component(found, c), component(expected, c)) << entry.name << " " << replicate << " " << i;
+            ASSERT_EQ(component(found, c), component(expected, c))
+                << entry.name << " " << replicate << " " << i;
           }
         }
       }
@@ -197,7 +201,8 @@ TEST(PathSampler, NeighboursReplicatesGroupsAndSeedsAreUncorrelated) {
         return correlation(type, [&](PathSampler& s, int i) {
           const int x = i % 200;
           const int y = i / 200;
-          return std::pair(at(s, 3 * x, y, 4, 2), at(s, 3 * x + step * dx, y + step * dy, 4 + ds, 2 + dg));
+          return std::pair(at(s, 3 * x, y, 4, 2),
+                           at(s, 3 * x + step * dx, y + step * dy, 4 + ds, 2 + dg));
         });
       };
       EXPECT_LT(std::fabs(over(1, 0, 0, 0)), 4.5) << entry.name;
@@ -206,9 +211,12 @@ TEST(PathSampler, NeighboursReplicatesGroupsAndSeedsAreUncorrelated) {
       EXPECT_LT(std::fabs(over(0, 0, 0, 1)), 4.5) << entry.name;
       EXPECT_LT(std::fabs(over(1, 1, 1, 3)), 4.5);
       PathSampler other(type, 2, 12);
-      EXPECT_LT(std::fabs(correlation(type, [&](PathSampler& s, int i) {
-                  return std::pair(at(s, i % 200, i / 200, 0, 0), at(other, i % 200, i / 200, 0, 0));
-                })), 4.5);
+      EXPECT_LT(std::fabs(correlation(type,
+                                      [&](PathSampler& s, int i) {
+                                        return std::pair(at(s, i % 200, i / 200, 0, 0),
+                                                         at(other, i % 200, i / 200, 0, 0));
+                                      })),
+                4.5);
     }
   }
 }
@@ -237,9 +245,10 @@ TEST(PathSampler, ACorrelationOfFivePercentIsSeen) {
   EXPECT_GT(std::fabs(z), 4.5);
 }
 
-/// 16 x 16 boxes of two of the four numbers, each pair from a pixel of its own (zsobol: from a tile of its own), at all
-/// positions of a set.
-double uniformity(const core::NamedValue<SamplerType>& entry, int d0, int d1, int group, float squeeze) {
+/// 16 x 16 boxes of two of the four numbers, each pair from a pixel of its own (zsobol: from a tile
+/// of its own), at all positions of a set.
+double uniformity(const core::NamedValue<SamplerType>& entry, int d0, int d1, int group,
+                  float squeeze) {
   constexpr int kSide = 16;
   constexpr int kCount = 40000;
   const int step = entry.value == SamplerType::kZsobol ? 32 : 1;
@@ -265,16 +274,19 @@ TEST(PathSampler, EveryPairOfNumbersIsUniform) {
                             core::dimension_group(4, core::BounceGroup::kBsdf)}) {
       for (int a = 0; a < 4; ++a) {
         for (int b = a + 1; b < 4; ++b) {
-          EXPECT_GT(uniformity(entry, a, b, group, 1), level) << entry.name << " " << group << " " << a << b;
+          EXPECT_GT(uniformity(entry, a, b, group, 1), level)
+              << entry.name << " " << group << " " << a << b;
         }
       }
     }
-    EXPECT_LT(uniformity(entry, 0, 1, 0, 0.98F), level) << "two percent off must be seen: " << entry.name;
+    EXPECT_LT(uniformity(entry, 0, 1, 0, 0.98F), level)
+        << "two percent off must be seen: " << entry.name;
   }
 }
 
 /// N(0,1) if the errors of two estimates of the integral of e^(x + y) are independent.
-double correlation_of_errors(SamplerType type, const std::function<std::pair<int, int>(int)>& pixels, int replicate) {
+double correlation_of_errors(SamplerType type,
+                             const std::function<std::pair<int, int>(int)>& pixels, int replicate) {
   PathSampler sampler(type, 2, 31);
   const int n = std::max(8, core::sample_unit(type, 1));
   const auto error = [&](int pixel, int which) {
@@ -301,11 +313,15 @@ double correlation_of_errors(SamplerType type, const std::function<std::pair<int
   return xy / std::sqrt(xx * yy) * std::sqrt(static_cast<double>(kPairs));
 }
 
-// What error bars rest on. 16 comparisons: false alarm 0.01 %. zsobol shows that a correlation is seen.
+// What error bars rest on. 16 comparisons: false alarm 0.01 %. zsobol shows that a correlation is
+// seen.
 TEST(PathSampler, ErrorsOfReplicatesAndOfPixelsAreIndependent) {
   const auto neighbours = [](int i) { return std::pair(2 * i, 2 * i + 1); };
   for (const auto& entry : core::samplers()) {
-    EXPECT_LT(std::fabs(correlation_of_errors(entry.value, [](int i) { return std::pair(i, i); }, 1)), 4.5) << entry.name;
+    EXPECT_LT(std::fabs(correlation_of_errors(
+                  entry.value, [](int i) { return std::pair(i, i); }, 1)),
+              4.5)
+        << entry.name;
     const double z = correlation_of_errors(entry.value, neighbours, 0);
     if (entry.value == SamplerType::kZsobol) {
       EXPECT_LT(z, -8) << "blue noise: neighbours err in opposite directions";

@@ -1,10 +1,11 @@
-// Groups of paths that share light samples, over pixels and passes, are functions of the job: the bits of films.
-#include <gtest/gtest.h>
-
+// Groups of paths that share light samples, over pixels and passes, are functions of the job: the
+// bits of films.
 #include <utility>
 
-#include "core/render/registry.h"
+#include <gtest/gtest.h>
+
 #include "core/render/render_task.h"
+#include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -42,7 +43,7 @@ core::TaskOptions options_of(double slice_seconds, int samples = 60) {
 }
 
 std::shared_ptr<Film> film_of(const core::View& view) {
-  return std::make_shared<Film>(view.settings, core::pixel_errors(view.settings));
+  return std::make_shared<Film>(view.settings);
 }
 
 std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
@@ -59,9 +60,11 @@ std::string digest_of(const core::View& view, double slice_seconds, int threads)
   return film->digest();
 }
 
-// A plan gives pixels different counts, in steps of all replicates of a half. 60 samples are whole windows of 20 and of 12.
+// A plan gives pixels different counts, in steps of all replicates of a half. 60 samples are whole
+// windows of 20 and of 12.
 TEST(SharedLightBits, AreTheSameForOneTwoAndSevenThreadsAndAnySlices) {
-  for (const core::AdaptiveType adaptive : {core::AdaptiveType::kNone, core::AdaptiveType::kPilot}) {
+  for (const core::AdaptiveType adaptive :
+       {core::AdaptiveType::kNone, core::AdaptiveType::kPilot}) {
     for (const auto& [block, history] : {std::pair{5, 1}, std::pair{3, 5}, std::pair{1, 3}}) {
       SCOPED_TRACE(history);
       const core::View view = shared_view(adaptive, block, history);
@@ -87,7 +90,8 @@ std::shared_ptr<Film> reloaded(const core::View& view, const Film& film) {
   return again;
 }
 
-// What a checkpoint keeps is enough: groups remember nothing of what came before, and no slice ends within a window.
+// What a checkpoint keeps is enough: groups remember nothing of what came before, and no slice ends
+// within a window.
 TEST(SharedLightBits, AreTheSameAfterKillAndResume) {
   for (const auto& [block, history] : {std::pair{5, 1}, std::pair{3, 4}}) {
     const core::View view = shared_view(core::AdaptiveType::kNone, block, history);

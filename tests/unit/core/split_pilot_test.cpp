@@ -1,10 +1,10 @@
 #include "core/render/split_pilot.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+
+#include <gtest/gtest.h>
 
 #include "core/samplers/dimensions.h"
 #include "tests/support/scenes.h"
@@ -19,7 +19,8 @@ using core::Rgb;
 TEST(BestSplitCount, IsNearTheRealOptimum) {
   for (const double ratio : {0.25, 1.0, 4.0, 9.0, 30.0}) {
     for (const double cost : {0.5, 1.0, 3.0}) {
-      const core::SplitCosts costs = {.way_variance = 1, .branch_variance = ratio, .way_rays = 1, .branch_rays = cost};
+      const core::SplitCosts costs = {
+          .way_variance = 1, .branch_variance = ratio, .way_rays = 1, .branch_rays = cost};
       const double optimum = std::sqrt(ratio / cost);
       EXPECT_NEAR(core::best_split_count(costs), std::max(optimum, 1.0), 1) << ratio << " " << cost;
     }
@@ -32,12 +33,13 @@ TEST(BestSplitCount, IsBoundedAndOneWhereNothingFollows) {
   EXPECT_EQ(core::best_split_count({1, 0, 1, 3}), 1);
 }
 
-/// 10 + way * X + branch * Y, X from the camera ray's place on the film and Y from the bounce's numbers; `rays` behind the
-/// first surface.
+/// 10 + way * X + branch * Y, X from the camera ray's place on the film and Y from the bounce's
+/// numbers; `rays` behind the first surface.
 class Product final : public core::Integrator {
  public:
   Product(float way, float branch, int rays) : way_(way), branch_(branch), rays_(rays) {}
-  PathSample trace(const Camera::CameraRay& ray, const PathSampler& sampler, std::uint64_t& rays) const noexcept override {
+  PathSample trace(const Camera::CameraRay& ray, const PathSampler& sampler,
+                   std::uint64_t& rays) const noexcept override {
     rays += static_cast<std::uint64_t>(1 + rays_);
     PathSample out;
     const float x = 10000 * ray.ray.direction.x;
@@ -52,7 +54,8 @@ class Product final : public core::Integrator {
   int rays_;
 };
 
-// Both are uniform, so variances are as the squares of the factors. 1024 pixels: each variance within some percent.
+// Both are uniform, so variances are as the squares of the factors. 1024 pixels: each variance
+// within some percent.
 TEST(MeasureSplit, FindsTheVariancesOfAnIntegrandMadeOfTwo) {
   core::CameraSettings pose;
   pose.position = core::Vec3{0, 0, 3};
@@ -61,11 +64,14 @@ TEST(MeasureSplit, FindsTheVariancesOfAnIntegrandMadeOfTwo) {
   ASSERT_TRUE(camera);
   core::RenderSettings settings;
   settings.film.width = settings.film.height = 64;
-  for (const auto& [way, branch, rays] : {std::tuple{0.1F, 0.6F, 1}, std::tuple{0.2F, 0.6F, 4}, std::tuple{0.5F, 0.1F, 2}}) {
-    const core::SplitCosts costs = core::measure_split(*camera, Product(way, branch, rays), settings);
+  for (const auto& [way, branch, rays] :
+       {std::tuple{0.1F, 0.6F, 1}, std::tuple{0.2F, 0.6F, 4}, std::tuple{0.5F, 0.1F, 2}}) {
+    const core::SplitCosts costs =
+        core::measure_split(*camera, Product(way, branch, rays), settings);
     EXPECT_NEAR(costs.branch_rays, rays, 1e-9);
     const auto ratio = static_cast<double>(branch * branch / (way * way));
-    const double optimum = std::clamp(std::sqrt(ratio / rays), 1.0, static_cast<double>(core::kMeasuredSplitMax));
+    const double optimum =
+        std::clamp(std::sqrt(ratio / rays), 1.0, static_cast<double>(core::kMeasuredSplitMax));
     EXPECT_NEAR(core::best_split_count(costs), optimum, 1) << way << " " << branch;
   }
 }

@@ -1,8 +1,6 @@
 // Which samples of a tile are traced together: squares of pixels, windows of passes.
 #include "core/render/tile_fill.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -11,6 +9,8 @@
 #include <span>
 #include <utility>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace {
 
@@ -30,26 +30,29 @@ TileState tile(int replicates) {
   return state;
 }
 
-/// The groups of the slices that end at `ends`. Each pixel's statistics are fed in the order of its samples.
+/// The groups of the slices that end at `ends`. Each pixel's statistics are fed in the order of its
+/// samples.
 Groups groups_of(TileState& state, const core::FillRule& rule, const std::vector<int>& ends) {
   Groups groups;
   for (const int end : ends) {
-    EXPECT_TRUE(core::fill_tile_in_groups(state, rule, kBlock, end, {},
-                                          [&](std::span<const DueSample> due, int each, std::span<core::PathSample> /*out*/) {
-      std::vector<Sample> group;
-      std::map<std::pair<int, int>, int> counts;
-      for (const DueSample& d : due) {
-        group.push_back({d.x, d.y, d.sample});
-        ++counts[{d.x, d.y}];
-        EXPECT_LT(std::abs(d.x - due[0].x), kBlock);
-        EXPECT_LT(std::abs(d.y - due[0].y), kBlock);
-        EXPECT_EQ(d.sample % rule.replicates, due[0].sample % rule.replicates) << "replicates are independent";
-      }
-      for (const auto& [pixel, count] : counts) {
-        EXPECT_EQ(count, each);
-      }
-      EXPECT_TRUE(groups.insert(std::move(group)).second);
-    }));
+    EXPECT_TRUE(core::fill_tile_in_groups(
+        state, rule, kBlock, end, {},
+        [&](std::span<const DueSample> due, int each, std::span<core::PathSample> /*out*/) {
+          std::vector<Sample> group;
+          std::map<std::pair<int, int>, int> counts;
+          for (const DueSample& d : due) {
+            group.push_back({d.x, d.y, d.sample});
+            ++counts[{d.x, d.y}];
+            EXPECT_LT(std::abs(d.x - due[0].x), kBlock);
+            EXPECT_LT(std::abs(d.y - due[0].y), kBlock);
+            EXPECT_EQ(d.sample % rule.replicates, due[0].sample % rule.replicates)
+                << "replicates are independent";
+          }
+          for (const auto& [pixel, count] : counts) {
+            EXPECT_EQ(count, each);
+          }
+          EXPECT_TRUE(groups.insert(std::move(group)).second);
+        }));
     EXPECT_EQ(state.samples, end);
   }
   return groups;
@@ -128,14 +131,14 @@ TEST(GroupsOfPaths, OfTheLastWindowMayBeShorter) {
   }
 }
 
-// Halves and pixels get different counts, all of them whole windows of each replicate.
+// Pixels get different counts, all of them whole windows of each replicate.
 TEST(GroupsOfPaths, FollowAPlan) {
   const core::FillRule rule = {.replicates = 4, .step = 6, .history = 3};
   TileState state = tile(4);
   groups_of(state, rule, {12});
   state.span = {12, 24};
   for (std::size_t p = 0; p < 70; ++p) {
-    state.plan.push_back({{6, 6}, {6 + 6 * static_cast<std::uint32_t>(p % 4), 6 + 6 * static_cast<std::uint32_t>(p % 3)}});
+    state.plan.push_back({6, 6 + 6 * static_cast<std::uint32_t>(p % 4)});
   }
   const Groups groups = groups_of(state, rule, {15, 24});
   const auto pixels = samples_of_pixels(groups);
@@ -146,12 +149,13 @@ TEST(GroupsOfPaths, FollowAPlan) {
       for (int k = 6; k < 6 + 6 * static_cast<int>(p % 4); ++k) {
         expected.push_back(k / 2 * 4 + k % 2 * 2);  // half A: replicates 0 and 2 in turns
       }
-      for (int k = 6; k < 6 + 6 * static_cast<int>(p % 3); ++k) {
-        expected.push_back(k / 2 * 4 + k % 2 * 2 + 1);
+      for (int k = 6; k < 6 + 6 * static_cast<int>(p % 4); ++k) {
+        expected.push_back(k / 2 * 4 + k % 2 * 2 + 1);  // half B
       }
       std::sort(expected.begin(), expected.end());
       const auto found = pixels.find({x, y});
-      EXPECT_EQ(found == pixels.end() ? std::vector<int>{} : found->second, expected) << x << " " << y;
+      EXPECT_EQ(found == pixels.end() ? std::vector<int>{} : found->second, expected)
+          << x << " " << y;
     }
   }
   for (const auto& group : groups) {

@@ -11,6 +11,7 @@
 
 namespace {
 
+using server::Access;
 using server::ComparisonLimits;
 using server::ComparisonStore;
 using server::Database;
@@ -27,8 +28,13 @@ class Comparisons : public testing::Test {
     database = std::move(*base);
   }
   ComparisonStore store(ComparisonLimits limits) { return {*database, *data, limits}; }
+  static ComparisonStore::Row row(int i, std::string body) {
+    return {.id = id(i), .body = std::move(body), .tenant = "me", .created_at = 1.0 * i};
+  }
   static std::string id(int i) { return "00000000-0000-4000-8000-00000000000" + std::to_string(i); }
-  bool has_maps(int i) const { return std::filesystem::exists(data->comparisons_path() + "/" + id(i)); }
+  bool has_maps(int i) const {
+    return std::filesystem::exists(data->comparisons_path() + "/" + id(i));
+  }
 
   test_support::TemporaryFolder folder;
   std::optional<DataDir> data;
@@ -37,19 +43,21 @@ class Comparisons : public testing::Test {
 
 TEST_F(Comparisons, AreFoundWithTheirMaps) {
   ComparisonStore comparisons = store({});
-  ASSERT_TRUE(comparisons.insert(id(1), "{\"mse\":1}", {{"z.png", "zzz"}, {"flip.png", "f"}}, 5));
-  EXPECT_EQ(*comparisons.find(id(1)), "{\"mse\":1}");
+  ASSERT_TRUE(comparisons.insert(row(1, "{\"mse\":1}"), {{"z.png", "zzz"}, {"flip.png", "f"}}));
+  EXPECT_EQ(*comparisons.find(id(1), Access::of("me")), "{\"mse\":1}");
+  EXPECT_TRUE(comparisons.find(id(1), Access::operators()));
+  EXPECT_EQ(comparisons.find(id(1), Access::of("other")).error().code, core::ErrorCode::kNotFound);
   EXPECT_EQ(std::filesystem::file_size(comparisons.path_of(id(1), "z.png")), 3U);
-  EXPECT_EQ(comparisons.find(id(2)).error().code, core::ErrorCode::kNotFound);
+  EXPECT_EQ(comparisons.find(id(2), Access::of("me")).error().code, core::ErrorCode::kNotFound);
 }
 
 TEST_F(Comparisons, OfTooManyTheOldestGo) {
   ComparisonStore comparisons = store({.count = 3});
   for (int i = 1; i <= 5; ++i) {
-    ASSERT_TRUE(comparisons.insert(id(i), "{}", {{"z.png", "z"}}, i));
+    ASSERT_TRUE(comparisons.insert(row(i, "{}"), {{"z.png", "z"}}));
   }
   for (int i = 1; i <= 5; ++i) {
-    EXPECT_EQ(comparisons.find(id(i)).has_value(), i > 2) << i;
+    EXPECT_EQ(comparisons.find(id(i), Access::of("me")).has_value(), i > 2) << i;
     EXPECT_EQ(has_maps(i), i > 2) << i;
   }
 }
@@ -57,21 +65,21 @@ TEST_F(Comparisons, OfTooManyTheOldestGo) {
 TEST_F(Comparisons, OfTooManyBytesTheOldestGoAndTheNewestStays) {
   ComparisonStore comparisons = store({.count = 100, .bytes = 10});
   for (int i = 1; i <= 3; ++i) {
-    ASSERT_TRUE(comparisons.insert(id(i), "{}", {{"z.png", "12345"}}, i));
+    ASSERT_TRUE(comparisons.insert(row(i, "{}"), {{"z.png", "12345"}}));
   }
   EXPECT_FALSE(has_maps(1));
   EXPECT_TRUE(has_maps(2));
-  ASSERT_TRUE(comparisons.insert(id(4), "{}", {{"z.png", std::string(50, 'x')}}, 4));
+  ASSERT_TRUE(comparisons.insert(row(4, "{}"), {{"z.png", std::string(50, 'x')}}));
   EXPECT_FALSE(has_maps(3));
-  EXPECT_TRUE(comparisons.find(id(4)));
+  EXPECT_TRUE(comparisons.find(id(4), Access::of("me")));
 }
 
 TEST_F(Comparisons, WhatCannotBeWrittenIsToldAndNotKept) {
   ComparisonStore comparisons = store({});
   std::filesystem::remove_all(data->comparisons_path());
   std::ofstream(data->comparisons_path()) << "no folder";
-  EXPECT_FALSE(comparisons.insert(id(1), "{}", {{"z.png", "z"}}, 1));
-  EXPECT_FALSE(comparisons.find(id(1)));
+  EXPECT_FALSE(comparisons.insert(row(1, "{}"), {{"z.png", "z"}}));
+  EXPECT_FALSE(comparisons.find(id(1), Access::of("me")));
 }
 
 }  // namespace

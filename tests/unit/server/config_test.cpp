@@ -40,21 +40,40 @@ TEST(Config, BytesAndPercentsAreRead) {
   const auto config = parse({"--max-upload", "3M", "--disk-limit", "50%"});
   ASSERT_TRUE(config);
   EXPECT_EQ(config->upload_bytes_max, 3U << 20U);
-  EXPECT_EQ(config->disk_limit_percent, 50);
-  EXPECT_EQ(parse({"--disk-limit", "2G"})->disk_limit_bytes, 2ULL << 30U);
-  EXPECT_EQ(parse({"--disk-limit", "2G"})->disk_limit_percent, 0);
-  EXPECT_EQ(parse({})->quota_storage_percent, 50);
-  EXPECT_EQ(parse({"--quota-storage", "0"})->quota_storage_percent, 0);
+  EXPECT_EQ(config->disk_limit.percent, 50);
+  EXPECT_EQ(parse({"--disk-limit", "2G"})->disk_limit.bytes, 2ULL << 30U);
+  EXPECT_EQ(parse({"--disk-limit", "2G"})->disk_limit.percent, 0);
+  EXPECT_EQ(parse({})->quota_storage.percent, 50);
+  EXPECT_EQ(parse({"--quota-storage", "0"})->quota_storage.percent, 0);
 }
 
-TEST(Config, WhatIsWrongIsNamed) {
-  EXPECT_EQ(parse({"--port", "70000"}).error().where, "--port");
-  EXPECT_EQ(parse({"--port", "70000"}).error().message, "70000 is outside [0, 65535]");
-  EXPECT_EQ(parse({"--port"}).error().message, "needs a value");
-  EXPECT_EQ(parse({"--nonsense", "1"}).error().message, "unknown flag");
-  EXPECT_EQ(parse({"here"}).error().where, "here");
+TEST(Config, AFaultNamesTheFlagAndTheRange) {
+  EXPECT_EQ(parse({"--port", "70000"}).error().message, "--port: 70000 is outside [0, 65535]");
+  EXPECT_EQ(parse({"--memory", "101%"}).error().message, "--memory: 101 is outside [1, 100]");
+  EXPECT_EQ(parse({"--prot", "1"}).error().message,
+            "there is no option --prot; did you mean --port?");
+  EXPECT_EQ(parse({"here"}).error().message, "\"here\" is one word too many");
   EXPECT_EQ(parse({}, {{"TESSERA_PORT", "x"}}).error().where, "TESSERA_PORT");
-  EXPECT_FALSE(parse({"--max-upload", "99999999999999T"}));
+  for (const auto& args :
+       std::vector<std::vector<std::string_view>>{{"--port"},
+                                                  {"--grace", "nan"},
+                                                  {"--log-level", "loud"},
+                                                  {"--demo=perhaps"},
+                                                  {"--memory", "2X"},
+                                                  {"--max-upload", "99999999999999T"}}) {
+    const auto refused = parse(args);
+    ASSERT_FALSE(refused) << args.front();
+    const auto name = args.front().substr(0, args.front().find('='));
+    EXPECT_NE(refused.error().message.find(name), std::string::npos) << refused.error().message;
+  }
+}
+
+TEST(Config, AValueMayBeEmptyOrLookLikeAList) {
+  EXPECT_EQ(parse({"--audit-log=", "--port=9"})->audit_log, "");
+  EXPECT_EQ(parse({"--key", "[a,b]"})->key, "[a,b]");
+  EXPECT_EQ(parse({"--key=a=b="})->key, "a=b=");
+  EXPECT_EQ(parse({"--hosts", "a,,b", "--port", "9"})->hosts, (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(parse({"--port", "7", "--port", "9"})->port, 9);
 }
 
 TEST(Config, TheDataDirectoryFollowsTheUser) {
@@ -65,7 +84,8 @@ TEST(Config, TheDataDirectoryFollowsTheUser) {
 
 TEST(Config, TheHelpNamesEveryFlagWithItsVariable) {
   const std::string help = server::config_help();
-  for (const char* text : {"--port", "TESSERA_PORT", "--max-queue", "TESSERA_MAX_QUEUE", "--demo"}) {
+  for (const char* text :
+       {"--port", "TESSERA_PORT", "--max-queue", "TESSERA_MAX_QUEUE", "--demo"}) {
     EXPECT_NE(help.find(text), std::string::npos) << text;
   }
 }
@@ -74,7 +94,8 @@ TEST(Config, LoopbackIsKnown) {
   for (const char* name : {"127.0.0.1", "127.9.9.9", "localhost", "::1", "[::1]"}) {
     EXPECT_TRUE(server::is_loopback(name)) << name;
   }
-  for (const char* name : {"0.0.0.0", "10.0.0.1", "example.org", "127.0.0.1.example.org", "127.evil", ""}) {
+  for (const char* name :
+       {"0.0.0.0", "10.0.0.1", "example.org", "127.0.0.1.example.org", "127.evil", ""}) {
     EXPECT_FALSE(server::is_loopback(name)) << name;
   }
 }

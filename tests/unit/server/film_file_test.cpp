@@ -4,11 +4,10 @@
 #include <csignal>
 #include <cstring>
 
+#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <zlib.h>
-
-#include <gtest/gtest.h>
 
 #include "tests/unit/server/server_test_support.h"
 
@@ -128,7 +127,8 @@ TEST(FilmFile, TheArithmeticIsNotedBesideAnyNumberOfPoints) {
   fill(film, 2);
   server::FilmRecord record = record_of(2);
   record.points.assign(5000, record.points.front());
-  for (const std::string& text : {std::string("embree 4, avx2"), std::string(300, 'x'), std::string()}) {
+  for (const std::string& text :
+       {std::string("embree 4, avx2"), std::string(300, 'x'), std::string()}) {
     record.arithmetic = text;
     auto file = FilmFile::open(path);
     core::Film other(small_film(), 2);
@@ -163,7 +163,7 @@ void decide(core::Film& film, core::PlanSpan span) {
       const auto value = static_cast<float>(i) + 0.5F * static_cast<float>(tile);
       state.pilot[i] = {{value, 1, 2}, {3, value, 5}, value, 7};
       const auto count = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(span.to);
-      plan[i] = {{count, count + 1}, {count + 2, count + 3}};
+      plan[i] = {count, count + 2};
     }
     film.keep(tile, std::move(state));
   }
@@ -176,8 +176,10 @@ std::string decisions_of(const core::Film& film) {
     const core::TileState state = film.tile(tile);
     text += std::to_string(state.pilot_samples) + " " + std::to_string(state.span.from) + " " +
             std::to_string(state.span.to) + " ";
-    text.append(reinterpret_cast<const char*>(state.pilot.data()), state.pilot.size() * sizeof(core::PilotPixel));
-    text.append(reinterpret_cast<const char*>(state.plan.data()), state.plan.size() * sizeof(core::PixelPlan));
+    text.append(reinterpret_cast<const char*>(state.pilot.data()),
+                state.pilot.size() * sizeof(core::PilotPixel));
+    text.append(reinterpret_cast<const char*>(state.plan.data()),
+                state.plan.size() * sizeof(core::PixelPlan));
   }
   return text;
 }
@@ -206,7 +208,7 @@ TEST(FilmFile, WhatAdaptiveSamplingDecidedComesBack) {
   ASSERT_TRUE(load(path, loaded));
   EXPECT_EQ(loaded.digest(), film.digest());
   EXPECT_EQ(decisions_of(loaded), decisions_of(film));
-  EXPECT_GT(decisions_of(loaded).size(), 70U * 40U * 48U);
+  EXPECT_GT(decisions_of(loaded).size(), 70U * 40U * 40U);
   // One that decides nothing is another film.
   core::Film plain(small_film(), 2);
   EXPECT_EQ(load(path, plain).error().code, core::ErrorCode::kConflict);
@@ -225,7 +227,8 @@ TEST(FilmFile, WhatIsFittedComesBack) {
     std::string text;
     for (int tile = 0; tile < of.tile_count(); ++tile) {
       const core::TileState state = of.tile(tile);
-      text.append(reinterpret_cast<const char*>(state.fit.data()), state.fit.size() * sizeof(core::ReplicateFit));
+      text.append(reinterpret_cast<const char*>(state.fit.data()),
+                  state.fit.size() * sizeof(core::ReplicateFit));
     }
     return text;
   };
@@ -334,8 +337,8 @@ TEST(FilmFile, AFinalFilmGivesItsOldSlotsBack) {
   EXPECT_EQ(again.digest(), film.digest());
 }
 
-/// Tears the newer checkpoint: every byte range of the file may be old or new after a power loss, as
-/// long as what was synced before is whole.
+/// Tears the newer checkpoint: every byte range of the file may be old or new after a power loss,
+/// as long as what was synced before is whole.
 TEST(FilmFile, ATornCheckpointLeavesTheOneBefore) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
@@ -351,7 +354,8 @@ TEST(FilmFile, ATornCheckpointLeavesTheOneBefore) {
   const std::string new_digest = film.digest();
   const std::string after = test_support::read_file(path);
   ASSERT_GE(after.size(), before.size());
-  // The head comes after a sync: as long as it is old, any mixture of the rest must give the old film.
+  // The head comes after a sync: as long as it is old, any mixture of the rest must give the old
+  // film.
   const std::size_t head_bytes = 2 * 4096 * 30;  // Beyond both heads, before the last slots.
   for (std::size_t cut = head_bytes; cut < after.size(); cut += 8191) {
     std::string torn = before;

@@ -21,19 +21,29 @@ class Guard {
         database_(*server::Database::open(folder_.file("test.db"))),
         keys_(*database_),
         ring_(config_, keys_),
-        guard_(config_, ring_, tickets_) {}
+        sessions_(*server::SessionStore::open(*database_)),
+        guard_(config_, ring_, tickets_, *sessions_) {}
 
   std::optional<server::Response> check(Request& request) const { return guard_.check(request); }
-  server::Response start_session(const Request& request) const { return guard_.start_session(request); }
+  server::Response start_session(const Request& request) const {
+    return guard_.start_session(request);
+  }
+  server::Response end_session(const Request& request) const { return guard_.end_session(request); }
+  server::Response decorated(const Request& request, server::Response response) const {
+    guard_.decorate(request, response);
+    return response;
+  }
   server::KeyTable& keys() { return keys_; }
+  server::LiveConfig& config() { return config_; }
 
  private:
-  const Config config_;
+  server::LiveConfig config_;
   test_support::TemporaryFolder folder_;
   std::unique_ptr<server::Database> database_;
   server::KeyTable keys_;
   server::KeyRing ring_;
   server::Tickets tickets_;
+  std::unique_ptr<server::SessionStore> sessions_;
   mutable server::Guard guard_;
 };
 
@@ -58,9 +68,35 @@ TEST(Guard, AnswersToLoopbackNamesAndTheNamedHosts) {
   for (const char* host : {"localhost", "127.0.0.1:99", "[::1]:8080", "render.example:8080"}) {
     EXPECT_EQ(status_of(guard, request("GET", "/v1/jobs", host)), 0) << host;
   }
-  for (const char* host : {"evil.example", "", "localhost.evil.example", "127.0.0.1.nip.example:8080"}) {
+  for (const char* host :
+       {"evil.example", "", "localhost.evil.example", "127.0.0.1.nip.example:8080"}) {
     EXPECT_EQ(status_of(guard, request("GET", "/v1/jobs", host)), 421) << host;
   }
+}
+
+TEST(Guard, NamesOfHostsHaveNoCase) {
+  Config config;
+  config.hosts = {"Render.Example"};
+  const Guard guard(config);
+  for (const char* host : {"render.example:8080", "RENDER.EXAMPLE", "LocalHost:8080"}) {
+    EXPECT_EQ(status_of(guard, request("GET", "/v1/jobs", host)), 0) << host;
+  }
+  auto asked = request("POST", "/v1/jobs", "Render.example");
+  asked.headers.set("Origin", "https://render.example");
+  EXPECT_EQ(status_of(guard, asked), 0);
+}
+
+TEST(Guard, FiguresNeedTheirKeyWhenThereIsOne) {
+  Config config;
+  config.metrics_key = "figures";
+  const Guard guard(config);
+  auto asked = request("GET", "/metrics", "10.1.2.3");
+  EXPECT_EQ(status_of(guard, asked), 401);
+  asked.headers.set("Authorization", "Bearer wrong");
+  EXPECT_EQ(status_of(guard, asked), 401);
+  asked.headers.set("Authorization", "Bearer figures");
+  EXPECT_EQ(status_of(guard, asked), 0);
+  EXPECT_EQ(status_of(guard, request("GET", "/livez", "10.1.2.3")), 0);
 }
 
 TEST(Guard, ProbesAnswerToAnyHostWithoutAKey) {
@@ -104,6 +140,103 @@ TEST(Guard, TheKeyComesAsBearerTokenOrCookie) {
   auto by_cookie = request("GET", "/v1/jobs");
   by_cookie.headers.set("Cookie", "a=b; " + std::string(cookie->substr(0, cookie->find(';'))));
   EXPECT_EQ(status_of(guard, by_cookie), 0);
+}
+
+/// The session that the key is exchanged for, as the Cookie header of later requests.
+std::string session_cookie(const Guard& guard, const std::string& key, bool is_https = false) {
+  auto asked = request("POST", "/v1/session");
+  asked.is_https = is_https;
+  asked.headers.set("Authorization", "Bearer " + key);
+  return std::string(guard.start_session(asked).headers.find("Set-Cookie").value_or(""));
+}
+
+int status_with_cookie(const Guard& guard, const std::string& cookie) {
+  auto asked = request("GET", "/v1/jobs");
+  asked.headers.set("Cookie", cookie.substr(0, cookie.find(';')));
+  return status_of(guard, asked);
+}
+
+TEST(Session, IsRandomAndEndsByTheWordOfItsOwnerAlone) {
+  Config config;
+  config.key = "secret";
+  const Guard guard(config);
+  const std::string first = session_cookie(guard, "secret");
+  const std::string second = session_cookie(guard, "secret");
+  EXPECT_NE(first, second);
+  EXPECT_NE(first.find("; Max-Age=604800;"), std::string::npos);
+  auto asked = request("DELETE", "/v1/session");
+  asked.headers.set("Cookie", first.substr(0, first.find(';')));
+  const auto ended = guard.end_session(asked);
+  EXPECT_EQ(ended.status, 204);
+  EXPECT_NE(ended.headers.find("Set-Cookie")->find("Max-Age=0"), std::string_view::npos);
+  EXPECT_EQ(status_with_cookie(guard, first), 401);
+  EXPECT_EQ(status_with_cookie(guard, second), 0);
+}
+
+TEST(Session, IsSecureForClientsThatSpeakTls) {
+  Config config;
+  config.key = "secret";
+  const Guard guard(config);
+  EXPECT_EQ(session_cookie(guard, "secret", false).find("Secure"), std::string::npos);
+  EXPECT_NE(session_cookie(guard, "secret", true).find("; Secure"), std::string::npos);
+}
+
+TEST(Session, EndsWithItsKey) {
+  Config config;
+  config.key = "secret";
+  Guard guard(config);
+  const std::string cookie = session_cookie(guard, "secret");
+  EXPECT_EQ(status_with_cookie(guard, cookie), 0);
+  config.key = "another";
+  guard.config().set(config);
+  EXPECT_EQ(status_with_cookie(guard, cookie), 401);
+}
+
+TEST(Session, OutlivesTheProcessAndEndsAtItsTime) {
+  const test_support::TemporaryFolder folder;
+  const auto database = *server::Database::open(folder.file("test.db"));
+  const double now = 1000;
+  const double life = std::chrono::duration<double>(server::SessionStore::kLife).count();
+  const std::string cookie = *server::SessionStore::open(*database).value()->begin("hash", now);
+  const auto store = *server::SessionStore::open(*database);
+  EXPECT_EQ(store->token_hash_of(cookie, now + life - 1), "hash");
+  EXPECT_FALSE(store->token_hash_of(cookie, now + life));
+  EXPECT_FALSE(store->token_hash_of("hash", now));
+  EXPECT_FALSE(store->token_hash_of("", now));
+}
+
+TEST(Guard, AnswersSayWhatABrowserMayDo) {
+  Config config;
+  config.key = "secret";
+  const Guard guard(config);
+  auto asked = request("GET", "/v1/jobs", "render.example");
+  auto answer = guard.decorated(asked, server::empty_response());
+  EXPECT_EQ(answer.headers.find("Referrer-Policy"), "no-referrer");
+  EXPECT_EQ(answer.headers.find("X-Content-Type-Options"), "nosniff");
+  EXPECT_NE(answer.headers.find("Content-Security-Policy")->find("frame-ancestors 'none'"),
+            std::string_view::npos);
+  EXPECT_FALSE(answer.headers.contains("Strict-Transport-Security"));
+  asked.is_https = true;
+  EXPECT_TRUE(guard.decorated(asked, server::empty_response())
+                  .headers.contains("Strict-Transport-Security"));
+  asked.headers.set("Host", "localhost:8443");
+  EXPECT_FALSE(guard.decorated(asked, server::empty_response())
+                   .headers.contains("Strict-Transport-Security"));
+}
+
+TEST(Guard, WhatAKeyWasGivenIsForNoSharedCache) {
+  const auto caching = [](const std::string& key, const std::string& path) {
+    Config config;
+    config.key = key;
+    auto answer = server::empty_response();
+    answer.headers.set("Cache-Control", "public, max-age=31536000, immutable");
+    const Guard guard(config);
+    answer = guard.decorated(request("GET", path), std::move(answer));
+    return std::string(*answer.headers.find("Cache-Control"));
+  };
+  EXPECT_EQ(caching("secret", "/v1/assets/abc"), "private, max-age=31536000, immutable");
+  EXPECT_EQ(caching("secret", "/assets/page.js"), "public, max-age=31536000, immutable");
+  EXPECT_EQ(caching("", "/v1/assets/abc"), "public, max-age=31536000, immutable");
 }
 
 TEST(Guard, ThePageAndTheDescriptionNeedNoKey) {
@@ -151,10 +284,10 @@ TEST(Guard, AnExpiredKeyIsNone) {
 TEST(Tickets, AreForTheirJobsAndForAMinute) {
   server::Tickets tickets;
   const auto now = server::Tickets::Clock::now();
-  const auto ticket = tickets.issue({"a", "b"}, "me", now);
+  const auto ticket = tickets.issue({"a", "b"}, {.key = "me", .access = {}}, now);
   ASSERT_TRUE(ticket);
-  EXPECT_EQ(tickets.holder_of(*ticket, {"a"}, now), "me");
-  EXPECT_EQ(tickets.holder_of(*ticket, {"b", "a"}, now), "me");
+  EXPECT_EQ(tickets.holder_of(*ticket, {"a"}, now)->key, "me");
+  EXPECT_EQ(tickets.holder_of(*ticket, {"b", "a"}, now)->key, "me");
   EXPECT_FALSE(tickets.holder_of(*ticket, {"a", "c"}, now));
   EXPECT_FALSE(tickets.holder_of(*ticket, {}, now));
   EXPECT_FALSE(tickets.holder_of("other", {"a"}, now));
@@ -166,10 +299,10 @@ TEST(Tickets, AreLimitedInNumberUntilTheyEnd) {
   server::Tickets tickets;
   const auto now = server::Tickets::Clock::now();
   for (std::size_t i = 0; i < server::Tickets::kMax; ++i) {
-    ASSERT_TRUE(tickets.issue({"a"}, "", now));
+    ASSERT_TRUE(tickets.issue({"a"}, {}, now));
   }
-  EXPECT_FALSE(tickets.issue({"a"}, "", now));
-  EXPECT_TRUE(tickets.issue({"a"}, "", now + seconds(61)));
+  EXPECT_FALSE(tickets.issue({"a"}, {}, now));
+  EXPECT_TRUE(tickets.issue({"a"}, {}, now + seconds(61)));
 }
 
 TEST(RateLimiter, FillsSteadilyUpToOneMinute) {
@@ -188,6 +321,54 @@ TEST(RateLimiter, FillsSteadilyUpToOneMinute) {
   EXPECT_FALSE(rates.take("k", 60, now + seconds(1)).allowed);
   EXPECT_EQ(rates.take("k", 60, now + seconds(3600)).remaining, 59);
   EXPECT_FALSE(rates.last("nobody"));
+}
+
+TEST(Guard, TheAccessOfARequestFollowsFromItsKey) {
+  const auto access_of = [](const Guard& guard, const std::string& token) {
+    auto asked = request("GET", "/v1/jobs");
+    asked.headers.set("Authorization", "Bearer " + token);
+    EXPECT_FALSE(guard.check(asked));
+    return asked.access;
+  };
+  using Scope = server::Access::Scope;
+  Config config;
+  config.key = "operators-own";
+  server::MadeKey own = server::make_key("own");
+  server::MadeKey named = server::make_key("named");
+  named.row.tenant = "studio";
+  named.row.may_admin = true;
+  named.row.priority_max = 7;
+  for (const bool is_shared : {false, true}) {
+    config.shared = is_shared;
+    Guard guard(config);
+    ASSERT_TRUE(guard.keys().insert(own.row) && guard.keys().insert(named.row));
+    const server::Access mine = access_of(guard, own.token);
+    EXPECT_EQ(mine.tenant, own.row.id);
+    EXPECT_EQ(mine.scope, is_shared ? Scope::kShared : Scope::kOwn);
+    EXPECT_EQ(mine.priority_max, 0);
+    const server::Access admins = access_of(guard, named.token);
+    EXPECT_EQ(admins.tenant, "studio");
+    EXPECT_EQ(admins.scope, is_shared ? Scope::kShared : Scope::kAll);
+    EXPECT_EQ(admins.priority_max, 7);
+    const server::Access operators = access_of(guard, "operators-own");
+    EXPECT_EQ(operators.tenant, "");
+    EXPECT_EQ(operators.scope, is_shared ? Scope::kShared : Scope::kAll);
+    EXPECT_EQ(operators.priority_max, 100);
+  }
+  // Without keys everything is everybody's.
+  auto asked = request("GET", "/v1/jobs");
+  EXPECT_FALSE(Guard(Config{}).check(asked));
+  EXPECT_EQ(asked.access.scope, Scope::kShared);
+}
+
+TEST(Guard, OnlyTheScopeAdminManagesKeys) {
+  Config config;
+  Guard guard(config);
+  server::MadeKey made = server::make_key("studio");
+  ASSERT_TRUE(guard.keys().insert(made.row));
+  auto asked = request("GET", "/v1/keys");
+  asked.headers.set("Authorization", "Bearer " + made.token);
+  EXPECT_EQ(status_of(guard, asked), 403);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-#include "server/http/conditional.h"
-
 #include <gtest/gtest.h>
+
+#include "server/http/conditional.h"
 
 namespace server {
 namespace {

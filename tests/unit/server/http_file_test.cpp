@@ -1,10 +1,9 @@
-#include "server/http/file_response.h"
-
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <fstream>
 
+#include <gtest/gtest.h>
+
+#include "server/http/file_response.h"
 #include "tests/unit/server/http_test_server.h"
 
 namespace server {
@@ -75,11 +74,11 @@ class HttpFile : public testing::Test {
 
   std::vector<Route> routes() {
     return {{.method = "GET", .pattern = "/files/{name}", .handler = [this](Request& request) {
-               return file_response(
-                   request, {.path = directory_ / std::string(request.path_param("name")),
-                             .content_type = "model/gltf-binary",
-                             .etag = "\"abc\"",
-                             .cache_control = "immutable"});
+               return file_response(request,
+                                    {.path = directory_ / std::string(request.path_param("name")),
+                                     .content_type = "model/gltf-binary",
+                                     .etag = "\"abc\"",
+                                     .cache_control = "immutable"});
              }}};
   }
 
@@ -173,7 +172,8 @@ TEST(HttpMade, HasALengthAndParts) {
   EXPECT_EQ(client.exchange(get("/made/x", "Range: bytes=-1\r\n")).body, "z");
   EXPECT_EQ(client.exchange(get("/made/x", "Range: bytes=26-\r\n")).status, 416);
   EXPECT_EQ(client.exchange(get("/made/x", "If-None-Match: \"abc\"\r\n")).status, 304);
-  EXPECT_EQ(client.exchange(get("/made/x", "Range: bytes=0-1\r\nIf-Range: \"old\"\r\n")).status, 200);
+  EXPECT_EQ(client.exchange(get("/made/x", "Range: bytes=0-1\r\nIf-Range: \"old\"\r\n")).status,
+            200);
   std::string head = get("/made/x");
   client.send(head.replace(0, 3, "HEAD"));
   EXPECT_EQ(client.receive(true).header("Content-Length"), "26");

@@ -1,9 +1,9 @@
-#include "server/http/negotiation.h"
+#include <array>
+#include <string>
 
 #include <gtest/gtest.h>
 
-#include <array>
-#include <string>
+#include "server/http/negotiation.h"
 
 namespace server {
 namespace {

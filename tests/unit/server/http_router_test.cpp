@@ -1,6 +1,6 @@
-#include "server/http/router.h"
-
 #include <gtest/gtest.h>
+
+#include "server/http/router.h"
 
 namespace server {
 namespace {

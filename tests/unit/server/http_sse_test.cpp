@@ -1,6 +1,6 @@
-#include "server/http/sse.h"
-
 #include <gtest/gtest.h>
+
+#include "server/http/sse.h"
 
 namespace server {
 namespace {

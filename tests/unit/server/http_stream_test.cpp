@@ -1,6 +1,6 @@
-#include <gtest/gtest.h>
-
 #include <atomic>
+
+#include <gtest/gtest.h>
 
 #include "core/base/mutex.h"
 #include "tests/unit/server/http_test_server.h"

@@ -1,14 +1,14 @@
 #include "tests/unit/server/http_test_server.h"
 
+#include <array>
+#include <cstdlib>
+#include <stdexcept>
+
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
-
-#include <array>
-#include <cstdlib>
-#include <stdexcept>
 
 #include "core/base/check.h"
 #include "server/http/problem.h"
@@ -17,7 +17,7 @@
 namespace server::http_test {
 namespace {
 
-constexpr std::chrono::milliseconds kPatience(3000);
+constexpr std::chrono::milliseconds kPatience(30'000);
 
 std::vector<Route> make_routes(std::vector<Route> routes) {
   routes.push_back({.method = "GET", .pattern = "/echo/{word}", .handler = [](Request& request) {
@@ -46,13 +46,12 @@ std::vector<Route> make_routes(std::vector<Route> routes) {
   routes.push_back({.method = "POST", .pattern = "/ignore", .handler = [](Request&) {
                       return empty_response();
                     }});
-  routes.push_back({.method = "POST",
-                    .pattern = "/refuse",
-                    .handler =
-                        [](Request& request) {
-                          return problem_response(403, "not for you", request.path);
-                        },
-                    .body = BodyPolicy::stream(100'000'000)});
+  routes.push_back(
+      {.method = "POST",
+       .pattern = "/refuse",
+       .handler =
+           [](Request& request) { return problem_response(403, "not for you", request.path); },
+       .body = BodyPolicy::stream(100'000'000)});
   routes.push_back({.method = "GET",
                     .pattern = "/livez",
                     .handler = [](Request&) { return text_response(200, "text/plain", "ok"); },

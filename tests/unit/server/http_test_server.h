@@ -35,7 +35,7 @@ class TestServer {
   int port() const { return port_; }
   HttpServer& http() { return *http_; }
   StreamGate& streams() { return streams_; }
-  /// Waits for the outcome of the next exchange; empty after 3 s.
+  /// Waits for the outcome of the next exchange; empty after 30 s.
   std::optional<Logged> next_outcome();
 
  private:
@@ -74,7 +74,7 @@ class Client {
     send(bytes);
     return receive();
   }
-  /// Whatever comes until the text is there; false after 3 s or at the end.
+  /// Whatever comes until the text is there; false after 30 s or at the end.
   bool wait_for(std::string_view text);
   /// True if the server ends the connection within the time, having sent nothing more.
   bool is_closed_within(std::chrono::milliseconds time);

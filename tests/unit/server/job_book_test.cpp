@@ -1,5 +1,11 @@
 #include "server/jobs/job_book.h"
 
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace {
@@ -12,14 +18,16 @@ using server::JobPointer;
 using server::JobRecord;
 using server::Rank;
 
-JobPointer made_job(std::int64_t sequence, bool is_preview = false, const std::string& owner = "") {
+JobPointer made_job(std::int64_t sequence, bool is_preview = false,
+                    const std::string& tenant = "") {
   JobRecord record;
   record.view.id = "job" + std::to_string(sequence);
   record.sequence = sequence;
+  record.tenant = tenant;
   if (is_preview) {
     record.view.spec.job_class = api::JobClass::kPreview;
   }
-  return std::make_shared<Job>(std::move(record), Job::History::kInLog, owner);
+  return std::make_shared<Job>(std::move(record), Job::History::kInLog);
 }
 
 TEST(JobBook, TheQueueIsOrderedByClassPriorityAndAge) {
@@ -32,31 +40,83 @@ TEST(JobBook, TheQueueIsOrderedByClassPriorityAndAge) {
   book.enqueue(old, {});
   book.enqueue(urgent, {.priority = 5});
   book.enqueue(preview, {.is_preview = true, .priority = -5});
-  EXPECT_EQ(book.position("job4"), 0);
-  EXPECT_EQ(book.position("job2"), 3);
-  EXPECT_EQ(book.admit(), preview);
-  EXPECT_EQ(book.admit(), urgent);
-  EXPECT_EQ(book.admit(), old);
-  EXPECT_EQ(book.admit(), fresh);
+  EXPECT_EQ(book.position(*preview), 0);
+  EXPECT_EQ(book.position(*fresh), 3);
+  std::vector<std::shared_ptr<JobBook::Place>> places;
+  for (const auto& next : {preview, urgent, old, fresh}) {
+    places.push_back(book.admit());
+    ASSERT_NE(places.back(), nullptr);
+    EXPECT_EQ(places.back()->job(), next);
+  }
   EXPECT_EQ(book.admit(), nullptr);
+}
+
+TEST(JobBook, TenantsTakeTurnsWithinARank) {
+  JobBook book(BookLimits{.running_max = 2});
+  std::vector<JobPointer> jobs = {nullptr};
+  for (int i = 1; i <= 7; ++i) {
+    jobs.push_back(made_job(i, false, i <= 4 ? "many" : "few"));
+  }
+  for (std::size_t i = 1; i <= 4; ++i) {
+    book.enqueue(jobs[i], {});
+  }
+  auto first = book.admit();
+  auto second = book.admit();
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->job(), jobs[1]);
+  EXPECT_EQ(second->job(), jobs[2]);
+  EXPECT_EQ(book.admit(), nullptr);
+  for (std::size_t i = 5; i <= 7; ++i) {
+    book.enqueue(jobs[i], {});
+  }
+  EXPECT_EQ(book.position(*jobs[5]), 0);  // None of its tenant runs.
+  EXPECT_EQ(book.position(*jobs[6]), 1);
+  EXPECT_EQ(book.position(*jobs[3]), 2);  // Two run already.
+  EXPECT_EQ(book.position(*jobs[7]), 3);
+  EXPECT_EQ(book.position(*jobs[4]), 4);
+  // A tenant without a place gets one beyond the limit, and a second only below it.
+  const auto beyond = book.admit();
+  ASSERT_NE(beyond, nullptr);
+  EXPECT_EQ(beyond->job(), jobs[5]);
+  EXPECT_EQ(book.admit(), nullptr);
+  first.reset();
+  EXPECT_EQ(book.admit(), nullptr);
+  second.reset();
+  EXPECT_EQ(book.position(*jobs[3]), 0);
+  const auto next = book.admit();
+  ASSERT_NE(next, nullptr);
+  EXPECT_EQ(next->job(), jobs[3]);
+}
+
+TEST(JobBook, PlacesBeyondTheLimitEndAtItsDouble) {
+  JobBook book(BookLimits{.running_max = 2});
+  std::vector<std::shared_ptr<JobBook::Place>> places;
+  for (int i = 1; i <= 6; ++i) {
+    book.enqueue(made_job(i, false, "tenant " + std::to_string(i)), {});
+    places.push_back(book.admit());
+    EXPECT_EQ(places.back() != nullptr, i <= 4) << i;
+  }
 }
 
 TEST(JobBook, NoMoreRunThanHavePlaces) {
   JobBook book(BookLimits{.running_max = 1});
   book.enqueue(made_job(1), {});
   book.enqueue(made_job(2), {});
-  ASSERT_NE(book.admit(), nullptr);
+  auto place = book.admit();
+  ASSERT_NE(place, nullptr);
   EXPECT_EQ(book.admit(), nullptr);
-  book.leave("job1");
+  place.reset();
   EXPECT_NE(book.admit(), nullptr);
 }
 
 TEST(JobBook, AHigherPriorityNeedNotWaitForALowerOneToEnd) {
   JobBook book(BookLimits{.running_max = 1});
   book.enqueue(made_job(1), {});
-  ASSERT_NE(book.admit(), nullptr);
+  const auto low = book.admit();
+  ASSERT_NE(low, nullptr);
   book.enqueue(made_job(2), {.priority = 1});
-  EXPECT_NE(book.admit(), nullptr);
+  const auto high = book.admit();
+  EXPECT_NE(high, nullptr);
   book.enqueue(made_job(3), {.priority = 2});
   EXPECT_EQ(book.admit(), nullptr);  // Twice the places at most.
 }
@@ -64,7 +124,8 @@ TEST(JobBook, AHigherPriorityNeedNotWaitForALowerOneToEnd) {
 TEST(JobBook, PreviewsNeedNoPlace) {
   JobBook book(BookLimits{.running_max = 1});
   book.enqueue(made_job(1), {});
-  ASSERT_NE(book.admit(), nullptr);
+  const auto place = book.admit();
+  ASSERT_NE(place, nullptr);
   book.enqueue(made_job(2, true), {.is_preview = true});
   EXPECT_NE(book.admit(), nullptr);
 }
@@ -72,30 +133,35 @@ TEST(JobBook, PreviewsNeedNoPlace) {
 TEST(JobBook, AFullQueueSaysHowManyWaitAndWhatToDo) {
   JobBook book(BookLimits{.queue_max = 2});
   book.enqueue(made_job(1), {});
-  EXPECT_EQ(book.full_text({}), "The queue is full: 1 job is waiting. Wait until one has started, and try again.");
+  EXPECT_EQ(book.full_text({}),
+            "The queue is full: 1 job is waiting. Wait until one has started, and try again.");
   book.enqueue(made_job(2), {});
-  EXPECT_EQ(book.full_text({}), "The queue is full: 2 jobs are waiting. Wait until one has started, and try again.");
+  EXPECT_EQ(book.full_text({}),
+            "The queue is full: 2 jobs are waiting. Wait until one has started, and try again.");
 }
 
 TEST(JobBook, AFullQueueHasNoRoom) {
   JobBook book(BookLimits{.queue_max = 2, .running_max = 1});
   book.enqueue(made_job(1), {});
-  ASSERT_NE(book.admit(), nullptr);
+  const auto place = book.admit();
+  ASSERT_NE(place, nullptr);
   EXPECT_TRUE(book.has_room({}));
-  book.enqueue(made_job(2), {});
+  const auto second = made_job(2);
+  book.enqueue(second, {});
   book.enqueue(made_job(3), {});
   EXPECT_FALSE(book.has_room({}));
   EXPECT_TRUE(book.has_room({.is_preview = true}));
-  book.dequeue("job2");
+  book.dequeue(*second);
   EXPECT_TRUE(book.has_room({}));
 }
 
 TEST(JobBook, AChangedPriorityMovesAWaitingJob) {
   JobBook book(BookLimits{});
   book.enqueue(made_job(1), {});
-  book.enqueue(made_job(2), {});
-  book.set_rank("job2", {.priority = 1});
-  EXPECT_EQ(book.position("job2"), 0);
+  const auto second = made_job(2);
+  book.enqueue(second, {});
+  book.set_rank(*second, {.priority = 1});
+  EXPECT_EQ(book.position(*second), 0);
 }
 
 TEST(JobBook, OldFinalJobsAreForgottenFirst) {
@@ -114,9 +180,39 @@ TEST(JobBook, ADeletedJobDoesNotComeBackWhenItsRunEnds) {
   JobBook book(BookLimits{});
   const auto job = made_job(1);
   book.add(job);
-  book.forget("job1");
+  book.forget(*job);
   book.retire(job);
   EXPECT_EQ(book.find("job1"), nullptr);
+}
+
+TEST(JobBook, AnIdThatIsUsedAgainIsAnotherJob) {
+  JobBook book(BookLimits{.final_jobs_max = 1});
+  const auto old = made_job(1);
+  const auto fresh = made_job(1);
+  book.add(old);
+  book.enqueue(old, {});
+  auto place = book.admit();
+  book.forget(*old);
+  book.add(fresh);
+  book.enqueue(fresh, {});
+  book.retire(old);
+  book.forget(*old);
+  book.dequeue(*old);
+  EXPECT_EQ(book.find("job1"), fresh);
+  EXPECT_EQ(book.position(*fresh), 0);
+  EXPECT_EQ(book.holders(), std::vector<JobPointer>{old});
+  place.reset();
+  EXPECT_TRUE(book.holders().empty());
+}
+
+TEST(JobBook, WhoeverGivesAPlaceBackIsHeard) {
+  int left = 0;
+  JobBook book(BookLimits{.running_max = 1}, [&left] { ++left; });
+  book.enqueue(made_job(1), {});
+  auto place = book.admit();
+  EXPECT_EQ(left, 0);
+  place.reset();
+  EXPECT_EQ(left, 1);
 }
 
 TEST(JobBook, OfTwoWhoLoadTheSameFinalJobBothGetOne) {
@@ -132,7 +228,8 @@ constexpr Rank kPreview = {.is_preview = true};
 constexpr std::uint64_t kMost = 1600;  ///< 1500 for normal jobs
 
 /// A film, and a scene with the name.
-JobMemory memory(std::uint64_t film_bytes, const std::string& scene = "", std::uint64_t scene_bytes = 0) {
+JobMemory memory(std::uint64_t film_bytes, const std::string& scene = "",
+                 std::uint64_t scene_bytes = 0) {
   JobMemory needed{.film_bytes = film_bytes, .shared_bytes = {}};
   if (!scene.empty()) {
     needed.shared_bytes[scene] = scene_bytes;
@@ -140,134 +237,158 @@ JobMemory memory(std::uint64_t film_bytes, const std::string& scene = "", std::u
   return needed;
 }
 
-TEST(JobBookMemory, JobsWaitUntilThereIsMemoryForThem) {
-  JobBook book(BookLimits{.memory_max_bytes = kMost});
-  book.enqueue(made_job(1), kNormal, memory(900));
-  book.enqueue(made_job(2), kNormal, memory(601));
-  book.enqueue(made_job(3), kNormal, memory(1));
-  ASSERT_NE(book.admit(), nullptr);
+/// The jobs of a test, and the places that they were given.
+class JobBookMemory : public testing::Test {
+ protected:
+  JobBook& make_book(BookLimits limits) { return book_.emplace(limits); }
+  /// Puts a job into the queue, and into its place if there is one for it.
+  bool start(JobBook& book, int number, Rank rank, const JobMemory& needed = {},
+             const std::string& tenant = "") {
+    wait(book, number, rank, needed, tenant);
+    return admit(book);
+  }
+  void wait(JobBook& book, int number, Rank rank, const JobMemory& needed = {},
+            const std::string& tenant = "") {
+    jobs_[number] = made_job(number, rank.is_preview, tenant);
+    book.enqueue(jobs_[number], rank, needed);
+  }
+  bool admit(JobBook& book) {
+    auto place = book.admit();
+    if (!place) {
+      return false;
+    }
+    const JobPointer job = place->job();
+    places_[job->sequence()] = std::move(place);
+    return true;
+  }
+  const Job& job(int number) { return *jobs_.at(number); }
+  const JobPointer& pointer(int number) { return jobs_.at(number); }
+  void leave(int number) { places_.erase(number); }
+
+ private:
+  std::optional<JobBook> book_;
+  std::map<int, JobPointer> jobs_;
+  std::map<std::int64_t, std::shared_ptr<JobBook::Place>> places_;
+};
+
+TEST_F(JobBookMemory, JobsWaitUntilThereIsMemoryForThem) {
+  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  wait(book, 1, kNormal, memory(900));
+  wait(book, 2, kNormal, memory(601));
+  ASSERT_TRUE(start(book, 3, kNormal, memory(1)));
   EXPECT_EQ(book.memory_bytes(), 900U);
-  EXPECT_EQ(book.admit(), nullptr);  // The small one does not pass the large one, which would wait for ever.
+  EXPECT_FALSE(
+      admit(book));  // The small one does not pass the large one, which would wait for ever.
   EXPECT_TRUE(book.waits_for_memory());
-  book.leave("job1");
+  leave(1);
   EXPECT_EQ(book.memory_bytes(), 0U);
-  ASSERT_NE(book.admit(), nullptr);
-  ASSERT_NE(book.admit(), nullptr);
+  ASSERT_TRUE(admit(book));
+  ASSERT_TRUE(admit(book));
   EXPECT_EQ(book.memory_bytes(), 602U);
   EXPECT_FALSE(book.waits_for_memory());
 }
 
-TEST(JobBookMemory, ASixteenthIsForPreviews) {
-  JobBook book(BookLimits{.memory_max_bytes = kMost});
-  book.enqueue(made_job(1), kNormal, memory(1500));
-  ASSERT_NE(book.admit(), nullptr);
-  book.enqueue(made_job(2, true), kPreview, memory(100));
-  ASSERT_NE(book.admit(), nullptr);
-  book.enqueue(made_job(3, true), kPreview, memory(1));
-  EXPECT_EQ(book.admit(), nullptr);
+TEST_F(JobBookMemory, ASixteenthIsForPreviews) {
+  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  ASSERT_TRUE(start(book, 1, kNormal, memory(1500)));
+  ASSERT_TRUE(start(book, 2, kPreview, memory(100)));
+  wait(book, 3, kPreview, memory(1));
+  EXPECT_FALSE(admit(book));
 }
 
-TEST(JobBookMemory, WhatJobsShareCountsOnce) {
-  JobBook book(BookLimits{.memory_max_bytes = kMost});
-  book.enqueue(made_job(1), kNormal, memory(50, "hall", 1400));
-  book.enqueue(made_job(2), kNormal, memory(50, "hall", 1400));
-  book.enqueue(made_job(3), kNormal, memory(50, "sponza", 1400));
-  ASSERT_NE(book.admit(), nullptr);
-  ASSERT_NE(book.admit(), nullptr);
+TEST_F(JobBookMemory, WhatJobsShareCountsOnce) {
+  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  wait(book, 1, kNormal, memory(50, "hall", 1400));
+  wait(book, 2, kNormal, memory(50, "hall", 1400));
+  ASSERT_TRUE(start(book, 3, kNormal, memory(50, "sponza", 1400)));
+  ASSERT_TRUE(admit(book));
   EXPECT_EQ(book.memory_bytes(), 1500U);
-  EXPECT_EQ(book.admit(), nullptr);
-  book.leave("job1");
+  EXPECT_FALSE(admit(book));
+  leave(1);
   EXPECT_EQ(book.memory_bytes(), 1450U);
-  book.leave("job2");
-  EXPECT_NE(book.admit(), nullptr);
+  leave(2);
+  EXPECT_TRUE(admit(book));
 }
 
-TEST(JobBookMemory, WhoIsAloneGetsWhatItNeeds) {
-  JobBook book(BookLimits{.memory_max_bytes = kMost});
-  book.enqueue(made_job(1), kNormal, memory(10, "large", 5000));
-  book.enqueue(made_job(2), kNormal, memory(10));
-  EXPECT_NE(book.admit(), nullptr);
-  EXPECT_EQ(book.admit(), nullptr);
+TEST_F(JobBookMemory, WhoIsAloneGetsWhatItNeeds) {
+  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  wait(book, 1, kNormal, memory(10, "large", 5000));
+  wait(book, 2, kNormal, memory(10));
+  EXPECT_TRUE(admit(book));
+  EXPECT_FALSE(admit(book));
 }
 
-TEST(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
-  JobBook book(BookLimits{.memory_max_bytes = kMost});
+TEST_F(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
+  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
   for (int i = 1; i <= 3; ++i) {
-    book.enqueue(made_job(i), kNormal, memory(400));
-    ASSERT_NE(book.admit(), nullptr);
+    ASSERT_TRUE(start(book, i, kNormal, memory(400)));
   }
-  book.pause("job2");
-  book.pause("job1");
+  book.pause(job(2));
+  book.pause(job(1));
   EXPECT_EQ(book.memory_bytes(), 1200U);
   EXPECT_TRUE(book.take_parkable().empty());  // Nobody waits.
-  book.enqueue(made_job(4), kNormal, memory(700));
-  EXPECT_EQ(book.admit(), nullptr);
-  EXPECT_EQ(book.take_parkable(), std::vector<std::string>{"job2"});
+  wait(book, 4, kNormal, memory(700));
+  EXPECT_FALSE(admit(book));
+  EXPECT_EQ(book.take_parkable(), std::vector<JobPointer>{pointer(2)});
   EXPECT_TRUE(book.take_parkable().empty());  // It is under way.
-  book.keep("job2");                          // It could not be saved.
-  EXPECT_EQ(book.take_parkable(), std::vector<std::string>{"job2"});
-  book.leave("job2");
-  EXPECT_NE(book.admit(), nullptr);
+  book.keep(job(2));                          // It could not be saved.
+  EXPECT_EQ(book.take_parkable(), std::vector<JobPointer>{pointer(2)});
+  leave(2);
+  EXPECT_TRUE(admit(book));
 }
 
-TEST(JobBookMemory, OneThatGoesOnIsNotParked) {
-  JobBook book(BookLimits{.memory_max_bytes = kMost});
-  book.enqueue(made_job(1), kNormal, memory(900));
-  ASSERT_NE(book.admit(), nullptr);
-  book.pause("job1");
-  book.claim("job1", kNormal);
-  book.enqueue(made_job(2), kNormal, memory(900));
-  EXPECT_EQ(book.admit(), nullptr);
+TEST_F(JobBookMemory, OneThatGoesOnIsNotParked) {
+  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  ASSERT_TRUE(start(book, 1, kNormal, memory(900)));
+  book.pause(job(1));
+  book.claim(job(1), kNormal);
+  wait(book, 2, kNormal, memory(900));
+  EXPECT_FALSE(admit(book));
   EXPECT_TRUE(book.take_parkable().empty());
 }
 
-TEST(JobBookMemory, NobodyIsParkedInVain) {
-  JobBook book(BookLimits{.memory_max_bytes = kMost});
-  book.enqueue(made_job(1), kNormal, memory(1100));
-  book.enqueue(made_job(2), kNormal, memory(200));
-  ASSERT_NE(book.admit(), nullptr);
-  ASSERT_NE(book.admit(), nullptr);
-  book.pause("job2");
-  book.enqueue(made_job(3), kNormal, memory(500));  // The one that runs leaves 400.
+TEST_F(JobBookMemory, NobodyIsParkedInVain) {
+  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  wait(book, 1, kNormal, memory(1100));
+  ASSERT_TRUE(start(book, 2, kNormal, memory(200)));
+  ASSERT_TRUE(admit(book));
+  book.pause(job(2));
+  wait(book, 3, kNormal, memory(500));  // The one that runs leaves 400.
   EXPECT_TRUE(book.take_parkable().empty());
 }
 
-TEST(JobBookMemory, PreviewsHaveNoFileToGoOnFrom) {
-  JobBook book(BookLimits{.memory_max_bytes = kMost});
-  book.enqueue(made_job(1, true), kPreview, memory(900));
-  ASSERT_NE(book.admit(), nullptr);
-  book.pause("job1");
-  book.enqueue(made_job(2), kNormal, memory(900));
-  EXPECT_EQ(book.admit(), nullptr);
+TEST_F(JobBookMemory, PreviewsHaveNoFileToGoOnFrom) {
+  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  ASSERT_TRUE(start(book, 1, kPreview, memory(900)));
+  book.pause(job(1));
+  wait(book, 2, kNormal, memory(900));
+  EXPECT_FALSE(admit(book));
   EXPECT_TRUE(book.take_parkable().empty());
 }
 
-TEST(JobBookMemory, PausedPreviewsCountAsPreviews) {
-  JobBook book(BookLimits{.previews_max = 1});
-  book.enqueue(made_job(1, true), kPreview);
-  ASSERT_NE(book.admit(), nullptr);
-  book.pause("job1");
+TEST_F(JobBookMemory, PausedPreviewsCountAsPreviews) {
+  JobBook& book = make_book(BookLimits{.previews_max = 1});
+  ASSERT_TRUE(start(book, 1, kPreview));
+  book.pause(job(1));
   EXPECT_FALSE(book.has_room(kPreview));
 }
 
-TEST(JobBookMemory, WithoutAQueueThereIsRoomOnlyForWhatMayStart) {
-  JobBook book(BookLimits{.queue_max = 0, .memory_max_bytes = kMost});
-  book.enqueue(made_job(1), kNormal, memory(900));
-  ASSERT_NE(book.admit(), nullptr);
+TEST_F(JobBookMemory, WithoutAQueueThereIsRoomOnlyForWhatMayStart) {
+  JobBook& book = make_book(BookLimits{.queue_max = 0, .memory_max_bytes = kMost});
+  ASSERT_TRUE(start(book, 1, kNormal, memory(900)));
   EXPECT_TRUE(book.has_room(kNormal, memory(600)));
   EXPECT_FALSE(book.has_room(kNormal, memory(601)));
 }
 
-TEST(JobBookMemory, OneKeyLeavesPreviewsForOthers) {
-  JobBook book(BookLimits{.previews_max = 3, .previews_of_owner_max = 2});
-  book.enqueue(made_job(1, true, "a"), kPreview);
-  ASSERT_NE(book.admit(), nullptr);
+TEST_F(JobBookMemory, OneTenantLeavesPreviewsForOthers) {
+  JobBook& book = make_book(BookLimits{.previews_max = 3, .previews_of_tenant_max = 2});
+  ASSERT_TRUE(start(book, 1, kPreview, {}, "a"));
   EXPECT_TRUE(book.has_room(kPreview, {}, "a"));
-  book.enqueue(made_job(2, true, "a"), kPreview);
+  wait(book, 2, kPreview, {}, "a");
   EXPECT_FALSE(book.has_room(kPreview, {}, "a"));
   EXPECT_TRUE(book.has_room(kPreview, {}, "b"));
   EXPECT_TRUE(book.has_room(kPreview));
-  book.leave("job1");
+  leave(1);
   EXPECT_TRUE(book.has_room(kPreview, {}, "a"));
 }
 

@@ -10,7 +10,8 @@ using server::JobPointer;
 using test_support::kForever;
 class JobsMemory : public test_support::JobsFixture {};
 
-/// Paused jobs in memory beside one that runs: with room for one film, every start parks another job.
+/// Paused jobs in memory beside one that runs: with room for one film, every start parks another
+/// job.
 TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
   std::vector<std::string> undisturbed;
   for (int seed = 1; seed <= 3; ++seed) {
@@ -18,14 +19,15 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
     ASSERT_TRUE(wait_for(job, JobState::kFinished));
     undisturbed.push_back(jobs->view(*job).film_digest);
   }
-  const std::uint64_t scene_bytes = scenes->facts("cornell-box")->bytes;
+  const std::uint64_t scene_bytes =
+      scenes->facts("cornell-box", server::Access::operators())->bytes;
   options.book.memory_max_bytes = (film_bytes() * 3 / 2 + scene_bytes) * 16 / 15;
   restart();
   std::vector<JobPointer> paused;
   for (int seed = 1; seed <= 3; ++seed) {
     const auto job = submit(200, R"(, "seed": )" + std::to_string(seed));
     ASSERT_TRUE(wait_for_samples(job)) << seed;
-    ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt));
+    ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt, server::Access::operators()));
     EXPECT_LE(jobs->counts().held_bytes, options.book.memory_max_bytes);
     paused.push_back(job);
   }
@@ -38,7 +40,8 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
   const auto film = jobs->film(*paused[0]);
   ASSERT_TRUE(film) << film.error().message;
   for (std::size_t i = 0; i < paused.size(); ++i) {
-    ASSERT_TRUE(jobs->patch(paused[i], R"({"paused": false})", std::nullopt));
+    ASSERT_TRUE(
+        jobs->patch(paused[i], R"({"paused": false})", std::nullopt, server::Access::operators()));
   }
   for (std::size_t i = 0; i < paused.size(); ++i) {
     ASSERT_TRUE(wait_for(paused[i], JobState::kFinished));
@@ -51,7 +54,7 @@ TEST_F(JobsMemory, AFilmThatIsTooLargeForTheServerIsRefused) {
   const std::string before = submit(kForever)->id();
   options.book.memory_max_bytes = film_bytes();  // A part of it is for previews.
   restart();
-  const auto found = jobs->find(before);
+  const auto found = jobs->find(before, server::Access::operators());
   ASSERT_TRUE(found);
   ASSERT_TRUE(wait_for(*found, JobState::kFailed));
   EXPECT_NE(jobs->view(**found).failure->detail.find("--memory"), std::string::npos);

@@ -10,8 +10,8 @@ namespace {
 using api::JobState;
 using server::may_change;
 
-constexpr std::array kStates = {JobState::kQueued, JobState::kLoading, JobState::kRendering,
-                                JobState::kPaused, JobState::kFinished, JobState::kFailed,
+constexpr std::array kStates = {JobState::kQueued,   JobState::kLoading,  JobState::kRendering,
+                                JobState::kPaused,   JobState::kFinished, JobState::kFailed,
                                 JobState::kCancelled};
 
 TEST(JobState, ChangesAreThoseOfTheTable) {

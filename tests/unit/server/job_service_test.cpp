@@ -10,6 +10,7 @@
 namespace {
 
 using api::JobState;
+using server::Access;
 using server::JobPointer;
 using server::JobService;
 using std::chrono::milliseconds;
@@ -46,7 +47,7 @@ TEST_F(Jobs, AFinishedJobOutlivesTheProcess) {
   const api::JobView before = jobs->view(*job);
   const std::string id = job->id();
   restart();
-  const auto found = jobs->find(id);
+  const auto found = jobs->find(id, Access::operators());
   ASSERT_TRUE(found);
   const api::JobView after = jobs->view(**found);
   EXPECT_EQ(after.state, JobState::kFinished);
@@ -65,7 +66,7 @@ TEST_F(Jobs, AJobThatWasInterruptedEndsBitByBitTheSame) {
   const std::string id = job->id();
   ASSERT_TRUE(wait_for_samples(job));
   restart();
-  const auto resumed = jobs->find(id);
+  const auto resumed = jobs->find(id, Access::operators());
   ASSERT_TRUE(resumed);
   ASSERT_TRUE(wait_for(*resumed, JobState::kFinished));
   EXPECT_EQ(jobs->view(**resumed).film_digest, digest);
@@ -81,7 +82,7 @@ TEST_F(Jobs, ACancelledJobKeepsItsPicture) {
   EXPECT_TRUE(jobs->cancel(job));  // Twice is no error.
   const std::string id = job->id();
   restart();
-  const auto found = jobs->find(id);
+  const auto found = jobs->find(id, Access::operators());
   ASSERT_TRUE(found);
   EXPECT_EQ((*found)->state(), JobState::kCancelled);
   EXPECT_TRUE(jobs->film(**found));
@@ -90,13 +91,14 @@ TEST_F(Jobs, ACancelledJobKeepsItsPicture) {
 TEST_F(Jobs, APausedJobStandsStillAndGoesOn) {
   const auto job = submit(kForever);
   ASSERT_TRUE(wait_for_samples(job));
-  ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt));
+  ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt, server::Access::operators()));
   EXPECT_EQ(job->state(), JobState::kPaused);
   std::this_thread::sleep_for(milliseconds(100));
   const auto revision = jobs->view(*job).progress.revision;
   std::this_thread::sleep_for(milliseconds(50));
   EXPECT_EQ(jobs->view(*job).progress.revision, revision);
-  ASSERT_TRUE(jobs->patch(job, R"({"paused": false, "stop": {"samples_per_pixel": 64}})", std::nullopt));
+  ASSERT_TRUE(jobs->patch(job, R"({"paused": false, "stop": {"samples_per_pixel": 64}})",
+                          std::nullopt, server::Access::operators()));
   EXPECT_TRUE(wait_for(job, JobState::kFinished));
 }
 
@@ -106,12 +108,13 @@ TEST_F(Jobs, APausedJobIsPausedAfterARestartAndGoesOnToTheSameFilm) {
   const std::string digest = jobs->view(*whole).film_digest;
   const auto job = submit(128, R"(, "name": "paused")");
   const std::string id = job->id();
-  ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt));
+  ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt, server::Access::operators()));
   restart();
-  auto found = jobs->find(id);
+  auto found = jobs->find(id, Access::operators());
   ASSERT_TRUE(found);
   EXPECT_EQ((*found)->state(), JobState::kPaused);
-  ASSERT_TRUE(jobs->patch(*found, R"({"paused": false})", std::nullopt));
+  ASSERT_TRUE(
+      jobs->patch(*found, R"({"paused": false})", std::nullopt, server::Access::operators()));
   ASSERT_TRUE(wait_for(*found, JobState::kFinished));
   EXPECT_EQ(jobs->view(**found).film_digest, digest);
 }
@@ -119,12 +122,22 @@ TEST_F(Jobs, APausedJobIsPausedAfterARestartAndGoesOnToTheSameFilm) {
 TEST_F(Jobs, PatchingChecksTheVersionItWasMadeFor) {
   const auto job = submit(kForever);
   EXPECT_EQ(jobs->view(*job).spec_version, 1U);
-  ASSERT_TRUE(jobs->patch(job, R"({"priority": 5})", std::vector<std::uint32_t>{7, 1}));
+  ASSERT_TRUE(jobs->patch(job, R"({"priority": 5})", std::vector<std::uint32_t>{7, 1},
+                          Access::operators()));
   EXPECT_EQ(jobs->view(*job).spec_version, 2U);
-  EXPECT_EQ(jobs->patch(job, R"({"priority": 6})", std::vector<std::uint32_t>{7, 1}).problem().status, 412);
+  EXPECT_EQ(
+      jobs->patch(job, R"({"priority": 6})", std::vector<std::uint32_t>{7, 1}, Access::operators())
+          .problem()
+          .status,
+      412);
   ASSERT_TRUE(jobs->cancel(job));
-  EXPECT_EQ(jobs->patch(job, R"({"stop": {"seconds": 1}})", std::nullopt).problem().status, 409);
-  EXPECT_TRUE(jobs->patch(job, R"({"labels": {"a": "b"}})", std::nullopt));
+  EXPECT_EQ(
+      jobs->patch(job, R"({"stop": {"seconds": 1}})", std::nullopt, server::Access::operators())
+          .problem()
+          .status,
+      409);
+  EXPECT_TRUE(
+      jobs->patch(job, R"({"labels": {"a": "b"}})", std::nullopt, server::Access::operators()));
 }
 
 TEST_F(Jobs, ExtendingGivesTheFilmOfAJobAskedForMore) {
@@ -163,7 +176,7 @@ TEST_F(Jobs, APreviewIsSupersededByTheNextOfItsKey) {
   EXPECT_TRUE(jobs->film(*second));
   const std::string id = second->id();
   restart();
-  EXPECT_EQ(jobs->find(id).error().code, core::ErrorCode::kNotFound);
+  EXPECT_EQ(jobs->find(id, Access::operators()).error().code, core::ErrorCode::kNotFound);
 }
 
 TEST_F(Jobs, OnlyAFinalJobIsDeletedAndThenItIsGone) {
@@ -171,7 +184,7 @@ TEST_F(Jobs, OnlyAFinalJobIsDeletedAndThenItIsGone) {
   EXPECT_EQ(jobs->remove(job).error().code, core::ErrorCode::kConflict);
   ASSERT_TRUE(jobs->cancel(job));
   ASSERT_TRUE(jobs->remove(job));
-  EXPECT_EQ(jobs->find(job->id()).error().code, core::ErrorCode::kNotFound);
+  EXPECT_EQ(jobs->find(job->id(), Access::operators()).error().code, core::ErrorCode::kNotFound);
 }
 
 TEST_F(Jobs, ADamagedFilmIsRenderedAnewToTheSameEnd) {
@@ -180,13 +193,14 @@ TEST_F(Jobs, ADamagedFilmIsRenderedAnewToTheSameEnd) {
   const std::string digest = jobs->view(*whole).film_digest;
   const auto job = submit(64, R"(, "name": "damaged")");
   const std::string id = job->id();
-  ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt));
+  ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt, server::Access::operators()));
   halt();
   test_support::write_file(folder.file("data/films/" + id + ".film"), std::string(100000, 'x'));
   start();
-  const auto found = jobs->find(id);
+  const auto found = jobs->find(id, Access::operators());
   ASSERT_TRUE(found);
-  ASSERT_TRUE(jobs->patch(*found, R"({"paused": false})", std::nullopt));
+  ASSERT_TRUE(
+      jobs->patch(*found, R"({"paused": false})", std::nullopt, server::Access::operators()));
   ASSERT_TRUE(wait_for(*found, JobState::kFinished));
   EXPECT_EQ(jobs->view(**found).film_digest, digest);
   EXPECT_FALSE(jobs->view(**found).warnings.empty());
@@ -244,16 +258,16 @@ TEST_F(Jobs, FilmsOfCancelledJobsAreEvictedToo) {
     std::this_thread::sleep_for(milliseconds(5));
   }
   EXPECT_EQ(quota->total()->film_bytes, 0U);
-  const auto first = jobs->find(cancelled.front()->id());
+  const auto first = jobs->find(cancelled.front()->id(), Access::operators());
   ASSERT_TRUE(first);
   EXPECT_EQ(jobs->film(**first).error().code, core::ErrorCode::kGone);
 }
 
-TEST_F(Jobs, AnOwnerKeepsNoMoreThanTheQuota) {
+TEST_F(Jobs, ATenantKeepsNoMoreThanTheQuota) {
   const std::uint64_t one = server::FilmFile::disk_bytes_max(core::Film(request(8).spec.render));
-  storage.owner_bytes = one + one / 2;
+  storage.tenant_bytes = one + one / 2;
   restart();
-  const JobService::Submission mine{.owner = "me"};
+  const JobService::Submission mine{.access = Access::of("me")};
   const auto first = jobs->submit(request(kForever), mine);
   ASSERT_TRUE(first);
   const auto second = jobs->submit(request(8), mine);
@@ -261,14 +275,15 @@ TEST_F(Jobs, AnOwnerKeepsNoMoreThanTheQuota) {
   EXPECT_EQ(second.problem().status, 507);
   ASSERT_EQ(second.problem().errors.size(), 1U);
   EXPECT_EQ(second.problem().errors.front().pointer, "/film");
-  EXPECT_TRUE(jobs->submit(request(8), {.owner = "other"}));
+  EXPECT_TRUE(jobs->submit(request(8), {.access = Access::of("other")}));
   EXPECT_TRUE(jobs->submit(request(8), {}));
-  EXPECT_TRUE(jobs->submit(request(8, R"(, "class": "preview")"), mine));  // Leaves no trace on the disk.
+  EXPECT_TRUE(
+      jobs->submit(request(8, R"(, "class": "preview")"), mine));  // Leaves no trace on the disk.
   ASSERT_TRUE(jobs->cancel(first->job));
   ASSERT_TRUE(wait_for(first->job, JobState::kCancelled));
   static_cast<void>(jobs->final_film(*first->job, {}));
   ASSERT_TRUE(jobs->remove(first->job));
-  EXPECT_EQ(quota->of_owner("me")->film_bytes, 0U);
+  EXPECT_EQ(quota->of_tenant("me")->film_bytes, 0U);
   EXPECT_TRUE(jobs->submit(request(8), mine));
 }
 
@@ -285,7 +300,7 @@ TEST_F(Jobs, AFilmThatNoJobHasYetOrAnyMoreIsRemovedAtTheNextStart) {
   restart();
   EXPECT_FALSE(std::filesystem::exists(data->film_path(begun)));
   EXPECT_TRUE(std::filesystem::exists(data->film_path(strange)));  // Not ours to judge.
-  EXPECT_TRUE(jobs->film(**jobs->find(kept->id())));
+  EXPECT_TRUE(jobs->film(**jobs->find(kept->id(), Access::operators())));
 }
 
 TEST_F(Jobs, AJobThatIsForgottenWhileItLoadsLeavesNoFilm) {
@@ -313,14 +328,14 @@ TEST_F(Jobs, ListsHoldJobsOfMemoryAndOfTheStoreInOneOrder) {
   ASSERT_TRUE(wait_for(last, JobState::kFinished));
   server::JobQuery query;
   query.limit = 2;
-  const auto page = jobs->list(query);
+  const auto page = jobs->list(query, Access::operators());
   ASSERT_TRUE(page);
   ASSERT_EQ(page->jobs.size(), 2U);
   EXPECT_EQ(page->jobs[0].id, last->id());
   EXPECT_EQ(page->jobs[1].id, preview->id());
   ASSERT_TRUE(page->next);
   query.before = page->next;
-  const auto rest = jobs->list(query);
+  const auto rest = jobs->list(query, Access::operators());
   ASSERT_EQ(rest->jobs.size(), 1U);
   EXPECT_EQ(rest->jobs[0].id, first->id());
   EXPECT_FALSE(rest->next);

@@ -34,11 +34,12 @@ class JobsFixture : public testing::Test {
     table = std::make_unique<server::JobTable>(*database);
     scene_table = std::make_unique<server::SceneTable>(*database);
     quota = std::make_unique<server::StorageQuota>(*database, storage);
-    scenes = std::make_unique<server::SceneService>(*blobs, *scene_table, *quota, scene_options);
+    assets = std::make_unique<server::Assets>(*database, *blobs);
+    scenes = std::make_unique<server::SceneService>(*assets, *scene_table, *quota, scene_options);
     const auto run = table->next_run();
     ASSERT_TRUE(run);
-    jobs = std::make_unique<server::JobService>(server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota},
-                                        options, *run);
+    jobs = std::make_unique<server::JobService>(
+        server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota}, options, *run);
     ASSERT_TRUE(jobs->resume());
   }
   void halt() {
@@ -47,6 +48,7 @@ class JobsFixture : public testing::Test {
     quota.reset();
     scene_table.reset();
     table.reset();
+    assets.reset();
     blobs.reset();
     database.reset();
     data.reset();
@@ -57,8 +59,9 @@ class JobsFixture : public testing::Test {
   }
 
   static api::ParsedJob request(int samples, const std::string& more = "") {
-    auto parsed = api::parse_job(R"({"scene": "cornell-box", "film": {"width": 64, "height": 40})" + more +
-                                 R"(, "stop": {"samples_per_pixel": )" + std::to_string(samples) + "}}");
+    auto parsed =
+        api::parse_job(R"({"scene": "cornell-box", "film": {"width": 64, "height": 40})" + more +
+                       R"(, "stop": {"samples_per_pixel": )" + std::to_string(samples) + "}}");
     EXPECT_TRUE(parsed) << parsed.problem().detail;
     return *std::move(parsed);
   }
@@ -67,7 +70,8 @@ class JobsFixture : public testing::Test {
     EXPECT_TRUE(submitted) << submitted.problem().detail;
     return submitted->job;
   }
-  static bool wait_for(const server::JobPointer& job, const std::function<bool(api::JobState)>& wanted) {
+  static bool wait_for(const server::JobPointer& job,
+                       const std::function<bool(api::JobState)>& wanted) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (!wanted(job->state()) && std::chrono::steady_clock::now() < deadline) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -79,7 +83,8 @@ class JobsFixture : public testing::Test {
   }
   bool wait_for_samples(const server::JobPointer& job) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (jobs->view(*job).progress.samples_min < 2 && std::chrono::steady_clock::now() < deadline) {
+    while (jobs->view(*job).progress.samples_min < 2 &&
+           std::chrono::steady_clock::now() < deadline) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     return jobs->view(*job).progress.samples_min >= 2;
@@ -103,6 +108,7 @@ class JobsFixture : public testing::Test {
   std::unique_ptr<server::DataDir> data;
   std::unique_ptr<server::Database> database;
   std::unique_ptr<server::BlobStore> blobs;
+  std::unique_ptr<server::Assets> assets;
   std::unique_ptr<server::JobTable> table;
   std::unique_ptr<server::SceneTable> scene_table;
   server::StorageLimits storage;

@@ -11,10 +11,13 @@
 namespace {
 
 using core::ErrorCode;
+using server::Access;
 using test_support::bytes_of;
 using test_support::make_zip;
 using test_support::triangle_buffer;
 using test_support::triangle_gltf;
+
+const server::Assets::InUse kUnused = [](const auto&) { return core::Result<bool>(false); };
 
 class Scenes : public testing::Test {
  protected:
@@ -25,14 +28,25 @@ class Scenes : public testing::Test {
     auto store = server::BlobStore::open(folder.file("assets"));
     ASSERT_TRUE(store);
     blobs = std::make_unique<server::BlobStore>(std::move(*store));
+    assets = std::make_unique<server::Assets>(*database, *blobs);
     table = std::make_unique<server::SceneTable>(*database);
     quota = std::make_unique<server::StorageQuota>(*database, server::StorageLimits{});
-    scenes = std::make_unique<server::SceneService>(*blobs, *table, *quota, server::SceneServiceOptions{});
+    scenes = std::make_unique<server::SceneService>(*assets, *table, *quota,
+                                                    server::SceneServiceOptions{});
+  }
+
+  core::Result<server::StoredBlob> upload(const std::string& content) {
+    auto blob = blobs->put(content);
+    if (blob) {
+      EXPECT_TRUE(assets->keep(*blob, Access::of(""), 1));
+    }
+    return blob;
   }
 
   test_support::TemporaryFolder folder;
   std::unique_ptr<server::Database> database;
   std::unique_ptr<server::BlobStore> blobs;
+  std::unique_ptr<server::Assets> assets;
   std::unique_ptr<server::SceneTable> table;
   std::unique_ptr<server::StorageQuota> quota;
   std::unique_ptr<server::SceneService> scenes;
@@ -52,10 +66,12 @@ TEST_F(Scenes, AGlbIsNamedByItsHashAndKnownTheSecondTime) {
 }
 
 TEST_F(Scenes, AStoredSceneIsLoadedFromItsFilesAgain) {
-  const auto added = scenes->add_zip(bytes_of(make_zip(
-      {{"model/scene.gltf", triangle_gltf("data/mesh.bin"), true}, {"model/data/mesh.bin", triangle_buffer()}})));
+  const auto added =
+      scenes->add_zip(bytes_of(make_zip({{"model/scene.gltf", triangle_gltf("data/mesh.bin"), true},
+                                         {"model/data/mesh.bin", triangle_buffer()}})));
   ASSERT_TRUE(added) << added.error().message;
-  scenes = std::make_unique<server::SceneService>(*blobs, *table, *quota, server::SceneServiceOptions{});
+  scenes = std::make_unique<server::SceneService>(*assets, *table, *quota,
+                                                  server::SceneServiceOptions{});
   const auto scene = scenes->load(added->id, 0, std::nullopt);
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_EQ((*scene)->summary().triangles, 1U);
@@ -65,8 +81,8 @@ TEST_F(Scenes, TheSameFilesHaveTheSameIdHoweverTheyCame) {
   const auto zipped = scenes->add_zip(bytes_of(make_zip(
       {{"readme.txt", "x"}, {"a.gltf", triangle_gltf("m.bin")}, {"m.bin", triangle_buffer()}})));
   ASSERT_TRUE(zipped) << zipped.error().message;
-  const auto gltf = blobs->put(triangle_gltf("m.bin"));
-  const auto mesh = blobs->put(triangle_buffer());
+  const auto gltf = upload(triangle_gltf("m.bin"));
+  const auto mesh = upload(triangle_buffer());
   const auto named = scenes->add_from_assets({.gltf = gltf->id, .files = {{"m.bin", mesh->id}}});
   ASSERT_TRUE(named) << named.error().message;
   EXPECT_EQ(named->id, zipped->id);
@@ -94,44 +110,45 @@ TEST_F(Scenes, MissingFilesAreListed) {
 TEST_F(Scenes, UnknownAssetsAreNamedByTheirPointer) {
   const std::string nothing(64, '0');
   EXPECT_EQ(scenes->add_from_assets({.gltf = nothing, .files = {}}).error().where, "/gltf");
-  const auto gltf = blobs->put(triangle_gltf("a/m.bin"));
-  EXPECT_EQ(scenes->add_from_assets({.gltf = gltf->id, .files = {{"a/m.bin", nothing}}}).error().where,
-            "/files/a~1m.bin");
+  const auto gltf = upload(triangle_gltf("a/m.bin"));
+  EXPECT_EQ(
+      scenes->add_from_assets({.gltf = gltf->id, .files = {{"a/m.bin", nothing}}}).error().where,
+      "/files/a~1m.bin");
 }
 
 TEST_F(Scenes, ARefusedUploadLeavesNothingBehind) {
   EXPECT_FALSE(scenes->add_file(bytes_of("{\"asset\": 3}")));
-  EXPECT_TRUE(scenes->list(std::nullopt, 10)->empty());
+  EXPECT_TRUE(scenes->list(Access::of(""), std::nullopt, 10)->empty());
 }
 
 TEST_F(Scenes, RemovingASceneRemovesWhatCameWithIt) {
-  const auto uploaded = blobs->put(triangle_buffer());
-  ASSERT_TRUE(table->insert_asset({.id = uploaded->id, .bytes = uploaded->bytes, .uploaded = true}));
+  const auto uploaded = upload(triangle_buffer());
   const auto added = scenes->add_zip(
       bytes_of(make_zip({{"a.gltf", triangle_gltf("m.bin")}, {"m.bin", triangle_buffer()}})));
   ASSERT_TRUE(added);
   const std::string document = triangle_gltf("m.bin");
   const std::string document_id = core::sha256_hex(document.data(), document.size());
   EXPECT_TRUE(blobs->find(document_id));
-  ASSERT_TRUE(scenes->remove(added->id));
+  ASSERT_TRUE(scenes->remove(added->id, Access::of(""), kUnused));
   EXPECT_FALSE(blobs->find(document_id));
   EXPECT_TRUE(blobs->find(uploaded->id));
   EXPECT_EQ(scenes->load(added->id, 0, std::nullopt).error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(scenes->remove(added->id).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(scenes->remove(added->id, Access::of(""), kUnused).error().code, ErrorCode::kNotFound);
 }
 
 TEST_F(Scenes, BuiltInScenesAreThereByName) {
   for (const core::BuiltinScene& scene : core::builtin_scenes()) {
-    const auto described = scenes->description(std::string(scene.name));
+    const auto described = scenes->description(std::string(scene.name), Access::of("me"));
     ASSERT_TRUE(described) << scene.name << ": " << described.error().message;
   }
-  EXPECT_EQ(scenes->description("nowhere").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(scenes->description("nowhere", Access::operators()).error().code, ErrorCode::kNotFound);
 }
 
 TEST_F(Scenes, AnUnknownEnvironmentIsNamedByItsPointer) {
-  EXPECT_EQ(scenes->check_environment(std::string(64, '0')).error().where, "/environment/asset");
-  const auto text = blobs->put("no picture");
-  const auto checked = scenes->check_environment(text->id);
+  EXPECT_EQ(scenes->check_environment(std::string(64, '0'), Access::operators()).error().where,
+            "/environment/asset");
+  const auto text = upload("no picture");
+  const auto checked = scenes->check_environment(text->id, Access::operators());
   ASSERT_FALSE(checked);
   EXPECT_EQ(checked.error().code, ErrorCode::kInvalidArgument);
 }

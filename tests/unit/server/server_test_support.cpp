@@ -86,8 +86,8 @@ core::TileState made_tile(const core::Film& film, int tile, int samples) {
   state.samples = samples;
   for (std::size_t i = 0; i < state.pixels.size(); ++i) {
     const float value = static_cast<float>(samples * 1000 + tile) + 0.001F * static_cast<float>(i);
-    state.pixels[i] = {value, value + 1, value + 2, 0.5F, value * 0.25F,
-                       static_cast<std::uint32_t>(samples)};
+    state.pixels[i] = {value, value + 1,     value + 2,
+                       0.5F,  value * 0.25F, static_cast<std::uint32_t>(samples)};
   }
   for (std::size_t i = 0; i < state.aux.size(); ++i) {
     state.aux[i].depth_m = static_cast<float>(i);

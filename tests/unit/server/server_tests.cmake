@@ -4,6 +4,7 @@ set(SERVER_TEST_SOURCES
   comparison_store_test.cpp
   config_test.cpp
   event_log_test.cpp
+  event_stream_test.cpp
   film_file_test.cpp
   guard_test.cpp
   job_book_test.cpp

@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include "server/store/assets.h"
 #include "server/store/database.h"
 #include "server/store/job_table.h"
-#include "server/store/scene_table.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace {
@@ -20,44 +20,49 @@ class Quota : public testing::Test {
     auto opened = server::Database::open(folder.file("tessera.db"));
     ASSERT_TRUE(opened);
     database = std::move(*opened);
-    scenes = std::make_unique<server::SceneTable>(*database);
+    auto store = server::BlobStore::open(folder.file("assets"));
+    ASSERT_TRUE(store);
+    blobs = std::make_unique<server::BlobStore>(std::move(*store));
+    assets = std::make_unique<server::Assets>(*database, *blobs);
     jobs = std::make_unique<server::JobTable>(*database);
   }
   StorageQuota quota(server::StorageLimits limits) { return {*database, limits}; }
-  void keep_asset(const std::string& id, std::uint64_t bytes, const std::string& owner) {
-    ASSERT_TRUE(scenes->insert_asset({.id = id, .bytes = bytes, .uploaded = true, .owner = owner}));
+  void keep_asset(const std::string& id, std::uint64_t bytes, const std::string& tenant) {
+    ASSERT_TRUE(assets->keep({.id = id, .bytes = bytes}, server::Access::of(tenant), 1));
   }
-  static server::JobRow job(const std::string& owner) {
+  static server::JobRow job(const std::string& tenant) {
     server::JobRow row;
     row.sequence = 1;
     row.id = "j";
     row.state = "rendering";
-    row.owner = owner;
+    row.tenant = tenant;
     row.reserved_bytes = 70;
     return row;
   }
 
   test_support::TemporaryFolder folder;
   std::unique_ptr<server::Database> database;
-  std::unique_ptr<server::SceneTable> scenes;
+  std::unique_ptr<server::BlobStore> blobs;
+  std::unique_ptr<server::Assets> assets;
   std::unique_ptr<server::JobTable> jobs;
 };
 
-TEST_F(Quota, AnOwnerHasRoomUpToTheLimitAndNotAByteMore) {
-  StorageQuota quota = this->quota({.owner_bytes = 100});
+TEST_F(Quota, ATenantHasRoomUpToTheLimitAndNotAByteMore) {
+  StorageQuota quota = this->quota({.tenant_bytes = 100});
   keep_asset("a", 60, "me");
   auto room = quota.room("me", Kind::kAsset);
   EXPECT_TRUE(room.grow_to(40));
   const auto refused = room.grow_to(41);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, core::ErrorCode::kOverQuota);
-  EXPECT_NE(refused.error().message.find("'me' keeps 60 already, and 100"), std::string::npos) << refused.error().message;
+  EXPECT_NE(refused.error().message.find("'me' keeps 60 already, and 100"), std::string::npos)
+      << refused.error().message;
   EXPECT_TRUE(quota.room("other", Kind::kAsset).grow_to(100));
   EXPECT_TRUE(quota.room("", Kind::kAsset).grow_to(1000));
 }
 
 TEST_F(Quota, WhatIsPromisedCountsUntilItIsGivenBack) {
-  StorageQuota quota = this->quota({.owner_bytes = 100});
+  StorageQuota quota = this->quota({.tenant_bytes = 100});
   {
     auto first = quota.room("me", Kind::kAsset);
     ASSERT_TRUE(first.grow_to(30));
@@ -70,7 +75,7 @@ TEST_F(Quota, WhatIsPromisedCountsUntilItIsGivenBack) {
 }
 
 TEST_F(Quota, AnUploadOfUnknownSizeGetsTheLastByteToo) {
-  StorageQuota quota = this->quota({.owner_bytes = 100});
+  StorageQuota quota = this->quota({.tenant_bytes = 100});
   auto room = quota.room("me", Kind::kAsset);
   for (std::uint64_t bytes = 1; bytes <= 100; ++bytes) {
     ASSERT_TRUE(room.cover(bytes)) << bytes;
@@ -78,12 +83,13 @@ TEST_F(Quota, AnUploadOfUnknownSizeGetsTheLastByteToo) {
   EXPECT_FALSE(room.cover(101));
 }
 
-TEST_F(Quota, AnAssetCountsForWhoBroughtItFirst) {
+TEST_F(Quota, AnAssetCountsOnceForEachTenantThatKeepsItAndOnceInAll) {
   const StorageQuota quota = this->quota({});
   keep_asset("a", 60, "first");
   keep_asset("a", 60, "second");
-  EXPECT_EQ(quota.of_owner("first")->asset_bytes, 60U);
-  EXPECT_EQ(quota.of_owner("second")->asset_bytes, 0U);
+  keep_asset("a", 60, "second");
+  EXPECT_EQ(quota.of_tenant("first")->asset_bytes, 60U);
+  EXPECT_EQ(quota.of_tenant("second")->asset_bytes, 60U);
   EXPECT_EQ(quota.total()->asset_bytes, 60U);
 }
 
@@ -91,19 +97,19 @@ TEST_F(Quota, AJobCountsWithAllThatItMayNeedUntilItHasEnded) {
   const StorageQuota quota = this->quota({});
   server::JobRow row = job("me");
   ASSERT_TRUE(jobs->insert(row, {}, {}));
-  EXPECT_EQ(quota.of_owner("me")->film_bytes, 70U);
+  EXPECT_EQ(quota.of_tenant("me")->film_bytes, 70U);
   row.film = server::FilmPlace::kOnDisk;
   row.film_bytes = 20;
   ASSERT_TRUE(jobs->update(row, {}));
-  EXPECT_EQ(quota.of_owner("me")->film_bytes, 70U);
+  EXPECT_EQ(quota.of_tenant("me")->film_bytes, 70U);
   row.state = "finished";
   row.finished_at = 5;
   ASSERT_TRUE(jobs->update(row, {}));
-  EXPECT_EQ(quota.of_owner("me")->film_bytes, 20U);
+  EXPECT_EQ(quota.of_tenant("me")->film_bytes, 20U);
   EXPECT_EQ(quota.total()->film_bytes, 20U);
   row.film = server::FilmPlace::kEvicted;
   ASSERT_TRUE(jobs->update(row, {}));
-  EXPECT_EQ(quota.of_owner("me")->film_bytes, 0U);
+  EXPECT_EQ(quota.of_tenant("me")->film_bytes, 0U);
 }
 
 TEST_F(Quota, FilmsOfAnOlderStoreCountForTheirOwners) {
@@ -114,6 +120,7 @@ TEST_F(Quota, FilmsOfAnOlderStoreCountForTheirOwners) {
   row.film_bytes = 20;
   ASSERT_TRUE(jobs->insert(row, {}, {}));
   // The schema before there were quotas of storage.
+  ASSERT_TRUE(database->session().execute(test_support::kBackToSchema7));
   constexpr const char* kBack = R"sql(
     ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs DROP COLUMN split_count;
     DROP INDEX assets_by_owner; ALTER TABLE assets DROP COLUMN owner;
@@ -123,13 +130,13 @@ TEST_F(Quota, FilmsOfAnOlderStoreCountForTheirOwners) {
   )sql";
   ASSERT_TRUE(database->session().execute(kBack));
   jobs.reset();
-  scenes.reset();
+  assets.reset();
   database.reset();
   SetUp();
   const StorageQuota quota = this->quota({});
-  EXPECT_EQ(quota.of_owner("me")->film_bytes, 20U);
+  EXPECT_EQ(quota.of_tenant("me")->film_bytes, 20U);
   keep_asset("a", 60, "me");
-  EXPECT_EQ(quota.of_owner("me")->asset_bytes, 60U);
+  EXPECT_EQ(quota.of_tenant("me")->asset_bytes, 60U);
 }
 
 TEST_F(Quota, TheTotalBindsAssetsOfEverybodyAndNoFilms) {

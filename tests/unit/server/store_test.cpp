@@ -1,19 +1,21 @@
 #include <filesystem>
 #include <set>
 
+#include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <gtest/gtest.h>
-
+#include "server/store/assets.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
 #include "server/store/job_table.h"
+#include "server/store/key_table.h"
 #include "server/store/scene_table.h"
 #include "server/store/schema.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace {
 
+using server::Access;
 using server::Database;
 using server::EventRow;
 using server::JobQuery;
@@ -41,8 +43,13 @@ class Store : public testing::Test {
     database = std::move(*opened);
     jobs = std::make_unique<JobTable>(*database);
     scenes = std::make_unique<SceneTable>(*database);
+    auto store = server::BlobStore::open(folder.file("assets"));
+    ASSERT_TRUE(store);
+    blobs = std::make_unique<server::BlobStore>(std::move(*store));
+    assets = std::make_unique<server::Assets>(*database, *blobs);
   }
   void reopen() {
+    assets.reset();
     jobs.reset();
     scenes.reset();
     database.reset();
@@ -61,6 +68,8 @@ class Store : public testing::Test {
   std::unique_ptr<Database> database;
   std::unique_ptr<JobTable> jobs;
   std::unique_ptr<SceneTable> scenes;
+  std::unique_ptr<server::BlobStore> blobs;
+  std::unique_ptr<server::Assets> assets;
 };
 
 TEST_F(Store, AJobComesBackWithEveryMember) {
@@ -188,8 +197,10 @@ TEST_F(Store, JobsOfAnOlderStoreAreFoundByTheirNames) {
   row.spec_json = R"({"scene": "cornell-box", "name": "Red Sofa"})";
   ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
   ASSERT_TRUE(jobs->insert(made_job(2, "job2"), {}, std::nullopt));
-  ASSERT_TRUE(database->session().execute("ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs DROP COLUMN split_count;"
-                                          "DROP TABLE job_titles; PRAGMA user_version=5;"));
+  ASSERT_TRUE(database->session().execute(test_support::kBackToSchema7));
+  ASSERT_TRUE(database->session().execute(
+      "ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs DROP COLUMN split_count;"
+      "DROP TABLE job_titles; PRAGMA user_version=5;"));
   reopen();
   JobQuery query;
   query.title = "sofa";
@@ -204,8 +215,10 @@ TEST_F(Store, JobsOfAnOlderStoreThatAnErrorEndedAreKnownToBeSo) {
   row.samples_mean = 96.25;
   ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
   ASSERT_TRUE(jobs->insert(made_job(2, "b"), {}, std::nullopt));
-  ASSERT_TRUE(database->session().execute(
-      "ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs DROP COLUMN split_count; PRAGMA user_version=6;"));
+  ASSERT_TRUE(database->session().execute(test_support::kBackToSchema7));
+  ASSERT_TRUE(
+      database->session().execute("ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs "
+                                  "DROP COLUMN split_count; PRAGMA user_version=6;"));
   reopen();
   EXPECT_EQ((*jobs->find("a"))->samples_by_error, 96);
   EXPECT_EQ((*jobs->find("b"))->samples_by_error, 0);
@@ -282,38 +295,121 @@ TEST_F(Store, UnfinishedJobsKeepScenesAndAssetsInUse) {
   row.environment_asset = "sky";
   row.state = "rendering";
   ASSERT_TRUE(jobs->insert(row, {}, {}));
-  EXPECT_TRUE(*jobs->scene_in_use("cornell-box"));
-  EXPECT_TRUE(*jobs->environment_in_use("sky"));
+  EXPECT_TRUE(*jobs->scene_in_use("cornell-box", std::nullopt));
+  EXPECT_TRUE(*jobs->environment_in_use("sky", std::nullopt));
   EXPECT_EQ(jobs->unfinished()->size(), 1U);
   row.state = "finished";
   ASSERT_TRUE(jobs->update(row, {}));
-  EXPECT_FALSE(*jobs->scene_in_use("cornell-box"));
-  EXPECT_FALSE(*jobs->environment_in_use("sky"));
+  EXPECT_FALSE(*jobs->scene_in_use("cornell-box", std::nullopt));
+  EXPECT_FALSE(*jobs->environment_in_use("sky", std::nullopt));
   EXPECT_TRUE(jobs->unfinished()->empty());
 }
 
 TEST_F(Store, ASceneKnowsItsFilesAndLeavesOrphansOnly) {
-  for (const char* id : {"doc1", "doc2", "shared", "own", "uploaded"}) {
-    ASSERT_TRUE(scenes->insert_asset({.id = id, .bytes = 1, .uploaded = std::string(id) == "uploaded"}));
-  }
+  const Access me = Access::of("me");
+  const auto id = [&](const std::string& content) { return assets->put_for_scene(content, 1)->id; };
+  const std::string uploaded = id("uploaded");
+  ASSERT_TRUE(assets->keep({.id = uploaded, .bytes = 8}, me, 1));
   server::SceneRow first;
   first.id = "s1";
   first.description = "{}";
-  first.files = {{"", "doc1"}, {"a", "shared"}, {"b", "own"}, {"c", "uploaded"}};
+  first.files = {{"", id("doc1")}, {"a", id("shared")}, {"b", id("own")}, {"c", uploaded}};
   server::SceneRow second;
   second.id = "s2";
-  second.files = {{"", "doc2"}, {"a", "shared"}};
-  ASSERT_TRUE(scenes->insert_scene(first));
-  ASSERT_TRUE(scenes->insert_scene(second));
-  EXPECT_TRUE(*scenes->asset_in_a_scene("uploaded"));
-  EXPECT_EQ((**scenes->find_scene("s1")).files, first.files);
-  const auto orphans = scenes->remove_scene("s1");
+  second.files = {{"", id("doc2")}, {"a", id("shared")}};
+  ASSERT_TRUE(scenes->insert_scene(first, me));
+  ASSERT_TRUE(scenes->insert_scene(second, me));
+  EXPECT_EQ((**scenes->find_scene("s1", me)).files, first.files);
+  const auto removal = scenes->plan_removal("s1", me);
+  ASSERT_TRUE(removal && removal->scene_goes);
+  const auto orphans = scenes->remove_scene("s1", me, *removal);
   ASSERT_TRUE(orphans);
   EXPECT_EQ(std::set<std::string>(orphans->begin(), orphans->end()),
-            (std::set<std::string>{"doc1", "own"}));
-  EXPECT_FALSE(*scenes->asset_in_a_scene("uploaded"));
-  EXPECT_TRUE(*scenes->asset_in_a_scene("shared"));
-  EXPECT_EQ(scenes->list_scenes(std::nullopt, 10)->size(), 1U);
+            (std::set<std::string>{id("doc1"), id("own")}));
+  EXPECT_TRUE(assets->find(uploaded, me));
+  EXPECT_TRUE(assets->find(id("shared"), me));
+  EXPECT_EQ(scenes->list_scenes(me, std::nullopt, 10)->size(), 1U);
+}
+
+/// A store as it was before there were tenants: the key `k1` brought an asset, a scene and a job
+/// with another scene; `k2` has a job with the scene of `k1`; nobody knows whose the rest is.
+constexpr const char* kOfTwoKeys = R"sql(
+INSERT INTO keys(id, name, token_hash, session_hash, scopes, created_at) VALUES('k1', 'one', 'a', 'b', 'read,write', 1);
+INSERT INTO assets(id, bytes, uploaded, created_at, owner)
+  VALUES('sky', 5, 1, 1, 'k1'), ('doc1', 7, 0, 1, 'k1'), ('doc2', 9, 0, 1, ''), ('loose', 1, 1, 1, '');
+INSERT INTO scenes(id, description, facts, created_at) VALUES('s1', '{"name":"sofa"}', '', 1), ('s2', '{}', '', 1);
+INSERT INTO scene_files(scene, uri, asset) VALUES('s1', '', 'doc1'), ('s2', '', 'doc2');
+UPDATE jobs SET scene='s2', environment_asset='sky' WHERE id='job1';
+UPDATE jobs SET scene='s1' WHERE id='job2';
+INSERT INTO idempotency(key, body_hash, job, created_at)
+  VALUES('k1 order', 'h', 'job1', 5), (' order', 'h', 'job3', 5), ('put job2', 'h', 'job2', 5);
+INSERT INTO comparisons(id, body, bytes, created_at)
+  VALUES('c1', '{"a":"job2","b":"job1"}', 1, 1), ('c2', '{"a":"job3","b":"job3"}', 1, 1);
+)sql";
+
+TEST_F(Store, AnOlderStoreBelongsToTheKeysThatMadeItAndElseToTheOperator) {
+  for (const auto& [sequence, tenant] : {std::pair{1, "k1"}, {2, "k2"}, {3, ""}}) {
+    JobRow row = made_job(sequence, "job" + std::to_string(sequence));
+    row.tenant = tenant;
+    ASSERT_TRUE(jobs->insert(row, {}, {}));
+  }
+  ASSERT_TRUE(database->session().execute(test_support::kBackToSchema7));
+  ASSERT_TRUE(database->session().execute(kOfTwoKeys));
+  reopen();
+  const auto tenants_of = [&](const std::string& what, const std::string& id) {
+    auto session = database->session();
+    const std::string sql =
+        "SELECT tenant FROM " + what + "_tenants WHERE " + what + "=? ORDER BY tenant";
+    server::Statement select = session.prepare(sql.c_str());
+    select.bind(id);
+    std::vector<std::string> found;
+    while (select.step()) {
+      found.push_back(select.text(0));
+    }
+    return found;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(tenants_of("asset", "sky"), Names{"k1"});
+  EXPECT_EQ(tenants_of("asset", "loose"), Names{""});
+  EXPECT_EQ(tenants_of("asset", "doc1"), Names{});  // The scene keeps it.
+  EXPECT_EQ(tenants_of("scene", "s1"), (Names{"k1", "k2"}));
+  EXPECT_EQ(tenants_of("scene", "s2"), (Names{"", "k1"}));
+  EXPECT_EQ((**scenes->find_scene("s1", Access::of("k2"))).description, R"({"name":"sofa"})");
+  EXPECT_EQ((*jobs->find("job2"))->tenant, "k2");
+  EXPECT_EQ((*jobs->find("job3"))->tenant, "");
+  EXPECT_EQ((*jobs->find_key("of k1 order"))->job, "job1");
+  EXPECT_EQ((*jobs->find_key("of  order"))->job, "job3");
+  EXPECT_EQ((*jobs->find_key("put job2"))->job, "job2");
+  const auto keys = server::KeyTable(*database).list();
+  ASSERT_TRUE(keys);
+  EXPECT_EQ(keys->front().tenant, "k1");
+  EXPECT_EQ(keys->front().priority_max, 100);
+  auto session = database->session();
+  server::Statement select = session.prepare("SELECT tenant FROM comparisons ORDER BY id");
+  ASSERT_TRUE(select.step());
+  EXPECT_EQ(select.text(0), "k2");
+  ASSERT_TRUE(select.step());
+  EXPECT_EQ(select.text(0), "");
+}
+
+TEST_F(Store, ListsHoldTheJobsOfOneTenantWhateverLeadsThem) {
+  for (int i = 1; i <= 4; ++i) {
+    JobRow row = made_job(i, "job" + std::to_string(i));
+    row.name = i < 3 ? "sofa" : "chair";
+    row.labels = {{"team", "light"}};
+    row.tenant = i % 2 == 0 ? "even" : "odd";
+    ASSERT_TRUE(jobs->insert(row, {}, {}));
+  }
+  JobQuery query;
+  query.tenant = "even";
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job4", "job2"}));
+  query.title = "sofa";
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job2"}));
+  query.labels = {{"team", "light"}};
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job2"}));
+  query.title = "";
+  query.before = 4;
+  EXPECT_EQ(listed(query), (std::vector<std::string>{"job2"}));
 }
 
 TEST(StoreFile, AFileThatIsNoDatabaseIsRefusedWithItsPlace) {
@@ -338,7 +434,8 @@ TEST(StoreFile, AStoreOfANewerVersionIsRefused) {
   EXPECT_NE(opened.error().message.find("newer version"), std::string::npos);
 }
 
-/// Cuts the database at many places: it opens with what was committed, or is refused; never a crash.
+/// Cuts the database at many places: it opens with what was committed, or is refused; never a
+/// crash.
 TEST(StoreFile, ACutDatabaseIsRefusedOrReadsAsItWas) {
   const TemporaryFolder folder;
   const std::string path = folder.file("tessera.db");

@@ -1,6 +1,6 @@
-#include "server/webhook_sender.h"
-
 #include <gtest/gtest.h>
+
+#include "server/webhook_sender.h"
 
 namespace {
 
@@ -19,8 +19,9 @@ TEST(Webhook, IsSignedAsTheSpecificationShows) {
 
 TEST(Webhook, ASecretIsBase64OfAtLeast16Bytes) {
   EXPECT_EQ(server::webhook_key("whsec_MDEyMzQ1Njc4OWFiY2RlZg=="), "0123456789abcdef");
-  for (const char* wrong : {"", "whsec_", "MDEyMzQ1Njc4OWFiY2RlZg==", "whsec_MDEyMzQ1Njc4OWFiY2RlZg",
-                            "whsec_MDEyMzQ1Njc4OWFiY2Rl", "whsec_MDEy?zQ1Njc4OWFiY2RlZg=="}) {
+  for (const char* wrong :
+       {"", "whsec_", "MDEyMzQ1Njc4OWFiY2RlZg==", "whsec_MDEyMzQ1Njc4OWFiY2RlZg",
+        "whsec_MDEyMzQ1Njc4OWFiY2Rl", "whsec_MDEy?zQ1Njc4OWFiY2RlZg=="}) {
     EXPECT_FALSE(server::webhook_key(wrong)) << wrong;
   }
 }
@@ -56,13 +57,30 @@ TEST(WebTarget, IsReadFromAUrl) {
 }
 
 TEST(WebTarget, OnlyTheInternetIsPublic) {
-  for (const char* address : {"8.8.8.8", "172.32.0.1", "100.128.0.1", "2606:4700::1111", "2a00::1"}) {
+  for (const char* address :
+       {"8.8.8.8", "172.32.0.1", "100.128.0.1", "2606:4700::1111", "2a00::1"}) {
     EXPECT_TRUE(is_public_address(address)) << address;
   }
-  for (const char* address :
-       {"127.0.0.1", "10.0.0.1", "172.31.255.255", "192.168.1.1", "169.254.169.254", "100.127.0.1",
-        "0.0.0.0", "224.0.0.1", "255.255.255.255", "::", "::1", "fe80::1%eth0", "fd12::1", "ff02::1",
-        "::ffff:10.0.0.1", "64:ff9b::a00:1", "2002:a00:1::1", "2001:db8::1", "2001::1", "name"}) {
+  for (const char* address : {"127.0.0.1",
+                              "10.0.0.1",
+                              "172.31.255.255",
+                              "192.168.1.1",
+                              "169.254.169.254",
+                              "100.127.0.1",
+                              "0.0.0.0",
+                              "224.0.0.1",
+                              "255.255.255.255",
+                              "::",
+                              "::1",
+                              "fe80::1%eth0",
+                              "fd12::1",
+                              "ff02::1",
+                              "::ffff:10.0.0.1",
+                              "64:ff9b::a00:1",
+                              "2002:a00:1::1",
+                              "2001:db8::1",
+                              "2001::1",
+                              "name"}) {
     EXPECT_FALSE(is_public_address(address)) << address;
   }
   EXPECT_TRUE(is_private_literal("127.1"));

@@ -17,8 +17,8 @@ std::string text_of(const std::vector<std::byte>& bytes) {
 
 TEST(Zip, ReadsStoredAndDeflatedEntries) {
   const std::string repeated(5000, 'a');
-  const auto archive =
-      bytes_of(make_zip({{"a.txt", "hello"}, {"folder/b.bin", repeated, true}, {"empty", "", true}}));
+  const auto archive = bytes_of(
+      make_zip({{"a.txt", "hello"}, {"folder/b.bin", repeated, true}, {"empty", "", true}}));
   const auto entries = read_zip_directory(archive, {});
   ASSERT_TRUE(entries) << entries.error().message;
   ASSERT_EQ(entries->size(), 3U);
@@ -36,7 +36,8 @@ TEST(Zip, LeavesOutFolders) {
 }
 
 TEST(Zip, RefusesNamesThatLeaveTheArchive) {
-  for (const char* name : {"../a", "/etc/passwd", "a/../../b", "a\\b", "C:/a", "a//b", "./a", "a\nb"}) {
+  for (const char* name :
+       {"../a", "/etc/passwd", "a/../../b", "a\\b", "C:/a", "a//b", "./a", "a\nb"}) {
     const auto archive = bytes_of(make_zip({{name, "x"}}));
     EXPECT_FALSE(read_zip_directory(archive, {})) << name;
   }

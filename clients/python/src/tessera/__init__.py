@@ -11,6 +11,8 @@
 `AsyncClient` has the same calls to be awaited. Values, units and names are those of the HTTP API.
 """
 
+from . import models
+from ._version import __version__
 from ._wire import Retry
 from .async_client import AsyncClient
 from .async_job import AsyncJob
@@ -62,8 +64,6 @@ from .results import (
 )
 from .tiles import Tile, TileImage
 
-__version__ = "1.0.0"
-
 __all__ = [
     "AsyncClient",
     "AsyncJob",
@@ -111,6 +111,8 @@ __all__ = [
     "Unavailable",
     "UnsupportedMedia",
     "WaitTimeout",
+    "__version__",
     "encode_png",
+    "models",
     "srgb8",
 ]

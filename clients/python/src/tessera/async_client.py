@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import httpx
 
-from . import _upload
+from . import _upload, models
 from ._calls import (
     JobQuery,
     comparison_call,
@@ -152,10 +152,11 @@ class AsyncClient:
 
     async def estimate(
         self, scene: Scene | Pathish, **options: Unpack[JobOptions]
-    ) -> dict[str, Any]:
+    ) -> models.DryRun:
         """Checks a job and estimates its cost without submitting it."""
         call = submit_call(await self._request(scene, options), dry_run=True)
-        return await self.ask(call)
+        dry_run: models.DryRun = await self.ask(call)
+        return dry_run
 
     # Jobs.
 
@@ -238,10 +239,9 @@ class AsyncClient:
                 return conclude(call, outcome, tries, self.server)
             await asyncio.sleep(pause)
 
-    async def ask(self, call: Call, *, patient: bool = False) -> Json:
-        """send(), and the JSON object of the answer."""
-        answer: Json = (await self.send(call, patient=patient)).json()
-        return answer
+    async def ask(self, call: Call, *, patient: bool = False) -> Any:
+        """send(), and the JSON object of the answer: as the operation's schema says."""
+        return (await self.send(call, patient=patient)).json()
 
     @asynccontextmanager
     async def stream(self, call: Call) -> AsyncIterator[httpx.Response]:
@@ -274,7 +274,7 @@ class AsyncClient:
 
     async def _pages(
         self, path: str, params: Params, member: str, limit: int | None
-    ) -> AsyncIterator[Json]:
+    ) -> AsyncIterator[Any]:
         cursor, left = "", limit
         while left is None or left > 0:
             page = dict(params) | {"limit": 200 if left is None else min(left, 200)}

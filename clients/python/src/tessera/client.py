@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import httpx
 
-from . import _upload
+from . import _upload, models
 from ._calls import (
     JobQuery,
     comparison_call,
@@ -140,10 +140,11 @@ class Client:
         """
         return Job(self, self.ask(submit_call(self._request(scene, options))))
 
-    def estimate(self, scene: Scene | Pathish, **options: Unpack[JobOptions]) -> dict[str, Any]:
+    def estimate(self, scene: Scene | Pathish, **options: Unpack[JobOptions]) -> models.DryRun:
         """Checks a job and estimates its cost without submitting it."""
         call = submit_call(self._request(scene, options), dry_run=True)
-        return self.ask(call)
+        dry_run: models.DryRun = self.ask(call)
+        return dry_run
 
     # Jobs.
 
@@ -225,10 +226,9 @@ class Client:
                 return conclude(call, outcome, tries, self.server)
             time.sleep(pause)
 
-    def ask(self, call: Call, *, patient: bool = False) -> Json:
-        """send(), and the JSON object of the answer."""
-        answer: Json = self.send(call, patient=patient).json()
-        return answer
+    def ask(self, call: Call, *, patient: bool = False) -> Any:
+        """send(), and the JSON object of the answer: as the operation's schema says."""
+        return self.send(call, patient=patient).json()
 
     @contextmanager
     def stream(self, call: Call) -> Iterator[httpx.Response]:
@@ -259,7 +259,7 @@ class Client:
             given["environment"] = {"asset": self.upload_asset(environment)}
         return make_request(scene_id_of(scene), given)
 
-    def _pages(self, path: str, params: Params, member: str, limit: int | None) -> Iterator[Json]:
+    def _pages(self, path: str, params: Params, member: str, limit: int | None) -> Iterator[Any]:
         cursor, left = "", limit
         while left is None or left > 0:
             page = dict(params) | {"limit": 200 if left is None else min(left, 200)}

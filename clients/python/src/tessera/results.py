@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from . import models
+
 DoubleArray = npt.NDArray[np.float64]
 
 
@@ -38,10 +40,10 @@ class Interval:
 
 @dataclass(frozen=True)
 class ErrorBar:
-    """How wrong the picture still is: sqrt(mean over pixels, channels of Var / (mu^2 + 0.01)).
+    """How wrong the picture still is: the ratio of noise to signal of its average tile.
 
-    bias: `none`, `consistent` or `biased`. unreliable: too few distinct events for the interval to
-    be trusted.
+    bias: `none`, `consistent` or `biased`. unreliable: few places of the picture carry the error,
+    and the interval is a guess.
     """
 
     relative_rmse: float
@@ -124,7 +126,7 @@ class Pixel:
         return self.layers["beauty"]
 
     @staticmethod
-    def of(data: Mapping[str, Any]) -> Pixel:
+    def of(data: models.Pixel) -> Pixel:
         layers = {}
         for name, layer in data["layers"].items():
             halves = layer.get("halves")
@@ -158,7 +160,7 @@ class Convergence:
         return len(self.samples_per_pixel)
 
     @staticmethod
-    def of(data: Mapping[str, Any]) -> Convergence:
+    def of(data: models.Convergence) -> Convergence:
         points: Sequence[Mapping[str, Any]] = data["points"]
 
         def column(name: str) -> DoubleArray:
@@ -192,20 +194,20 @@ class Comparison:
     z_mean: float
     z_variance: float
     z_share_above_3: float
-    data: dict[str, Any] = field(repr=False)
+    data: models.Comparison = field(repr=False)
 
     @staticmethod
-    def of(data: dict[str, Any]) -> Comparison:
-        z = data.get("z") or {}
+    def of(data: models.Comparison) -> Comparison:
+        z = data["z"]
         return Comparison(
             id=str(data["id"]),
-            mse=number(data.get("mse")),
-            relmse=number(data.get("relmse")),
-            flip=number(data.get("flip")),
-            bias=Interval.of(data.get("bias") or {}),
-            z_mean=number(z.get("mean")),
-            z_variance=number(z.get("variance")),
-            z_share_above_3=number(z.get("share_above_3")),
+            mse=number(data["mse"]),
+            relmse=number(data["relmse"]),
+            flip=number(data["flip"]),
+            bias=Interval.of(data["bias"]),
+            z_mean=number(z["mean"]),
+            z_variance=number(z["variance"]),
+            z_share_above_3=number(z["share_above_3"]),
             data=data,
         )
 
@@ -219,16 +221,16 @@ class LabPoint:
     rmse: float
     standard_error: float
     seconds: float
-    data: dict[str, Any] = field(repr=False)
+    data: models.LabPoint = field(repr=False)
 
     @staticmethod
-    def of(data: dict[str, Any]) -> LabPoint:
+    def of(data: models.LabPoint) -> LabPoint:
         return LabPoint(
             n=int(data["n"]),
-            mean=number(data.get("mean")),
-            rmse=number(data.get("rmse")),
-            standard_error=number(data.get("standard_error")),
-            seconds=number(data.get("seconds")),
+            mean=number(data["mean"]),
+            rmse=number(data["rmse"]),
+            standard_error=number(data["standard_error"]),
+            seconds=number(data["seconds"]),
             data=data,
         )
 
@@ -248,7 +250,7 @@ class LabRun:
     data: dict[str, Any] = field(repr=False)
 
     @staticmethod
-    def of(lines: Sequence[dict[str, Any]]) -> LabRun:
+    def of(lines: Sequence[Any]) -> LabRun:
         """lines: of the stream, the closing one last."""
         *points, last = lines
         return LabRun(
@@ -265,79 +267,84 @@ class Scene:
     """A scene that the server knows. materials, variants: names; data: the whole description."""
 
     id: str
-    data: dict[str, Any] = field(repr=False)
+    data: models.Scene = field(repr=False)
 
     @property
     def name(self) -> str:
-        return str(self.data.get("name", ""))
+        return self.data["name"]
 
     @property
     def triangles(self) -> int:
-        return int(self.data.get("triangles", 0))
+        return self.data["triangles"]
 
     @property
     def bounds(self) -> tuple[DoubleArray, DoubleArray] | None:
         """Smallest and largest corner in metres; None for a scene without surfaces."""
-        box = self.data.get("bounds")
+        box = self.data["bounds"]
         return (numbers(box["min"]), numbers(box["max"])) if box else None
 
     @property
-    def cameras(self) -> list[dict[str, Any]]:
-        return list(self.data.get("cameras", []))
+    def cameras(self) -> list[models.SceneCamera]:
+        return list(self.data["cameras"])
 
     @property
-    def lights(self) -> list[dict[str, Any]]:
-        return list(self.data.get("lights", []))
+    def lights(self) -> list[models.SceneLight]:
+        return list(self.data["lights"])
 
     @property
     def materials(self) -> list[str]:
-        return list(self.data.get("materials", []))
+        return list(self.data["materials"])
 
     @property
     def variants(self) -> list[str]:
-        return list(self.data.get("variants", []))
+        return list(self.data["variants"])
 
     @property
-    def animations(self) -> list[Any]:
-        return list(self.data.get("animations", []))
+    def animations(self) -> list[str]:
+        return list(self.data["animations"])
 
     @property
     def warnings(self) -> list[str]:
-        return list(self.data.get("warnings", []))
+        return list(self.data["warnings"])
 
 
 @dataclass(frozen=True)
 class ServerInfo:
     """What the server can do; `data` is the whole of GET /v1/server."""
 
-    data: dict[str, Any] = field(repr=False)
+    data: models.Server = field(repr=False)
 
     @property
     def version(self) -> str:
-        return str(self.data.get("version", ""))
+        return self.data["version"]
 
     @property
     def scenes(self) -> list[str]:
         """Names of the built-in scenes."""
-        return [str(each["name"]) for each in self.data.get("scenes", [])]
+        return [each["name"] for each in self.data["scenes"]]
 
     @property
     def integrators(self) -> list[str]:
-        return [str(each["type"]) for each in self.data.get("integrators", [])]
+        return [each["type"] for each in self.data["integrators"]]
 
     @property
     def samplers(self) -> list[str]:
-        return [str(each["type"]) for each in self.data.get("samplers", [])]
+        return [each["type"] for each in self.data["samplers"]]
 
     @property
     def layers(self) -> list[str]:
-        return list(self.data.get("layers", []))
+        return list(self.data["layers"])
 
     @property
-    def experiments(self) -> list[Any]:
-        """Experiments of the laboratory; empty where the build has none."""
-        return list(self.data.get("experiments", []))
+    def experiments(self) -> list[models.Experiment]:
+        """Experiments of the laboratory."""
+        return list(self.data["experiments"])
 
     @property
-    def limits(self) -> dict[str, Any]:
-        return dict(self.data.get("limits", {}))
+    def limits(self) -> dict[str, int]:
+        return dict(self.data["limits"])
+
+    @property
+    def defaults(self) -> models.JobDefaults:
+        """What is in force where a job does not say otherwise."""
+        return self.data["defaults"]

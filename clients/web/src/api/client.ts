@@ -1,25 +1,27 @@
 import type {
   Comparison,
   Convergence,
+  DryRun,
+  FieldError,
   Job,
-  JobPage,
+  JobList,
   JobState,
-  PixelReport,
+  Pixel,
   Problem,
-  ProblemItem,
-  SceneInfo,
-  ServerInfo,
+  Scene,
+  SceneList,
+  Server,
 } from './types';
 
 /** The server answered, and said no. */
 export class RequestError extends Error {
   constructor(readonly problem: Problem) {
-    super(problem.detail ?? problem.title);
+    super(problem.detail);
   }
   get status(): number {
     return this.problem.status;
   }
-  get errors(): ProblemItem[] {
+  get errors(): FieldError[] {
     return this.problem.errors ?? [];
   }
 }
@@ -42,11 +44,14 @@ const plainTitles: Record<number, string> = {
   507: 'The server has no room left.',
 };
 
+/** A refusal without a body of its own. */
+export function plainProblem(status: number): Problem {
+  const title = plainTitles[status] ?? `The server answered ${status}.`;
+  return { type: 'about:blank', title, status, detail: title };
+}
+
 export async function problemOf(response: Response): Promise<Problem> {
-  const fallback: Problem = {
-    title: plainTitles[response.status] ?? `The server answered ${response.status}.`,
-    status: response.status,
-  };
+  const fallback = plainProblem(response.status);
   try {
     const body: unknown = await response.json();
     return typeof body === 'object' && body !== null && 'title' in body
@@ -93,10 +98,10 @@ async function json<T>(path: string, options?: Options): Promise<T> {
 const job = (id: string): string => `/v1/jobs/${encodeURIComponent(id)}`;
 
 export const api = {
-  server: (signal?: AbortSignal) => json<ServerInfo>('/v1/server', { signal }),
+  server: (signal?: AbortSignal) => json<Server>('/v1/server', { signal }),
   scene: (id: string, signal?: AbortSignal) =>
-    json<SceneInfo>(`/v1/scenes/${encodeURIComponent(id)}`, { signal }),
-  scenes: () => json<{ scenes: SceneInfo[]; next: string | null }>('/v1/scenes'),
+    json<Scene>(`/v1/scenes/${encodeURIComponent(id)}`, { signal }),
+  scenes: () => json<SceneList>('/v1/scenes'),
   jobs: (
     query: { limit: number; cursor?: string | null; states?: JobState[] | null; name?: string },
     signal?: AbortSignal,
@@ -106,7 +111,7 @@ export const api = {
     if (query.cursor) params.set('cursor', query.cursor);
     if (query.states) params.set('state', query.states.join());
     if (query.name) params.set('name', query.name);
-    return json<JobPage>(`/v1/jobs?${params}`, { signal });
+    return json<JobList>(`/v1/jobs?${params}`, { signal });
   },
   job: (id: string, signal?: AbortSignal) => json<Job>(job(id), { signal }),
   submit: (request: unknown) =>
@@ -116,7 +121,7 @@ export const api = {
       headers: { 'idempotency-key': crypto.randomUUID?.() ?? String(Math.random()) },
     }),
   dryRun: (request: unknown) =>
-    json<Record<string, unknown>>('/v1/jobs?dry_run=1', { method: 'POST', json: request }),
+    json<DryRun>('/v1/jobs?dry_run=1', { method: 'POST', json: request }),
   patch: (id: string, patch: unknown) => json<Job>(job(id), { method: 'PATCH', json: patch }),
   cancel: (id: string) => json<Job>(`${job(id)}/cancel`, { method: 'POST' }),
   extend: (id: string, stop: unknown) =>
@@ -125,7 +130,7 @@ export const api = {
   convergence: (id: string, signal?: AbortSignal) =>
     json<Convergence>(`${job(id)}/convergence`, { signal }),
   pixel: (id: string, x: number, y: number, signal?: AbortSignal) =>
-    json<PixelReport>(`${job(id)}/pixels/${x}/${y}`, { signal }),
+    json<Pixel>(`${job(id)}/pixels/${x}/${y}`, { signal }),
   compare: (a: string, b: string) =>
     json<Comparison>('/v1/comparisons', { method: 'POST', json: { a, b } }),
   openSession: async (key: string) =>
@@ -134,7 +139,7 @@ export const api = {
       headers: { authorization: `Bearer ${key}` },
     })),
   createScene: (gltf: string, files: Record<string, string>) =>
-    json<SceneInfo>('/v1/scenes', { method: 'POST', json: { gltf, files } }),
+    json<Scene>('/v1/scenes', { method: 'POST', json: { gltf, files } }),
 };
 
 export function imageUrl(
@@ -170,11 +175,9 @@ export function upload<T>(
         answer = null;
       }
       if (request.status >= 200 && request.status < 300) return resolve(answer as T);
-      const fallback: Problem = {
-        title: plainTitles[request.status] ?? `The server answered ${request.status}.`,
-        status: request.status,
-      };
-      reject(new RequestError({ ...fallback, ...(answer as Problem | null) }));
+      reject(
+        new RequestError({ ...plainProblem(request.status), ...(answer as Problem | null) }),
+      );
     };
     request.send(body);
   });

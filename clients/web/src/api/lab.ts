@@ -1,5 +1,5 @@
 import { OfflineError, problemOf, RequestError } from './client';
-import type { LabOutcome, LabPoint, LabRequest } from './types';
+import type { LabCancelled, LabOutcome, LabPoint, LabRequest } from './types';
 
 interface Listener {
   onPoint: (point: LabPoint) => void;
@@ -36,7 +36,7 @@ export async function runExperiment(
     const lines = rest.split('\n');
     rest = lines.pop() ?? '';
     for (const line of lines) {
-      const read = JSON.parse(line) as LabPoint | LabOutcome | { cancelled: true };
+      const read = JSON.parse(line) as LabPoint | LabOutcome | LabCancelled;
       if ('verdict' in read) {
         complete = true;
         onOutcome(read);

@@ -1,63 +1,1182 @@
-/** Shapes of the HTTP contract. Members that a server may leave out are optional. */
+/**
+ * The bodies of the HTTP interface, as they are in JSON.
+ * Made by clients/generate.py from /openapi.json; not edited by hand.
+ */
 
-export type JobState =
-  'queued' | 'loading' | 'rendering' | 'paused' | 'finished' | 'failed' | 'cancelled';
+/** A job: what to render, how, and when to stop. */
+export interface JobRequest {
+  /** Id from POST /v1/scenes, or the name of a built-in scene. */
+  scene: string;
+  /** For people. Default: "". */
+  name?: string;
+  /** Free key-value pairs to find jobs by. Default: {}. */
+  labels?: Record<string, string>;
+  /** Higher is served first. Default: 0. */
+  priority?: number;
+  /** Every random number of the job is a function of it. Default: 0. */
+  seed?: number;
+  /** Null members are the file camera's own values, chosen by name or index, else the first. */
+  camera?: {
+    /** Camera of the file by name. */
+    name?: string | null;
+    /** Camera of the file by index; not together with name. */
+    index?: number | null;
+    /** Eye, metres, world. Comes with target; together they replace the file's pose. */
+    position?: [number, number, number] | null;
+    /** Point that the camera looks at, metres, world. */
+    target?: [number, number, number] | null;
+    /** Upward direction; [0, 1, 0] if position and target are given without it. */
+    up?: [number, number, number] | null;
+    /** Vertical field of view, degrees; perspective cameras only. */
+    vertical_fov_degrees?: number | null;
+    /** Radius of the lens, metres; 0 is a pinhole. */
+    aperture_radius?: number | null;
+    /** Distance of the plane in focus, metres. */
+    focus_distance?: number | null;
+  };
+  /** Material variant of the file by name (KHR_materials_variants). */
+  variant?: string | null;
+  /** Animation time, seconds. Default: 0. */
+  time_seconds?: number;
+  /** Participating medium around the scene. Only null is available in this build. */
+  medium?: Record<string, unknown> | null;
+  /** How it is served. Default: "normal". */
+  class?: string;
+  /** A later preview with the same key supersedes this one; class preview only. */
+  preview_key?: string | null;
+  /**
+   * Light from far away, added to the scene's own. Null: black. Absent: white, unless the scene has
+   * a punctual light or an emissive strength above 1.
+   */
+  environment?: {
+    /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
+    asset?: string | null;
+    /** Linear Rec.709; multiplies the picture. Default: [1,1,1]. */
+    color?: [number, number, number];
+    /** Multiplies colour and picture. Default: 1. */
+    intensity?: number;
+    /** Positive turns it counter-clockwise seen from above. Default: 0. */
+    rotation_degrees?: number;
+    /** False: it lights the scene, but the background is transparent. Default: true. */
+    visible?: boolean;
+  } | null;
+  /** Size, filter and recorded layers. */
+  film?: {
+    /** Pixels. Width times height is limited to 64 megapixels (413). Default: 960. */
+    width?: number;
+    /** Pixels. Default: 540. */
+    height?: number;
+    /** Part of the film that is rendered; null: all of it. */
+    crop?: {
+      /** Left column, in pixels of the full film. */
+      x: number;
+      /** Top row, in pixels of the full film. */
+      y: number;
+      /** Pixels. */
+      width: number;
+      /** Pixels. */
+      height: number;
+    } | null;
+    /** Reconstruction filter. */
+    filter?: {
+      /** Kind of filter. Default: "blackman-harris". */
+      type?: string;
+      /** Radius in pixels. Default: 1.5. */
+      radius?: number;
+    };
+    /**
+     * Layers to record: albedo, normal, depth. The others are always there. Default:
+     * ["albedo","normal","depth"].
+     */
+    layers?: string[];
+  };
+  /** How light is followed. */
+  integrator?: {
+    /** Algorithm. Default: "path". */
+    type?: string;
+    /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. Default: 16. */
+    max_depth?: number;
+  };
+  /** How paths are made and combined. */
+  estimator?: {
+    /** Where directions come from. Default: "mis". */
+    strategy?: string;
+    /** Weights of multiple importance sampling. */
+    mis?: {
+      /** Heuristic. Default: "power". */
+      type?: string;
+      /** Exponent of the power heuristic. Default: 2. */
+      exponent?: number;
+    };
+    /** Russian roulette. */
+    roulette?: {
+      /** What decides about survival. Default: "throughput". */
+      type?: string;
+      /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. Default: 0.02. */
+      delta?: number;
+    };
+    /** Several continuations of a path at its first surface. */
+    splitting?: {
+      /** How many there are. Default: "none". */
+      type?: string;
+      /** Continuations of each path. Default: 2. */
+      count?: number;
+    };
+    /** What is subtracted from samples and added in closed form. */
+    control_variate?: {
+      /** Kind of control variate. Default: "none". */
+      type?: string;
+    };
+    /** True: absorption and transparency as factors; false: by throws of dice. Default: true. */
+    expected_values?: boolean;
+  };
+  /** Where random numbers come from. */
+  sampler?: {
+    /**
+     * Kind of point set. Each has a rule for sample counts, which /v1/server tells. Default:
+     * "sobol".
+     */
+    type?: string;
+    /** Independent randomisations of a pixel; even. Default: 2. */
+    replicates?: number;
+    /**
+     * Number of the first replicate of the seed; even. Jobs that hold different ones can be merged
+     * into the film of one job. Default: 0.
+     */
+    first_replicate?: number;
+  };
+  /** Which light is looked at. */
+  light_sampler?: {
+    /** Kind of choice. Default: "tree". */
+    type?: string;
+    /** Light samples of which one is taken. Default: 2. */
+    candidates?: number;
+    /** Side in pixels of the squares whose pixels share light samples. Default: 3. */
+    block?: number;
+    /**
+     * Passes that share light samples too: samples of a replicate, one after another. At most 64
+     * paths share, block x block x history. Default: 1.
+     */
+    history?: number;
+    /** Light samples of each path, of which one is shared. Default: 1. */
+    candidates_per_pixel?: number;
+  };
+  /** Where further samples go. */
+  adaptive?: {
+    /**
+     * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
+     * others. Default: "none".
+     */
+    type?: string;
+    /**
+     * Samples of every pixel before the first decision, all replicates together; rounded up to
+     * where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate. Default:
+     * 32.
+     */
+    min_samples?: number;
+    /** What gets the same number of samples. Default: "pixel". */
+    granularity?: string;
+    /**
+     * Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts. Default: 1.
+     */
+    dilation?: number;
+  };
+  /**
+   * Wavelengths instead of three colours. Only false is available in this build. Default: false.
+   */
+  spectral?: boolean;
+  /**
+   * When to stop: the first rule met ends the job. If given, only the rules in it apply. Default:
+   * {"samples_per_pixel":256}.
+   */
+  stop?: {
+    /**
+     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
+     * Rounded up to what the sampler can do. Default: 256.
+     */
+    samples_per_pixel?: number | null;
+    /** Stop when the relative error is at most this, with `confidence`. */
+    relative_error?: number | null;
+    /** Confidence of relative_error and of the interval in `error`. Default: 0.95. */
+    confidence?: number;
+    /** Whose error has to be small enough. Default: "image". */
+    scope?: string;
+    /** Stop after this many seconds of rendering, without pauses and downtime. */
+    seconds?: number | null;
+    /** Stop at this time (RFC 3339). */
+    deadline?: string | null;
+  };
+  /** Whom to tell of the job's events. */
+  webhook?: {
+    /** http or https; gets a POST for each event, signed as Standard Webhooks do. */
+    url: string;
+    /** What is told. Default: ["end"]. */
+    events?: string[];
+  } | null;
+  /** The job and its files are deleted so long after its end; null: kept. */
+  retention_seconds?: number | null;
+}
 
-export interface ProblemItem {
+/** A merge patch (RFC 7396) of the members that may change. */
+export interface JobPatch {
+  /** Higher is served first. */
+  priority?: number;
+  /** Labels to set; null removes one, the others stay. */
+  labels?: Record<string, string | null>;
+  /** For people. */
+  name?: string;
+  /** Rules to raise or lower; null removes one, the others stay. */
+  stop?: {
+    /**
+     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
+     * Rounded up to what the sampler can do. Default: 256.
+     */
+    samples_per_pixel?: number | null;
+    /** Stop when the relative error is at most this, with `confidence`. */
+    relative_error?: number | null;
+    /** Confidence of relative_error and of the interval in `error`. Default: 0.95. */
+    confidence?: number;
+    /** Whose error has to be small enough. Default: "image". */
+    scope?: string;
+    /** Stop after this many seconds of rendering, without pauses and downtime. */
+    seconds?: number | null;
+    /** Stop at this time (RFC 3339). */
+    deadline?: string | null;
+  };
+  /** True pauses, false resumes. */
+  paused?: boolean;
+}
+
+/** A scene whose files are assets. */
+export interface SceneFromAssets {
+  /** Asset with the glTF or GLB file. */
+  gltf: string;
+  /** Asset id of each uri that the glTF names. Default: {}. */
+  files?: Record<string, string>;
+}
+
+/** What to go on to. */
+export interface ExtendRequest {
+  /** The new rules; they replace the old ones. */
+  stop: {
+    /**
+     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
+     * Rounded up to what the sampler can do.
+     */
+    samples_per_pixel?: number | null;
+    /** Stop when the relative error is at most this, with `confidence`. */
+    relative_error?: number | null;
+    /** Confidence of relative_error and of the interval in `error`. Default: 0.95. */
+    confidence?: number;
+    /** Whose error has to be small enough. Default: "image". */
+    scope?: string;
+    /** Stop after this many seconds of rendering, without pauses and downtime. */
+    seconds?: number | null;
+    /** Stop at this time (RFC 3339). */
+    deadline?: string | null;
+  };
+}
+
+/** Films to add up. */
+export interface MergeRequest {
+  /** Compatible films without common samples. */
+  films: string[];
+}
+
+/** What a ticket is for. */
+export interface TicketRequest {
+  /** Jobs that the ticket lets its bearer watch. */
+  jobs: string[];
+}
+
+/** An experiment to run; whole runs are limited to `lab_evaluations`. */
+export interface LabRequest {
+  /** What is tried; see `experiments` of GET /v1/server. */
+  experiment: string;
+  /** One of the experiment's; its own default when absent. */
+  estimator?: string;
+  /** Of the registry, as far as the experiment takes it; its own default when absent. */
+  sampler?: string;
+  /**
+   * How many evaluations a replicate has, one line of the answer each; rounded as estimator and
+   * sampler need it.
+   */
+  n?: number[];
+  /** Independent repetitions, which the errors are measured from. Default: 64. */
+  replicates?: number;
+  /** The same seed gives the same numbers, times excepted. Default: 0. */
+  seed?: number;
+  /** Parameters of the experiment, by name. */
+  params?: Record<string, number>;
+}
+
+/** One fault of the input. */
+export interface FieldError {
+  /** JSON pointer into the body; /name for the query parameter `name`. */
   pointer: string;
+  /** What was seen and what is allowed. */
   detail: string;
 }
 
+/** RFC 9457. */
 export interface Problem {
-  type?: string;
-  title: string;
-  status: number;
-  detail?: string;
-  errors?: ProblemItem[];
-}
-
-export interface Choice {
+  /** Kind of problem, a URI reference. */
   type: string;
-  bias?: string;
-  summary?: string;
-  accepts?: string[];
+  /** The same for every problem of the type. */
+  title: string;
+  /** HTTP status. */
+  status: number;
+  /** About this one. */
+  detail: string;
+  /** Path of the request. */
+  instance?: string;
+  /** Faults of the input. */
+  errors?: FieldError[];
 }
 
-export interface NamedScene {
+/** The state of a job. */
+export type JobState =
+  | 'queued'
+  | 'loading'
+  | 'rendering'
+  | 'paused'
+  | 'finished'
+  | 'failed'
+  | 'cancelled';
+
+/** The job request with every member in force. */
+export interface JobSpec {
+  /** Id from POST /v1/scenes, or the name of a built-in scene. */
+  scene: string;
+  /** For people. */
   name: string;
-  summary?: string;
+  /** Free key-value pairs to find jobs by. */
+  labels: Record<string, string>;
+  /** Higher is served first. */
+  priority: number;
+  /** Every random number of the job is a function of it. */
+  seed: number;
+  /** Null members are the file camera's own values, chosen by name or index, else the first. */
+  camera: {
+    /** Camera of the file by name. */
+    name: string | null;
+    /** Camera of the file by index; not together with name. */
+    index: number | null;
+    /** Eye, metres, world. Comes with target; together they replace the file's pose. */
+    position: [number, number, number] | null;
+    /** Point that the camera looks at, metres, world. */
+    target: [number, number, number] | null;
+    /** Upward direction; [0, 1, 0] if position and target are given without it. */
+    up: [number, number, number] | null;
+    /** Vertical field of view, degrees; perspective cameras only. */
+    vertical_fov_degrees: number | null;
+    /** Radius of the lens, metres; 0 is a pinhole. */
+    aperture_radius: number | null;
+    /** Distance of the plane in focus, metres. */
+    focus_distance: number | null;
+  };
+  /** Material variant of the file by name (KHR_materials_variants). */
+  variant: string | null;
+  /** Animation time, seconds. */
+  time_seconds: number;
+  /** Participating medium around the scene. Only null is available in this build. */
+  medium: Record<string, unknown> | null;
+  /** How it is served. */
+  class: string;
+  /** A later preview with the same key supersedes this one; class preview only. */
+  preview_key: string | null;
+  /**
+   * Light from far away, added to the scene's own. Null: black. Absent: white, unless the scene has
+   * a punctual light or an emissive strength above 1.
+   */
+  environment?: {
+    /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
+    asset: string | null;
+    /** Linear Rec.709; multiplies the picture. */
+    color: [number, number, number];
+    /** Multiplies colour and picture. */
+    intensity: number;
+    /** Positive turns it counter-clockwise seen from above. */
+    rotation_degrees: number;
+    /** False: it lights the scene, but the background is transparent. */
+    visible: boolean;
+  } | null;
+  /** Size, filter and recorded layers. */
+  film: {
+    /** Pixels. Width times height is limited to 64 megapixels (413). */
+    width: number;
+    /** Pixels. */
+    height: number;
+    /** Part of the film that is rendered; null: all of it. */
+    crop: {
+      /** Left column, in pixels of the full film. */
+      x: number;
+      /** Top row, in pixels of the full film. */
+      y: number;
+      /** Pixels. */
+      width: number;
+      /** Pixels. */
+      height: number;
+    } | null;
+    /** Reconstruction filter. */
+    filter: {
+      /** Kind of filter. */
+      type: string;
+      /** Radius in pixels. */
+      radius: number;
+    };
+    /** Layers to record: albedo, normal, depth. The others are always there. */
+    layers: string[];
+  };
+  /** How light is followed. */
+  integrator: {
+    /** Algorithm. */
+    type: string;
+    /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
+    max_depth: number;
+  };
+  /** How paths are made and combined. */
+  estimator: {
+    /** Where directions come from. */
+    strategy: string;
+    /** Weights of multiple importance sampling. */
+    mis: {
+      /** Heuristic. */
+      type: string;
+      /** Exponent of the power heuristic. */
+      exponent?: number;
+    };
+    /** Russian roulette. */
+    roulette: {
+      /** What decides about survival. */
+      type: string;
+      /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. */
+      delta?: number;
+    };
+    /** Several continuations of a path at its first surface. */
+    splitting: {
+      /** How many there are. */
+      type: string;
+      /** Continuations of each path. */
+      count?: number;
+    };
+    /** What is subtracted from samples and added in closed form. */
+    control_variate: {
+      /** Kind of control variate. */
+      type: string;
+    };
+    /** True: absorption and transparency as factors; false: by throws of dice. */
+    expected_values: boolean;
+  };
+  /** Where random numbers come from. */
+  sampler: {
+    /** Kind of point set. Each has a rule for sample counts, which /v1/server tells. */
+    type: string;
+    /** Independent randomisations of a pixel; even. */
+    replicates: number;
+    /**
+     * Number of the first replicate of the seed; even. Jobs that hold different ones can be merged
+     * into the film of one job.
+     */
+    first_replicate?: number;
+  };
+  /** Which light is looked at. */
+  light_sampler: {
+    /** Kind of choice. */
+    type: string;
+    /** Light samples of which one is taken. */
+    candidates?: number;
+    /** Side in pixels of the squares whose pixels share light samples. */
+    block?: number;
+    /**
+     * Passes that share light samples too: samples of a replicate, one after another. At most 64
+     * paths share, block x block x history.
+     */
+    history?: number;
+    /** Light samples of each path, of which one is shared. */
+    candidates_per_pixel?: number;
+  };
+  /** Where further samples go. */
+  adaptive: {
+    /**
+     * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
+     * others.
+     */
+    type: string;
+    /**
+     * Samples of every pixel before the first decision, all replicates together; rounded up to
+     * where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
+     */
+    min_samples?: number;
+    /** What gets the same number of samples. */
+    granularity?: string;
+    /** Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts. */
+    dilation?: number;
+  };
+  /** Wavelengths instead of three colours. Only false is available in this build. */
+  spectral: boolean;
+  /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
+  stop: {
+    /**
+     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
+     * Rounded up to what the sampler can do.
+     */
+    samples_per_pixel?: number | null;
+    /** Stop when the relative error is at most this, with `confidence`. */
+    relative_error?: number | null;
+    /** Confidence of relative_error and of the interval in `error`. */
+    confidence?: number;
+    /** Whose error has to be small enough. */
+    scope?: string;
+    /** Stop after this many seconds of rendering, without pauses and downtime. */
+    seconds?: number | null;
+    /** Stop at this time (RFC 3339). */
+    deadline?: string | null;
+  };
+  /** Whom to tell of the job's events. */
+  webhook?: {
+    /** http or https; gets a POST for each event, signed as Standard Webhooks do. */
+    url: string;
+    /** What is told. */
+    events: string[];
+  } | null;
+  /** The job and its files are deleted so long after its end; null: kept. */
+  retention_seconds?: number | null;
 }
 
-export interface ServerInfo {
-  version: string;
-  build?: { id?: string; commit?: string; compiler?: string; isa?: string; embree?: string };
-  limits?: Record<string, number>;
-  integrators?: Choice[];
-  samplers?: Choice[];
-  light_samplers?: Choice[];
-  adaptive?: Choice[];
-  options?: { name: string; bias?: string; summary?: string; patch: unknown }[];
-  layers?: (string | { name: string })[];
-  image_formats?: (string | { name: string })[];
-  tone_maps?: (string | { name: string })[];
-  filters?: (string | { name: string; type?: string })[];
-  scenes?: NamedScene[];
-  experiments?: Experiment[];
+/** How far it is. */
+export interface Progress {
+  /** 0 to 1; 1 only at the end. */
+  fraction: number;
+  /** Samples a pixel has, over the pixels of the crop. */
+  samples_per_pixel: {
+    min: number;
+    mean: number;
+    max: number;
+  };
+  /** Rendering time without pauses and downtime. */
+  elapsed_seconds: number;
+  /** Of all threads. */
+  cpu_seconds: number;
+  /** Until the end; null: unknown. */
+  eta_seconds: number | null;
+  /** Lower and upper bound of eta_seconds, as long as the pace stays the same; null: unknown. */
+  eta_interval_seconds: [number, number] | null;
 }
 
+/** How wrong the picture still is. */
+export interface ErrorEstimate {
+  /**
+   * Noise over signal of the average tile: sqrt(mean over tiles of N / (S + F)), N the sum of (A -
+   * B)^2 / 4 over pixels and channels, S that of A B, A and B the halves' means, F the floor 3 n
+   * (0.05 L)^2 of n pixels in a picture of mean luminance L; null: unknown.
+   */
+  relative_rmse: number | null;
+  /** Lower end of the interval; null: unknown, or not valid. */
+  low: number | null;
+  /** Upper end of the interval. */
+  high: number | null;
+  /** Of the interval. */
+  confidence: number;
+  /** How the expected picture relates to the truth. */
+  bias: 'none' | 'consistent' | 'biased';
+  /** False: the two halves depend on each other, and there is no interval. */
+  valid: boolean;
+  /** Few places of the picture carry the error: the interval is a guess. */
+  unreliable: boolean;
+}
+
+/** What it cost. */
+export interface Statistics {
+  rays: number;
+  rays_per_second: number | null;
+  /** 1 / (relative error^2 * CPU seconds). */
+  efficiency: number | null;
+  /** Non-finite ones, counted as zero. */
+  rejected_samples: number;
+  /** Memory; null: unknown. */
+  peak_bytes: number | null;
+  /**
+   * Continuations of each path that splitting 'measured' found; null: not yet known, or another
+   * type.
+   */
+  split_count: number | null;
+}
+
+/** A job. */
+export interface Job {
+  /** UUID. */
+  id: string;
+  state: JobState;
+  /** What ended the job; null before. */
+  stop_reason:
+    | 'samples_per_pixel'
+    | 'relative_error'
+    | 'seconds'
+    | 'deadline'
+    | 'limit'
+    | 'cancelled'
+    | 'failed'
+    | null;
+  created_at: string;
+  started_at: string | null;
+  finished_at: string | null;
+  spec: JobSpec;
+  progress: Progress;
+  error: ErrorEstimate;
+  failure: Problem | null;
+  /** 0 is next; null: not waiting. */
+  queue_position: number | null;
+  statistics: Statistics;
+  /** Counts the changes of the picture. */
+  revision: number;
+  /** sha256 of the film's exact content, when finished. */
+  film_digest: string | null;
+  /** What is in force instead of what was asked, and the like. */
+  warnings: string[];
+  /** Paths of what belongs to the job. */
+  links: Record<string, string>;
+}
+
+/** A page of jobs. */
+export interface JobList {
+  /** Newest first. */
+  jobs: Job[];
+  /** Cursor of the next page; null: the last one. */
+  next: string | null;
+}
+
+/** What a job would be, and what it would cost. */
+export interface DryRun {
+  spec: JobSpec;
+  /** As a job's. */
+  warnings: string[];
+  /** From a pilot of at most half a second. */
+  estimate: {
+    /** On an idle server. */
+    seconds: number;
+    /** Lower end of the interval. */
+    seconds_low: number;
+    /** Upper end of the interval. */
+    seconds_high: number;
+    /** Of the interval. */
+    confidence: number;
+    cpu_seconds: number;
+    /** That will be needed. */
+    samples_per_pixel: number;
+    /** Film and scene. */
+    memory_bytes: number;
+    /** The film alone. */
+    memory_bytes_low: number;
+    /** With a copy of the film for a checkpoint or a picture. */
+    memory_bytes_high: number;
+    /** What the pilot took. */
+    pilot_cpu_seconds: number;
+  };
+}
+
+/** Leave to watch. */
+export interface Ticket {
+  /** Goes into `?ticket=`. */
+  ticket: string;
+  expires_at: string;
+  /** Ids of the jobs that it lets its bearer watch. */
+  jobs: string[];
+}
+
+/** The state has changed. */
+export interface StateEvent {
+  state: JobState;
+  /** What ended the job; null before. */
+  stop_reason:
+    | 'samples_per_pixel'
+    | 'relative_error'
+    | 'seconds'
+    | 'deadline'
+    | 'limit'
+    | 'cancelled'
+    | 'failed'
+    | null;
+  /** 0 is next; null: not waiting. */
+  queue_position: number | null;
+  /** Counts the changes of `spec`. */
+  spec_version: number;
+}
+
+/** The picture has come on. */
+export interface ProgressEvent {
+  state: JobState;
+  progress: Progress;
+  error: ErrorEstimate;
+  statistics: Statistics;
+  /** Counts the changes of the picture. */
+  revision: number;
+}
+
+/** A tile has changed; only the newest of each tile is kept. */
+export interface TileEvent {
+  /** Left column, in pixels of the full film. */
+  x: number;
+  /** Top row. */
+  y: number;
+  width: number;
+  height: number;
+  /** Of the picture. */
+  revision: number;
+  /** Per pixel. */
+  samples: number;
+  /** Relative error of the tile; null: unknown. */
+  error: number | null;
+  /** The tile's part of the image. */
+  url: string;
+}
+
+/** A new entry of the job's `warnings`. */
+export interface WarningEvent {
+  message: string;
+}
+
+/** The job has ended. */
+export interface EndEvent {
+  state: JobState;
+  /** What ended the job; null before. */
+  stop_reason:
+    | 'samples_per_pixel'
+    | 'relative_error'
+    | 'seconds'
+    | 'deadline'
+    | 'limit'
+    | 'cancelled'
+    | 'failed'
+    | null;
+  /** sha256 of the film's exact content, when finished. */
+  film_digest: string | null;
+  /** Counts the changes of the picture. */
+  revision: number;
+  error: ErrorEstimate;
+  failure: Problem | null;
+}
+
+/** Events were lost; a snapshot follows. */
+export interface ResetEvent {
+  reason: string;
+}
+
+/** The stream is refused: the server is at its limit of streams. */
+export interface OverloadedEvent {
+  detail: string;
+  retry_after_seconds: number;
+}
+
+/** The body of a webhook, signed as Standard Webhooks are. */
+export interface Webhook {
+  /** `job.state`, `job.warning` or `job.end`. */
+  type: string;
+  timestamp: string;
+  data: Job;
+}
+
+/** A stored file. */
+export interface Asset {
+  /** sha256, hex. */
+  id: string;
+  bytes: number;
+}
+
+/** A camera of the file. */
+export interface SceneCamera {
+  index: number;
+  name: string;
+  type: 'perspective' | 'orthographic';
+  /** Null: orthographic. */
+  vertical_fov_degrees: number | null;
+  /** Metres. */
+  position: [number, number, number];
+  /** Where it looks, unit vector. */
+  direction: [number, number, number];
+  /** Unit vector. */
+  up: [number, number, number];
+}
+
+/** A punctual light of the file. */
+export interface SceneLight {
+  name: string;
+  type: 'directional' | 'point' | 'spot';
+  /** W/sr, or W/m2 if directional; linear RGB. */
+  intensity: [number, number, number];
+}
+
+/** A loaded scene. */
+export interface Scene {
+  /** What a job's `scene` names. */
+  id: string;
+  name: string;
+  /** Memory of geometry, acceleration structure and textures. */
+  bytes: number;
+  /** Axis-aligned box, metres; null: empty. */
+  bounds: {
+    min: [number, number, number];
+    max: [number, number, number];
+  } | null;
+  /** As placed: a mesh used twice counts twice. */
+  triangles: number;
+  instances: number;
+  cameras: SceneCamera[];
+  /** Punctual lights. */
+  lights: SceneLight[];
+  /** Names. */
+  materials: string[];
+  /** Names. */
+  variants: string[];
+  /** Names. */
+  animations: string[];
+  /** Extensions that the file uses. */
+  extensions: string[];
+  warnings: string[];
+}
+
+/** A page of scenes. */
+export interface SceneList {
+  /** Newest first. */
+  scenes: Scene[];
+  /** Cursor of the next page; null: the last one. */
+  next: string | null;
+}
+
+/** The state of a job at one error check. */
+export interface ConvergencePoint {
+  samples_per_pixel: number;
+  elapsed_seconds: number;
+  cpu_seconds: number;
+  rays: number;
+  relative_rmse: number | null;
+  low: number | null;
+  high: number | null;
+}
+
+/** Error over samples and time. */
+export interface Convergence {
+  /** One for each error check. */
+  points: ConvergencePoint[];
+  /** Of log error against log samples, least squares, 95 % interval. */
+  slope: {
+    value: number | null;
+    low: number | null;
+    high: number | null;
+  };
+}
+
+/** One layer at one pixel, a number for each channel. */
+export interface PixelLayer {
+  mean: (number | null)[];
+  standard_error: (number | null)[];
+  /** Of the 95 % interval. */
+  low: (number | null)[];
+  /** Of the 95 % interval. */
+  high: (number | null)[];
+  /** Halves A and B; null where the layer has none. */
+  halves: ((number | null)[])[] | null;
+}
+
+/** One pixel. */
+export interface Pixel {
+  x: number;
+  y: number;
+  samples: number;
+  /** By name. */
+  layers: Record<string, PixelLayer>;
+}
+
+/** Two pictures compared; b is the reference. */
+export interface Comparison {
+  id: string;
+  mse: number | null;
+  /** Mean of (a-b)^2 / (b^2 + 0.01). */
+  relmse: number | null;
+  /** LDR, 67 pixels per degree. */
+  flip: number | null;
+  /** Mean of a - b; its interval is null where a side does not know its error. */
+  bias: {
+    value: number | null;
+    low: number | null;
+    high: number | null;
+  };
+  /** Of (a-b) / standard error. */
+  z: {
+    mean: number | null;
+    variance: number | null;
+    share_above_3: number | null;
+  };
+  /** Paths. */
+  links: {
+    self: string;
+    difference: string;
+    z: string;
+    flip: string;
+    a: string;
+    b: string;
+  };
+}
+
+/** What is in force where a job request does not say otherwise. */
+export interface JobDefaults {
+  /** For people. */
+  name: string;
+  /** Free key-value pairs to find jobs by. */
+  labels: Record<string, string>;
+  /** Higher is served first. */
+  priority: number;
+  /** Every random number of the job is a function of it. */
+  seed: number;
+  /** Null members are the file camera's own values, chosen by name or index, else the first. */
+  camera: {
+    /** Camera of the file by name. */
+    name: string | null;
+    /** Camera of the file by index; not together with name. */
+    index: number | null;
+    /** Eye, metres, world. Comes with target; together they replace the file's pose. */
+    position: [number, number, number] | null;
+    /** Point that the camera looks at, metres, world. */
+    target: [number, number, number] | null;
+    /** Upward direction; [0, 1, 0] if position and target are given without it. */
+    up: [number, number, number] | null;
+    /** Vertical field of view, degrees; perspective cameras only. */
+    vertical_fov_degrees: number | null;
+    /** Radius of the lens, metres; 0 is a pinhole. */
+    aperture_radius: number | null;
+    /** Distance of the plane in focus, metres. */
+    focus_distance: number | null;
+  };
+  /** Material variant of the file by name (KHR_materials_variants). */
+  variant: string | null;
+  /** Animation time, seconds. */
+  time_seconds: number;
+  /** Participating medium around the scene. Only null is available in this build. */
+  medium: Record<string, unknown> | null;
+  /** How it is served. */
+  class: string;
+  /** A later preview with the same key supersedes this one; class preview only. */
+  preview_key: string | null;
+  /**
+   * Light from far away, added to the scene's own. Null: black. Absent: white, unless the scene has
+   * a punctual light or an emissive strength above 1.
+   */
+  environment?: {
+    /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
+    asset: string | null;
+    /** Linear Rec.709; multiplies the picture. */
+    color: [number, number, number];
+    /** Multiplies colour and picture. */
+    intensity: number;
+    /** Positive turns it counter-clockwise seen from above. */
+    rotation_degrees: number;
+    /** False: it lights the scene, but the background is transparent. */
+    visible: boolean;
+  } | null;
+  /** Size, filter and recorded layers. */
+  film: {
+    /** Pixels. Width times height is limited to 64 megapixels (413). */
+    width: number;
+    /** Pixels. */
+    height: number;
+    /** Part of the film that is rendered; null: all of it. */
+    crop: {
+      /** Left column, in pixels of the full film. */
+      x: number;
+      /** Top row, in pixels of the full film. */
+      y: number;
+      /** Pixels. */
+      width: number;
+      /** Pixels. */
+      height: number;
+    } | null;
+    /** Reconstruction filter. */
+    filter: {
+      /** Kind of filter. */
+      type: string;
+      /** Radius in pixels. */
+      radius: number;
+    };
+    /** Layers to record: albedo, normal, depth. The others are always there. */
+    layers: string[];
+  };
+  /** How light is followed. */
+  integrator: {
+    /** Algorithm. */
+    type: string;
+    /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
+    max_depth: number;
+  };
+  /** How paths are made and combined. */
+  estimator: {
+    /** Where directions come from. */
+    strategy: string;
+    /** Weights of multiple importance sampling. */
+    mis: {
+      /** Heuristic. */
+      type: string;
+      /** Exponent of the power heuristic. */
+      exponent?: number;
+    };
+    /** Russian roulette. */
+    roulette: {
+      /** What decides about survival. */
+      type: string;
+      /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. */
+      delta?: number;
+    };
+    /** Several continuations of a path at its first surface. */
+    splitting: {
+      /** How many there are. */
+      type: string;
+      /** Continuations of each path. */
+      count?: number;
+    };
+    /** What is subtracted from samples and added in closed form. */
+    control_variate: {
+      /** Kind of control variate. */
+      type: string;
+    };
+    /** True: absorption and transparency as factors; false: by throws of dice. */
+    expected_values: boolean;
+  };
+  /** Where random numbers come from. */
+  sampler: {
+    /** Kind of point set. Each has a rule for sample counts, which /v1/server tells. */
+    type: string;
+    /** Independent randomisations of a pixel; even. */
+    replicates: number;
+    /**
+     * Number of the first replicate of the seed; even. Jobs that hold different ones can be merged
+     * into the film of one job.
+     */
+    first_replicate?: number;
+  };
+  /** Which light is looked at. */
+  light_sampler: {
+    /** Kind of choice. */
+    type: string;
+    /** Light samples of which one is taken. */
+    candidates?: number;
+    /** Side in pixels of the squares whose pixels share light samples. */
+    block?: number;
+    /**
+     * Passes that share light samples too: samples of a replicate, one after another. At most 64
+     * paths share, block x block x history.
+     */
+    history?: number;
+    /** Light samples of each path, of which one is shared. */
+    candidates_per_pixel?: number;
+  };
+  /** Where further samples go. */
+  adaptive: {
+    /**
+     * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
+     * others.
+     */
+    type: string;
+    /**
+     * Samples of every pixel before the first decision, all replicates together; rounded up to
+     * where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
+     */
+    min_samples?: number;
+    /** What gets the same number of samples. */
+    granularity?: string;
+    /** Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts. */
+    dilation?: number;
+  };
+  /** Wavelengths instead of three colours. Only false is available in this build. */
+  spectral: boolean;
+  /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
+  stop: {
+    /**
+     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
+     * Rounded up to what the sampler can do.
+     */
+    samples_per_pixel?: number | null;
+    /** Stop when the relative error is at most this, with `confidence`. */
+    relative_error?: number | null;
+    /** Confidence of relative_error and of the interval in `error`. */
+    confidence?: number;
+    /** Whose error has to be small enough. */
+    scope?: string;
+    /** Stop after this many seconds of rendering, without pauses and downtime. */
+    seconds?: number | null;
+    /** Stop at this time (RFC 3339). */
+    deadline?: string | null;
+  };
+  /** Whom to tell of the job's events. */
+  webhook?: {
+    /** http or https; gets a POST for each event, signed as Standard Webhooks do. */
+    url: string;
+    /** What is told. */
+    events: string[];
+  } | null;
+  /** The job and its files are deleted so long after its end; null: kept. */
+  retention_seconds?: number | null;
+}
+
+/** A name that requests may use. */
+export interface TypeInfo {
+  /** Name in requests. */
+  type: string;
+  /** How the expected picture relates to the truth. */
+  bias: 'none' | 'consistent' | 'biased';
+  summary: string;
+  /** JSON pointers of the job request that it honours. */
+  accepts: string[];
+}
+
+/** An algorithm that follows light. */
+export interface IntegratorInfo {
+  /** Name in requests. */
+  type: string;
+  /** How the expected picture relates to the truth. */
+  bias: 'none' | 'consistent' | 'biased';
+  /** What the halves of its pictures tell about the error. */
+  error: 'valid' | 'from-chains' | 'none';
+  summary: string;
+  /** JSON pointers of the job request that it honours. */
+  accepts: string[];
+}
+
+/** A switch of the estimation. */
+export interface EstimationOption {
+  name: string;
+  /** How the expected picture relates to the truth. */
+  bias: 'none' | 'consistent' | 'biased';
+  summary: string;
+  /** Merge patch (RFC 7396) of the job request that turns it on. */
+  patch: Record<string, unknown>;
+}
+
+/** An experiment of the laboratory. */
 export interface Experiment {
   name: string;
   title: string;
   summary: string;
+  /** The quantity. */
   estimates: string;
   formula: string;
+  /** What there is to see. */
   look_for: string;
-  estimators: { name: string; bias: string; summary: string }[];
+  estimators: ({
+    name: string;
+    /** How the expected picture relates to the truth. */
+    bias: 'none' | 'consistent' | 'biased';
+    summary: string;
+  })[];
+  /** Default. */
   estimator: string;
+  /** That it takes. */
   samplers: string[];
+  /** Default. */
   sampler: string;
+  /** Default. */
   n: number[];
+  /** What n counts. */
   unit: string;
+  /** Default. */
   replicates: number;
   params: {
     name: string;
@@ -67,191 +1186,263 @@ export interface Experiment {
     integer: boolean;
     summary: string;
   }[];
+  /** Exact value with the default parameters. */
   expected: number;
+  /** Coordinates of the points shown; 0: none. */
   pattern_dimensions: number;
 }
 
+/** What this server can do. */
+export interface Server {
+  version: string;
+  /** What the bits of a film depend on besides the job. */
+  build: {
+    id: string;
+    commit: string;
+    compiler: string;
+    /** Instruction set that rays are traced with. */
+    isa: string;
+    embree: string;
+  };
+  /** Every maximum by name. */
+  limits: Record<string, number>;
+  defaults: JobDefaults;
+  integrators: IntegratorInfo[];
+  samplers: TypeInfo[];
+  light_samplers: TypeInfo[];
+  adaptive: TypeInfo[];
+  /** Every other switch of the estimation. */
+  options: EstimationOption[];
+  layers: string[];
+  /** Extensions. */
+  image_formats: string[];
+  tone_maps: string[];
+  filters: string[];
+  /** Built-in scenes. */
+  scenes: {
+    name: string;
+    summary: string;
+  }[];
+  /** Of the laboratory. */
+  experiments: Experiment[];
+  /** Of glTF. */
+  extensions: string[];
+}
+
+/** One n, measured. */
 export interface LabPoint {
+  /** In force. */
   n: number;
+  /** As in the request. */
   n_asked: number;
+  /** Of the replicates. */
   mean: number;
+  /** Of the replicates against the exact value. */
   rmse: number;
+  /** Of the mean. */
   standard_error: number;
+  /** Mean work of a replicate; n unless the experiment counts. */
   cost: number;
+  /**
+   * CPU time of all replicates. Measured, so it differs from run to run; all other members are
+   * reproducible.
+   */
   seconds: number;
 }
 
+/** The outcome, last line of the answer. */
 export interface LabOutcome {
+  /** Exact value, from a formula. */
   expected: number;
+  /** Of log RMSE over log n, least squares; null with fewer than two n, or without an error. */
   slope: number | null;
+  /** 95 %, low and high; null without a slope. */
   slope_interval: [number, number] | null;
+  /** Of theory; null where it gives none. */
   expected_slope: number | null;
+  /** log RMSE = intercept + slope log n, natural logarithms. */
   intercept: number | null;
+  /**
+   * 1 / (relative MSE * CPU seconds of a replicate), at the largest n. Measured: differs from run
+   * to run.
+   */
   efficiency: number | null;
+  /** The same with `cost` for seconds; reproducible. */
   efficiency_by_cost: number | null;
+  /**
+   * agrees: means and slope are those of theory (a wrong `differs` has a chance of 0.2 %); biased:
+   * as the estimator says of itself; undecided: nothing to compare, fewer than eight replicates, or
+   * a slope whose interval is too wide to tell.
+   */
   verdict: 'agrees' | 'differs' | 'biased' | 'undecided';
+  /** The verdict in words. */
   explanation: string;
+  experiment: string;
+  estimator: string;
+  /** How the expected picture relates to the truth. */
+  bias: 'none' | 'consistent' | 'biased';
+  sampler: string;
+  replicates: number;
+  seed: number;
+  /** Parameters in force. */
+  params: Record<string, number>;
+  /** Points of the first replicate, where the experiment shows them; at most 1024. */
   pattern: number[][];
 }
 
-export interface LabRequest {
-  experiment: string;
-  estimator: string;
-  sampler: string;
-  n: number[];
-  replicates: number;
-  seed: number;
-  params: Record<string, number>;
+/** Last line in place of the outcome: the server stops. */
+export interface LabCancelled {
+  cancelled: boolean;
 }
 
-export interface SceneCamera {
-  index?: number;
-  name?: string | null;
-  type?: string;
-  vertical_fov_degrees?: number | null;
-  position?: [number, number, number];
-  /** Where it looks, unit vector. */
-  direction?: [number, number, number];
-  /** Unit vector, upright to the direction. */
-  up?: [number, number, number];
+/** A key that is to be made. */
+export interface KeyRequest {
+  /** For people. */
+  name: string;
+  /**
+   * Whose work it sees and makes: letters, digits, `.`, `_`, `-`; null: its own. A key that
+   * replaces another names the tenant of that one.
+   */
+  tenant?: string | null;
+  /** What it may do; `admin` goes with both others. Default: ["read","write"]. */
+  scopes?: ('read' | 'write' | 'admin')[];
+  /** Requests a minute; 0: any number; null: the server's. */
+  rate_limit?: number | null;
+  /** Highest priority of its jobs. Default: 0. */
+  max_priority?: number;
+  /** It expires after so many; null: never. */
+  days?: number | null;
 }
 
-export interface SceneInfo {
+/** A key, without its text. */
+export interface Key {
+  /** Names the key in lists and logs. */
   id: string;
-  name?: string;
-  bytes?: number;
-  bounds?: { min: number[]; max: number[] };
-  triangles?: number;
-  instances?: number;
-  cameras?: SceneCamera[];
-  lights?: unknown[] | number;
-  materials?: unknown[] | number;
-  variants?: (string | { name: string })[];
-  animations?: unknown[] | number;
-  warnings?: Warning[];
+  /** For people. */
+  name: string;
+  /** Whose work it sees and makes. */
+  tenant: string;
+  /** What it may do. */
+  scopes: ('read' | 'write' | 'admin')[];
+  /** Requests a minute; 0: any number; null: the server's. */
+  rate_limit: number | null;
+  /** Highest priority of its jobs. */
+  max_priority: number;
+  created_at: string;
+  /** null: never. */
+  expires_at: string | null;
 }
 
-export type Warning =
-  string | { code?: string; detail?: string; message?: string; pointer?: string };
-
-export interface ErrorEstimate {
-  relative_rmse: number | null;
-  low: number | null;
-  high: number | null;
-  confidence?: number;
-  bias?: string;
-  valid?: boolean;
-  unreliable?: boolean;
+/** A key that was made. */
+export interface NewKey {
+  /** Names the key in lists and logs. */
+  id: string;
+  /** For people. */
+  name: string;
+  /** Whose work it sees and makes. */
+  tenant: string;
+  /** What it may do. */
+  scopes: ('read' | 'write' | 'admin')[];
+  /** Requests a minute; 0: any number; null: the server's. */
+  rate_limit: number | null;
+  /** Highest priority of its jobs. */
+  max_priority: number;
+  created_at: string;
+  /** null: never. */
+  expires_at: string | null;
+  /** Its text. It is not shown again. */
+  key: string;
 }
 
-export interface Progress {
-  fraction: number;
-  samples_per_pixel?: { min: number; mean: number; max: number };
-  elapsed_seconds?: number;
-  cpu_seconds?: number;
-  eta_seconds?: number | null;
-  eta_interval_seconds?: [number, number] | null;
+/** All keys. */
+export interface KeyList {
+  /** Oldest first. */
+  keys: Key[];
 }
 
-export interface StopRule {
-  samples_per_pixel?: number;
-  relative_error?: number;
-  confidence?: number;
-  seconds?: number;
-  deadline?: string;
+/** What tenants use: all for the operator and admins, else one's own. */
+export interface Usage {
+  /** By name. */
+  tenants: {
+    /** Empty: the operator. */
+    tenant: string;
+    /** Stored jobs. */
+    jobs: number;
+    /** Of these, those that have not ended. */
+    unfinished_jobs: number;
+    /** Of all jobs but previews, deleted ones included. */
+    cpu_seconds: number;
+    /** Jobs that were deleted. */
+    deleted_jobs: number;
+    /** Assets and scenes that it keeps. */
+    asset_bytes: number;
+    /** Films, and room for those that are being rendered. */
+    film_bytes: number;
+    /** Open event and tile streams. */
+    streams: number;
+  }[];
+  /** Of each tenant; 0: no limit. */
+  quotas: {
+    /** Unfinished jobs. */
+    jobs: number;
+    /** Previews at a time. */
+    previews: number;
+    /** Open streams. */
+    streams: number;
+    /** Experiments at a time. */
+    lab_runs: number;
+    /** Assets and films. */
+    stored_bytes: number;
+  };
 }
 
-export interface JobSpec {
-  scene: string;
-  name?: string;
-  seed?: number;
-  film: { width: number; height: number; crop?: unknown; layers?: string[] };
-  camera?: { name?: string | null };
-  integrator?: { type: string; max_depth?: number };
-  sampler?: { type: string };
-  adaptive?: { type: string };
-  stop?: StopRule;
-  class?: string;
-  priority?: number;
-  labels?: Record<string, string>;
+/** A webhook call. */
+export interface Delivery {
+  /** The webhook-id that the receiver gets, each time. */
+  id: string;
+  /** null: a test. */
+  job: string | null;
+  /** What it tells: `state`, `end` or `test`. */
+  event: string;
+  url: string;
+  /** `failed`: it was given up. */
+  state: 'pending' | 'delivered' | 'failed';
+  /** Calls that were made. */
+  attempts: number;
+  created_at: string;
+  /** While it is pending. */
+  next_attempt_at: string | null;
+  ended_at: string | null;
+  /** Of the last answer; null: there was none. */
+  status: number | null;
+  /** Why the last attempt failed; null: it did not. */
+  detail: string | null;
 }
 
-export interface JobPage {
-  jobs: Job[];
+/** A page of calls. */
+export interface DeliveryList {
+  /** Newest first. */
+  deliveries: Delivery[];
+  /** Cursor of the next page; null: the last one. */
   next: string | null;
 }
 
-export interface Job {
-  id: string;
-  state: JobState;
-  stop_reason?: string | null;
-  created_at?: string;
-  started_at?: string | null;
-  finished_at?: string | null;
-  spec: JobSpec;
-  progress?: Progress;
-  error?: ErrorEstimate | null;
-  failure?: Problem | null;
-  queue_position?: number | null;
-  statistics?: {
-    rays?: number;
-    rays_per_second?: number;
-    efficiency?: number | null;
-    rejected_samples?: number;
-    peak_bytes?: number;
-  };
-  revision?: number;
-  film_digest?: string | null;
-  warnings?: Warning[];
+/** Where to. */
+export interface WebhookTestRequest {
+  /** Where to send a call of type `test`. */
+  url: string;
 }
 
-export interface ConvergencePoint {
-  samples_per_pixel: number;
-  elapsed_seconds: number;
-  cpu_seconds?: number;
-  rays?: number;
-  relative_rmse: number | null;
-  low: number | null;
-  high: number | null;
+/** What calls are signed with. */
+export interface WebhookSecret {
+  /** `whsec_` and base64. */
+  secret: string;
 }
 
-export interface Convergence {
-  points: ConvergencePoint[];
-  slope?: { value: number | null; low: number | null; high: number | null } | null;
+/** Two pictures; b is the reference. */
+export interface ComparisonRequest {
+  /** Job id (UUID) or asset id (64 hex digits). */
+  a: string;
+  /** Job id (UUID) or asset id (64 hex digits). */
+  b: string;
 }
-
-export interface PixelLayer {
-  mean: number[] | number;
-  standard_error?: number[] | number | null;
-  low?: number[] | number | null;
-  high?: number[] | number | null;
-  halves?: number[][] | number[] | null;
-}
-
-export interface PixelReport {
-  x: number;
-  y: number;
-  samples: number;
-  layers: Record<string, PixelLayer>;
-}
-
-export interface Comparison {
-  id: string;
-  mse: number;
-  relmse: number;
-  flip: number;
-  /** Null: a side does not know its error. */
-  bias: { value: number; low: number | null; high: number | null };
-  z: { mean: number | null; variance: number | null; share_above_3: number | null };
-  links: { self: string; difference: string; z: string; flip: string; a: string; b: string };
-}
-
-export const isFinal = (state: JobState): boolean =>
-  state === 'finished' || state === 'failed' || state === 'cancelled';
-
-/** Entries of the server's lists are strings or objects with a name; both read the same here. */
-export const nameOf = (entry: string | { name?: string | null; type?: string }): string =>
-  typeof entry === 'string' ? entry : (entry.name ?? entry.type ?? '');
-
-export const warningText = (w: Warning): string =>
-  typeof w === 'string' ? w : (w.detail ?? w.message ?? w.code ?? '');

@@ -1,5 +1,5 @@
 import { api, upload } from './client';
-import type { SceneInfo } from './types';
+import type { Scene } from './types';
 
 /** A file with its path inside what was dropped, `/` between folders. */
 export interface DroppedFile {
@@ -56,7 +56,7 @@ export const modelIn = (files: DroppedFile[]): DroppedFile | undefined =>
 
 /** What became of a drop: the scene, and the files that it is made of. */
 export interface SentScene {
-  scene: SceneInfo;
+  scene: Scene;
   used: File[];
 }
 
@@ -72,7 +72,7 @@ export async function uploadScene(files: DroppedFile[], report: UploadReport): P
     : /\.zip$/i.test(model.path)
       ? 'application/zip'
       : 'model/gltf-binary';
-  const scene = await upload<SceneInfo>('/v1/scenes', model.file, type, (share) =>
+  const scene = await upload<Scene>('/v1/scenes', model.file, type, (share) =>
     report(model.file.name, share),
   );
   return { scene, used: [model.file] };

@@ -7,7 +7,8 @@
 import { EventParser, type ServerEvent } from './event_parser';
 import type { FromFeed, LinkState, ToFeed } from './feed_messages';
 import { FrameParser } from './frames';
-import type { Job, Problem } from '../api/types';
+import { plainProblem } from '../api/client';
+import type { Job, Problem, WarningEvent } from '../api/types';
 
 declare const self: DedicatedWorkerGlobalScope;
 
@@ -107,7 +108,7 @@ class Feed {
     const problem = (await response.json().catch(() => null)) as Problem | null;
     this.setLink(
       response.status === 404 || response.status === 410 ? 'gone' : 'refused',
-      problem ?? { title: `The server answered ${response.status}.`, status: response.status },
+      problem ?? plainProblem(response.status),
     );
     this.stop();
     return 'done';
@@ -125,7 +126,7 @@ class Feed {
         post({ type: 'patch', patch: 'fraction' in data ? { progress: data as never } : data });
         return null;
       case 'warning':
-        post({ type: 'warning', warning: data });
+        post({ type: 'warning', warning: data as unknown as WarningEvent });
         return null;
       case 'end':
         post({ type: 'patch', patch: 'state' in data ? data : {} });

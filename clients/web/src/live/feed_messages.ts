@@ -1,4 +1,4 @@
-import type { Job, Problem, Warning } from '../api/types';
+import type { Job, Problem, WarningEvent } from '../api/types';
 import type { TileFrame } from './frames';
 
 export type LinkState =
@@ -22,7 +22,7 @@ export type JobPatch = Partial<Job>;
 export type FromFeed =
   | { type: 'job'; job: Job }
   | { type: 'patch'; patch: JobPatch }
-  | { type: 'warning'; warning: Warning }
+  | { type: 'warning'; warning: WarningEvent }
   | { type: 'link'; state: LinkState; problem?: Problem }
   | { type: 'tile'; tile: TileFrame }
   | { type: 'complete' };

@@ -22,6 +22,9 @@ export class LiveFilm {
   tilesSeen = 0;
   /** Grows with every tile; lets a reader know that something changed. */
   version = 0;
+  /** Sum of the luminance over the pixels that are seen and not transparent, and their number. */
+  private light = 0;
+  private opaque = 0;
   private readonly listeners = new Set<(rect: Rect) => void>();
 
   constructor(
@@ -52,6 +55,7 @@ export class LiveFilm {
       let from = row * tile.width;
       let to = (y + row) * this.width + x;
       for (let column = 0; column < width; ++column, ++from, ++to) {
+        this.weigh(to, -1);
         for (let c = 0; c < 3; ++c) {
           this.rgb[3 * to + c] = planes[c * plane + from];
           this.variance[3 * to + c] = planes[(3 + c) * plane + from];
@@ -59,6 +63,7 @@ export class LiveFilm {
         this.samples[to] = planes[6 * plane + from];
         this.tileError[to] = tile.error;
         if (this.alpha && tile.hasAlpha) this.alpha[to] = planes[7 * plane + from];
+        this.weigh(to, 1);
       }
     }
     this.correlated ||= tile.correlated;
@@ -67,24 +72,36 @@ export class LiveFilm {
     for (const listener of this.listeners) listener({ x, y, width, height });
   }
 
-  /** Relative error of each pixel of a rectangle, pooled as below. */
+  private weigh(pixel: number, sign: number): void {
+    if (!(this.samples[pixel] > 0) || this.alpha?.[pixel] === 0) return;
+    const [r, g, b] = this.rgb.subarray(3 * pixel, 3 * pixel + 3);
+    this.light += sign * (0.2126 * r + 0.7152 * g + 0.0722 * b);
+    this.opaque += sign;
+  }
+
+  /**
+   * Relative error of each pixel of a rectangle: the root of noise over signal and floor, over the
+   * channels. Half means A and B have the mean m and the variance v = (A - B)^2 / 4, so A B is
+   * m^2 - v. The floor is that of the server: a twentieth of the picture's mean luminance.
+   */
   relativeError(rect: Rect, out: Float32Array): void {
-    this.pooled(rect, out, (variance, mean) => {
-      let square = 0;
-      for (let c = 0; c < 3; ++c) square += variance[c] / (mean[c] * mean[c] + 0.01);
-      return Math.sqrt(square / 3);
+    const floor = this.opaque > 0 ? 3 * (0.05 * (this.light / this.opaque)) ** 2 : 0;
+    this.pooled(rect, out, (variance, _mean, _count, signal) => {
+      const noise = variance[0] + variance[1] + variance[2];
+      return noise > 0 ? Math.sqrt(noise / (Math.max(signal, 0) + floor)) : 0;
     });
   }
 
   /**
-   * A figure for each pixel of a rectangle from variance and mean, both averaged over a window of 5 x 5 pixels: a
-   * pixel's variance over its own noisy mean would read low exactly where fireflies are. NaN where nothing is known.
-   * The two arguments of `figure` are reused; count is the number of pixels in the window.
+   * A figure for each pixel of a rectangle from averages over a window of 5 x 5 pixels: variance,
+   * mean and A B of the halves, summed over the channels. NaN where nothing is known. The arrays
+   * that `figure` gets are reused; count is
+   * the number of pixels in the window.
    */
   pooled(
     rect: Rect,
     out: Float32Array,
-    figure: (variance: number[], mean: number[], count: number) => number,
+    figure: (variance: number[], mean: number[], count: number, signal: number) => number,
   ): void {
     const radius = 2;
     const x0 = Math.max(0, rect.x - radius);
@@ -92,7 +109,7 @@ export class LiveFilm {
     const columns = x1 - x0;
     const bottom = this.height - 1;
     // Sums over the rows of the window first, for every column; then over its columns.
-    const sums = new Float32Array(columns * 7);
+    const sums = new Float32Array(columns * stride);
     const variance = [0, 0, 0];
     const mean = [0, 0, 0];
     for (let y = rect.y; y < rect.y + rect.height; ++y) {
@@ -103,9 +120,9 @@ export class LiveFilm {
       for (let x = rect.x; x < rect.x + rect.width; ++x) {
         const from = Math.max(0, x - radius - x0);
         const to = Math.min(columns - 1, x + radius - x0);
-        const count = average(sums, from, to, variance, mean);
+        const [count, signal] = average(sums, from, to, variance, mean);
         const at = (y - rect.y) * rect.width + x - rect.x;
-        out[at] = count > 0 ? figure(variance, mean, count) : NaN;
+        out[at] = count > 0 ? figure(variance, mean, count, signal) : NaN;
       }
     }
   }
@@ -116,35 +133,43 @@ export class LiveFilm {
       const known = this.samples[pixel] > 0 && !Number.isNaN(this.variance[3 * pixel]);
       if (!known) continue;
       for (let c = 0; c < 3; ++c) {
-        sums[7 * i + c] += this.variance[3 * pixel + c];
-        sums[7 * i + 3 + c] += this.rgb[3 * pixel + c];
+        const variance = this.variance[3 * pixel + c];
+        const mean = this.rgb[3 * pixel + c];
+        sums[stride * i + c] += variance;
+        sums[stride * i + 3 + c] += mean;
+        sums[stride * i + 6] += mean * mean - variance;
       }
-      sums[7 * i + 6] += 1;
+      sums[stride * i + 7] += 1;
     }
   }
 }
 
-/** Means over the columns from..to; gives the number of known pixels. */
+/** Of a column's sums: variance and mean of three channels, A B of all, pixels. */
+const stride = 8;
+
+/** Means over the columns from..to; gives the number of known pixels and their mean A B. */
 function average(
   sums: Float32Array,
   from: number,
   to: number,
   variance: number[],
   mean: number[],
-): number {
+): [number, number] {
   let count = 0;
+  let signal = 0;
   variance.fill(0);
   mean.fill(0);
   for (let i = from; i <= to; ++i) {
     for (let c = 0; c < 3; ++c) {
-      variance[c] += sums[7 * i + c];
-      mean[c] += sums[7 * i + 3 + c];
+      variance[c] += sums[stride * i + c];
+      mean[c] += sums[stride * i + 3 + c];
     }
-    count += sums[7 * i + 6];
+    signal += sums[stride * i + 6];
+    count += sums[stride * i + 7];
   }
   for (let c = 0; c < 3; ++c) {
     variance[c] /= count;
     mean[c] /= count;
   }
-  return count;
+  return [count, signal / count];
 }

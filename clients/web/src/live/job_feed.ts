@@ -1,5 +1,6 @@
 import { api, RequestError } from '../api/client';
-import { isFinal, type Job, type Problem } from '../api/types';
+import { isFinal } from '../api/states';
+import type { Job, Problem } from '../api/types';
 import type { FromFeed, LinkState, ToFeed } from './feed_messages';
 import type { TileFrame } from './frames';
 import { LiveFilm, maxLivePixels, type Rect } from './film';
@@ -138,7 +139,7 @@ export class JobFeed {
       case 'warning': {
         const { job } = this.state;
         return job
-          ? this.set({ job: { ...job, warnings: [...(job.warnings ?? []), message.warning] } })
+          ? this.set({ job: { ...job, warnings: [...job.warnings, message.warning.message] } })
           : undefined;
       }
       case 'link':

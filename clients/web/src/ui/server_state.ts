@@ -1,5 +1,6 @@
 import { api, explain, OfflineError, RequestError } from '../api/client';
-import { isFinal, type Job, type ServerInfo } from '../api/types';
+import { isFinal } from '../api/states';
+import type { Job, Server } from '../api/types';
 import { persistent, Store } from './store';
 import { toneMaps, type ToneMap } from '../live/tone';
 
@@ -7,7 +8,7 @@ import { toneMaps, type ToneMap } from '../live/tone';
 export type Connection = 'connecting' | 'online' | 'offline' | 'locked';
 
 export const connection = new Store<Connection>('connecting');
-export const serverInfo = new Store<ServerInfo | null>(null);
+export const serverInfo = new Store<Server | null>(null);
 export const jobs = new Store<Job[] | null>(null);
 /** Where the page of jobs after those begins; null after the last. */
 export const jobsNext = new Store<string | null>(null);

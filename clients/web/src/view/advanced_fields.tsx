@@ -1,20 +1,18 @@
 import { useEffect, useState } from 'preact/hooks';
-import { nameOf, type Choice, type ServerInfo } from '../api/types';
+import type { Server, TypeInfo } from '../api/types';
 import { useStore } from '../ui/store';
 import { Field, NumberInput, refusalsAt } from './field';
 import { change, form, refusals, type FormValues } from './form_model';
+
+/** An entry of the server's lists; where only its name is known, the rest is left out. */
+type Choice = Pick<TypeInfo, 'type'> & Partial<TypeInfo>;
 
 /** An option's own name is its last part; what is not unbiased says so. */
 const choiceLabel = (c: Choice): string => {
   const name = c.type.slice(c.type.lastIndexOf('.') + 1);
   return c.bias && c.bias !== 'none' ? `${name} (${c.bias})` : name;
 };
-const asChoices = (list: unknown[] | undefined): Choice[] =>
-  (list ?? []).map((c) =>
-    typeof c === 'string'
-      ? { type: c }
-      : { ...(c as Choice), type: nameOf(c as { name?: string; type?: string }) },
-  );
+const named = (names: string[] | undefined): Choice[] => (names ?? []).map((type) => ({ type }));
 
 interface ChoiceFieldProps {
   label: string;
@@ -55,7 +53,7 @@ const groupLabels: Record<string, string> = {
 };
 
 /** Every other switch that the server lists, grouped by the part of its name before the last dot. */
-function OptionFields({ info, v }: { info: ServerInfo | null; v: FormValues }) {
+function OptionFields({ info, v }: { info: Server | null; v: FormValues }) {
   const groups = new Map<string, Choice[]>();
   for (const option of info?.options ?? []) {
     const dot = option.name.lastIndexOf('.');
@@ -81,7 +79,7 @@ function OptionFields({ info, v }: { info: ServerInfo | null; v: FormValues }) {
 }
 
 /** What few need; made when it is opened. */
-export function AdvancedFields({ info }: { info: ServerInfo | null }) {
+export function AdvancedFields({ info }: { info: Server | null }) {
   const items = useStore(refusals);
   const [open, setOpen] = useState(false);
   const wrong =
@@ -108,7 +106,7 @@ export function AdvancedFields({ info }: { info: ServerInfo | null }) {
   );
 }
 
-function AdvancedBody({ info }: { info: ServerInfo | null }) {
+function AdvancedBody({ info }: { info: Server | null }) {
   const v = useStore(form);
   return (
     <div class="advanced-body">
@@ -117,7 +115,7 @@ function AdvancedBody({ info }: { info: ServerInfo | null }) {
         pointer="/integrator/type"
         standard="How light is followed. The standard one is right for nearly everything."
         value={v.integrator}
-        choices={asChoices(info?.integrators)}
+        choices={info?.integrators ?? []}
         onValue={(integrator) => change({ integrator })}
       />
       <Field
@@ -128,9 +126,9 @@ function AdvancedBody({ info }: { info: ServerInfo | null }) {
         {(a) => (
           <NumberInput
             {...a}
-            value={v.maxDepth}
+            value={v.maxDepth ?? info?.defaults.integrator.max_depth}
             min={0}
-            max={1024}
+            max={info?.limits.max_depth}
             onValue={(maxDepth) => change({ maxDepth })}
           />
         )}
@@ -140,7 +138,7 @@ function AdvancedBody({ info }: { info: ServerInfo | null }) {
         pointer="/sampler"
         standard="How random numbers are spread. Even spreading means less grain."
         value={v.sampler}
-        choices={asChoices(info?.samplers)}
+        choices={info?.samplers ?? []}
         onValue={(sampler) => change({ sampler })}
       />
       <ChoiceField
@@ -148,7 +146,7 @@ function AdvancedBody({ info }: { info: ServerInfo | null }) {
         pointer="/light_sampler"
         standard="Which lamp is asked first when there are many."
         value={v.lightSampler}
-        choices={asChoices(info?.light_samplers)}
+        choices={info?.light_samplers ?? []}
         onValue={(lightSampler) => change({ lightSampler })}
       />
       <ChoiceField
@@ -156,7 +154,7 @@ function AdvancedBody({ info }: { info: ServerInfo | null }) {
         pointer="/adaptive"
         standard="Every pixel alike; where an error is to be reached, noisy places get more samples than calm ones."
         value={v.adaptive}
-        choices={asChoices(info?.adaptive)}
+        choices={info?.adaptive ?? []}
         onValue={(adaptive) => change({ adaptive })}
       />
       <ChoiceField
@@ -164,7 +162,7 @@ function AdvancedBody({ info }: { info: ServerInfo | null }) {
         pointer="/film/filter"
         standard="How samples near a pixel’s edge are shared with its neighbours."
         value={v.filter}
-        choices={asChoices(info?.filters)}
+        choices={named(info?.filters)}
         onValue={(filter) => change({ filter })}
       />
       <OptionFields info={info} v={v} />
@@ -175,7 +173,7 @@ function AdvancedBody({ info }: { info: ServerInfo | null }) {
               {...a}
               value={v.seed}
               min={0}
-              max={Number.MAX_SAFE_INTEGER}
+              max={info?.limits.seed}
               step={1}
               onValue={(seed) => change({ seed })}
             />
@@ -186,8 +184,8 @@ function AdvancedBody({ info }: { info: ServerInfo | null }) {
             <NumberInput
               {...a}
               value={v.priority}
-              min={-100}
-              max={100}
+              min={info ? -info.limits.priority : undefined}
+              max={info?.limits.priority}
               step={1}
               onValue={(priority) => change({ priority })}
             />
@@ -203,7 +201,7 @@ function AdvancedBody({ info }: { info: ServerInfo | null }) {
             {...a}
             type="text"
             value={v.name}
-            maxLength={200}
+            maxLength={info?.limits.name_characters}
             onInput={(e) => change({ name: e.currentTarget.value })}
           />
         )}

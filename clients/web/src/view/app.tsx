@@ -1,5 +1,6 @@
 import { useEffect, useState } from 'preact/hooks';
-import { isFinal, type Job } from '../api/types';
+import { isFinal } from '../api/states';
+import type { Job } from '../api/types';
 import { filesOfDrop } from '../api/upload';
 import { Icon } from '../ui/icons';
 import { Later } from '../ui/later';

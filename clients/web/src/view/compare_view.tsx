@@ -1,6 +1,7 @@
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import { api } from '../api/client';
-import { isFinal, type Comparison, type Job } from '../api/types';
+import { isFinal } from '../api/states';
+import type { Comparison, Job } from '../api/types';
 import { compareFilms, type Figures, type Measure } from '../live/comparison';
 import { LiveFilm } from '../live/film';
 import type { FeedState } from '../live/job_feed';

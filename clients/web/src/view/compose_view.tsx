@@ -1,7 +1,7 @@
 import { useEffect, useLayoutEffect, useReducer, useRef, useState } from 'preact/hooks';
 import type { RefObject } from 'preact';
 import { api, RequestError } from '../api/client';
-import { nameOf, type SceneInfo } from '../api/types';
+import type { Scene } from '../api/types';
 import { Picture } from '../live/picture';
 import { Preview } from '../live/preview';
 import { Icon } from '../ui/icons';
@@ -55,13 +55,13 @@ interface Start {
 
 /** From the camera that the form names, else the scene's first. Rejects when nobody answers. */
 async function startOf({ scene, camera, width, height }: FormValues): Promise<Start> {
-  const info = await api.scene(scene).catch((error: unknown): SceneInfo | null => {
+  const info = await api.scene(scene).catch((error: unknown): Scene | null => {
     if (error instanceof RequestError) return null;
     throw error;
   });
   const cameras = info?.cameras ?? [];
-  const chosen = cameras.find((c, i) => camera === (nameOf(c) || `#${i}`)) ?? cameras[0];
-  const bounds = info?.bounds;
+  const chosen = cameras.find((c, i) => camera === (c.name || `#${i}`)) ?? cameras[0];
+  const bounds = info?.bounds ?? null;
   return {
     orbit: fromCamera(chosen, bounds, width / height) ?? framed(bounds, width / height),
     flat: chosen?.type === 'orthographic',

@@ -1,6 +1,6 @@
 import { useLayoutEffect, useRef, useState } from 'preact/hooks';
 import type { Convergence, ConvergencePoint, Job } from '../api/types';
-import { isFinal } from '../api/types';
+import { isFinal } from '../api/states';
 import { takeTurn } from '../live/turns';
 import { count, duration, number, percent } from '../ui/format';
 import { Later } from '../ui/later';
@@ -24,7 +24,7 @@ interface Forecast {
   whenBelow: (error: number) => { value: number; low: number | null; high: number | null };
 }
 
-function forecast(last: Known, slope: Convergence['slope'], axis: Axis): Forecast | null {
+function forecast(last: Known, slope: Convergence['slope'] | null, axis: Axis): Forecast | null {
   const value = slope?.value;
   // A curve that hardly falls says nothing about a time that can be told.
   if (value == null || value > -0.05) return null;
@@ -131,7 +131,7 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
   const points = (data?.points ?? []).filter(
     (p): p is Known => p.relative_rmse != null && p.relative_rmse > 0 && xOf(p, axis) > 0,
   );
-  const fitted = points.length >= fitFrom ? data?.slope : null;
+  const fitted = points.length >= fitFrom ? (data?.slope ?? null) : null;
   const slope = fitted?.value;
   return (
     <section class="card" aria-labelledby="plot-title">
@@ -187,7 +187,7 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
 interface CurveProps {
   job: Job;
   points: Known[];
-  slope: Convergence['slope'];
+  slope: Convergence['slope'] | null;
   axis: Axis;
   width: number;
   hover: Known | null;

@@ -1,10 +1,10 @@
 import type { ComponentChildren } from 'preact';
 import { useId } from 'preact/hooks';
-import type { ProblemItem } from '../api/types';
+import type { FieldError } from '../api/types';
 import { useStore } from '../ui/store';
 import { refusals } from './form_model';
 
-export const refusalsAt = (items: ProblemItem[], pointers: string[]): ProblemItem[] =>
+export const refusalsAt = (items: FieldError[], pointers: string[]): FieldError[] =>
   items.filter((item) =>
     pointers.some((p) => item.pointer === p || item.pointer.startsWith(`${p}/`)),
   );
@@ -46,7 +46,8 @@ export function Field({ label, pointers, hint, children }: FieldProps) {
 }
 
 interface NumberProps {
-  value: number;
+  /** Undefined: not known yet. */
+  value: number | undefined;
   min?: number;
   max?: number;
   step?: number | 'any';

@@ -1,5 +1,5 @@
 import { RequestError } from '../api/client';
-import type { ProblemItem } from '../api/types';
+import type { FieldError } from '../api/types';
 import { Store } from '../ui/store';
 
 export type EnvironmentMode = 'scene' | 'colour' | 'file' | 'none';
@@ -35,7 +35,8 @@ export interface FormValues {
   environmentRotation: number;
   environmentVisible: boolean;
   integrator: string;
-  maxDepth: number;
+  /** Null: the server's default. */
+  maxDepth: number | null;
   sampler: string;
   lightSampler: string;
   adaptive: string;
@@ -68,7 +69,7 @@ const initial: FormValues = {
   environmentRotation: 0,
   environmentVisible: true,
   integrator: '',
-  maxDepth: 16,
+  maxDepth: null,
   sampler: '',
   lightSampler: '',
   adaptive: '',
@@ -82,7 +83,7 @@ export const form = new Store<FormValues>(initial);
 export const change = (patch: Partial<FormValues>): void => form.set({ ...form.get(), ...patch });
 
 /** What the server refused, by JSON pointer; the empty pointer is the request as a whole. */
-export const refusals = new Store<ProblemItem[]>([]);
+export const refusals = new Store<FieldError[]>([]);
 
 export const sizePresets = [
   { label: '480 × 270', note: 'draft', width: 480, height: 270 },
@@ -113,10 +114,10 @@ export function requestOf(
   const camera = cameraOf(v);
   if (camera) request.camera = camera;
   if (v.variant) request.variant = v.variant;
-  if (v.integrator || v.maxDepth !== 16)
+  if (v.integrator || v.maxDepth !== null)
     request.integrator = {
       ...(v.integrator && { type: v.integrator }),
-      ...(v.maxDepth !== 16 && { max_depth: v.maxDepth }),
+      ...(v.maxDepth !== null && { max_depth: v.maxDepth }),
     };
   if (v.sampler) request.sampler = { type: v.sampler };
   if (v.lightSampler) request.light_sampler = { type: v.lightSampler };
@@ -179,8 +180,8 @@ export function linearOf(hex: string): number[] {
 const round = (v: number): number => Number(v.toPrecision(7));
 
 /** Faults that need no server. */
-export function check(v: FormValues): ProblemItem[] {
-  const out: ProblemItem[] = [];
+export function check(v: FormValues): FieldError[] {
+  const out: FieldError[] = [];
   if (!v.scene) out.push({ pointer: '/scene', detail: 'Choose a scene or drop a model.' });
   if (!v.useSamples && !v.useError && !v.useSeconds)
     out.push({ pointer: '/stop', detail: 'Choose at least one rule, so that the render ends.' });
@@ -189,7 +190,7 @@ export function check(v: FormValues): ProblemItem[] {
   return out;
 }
 
-export function refusalsOf(error: unknown): ProblemItem[] {
+export function refusalsOf(error: unknown): FieldError[] {
   // What a missing key is about is no part of the request.
   if (!(error instanceof RequestError) || error.status === 401) return [];
   return error.errors.length

@@ -1,7 +1,8 @@
 import { Fragment } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
 import { api } from '../api/client';
-import { isFinal, type Job, type PixelLayer, type PixelReport } from '../api/types';
+import { isFinal } from '../api/states';
+import type { Job, Pixel, PixelLayer } from '../api/types';
 import type { LiveFilm } from '../live/film';
 import { toBytes } from '../live/tone';
 import { count, measured, number } from '../ui/format';
@@ -10,12 +11,12 @@ import { useStore } from '../ui/store';
 import { HalfHistogram } from './half_histogram';
 import type { Probe } from './stage';
 
-const asList = (v: number[] | number | null | undefined): number[] =>
-  Array.isArray(v) ? v : typeof v === 'number' ? [v] : [];
+/** Unknown numbers are NaN. */
+const asList = (v: (number | null)[] | undefined): number[] => (v ?? []).map((x) => x ?? NaN);
 
 /** The server's word on one pixel; asked for when the probe rests, and again while a pinned pixel changes. */
-function usePixel(job: Job, probe: Probe | null): PixelReport | null {
-  const [report, setReport] = useState<PixelReport | null>(null);
+function usePixel(job: Job, probe: Probe | null): Pixel | null {
+  const [report, setReport] = useState<Pixel | null>(null);
   const beat =
     probe?.pinned && !isFinal(job.state) ? Math.floor((job.progress?.elapsed_seconds ?? 0) / 2) : 0;
   useEffect(() => {
@@ -85,7 +86,7 @@ function Reading({
 }: {
   film: LiveFilm | null;
   probe: Probe;
-  report: PixelReport | null;
+  report: Pixel | null;
 }) {
   const shown = useStore(display);
   const index = film ? probe.y * film.width + probe.x : -1;
@@ -154,7 +155,7 @@ function Channel({
   const low = asList(layer?.low)[c],
     high = asList(layer?.high)[c];
   const halves = (layer?.halves ?? [])
-    .map((h) => asList(h as number[] | number)[c])
+    .map((h) => asList(h)[c])
     .filter((v) => Number.isFinite(v));
   const known = Number.isFinite(low) && Number.isFinite(high) && high > low;
   const values = known ? [low, high, mean, ...halves] : [];

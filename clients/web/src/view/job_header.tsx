@@ -1,6 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
 import { api, imageUrl, RequestError } from '../api/client';
-import { isFinal, nameOf, type Job, type StopRule } from '../api/types';
+import { isFinal } from '../api/states';
+import type { ExtendRequest, Job } from '../api/types';
 import type { LinkState } from '../live/feed_messages';
 import type { JobFeed } from '../live/job_feed';
 import { count, doneShare, duration, percent } from '../ui/format';
@@ -24,17 +25,7 @@ const formatNotes: Record<string, { note: string; shown?: boolean }> = {
 function Downloads({ job }: { job: Job }) {
   const shown = useStore(display);
   const info = useStore(serverInfo);
-  const formats = info?.image_formats?.map((f) =>
-    nameOf(
-      typeof f === 'string'
-        ? f
-        : {
-            name:
-              (f as { name?: string; extension?: string }).name ??
-              (f as { extension?: string }).extension,
-          },
-    ),
-  ) ?? ['png', 'exr'];
+  const formats = info?.image_formats ?? ['png', 'exr'];
   const encoded = { exposure: shown.exposure, tonemap: shown.tone };
   const base = `${sceneTitle(job).replace(/[^\w-]+/g, '-')}-${job.id.slice(0, 8)}`;
   return (
@@ -60,15 +51,20 @@ function Downloads({ job }: { job: Job }) {
   );
 }
 
+interface Extension {
+  label: string;
+  stop: ExtendRequest['stop'];
+}
+
 /** What "more" means for a job that has ended, from what it has. */
-function extensions(job: Job): { label: string; stop: StopRule }[] {
+function extensions(job: Job, mostSamples: number): Extension[] {
   const samples = job.progress?.samples_per_pixel?.mean ?? 0;
   const error = job.error?.relative_rmse;
-  const out: { label: string; stop: StopRule }[] = [];
+  const out: Extension[] = [];
   if (samples > 0)
     out.push({
       label: `Four times the samples (${count(4 * samples)})`,
-      stop: { samples_per_pixel: Math.min(65536, Math.round(4 * samples)) },
+      stop: { samples_per_pixel: Math.min(mostSamples, Math.round(4 * samples)) },
     });
   if (error)
     out.push({
@@ -98,6 +94,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
     }
   };
   const running = !isFinal(job.state);
+  const mostSamples = useStore(serverInfo)?.limits.samples_per_pixel ?? Infinity;
   const others = (useStore(jobs) ?? [])
     .filter(
       (j) =>
@@ -189,7 +186,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
             }
             testId="extend"
           >
-            {extensions(job).map((e) => (
+            {extensions(job, mostSamples).map((e) => (
               <button
                 key={e.label}
                 type="button"

@@ -1,6 +1,6 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { api, RequestError } from '../api/client';
-import type { Job, JobPage, JobState } from '../api/types';
+import type { Job, JobList as Page, JobState } from '../api/types';
 import { jobs, jobsNext, pageSize, sayError } from '../ui/server_state';
 import { useStore } from '../ui/store';
 
@@ -13,7 +13,7 @@ async function ask(
   text: string,
   cursor: string | null,
   signal: AbortSignal,
-): Promise<JobPage> {
+): Promise<Page> {
   if (!isId(text)) return api.jobs({ limit: pageSize, cursor, states, name: text }, signal);
   const found = await api.job(text, signal).catch((error) => {
     if (error instanceof RequestError && error.status === 404) return null;
@@ -31,7 +31,7 @@ interface Pages {
 }
 
 /** A newer first page before those that are there: who left it for the page after is kept. */
-function renewed(old: Pages, page: JobPage): Pages {
+function renewed(old: Pages, page: Page): Pages {
   if (!old.rest.length) return { ...old, first: page.jobs, next: page.next };
   const there = new Set(page.jobs.map((j) => j.id));
   const known = [...old.first, ...old.rest];
@@ -42,7 +42,7 @@ function renewed(old: Pages, page: JobPage): Pages {
 }
 
 /** With the page after. What the first page pushed out of itself may be on it again. */
-function joined(old: Pages, page: JobPage): Pages {
+function joined(old: Pages, page: Page): Pages {
   const there = new Set([...old.first, ...old.rest].map((j) => j.id));
   return {
     ...old,
@@ -67,7 +67,7 @@ export function useJobList(states: JobState[] | null, text: string): JobList {
   const askedKey = useRef(key);
   const [loading, setLoading] = useState(false);
   useEffect(() => {
-    const take = (page: JobPage): void =>
+    const take = (page: Page): void =>
       setPages((old) =>
         old?.key === key
           ? renewed(old, page)

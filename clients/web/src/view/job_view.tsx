@@ -1,6 +1,7 @@
 import { useEffect, useReducer, useRef, useState } from 'preact/hooks';
 import { api } from '../api/client';
-import { isFinal, type Convergence, type Job } from '../api/types';
+import { isFinal } from '../api/states';
+import type { Convergence, Job } from '../api/types';
 import { JobFeed } from '../live/job_feed';
 import { doneShare } from '../ui/format';
 import { choiceIn, keepChoice, route, type Route } from '../ui/router';

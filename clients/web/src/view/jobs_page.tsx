@@ -1,11 +1,12 @@
 import { Fragment } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
 import { api } from '../api/client';
-import { isFinal, type Job, type JobState } from '../api/types';
+import { isFinal } from '../api/states';
+import type { Job, JobState } from '../api/types';
 import { ago, count, duration, percent } from '../ui/format';
 import { useGrowing } from '../ui/later';
 import { choiceIn, keepChoice, route } from '../ui/router';
-import { refresh, sayError } from '../ui/server_state';
+import { refresh, sayError, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { useJobList } from './job_list';
 import { sceneTitle, stateLabel } from './job_words';
@@ -92,9 +93,10 @@ export function JobsPage() {
 }
 
 function JobCard({ job }: { job: Job }) {
+  const most = useStore(serverInfo)?.limits.priority ?? Infinity;
   const raise = (by: number): void => {
     api
-      .patch(job.id, { priority: Math.max(-100, Math.min(100, (job.spec.priority ?? 0) + by)) })
+      .patch(job.id, { priority: Math.max(-most, Math.min(most, job.spec.priority + by)) })
       .then(() => refresh())
       .catch(sayError);
   };

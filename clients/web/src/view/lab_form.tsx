@@ -1,6 +1,6 @@
 import { useId } from 'preact/hooks';
 import type { ComponentChildren } from 'preact';
-import type { Experiment, ProblemItem } from '../api/types';
+import type { Experiment, FieldError } from '../api/types';
 import { number } from '../ui/format';
 import { MathText } from '../ui/math_text';
 import { NumberInput, refusalsAt } from './field';
@@ -11,7 +11,7 @@ interface RowProps {
   /** Of the request. */
   pointer: string;
   hint: string;
-  wrong: ProblemItem[];
+  wrong: FieldError[];
   children: (attributes: {
     id: string;
     'aria-describedby': string;
@@ -58,7 +58,7 @@ const named = (name: string): string => {
 interface ChoicesProps {
   experiment: Experiment;
   form: LabForm;
-  wrong: ProblemItem[];
+  wrong: FieldError[];
   onChange: (part: Partial<LabForm>) => void;
 }
 

@@ -60,7 +60,7 @@ export function linkOf(e: Experiment, form: LabForm): string {
   return `#/lab/${e.name}${tail ? `?${tail}` : ''}`;
 }
 
-export function requestOf(e: Experiment, form: LabForm): LabRequest {
+export function requestOf(e: Experiment, form: LabForm): Required<LabRequest> {
   return {
     experiment: e.name,
     estimator: form.estimator,
@@ -131,6 +131,7 @@ export function svgText(drawing: SVGSVGElement): string {
     for (const name of carried) element.setAttribute(name, style.getPropertyValue(name));
   });
   copy.setAttribute('xmlns', 'http://www.w3.org/2000/svg');
-  copy.setAttribute('style', `background:${getComputedStyle(document.body).backgroundColor}`);
+  // Not by its attribute: the page's policy allows no style that stands in markup.
+  copy.style.background = getComputedStyle(document.body).backgroundColor;
   return new XMLSerializer().serializeToString(copy);
 }

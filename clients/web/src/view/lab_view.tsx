@@ -2,7 +2,7 @@ import type { ComponentChildren } from 'preact';
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { explain, RequestError } from '../api/client';
 import { runExperiment } from '../api/lab';
-import type { Experiment, ProblemItem } from '../api/types';
+import type { Experiment, FieldError } from '../api/types';
 import { go } from '../ui/router';
 import { serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
@@ -74,7 +74,7 @@ function useRuns(experiment: Experiment) {
   const [series, setSeries] = useState<Series[]>([]);
   const [shownId, setShownId] = useState(-1);
   const [state, setState] = useState<State>('idle');
-  const [wrong, setWrong] = useState<ProblemItem[]>([]);
+  const [wrong, setWrong] = useState<FieldError[]>([]);
   const [failure, setFailure] = useState('');
   const running = useRef<AbortController | null>(null);
   const nextId = useRef(0);

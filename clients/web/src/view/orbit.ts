@@ -1,4 +1,4 @@
-import type { SceneCamera, SceneInfo } from '../api/types';
+import type { Scene, SceneCamera } from '../api/types';
 import type { Pose } from './form_model';
 
 type Triple = [number, number, number];
@@ -44,7 +44,7 @@ function anglesOf(back: Triple, up: Triple | undefined) {
 }
 
 /** As the server frames a scene without a camera. */
-export function framed(bounds: SceneInfo['bounds'], aspect: number): Orbit {
+export function framed(bounds: Scene['bounds'], aspect: number): Orbit {
   const low = bounds?.min ?? [-1, -1, -1];
   const high = bounds?.max ?? [1, 1, 1];
   const centre = low.map((v, i) => (v + high[i]) / 2) as [number, number, number];
@@ -68,7 +68,7 @@ export function framed(bounds: SceneInfo['bounds'], aspect: number): Orbit {
  */
 export function fromCamera(
   camera: SceneCamera | undefined,
-  bounds: SceneInfo['bounds'],
+  bounds: Scene['bounds'],
   aspect: number,
 ): Orbit | null {
   const { position, direction: forward, vertical_fov_degrees: fovDegrees } = camera ?? {};

@@ -1,5 +1,5 @@
 import { explain } from '../api/client';
-import type { SceneInfo } from '../api/types';
+import type { Scene } from '../api/types';
 import {
   isEnvironment,
   modelIn,
@@ -14,12 +14,12 @@ import { persistent, Store } from '../ui/store';
 import { change, refusals } from './form_model';
 
 /** Models sent from this page or found on the server; the newest first. */
-export const models = new Store<SceneInfo[]>([]);
+export const models = new Store<Scene[]>([]);
 export const sending = new Store<{ what: string; share: number } | null>(null);
 export const sendFault = new Store<string | null>(null);
 /** What of the last drop was not taken. */
 export const sendNote = new Store<string | null>(null);
-export const sceneDetails = new Store<SceneInfo | null>(null);
+export const sceneDetails = new Store<Scene | null>(null);
 
 const isNames = (v: unknown): v is Record<string, string> =>
   typeof v === 'object' && v !== null && Object.values(v).every((n) => typeof n === 'string');

@@ -1,6 +1,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { imageUrl } from '../api/client';
-import { isFinal, type Job } from '../api/types';
+import { isFinal } from '../api/states';
+import type { Job } from '../api/types';
 import { number } from '../ui/format';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';

@@ -1,5 +1,5 @@
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
-import { isFinal } from '../api/types';
+import { isFinal } from '../api/states';
 import type { JobFeed, FeedState } from '../live/job_feed';
 import { Picture } from '../live/picture';
 import { display } from '../ui/server_state';

@@ -1,11 +1,11 @@
-import { warningText, type Job } from '../api/types';
+import type { Job } from '../api/types';
 import { bytes, count, duration, number } from '../ui/format';
 
 /** The light that was chosen where none was asked for: worth knowing, but nothing is wrong. */
 const isChoice = (text: string): boolean => text.startsWith('environment: none was given');
 
 export function Statistics({ job }: { job: Job }) {
-  const said = (job.warnings ?? []).map(warningText);
+  const said = job.warnings;
   const choices = said.filter(isChoice);
   const warnings = said.filter((text) => !isChoice(text));
   const p = job.progress,

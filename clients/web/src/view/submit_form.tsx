@@ -1,6 +1,6 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { api, explain } from '../api/client';
-import { nameOf, type SceneInfo } from '../api/types';
+import type { Scene } from '../api/types';
 import { filesOfInput } from '../api/upload';
 import { bytes, count } from '../ui/format';
 import { Icon } from '../ui/icons';
@@ -24,7 +24,7 @@ import {
   take,
 } from './scene_source';
 
-function useSceneDetails(scene: string): SceneInfo | null {
+function useSceneDetails(scene: string): Scene | null {
   const details = useStore(sceneDetails);
   useEffect(() => {
     sceneDetails.set(models.get().find((m) => m.id === scene) ?? null);
@@ -39,18 +39,15 @@ function useSceneDetails(scene: string): SceneInfo | null {
   return details;
 }
 
-const listLength = (v: unknown): number | undefined =>
-  Array.isArray(v) ? v.length : typeof v === 'number' ? v : undefined;
-
-const plural = (n: number | undefined, what: string): string | null =>
+const plural = (n: number, what: string): string | null =>
   n ? `${count(n)} ${what}${n === 1 ? '' : 's'}` : null;
 
-function SceneFacts({ details, summary }: { details: SceneInfo | null; summary?: string }) {
+function SceneFacts({ details, summary }: { details: Scene | null; summary?: string }) {
   const facts = details
     ? [
         plural(details.triangles, 'triangle'),
-        plural(listLength(details.materials), 'material'),
-        plural(listLength(details.lights), 'light'),
+        plural(details.materials.length, 'material'),
+        plural(details.lights.length, 'light'),
         details.bytes && `${bytes(details.bytes)} in memory`,
       ].filter(Boolean)
     : [];
@@ -143,8 +140,8 @@ function ScenePicker() {
                   : 'The scene’s first camera'}
               </option>
               {cameras.map((c, i) => (
-                <option key={i} value={nameOf(c) || `#${i}`}>
-                  {nameOf(c) || `Camera ${i + 1}`}
+                <option key={i} value={c.name || `#${i}`}>
+                  {c.name || `Camera ${i + 1}`}
                 </option>
               ))}
             </select>
@@ -171,8 +168,8 @@ function ScenePicker() {
             >
               <option value="">As delivered</option>
               {variants.map((x) => (
-                <option key={nameOf(x)} value={nameOf(x)}>
-                  {nameOf(x)}
+                <option key={x} value={x}>
+                  {x}
                 </option>
               ))}
             </select>
@@ -233,6 +230,7 @@ function SizeField() {
   const v = useStore(form);
   const preset = sizePresets.findIndex((p) => p.width === v.width && p.height === v.height);
   const [custom, setCustom] = useState(false);
+  const info = useStore(serverInfo);
   const free = custom || preset < 0;
   return (
     <>
@@ -264,7 +262,7 @@ function SizeField() {
                 data-testid="width"
                 value={v.width}
                 min={1}
-                max={16384}
+                max={info?.limits.film_side}
                 onValue={(width) => change({ width })}
               />
             )}
@@ -276,7 +274,7 @@ function SizeField() {
                 data-testid="height"
                 value={v.height}
                 min={1}
-                max={16384}
+                max={info?.limits.film_side}
                 onValue={(height) => change({ height })}
               />
             )}
@@ -293,7 +291,7 @@ interface RuleProps {
   unit: string;
   value: number;
   min: number;
-  max: number;
+  max?: number;
   step: number | 'any';
   testId: string;
   onToggle: (on: boolean) => void;
@@ -330,6 +328,7 @@ function Rule(p: RuleProps) {
 
 function StopField() {
   const v = useStore(form);
+  const info = useStore(serverInfo);
   const wrong = refusalsAt(useStore(refusals), ['/stop']);
   return (
     <fieldset class={`stop${wrong.length ? ' field-wrong' : ''}`}>
@@ -352,7 +351,7 @@ function StopField() {
         unit="/ pixel"
         value={v.samples}
         min={1}
-        max={65536}
+        max={info?.limits.samples_per_pixel}
         step={1}
         testId="stop-samples"
         onToggle={(useSamples) => change({ useSamples })}
@@ -364,7 +363,7 @@ function StopField() {
         unit="s"
         value={v.seconds}
         min={0.1}
-        max={1e6}
+        max={info?.limits.stop_seconds}
         step="any"
         testId="stop-seconds"
         onToggle={(useSeconds) => change({ useSeconds })}

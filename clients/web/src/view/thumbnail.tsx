@@ -1,6 +1,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { imageUrl } from '../api/client';
-import { isFinal, type Job } from '../api/types';
+import { isFinal } from '../api/states';
+import type { Job } from '../api/types';
 
 /** A small picture of a job; renewed every few seconds while it renders, kept in view until the next has come. */
 export function Thumbnail({ job, size = 192 }: { job: Job; size?: number }) {

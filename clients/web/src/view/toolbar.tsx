@@ -3,7 +3,7 @@ import type { LiveFilm } from '../live/film';
 import { toneMapLabels, toneMaps, type ToneMap } from '../live/tone';
 import { display, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
-import { nameOf } from '../api/types';
+
 import { autoExposure } from './film_reading';
 import { layerModes, planeModes, type Mode } from './view_modes';
 
@@ -16,7 +16,7 @@ interface ToolbarProps {
 
 export function Toolbar({ mode, film, tooLarge, onMode }: ToolbarProps) {
   const info = useStore(serverInfo);
-  const offered = info?.layers?.map(nameOf);
+  const offered = info?.layers;
   const modes = [
     ...(tooLarge ? planeModes.slice(0, 1) : planeModes),
     ...layerModes.filter((m) => !offered || offered.includes(m.mode)),

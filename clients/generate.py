@@ -1,0 +1,278 @@
+#!/usr/bin/env python3
+"""Writes the types of the web page and the models of the Python package from /openapi.json.
+
+    clients/generate.py SOURCE [--check]
+
+SOURCE: the address of a running server, or a file that holds its /openapi.json. --check writes
+nothing and exits 1, with the names, if a file is not what would be written. Standard library only.
+"""
+
+import json
+import keyword
+import pathlib
+import sys
+import textwrap
+import urllib.request
+
+HERE = pathlib.Path(__file__).resolve().parent
+TYPESCRIPT = HERE / "web/src/api/types.ts"
+MODELS = HERE / "python/src/tessera/models.py"
+VERSION = HERE / "python/src/tessera/_version.py"
+WIDTH = 100
+PREFIX = "#/components/schemas/"
+# In these the names come from registries that differ between builds: any text is allowed.
+OPEN_NAMES = {"JobRequest", "JobPatch", "ExtendRequest", "JobSpec", "JobDefaults", "LabRequest"}
+
+
+def words(schema):
+    """The description as one line."""
+    return " ".join(schema.get("description", "").split())
+
+
+def types_of(schema):
+    kinds = schema.get("type", [])
+    return kinds if isinstance(kinds, list) else [kinds]
+
+
+def is_record(schema):
+    return "object" in types_of(schema) and "properties" in schema
+
+
+class Language:
+    """What both languages write the same way. `names_are_open`: enumerations are any text."""
+
+    def __init__(self, schemas):
+        self.schemas = schemas
+        self.names_are_open = False
+
+    def type_of(self, schema, path):
+        """The type of a value; path: name of the component and of the members down to it."""
+        if "$ref" in schema:
+            return schema["$ref"].removeprefix(PREFIX)
+        if "enum" in schema and not self.names_are_open:
+            return self.union([self.literal(each) for each in schema["enum"]])
+        if "anyOf" in schema and "type" not in schema:
+            return self.union([self.type_of(each, path) for each in schema["anyOf"]])
+        kinds = types_of(schema)
+        return self.union([self.kind(kind, schema, path) for kind in kinds]) if kinds else self.ANY
+
+    def kind(self, kind, schema, path):
+        if kind == "array":
+            return self.array(schema, path)
+        if kind == "object":
+            return self.object(schema, path)
+        return self.SIMPLE[kind]
+
+
+class TypeScript(Language):
+    ANY = "unknown"
+    SIMPLE = {"string": "string", "integer": "number", "number": "number", "boolean": "boolean",
+              "null": "null"}  # fmt: skip
+
+    def literal(self, value):
+        return "null" if value is None else f"'{value}'" if isinstance(value, str) else str(value)
+
+    def union(self, types):
+        return " | ".join(dict.fromkeys(types))
+
+    def array(self, schema, path):
+        item = self.type_of(schema.get("items", {}), path)
+        length = schema.get("minItems")
+        if length is not None and length == schema.get("maxItems"):
+            return f"[{', '.join([item] * length)}]"
+        return f"({item})[]" if " | " in item else f"{item}[]"
+
+    def object(self, schema, path):
+        if "properties" in schema:
+            return "{\n" + self.members(schema, path, len(path)) + "  " * (len(path) - 1) + "}"
+        values = schema.get("additionalProperties")
+        return f"Record<string, {self.type_of(values, path) if values else self.ANY}>"
+
+    def members(self, schema, path, depth):
+        indent, required = "  " * depth, schema.get("required", [])
+        text = ""
+        for name, member in schema["properties"].items():
+            text += self.comment(member, indent)
+            mark = "" if name in required else "?"
+            text += self.statement(f"{indent}{name}{mark}:", self.type_of(member, [*path, name]))
+        return text
+
+    def statement(self, head, made):
+        """One line, or one for each member of a union that is too long."""
+        line = f"{head} {made};\n"
+        if len(line) <= WIDTH + 1 or "\n" in made:
+            return line
+        indent = " " * (len(head) - len(head.lstrip()) + 2)
+        return head + "".join(f"\n{indent}| {each}" for each in made.split(" | ")) + ";\n"
+
+    def comment(self, schema, indent):
+        doc = words(schema).replace("*/", "* /")
+        if not doc:
+            return ""
+        if len(indent) + len(doc) + 7 <= WIDTH:
+            return f"{indent}/** {doc} */\n"
+        lines = textwrap.wrap(doc, WIDTH - len(indent) - 3, break_long_words=False)
+        return "".join(
+            [f"{indent}/**\n", *(f"{indent} * {line}\n" for line in lines), f"{indent} */\n"]
+        )
+
+    def component(self, name, schema):
+        self.names_are_open = name in OPEN_NAMES
+        text = self.comment(schema, "")
+        if is_record(schema):
+            return f"{text}export interface {name} {{\n{self.members(schema, [name], 1)}}}\n"
+        return text + self.statement(f"export type {name} =", self.type_of(schema, [name]))
+
+    def document(self):
+        head = (
+            "/**\n * The bodies of the HTTP interface, as they are in JSON.\n"
+            " * Made by clients/generate.py from /openapi.json; not edited by hand.\n */\n"
+        )
+        return "\n".join([head, *(self.component(*each) for each in self.schemas.items())])
+
+
+class Python(Language):
+    ANY = "Any"
+    SIMPLE = {
+        "string": "str",
+        "integer": "int",
+        "number": "float",
+        "boolean": "bool",
+        "null": "None",
+    }
+
+    def __init__(self, schemas):
+        super().__init__(schemas)
+        self.inner = []
+
+    def literal(self, value):
+        return f"Literal[{'None' if value is None else json.dumps(value)}]"
+
+    def union(self, types):
+        literals = [each[8:-1] for each in types if each.startswith("Literal[")]
+        others = [each for each in types if not each.startswith("Literal[")]
+        if literals:
+            others.insert(0, f"Literal[{', '.join(literals)}]")
+        return " | ".join(dict.fromkeys(others))
+
+    def array(self, schema, path):
+        return f"list[{self.type_of(schema.get('items', {}), path)}]"
+
+    def object(self, schema, path):
+        if "properties" in schema:
+            name = "".join(part[0].upper() + part[1:] for part in self.camel(path))
+            self.inner.append(self.record(name, schema, path))
+            return name
+        values = schema.get("additionalProperties")
+        return f"dict[str, {self.type_of(values, path) if values else self.ANY}]"
+
+    def camel(self, path):
+        return [part for name in path for part in name.split("_")]
+
+    def record(self, name, schema, path):
+        """A TypedDict. Members that are words of the language go into a base of another syntax."""
+        required = schema.get("required", [])
+        base, text, words_of_python = "TypedDict", "", []
+        for member, inner in schema["properties"].items():
+            made = self.type_of(inner, [*path, member])
+            made = made if member in required else f"NotRequired[{made}]"
+            if keyword.iskeyword(member):
+                words_of_python.append(f'"{member}": "{made}"')
+            else:
+                text += self.annotation(member, made)
+        if words_of_python:
+            base = f"_{name}"
+            base_text = f'{base} = TypedDict("{base}", {{{", ".join(words_of_python)}}})\n\n\n'
+        else:
+            base_text = ""
+        doc = self.doc(schema)
+        body = doc + text if text else doc.rstrip("\n") + "\n" if doc else "    pass\n"
+        return f"{base_text}class {name}({base}):\n{body}"
+
+    def annotation(self, name, made):
+        line = f"    {name}: {made}\n"
+        if len(line) <= WIDTH + 1:
+            return line
+        head, _, rest = made.partition("Literal[")
+        names, _, tail = rest.partition("]")
+        lines = "".join(f"        {each},\n" for each in names.split(", "))
+        return f"    {name}: {head}Literal[\n{lines}    ]{tail}\n"
+
+    def doc(self, schema):
+        doc = words(schema).replace("\\", "\\\\")
+        if not doc:
+            return ""
+        if len(doc) + 10 <= WIDTH:
+            return f'    """{doc}"""\n\n'
+        first, *lines = textwrap.wrap(doc, WIDTH - 7, initial_indent="   ", break_long_words=False)
+        lines = [first.strip(), *lines]
+        return '    """' + "\n    ".join(lines) + '\n    """\n\n'
+
+    def component(self, name, schema):
+        self.names_are_open = name in OPEN_NAMES
+        self.inner = []
+        if is_record(schema):
+            text = self.record(name, schema, [name])
+        else:
+            text = self.alias(name, self.type_of(schema, [name]))
+        return [*self.inner, text]
+
+    def alias(self, name, made):
+        line = f"{name}: TypeAlias = {made}\n"
+        if len(line) <= WIDTH + 1:
+            return line
+        head, _, rest = made.partition("Literal[")
+        names, _, tail = rest.partition("]")
+        return f"{name}: TypeAlias = {head}Literal[\n    {names}\n]{tail}\n"
+
+    def document(self):
+        head = (
+            '"""The bodies of the HTTP interface, as they are in JSON.\n\n'
+            "Made by clients/generate.py from /openapi.json; not edited by hand.\n"
+            '"""\n\n'
+            "from __future__ import annotations\n\n"
+            "from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict\n\n"
+            "if TYPE_CHECKING:\n"
+            "    from typing_extensions import NotRequired\n"
+        )
+        parts = [part for each in self.schemas.items() for part in self.component(*each)]
+        return "\n\n".join([head, *parts])
+
+
+def load(source):
+    if source.startswith(("http://", "https://")):
+        with urllib.request.urlopen(source.rstrip("/") + "/openapi.json", timeout=30) as answer:
+            return json.load(answer)
+    return json.loads(pathlib.Path(source).read_text())
+
+
+def generated(document):
+    schemas = document["components"]["schemas"]
+    version = document["info"]["version"]
+    return {
+        TYPESCRIPT: TypeScript(schemas).document(),
+        MODELS: Python(schemas).document(),
+        VERSION: f'"""The version of the project."""\n\n__version__ = "{version}"\n',
+    }
+
+
+def main():
+    arguments = [each for each in sys.argv[1:] if each != "--check"]
+    if len(arguments) != 1:
+        sys.exit(__doc__)
+    stale = [
+        path
+        for path, text in generated(load(arguments[0])).items()
+        if not path.is_file() or path.read_text() != text
+    ]
+    if "--check" not in sys.argv:
+        for path, text in generated(load(arguments[0])).items():
+            path.write_text(text)
+        return
+    for path in stale:
+        print(f"{path.relative_to(HERE.parent)} is stale: run clients/generate.py with this server")
+    sys.exit(1 if stale else 0)
+
+
+if __name__ == "__main__":
+    main()

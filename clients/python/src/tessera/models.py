@@ -1,0 +1,1210 @@
+"""The bodies of the HTTP interface, as they are in JSON.
+
+Made by clients/generate.py from /openapi.json; not edited by hand.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict
+
+if TYPE_CHECKING:
+    from typing_extensions import NotRequired
+
+
+class JobRequestCamera(TypedDict):
+    """Null members are the file camera's own values, chosen by name or index, else the first."""
+
+    name: NotRequired[str | None]
+    index: NotRequired[int | None]
+    position: NotRequired[list[float] | None]
+    target: NotRequired[list[float] | None]
+    up: NotRequired[list[float] | None]
+    vertical_fov_degrees: NotRequired[float | None]
+    aperture_radius: NotRequired[float | None]
+    focus_distance: NotRequired[float | None]
+
+
+class JobRequestEnvironment(TypedDict):
+    """Light from far away, added to the scene's own. Null: black. Absent: white, unless the
+    scene has a punctual light or an emissive strength above 1.
+    """
+
+    asset: NotRequired[str | None]
+    color: NotRequired[list[float]]
+    intensity: NotRequired[float]
+    rotation_degrees: NotRequired[float]
+    visible: NotRequired[bool]
+
+
+class JobRequestFilmCrop(TypedDict):
+    """Part of the film that is rendered; null: all of it."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+class JobRequestFilmFilter(TypedDict):
+    """Reconstruction filter."""
+
+    type: NotRequired[str]
+    radius: NotRequired[float]
+
+
+class JobRequestFilm(TypedDict):
+    """Size, filter and recorded layers."""
+
+    width: NotRequired[int]
+    height: NotRequired[int]
+    crop: NotRequired[JobRequestFilmCrop | None]
+    filter: NotRequired[JobRequestFilmFilter]
+    layers: NotRequired[list[str]]
+
+
+class JobRequestIntegrator(TypedDict):
+    """How light is followed."""
+
+    type: NotRequired[str]
+    max_depth: NotRequired[int]
+
+
+class JobRequestEstimatorMis(TypedDict):
+    """Weights of multiple importance sampling."""
+
+    type: NotRequired[str]
+    exponent: NotRequired[float]
+
+
+class JobRequestEstimatorRoulette(TypedDict):
+    """Russian roulette."""
+
+    type: NotRequired[str]
+    delta: NotRequired[float]
+
+
+class JobRequestEstimatorSplitting(TypedDict):
+    """Several continuations of a path at its first surface."""
+
+    type: NotRequired[str]
+    count: NotRequired[int]
+
+
+class JobRequestEstimatorControlVariate(TypedDict):
+    """What is subtracted from samples and added in closed form."""
+
+    type: NotRequired[str]
+
+
+class JobRequestEstimator(TypedDict):
+    """How paths are made and combined."""
+
+    strategy: NotRequired[str]
+    mis: NotRequired[JobRequestEstimatorMis]
+    roulette: NotRequired[JobRequestEstimatorRoulette]
+    splitting: NotRequired[JobRequestEstimatorSplitting]
+    control_variate: NotRequired[JobRequestEstimatorControlVariate]
+    expected_values: NotRequired[bool]
+
+
+class JobRequestSampler(TypedDict):
+    """Where random numbers come from."""
+
+    type: NotRequired[str]
+    replicates: NotRequired[int]
+    first_replicate: NotRequired[int]
+
+
+class JobRequestLightSampler(TypedDict):
+    """Which light is looked at."""
+
+    type: NotRequired[str]
+    candidates: NotRequired[int]
+    block: NotRequired[int]
+    history: NotRequired[int]
+    candidates_per_pixel: NotRequired[int]
+
+
+class JobRequestAdaptive(TypedDict):
+    """Where further samples go."""
+
+    type: NotRequired[str]
+    min_samples: NotRequired[int]
+    granularity: NotRequired[str]
+    dilation: NotRequired[int]
+
+
+class JobRequestStop(TypedDict):
+    """When to stop: the first rule met ends the job. If given, only the rules in it apply.
+    Default: {"samples_per_pixel":256}.
+    """
+
+    samples_per_pixel: NotRequired[int | None]
+    relative_error: NotRequired[float | None]
+    confidence: NotRequired[float]
+    scope: NotRequired[str]
+    seconds: NotRequired[float | None]
+    deadline: NotRequired[str | None]
+
+
+class JobRequestWebhook(TypedDict):
+    """Whom to tell of the job's events."""
+
+    url: str
+    events: NotRequired[list[str]]
+
+
+_JobRequest = TypedDict("_JobRequest", {"class": "NotRequired[str]"})
+
+
+class JobRequest(_JobRequest):
+    """A job: what to render, how, and when to stop."""
+
+    scene: str
+    name: NotRequired[str]
+    labels: NotRequired[dict[str, str]]
+    priority: NotRequired[int]
+    seed: NotRequired[int]
+    camera: NotRequired[JobRequestCamera]
+    variant: NotRequired[str | None]
+    time_seconds: NotRequired[float]
+    medium: NotRequired[dict[str, Any] | None]
+    preview_key: NotRequired[str | None]
+    environment: NotRequired[JobRequestEnvironment | None]
+    film: NotRequired[JobRequestFilm]
+    integrator: NotRequired[JobRequestIntegrator]
+    estimator: NotRequired[JobRequestEstimator]
+    sampler: NotRequired[JobRequestSampler]
+    light_sampler: NotRequired[JobRequestLightSampler]
+    adaptive: NotRequired[JobRequestAdaptive]
+    spectral: NotRequired[bool]
+    stop: NotRequired[JobRequestStop]
+    webhook: NotRequired[JobRequestWebhook | None]
+    retention_seconds: NotRequired[float | None]
+
+
+class JobPatchStop(TypedDict):
+    """Rules to raise or lower; null removes one, the others stay."""
+
+    samples_per_pixel: NotRequired[int | None]
+    relative_error: NotRequired[float | None]
+    confidence: NotRequired[float]
+    scope: NotRequired[str]
+    seconds: NotRequired[float | None]
+    deadline: NotRequired[str | None]
+
+
+class JobPatch(TypedDict):
+    """A merge patch (RFC 7396) of the members that may change."""
+
+    priority: NotRequired[int]
+    labels: NotRequired[dict[str, str | None]]
+    name: NotRequired[str]
+    stop: NotRequired[JobPatchStop]
+    paused: NotRequired[bool]
+
+
+class SceneFromAssets(TypedDict):
+    """A scene whose files are assets."""
+
+    gltf: str
+    files: NotRequired[dict[str, str]]
+
+
+class ExtendRequestStop(TypedDict):
+    """The new rules; they replace the old ones."""
+
+    samples_per_pixel: NotRequired[int | None]
+    relative_error: NotRequired[float | None]
+    confidence: NotRequired[float]
+    scope: NotRequired[str]
+    seconds: NotRequired[float | None]
+    deadline: NotRequired[str | None]
+
+
+class ExtendRequest(TypedDict):
+    """What to go on to."""
+
+    stop: ExtendRequestStop
+
+
+class MergeRequest(TypedDict):
+    """Films to add up."""
+
+    films: list[str]
+
+
+class TicketRequest(TypedDict):
+    """What a ticket is for."""
+
+    jobs: list[str]
+
+
+class LabRequest(TypedDict):
+    """An experiment to run; whole runs are limited to `lab_evaluations`."""
+
+    experiment: str
+    estimator: NotRequired[str]
+    sampler: NotRequired[str]
+    n: NotRequired[list[int]]
+    replicates: NotRequired[int]
+    seed: NotRequired[int]
+    params: NotRequired[dict[str, float]]
+
+
+class FieldError(TypedDict):
+    """One fault of the input."""
+
+    pointer: str
+    detail: str
+
+
+class Problem(TypedDict):
+    """RFC 9457."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    instance: NotRequired[str]
+    errors: NotRequired[list[FieldError]]
+
+
+JobState: TypeAlias = Literal[
+    "queued", "loading", "rendering", "paused", "finished", "failed", "cancelled"
+]
+
+
+class JobSpecCamera(TypedDict):
+    """Null members are the file camera's own values, chosen by name or index, else the first."""
+
+    name: str | None
+    index: int | None
+    position: list[float] | None
+    target: list[float] | None
+    up: list[float] | None
+    vertical_fov_degrees: float | None
+    aperture_radius: float | None
+    focus_distance: float | None
+
+
+class JobSpecEnvironment(TypedDict):
+    """Light from far away, added to the scene's own. Null: black. Absent: white, unless the
+    scene has a punctual light or an emissive strength above 1.
+    """
+
+    asset: str | None
+    color: list[float]
+    intensity: float
+    rotation_degrees: float
+    visible: bool
+
+
+class JobSpecFilmCrop(TypedDict):
+    """Part of the film that is rendered; null: all of it."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+class JobSpecFilmFilter(TypedDict):
+    """Reconstruction filter."""
+
+    type: str
+    radius: float
+
+
+class JobSpecFilm(TypedDict):
+    """Size, filter and recorded layers."""
+
+    width: int
+    height: int
+    crop: JobSpecFilmCrop | None
+    filter: JobSpecFilmFilter
+    layers: list[str]
+
+
+class JobSpecIntegrator(TypedDict):
+    """How light is followed."""
+
+    type: str
+    max_depth: int
+
+
+class JobSpecEstimatorMis(TypedDict):
+    """Weights of multiple importance sampling."""
+
+    type: str
+    exponent: NotRequired[float]
+
+
+class JobSpecEstimatorRoulette(TypedDict):
+    """Russian roulette."""
+
+    type: str
+    delta: NotRequired[float]
+
+
+class JobSpecEstimatorSplitting(TypedDict):
+    """Several continuations of a path at its first surface."""
+
+    type: str
+    count: NotRequired[int]
+
+
+class JobSpecEstimatorControlVariate(TypedDict):
+    """What is subtracted from samples and added in closed form."""
+
+    type: str
+
+
+class JobSpecEstimator(TypedDict):
+    """How paths are made and combined."""
+
+    strategy: str
+    mis: JobSpecEstimatorMis
+    roulette: JobSpecEstimatorRoulette
+    splitting: JobSpecEstimatorSplitting
+    control_variate: JobSpecEstimatorControlVariate
+    expected_values: bool
+
+
+class JobSpecSampler(TypedDict):
+    """Where random numbers come from."""
+
+    type: str
+    replicates: int
+    first_replicate: NotRequired[int]
+
+
+class JobSpecLightSampler(TypedDict):
+    """Which light is looked at."""
+
+    type: str
+    candidates: NotRequired[int]
+    block: NotRequired[int]
+    history: NotRequired[int]
+    candidates_per_pixel: NotRequired[int]
+
+
+class JobSpecAdaptive(TypedDict):
+    """Where further samples go."""
+
+    type: str
+    min_samples: NotRequired[int]
+    granularity: NotRequired[str]
+    dilation: NotRequired[int]
+
+
+class JobSpecStop(TypedDict):
+    """When to stop: the first rule met ends the job. If given, only the rules in it apply."""
+
+    samples_per_pixel: NotRequired[int | None]
+    relative_error: NotRequired[float | None]
+    confidence: NotRequired[float]
+    scope: NotRequired[str]
+    seconds: NotRequired[float | None]
+    deadline: NotRequired[str | None]
+
+
+class JobSpecWebhook(TypedDict):
+    """Whom to tell of the job's events."""
+
+    url: str
+    events: list[str]
+
+
+_JobSpec = TypedDict("_JobSpec", {"class": "str"})
+
+
+class JobSpec(_JobSpec):
+    """The job request with every member in force."""
+
+    scene: str
+    name: str
+    labels: dict[str, str]
+    priority: int
+    seed: int
+    camera: JobSpecCamera
+    variant: str | None
+    time_seconds: float
+    medium: dict[str, Any] | None
+    preview_key: str | None
+    environment: NotRequired[JobSpecEnvironment | None]
+    film: JobSpecFilm
+    integrator: JobSpecIntegrator
+    estimator: JobSpecEstimator
+    sampler: JobSpecSampler
+    light_sampler: JobSpecLightSampler
+    adaptive: JobSpecAdaptive
+    spectral: bool
+    stop: JobSpecStop
+    webhook: NotRequired[JobSpecWebhook | None]
+    retention_seconds: NotRequired[float | None]
+
+
+class ProgressSamplesPerPixel(TypedDict):
+    """Samples a pixel has, over the pixels of the crop."""
+
+    min: int
+    mean: float
+    max: int
+
+
+class Progress(TypedDict):
+    """How far it is."""
+
+    fraction: float
+    samples_per_pixel: ProgressSamplesPerPixel
+    elapsed_seconds: float
+    cpu_seconds: float
+    eta_seconds: float | None
+    eta_interval_seconds: list[float] | None
+
+
+class ErrorEstimate(TypedDict):
+    """How wrong the picture still is."""
+
+    relative_rmse: float | None
+    low: float | None
+    high: float | None
+    confidence: float
+    bias: Literal["none", "consistent", "biased"]
+    valid: bool
+    unreliable: bool
+
+
+class Statistics(TypedDict):
+    """What it cost."""
+
+    rays: int
+    rays_per_second: float | None
+    efficiency: float | None
+    rejected_samples: int
+    peak_bytes: int | None
+    split_count: int | None
+
+
+class Job(TypedDict):
+    """A job."""
+
+    id: str
+    state: JobState
+    stop_reason: Literal[
+        "samples_per_pixel",
+        "relative_error",
+        "seconds",
+        "deadline",
+        "limit",
+        "cancelled",
+        "failed",
+        None,
+    ]
+    created_at: str
+    started_at: str | None
+    finished_at: str | None
+    spec: JobSpec
+    progress: Progress
+    error: ErrorEstimate
+    failure: Problem | None
+    queue_position: int | None
+    statistics: Statistics
+    revision: int
+    film_digest: str | None
+    warnings: list[str]
+    links: dict[str, str]
+
+
+class JobList(TypedDict):
+    """A page of jobs."""
+
+    jobs: list[Job]
+    next: str | None
+
+
+class DryRunEstimate(TypedDict):
+    """From a pilot of at most half a second."""
+
+    seconds: float
+    seconds_low: float
+    seconds_high: float
+    confidence: float
+    cpu_seconds: float
+    samples_per_pixel: float
+    memory_bytes: float
+    memory_bytes_low: float
+    memory_bytes_high: float
+    pilot_cpu_seconds: float
+
+
+class DryRun(TypedDict):
+    """What a job would be, and what it would cost."""
+
+    spec: JobSpec
+    warnings: list[str]
+    estimate: DryRunEstimate
+
+
+class Ticket(TypedDict):
+    """Leave to watch."""
+
+    ticket: str
+    expires_at: str
+    jobs: list[str]
+
+
+class StateEvent(TypedDict):
+    """The state has changed."""
+
+    state: JobState
+    stop_reason: Literal[
+        "samples_per_pixel",
+        "relative_error",
+        "seconds",
+        "deadline",
+        "limit",
+        "cancelled",
+        "failed",
+        None,
+    ]
+    queue_position: int | None
+    spec_version: int
+
+
+class ProgressEvent(TypedDict):
+    """The picture has come on."""
+
+    state: JobState
+    progress: Progress
+    error: ErrorEstimate
+    statistics: Statistics
+    revision: int
+
+
+class TileEvent(TypedDict):
+    """A tile has changed; only the newest of each tile is kept."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+    revision: int
+    samples: float
+    error: float | None
+    url: str
+
+
+class WarningEvent(TypedDict):
+    """A new entry of the job's `warnings`."""
+
+    message: str
+
+
+class EndEvent(TypedDict):
+    """The job has ended."""
+
+    state: JobState
+    stop_reason: Literal[
+        "samples_per_pixel",
+        "relative_error",
+        "seconds",
+        "deadline",
+        "limit",
+        "cancelled",
+        "failed",
+        None,
+    ]
+    film_digest: str | None
+    revision: int
+    error: ErrorEstimate
+    failure: Problem | None
+
+
+class ResetEvent(TypedDict):
+    """Events were lost; a snapshot follows."""
+
+    reason: str
+
+
+class OverloadedEvent(TypedDict):
+    """The stream is refused: the server is at its limit of streams."""
+
+    detail: str
+    retry_after_seconds: int
+
+
+class Webhook(TypedDict):
+    """The body of a webhook, signed as Standard Webhooks are."""
+
+    type: str
+    timestamp: str
+    data: Job
+
+
+class Asset(TypedDict):
+    """A stored file."""
+
+    id: str
+    bytes: int
+
+
+class SceneCamera(TypedDict):
+    """A camera of the file."""
+
+    index: int
+    name: str
+    type: Literal["perspective", "orthographic"]
+    vertical_fov_degrees: float | None
+    position: list[float]
+    direction: list[float]
+    up: list[float]
+
+
+class SceneLight(TypedDict):
+    """A punctual light of the file."""
+
+    name: str
+    type: Literal["directional", "point", "spot"]
+    intensity: list[float]
+
+
+class SceneBounds(TypedDict):
+    """Axis-aligned box, metres; null: empty."""
+
+    min: list[float]
+    max: list[float]
+
+
+class Scene(TypedDict):
+    """A loaded scene."""
+
+    id: str
+    name: str
+    bytes: int
+    bounds: SceneBounds | None
+    triangles: int
+    instances: int
+    cameras: list[SceneCamera]
+    lights: list[SceneLight]
+    materials: list[str]
+    variants: list[str]
+    animations: list[str]
+    extensions: list[str]
+    warnings: list[str]
+
+
+class SceneList(TypedDict):
+    """A page of scenes."""
+
+    scenes: list[Scene]
+    next: str | None
+
+
+class ConvergencePoint(TypedDict):
+    """The state of a job at one error check."""
+
+    samples_per_pixel: int
+    elapsed_seconds: float
+    cpu_seconds: float
+    rays: int
+    relative_rmse: float | None
+    low: float | None
+    high: float | None
+
+
+class ConvergenceSlope(TypedDict):
+    """Of log error against log samples, least squares, 95 % interval."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+
+
+class Convergence(TypedDict):
+    """Error over samples and time."""
+
+    points: list[ConvergencePoint]
+    slope: ConvergenceSlope
+
+
+class PixelLayer(TypedDict):
+    """One layer at one pixel, a number for each channel."""
+
+    mean: list[float | None]
+    standard_error: list[float | None]
+    low: list[float | None]
+    high: list[float | None]
+    halves: list[list[float | None]] | None
+
+
+class Pixel(TypedDict):
+    """One pixel."""
+
+    x: int
+    y: int
+    samples: int
+    layers: dict[str, PixelLayer]
+
+
+class ComparisonBias(TypedDict):
+    """Mean of a - b; its interval is null where a side does not know its error."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+
+
+class ComparisonZ(TypedDict):
+    """Of (a-b) / standard error."""
+
+    mean: float | None
+    variance: float | None
+    share_above_3: float | None
+
+
+class ComparisonLinks(TypedDict):
+    """Paths."""
+
+    self: str
+    difference: str
+    z: str
+    flip: str
+    a: str
+    b: str
+
+
+class Comparison(TypedDict):
+    """Two pictures compared; b is the reference."""
+
+    id: str
+    mse: float | None
+    relmse: float | None
+    flip: float | None
+    bias: ComparisonBias
+    z: ComparisonZ
+    links: ComparisonLinks
+
+
+class JobDefaultsCamera(TypedDict):
+    """Null members are the file camera's own values, chosen by name or index, else the first."""
+
+    name: str | None
+    index: int | None
+    position: list[float] | None
+    target: list[float] | None
+    up: list[float] | None
+    vertical_fov_degrees: float | None
+    aperture_radius: float | None
+    focus_distance: float | None
+
+
+class JobDefaultsEnvironment(TypedDict):
+    """Light from far away, added to the scene's own. Null: black. Absent: white, unless the
+    scene has a punctual light or an emissive strength above 1.
+    """
+
+    asset: str | None
+    color: list[float]
+    intensity: float
+    rotation_degrees: float
+    visible: bool
+
+
+class JobDefaultsFilmCrop(TypedDict):
+    """Part of the film that is rendered; null: all of it."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+class JobDefaultsFilmFilter(TypedDict):
+    """Reconstruction filter."""
+
+    type: str
+    radius: float
+
+
+class JobDefaultsFilm(TypedDict):
+    """Size, filter and recorded layers."""
+
+    width: int
+    height: int
+    crop: JobDefaultsFilmCrop | None
+    filter: JobDefaultsFilmFilter
+    layers: list[str]
+
+
+class JobDefaultsIntegrator(TypedDict):
+    """How light is followed."""
+
+    type: str
+    max_depth: int
+
+
+class JobDefaultsEstimatorMis(TypedDict):
+    """Weights of multiple importance sampling."""
+
+    type: str
+    exponent: NotRequired[float]
+
+
+class JobDefaultsEstimatorRoulette(TypedDict):
+    """Russian roulette."""
+
+    type: str
+    delta: NotRequired[float]
+
+
+class JobDefaultsEstimatorSplitting(TypedDict):
+    """Several continuations of a path at its first surface."""
+
+    type: str
+    count: NotRequired[int]
+
+
+class JobDefaultsEstimatorControlVariate(TypedDict):
+    """What is subtracted from samples and added in closed form."""
+
+    type: str
+
+
+class JobDefaultsEstimator(TypedDict):
+    """How paths are made and combined."""
+
+    strategy: str
+    mis: JobDefaultsEstimatorMis
+    roulette: JobDefaultsEstimatorRoulette
+    splitting: JobDefaultsEstimatorSplitting
+    control_variate: JobDefaultsEstimatorControlVariate
+    expected_values: bool
+
+
+class JobDefaultsSampler(TypedDict):
+    """Where random numbers come from."""
+
+    type: str
+    replicates: int
+    first_replicate: NotRequired[int]
+
+
+class JobDefaultsLightSampler(TypedDict):
+    """Which light is looked at."""
+
+    type: str
+    candidates: NotRequired[int]
+    block: NotRequired[int]
+    history: NotRequired[int]
+    candidates_per_pixel: NotRequired[int]
+
+
+class JobDefaultsAdaptive(TypedDict):
+    """Where further samples go."""
+
+    type: str
+    min_samples: NotRequired[int]
+    granularity: NotRequired[str]
+    dilation: NotRequired[int]
+
+
+class JobDefaultsStop(TypedDict):
+    """When to stop: the first rule met ends the job. If given, only the rules in it apply."""
+
+    samples_per_pixel: NotRequired[int | None]
+    relative_error: NotRequired[float | None]
+    confidence: NotRequired[float]
+    scope: NotRequired[str]
+    seconds: NotRequired[float | None]
+    deadline: NotRequired[str | None]
+
+
+class JobDefaultsWebhook(TypedDict):
+    """Whom to tell of the job's events."""
+
+    url: str
+    events: list[str]
+
+
+_JobDefaults = TypedDict("_JobDefaults", {"class": "str"})
+
+
+class JobDefaults(_JobDefaults):
+    """What is in force where a job request does not say otherwise."""
+
+    name: str
+    labels: dict[str, str]
+    priority: int
+    seed: int
+    camera: JobDefaultsCamera
+    variant: str | None
+    time_seconds: float
+    medium: dict[str, Any] | None
+    preview_key: str | None
+    environment: NotRequired[JobDefaultsEnvironment | None]
+    film: JobDefaultsFilm
+    integrator: JobDefaultsIntegrator
+    estimator: JobDefaultsEstimator
+    sampler: JobDefaultsSampler
+    light_sampler: JobDefaultsLightSampler
+    adaptive: JobDefaultsAdaptive
+    spectral: bool
+    stop: JobDefaultsStop
+    webhook: NotRequired[JobDefaultsWebhook | None]
+    retention_seconds: NotRequired[float | None]
+
+
+class TypeInfo(TypedDict):
+    """A name that requests may use."""
+
+    type: str
+    bias: Literal["none", "consistent", "biased"]
+    summary: str
+    accepts: list[str]
+
+
+class IntegratorInfo(TypedDict):
+    """An algorithm that follows light."""
+
+    type: str
+    bias: Literal["none", "consistent", "biased"]
+    error: Literal["valid", "from-chains", "none"]
+    summary: str
+    accepts: list[str]
+
+
+class EstimationOption(TypedDict):
+    """A switch of the estimation."""
+
+    name: str
+    bias: Literal["none", "consistent", "biased"]
+    summary: str
+    patch: dict[str, Any]
+
+
+class ExperimentEstimators(TypedDict):
+    name: str
+    bias: Literal["none", "consistent", "biased"]
+    summary: str
+
+
+class ExperimentParams(TypedDict):
+    name: str
+    min: float
+    max: float
+    default: float
+    integer: bool
+    summary: str
+
+
+class Experiment(TypedDict):
+    """An experiment of the laboratory."""
+
+    name: str
+    title: str
+    summary: str
+    estimates: str
+    formula: str
+    look_for: str
+    estimators: list[ExperimentEstimators]
+    estimator: str
+    samplers: list[str]
+    sampler: str
+    n: list[int]
+    unit: str
+    replicates: int
+    params: list[ExperimentParams]
+    expected: float
+    pattern_dimensions: int
+
+
+class ServerBuild(TypedDict):
+    """What the bits of a film depend on besides the job."""
+
+    id: str
+    commit: str
+    compiler: str
+    isa: str
+    embree: str
+
+
+class ServerScenes(TypedDict):
+    name: str
+    summary: str
+
+
+class Server(TypedDict):
+    """What this server can do."""
+
+    version: str
+    build: ServerBuild
+    limits: dict[str, int]
+    defaults: JobDefaults
+    integrators: list[IntegratorInfo]
+    samplers: list[TypeInfo]
+    light_samplers: list[TypeInfo]
+    adaptive: list[TypeInfo]
+    options: list[EstimationOption]
+    layers: list[str]
+    image_formats: list[str]
+    tone_maps: list[str]
+    filters: list[str]
+    scenes: list[ServerScenes]
+    experiments: list[Experiment]
+    extensions: list[str]
+
+
+class LabPoint(TypedDict):
+    """One n, measured."""
+
+    n: int
+    n_asked: int
+    mean: float
+    rmse: float
+    standard_error: float
+    cost: float
+    seconds: float
+
+
+class LabOutcome(TypedDict):
+    """The outcome, last line of the answer."""
+
+    expected: float
+    slope: float | None
+    slope_interval: list[float] | None
+    expected_slope: float | None
+    intercept: float | None
+    efficiency: float | None
+    efficiency_by_cost: float | None
+    verdict: Literal["agrees", "differs", "biased", "undecided"]
+    explanation: str
+    experiment: str
+    estimator: str
+    bias: Literal["none", "consistent", "biased"]
+    sampler: str
+    replicates: int
+    seed: int
+    params: dict[str, float]
+    pattern: list[list[float]]
+
+
+class LabCancelled(TypedDict):
+    """Last line in place of the outcome: the server stops."""
+
+    cancelled: bool
+
+
+class KeyRequest(TypedDict):
+    """A key that is to be made."""
+
+    name: str
+    tenant: NotRequired[str | None]
+    scopes: NotRequired[list[Literal["read", "write", "admin"]]]
+    rate_limit: NotRequired[int | None]
+    max_priority: NotRequired[int]
+    days: NotRequired[int | None]
+
+
+class Key(TypedDict):
+    """A key, without its text."""
+
+    id: str
+    name: str
+    tenant: str
+    scopes: list[Literal["read", "write", "admin"]]
+    rate_limit: int | None
+    max_priority: int
+    created_at: str
+    expires_at: str | None
+
+
+class NewKey(TypedDict):
+    """A key that was made."""
+
+    id: str
+    name: str
+    tenant: str
+    scopes: list[Literal["read", "write", "admin"]]
+    rate_limit: int | None
+    max_priority: int
+    created_at: str
+    expires_at: str | None
+    key: str
+
+
+class KeyList(TypedDict):
+    """All keys."""
+
+    keys: list[Key]
+
+
+class UsageTenants(TypedDict):
+    tenant: str
+    jobs: int
+    unfinished_jobs: int
+    cpu_seconds: float
+    deleted_jobs: int
+    asset_bytes: int
+    film_bytes: int
+    streams: int
+
+
+class UsageQuotas(TypedDict):
+    """Of each tenant; 0: no limit."""
+
+    jobs: int
+    previews: int
+    streams: int
+    lab_runs: int
+    stored_bytes: int
+
+
+class Usage(TypedDict):
+    """What tenants use: all for the operator and admins, else one's own."""
+
+    tenants: list[UsageTenants]
+    quotas: UsageQuotas
+
+
+class Delivery(TypedDict):
+    """A webhook call."""
+
+    id: str
+    job: str | None
+    event: str
+    url: str
+    state: Literal["pending", "delivered", "failed"]
+    attempts: int
+    created_at: str
+    next_attempt_at: str | None
+    ended_at: str | None
+    status: int | None
+    detail: str | None
+
+
+class DeliveryList(TypedDict):
+    """A page of calls."""
+
+    deliveries: list[Delivery]
+    next: str | None
+
+
+class WebhookTestRequest(TypedDict):
+    """Where to."""
+
+    url: str
+
+
+class WebhookSecret(TypedDict):
+    """What calls are signed with."""
+
+    secret: str
+
+
+class ComparisonRequest(TypedDict):
+    """Two pictures; b is the reference."""
+
+    a: str
+    b: str

@@ -1,0 +1,28 @@
+// Shows the server's own document by Swagger UI, and below it the types of problems.
+const dark = matchMedia('(prefers-color-scheme: dark)');
+const follow = () => document.documentElement.classList.toggle('dark-mode', dark.matches);
+dark.addEventListener('change', follow);
+follow();
+
+const openapi = await (await fetch('/openapi.json')).json();
+const rows = document.querySelector('#problems tbody');
+for (const { type, status, title } of openapi['x-problem-types']) {
+  const row = rows.insertRow();
+  row.id = type.split('#')[1];
+  for (const text of [status, title, type]) row.insertCell().textContent = text;
+}
+// Who comes for a problem finds it first: what loads below does not move it.
+const meant = document.getElementById(location.hash.slice(1));
+if (meant?.closest('#problems')) {
+  document.querySelector('main').prepend(document.getElementById('problems'));
+  meant.classList.add('meant');
+  meant.scrollIntoView();
+}
+globalThis.SwaggerUIBundle({
+  spec: openapi,
+  dom_id: '#reference',
+  deepLinking: true,
+  tryItOutEnabled: true,
+  defaultModelsExpandDepth: 0,
+  validatorUrl: null,
+});

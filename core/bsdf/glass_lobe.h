@@ -1,0 +1,55 @@
+/// GlassLobe: the rough or smooth boundary of a solid.
+///
+/// Walter et al. 2007 with exact Fresnel, bent to F0 and F90 of KHR_materials_specular and to the
+/// film of KHR_materials_iridescence. Light that meets further facets leaves diffusely on both
+/// sides (Kulla and Conty 2017), exact for the unbent curve.
+#pragma once
+
+#include "core/bsdf/bsdf_types.h"
+#include "core/bsdf/facets.h"
+#include "core/bsdf/thin_film.h"
+
+namespace core {
+
+class GlassLobe {
+ public:
+  /// weight: of the solid among what the surface is made of.
+  GlassLobe(const BsdfParameters& p, const Facets& s, float weight, const ThinFilm& film) noexcept;
+
+  float eta() const noexcept { return eta_; }  ///< n(other side) / n(wo's side)
+  bool is_index_matched() const noexcept { return eta_ > 0.9999F && eta_ < 1.0001F; }
+  /// Shares of what the solid sends on: by single scattering, and diffusely above and below.
+  float single() const noexcept { return 1 - lost_; }
+  float diffuse_above() const noexcept { return weight_ * lost_ * (1 - through_); }
+  float diffuse_below() const noexcept { return weight_ * lost_ * through_; }
+  /// BSDF of multiple scattering, at cosine mu of wi on its side. Zero where has_multiple is not.
+  bool has_multiple_above() const noexcept { return !is_black(multiple_above_); }
+  bool has_multiple_below() const noexcept { return !is_black(multiple_below_); }
+  Rgb multiple_above(float mu, float roughness) const noexcept;
+  Rgb multiple_below(float mu, float roughness) const noexcept;
+  /// Of light straight through, where the index is that of the surroundings.
+  Rgb straight(float open) const noexcept { return color_ * (weight_ * open); }
+
+  void add(const Facets& s, float prob, Vec3 wi, BsdfEval& out) const noexcept;
+  bool sample(const Facets& s, LobeShare share, float u_lobe, Vec2 u,
+              BsdfSample& out) const noexcept;
+
+ private:
+  Rgb fresnel(float cos_oh) const noexcept;
+
+  Rgb color_;       ///< of refraction
+  Rgb reflection_;  ///< weight of reflection
+  float weight_ = 0;
+  float eta_ = 1;
+  bool inside_ = false;
+  bool is_bent_ = false;  ///< its Fresnel is not the plain one: the next three count
+  Rgb f0_;
+  float f90_ = 1;
+  ThinFilm film_;
+  float lost_ = 0;     ///< by single scattering
+  float through_ = 0;  ///< share of that which leaves on the other side
+  Rgb multiple_above_;
+  Rgb multiple_below_;
+};
+
+}  // namespace core

@@ -1,0 +1,98 @@
+#include "core/error/pixel_error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/statistics.h"
+#include "core/error/error_estimate.h"
+#include "core/film/summed_area.h"
+
+namespace core {
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+bool has_halves(const HalfValue& a, const HalfValue& b) { return a.count > 0 && b.count > 0; }
+
+}  // namespace
+
+PixelError pixel_error(const FilmSnapshot& film, int x, int y) {
+  const PixelRect& rect = film.rect;
+  const PixelRect window =
+      window_around(x - rect.x, y - rect.y, kErrorWindow, rect.width, rect.height);
+  const auto index = [&](int column, int row) {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(rect.width) +
+           static_cast<std::size_t>(column);
+  };
+  Rgb squares;
+  int count = 0;
+  for (int row = window.y; row < window.y + window.height; ++row) {
+    for (int column = window.x; column < window.x + window.width; ++column) {
+      const HalfValue a = half_value(film, index(column, row), 0);
+      const HalfValue b = half_value(film, index(column, row), 1);
+      if (has_halves(a, b)) {
+        const Rgb d = a.mean - b.mean;
+        squares += d * d * 0.25F;
+        ++count;
+      }
+    }
+  }
+  const std::size_t own = index(x - rect.x, y - rect.y);
+  PixelError out;
+  if (!has_halves(half_value(film, own, 0), half_value(film, own, 1))) {
+    out.standard_error = out.low = out.high = Rgb(kNan);
+    return out;
+  }
+  const Rgb variance = squares / static_cast<float>(count);
+  out.standard_error = {std::sqrt(variance.r), std::sqrt(variance.g), std::sqrt(variance.b)};
+  const auto quantile = static_cast<float>(student_t_quantile(0.975, count));
+  const Rgb mean = pixel_value(film, own).mean;
+  out.low = mean - out.standard_error * quantile;
+  out.high = mean + out.standard_error * quantile;
+  return out;
+}
+
+std::vector<float> relative_error_plane(const FilmSnapshot& film) {
+  const int width = film.rect.width;
+  const int height = film.rect.height;
+  SummedArea noise(width, height);
+  SummedArea signal(width, height);
+  SummedArea count(width, height);
+  double light = 0;
+  double opaque = 0;
+  std::vector<float> out(film.pixel_count());
+  std::size_t i = 0;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x, ++i) {
+      const HalfValue a = half_value(film, i, 0);
+      const HalfValue b = half_value(film, i, 1);
+      const bool known = has_halves(a, b);
+      out[i] = known ? 0 : kNan;
+      const auto ya = static_cast<double>(luminance(a.mean));
+      const auto yb = static_cast<double>(luminance(b.mean));
+      noise.set(x, y, known ? 0.25 * (ya - yb) * (ya - yb) : 0);
+      signal.set(x, y, known ? ya * yb : 0);
+      count.set(x, y, known ? 1 : 0);
+      if (a.alpha + b.alpha > 0) {
+        light += 0.5 * (ya + yb);
+        opaque += 1;
+      }
+    }
+  }
+  const double floor = opaque > 0 ? error_floor(light / opaque) : 0;
+  i = 0;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x, ++i) {
+      const PixelRect window = window_around(x, y, kErrorWindow, width, height);
+      const double squares = std::max(noise.sum(window), 0.0);
+      const double scale = std::max(signal.sum(window), 0.0) + floor * count.sum(window);
+      if (!std::isnan(out[i]) && squares > 0) {
+        out[i] = static_cast<float>(std::sqrt(squares / scale));
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace core

@@ -1,0 +1,42 @@
+/// Triangle meshes in memory, and where they are placed.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/math/transform.h"
+#include "core/math/vec.h"
+
+namespace core {
+
+/// One mesh primitive in memory. Buffers belong to Embree too.
+struct MeshData {
+  std::vector<Vec3> positions;  ///< one more than there are vertices: Embree reads past the end
+  std::vector<std::uint32_t> indices;
+  std::vector<Vec3> normals;
+  std::vector<Vec4> tangents;
+  std::array<std::vector<Vec2>, 2> uv;
+  std::vector<Vec4> colors;
+  std::uint32_t material = 0;
+  bool in_world_space = false;
+
+  std::size_t triangle_count() const noexcept { return indices.size() / 3; }
+  std::size_t bytes() const noexcept;
+};
+
+inline constexpr std::uint32_t kNoLight = 0xffffffffU;
+
+/// A mesh where a ray can meet it: in the top level, or through an instance.
+struct PlacedMesh {
+  std::uint32_t mesh = 0;
+  std::uint32_t first_light = kNoLight;  ///< light of triangle 0; the others follow
+};
+
+struct PlacedInstance {
+  Transform to_world;
+  std::uint32_t first_placed = 0;  ///< into placed; geometry g of the group is placed[first + g]
+};
+
+}  // namespace core

@@ -1,0 +1,31 @@
+#include "core/integrators/path_options.h"
+
+namespace core {
+
+StudyOptions::StudyOptions(const RenderSettings& s)
+    : strategy(s.estimator.strategy),
+      mis(s.estimator.mis == MisType::kOptimal
+              ? DefaultOptions::mis
+              : MisRule{s.estimator.mis, s.estimator.mis_exponent}),
+      roulette(s.estimator.roulette),
+      control_variate(s.estimator.control_variate),
+      fit(fit_type(s)),
+      shadow_threshold(roulette == RouletteType::kThreshold ? s.estimator.roulette_delta : 0.0F),
+      candidates(s.light_sampler == LightSamplerType::kRis ? s.light_candidates : 1),
+      first_candidates(s.light_sampler == LightSamplerType::kRestir ? s.block_candidates
+                                                                    : candidates),
+      expected_values(s.estimator.expected_values),
+      split_count(s.estimator.splitting == SplittingType::kFixed ? s.estimator.split_count : 1),
+      max_depth(s.max_depth) {}
+
+bool DefaultOptions::serves(const RenderSettings& settings) {
+  const StudyOptions asked(settings);
+  const bool power_of_two = asked.mis.type == mis.type && asked.mis.exponent == mis.exponent;
+  return asked.strategy == strategy && power_of_two && asked.roulette == roulette &&
+         asked.control_variate == control_variate && asked.fit == fit &&
+         asked.candidates == candidates && asked.first_candidates == first_candidates &&
+         asked.expected_values == expected_values && asked.split_count == split_count &&
+         settings.light_sampler != LightSamplerType::kRestir;
+}
+
+}  // namespace core

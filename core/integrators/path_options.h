@@ -1,0 +1,48 @@
+/// What the path tracer does at a vertex, chosen once a job.
+///
+/// Two types with the same members: StudyOptions holds whatever the settings ask for;
+/// DefaultOptions holds the defaults as constants, so that the default path is compiled without a
+/// branch for anything else. The loop (core/integrators/path_tracer.h) is one source for both.
+#pragma once
+
+#include "core/film/replicate_fit.h"
+#include "core/sampling/mis.h"
+#include "core/settings/settings.h"
+
+namespace core {
+
+struct StudyOptions {
+  explicit StudyOptions(const RenderSettings& settings);
+
+  Strategy strategy;
+  MisRule mis;  ///< where weights are not fitted
+  RouletteType roulette;
+  ControlVariateType control_variate;
+  FitType fit;
+  float shadow_threshold;  ///< of roulette for shadow rays; 0: every one is traced
+  int candidates;          ///< light samples of which one is taken (resampling)
+  int first_candidates;    ///< the same at the first surface
+  bool expected_values;    ///< false: analog absorption
+  int split_count;         ///< continuations at the first surface
+  int max_depth;
+};
+
+struct DefaultOptions {
+  explicit DefaultOptions(const RenderSettings& settings) : max_depth(settings.max_depth) {}
+  /// Do the settings ask for nothing else?
+  static bool serves(const RenderSettings& settings);
+
+  static constexpr Strategy strategy = Strategy::kMis;
+  static constexpr MisRule mis{MisType::kPower, 2};
+  static constexpr RouletteType roulette = RouletteType::kThroughput;
+  static constexpr ControlVariateType control_variate = ControlVariateType::kNone;
+  static constexpr FitType fit = FitType::kNone;
+  static constexpr float shadow_threshold = 0;
+  static constexpr int candidates = 1;
+  static constexpr int first_candidates = 1;
+  static constexpr bool expected_values = true;
+  static constexpr int split_count = 1;
+  int max_depth;
+};
+
+}  // namespace core

@@ -1,0 +1,124 @@
+/// Path tracing with next-event estimation and BSDF sampling combined by MIS.
+/// Source: Kajiya 1986; Veach 1997, chapters 9 and 10; PBR 4th ed., section 14.1.
+#pragma once
+
+#include "core/integrators/integrator.h"
+#include "core/integrators/path_options.h"
+#include "core/light_samplers/light_sampler.h"
+#include "core/transport/path_state.h"
+#include "core/transport/vertex.h"
+#include "core/transport/visibility.h"
+
+namespace core {
+
+/// A path and what it has found.
+struct TracedPath : PathState {
+  PathSample out{};
+  float u_roulette = -1;     ///< of this bounce; below 0: not drawn yet
+  float shared_samples = 0;  ///< light samples at a first surface that shares them; 0: its own
+  float branch_weight = 1;   ///< of the pixel: below 1 where a path was split
+  std::uint32_t analog_draws = 0;
+  bool last_controlled = false;  ///< at the last vertex light samples stand for closed-form lights
+  bool last_fitted = false;      ///< at the last vertex weights are fitted
+  bool in_pair = false;  ///< nothing was met since: a light sample could have found this, too
+};
+
+/// What a light sample adds to the pixel if nothing is in its way: value * scale.
+struct DirectLight {
+  LightSample light;
+  Rgb value;
+  float scale = 0;
+  float mis_weight = 1;
+  Rgb control;           ///< mean of the control variate less the control variate; always added
+  bool in_pair = false;  ///< unoccluded, so that a BSDF sample could have found it
+};
+
+template <typename Options>
+class PathTracer final : public Integrator {
+ public:
+  explicit PathTracer(const IntegratorInput& input)
+      : scene_(input.scene),
+        environment_(input.environment),
+        lights_(input.scene, input.environment, input.settings.light_sampler),
+        options_(input.settings),
+        shares_lights_(input.settings.light_sampler == LightSamplerType::kRestir &&
+                       samples_lights()) {}
+  PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                   std::uint64_t& rays) const noexcept override;
+  std::unique_ptr<GroupTracer> make_group_tracer() const override;
+
+  // The steps of the loop, for tracers that share light samples (core/policies/shared_lights.cpp).
+
+  /// Follows the path from its ray to its end.
+  void follow(TracedPath& path) const noexcept;
+  /// Extends the path to its next surface and shades it. False: the path is over.
+  bool next_vertex(TracedPath& path, PathVertex& vertex) const noexcept;
+  /// Adds what the surface itself emits. False: the path is over.
+  bool visit(TracedPath& path, PathVertex& vertex, const Bsdf& bsdf) const noexcept;
+  bool is_at_max_depth(const PathState& path) const noexcept {
+    return path.scatterings() >= options_.max_depth;
+  }
+  /// Samples the next direction, with roulette. False: the path is over.
+  bool extend(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf) const noexcept;
+  /// What a light sample brings; asks what is in the way.
+  Rgb arriving(TracedPath& path, const PathVertex& vertex, DirectLight& direct) const noexcept;
+
+  const LightSampler& lights() const noexcept { return lights_; }
+  const Options& options() const noexcept { return options_; }
+
+ private:
+  bool samples_lights() const noexcept {
+    return options_.strategy == Strategy::kMis || options_.strategy == Strategy::kLight;
+  }
+  int candidates(int depth) const noexcept {
+    if (depth == 0) {
+      return options_.first_candidates;
+    }
+    return options_.candidates;
+  }
+  /// Light samples at the path's surface, in the weights of MIS.
+  float light_samples(const TracedPath& path) const noexcept {
+    return path.depth == 0 && path.shared_samples > 0 ? path.shared_samples
+                                                      : static_cast<float>(candidates(path.depth));
+  }
+  /// Does the control variate stand in for BSDF samples at this surface?
+  bool is_controlled(const Bsdf& bsdf) const noexcept {
+    return options_.control_variate == ControlVariateType::kAnalytic && bsdf.is_wide() &&
+           samples_lights();
+  }
+  /// Does a light sample here get a control variate with the pixel's own factor?
+  bool fits_control(int depth, const Bsdf& bsdf) const noexcept {
+    return options_.fit == FitType::kRegression && depth == 0 && bsdf.is_wide() && samples_lights();
+  }
+  /// Are the samples at this surface weighted by the pixel's own 2x2 system?
+  bool fits_weights(int depth, const Bsdf& bsdf) const noexcept {
+    return options_.fit == FitType::kOptimalMis && depth == 0 && bsdf.has_spread() &&
+           !lights_.empty();
+  }
+  MisRule rule(bool fitted) const noexcept {
+    return fitted ? MisRule{MisType::kOptimal, 1} : options_.mis;
+  }
+  void add_environment(TracedPath& path) const noexcept;
+  void add_emission(TracedPath& path, const PathVertex& vertex) const noexcept;
+  void add_found(TracedPath& path, Rgb radiance, float pdf_light, bool is_sampled) const noexcept;
+  void add_direct_light(TracedPath& path, const PathVertex& vertex,
+                        const Bsdf& bsdf) const noexcept;
+  DirectLight sample_light(TracedPath& path, const PathVertex& vertex,
+                           const Bsdf& bsdf) const noexcept;
+  DirectLight unoccluded(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
+                         const LightSample& light) const noexcept;
+  BsdfSample sample_direction(TracedPath& path, const Bsdf& bsdf) const noexcept;
+  void split(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf) const noexcept;
+  bool survives(TracedPath& path, Rgb& factor) const noexcept;
+
+  const SceneData& scene_;
+  const Environment* environment_;
+  LightSampler lights_;
+  Options options_;
+  bool shares_lights_;
+};
+
+using StudyTracer = PathTracer<StudyOptions>;
+std::unique_ptr<GroupTracer> make_shared_lights_tracer(const StudyTracer& owner);
+
+}  // namespace core

@@ -1,0 +1,54 @@
+#include "core/integrators/registry.h"
+
+#include <array>
+
+#include "core/base/check.h"
+#include "core/settings/registry.h"
+
+namespace core {
+namespace {
+
+constexpr std::array<std::string_view, 11> kPathOptions = {
+    "/integrator/max_depth",
+    "/estimator/strategy",
+    "/estimator/mis",
+    "/estimator/roulette",
+    "/estimator/splitting",
+    "/estimator/control_variate",
+    "/estimator/expected_values",
+    "/sampler/type",
+    "/sampler/replicates",
+    "/light_sampler",
+    "/adaptive",
+};
+constexpr std::array<std::string_view, 3> kDirectOptions = {"/sampler/type", "/sampler/replicates",
+                                                            "/adaptive"};
+
+constexpr std::array kIntegrators = {
+    IntegratorEntry{.name = "path",
+                    .summary = "Path tracing with next-event estimation and BSDF sampling combined "
+                               "by MIS.",
+                    .bias = "none",
+                    .error = ErrorValidity::kValid,
+                    .make = &make_path_tracer,
+                    .accepts = kPathOptions},
+    IntegratorEntry{.name = "direct",
+                    .summary = "Emitted and direct light only: the path tracer's picture at "
+                               "max_depth 1.",
+                    .bias = "none",
+                    .error = ErrorValidity::kValid,
+                    .make = &make_direct,
+                    .accepts = kDirectOptions},
+};
+
+}  // namespace
+
+std::span<const IntegratorEntry> integrators() { return kIntegrators; }
+
+std::unique_ptr<const Integrator> make_integrator(const IntegratorInput& input) {
+  const IntegratorEntry* row = find_integrator(input.settings.integrator);
+  CHECK(row != nullptr);
+  return row->make(input);
+}
+
+}  // namespace core

@@ -1,0 +1,13 @@
+/// What the rows of the integrator registry are made of: a factory for each integrator.
+#pragma once
+
+#include <memory>
+
+#include "core/integrators/integrator.h"
+
+namespace core {
+
+std::unique_ptr<const Integrator> make_path_tracer(const IntegratorInput& input);
+std::unique_ptr<const Integrator> make_direct(const IntegratorInput& input);
+
+}  // namespace core

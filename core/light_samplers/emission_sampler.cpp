@@ -1,0 +1,117 @@
+#include "core/light_samplers/emission_sampler.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/light_samplers/emitted_light.h"
+#include "core/math/frame.h"
+#include "core/math/numbers.h"
+#include "core/math/offset_ray.h"
+#include "core/sampling/warp.h"
+
+namespace core {
+
+Rgb EmissionSample::weight() const noexcept {
+  const float cosine = normal == Vec3{} ? 1.0F : dot(normal, ray.direction);
+  const float density = pdf.prob_light * pdf.pdf_area * pdf.pdf_solid_angle;
+  return density > 0 ? radiance * (cosine / density) : Rgb{};
+}
+
+EmissionSampler::EmissionSampler(const SceneData& scene, const Environment* environment)
+    : scene_(scene),
+      environment_(environment != nullptr && !environment->is_black() ? environment : nullptr),
+      triangles_(static_cast<std::uint32_t>(scene.triangle_lights.size())),
+      radius_m_(light_disk_radius_m(scene)),
+      powers_(light_powers(scene, environment_)) {}
+
+EmissionSample EmissionSampler::sample(float u_light, Vec2 u_position,
+                                       Vec2 u_direction) const noexcept {
+  if (empty()) {
+    return {};
+  }
+  const auto light = static_cast<std::uint32_t>(powers_.sample(u_light).cell);
+  EmissionSample s = light < triangles_ ? from_triangle(light, u_position, u_direction)
+                                        : from_other(light, u_position, u_direction);
+  s.light = light;
+  s.pdf = pdf(light, s.ray.direction);
+  return s;
+}
+
+EmissionSample EmissionSampler::from_triangle(std::uint32_t light, Vec2 u_position,
+                                              Vec2 u_direction) const noexcept {
+  EmissionSample s;
+  const TriangleLight& t = scene_.triangle_lights[light];
+  const Vec2 b = uniform_triangle(u_position);
+  s.normal = t.normal;
+  if (t.two_sided) {
+    const bool front = u_direction.x < 0.5F;
+    s.normal = front ? t.normal : -t.normal;
+    u_direction.x = 2 * u_direction.x - (front ? 0.0F : 1.0F);
+  }
+  s.radiance = triangle_radiance(scene_, t, b);
+  s.ray.origin = offset_ray(t.p0 + t.edge1 * b.x + t.edge2 * b.y, s.normal);
+  s.ray.direction = frame_from_normal(s.normal).to_world(cosine_hemisphere(u_direction));
+  return s;
+}
+
+EmissionSample EmissionSampler::from_other(std::uint32_t light, Vec2 u_position,
+                                           Vec2 u_direction) const noexcept {
+  EmissionSample s;
+  const PunctualLight* p = punctual(light);
+  if (p != nullptr && p->type != PunctualType::kDirectional) {
+    s.is_delta_position = true;
+    s.ray.origin = p->position;
+    s.ray.direction = p->sample_direction(u_direction);
+    s.radiance = p->intensity * p->cone(dot(s.ray.direction, p->direction));
+    return s;
+  }
+  if (p != nullptr) {
+    s.is_delta_direction = true;
+    s.ray.direction = p->direction;
+    s.radiance = p->intensity;
+  } else {
+    const EnvironmentSample sky = environment_->sample(u_direction);
+    s.ray.direction = -sky.wi_world;
+    s.radiance = sky.radiance;
+  }
+  const Frame frame = frame_from_normal(s.ray.direction);
+  const Vec2 d = concentric_disk(u_position);
+  s.ray.origin = scene_.center + frame.to_world({d.x, d.y, -1}) * radius_m_;
+  return s;
+}
+
+/// Null for triangles and the environment.
+const PunctualLight* EmissionSampler::punctual(std::uint32_t light) const noexcept {
+  const std::size_t i = std::size_t{light} - triangles_;
+  return light >= triangles_ && i < scene_.punctual_lights.size() ? &scene_.punctual_lights[i]
+                                                                  : nullptr;
+}
+
+EmissionPdf EmissionSampler::pdf(std::uint32_t light, Vec3 direction_world) const noexcept {
+  EmissionPdf out{.prob_light = powers_.prob_cell(light)};
+  const float disk_area_m2 = kPi * square(radius_m_);
+  if (light < triangles_) {
+    const TriangleLight& t = scene_.triangle_lights[light];
+    const float cosine = dot(t.normal, direction_world);
+    out.pdf_area = t.area_m2 > 0 ? 1 / t.area_m2 : 0.0F;
+    out.pdf_solid_angle =
+        t.two_sided ? 0.5F * kInvPi * std::fabs(cosine) : cosine_hemisphere_pdf_solid_angle(cosine);
+  } else if (const PunctualLight* p = punctual(light); p == nullptr) {
+    out.pdf_area = 1 / disk_area_m2;
+    out.pdf_solid_angle = environment_->pdf_solid_angle(-direction_world);
+  } else if (p->type == PunctualType::kDirectional) {
+    out.pdf_area = 1 / disk_area_m2;
+    out.pdf_solid_angle = 1;
+  } else {
+    out.pdf_area = 1;
+    out.pdf_solid_angle = p->cone(dot(direction_world, p->direction)) / p->cone_integral_sr();
+  }
+  return out;
+}
+
+float EmissionSampler::range_factor(std::uint32_t light, float distance_m) const noexcept {
+  const PunctualLight* p = punctual(light);
+  return p == nullptr ? 1.0F : p->range_factor(distance_m * distance_m);
+}
+
+}  // namespace core

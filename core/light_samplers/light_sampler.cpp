@@ -1,0 +1,187 @@
+#include "core/light_samplers/light_sampler.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/light_samplers/emitted_light.h"
+#include "core/math/numbers.h"
+#include "core/math/offset_ray.h"
+#include "core/sampling/warp.h"
+
+namespace core {
+
+LightSampler::LightSampler(const SceneData& scene, const Environment* environment,
+                           LightSamplerType type)
+    : scene_(scene),
+      environment_(environment != nullptr && !environment->is_black() ? environment : nullptr),
+      type_(type == LightSamplerType::kRis || type == LightSamplerType::kRestir
+                ? LightSamplerType::kTree
+                : type),
+      triangles_(scene.triangle_lights.size()) {
+  const auto& punctual = scene.punctual_lights;
+  local_punctual_ = static_cast<std::size_t>(
+      std::count_if(punctual.begin(), punctual.end(),
+                    [](const PunctualLight& l) { return l.type != PunctualType::kDirectional; }));
+  light_count_ = triangles_ + punctual.size() + (environment_ != nullptr ? 1 : 0);
+  const std::size_t far = light_count_ - triangles_ - local_punctual_;
+  const bool has_tree = triangles_ + local_punctual_ > 0;
+  prob_tree_ = has_tree ? 1.0F / static_cast<float>(far + 1) : 0.0F;
+  prob_far_each_ = far > 0 ? (1 - prob_tree_) / static_cast<float>(far) : 0.0F;
+  if (type_ == LightSamplerType::kPower && light_count_ > 0) {
+    power_ = Distribution1D(light_powers(scene, environment_));
+  }
+}
+
+LightSample LightSampler::from_triangle(std::uint32_t light, Vec3 point, float prob,
+                                        Vec2 u) const noexcept {
+  LightSample s;
+  const TriangleLight& t = scene_.triangle_lights[light];
+  const Vec2 b = uniform_triangle(u);
+  const Vec3 on_light = t.p0 + t.edge1 * b.x + t.edge2 * b.y;
+  const Vec3 d = on_light - point;
+  const float distance2 = dot(d, d);
+  if (!(distance2 > 0) || !(t.area_m2 > 0)) {
+    return s;
+  }
+  s.wi_world = d * (1 / std::sqrt(distance2));
+  float cos_light = -dot(t.normal, s.wi_world);
+  Vec3 towards = t.normal;
+  if (t.two_sided && cos_light < 0) {
+    cos_light = -cos_light;
+    towards = -towards;
+  }
+  if (!(cos_light > kCosLightLeast)) {
+    return s;
+  }
+  s.target = offset_ray(on_light, towards);
+  s.triangle = light;
+  s.light = light;
+  s.place = on_light;
+  s.prob_light = prob;
+  s.pdf_solid_angle = prob * area_to_solid_angle(1 / t.area_m2, distance2, cos_light);
+  s.radiance = triangle_radiance(scene_, t, b);
+  return s;
+}
+
+LightSample LightSampler::from_punctual(std::size_t light, Vec3 point, float prob) const noexcept {
+  LightSample s;
+  const PunctualLight& p = scene_.punctual_lights[light];
+  float distance_m = 0;
+  s.radiance = p.arriving(point, s.wi_world, distance_m);
+  if (is_black(s.radiance)) {
+    return s;
+  }
+  s.is_delta = true;
+  s.light = static_cast<std::uint32_t>(triangles_ + light);
+  s.prob_light = prob;
+  s.is_far = p.type == PunctualType::kDirectional;
+  s.target = s.is_far ? Vec3{} : p.position;
+  s.pdf_solid_angle = prob;
+  return s;
+}
+
+LightSample LightSampler::from_environment(Vec3 /*point*/, float prob, Vec2 u) const noexcept {
+  LightSample s;
+  const EnvironmentSample e = environment_->sample(u);
+  s.wi_world = e.wi_world;
+  s.radiance = e.radiance;
+  s.is_far = true;
+  s.light = static_cast<std::uint32_t>(light_count_ - 1);
+  s.prob_light = prob;
+  s.pdf_solid_angle = prob * e.pdf_solid_angle;
+  return s;
+}
+
+LightSample LightSampler::sample(Vec3 point, Vec3 normal_world, float u_pick,
+                                 Vec2 u) const noexcept {
+  if (light_count_ == 0) {
+    return {};
+  }
+  std::size_t light = 0;
+  float prob = 0;
+  switch (type_) {
+    case LightSamplerType::kUniform:
+      light = std::min(static_cast<std::size_t>(u_pick * static_cast<float>(light_count_)),
+                       light_count_ - 1);
+      prob = 1 / static_cast<float>(light_count_);
+      break;
+    case LightSamplerType::kPower: {
+      const auto pick = power_.sample(u_pick);
+      light = pick.cell;
+      prob = power_.prob_cell(light);
+      break;
+    }
+    case LightSamplerType::kRis:  // never, nor the next: see the constructor
+    case LightSamplerType::kRestir:
+    case LightSamplerType::kTree: {
+      if (u_pick < prob_tree_) {
+        const auto pick = scene_.light_tree.pick(point, normal_world,
+                                                 std::min(u_pick / prob_tree_, kOneMinusEpsilon));
+        if (!(pick.prob_light > 0)) {
+          return {};
+        }
+        light = pick.light;
+        prob = prob_tree_ * pick.prob_light;
+      } else {
+        const float rest = (u_pick - prob_tree_) / prob_far_each_;
+        const std::size_t far = light_count_ - triangles_ - local_punctual_;
+        light = triangles_ + local_punctual_ +
+                std::min(static_cast<std::size_t>(std::max(rest, 0.0F)), far - 1);
+        prob = prob_far_each_;
+      }
+      break;
+    }
+  }
+  if (light < triangles_) {
+    return from_triangle(static_cast<std::uint32_t>(light), point, prob, u);
+  }
+  if (light < triangles_ + scene_.punctual_lights.size()) {
+    return from_punctual(light - triangles_, point, prob);
+  }
+  return from_environment(point, prob, u);
+}
+
+LightSample LightSampler::sample_delta(Vec3 point, float u_pick) const noexcept {
+  const std::size_t n = scene_.punctual_lights.size();
+  if (n == 0) {
+    return {};
+  }
+  const std::size_t light =
+      std::min(static_cast<std::size_t>(u_pick * static_cast<float>(n)), n - 1);
+  return from_punctual(light, point, 1 / static_cast<float>(n));
+}
+
+float LightSampler::pdf_triangle(std::uint32_t light, Vec3 point, Vec3 normal_world,
+                                 float distance_m, float cos_light) const noexcept {
+  float prob = 0;
+  switch (type_) {
+    case LightSamplerType::kUniform:
+      prob = 1 / static_cast<float>(light_count_);
+      break;
+    case LightSamplerType::kPower:
+      prob = power_.prob_cell(light);
+      break;
+    case LightSamplerType::kRis:
+    case LightSamplerType::kRestir:
+    case LightSamplerType::kTree:
+      prob = prob_tree_ * scene_.light_tree.prob_light(point, normal_world, light);
+      break;
+  }
+  const float area = scene_.triangle_lights[light].area_m2;
+  return area > 0 ? prob * area_to_solid_angle(1 / area, distance_m * distance_m, cos_light) : 0.0F;
+}
+
+float LightSampler::pdf_environment(Vec3 direction_world) const noexcept {
+  if (environment_ == nullptr) {
+    return 0;
+  }
+  float prob = prob_far_each_;
+  if (type_ == LightSamplerType::kUniform) {
+    prob = 1 / static_cast<float>(light_count_);
+  } else if (type_ == LightSamplerType::kPower) {
+    prob = power_.prob_cell(light_count_ - 1);
+  }
+  return prob * environment_->pdf_solid_angle(direction_world);
+}
+
+}  // namespace core

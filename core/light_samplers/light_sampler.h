@@ -1,0 +1,95 @@
+/// LightSampler: picks a light and a point on it, for one scene and one environment.
+///
+/// uniform: every light alike; power: by emitted power; tree: the scene's light tree, with the
+/// environment and directional lights beside it; ris: as the tree, for the candidates of which the
+/// integrator takes one; restir: as the tree, for the samples that neighbouring pixels share.
+#pragma once
+
+#include <cstdint>
+
+#include "core/accel/accel.h"
+#include "core/lights/environment.h"
+#include "core/sampling/distribution.h"
+#include "core/scene/scene_data.h"
+
+namespace core {
+
+/// Nothing is sampled on a triangle that is seen flatter than this.
+inline constexpr float kCosLightLeast = 1e-7F;
+
+struct LightSample {
+  Vec3 wi_world;                      ///< unit, to the light
+  Vec3 target;                        ///< point just before the light; far away: origin + wi * huge
+  bool is_far = false;                ///< environment or directional
+  bool is_delta = false;              ///< pdf_solid_angle is then the probability of the pick alone
+  Rgb radiance;                       ///< delta: what arrives per unit of cosine
+  float pdf_solid_angle = 0;          ///< 0: nothing was sampled
+  std::uint32_t triangle = kNoLight;  ///< which triangle light
+  float prob_light = 0;               ///< of the pick alone
+  std::uint32_t light = kNoLight;     ///< which of all: triangles, punctual lights, the environment
+  Vec3 place;                         ///< on a triangle light
+};
+
+/// A sample of the lights apart from the point that it was drawn for, in a measure that is the same
+/// everywhere: area on triangles [m^2], solid angle for the environment, counting for delta lights.
+struct LightPoint {
+  std::uint32_t light = kNoLight;  ///< as in LightSample
+  Vec3 place;                      ///< on the triangle; of the environment: direction, unit
+  Rgb radiance;                    ///< emitted; delta lights: unused
+  float pdf_measure = 0;           ///< at the point that it was drawn for; 0: nothing was sampled
+};
+
+/// A LightPoint as one point sees it.
+struct LightView {
+  Vec3 wi_world;
+  Rgb radiance;  ///< as in LightSample
+  float solid_angle =
+      0;  ///< for a unit of its measure; delta lights: 1; 0: no light can come from there
+  float falloff = 0;  ///< what the tree's importance falls with: cos / d^2, 1 / d^2, 1
+  bool is_far = false;
+  bool is_delta = false;
+};
+
+class LightSampler {
+ public:
+  /// Both must outlive it; environment may be null.
+  LightSampler(const SceneData& scene, const Environment* environment, LightSamplerType type);
+
+  bool empty() const noexcept { return light_count_ == 0; }
+  /// normal_world: geometric, on the side that light may come from; zero: any side.
+  LightSample sample(Vec3 point, Vec3 normal_world, float u_pick, Vec2 u) const noexcept;
+  /// The same for delta lights alone, which no other technique can find.
+  LightSample sample_delta(Vec3 point, float u_pick) const noexcept;
+  bool has_delta() const noexcept { return !scene_.punctual_lights.empty(); }
+
+  /// Density with which sample() gives the direction to a point of triangle light `light`.
+  /// cos_light > 0: between the light's normal and the direction back.
+  float pdf_triangle(std::uint32_t light, Vec3 point, Vec3 normal_world, float distance_m,
+                     float cos_light) const noexcept;
+  float pdf_environment(Vec3 direction_world) const noexcept;
+
+  LightPoint point_of(const LightSample& sample) const noexcept;
+  LightView view(const LightPoint& light, Vec3 point) const noexcept;
+  /// Where a shadow ray to it ends: LightSample::target.
+  Vec3 target(const LightPoint& light, const LightView& view) const noexcept;
+  /// Density over solid angle with which sample() gives it at `point`. Not for delta lights.
+  float pdf_solid_angle(const LightPoint& light, const LightView& view, Vec3 point,
+                        Vec3 normal_world) const noexcept;
+
+ private:
+  LightSample from_triangle(std::uint32_t light, Vec3 point, float prob, Vec2 u) const noexcept;
+  LightSample from_punctual(std::size_t light, Vec3 point, float prob) const noexcept;
+  LightSample from_environment(Vec3 point, float prob, Vec2 u) const noexcept;
+
+  const SceneData& scene_;
+  const Environment* environment_;  ///< null when black
+  LightSamplerType type_;
+  std::size_t triangles_ = 0;
+  std::size_t local_punctual_ = 0;  ///< point and spot
+  std::size_t light_count_ = 0;     ///< triangles, punctual, then the environment
+  Distribution1D power_;            ///< over that order
+  float prob_tree_ = 0;
+  float prob_far_each_ = 0;
+};
+
+}  // namespace core

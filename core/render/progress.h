@@ -1,0 +1,38 @@
+/// How far a task is: the errors it saw on the way, and what is left.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/error/error_estimate.h"
+
+namespace core {
+
+struct ConvergencePoint {
+  int samples_per_pixel = 0;
+  double elapsed_seconds = 0;
+  double cpu_seconds = 0;
+  std::uint64_t rays = 0;
+  ErrorInterval error;
+};
+
+struct Progress {
+  double fraction = 0;  ///< below 1 until the end; does not fall while the stop rules stay
+  int samples_min = 0;
+  double samples_mean = 0;
+  int samples_max = 0;
+  double elapsed_seconds = 0;
+  double cpu_seconds = 0;
+  std::optional<double> eta_seconds;
+  /// Interval of eta_seconds, as long as the pace stays the same.
+  std::optional<double> eta_low_seconds;
+  std::optional<double> eta_high_seconds;
+  std::uint64_t rays = 0;
+  double rays_per_second = 0;
+  std::uint64_t rejected_samples = 0;
+  ErrorInterval error;    ///< of the last look; NaN before
+  double efficiency = 0;  ///< 1 / (relative error^2 * CPU seconds); NaN when unknown
+  std::uint32_t revision = 0;
+};
+
+}  // namespace core

@@ -1,0 +1,39 @@
+/// How many samples make a set: the rule of each sampler's counts.
+#pragma once
+
+#include <cstdint>
+
+#include "core/settings/settings.h"
+
+namespace core {
+
+inline constexpr std::uint32_t kStratifiedSide = 4;  ///< cells of a pair: 4 x 4
+inline constexpr std::uint32_t kLatinSize = 16;      ///< intervals of a dimension
+inline constexpr std::uint32_t kArrayPrime = 5;      ///< levels of a dimension; 5^2 points
+inline constexpr std::uint32_t kBlueNoiseSize = 8;   ///< points of a pixel; a power of two
+
+/// Samples of one set in one replicate; further samples of the replicate belong to further,
+/// independent sets, which have a fixed size so that a longer job begins with the samples of a
+/// shorter one. A picture is whole after a multiple of this times the replicates. 1: any number of
+/// samples will do (independent), or any prefix (sobol, halton).
+constexpr int samples_in_set(SamplerType type) noexcept {
+  switch (type) {
+    case SamplerType::kAntithetic:
+      return 2;
+    case SamplerType::kStratified:
+      return static_cast<int>(kStratifiedSide * kStratifiedSide);
+    case SamplerType::kLatinHypercube:
+      return static_cast<int>(kLatinSize);
+    case SamplerType::kOrthogonalArray:
+      return static_cast<int>(kArrayPrime * kArrayPrime);
+    case SamplerType::kZsobol:
+      return static_cast<int>(kBlueNoiseSize);
+    case SamplerType::kIndependent:
+    case SamplerType::kHalton:
+    case SamplerType::kSobol:
+      break;
+  }
+  return 1;
+}
+
+}  // namespace core

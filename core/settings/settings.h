@@ -1,0 +1,146 @@
+/// What a picture is made with: plain values, checked by api::parse before they come here.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/color/rgb.h"
+#include "core/math/vec.h"
+
+namespace core {
+
+/// Pixels of the full film; half-open.
+struct PixelRect {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+  friend constexpr bool operator==(const PixelRect&, const PixelRect&) = default;
+};
+
+enum class FilterType { kBox, kTent, kGaussian, kMitchell, kBlackmanHarris };
+
+struct FilterSettings {
+  FilterType type = FilterType::kBlackmanHarris;
+  float radius_px = 1.5F;
+};
+
+struct FilmSettings {
+  int width = 960;
+  int height = 540;
+  std::optional<PixelRect> crop;
+  FilterSettings filter;
+  /// Auxiliary layers that are recorded: albedo, normal, depth. The others cost nothing.
+  bool albedo = true;
+  bool normal = true;
+  bool depth = true;
+};
+
+/// Overrides of the file's camera; empty members are the file's own values.
+struct CameraSettings {
+  std::optional<std::string> name;
+  std::optional<int> index;
+  std::optional<Vec3> position;
+  std::optional<Vec3> target;
+  std::optional<Vec3> up;
+  std::optional<float> vertical_fov_degrees;
+  std::optional<float> aperture_radius_m;
+  std::optional<float> focus_distance_m;
+};
+
+enum class Strategy { kMis, kLight, kBsdf, kCosine, kUniform };
+enum class MisType { kBalance, kPower, kMaximum, kOptimal };
+enum class RouletteType { kNone, kThroughput, kThreshold };
+enum class SplittingType { kNone, kFixed, kMeasured };
+enum class SamplerType {
+  kIndependent,
+  kAntithetic,
+  kStratified,
+  kLatinHypercube,
+  kOrthogonalArray,
+  kHalton,
+  kSobol,
+  kZsobol
+};
+/// Are the errors of neighbouring pixels independent? If not, variances do not add up over a block.
+enum class PixelErrors { kIndependent, kCorrelated };
+enum class LightSamplerType { kUniform, kPower, kTree, kRis, kRestir };
+
+enum class ControlVariateType { kNone, kAnalytic, kRegression };
+
+struct EstimatorSettings {
+  Strategy strategy = Strategy::kMis;
+  MisType mis = MisType::kPower;
+  float mis_exponent = 2;
+  RouletteType roulette = RouletteType::kThroughput;
+  float roulette_delta =
+      0.02F;  ///< threshold: smallest light whose shadow ray is always traced [W/(m^2 sr)]
+  SplittingType splitting = SplittingType::kNone;
+  int split_count = 2;  ///< fixed: continuations of a path at its first surface
+  bool expected_values = true;
+  ControlVariateType control_variate = ControlVariateType::kNone;
+};
+
+enum class AdaptiveType { kNone, kPilot };
+enum class Granularity { kPixel, kTile };
+
+/// Where further samples go. What decides about a pixel: nothing (every pixel gets the same), or a
+/// pilot stream that is never in the picture.
+struct AdaptiveSettings {
+  AdaptiveType type = AdaptiveType::kNone;
+  int min_samples = 32;  ///< of every pixel before the first decision, all replicates together
+  Granularity granularity = Granularity::kPixel;
+  int dilation = 1;  ///< radius in pixels (tiles with kTile): the neediest neighbour counts
+};
+
+struct RenderSettings {
+  FilmSettings film;
+  std::string integrator = "path";
+  int max_depth = 16;
+  EstimatorSettings estimator;
+  SamplerType sampler = SamplerType::kSobol;
+  int replicates = 2;       ///< even, at least 2
+  int first_replicate = 0;  ///< of the seed; even. Jobs with others have no sample in common
+  LightSamplerType light_sampler = LightSamplerType::kTree;
+  int light_candidates = 2;  ///< ris: light samples of which one is taken
+  int light_block = 3;       ///< restir: side of the squares of pixels that share light samples
+  int light_history =
+      1;  ///< restir: samples of a replicate, one after another, that share theirs too
+  int block_candidates = 1;  ///< restir: light samples of each path, of which one is shared
+  AdaptiveSettings adaptive;
+  std::uint64_t seed = 0;
+};
+
+/// When to stop; the first rule met ends the job.
+struct StopRules {
+  std::optional<int> samples_per_pixel;
+  std::optional<double> relative_error;
+  double confidence = 0.95;
+  bool worst_tile = false;
+  std::optional<double> seconds;  ///< rendering time without pauses and downtime
+  std::optional<double> deadline_unix_seconds;
+};
+
+enum class StopReason {
+  kNone,
+  kSamples,
+  kRelativeError,
+  kSeconds,
+  kDeadline,
+  kLimit,
+  kCancelled,
+  kFailed
+};
+
+/// Environment of a job; pixels come from a decoded image or are constant.
+struct EnvironmentSettings {
+  Rgb color = {1, 1, 1};
+  float intensity = 1;
+  float rotation_degrees = 0;
+  bool visible = true;
+};
+
+}  // namespace core

@@ -1,0 +1,48 @@
+#include "core/transport/scatter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/offset_ray.h"
+
+namespace core {
+
+void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
+             const BsdfSample& sample, float light_samples) noexcept {
+  const Vec3 n = vertex.shading.normal_geometric;
+  const Vec3 wi = vertex.shading.frame.to_world(sample.wi_local);
+  const bool through = dot(wi, vertex.shading.horizon) < 0;
+  path.beta *= sample.weight;
+  if (vertex.drew_wavelength && !through) {
+    path.wavelength_nm = 0;  // only what went through parts into wavelengths
+  }
+  if (sample.is_straight) {
+    ++path.null_scatterings;  // path.last stays: emitters are seen from there
+  } else {
+    path.last = {sample.is_delta ? 0.0F : sample.pdf_solid_angle, vertex.shading.origin,
+                 vertex.light_normal, light_samples};
+  }
+  path.eta_scale *= sample.eta * sample.eta;
+  path.ray.origin = offset_ray(vertex.shading.origin, through ? -n : n);
+  path.ray.direction = wi;
+  if (through && scene.has_volumes) {
+    const Material& material = scene.materials[vertex.point.material];
+    if (material.is_volume) {
+      path.media.cross(material, vertex.shading.front);
+    }
+  }
+  if (!sample.is_delta) {
+    path.cone_spread_rad +=
+        0.1F * std::max(vertex.shading.bsdf.alpha_x, vertex.shading.bsdf.alpha_y);
+    path.is_sharp = false;
+  }
+  ++path.depth;
+}
+
+float continuation_probability(const PathState& path) noexcept {
+  constexpr float kThreshold = 0.5F;
+  const Rgb size = {std::fabs(path.beta.r), std::fabs(path.beta.g), std::fabs(path.beta.b)};
+  return max_component(size) * path.eta_scale / kThreshold;
+}
+
+}  // namespace core

@@ -1,0 +1,23 @@
+/// scatter: a path goes on in a sampled direction; roulette: or ends.
+#pragma once
+
+#include <optional>
+
+#include "core/scene/scene_data.h"
+#include "core/transport/path_state.h"
+#include "core/transport/vertex.h"
+
+namespace core {
+
+/// Continues `path` from `vertex` along a BSDF sample whose weight is not black: throughput, next
+/// ray, media, ray cone and path.last. light_samples: taken at this vertex, for MIS.
+void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
+             const BsdfSample& sample, float light_samples) noexcept;
+
+/// Probability with which Russian roulette continues the path after scatter(): 1 until its
+/// throughput falls below one half, then in proportion, so that what goes on weighs at least that.
+/// Measured against thresholds from 1/4 to 1 it gives the least error for the time. eta_scale takes
+/// out the n^2 of radiance in denser media, which comes back when the path leaves them.
+float continuation_probability(const PathState& path) noexcept;
+
+}  // namespace core

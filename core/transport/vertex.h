@@ -1,0 +1,35 @@
+/// PathVertex: a surface that a path has met.
+#pragma once
+
+#include "core/bsdf/bsdf.h"
+#include "core/film/film.h"
+#include "core/geometry/surface_point.h"
+#include "core/materials/shade.h"
+
+namespace core {
+
+struct PathVertex {
+  SurfacePoint point;
+  Vec3 wo_world;                 ///< unit, back along the path
+  float distance_m = 0;          ///< from the vertex before, holes passed included
+  Shading shading;               ///< filled by surface_event()
+  Vec3 light_normal;             ///< for the light sampler; zero where light may come from behind
+  bool drew_wavelength = false;  ///< here, and what is reflected keeps all wavelengths
+};
+
+/// The BSDF at a shaded point, for the viewer direction wo. `shading` must outlive it.
+inline Bsdf make_bsdf(const Shading& shading, Vec3 wo_world) noexcept {
+  return Bsdf(shading.bsdf, shading.frame.to_local(wo_world),
+              shading.frame.to_local(shading.horizon),
+              shading.has_layers ? &shading.layers : nullptr);
+}
+
+/// Albedo, normal and depth of the first surface, for the auxiliary layers.
+inline void record_first_surface(PathSample& out, const PathVertex& vertex, Rgb albedo) noexcept {
+  out.hit = true;
+  out.albedo = albedo;
+  out.normal_world = vertex.shading.frame.n;
+  out.depth_m = vertex.distance_m;
+}
+
+}  // namespace core

@@ -1,0 +1,86 @@
+#include "core/transport/visibility.h"
+
+#include "core/math/offset_ray.h"
+#include "core/transport/surface_event.h"
+
+namespace core {
+
+Visibility visibility(const SceneData& scene, PathState& path, const Ray& shadow,
+                      MediumStack& media, ClearSurfaces clear) noexcept {
+  ++path.rays;
+  Rgb open(1);
+  const auto absorb = [&open, &media](Vec3 segment) {
+    if (media.top() != nullptr) {
+      open *= transmittance(media.top()->sigma_a, length(segment));
+    }
+  };
+  const bool passes_clear = clear == ClearSurfaces::kPass && scene.has_clear;
+  if (!scene.has_alpha && !passes_clear) {
+    if (scene.accel->occluded(shadow)) {
+      return {};
+    }
+    if (shadow.t_max <= 1) {
+      absorb(shadow.direction);
+    }
+    return {open, true};
+  }
+  Ray ray = shadow;
+  const Vec3 end = shadow.origin + shadow.direction;
+  const bool far = shadow.t_max > 1;
+  for (int pass = 0; pass < kNullScatteringMax; ++pass) {
+    RawHit hit;
+    if (!scene.accel->intersect(ray, hit)) {
+      if (!far) {
+        absorb(ray.direction);
+      }
+      return {open, pass == 0};
+    }
+    const float coverage = scene.coverage(hit, ray);
+    const Material& material = scene.materials[scene.meshes[scene.placed_mesh(hit).mesh].material];
+    const bool is_clear = passes_clear && material.is_clear;
+    if (coverage >= 1 && !is_clear) {
+      return {};
+    }
+    const SurfacePoint hole = scene.surface_point(hit, ray);
+    absorb(hole.position - ray.origin);
+    Rgb transmitted(1 - coverage);
+    if (is_clear && coverage > 0) {
+      const Vec3 wo = -normalize(ray.direction);
+      Shading shading;
+      shade(scene.materials[hole.material], hole, wo, path.footprint(), shading);
+      if (material.is_volume) {
+        shading.bsdf.ior = relative_ior(path, media, material, shading.front);
+        media.cross(material, shading.front);
+      }
+      transmitted += make_bsdf(shading, wo).straight() * coverage;
+    }
+    open *= transmitted;
+    if (is_black(open)) {
+      return {};
+    }
+    ++path.rays;
+    const float side = dot(hole.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
+    ray.origin = offset_ray(hole.position, hole.normal_geometric * side);
+    if (!far) {
+      ray.direction = end - ray.origin;
+    }
+  }
+  return {};
+}
+
+Visibility visibility_from(const SceneData& scene, PathState& path, const PathVertex& vertex,
+                           Vec3 wi_world, Vec3 target, bool is_far, ClearSurfaces clear) noexcept {
+  const float side = dot(vertex.shading.horizon, wi_world) >= 0 ? 1.0F : -1.0F;
+  Ray shadow;
+  shadow.origin = offset_ray(vertex.shading.origin, vertex.shading.normal_geometric * side);
+  shadow.direction = is_far ? wi_world : target - shadow.origin;
+  shadow.t_max = is_far ? kFar : 1.0F;
+  MediumStack media = path.media;
+  const Material& material = scene.materials[vertex.point.material];
+  if (side < 0 && material.is_volume) {
+    media.cross(material, vertex.shading.front);
+  }
+  return visibility(scene, path, shadow, media, clear);
+}
+
+}  // namespace core

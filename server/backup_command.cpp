@@ -1,0 +1,229 @@
+#include "server/backup_command.h"
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+#include <fcntl.h>
+
+#include "server/command_flags.h"
+#include "server/jobs/job_record.h"
+#include "server/store/data_dir.h"
+#include "server/store/database.h"
+#include "server/store/film_file.h"
+#include "server/store/job_table.h"
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+namespace fs = std::filesystem;
+
+constexpr std::array kFlags = {
+    CommandFlag{"data", "DIR", "The data directory; a server of the same version may use it."},
+    CommandFlag{"to", "DIR", "Where the copy goes: a directory that is empty, or not there yet."},
+};
+constexpr CommandText kText = {
+    .text =
+        "Copies a data directory while a server uses it. The copy is of one moment: its records "
+        "are "
+        "a snapshot, and what they name is copied with them. A job that renders goes on from the "
+        "checkpoint in the copy. Afterwards `tessera check --data` verifies the copy.",
+    .operand = "",
+    .operand_text = "",
+    .flags = kFlags,
+};
+
+constexpr int kPage = 200;
+/// A film is copied again when a checkpoint was written meanwhile: those are seconds apart.
+constexpr int kTries = 5;
+
+/// Durable. Errors: those of file_error().
+Status copy_file(const std::string& from, const std::string& to) {
+  std::error_code code;
+  fs::copy_file(from, to, fs::copy_options::overwrite_existing, code);
+  if (code) {
+    return file_error("cannot copy to " + to, from, code.value());
+  }
+  const auto file = open_file(to, O_RDWR);
+  return file ? sync_file(file->get(), to) : Status(file.error());
+}
+
+/// Copies the files below `from` that are not below `to`. Files named by their hash never change;
+/// one that is deleted meanwhile is needed by no record, or was copied before.
+Status copy_new_files(const fs::path& from, const fs::path& to) {
+  std::error_code code;
+  for (fs::recursive_directory_iterator entry(from, code), end; !code && entry != end;
+       entry.increment(code)) {
+    const fs::path target = to / fs::relative(entry->path(), from, code);
+    std::error_code is_gone;
+    if (!entry->is_regular_file(is_gone) || fs::exists(target, is_gone)) {
+      continue;
+    }
+    if (const Status made = make_directories(target.parent_path().string()); !made) {
+      return made;
+    }
+    const Status copied = copy_file(entry->path().string(), target.string());
+    if (!copied && copied.error().code != ErrorCode::kNotFound) {
+      return copied;
+    }
+  }
+  return code ? Status(file_error("cannot read", from.string(), code.value())) : core::ok_status();
+}
+
+/// Films are written in place: a copy that a checkpoint overtook is damaged, and made again.
+Status copy_film(const JobRecord& record, const std::string& from, const std::string& to) {
+  Status whole = core::ok_status();
+  for (int i = 0; i < kTries; ++i) {
+    if (const Status copied = copy_file(from, to); !copied) {
+      return copied;
+    }
+    auto file = FilmFile::open(to);
+    if (!file) {
+      return file.error();
+    }
+    const auto restored = file->restore(*blank_film(record.view));
+    if (restored) {
+      return core::ok_status();
+    }
+    whole = restored.error();
+  }
+  return whole;
+}
+
+struct Copied {
+  int jobs = 0;
+  int films = 0;
+};
+
+core::Result<Copied> copy_films(JobTable& jobs, const std::string& from, const DataDir& to) {
+  Copied copied;
+  JobQuery query;
+  query.limit = kPage;
+  for (bool more = true; more;) {
+    const auto rows = jobs.list(query);
+    if (!rows) {
+      return rows.error();
+    }
+    for (const JobRow& row : *rows) {
+      ++copied.jobs;
+      query.before = row.sequence;
+      auto record = to_record(row);
+      if (!record || record->film == FilmPlace::kEvicted) {
+        continue;  // check tells of records that cannot be read.
+      }
+      const std::string path = to.film_path(row.id);
+      const Status done = copy_film(*record, from + "/films/" + row.id + ".film", path);
+      const bool is_gone = !done && done.error().code == ErrorCode::kNotFound;
+      if (!done && !is_gone) {
+        return done.error();
+      }
+      copied.films += is_gone ? 0 : 1;
+      if (is_gone && record->film == FilmPlace::kOnDisk) {
+        record->film = FilmPlace::kEvicted;  // Evicted or deleted since the snapshot.
+        if (const Status noted = jobs.update(to_row(*record), {}); !noted) {
+          return noted.error();
+        }
+      }
+    }
+    more = static_cast<int>(rows->size()) == kPage;
+  }
+  return copied;
+}
+
+core::Result<Copied> back_up(const std::string& from, const std::string& to) {
+  std::error_code code;
+  if (!fs::exists(from + "/tessera.db", code)) {
+    return Error{ErrorCode::kNotFound, "no data directory", from};
+  }
+  if (fs::exists(to, code) && !fs::is_empty(to, code)) {
+    return Error{ErrorCode::kConflict, "the directory is not empty", to};
+  }
+  const auto data = DataDir::open(to);
+  if (!data) {
+    return data.error();
+  }
+  // Files before the records that name them, and again for those that came in between.
+  const auto copy_files = [&]() -> Status {
+    for (const char* folder : {"/assets", "/comparisons"}) {
+      if (const Status copied = copy_new_files(from + folder, to + folder); !copied) {
+        return copied;
+      }
+    }
+    return core::ok_status();
+  };
+  if (const Status copied = copy_files(); !copied) {
+    return copied.error();
+  }
+  {
+    auto source = Database::open(from + "/tessera.db");
+    if (!source) {
+      return source.error();
+    }
+    auto session = (*source)->session();
+    Statement copy = session.prepare("VACUUM INTO ?");
+    if (const Status copied = copy.bind(data->database_path()).run(); !copied) {
+      return copied.error();
+    }
+  }
+  if (const Status copied = copy_files(); !copied) {
+    return copied.error();
+  }
+  if (const Status copied = copy_file(from + "/webhook.secret", to + "/webhook.secret");
+      !copied && copied.error().code != ErrorCode::kNotFound) {
+    return copied.error();
+  }
+  auto database = Database::open(data->database_path());
+  if (!database) {
+    return database.error();
+  }
+  JobTable jobs(**database);
+  auto copied = copy_films(jobs, from, *data);
+  if (copied) {
+    for (const std::string& folder : {data->path(), data->films_path()}) {
+      if (const Status synced = sync_directory(folder); !synced) {
+        return synced.error();
+      }
+    }
+  }
+  return copied;
+}
+
+int complain(const Error& error, int code) {
+  std::fprintf(stderr, "tessera backup: %s%s%s\n", error.where.c_str(),
+               error.where.empty() ? "" : ": ", error.message.c_str());
+  return code;
+}
+
+}  // namespace
+
+int backup_command(std::span<const std::string_view> args) {
+  const auto flags = parse_command_flags(args, kFlags);
+  if (!flags || !flags->words.empty()) {
+    return flags ? complain({ErrorCode::kInvalidArgument, "not a flag", flags->words.front()}, 2)
+                 : complain(flags.error(), 2);
+  }
+  if (print_command_text(*flags, kText)) {
+    return 0;
+  }
+  const auto from = data_directory(*flags);
+  if (!from) {
+    return complain(from.error(), 2);
+  }
+  const auto to = flags->values.find("to");
+  if (to == flags->values.end()) {
+    return complain({ErrorCode::kInvalidArgument, "a directory for the copy is needed", "--to"}, 2);
+  }
+  const auto copied = back_up(*from, to->second);
+  if (!copied) {
+    return complain(copied.error(), 1);
+  }
+  std::printf("%d jobs, %d films copied to %s\n", copied->jobs, copied->films, to->second.c_str());
+  return 0;
+}
+
+}  // namespace server

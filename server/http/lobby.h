@@ -1,0 +1,80 @@
+/// Connections that wait for a complete request head, and which of them go when there are too many.
+///
+/// Anybody can open connections, and nothing is known of a client before its first head is
+/// complete. Who sends a head at once is here for a moment; who drips one, or says nothing, stays.
+/// So the oldest goes, never the newest: a flood of slow clients closes its own connections, and a
+/// request that comes in one piece always gets its turn.
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+#include "core/base/mutex.h"
+
+namespace server {
+
+class Lobby {
+ public:
+  struct Limits {
+    int waiting = 0;             ///< In all, at least 1.
+    int waiting_of_address = 0;  ///< Of one address group, at least 1.
+  };
+  explicit Lobby(Limits limits) : limits_(limits) {}
+  Lobby(const Lobby&) = delete;
+  Lobby& operator=(const Lobby&) = delete;
+
+  /// One connection. The descriptor must stay open for as long as this lives.
+  class Guest {
+   public:
+    Guest(Lobby& lobby, int fd) : lobby_(lobby), fd_(fd) {}
+    ~Guest() { lobby_.remove(*this); }
+    Guest(const Guest&) = delete;
+    Guest& operator=(const Guest&) = delete;
+
+    /// Waits from here on; others may be told to go. address: of address_group(); empty: of a
+    /// client that is known, which only the limit in all binds.
+    void enter(const std::string& address) { lobby_.enter(*this, address); }
+    /// Waits no more. False: it was told to go, and its reading side is shut.
+    bool leave() { return lobby_.leave(*this); }
+
+   private:
+    friend class Lobby;
+    Lobby& lobby_;
+    const int fd_;
+    // All guarded by the lobby's mutex.
+    bool is_evicted_ = false;
+    std::string address_;
+    std::optional<std::list<Guest*>::iterator> place_;             ///< In waiting_, while it waits.
+    std::optional<std::list<Guest*>::iterator> place_of_address_;  ///< In its address's list.
+  };
+
+  /// Tells the one that has waited longest to go. False: nobody waits.
+  bool evict_oldest() EXCLUDES(mutex_);
+  /// Guests that were told to go and are still there.
+  int leaving_count() const EXCLUDES(mutex_);
+
+  struct Counts {
+    std::uint64_t evicted_of_address = 0;  ///< Because their address had too many.
+    std::uint64_t evicted = 0;             ///< Because there were too many in all.
+  };
+  Counts counts() const EXCLUDES(mutex_);
+
+ private:
+  void enter(Guest& guest, const std::string& address) EXCLUDES(mutex_);
+  bool leave(Guest& guest) EXCLUDES(mutex_);
+  void remove(Guest& guest) EXCLUDES(mutex_);
+  void forget(Guest& guest) REQUIRES(mutex_);
+  void evict(Guest& guest) REQUIRES(mutex_);
+
+  const Limits limits_;
+  mutable core::Mutex mutex_;
+  std::list<Guest*> waiting_ GUARDED_BY(mutex_);  ///< Oldest first.
+  std::unordered_map<std::string, std::list<Guest*>> of_address_ GUARDED_BY(mutex_);
+  int leaving_ GUARDED_BY(mutex_) = 0;
+  Counts counts_ GUARDED_BY(mutex_);
+};
+
+}  // namespace server

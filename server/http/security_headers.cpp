@@ -1,0 +1,20 @@
+#include "server/http/security_headers.h"
+
+namespace server {
+
+void add_security_headers(Response& response, bool tls_only) {
+  Headers& headers = response.headers;
+  headers.set("X-Content-Type-Options", "nosniff");
+  headers.set("Referrer-Policy", "no-referrer");
+  if (!headers.contains("Content-Security-Policy")) {
+    // Browsers show a picture of its own address with a style of theirs.
+    headers.set("Content-Security-Policy",
+                "default-src 'none'; style-src 'unsafe-inline'; img-src 'self'; "
+                "frame-ancestors 'none'");
+  }
+  if (tls_only) {
+    headers.set("Strict-Transport-Security", "max-age=31536000");
+  }
+}
+
+}  // namespace server

@@ -1,0 +1,95 @@
+#include "server/routes/metrics_page.h"
+
+namespace server {
+namespace {
+
+void write_jobs(MetricsText& text, const RouteContext& context) {
+  const JobService::Counts counts = context.jobs.counts();
+  text.family("tessera_jobs", "gauge", "Stored jobs by state.");
+  for (const auto& [state, count] : counts.by_state) {
+    text.sample("tessera_jobs", metric_label("state", state), static_cast<double>(count));
+  }
+  text.gauge("tessera_queue_jobs", "Jobs that wait for a place.", counts.queued);
+  text.gauge("tessera_queue_limit_jobs", "Above it submissions are refused.",
+             context.config.queue_max);
+  text.gauge("tessera_rendering_jobs", "Jobs that get slices.", counts.rendering);
+  text.gauge("tessera_render_threads", "Threads that render.", context.jobs.threads());
+  text.counter("tessera_render_cpu_seconds_total", "CPU time of all slices.", counts.cpu_seconds);
+  text.counter("tessera_rays_total", "Rays traced since the process began.",
+               static_cast<double>(counts.rays));
+  text.counter("tessera_samples_total", "Pixel samples since the process began.",
+               static_cast<double>(counts.samples));
+  text.gauge("tessera_film_cache_bytes", "Finished films in memory.",
+             static_cast<double>(counts.film_cache_bytes));
+  text.gauge("tessera_scene_cache_bytes", "Loaded scenes.",
+             static_cast<double>(context.scenes.cached_bytes()));
+  text.gauge("tessera_held_memory_bytes",
+             "Films and scenes of jobs from their start to their end, pauses included.",
+             static_cast<double>(counts.held_bytes));
+  text.gauge("tessera_held_memory_limit_bytes", "Above it jobs wait.",
+             static_cast<double>(context.jobs.memory_max_bytes()));
+  text.gauge("tessera_queue_waits_for_memory",
+             "1: the next job would start if there were memory for it.",
+             counts.waits_for_memory ? 1 : 0);
+}
+
+void write_storage(MetricsText& text, const RouteContext& context) {
+  if (const auto stored = context.quota.total()) {
+    text.family("tessera_stored_bytes", "gauge", "What the data directory keeps.");
+    text.sample("tessera_stored_bytes", metric_label("kind", "assets"),
+                static_cast<double>(stored->asset_bytes));
+    text.sample("tessera_stored_bytes", metric_label("kind", "films"),
+                static_cast<double>(stored->film_bytes));
+  }
+  text.gauge("tessera_stored_limit_bytes",
+             "Above it films are evicted and uploads refused; 0: none.",
+             static_cast<double>(context.quota.limits().total_bytes));
+  if (const auto space = disk_space(context.data.path())) {
+    text.gauge("tessera_disk_free_bytes", "Free space of the data directory's disk.",
+               static_cast<double>(space->free_bytes));
+    text.gauge("tessera_disk_total_bytes", "Size of the data directory's disk.",
+               static_cast<double>(space->total_bytes));
+  }
+}
+
+void write_connections(MetricsText& text, const RouteContext& context) {
+  const HttpServer::Stats stats = context.http_stats();
+  text.gauge("tessera_http_connections", "Open connections.", stats.connections);
+  text.gauge("tessera_http_threads", "Threads for connections, idle ones included.", stats.threads);
+  text.counter("tessera_http_connections_accepted_total", "Connections accepted.",
+               static_cast<double>(stats.connections_accepted));
+  text.family("tessera_http_connections_refused_total", "counter",
+              "Connections that a limit closed: of one address without a complete request, of all "
+              "without one, and of all that are served.");
+  text.sample("tessera_http_connections_refused_total", metric_label("limit", "address"),
+              static_cast<double>(stats.connections_evicted_of_address));
+  text.sample("tessera_http_connections_refused_total", metric_label("limit", "waiting"),
+              static_cast<double>(stats.connections_evicted));
+  text.sample("tessera_http_connections_refused_total", metric_label("limit", "served"),
+              static_cast<double>(stats.connections_refused));
+  text.gauge("tessera_streams", "Open event and tile streams, and requests that wait for a job.",
+             context.streams.open_count());
+  text.gauge("tessera_streams_limit", "Above it streams are refused.", context.streams.limit());
+}
+
+}  // namespace
+
+std::string metrics_text(const RouteContext& context) {
+  MetricsText text;
+  const api::BuildView& build = context.about.build;
+  text.family("tessera_build_info", "gauge", "1; the labels say what is running.");
+  text.sample("tessera_build_info",
+              metric_label("version", context.about.version) + "," +
+                  metric_label("build", build.id) + "," + metric_label("commit", build.commit) +
+                  "," + metric_label("compiler", build.compiler) + "," +
+                  metric_label("embree", build.embree) + "," + metric_label("isa", build.isa),
+              1);
+  write_process_metrics(text);
+  write_jobs(text, context);
+  write_storage(text, context);
+  write_connections(text, context);
+  context.metrics.write(text);
+  return text.take();
+}
+
+}  // namespace server

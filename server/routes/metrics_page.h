@@ -1,0 +1,12 @@
+/// GET /metrics: the figures of the process in Prometheus' text format.
+#pragma once
+
+#include <string>
+
+#include "server/routes/context.h"
+
+namespace server {
+
+std::string metrics_text(const RouteContext& context);
+
+}  // namespace server

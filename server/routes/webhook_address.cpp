@@ -1,0 +1,19 @@
+#include "server/routes/webhook_address.h"
+
+#include "server/http/web_post.h"
+
+namespace server {
+
+std::optional<std::string> webhook_address_fault(const Config& config, const std::string& url) {
+  const auto target = parse_web_target(url);
+  if (!target) {
+    return "\"" + url + "\" is not an address of http or https";
+  }
+  if (config.webhook_private || !is_private_literal(target->host)) {
+    return std::nullopt;
+  }
+  return "\"" + target->host +
+         "\" is not on the public internet, and the operator allows no other (--webhook-private)";
+}
+
+}  // namespace server

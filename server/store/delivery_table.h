@@ -1,0 +1,73 @@
+/// DeliveryTable: webhook calls that are to be made, and how those that were made ended.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "server/access.h"
+#include "server/store/database.h"
+
+namespace server {
+
+struct DeliveryRow {
+  std::int64_t sequence = 0;  ///< Newest has the highest; given by insert().
+  std::string id;
+  std::string tenant = {};  ///< Whose it is; empty: the operator's.
+  std::string job = {};     ///< Empty: a test.
+  std::string event;        ///< "state", "end", "test".
+  std::string url;
+  std::string receiver = {};  ///< Calls to one receiver are made one after another.
+  std::string body;
+  std::string state = "pending";  ///< Or "delivered", "failed".
+  int attempts = 0;
+  double created_at = 0;                ///< Seconds since 1970, as all times here.
+  double next_at = 0;                   ///< While it is pending.
+  std::optional<double> ended_at = {};  ///< When it was delivered or given up.
+  int status = 0;                       ///< Of the last answer; 0: there was none.
+  std::string detail = {};              ///< Why the last attempt failed.
+};
+
+/// In the transaction that they follow from. Their receivers follow from tenants and addresses.
+core::Status insert_deliveries(Database::Session& session, const std::vector<DeliveryRow>& rows);
+
+struct DeliveryQuery {
+  std::string job = {};    ///< Empty: of any.
+  std::string state = {};  ///< Empty: in any.
+  std::optional<std::int64_t> before = {};
+  int limit = 50;
+};
+
+class DeliveryTable {
+ public:
+  /// database must outlive this.
+  explicit DeliveryTable(Database& database) : database_(database) {}
+
+  core::Status insert(const DeliveryRow& row);
+  /// The first that is due of each receiver, for so many receivers of each tenant. A call waits
+  /// while an earlier one of the same job to the same address does.
+  core::Result<std::vector<DeliveryRow>> due(double now, int receivers_of_tenant);
+  /// How an attempt ended: state, attempts, times, status and detail of the row.
+  core::Status update(const DeliveryRow& row);
+  /// Pending again, at once. Errors: kNotFound, also for one that `access` does not see.
+  core::Status send_again(std::string_view id, const Access& access, double now);
+  /// Errors: kNotFound, also for one that `access` does not see.
+  core::Result<DeliveryRow> find(std::string_view id, const Access& access);
+  /// Newest first, of what `access` sees.
+  core::Result<std::vector<DeliveryRow>> list(const DeliveryQuery& query, const Access& access);
+  core::Result<std::int64_t> pending_count();
+  /// Those that ended before.
+  core::Status forget_before(double ended_at);
+
+  /// The tenant's secret; `fresh` is kept where there is none.
+  core::Result<std::string> secret(std::string_view tenant, const std::string& fresh);
+  core::Status replace_secret(std::string_view tenant, std::string_view secret);
+
+ private:
+  Database& database_;
+};
+
+}  // namespace server

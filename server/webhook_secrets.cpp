@@ -1,0 +1,117 @@
+#include "server/webhook_secrets.h"
+
+#include <array>
+#include <span>
+#include <utility>
+
+#include <fcntl.h>
+#include <openssl/evp.h>
+#include <openssl/hmac.h>
+#include <openssl/rand.h>
+
+#include "core/base/base64.h"
+#include "core/base/check.h"
+#include "server/store/files.h"
+
+namespace server {
+namespace {
+
+constexpr std::string_view kPrefix = "whsec_";
+
+std::string fresh_webhook_secret() {
+  std::array<unsigned char, 24> random{};
+  CHECK(RAND_bytes(random.data(), static_cast<int>(random.size())) == 1);
+  return std::string(kPrefix) + core::encode_base64(std::as_bytes(std::span(random)));
+}
+
+}  // namespace
+
+std::optional<std::string> webhook_key(std::string_view secret) {
+  constexpr std::size_t kKeyBytesMin = 16;
+  constexpr std::size_t kSecretCharactersMax = 256;
+  if (secret.substr(0, kPrefix.size()) != kPrefix || secret.size() > kSecretCharactersMax) {
+    return std::nullopt;
+  }
+  secret.remove_prefix(kPrefix.size());
+  std::string key(secret.size() / 4 * 3 + 3, '\0');
+  const int length = EVP_DecodeBlock(reinterpret_cast<unsigned char*>(key.data()),
+                                     reinterpret_cast<const unsigned char*>(secret.data()),
+                                     static_cast<int>(secret.size()));
+  if (secret.size() % 4 != 0 || length < 0) {
+    return std::nullopt;
+  }
+  // The library counts the padding as bytes.
+  std::size_t padding = 0;
+  while (padding < 2 && padding < secret.size() && secret[secret.size() - 1 - padding] == '=') {
+    ++padding;
+  }
+  key.resize(static_cast<std::size_t>(length) - padding);
+  return key.size() >= kKeyBytesMin ? std::optional<std::string>(std::move(key)) : std::nullopt;
+}
+
+core::Result<std::string> stored_webhook_secret(const std::string& directory) {
+  const std::string path = directory + "/webhook.secret";
+  auto file = open_file(path, O_RDWR | O_CREAT);
+  if (!file) {
+    return file.error();
+  }
+  std::string secret(256, '\0');
+  const auto got = read_at(file->get(), std::as_writable_bytes(std::span(secret)), 0, path);
+  if (!got) {
+    return got.error();
+  }
+  secret.resize(*got);
+  while (!secret.empty() && secret.back() == '\n') {
+    secret.pop_back();
+  }
+  if (!secret.empty()) {
+    return secret;
+  }
+  secret = fresh_webhook_secret();
+  if (const auto written = write_at(file->get(), std::as_bytes(std::span(secret)), 0, path);
+      !written) {
+    return written.error();
+  }
+  if (const auto synced = sync_file(file->get(), path); !synced) {
+    return synced.error();
+  }
+  return secret;
+}
+
+std::string webhook_signature(std::string_view key, std::string_view id, std::int64_t timestamp,
+                              std::string_view body) {
+  std::string message(id);
+  message += '.';
+  message += std::to_string(timestamp);
+  message += '.';
+  message += body;
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int length = 0;
+  CHECK(HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()),
+             reinterpret_cast<const unsigned char*>(message.data()), message.size(), digest.data(),
+             &length) != nullptr);
+  return "v1," + core::encode_base64(std::as_bytes(std::span(digest).first(length)));
+}
+
+core::Result<std::string> WebhookSecrets::of(const std::string& tenant) {
+  if (is_operators(tenant)) {
+    return operators_;
+  }
+  return table_.secret(tenant, fresh_webhook_secret());
+}
+
+core::Result<std::string> WebhookSecrets::replace(const std::string& tenant) {
+  if (is_operators(tenant)) {
+    return core::Error{core::ErrorCode::kConflict,
+                       "this secret is set by --webhook-secret, or by the file webhook.secret in "
+                       "the data directory",
+                       ""};
+  }
+  std::string secret = fresh_webhook_secret();
+  if (const auto kept = table_.replace_secret(tenant, secret); !kept) {
+    return kept.error();
+  }
+  return secret;
+}
+
+}  // namespace server

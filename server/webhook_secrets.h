@@ -1,0 +1,44 @@
+/// What webhooks are signed with, as in Standard Webhooks 1.0: each tenant has a secret of its own;
+/// the operator's is a flag or a file of the data directory.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "core/base/result.h"
+#include "server/store/delivery_table.h"
+
+namespace server {
+
+/// "whsec_" and base64 of at least 16 bytes; empty when it is not that.
+std::optional<std::string> webhook_key(std::string_view secret);
+/// The secret of a data directory, made when there is none: its file webhook.secret.
+core::Result<std::string> stored_webhook_secret(const std::string& directory);
+/// "v1," and base64 of the HMAC-SHA256 of "id.timestamp.body". key: as webhook_key() gives it.
+std::string webhook_signature(std::string_view key, std::string_view id, std::int64_t timestamp,
+                              std::string_view body);
+
+class WebhookSecrets {
+ public:
+  /// operators: a secret that webhook_key() reads. is_shared: everybody's calls are signed with it.
+  /// table must outlive this.
+  WebhookSecrets(DeliveryTable& table, std::string operators, bool is_shared)
+      : table_(table), operators_(std::move(operators)), is_shared_(is_shared) {}
+
+  /// Made at the first use.
+  core::Result<std::string> of(const std::string& tenant);
+  /// A new one for all calls from now on. Errors: kConflict for the operator's.
+  core::Result<std::string> replace(const std::string& tenant);
+
+ private:
+  bool is_operators(const std::string& tenant) const { return tenant.empty() || is_shared_; }
+
+  DeliveryTable& table_;
+  const std::string operators_;
+  const bool is_shared_;
+};
+
+}  // namespace server

@@ -1,0 +1,62 @@
+"""tessera backup: a copy of a data directory that a server uses."""
+
+import json
+import os
+import stat
+import tempfile
+import threading
+
+from harness import ApiTest, Server, hdr_image, job_body, tessera, triangle_glb
+
+BYTES = {"Content-Type": "application/octet-stream"}
+GLB = {"Content-Type": "model/gltf-binary"}
+
+
+class Backup(ApiTest):
+    FLAGS = ("--checkpoint", "0.1")
+
+    def copy(self):
+        folder = tempfile.mkdtemp(prefix="tessera-backup-")
+        code, said, complaints = tessera("backup", "--data", self.server.data, "--to", folder)
+        self.assertEqual(code, 0, said + complaints)
+        copy = Server(*self.FLAGS, data=folder)
+        self.addCleanup(copy.close)
+        return copy
+
+    def test_the_copy_of_a_busy_server_is_sound_and_goes_on(self):
+        scene = self.server.post("/v1/scenes", triangle_glb(), GLB).json()["id"]
+        done = self.server.render(job_body(scene))
+        body = job_body(samples=256)
+        body["film"] = {"width": 128, "height": 128, "layers": []}
+        calm = self.server.render(body)["film_digest"]
+        busy = self.server.submit(body)["id"]
+        self.server.wait_for_samples(busy, 64)
+        stopped = threading.Event()
+
+        def upload():
+            number = 0
+            while not stopped.wait(0.01):
+                number += 1
+                self.server.post("/v1/assets", hdr_image(4, 4, (number, 0, 0)), BYTES)
+
+        uploading = threading.Thread(target=upload)
+        uploading.start()
+        copy = self.copy()
+        stopped.set()
+        uploading.join()
+        self.assertEqual(stat.S_IMODE(os.stat(copy.data + "/tessera.db").st_mode), 0o600)
+        code, said, complaints = tessera("check", "--json", "--data", copy.data)
+        self.assertEqual((code, json.loads(said)["damages"]), (0, []), complaints)
+        copy.start()
+        self.assertEqual(copy.get(f"/v1/jobs/{done['id']}/image.png").body,
+                         self.server.get(f"/v1/jobs/{done['id']}/image.png").body)
+        self.assertEqual(copy.wait(busy)["film_digest"], calm)
+        self.assertEqual(copy.render(job_body(scene))["film_digest"], done["film_digest"])
+
+    def test_a_directory_with_something_in_it_is_refused(self):
+        code, _, said = tessera("backup", "--data", self.server.data, "--to", self.server.data)
+        self.assertEqual(code, 1)
+        self.assertIn("not empty", said)
+        self.assertEqual(tessera("backup", "--data", self.server.data)[0], 2)
+        with tempfile.TemporaryDirectory() as empty:
+            self.assertEqual(tessera("backup", "--data", empty, "--to", empty + "/copy")[0], 1)

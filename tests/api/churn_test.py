@@ -1,0 +1,40 @@
+"""Jobs that are cancelled and deleted give back their place, their memory and their file."""
+
+import unittest
+
+import churn
+from harness import ApiTest, job_body
+
+
+class CancelledAndDeleted(ApiTest):
+    FLAGS = ("--max-running", "2")
+
+    def test_the_place_is_free_again(self):
+        # Each of these rounds used to take a place for good whenever DELETE came before the last slice ended.
+        for _ in range(30):
+            job = self.server.submit(job_body(samples=65536))["id"]
+            self.server.wait_until(job, lambda job: job["state"] == "rendering", "rendering")
+            self.assertEqual(self.server.post(f"/v1/jobs/{job}/cancel").status, 200)
+            self.assertEqual(self.server.request("DELETE", f"/v1/jobs/{job}").status, 204)
+        self.server.render(job_body())
+        churn.wait_until_empty(self.server)
+
+    def test_the_id_may_be_used_again_at_once(self):
+        path = "/v1/jobs/01234567-89ab-4def-8123-456789abcdef"
+        for _ in range(20):
+            answer = self.server.request("PUT", path, job_body(samples=65536))
+            self.assertEqual(answer.status, 201, answer)
+            self.server.wait_until(path.split("/")[-1], lambda job: job["state"] == "rendering", "rendering")
+            self.server.post(path + "/cancel")
+            self.assertEqual(self.server.request("DELETE", path).status, 204)
+        self.assertEqual(self.server.request("PUT", path, job_body(samples=16)).status, 201)
+        done = self.server.wait(path.split("/")[-1])
+        self.assertEqual(done["state"], "finished", done)
+        self.assertEqual(done["progress"]["samples_per_pixel"]["min"], 16)
+        churn.wait_until_empty(self.server)
+
+
+class Churned(unittest.TestCase):
+    def test_nothing_is_left_over(self):
+        """The short form of tests/stress/churn."""
+        churn.run(rounds=1, seconds=6, seed=20261122)

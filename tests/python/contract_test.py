@@ -1,0 +1,283 @@
+"""Every operation of /openapi.json, asked of a running server.
+
+Status, media type and body of the answers are those of the document, and so are the parameters.
+"""
+
+import json
+import re
+import time
+import uuid
+
+from harness import PATIENCE_S, ApiTest, EventStream, JobsStream, job_body
+from jsonschema import Draft202012Validator
+
+# What a query parameter may hold, where its schema does not say it.
+VALUES = {
+    "jobs": str(uuid.UUID(int=5)),
+    "from": "image",
+    "label": "a=b",
+    "range": "auto",
+    "cursor": "a",
+}
+
+
+def query_names(operation):
+    return [each["name"] for each in operation.get("parameters", []) if each["in"] == "query"]
+
+
+class Contract(ApiTest):
+    FLAGS = ("--key", "k", "--webhook-private")
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.server.key = "k"
+        cls.document = cls.server.get("/openapi.json").json()
+        cls.operations = {
+            operation["operationId"]: operation
+            for methods in cls.document["paths"].values()
+            for operation in methods.values()
+        }
+
+    def resolved(self, node):
+        while "$ref" in node:
+            place = self.document
+            for part in node["$ref"].removeprefix("#/").split("/"):
+                place = place[part]
+            node = place
+        return node
+
+    def faults(self, value, schema):
+        """Where and how the value is not what the schema says."""
+        root = {"components": self.document["components"], "allOf": [schema]}
+        return [
+            f"{error.json_path}: {error.message}"
+            for error in Draft202012Validator(root).iter_errors(value)
+        ]
+
+    def check(self, operation_id, answer):
+        """The answer is one that the operation documents."""
+        responses = self.operations[operation_id]["responses"]
+        self.assertIn(str(answer.status), responses, f"{operation_id}: {answer}")
+        content = self.resolved(responses[str(answer.status)]).get("content", {})
+        if answer.status < 400:
+            self.answered.add(operation_id)
+        if not content:
+            self.assertEqual(answer.body, b"", operation_id)
+            return answer
+        media = answer.headers["Content-Type"].split(";")[0]
+        self.assertIn(media, content, operation_id)
+        schema = content[media]["schema"]
+        if media == "application/x-ndjson":
+            for line in answer.body.splitlines():
+                self.assertEqual(
+                    self.faults(json.loads(line), schema), [], f"{operation_id}: {line}"
+                )
+        elif media.endswith("json"):
+            self.assertEqual(
+                self.faults(json.loads(answer.body), schema),
+                [],
+                f"{operation_id}: {answer.body[:500]}",
+            )
+        else:
+            self.assertEqual(schema["type"], "string", operation_id)
+        return answer
+
+    def ask(self, operation_id, method, path, body=None, headers=None):
+        return self.check(operation_id, self.server.request(method, path, body, headers))
+
+    def check_events(self, operation_id, stream):
+        """Each event has the shape of its name; the others have `job` too."""
+        content = self.operations[operation_id]["responses"]["200"]["content"]
+        shapes = content["text/event-stream"]["schema"]["x-events"]
+        names = set()
+        with stream:
+            for event in stream:
+                data = event.json()
+                if operation_id == "watchJobs":
+                    del data["job"]
+                self.assertEqual(self.faults(data, shapes[event.name]), [], event)
+                names.add(event.name)
+        self.answered.add(operation_id)
+        return names
+
+    def test_answers_are_those_of_the_document(self):
+        self.answered = set()
+        for operation_id, path in (
+            ("getLiveness", "/livez"),
+            ("getReadiness", "/readyz"),
+            ("getMetrics", "/metrics"),
+            ("getOpenApi", "/openapi.json"),
+            ("getDocs", "/docs"),
+            ("getPage", "/"),
+            ("getServer", "/v1/server"),
+        ):
+            self.ask(operation_id, "GET", path)
+        self.ask("createSession", "POST", "/v1/session")
+        self.ask("deleteSession", "DELETE", "/v1/session")
+        self.files_and_scenes()
+        self.jobs()
+        self.laboratory()
+        self.keys_and_webhooks()
+        self.assertEqual(
+            sorted(set(self.operations) - self.answered), [], "operations without a test"
+        )
+
+    def files_and_scenes(self):
+        bytes_ = {"Content-Type": "application/octet-stream"}
+        asset = self.ask("createAsset", "POST", "/v1/assets", b"something", bytes_).json()
+        path = f"/v1/assets/{asset['id']}"
+        self.ask("putAsset", "PUT", path, b"something", bytes_)
+        self.ask("getAsset", "GET", path)
+        self.ask("getAsset", "GET", path, headers={"Range": "bytes=0-1"})
+        self.ask("deleteAsset", "DELETE", path)
+        self.ask("getAsset", "GET", path)
+        glb = self.ask("getSceneGltf", "GET", "/v1/scenes/cornell-box/gltf").body
+        media = {"Content-Type": "model/gltf-binary"}
+        scene = self.ask("createScene", "POST", "/v1/scenes?name=box.glb", glb, media).json()
+        self.ask("createScene", "POST", "/v1/scenes", glb, media)
+        again = self.ask("createScene", "POST", "/v1/scenes", glb, bytes_).json()
+        self.assertEqual(again["id"], scene["id"])
+        self.ask("createScene", "POST", "/v1/scenes", b"{", media)
+        self.ask("listScenes", "GET", "/v1/scenes?limit=1")
+        self.ask("getScene", "GET", f"/v1/scenes/{scene['id']}")
+        self.ask("deleteScene", "DELETE", f"/v1/scenes/{scene['id']}")
+
+    def jobs(self):
+        self.ask("createJob", "POST", "/v1/jobs?dry_run=1", job_body())
+        self.ask("createJob", "POST", "/v1/jobs", {"scene": "cornell-box", "colour": 1})
+        waited = {"Prefer": "wait=60"}
+        environment = {"environment": {"color": [1, 1, 1]}}
+        first = self.ask(
+            "createJob", "POST", "/v1/jobs", job_body(seed=1, **environment), waited
+        ).json()
+        # Every member that a choice brings is in the schema of the spec too.
+        other = job_body(seed=2, **environment) | {
+            "name": "second",
+            "labels": {"a": "b"},
+            "retention_seconds": 86400,
+            "sampler": {"type": "sobol", "first_replicate": 0},
+        }
+        second = self.ask("putJob", "PUT", f"/v1/jobs/{uuid.uuid4()}", other).json()
+        ids = [first["id"], second["id"]]
+        for each in ids:
+            self.server.wait(each)
+            self.ask("getJob", "GET", f"/v1/jobs/{each}")
+        self.ask("listJobs", "GET", "/v1/jobs?state=finished,failed&limit=1&class=normal")
+        path = f"/v1/jobs/{ids[0]}"
+        self.ask("patchJob", "PATCH", path, {"name": "first", "priority": 3})
+        self.ask("patchJob", "PATCH", path, {"priority": 300})
+        self.ask("extendJob", "POST", path + "/extend", {"stop": {"samples_per_pixel": 16}})
+        self.server.wait(ids[0])
+        self.results(ids)
+        self.assertIn("end", self.check_events("streamEvents", EventStream(self.server, ids[0])))
+        self.assertIn("end", self.check_events("watchJobs", JobsStream(self.server, ids)))
+        self.live_events()
+        self.ask("createStreamTicket", "POST", "/v1/stream-tickets", {"jobs": ids})
+        merged = self.ask("mergeFilms", "POST", "/v1/films/merge", {"films": ids}).json()
+        self.ask("deleteJob", "DELETE", f"/v1/jobs/{merged['id']}")
+
+    def live_events(self):
+        """Of a job that runs: progress and tiles, and the end by cancelling."""
+        job = self.server.submit(job_body(samples=65536))
+        stream = EventStream(self.server, job["id"])
+        self.server.wait_for_samples(job["id"])
+        self.ask("cancelJob", "POST", f"/v1/jobs/{job['id']}/cancel")
+        names = self.check_events("streamEvents", stream)
+        self.assertLessEqual({"snapshot", "tile", "end"}, names)
+
+    def results(self, ids):
+        path = f"/v1/jobs/{ids[0]}"
+        self.ask("getImage", "GET", path + "/image", headers={"Accept": "image/png"})
+        for extension in self.server.get("/v1/server").json()["image_formats"]:
+            self.ask("getImageInFormat", "GET", f"{path}/image.{extension}")
+        self.ask("getImage", "GET", path + "/image?exposure=31")
+        self.ask("getPixel", "GET", path + "/pixels/3/4")
+        self.ask("getPixel", "GET", path + "/pixels/3/4000")
+        self.ask("getConvergence", "GET", path + "/convergence")
+        self.ask("getFilm", "GET", path + "/film")
+        self.ask("streamTiles", "GET", path + "/tiles")
+        compared = self.ask(
+            "createComparison", "POST", "/v1/comparisons", {"a": ids[0], "b": ids[1]}
+        ).json()
+        self.ask("getComparison", "GET", compared["links"]["self"])
+        self.ask("getComparisonMap", "GET", compared["links"]["z"])
+
+    def keys_and_webhooks(self):
+        made = self.ask("createKey", "POST", "/v1/keys", {"name": "n", "tenant": "t"}).json()
+        self.ask("createKey", "POST", "/v1/keys", {"name": ""})
+        self.ask("listKeys", "GET", "/v1/keys")
+        self.ask("getUsage", "GET", "/v1/usage")
+        tenant = {"Authorization": "Bearer " + made["key"]}
+        deadline = time.monotonic() + PATIENCE_S
+        while self.server.get("/v1/server", tenant).status != 200:
+            self.assertLess(time.monotonic(), deadline, "the new key never works")
+            time.sleep(0.02)
+        secret = "/v1/webhooks/secret"
+        self.ask("getWebhookSecret", "GET", secret, headers=tenant)
+        self.ask("replaceWebhookSecret", "POST", secret, headers=tenant)
+        # Nobody listens at port 9 ("discard", RFC 863); what becomes of the call is of no matter.
+        body = {"url": "http://127.0.0.1:9/"}
+        sent = self.ask("testWebhook", "POST", "/v1/webhooks/test", body).json()
+        path = f"/v1/webhooks/deliveries/{sent['id']}"
+        self.ask("getDelivery", "GET", path)
+        self.ask("redeliver", "POST", path + "/redeliver")
+        self.ask("listDeliveries", "GET", "/v1/webhooks/deliveries?limit=1")
+        self.ask("deleteKey", "DELETE", f"/v1/keys/{made['id']}")
+
+    def laboratory(self):
+        request = {"experiment": "pi", "n": [16, 64], "replicates": 8}
+        self.ask("runExperiment", "POST", "/v1/lab/runs", request)
+
+    def test_parameters_are_those_of_the_document(self):
+        """None that is documented is unknown, and no other is known."""
+        ids = {
+            "id": str(uuid.UUID(int=4)),
+            "sha256": "0" * 64,
+            "x": "0",
+            "y": "0",
+            "format": "png",
+            "map": "z.png",
+        }
+        for path, methods in self.document["paths"].items():
+            place = re.sub(r"\{(\w+)\}", lambda match: ids[match[1]], path)
+            for method, operation in methods.items():
+                if operation.get("security") == []:
+                    continue  # Pages and probes ignore a query.
+                for name in [*query_names(operation), "nonsense"]:
+                    with self.subTest(operation=operation["operationId"], parameter=name):
+                        target = f"{place}?{name}={VALUES.get(name, '1')}"
+                        self.assertEqual(self.told_unknown(method, target), name == "nonsense")
+
+    def told_unknown(self, method, path):
+        media = {"Content-Type": "application/json"}
+        answer = self.server.request(
+            method.upper(), path, b"{}" if method in ("post", "put", "patch") else None, media
+        )
+        return b"unknown query parameter" in answer.body
+
+    def test_objects_are_closed(self):
+        """Else nothing that an answer holds would be missing in its schema."""
+        open_ones = []
+
+        def walk(node, place):
+            if isinstance(node, dict):
+                if (
+                    isinstance(node.get("properties"), dict)
+                    and node.get("additionalProperties") is not False
+                ):
+                    open_ones.append(place)
+                for key, inner in node.items():
+                    walk(inner, f"{place}/{key}")
+            elif isinstance(node, list):
+                for i, inner in enumerate(node):
+                    walk(inner, f"{place}/{i}")
+
+        walk(self.document["components"]["schemas"], "")
+        self.assertEqual(open_ones, [])
+
+    def test_a_member_too_many_or_too_few_is_seen(self):
+        asset = {"$ref": "#/components/schemas/Asset"}
+        self.assertEqual(self.faults({"id": "a", "bytes": 1}, asset), [])
+        self.assertEqual(len(self.faults({"id": "a", "bytes": 1, "more": 2}, asset)), 1)
+        self.assertEqual(len(self.faults({"id": "a"}, asset)), 1)

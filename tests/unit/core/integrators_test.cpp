@@ -1,0 +1,72 @@
+// The rows of the integrator registry, each rendered small.
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "core/film/film.h"
+#include "core/integrators/integrator.h"
+#include "core/settings/registry.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+using test_support::Picture;
+
+core::View cornell_view(std::string_view integrator, int max_depth) {
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 40, 40);
+  test_support::look_at(view, {0.5F, 0.5F, 2.4F}, {0.5F, 0.5F, 0}, 30);
+  view.environment = test_support::constant_sky({0.2F, 0.3F, 0.4F});
+  view.settings.integrator = integrator;
+  view.settings.max_depth = max_depth;
+  view.settings.estimator.roulette = core::RouletteType::kNone;
+  return view;
+}
+
+/// Largest difference of a pixel's channel, over 1 or the pixel's own value.
+float largest_difference(const Picture& a, const Picture& b) {
+  float most = 0;
+  for (std::size_t p = 0; p < a.snapshot.pixel_count(); ++p) {
+    const core::Rgb one = core::pixel_value(a.snapshot, p).mean;
+    const core::Rgb other = core::pixel_value(b.snapshot, p).mean;
+    for (int c = 0; c < 3; ++c) {
+      most = std::max(most, std::fabs(one[c] - other[c]) / std::max(1.0F, std::fabs(other[c])));
+    }
+  }
+  return most;
+}
+
+TEST(Integrators, EveryRowHasASummaryAFactoryAndAKnownBias) {
+  for (const core::IntegratorEntry& row : core::integrators()) {
+    EXPECT_FALSE(row.summary.empty()) << row.name;
+    EXPECT_NE(row.make, nullptr) << row.name;
+    EXPECT_TRUE(row.bias == "none" || row.bias == "consistent" || row.bias == "biased") << row.name;
+    EXPECT_EQ(core::find_integrator(row.name), &row);
+  }
+  EXPECT_EQ(core::find_integrator("no-such-integrator"), nullptr);
+}
+
+TEST(Integrators, FilmsOfEveryRowDoNotDependOnThreads) {
+  for (const core::IntegratorEntry& row : core::integrators()) {
+    const core::View view = cornell_view(row.name, 16);
+    EXPECT_EQ(test_support::render(view, 4, 1).film->digest(),
+              test_support::render(view, 4, 3).film->digest())
+        << row.name;
+  }
+}
+
+// Both draw the same random numbers and no path ends by roulette, so that pictures differ by
+// rounding alone.
+TEST(Integrators, DirectIsPathAtDepthOne) {
+  const Picture direct = test_support::render(cornell_view("direct", 16), 16);
+  EXPECT_LT(largest_difference(direct, test_support::render(cornell_view("path", 1), 16)), 1e-4F);
+}
+
+// The twin: one bounce more is seen.
+TEST(Integrators, DirectIsNotPathAtDepthTwo) {
+  const Picture direct = test_support::render(cornell_view("direct", 16), 16);
+  EXPECT_GT(largest_difference(direct, test_support::render(cornell_view("path", 2), 16)), 0.05F);
+}
+
+}  // namespace

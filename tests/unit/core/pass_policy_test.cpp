@@ -1,0 +1,116 @@
+// What a task does next, without a task.
+#include "core/render/pass_policy.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using core::Pass;
+using core::PassPolicy;
+using core::StopReason;
+using core::StopRules;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+PassPolicy policy(const StopRules& stop, int limit = 65536) {
+  return PassPolicy(core::RenderSettings{}, stop, limit);
+}
+
+StopRules samples(int count) {
+  StopRules stop;
+  stop.samples_per_pixel = count;
+  return stop;
+}
+
+StopRules error_target(double target) {
+  StopRules stop;
+  stop.relative_error = target;
+  return stop;
+}
+
+TEST(PassPolicy, TilesRunAheadToTheNextLook) {
+  const PassPolicy by = policy(samples(100));
+  Pass pass;
+  pass.base = pass.target = 64;
+  EXPECT_EQ(by.barrier(pass), 80);
+  EXPECT_EQ(by.next_target(pass), 72) << "passes are an eighth at most";
+  pass.target = 72;
+  EXPECT_EQ(by.next_target(pass), 80);
+  pass.target = 80;
+  EXPECT_EQ(by.next_target(pass), 80) << "nobody goes beyond";
+  pass.base = 96;
+  pass.target = 96;
+  EXPECT_EQ(by.barrier(pass), 100);
+}
+
+TEST(PassPolicy, WithAClockPassesComeOneByOne) {
+  StopRules stop = samples(1000);
+  stop.seconds = 10;
+  const PassPolicy by = policy(stop);
+  Pass pass;
+  pass.base = 64;
+  pass.target = 72;
+  EXPECT_EQ(by.barrier(pass), 72);
+  pass.base = 72;
+  EXPECT_EQ(by.barrier(pass), 80);
+}
+
+TEST(PassPolicy, NoTileGoesBeyondThePlan) {
+  StopRules stop = samples(1000);
+  Pass pass;
+  pass.base = pass.target = 70;
+  pass.planned_to = 74;
+  EXPECT_EQ(policy(stop).barrier(pass), 74);
+  EXPECT_EQ(policy(stop).next_target(pass), 74);
+  stop.seconds = 1;
+  EXPECT_EQ(policy(stop).barrier(pass), 74);
+}
+
+TEST(PassPolicy, LooksAreAQuarterOfAnOctaveApartAndAtTheEnd) {
+  const PassPolicy by = policy(samples(100));
+  for (const int at : {2, 4, 6, 16, 20, 28, 64, 80, 96, 100}) {
+    EXPECT_TRUE(by.looks_at(at)) << at;
+  }
+  for (const int at : {18, 22, 72, 88, 98}) {
+    EXPECT_FALSE(by.looks_at(at)) << at;
+  }
+}
+
+TEST(PassPolicy, EndsAtTheSamplesOrAtTheServersLimit) {
+  EXPECT_EQ(policy(samples(64)).decide(63, 0.5, kInfinity), StopReason::kNone);
+  EXPECT_EQ(policy(samples(64)).decide(64, 0.5, kInfinity), StopReason::kSamples);
+  EXPECT_EQ(policy(samples(64), 32).decide(32, 0.5, kInfinity), StopReason::kLimit);
+  EXPECT_EQ(policy(error_target(0.1), 32).decide(32, 0.5, 0.6), StopReason::kLimit);
+  EXPECT_EQ(policy(samples(63)).samples_max(), 64) << "sobol takes even counts";
+}
+
+TEST(PassPolicy, AnErrorTargetNeedsTheBoundAndTheErrorBelowIt) {
+  const PassPolicy by = policy(error_target(0.1));
+  EXPECT_EQ(by.decide(64, 0.08, 0.09), StopReason::kRelativeError);
+  EXPECT_EQ(by.decide(64, 0.08, 0.11), StopReason::kNone);
+  EXPECT_EQ(by.decide(64, 0.11, 0.09), StopReason::kNone) << "the reported error also meets it";
+  EXPECT_EQ(by.decide(64, 0.08, kInfinity), StopReason::kNone) << "no look, no end";
+  EXPECT_EQ(by.decide(64, std::numeric_limits<double>::quiet_NaN(), kInfinity), StopReason::kNone);
+}
+
+TEST(PassPolicy, FewSamplesMeetNoErrorTargetUnlessTheyAreAll) {
+  const PassPolicy by = policy(error_target(0.1));
+  const int first = by.stop_at(1);
+  EXPECT_EQ(by.decide(first - 1, 0.01, 0.02), StopReason::kNone);
+  EXPECT_EQ(by.decide(first, 0.01, 0.02), StopReason::kRelativeError);
+  StopRules both = error_target(0.1);
+  both.samples_per_pixel = 2;
+  EXPECT_EQ(policy(both).decide(2, 0.01, 0.02), StopReason::kRelativeError);
+}
+
+TEST(PassPolicy, TellsTheLookThatMayEndAJob) {
+  const PassPolicy by = policy(error_target(0.1), 100);
+  EXPECT_EQ(by.stop_at(65), 80);
+  EXPECT_EQ(by.stop_at(80), 80);
+  EXPECT_EQ(by.stop_at(99), 100);
+  EXPECT_EQ(by.stop_at(1e9), 100);
+}
+
+}  // namespace

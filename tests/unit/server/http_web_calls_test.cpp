@@ -1,0 +1,183 @@
+// Calls to addresses that somebody else chose. Names are looked up by the function below, which
+// takes the place of the C library's in this program.
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include <arpa/inet.h>
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+#include <netdb.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "server/http/web_post.h"
+#include "tests/unit/server/http_test_server.h"
+
+namespace {
+
+using LookUp = int (*)(const char*, const char*, const addrinfo*, addrinfo**);
+
+/// While it is closed, looking up "slow.test" does not end.
+class Gate {
+ public:
+  void pass() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    ++waiting_;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return is_open_; });
+    --waiting_;
+    changed_.notify_all();
+  }
+  bool wait_for_waiting() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::seconds(60), [this] { return waiting_ > 0; });
+  }
+  int waiting() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return waiting_;
+  }
+  /// Lets everybody through and waits until they are.
+  void open() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    is_open_ = true;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return waiting_ == 0; });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool is_open_ = false;
+  int waiting_ = 0;
+};
+
+Gate& gate() {
+  static Gate made;
+  return made;
+}
+
+}  // namespace
+
+/// "slow.test" waits at the gate; both it and "private.test" are this machine.
+extern "C" int getaddrinfo(const char* node, const char* service, const addrinfo* hints,
+                           addrinfo** result) {
+  static const auto real = reinterpret_cast<LookUp>(::dlsym(RTLD_NEXT, "getaddrinfo"));
+  const std::string name = node == nullptr ? "" : node;
+  if (name == "slow.test") {
+    gate().pass();
+  }
+  const bool is_ours = name == "slow.test" || name == "private.test";
+  return real(is_ours ? "127.0.0.1" : node, service, hints, result);
+}
+
+namespace server {
+namespace {
+
+using core::ErrorCode;
+using http_test::TestServer;
+using std::chrono::milliseconds;
+
+WebPost post_to(const std::string& host, int port, const std::string& path = "/json") {
+  WebPost post;
+  post.url = "http://" + host + ":" + std::to_string(port) + path;
+  post.body = "{}";
+  post.headers = {{"Content-Type", "application/json"}};
+  post.reach = Reach::kAnywhere;
+  return post;
+}
+
+/// Until all that were begun have ended.
+std::vector<WebCalls::Ended> all_of(WebCalls& calls) {
+  std::vector<WebCalls::Ended> ended;
+  while (calls.open_count() > 0) {
+    for (WebCalls::Ended& each : calls.wait(milliseconds(100))) {
+      ended.push_back(std::move(each));
+    }
+  }
+  return ended;
+}
+
+TEST(WebCalls, TheStatusComesBackUnderTheIdOfTheCall) {
+  TestServer server;
+  WebCalls calls;
+  calls.begin("found", post_to("127.0.0.1", server.port()));
+  calls.begin("missing", post_to("127.0.0.1", server.port(), "/nowhere"));
+  EXPECT_EQ(calls.open_count(), 2U);
+  for (const auto& [id, status] : all_of(calls)) {
+    ASSERT_TRUE(status) << status.error().message;
+    EXPECT_EQ(*status, id == "found" ? 200 : 404) << id;
+  }
+}
+
+TEST(WebCalls, AnAddressThatIsNotPublicIsNotCalledHoweverItIsNamed) {
+  TestServer server;
+  WebCalls calls;
+  for (const char* host : {"127.0.0.1", "localhost", "private.test", "127.1"}) {
+    WebPost post = post_to(host, server.port());
+    post.reach = Reach::kPublicOnly;
+    calls.begin(host, post);
+    const auto ended = all_of(calls);
+    ASSERT_EQ(ended.size(), 1U);
+    ASSERT_FALSE(ended.front().status) << host;
+    EXPECT_EQ(ended.front().status.error().code, ErrorCode::kForbidden) << host;
+  }
+  // The next exchange that the server sees is the one that is allowed: there was none before.
+  calls.begin("allowed", post_to("127.0.0.1", server.port(), "/echo/allowed"));
+  all_of(calls);
+  const auto seen = server.next_outcome();
+  ASSERT_TRUE(seen);
+  EXPECT_NE(seen->route, "/json");
+}
+
+TEST(WebCalls, TheDeadlineHoldsWhileTheNameIsLookedUpAndNobodyElseWaits) {
+  TestServer server;
+  WebCalls calls;
+  WebPost slow = post_to("slow.test", server.port());
+  slow.timeout = milliseconds(500);
+  calls.begin("slow", slow);
+  static_cast<void>(calls.wait(milliseconds(1)));
+  ASSERT_TRUE(gate().wait_for_waiting());
+  calls.begin("other", post_to("127.0.0.1", server.port()));
+  for (const auto& [id, status] : all_of(calls)) {
+    EXPECT_EQ(status.has_value(), id == "other") << id;
+  }
+  EXPECT_EQ(gate().waiting(), 1);  // The call has ended, its look-up has not.
+  gate().open();
+}
+
+TEST(WebCalls, OnlyThePartOfAnAnswerThatTellsTheStatusIsRead) {
+  TestServer server({{.method = "POST", .pattern = "/large", .handler = [](Request&) {
+                        return text_response(201, "text/plain", std::string(1 << 20, 'x'));
+                      }}});
+  WebCalls calls;
+  calls.begin("large", post_to("127.0.0.1", server.port(), "/large"));
+  const auto ended = all_of(calls);
+  ASSERT_TRUE(ended.front().status) << ended.front().status.error().message;
+  EXPECT_EQ(*ended.front().status, 201);
+}
+
+TEST(WebCalls, ARedirectIsAnAnswer) {
+  TestServer server({{.method = "POST", .pattern = "/away", .handler = [](Request&) {
+                        Response response = empty_response(302);
+                        response.headers.set("Location", "/json");
+                        return response;
+                      }}});
+  WebCalls calls;
+  calls.begin("away", post_to("127.0.0.1", server.port(), "/away"));
+  EXPECT_EQ(*all_of(calls).front().status, 302);
+}
+
+TEST(WebCalls, AWaitIsEndedFromAnotherThread) {
+  WebCalls calls;
+  std::thread waker([&calls] { calls.wake(); });
+  // Woken before or while it waits; without that the test would take an hour.
+  EXPECT_TRUE(calls.wait(std::chrono::hours(1)).empty());
+  waker.join();
+}
+
+}  // namespace
+}  // namespace server

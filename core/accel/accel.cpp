@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 #include <xmmintrin.h>
@@ -81,6 +82,32 @@ bool traceable(const Ray& ray) {
   // Debian's Embree aborts the process on NaN; a sum is finite only when all of it is.
   const Vec3 sum = ray.origin + ray.direction;
   return std::isfinite(sum.x + sum.y + sum.z) && ray.t_max >= ray.t_min;
+}
+
+/// The rays of a packet that are set and traceable, as Embree's lanes; their bits.
+unsigned to_embree(const RayPacket& rays, unsigned active, RTCRay8& out, int (&valid)[8]) {
+  std::memcpy(out.org_x, rays.origin_x, sizeof(rays.origin_x));
+  std::memcpy(out.org_y, rays.origin_y, sizeof(rays.origin_y));
+  std::memcpy(out.org_z, rays.origin_z, sizeof(rays.origin_z));
+  std::memcpy(out.dir_x, rays.direction_x, sizeof(rays.direction_x));
+  std::memcpy(out.dir_y, rays.direction_y, sizeof(rays.direction_y));
+  std::memcpy(out.dir_z, rays.direction_z, sizeof(rays.direction_z));
+  std::memcpy(out.tfar, rays.t_max, sizeof(rays.t_max));
+  std::memset(out.tnear, 0, sizeof(out.tnear));
+  std::memset(out.time, 0, sizeof(out.time));
+  std::memset(out.mask, 0xff, sizeof(out.mask));
+  std::memset(out.id, 0, sizeof(out.id));
+  std::memset(out.flags, 0, sizeof(out.flags));
+  unsigned traced = 0;
+  for (unsigned k = 0; k < 8; ++k) {
+    const float sum = (rays.origin_x[k] + rays.direction_x[k]) +
+                      (rays.origin_y[k] + rays.direction_y[k]) +
+                      (rays.origin_z[k] + rays.direction_z[k]);
+    const bool is_traced = (active >> k & 1U) != 0 && std::isfinite(sum) && rays.t_max[k] >= 0;
+    valid[k] = is_traced ? -1 : 0;
+    traced |= is_traced ? 1U << k : 0U;
+  }
+  return traced;
 }
 
 }  // namespace
@@ -167,6 +194,41 @@ bool Accel::occluded(const Ray& ray) const noexcept {
   RTCRay shadow = to_embree(ray);
   embree::occluded1(impl_->top, &shadow);
   return shadow.tfar < 0;
+}
+
+unsigned Accel::intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept {
+  alignas(32) RTCRayHit8 rayhit;
+  alignas(32) int valid[8];
+  const unsigned traced = to_embree(rays, active, rayhit.ray, valid);
+  static_assert(RTC_INVALID_GEOMETRY_ID == kNoInstance);
+  std::memset(rayhit.hit.geomID, 0xff, sizeof(rayhit.hit.geomID));
+  std::memset(rayhit.hit.instID[0], 0xff, sizeof(rayhit.hit.instID[0]));
+  embree::intersect8(valid, impl_->top, &rayhit);
+  unsigned met = 0;
+  for (unsigned k = 0; k < 8; ++k) {
+    const std::uint32_t instance = rayhit.hit.instID[0][k];
+    met |= rayhit.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID ? 1U << k : 0U;
+    hits.instance[k] = instance == kNoInstance ? kNoInstance : instance - impl_->top_geometries;
+    hits.geometry[k] = rayhit.hit.geomID[k];
+    hits.primitive[k] = rayhit.hit.primID[k];
+  }
+  return met & traced;
+}
+
+unsigned Accel::occluded8(const RayPacket& rays, unsigned active) const noexcept {
+  alignas(32) RTCRay8 shadow;
+  alignas(32) int valid[8];
+  const unsigned traced = to_embree(rays, active, shadow, valid);
+  embree::occluded8(valid, impl_->top, &shadow);
+  unsigned met = active & ~traced;  // as with occluded()
+  for (unsigned k = 0; k < 8; ++k) {
+    met |= shadow.tfar[k] < 0 ? (traced & 1U << k) : 0U;
+  }
+  return met;
+}
+
+bool Accel::has_packets() const noexcept {
+  return rtcGetDeviceProperty(impl_->device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
 }
 
 std::size_t Accel::bytes() const noexcept {

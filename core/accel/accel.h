@@ -35,6 +35,20 @@ struct RawHit {
   std::uint32_t primitive = 0;
 };
 
+/// Eight rays side by side, as Ray from t = 0 on.
+struct alignas(32) RayPacket {
+  float origin_x[8], origin_y[8], origin_z[8];
+  float direction_x[8], direction_y[8], direction_z[8];
+  float t_max[8];
+};
+
+/// RawHit of eight rays; t is left to the caller.
+struct alignas(32) HitPacket {
+  std::uint32_t instance[8];
+  std::uint32_t geometry[8];
+  std::uint32_t primitive[8];
+};
+
 struct AccelGeometry {
   std::span<const Vec3>
       positions;  ///< with at least 16 readable bytes after the last but one float
@@ -64,6 +78,13 @@ class Accel {
   bool intersect(const Ray& ray, RawHit& hit) const noexcept;
   /// Is there any hit in [t_min, t_max]?
   bool occluded(const Ray& ray) const noexcept;
+  /// The same for the rays of a packet whose bit is set, as bits. What a ray meets does not depend
+  /// on the others of its packet, but where two surfaces are as near as rounding tells it may be
+  /// the other one than a ray alone meets: one kind of path uses one of the two, always.
+  unsigned intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept;
+  unsigned occluded8(const RayPacket& rays, unsigned active) const noexcept;
+  /// Does Embree trace packets of eight as such?
+  bool has_packets() const noexcept;
   std::size_t bytes() const noexcept;
 
  private:

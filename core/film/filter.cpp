@@ -23,6 +23,7 @@ FilterSampler::FilterSampler(const FilterSettings& settings) : settings_(setting
     absolute += static_cast<double>(std::fabs(f));
   }
   table_ = Distribution1D(weights);
+  table_.add_guide();
   scale_ = static_cast<float>(absolute / sum);
 }
 

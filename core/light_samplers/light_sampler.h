@@ -60,6 +60,8 @@ class LightSampler {
   LightSample sample(Vec3 point, Vec3 normal_world, float u_pick, Vec2 u) const noexcept;
   /// The same for delta lights alone, which no other technique can find.
   LightSample sample_delta(Vec3 point, float u_pick) const noexcept;
+  /// Probability with which sample() asks the light tree; 0 where another type picks.
+  float prob_tree() const noexcept { return type_ == LightSamplerType::kTree ? prob_tree_ : 0.0F; }
   bool has_delta() const noexcept { return !scene_.punctual_lights.empty(); }
 
   /// Density with which sample() gives the direction to a point of triangle light `light`.

@@ -304,65 +304,20 @@ void LightTree::collapse(const std::vector<Node>& nodes) {
   }
 }
 
-namespace {
-
-__m128 dot(__m128 ax, __m128 ay, __m128 az, Vec3 b) {
-  return ax * _mm_set1_ps(b.x) + ay * _mm_set1_ps(b.y) + az * _mm_set1_ps(b.z);
-}
-/// Sine of an angle in [0, pi] from its cosine, and the other way round for right angles at most.
-__m128 other(__m128 c) { return _mm_sqrt_ps(_mm_max_ps(_mm_set1_ps(1) - c * c, _mm_setzero_ps())); }
-
-/// cos(max(0, a - b)) from sines and cosines.
-__m128 cos_sub_clamped(__m128 sin_a, __m128 cos_a, __m128 sin_b, __m128 cos_b) {
-  return _mm_blendv_ps(cos_a * cos_b + sin_a * sin_b, _mm_set1_ps(1), _mm_cmpgt_ps(cos_a, cos_b));
-}
-
-}  // namespace
-
 /// Of all children; 0 for those from which nothing can arrive.
-__m128 LightTree::importance(const Group& group, Vec3 point, Vec3 normal) noexcept {
-  const auto load = [](const Four& four) { return _mm_load_ps(four.data()); };
-  const __m128 zero = _mm_setzero_ps();
-  const __m128 one = _mm_set1_ps(1);
-  const __m128 x = _mm_set1_ps(point.x) - load(group.center_x);
-  const __m128 y = _mm_set1_ps(point.y) - load(group.center_y);
-  const __m128 z = _mm_set1_ps(point.z) - load(group.center_z);
-  const __m128 distance2 = x * x + y * y + z * z;
-  const __m128 radius2 = load(group.radius2);
-  const __m128 cos_theta_e = load(group.cos_theta_e);
-  // Where the distance is 0 the vector is, too, and whatever it is multiplied by.
-  const __m128 inverse = one / _mm_sqrt_ps(_mm_max_ps(distance2, _mm_set1_ps(1e-30F)));
-  const __m128 along = x * load(group.axis_x) + y * load(group.axis_y) + z * load(group.axis_z);
-  // Nothing arrives from lights that face one way and have the point behind them.
-  __m128 none = _mm_cmple_ps(along + load(group.axis_reach), zero);
-
-  const __m128 inside = _mm_cmple_ps(distance2, radius2 * _mm_set1_ps(1.0001F));
-  const __m128 sin2_b = radius2 * inverse * inverse;
-  const __m128 cos_b =
-      _mm_blendv_ps(_mm_sqrt_ps(_mm_max_ps(one - sin2_b, zero)), _mm_set1_ps(-1), inside);
-  const __m128 sin_b = _mm_andnot_ps(inside, _mm_sqrt_ps(sin2_b));
-
-  const __m128 keeps =
-      _mm_castsi128_ps(_mm_load_si128(reinterpret_cast<const __m128i*>(group.sign.data())));
-  const __m128 cos_w = _mm_and_ps(along * inverse, keeps);
-  const __m128 cos_x =
-      cos_sub_clamped(other(cos_w), cos_w, load(group.sin_theta_o), load(group.cos_theta_o));
-  const __m128 cos_p = cos_sub_clamped(other(cos_x), cos_x, sin_b, cos_b);
-  none = _mm_or_ps(none, _mm_cmple_ps(cos_p, cos_theta_e));
-  // With emission over the whole sphere (points) the cosine says nothing about power.
-  const __m128 cosine = _mm_blendv_ps(cos_p, one, _mm_cmplt_ps(cos_theta_e, _mm_set1_ps(-0.99F)));
-  const __m128 d2 = _mm_max_ps(_mm_max_ps(distance2, radius2), _mm_set1_ps(1e-20F));
-  __m128 value = load(group.power) * cosine / d2;
-  if (core::dot(normal, normal) > 0) {
-    // The sphere around the box is generous; nothing of a box wholly below the surface arrives.
-    const __m128 height = dot(x, y, z, normal);
-    const __m128 box = dot(load(group.half_x), load(group.half_y), load(group.half_z),
-                           {std::fabs(normal.x), std::fabs(normal.y), std::fabs(normal.z)});
-    none = _mm_or_ps(none, _mm_cmpge_ps(height, box));
-    const __m128 cos_i = zero - height * inverse;
-    value = value * _mm_max_ps(cos_sub_clamped(other(cos_i), cos_i, sin_b, cos_b), zero);
-  }
-  return _mm_andnot_ps(none, value);
+Floats<4> LightTree::importance(const Group& g, Vec3 point, Vec3 normal) noexcept {
+  const auto lanes = [](const Four& four) { return load<4>(four.data()); };
+  const LightNodes<4> nodes = {{lanes(g.center_x), lanes(g.center_y), lanes(g.center_z)},
+                               {lanes(g.half_x), lanes(g.half_y), lanes(g.half_z)},
+                               lanes(g.radius2),
+                               {lanes(g.axis_x), lanes(g.axis_y), lanes(g.axis_z)},
+                               lanes(g.axis_reach),
+                               lanes(g.power),
+                               lanes(g.cos_theta_o),
+                               lanes(g.sin_theta_o),
+                               lanes(g.cos_theta_e),
+                               reinterpret_cast<typename Ints<4>::Raw>(load<4>(g.sign.data()).v)};
+  return light_importance(nodes, Vec3s<4>(point), Vec3s<4>(normal));
 }
 
 LightTree::Pick LightTree::pick(Vec3 point, Vec3 normal_world, float u) const noexcept {
@@ -373,7 +328,7 @@ LightTree::Pick LightTree::pick(Vec3 point, Vec3 normal_world, float u) const no
   float prob = 1;
   while (true) {
     alignas(16) Four weights;
-    _mm_store_ps(weights.data(), importance(*group, point, normal_world));
+    store(weights.data(), importance(*group, point, normal_world));
     const float sum = (weights[0] + weights[1]) + (weights[2] + weights[3]);
     if (!(sum > 0)) {
       return {};
@@ -408,7 +363,7 @@ float LightTree::prob_light(Vec3 point, Vec3 normal_world, std::uint32_t light) 
   while (true) {
     const Group& group = groups_[place / kWidth];
     alignas(16) Four weights;
-    _mm_store_ps(weights.data(), importance(group, point, normal_world));
+    store(weights.data(), importance(group, point, normal_world));
     const float sum = (weights[0] + weights[1]) + (weights[2] + weights[3]);
     if (!(sum > 0)) {
       return 0;

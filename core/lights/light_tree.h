@@ -3,8 +3,7 @@
 /// A tree whose nodes know bounding box, cone of emission and power. It is built with two children
 /// a node, by cost, and kept with up to four side by side, whose importance at a point is found
 /// together: half as many steps, and each choice is among boxes that say more. Source: Conty
-/// Estevez and Kulla, Importance Sampling of Many Lights with Adaptive Tree Splitting, 2018; the
-/// importance is PBR 4th ed. 12.6.3.
+/// Estevez and Kulla, Importance Sampling of Many Lights with Adaptive Tree Splitting, 2018.
 #pragma once
 
 #include <array>
@@ -13,8 +12,7 @@
 #include <span>
 #include <vector>
 
-#include <immintrin.h>
-
+#include "core/lights/light_importance.h"
 #include "core/math/bounds.h"
 #include "core/math/vec.h"
 
@@ -43,6 +41,17 @@ class LightTree {
   /// normal_world: of the surface at `point`; {0,0,0} where light may come from anywhere.
   Pick pick(Vec3 point, Vec3 normal_world, float u) const noexcept;
   float prob_light(Vec3 point, Vec3 normal_world, std::uint32_t light) const noexcept;
+
+  /// Does pick_few() serve?
+  bool is_few() const noexcept { return groups_.size() == 1; }
+  template <std::size_t N>
+  struct Picks {
+    Ints<N> light;
+    Floats<N> prob_light;
+  };
+  /// pick() for several points at once, in trees of no more lights than a group has.
+  template <std::size_t N>
+  Picks<N> pick_few(Vec3s<N> point, Vec3s<N> normal_world, Floats<N> u) const noexcept;
   std::size_t size() const noexcept { return leaf_of_.size(); }
   std::size_t bytes() const noexcept;
 
@@ -95,11 +104,54 @@ class LightTree {
   static std::uint32_t build(std::vector<Node>& nodes, std::span<Item> items);
   void collapse(const std::vector<Node>& nodes);
   static void set_child(Group& group, std::size_t lane, const Node& node);
-  static __m128 importance(const Group& group, Vec3 point, Vec3 normal) noexcept;
+  static Floats<4> importance(const Group& group, Vec3 point, Vec3 normal) noexcept;
+  template <std::size_t N>
+  static LightNodes<N> node(const Group& group, std::size_t child) noexcept;
 
   std::vector<Group> groups_;
   std::vector<std::uint32_t> leaf_of_;  ///< by light: group * kWidth + child
 };
+
+template <std::size_t N>
+LightNodes<N> LightTree::node(const Group& g, std::size_t k) noexcept {
+  return {{g.center_x[k], g.center_y[k], g.center_z[k]},
+          {g.half_x[k], g.half_y[k], g.half_z[k]},
+          g.radius2[k],
+          {g.axis_x[k], g.axis_y[k], g.axis_z[k]},
+          g.axis_reach[k],
+          g.power[k],
+          g.cos_theta_o[k],
+          g.sin_theta_o[k],
+          g.cos_theta_e[k],
+          static_cast<std::int32_t>(g.sign[k])};
+}
+
+template <std::size_t N>
+LightTree::Picks<N> LightTree::pick_few(Vec3s<N> point, Vec3s<N> normal_world,
+                                        Floats<N> u) const noexcept {
+  if (leaf_of_.size() < 2) {
+    return {Ints<N>(0), Floats<N>(1)};
+  }
+  const Group& group = groups_[0];
+  Floats<N> weights[kWidth];
+  for (std::size_t k = 0; k < kWidth; ++k) {
+    weights[k] = group.power[k] > 0 ? light_importance(node<N>(group, k), point, normal_world)
+                                    : Floats<N>(0);
+  }
+  const Floats<N> sum = (weights[0] + weights[1]) + (weights[2] + weights[3]);
+  Floats<N> rest = u * sum;
+  Mask<N> found = Mask<N>::of(0);
+  Picks<N> out = {Ints<N>(0), Floats<N>(0)};
+  for (std::size_t k = 0; k < kWidth; ++k) {
+    const Mask<N> open = ~found & (weights[k] > Floats<N>(0));
+    out.light = select(open, Ints<N>(static_cast<std::int32_t>(group.child[k])), out.light);
+    out.prob_light = select(open, weights[k], out.prob_light);
+    found = found | (open & (rest < weights[k]));
+    rest = select(open, rest - weights[k], rest);
+  }
+  out.prob_light = select(sum > Floats<N>(0), out.prob_light / sum, Floats<N>(0));
+  return out;
+}
 
 /// The smallest bounds of both. Exposed for tests.
 LightBounds merge_bounds(const LightBounds& a, const LightBounds& b);

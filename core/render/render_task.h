@@ -85,7 +85,8 @@ class RenderTask {
   /// Renders and commits a slice that take() gave. The last one of a pass takes the decisions.
   void run(const Slice& slice);
 
-  void cancel();  ///< slices in flight stop within a row of pixels; then on_finished(kCancelled)
+  void cancel();  ///< slices in flight stop within a row of pixels or a wave; then
+                  ///< on_finished(kCancelled)
   void set_paused(bool paused);
   void set_stop(const StopRules& stop);  ///< takes effect at the next decision
   bool finished() const;

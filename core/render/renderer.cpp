@@ -16,6 +16,7 @@
 #include "core/render/split_pilot.h"
 #include "core/render/tile_fill.h"
 #include "core/samplers/dimensions.h"
+#include "core/wave/wave_tracer.h"
 
 namespace core {
 namespace {
@@ -25,7 +26,8 @@ constexpr std::uint64_t kPilotStream = std::uint64_t{1} << 62U;
 
 struct Planned {
   std::unique_ptr<const Integrator> integrator;
-  int split_count = 0;  ///< that was measured; 0: none was
+  std::unique_ptr<const WaveTracer> waves;  ///< of the picture's paths; null: one by one
+  int split_count = 0;                      ///< that was measured; 0: none was
 };
 
 /// With `measured` splitting: as fixed, with the count that the pilot finds.
@@ -33,9 +35,8 @@ Planned planned_integrator(const View& view, const Camera& camera) {
   Planned planned;
   RenderSettings settings = view.settings;
   EstimatorSettings& estimator = settings.estimator;
-  const auto make = [&] {
-    return make_integrator({view.scene->data(), view.environment.get(), settings});
-  };
+  const IntegratorInput input = {view.scene->data(), view.environment.get(), settings};
+  const auto make = [&] { return make_integrator(input); };
   if (estimator.splitting == SplittingType::kMeasured) {
     estimator.splitting = SplittingType::kNone;
     planned.split_count = best_split_count(measure_split(camera, *make(), settings));
@@ -43,6 +44,9 @@ Planned planned_integrator(const View& view, const Camera& camera) {
     estimator.splitting = SplittingType::kFixed;
   }
   planned.integrator = make();
+  if (view.wave_width > 0) {
+    planned.waves = make_wave_tracer(input, view.wave_width);
+  }
   return planned;
 }
 
@@ -71,6 +75,8 @@ class PictureRenderer final : public Renderer {
   };
   Start start(PathSampler& sampler, int x, int y, int s) const;
   static void finish(PathSample& sample, float weight, std::uint64_t& rejected);
+  bool render_waves(TileState& state, const FillRule& rule, int last_sample,
+                    const std::stop_token& stop) const;
   bool render_groups(TileState& state, const FillRule& rule, int last_sample,
                      const std::stop_token& stop, GroupTracer& tracer) const;
 
@@ -107,6 +113,31 @@ void PictureRenderer::finish(PathSample& sample, float weight, std::uint64_t& re
   }
 }
 
+bool PictureRenderer::render_waves(TileState& state, const FillRule& rule, int last_sample,
+                                   const std::stop_token& stop) const {
+  const RenderSettings& settings = view_.settings;
+  PathSampler sampler(settings.sampler, settings.replicates, settings.seed,
+                      settings.first_replicate);
+  const auto wave = std::make_unique<Wave>();
+  std::array<float, kWavePaths> weights{};
+  return fill_tile_in_waves(
+      state, rule, kWavePaths, last_sample, stop,
+      [&](std::span<const DueSample> due) {
+        wave->clear();
+        for (std::size_t i = 0; i < due.size(); ++i) {
+          const Start from = start(sampler, due[i].x, due[i].y, due[i].sample);
+          wave->add(from.ray, sampler);
+          weights[i] = from.weight;
+        }
+        planned_.waves->trace(*wave, state.rays);
+      },
+      [&](std::size_t i) {
+        PathSample sample = wave->result(i);
+        finish(sample, weights[i], state.rejected_samples);
+        return sample;
+      });
+}
+
 bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int last_sample,
                                     const std::stop_token& stop, GroupTracer& tracer) const {
   const RenderSettings& settings = view_.settings;
@@ -141,11 +172,15 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings),
                          settings.light_history};
   const std::unique_ptr<GroupTracer> groups = planned_.integrator->make_group_tracer();
-  const bool whole = groups != nullptr
-                         ? render_groups(state, rule, last_sample, stop, *groups)
-                         : fill_tile(state, rule, last_sample, stop, [&](int x, int y, int s) {
-                             return trace(sampler, x, y, s, rays, rejected);
-                           });
+  bool whole = false;
+  if (groups != nullptr) {
+    whole = render_groups(state, rule, last_sample, stop, *groups);
+  } else if (planned_.waves != nullptr) {
+    whole = render_waves(state, rule, last_sample, stop);
+  } else {
+    whole = fill_tile(state, rule, last_sample, stop,
+                      [&](int x, int y, int s) { return trace(sampler, x, y, s, rays, rejected); });
+  }
   state.rejected_samples += rejected;
   state.rays += rays;
   state.cpu_seconds += thread_cpu_seconds() - cpu_start;

@@ -131,6 +131,62 @@ struct DueSample {
   std::size_t pixel = 0;  ///< of the tile
 };
 
+/// As fill_tile(), for paths that are traced `wave` at a time and share nothing: one sample of each
+/// pixel after the other. trace(due) traces, result(i) then gives the PathSample of due[i]. The
+/// content is the same whatever `wave` is, for each pixel gets its samples in the order of the
+/// plan. Not for fits.
+template <typename Trace, typename Result>
+bool fill_tile_in_waves(TileState& state, const FillRule& rule, std::size_t wave, int last_sample,
+                        const std::stop_token& stop, Trace&& trace, Result&& result) {
+  const auto r = static_cast<std::size_t>(rule.replicates);
+  std::vector<DueSample> due;
+  due.reserve(wave);
+  const auto flush = [&] {
+    trace(std::span<const DueSample>(due));
+    for (std::size_t i = 0; i < due.size(); ++i) {
+      const PathSample sample = result(i);
+      const auto replicate = static_cast<std::size_t>(due[i].sample) % r;
+      add_sample(state.pixels[due[i].pixel * r + replicate], sample);
+      if (!state.aux.empty()) {
+        add_auxiliary(state.aux[due[i].pixel], sample);
+      }
+    }
+    due.clear();
+  };
+  for (int s = state.samples; s < last_sample; ++s) {
+    std::size_t pixel = 0;
+    for (int y = state.rect.y; y < state.rect.y + state.rect.height; ++y) {
+      for (int x = state.rect.x; x < state.rect.x + state.rect.width; ++x, ++pixel) {
+        const auto take = [&](int sample) {
+          due.push_back({x, y, sample, pixel});
+          if (due.size() == wave) {
+            flush();
+          }
+        };
+        if (state.plan.empty()) {
+          take(s);
+          continue;
+        }
+        const PixelPlan& plan = state.plan[pixel];
+        const PlanPosition at = {state.span, rule.step, x, y};
+        const std::uint32_t has = planned_count(plan, at, s);
+        const std::uint32_t want = planned_count(plan, at, s + 1);
+        for (const int half : {0, 1}) {
+          for (std::uint32_t k = has; k < want; ++k) {
+            take(sample_of_half(k, rule.replicates, half));
+          }
+        }
+      }
+      if (stop.stop_requested()) {
+        return false;
+      }
+    }
+  }
+  flush();
+  state.samples = last_sample;
+  return true;
+}
+
 /// Which samples are traced together: of every pixel of a square, one or `history` after another of
 /// one replicate.
 struct GroupTurn {

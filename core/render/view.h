@@ -15,6 +15,9 @@ struct View {
   std::shared_ptr<const Environment> environment;  ///< null: black
   CameraSettings camera;
   RenderSettings settings;
+  /// Paths side by side, where waves serve: 8, or 1 for tests. 0: one path after the other, the
+  /// same picture up to rounding.
+  int wave_width = 8;
 };
 
 }  // namespace core

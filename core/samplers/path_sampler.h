@@ -147,6 +147,11 @@ class PathSampler {
     return out;
   }
 
+  /// What sobol numbers are made from, for those who draw them for many paths at once.
+  SamplerType type() const noexcept { return type_; }
+  std::uint64_t base() const noexcept { return base_; }
+  std::uint32_t index() const noexcept { return index_; }
+
   static Vec4 independent_4d(std::uint64_t h, std::uint64_t h2) noexcept {
     return {to_unit_float(static_cast<std::uint32_t>(h)),
             to_unit_float(static_cast<std::uint32_t>(h >> 32)),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/math/numbers.h"
 
@@ -22,11 +23,37 @@ Distribution1D::Distribution1D(const std::vector<float>& weights) {
   cdf_[n] = 1;
 }
 
-Distribution1D::Sample Distribution1D::sample(float u) const noexcept {
-  const auto after = std::upper_bound(cdf_.begin(), cdf_.end(), u);
+void Distribution1D::add_guide() {
+  std::vector<std::uint32_t> cells(size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    cells[i] = static_cast<std::uint32_t>(
+        cell_of(static_cast<float>(i) / static_cast<float>(cells.size())));
+  }
+  guide_ = std::move(cells);
+}
+
+/// The last cell that begins at u or before.
+std::size_t Distribution1D::cell_of(float u) const noexcept {
+  if (guide_.empty()) {
+    const auto after = std::upper_bound(cdf_.begin(), cdf_.end(), u);
+    const auto cell =
+        static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - cdf_.begin() - 1, 0));
+    return std::min(cell, size() - 1);
+  }
+  const std::size_t last = size() - 1;
   std::size_t cell =
-      static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - cdf_.begin() - 1, 0));
-  cell = std::min(cell, size() - 1);
+      guide_[std::min(static_cast<std::size_t>(u * static_cast<float>(size())), last)];
+  while (cell > 0 && cdf_[cell] > u) {  // i was rounded up
+    --cell;
+  }
+  while (cell < last && cdf_[cell + 1] <= u) {
+    ++cell;
+  }
+  return cell;
+}
+
+Distribution1D::Sample Distribution1D::sample(float u) const noexcept {
+  const std::size_t cell = cell_of(u);
   const float width = cdf_[cell + 1] - cdf_[cell];
   const float within = width > 0 ? (u - cdf_[cell]) / width : 0.5F;
   const auto n = static_cast<float>(size());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "core/math/vec.h"
@@ -14,6 +15,9 @@ class Distribution1D {
   Distribution1D() = default;
   /// weights: finite, >= 0. All zero: uniform.
   explicit Distribution1D(const std::vector<float>& weights);
+  /// sample() then starts near its cell instead of searching for it: for small tables that are
+  /// asked often.
+  void add_guide();
 
   struct Sample {
     float x = 0;
@@ -28,7 +32,10 @@ class Distribution1D {
   double total() const noexcept { return total_; }
 
  private:
-  std::vector<float> cdf_;  ///< size + 1 values from 0 to 1
+  std::size_t cell_of(float u) const noexcept;
+
+  std::vector<float> cdf_;            ///< size + 1 values from 0 to 1
+  std::vector<std::uint32_t> guide_;  ///< [i]: the cell of i / size; empty without
   double total_ = 0;
 };
 

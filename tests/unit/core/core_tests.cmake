@@ -22,4 +22,5 @@ set(CORE_TEST_SOURCES
   shared_lights_test.cpp
   split_pilot_test.cpp
   tile_fill_test.cpp
-  triangle_irradiance_test.cpp)
+  triangle_irradiance_test.cpp
+  wave_test.cpp)

@@ -1,0 +1,153 @@
+/// Geometry in lanes: the functions of core/math and core/sampling that paths need, N at a time.
+///
+/// Each follows its scalar twin step by step, so that both find the same up to rounding.
+#pragma once
+
+#include "core/math/lanes.h"
+#include "core/math/numbers.h"
+#include "core/math/vec.h"
+
+namespace core {
+
+template <std::size_t N>
+struct Vec3s {
+  Floats<N> x, y, z;
+
+  Vec3s() = default;
+  Vec3s(Floats<N> a, Floats<N> b, Floats<N> c) : x(a), y(b), z(c) {}
+  explicit Vec3s(Vec3 v) : x(v.x), y(v.y), z(v.z) {}
+  friend Vec3s operator+(Vec3s a, Vec3s b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend Vec3s operator-(Vec3s a, Vec3s b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend Vec3s operator*(Vec3s a, Vec3s b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+  friend Vec3s operator*(Vec3s a, Floats<N> s) { return {a.x * s, a.y * s, a.z * s}; }
+  friend Vec3s operator-(Vec3s a) { return {-a.x, -a.y, -a.z}; }
+  Vec3 lane(std::size_t k) const { return {x.v[k], y.v[k], z.v[k]}; }
+  void set(std::size_t k, Vec3 value) {
+    x.v[k] = value.x;
+    y.v[k] = value.y;
+    z.v[k] = value.z;
+  }
+};
+
+template <std::size_t N>
+struct Vec2s {
+  Floats<N> x, y;
+};
+
+template <std::size_t N>
+Floats<N> dot(Vec3s<N> a, Vec3s<N> b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <std::size_t N>
+Vec3s<N> cross(Vec3s<N> a, Vec3s<N> b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+template <std::size_t N>
+Vec3s<N> select(Mask<N> mask, Vec3s<N> yes, Vec3s<N> no) {
+  return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
+}
+template <std::size_t N>
+Floats<N> length(Vec3s<N> a) {
+  return sqrt(dot(a, a));
+}
+template <std::size_t N>
+Vec3s<N> normalize_or(Vec3s<N> a, Vec3s<N> otherwise) {
+  const Floats<N> squared = dot(a, a);
+  const Mask<N> usable = (squared > Floats<N>(1e-30F)) & is_finite(squared);
+  return select(usable, a * (Floats<N>(1) / sqrt(squared)), otherwise);
+}
+template <std::size_t N>
+Floats<N> max_component(Vec3s<N> a) {
+  return max(a.x, max(a.y, a.z));
+}
+template <std::size_t N>
+Floats<N> clamp01(Floats<N> x) {
+  return min(max(x, Floats<N>(0)), Floats<N>(1));
+}
+
+template <std::size_t N>
+struct Frames {
+  Vec3s<N> s, t, n;
+  Vec3s<N> to_world(Vec3s<N> v) const { return s * v.x + t * v.y + n * v.z; }
+  Vec3s<N> to_local(Vec3s<N> v) const { return {dot(v, s), dot(v, t), dot(v, n)}; }
+};
+
+/// core/math/frame.h
+template <std::size_t N>
+Frames<N> frame_from_normal(Vec3s<N> n) {
+  const Floats<N> one(1);
+  const Floats<N> sign =
+      floats_of(Ints<N>((bits_of(n.z).v & std::int32_t(0x80000000U)) | bits_of(one).v));
+  const Floats<N> a = Floats<N>(-1) / (sign + n.z);
+  const Floats<N> b = n.x * n.y * a;
+  return {{one + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
+}
+
+/// core/math/offset_ray.h
+template <std::size_t N>
+Vec3s<N> offset_ray(Vec3s<N> p, Vec3s<N> n) {
+  const auto moved = [](Floats<N> x, Floats<N> along) {
+    const Ints<N> steps = truncated(Floats<N>(256) * along);
+    const Floats<N> near_zero = x + Floats<N>(1.0F / 65536.0F) * along;
+    const Ints<N> signed_steps = select(x < Floats<N>(0), Ints<N>(0) - steps, steps);
+    return select(abs(x) < Floats<N>(1.0F / 32.0F), near_zero,
+                  floats_of(bits_of(x) + signed_steps));
+  };
+  return {moved(p.x, n.x), moved(p.y, n.y), moved(p.z, n.z)};
+}
+
+/// Sine and cosine of |x| <= 2 pi. Source: Moshier's Cephes library, sinf and cosf; errors below
+/// 2e-7.
+template <std::size_t N>
+void sincos(Floats<N> x, Floats<N>& sine, Floats<N>& cosine) {
+  constexpr float kHalfPi = 1.57079637F;         // the float nearest to pi / 2,
+  constexpr float kHalfPiRest = 4.37113883e-8F;  // and how much too large it is
+  constexpr float kRound = 0x1.8p23F;            // adding it leaves a whole number's digits
+  const Floats<N> shifted = x * Floats<N>(1 / kHalfPi) + Floats<N>(kRound);
+  const Ints<N> quarter = bits_of(shifted);
+  const Floats<N> q = shifted - Floats<N>(kRound);
+  const Floats<N> r = x - q * Floats<N>(kHalfPi) + q * Floats<N>(kHalfPiRest);
+  const Floats<N> r2 = r * r;
+  const Floats<N> s =
+      r + r * r2 *
+              (Floats<N>(-1.6666654611e-1F) +
+               r2 * (Floats<N>(8.3321608736e-3F) + r2 * Floats<N>(-1.9515295891e-4F)));
+  const Floats<N> c =
+      Floats<N>(1) + r2 * (Floats<N>(-0.5F) + r2 * (Floats<N>(4.166664568298827e-2F) +
+                                                    r2 * (Floats<N>(-1.388731625493765e-3F) +
+                                                          r2 * Floats<N>(2.443315711809948e-5F))));
+  const Mask<N> swap = ~((quarter & Ints<N>(1)) == Ints<N>(0));
+  const auto negated = [](Floats<N> value, Ints<N> where) {  // bit 1 of where becomes the sign
+    return floats_of(Ints<N>(bits_of(value).v ^ ((where & Ints<N>(2)).v << 30)));
+  };
+  sine = negated(select(swap, c, s), quarter);
+  cosine = negated(select(swap, s, c), quarter + Ints<N>(1));
+}
+
+/// core/sampling/warp.h
+template <std::size_t N>
+Vec3s<N> cosine_hemisphere(Vec2s<N> u) {
+  const Floats<N> a = Floats<N>(2) * u.x - Floats<N>(1);
+  const Floats<N> b = Floats<N>(2) * u.y - Floats<N>(1);
+  const Mask<N> wide = abs(a) > abs(b);
+  const Floats<N> r = select(wide, a, b);
+  const Floats<N> ratio = select(r == Floats<N>(0), Floats<N>(0), select(wide, b, a) / r);
+  const Floats<N> phi =
+      select(wide, Floats<N>(kPi / 4) * ratio, Floats<N>(kPi / 2) - Floats<N>(kPi / 4) * ratio);
+  Floats<N> sine;
+  Floats<N> cosine;
+  sincos(phi, sine, cosine);
+  const Floats<N> x = r * cosine;
+  const Floats<N> y = r * sine;
+  return {x, y, safe_sqrt(Floats<N>(1) - x * x - y * y)};
+}
+
+/// core/sampling/warp.h
+template <std::size_t N>
+Vec2s<N> uniform_triangle(Vec2s<N> u) {
+  const Mask<N> low = u.x < u.y;
+  const Floats<N> half = Floats<N>(0.5F) * select(low, u.x, u.y);
+  return {select(low, half, u.x - half), select(low, u.y - half, half)};
+}
+
+}  // namespace core

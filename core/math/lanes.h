@@ -1,0 +1,288 @@
+/// Lanes: N floats, integers or truth values side by side.
+///
+/// A thin face over the compiler's vector extensions. The code that uses them is one source for any
+/// N; 8 is a register of AVX2, 4 one of SSE, 1 serves tests. What a lane gets never depends on its
+/// neighbours.
+#pragma once
+
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#include <immintrin.h>
+
+namespace core {
+
+/// float __attribute__((vector_size)) and the like for N = 8, 4 and 1.
+template <std::size_t N>
+struct RawLanes;
+template <>
+struct RawLanes<8> {
+  typedef float Floats __attribute__((vector_size(32)));
+  typedef std::int32_t Ints __attribute__((vector_size(32)));
+  typedef std::uint32_t Words __attribute__((vector_size(32)));
+};
+template <>
+struct RawLanes<4> {
+  typedef float Floats __attribute__((vector_size(16)));
+  typedef std::int32_t Ints __attribute__((vector_size(16)));
+  typedef std::uint32_t Words __attribute__((vector_size(16)));
+};
+template <>
+struct RawLanes<1> {
+  typedef float Floats __attribute__((vector_size(4)));
+  typedef std::int32_t Ints __attribute__((vector_size(4)));
+  typedef std::uint32_t Words __attribute__((vector_size(4)));
+};
+
+/// Truth values: all bits of a lane or none.
+template <std::size_t N>
+struct Mask {
+  using Raw = typename RawLanes<N>::Ints;
+  Raw v;
+
+  friend Mask operator&(Mask a, Mask b) { return {a.v & b.v}; }
+  friend Mask operator|(Mask a, Mask b) { return {a.v | b.v}; }
+  friend Mask operator~(Mask a) { return {~a.v}; }
+  /// One bit a lane, that of lane 0 the lowest.
+  unsigned bits() const {
+    if constexpr (N == 8) {
+      return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(v)));
+    } else if constexpr (N == 4) {
+      return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(v)));
+    } else {
+      return static_cast<unsigned>(v[0]) & 1U;
+    }
+  }
+  bool any() const { return bits() != 0; }
+  bool all() const { return bits() == (1U << N) - 1; }
+  /// Lanes whose bit is set.
+  static Mask of(unsigned bits) {
+    Raw bit;
+    for (std::size_t k = 0; k < N; ++k) {
+      bit[k] = 1 << k;
+    }
+    return {((Raw{} + static_cast<std::int32_t>(bits)) & bit) != 0};
+  }
+};
+
+template <std::size_t N>
+struct Words {
+  using Raw = typename RawLanes<N>::Words;
+  Raw v;
+
+  Words() = default;
+  Words(Raw raw) : v(raw) {}
+  Words(std::uint32_t x) : v(x - Raw{}) {}
+  friend Words operator^(Words a, Words b) { return a.v ^ b.v; }
+  friend Words operator&(Words a, Words b) { return a.v & b.v; }
+  friend Words operator|(Words a, Words b) { return a.v | b.v; }
+  friend Words operator+(Words a, Words b) { return a.v + b.v; }
+  friend Words operator*(Words a, Words b) { return a.v * b.v; }
+  friend Words operator>>(Words a, int by) { return a.v >> by; }
+  friend Words operator<<(Words a, int by) { return a.v << by; }
+};
+
+template <std::size_t N>
+struct Ints {
+  using Raw = typename RawLanes<N>::Ints;
+  Raw v;
+
+  Ints() = default;
+  Ints(Raw raw) : v(raw) {}
+  Ints(std::int32_t x) : v(x - Raw{}) {}
+  friend Ints operator+(Ints a, Ints b) { return a.v + b.v; }
+  friend Ints operator-(Ints a, Ints b) { return a.v - b.v; }
+  friend Ints operator*(Ints a, Ints b) { return a.v * b.v; }
+  friend Ints operator&(Ints a, Ints b) { return a.v & b.v; }
+  friend Mask<N> operator==(Ints a, Ints b) { return {a.v == b.v}; }
+  friend Mask<N> operator<(Ints a, Ints b) { return {a.v < b.v}; }
+};
+
+template <std::size_t N>
+struct Floats {
+  using Raw = typename RawLanes<N>::Floats;
+  Raw v;
+
+  Floats() = default;
+  Floats(Raw raw) : v(raw) {}
+  Floats(float x) : v(x - Raw{}) {}
+  friend Floats operator+(Floats a, Floats b) { return a.v + b.v; }
+  friend Floats operator-(Floats a, Floats b) { return a.v - b.v; }
+  friend Floats operator*(Floats a, Floats b) { return a.v * b.v; }
+  friend Floats operator/(Floats a, Floats b) { return a.v / b.v; }
+  friend Floats operator-(Floats a) { return -a.v; }
+  friend Mask<N> operator<(Floats a, Floats b) { return {a.v < b.v}; }
+  friend Mask<N> operator>(Floats a, Floats b) { return {a.v > b.v}; }
+  friend Mask<N> operator<=(Floats a, Floats b) { return {a.v <= b.v}; }
+  friend Mask<N> operator>=(Floats a, Floats b) { return {a.v >= b.v}; }
+  friend Mask<N> operator==(Floats a, Floats b) { return {a.v == b.v}; }
+};
+
+template <std::size_t N>
+Ints<N> bits_of(Floats<N> x) {
+  return reinterpret_cast<typename Ints<N>::Raw>(x.v);
+}
+template <std::size_t N>
+Floats<N> floats_of(Ints<N> x) {
+  return reinterpret_cast<typename Floats<N>::Raw>(x.v);
+}
+template <std::size_t N>
+Floats<N> to_floats(Ints<N> x) {
+  return __builtin_convertvector(x.v, typename Floats<N>::Raw);
+}
+/// Towards zero. Pre: below 2^31 in size.
+template <std::size_t N>
+Ints<N> truncated(Floats<N> x) {
+  return __builtin_convertvector(x.v, typename Ints<N>::Raw);
+}
+
+template <std::size_t N>
+Floats<N> select(Mask<N> mask, Floats<N> yes, Floats<N> no) {
+  return mask.v ? yes.v : no.v;
+}
+template <std::size_t N>
+Ints<N> select(Mask<N> mask, Ints<N> yes, Ints<N> no) {
+  return mask.v ? yes.v : no.v;
+}
+/// As std::min and std::max with NaN in a: b.
+template <std::size_t N>
+Floats<N> min(Floats<N> a, Floats<N> b) {
+  if constexpr (N == 8) {
+    return typename Floats<N>::Raw(_mm256_min_ps(a.v, b.v));
+  } else if constexpr (N == 4) {
+    return typename Floats<N>::Raw(_mm_min_ps(a.v, b.v));
+  } else {
+    return a.v < b.v ? a.v : b.v;
+  }
+}
+template <std::size_t N>
+Floats<N> max(Floats<N> a, Floats<N> b) {
+  if constexpr (N == 8) {
+    return typename Floats<N>::Raw(_mm256_max_ps(a.v, b.v));
+  } else if constexpr (N == 4) {
+    return typename Floats<N>::Raw(_mm_max_ps(a.v, b.v));
+  } else {
+    return a.v > b.v ? a.v : b.v;
+  }
+}
+template <std::size_t N>
+Floats<N> sqrt(Floats<N> x) {
+  if constexpr (N == 8) {
+    return typename Floats<N>::Raw(_mm256_sqrt_ps(x.v));
+  } else if constexpr (N == 4) {
+    return typename Floats<N>::Raw(_mm_sqrt_ps(x.v));
+  } else {
+    return Floats<N>(std::sqrt(x.v[0]));
+  }
+}
+template <std::size_t N>
+Floats<N> safe_sqrt(Floats<N> x) {
+  return sqrt(max(x, Floats<N>(0)));
+}
+template <std::size_t N>
+Floats<N> abs(Floats<N> x) {
+  return floats_of(Ints<N>(bits_of(x) & Ints<N>(0x7fffffff)));
+}
+template <std::size_t N>
+Mask<N> is_finite(Floats<N> x) {
+  return abs(x) < Floats<N>(__builtin_inff());
+}
+
+/// p: aligned to the lanes.
+template <std::size_t N>
+Floats<N> load(const float* p) {
+  return *reinterpret_cast<const typename Floats<N>::Raw*>(p);
+}
+template <std::size_t N>
+Ints<N> load(const std::int32_t* p) {
+  return *reinterpret_cast<const typename Ints<N>::Raw*>(p);
+}
+template <std::size_t N>
+Words<N> load(const std::uint32_t* p) {
+  return *reinterpret_cast<const typename Words<N>::Raw*>(p);
+}
+template <std::size_t N>
+void store(float* p, Floats<N> x) {
+  std::memcpy(p, &x.v, sizeof(x.v));
+}
+template <std::size_t N>
+void store(std::int32_t* p, Ints<N> x) {
+  std::memcpy(p, &x.v, sizeof(x.v));
+}
+template <std::size_t N>
+void store(std::uint32_t* p, Words<N> x) {
+  std::memcpy(p, &x.v, sizeof(x.v));
+}
+
+/// For each set of lanes the order that brings them together at the front.
+struct CompressTable {
+  alignas(32) std::int32_t order[256][8];
+  constexpr CompressTable() : order{} {
+    for (int set = 0; set < 256; ++set) {
+      int to = 0;
+      for (int k = 0; k < 8; ++k) {
+        if ((set >> k & 1) != 0) {
+          order[set][to++] = k;
+        }
+      }
+    }
+  }
+};
+inline constexpr CompressTable kCompress{};
+
+/// Writes the lanes of `taken` one after another to `p`, and anything at all in the rest of the N
+/// places from there on.
+template <std::size_t N>
+void compress(std::int32_t* p, Ints<N> x, unsigned taken) {
+  static_assert(N == 8 || N == 1);
+  if constexpr (N == 8) {
+    const __m256i order =
+        _mm256_load_si256(reinterpret_cast<const __m256i*>(kCompress.order[taken]));
+    const __m256i closed = _mm256_permutevar8x32_epi32(reinterpret_cast<__m256i>(x.v), order);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), closed);
+  } else if (taken != 0) {
+    *p = x.v[0];
+  }
+}
+template <std::size_t N>
+void compress(std::uint32_t* p, Words<N> x, unsigned taken) {
+  compress<N>(reinterpret_cast<std::int32_t*>(p), reinterpret_cast<typename Ints<N>::Raw>(x.v),
+              taken);
+}
+template <std::size_t N>
+void compress(float* p, Floats<N> x, unsigned taken) {
+  alignas(32) std::int32_t closed[N];
+  compress<N>(closed, bits_of(x), taken);
+  if (N == 8 || taken != 0) {
+    std::memcpy(p, closed, sizeof(closed));
+  }
+}
+
+/// Four floats of each row, as four times N lanes. The rows need no alignment.
+template <std::size_t N>
+void transpose(const float* const (&rows)[N], Floats<N> (&columns)[4]) {
+  if constexpr (N == 8) {
+    __m256 r[4];
+    for (std::size_t k = 0; k < 4; ++k) {
+      r[k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(rows[k])),
+                                  _mm_loadu_ps(rows[k + 4]), 1);
+    }
+    const __m256 a = _mm256_unpacklo_ps(r[0], r[1]);
+    const __m256 b = _mm256_unpackhi_ps(r[0], r[1]);
+    const __m256 c = _mm256_unpacklo_ps(r[2], r[3]);
+    const __m256 d = _mm256_unpackhi_ps(r[2], r[3]);
+    columns[0].v = _mm256_shuffle_ps(a, c, 0x44);
+    columns[1].v = _mm256_shuffle_ps(a, c, 0xee);
+    columns[2].v = _mm256_shuffle_ps(b, d, 0x44);
+    columns[3].v = _mm256_shuffle_ps(b, d, 0xee);
+  } else {
+    for (std::size_t k = 0; k < 4; ++k) {
+      columns[k] = Floats<N>(rows[0][k]);
+    }
+  }
+}
+
+}  // namespace core

@@ -1,0 +1,139 @@
+/// LightSampler::sample() in lanes.
+///
+/// Triangles without a texture in trees of few lights are sampled side by side, whatever else lane
+/// by lane.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+
+#include "core/light_samplers/light_sampler.h"
+#include "core/math/lane_math.h"
+#include "core/sampling/warp.h"
+#include "core/scene/scene_data.h"
+
+namespace core {
+
+/// LightSample
+template <std::size_t N>
+struct LightLanes {
+  Vec3s<N> wi_world;
+  Vec3s<N> target;
+  Vec3s<N> radiance;
+  Floats<N> pdf_solid_angle;
+  Mask<N> is_far;
+  Mask<N> is_delta;
+};
+
+class LaneLights {
+ public:
+  LaneLights(const SceneData& scene, const LightSampler& lights)
+      : scene_(scene), lights_(lights), prob_tree_(lights.prob_tree()) {
+    for (const TriangleLight& t : scene.triangle_lights) {
+      has_texture_ = has_texture_ || t.textured;
+    }
+    has_few_ = prob_tree_ > 0 && scene.light_tree.is_few() && !has_texture_ &&
+               scene.light_tree.size() == scene.triangle_lights.size();
+  }
+
+  /// Of the lanes in `asked`; in the others anything.
+  template <std::size_t N>
+  LightLanes<N> sample(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal, Floats<N> u_pick,
+                       Vec2s<N> u) const {
+    LightLanes<N> out;
+    unsigned alone = asked.bits();
+    if (has_few_) {
+      const Mask<N> by_tree = u_pick < Floats<N>(prob_tree_);
+      out = from_few(point, normal,
+                     min(u_pick / Floats<N>(prob_tree_), Floats<N>(kOneMinusEpsilon)), u);
+      alone &= ~by_tree.bits();
+    } else {
+      out = LightLanes<N>();
+    }
+    for (; alone != 0; alone &= alone - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(alone));
+      set(out, k, lights_.sample(point.lane(k), normal.lane(k), u_pick.v[k], {u.x.v[k], u.y.v[k]}));
+    }
+    return out;
+  }
+
+ private:
+  template <std::size_t N>
+  static void set(LightLanes<N>& out, std::size_t k, const LightSample& s) {
+    out.wi_world.set(k, s.wi_world);
+    out.target.set(k, s.target);
+    out.radiance.set(k, {s.radiance.r, s.radiance.g, s.radiance.b});
+    out.pdf_solid_angle.v[k] = s.pdf_solid_angle;
+    out.is_far.v[k] = s.is_far ? -1 : 0;
+    out.is_delta.v[k] = s.is_delta ? -1 : 0;
+  }
+
+  /// LightSampler::from_triangle() of what the tree picks.
+  template <std::size_t N>
+  LightLanes<N> from_few(Vec3s<N> point, Vec3s<N> normal, Floats<N> u_pick, Vec2s<N> u) const {
+    const Floats<N> zero(0);
+    const Floats<N> one(1);
+    const auto pick = scene_.light_tree.pick_few(point, normal, u_pick);
+    const TriangleRows<N> t = rows(pick.light);
+    const Vec2s<N> b = uniform_triangle(u);
+    const Vec3s<N> on_light = t.p0 + t.edge1 * b.x + t.edge2 * b.y;
+    const Vec3s<N> d = on_light - point;
+    const Floats<N> distance2 = dot(d, d);
+    LightLanes<N> out;
+    out.wi_world = d * (one / sqrt(distance2));
+    const Floats<N> cosine = -dot(t.normal, out.wi_world);
+    const Mask<N> behind = t.two_sided & (cosine < zero);
+    const Floats<N> cos_light = select(behind, -cosine, cosine);
+    const Vec3s<N> towards = select(behind, -t.normal, t.normal);
+    const Mask<N> valid =
+        (distance2 > zero) & (t.area_m2 > zero) & (cos_light > Floats<N>(kCosLightLeast));
+    out.target = offset_ray(on_light, towards);
+    const Floats<N> prob = Floats<N>(prob_tree_) * pick.prob_light;
+    out.pdf_solid_angle = select(valid, prob * ((one / t.area_m2) * distance2 / cos_light), zero);
+    out.radiance = t.radiance;
+    out.is_far = Mask<N>::of(0);
+    out.is_delta = Mask<N>::of(0);
+    return out;
+  }
+
+  template <std::size_t N>
+  struct TriangleRows {
+    Vec3s<N> p0, edge1, edge2, normal, radiance;
+    Floats<N> area_m2;
+    Mask<N> two_sided;
+  };
+  template <std::size_t N>
+  TriangleRows<N> rows(Ints<N> light) const {
+    static_assert(offsetof(TriangleLight, area_m2) == 48 && sizeof(Rgb) == 12);
+    alignas(32) std::int32_t index[N];
+    store(index, light);
+    const float* row[4][N];
+    TriangleRows<N> out;
+    for (std::size_t k = 0; k < N; ++k) {
+      const TriangleLight& t = scene_.triangle_lights[static_cast<std::size_t>(index[k])];
+      for (std::size_t part = 0; part < 4; ++part) {
+        row[part][k] = &t.p0.x + 4 * part;
+      }
+      out.two_sided.v[k] = t.two_sided ? -1 : 0;
+    }
+    Floats<N> c[4][4];
+    for (std::size_t part = 0; part < 4; ++part) {
+      transpose(row[part], c[part]);
+    }
+    out.p0 = {c[0][0], c[0][1], c[0][2]};
+    out.edge1 = {c[0][3], c[1][0], c[1][1]};
+    out.edge2 = {c[1][2], c[1][3], c[2][0]};
+    out.normal = {c[2][1], c[2][2], c[2][3]};
+    out.area_m2 = c[3][0];
+    out.radiance = {c[3][1], c[3][2], c[3][3]};
+    return out;
+  }
+
+  const SceneData& scene_;
+  const LightSampler& lights_;
+  float prob_tree_;
+  bool has_texture_ = false;
+  bool has_few_ = false;
+};
+
+}  // namespace core

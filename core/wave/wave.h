@@ -1,0 +1,117 @@
+/// Waves: many camera paths that go from surface to surface together, in lanes.
+///
+/// All paths of a wave take their next segment, meet their surfaces, sample lights and directions
+/// before any of them goes on; those that end leave the arrays, the others close up. A path gets
+/// the same random numbers as in PathTracer and what it finds is a function of them alone, equal to
+/// the scalar one's up to rounding: which paths travel together does not matter. Surfaces that the
+/// lanes do not know (glass, layers, holes) hand their path to PathTracer, which ends it.
+/// Source of the order of work: Laine, Karras and Aila, Megakernels Considered Harmful, 2013; Lee
+/// et al., Vectorized Production Path Tracing, 2017.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/integrators/integrator.h"
+
+namespace core {
+
+/// Paths of a wave at most: the arrays below then stay within the L2 cache.
+inline constexpr std::size_t kWavePaths = 512;
+/// Lanes may read and write past the last path, up to their width.
+inline constexpr std::size_t kWaveRoom = kWavePaths + 8;
+
+template <typename T>
+struct alignas(32) WaveArray {
+  T at[kWaveRoom];
+};
+using WaveFloats = WaveArray<float>;
+struct WaveVec3 {
+  WaveFloats x, y, z;
+  void set(std::size_t i, Vec3 v) noexcept {
+    x.at[i] = v.x;
+    y.at[i] = v.y;
+    z.at[i] = v.z;
+  }
+  Vec3 get(std::size_t i) const noexcept { return {x.at[i], y.at[i], z.at[i]}; }
+};
+
+/// PathState, one array a member; entry i is the i-th path that is still under way.
+struct WavePaths {
+  WaveVec3 origin;
+  WaveVec3 direction;
+  WaveVec3 beta;
+  WaveFloats pdf_bsdf;  ///< LastScattering
+  WaveVec3 last_origin;
+  WaveVec3 last_normal;
+  WaveFloats cone_width_m;
+  WaveFloats cone_spread_rad;
+  WaveArray<std::int32_t> is_sharp;
+  WaveArray<std::uint64_t> base;  ///< of the path's sampler, with sobol
+  WaveArray<std::uint32_t> index_reversed;
+  WaveArray<std::int32_t> slot;  ///< place in WaveResults
+  std::size_t count = 0;
+};
+
+/// What the paths have met.
+struct WaveHits {
+  WaveArray<std::uint32_t> instance;
+  WaveArray<std::uint32_t> geometry;
+  WaveArray<std::uint32_t> primitive;
+  WaveArray<std::uint32_t> is_hit;  ///< one bit a path for each packet of eight
+};
+
+/// Light samples whose shadow rays wait.
+struct WaveShadows {
+  WaveVec3 origin;
+  WaveVec3 direction;
+  WaveFloats t_max;
+  WaveVec3 value;  ///< for the pixel if nothing is in the way
+  WaveFloats cone_width_m;
+  WaveArray<std::int32_t> is_sharp;
+  WaveArray<std::int32_t> slot;
+  std::size_t count = 0;
+};
+
+/// PathSample, one array a member; entry i is the i-th path that was added.
+struct WaveResults {
+  WaveVec3 radiance;
+  WaveFloats alpha;
+  WaveVec3 albedo;
+  WaveVec3 normal;
+  WaveFloats depth_m;
+  WaveArray<std::int32_t> hit;
+};
+
+/// A wave under way; for one thread.
+class Wave {
+ public:
+  bool full() const noexcept { return samplers_.size() == kWavePaths; }
+  std::size_t size() const noexcept { return samplers_.size(); }
+  void clear() noexcept;
+  /// The sampler has been started for the pixel and sample. Pre: !full().
+  void add(const Camera::CameraRay& camera_ray, const PathSampler& sampler);
+  /// Of path i in the order of add().
+  PathSample result(std::size_t i) const noexcept;
+  const PathSampler& sampler(std::size_t i) const noexcept { return samplers_[i]; }
+
+  WavePaths paths;
+  WaveHits hits;
+  WaveShadows shadows;
+  WaveResults results;
+
+ private:
+  std::vector<PathSampler> samplers_;
+};
+
+/// Follows the paths of waves. Immutable and shared by all threads.
+class WaveTracer {
+ public:
+  virtual ~WaveTracer() = default;
+  /// Follows all paths to their ends. rays: counts those traced.
+  virtual void trace(Wave& wave, std::uint64_t& rays) const noexcept = 0;
+};
+
+}  // namespace core

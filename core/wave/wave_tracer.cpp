@@ -1,0 +1,421 @@
+#include "core/wave/wave_tracer.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "core/integrators/path_tracer.h"
+#include "core/samplers/dimensions.h"
+#include "core/transport/visibility.h"
+#include "core/wave/lane_lights.h"
+#include "core/wave/lane_sampler.h"
+#include "core/wave/lane_surfaces.h"
+
+namespace core {
+namespace {
+
+using core::compress;
+using core::load;
+
+template <std::size_t N>
+Vec3s<N> load(const WaveVec3& from, std::size_t first) {
+  return {load<N>(from.x.at + first), load<N>(from.y.at + first), load<N>(from.z.at + first)};
+}
+template <std::size_t N>
+void compress(WaveVec3& to, std::size_t first, Vec3s<N> value, unsigned taken) {
+  compress(to.x.at + first, value.x, taken);
+  compress(to.y.at + first, value.y, taken);
+  compress(to.z.at + first, value.z, taken);
+}
+std::size_t slot_of(const WavePaths& paths, std::size_t i) {
+  return static_cast<std::size_t>(paths.slot.at[i]);
+}
+void add_radiance(WaveResults& results, std::size_t slot, Vec3 value) {
+  results.radiance.set(slot, results.radiance.get(slot) + value);
+}
+unsigned lanes_below(std::size_t count) { return count >= 8 ? 0xffU : (1U << count) - 1; }
+/// The packet of eight that begins at `first`.
+void fill(RayPacket& packet, const WaveVec3& origin, const WaveVec3& direction, std::size_t first) {
+  std::copy_n(origin.x.at + first, 8, packet.origin_x);
+  std::copy_n(origin.y.at + first, 8, packet.origin_y);
+  std::copy_n(origin.z.at + first, 8, packet.origin_z);
+  std::copy_n(direction.x.at + first, 8, packet.direction_x);
+  std::copy_n(direction.y.at + first, 8, packet.direction_y);
+  std::copy_n(direction.z.at + first, 8, packet.direction_z);
+}
+
+/// DefaultOptions::mis in lanes: MisRule::weight() with exponent 2.
+template <std::size_t N>
+Floats<N> mis_weight(Floats<N> pdf_a, Floats<N> pdf_b) {
+  const Floats<N> ratio = pdf_b / pdf_a;
+  return select(pdf_b > Floats<N>(0), Floats<N>(1) / (Floats<N>(1) + ratio * ratio), Floats<N>(1));
+}
+
+/// PathTracer<DefaultOptions>, step by step, for the paths of a wave.
+template <std::size_t N>
+class LaneTracer final : public WaveTracer {
+ public:
+  explicit LaneTracer(const IntegratorInput& input)
+      : scene_(input.scene),
+        environment_(input.environment),
+        max_depth_(input.settings.max_depth),
+        is_sobol_(input.settings.sampler == SamplerType::kSobol),
+        scalar_(input),
+        lights_(scene_, scalar_.lights()),
+        surfaces_(scene_) {}
+
+  void trace(Wave& wave, std::uint64_t& rays) const noexcept override {
+    for (int depth = 0; wave.paths.count > 0; ++depth) {
+      find_hits(wave, depth, rays);
+      const std::size_t count = wave.paths.count;
+      wave.paths.count = 0;
+      for (std::size_t first = 0; first < count; first += N) {
+        const unsigned met = wave.hits.is_hit.at[first / 8] >> (first % 8) & ((1U << N) - 1);
+        if (met != 0) {
+          advance(wave, first, met, depth, rays);
+        }
+      }
+      find_lights(wave, rays);
+    }
+  }
+
+ private:
+  /// One chunk of lanes at its surfaces.
+  struct Vertex {
+    MetLanes<N> met;
+    Vec3s<N> wo_world;
+    Vec3s<N> beta;
+    Frames<N> frame;
+    Mask<N> on;
+  };
+
+  void find_hits(Wave& wave, int depth, std::uint64_t& rays) const;
+  void find_lights(Wave& wave, std::uint64_t& rays) const;
+  void add_environment(Wave& wave, std::size_t i, int depth) const;
+  void add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met, std::size_t lane) const;
+  void finish_alone(Wave& wave, std::size_t i, int depth, std::uint64_t& rays) const;
+  void advance(Wave& wave, std::size_t first, unsigned met, int depth, std::uint64_t& rays) const;
+  void add_light_samples(Wave& wave, std::size_t first, const Vertex& at, const BsdfLanes<N>& bsdf,
+                         const Vec4s<N>& u) const;
+  Vec4s<N> draw(const Wave& wave, std::size_t first, unsigned on, int group) const;
+
+  const SceneData& scene_;
+  const Environment* environment_;
+  int max_depth_;
+  bool is_sobol_;
+  PathTracer<DefaultOptions> scalar_;
+  LaneLights lights_;
+  LaneSurfaces surfaces_;
+  LaneAlbedoTables tables_;
+};
+
+/// The nearest surfaces of all paths; those that leave the scene end in the environment.
+template <std::size_t N>
+void LaneTracer<N>::find_hits(Wave& wave, int depth, std::uint64_t& rays) const {
+  WavePaths& paths = wave.paths;
+  rays += paths.count;
+  RayPacket packet;
+  std::fill_n(packet.t_max, 8, Ray{}.t_max);
+  for (std::size_t first = 0; first < paths.count; first += 8) {
+    const unsigned active = lanes_below(paths.count - first);
+    fill(packet, paths.origin, paths.direction, first);
+    HitPacket hits;
+    const unsigned met = scene_.accel->intersect8(packet, active, hits);
+    std::copy_n(hits.instance, 8, wave.hits.instance.at + first);
+    std::copy_n(hits.geometry, 8, wave.hits.geometry.at + first);
+    std::copy_n(hits.primitive, 8, wave.hits.primitive.at + first);
+    wave.hits.is_hit.at[first / 8] = met;
+    if (environment_ != nullptr) {
+      for (unsigned left = active & ~met; left != 0; left &= left - 1) {
+        add_environment(wave, first + static_cast<std::size_t>(std::countr_zero(left)), depth);
+      }
+    }
+  }
+}
+
+template <std::size_t N>
+void LaneTracer<N>::add_environment(Wave& wave, std::size_t i, int depth) const {
+  const WavePaths& paths = wave.paths;
+  const std::size_t slot = slot_of(paths, i);
+  if (depth == 0 && !environment_->visible()) {
+    wave.results.alpha.at[slot] = 0;
+    return;
+  }
+  const Vec3 direction = paths.direction.get(i);
+  const float pdf_bsdf = paths.pdf_bsdf.at[i];
+  float weight = 1;
+  Rgb radiance;
+  if (pdf_bsdf > 0) {
+    radiance = environment_->radiance(direction);
+    weight = DefaultOptions::mis.weight(pdf_bsdf, scalar_.lights().pdf_environment(direction));
+  } else {
+    radiance = environment_->background(direction);
+  }
+  add_radiance(wave.results, slot,
+               paths.beta.get(i) * Vec3{radiance.r, radiance.g, radiance.b} * weight);
+}
+
+template <std::size_t N>
+void LaneTracer<N>::add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met,
+                                 std::size_t lane) const {
+  const WavePaths& paths = wave.paths;
+  const float pdf_bsdf = paths.pdf_bsdf.at[i];
+  const auto light = static_cast<std::uint32_t>(met.light.v[lane]);
+  float weight = 1;
+  if (pdf_bsdf > 0 && light != kNoLight) {
+    const Vec3 last = paths.last_origin.get(i);
+    const Vec3 d = met.position.lane(lane) - last;
+    const float cos_light =
+        std::fabs(dot(met.surface.normal_geometric.lane(lane), paths.direction.get(i)));
+    weight = DefaultOptions::mis.weight(
+        pdf_bsdf,
+        scalar_.lights().pdf_triangle(light, last, paths.last_normal.get(i), length(d), cos_light));
+  }
+  add_radiance(wave.results, slot_of(paths, i),
+               paths.beta.get(i) * met.emitted.lane(lane) * weight);
+}
+
+/// Hands a path to the scalar tracer, which follows it from its present segment to its end.
+template <std::size_t N>
+void LaneTracer<N>::finish_alone(Wave& wave, std::size_t i, int depth, std::uint64_t& rays) const {
+  const WavePaths& paths = wave.paths;
+  const std::size_t slot = slot_of(paths, i);
+  const Vec3 beta = paths.beta.get(i);
+  TracedPath path{PathState{.sampler = wave.sampler(slot), .rays = rays}};
+  path.ray.origin = paths.origin.get(i);
+  path.ray.direction = paths.direction.get(i);
+  path.beta = {beta.x, beta.y, beta.z};
+  path.depth = depth;
+  path.last = {paths.pdf_bsdf.at[i], paths.last_origin.get(i), paths.last_normal.get(i), 1};
+  path.cone_width_m = paths.cone_width_m.at[i];
+  path.cone_spread_rad = paths.cone_spread_rad.at[i];
+  path.is_sharp = paths.is_sharp.at[i] != 0;
+  path.out.hit = depth > 0;
+  scalar_.follow(path);
+  add_radiance(wave.results, slot, {path.out.radiance.r, path.out.radiance.g, path.out.radiance.b});
+  if (depth == 0) {
+    const Rgb albedo = path.out.albedo;
+    wave.results.alpha.at[slot] = path.out.alpha;
+    wave.results.hit.at[slot] = path.out.hit ? 1 : 0;
+    wave.results.albedo.set(slot, {albedo.r, albedo.g, albedo.b});
+    wave.results.normal.set(slot, path.out.normal_world);
+    wave.results.depth_m.at[slot] = path.out.depth_m;
+  }
+}
+
+template <std::size_t N>
+Vec4s<N> LaneTracer<N>::draw(const Wave& wave, std::size_t first, unsigned on, int group) const {
+  if (is_sobol_) {
+    return sobol_4d<N>(Hashes<N>::load(wave.paths.base.at + first),
+                       load<N>(wave.paths.index_reversed.at + first), group);
+  }
+  Vec4s<N> out = {0, 0, 0, 0};
+  for (; on != 0; on &= on - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(on));
+    const Vec4 u = wave.sampler(slot_of(wave.paths, first + k)).get_4d(group);
+    out.x.v[k] = u.x;
+    out.y.v[k] = u.y;
+    out.z.v[k] = u.z;
+    out.w.v[k] = u.w;
+  }
+  return out;
+}
+
+/// Paths [first, first + N): their surfaces, what these emit, a light sample each and the next
+/// direction. What goes on closes up at the front of the arrays.
+template <std::size_t N>
+void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int depth,
+                            std::uint64_t& rays) const {
+  WavePaths& paths = wave.paths;
+  SegmentLanes<N> segments;
+  segments.origin = load<N>(paths.origin, first);
+  segments.direction = load<N>(paths.direction, first);
+  segments.cone_width_m = load<N>(paths.cone_width_m.at + first);
+  segments.cone_spread_rad = load<N>(paths.cone_spread_rad.at + first);
+  segments.is_sharp = load<N>(paths.is_sharp.at + first);
+  RawHit hits[N];
+  for (std::size_t k = 0; k < N; ++k) {
+    hits[k] = {0, wave.hits.instance.at[first + k], wave.hits.geometry.at[first + k],
+               wave.hits.primitive.at[first + k]};
+  }
+  Vertex at;
+  surfaces_.meet(segments, hits, met, at.met);
+  for (unsigned rest = at.met.foreign; rest != 0; rest &= rest - 1) {
+    finish_alone(wave, first + static_cast<std::size_t>(std::countr_zero(rest)), depth, rays);
+  }
+  const unsigned on = met & ~at.met.foreign;
+  if (on == 0) {
+    return;
+  }
+  at.on = Mask<N>::of(on);
+  for (unsigned lit = (at.on & is_not_black(at.met.emitted)).bits(); lit != 0; lit &= lit - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(lit));
+    add_emission(wave, first + k, at.met, k);
+  }
+  if (depth >= max_depth_ && depth > 0) {
+    return;
+  }
+  const SurfaceLanes<N>& s = at.met.surface;
+  at.wo_world = -segments.direction;
+  at.beta = load<N>(paths.beta, first);
+  at.frame = frame_from_normal(s.normal);
+  const BsdfLanes<N> bsdf(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon), tables_);
+  if (depth == 0) {
+    WaveResults& results = wave.results;
+    const Mask<N> foreign = Mask<N>::of(at.met.foreign);
+    const auto keep = [&](float* to, Floats<N> value) {
+      store(to, select(foreign, load<N>(to), value));
+    };
+    keep(results.albedo.x.at + first, bsdf.albedo().x);
+    keep(results.albedo.y.at + first, bsdf.albedo().y);
+    keep(results.albedo.z.at + first, bsdf.albedo().z);
+    keep(results.normal.x.at + first, s.normal.x);
+    keep(results.normal.y.at + first, s.normal.y);
+    keep(results.normal.z.at + first, s.normal.z);
+    keep(results.depth_m.at + first, at.met.distance_m);
+    store(results.hit.at + first, select(at.on, Ints<N>(1), load<N>(results.hit.at + first)));
+    if (max_depth_ == 0) {
+      return;
+    }
+  }
+  const Vec4s<N> u_light = draw(wave, first, on, dimension_group(depth, BounceGroup::kLight));
+  add_light_samples(wave, first, at, bsdf, u_light);
+
+  const Vec4s<N> u = draw(wave, first, on, dimension_group(depth, BounceGroup::kBsdf));
+  const auto sample = bsdf.sample(u.x, {u.y, u.z});
+  Mask<N> alive = at.on & is_not_black(sample.weight);
+  const Vec3s<N> wi = at.frame.to_world(sample.wi);
+  const Mask<N> through = dot(wi, s.horizon) < Floats<N>(0);
+  Vec3s<N> beta = at.beta * sample.weight;
+  // continuation_probability()
+  const Floats<N> survive =
+      max_component(Vec3s<N>(abs(beta.x), abs(beta.y), abs(beta.z))) / Floats<N>(0.5F);
+  const Mask<N> faint = survive < Floats<N>(1);
+  alive = alive & ~(faint & (u_light.w >= survive));
+  beta = select(faint, beta * (Floats<N>(1) / survive), beta);
+  const unsigned taken = depth + 1 <= max_depth_ ? alive.bits() : 0;
+  if (taken == 0) {
+    return;
+  }
+  const Mask<N> spreads = ~sample.is_delta;
+  const std::size_t to = paths.count;
+  // At or before the chunk's own place, where everything has been read.
+  const Ints<N> slot = load<N>(paths.slot.at + first);
+  const Words<N> index = load<N>(paths.index_reversed.at + first);
+  for (unsigned rest = taken, k = 0; rest != 0; rest &= rest - 1, ++k) {
+    paths.base.at[to + k] = paths.base.at[first + static_cast<std::size_t>(std::countr_zero(rest))];
+  }
+  compress(paths.origin, to,
+           offset_ray(s.origin, select(through, -s.normal_geometric, s.normal_geometric)), taken);
+  compress(paths.direction, to, wi, taken);
+  compress(paths.beta, to, beta, taken);
+  compress(paths.pdf_bsdf.at + to, sample.pdf_solid_angle, taken);
+  compress(paths.last_origin, to, s.origin, taken);
+  compress(paths.last_normal, to, s.horizon, taken);
+  compress(paths.cone_width_m.at + to, at.met.cone_width_m, taken);
+  compress(paths.cone_spread_rad.at + to,
+           segments.cone_spread_rad + select(spreads, Floats<N>(0.1F) * s.alpha, Floats<N>(0)),
+           taken);
+  compress(paths.is_sharp.at + to, select(spreads, Ints<N>(0), segments.is_sharp), taken);
+  compress(paths.index_reversed.at + to, index, taken);
+  compress(paths.slot.at + to, slot, taken);
+  paths.count += static_cast<std::size_t>(std::popcount(taken));
+}
+
+/// Light samples and their weights; shadow rays wait until all chunks have theirs.
+template <std::size_t N>
+void LaneTracer<N>::add_light_samples(Wave& wave, std::size_t first, const Vertex& at,
+                                      const BsdfLanes<N>& bsdf, const Vec4s<N>& u) const {
+  const Mask<N> asked = at.on & bsdf.has_spread();
+  if (scalar_.lights().empty() || !asked.any()) {
+    return;
+  }
+  const Floats<N> zero(0);
+  const SurfaceLanes<N>& s = at.met.surface;
+  const LightLanes<N> light = lights_.sample(asked, s.origin, s.horizon, u.x, {u.y, u.z});
+  const Mask<N> lit = asked & (light.pdf_solid_angle > zero) & is_not_black(light.radiance);
+  if (!lit.any()) {
+    return;
+  }
+  const auto f = bsdf.evaluate(at.frame.to_local(light.wi_world));
+  const unsigned taken = (lit & is_not_black(f.value_cos)).bits();
+  if (taken == 0) {
+    return;
+  }
+  const Floats<N> weight =
+      select(light.is_delta, Floats<N>(1), mis_weight(light.pdf_solid_angle, f.pdf_solid_angle));
+  const Vec3s<N> value = at.beta * f.value_cos * light.radiance * (weight / light.pdf_solid_angle);
+  const Mask<N> above = dot(s.horizon, light.wi_world) >= zero;
+  const Vec3s<N> origin =
+      offset_ray(s.origin, select(above, s.normal_geometric, -s.normal_geometric));
+  WaveShadows& to = wave.shadows;
+  compress(to.origin, to.count, origin, taken);
+  compress(to.direction, to.count, select(light.is_far, light.wi_world, light.target - origin),
+           taken);
+  compress(to.t_max.at + to.count, select(light.is_far, Floats<N>(kFar), Floats<N>(1)), taken);
+  compress(to.value, to.count, value, taken);
+  compress(to.cone_width_m.at + to.count, at.met.cone_width_m, taken);
+  compress(to.is_sharp.at + to.count, load<N>(wave.paths.is_sharp.at + first), taken);
+  compress(to.slot.at + to.count, load<N>(wave.paths.slot.at + first), taken);
+  to.count += static_cast<std::size_t>(std::popcount(taken));
+}
+
+/// Traces the waiting shadow rays; where something may let light through, one by one.
+template <std::size_t N>
+void LaneTracer<N>::find_lights(Wave& wave, std::uint64_t& rays) const {
+  WaveShadows& shadows = wave.shadows;
+  const bool all_block = !scene_.has_alpha && !scene_.has_clear;
+  RayPacket packet;
+  for (std::size_t first = 0; first < shadows.count && all_block; first += 8) {
+    const unsigned active = lanes_below(shadows.count - first);
+    fill(packet, shadows.origin, shadows.direction, first);
+    std::copy_n(shadows.t_max.at + first, 8, packet.t_max);
+    rays += static_cast<std::uint64_t>(std::popcount(active));
+    unsigned open = active & ~scene_.accel->occluded8(packet, active);
+    for (; open != 0; open &= open - 1) {
+      const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(open));
+      add_radiance(wave.results, static_cast<std::size_t>(shadows.slot.at[i]),
+                   shadows.value.get(i));
+    }
+  }
+  for (std::size_t i = 0; i < shadows.count && !all_block; ++i) {
+    const auto slot = static_cast<std::size_t>(shadows.slot.at[i]);
+    PathState path{.sampler = wave.sampler(slot), .rays = rays};
+    path.cone_width_m = shadows.cone_width_m.at[i];
+    path.is_sharp = shadows.is_sharp.at[i] != 0;
+    const Ray ray = {shadows.origin.get(i), shadows.direction.get(i), 0, shadows.t_max.at[i]};
+    const Rgb open = visibility(scene_, path, ray, path.media).transmittance;
+    add_radiance(wave.results, slot, shadows.value.get(i) * Vec3{open.r, open.g, open.b});
+  }
+  shadows.count = 0;
+}
+
+#ifdef __AVX2__
+constexpr bool kHasLanes = true;
+#else
+constexpr bool kHasLanes = false;
+#endif
+
+template <bool kServes>
+std::unique_ptr<const WaveTracer> make_tracer(const IntegratorInput& input, int width) {
+  if constexpr (kServes) {
+    if (width > 1) {
+      return std::make_unique<LaneTracer<8>>(input);
+    }
+    return std::make_unique<LaneTracer<1>>(input);
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+bool waves_serve(std::string_view isa) noexcept { return kHasLanes && isa.starts_with("avx"); }
+
+std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width) {
+  if (input.settings.integrator != "path" || !DefaultOptions::serves(input.settings) ||
+      !input.scene.accel->has_packets()) {
+    return nullptr;
+  }
+  return make_tracer<kHasLanes>(input, width);
+}
+
+}  // namespace core

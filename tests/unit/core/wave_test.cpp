@@ -1,0 +1,416 @@
+// Waves against the scalar code that they follow: kernels number by number, pictures pixel by
+// pixel. Both draw the same random numbers, so that what they find differs by rounding alone.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/math/lane_math.h"
+#include "core/render/tile_fill.h"
+#include "core/wave/lane_bsdf.h"
+#include "core/wave/lane_sampler.h"
+#include "core/wave/wave_tracer.h"
+#include "tests/support/bsdf_cases.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+using core::Floats;
+using core::Rgb;
+using core::Vec3;
+using test_support::Picture;
+
+TEST(WaveLanes, DrawTheNumbersOfTheScalarSampler) {
+  alignas(32) std::array<std::uint64_t, 8> base{};
+  alignas(32) std::array<std::uint32_t, 8> index{};
+  std::vector<core::PathSampler> samplers(8, {core::SamplerType::kSobol, 2, 7});
+  for (std::size_t k = 0; k < 8; ++k) {
+    samplers[k].start(static_cast<int>(3 * k), 5, static_cast<int>(29 * k));
+    base[k] = samplers[k].base();
+    index[k] = core::reverse_bits(samplers[k].index());
+  }
+  for (int group = 0; group < 40; ++group) {
+    const auto eight =
+        core::sobol_4d<8>(core::Hashes<8>::load(base.data()), core::load<8>(index.data()), group);
+    for (std::size_t k = 0; k < 8; ++k) {
+      const auto one =
+          core::sobol_4d<1>(core::Hashes<1>::load(&base[k]), core::load<1>(&index[k]), group);
+      const core::Vec4 u = samplers[k].get_4d(group);
+      EXPECT_TRUE(eight.x.v[k] == u.x && eight.y.v[k] == u.y && eight.z.v[k] == u.z &&
+                  eight.w.v[k] == u.w);
+      EXPECT_TRUE(one.x.v[0] == u.x && one.y.v[0] == u.y && one.z.v[0] == u.z && one.w.v[0] == u.w);
+    }
+  }
+}
+
+TEST(WaveLanes, SineAndCosineErrLessThanTwoInTenMillion) {
+  double worst = 0;
+  for (int i = -100'000; i <= 100'000; ++i) {
+    const float x = static_cast<float>(i) * (6.2831853F / 100'000);
+    Floats<8> sine;
+    Floats<8> cosine;
+    core::sincos(Floats<8>(x), sine, cosine);
+    const auto exact = static_cast<double>(x);
+    worst = std::max({worst, std::fabs(static_cast<double>(sine.v[3]) - std::sin(exact)),
+                      std::fabs(static_cast<double>(cosine.v[6]) - std::cos(exact))});
+  }
+  EXPECT_LT(worst, 2e-7);
+}
+
+TEST(WaveLanes, CompressKeepsTheOrderOfThoseTaken) {
+  alignas(32) std::array<std::int32_t, 8> from = {10, 11, 12, 13, 14, 15, 16, 17};
+  for (unsigned taken = 0; taken < 256; ++taken) {
+    std::array<std::int32_t, 8> to{};
+    core::compress<8>(to.data(), core::load<8>(from.data()), taken);
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < 8; ++k) {
+      if ((taken >> k & 1U) != 0) {
+        EXPECT_EQ(to[at++], from[k]);
+      }
+    }
+  }
+}
+
+/// The surfaces that waves know.
+std::vector<core::BsdfParameters> surfaces() {
+  std::vector<core::BsdfParameters> out;
+  for (const auto& c : test_support::bsdf_cases()) {
+    if (!c.layers && c.parameters.transmission == 0 &&
+        c.parameters.alpha_x == c.parameters.alpha_y) {
+      out.push_back(c.parameters);
+    }
+  }
+  core::BsdfParameters half = out.back();
+  for (const float roughness : {0.1F, 0.5F, 0.9F}) {
+    half.metallic = roughness;
+    half.roughness = roughness;
+    half.alpha_x = half.alpha_y = roughness * roughness;
+    half.base_color = {0.9F, 0.5F, 0.1F};
+    half.f0 = {0.02F, 0.04F, 0.08F};
+    out.push_back(half);
+  }
+  return out;
+}
+
+/// Where two of them differ by more than rounding: 1e-4 of the larger, or of 1e-3.
+bool differs(float a, float b) {
+  return !(std::fabs(a - b) <= 1e-4F * std::max({std::fabs(a), std::fabs(b), 1e-3F}));
+}
+
+/// How many values and samples of lanes differ from the scalar Bsdf's, N surfaces side by side.
+/// alpha_scale: 1, or a fault in the lanes.
+template <std::size_t N>
+int differences(Vec3 ng, float alpha_scale) {
+  const auto all = surfaces();
+  const core::LaneAlbedoTables tables;
+  test_support::Random random(5);
+  int count = 0;
+  for (int round = 0; round < 300; ++round) {
+    std::array<core::BsdfParameters, N> chosen;
+    std::array<Vec3, N> wo;
+    std::array<Vec3, N> wi;
+    std::array<Vec3, N> numbers;
+    core::SurfaceLanes<N> lanes{};
+    core::Vec3s<N> wo_lanes;
+    core::Vec3s<N> wi_lanes;
+    core::Vec3s<N> u;
+    for (std::size_t k = 0; k < N; ++k) {
+      const auto& p = chosen[k] = all[random.bits() % all.size()];
+      do {
+        wo[k] = test_support::random_hemisphere(random);
+      } while (!(wo[k].z > 0.05F && dot(wo[k], ng) > 0.05F));
+      wi[k] = test_support::random_hemisphere(random);
+      numbers[k] = {random.uniform(), random.uniform(), random.uniform()};
+      lanes.base_color.set(k, {p.base_color.r, p.base_color.g, p.base_color.b});
+      lanes.metallic.v[k] = p.metallic;
+      lanes.roughness.v[k] = p.roughness;
+      lanes.alpha.v[k] = p.alpha_x * alpha_scale;
+      lanes.f0.set(k, {p.f0.r, p.f0.g, p.f0.b});
+      lanes.f90.v[k] = p.f90;
+      wo_lanes.set(k, wo[k]);
+      wi_lanes.set(k, wi[k]);
+      u.set(k, numbers[k]);
+    }
+    const core::BsdfLanes<N> bsdf(lanes, wo_lanes, core::Vec3s<N>(ng), tables);
+    const auto value = bsdf.evaluate(wi_lanes);
+    const auto sample = bsdf.sample(u.x, {u.y, u.z});
+    for (std::size_t k = 0; k < N; ++k) {
+      const core::Bsdf scalar(chosen[k], wo[k], ng);
+      const core::BsdfEval f = scalar.evaluate(wi[k]);
+      const core::BsdfSample s = scalar.sample(numbers[k].x, {numbers[k].y, numbers[k].z});
+      bool wrong = differs(value.value_cos.lane(k).x, f.value_cos.r) ||
+                   differs(value.value_cos.lane(k).z, f.value_cos.b) ||
+                   differs(value.pdf_solid_angle.v[k], f.pdf_solid_angle) ||
+                   differs(sample.weight.lane(k).y, s.weight.g) ||
+                   differs(bsdf.albedo().lane(k).x, scalar.albedo().r) ||
+                   (bsdf.has_spread().bits() >> k & 1U) != (scalar.has_spread() ? 1U : 0U);
+      if (!is_black(s.weight)) {
+        wrong = wrong || (sample.is_delta.bits() >> k & 1U) != (s.is_delta ? 1U : 0U) ||
+                differs(sample.wi.lane(k).x, s.wi_local.x) ||
+                differs(sample.wi.lane(k).z, s.wi_local.z) ||
+                differs(sample.pdf_solid_angle.v[k], s.pdf_solid_angle);
+      }
+      count += wrong ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+// Rounding may choose another lobe or side in a handful of 2,400.
+TEST(WaveBsdf, LanesEqualTheScalarBsdf) {
+  EXPECT_LE(differences<8>({0, 0, 1}, 1), 3);
+  EXPECT_LE(differences<1>({0, 0, 1}, 1), 1);
+}
+
+TEST(WaveBsdf, LanesEqualTheScalarBsdfUnderATiltedHorizon) {
+  EXPECT_LE(differences<8>(test_support::tilted_normal(), 1), 3);
+  EXPECT_LE(differences<1>(test_support::tilted_normal(), 1), 1);
+}
+
+// The twin.
+TEST(WaveBsdf, OnePercentMoreWidthIsSeen) { EXPECT_GT(differences<8>({0, 0, 1}, 1.01F), 300); }
+
+TEST(WaveLights, FewLightsArePickedAsTheTreePicksThem) {
+  test_support::Random random(9);
+  for (const std::size_t count : {1U, 2U, 3U, 4U}) {
+    std::vector<core::LightBounds> lights(count);
+    for (core::LightBounds& light : lights) {
+      const Vec3 at = {random.uniform(), 2 + random.uniform(), random.uniform()};
+      light.box = {at, at + Vec3{0.3F, 0, 0.2F}};
+      light.axis = {0, -1, 0};
+      light.power = 0.5F + random.uniform();
+      light.two_sided = random.uniform() < 0.3F;
+    }
+    const core::LightTree tree(lights);
+    ASSERT_TRUE(tree.is_few());
+    for (int round = 0; round < 200; ++round) {
+      core::Vec3s<8> point;
+      core::Vec3s<8> normal;
+      Floats<8> u;
+      for (std::size_t k = 0; k < 8; ++k) {
+        point.set(k, {3 * random.uniform() - 1, 3.5F * random.uniform(), random.uniform()});
+        normal.set(k, test_support::random_hemisphere(random));
+        u.v[k] = random.uniform();
+      }
+      const auto picks = tree.pick_few(point, normal, u);
+      for (std::size_t k = 0; k < 8; ++k) {
+        const auto one = tree.pick(point.lane(k), normal.lane(k), u.v[k]);
+        EXPECT_NEAR(picks.prob_light.v[k], one.prob_light, 1e-5F);
+        if (one.prob_light > 0) {
+          EXPECT_EQ(static_cast<std::uint32_t>(picks.light.v[k]), one.light);
+        }
+      }
+    }
+  }
+}
+
+core::MaterialDescription glossy(Rgb color, float metallic, float roughness) {
+  core::MaterialDescription m;
+  m.base_color = color;
+  m.metallic = metallic;
+  m.roughness = roughness;
+  return m;
+}
+
+/// The Cornell box with three balls, one of each material.
+core::View balls(const std::vector<core::MaterialDescription>& materials) {
+  core::SceneDescription scene = test_support::cornell();
+  const auto first = static_cast<int>(scene.materials.size());
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    scene.materials.push_back(materials[i]);
+    scene.meshes[0].primitives.push_back(
+        test_support::sphere({0.2F + 0.3F * static_cast<float>(i), 0.2F, 0.5F}, 0.15F, 8, false,
+                             first + static_cast<int>(i)));
+  }
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), 45, 40);
+  test_support::look_at(view, {0.5F, 0.5F, 2.4F}, {0.5F, 0.5F, 0}, 30);
+  view.environment = test_support::constant_sky({0.2F, 0.3F, 0.4F});
+  view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = true;
+  return view;
+}
+
+/// Share of the pixels that differ by more than 1e-3 in their value or layers: paths that rounding
+/// sent another way.
+double differing(const core::View& view, int width, const core::View& scalar) {
+  core::View waves = view;
+  waves.wave_width = width;
+  core::View one_by_one = scalar;
+  one_by_one.wave_width = 0;
+  const Picture a = test_support::render(waves, 16);
+  const Picture b = test_support::render(one_by_one, 16);
+  EXPECT_EQ(a.progress.rejected_samples, 0U);
+  std::size_t count = 0;
+  const auto apart = [](float x, float y) {
+    return std::fabs(x - y) > 1e-3F * std::max(1.0F, std::fabs(y));
+  };
+  for (std::size_t p = 0; p < a.snapshot.pixel_count(); ++p) {
+    const core::HalfValue x = core::pixel_value(a.snapshot, p);
+    const core::HalfValue y = core::pixel_value(b.snapshot, p);
+    EXPECT_EQ(x.count, y.count);
+    bool differs = apart(x.mean.r, y.mean.r) || apart(x.mean.g, y.mean.g) ||
+                   apart(x.mean.b, y.mean.b) || apart(x.alpha, y.alpha);
+    if (a.snapshot.has_aux) {
+      const core::AuxPixel& l = a.snapshot.aux[p];
+      const core::AuxPixel& m = b.snapshot.aux[p];
+      differs = differs || l.hits != m.hits || apart(l.albedo.g, m.albedo.g) ||
+                apart(l.normal_world.x, m.normal_world.x) || apart(l.depth_m, m.depth_m);
+    }
+    count += differs ? 1 : 0;
+  }
+  return static_cast<double>(count) / static_cast<double>(a.snapshot.pixel_count());
+}
+double differing(const core::View& view, int width = 8) { return differing(view, width, view); }
+
+std::vector<core::MaterialDescription> metals_and_plastics() {
+  return {glossy({0.9F, 0.6F, 0.3F}, 1, 0.3F), glossy({0.2F, 0.5F, 0.8F}, 0, 0.2F),
+          glossy({0.8F, 0.8F, 0.8F}, 0.5F, 0.01F)};
+}
+
+TEST(Waves, OfMatteSurfacesFindWhatPathsOneByOneFind) {
+  EXPECT_LT(differing(balls({test_support::lambert({0.7F, 0.2F, 0.2F})})), 0.01);
+}
+
+TEST(Waves, OfMetalsAndPlasticsFindWhatPathsOneByOneFind) {
+  EXPECT_LT(differing(balls(metals_and_plastics())), 0.01);
+  EXPECT_LT(differing(balls(metals_and_plastics()), 1), 0.01);
+}
+
+// The twin: a scattering less.
+TEST(Waves, OfShorterPathsAreSeen) {
+  const core::View view = balls(metals_and_plastics());
+  core::View shorter = view;
+  shorter.settings.max_depth = 2;
+  EXPECT_GT(differing(shorter, 8, view), 0.5);
+}
+
+TEST(Waves, HandOverPathsThatMeetGlassAndCoats) {
+  core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
+  glass.transmission = 1;
+  core::MaterialDescription solid = glass;
+  solid.thickness = 1;
+  core::MaterialDescription coated = glossy({0.8F, 0.1F, 0.1F}, 0, 0.5F);
+  coated.clearcoat = 1;
+  EXPECT_LT(differing(balls({glass, solid, coated})), 0.02);
+}
+
+TEST(Waves, PassHolesAndBlendedSurfaces) {
+  core::MaterialDescription hole = glossy({0.5F, 0.5F, 0.5F}, 0, 0.5F);
+  hole.alpha_mode = core::AlphaMode::kMask;
+  hole.base_alpha = 0.2F;
+  core::MaterialDescription there = hole;
+  there.base_alpha = 0.8F;
+  core::MaterialDescription half = hole;
+  half.alpha_mode = core::AlphaMode::kBlend;
+  half.base_alpha = 0.5F;
+  EXPECT_LT(differing(balls({hole, there, half})), 0.01);
+}
+
+TEST(Waves, SeeMapsOfTheSkyAndLeaveHiddenOnesOut) {
+  core::View view = balls(metals_and_plastics());
+  view.environment = test_support::sky_map(16, 8, [](int x, int y) {
+    return x == 5 && y == 2 ? Rgb{80, 70, 60} : Rgb{0.3F, 0.3F, 0.3F};
+  });
+  EXPECT_LT(differing(view), 0.01);
+}
+
+TEST(Waves, ServeEverySampler) {
+  core::View view = balls(metals_and_plastics());
+  for (const auto type :
+       {core::SamplerType::kIndependent, core::SamplerType::kHalton, core::SamplerType::kZsobol}) {
+    view.settings.sampler = type;
+    EXPECT_LT(differing(view), 0.01);
+  }
+}
+
+TEST(Waves, EndWhereDepthDoes) {
+  core::View view = balls(metals_and_plastics());
+  for (const int depth : {0, 1, 3}) {
+    view.settings.max_depth = depth;
+    EXPECT_LT(differing(view), 0.01) << depth;
+  }
+}
+
+// Which paths travel together changes with the crop; what they find does not.
+TEST(Waves, KeepTheBitsOfAPathWhateverTravelsWithIt) {
+  core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
+  glass.transmission = 1;
+  const core::View full =
+      balls({glass, glossy({0.9F, 0.6F, 0.3F}, 1, 0.3F), glossy({0.2F, 0.5F, 0.8F}, 0, 0.2F)});
+  const auto whole = test_support::render(full, 8).snapshot;
+  core::View part = full;
+  part.settings.film.crop = core::PixelRect{7, 3, 31, 30};
+  const auto piece = test_support::render(part, 8).snapshot;
+  for (std::size_t y = 0; y < 30; ++y) {
+    for (std::size_t x = 0; x < 31; ++x) {
+      const auto& a = piece.pixels[(y * 31 + x) * 2];
+      const auto& b = whole.pixels[((y + 3) * 45 + x + 7) * 2];
+      ASSERT_TRUE(a.mean_r == b.mean_r && a.mean_g == b.mean_g && a.mean_b == b.mean_b &&
+                  a.m2_luminance == b.m2_luminance)
+          << x << ' ' << y;
+    }
+  }
+}
+
+TEST(Waves, AreForDefaultOptionsAlone) {
+  core::View view = balls({});
+  const auto serves = [&] {
+    return core::make_wave_tracer({view.scene->data(), view.environment.get(), view.settings}) !=
+           nullptr;
+  };
+  EXPECT_TRUE(serves());
+  view.settings.estimator.roulette = core::RouletteType::kNone;
+  EXPECT_FALSE(serves());
+  view.settings.estimator = {};
+  view.settings.light_sampler = core::LightSamplerType::kRestir;
+  EXPECT_FALSE(serves());
+  view.settings.light_sampler = core::LightSamplerType::kTree;
+  view.settings.integrator = "direct";
+  EXPECT_FALSE(serves());
+}
+
+// Waves of three lie across pixels and samples; each pixel still gets its own in order.
+TEST(WaveFill, TileContentIsThatOfPixelAfterPixel) {
+  const auto sample_of = [](int x, int y, int s) {
+    core::PathSample out;
+    out.radiance = Rgb(static_cast<float>(
+        core::mix_bits(static_cast<std::uint64_t>(x + 100 * y + 10'000 * s)) >> 40));
+    out.hit = s % 3 != 0;
+    out.depth_m = static_cast<float>(x * s);
+    return out;
+  };
+  for (const bool is_planned : {false, true}) {
+    core::TileState one;
+    one.rect = {32, 0, 5, 3};
+    one.pixels.resize(30);
+    one.aux.resize(15);
+    if (is_planned) {
+      one.samples = 4;
+      one.span = {4, 8};
+      for (std::uint32_t p = 0; p < 15; ++p) {
+        one.plan.push_back({4, 4 + p});
+      }
+    }
+    core::TileState other = one;
+    const core::FillRule rule = {2, 1, core::FitType::kNone, 1};
+    ASSERT_TRUE(core::fill_tile(one, rule, 7, {}, sample_of));
+    std::vector<core::DueSample> due;
+    ASSERT_TRUE(core::fill_tile_in_waves(
+        other, rule, 4, 7, {},
+        [&](std::span<const core::DueSample> wave) { due.assign(wave.begin(), wave.end()); },
+        [&](std::size_t i) { return sample_of(due[i].x, due[i].y, due[i].sample); }));
+    EXPECT_EQ(one.samples, other.samples);
+    for (std::size_t p = 0; p < 30; ++p) {
+      EXPECT_EQ(one.pixels[p].count, other.pixels[p].count);
+      EXPECT_EQ(one.pixels[p].mean_r, other.pixels[p].mean_r);
+      EXPECT_EQ(one.pixels[p].m2_luminance, other.pixels[p].m2_luminance);
+      EXPECT_EQ(one.aux[p / 2].depth_m, other.aux[p / 2].depth_m);
+    }
+  }
+}
+
+}  // namespace

@@ -121,7 +121,9 @@ const View<BuildView>& build_view() {
        {"compiler", shape::text(), [](const BuildView& b) -> Json { return b.compiler; }},
        {"isa", shape::text("Instruction set that rays are traced with."),
         [](const BuildView& b) -> Json { return b.isa; }},
-       {"embree", shape::text(), [](const BuildView& b) -> Json { return b.embree; }}}};
+       {"embree", shape::text(), [](const BuildView& b) -> Json { return b.embree; }},
+       {"waves", shape::flag("Paths of default options go eight side by side."),
+        [](const BuildView& b) -> Json { return b.waves; }}}};
   return kView;
 }
 

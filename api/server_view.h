@@ -36,6 +36,7 @@ struct BuildView {
   std::string compiler;
   std::string isa;  ///< that Embree traces with
   std::string embree;
+  bool waves = false;           ///< core::waves_serve()
   std::string arithmetic = {};  ///< core::arithmetic_class(); written into pictures and films
 };
 

@@ -10,6 +10,7 @@
 #include "core/accel/arithmetic.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/builtin_scenes.h"
+#include "core/wave/wave_tracer.h"
 #include "server/http/http_server.h"
 #include "server/store/files.h"
 
@@ -115,6 +116,7 @@ api::ServerView about_server(const Config& config, const MemoryLimits& memory,
   about.build.isa = isa;
   about.build.arithmetic = core::arithmetic_class(isa);
   about.build.embree = core::embree_version();
+  about.build.waves = core::waves_serve(isa);
   for (const core::BuiltinScene& scene : core::builtin_scenes()) {
     about.capabilities.scenes.push_back({std::string(scene.name), std::string(scene.summary)});
   }

@@ -189,7 +189,8 @@ class Arithmetic(unittest.TestCase):
     def test_the_instruction_set_can_be_pinned_and_stands_in_the_build_and_in_pictures(self):
         for isa in ("sse4.2", "avx2"):
             server = self.start("--isa", isa)
-            self.assertEqual(server.get("/v1/server").json()["build"]["isa"], isa)
+            build = server.get("/v1/server").json()["build"]
+            self.assertEqual((build["isa"], build["waves"]), (isa, isa == "avx2"))
             job = server.render(job_body())
             picture = server.get(f"/v1/jobs/{job['id']}/image.png").body
             self.assertIn(b"tessera:arithmetic", picture)

@@ -32,7 +32,8 @@ class Service(ApiTest):
                        "adaptive", "options", "layers", "image_formats", "tone_maps", "filters",
                        "scenes", "experiments", "extensions"):
             self.assertIn(member, about)
-        self.assertEqual(set(about["build"]), {"id", "commit", "compiler", "isa", "embree"})
+        self.assertEqual(set(about["build"]), {"id", "commit", "compiler", "isa", "embree",
+                                               "waves"})
         self.assertIn("path", [i["type"] for i in about["integrators"]])
         self.assertEqual(set(about["image_formats"]), {"png", "jpg", "webp", "exr", "hdr", "tif"})
         self.assertEqual(set(about["filters"]),

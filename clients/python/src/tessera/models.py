@@ -1028,6 +1028,7 @@ class ServerBuild(TypedDict):
     compiler: str
     isa: str
     embree: str
+    waves: bool
 
 
 class ServerScenes(TypedDict):

@@ -1203,6 +1203,8 @@ export interface Server {
     /** Instruction set that rays are traced with. */
     isa: string;
     embree: string;
+    /** Paths of default options go eight side by side. */
+    waves: boolean;
   };
   /** Every maximum by name. */
   limits: Record<string, number>;

@@ -47,7 +47,8 @@ Rgb DirectIntegrator::background(const PathState& path) const noexcept {
     return environment_->background(direction);
   }
   return environment_->radiance(direction) *
-         kMis.weight(path.last.pdf_bsdf, lights_.pdf_environment(direction));
+         kMis.weight(path.last.pdf_bsdf,
+                     lights_.pdf_environment(direction, path.last.origin, path.last.light_normal));
 }
 
 Rgb DirectIntegrator::emission(const PathState& path, const PathVertex& vertex) const noexcept {

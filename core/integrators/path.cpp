@@ -116,9 +116,11 @@ void PathTracer<Options>::add_environment(TracedPath& path) const noexcept {
     return;
   }
   const Vec3 direction = path.ray.direction;
-  add_found(path,
-            is_sampled ? environment_->radiance(direction) : environment_->background(direction),
-            is_sampled ? lights_.pdf_environment(direction) : 0.0F, is_sampled);
+  add_found(
+      path, is_sampled ? environment_->radiance(direction) : environment_->background(direction),
+      is_sampled ? lights_.pdf_environment(direction, path.last.origin, path.last.light_normal)
+                 : 0.0F,
+      is_sampled);
 }
 
 template <typename Options>

@@ -15,8 +15,7 @@ std::vector<float> light_powers(const SceneData& scene, const Environment* envir
   const float section = kPi * square(light_disk_radius_m(scene));
   std::vector<float> powers;
   for (const TriangleLight& t : scene.triangle_lights) {
-    powers.push_back(std::max(luminance(t.radiance), t.textured ? 1e-6F : 0.0F) * t.area_m2 * kPi *
-                     (t.two_sided ? 2.0F : 1.0F));
+    powers.push_back(luminance(t.radiance) * t.area_m2 * kPi * (t.two_sided ? 2.0F : 1.0F));
   }
   for (const PunctualLight& p : scene.punctual_lights) {
     powers.push_back(luminance(p.intensity) *

@@ -10,7 +10,8 @@ namespace core {
 
 /// Power that each light sends into the scene, as luminance [W]: triangles, punctual lights, the
 /// environment (null: none). Never below a millionth of the whole, so that each is sampled: 2^-20
-/// is 16 steps of a float below 1. Zero for triangles without area.
+/// is 16 steps of a float below 1. Zero for triangles without area and for those
+/// that shine nowhere.
 std::vector<float> light_powers(const SceneData& scene, const Environment* environment);
 
 /// Radius of the disk through which far lights light the scene.

@@ -71,7 +71,7 @@ Vec3 LightSampler::target(const LightPoint& light, const LightView& view) const 
 float LightSampler::pdf_solid_angle(const LightPoint& light, const LightView& view, Vec3 point,
                                     Vec3 normal_world) const noexcept {
   if (light.light >= triangles_) {
-    return pdf_environment(view.wi_world);
+    return pdf_environment(view.wi_world, point, normal_world);
   }
   const float cos_light = std::fabs(dot(scene_.triangle_lights[light.light].normal, view.wi_world));
   return pdf_triangle(light.light, point, normal_world, length(light.place - point), cos_light);

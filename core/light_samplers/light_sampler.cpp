@@ -23,13 +23,36 @@ LightSampler::LightSampler(const SceneData& scene, const Environment* environmen
       std::count_if(punctual.begin(), punctual.end(),
                     [](const PunctualLight& l) { return l.type != PunctualType::kDirectional; }));
   light_count_ = triangles_ + punctual.size() + (environment_ != nullptr ? 1 : 0);
-  const std::size_t far = light_count_ - triangles_ - local_punctual_;
-  const bool has_tree = triangles_ + local_punctual_ > 0;
-  prob_tree_ = has_tree ? 1.0F / static_cast<float>(far + 1) : 0.0F;
-  prob_far_each_ = far > 0 ? (1 - prob_tree_) / static_cast<float>(far) : 0.0F;
+  far_count_ = light_count_ - triangles_ - local_punctual_;
+  float fluence = environment_ != nullptr ? environment_->power_luminance() : 0.0F;
+  for (std::size_t i = local_punctual_; i < punctual.size(); ++i) {
+    fluence += luminance(punctual[i].intensity);
+  }
+  irradiance_far_ = fluence / 4;
   if (type_ == LightSamplerType::kPower && light_count_ > 0) {
     power_ = Distribution1D(light_powers(scene, environment_));
   }
+}
+
+/// Probability with which the tree is asked; far lights share the rest evenly. In proportion to
+/// what both sides could send to the point, unshadowed; but as neither knows what stands in
+/// between, the weaker one gets kLeast, down to where it could send no more than kFaint of the
+/// whole.
+float LightSampler::prob_tree(Vec3 point, Vec3 normal_world) const noexcept {
+  constexpr float kLeast = 0.4F;
+  constexpr float kFaint = 0.01F;
+  if (far_count_ == 0) {
+    return 1;
+  }
+  const float local = scene_.light_tree.importance(point, normal_world);
+  if (!(local > 0)) {
+    return 0;
+  }
+  const float share = local / (local + irradiance_far_);
+  const float least = kLeast * std::min(share / kFaint, 1.0F);
+  // Never quite 1: whoever shares samples relies on a far light being found wherever it is seen.
+  const float most = 1 - std::max(kLeast * std::min((1 - share) / kFaint, 1.0F), 0x1p-20F);
+  return std::clamp(share, least, most);
 }
 
 LightSample LightSampler::from_triangle(std::uint32_t light, Vec3 point, float prob,
@@ -80,7 +103,7 @@ LightSample LightSampler::from_punctual(std::size_t light, Vec3 point, float pro
   return s;
 }
 
-LightSample LightSampler::from_environment(Vec3 /*point*/, float prob, Vec2 u) const noexcept {
+LightSample LightSampler::from_environment(float prob, Vec2 u) const noexcept {
   LightSample s;
   const EnvironmentSample e = environment_->sample(u);
   s.wi_world = e.wi_world;
@@ -114,20 +137,19 @@ LightSample LightSampler::sample(Vec3 point, Vec3 normal_world, float u_pick,
     case LightSamplerType::kRis:  // never, nor the next: see the constructor
     case LightSamplerType::kRestir:
     case LightSamplerType::kTree: {
-      if (u_pick < prob_tree_) {
+      const float by_tree = prob_tree(point, normal_world);
+      if (u_pick < by_tree) {
         const auto pick = scene_.light_tree.pick(point, normal_world,
-                                                 std::min(u_pick / prob_tree_, kOneMinusEpsilon));
+                                                 std::min(u_pick / by_tree, kOneMinusEpsilon));
         if (!(pick.prob_light > 0)) {
           return {};
         }
         light = pick.light;
-        prob = prob_tree_ * pick.prob_light;
+        prob = by_tree * pick.prob_light;
       } else {
-        const float rest = (u_pick - prob_tree_) / prob_far_each_;
-        const std::size_t far = light_count_ - triangles_ - local_punctual_;
+        prob = (1 - by_tree) / static_cast<float>(far_count_);
         light = triangles_ + local_punctual_ +
-                std::min(static_cast<std::size_t>(std::max(rest, 0.0F)), far - 1);
-        prob = prob_far_each_;
+                std::min(static_cast<std::size_t>((u_pick - by_tree) / prob), far_count_ - 1);
       }
       break;
     }
@@ -138,7 +160,7 @@ LightSample LightSampler::sample(Vec3 point, Vec3 normal_world, float u_pick,
   if (light < triangles_ + scene_.punctual_lights.size()) {
     return from_punctual(light - triangles_, point, prob);
   }
-  return from_environment(point, prob, u);
+  return from_environment(prob, u);
 }
 
 LightSample LightSampler::sample_delta(Vec3 point, float u_pick) const noexcept {
@@ -164,22 +186,26 @@ float LightSampler::pdf_triangle(std::uint32_t light, Vec3 point, Vec3 normal_wo
     case LightSamplerType::kRis:
     case LightSamplerType::kRestir:
     case LightSamplerType::kTree:
-      prob = prob_tree_ * scene_.light_tree.prob_light(point, normal_world, light);
+      prob =
+          prob_tree(point, normal_world) * scene_.light_tree.prob_light(point, normal_world, light);
       break;
   }
   const float area = scene_.triangle_lights[light].area_m2;
   return area > 0 ? prob * area_to_solid_angle(1 / area, distance_m * distance_m, cos_light) : 0.0F;
 }
 
-float LightSampler::pdf_environment(Vec3 direction_world) const noexcept {
+float LightSampler::pdf_environment(Vec3 direction_world, Vec3 point,
+                                    Vec3 normal_world) const noexcept {
   if (environment_ == nullptr) {
     return 0;
   }
-  float prob = prob_far_each_;
+  float prob = 0;
   if (type_ == LightSamplerType::kUniform) {
     prob = 1 / static_cast<float>(light_count_);
   } else if (type_ == LightSamplerType::kPower) {
     prob = power_.prob_cell(light_count_ - 1);
+  } else {
+    prob = (1 - prob_tree(point, normal_world)) / static_cast<float>(far_count_);
   }
   return prob * environment_->pdf_solid_angle(direction_world);
 }

@@ -1,7 +1,8 @@
 /// LightSampler: picks a light and a point on it, for one scene and one environment.
 ///
 /// uniform: every light alike; power: by emitted power; tree: the scene's light tree, with the
-/// environment and directional lights beside it; ris: as the tree, for the candidates of which the
+/// environment and directional lights beside it, in proportion to what either could send to the
+/// point; ris: as the tree, for the candidates of which the
 /// integrator takes one; restir: as the tree, for the samples that neighbouring pixels share.
 #pragma once
 
@@ -60,15 +61,18 @@ class LightSampler {
   LightSample sample(Vec3 point, Vec3 normal_world, float u_pick, Vec2 u) const noexcept;
   /// The same for delta lights alone, which no other technique can find.
   LightSample sample_delta(Vec3 point, float u_pick) const noexcept;
-  /// Probability with which sample() asks the light tree; 0 where another type picks.
-  float prob_tree() const noexcept { return type_ == LightSamplerType::kTree ? prob_tree_ : 0.0F; }
+  /// Does sample() ask the light tree alone, whatever the point?
+  bool has_tree_alone() const noexcept {
+    return type_ == LightSamplerType::kTree && far_count_ == 0;
+  }
   bool has_delta() const noexcept { return !scene_.punctual_lights.empty(); }
 
   /// Density with which sample() gives the direction to a point of triangle light `light`.
   /// cos_light > 0: between the light's normal and the direction back.
   float pdf_triangle(std::uint32_t light, Vec3 point, Vec3 normal_world, float distance_m,
                      float cos_light) const noexcept;
-  float pdf_environment(Vec3 direction_world) const noexcept;
+  /// The same for the environment.
+  float pdf_environment(Vec3 direction_world, Vec3 point, Vec3 normal_world) const noexcept;
 
   LightPoint point_of(const LightSample& sample) const noexcept;
   LightView view(const LightPoint& light, Vec3 point) const noexcept;
@@ -79,9 +83,10 @@ class LightSampler {
                         Vec3 normal_world) const noexcept;
 
  private:
+  float prob_tree(Vec3 point, Vec3 normal_world) const noexcept;
   LightSample from_triangle(std::uint32_t light, Vec3 point, float prob, Vec2 u) const noexcept;
   LightSample from_punctual(std::size_t light, Vec3 point, float prob) const noexcept;
-  LightSample from_environment(Vec3 point, float prob, Vec2 u) const noexcept;
+  LightSample from_environment(float prob, Vec2 u) const noexcept;
 
   const SceneData& scene_;
   const Environment* environment_;  ///< null when black
@@ -90,8 +95,8 @@ class LightSampler {
   std::size_t local_punctual_ = 0;  ///< point and spot
   std::size_t light_count_ = 0;     ///< triangles, punctual, then the environment
   Distribution1D power_;            ///< over that order
-  float prob_tree_ = 0;
-  float prob_far_each_ = 0;
+  std::size_t far_count_ = 0;       ///< directional lights and the environment
+  float irradiance_far_ = 0;  ///< of them all, unshadowed, mean over surfaces of all directions
 };
 
 }  // namespace core

@@ -16,7 +16,8 @@ struct TriangleLight {
   Vec3 edge2;   ///< p2 - p0
   Vec3 normal;  ///< unit, front side
   float area_m2 = 0;
-  Rgb radiance;  ///< mean over the triangle; exact when the material has no emissive texture
+  Rgb radiance;  ///< mean over the triangle; exact when the material has no emissive texture, black
+                 ///< only when it shines nowhere
   std::uint32_t placed = 0;  ///< PlacedMesh
   std::uint32_t triangle = 0;
   bool two_sided = false;

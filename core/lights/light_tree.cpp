@@ -109,17 +109,19 @@ LightBounds merge_bounds(const LightBounds& a, const LightBounds& b) {
 }
 
 LightTree::LightTree(std::span<const LightBounds> lights) {
-  leaf_of_.assign(lights.size(), 0);
-  if (lights.empty()) {
+  leaf_of_.assign(lights.size(), kNoPlace);
+  std::vector<Item> items;
+  items.reserve(lights.size());
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    if (lights[i].power > 0) {
+      items.push_back({lights[i], lights[i].box.center(), static_cast<std::uint32_t>(i), {}});
+    }
+  }
+  if (items.empty()) {
     return;
   }
   std::vector<Node> nodes;
-  nodes.reserve(2 * lights.size());
-  std::vector<Item> items;
-  items.reserve(lights.size());
-  for (const LightBounds& light : lights) {
-    items.push_back({light, light.box.center(), static_cast<std::uint32_t>(items.size()), {}});
-  }
+  nodes.reserve(2 * items.size());
   build(nodes, items);
   collapse(nodes);
 }
@@ -320,11 +322,23 @@ Floats<4> LightTree::importance(const Group& g, Vec3 point, Vec3 normal) noexcep
   return light_importance(nodes, Vec3s<4>(point), Vec3s<4>(normal));
 }
 
+float LightTree::importance(Vec3 point, Vec3 normal_world) const noexcept {
+  if (groups_.empty()) {
+    return 0;
+  }
+  alignas(16) Four weights;
+  store(weights.data(), importance(groups_[0], point, normal_world));
+  return (weights[0] + weights[1]) + (weights[2] + weights[3]);
+}
+
 LightTree::Pick LightTree::pick(Vec3 point, Vec3 normal_world, float u) const noexcept {
-  if (leaf_of_.size() < 2) {
-    return {0, leaf_of_.empty() ? 0.0F : 1.0F, u};
+  if (groups_.empty()) {
+    return {};
   }
   const Group* group = groups_.data();
+  if (is_alone(*group)) {
+    return {group->child[0], 1, u};
+  }
   float prob = 1;
   while (true) {
     alignas(16) Four weights;
@@ -356,10 +370,13 @@ LightTree::Pick LightTree::pick(Vec3 point, Vec3 normal_world, float u) const no
 
 float LightTree::prob_light(Vec3 point, Vec3 normal_world, std::uint32_t light) const noexcept {
   std::uint32_t place = leaf_of_[light];
-  float prob = 1;
-  if (leaf_of_.size() == 1) {
-    return prob;
+  if (place == kNoPlace) {
+    return 0;
   }
+  if (is_alone(groups_[0])) {
+    return 1;
+  }
+  float prob = 1;
   while (true) {
     const Group& group = groups_[place / kWidth];
     alignas(16) Four weights;

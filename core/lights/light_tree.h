@@ -31,6 +31,7 @@ struct LightBounds {
 class LightTree {
  public:
   LightTree() = default;
+  /// Lights of no power are left out: never picked.
   explicit LightTree(std::span<const LightBounds> lights);
 
   struct Pick {
@@ -41,6 +42,9 @@ class LightTree {
   /// normal_world: of the surface at `point`; {0,0,0} where light may come from anywhere.
   Pick pick(Vec3 point, Vec3 normal_world, float u) const noexcept;
   float prob_light(Vec3 point, Vec3 normal_world, std::uint32_t light) const noexcept;
+  /// What the tree takes for the irradiance that all its lights together send to `point`,
+  /// unshadowed [W/m^2, luminance]; 0: nothing can arrive.
+  float importance(Vec3 point, Vec3 normal_world) const noexcept;
 
   /// Does pick_few() serve?
   bool is_few() const noexcept { return groups_.size() == 1; }
@@ -57,6 +61,7 @@ class LightTree {
 
  private:
   static constexpr std::uint32_t kWidth = 4;
+  static constexpr std::uint32_t kNoPlace = 0xffffffffU;
   /// Of the binary tree, while it is built.
   struct Node {
     LightBounds bounds;
@@ -104,12 +109,16 @@ class LightTree {
   static std::uint32_t build(std::vector<Node>& nodes, std::span<Item> items);
   void collapse(const std::vector<Node>& nodes);
   static void set_child(Group& group, std::size_t lane, const Node& node);
+  /// Is the group's first child the only light?
+  static bool is_alone(const Group& group) noexcept {
+    return group.leaf == 1 && group.power[1] == 0;
+  }
   static Floats<4> importance(const Group& group, Vec3 point, Vec3 normal) noexcept;
   template <std::size_t N>
   static LightNodes<N> node(const Group& group, std::size_t child) noexcept;
 
   std::vector<Group> groups_;
-  std::vector<std::uint32_t> leaf_of_;  ///< by light: group * kWidth + child
+  std::vector<std::uint32_t> leaf_of_;  ///< by light: group * kWidth + child, or kNoPlace
 };
 
 template <std::size_t N>
@@ -129,10 +138,10 @@ LightNodes<N> LightTree::node(const Group& g, std::size_t k) noexcept {
 template <std::size_t N>
 LightTree::Picks<N> LightTree::pick_few(Vec3s<N> point, Vec3s<N> normal_world,
                                         Floats<N> u) const noexcept {
-  if (leaf_of_.size() < 2) {
-    return {Ints<N>(0), Floats<N>(1)};
-  }
   const Group& group = groups_[0];
+  if (is_alone(group)) {
+    return {Ints<N>(static_cast<std::int32_t>(group.child[0])), Floats<N>(1)};
+  }
   Floats<N> weights[kWidth];
   for (std::size_t k = 0; k < kWidth; ++k) {
     weights[k] = group.power[k] > 0 ? light_importance(node<N>(group, k), point, normal_world)

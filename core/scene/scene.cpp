@@ -1,6 +1,7 @@
 #include "core/scene/scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <string>
@@ -9,6 +10,7 @@
 #include "core/materials/shade.h"
 #include "core/math/numbers.h"
 #include "core/scene/scene_data.h"
+#include "core/textures/colored_blocks.h"
 
 namespace core {
 namespace {
@@ -390,48 +392,65 @@ class Builder {
       b.cos_theta_o = 1;
       b.cos_theta_e = 0;
       b.two_sided = light.two_sided;
-      // Never zero for a triangle that may shine: textures are only sampled for the mean.
-      b.power = std::max(luminance(light.radiance), light.textured ? 1e-6F : 0.0F) * light.area_m2;
-      b.power = std::max(b.power, 1e-30F);
+      // Zero only for a triangle that shines nowhere: the tree leaves it out.
+      if (!is_black(light.radiance)) {
+        b.power = std::max(luminance(light.radiance) * light.area_m2, 1e-30F);
+      }
       bounds.push_back(b);
       to_.triangle_lights.push_back(light);
     }
   }
 
-  static Rgb mean_emission(const MeshData& mesh, const Material& material, std::uint32_t triangle) {
+  /// Mean radiance of a triangle; black only where it shines nowhere.
+  Rgb mean_emission(const MeshData& mesh, const Material& material, std::uint32_t triangle) {
     const Rgb factor = material.factors.emissive;
-    if (material.emissive.texture == nullptr) {
+    const Texture* texture = material.emissive.texture;
+    if (texture == nullptr) {
       return factor;
     }
     const TextureDescription& d = material.emissive.description;
     const auto& uv = mesh.uv[static_cast<std::size_t>(d.uv_set)];
-    if (uv.empty()) {
-      const Vec4 c = material.emissive.texture->sample({.wrap_u = d.wrap_u, .wrap_v = d.wrap_v});
-      return factor * Rgb{c.x, c.y, c.z};
+    std::array<Vec2, 3> corner{};
+    for (std::size_t k = 0; k < 3 && !uv.empty(); ++k) {
+      const Vec2 p = uv[mesh.indices[3 * std::size_t{triangle} + k]];
+      const auto& m = d.uv_transform;
+      corner[k] = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]};
     }
-    Rgb sum;
+    const auto [u_low, u_high] = std::minmax({corner[0].x, corner[1].x, corner[2].x});
+    const auto [v_low, v_high] = std::minmax({corner[0].y, corner[1].y, corner[2].y});
+    const ColoredBlocks& blocks = colored_.try_emplace(texture, *texture).first->second;
+    if (blocks.is_black({u_low, v_low}, {u_high, v_high}, d.wrap_u, d.wrap_v)) {
+      return {};
+    }
+    // The upright ones of kSide^2 equal parts, each averaged by the pyramid.
     constexpr int kSide = 4;
+    const Vec2 edge1 = (corner[1] - corner[0]) * (1.0F / kSide);
+    const Vec2 edge2 = (corner[2] - corner[0]) * (1.0F / kSide);
+    Rgb sum;
     for (int i = 0; i < kSide; ++i) {
       for (int k = 0; k <= i; ++k) {
-        const float b1 = (static_cast<float>(k) + 1.0F / 3) / kSide;
-        const float b0 = (static_cast<float>(kSide - 1 - i) + 1.0F / 3) / kSide;
-        const std::size_t at = 3 * std::size_t{triangle};
-        const Vec2 p = uv[mesh.indices[at]] * b0 + uv[mesh.indices[at + 1]] * b1 +
-                       uv[mesh.indices[at + 2]] * (1 - b0 - b1);
-        const auto& m = d.uv_transform;
-        const Vec4 c = material.emissive.texture->sample(
-            {.uv = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]},
-             .wrap_u = d.wrap_u,
-             .wrap_v = d.wrap_v});
+        const float b1 = static_cast<float>(k) + 1.0F / 3;
+        const float b2 = static_cast<float>(i - k) + 1.0F / 3;
+        const Vec4 c = texture->sample({.uv = corner[0] + edge1 * b1 + edge2 * b2,
+                                        .across = edge1,
+                                        .along = edge2,
+                                        .taps_max = kTextureTapsMax,
+                                        .wrap_u = d.wrap_u,
+                                        .wrap_v = d.wrap_v});
         sum += Rgb{c.x, c.y, c.z};
       }
     }
-    return factor * (sum / (kSide * (kSide + 1) / 2.0F));
+    // Coarse levels of 8-bit textures round to black what is fainter than half of the first step of
+    // the sRGB curve.
+    constexpr float kLeast = 0.5F / 255 / 12.92F;
+    const Rgb mean = sum / (kSide * (kSide + 1) / 2.0F);
+    return factor * (luminance(mean) > kLeast ? mean : Rgb(kLeast));
   }
 
   SceneDescription& from_;
   SceneData& to_;
   std::map<std::pair<int, bool>, const Texture*> textures_;
+  std::map<const Texture*, ColoredBlocks> colored_;  ///< of emissive textures
   std::vector<std::vector<std::uint32_t>> groups_;
   std::vector<std::uint32_t> instance_groups_;
   std::size_t top_level_ = 0;

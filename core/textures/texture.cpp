@@ -29,24 +29,6 @@ std::array<float, 256> make_table(bool srgb) {
 const std::array<float, 256> kLinearTable = make_table(false);
 const std::array<float, 256> kSrgbTable = make_table(true);
 
-int wrap(int i, int n, TextureWrap mode) {
-  if (static_cast<unsigned>(i) < static_cast<unsigned>(n)) {
-    return i;
-  }
-  switch (mode) {
-    case TextureWrap::kClampToEdge:
-      return std::clamp(i, 0, n - 1);
-    case TextureWrap::kMirroredRepeat: {
-      const int period = 2 * n;
-      const int m = ((i % period) + period) % period;
-      return m < n ? m : period - 1 - m;
-    }
-    case TextureWrap::kRepeat:
-      break;
-  }
-  return ((i % n) + n) % n;
-}
-
 Vec4 mix(Vec4 a, Vec4 b, float t) {
   return {a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t, a.z + (b.z - a.z) * t,
           a.w + (b.w - a.w) * t};
@@ -75,6 +57,24 @@ std::uint32_t to_byte(float c) {
 }
 
 }  // namespace
+
+int wrapped_texel(int i, int n, TextureWrap mode) {
+  if (static_cast<unsigned>(i) < static_cast<unsigned>(n)) {
+    return i;
+  }
+  switch (mode) {
+    case TextureWrap::kClampToEdge:
+      return std::clamp(i, 0, n - 1);
+    case TextureWrap::kMirroredRepeat: {
+      const int period = 2 * n;
+      const int m = ((i % period) + period) % period;
+      return m < n ? m : period - 1 - m;
+    }
+    case TextureWrap::kRepeat:
+      break;
+  }
+  return ((i % n) + n) % n;
+}
 
 Vec4 Texture::texel(const Level& level, int x, int y) const noexcept {
   const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +
@@ -164,10 +164,10 @@ Vec4 Texture::bilinear(const Level& level, const Lookup& at) const noexcept {
   const float fx = std::floor(x);
   const float fy = std::floor(y);
   const auto column = [&](int i) {
-    return static_cast<std::size_t>(wrap(i, level.width, at.wrap_u));
+    return static_cast<std::size_t>(wrapped_texel(i, level.width, at.wrap_u));
   };
   const auto row = [&](int i) {
-    return static_cast<std::size_t>(wrap(i, level.height, at.wrap_v)) *
+    return static_cast<std::size_t>(wrapped_texel(i, level.height, at.wrap_v)) *
            static_cast<std::size_t>(level.width);
   };
   const std::size_t x0 = column(static_cast<int>(fx));
@@ -211,7 +211,8 @@ Vec4 Texture::sample(const Lookup& lookup) const noexcept {
       const Level& level = levels_[0];
       const int x = static_cast<int>(std::floor(at.uv.x * w));
       const int y = static_cast<int>(std::floor(at.uv.y * h));
-      return texel(level, wrap(x, level.width, at.wrap_u), wrap(y, level.height, at.wrap_v));
+      return texel(level, wrapped_texel(x, level.width, at.wrap_u),
+                   wrapped_texel(y, level.height, at.wrap_v));
     }
     return bilinear(levels_[0], at);
   }

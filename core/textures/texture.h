@@ -17,6 +17,9 @@
 
 namespace core {
 
+/// The texel that texel i of an axis of n stands for: itself within [0, n), else as the mode says.
+int wrapped_texel(int i, int n, TextureWrap mode);
+
 /// Footprints longer than this many times their width are blurred across as well.
 inline constexpr int kTextureTapsMax = 8;
 
@@ -44,6 +47,17 @@ class Texture {
   int width() const noexcept { return levels_[0].width; }
   int height() const noexcept { return levels_[0].height; }
   std::size_t bytes() const noexcept;
+  /// Has the finest level's texel no colour, whatever its alpha?
+  bool is_black(int x, int y) const noexcept {
+    const Level& level = levels_[0];
+    const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +
+                    static_cast<std::size_t>(x);
+    if (level.floats.empty()) {
+      return (level.rgba8[at] & 0xffffffU) == 0;
+    }
+    const Vec4& c = level.floats[at];
+    return c.x == 0 && c.y == 0 && c.z == 0;
+  }
   /// Mean over level 0.
   Vec4 mean() const noexcept { return mean_; }
 

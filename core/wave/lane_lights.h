@@ -1,7 +1,7 @@
 /// LightSampler::sample() in lanes.
 ///
-/// Triangles without a texture in trees of few lights are sampled side by side, whatever else lane
-/// by lane.
+/// Triangles without a texture in trees of few lights, and no far lights, are sampled side by side,
+/// whatever else lane by lane.
 #pragma once
 
 #include <bit>
@@ -27,12 +27,11 @@ struct LightLanes {
 
 class LaneLights {
  public:
-  LaneLights(const SceneData& scene, const LightSampler& lights)
-      : scene_(scene), lights_(lights), prob_tree_(lights.prob_tree()) {
+  LaneLights(const SceneData& scene, const LightSampler& lights) : scene_(scene), lights_(lights) {
     for (const TriangleLight& t : scene.triangle_lights) {
       has_texture_ = has_texture_ || t.textured;
     }
-    has_few_ = prob_tree_ > 0 && scene.light_tree.is_few() && !has_texture_ &&
+    has_few_ = lights.has_tree_alone() && scene.light_tree.is_few() && !has_texture_ &&
                scene.light_tree.size() == scene.triangle_lights.size();
   }
 
@@ -40,17 +39,11 @@ class LaneLights {
   template <std::size_t N>
   LightLanes<N> sample(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal, Floats<N> u_pick,
                        Vec2s<N> u) const {
-    LightLanes<N> out;
-    unsigned alone = asked.bits();
     if (has_few_) {
-      const Mask<N> by_tree = u_pick < Floats<N>(prob_tree_);
-      out = from_few(point, normal,
-                     min(u_pick / Floats<N>(prob_tree_), Floats<N>(kOneMinusEpsilon)), u);
-      alone &= ~by_tree.bits();
-    } else {
-      out = LightLanes<N>();
+      return from_few(point, normal, u_pick, u);
     }
-    for (; alone != 0; alone &= alone - 1) {
+    LightLanes<N> out{};
+    for (unsigned alone = asked.bits(); alone != 0; alone &= alone - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(alone));
       set(out, k, lights_.sample(point.lane(k), normal.lane(k), u_pick.v[k], {u.x.v[k], u.y.v[k]}));
     }
@@ -88,8 +81,8 @@ class LaneLights {
     const Mask<N> valid =
         (distance2 > zero) & (t.area_m2 > zero) & (cos_light > Floats<N>(kCosLightLeast));
     out.target = offset_ray(on_light, towards);
-    const Floats<N> prob = Floats<N>(prob_tree_) * pick.prob_light;
-    out.pdf_solid_angle = select(valid, prob * ((one / t.area_m2) * distance2 / cos_light), zero);
+    out.pdf_solid_angle =
+        select(valid, pick.prob_light * ((one / t.area_m2) * distance2 / cos_light), zero);
     out.radiance = t.radiance;
     out.is_far = Mask<N>::of(0);
     out.is_delta = Mask<N>::of(0);
@@ -131,7 +124,6 @@ class LaneLights {
 
   const SceneData& scene_;
   const LightSampler& lights_;
-  float prob_tree_;
   bool has_texture_ = false;
   bool has_few_ = false;
 };

@@ -146,7 +146,9 @@ void LaneTracer<N>::add_environment(Wave& wave, std::size_t i, int depth) const 
   Rgb radiance;
   if (pdf_bsdf > 0) {
     radiance = environment_->radiance(direction);
-    weight = DefaultOptions::mis.weight(pdf_bsdf, scalar_.lights().pdf_environment(direction));
+    weight = DefaultOptions::mis.weight(
+        pdf_bsdf, scalar_.lights().pdf_environment(direction, paths.last_origin.get(i),
+                                                   paths.last_normal.get(i)));
   } else {
     radiance = environment_->background(direction);
   }

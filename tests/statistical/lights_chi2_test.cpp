@@ -167,7 +167,7 @@ core::SceneDescription lights_scene(bool punctual) {
 
 float density(const core::SceneData& data, const LightSampler& lights, Vec3 point, Vec3 normal,
               Vec3 wi) {
-  float sum = lights.pdf_environment(wi);
+  float sum = lights.pdf_environment(wi, point, normal);
   for (std::uint32_t i = 0; i < data.triangle_lights.size(); ++i) {
     const core::TriangleLight& t = data.triangle_lights[i];
     const float facing = -dot(t.normal, wi);
@@ -216,6 +216,60 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
       }
     }
   }
+}
+
+/// A dim lamp overhead, under a sky: p of directions from the tree against the densities that MIS
+/// gets, asked for `asked` metres above where the samples were drawn.
+double p_of_share(float lamp, float asked) {
+  const auto scene = test_support::build(
+      test_support::scene_of({test_support::emitter(Rgb(lamp))},
+                             {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 0)}));
+  const auto sky = test_support::constant_sky(Rgb(1));
+  const LightSampler lights(scene->data(), sky.get(), LightSamplerType::kTree);
+  const Vec3 normal = {0, 1, 0};
+  return test_support::chi2_sphere(
+             [&](Random& r) -> std::optional<Vec3> {
+               const float pick = r.uniform();
+               const auto s = lights.sample({}, normal, pick, r.uniform_2d());
+               return s.pdf_solid_angle > 0 ? std::optional(s.wi_world) : std::nullopt;
+             },
+             [&](Vec3 w) {
+               return density(scene->data(), lights, {}, normal, w) -
+                      lights.pdf_environment(w, {}, normal) +
+                      lights.pdf_environment(w, {0, asked, 0}, normal);
+             },
+             200000, 4, {.rows = 14, .columns = 16, .depth_least = 3, .depth_most = 8})
+      .p_value;
+}
+
+TEST(LightSamplerChi2, TheShareOfTheSkyIsThatOfThePoint) {
+  for (const float lamp : {1e-4F, 0.02F, 1.0F, 300.0F}) {
+    EXPECT_GT(p_of_share(lamp, 0), kLevel) << lamp;
+  }
+}
+
+TEST(LightSamplerChi2, TheShareOfAnotherPointIsSeen) { EXPECT_LT(p_of_share(1, -30), kLevel); }
+
+/// Share of the sky in the picks at a point below a lamp of this radiance.
+double share_of_sky(float lamp, float sky_radiance) {
+  const auto scene = test_support::build(
+      test_support::scene_of({test_support::emitter(Rgb(lamp))},
+                             {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 0)}));
+  const auto sky = test_support::constant_sky(Rgb(sky_radiance));
+  const LightSampler lights(scene->data(), sky.get(), LightSamplerType::kTree);
+  return static_cast<double>(lights.pdf_environment({0, 1, 0}, {}, {0, 1, 0}) /
+                             sky->pdf_solid_angle({0, 1, 0}));
+}
+
+TEST(LightSampler, ALampThatIsNearlyBlackLeavesTheSamplesToTheSky) {
+  EXPECT_GT(share_of_sky(1e-6F, 1), 0.999);
+  EXPECT_LT(share_of_sky(1e6F, 1), 0.001);
+}
+
+// What stands in between is not known: a lamp of a few percent may be all that reaches the point.
+TEST(LightSampler, AFaintLampOrSkyKeepsTwoFifthsOfTheSamples) {
+  EXPECT_NEAR(share_of_sky(0.1F, 1), 0.6, 1e-6);
+  EXPECT_NEAR(share_of_sky(30, 1), 0.4, 1e-6);
 }
 
 TEST(LightSamplerChi2, TwoPercentTooMuchIsSeen) {

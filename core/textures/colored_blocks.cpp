@@ -1,0 +1,69 @@
+#include "core/textures/colored_blocks.h"
+
+#include <cmath>
+
+namespace core {
+namespace {
+
+constexpr int kSide = 8;  ///< of a block: what a map of 2048 x 2048 leaves is 8 KB
+
+/// The blocks along one axis that hold texels read for coordinates in [low, high], each once but
+/// where the texture repeats within; `size` texels. Empty: all of them.
+std::vector<int> blocks_between(float low, float high, int size, TextureWrap mode) {
+  // Bilinear reads reach half a texel to either side; another one is for rounding of coordinates.
+  const float first = std::floor(low * static_cast<float>(size) - 0.5F) - 1;
+  const float last = std::floor(high * static_cast<float>(size) - 0.5F) + 2;
+  // Beyond 2^23 a float has no texels left to tell apart.
+  if (!(std::fabs(first) < 0x1p23F && last - first < static_cast<float>(size))) {
+    return {};
+  }
+  std::vector<int> blocks;
+  for (int i = static_cast<int>(first); i <= static_cast<int>(last); ++i) {
+    const int block = wrapped_texel(i, size, mode) / kSide;
+    if (blocks.empty() || blocks.back() != block) {
+      blocks.push_back(block);
+    }
+  }
+  return blocks;
+}
+
+}  // namespace
+
+ColoredBlocks::ColoredBlocks(const Texture& texture)
+    : width_(texture.width()),
+      height_(texture.height()),
+      columns_((width_ + kSide - 1) / kSide),
+      colored_(static_cast<std::size_t>(columns_) *
+               static_cast<std::size_t>((height_ + kSide - 1) / kSide)) {
+  for (int y = 0; y < height_; ++y) {
+    const int row = y / kSide * columns_;
+    for (int x = 0; x < width_; ++x) {
+      if (!texture.is_black(x, y)) {
+        colored_[static_cast<std::size_t>(row + x / kSide)] = true;
+        any_ = true;
+      }
+    }
+  }
+}
+
+bool ColoredBlocks::is_black(Vec2 uv_low, Vec2 uv_high, TextureWrap wrap_u,
+                             TextureWrap wrap_v) const {
+  if (!any_) {
+    return true;
+  }
+  const std::vector<int> across = blocks_between(uv_low.x, uv_high.x, width_, wrap_u);
+  const std::vector<int> down = blocks_between(uv_low.y, uv_high.y, height_, wrap_v);
+  if (across.empty() || down.empty()) {
+    return false;
+  }
+  for (const int row : down) {
+    for (const int column : across) {
+      if (colored_[static_cast<std::size_t>(row * columns_ + column)]) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace core

@@ -82,8 +82,10 @@ constexpr std::array kMisTypes = {
 
 constexpr std::array kRouletteTypes = {
     NamedValue<RouletteType>{"none", RouletteType::kNone, "Paths end at max_depth only."},
-    NamedValue<RouletteType>{"throughput", RouletteType::kThroughput,
-                             "Paths go on with the probability of their throughput."},
+    NamedValue<RouletteType>{
+        "throughput", RouletteType::kThroughput,
+        "Paths that carry little go on by chance: the less, the darker they are, and "
+        "rather after glossy surfaces."},
     NamedValue<RouletteType>{
         "threshold", RouletteType::kThreshold,
         "The same; and of light samples that would add less than `delta` to the pixel "

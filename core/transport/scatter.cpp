@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/math/offset_ray.h"
+#include "core/transport/roulette.h"
 
 namespace core {
 
@@ -40,9 +41,10 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
 }
 
 float continuation_probability(const PathState& path) noexcept {
-  constexpr float kThreshold = 0.5F;
   const Rgb size = {std::fabs(path.beta.r), std::fabs(path.beta.g), std::fabs(path.beta.b)};
-  return max_component(size) * path.eta_scale / kThreshold;
+  const Floats<1> survive = continuation_probability<1>(max_component(size) * path.eta_scale,
+                                                        Floats<1>(path.last.pdf_bsdf));
+  return survive.v[0];
 }
 
 }  // namespace core

@@ -14,10 +14,9 @@ namespace core {
 void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
              const BsdfSample& sample, float light_samples) noexcept;
 
-/// Probability with which Russian roulette continues the path after scatter(): 1 until its
-/// throughput falls below one half, then in proportion, so that what goes on weighs at least that.
-/// Measured against thresholds from 1/4 to 1 it gives the least error for the time. eta_scale takes
-/// out the n^2 of radiance in denser media, which comes back when the path leaves them.
+/// Probability with which Russian roulette continues the path after scatter()
+/// (core/transport/roulette.h). eta_scale takes out the n^2 of radiance in denser media, which
+/// comes back when the path leaves them.
 float continuation_probability(const PathState& path) noexcept;
 
 }  // namespace core

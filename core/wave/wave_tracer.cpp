@@ -5,6 +5,7 @@
 
 #include "core/integrators/path_tracer.h"
 #include "core/samplers/dimensions.h"
+#include "core/transport/roulette.h"
 #include "core/transport/visibility.h"
 #include "core/wave/lane_lights.h"
 #include "core/wave/lane_sampler.h"
@@ -288,9 +289,8 @@ void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int dep
   const Vec3s<N> wi = at.frame.to_world(sample.wi);
   const Mask<N> through = dot(wi, s.horizon) < Floats<N>(0);
   Vec3s<N> beta = at.beta * sample.weight;
-  // continuation_probability()
-  const Floats<N> survive =
-      max_component(Vec3s<N>(abs(beta.x), abs(beta.y), abs(beta.z))) / Floats<N>(0.5F);
+  const Floats<N> survive = continuation_probability(
+      max_component(Vec3s<N>(abs(beta.x), abs(beta.y), abs(beta.z))), sample.pdf_solid_angle);
   const Mask<N> faint = survive < Floats<N>(1);
   alive = alive & ~(faint & (u_light.w >= survive));
   beta = select(faint, beta * (Floats<N>(1) / survive), beta);

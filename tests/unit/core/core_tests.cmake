@@ -17,6 +17,7 @@ set(CORE_TEST_SOURCES
   render_task_test.cpp
   replicate_fit_test.cpp
   reservoir_test.cpp
+  roulette_test.cpp
   sample_sets_test.cpp
   sampler_test.cpp
   shared_lights_test.cpp

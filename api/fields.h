@@ -2,6 +2,7 @@
 /// prints and documents a whole JSON object. Makers of rows are at the end.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -14,6 +15,7 @@
 #include "api/field_rows.h"
 #include "api/json.h"
 #include "api/values.h"
+#include "core/settings/registry.h"
 
 namespace api {
 
@@ -37,6 +39,58 @@ struct WhenRow {
       return;
     }
     row.read(value, out, pointer, faults);
+  }
+  template <typename S>
+  void print(const S& s, Json& object) const {
+    if (applies(s)) {
+      row.print(s, object);
+    }
+  }
+  template <typename S>
+  void schema(const S& defaults, Json& properties) const {
+    row.schema(defaults, properties);
+    properties[std::string(row.name())][kMayBeAbsent] = true;
+  }
+};
+
+/// The inner row while the value chosen by `type` has a row that accepts the member's pointer;
+/// elsewhere as in WhenRow.
+template <typename Row, typename Type, typename Entries>
+struct AcceptedRow {
+  Row row;
+  std::string_view pointer;
+  Type type;        ///< accessor of the choice
+  Entries entries;  ///< its registry
+
+  constexpr std::string_view name() const { return row.name(); }
+  static constexpr bool required() { return false; }
+  template <typename Entry>
+  bool is_accepted_by(const Entry& entry) const {
+    return std::find(entry.accepts.begin(), entry.accepts.end(), pointer) != entry.accepts.end();
+  }
+  template <typename S>
+  bool applies(const S& s) const {
+    return is_accepted_by(core::row_of(entries(), type(s)));
+  }
+  std::string otherwise() const {
+    std::string names;
+    for (const auto& entry : entries()) {
+      if (is_accepted_by(entry)) {
+        names += (names.empty() ? "type '" : ", '") + std::string(entry.name) + "'";
+      }
+    }
+    return "applies to " + names + " only";
+  }
+  template <typename S>
+  void read(const Json& value, S& out, const std::string& at, Faults& faults) const {
+    if (value.is_null()) {
+      return;
+    }
+    if (!applies(out)) {
+      faults.add(at, otherwise());
+      return;
+    }
+    row.read(value, out, at, faults);
   }
   template <typename S>
   void print(const S& s, Json& object) const {
@@ -187,6 +241,10 @@ constexpr auto group(std::string_view key, std::string_view doc, Rows... rows) {
 template <typename Applies, typename Row>
 constexpr auto when(Applies applies, std::string_view otherwise, Row row) {
   return WhenRow<Row, Applies>{row, applies, otherwise};
+}
+template <typename Type, typename Entries, typename Row>
+constexpr auto option_of(std::string_view pointer, Type type, Entries entries, Row row) {
+  return AcceptedRow<Row, Type, Entries>{row, pointer, type, entries};
 }
 template <typename Applies, typename Row>
 constexpr auto shown_if(Applies applies, Row row) {

@@ -1,16 +1,15 @@
 #include "api/job_checks.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 
 #include "api/json.h"
 #include "api/limits.h"
-#include "api/server_view.h"
 #include "api/values.h"
 #include "core/math/vec.h"
 #include "core/sampling/shared_samples.h"
+#include "core/settings/registry.h"
 
 namespace api {
 namespace {
@@ -54,9 +53,9 @@ void check_optimal_mis(const core::RenderSettings& render, Faults& faults) {
   constexpr const char* kWhere = "/estimator/mis/type";
   if (render.light_sampler == core::LightSamplerType::kRis ||
       render.light_sampler == core::LightSamplerType::kRestir) {
-    const bool is_ris = render.light_sampler == core::LightSamplerType::kRis;
-    faults.add(kWhere, std::string("'optimal' does not go with light sampler '") +
-                           (is_ris ? "ris" : "restir") + "', whose density is not known");
+    const std::string_view name = core::row_of(core::light_samplers(), render.light_sampler).name;
+    faults.add(kWhere, "'optimal' does not go with light sampler '" + std::string(name) +
+                           "', whose density is not known");
   }
   if (estimator.roulette == core::RouletteType::kThreshold) {
     faults.add(kWhere,
@@ -153,7 +152,7 @@ void check_class(const JobSpec& spec, Faults& faults) {
   }
 }
 
-void check_options(const JobSpec& spec, std::span<const std::string> accepted, Faults& faults) {
+void check_options(const JobSpec& spec, Faults& faults) {
   const core::EstimatorSettings defaults;
   const core::EstimatorSettings& estimator = spec.render.estimator;
   if (estimator.strategy != core::Strategy::kMis &&
@@ -166,30 +165,20 @@ void check_options(const JobSpec& spec, std::span<const std::string> accepted, F
   }
   check_optimal_mis(spec.render, faults);
   check_restir(spec.render, faults);
-  constexpr std::array kOptions = {
-      "/integrator/max_depth",
-      "/estimator/strategy",
-      "/estimator/mis",
-      "/estimator/roulette",
-      "/estimator/splitting",
-      "/estimator/control_variate",
-      "/estimator/expected_values",
-      "/sampler/type",
-      "/sampler/replicates",
-      "/light_sampler",
-      "/adaptive",
-  };
+  const core::IntegratorEntry* row = core::find_integrator(spec.render.integrator);
+  CHECK(row != nullptr);
   JobSpec plain;
-  plain.render.integrator = spec.render.integrator;
+  plain.render = core::default_settings(row->name, spec.stop.relative_error.has_value());
   const Json seen = to_json(spec);
   const Json usual = to_json(plain);
-  for (const char* option : kOptions) {
-    const Json::json_pointer pointer(option);
-    const bool is_accepted = std::find(accepted.begin(), accepted.end(), option) != accepted.end();
+  for (const std::string_view option : core::integrator_options()) {
+    const Json::json_pointer pointer{std::string(option)};
+    const bool is_accepted =
+        std::find(row->accepts.begin(), row->accepts.end(), option) != row->accepts.end();
     if (!is_accepted && seen.at(pointer) != usual.at(pointer)) {
-      faults.add(option, shown(seen.at(pointer)) + " is not used by integrator '" +
-                             spec.render.integrator + "'; its only value there is " +
-                             shown(usual.at(pointer)));
+      faults.add(std::string(option), shown(seen.at(pointer)) + " is not used by integrator '" +
+                                          spec.render.integrator + "'; its only value there is " +
+                                          shown(usual.at(pointer)));
     }
   }
 }

@@ -1,9 +1,6 @@
 /// Rules of a job request that look at more than one member.
 #pragma once
 
-#include <span>
-#include <string>
-
 #include "api/faults.h"
 #include "api/job_spec.h"
 
@@ -16,7 +13,6 @@ void check_film(const core::FilmSettings& film, Faults& faults);
 /// preview_key without class preview.
 void check_class(const JobSpec& spec, Faults& faults);
 /// An option that differs from its default, though neither strategy nor integrator uses it.
-/// accepted: JSON pointers of what the integrator honours.
-void check_options(const JobSpec& spec, std::span<const std::string> accepted, Faults& faults);
+void check_options(const JobSpec& spec, Faults& faults);
 
 }  // namespace api

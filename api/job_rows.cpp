@@ -295,16 +295,32 @@ void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, F
       spec.layers.emplace_back(name);
     }
   }
-  spec.render.film.albedo = has("albedo");
-  spec.render.film.normal = has("normal");
-  spec.render.film.depth = has("depth");
+  for (const core::LayerEntry& layer : core::layers()) {
+    if (layer.recorded != nullptr) {
+      spec.render.film.*layer.recorded = has(layer.name);
+    }
+  }
+}
+
+std::vector<std::string> recordable_layers() {
+  std::vector<std::string> names;
+  for (const core::LayerEntry& layer : core::layers()) {
+    if (layer.recorded != nullptr) {
+      names.emplace_back(layer.name);
+    }
+  }
+  return names;
 }
 
 void print_layers(const JobSpec& spec, Json& object) { object["layers"] = spec.layers; }
 
 Json layers_schema(const JobSpec& defaults) {
-  Json schema = basic_schema(
-      "array", "Layers to record: albedo, normal, depth. The others are always there.");
+  std::string recordable;
+  for (const std::string& name : recordable_layers()) {
+    recordable += (recordable.empty() ? "" : ", ") + name;
+  }
+  Json schema =
+      basic_schema("array", "Layers to record: " + recordable + ". The others are always there.");
   Json names = Json::array();
   for (const core::LayerEntry& layer : core::layers()) {
     names.push_back(layer.name);

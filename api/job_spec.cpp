@@ -9,7 +9,6 @@
 #include "api/job_rows.h"
 #include "api/limits.h"
 #include "api/schemas.h"
-#include "api/server_view.h"
 #include "api/stop_rules.h"
 #include "core/film/replicate_fit.h"
 #include "core/render/pass_plan.h"
@@ -27,23 +26,6 @@ constexpr std::array kClasses = {
                                "Served first, in memory only, superseded by the next of its key."},
 };
 std::span<const core::NamedValue<JobClass>> classes() { return kClasses; }
-
-constexpr bool is_power(const JobSpec& s) {
-  return s.render.estimator.mis == core::MisType::kPower;
-}
-
-constexpr bool is_threshold(const JobSpec& s) {
-  return s.render.estimator.roulette == core::RouletteType::kThreshold;
-}
-constexpr bool is_split(const JobSpec& s) {
-  return s.render.estimator.splitting == core::SplittingType::kFixed;
-}
-constexpr bool is_resampled(const JobSpec& s) {
-  return s.render.light_sampler == core::LightSamplerType::kRis;
-}
-constexpr bool is_shared(const JobSpec& s) {
-  return s.render.light_sampler == core::LightSamplerType::kRestir;
-}
 
 constexpr auto camera_row() {
   return nested(
@@ -95,10 +77,6 @@ constexpr auto film_row() {
       CustomRow<JobSpec>{"layers", &read_layers, &print_layers, &layers_schema});
 }
 
-constexpr bool is_adaptive(const JobSpec& s) {
-  return s.render.adaptive.type != core::AdaptiveType::kNone;
-}
-
 /// A choice that says where the adaptive rules are that the renderer does not have.
 template <typename Row>
 struct AdaptiveTypeRow : Row {
@@ -118,63 +96,68 @@ struct AdaptiveTypeRow : Row {
   }
 };
 
+template <typename Row>
+constexpr auto adaptive_type(Row row) {
+  return AdaptiveTypeRow<Row>{row};
+}
+
 constexpr auto adaptive_row() {
-  constexpr std::string_view kOtherwise = "applies to types other than 'none' only";
+  constexpr auto kType = [](auto& s) -> auto& { return s.render.adaptive.type; };
   return group(
       "adaptive", "Where further samples go.",
-      AdaptiveTypeRow{choice(
-          "type", [](auto& s) -> auto& { return s.render.adaptive.type; }, &core::adaptive_types,
+      adaptive_type(choice(
+          "type", kType, &core::adaptive_types,
           "What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' "
-          "for others.")},
-      when(&is_adaptive, kOtherwise,
-           number(
-               "min_samples", [](auto& s) -> auto& { return s.render.adaptive.min_samples; },
-               {1, limits::kSamplesPerPixel},
-               "Samples of every pixel before the first decision, all replicates together; rounded "
-               "up to where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each "
-               "replicate.")),
-      when(&is_adaptive, kOtherwise,
-           choice(
-               "granularity", [](auto& s) -> auto& { return s.render.adaptive.granularity; },
-               &core::granularities, "What gets the same number of samples.")),
-      when(&is_adaptive, kOtherwise,
-           number(
-               "dilation", [](auto& s) -> auto& { return s.render.adaptive.dilation; },
-               {0, limits::kDilation},
-               "Radius in pixels, in tiles for granularity 'tile': the neediest neighbour "
-               "counts.")));
+          "for others.")),
+      option_of(
+          "/adaptive/min_samples", kType, &core::adaptive_types,
+          number(
+              "min_samples", [](auto& s) -> auto& { return s.render.adaptive.min_samples; },
+              {1, limits::kSamplesPerPixel},
+              "Samples of every pixel before the first decision, all replicates together; rounded "
+              "up to where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each "
+              "replicate.")),
+      option_of("/adaptive/granularity", kType, &core::adaptive_types,
+                choice(
+                    "granularity", [](auto& s) -> auto& { return s.render.adaptive.granularity; },
+                    &core::granularities, "What gets the same number of samples.")),
+      option_of("/adaptive/dilation", kType, &core::adaptive_types,
+                number(
+                    "dilation", [](auto& s) -> auto& { return s.render.adaptive.dilation; },
+                    {0, limits::kDilation},
+                    "Radius in pixels, in tiles for granularity 'tile': the neediest neighbour "
+                    "counts.")));
 }
 
 constexpr auto estimator_row() {
+  constexpr auto kMis = [](auto& s) -> auto& { return s.render.estimator.mis; };
+  constexpr auto kRoulette = [](auto& s) -> auto& { return s.render.estimator.roulette; };
+  constexpr auto kSplitting = [](auto& s) -> auto& { return s.render.estimator.splitting; };
   return group(
       "estimator", "How paths are made and combined.",
       choice(
           "strategy", [](auto& s) -> auto& { return s.render.estimator.strategy; },
           &core::strategies, "Where directions come from."),
       group("mis", "Weights of multiple importance sampling.",
-            choice(
-                "type", [](auto& s) -> auto& { return s.render.estimator.mis; }, &core::mis_types,
-                "Heuristic."),
-            when(&is_power, "applies to type 'power' only",
-                 number(
-                     "exponent", [](auto& s) -> auto& { return s.render.estimator.mis_exponent; },
-                     {1, 16}, "Exponent of the power heuristic."))),
-      group("roulette", "Russian roulette.",
-            choice(
-                "type", [](auto& s) -> auto& { return s.render.estimator.roulette; },
-                &core::roulette_types, "What decides about survival."),
-            when(&is_threshold, "applies to type 'threshold' only",
-                 number(
-                     "delta", [](auto& s) -> auto& { return s.render.estimator.roulette_delta; },
-                     {0, 1e9}, "Radiance [W/(m^2 sr)]; 0 traces every shadow ray."))),
+            choice("type", kMis, &core::mis_types, "Heuristic."),
+            option_of(
+                "/estimator/mis/exponent", kMis, &core::mis_types,
+                number(
+                    "exponent", [](auto& s) -> auto& { return s.render.estimator.mis_exponent; },
+                    {1, 16}, "Exponent of the power heuristic."))),
+      group(
+          "roulette", "Russian roulette.",
+          choice("type", kRoulette, &core::roulette_types, "What decides about survival."),
+          option_of("/estimator/roulette/delta", kRoulette, &core::roulette_types,
+                    number(
+                        "delta", [](auto& s) -> auto& { return s.render.estimator.roulette_delta; },
+                        {0, 1e9}, "Radiance [W/(m^2 sr)]; 0 traces every shadow ray."))),
       group("splitting", "Several continuations of a path at its first surface.",
-            choice(
-                "type", [](auto& s) -> auto& { return s.render.estimator.splitting; },
-                &core::splitting_types, "How many there are."),
-            when(&is_split, "applies to type 'fixed' only",
-                 number(
-                     "count", [](auto& s) -> auto& { return s.render.estimator.split_count; },
-                     {1, limits::kSplitCount}, "Continuations of each path."))),
+            choice("type", kSplitting, &core::splitting_types, "How many there are."),
+            option_of("/estimator/splitting/count", kSplitting, &core::splitting_types,
+                      number(
+                          "count", [](auto& s) -> auto& { return s.render.estimator.split_count; },
+                          {1, limits::kSplitCount}, "Continuations of each path."))),
       group("control_variate", "What is subtracted from samples and added in closed form.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.estimator.control_variate; },
@@ -182,6 +165,35 @@ constexpr auto estimator_row() {
       flag(
           "expected_values", [](auto& s) -> auto& { return s.render.estimator.expected_values; },
           "True: absorption and transparency as factors; false: by throws of dice."));
+}
+
+constexpr auto light_sampler_row() {
+  constexpr auto kType = [](auto& s) -> auto& { return s.render.light_sampler; };
+  return group(
+      "light_sampler", "Which light is looked at.",
+      choice("type", kType, &core::light_samplers, "Kind of choice."),
+      option_of("/light_sampler/candidates", kType, &core::light_samplers,
+                number(
+                    "candidates", [](auto& s) -> auto& { return s.render.light_candidates; },
+                    {1, limits::kLightCandidates}, "Light samples of which one is taken.")),
+      option_of("/light_sampler/block", kType, &core::light_samplers,
+                number(
+                    "block", [](auto& s) -> auto& { return s.render.light_block; },
+                    {1, limits::kLightBlock},
+                    "Side in pixels of the squares whose pixels share light samples.")),
+      option_of(
+          "/light_sampler/history", kType, &core::light_samplers,
+          number(
+              "history", [](auto& s) -> auto& { return s.render.light_history; },
+              {1, limits::kLightHistory},
+              "Passes that share light samples too: samples of a replicate, one after another. "
+              "At most 64 paths share, block x block x history.")),
+      option_of(
+          "/light_sampler/candidates_per_pixel", kType, &core::light_samplers,
+          number(
+              "candidates_per_pixel", [](auto& s) -> auto& { return s.render.block_candidates; },
+              {1, limits::kLightCandidates},
+              "Light samples of each path, of which one is shared.")));
 }
 
 const auto& table() {
@@ -240,33 +252,7 @@ const auto& table() {
                                  }
                                },
                                &first_replicate_schema, false, true}),
-      group(
-          "light_sampler", "Which light is looked at.",
-          choice(
-              "type", [](auto& s) -> auto& { return s.render.light_sampler; },
-              &core::light_samplers, "Kind of choice."),
-          when(&is_resampled, "applies to type 'ris' only",
-               number(
-                   "candidates", [](auto& s) -> auto& { return s.render.light_candidates; },
-                   {1, limits::kLightCandidates}, "Light samples of which one is taken.")),
-          when(&is_shared, "applies to type 'restir' only",
-               number(
-                   "block", [](auto& s) -> auto& { return s.render.light_block; },
-                   {1, limits::kLightBlock},
-                   "Side in pixels of the squares whose pixels share light samples.")),
-          when(
-              &is_shared, "applies to type 'restir' only",
-              number(
-                  "history", [](auto& s) -> auto& { return s.render.light_history; },
-                  {1, limits::kLightHistory},
-                  "Passes that share light samples too: samples of a replicate, one after another. "
-                  "At most 64 paths share, block x block x history.")),
-          when(&is_shared, "applies to type 'restir' only",
-               number(
-                   "candidates_per_pixel",
-                   [](auto& s) -> auto& { return s.render.block_candidates; },
-                   {1, limits::kLightCandidates},
-                   "Light samples of each path, of which one is shared."))),
+      light_sampler_row(),
       adaptive_row(),
       FixedRow{"spectral", "false", "Wavelengths instead of three colours."},
       CustomRow<JobSpec>{
@@ -314,14 +300,17 @@ std::string min_samples_warning(int asked, const core::RenderSettings& render) {
          std::to_string(render.replicates) + " replicates, from 20 samples on.";
 }
 
-template <typename Value, typename Rows>
-std::string name_of(const Rows& rows, Value value) {
-  for (const auto& row : rows) {
-    if (row.value == value) {
-      return "'" + std::string(row.name) + "'";
-    }
-  }
-  return {};
+template <typename Value>
+std::string quoted_name(std::span<const core::NamedValue<Value>> rows, Value value) {
+  return "'" + std::string(core::row_of(rows, value).name) + "'";
+}
+
+/// The integrator that the request names, else the usual one.
+std::string integrator_of(const Json& request) {
+  const Json::json_pointer type("/integrator/type");
+  return request.contains(type) && request.at(type).is_string()
+             ? request.at(type).get<std::string>()
+             : core::RenderSettings{}.integrator;
 }
 
 }  // namespace
@@ -333,8 +322,8 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   }
   ParsedJob job;
   const Json::json_pointer target("/stop/relative_error");
-  job.spec.render.adaptive.type =
-      usual_adaptive_type(value->contains(target) && !value->at(target).is_null());
+  job.spec.render = core::default_settings(integrator_of(*value),
+                                           value->contains(target) && !value->at(target).is_null());
   Faults faults;
   read_members(table(), *value, job.spec, "", faults);
   // The rules between members speak about values that are fine by themselves.
@@ -342,7 +331,7 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
     check_camera(job.spec.camera, faults);
     check_film(job.spec.render.film, faults);
     check_class(job.spec, faults);
-    check_options(job.spec, accepted_options(job.spec.render.integrator), faults);
+    check_options(job.spec, faults);
     round_stop(job.spec.stop, job.spec.render, job.warnings);
     const int asked = job.spec.render.adaptive.min_samples;
     if (round_min_samples(job.spec.render) &&
@@ -359,10 +348,6 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   return job;
 }
 
-core::AdaptiveType usual_adaptive_type(bool has_error_target) {
-  return has_error_target ? core::AdaptiveType::kPilot : core::AdaptiveType::kNone;
-}
-
 std::vector<std::string> adaptive_warnings(const JobSpec& spec) {
   std::vector<std::string> warnings;
   const core::AdaptiveSettings& adaptive = spec.render.adaptive;
@@ -370,8 +355,10 @@ std::vector<std::string> adaptive_warnings(const JobSpec& spec) {
     return warnings;
   }
   const int first = core::first_epoch(spec.render);
-  if (adaptive.type != usual_adaptive_type(spec.stop.relative_error.has_value()) &&
-      spec.stop.samples_per_pixel && *spec.stop.samples_per_pixel <= first) {
+  const core::RenderSettings usual =
+      core::default_settings(spec.render.integrator, spec.stop.relative_error.has_value());
+  if (adaptive.type != usual.adaptive.type && spec.stop.samples_per_pixel &&
+      *spec.stop.samples_per_pixel <= first) {
     warnings.push_back(
         "adaptive: every pixel gets the same, because the first decision is taken at " +
         std::to_string(first) + " samples and " + std::to_string(*spec.stop.samples_per_pixel) +
@@ -385,10 +372,10 @@ std::vector<std::string> idle_warnings(const JobSpec& spec) {
   const core::RenderSettings& render = spec.render;
   const core::EstimatorSettings& estimator = render.estimator;
   if (estimator.strategy != core::Strategy::kMis && estimator.strategy != core::Strategy::kLight) {
-    const std::string strategy = name_of(core::strategies(), estimator.strategy);
+    const std::string strategy = quoted_name(core::strategies(), estimator.strategy);
     if (render.light_sampler != core::RenderSettings{}.light_sampler) {
       warnings.push_back(
-          "light_sampler: " + name_of(core::light_samplers(), render.light_sampler) +
+          "light_sampler: " + quoted_name(core::light_samplers(), render.light_sampler) +
           " has no effect: strategy " + strategy +
           " takes no light samples but those of punctual lights, which it chooses evenly.");
     }

@@ -27,6 +27,9 @@ struct Webhook {
   friend bool operator==(const Webhook&, const Webhook&) = default;
 };
 
+/// Layers that a job may leave out; a job that does not say records them all.
+std::vector<std::string> recordable_layers();
+
 struct JobSpec {
   std::string scene;  ///< scene id or name of a built-in scene
   std::string name;
@@ -41,7 +44,7 @@ struct JobSpec {
   core::EnvironmentSettings environment;         ///< counts when kGiven
   std::optional<std::string> environment_asset;  ///< sha256 (hex) of an asset; empty: constant
   /// Recorded layers as asked for, in the order of core::layers(); render.film has the switches.
-  std::vector<std::string> layers = {"albedo", "normal", "depth"};
+  std::vector<std::string> layers = recordable_layers();
   std::optional<Webhook> webhook;
   std::optional<double> retention_seconds;  ///< forgotten so long after its end; empty: kept
   core::RenderSettings render;
@@ -75,11 +78,6 @@ std::string spec_json(const JobSpec& spec);
 
 /// True when both say the same, member by member.
 bool same_spec(const JobSpec& a, const JobSpec& b);
-
-/// adaptive.type of a job that does not say it. Jobs with an error target get there with far fewer
-/// samples where a pilot stream decides about them; others keep the same count everywhere, so that
-/// parts of a job make up its film bit for bit.
-core::AdaptiveType usual_adaptive_type(bool has_error_target);
 
 /// What adaptive sampling cannot do for this job; told when it is submitted.
 std::vector<std::string> adaptive_warnings(const JobSpec& spec);

@@ -1,6 +1,7 @@
 #include "api/server_view.h"
 
-#include <array>
+#include <span>
+#include <type_traits>
 
 #include <nlohmann/json.hpp>
 
@@ -13,13 +14,16 @@
 namespace api {
 namespace {
 
-/// Entries of a registry; accepts(name) says which pointers an entry honours.
-template <typename Entries, typename Accepts>
-Json print_types(const Entries& entries, const Accepts& accepts) {
+std::vector<std::string> texts_of(core::Options options) {
+  return {options.begin(), options.end()};
+}
+
+template <typename Value>
+Json print_types(std::span<const core::NamedValue<Value>> rows) {
   Json list = Json::array();
-  for (const auto& entry : entries) {
+  for (const auto& row : rows) {
     list.push_back(
-        type_info_view().print({entry.name, entry.bias, entry.summary, accepts(entry.name)}));
+        type_info_view().print({row.name, row.bias, row.summary, texts_of(row.accepts)}));
   }
   return list;
 }
@@ -33,65 +37,30 @@ Json names_of(const Entries& entries) {
   return list;
 }
 
-using Pointers = std::vector<std::string>;
-
-Pointers sampler_options(std::string_view /*type*/) {
-  return {"/sampler/replicates", "/sampler/first_replicate"};
-}
-
-Pointers light_sampler_options(std::string_view type) {
-  if (type == "ris") {
-    return {"/light_sampler/candidates"};
-  }
-  if (type == "restir") {
-    return {"/light_sampler/block", "/light_sampler/history",
-            "/light_sampler/candidates_per_pixel"};
-  }
-  return {};
-}
-
-Pointers adaptive_options(std::string_view type) {
-  return type == "none"
-             ? Pointers()
-             : Pointers{"/adaptive/min_samples", "/adaptive/granularity", "/adaptive/dilation"};
-}
-
-/// Parameters that one type of a group alone has.
-struct TypeParameter {
-  std::string_view group, type, parameter;
-};
-constexpr std::array kParameters = {
-    TypeParameter{"mis", "power", "exponent"},
-    TypeParameter{"roulette", "threshold", "delta"},
-    TypeParameter{"splitting", "fixed", "count"},
-};
-
-/// A patch of one string at estimator/`path`..., from the innermost member outwards.
-OptionRow option(const std::vector<std::string>& path, std::string_view value,
-                 std::string_view bias, std::string_view summary) {
-  OptionRow row;
-  Json patch = value;
-  for (auto key = path.rbegin(); key != path.rend(); ++key) {
-    Json outer = Json::object();
-    outer[*key] = std::move(patch);
-    patch = std::move(outer);
-  }
-  // A parameter of another type is refused; null takes it out of a request that has one.
-  for (const auto& [group, type, parameter] : kParameters) {
-    if (path.size() > 2 && path[1] == group && value != type) {
-      patch[path[0]][path[1]][std::string(parameter)] = nullptr;
+/// Switches of one group: a patch of one string at `path` for each row, and of null at what rows of
+/// other values accept, which takes it out of a request that has it.
+template <typename Value>
+void add_options(std::vector<OptionRow>& options, const std::string& path, std::string_view group,
+                 std::span<const core::NamedValue<Value>> rows) {
+  for (const auto& row : rows) {
+    Json patch = Json::object();
+    for (const auto& other : rows) {
+      for (const std::string_view option : other.accepts) {
+        patch[Json::json_pointer(std::string(option))] = nullptr;
+      }
     }
-  }
-  for (const std::string& key : path) {
-    if (key != "type") {
-      row.name += key + ".";
+    for (const std::string_view option : row.accepts) {
+      const Json::json_pointer own{std::string(option)};
+      patch[own.parent_pointer()].erase(own.back());
     }
+    if constexpr (std::is_same_v<Value, bool>) {
+      patch[Json::json_pointer(path)] = row.value;
+    } else {
+      patch[Json::json_pointer(path)] = row.name;
+    }
+    options.push_back({std::string(group) + "." + std::string(row.name), std::string(row.bias),
+                       std::string(row.summary), dump(patch)});
   }
-  row.name += value;
-  row.bias = bias;
-  row.summary = summary;
-  row.patch = dump(patch);
-  return row;
 }
 
 Json limits_json(const ServerView& server) {
@@ -110,6 +79,35 @@ Json defaults_json() {
   Json defaults = to_json(parse_job(R"({"scene":"x"})")->spec);
   defaults.erase("scene");
   return defaults;
+}
+
+std::vector<std::string_view> error_names() {
+  std::vector<std::string_view> names;
+  for (const auto& row : core::error_validities()) {
+    names.push_back(row.name);
+  }
+  return names;
+}
+
+/// Where members of `own` differ from those of `usual`, which has all of them.
+Json difference(const Json& own, const Json& usual) {
+  Json patch = Json::object();
+  for (const auto& member : own.items()) {
+    const Json& other = usual.at(member.key());
+    if (member.value() == other) {
+      continue;
+    }
+    patch[member.key()] = other.is_object() ? difference(member.value(), other) : member.value();
+  }
+  return patch;
+}
+
+/// Defaults of an integrator's jobs that differ from those of any job.
+Json own_defaults_json(std::string_view integrator) {
+  JobSpec spec;
+  spec.render = core::default_settings(integrator);
+  spec.render.integrator = core::RenderSettings{}.integrator;
+  return difference(to_json(spec), to_json(JobSpec{}));
 }
 
 const View<BuildView>& build_view() {
@@ -138,43 +136,22 @@ const View<NamedSummary>& builtin_scene_view() {
 
 }  // namespace
 
-std::vector<std::string> accepted_options(std::string_view integrator) {
-  const core::IntegratorEntry* row = core::find_integrator(integrator);
-  return row != nullptr ? std::vector<std::string>(row->accepts.begin(), row->accepts.end())
-                        : std::vector<std::string>();
-}
-
 std::vector<OptionRow> estimation_options() {
-  std::vector<OptionRow> options;
-  for (const auto& entry : core::strategies()) {
-    options.push_back(option({"estimator", "strategy"}, entry.name, entry.bias, entry.summary));
-  }
-  for (const auto& entry : core::mis_types()) {
-    options.push_back(option({"estimator", "mis", "type"}, entry.name, entry.bias, entry.summary));
-  }
-  for (const auto& entry : core::roulette_types()) {
-    options.push_back(
-        option({"estimator", "roulette", "type"}, entry.name, entry.bias, entry.summary));
-  }
-  for (const auto& entry : core::splitting_types()) {
-    options.push_back(
-        option({"estimator", "splitting", "type"}, entry.name, entry.bias, entry.summary));
-  }
-  for (const auto& entry : core::control_variate_types()) {
-    options.push_back(
-        option({"estimator", "control_variate", "type"}, entry.name, entry.bias, entry.summary));
-  }
-  for (const auto& entry : core::expected_value_types()) {
-    OptionRow row = option({"estimator", "expected_values"}, entry.name, entry.bias, entry.summary);
-    row.patch = dump({{"estimator", {{"expected_values", entry.value}}}});
-    options.push_back(std::move(row));
-  }
+  std::vector<OptionRow> all;
+  add_options(all, "/estimator/strategy", "estimator.strategy", core::strategies());
+  add_options(all, "/estimator/mis/type", "estimator.mis", core::mis_types());
+  add_options(all, "/estimator/roulette/type", "estimator.roulette", core::roulette_types());
+  add_options(all, "/estimator/splitting/type", "estimator.splitting", core::splitting_types());
+  add_options(all, "/estimator/control_variate/type", "estimator.control_variate",
+              core::control_variate_types());
+  add_options(all, "/estimator/expected_values", "estimator.expected_values",
+              core::expected_value_types());
   for (const auto& entry : core::granularities()) {
-    OptionRow row = option({"adaptive", "granularity"}, entry.name, entry.bias, entry.summary);
-    row.patch = dump({{"adaptive", {{"type", "pilot"}, {"granularity", entry.name}}}});
-    options.push_back(std::move(row));
+    all.push_back({"adaptive.granularity." + std::string(entry.name), std::string(entry.bias),
+                   std::string(entry.summary),
+                   dump({{"adaptive", {{"type", "pilot"}, {"granularity", entry.name}}}})});
   }
-  return options;
+  return all;
 }
 
 std::string build_json(const ServerView& server) {
@@ -202,13 +179,16 @@ const View<core::IntegratorEntry>& integrator_view() {
       "An algorithm that follows light.",
       {{"type", shape::text("Name in requests."), [](const Entry& e) -> Json { return e.name; }},
        {"bias", shape::bias(), [](const Entry& e) -> Json { return e.bias; }},
-       {"error",
-        shape::one_of({"valid", "from-chains", "none"},
-                      "What the halves of its pictures tell about the error."),
-        [](const Entry& e) -> Json { return core::to_string(e.error); }},
+       {"error", shape::one_of(error_names(), "Do the halves of its pictures tell the error?"),
+        [](const Entry& e) -> Json {
+          return core::row_of(core::error_validities(), e.error).name;
+        }},
        {"summary", shape::text(), [](const Entry& e) -> Json { return e.summary; }},
        {"accepts", shape::texts("JSON pointers of the job request that it honours."),
-        [](const Entry& e) -> Json { return accepted_options(e.name); }}}};
+        [](const Entry& e) -> Json { return texts_of(e.accepts); }},
+       {"defaults",
+        shape::object("Merge patch (RFC 7396) of `defaults`, which holds for its jobs."),
+        [](const Entry& e) { return own_defaults_json(e.name); }}}};
   return kView;
 }
 
@@ -236,12 +216,10 @@ const View<ServerView>& server_view() {
        {"defaults", shape::reference("JobDefaults"), [](const Server&) { return defaults_json(); }},
        {"integrators", shape::list(integrator_view().shape()),
         [](const Server&) { return print_list(integrator_view(), core::integrators()); }},
-       {"samplers", kTypes,
-        [](const Server&) { return print_types(core::samplers(), &sampler_options); }},
+       {"samplers", kTypes, [](const Server&) { return print_types(core::samplers()); }},
        {"light_samplers", kTypes,
-        [](const Server&) { return print_types(core::light_samplers(), &light_sampler_options); }},
-       {"adaptive", kTypes,
-        [](const Server&) { return print_types(core::adaptive_types(), &adaptive_options); }},
+        [](const Server&) { return print_types(core::light_samplers()); }},
+       {"adaptive", kTypes, [](const Server&) { return print_types(core::adaptive_types()); }},
        {"options", shape::list(option_view().shape(), "Every other switch of the estimation."),
         [](const Server&) { return print_list(option_view(), estimation_options()); }},
        {"layers", shape::texts(), [](const Server&) { return names_of(core::layers()); }},

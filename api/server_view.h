@@ -65,7 +65,4 @@ struct OptionRow {
 };
 std::vector<OptionRow> estimation_options();
 
-/// JSON pointers of the job request that an integrator honours.
-std::vector<std::string> accepted_options(std::string_view integrator);
-
 }  // namespace api

@@ -127,12 +127,7 @@ void round_stop(StopRules& rules, const core::RenderSettings& settings,
   if (in_force == asked) {
     return;
   }
-  std::string_view sampler;
-  for (const auto& entry : core::samplers()) {
-    if (entry.value == settings.sampler) {
-      sampler = entry.name;
-    }
-  }
+  const std::string_view sampler = core::row_of(core::samplers(), settings.sampler).name;
   const std::string history = core::shared_window(settings) > 1
                                   ? "history " + std::to_string(settings.light_history) + " and "
                                   : "";

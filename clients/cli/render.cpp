@@ -90,7 +90,7 @@ core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spe
   const core::FilmSnapshot film = task.film().snapshot();
   core::Result<core::FloatImage> image = format.extension == "exr"
                                              ? core::all_layers_image(film, spec.render.film)
-                                             : core::layer_image(film, "beauty");
+                                             : core::layer_image(film, core::kBeauty);
   if (!image) {
     return image.error();
   }

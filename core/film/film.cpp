@@ -63,7 +63,7 @@ Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors)
       full_width_(settings.width),
       full_height_(settings.height),
       replicates_(replicates),
-      has_aux_(settings.albedo || settings.normal || settings.depth),
+      has_aux_(settings.has_aux()),
       errors_(errors),
       rects_(tile_rects(crop_)),
       tiles_(rects_.size()) {

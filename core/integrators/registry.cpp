@@ -38,7 +38,8 @@ constexpr std::array kIntegrators = {
                     .bias = "none",
                     .error = ErrorValidity::kValid,
                     .make = &make_direct,
-                    .accepts = kDirectOptions},
+                    .accepts = kDirectOptions,
+                    .set_defaults = [](RenderSettings& settings) { settings.max_depth = 1; }},
 };
 
 }  // namespace

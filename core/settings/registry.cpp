@@ -9,39 +9,69 @@
 namespace core {
 namespace {
 
+constexpr std::array kErrorValidities = {
+    NamedValue<ErrorValidity>{"valid", ErrorValidity::kValid,
+                              "The halves estimate the variance of the mean."},
+    NamedValue<ErrorValidity>{"from-chains", ErrorValidity::kFromChains,
+                              "They do; independent are chains, not samples."},
+    NamedValue<ErrorValidity>{
+        "none", ErrorValidity::kNone,
+        "The error is unknown: the picture is biased, or its halves depend on "
+        "each other."},
+};
+
+constexpr std::array<std::string_view, 2> kReplicateOptions = {"/sampler/replicates",
+                                                               "/sampler/first_replicate"};
+constexpr std::array<std::string_view, 1> kRisOptions = {"/light_sampler/candidates"};
+constexpr std::array<std::string_view, 3> kRestirOptions = {
+    "/light_sampler/block", "/light_sampler/history", "/light_sampler/candidates_per_pixel"};
+constexpr std::array<std::string_view, 1> kPowerOptions = {"/estimator/mis/exponent"};
+constexpr std::array<std::string_view, 1> kThresholdOptions = {"/estimator/roulette/delta"};
+constexpr std::array<std::string_view, 1> kFixedOptions = {"/estimator/splitting/count"};
+constexpr std::array<std::string_view, 3> kPilotOptions = {
+    "/adaptive/min_samples", "/adaptive/granularity", "/adaptive/dilation"};
+
 constexpr std::array kSamplers = {
     NamedValue<SamplerType>{"independent", SamplerType::kIndependent,
-                            "Independent uniform numbers; error falls as N^-1/2."},
-    NamedValue<SamplerType>{
-        "antithetic", SamplerType::kAntithetic,
-        "Pairs of mirrored points on film, lens and lamps; counts are rounded up to whole pairs in "
-        "every replicate: multiples of 2 times the replicates."},
+                            "Independent uniform numbers; error falls as N^-1/2.",
+                            kReplicateOptions},
+    NamedValue<SamplerType>{"antithetic", SamplerType::kAntithetic,
+                            "Pairs of mirrored points on film, lens and emitters; counts are "
+                            "rounded up to whole pairs in "
+                            "every replicate: multiples of 2 times the replicates.",
+                            kReplicateOptions},
     NamedValue<SamplerType>{"stratified", SamplerType::kStratified,
                             "Independent sets of 16 points, jittered in 4 x 4 cells of film, lens, "
-                            "lamp and direction; counts "
-                            "are rounded up to multiples of 16 times the replicates."},
+                            "emitter and direction; counts "
+                            "are rounded up to multiples of 16 times the replicates.",
+                            kReplicateOptions},
     NamedValue<SamplerType>{
         "latin-hypercube", SamplerType::kLatinHypercube,
         "Independent sets of 16 points, one in each of 16 intervals of every dimension; counts are "
-        "rounded up to multiples of 16 times the replicates."},
+        "rounded up to multiples of 16 times the replicates.",
+        kReplicateOptions},
     NamedValue<SamplerType>{
         "orthogonal-array", SamplerType::kOrthogonalArray,
         "Independent sets of 25 points, one in each of 5 x 5 cells of every pair within four "
-        "dimensions; counts are rounded up to multiples of 25 times the replicates."},
+        "dimensions; counts are rounded up to multiples of 25 times the replicates.",
+        kReplicateOptions},
     NamedValue<SamplerType>{"halton", SamplerType::kHalton,
                             "Halton points with scrambled digits in bases 2 to 311, one sequence "
                             "over ten bounces; even "
-                            "sample counts (odd ones above 1 are rounded up)."},
+                            "sample counts (odd ones above 1 are rounded up).",
+                            kReplicateOptions},
     NamedValue<SamplerType>{"sobol", SamplerType::kSobol,
                             "Owen-scrambled Sobol points in groups of four dimensions; even sample "
                             "counts (odd ones above "
-                            "1 are rounded up)."},
+                            "1 are rounded up).",
+                            kReplicateOptions},
     NamedValue<SamplerType>{
         "zsobol", SamplerType::kZsobol,
         "Sobol points in blue-noise order, for previews: errors of neighbouring pixels cancel, so "
         "variances do not add up over a block; independent sets of 8 points a pixel, counts are "
         "rounded "
-        "up to multiples of 8 times the replicates."},
+        "up to multiples of 8 times the replicates.",
+        kReplicateOptions},
 };
 
 constexpr std::array kLightSamplers = {
@@ -52,13 +82,15 @@ constexpr std::array kLightSamplers = {
     NamedValue<LightSamplerType>{
         "ris", LightSamplerType::kRis,
         "Of `candidates` that the tree gives, one by what it would add without "
-        "shadows (resampled importance sampling)."},
+        "shadows (resampled importance sampling).",
+        kRisOptions},
     NamedValue<LightSamplerType>{
         "restir", LightSamplerType::kRestir,
         "Where the camera looks, of the light samples of all pixels in a square of `block` by "
         "`block` and of `history` passes, one by what it would add without shadows (reservoirs "
         "that are shared, with weights that keep it unbiased); errors of neighbouring pixels are "
-        "correlated. Counts are rounded up to multiples of `history` times the replicates."},
+        "correlated. Counts are rounded up to multiples of `history` times the replicates.",
+        kRestirOptions},
 };
 
 constexpr std::array kStrategies = {
@@ -72,7 +104,8 @@ constexpr std::array kStrategies = {
 
 constexpr std::array kMisTypes = {
     NamedValue<MisType>{"balance", MisType::kBalance, "Balance heuristic."},
-    NamedValue<MisType>{"power", MisType::kPower, "Power heuristic with `exponent`."},
+    NamedValue<MisType>{"power", MisType::kPower, "Power heuristic with `exponent`.",
+                        kPowerOptions},
     NamedValue<MisType>{"maximum", MisType::kMaximum, "All weight to the larger density."},
     NamedValue<MisType>{"optimal", MisType::kOptimal,
                         "Where the camera looks: the weights of least variance for each pixel, "
@@ -89,14 +122,16 @@ constexpr std::array kRouletteTypes = {
     NamedValue<RouletteType>{
         "threshold", RouletteType::kThreshold,
         "The same; and of light samples that would add less than `delta` to the pixel "
-        "without shadows, a share in proportion has its shadow ray traced."},
+        "without shadows, a share in proportion has its shadow ray traced.",
+        kThresholdOptions},
 };
 
 constexpr std::array kSplittingTypes = {
     NamedValue<SplittingType>{"none", SplittingType::kNone, "One path for each camera ray."},
     NamedValue<SplittingType>{
         "fixed", SplittingType::kFixed,
-        "`count` continuations at the first surface that a camera ray meets, averaged."},
+        "`count` continuations at the first surface that a camera ray meets, averaged.",
+        kFixedOptions},
     NamedValue<SplittingType>{
         "measured", SplittingType::kMeasured,
         "As fixed; the count, from 1 to 8, is the one that pays for variances and rays "
@@ -107,7 +142,7 @@ constexpr std::array kControlVariateTypes = {
     NamedValue<ControlVariateType>{"none", ControlVariateType::kNone, "Light samples as they are."},
     NamedValue<ControlVariateType>{
         "analytic", ControlVariateType::kAnalytic,
-        "On matt surfaces the light of uniform lamps without shadows in closed form, samples "
+        "On diffuse surfaces the light of uniform emitters without shadows in closed form, samples "
         "for shadows and gloss; clear where few shadows fall, noisier deep in shadow. Strategies "
         "'mis' and 'light'."},
     NamedValue<ControlVariateType>{
@@ -132,7 +167,8 @@ constexpr std::array kAdaptiveTypes = {
     NamedValue<AdaptiveType>{"pilot", AdaptiveType::kPilot,
                              "More where a pilot stream finds noise that is never in the picture "
                              "and takes at most a tenth "
-                             "on top; errors are valid."},
+                             "on top; errors are valid.",
+                             kPilotOptions},
 };
 
 constexpr std::array kLaboratoryRules = {
@@ -156,20 +192,9 @@ constexpr std::array kFilters = {
                            "Blackman-Harris window."},
 };
 
-constexpr std::array kLayers = {
-    LayerEntry{"beauty", "The picture: radiance and coverage.", true, 4},
-    LayerEntry{"albedo", "Share of light that the first surface reflects or transmits.", true, 3},
-    LayerEntry{"normal", "Shading normal of the first surface, world space, in [-1, 1].", false, 3},
-    LayerEntry{"depth", "Distance from the eye to the first surface in metres, mean over hits.",
-               false, 1},
-    LayerEntry{"alpha", "Coverage; below 1 where a hidden environment shows.", false, 1},
-    LayerEntry{"samples", "Samples taken.", false, 1},
-    LayerEntry{"variance", "Variance of the mean, raw estimate from the two halves.", false, 3},
-    LayerEntry{"error", "Relative error of the pixel, pooled over its neighbourhood.", false, 1},
-};
-
 }  // namespace
 
+std::span<const NamedValue<ErrorValidity>> error_validities() { return kErrorValidities; }
 std::span<const NamedValue<SamplerType>> samplers() { return kSamplers; }
 std::span<const NamedValue<LightSamplerType>> light_samplers() { return kLightSamplers; }
 std::span<const NamedValue<Strategy>> strategies() { return kStrategies; }
@@ -184,25 +209,50 @@ std::span<const NamedValue<AdaptiveType>> adaptive_types() { return kAdaptiveTyp
 std::span<const LaboratoryRule> laboratory_rules() { return kLaboratoryRules; }
 std::span<const NamedValue<Granularity>> granularities() { return kGranularities; }
 std::span<const NamedValue<FilterType>> filters() { return kFilters; }
-std::span<const LayerEntry> layers() { return kLayers; }
 
-std::string_view to_string(ErrorValidity error) noexcept {
-  switch (error) {
-    case ErrorValidity::kValid:
-      return "valid";
-    case ErrorValidity::kFromChains:
-      return "from-chains";
-    case ErrorValidity::kNone:
-      break;
-  }
-  return "none";
+namespace {
+
+template <typename Row>
+const Row* find_row(std::span<const Row> rows, std::string_view name) {
+  const auto row =
+      std::find_if(rows.begin(), rows.end(), [name](const Row& r) { return r.name == name; });
+  return row != rows.end() ? &*row : nullptr;
 }
 
+}  // namespace
+
 const IntegratorEntry* find_integrator(std::string_view name) {
-  const std::span<const IntegratorEntry> rows = integrators();
-  const auto row = std::find_if(rows.begin(), rows.end(),
-                                [name](const IntegratorEntry& r) { return r.name == name; });
-  return row != rows.end() ? &*row : nullptr;
+  return find_row(integrators(), name);
+}
+const LayerEntry* find_layer(std::string_view name) { return find_row(layers(), name); }
+
+std::vector<std::string_view> integrator_options() {
+  std::vector<std::string_view> all;
+  for (const IntegratorEntry& row : integrators()) {
+    for (const std::string_view option : row.accepts) {
+      if (std::find(all.begin(), all.end(), option) == all.end()) {
+        all.push_back(option);
+      }
+    }
+  }
+  return all;
+}
+
+RenderSettings default_settings(std::string_view integrator, bool has_error_target) {
+  RenderSettings settings;
+  const IntegratorEntry* row = find_integrator(integrator);
+  if (row == nullptr) {
+    return settings;
+  }
+  settings.integrator = integrator;
+  if (row->set_defaults != nullptr) {
+    row->set_defaults(settings);
+  }
+  const auto& accepts = row->accepts;
+  if (has_error_target && std::find(accepts.begin(), accepts.end(), "/adaptive") != accepts.end()) {
+    settings.adaptive.type = AdaptiveType::kPilot;
+  }
+  return settings;
 }
 
 std::string_view bias_of(const RenderSettings& settings) {

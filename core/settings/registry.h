@@ -1,25 +1,42 @@
-/// The tables of what this build can do: names in requests, GET /v1/server and the OpenAPI page
-/// all come from here. A row is the registration.
+/// Tables of integrators, samplers, layers and every other named choice. Names in requests,
+/// refusals, GET /v1/server and the OpenAPI page come from the rows: a row is the registration.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <string_view>
+#include <vector>
 
+#include "core/base/check.h"
 #include "core/settings/settings.h"
 
 namespace core {
 
 class Integrator;
+struct FilmSnapshot;
 struct IntegratorInput;
 
-/// What (A - B)^2 / 4 of a picture's halves says of its error.
-enum class ErrorValidity {
-  kValid,       ///< estimates the variance of the mean
-  kFromChains,  ///< so do independent chains, not samples
-  kNone         ///< nothing: the picture is biased, or its halves depend on each other
+/// JSON pointers of the job's options.
+using Options = std::span<const std::string_view>;
+
+/// A value that a request may name.
+template <typename T>
+struct NamedValue {
+  std::string_view name;
+  T value;
+  std::string_view summary;
+  Options accepts = {};  ///< honours these; the other values of its group, unless they list them
+                         ///< too, refuse them
+  std::string_view bias = "none";
 };
-std::string_view to_string(ErrorValidity error) noexcept;
+
+/// Does (A - B)^2 / 4 of a picture's halves estimate the variance of the mean?
+enum class ErrorValidity {
+  kValid,
+  kFromChains,  ///< yes; independent are chains, not samples
+  kNone         ///< no: the picture is biased, or its halves depend on each other
+};
 
 /// A row is all that an integrator needs to be offered: in requests, by GET /v1/server, on the
 /// OpenAPI page, in the page's form and in the tests that walk the rows.
@@ -29,24 +46,27 @@ struct IntegratorEntry {
   std::string_view bias;  ///< "none", "consistent" or "biased"
   ErrorValidity error;
   std::unique_ptr<const Integrator> (*make)(const IntegratorInput& input);
-  /// JSON pointers of the job's options that it honours; it refuses other values than their
-  /// defaults for the rest.
-  std::span<const std::string_view> accepts;
+  /// Of integrator_options(): it honours these, and refuses other values than its defaults for the
+  /// rest.
+  Options accepts;
   bool splats = false;  ///< light paths add to any pixel: errors of pixels are correlated
+  /// Its own defaults, over those of RenderSettings; null: it has none.
+  void (*set_defaults)(RenderSettings& settings) = nullptr;
 };
 /// The table stands in core/integrators/registry.cpp.
 std::span<const IntegratorEntry> integrators();
 /// Null: no such row.
 const IntegratorEntry* find_integrator(std::string_view name);
+/// Options that at least one integrator accepts.
+std::vector<std::string_view> integrator_options();
 
-template <typename Enum>
-struct NamedValue {
-  std::string_view name;
-  Enum value;
-  std::string_view summary;
-  std::string_view bias = "none";
-};
+/// The settings of a job that names the integrator only. Unknown name: those of RenderSettings.
+/// has_error_target: the job stops at an error. It then takes far fewer samples where a pilot
+/// stream decides about them; other jobs take the same count everywhere, so that parts of a job
+/// make up its film bit for bit.
+RenderSettings default_settings(std::string_view integrator, bool has_error_target = false);
 
+std::span<const NamedValue<ErrorValidity>> error_validities();
 std::span<const NamedValue<SamplerType>> samplers();
 std::span<const NamedValue<LightSamplerType>> light_samplers();
 std::span<const NamedValue<Strategy>> strategies();
@@ -56,6 +76,18 @@ std::span<const NamedValue<SplittingType>> splitting_types();
 std::span<const NamedValue<ControlVariateType>> control_variate_types();
 std::span<const NamedValue<bool>> expected_value_types();
 std::span<const NamedValue<AdaptiveType>> adaptive_types();
+std::span<const NamedValue<Granularity>> granularities();
+std::span<const NamedValue<FilterType>> filters();
+
+/// The row of a value. Pre: there is one.
+template <typename T>
+const NamedValue<T>& row_of(std::span<const NamedValue<T>> rows, T value) {
+  const auto row = std::find_if(rows.begin(), rows.end(),
+                                [value](const NamedValue<T>& r) { return r.value == value; });
+  CHECK(row != rows.end());
+  return *row;
+}
+
 /// Adaptive rules that only the laboratory has: as an estimator of one of its experiments.
 struct LaboratoryRule {
   std::string_view name;
@@ -63,28 +95,38 @@ struct LaboratoryRule {
   std::string_view estimator;
 };
 std::span<const LaboratoryRule> laboratory_rules();
-std::span<const NamedValue<Granularity>> granularities();
-std::span<const NamedValue<FilterType>> filters();
 
-/// The worst of what the settings choose: "none", "consistent" or "biased".
+/// The worst bias of what the settings choose: "none", "consistent" or "biased".
 std::string_view bias_of(const RenderSettings& settings);
 /// Does the integrator's row say so?
 bool errors_are_valid(const RenderSettings& settings);
 
-/// Layers a film can show. beauty albedo normal depth alpha samples variance error.
+/// The layer that is the picture.
+inline constexpr std::string_view kBeauty = "beauty";
+
+/// A layer that a film can show.
 struct LayerEntry {
   std::string_view name;
   std::string_view summary;
-  bool is_color;  ///< tone curve applies
-  int channels;
+  bool is_color;              ///< tone curve applies
+  std::string_view channels;  ///< of its image, a letter each
+  /// A letter for each channel in an EXR of all layers; empty: left out there.
+  std::string_view exr_channels;
+  /// Values of all pixels, channels together; NaN where unknown.
+  void (*fill)(const FilmSnapshot& film, std::span<float> out);
+  bool is_mean = false;                    ///< of the samples, so that a pixel has a value
+  bool FilmSettings::*recorded = nullptr;  ///< its switch; null: every film has it
 };
+/// The table stands in core/layers/layers.cpp.
 std::span<const LayerEntry> layers();
+/// Null: no such row.
+const LayerEntry* find_layer(std::string_view name);
 
 /// Samples per pixel of one whole set in every replicate, for samplers whose sets have no prefixes;
 /// 1 for the others.
 int sample_unit(SamplerType sampler, int replicates);
 
-/// What a sample count becomes under the sampler's rule. sobol, halton: even counts, except 1.
+/// The sample count in force under the sampler's rule. sobol, halton: even counts, except 1.
 /// Samplers without prefixes: multiples of sample_unit(). Never less than what was asked for.
 int rounded_samples(SamplerType sampler, int replicates, int samples_per_pixel);
 
@@ -95,7 +137,7 @@ int shared_window(const RenderSettings& settings);
 int sample_unit(const RenderSettings& settings);
 int rounded_samples(const RenderSettings& settings, int samples_per_pixel);
 
-/// What the estimation does to the errors of neighbouring pixels.
+/// Does the estimation correlate the errors of neighbouring pixels?
 PixelErrors pixel_errors(const RenderSettings& settings);
 
 }  // namespace core

@@ -37,6 +37,8 @@ struct FilmSettings {
   bool albedo = true;
   bool normal = true;
   bool depth = true;
+
+  constexpr bool has_aux() const noexcept { return albedo || normal || depth; }
 };
 
 /// Overrides of the file's camera; empty members are the file's own values.

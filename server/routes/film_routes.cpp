@@ -77,8 +77,7 @@ bool speaks_of(const api::JobSpec& spec, const core::FilmPart& part) {
   const core::SampleRange& first = part.ledger.front();
   return settings.width == film.full_width() && settings.height == film.full_height() &&
          settings.crop.value_or(whole) == film.crop() &&
-         spec.render.replicates == film.replicates() &&
-         (settings.albedo || settings.normal || settings.depth) == film.has_aux() &&
+         spec.render.replicates == film.replicates() && settings.has_aux() == film.has_aux() &&
          core::pixel_errors(spec.render) == film.errors() && spec.render.seed == first.seed &&
          spec.render.first_replicate == first.first_replicate;
 }
@@ -120,10 +119,9 @@ core::Result<std::uint64_t> film_bytes(const RouteContext& context, const std::s
     const core::RenderSettings settings = (*job)->record().view.spec.render;
     const core::PixelRect rect = settings.film.crop.value_or(
         core::PixelRect{0, 0, settings.film.width, settings.film.height});
-    const bool has_aux = settings.film.albedo || settings.film.normal || settings.film.depth;
     return static_cast<std::uint64_t>(rect.width) * static_cast<std::uint64_t>(rect.height) *
            (static_cast<std::uint64_t>(settings.replicates) * sizeof(core::ReplicatePixel) +
-            (has_aux ? sizeof(core::AuxPixel) : 0));
+            (settings.film.has_aux() ? sizeof(core::AuxPixel) : 0));
   }
   const auto bytes = context.assets.find(id, access);
   if (!bytes) {

@@ -153,11 +153,13 @@ std::uint64_t working_bytes(const core::Film& film, core::PixelRect rect) {
   return area(rect) * (film.bytes() / std::max<std::uint64_t>(area(film.crop()), 1) + kLayersBytes);
 }
 
+std::string_view layer_of(const api::ImageQuery& query) {
+  return query.layer ? std::string_view(*query.layer) : core::kBeauty;
+}
+
 bool is_color(const api::ImageQuery& query) {
-  const auto layers = core::layers();
-  return std::any_of(layers.begin(), layers.end(), [&](const core::LayerEntry& layer) {
-    return layer.name == query.layer.value_or("beauty") && layer.is_color;
-  });
+  const core::LayerEntry* layer = core::find_layer(layer_of(query));
+  return layer != nullptr && layer->is_color;
 }
 
 struct Pixels {
@@ -175,7 +177,7 @@ core::Result<Pixels> make_picture(const core::Film& film, const Picture& picture
   const bool all_layers = !picture.query.layer && picture.format.extension == "exr";
   auto image = all_layers ? core::Result<core::FloatImage>(
                                 core::all_layers_image(snapshot, picture.view.spec.render.film))
-                          : core::layer_image(snapshot, picture.query.layer.value_or("beauty"));
+                          : core::layer_image(snapshot, layer_of(picture.query));
   if (!image) {
     Error error = image.error();
     error.where = "/layer";

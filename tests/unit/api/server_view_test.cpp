@@ -1,5 +1,6 @@
 #include "api/server_view.h"
 
+#include <algorithm>
 #include <set>
 #include <string>
 #include <vector>
@@ -97,12 +98,57 @@ TEST(ServerView, EveryOptionTurnsOnWhatItSaysFromAnyStart) {
                               core::expected_value_types().size() + core::granularities().size());
 }
 
+/// The types of a group of the job, and the options that only some of them accept.
+void expect_options_of_types(const Json& rows, const std::string& group) {
+  for (const Json& row : rows) {
+    const Json request = {{"scene", "x"}, {group, {{"type", row["type"]}}}};
+    const auto parsed = api::parse_job(api::dump(request));
+    ASSERT_TRUE(parsed) << row;
+    const Json spec = api::to_json(parsed->spec);
+    for (const Json& other : rows) {
+      for (const std::string pointer : other["accepts"]) {
+        const bool accepted = std::find(row["accepts"].begin(), row["accepts"].end(), pointer) !=
+                              row["accepts"].end();
+        // The first replicate is shown only where it is not 0.
+        EXPECT_TRUE(spec.contains(Json::json_pointer(pointer)) == accepted ||
+                    pointer == "/sampler/first_replicate")
+            << row["type"] << pointer;
+      }
+    }
+  }
+}
+
+TEST(ServerView, ATypeHasTheOptionsThatItAcceptsAndNoOthers) {
+  const Json body = server();
+  expect_options_of_types(body["samplers"], "sampler");
+  expect_options_of_types(body["light_samplers"], "light_sampler");
+  expect_options_of_types(body["adaptive"], "adaptive");
+}
+
+TEST(ServerView, DefaultsOfAnIntegratorAreThoseOfItsJobs) {
+  const Json body = server();
+  for (const Json& row : body["integrators"]) {
+    Json expected = body["defaults"];
+    expected.merge_patch(row["defaults"]);
+    expected["integrator"]["type"] = row["type"];
+    const Json request = {{"scene", "x"}, {"integrator", {{"type", row["type"]}}}};
+    Json found = api::to_json(api::parse_job(api::dump(request))->spec);
+    found.erase("scene");
+    EXPECT_EQ(found, expected) << row["type"];
+  }
+}
+
+TEST(ServerView, DirectLightHasADefaultDepthOfItsOwn) {
+  for (const Json& row : server()["integrators"]) {
+    EXPECT_EQ(row["defaults"], row["type"] == "direct" ? Json({{"integrator", {{"max_depth", 1}}}})
+                                                       : Json::object());
+  }
+}
+
 TEST(ServerView, EveryAcceptedOptionIsAPlaceInTheJob) {
   const Json spec = default_spec();
-  for (const core::IntegratorEntry& integrator : core::integrators()) {
-    for (const std::string& pointer : api::accepted_options(integrator.name)) {
-      EXPECT_TRUE(spec.contains(Json::json_pointer(pointer))) << pointer;
-    }
+  for (const std::string_view pointer : core::integrator_options()) {
+    EXPECT_TRUE(spec.contains(Json::json_pointer(std::string(pointer)))) << pointer;
   }
 }
 

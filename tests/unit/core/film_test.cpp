@@ -175,7 +175,7 @@ TEST(Film, EveryLayerOfTheRegistryIsAnImage) {
   for (const auto& layer : core::layers()) {
     const auto image = core::layer_image(picture.snapshot, std::string(layer.name));
     ASSERT_TRUE(image) << layer.name;
-    EXPECT_EQ(image->channel_names.size(), static_cast<std::size_t>(layer.channels)) << layer.name;
+    EXPECT_EQ(image->channel_names.size(), layer.channels.size()) << layer.name;
   }
   EXPECT_FALSE(core::layer_image(picture.snapshot, "no such layer"));
 }

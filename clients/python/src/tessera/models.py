@@ -973,6 +973,7 @@ class IntegratorInfo(TypedDict):
     error: Literal["valid", "from-chains", "none"]
     summary: str
     accepts: list[str]
+    defaults: dict[str, Any]
 
 
 class EstimationOption(TypedDict):

@@ -1133,11 +1133,13 @@ export interface IntegratorInfo {
   type: string;
   /** How the expected picture relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
-  /** What the halves of its pictures tell about the error. */
+  /** Do the halves of its pictures tell the error? */
   error: 'valid' | 'from-chains' | 'none';
   summary: string;
   /** JSON pointers of the job request that it honours. */
   accepts: string[];
+  /** Merge patch (RFC 7396) of `defaults`, which holds for its jobs. */
+  defaults: Record<string, unknown>;
 }
 
 /** A switch of the estimation. */

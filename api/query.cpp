@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <limits>
 
 #include <nlohmann/json.hpp>
 
@@ -19,23 +18,7 @@
 namespace api {
 namespace {
 
-constexpr double kRevisionMax = std::numeric_limits<std::uint32_t>::max();
-constexpr std::string_view kLastEventIdDoc =
-    "As the header Last-Event-ID, for pages whose EventSource cannot send it at first.";
-constexpr std::int64_t kUuidCharacters = 36;
-
-Json text_schema() { return {{"type", "string"}}; }
 Json list_schema(Json items) { return {{"type", "array"}, {"items", std::move(items)}}; }
-
-/// Calls `take` with each part of a list with commas.
-template <typename Take>
-void each_part(const std::string& text, const Take& take) {
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    take(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-}
 
 // Lists of jobs and scenes.
 
@@ -218,77 +201,6 @@ const auto& wait_table() {
   return kTable;
 }
 
-// Streams.
-
-/// The server takes the ticket out of the query when it lets the request in.
-template <typename S>
-constexpr auto ticket_row() {
-  return ParameterField<S>{"ticket", "A ticket of POST /v1/stream-tickets, in place of the key.",
-                           [](const std::string&, S&, const std::string&, Faults&) {},
-                           [](const S&) { return text_schema(); }};
-}
-
-const auto& tiles_table() {
-  static constexpr auto kTable = std::tuple{
-      number(
-          "after", [](auto& s) -> auto& { return s.after; }, {0, kRevisionMax},
-          "Only tiles that are newer than this revision."),
-      ticket_row<TilesQuery>(),
-  };
-  return kTable;
-}
-
-template <typename S>
-constexpr auto last_event_id_row() {
-  return ParameterField<S>{"last_event_id", kLastEventIdDoc,
-                           [](const std::string& value, S& out, const std::string&, Faults&) {
-                             out.last_event_id = value;
-                           },
-                           [](const S&) { return text_schema(); }};
-}
-
-const auto& job_events_table() {
-  static constexpr auto kTable =
-      std::tuple{last_event_id_row<JobEventsQuery>(), ticket_row<JobEventsQuery>()};
-  return kTable;
-}
-
-/// The server takes last_event_id from the header or from here.
-struct EventsReading {
-  EventsQuery query;
-  std::string last_event_id;
-};
-
-void read_jobs(const std::string& text, EventsReading& out, const std::string& pointer,
-               Faults& faults) {
-  each_part(text, [&](const std::string& id) {
-    if (!is_uuid(id)) {
-      faults.add(pointer, shown(Json(id)) + " is not a job id (UUID)");
-    } else if (std::find(out.query.jobs.begin(), out.query.jobs.end(), id) ==
-               out.query.jobs.end()) {
-      out.query.jobs.push_back(id);
-    }
-  });
-  if (out.query.jobs.size() > static_cast<std::size_t>(limits::kWatchedJobs)) {
-    faults.add(pointer, "names " + std::to_string(out.query.jobs.size()) + " jobs; at most " +
-                            std::to_string(limits::kWatchedJobs) + " are allowed");
-  }
-}
-
-const auto& events_table() {
-  static constexpr auto kTable = std::tuple{
-      ParameterField<EventsReading>{
-          "jobs", "Job ids with commas between them; at most `watched_jobs`.", &read_jobs,
-          [](const EventsReading&) {
-            return Json{{"type", "string"},
-                        {"minLength", kUuidCharacters},
-                        {"maxLength", limits::kWatchedJobs * (kUuidCharacters + 1) - 1}};
-          },
-          false, true},
-      last_event_id_row<EventsReading>(), ticket_row<EventsReading>()};
-  return kTable;
-}
-
 // Pictures.
 
 /// x, y, width and height come together; tone_maps are the names that are allowed.
@@ -413,16 +325,6 @@ const auto& image_table() {
   return kTable;
 }
 
-template <typename Table, typename S>
-Parsed<S> parse_query(const Table& table, QueryParams query, S out) {
-  Faults faults;
-  read_query(table, query, out, faults);
-  if (!faults.empty()) {
-    return faults.problem();
-  }
-  return out;
-}
-
 /// Wrong values of a list's query are 400.
 template <typename S, typename Table>
 Parsed<S> parse_list_query(const Table& table, QueryParams query) {
@@ -454,19 +356,6 @@ Parsed<SubmitQuery> parse_submit_query(QueryParams query) {
 }
 Parsed<WaitQuery> parse_wait_query(QueryParams query) {
   return parse_query(wait_table(), query, WaitQuery{});
-}
-Parsed<TilesQuery> parse_tiles_query(QueryParams query) {
-  return parse_query(tiles_table(), query, TilesQuery{});
-}
-Parsed<JobEventsQuery> parse_job_events_query(QueryParams query) {
-  return parse_query(job_events_table(), query, JobEventsQuery{});
-}
-Parsed<EventsQuery> parse_events_query(QueryParams query) {
-  const auto reading = parse_query(events_table(), query, EventsReading{});
-  if (!reading) {
-    return reading.problem();
-  }
-  return reading->query;
 }
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps) {
   ImageReading reading;
@@ -500,15 +389,6 @@ Json submit_parameters(const Capabilities& /*capabilities*/) {
 }
 Json wait_parameters(const Capabilities& /*capabilities*/) {
   return query_parameters(wait_table(), WaitQuery{});
-}
-Json tiles_parameters(const Capabilities& /*capabilities*/) {
-  return query_parameters(tiles_table(), TilesQuery{});
-}
-Json job_events_parameters(const Capabilities& /*capabilities*/) {
-  return query_parameters(job_events_table(), JobEventsQuery{});
-}
-Json events_parameters(const Capabilities& /*capabilities*/) {
-  return query_parameters(events_table(), EventsReading{});
 }
 Json image_parameters(const Capabilities& capabilities) {
   ImageReading defaults;

@@ -5,6 +5,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -148,6 +150,40 @@ Json query_parameters(const Table& table, const S& defaults) {
   std::apply([&](const auto&... row) { (list.push_back(parameter_json(row, defaults)), ...); },
              table);
   return list;
+}
+
+/// The whole query by the table; out: the defaults.
+template <typename Table, typename S>
+Parsed<S> parse_query(const Table& table, QueryParams query, S out) {
+  Faults faults;
+  read_query(table, query, out, faults);
+  if (!faults.empty()) {
+    return faults.problem();
+  }
+  return out;
+}
+
+// Rows and values that several queries have.
+
+inline constexpr double kRevisionMax = std::numeric_limits<std::uint32_t>::max();
+inline Json text_schema() { return {{"type", "string"}}; }
+
+/// Calls `take` with each part of a list with commas.
+template <typename Take>
+void each_part(const std::string& text, const Take& take) {
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    take(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+}
+
+/// The server takes the ticket out of the query when it lets the request in.
+template <typename S>
+constexpr auto ticket_row() {
+  return ParameterField<S>{"ticket", "A ticket of POST /v1/stream-tickets, in place of the key.",
+                           [](const std::string&, S&, const std::string&, Faults&) {},
+                           [](const S&) { return text_schema(); }};
 }
 
 }  // namespace api

@@ -25,10 +25,12 @@ install_build_packages() {
 
 node_is_new_enough() {
   command -v npm >/dev/null && command -v node >/dev/null &&
-    node -e 'const [a, b] = process.versions.node.split(".").map(Number); process.exit(a > 18 || (a === 18 && b >= 13) ? 0 : 1)'
+    node -e 'const [a, b] = process.versions.node.split(".").map(Number);
+      process.exit(a > 18 || (a === 18 && b >= 13) ? 0 : 1)'
 }
 
-# configure DIR [cmake arguments]: only when DIR is new, belongs to another place, or arguments are given.
+# configure DIR [cmake arguments]: only when DIR is new, belongs to another place, or arguments are
+# given.
 configure() {
   build_dir=$1
   shift

@@ -1,5 +1,6 @@
 #!/bin/sh
-# A tour of the API with curl: what the server can do, a job, its picture, its errors, a scene of one's own.
+# A tour of the API with curl: what the server can do, a job, its picture, its errors, a scene of
+# one's own.
 #   clients/examples/curl_tour.sh [FOLDER]      TESSERA_SERVER, TESSERA_KEY say which server
 set -eu
 cd "${1:-.}"
@@ -14,7 +15,8 @@ call() {
 # A member of the JSON on stdin: member id, member error.low
 member() {
   python3 -c 'import functools, json, sys
-print(functools.reduce(lambda part, name: part[name], sys.argv[1].split("."), json.load(sys.stdin)))' "$1"
+print(functools.reduce(lambda part, name: part[name], sys.argv[1].split("."),
+  json.load(sys.stdin)))' "$1"
 }
 
 echo "Tessera $(call /v1/server | member version)"
@@ -59,5 +61,6 @@ call /v1/jobs -H 'Content-Type: application/json' -H 'Prefer: wait=60' -d '{
 
 # Mistakes are answered with their place. Without -f, curl shows the answer.
 curl -sS ${TESSERA_KEY:+-H "Authorization: Bearer $TESSERA_KEY"} "$server/v1/jobs" \
-  -H 'Content-Type: application/json' -d '{"scene": "cornell-box", "film": {"width": 0}}' >problem.json
+  -H 'Content-Type: application/json' \
+  -d '{"scene": "cornell-box", "film": {"width": 0}}' >problem.json
 member errors <problem.json

@@ -2,7 +2,8 @@
 import { writeFile } from 'node:fs/promises';
 
 const server = process.env.TESSERA_SERVER ?? 'http://127.0.0.1:8080';
-const headers = process.env.TESSERA_KEY ? { Authorization: `Bearer ${process.env.TESSERA_KEY}` } : {};
+const key = process.env.TESSERA_KEY;
+const headers = key ? { Authorization: `Bearer ${key}` } : {};
 const [scene = 'cornell-box', file = 'picture.png'] = process.argv.slice(2);
 
 async function call(path, body) {
@@ -18,7 +19,8 @@ async function call(path, body) {
 const request = { scene, film: { width: 160, height: 90 }, stop: { relative_error: 0.15 } };
 const job = await (await call('/v1/jobs', request)).json();
 let text = '';
-for await (const piece of (await call(job.links.events)).body.pipeThrough(new TextDecoderStream())) {
+const events = (await call(job.links.events)).body.pipeThrough(new TextDecoderStream());
+for await (const piece of events) {
   const messages = (text + piece).split('\n\n');
   text = messages.pop();
   for (const message of messages) {

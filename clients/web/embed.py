@@ -3,9 +3,9 @@
 
     embed.py DIST_DIR OUT.cpp
 
-Text is stored gzip-compressed, what is compressed already (fonts, pictures) as it is. The bytes become
-string literals, which both compilers read many times faster than lists of numbers. The output depends on
-the files alone: no times, no paths of this machine.
+Text is stored gzip-compressed, compressed files (fonts, pictures) as they are. The bytes become
+string literals, which both compilers read many times faster than lists of numbers. The output
+depends on the files alone: no times, no paths.
 """
 
 import gzip
@@ -35,7 +35,9 @@ for plain in range(0x20, 0x7F):
 def literal(data: bytes) -> str:
     lines = []
     for start in range(0, len(data), LITERAL_BYTES):
-        lines.append('    "' + "".join(ESCAPES[byte] for byte in data[start : start + LITERAL_BYTES]) + '"')
+        lines.append(
+            '    "' + "".join(ESCAPES[byte] for byte in data[start : start + LITERAL_BYTES]) + '"'
+        )
     return "\n".join(lines) or '    ""'
 
 
@@ -64,7 +66,8 @@ def main() -> int:
         immutable = name.startswith("assets/")
         arrays.append(f"constexpr unsigned char kData{number}[] =\n{literal(data)};\n")
         rows.append(
-            f'    File{{"{url}", "{mime_of(path)}", "\\"{etag}\\"", kData{number}, {len(data)}, {len(raw)},\n'
+            f'    File{{"{url}", "{mime_of(path)}", "\\"{etag}\\"", '
+            f'kData{number}, {len(data)}, {len(raw)},\n'
             f"         {str(is_gzip).lower()}, {str(immutable).lower()}}},\n"
         )
     text = (

@@ -21,8 +21,10 @@ const power: TokenizerAndRendererExtension = {
 };
 
 /**
- * Chapters of the guide, compiled when the page is built: a module with the chapter's title, its sections and its HTML in parts.
- * `# ` is the title, each `## ` a section with an address. What may be wider than a phone scrolls by itself, also by key.
+ * Chapters of the guide, compiled when the page is built: a module with the chapter's title, its
+ * sections and its HTML in parts.
+ * `# ` is the title, each `## ` a section with an address. What may be wider than a phone scrolls
+ * by itself, also by key.
  */
 export function markdownChapters(): Plugin {
   return {
@@ -46,7 +48,8 @@ export function markdownChapters(): Plugin {
           const id = slugOf(token.text);
           if (sections.some((s) => s.id === id)) throw new Error(`${path}: two sections "${id}"`);
           sections.push({ id, title: token.text.replace(/`/g, '') });
-          return `<h2 id="${id}" tabindex="-1"><a href="#/guide/${chapter}/${id}">${inner}</a></h2>`;
+          const address = `#/guide/${chapter}/${id}`;
+          return `<h2 id="${id}" tabindex="-1"><a href="${address}">${inner}</a></h2>`;
         },
       };
       const marked = new Marked({ gfm: true, renderer }, { extensions: [power] });

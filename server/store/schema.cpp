@@ -156,27 +156,32 @@ ALTER TABLE assets ADD COLUMN owner TEXT NOT NULL DEFAULT '';
 CREATE INDEX assets_by_owner ON assets(owner, bytes);
 ALTER TABLE job_owners ADD COLUMN reserved_bytes INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE job_owners ADD COLUMN stored_bytes INTEGER NOT NULL DEFAULT 0;
-UPDATE job_owners SET stored_bytes = COALESCE((SELECT film_bytes FROM jobs WHERE sequence=job AND film=1), 0);
+UPDATE job_owners SET stored_bytes =
+  COALESCE((SELECT film_bytes FROM jobs WHERE sequence=job AND film=1), 0);
 CREATE INDEX job_owners_by_bytes ON job_owners(owner, stored_bytes);
 CREATE INDEX jobs_by_film_bytes ON jobs(film, film_bytes);
 CREATE TABLE loose_films(job TEXT PRIMARY KEY) WITHOUT ROWID;
 )sql",
     // What jobs are found by, apart from their records: all of them are read at times.
     R"sql(
-CREATE TABLE job_titles(job INTEGER PRIMARY KEY REFERENCES jobs(sequence) ON DELETE CASCADE, title TEXT NOT NULL);
+CREATE TABLE job_titles(job INTEGER PRIMARY KEY REFERENCES jobs(sequence)
+  ON DELETE CASCADE, title TEXT NOT NULL);
 INSERT INTO job_titles(job, title)
-  SELECT sequence, lower(COALESCE(NULLIF(iif(json_valid(spec), json_extract(spec, '$.name'), ''), ''), scene))
+  SELECT sequence, lower(COALESCE(NULLIF(iif(json_valid(spec), json_extract(spec, '$.name'), ''),
+    ''), scene))
   FROM jobs;
 )sql",
     // Samples that an error chose, and what was measured before the first one.
     R"sql(
 ALTER TABLE jobs ADD COLUMN samples_by_error INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE jobs ADD COLUMN split_count INTEGER NOT NULL DEFAULT 0;
-UPDATE jobs SET samples_by_error = max(CAST(round(samples_mean) AS INTEGER), 1) WHERE stop_reason='relative_error';
+UPDATE jobs SET samples_by_error =
+  max(CAST(round(samples_mean) AS INTEGER), 1) WHERE stop_reason='relative_error';
 )sql",
     // Sessions of browsers: cookies that end, in place of one for each key that never changed.
     R"sql(
-CREATE TABLE sessions(hash TEXT PRIMARY KEY, token_hash TEXT NOT NULL, ends_at REAL NOT NULL) WITHOUT ROWID;
+CREATE TABLE sessions(hash TEXT PRIMARY KEY, token_hash TEXT NOT NULL,
+  ends_at REAL NOT NULL) WITHOUT ROWID;
 )sql",
     // Tenants: whose keys, assets, scenes and comparisons are. What a key made belongs to the
     // tenant of its name; a scene or asset of unknown origin to the operator, and to those whose
@@ -210,7 +215,8 @@ CREATE TABLE scene_tenants(
 CREATE INDEX scene_tenants_by_tenant ON scene_tenants(tenant, sequence);
 INSERT INTO scene_tenants(sequence, scene, tenant, description, created_at)
   SELECT sequence, id,
-    COALESCE((SELECT owner FROM scene_files JOIN assets ON assets.id=asset WHERE scene=scenes.id AND uri=''), ''),
+    COALESCE((SELECT owner FROM scene_files JOIN assets ON assets.id=asset
+    WHERE scene=scenes.id AND uri=''), ''),
     description, created_at FROM scenes;
 INSERT OR IGNORE INTO scene_tenants(scene, tenant, description, created_at)
   SELECT DISTINCT scenes.id, job_owners.owner, description, scenes.created_at FROM scenes
@@ -223,13 +229,16 @@ ALTER TABLE scenes DROP COLUMN description;
 
 ALTER TABLE comparisons ADD COLUMN tenant TEXT NOT NULL DEFAULT '';
 UPDATE comparisons SET tenant=COALESCE(
-  (SELECT owner FROM jobs JOIN job_owners ON job=jobs.sequence WHERE jobs.id=json_extract(body, '$.a')),
-  (SELECT owner FROM jobs JOIN job_owners ON job=jobs.sequence WHERE jobs.id=json_extract(body, '$.b')), '')
+  (SELECT owner FROM jobs JOIN job_owners ON job=jobs.sequence
+  WHERE jobs.id=json_extract(body, '$.a')),
+  (SELECT owner FROM jobs JOIN job_owners ON job=jobs.sequence
+  WHERE jobs.id=json_extract(body, '$.b')), '')
   WHERE json_valid(body);
 
 UPDATE idempotency SET key='of ' || key WHERE key NOT GLOB 'put *';
 
-CREATE TABLE deleted_work(tenant TEXT PRIMARY KEY, jobs INTEGER NOT NULL, cpu_seconds REAL NOT NULL) WITHOUT ROWID;
+CREATE TABLE deleted_work(tenant TEXT PRIMARY KEY, jobs INTEGER NOT NULL,
+cpu_seconds REAL NOT NULL) WITHOUT ROWID;
 CREATE TRIGGER keep_deleted_work BEFORE DELETE ON jobs BEGIN
   INSERT INTO deleted_work(tenant, jobs, cpu_seconds)
     VALUES(COALESCE((SELECT owner FROM job_owners WHERE job=old.sequence), ''), 1, old.cpu_seconds)
@@ -259,10 +268,13 @@ CREATE TABLE webhook_deliveries(
 CREATE INDEX webhook_deliveries_by_state ON webhook_deliveries(state, receiver, sequence);
 CREATE INDEX webhook_deliveries_by_job ON webhook_deliveries(job, sequence);
 CREATE INDEX webhook_deliveries_by_tenant ON webhook_deliveries(tenant, sequence);
-INSERT INTO webhook_deliveries(id, tenant, job, event, url, receiver, body, state, attempts, created_at, next_at,
+INSERT INTO webhook_deliveries(id, tenant, job, event, url, receiver, body, state,
+attempts, created_at, next_at,
     status, detail)
-  SELECT deliveries.id, COALESCE((SELECT owner FROM jobs JOIN job_owners ON job=sequence WHERE jobs.id=deliveries.job), ''),
-    deliveries.job, CASE WHEN body LIKE '{"type":"job.end"%' THEN 'end' ELSE 'state' END, url, url, body, 'pending',
+  SELECT deliveries.id, COALESCE((SELECT owner FROM jobs JOIN job_owners ON job=sequence
+  WHERE jobs.id=deliveries.job), ''),
+    deliveries.job, CASE WHEN body LIKE '{"type":"job.end"%' THEN 'end' ELSE 'state' END, url,
+    url, body, 'pending',
     attempts, next_at, next_at, 0, '' FROM deliveries ORDER BY next_at;
 DROP TABLE deliveries;
 CREATE TABLE webhook_secrets(tenant TEXT PRIMARY KEY, secret TEXT NOT NULL) WITHOUT ROWID;

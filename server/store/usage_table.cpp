@@ -10,11 +10,13 @@ WITH tenants(name) AS (SELECT '' UNION SELECT tenant FROM keys UNION SELECT owne
     UNION SELECT tenant FROM asset_tenants UNION SELECT tenant FROM scene_tenants
     UNION SELECT tenant FROM deleted_work UNION SELECT ?2),
   work(tenant, jobs, unfinished, cpu_seconds, film_bytes) AS (
-    SELECT COALESCE(owner, ''), COUNT(*), SUM(state NOT IN ('finished','failed','cancelled')), SUM(cpu_seconds),
+    SELECT COALESCE(owner, ''), COUNT(*),
+    SUM(state NOT IN ('finished','failed','cancelled')), SUM(cpu_seconds),
       SUM(CASE WHEN owner IS NULL THEN (film=1)*film_bytes ELSE stored_bytes END)
     FROM jobs LEFT JOIN job_owners ON job_owners.job=jobs.sequence GROUP BY 1)
 SELECT name, COALESCE(work.jobs, 0), COALESCE(unfinished, 0),
-  COALESCE(work.cpu_seconds, 0) + COALESCE(deleted_work.cpu_seconds, 0), COALESCE(deleted_work.jobs, 0),
+  COALESCE(work.cpu_seconds, 0) + COALESCE(deleted_work.cpu_seconds, 0),
+  COALESCE(deleted_work.jobs, 0),
   COALESCE(film_bytes, 0)
 FROM tenants LEFT JOIN work ON work.tenant=name LEFT JOIN deleted_work ON deleted_work.tenant=name
 WHERE ?1 OR name=?2 ORDER BY name

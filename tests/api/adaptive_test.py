@@ -28,7 +28,9 @@ class Adaptive(ApiTest):
             answer = self.server.post("/v1/jobs", job_body(samples=64, adaptive={"type": kind}))
             problem = self.assert_problem(answer, 422, "/adaptive/type")
             self.assertIn("laboratory", problem["errors"][0]["detail"])
-            self.assertIn(f"'stopping-bias', estimator '{estimator}'", problem["errors"][0]["detail"])
+            self.assertIn(
+                f"'stopping-bias', estimator '{estimator}'", problem["errors"][0]["detail"]
+            )
             self.assertIn(estimator, experiments["stopping-bias"])
 
     def test_the_count_of_the_first_decision_that_is_in_force_stands_in_the_spec(self):
@@ -52,8 +54,10 @@ class Adaptive(ApiTest):
         self.assert_close(samples["mean"], 96, 0.5)
         self.assertLess(samples["min"], samples["max"])
         self.assertEqual((job["error"]["valid"], job["error"]["bias"]), (True, "none"))
-        self.assertEqual(job["spec"]["adaptive"],
-                         {"type": "pilot", "min_samples": 20, "granularity": "pixel", "dilation": 1})
+        self.assertEqual(
+            job["spec"]["adaptive"],
+            {"type": "pilot", "min_samples": 20, "granularity": "pixel", "dilation": 1},
+        )
         layer = self.server.get(f"/v1/jobs/{job['id']}/image.exr?layer=samples")
         self.assertEqual(layer.status, 200)
         # Tile frames, pixels and progress tell the same counts.
@@ -72,9 +76,13 @@ class Adaptive(ApiTest):
 
     def test_extending_gives_the_film_of_a_job_that_asked_for_more(self):
         job = self.server.render(body("pilot", 40))
-        answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 40}})
+        answer = self.server.post(
+            f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 40}}
+        )
         self.assert_problem(answer, 422, "/stop/samples_per_pixel")
-        answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 96}})
+        answer = self.server.post(
+            f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 96}}
+        )
         self.assertEqual(answer.status, 202)
         self.assertEqual(self.server.wait(job["id"])["film_digest"],
                          self.server.render(body("pilot", 96))["film_digest"])
@@ -84,7 +92,9 @@ class Adaptive(ApiTest):
         wanted["stop"] = {"relative_error": 0.1}
         job = self.server.render(wanted)
         self.assertEqual(job["stop_reason"], "relative_error")
-        self.assertFalse(any("adaptive sampling" in warning for warning in job["warnings"]), job["warnings"])
+        self.assertFalse(
+            any("adaptive sampling" in warning for warning in job["warnings"]), job["warnings"]
+        )
         self.assertLessEqual(job["error"]["high"], 0.1)
 
 
@@ -113,8 +123,12 @@ class StopRules(ApiTest):
         target = int(mean) + 40
         self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": target}})
         done = self.server.wait(job["id"])
-        self.assertEqual(done["film_digest"],
-                         self.server.render(body("pilot", done["spec"]["stop"]["samples_per_pixel"]))["film_digest"])
+        self.assertEqual(
+            done["film_digest"],
+            self.server.render(body("pilot", done["spec"]["stop"]["samples_per_pixel"]))[
+                "film_digest"
+            ],
+        )
 
     def test_the_time_left_has_an_interval(self):
         wanted = body("pilot", 65536)
@@ -134,9 +148,14 @@ class AdaptiveRestart(unittest.TestCase):
         self.killed_again_and_again({"pilot": body("pilot", 256)})
 
     def test_killed_again_and_again_an_error_target_ends_at_the_same_sample(self):
-        self.killed_again_and_again({
-            f"{scene} {kind}": body(kind, 1) | {"scene": scene, "adaptive": {"type": kind}, "stop": {"relative_error": target}}
-            for scene, target in (("veach-mis", 0.1), ("glass", 0.3)) for kind in ("none", "pilot")})
+        self.killed_again_and_again(
+            {
+                f"{scene} {kind}": body(kind, 1)
+                | {"scene": scene, "adaptive": {"type": kind}, "stop": {"relative_error": target}}
+                for scene, target in (("veach-mis", 0.1), ("glass", 0.3))
+                for kind in ("none", "pilot")
+            }
+        )
 
     def killed_again_and_again(self, jobs):
         server = Server("--checkpoint", "0.2", "--log-level", "debug")
@@ -152,7 +171,9 @@ class AdaptiveRestart(unittest.TestCase):
                     now = server.job(job)
                     with open(server.log, encoding="utf-8") as log:
                         saved = sum('"checkpoint"' in line and job in line for line in log)
-                    if now["state"] == "finished" or (saved and now["progress"]["samples_per_pixel"]["max"] > seen):
+                    if now["state"] == "finished" or (
+                        saved and now["progress"]["samples_per_pixel"]["max"] > seen
+                    ):
                         break
                     time.sleep(0.02)
                 server.kill()

@@ -38,12 +38,16 @@ class Assets(ApiTest):
 
     def test_chunked_and_empty_bodies_are_taken(self):
         connection = self.server.connect()
-        connection.request("POST", "/v1/assets", iter([b"in ", b"pieces"]), BYTES, encode_chunked=True)
+        connection.request(
+            "POST", "/v1/assets", iter([b"in ", b"pieces"]), BYTES, encode_chunked=True
+        )
         response = connection.getresponse()
         self.assertEqual(response.status, 201)
         self.assertIn(sha(b"in pieces"), response.read().decode())
         connection.close()
-        self.assertEqual(self.server.post("/v1/assets", b"", BYTES).json(), {"id": sha(b""), "bytes": 0})
+        self.assertEqual(
+            self.server.post("/v1/assets", b"", BYTES).json(), {"id": sha(b""), "bytes": 0}
+        )
 
     def test_get_head_range_and_304(self):
         data = bytes(range(256)) * 4
@@ -59,7 +63,9 @@ class Assets(ApiTest):
             answer = self.server.get(path, {"Range": "bytes=" + span})
             self.assertEqual((answer.status, answer.body), (206, part), span)
             self.assertTrue(answer.headers["Content-Range"].endswith(f"/{len(data)}"))
-        self.assertEqual(self.server.get(path, {"If-None-Match": whole.headers["ETag"]}).status, 304)
+        self.assertEqual(
+            self.server.get(path, {"If-None-Match": whole.headers["ETag"]}).status, 304
+        )
         self.assertEqual(self.server.get(path, {"Range": "lines=1-2"}).status, 200)
 
     def test_a_range_outside_is_416(self):
@@ -83,12 +89,16 @@ class Assets(ApiTest):
 
     def test_an_asset_in_a_scene_cannot_be_deleted(self):
         gltf = json.dumps(triangle_document("triangle.bin")).encode()
-        ids = [self.server.post("/v1/assets", data, BYTES).json()["id"] for data in (gltf, TRIANGLE)]
+        ids = [
+            self.server.post("/v1/assets", data, BYTES).json()["id"] for data in (gltf, TRIANGLE)
+        ]
         scene = self.server.post("/v1/scenes", {"gltf": ids[0], "files": {"triangle.bin": ids[1]}})
         self.assertEqual(scene.status, 201, scene)
         for asset in ids:
             self.assert_problem(self.server.request("DELETE", "/v1/assets/" + asset), 409)
-        self.assertEqual(self.server.request("DELETE", "/v1/scenes/" + scene.json()["id"]).status, 204)
+        self.assertEqual(
+            self.server.request("DELETE", "/v1/scenes/" + scene.json()["id"]).status, 204
+        )
         for asset in ids:
             self.assertEqual(self.server.request("DELETE", "/v1/assets/" + asset).status, 204)
 

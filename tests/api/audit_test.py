@@ -28,19 +28,32 @@ class Audit(unittest.TestCase):
     def lines(self, path):
         with open(path, encoding="utf-8") as file:
             text = file.read()
-        return text, [line for line in map(json.loads, filter(None, text.splitlines())) if line["event"] == "audit"]
+        return text, [
+            line
+            for line in map(json.loads, filter(None, text.splitlines()))
+            if line["event"] == "audit"
+        ]
 
     def test_keys_that_come_and_go_have_a_line(self):
         server = self.start("--log-level", "info")
         self.add_key(server, "studio", "--scope", "read")
-        ids = [key["id"] for key in json.loads(tessera("keys", "list", "--json", "--data", server.data)[1])["keys"]]
+        ids = [
+            key["id"]
+            for key in json.loads(tessera("keys", "list", "--json", "--data", server.data)[1])[
+                "keys"
+            ]
+        ]
         self.assertEqual(len(ids), 1)
 
         def wait_for(action):
             deadline = time.monotonic() + PATIENCE_S
             while True:
                 server.get("/v1/jobs")
-                lines = [json.loads(line) for line in server.log_text().splitlines() if '"action"' in line]
+                lines = [
+                    json.loads(line)
+                    for line in server.log_text().splitlines()
+                    if '"action"' in line
+                ]
                 found = [line for line in lines if line["action"] == action]
                 if found:
                     return found
@@ -59,7 +72,9 @@ class Audit(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         path = os.path.join(folder.name, "audit.log")
         server = self.server("--audit-log", path)
-        writes, reads = self.add_key(server, "studio"), self.add_key(server, "viewer", "--scope", "read")
+        writes, reads = self.add_key(server, "studio"), self.add_key(
+            server, "viewer", "--scope", "read"
+        )
         server.start()
         asked = []
 
@@ -83,8 +98,15 @@ class Audit(unittest.TestCase):
         ask(writes, "GET", "/v1/jobs", Host="evil.example")
         server.stop()
         text, found = self.lines(path)
-        for secret in (writes, reads, writes.split("_")[2], reads.split("_")[2], "operators-own", "a-wrong-key",
-                       "secret-ticket"):
+        for secret in (
+            writes,
+            reads,
+            writes.split("_")[2],
+            reads.split("_")[2],
+            "operators-own",
+            "a-wrong-key",
+            "secret-ticket",
+        ):
             self.assertNotIn(secret, text)
         by_id = {line["request_id"]: line for line in found}
         wanted = {  # What asked, in order, but the look.
@@ -94,8 +116,13 @@ class Audit(unittest.TestCase):
         for at, (outcome, thing, name) in wanted.items():
             request_id, method, where, status = asked[at]
             line = by_id[request_id]
-            self.assertEqual((line["outcome"], line["object"], line["key_name"]), (outcome, thing, name), line)
-            self.assertEqual((line["method"], line["path"], line["status"]), (method, where.split("?")[0], status))
+            self.assertEqual(
+                (line["outcome"], line["object"], line["key_name"]), (outcome, thing, name), line
+            )
+            self.assertEqual(
+                (line["method"], line["path"], line["status"]),
+                (method, where.split("?")[0], status),
+            )
             self.assertEqual(line["remote"], "127.0.0.1")
             self.assertGreater(line["time"], 1_600_000_000)
         self.assertEqual(by_id[asked[0][0]]["key"], writes.split("_")[1])
@@ -113,7 +140,8 @@ class Audit(unittest.TestCase):
             answer = server.post("/v1/assets", name.encode())
             deadline = time.monotonic() + PATIENCE_S
             while not os.path.exists(path) or not any(
-                    line["request_id"] == answer.headers["X-Request-Id"] for line in self.lines(path)[1]):
+                line["request_id"] == answer.headers["X-Request-Id"] for line in self.lines(path)[1]
+            ):
                 self.assertLess(time.monotonic(), deadline)
                 time.sleep(0.05)
             self.assertEqual(len(self.lines(path)[1]), 1)

@@ -34,8 +34,10 @@ class Churn:
         self.stopped = threading.Event()
         self.faults = []
         self.counts = collections.Counter()
-        self.threads = [threading.Thread(target=self.work, args=(random.Random(f"{seed} {i}"),), daemon=True)
-                        for i in range(CLIENTS)]
+        self.threads = [
+            threading.Thread(target=self.work, args=(random.Random(f"{seed} {i}"),), daemon=True)
+            for i in range(CLIENTS)
+        ]
         for thread in self.threads:
             thread.start()
 
@@ -53,11 +55,14 @@ class Churn:
         path = "/v1/jobs/" + name
         what = chance.choices(list(ALLOWED), (6, 1, 4, 2, 2, 2, 4, 1))[0]
         if what == "put":
-            # Half of them end by themselves. Equal bodies for an id, so that a second PUT is a replay.
+            # Half of them end by themselves. Equal bodies for an id, so that a second PUT is a
+            # replay.
             samples = 65536 if self.ids.index(name) % 2 else 4
             answer = self.server.request("PUT", path, job_body(samples=samples))
         elif what == "preview":
-            answer = self.server.post("/v1/jobs", job_body(samples=64, preview_key="churn", **{"class": "preview"}))
+            answer = self.server.post(
+                "/v1/jobs", job_body(samples=64, preview_key="churn", **{"class": "preview"})
+            )
         elif what in ("pause", "resume"):
             answer = self.server.request("PATCH", path, {"paused": what == "pause"})
         elif what == "extend":
@@ -106,9 +111,12 @@ def remove_all(server):
 
 
 def run(rounds, seconds, seed, say=lambda text: None):
-    """Raises AssertionError on the first answer that must not be, or on anything that is left over."""
+    """Raises AssertionError on the first answer that must not be, or on anything that is left
+    over."""
     # Memory for about three of the films: paused ones are parked on the disk.
-    server = Server("--checkpoint", "0.1", "--max-running", "2", "--max-queue", "8", "--memory", "1M")
+    server = Server(
+        "--checkpoint", "0.1", "--max-running", "2", "--max-queue", "8", "--memory", "1M"
+    )
     server.start()
     try:
         for number in range(rounds):
@@ -122,7 +130,9 @@ def run(rounds, seconds, seed, say=lambda text: None):
             assert not left, left
             server.render(job_body())
             remove_all(server)
-            counts = " ".join(f"{what}:{status}={count}" for (what, status), count in sorted(churn.counts.items()))
+            counts = " ".join(
+                f"{what}:{status}={count}" for (what, status), count in sorted(churn.counts.items())
+            )
             say(f"round {number + 1}: {counts}")
     finally:
         server.close()

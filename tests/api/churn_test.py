@@ -10,7 +10,8 @@ class CancelledAndDeleted(ApiTest):
     FLAGS = ("--max-running", "2")
 
     def test_the_place_is_free_again(self):
-        # Each of these rounds used to take a place for good whenever DELETE came before the last slice ended.
+        # Each of these rounds used to take a place for good whenever DELETE came before the last
+        # slice ended.
         for _ in range(30):
             job = self.server.submit(job_body(samples=65536))["id"]
             self.server.wait_until(job, lambda job: job["state"] == "rendering", "rendering")
@@ -24,7 +25,9 @@ class CancelledAndDeleted(ApiTest):
         for _ in range(20):
             answer = self.server.request("PUT", path, job_body(samples=65536))
             self.assertEqual(answer.status, 201, answer)
-            self.server.wait_until(path.split("/")[-1], lambda job: job["state"] == "rendering", "rendering")
+            self.server.wait_until(
+                path.split("/")[-1], lambda job: job["state"] == "rendering", "rendering"
+            )
             self.server.post(path + "/cancel")
             self.assertEqual(self.server.request("DELETE", path).status, 204)
         self.assertEqual(self.server.request("PUT", path, job_body(samples=16)).status, 201)

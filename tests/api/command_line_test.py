@@ -29,12 +29,23 @@ class CommandLine(ApiTest):
 
     def test_numbers_out_of_range_and_wrong_forms_are_2(self):
         for verb in ("render", "submit"):
-            for flags in (("--size", "abc"), ("--size", "0x10"), ("--size", "10x0"), ("--spp", "-1"), ("--spp", "x"),
-                          ("--relative-error", "0%"), ("--seconds", "-1"), ("--seed", "-1"), ("--split", "0")):
+            for flags in (
+                ("--size", "abc"),
+                ("--size", "0x10"),
+                ("--size", "10x0"),
+                ("--spp", "-1"),
+                ("--spp", "x"),
+                ("--relative-error", "0%"),
+                ("--seconds", "-1"),
+                ("--seed", "-1"),
+                ("--split", "0"),
+            ):
                 self.assertEqual(self.outcome(verb, "furnace", *flags)[0], 2, (verb, flags))
         self.assertEqual(self.outcome("submit", "furnace", "--priority", "101")[0], 2)
         for flags in (("--exposure", "31"), ("--exposure", "bright")):
-            self.assertEqual(tessera("fetch", "-o", self.picture, *flags, *self.server_flags)[0], 2, flags)
+            self.assertEqual(
+                tessera("fetch", "-o", self.picture, *flags, *self.server_flags)[0], 2, flags
+            )
         self.assertEqual(tessera("jobs", "--server", "localhost")[0], 2)
 
     def test_names_that_render_does_not_know_are_2(self):
@@ -42,11 +53,17 @@ class CommandLine(ApiTest):
         self.assertEqual(code, 2)
         self.assertEqual(said.count("/sampler/type"), 1, said)
         code, said = self.outcome("render", "furnace", "--sampler", "dice", "--integrator", "guess")
-        self.assertEqual((said.count("/sampler/type"), said.count("/integrator/type")), (1, 1), said)
+        self.assertEqual(
+            (said.count("/sampler/type"), said.count("/integrator/type")), (1, 1), said
+        )
 
     def test_a_file_that_is_missing_or_wrong_is_1(self):
         for verb in ("render", "submit"):
-            for flags in (("none.glb",), ("furnace", "--job", self.job_file), ("furnace", "--environment", "none.hdr")):
+            for flags in (
+                ("none.glb",),
+                ("furnace", "--job", self.job_file),
+                ("furnace", "--environment", "none.hdr"),
+            ):
                 self.assertEqual(self.outcome(verb, *flags)[0], 1, (verb, flags))
             self.write_job("{")
             self.assertEqual(self.outcome(verb, "furnace", "--job", self.job_file)[0], 1)
@@ -65,7 +82,17 @@ class CommandLine(ApiTest):
         self.assertLess(error["low"], error["high"])
         self.assertIn("unreliable", error)
         self.assertNotIn("without an interval", said)
-        by_error = tessera("render", "furnace", "-o", self.picture, "--size", "32x24", "--relative-error", "30%", "--json")
+        by_error = tessera(
+            "render",
+            "furnace",
+            "-o",
+            self.picture,
+            "--size",
+            "32x24",
+            "--relative-error",
+            "30%",
+            "--json",
+        )
         self.assertEqual(json.loads(by_error[1])["error"]["bias"], "consistent", by_error[2])
 
     def test_rules_of_the_laboratory_are_refused(self):
@@ -87,7 +114,9 @@ class CommandLine(ApiTest):
         self.assertEqual(self.server.get("/v1/scenes/" + scene).json()["name"], "red chair.glb")
 
     def test_a_percentage_is_a_relative_error(self):
-        code, printed, said = tessera("submit", "furnace", "--relative-error", "5%", "--json", *self.server_flags)
+        code, printed, said = tessera(
+            "submit", "furnace", "--relative-error", "5%", "--json", *self.server_flags
+        )
         self.assertEqual(code, 0, said)
         self.assertEqual(json.loads(printed)["spec"]["stop"]["relative_error"], 0.05)
 
@@ -102,4 +131,6 @@ class CommandLine(ApiTest):
                 self.assertFalse(os.path.exists(file))
             plain = ("--exposure", "0", "--tonemap", "linear")
             self.assertEqual(tessera("fetch", job, "-o", file, *plain, *self.server_flags)[0], 0)
-        self.assertEqual(tessera("fetch", job, "-o", self.picture, "--exposure", "2", *self.server_flags)[0], 0)
+        self.assertEqual(
+            tessera("fetch", job, "-o", self.picture, "--exposure", "2", *self.server_flags)[0], 0
+        )

@@ -9,10 +9,16 @@ from harness import ApiTest, in_background, job_body
 def wide_png(width, height):
     """Grey, one bit a pixel, all black."""
     def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        return (
+            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        )
     rows = (b"\0" + bytes((width + 7) // 8)) * height
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 1, 0, 0, 0, 0)) +
-            chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 1, 0, 0, 0, 0))
+        + chunk(b"IDAT", zlib.compress(rows))
+        + chunk(b"IEND", b"")
+    )
 
 
 class Comparisons(ApiTest):
@@ -20,7 +26,9 @@ class Comparisons(ApiTest):
         return self.server.post("/v1/comparisons", {"a": a, "b": b})
 
     def upload(self, data):
-        return self.server.request("POST", "/v1/assets", data, {"Content-Type": "image/x-exr"}).json()["id"]
+        return self.server.request(
+            "POST", "/v1/assets", data, {"Content-Type": "image/x-exr"}
+        ).json()["id"]
 
     def test_two_jobs_that_differ_in_their_seed(self):
         a, b = (self.server.render(job_body(samples=32, seed=seed))["id"] for seed in (1, 2))
@@ -63,10 +71,19 @@ class Comparisons(ApiTest):
     def test_a_gain_of_a_hundredth_is_found(self):
         a = self.server.render(job_body(samples=512, seed=1))["id"]
         sky = {"intensity": 1.01}
-        bright = self.server.render(job_body(scene="furnace", samples=256, seed=1, environment=sky))["id"]
-        plain = self.server.render(job_body(scene="furnace", samples=256, seed=2, environment={}))["id"]
+        bright = self.server.render(
+            job_body(scene="furnace", samples=256, seed=1, environment=sky)
+        )["id"]
+        plain = self.server.render(job_body(scene="furnace", samples=256, seed=2, environment={}))[
+            "id"
+        ]
         result = self.compare(bright, plain).json()
-        mean = sum(self.server.get(f"/v1/jobs/{plain}/pixels/24/16").json()["layers"]["beauty"]["mean"]) / 3
+        mean = (
+            sum(
+                self.server.get(f"/v1/jobs/{plain}/pixels/24/16").json()["layers"]["beauty"]["mean"]
+            )
+            / 3
+        )
         self.assertGreater(result["bias"]["low"], 0)
         self.assertLess(result["bias"]["low"], 0.0101 * max(mean, 1))
         self.assertGreater(result["z"]["mean"], 0.2)
@@ -102,16 +119,22 @@ class Comparisons(ApiTest):
         job = self.server.render(job_body())["id"]
         limit = self.server.get("/v1/server").json()["limits"]["comparison_pixels"]
         self.assertGreater(10000 * 1000, limit)
-        problem = self.assert_problem(self.compare(job, self.upload(wide_png(10000, 1000))), 413, "/b")
+        problem = self.assert_problem(
+            self.compare(job, self.upload(wide_png(10000, 1000))), 413, "/b"
+        )
         self.assertIn(str(limit), problem["errors"][0]["detail"])
         bad = (b"{", 400), (b"[]", 422), (b'{"a": "x"}', 422)
         for body, status in bad:
-            answer = self.server.request("POST", "/v1/comparisons", body, {"Content-Type": "application/json"})
+            answer = self.server.request(
+                "POST", "/v1/comparisons", body, {"Content-Type": "application/json"}
+            )
             self.assert_problem(answer, status)
 
     def test_an_adaptive_picture_is_compared_with_an_interval(self):
         plain = self.server.render(job_body(samples=64, seed=1))["id"]
-        job = self.server.render(job_body(samples=64, seed=2, adaptive={"type": "pilot", "min_samples": 16}))["id"]
+        job = self.server.render(
+            job_body(samples=64, seed=2, adaptive={"type": "pilot", "min_samples": 16})
+        )["id"]
         result = self.compare(job, plain).json()
         self.assertIsNotNone(result["bias"]["low"])
         self.assertIsNotNone(result["z"]["mean"])
@@ -119,17 +142,25 @@ class Comparisons(ApiTest):
 
     def test_replicates_bound_the_bias_of_correlated_pictures(self):
         sky = {"intensity": 1.05}
-        for options in ({"sampler": {"type": "zsobol", "replicates": 16}},
-                        {"sampler": {"replicates": 16}, "light_sampler": {"type": "restir", "block": 4}}):
+        for options in (
+            {"sampler": {"type": "zsobol", "replicates": 16}},
+            {"sampler": {"replicates": 16}, "light_sampler": {"type": "restir", "block": 4}},
+        ):
             body = dict(scene="furnace", samples=64, **options)
-            a, b = (self.server.render(job_body(seed=seed, environment={}, **body))["id"] for seed in (1, 2))
+            a, b = (
+                self.server.render(job_body(seed=seed, environment={}, **body))["id"]
+                for seed in (1, 2)
+            )
             bias = self.compare(a, b).json()["bias"]
             self.assertLess(bias["low"], bias["value"], options)
             self.assertGreater(bias["high"], bias["value"], options)
             bright = self.server.render(job_body(seed=3, environment=sky, **body))["id"]
             self.assertGreater(self.compare(bright, a).json()["bias"]["low"], 0, options)
         # Two replicates leave one degree of freedom.
-        two = [self.server.render(job_body(samples=64, seed=seed, sampler={"type": "zsobol"}))["id"] for seed in (1, 2)]
+        two = [
+            self.server.render(job_body(samples=64, seed=seed, sampler={"type": "zsobol"}))["id"]
+            for seed in (1, 2)
+        ]
         bias = self.compare(*two).json()["bias"]
         self.assertGreater(bias["high"] - bias["low"], 0)
 
@@ -137,7 +168,9 @@ class Comparisons(ApiTest):
         a, b = (self.server.render(job_body(samples=8, seed=seed))["id"] for seed in (1, 2))
         link = self.compare(a, b).json()["links"]["z"]
         whole = self.server.get(link)
-        self.assertEqual(self.server.get(link, {"If-None-Match": whole.headers["ETag"]}).status, 304)
+        self.assertEqual(
+            self.server.get(link, {"If-None-Match": whole.headers["ETag"]}).status, 304
+        )
         piece = self.server.get(link, {"Range": "bytes=8-99"})
         self.assertEqual((piece.status, piece.body), (206, whole.body[8:100]))
         self.assert_problem(self.server.get(link, {"Range": "bytes=999999999-"}), 416)
@@ -145,7 +178,9 @@ class Comparisons(ApiTest):
 
     def test_jobs_may_go_while_they_are_compared_and_after(self):
         film = {"width": 400, "height": 300, "layers": []}
-        a, b = (self.server.render(job_body(samples=2, seed=seed, film=film))["id"] for seed in (1, 2))
+        a, b = (
+            self.server.render(job_body(samples=2, seed=seed, film=film))["id"] for seed in (1, 2)
+        )
         kept = self.compare(a, b).json()
         several = [in_background(lambda: self.compare(a, b)) for _ in range(4)]
         self.assertEqual(self.server.request("DELETE", f"/v1/jobs/{a}").status, 204)

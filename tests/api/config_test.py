@@ -24,13 +24,17 @@ class Configuration(unittest.TestCase):
 
     def test_a_flag_wins_over_its_variable_and_that_over_the_file(self):
         self.write("# a comment\n\nport = 1\nmax-queue=2\n  grace = 3 \ndemo = true\n")
-        found = self.printed("--config", self.file, "--port", "11", TESSERA_PORT="12", TESSERA_MAX_QUEUE="13")
+        found = self.printed(
+            "--config", self.file, "--port", "11", TESSERA_PORT="12", TESSERA_MAX_QUEUE="13"
+        )
         self.assertEqual((found["port"], found["max-queue"], found["grace"], found["demo"]),
                          ("11", "13", "3", "true"))
         self.assertEqual(self.printed(TESSERA_CONFIG=self.file)["port"], "1")
 
     def test_what_is_printed_can_be_read(self):
-        first = self.printed("--port", "7", "--hosts", "a,b", "--disk-limit", "50%", "--isa", "avx2")
+        first = self.printed(
+            "--port", "7", "--hosts", "a,b", "--disk-limit", "50%", "--isa", "avx2"
+        )
         self.write("".join(f"{name} = {value}\n" for name, value in first.items()))
         self.assertEqual(self.printed("--config", self.file), first)
 
@@ -41,8 +45,12 @@ class Configuration(unittest.TestCase):
         self.assertNotIn("of-mine", said)
 
     def test_a_wrong_line_is_named(self):
-        for text, words in (("port = x\n", "line 1"), ("\ncolour = red\n", "line 2"), ("port\n", "line 1"),
-                            ("config = x\n", "line 1")):
+        for text, words in (
+            ("port = x\n", "line 1"),
+            ("\ncolour = red\n", "line 2"),
+            ("port\n", "line 1"),
+            ("config = x\n", "line 1"),
+        ):
             self.write(text)
             code, _, complaints = tessera("serve", "--config", self.file)
             self.assertEqual(code, 2, text)

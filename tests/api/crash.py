@@ -1,7 +1,7 @@
 """A server that is killed again and again while clients upload, submit and watch.
 
-After each kill: whatever was acknowledged is there. At the end: every film has the digest of one that
-was never disturbed, and the data directory is sound.
+After each kill, everything acknowledged is there. At the end every film has the digest of one that
+was never interrupted, and the data directory is sound.
 """
 
 import hashlib
@@ -36,8 +36,14 @@ class Clients:
         self.stopped = threading.Event()
         self.resting = threading.Event()
         self.faults = []
-        self.threads = [threading.Thread(target=self.work, args=(act, random.Random(f"{seed} {i}")), daemon=True)
-                        for i, act in enumerate((self.upload, self.upload_scene, self.submit, self.put, self.look))]
+        self.threads = [
+            threading.Thread(
+                target=self.work, args=(act, random.Random(f"{seed} {i}")), daemon=True
+            )
+            for i, act in enumerate(
+                (self.upload, self.upload_scene, self.submit, self.put, self.look)
+            )
+        ]
         for thread in self.threads:
             thread.start()
 
@@ -118,7 +124,8 @@ def check_acknowledged(server, clients, chance):
 
 
 def wait_for_all(server, jobs):
-    """Jobs at their ends. The machine may be slow: patience is for the next sample, not for all of them."""
+    """Jobs at their ends. The machine may be slow: patience is for the next sample, not for all of
+    them."""
     ends, seen, deadline = {}, None, 0
     while len(ends) < len(jobs):
         now = {}
@@ -149,7 +156,10 @@ def run(kills, seed, say=lambda text: None):
             server.start(chance.randrange(1, 4))
             counts = check_acknowledged(server, clients, chance)
             assert not clients.faults, clients.faults
-            say(f"kill {kill + 1}: {counts[0]} assets, {counts[1]} scenes, {counts[2]} jobs are there")
+            say(
+                f"kill {kill + 1}: {counts[0]} assets, {counts[1]} scenes, "
+                f"{counts[2]} jobs are there"
+            )
         clients.stop()
         check_acknowledged(server, clients, chance)
         assert not clients.faults, clients.faults

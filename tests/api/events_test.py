@@ -55,8 +55,9 @@ class FromTheStart(ApiTest):
         self.assertEqual(places, tile_places(0, 0, 96, 64))
         newest = {}
         for tile in tiles:
-            self.assertEqual(set(tile), {"x", "y", "width", "height", "revision", "samples", "error",
-                                         "url"})
+            self.assertEqual(
+                set(tile), {"x", "y", "width", "height", "revision", "samples", "error", "url"}
+            )
             place = (tile["x"], tile["y"])
             self.assertGreater(tile["revision"], newest.get(place, {"revision": 0})["revision"])
             newest[place] = tile

@@ -8,15 +8,26 @@ import threading
 import time
 import unittest
 
-from harness import (PATIENCE_S, TRIANGLE, ApiTest, Server, hdr_image, in_background, job_body, tessera,
-                     triangle_document, triangle_glb)
+from harness import (
+    PATIENCE_S,
+    TRIANGLE,
+    ApiTest,
+    Server,
+    hdr_image,
+    in_background,
+    job_body,
+    tessera,
+    triangle_document,
+    triangle_glb,
+)
 
 BYTES = {"Content-Type": "application/octet-stream"}
 GLB = {"Content-Type": "model/gltf-binary"}
 
 
 class FullDisk(unittest.TestCase):
-    """No file may grow beyond a limit: the system's answer to a write is then that of a full disk."""
+    """No file may grow beyond a limit: the system's answer to a write is then that of a full
+    disk."""
 
     LIMIT = 4 << 20
 
@@ -58,7 +69,12 @@ class FullDisk(unittest.TestCase):
 
 
 class Evicted(ApiTest):
-    FLAGS = ("--disk-limit", "1M", "--film-cache", "0")  # A film takes 0.3 M of blocks, and 0.8 M in all.
+    FLAGS = (
+        "--disk-limit",
+        "1M",
+        "--film-cache",
+        "0",
+    )  # A film takes 0.3 M of blocks, and 0.8 M in all.
 
     def test_the_oldest_films_are_410_and_their_records_stay(self):
         jobs = []
@@ -74,7 +90,9 @@ class Evicted(ApiTest):
         for path in ("/image.png", "/image?stream=1", "/pixels/0/0", "/tiles"):
             self.assert_problem(self.server.get(first + path), 410)
         self.assertEqual(self.server.job(jobs[0]["id"])["film_digest"], jobs[0]["film_digest"])
-        self.assert_problem(self.server.post(first + "/extend", {"stop": {"samples_per_pixel": 8}}), 409)
+        self.assert_problem(
+            self.server.post(first + "/extend", {"stop": {"samples_per_pixel": 8}}), 409
+        )
         self.assertEqual(self.server.get(f"/v1/jobs/{jobs[-1]['id']}/image.png").status, 200)
 
 
@@ -103,8 +121,12 @@ class Deletions(ApiTest):
     def test_if_match_protects_an_asset(self):
         asset = self.server.post("/v1/assets", b"content", BYTES).json()["id"]
         path = "/v1/assets/" + asset
-        self.assert_problem(self.server.request("DELETE", path, headers={"If-Match": '"other"'}), 412)
-        self.assertEqual(self.server.request("DELETE", path, headers={"If-Match": f'"{asset}"'}).status, 204)
+        self.assert_problem(
+            self.server.request("DELETE", path, headers={"If-Match": '"other"'}), 412
+        )
+        self.assertEqual(
+            self.server.request("DELETE", path, headers={"If-Match": f'"{asset}"'}).status, 204
+        )
 
     def test_a_job_that_was_taken_keeps_its_sky_whoever_deletes_it_meanwhile(self):
         image = hdr_image(16, 8, (0.3, 0.3, 0.9))
@@ -143,7 +165,9 @@ class Deletions(ApiTest):
             while not stop.wait(pauses.uniform(0, 0.03)):
                 self.server.request("DELETE", "/v1/assets/" + pauses.choice(ids))
 
-        ids = [self.server.post("/v1/assets", data, BYTES).json()["id"] for data in (gltf, TRIANGLE)]
+        ids = [
+            self.server.post("/v1/assets", data, BYTES).json()["id"] for data in (gltf, TRIANGLE)
+        ]
         pauses = random.Random(1)
         deleting = in_background(delete)
         begun, taken = time.monotonic(), 0
@@ -151,7 +175,9 @@ class Deletions(ApiTest):
             self.assertLess(time.monotonic(), begun + PATIENCE_S)
             for data in (gltf, TRIANGLE):
                 self.server.post("/v1/assets", data, BYTES)
-            answer = self.server.post("/v1/scenes", {"gltf": ids[0], "files": {"triangle.bin": ids[1]}})
+            answer = self.server.post(
+                "/v1/scenes", {"gltf": ids[0], "files": {"triangle.bin": ids[1]}}
+            )
             self.assertIn(answer.status, (200, 201, 422), answer)
             if answer.status == 422:
                 continue
@@ -216,7 +242,9 @@ class Arithmetic(unittest.TestCase):
         server.post(f"/v1/jobs/{done['id']}/extend", {"stop": {"samples_per_pixel": 16}})
         extended = server.wait(done["id"])
         self.assertEqual(extended["state"], "finished")
-        self.assertTrue(any("avx2" in w and "sse4.2" in w for w in extended["warnings"]), extended["warnings"])
+        self.assertTrue(
+            any("avx2" in w and "sse4.2" in w for w in extended["warnings"]), extended["warnings"]
+        )
         # The same arithmetic again is none.
         other = server.render(job_body())
         server.post(f"/v1/jobs/{other['id']}/extend", {"stop": {"samples_per_pixel": 16}})
@@ -245,13 +273,19 @@ class Check(unittest.TestCase):
         self.server.stop()
         code, found = self.check()
         self.assertEqual((code, found["damages"]), (0, []))
-        self.assertEqual((found["jobs"], found["films"], found["scenes"], found["assets"]), (1, 1, 1, 1))
+        self.assertEqual(
+            (found["jobs"], found["films"], found["scenes"], found["assets"]), (1, 1, 1, 1)
+        )
 
     def test_every_damage_is_found(self):
         self.server.stop()
         film = f"{self.server.data}/films/{self.job}.film"
-        asset = next(os.path.join(place, name) for place, _, names in os.walk(self.server.data + "/assets")
-                     for name in names if len(name) == 64)
+        asset = next(
+            os.path.join(place, name)
+            for place, _, names in os.walk(self.server.data + "/assets")
+            for name in names
+            if len(name) == 64
+        )
         for path, words in ((film, "job " + self.job), (asset, "asset ")):
             with open(path, "rb") as file:
                 whole = file.read()
@@ -270,7 +304,9 @@ class Check(unittest.TestCase):
         with open(f"{self.server.data}/films/stray.film", "wb") as file:
             file.write(b"x")
         code, found = self.check()
-        self.assertEqual((code, found["leftovers"], found["removed"]), (0, ["film file stray.film"], 0))
+        self.assertEqual(
+            (code, found["leftovers"], found["removed"]), (0, ["film file stray.film"], 0)
+        )
         code, said, _ = tessera("check", "--repair", "--json", "--data", self.server.data)
         self.assertEqual((code, json.loads(said)["removed"]), (0, 1))
         self.assertFalse(os.path.exists(f"{self.server.data}/films/stray.film"))

@@ -36,7 +36,10 @@ def halves(data):
             values = [struct.unpack_from("<5fI", data, at + 24 * k) for k in range(replicates)]
             at += 24 * replicates
             for c in range(3):
-                sums = [sum(v[c] * v[5] for v in values[h::2]) / sum(v[5] for v in values[h::2]) for h in (0, 1)]
+                sums = [
+                    sum(v[c] * v[5] for v in values[h::2]) / sum(v[5] for v in values[h::2])
+                    for h in (0, 1)
+                ]
                 found.append((sums[0] - sums[1]) / 2)
         at += 32 * pixels if flags & 1 else 0
     return found
@@ -57,7 +60,9 @@ class FilmTest(ApiTest):
         return answer.json()
 
     def upload(self, data):
-        answer = self.server.request("POST", "/v1/assets", data, {"Content-Type": "application/octet-stream"})
+        answer = self.server.request(
+            "POST", "/v1/assets", data, {"Content-Type": "application/octet-stream"}
+        )
         self.assertIn(answer.status, (200, 201), answer)
         return answer.json()["id"]
 
@@ -87,7 +92,9 @@ class Films(FilmTest):
         second = struct.unpack_from("<5fI", data, head + 64)
         pixel = self.server.get(f"/v1/jobs/{job['id']}/pixels/0/0").json()["layers"]["beauty"]
         for c in range(3):
-            self.assertAlmostEqual((first[c] + second[c]) / 2, pixel["mean"][c], delta=1e-6 + 1e-6 * first[c])
+            self.assertAlmostEqual(
+                (first[c] + second[c]) / 2, pixel["mean"][c], delta=1e-6 + 1e-6 * first[c]
+            )
 
     def test_a_film_is_downloaded_in_parts(self):
         job = self.server.render(part())
@@ -98,10 +105,17 @@ class Films(FilmTest):
         self.assertEqual(whole.headers["Accept-Ranges"], "bytes")
         self.assertEqual(self.server.get(path, {"If-None-Match": etag}).status, 304)
         head = self.server.request("HEAD", path)
-        self.assertEqual((head.status, head.body, head.headers["Content-Length"]), (200, b"", str(len(data))))
+        self.assertEqual(
+            (head.status, head.body, head.headers["Content-Length"]), (200, b"", str(len(data)))
+        )
         end = len(data) - 1
-        for asked, first, last in (("0-0", 0, 0), ("5-", 5, end), ("-64", end - 63, end), (f"100-{end + 9}", 100, end),
-                                   ("7-70000", 7, min(70000, end))):
+        for asked, first, last in (
+            ("0-0", 0, 0),
+            ("5-", 5, end),
+            ("-64", end - 63, end),
+            (f"100-{end + 9}", 100, end),
+            ("7-70000", 7, min(70000, end)),
+        ):
             answer = self.server.get(path, {"Range": f"bytes={asked}"})
             self.assertEqual(answer.status, 206, asked)
             self.assertEqual(answer.body, data[first:last + 1], asked)
@@ -110,8 +124,12 @@ class Films(FilmTest):
             answer = self.server.get(path, {"Range": f"bytes={asked}"})
             self.assert_problem(answer, 416)
             self.assertEqual(answer.headers["Content-Range"], f"bytes */{len(data)}")
-        self.assertEqual(self.server.get(path, {"Range": "bytes=0-9", "If-Range": etag}).status, 206)
-        self.assertEqual(self.server.get(path, {"Range": "bytes=0-9", "If-Range": '"other"'}).status, 200)
+        self.assertEqual(
+            self.server.get(path, {"Range": "bytes=0-9", "If-Range": etag}).status, 206
+        )
+        self.assertEqual(
+            self.server.get(path, {"Range": "bytes=0-9", "If-Range": '"other"'}).status, 200
+        )
         # A part from before and one from after a restart are parts of the same.
         self.server.kill()
         self.server.start()
@@ -119,7 +137,9 @@ class Films(FilmTest):
         self.assertEqual((rest.status, data[:1000] + rest.body), (206, data))
         self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 16}})
         self.server.wait(job["id"])
-        self.assertEqual(self.server.get(path, {"Range": "bytes=1000-", "If-Range": etag}).status, 200)
+        self.assertEqual(
+            self.server.get(path, {"Range": "bytes=1000-", "If-Range": etag}).status, 200
+        )
 
     def test_parts_of_a_job_are_its_film_and_go_on(self):
         whole = self.server.render(part(replicates=4, samples=16))
@@ -133,12 +153,16 @@ class Films(FilmTest):
         self.assertEqual(merged["film_digest"], whole["film_digest"])
         self.assertEqual(answer.headers["Location"], f"/v1/jobs/{merged['id']}")
         for end in (".png", ".exr?layer=beauty"):
-            pictures = [self.server.get(f"/v1/jobs/{job['id']}/image{end}").body for job in (whole, merged)]
+            pictures = [
+                self.server.get(f"/v1/jobs/{job['id']}/image{end}").body for job in (whole, merged)
+            ]
             self.assertGreater(len(pictures[0]), 100)
         self.assertEqual(self.server.get(f"/v1/jobs/{whole['id']}/pixels/9/9").json(),
                          self.server.get(f"/v1/jobs/{merged['id']}/pixels/9/9").json())
         for job in (whole, merged):
-            extended = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 32}})
+            extended = self.server.post(
+                f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 32}}
+            )
             self.assertEqual(extended.status, 202, extended)
         digests = {self.server.wait(job["id"])["film_digest"] for job in (whole, merged)}
         self.assertEqual(len(digests), 1)
@@ -150,10 +174,13 @@ class Films(FilmTest):
             # 800: whole sets of all of them, two replicates as well as four.
             film = {"width": 33, "height": 9, "layers": []}
             whole = self.server.render(part(replicates=4, samples=800, sampler=kind, film=film))
-            parts = [self.server.render(part(first, 2, 400, sampler=kind, film=film)) for first in (2, 0)]
+            parts = [
+                self.server.render(part(first, 2, 400, sampler=kind, film=film)) for first in (2, 0)
+            ]
             merged = self.merged(*parts)
             self.assertEqual(merged["film_digest"], whole["film_digest"], kind)
-            # What the film alone says; of the whole the scene may say more, in intervals that agree.
+            # What the film alone says; of the whole the scene may say more, in intervals that
+            # agree.
             self.assertEqual(merged["error"], self.merged(whole)["error"], kind)
             self.assertLess(merged["error"]["low"], whole["error"]["high"], kind)
             self.assertLess(whole["error"]["low"], merged["error"]["high"], kind)
@@ -163,9 +190,14 @@ class Films(FilmTest):
     def test_auxiliary_layers_are_those_of_the_whole_to_rounding(self):
         film = {"width": 48, "height": 32, "layers": ["albedo", "normal", "depth"]}
         whole = self.server.render(part(replicates=4, samples=64, film=film))
-        merged = self.merged(*(self.server.render(part(first, samples=32, film=film)) for first in (0, 2)))
+        merged = self.merged(
+            *(self.server.render(part(first, samples=32, film=film)) for first in (0, 2))
+        )
         for x, y in ((0, 0), (20, 16), (47, 31), (31, 9)):
-            pair = [self.server.get(f"/v1/jobs/{job['id']}/pixels/{x}/{y}").json()["layers"] for job in (whole, merged)]
+            pair = [
+                self.server.get(f"/v1/jobs/{job['id']}/pixels/{x}/{y}").json()["layers"]
+                for job in (whole, merged)
+            ]
             self.assertEqual(pair[0]["beauty"], pair[1]["beauty"])
             for layer in ("albedo", "normal", "depth"):
                 for one, other in zip(pair[0][layer]["mean"], pair[1][layer]["mean"]):
@@ -179,15 +211,26 @@ class Films(FilmTest):
         self.assertEqual(merged["spec"]["sampler"]["replicates"], 6)
         self.assertIn("seed 3", " ".join(merged["warnings"]))
         for x, y in ((3, 3), (24, 16), (40, 30)):
-            means = [self.server.get(f"/v1/jobs/{job['id']}/pixels/{x}/{y}").json()["layers"]["beauty"]["mean"]
-                     for job in (*jobs, merged)]
+            means = [
+                self.server.get(f"/v1/jobs/{job['id']}/pixels/{x}/{y}").json()["layers"]["beauty"][
+                    "mean"
+                ]
+                for job in (*jobs, merged)
+            ]
             for c in range(3):
-                self.assertAlmostEqual(sum(mean[c] for mean in means[:3]) / 3, means[3][c], delta=1e-5)
-        # Half the difference of the halves is the mean of theirs, so that its square is a third in the mean.
+                self.assertAlmostEqual(
+                    sum(mean[c] for mean in means[:3]) / 3, means[3][c], delta=1e-5
+                )
+        # Half the difference of the halves is the mean of theirs, so that its square is a third in
+        # the mean.
         before = self.film(merged).body
-        for parts, whole in zip(zip(*(halves(self.film(job).body) for job in jobs)), halves(before)):
+        for parts, whole in zip(
+            zip(*(halves(self.film(job).body) for job in jobs)), halves(before)
+        ):
             self.assertAlmostEqual(sum(parts) / 3, whole, delta=1e-5)
-        refused = self.server.post(f"/v1/jobs/{merged['id']}/extend", {"stop": {"samples_per_pixel": 96}})
+        refused = self.server.post(
+            f"/v1/jobs/{merged['id']}/extend", {"stop": {"samples_per_pixel": 96}}
+        )
         self.assert_problem(refused, 409)
         self.server.kill()
         self.server.start()
@@ -200,13 +243,22 @@ class Films(FilmTest):
 
     def test_adaptive_films_add_up_and_do_not_go_on(self):
         adaptive = {"type": "pilot", "min_samples": 16}
-        jobs = [self.server.render(part(seed=seed, samples=256, adaptive=adaptive)) for seed in (1, 2)]
+        jobs = [
+            self.server.render(part(seed=seed, samples=256, adaptive=adaptive)) for seed in (1, 2)
+        ]
         merged = self.merged(*jobs)
         self.assertEqual(merged["spec"]["adaptive"]["type"], "pilot")
-        counts = [self.server.get(f"/v1/jobs/{job['id']}/pixels/24/16").json()["samples"] for job in (*jobs, merged)]
+        counts = [
+            self.server.get(f"/v1/jobs/{job['id']}/pixels/24/16").json()["samples"]
+            for job in (*jobs, merged)
+        ]
         self.assertEqual(counts[0] + counts[1], counts[2])
         self.assert_problem(
-            self.server.post(f"/v1/jobs/{merged['id']}/extend", {"stop": {"samples_per_pixel": 1024}}), 409)
+            self.server.post(
+                f"/v1/jobs/{merged['id']}/extend", {"stop": {"samples_per_pixel": 1024}}
+            ),
+            409,
+        )
         before = self.film(merged).body
         self.assertEqual(self.server.stop(), 0)
         code, said, _ = tessera("check", "--json", "--data", self.server.data)
@@ -217,10 +269,16 @@ class Films(FilmTest):
     def test_films_with_fits_add_up_and_do_not_go_on(self):
         estimator = {"mis": {"type": "optimal"}}
         whole = self.server.render(part(replicates=4, samples=128, estimator=estimator))
-        merged = self.merged(*(self.server.render(part(first, samples=64, estimator=estimator)) for first in (0, 2)))
+        merged = self.merged(
+            *(self.server.render(part(first, samples=64, estimator=estimator)) for first in (0, 2))
+        )
         self.assertEqual(merged["film_digest"], whole["film_digest"])
         self.assert_problem(
-            self.server.post(f"/v1/jobs/{merged['id']}/extend", {"stop": {"samples_per_pixel": 256}}), 409)
+            self.server.post(
+                f"/v1/jobs/{merged['id']}/extend", {"stop": {"samples_per_pixel": 256}}
+            ),
+            409,
+        )
         before = self.film(merged).body
         self.server.kill()
         self.server.start()
@@ -236,28 +294,39 @@ class Films(FilmTest):
         preview = self.server.render(part(seed=2, **{"class": "preview"}))
         merged = self.merged(cancelled, preview)
         self.assertEqual(merged["spec"]["class"], "normal")
-        samples = [job["progress"]["samples_per_pixel"]["max"] for job in (self.server.job(job["id"]), preview, merged)]
+        samples = [
+            job["progress"]["samples_per_pixel"]["max"]
+            for job in (self.server.job(job["id"]), preview, merged)
+        ]
         self.assertEqual(samples[0] + samples[1], samples[2])
         alone = self.merge(self.upload(data))
         self.assertEqual(alone.status, 201, alone)
 
     def test_what_does_not_fit_is_refused_with_its_reason(self):
         first = self.server.render(part())
-        self.assert_problem(self.merge(first["id"], self.server.render(part(samples=16))["id"]), 409, "/films/1")
+        self.assert_problem(
+            self.merge(first["id"], self.server.render(part(samples=16))["id"]), 409, "/films/1"
+        )
         overlap = self.server.render(part(first=0, replicates=4))
-        self.assert_problem(self.merge(self.server.render(part(first=2))["id"], overlap["id"]), 409, "/films/1")
-        for other, words in ((part(seed=1, integrator={"max_depth": 2}), ["/integrator/max_depth"]),
-                             (part(seed=1, scene="furnace"), ["/scene", "/environment"]),
-                             (part(seed=1, sampler="halton"), ["/sampler/type"]),
-                             (part(seed=1, adaptive={"type": "pilot"}, samples=64),
-                              ["/adaptive/type"]),
-                             (part(seed=1, camera={"vertical_fov_degrees": 30}), ["/camera/vertical_fov_degrees"])):
+        self.assert_problem(
+            self.merge(self.server.render(part(first=2))["id"], overlap["id"]), 409, "/films/1"
+        )
+        for other, words in (
+            (part(seed=1, integrator={"max_depth": 2}), ["/integrator/max_depth"]),
+            (part(seed=1, scene="furnace"), ["/scene", "/environment"]),
+            (part(seed=1, sampler="halton"), ["/sampler/type"]),
+            (part(seed=1, adaptive={"type": "pilot"}, samples=64), ["/adaptive/type"]),
+            (part(seed=1, camera={"vertical_fov_degrees": 30}), ["/camera/vertical_fov_degrees"]),
+        ):
             answer = self.merge(first["id"], self.server.render(other)["id"])
             problem = self.assert_problem(answer, 422)
             self.assertEqual({error["pointer"] for error in problem["errors"]}, {"/films/1"})
             for word in words:
                 self.assertIn(word, json.dumps(problem["errors"]))
-        many = [self.server.render(part(seed=seed, replicates=32, samples=32))["id"] for seed in (5, 6, 7)]
+        many = [
+            self.server.render(part(seed=seed, replicates=32, samples=32))["id"]
+            for seed in (5, 6, 7)
+        ]
         self.assert_problem(self.merge(*many), 422, "/films/2")
         running = self.server.submit(part(samples=65536))
         self.assert_problem(self.server.get(f"/v1/jobs/{running['id']}/film"), 409)
@@ -268,16 +337,23 @@ class Films(FilmTest):
         self.assert_problem(self.merge("0" * 64), 404, "/films/0")
         self.assert_problem(self.merge("00000000-0000-4000-8000-000000000000"), 404, "/films/0")
         for body, status in ((b"{", 400), (b"[]", 422), (b'{"films": [], "x": 1}', 422)):
-            answer = self.server.request("POST", "/v1/films/merge", body, {"Content-Type": "application/json"})
+            answer = self.server.request(
+                "POST", "/v1/films/merge", body, {"Content-Type": "application/json"}
+            )
             self.assert_problem(answer, status)
-        self.assert_problem(self.server.request("POST", "/v1/films/merge", b"{}", {"Content-Type": "text/plain"}), 415)
+        self.assert_problem(
+            self.server.request("POST", "/v1/films/merge", b"{}", {"Content-Type": "text/plain"}),
+            415,
+        )
 
     def test_a_first_replicate_is_even_and_not_too_large(self):
         for first in (-2, 1, 65538, "2", None):
             answer = self.server.post("/v1/jobs", job_body(sampler={"first_replicate": first}))
             self.assert_problem(answer, 422, "/sampler/first_replicate")
-        self.assertEqual(self.server.submit(job_body(sampler={"first_replicate": 65536}))["spec"]["sampler"],
-                         {"type": "sobol", "replicates": 2, "first_replicate": 65536})
+        self.assertEqual(
+            self.server.submit(job_body(sampler={"first_replicate": 65536}))["spec"]["sampler"],
+            {"type": "sobol", "replicates": 2, "first_replicate": 65536},
+        )
 
     def test_bytes_that_are_no_film_are_refused(self):
         data = self.film(self.server.render(part())).body
@@ -297,12 +373,24 @@ class Films(FilmTest):
         struct.pack_into("<f", infinite, struct.unpack_from("<I", data, 8)[0] + 40, float("inf"))
         many = bytearray(data)
         struct.pack_into("<I", many, struct.unpack_from("<I", data, 8)[0] + 8, 1 << 30)
-        picture = self.server.get("/v1/jobs/" + self.server.render(part())["id"] + "/image.png").body
+        picture = self.server.get(
+            "/v1/jobs/" + self.server.render(part())["id"] + "/image.png"
+        ).body
         for name, bad, words in (
-                ("text", b"x", "film"), ("short", data[:100], "film"), ("cut", data[:-1], "bytes"),
-                ("long", data + b"0", "bytes"), ("flipped", bytes(flipped), "checksum"), ("lying", sealed(lying), "bytes"),
-                ("newer", sealed(newer), "film"), ("garbled", sealed(text), "text"), ("other", sealed(other), "another film"),
-                ("seed", sealed(seed), "another film"), ("infinite", sealed(infinite), "tile 0"), ("many", sealed(many), "tile 0"), ("picture", picture, "film")):
+            ("text", b"x", "film"),
+            ("short", data[:100], "film"),
+            ("cut", data[:-1], "bytes"),
+            ("long", data + b"0", "bytes"),
+            ("flipped", bytes(flipped), "checksum"),
+            ("lying", sealed(lying), "bytes"),
+            ("newer", sealed(newer), "film"),
+            ("garbled", sealed(text), "text"),
+            ("other", sealed(other), "another film"),
+            ("seed", sealed(seed), "another film"),
+            ("infinite", sealed(infinite), "tile 0"),
+            ("many", sealed(many), "tile 0"),
+            ("picture", picture, "film"),
+        ):
             problem = self.assert_problem(self.merge(self.upload(bad)), 422, "/films/0")
             self.assertIn(words, problem["errors"][0]["detail"], name)
         self.assertEqual(self.server.get("/livez").status, 200)
@@ -313,7 +401,9 @@ class Films(FilmTest):
         for cut in [0, 7, 8, 127, 128, 151, 152, *(chance.randrange(len(data)) for _ in range(20))]:
             asset = self.upload(data[:cut])
             self.assert_problem(self.merge(asset), 422, "/films/0")
-            self.assert_problem(self.merge(self.upload(sealed(data[:cut] + b"0" * 64))), 422, "/films/0")
+            self.assert_problem(
+                self.merge(self.upload(sealed(data[:cut] + b"0" * 64))), 422, "/films/0"
+            )
 
     def test_a_job_may_go_while_its_film_is_sent_or_merged(self):
         film = {"width": 512, "height": 512, "layers": []}
@@ -351,7 +441,9 @@ class Verbs(FilmTest):
     """The same from the command line."""
 
     def tessera(self, *arguments, code=0):
-        done, said, complained = tessera(*arguments, "--server", f"http://127.0.0.1:{self.server.port}")
+        done, said, complained = tessera(
+            *arguments, "--server", f"http://127.0.0.1:{self.server.port}"
+        )
         self.assertEqual(done, code, complained)
         return said if code == 0 else complained
 
@@ -374,19 +466,30 @@ class Verbs(FilmTest):
                          ["MSE", "relMSE", "FLIP", "bias", "z", "difference", "z", "flip"])
         picture = os.path.join(self.server.data, "picture.exr")
         self.tessera("fetch", whole["id"], "-o", picture)
-        self.assertLess(json.loads(self.tessera("compare", "--json", whole["id"], picture))["relmse"], 2.0 ** -22)
+        self.assertLess(
+            json.loads(self.tessera("compare", "--json", whole["id"], picture))["relmse"], 2.0**-22
+        )
         self.assertIn("no asset", self.tessera("merge", "0" * 64, code=1))
         # What is wrong is told by its name on the command line.
         for verb in ("merge", "compare"):
-            self.assertIn("nosuch.film: there is no such file", self.tessera(verb, merged, "nosuch.film", code=1))
-        self.assertIn(f"/films/1 ({parts[0]['id']}): ", self.tessera("merge", place, parts[0]["id"], code=1))
+            self.assertIn(
+                "nosuch.film: there is no such file",
+                self.tessera(verb, merged, "nosuch.film", code=1),
+            )
+        self.assertIn(
+            f"/films/1 ({parts[0]['id']}): ", self.tessera("merge", place, parts[0]["id"], code=1)
+        )
         display = os.path.join(self.server.data, "picture.png")
         self.tessera("fetch", whole["id"], "-o", display)
         server = f"http://127.0.0.1:{self.server.port}"
         for file, warned in ((display, True), (picture, False)):
             _, _, complained = tessera("compare", whole["id"], file, "--server", server)
             self.assertEqual("display values" in complained, warned)
-        for wrong in (("merge",), ("compare", merged), ("fetch", merged, "--film", "--layer", "normal", "-o", place)):
+        for wrong in (
+            ("merge",),
+            ("compare", merged),
+            ("fetch", merged, "--film", "--layer", "normal", "-o", place),
+        ):
             self.tessera(*wrong, code=2)
 
 
@@ -443,9 +546,15 @@ class Rights(unittest.TestCase):
             return key.strip()
 
         def status(key, method, path, body=None):
-            return server.request(method, path, body, {"Authorization": f"Bearer {key}" if key else ""}).status
+            return server.request(
+                method, path, body, {"Authorization": f"Bearer {key}" if key else ""}
+            ).status
 
-        reads, writes, slow = add_key("--scope", "read"), add_key("--scope", "write"), add_key("--rate", "2")
+        reads, writes, slow = (
+            add_key("--scope", "read"),
+            add_key("--scope", "write"),
+            add_key("--rate", "2"),
+        )
         deadline = time.monotonic() + PATIENCE_S
         while status(reads, "GET", "/v1/jobs") != 200:
             self.assertLess(time.monotonic(), deadline)
@@ -453,10 +562,16 @@ class Rights(unittest.TestCase):
         film = f"/v1/jobs/{job['id']}/film"
         merge = {"films": [job["id"], other["id"]]}
         compare = {"a": job["id"], "b": other["id"]}
-        self.assertEqual([status(key, "GET", film) for key in (None, reads, writes)], [401, 200, 403])
+        self.assertEqual(
+            [status(key, "GET", film) for key in (None, reads, writes)], [401, 200, 403]
+        )
         for path, body in (("/v1/films/merge", merge), ("/v1/comparisons", compare)):
-            self.assertEqual([status(key, "POST", path, body) for key in (None, reads, writes)], [401, 403, 201])
+            self.assertEqual(
+                [status(key, "POST", path, body) for key in (None, reads, writes)], [401, 403, 201]
+            )
         made = server.post("/v1/comparisons", compare).json()["links"]
         for path in (made["self"], made["z"]):
-            self.assertEqual([status(key, "GET", path) for key in (None, reads, writes)], [401, 200, 403])
+            self.assertEqual(
+                [status(key, "GET", path) for key in (None, reads, writes)], [401, 200, 403]
+            )
         self.assertEqual([status(slow, "GET", film) for _ in range(3)], [200, 200, 429])

@@ -28,7 +28,9 @@ class Fitted(ApiTest):
             job = self.server.render(body(group, 24))
             self.assertEqual(job["spec"]["estimator"][group], {"type": kind})
             self.assertEqual((job["error"]["bias"], job["error"]["valid"]), ("none", True))
-            answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 64}})
+            answer = self.server.post(
+                f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 64}}
+            )
             self.assertEqual(answer.status, 202)
             extended = self.server.wait(job["id"])
             whole = self.server.render(body(group, 64))
@@ -38,10 +40,12 @@ class Fitted(ApiTest):
         self.assertEqual(len(digests), 2)
 
     def test_what_does_not_go_together_is_refused_at_its_place(self):
-        for members in ({"light_sampler": {"type": "ris"}},
-                        {"estimator": {"mis": {"type": "optimal"}, "expected_values": False}},
-                        {"estimator": {"mis": {"type": "optimal"}, "roulette": {"type": "threshold"}}},
-                        {"estimator": {"mis": {"type": "optimal"}, "control_variate": {"type": "analytic"}}}):
+        for members in (
+            {"light_sampler": {"type": "ris"}},
+            {"estimator": {"mis": {"type": "optimal"}, "expected_values": False}},
+            {"estimator": {"mis": {"type": "optimal"}, "roulette": {"type": "threshold"}}},
+            {"estimator": {"mis": {"type": "optimal"}, "control_variate": {"type": "analytic"}}},
+        ):
             answer = self.server.post("/v1/jobs", {**body("mis", 1), **members})
             self.assert_problem(answer, 422, "/estimator/mis/type")
         answer = self.server.post("/v1/jobs", {**body("mis", 1), "estimator": {

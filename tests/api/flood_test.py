@@ -1,4 +1,5 @@
-"""More connections than anybody needs: those that drip go, everybody else is served. tests/stress/flood is the full form."""
+"""More connections than anybody needs: those that drip go, everybody else is served.
+tests/stress/flood is the full form."""
 
 import contextlib
 import socket

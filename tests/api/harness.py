@@ -1,4 +1,5 @@
-"""What the API tests share: a server process of one's own, requests, the two streams, and small files.
+"""What the API tests share: a server process of one's own, requests, the two streams, and small
+files.
 
 Standard library only. A test class derives from ApiTest, which starts one server for the class; the
 tests of a class may run at the same time as nothing else. Times are never asserted, only ratios.
@@ -65,8 +66,9 @@ class Server:
                    "--threads", str(threads or self.threads), *self.flags]
         environ = {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")}
         with open(self.log, "ab") as log:
-            self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, env=environ,
-                                            preexec_fn=self.preexec)
+            self.process = subprocess.Popen(
+                command, stdout=subprocess.PIPE, stderr=log, env=environ, preexec_fn=self.preexec
+            )
         line = self.process.stdout.readline().decode()
         if not line.startswith(f"listening on {self.scheme}://127.0.0.1:"):
             self.process.wait(10)
@@ -180,7 +182,10 @@ class Server:
 
     def wait_for_samples(self, job_id, count=1):
         return self.wait_until(
-            job_id, lambda job: job["progress"]["samples_per_pixel"]["min"] >= count, f"{count} samples")
+            job_id,
+            lambda job: job["progress"]["samples_per_pixel"]["min"] >= count,
+            f"{count} samples",
+        )
 
 
 class Stream:
@@ -191,7 +196,9 @@ class Stream:
         headers = server.with_key(headers)
         if body is not None:
             headers.setdefault("Content-Type", "application/json")
-        self.connection.request(method, path, body=None if body is None else json.dumps(body), headers=headers)
+        self.connection.request(
+            method, path, body=None if body is None else json.dumps(body), headers=headers
+        )
         self.response = self.connection.getresponse()
         self.status = self.response.status
         self.headers = self.response.headers
@@ -279,8 +286,18 @@ class Tile:
     END, CORRELATED, ALPHA = 1, 2, 4
 
     def __init__(self, header, payload):
-        (magic, size, self.revision, self.x, self.y, self.width, self.height, self.flags, self.error,
-         self.crc) = struct.unpack("<4sIIHHHHIfI", header)
+        (
+            magic,
+            size,
+            self.revision,
+            self.x,
+            self.y,
+            self.width,
+            self.height,
+            self.flags,
+            self.error,
+            self.crc,
+        ) = struct.unpack("<4sIIHHHHIfI", header)
         if magic != b"TSR1":
             raise AssertionError(f"magic {magic!r}")
         if size != len(payload):
@@ -353,13 +370,16 @@ class ApiTest(unittest.TestCase):
 
     def tearDown(self):
         if self.server.process is not None and not self.server.alive():
-            self.fail(f"the server died ({self.server.process.returncode}): {self.server.log_text()}")
+            self.fail(
+                f"the server died ({self.server.process.returncode}): {self.server.log_text()}"
+            )
         # What a test leaves running would take the machine from the next.
         for job in self.server.get(self.UNFINISHED).json()["jobs"]:
             self.server.post(f"/v1/jobs/{job['id']}/cancel")
 
     def hold(self):
-        """With --max-running 1: what is submitted from now on waits, until the returned call lets it go."""
+        """With --max-running 1: what is submitted from now on waits, until the returned call lets
+        it go."""
         blocker = self.server.submit(job_body(samples=65536))["id"]
         return lambda: self.server.post(f"/v1/jobs/{blocker}/cancel")
 
@@ -374,7 +394,9 @@ class ApiTest(unittest.TestCase):
         self.assertEqual(problem["status"], status)
         self.assertTrue(problem["title"] and problem["detail"] and problem["instance"])
         if pointers:
-            self.assertEqual(sorted(e["pointer"] for e in problem["errors"]), sorted(pointers), problem)
+            self.assertEqual(
+                sorted(e["pointer"] for e in problem["errors"]), sorted(pointers), problem
+            )
             for error in problem["errors"]:
                 self.assertTrue(error["detail"])
         return problem
@@ -385,7 +407,8 @@ class ApiTest(unittest.TestCase):
 
 
 def in_background(call):
-    """Runs call() in a thread; the returned function waits and gives its result or its exception."""
+    """Runs call() in a thread; the returned function waits and gives its result or its
+    exception."""
     box = {}
 
     def work():
@@ -466,7 +489,9 @@ def png_pixels(data):
     raw, stride = zlib.decompress(packed), width * channels
     above, rows = bytes(stride), []
     for y in range(height):
-        kind, line = raw[y * (stride + 1)], bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
+        kind, line = raw[y * (stride + 1)], bytearray(
+            raw[y * (stride + 1) + 1 : (y + 1) * (stride + 1)]
+        )
         for i in range(stride):
             left = line[i - channels] if i >= channels else 0
             corner = above[i - channels] if i >= channels else 0

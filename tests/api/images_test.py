@@ -21,7 +21,9 @@ class Images(ApiTest):
         cls.path = f"/v1/jobs/{cls.job['id']}"
 
     def image(self, rest="/image.png", **headers):
-        answer = self.server.get(self.path + rest, {k.replace("_", "-"): v for k, v in headers.items()})
+        answer = self.server.get(
+            self.path + rest, {k.replace("_", "-"): v for k, v in headers.items()}
+        )
         self.assertEqual(answer.status, 200, answer)
         return answer
 
@@ -42,7 +44,9 @@ class Images(ApiTest):
         for accept, mime in (("image/gif, image/webp;q=0.5, image/jpeg;q=0.9", "image/jpeg"),
                              ("image/*", "image/png"), ("*/*", "image/png"),
                              ("image/png;q=0, image/x-exr", "image/x-exr")):
-            self.assertEqual(self.image("/image", Accept=accept).headers["Content-Type"], mime, accept)
+            self.assertEqual(
+                self.image("/image", Accept=accept).headers["Content-Type"], mime, accept
+            )
 
     def test_a_picture_without_accept_is_png(self):
         self.assertEqual(self.image("/image").headers["Content-Type"], "image/png")
@@ -52,7 +56,9 @@ class Images(ApiTest):
 
     def test_every_layer_in_png_and_exr(self):
         for layer in self.server.get("/v1/server").json()["layers"]:
-            self.assertEqual(png_size(self.image(f"/image.png?layer={layer}").body)[:2], (70, 40), layer)
+            self.assertEqual(
+                png_size(self.image(f"/image.png?layer={layer}").body)[:2], (70, 40), layer
+            )
             self.assertTrue(self.image(f"/image.exr?layer={layer}").body.startswith(MAGIC["exr"]))
 
     def test_exr_holds_all_layers(self):
@@ -71,7 +77,9 @@ class Images(ApiTest):
             self.assertEqual((again.status, again.body), (304, b""))
             tags.add(first.headers["ETag"])
         self.assertEqual(len(tags), 6)
-        self.assertEqual(len({self.image("/image", Accept=m).headers["ETag"] for m in MIME.values()}), 6)
+        self.assertEqual(
+            len({self.image("/image", Accept=m).headers["ETag"] for m in MIME.values()}), 6
+        )
 
     def test_an_equal_picture_has_equal_bytes(self):
         self.assertEqual(self.image("/image.exr").body, self.image("/image.exr").body)
@@ -101,12 +109,21 @@ class Images(ApiTest):
     def test_linear_formats_do_not_pass_over_a_look_in_silence(self):
         for suffix in ("exr", "hdr"):
             plain = self.image(f"/image.{suffix}").body
-            for query, pointer in (("exposure=2", "/exposure"), ("tonemap=aces", "/tonemap"),
-                                   ("tonemap=agx&exposure=-1", "/exposure"), ("stream=1&exposure=2", "/exposure")):
+            for query, pointer in (
+                ("exposure=2", "/exposure"),
+                ("tonemap=aces", "/tonemap"),
+                ("tonemap=agx&exposure=-1", "/exposure"),
+                ("stream=1&exposure=2", "/exposure"),
+            ):
                 answer = self.server.get(f"{self.path}/image.{suffix}?{query}")
                 self.assert_problem(answer, 422, pointer)
                 self.assertIn("png, jpg, webp", answer.json()["detail"])
-            for query in ("exposure=0", "tonemap=srgb", "tonemap=linear", "exposure=0&tonemap=srgb"):
+            for query in (
+                "exposure=0",
+                "tonemap=srgb",
+                "tonemap=linear",
+                "exposure=0&tonemap=srgb",
+            ):
                 self.assertEqual(self.image(f"/image.{suffix}?{query}").body, plain, query)
         answer = self.server.get(self.path + "/image?exposure=2", {"Accept": "image/x-exr"})
         self.assert_problem(answer, 422, "/exposure")
@@ -116,7 +133,9 @@ class Images(ApiTest):
         self.assertIsNone(plain.headers["X-Tessera-Ignored"])
         self.assertIsNone(self.image("/image.png?exposure=2").headers["X-Tessera-Ignored"])
         told = self.image("/image.tif?exposure=2&tonemap=aces")
-        self.assertEqual((told.headers["X-Tessera-Ignored"], told.body), ("exposure, tonemap", plain.body))
+        self.assertEqual(
+            (told.headers["X-Tessera-Ignored"], told.body), ("exposure, tonemap", plain.body)
+        )
 
     def test_one_stop_doubles_the_light(self):
         dark = png_pixels(self.image("/image.png?tonemap=linear").body)

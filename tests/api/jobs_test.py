@@ -20,15 +20,36 @@ class Submitting(ApiTest):
         uuid.UUID(job["id"])
         self.assertEqual(answer.headers["Location"], "/v1/jobs/" + job["id"])
         self.assertTrue(answer.headers["ETag"])
-        self.assertEqual(set(job), {
-            "id", "state", "stop_reason", "created_at", "started_at", "finished_at", "spec", "progress",
-            "error", "failure", "queue_position", "statistics", "revision", "film_digest", "warnings",
-            "links"})
+        self.assertEqual(
+            set(job),
+            {
+                "id",
+                "state",
+                "stop_reason",
+                "created_at",
+                "started_at",
+                "finished_at",
+                "spec",
+                "progress",
+                "error",
+                "failure",
+                "queue_position",
+                "statistics",
+                "revision",
+                "film_digest",
+                "warnings",
+                "links",
+            },
+        )
         self.assertLessEqual({"fraction", "samples_per_pixel", "elapsed_seconds", "cpu_seconds",
                               "eta_seconds"}, set(job["progress"]))
-        self.assertLessEqual({"relative_rmse", "low", "high", "confidence", "bias"}, set(job["error"]))
-        self.assertLessEqual({"rays", "rays_per_second", "efficiency", "rejected_samples", "peak_bytes"},
-                             set(job["statistics"]))
+        self.assertLessEqual(
+            {"relative_rmse", "low", "high", "confidence", "bias"}, set(job["error"])
+        )
+        self.assertLessEqual(
+            {"rays", "rays_per_second", "efficiency", "rejected_samples", "peak_bytes"},
+            set(job["statistics"]),
+        )
         self.assertEqual((job["spec"]["name"], job["spec"]["labels"], job["spec"]["seed"]),
                          ("a job", {"k": "v"}, 7))
         done = self.server.wait(job["id"])
@@ -44,7 +65,9 @@ class Submitting(ApiTest):
         error = done["error"]
         self.assertTrue(error["low"] <= error["relative_rmse"] <= error["high"], error)
         self.assertEqual((error["confidence"], error["bias"]), (0.95, "none"))
-        self.assertLessEqual(done["progress"]["cpu_seconds"], 2 * done["progress"]["elapsed_seconds"] + 0.1)
+        self.assertLessEqual(
+            done["progress"]["cpu_seconds"], 2 * done["progress"]["elapsed_seconds"] + 0.1
+        )
 
     def test_every_link_leads_somewhere(self):
         job = self.server.render(job_body())
@@ -76,10 +99,17 @@ class Submitting(ApiTest):
         self.assertEqual(len(self.server.get("/v1/jobs?limit=200").json()["jobs"]), before)
 
     def test_dry_run_foresees_the_samples_of_an_error_target(self):
-        # Furnace: the same noise everywhere, so that the small pilot picture stands for the large one. Errors of the sampler fall
-        # faster than those of independent samples, by which three times as many would be needed here.
-        job = {"scene": "furnace", "film": {"width": 128, "height": 72}, "stop": {"relative_error": 0.008}}
-        foreseen = self.server.post("/v1/jobs?dry_run=1", job).json()["estimate"]["samples_per_pixel"]
+        # Furnace: the same noise everywhere, so that the small pilot picture stands for the large
+        # one. Errors of the sampler fall faster than those of independent samples, by which three
+        # times as many would be needed here.
+        job = {
+            "scene": "furnace",
+            "film": {"width": 128, "height": 72},
+            "stop": {"relative_error": 0.008},
+        }
+        foreseen = self.server.post("/v1/jobs?dry_run=1", job).json()["estimate"][
+            "samples_per_pixel"
+        ]
         needed = self.server.render(job)["progress"]["samples_per_pixel"]["mean"]
         self.assertLess(foreseen, 2 * needed)
         self.assertGreater(foreseen, needed / 2)
@@ -120,13 +150,16 @@ class Submitting(ApiTest):
 
     def test_equal_keys_at_once_make_one_job(self):
         key = {"Idempotency-Key": str(uuid.uuid4())}
-        answers = [in_background(lambda: self.server.post("/v1/jobs", job_body(), key)) for _ in range(6)]
+        answers = [
+            in_background(lambda: self.server.post("/v1/jobs", job_body(), key)) for _ in range(6)
+        ]
         answers = [answer() for answer in answers]
         self.assertEqual(len({a.json()["id"] for a in answers}), 1)
         self.assertEqual(sorted(a.status for a in answers), [200] * 5 + [201])
 
     def test_every_sampler_renders_whole_sets_and_says_so(self):
-        # What the contract says: even counts for sobol and halton, whole sets of every replicate for the others.
+        # What the contract says: even counts for sobol and halton, whole sets of every replicate
+        # for the others.
         least = {"independent": 1, "antithetic": 4, "stratified": 32, "latin-hypercube": 32,
                  "orthogonal-array": 50, "halton": 2, "sobol": 2, "zsobol": 16}
         listed = {entry["type"] for entry in self.server.get("/v1/server").json()["samplers"]}
@@ -144,7 +177,9 @@ class Submitting(ApiTest):
     def test_extending_by_sets_gives_the_digest_of_the_longer_job(self):
         body = job_body(samples=32, sampler={"type": "stratified"})
         job = self.server.render(body)
-        answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 40}})
+        answer = self.server.post(
+            f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 40}}
+        )
         self.assertEqual(answer.status, 202)
         extended = self.server.wait(job["id"])
         self.assertEqual(extended["spec"]["stop"]["samples_per_pixel"], 64)
@@ -184,7 +219,9 @@ class Waiting(ApiTest):
 
     def test_a_cancel_ends_every_wait(self):
         job = self.server.submit(job_body(samples=65536))["id"]
-        waits = [in_background(lambda: self.server.get(f"/v1/jobs/{job}?wait=60")) for _ in range(4)]
+        waits = [
+            in_background(lambda: self.server.get(f"/v1/jobs/{job}?wait=60")) for _ in range(4)
+        ]
         self.server.wait_for_samples(job)
         self.server.post(f"/v1/jobs/{job}/cancel")
         for wait in waits:
@@ -231,7 +268,9 @@ class Listing(ApiTest):
         labels = {"labels": {"tag": tag}}
         chair = self.server.submit(job_body(name=f"Chair {tag} 100%", samples=2, **labels))["id"]
         sofa = self.server.submit(job_body(name=f"Red Sofa {tag}", samples=2, **labels))["id"]
-        preview = self.server.submit(job_body(name=f"sofa {tag}", samples=2, **{"class": "preview"}))["id"]
+        preview = self.server.submit(
+            job_body(name=f"sofa {tag}", samples=2, **{"class": "preview"})
+        )["id"]
         nameless = self.server.submit(job_body(samples=2, **labels))["id"]
 
         def ids(**query):
@@ -267,7 +306,9 @@ class Changing(ApiTest):
         self.addCleanup(lambda: self.server.post(f"/v1/jobs/{self.job}/cancel"))
 
     def test_patch_changes_what_it_names(self):
-        answer = self.patch(self.job, {"name": "new", "priority": 3, "labels": {"a": None, "c": "3"}})
+        answer = self.patch(
+            self.job, {"name": "new", "priority": 3, "labels": {"a": None, "c": "3"}}
+        )
         self.assertEqual(answer.status, 200, answer)
         spec = answer.json()["spec"]
         self.assertEqual((spec["name"], spec["priority"], spec["labels"]),
@@ -312,7 +353,9 @@ class Changing(ApiTest):
             time.sleep(0.5)
             first, second = second, self.server.job(self.job)
         self.assertEqual(self.server.get(f"/v1/jobs/{self.job}/image.png").status, 200)
-        self.assertIn(self.patch(self.job, {"paused": False}).json()["state"], ("rendering", "queued"))
+        self.assertIn(
+            self.patch(self.job, {"paused": False}).json()["state"], ("rendering", "queued")
+        )
         self.server.wait_until(self.job, lambda job: job["revision"] > second["revision"])
 
     def test_if_match_compares_the_spec_part(self):
@@ -350,7 +393,9 @@ class Ending(ApiTest):
         job = self.server.submit(body)["id"]
         self.server.wait_for_samples(job)
         cpu = self.server.post(f"/v1/jobs/{job}/cancel").json()["progress"]["cpu_seconds"]
-        self.assertEqual(self.server.get(f"/v1/jobs/{job}/film").status, 200)  # Waits until nothing is under way.
+        self.assertEqual(
+            self.server.get(f"/v1/jobs/{job}/film").status, 200
+        )  # Waits until nothing is under way.
         settled = self.server.job(job)["progress"]["cpu_seconds"]
         self.assertLess(settled - cpu, 0.1 * 2)
         time.sleep(0.5)

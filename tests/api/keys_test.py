@@ -14,7 +14,9 @@ class Keyed(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.server = Server("--key", "operators-own", "--origins", PAGE, "--quota-jobs", "1", key="operators-own")
+        cls.server = Server(
+            "--key", "operators-own", "--origins", PAGE, "--quota-jobs", "1", key="operators-own"
+        )
         cls.addClassCleanup(cls.server.close)
         cls.server.start()
 
@@ -45,22 +47,34 @@ class Keyed(unittest.TestCase):
 
     def test_no_key_and_one_that_is_not_known_are_told_apart(self):
         for authorization in ("", "Basic b3A6b3A=", "Bearer", "Bearer "):
-            answer = self.server.request("GET", "/v1/jobs", headers={"Authorization": authorization})
-            self.assertEqual(answer.headers["WWW-Authenticate"], 'Bearer realm="tessera"', authorization)
+            answer = self.server.request(
+                "GET", "/v1/jobs", headers={"Authorization": authorization}
+            )
+            self.assertEqual(
+                answer.headers["WWW-Authenticate"], 'Bearer realm="tessera"', authorization
+            )
             self.assertIn("o key was given", answer.json()["detail"], authorization)
         for method, path in (("GET", "/v1/jobs"), ("POST", "/v1/session")):
             answer = self.server.request(method, path, headers={"Authorization": "Bearer wrong"})
-            self.assertEqual(answer.headers["WWW-Authenticate"], 'Bearer realm="tessera", error="invalid_token"')
+            self.assertEqual(
+                answer.headers["WWW-Authenticate"], 'Bearer realm="tessera", error="invalid_token"'
+            )
             self.assertIn("is not known, or has expired", answer.json()["detail"])
         cookie = {"Authorization": "", "Cookie": "tessera_session=old"}
-        self.assertIn("session", self.server.request("GET", "/v1/jobs", headers=cookie).json()["detail"])
+        self.assertIn(
+            "session", self.server.request("GET", "/v1/jobs", headers=cookie).json()["detail"]
+        )
 
     def test_the_command_line_says_whether_the_key_is_missing_or_wrong(self):
         flags = ("--server", f"http://127.0.0.1:{self.server.port}")
         code, _, said = tessera("jobs", *flags)
         self.assertEqual((code, "Give the key with --key" in said), (1, True), said)
         code, _, said = tessera("jobs", *flags, "--key", "wrong")
-        self.assertEqual((code, "Give the key" in said, "not one of this server's" in said), (1, False, True), said)
+        self.assertEqual(
+            (code, "Give the key" in said, "not one of this server's" in said),
+            (1, False, True),
+            said,
+        )
 
     def test_the_page_its_description_and_the_probes_need_none(self):
         for path in ("/", "/docs", "/openapi.json", "/livez", "/readyz", "/metrics"):
@@ -70,7 +84,9 @@ class Keyed(unittest.TestCase):
         self.assertEqual(self.status("/v1/session", method="POST"), 401)
         for key in ("operators-own", self.add_key()):
             self.wait_for_status(200, "/v1/server", key)
-            answer = self.server.request("POST", "/v1/session", headers={"Authorization": "Bearer " + key})
+            answer = self.server.request(
+                "POST", "/v1/session", headers={"Authorization": "Bearer " + key}
+            )
             self.assertEqual(answer.status, 204)
             cookie = answer.headers["Set-Cookie"]
             for attribute in ("HttpOnly", "SameSite=Strict", "Path=/"):
@@ -118,22 +134,35 @@ class Keyed(unittest.TestCase):
         self.assertEqual(self.status("/v1/jobs", writes, "POST", job_body()), 201)
 
     def test_wrong_flags_are_2(self):
-        for arguments in (["add"], ["add", "a", "--scope", "all"], ["add", "a", "--rate", "-1"], ["change"],
-                          ["add", "a", "--days", "0"], ["list", "--colour"], []):
-            self.assertEqual(tessera("keys", *arguments, "--data", self.server.data)[0], 2, arguments)
+        for arguments in (
+            ["add"],
+            ["add", "a", "--scope", "all"],
+            ["add", "a", "--rate", "-1"],
+            ["change"],
+            ["add", "a", "--days", "0"],
+            ["list", "--colour"],
+            [],
+        ):
+            self.assertEqual(
+                tessera("keys", *arguments, "--data", self.server.data)[0], 2, arguments
+            )
 
     def test_more_than_the_rate_is_429(self):
         key = self.add_key("--rate", "3")
         self.wait_for_status(200, "/v1/jobs", key)  # The first of three.
         seen = []
         for _ in range(3):
-            answer = self.server.request("GET", "/v1/jobs", headers={"Authorization": "Bearer " + key})
+            answer = self.server.request(
+                "GET", "/v1/jobs", headers={"Authorization": "Bearer " + key}
+            )
             seen.append(answer.status)
             self.assertEqual(answer.headers["RateLimit-Policy"], '"key";q=3;w=60')
             self.assertRegex(answer.headers["RateLimit"], r'^"key";r=[0-3];t=\d+$')
         self.assertEqual(seen, [200, 200, 429])
         self.assertEqual(answer.headers["Content-Type"], "application/problem+json")
-        self.assertTrue(1 <= int(answer.headers["Retry-After"]) <= 20, answer.headers["Retry-After"])
+        self.assertTrue(
+            1 <= int(answer.headers["Retry-After"]) <= 20, answer.headers["Retry-After"]
+        )
         # Others are not held up by it.
         self.assertEqual(self.status("/v1/jobs", "operators-own"), 200)
 
@@ -165,8 +194,14 @@ class Keyed(unittest.TestCase):
 
     def test_tickets_are_checked(self):
         nobody = "00000000-0000-4000-8000-000000000000"
-        for body, status in (({}, 422), ({"jobs": []}, 422), ({"jobs": ["x"]}, 422), ({"jobs": [nobody]}, 404),
-                             ({"jobs": [nobody] * 2}, 422), ({"jobs": [nobody], "for": 1}, 422)):
+        for body, status in (
+            ({}, 422),
+            ({"jobs": []}, 422),
+            ({"jobs": ["x"]}, 422),
+            ({"jobs": [nobody]}, 404),
+            ({"jobs": [nobody] * 2}, 422),
+            ({"jobs": [nobody], "for": 1}, 422),
+        ):
             self.assertEqual(self.server.post("/v1/stream-tickets", body).status, status, body)
 
     def test_named_origins_get_cors_headers_and_others_403(self):
@@ -177,14 +212,20 @@ class Keyed(unittest.TestCase):
         self.assertIn("POST", answer.headers["Access-Control-Allow-Methods"])
         self.assertIn("Authorization", answer.headers["Access-Control-Allow-Headers"])
         answer = self.server.request("GET", "/v1/jobs", headers={"Origin": PAGE})
-        self.assertEqual((answer.status, answer.headers["Access-Control-Allow-Origin"]), (200, PAGE))
+        self.assertEqual(
+            (answer.status, answer.headers["Access-Control-Allow-Origin"]), (200, PAGE)
+        )
         self.assertIn("Origin", answer.headers.get_all("Vary"))
         for origin in ("http://evil.example", PAGE + ":81", "https://studio.example"):
             answer = self.server.request("GET", "/v1/jobs", headers={"Origin": origin})
             self.assertEqual(answer.status, 403, origin)
             self.assertIsNone(answer.headers["Access-Control-Allow-Origin"])
-        refused = self.server.request("GET", "/v1/jobs", headers={"Origin": PAGE, "Authorization": "Bearer x"})
-        self.assertEqual((refused.status, refused.headers["Access-Control-Allow-Origin"]), (401, PAGE))
+        refused = self.server.request(
+            "GET", "/v1/jobs", headers={"Origin": PAGE, "Authorization": "Bearer x"}
+        )
+        self.assertEqual(
+            (refused.status, refused.headers["Access-Control-Allow-Origin"]), (401, PAGE)
+        )
 
 
 class KeysOfTheStore(unittest.TestCase):

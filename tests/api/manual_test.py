@@ -42,8 +42,10 @@ class Manual(ApiTest):
     def setUpClass(cls):
         super().setUpClass()
         cls.verbs = re.findall(r"^  ([a-z]+) ", tessera("--help"), re.M)
-        cls.flags = {verb: set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", cls.heads(tessera(verb, "--help"))))
-                     for verb in cls.verbs}
+        cls.flags = {
+            verb: set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", cls.heads(tessera(verb, "--help"))))
+            for verb in cls.verbs
+        }
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         cls.files = {}
@@ -71,9 +73,13 @@ class Manual(ApiTest):
         return [row.split("\t")[0] for row in told.splitlines()]
 
     def test_there_are_verbs_and_flags_to_speak_of(self):
-        self.assertLessEqual({"serve", "render", "submit", "watch", "man", "completion"}, set(self.verbs))
+        self.assertLessEqual(
+            {"serve", "render", "submit", "watch", "man", "completion"}, set(self.verbs)
+        )
         for verb in self.verbs:
-            self.assertIn("--help", self.flags[verb] | ({"--help"} if verb == "serve" else set()), verb)
+            self.assertIn(
+                "--help", self.flags[verb] | ({"--help"} if verb == "serve" else set()), verb
+            )
         self.assertIn("--relative-error", self.flags["submit"])
         self.assertIn("--disk-limit", self.flags["serve"])
 
@@ -109,8 +115,12 @@ class Manual(ApiTest):
             os.mkdir(os.path.join(folder, "chambers"))
             head = os.path.join(folder, "ch")
             self.assertEqual(len(self.bash("submit", head)), 3)
-            self.assertEqual(self.bash("submit", "box", "--environment", head + "e"), [head + "ess.zip"])
-            self.assertEqual(self.bash("submit", "box", "-o", "=", head + "air"), [head + "air.glb"])
+            self.assertEqual(
+                self.bash("submit", "box", "--environment", head + "e"), [head + "ess.zip"]
+            )
+            self.assertEqual(
+                self.bash("submit", "box", "-o", "=", head + "air"), [head + "air.glb"]
+            )
             self.assertEqual(self.bash("serve", "--data", head), [head + "ambers"])
 
     def test_jobs_are_offered_by_their_ids(self):
@@ -143,7 +153,10 @@ class Manual(ApiTest):
             self.assertLessEqual(set(names), set(self.bash(verb, "")))
             self.assertEqual(self.bash(verb, "corn"), ["cornell-box"])
             self.assertIn("cornell-box", self.fish(f"tessera {verb} corn"))
-        self.assertIn("tessera render cornell-box ", self.typed_in_zsh("tessera render corn\t", "cornell-box "))
+        self.assertIn(
+            "tessera render cornell-box ",
+            self.typed_in_zsh("tessera render corn\t", "cornell-box "),
+        )
 
     def test_shells_are_offered(self):
         self.assertEqual(self.bash("completion", ""), ["bash", "zsh", "fish"])
@@ -151,13 +164,19 @@ class Manual(ApiTest):
 
     def test_closed_sets_are_offered_by_their_names(self):
         server = self.server.get("/v1/server").json()
-        types = {"--integrator": "integrators", "--sampler": "samplers", "--light-sampler": "light_samplers",
-                 "--adaptive": "adaptive"}
+        types = {
+            "--integrator": "integrators",
+            "--sampler": "samplers",
+            "--light-sampler": "light_samplers",
+            "--adaptive": "adaptive",
+        }
         for flag, table in types.items():
             names = [row["type"] for row in server[table]]
             for verb in ("render", "submit"):
                 self.assertEqual(self.bash(verb, "cornell-box", flag, ""), names)
-                self.assertEqual(sorted(self.fish(f"tessera {verb} cornell-box {flag} ")), sorted(names))
+                self.assertEqual(
+                    sorted(self.fish(f"tessera {verb} cornell-box {flag} ")), sorted(names)
+                )
         for flag in ("--mis", "--roulette", "--control-variate"):
             self.assertIn("none" if flag != "--mis" else "balance", self.bash("submit", flag, ""))
         self.assertEqual(self.bash("fetch", "--layer", ""), server["layers"])
@@ -166,19 +185,28 @@ class Manual(ApiTest):
         self.assertEqual(self.bash("jobs", "--state", "c"), ["cancelled"])
         estimators = {each["name"] for row in server["experiments"] for each in row["estimators"]}
         self.assertEqual(set(self.bash("lab", "pi", "--estimator", "")), estimators)
-        self.assertLessEqual(set(self.bash("lab", "--sampler", "")), {row["type"] for row in server["samplers"]})
+        self.assertLessEqual(
+            set(self.bash("lab", "--sampler", "")), {row["type"] for row in server["samplers"]}
+        )
         self.assertEqual(self.bash("keys", ""), ["add", "list", "remove"])
         self.assertEqual(sorted(self.fish("tessera keys ")), ["add", "list", "remove"])
         expected = "tessera submit --light-sampler restir "
-        self.assertIn(expected, self.typed_in_zsh("tessera submit --light-sampler rest\t", expected))
-        self.assertIn("tessera keys remove ", self.typed_in_zsh("tessera keys rem\t", "tessera keys remove "))
+        self.assertIn(
+            expected, self.typed_in_zsh("tessera submit --light-sampler rest\t", expected)
+        )
+        self.assertIn(
+            "tessera keys remove ", self.typed_in_zsh("tessera keys rem\t", "tessera keys remove ")
+        )
 
     def test_experiments_are_offered_by_their_names(self):
         names = [e["name"] for e in self.server.get("/v1/server").json()["experiments"]]
         self.assertEqual(self.bash("lab", ""), names)
         self.assertEqual(self.bash("lab", "rest"), ["restir-1d"])
         self.assertLessEqual(set(names), set(self.fish("tessera lab ")))
-        self.assertIn("tessera lab restir-1d ", self.typed_in_zsh("tessera lab rest\t", "tessera lab restir-1d "))
+        self.assertIn(
+            "tessera lab restir-1d ",
+            self.typed_in_zsh("tessera lab rest\t", "tessera lab restir-1d "),
+        )
 
     def test_fish_offers_every_verb_and_flag(self):
         self.assertLessEqual(set(self.verbs), set(self.fish("tessera ")))
@@ -227,8 +255,12 @@ class Manual(ApiTest):
     def test_a_verb_that_is_not_is_told_with_the_one_that_may_be_meant(self):
         for word, near in (("wach", "watch"), ("rendr", "render"), ("qqqq", None)):
             for args in ((word,), ("help", word)):
-                done = subprocess.run([PROGRAM, *args], capture_output=True, text=True, timeout=PATIENCE_S)
-                self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
+                done = subprocess.run(
+                    [PROGRAM, *args], capture_output=True, text=True, timeout=PATIENCE_S
+                )
+                self.assertEqual(
+                    (done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1)
+                )
                 self.assertIn(f'no verb "{word}"', done.stderr)
                 self.assertEqual("did you mean" in done.stderr, near is not None)
                 self.assertIn(near or "--help", done.stderr)
@@ -252,7 +284,9 @@ class Manual(ApiTest):
         self.assertNotIn(b"PNG", shown)
 
     def test_jobs_are_listed_by_their_names(self):
-        ids = [self.server.render(job_body(name=name))["id"] for name in ("Red chair", "Blue chair")]
+        ids = [
+            self.server.render(job_body(name=name))["id"] for name in ("Red chair", "Blue chair")
+        ]
         server = {"TESSERA_SERVER": f"http://127.0.0.1:{self.server.port}"}
         self.assertIn(ids[0], run([PROGRAM, "jobs", "--name", "red ch"], **server))
         self.assertNotIn(ids[1], run([PROGRAM, "jobs", "--name", "red ch"], **server))
@@ -262,5 +296,3 @@ class Manual(ApiTest):
                               timeout=PATIENCE_S)
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertIn("bash, zsh, fish", done.stderr)
-
-

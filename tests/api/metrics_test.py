@@ -1,4 +1,5 @@
-"""What /metrics tells: the text format to the letter, names by Prometheus' rules, labels that nobody can invent."""
+"""What /metrics tells: the text format to the letter, names by Prometheus' rules, labels that
+nobody can invent."""
 
 import json
 import os
@@ -52,7 +53,9 @@ def parse(text):
         assert sample and current, line
         name, labels, value = sample[1], parse_labels(sample[2] or "{}"), float(sample[3])
         suffixes = ("_bucket", "_sum", "_count") if current.kind == "histogram" else ("",)
-        assert name in {current.name + suffix for suffix in suffixes}, f"{line} among {current.name}"
+        assert name in {
+            current.name + suffix for suffix in suffixes
+        }, f"{line} among {current.name}"
         assert (name, labels) not in current.samples, f"a series twice: {line}"
         current.samples[name, labels] = value
     return families
@@ -136,17 +139,24 @@ class Metrics(ApiTest):
         def ask():
             method = "".join(dice.choices(string.ascii_uppercase, k=12))
             path = "".join(dice.choices(string.ascii_lowercase, k=12))
-            self.server.raw(f"{method} /{path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n".encode())
+            self.server.raw(
+                f"{method} /{path} HTTP/1.1\r\nHost: localhost\r\n"
+                "Connection: close\r\n\r\n".encode()
+            )
 
         def series():
             return {key for family in self.families().values() for key in family.samples}
 
         ask()
-        self.wait_for("tessera_http_requests_total", 1, method="other", route="unknown", status="404")
+        self.wait_for(
+            "tessera_http_requests_total", 1, method="other", route="unknown", status="404"
+        )
         before = series()
         for _ in range(100):
             ask()
-        self.wait_for("tessera_http_requests_total", 101, method="other", route="unknown", status="404")
+        self.wait_for(
+            "tessera_http_requests_total", 101, method="other", route="unknown", status="404"
+        )
         # Our own looks at /metrics are counted only after the first of them has ended.
         made = {key for key in series() - before if ("route", "/metrics") not in key[1]}
         self.assertEqual(made, set())
@@ -172,7 +182,9 @@ class Metrics(ApiTest):
         self.assertEqual(self.server.get(f"/v1/jobs/{job}?wait=1").status, 200)
         self.wait_for("tessera_http_stream_duration_seconds_count", 1, **waited)
         self.wait_for("tessera_http_stream_duration_seconds_count", 1, route="/v1/jobs/{id}/events")
-        self.assertEqual(self.value("tessera_http_request_duration_seconds_count", **waited) or 0, looks)
+        self.assertEqual(
+            self.value("tessera_http_request_duration_seconds_count", **waited) or 0, looks
+        )
         self.assertIsNone(
             self.value("tessera_http_request_duration_seconds_count", route="/v1/jobs/{id}/events"))
         self.server.post(f"/v1/jobs/{job}/cancel")
@@ -196,7 +208,9 @@ class Metrics(ApiTest):
         with open(f"{DOCKER}/grafana-dashboard.json", encoding="utf-8") as file:
             dashboard = json.load(file)
         texts += [target["expr"] for panel in dashboard["panels"] for target in panel["targets"]]
-        used = {name for text in texts for name in re.findall(r"\b(?:tessera|process)_[a-z_]+", text)}
+        used = {
+            name for text in texts for name in re.findall(r"\b(?:tessera|process)_[a-z_]+", text)
+        }
         self.assertGreater(len(used), 20)
         self.assertEqual(used - set(series), set())
         self.assertEqual(texts[0].count("- alert:"), texts[0].count("expr:"))

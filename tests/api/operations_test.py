@@ -1,4 +1,5 @@
-"""What an operator does: reload, health checks, the units and files under docker/, warnings at the start."""
+"""What an operator does: reload, health checks, the units and files under docker/, warnings at the
+start."""
 
 import http.client
 import json
@@ -21,9 +22,30 @@ DOCKER = os.path.join(HERE, "..", "..", "docker")
 def certificate(folder, name):
     """Paths of a fresh certificate for localhost and its key."""
     paths = [os.path.join(folder, f"{name}-{part}.pem") for part in ("cert", "key")]
-    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes",
-                    "-keyout", paths[1], "-out", paths[0], "-days", "2", "-subj", "/CN=localhost",
-                    "-addext", "subjectAltName=DNS:localhost"], check=True, capture_output=True)
+    subprocess.run(
+        [
+            "openssl",
+            "req",
+            "-x509",
+            "-newkey",
+            "ec",
+            "-pkeyopt",
+            "ec_paramgen_curve:P-256",
+            "-nodes",
+            "-keyout",
+            paths[1],
+            "-out",
+            paths[0],
+            "-days",
+            "2",
+            "-subj",
+            "/CN=localhost",
+            "-addext",
+            "subjectAltName=DNS:localhost",
+        ],
+        check=True,
+        capture_output=True,
+    )
     return paths
 
 
@@ -45,7 +67,9 @@ class Reload(unittest.TestCase):
 
     def write(self, **values):
         with open(self.config, "w", encoding="utf-8") as file:
-            file.writelines(f"{name.replace('_', '-')} = {value}\n" for name, value in values.items())
+            file.writelines(
+                f"{name.replace('_', '-')} = {value}\n" for name, value in values.items()
+            )
 
     def start(self, kind=Server, **settings):
         server = kind("--config", self.config, **settings)
@@ -60,10 +84,14 @@ class Reload(unittest.TestCase):
         while server.log_text().count(event) == known:
             self.assertLess(time.monotonic(), deadline, server.log_text())
             time.sleep(0.02)
-        return json.loads([line for line in server.log_text().splitlines() if f'"{event}"' in line][-1])
+        return json.loads(
+            [line for line in server.log_text().splitlines() if f'"{event}"' in line][-1]
+        )
 
     def status(self, server, key, **headers):
-        return server.request("GET", "/v1/server", headers={"Authorization": "Bearer " + key, **headers}).status
+        return server.request(
+            "GET", "/v1/server", headers={"Authorization": "Bearer " + key, **headers}
+        ).status
 
     def test_keys_and_names_are_in_force_at_once_and_the_rest_is_told(self):
         self.write(key="old", max_queue="10")
@@ -85,7 +113,9 @@ class Reload(unittest.TestCase):
         self.assertEqual((self.status(server, "old"), self.status(server, "new")), (200, 401))
 
     def test_a_renewed_certificate_is_shown_to_the_next_client(self):
-        (cert, key), (next_cert, next_key) = certificate(self.folder, "first"), certificate(self.folder, "next")
+        (cert, key), (next_cert, next_key) = certificate(self.folder, "first"), certificate(
+            self.folder, "next"
+        )
         self.write(tls_cert=cert, tls_key=key, key="k")
         server = self.start(SecureServer, scheme="https", key="k")
         server.certificate = os.path.join(self.folder, "trusted.pem")
@@ -108,9 +138,13 @@ class Reload(unittest.TestCase):
 
 class Health(unittest.TestCase):
     def health(self, server, *flags):
-        return subprocess.run([BINARY, "health", "--server", f"{server.scheme}://127.0.0.1:{server.port}", *flags],
-                              capture_output=True, text=True, timeout=PATIENCE_S,
-                              env={k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")})
+        return subprocess.run(
+            [BINARY, "health", "--server", f"{server.scheme}://127.0.0.1:{server.port}", *flags],
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+            env={k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")},
+        )
 
     def test_the_check_of_the_container_works_with_and_without_tls(self):
         with open(f"{DOCKER}/Dockerfile", encoding="utf-8") as file:
@@ -118,23 +152,35 @@ class Health(unittest.TestCase):
         folder = tempfile.mkdtemp(prefix="tessera-health-")
         self.addCleanup(shutil.rmtree, folder)
         cert, key = certificate(folder, "it")
-        secure = SecureServer("--tls-cert", cert, "--tls-key", key, "--key", "k", key="k", scheme="https")
+        secure = SecureServer(
+            "--tls-cert", cert, "--tls-key", key, "--key", "k", key="k", scheme="https"
+        )
         secure.certificate = cert
         for server, certificates in ((Server(), {}), (secure, {"TESSERA_TLS_CERT": cert})):
             self.addCleanup(server.close)
             server.start()
             environ = {"PATH": os.environ["PATH"], "TESSERA_PORT": str(server.port), **certificates}
-            check = subprocess.run(["sh", "-c", f"{os.path.abspath(BINARY)} {command}"], env=environ, check=False,
-                                   capture_output=True, text=True, timeout=PATIENCE_S)
+            check = subprocess.run(
+                ["sh", "-c", f"{os.path.abspath(BINARY)} {command}"],
+                env=environ,
+                check=False,
+                capture_output=True,
+                text=True,
+                timeout=PATIENCE_S,
+            )
             self.assertEqual((check.returncode, check.stdout), (0, "ready\n"), check.stderr)
-        self.assertEqual(self.health(secure).returncode, 1, "a certificate that nobody vouches for is taken")
+        self.assertEqual(
+            self.health(secure).returncode, 1, "a certificate that nobody vouches for is taken"
+        )
 
 
 class Proxy(ApiTest):
     FLAGS = ("--trusted-proxies", "127.0.0.0/8", "--key", "k")
 
     def cookie(self, **headers):
-        return self.server.post("/v1/session", headers={"Authorization": "Bearer k", **headers}).headers["Set-Cookie"]
+        return self.server.post(
+            "/v1/session", headers={"Authorization": "Bearer k", **headers}
+        ).headers["Set-Cookie"]
 
     def tearDown(self):
         pass  # Nothing here makes jobs, and the list of them needs the key.
@@ -184,8 +230,23 @@ class Start(unittest.TestCase):
         for listen, warned in (("0.0.0.0", True), ("127.0.0.1", False)):
             data = tempfile.mkdtemp(prefix="tessera-start-")
             self.addCleanup(shutil.rmtree, data, ignore_errors=True)
-            process = subprocess.Popen([BINARY, "serve", "--port", "0", "--data", data, "--listen", listen,
-                                        "--key", "of-mine"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            process = subprocess.Popen(
+                [
+                    BINARY,
+                    "serve",
+                    "--port",
+                    "0",
+                    "--data",
+                    data,
+                    "--listen",
+                    listen,
+                    "--key",
+                    "of-mine",
+                ],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
             self.assertIn("listening on", process.stdout.readline())
             process.terminate()
             _, said = process.communicate(timeout=PATIENCE_S)
@@ -193,8 +254,13 @@ class Start(unittest.TestCase):
             self.assertNotIn("of-mine", said)
 
     def test_networks_that_are_none_are_wrong_usage(self):
-        said = subprocess.run([BINARY, "serve", "--trusted-proxies", "10.0.0.0/8,nonsense"], capture_output=True,
-                              text=True, timeout=PATIENCE_S, check=False)
+        said = subprocess.run(
+            [BINARY, "serve", "--trusted-proxies", "10.0.0.0/8,nonsense"],
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+            check=False,
+        )
         self.assertEqual(said.returncode, 2)
         self.assertIn("nonsense", said.stderr)
 
@@ -208,7 +274,9 @@ class Unit(unittest.TestCase):
         with open(f"{DOCKER}/tessera.service", encoding="utf-8") as file:
             unit = file.read()
         self.assertNotIn("DynamicUser", unit)  # Nobody else could become that user, to add a key.
-        group = subprocess.run(["id", "-gn"], capture_output=True, text=True, check=True).stdout.strip()
+        group = subprocess.run(
+            ["id", "-gn"], capture_output=True, text=True, check=True
+        ).stdout.strip()
         paths = {"/etc/tessera": f"{root}/etc", "/var/lib/tessera": f"{root}/lib",
                  "/usr/local/bin/tessera": os.path.abspath(BINARY)}
         for name in ("etc", "lib"):
@@ -226,17 +294,30 @@ class Unit(unittest.TestCase):
         prepare = here(setting("ExecStartPre").lstrip("+")).replace("-g tessera", f"-g {group}")
         subprocess.run(["sh", "-c", f"umask 077; {prepare}"], check=True)
         mode = os.stat(f"{root}/etc/tessera.conf").st_mode & 0o777
-        self.assertEqual(mode, 0o640, "the service, which is not root, has to read it, and others must not")
+        self.assertEqual(
+            mode, 0o640, "the service, which is not root, has to read it, and others must not"
+        )
         environ = {"PATH": os.environ["PATH"], **dict([here(setting("Environment")).split("=", 1)])}
         with open(f"{root}/etc/tessera.conf", "w", encoding="utf-8") as file:
             file.write("port = 0\n")
-        process = subprocess.Popen(here(setting("ExecStart")).split(), env=environ, stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True)
+        process = subprocess.Popen(
+            here(setting("ExecStart")).split(),
+            env=environ,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            stdin=subprocess.DEVNULL,
+            text=True,
+        )
         self.addCleanup(process.kill)
         port = int(process.stdout.readline().rsplit(":", 1)[1])
         add = re.search(r"`runuser -u tessera -- (tessera keys add NAME .*?)`", unit)[1]
-        added = subprocess.run(here(add).replace("tessera keys", f"{os.path.abspath(BINARY)} keys", 1).split(),
-                               env=environ, capture_output=True, text=True, check=True).stdout
+        added = subprocess.run(
+            here(add).replace("tessera keys", f"{os.path.abspath(BINARY)} keys", 1).split(),
+            env=environ,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
         key = re.search(r"tsk_\w+", added)[0]
         statuses, deadline = {}, time.monotonic() + PATIENCE_S
         while statuses != {None: 401, key: 200}:

@@ -16,16 +16,33 @@ class Options(ApiTest):
             for sampler in ("uniform", "power", "ris"):
                 told = self.warnings(estimator=estimator, light_sampler={"type": sampler})
                 self.assertEqual(len(told), 1)
-                self.assertTrue(told[0].startswith(f"light_sampler: '{sampler}' has no effect: strategy '{strategy}'"), told)
-            told = self.warnings(estimator={"strategy": strategy, "roulette": {"type": "threshold"}})
+                self.assertTrue(
+                    told[0].startswith(
+                        f"light_sampler: '{sampler}' has no effect: strategy '{strategy}'"
+                    ),
+                    told,
+                )
+            told = self.warnings(
+                estimator={"strategy": strategy, "roulette": {"type": "threshold"}}
+            )
             self.assertTrue(told and told[0].startswith("estimator.roulette: 'threshold'"), told)
         for strategy in ("mis", "light"):
-            self.assertEqual(self.warnings(estimator={"strategy": strategy, "roulette": {"type": "threshold"}},
-                                           light_sampler={"type": "power"}), [])
+            self.assertEqual(
+                self.warnings(
+                    estimator={"strategy": strategy, "roulette": {"type": "threshold"}},
+                    light_sampler={"type": "power"},
+                ),
+                [],
+            )
 
     def test_a_regression_that_learns_nothing_says_so(self):
         regression = {"control_variate": {"type": "regression"}}
-        for replicates, samples, idle in ((2, 8, True), (2, 10, False), (4, 16, True), (4, 20, False)):
+        for replicates, samples, idle in (
+            (2, 8, True),
+            (2, 10, False),
+            (4, 16, True),
+            (4, 20, False),
+        ):
             options = {"sampler": {"replicates": replicates}, "samples": samples}
             told = self.warnings(estimator=regression, **options)
             self.assertEqual(len(told), 1 if idle else 0, told)
@@ -34,10 +51,14 @@ class Options(ApiTest):
             self.assertEqual(with_it["film_digest"] == plain["film_digest"], idle, options)
 
     def test_the_measured_split_is_told(self):
-        job = self.server.render(job_body(scene="furnace", estimator={"splitting": {"type": "measured"}}))
+        job = self.server.render(
+            job_body(scene="furnace", estimator={"splitting": {"type": "measured"}})
+        )
         count = job["statistics"]["split_count"]
         self.assertGreaterEqual(count, 1)
-        fixed = job_body(scene="furnace", estimator={"splitting": {"type": "fixed", "count": count}})
+        fixed = job_body(
+            scene="furnace", estimator={"splitting": {"type": "fixed", "count": count}}
+        )
         same = self.server.render(fixed)
         self.assertEqual(same["film_digest"], job["film_digest"])
         self.assertIsNone(same["statistics"]["split_count"])

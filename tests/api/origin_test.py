@@ -22,7 +22,9 @@ def png_texts(data):
 
 def png_with(texts):
     def chunk(kind, body):
-        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+        return (
+            struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+        )
     return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 1, 1, 8, 0, 0, 0, 0)) +
             b"".join(chunk(b"tEXt", k.encode() + b"\0" + v.encode()) for k, v in texts.items()) +
             chunk(b"IDAT", zlib.compress(b"\0\0")) + chunk(b"IEND", b""))
@@ -35,7 +37,10 @@ class Origin(ApiTest):
         return answer.body
 
     def post(self, picture, kind="png", path="/v1/jobs?from=image", **headers):
-        headers = {"Content-Type": TYPES[kind], **{k.replace("_", "-"): v for k, v in headers.items()}}
+        headers = {
+            "Content-Type": TYPES[kind],
+            **{k.replace("_", "-"): v for k, v in headers.items()},
+        }
         return self.server.request("POST", path, picture, headers)
 
     def again(self, picture, kind="png"):
@@ -60,14 +65,24 @@ class Origin(ApiTest):
 
     def test_a_picture_makes_its_film_again(self):
         film = {"width": 48, "height": 32, "layers": []}
-        for body in (job_body(seed=2 ** 53 - 1, samples=16, film=dict(film, layers=["depth"]), name="ä \"b\"",
-                              camera={"vertical_fov_degrees": 31}),
-                     job_body(scene="furnace", samples=24, sampler={"type": "halton", "replicates": 4}),
-                     job_body(samples=1),
-                     dict(job_body(), stop={"relative_error": 0.15}),
-                     dict(job_body(), stop={"seconds": 0.3}),
-                     dict(job_body(adaptive={"type": "pilot", "min_samples": 16}), stop={"relative_error": 0.06}),
-                     job_body(adaptive={"type": "pilot", "min_samples": 16}, samples=128)):
+        for body in (
+            job_body(
+                seed=2**53 - 1,
+                samples=16,
+                film=dict(film, layers=["depth"]),
+                name="ä \"b\"",
+                camera={"vertical_fov_degrees": 31},
+            ),
+            job_body(scene="furnace", samples=24, sampler={"type": "halton", "replicates": 4}),
+            job_body(samples=1),
+            dict(job_body(), stop={"relative_error": 0.15}),
+            dict(job_body(), stop={"seconds": 0.3}),
+            dict(
+                job_body(adaptive={"type": "pilot", "min_samples": 16}),
+                stop={"relative_error": 0.06},
+            ),
+            job_body(adaptive={"type": "pilot", "min_samples": 16}, samples=128),
+        ):
             job = self.server.render(body)
             for kind in TYPES:
                 other = self.again(self.picture(job, kind), kind)
@@ -107,11 +122,18 @@ class Origin(ApiTest):
         texts = png_texts(good)
         merged = self.server.post("/v1/films/merge", {"films": [
             job["id"], self.server.render(job_body(seed=1))["id"]]}).json()
-        bad = [(b"", 422), (b"x", 422), (good[:40], 422), (png_with({}), 422), (self.picture(merged), 422),
-               (png_with({**texts, "tessera:spec": "{"}), 400), (png_with({**texts, "tessera:samples_per_pixel": "1e9"}), 422),
-               (png_with({**texts, "tessera:samples_per_pixel": "nan"}), 422),
-               (png_with({**texts, "tessera:spec": '{"scene": "no-such-scene"}'}), 404),
-               (png_with({**texts, "tessera:spec": '{"scene": "cornell-box", "colour": 1}'}), 422)]
+        bad = [
+            (b"", 422),
+            (b"x", 422),
+            (good[:40], 422),
+            (png_with({}), 422),
+            (self.picture(merged), 422),
+            (png_with({**texts, "tessera:spec": "{"}), 400),
+            (png_with({**texts, "tessera:samples_per_pixel": "1e9"}), 422),
+            (png_with({**texts, "tessera:samples_per_pixel": "nan"}), 422),
+            (png_with({**texts, "tessera:spec": '{"scene": "no-such-scene"}'}), 404),
+            (png_with({**texts, "tessera:spec": '{"scene": "cornell-box", "colour": 1}'}), 422),
+        ]
         for picture, status in bad:
             self.assert_problem(self.post(picture), status)
         exr = self.picture(job, "exr")

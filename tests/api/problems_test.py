@@ -23,7 +23,9 @@ class RequestProblems(ApiTest):
 
     def test_what_is_no_object_is_422(self):
         for text in (b"[]", b"3", b'"text"', b"null"):
-            answer = self.server.request("POST", "/v1/jobs", text, {"Content-Type": "application/json"})
+            answer = self.server.request(
+                "POST", "/v1/jobs", text, {"Content-Type": "application/json"}
+            )
             self.assert_problem(answer, 422)
 
     def test_wrong_values_are_422_at_their_pointer(self):
@@ -38,8 +40,16 @@ class RequestProblems(ApiTest):
             ({"film": {"filter": {"type": "sinc"}}}, "/film/filter/type"),
             ({"film": {"filter": {"radius": 0}}}, "/film/filter/radius"),
             ({"film": {"layers": ["colour"]}}, "/film/layers/0"),
-            ({"film": {"width": 64, "height": 64, "crop": {"x": 60, "y": 0, "width": 5, "height": 5}}},
-             "/film/crop"),
+            (
+                {
+                    "film": {
+                        "width": 64,
+                        "height": 64,
+                        "crop": {"x": 60, "y": 0, "width": 5, "height": 5},
+                    }
+                },
+                "/film/crop",
+            ),
             ({"film": {"crop": {"x": 0, "y": 0, "width": 5}}}, "/film/crop/height"),
             ({"seed": -1}, "/seed"),
             ({"seed": 2**53}, "/seed"),
@@ -56,24 +66,46 @@ class RequestProblems(ApiTest):
             ({"integrator": {"max_depth": -1}}, "/integrator/max_depth"),
             ({"estimator": {"strategy": "guess"}}, "/estimator/strategy"),
             ({"estimator": {"mis": {"type": "least"}}}, "/estimator/mis/type"),
-            ({"estimator": {"mis": {"type": "optimal"}}, "light_sampler": {"type": "ris"}},
-             "/estimator/mis/type"),
+            (
+                {"estimator": {"mis": {"type": "optimal"}}, "light_sampler": {"type": "ris"}},
+                "/estimator/mis/type",
+            ),
             ({"estimator": {"splitting": {"type": "often"}}}, "/estimator/splitting/type"),
-            ({"estimator": {"splitting": {"type": "fixed", "count": 65}}}, "/estimator/splitting/count"),
+            (
+                {"estimator": {"splitting": {"type": "fixed", "count": 65}}},
+                "/estimator/splitting/count",
+            ),
             ({"estimator": {"roulette": {"delta": 1}}}, "/estimator/roulette/delta"),
             ({"light_sampler": {"type": "ris", "candidates": 0}}, "/light_sampler/candidates"),
             ({"light_sampler": {"type": "restir", "block": 0}}, "/light_sampler/block"),
             ({"light_sampler": {"type": "ris", "block": 2}}, "/light_sampler/block"),
             ({"light_sampler": {"type": "tree", "history": 2}}, "/light_sampler/history"),
-            ({"light_sampler": {"type": "restir", "block": 5, "history": 3}}, "/light_sampler/history"),
-            ({"light_sampler": {"type": "restir"}, "estimator": {"strategy": "cosine"}},
-             "/light_sampler/type"),
-            ({"light_sampler": {"type": "restir"}, "estimator": {"splitting": {"type": "measured"}}},
-             "/estimator/splitting/type"),
-            ({"light_sampler": {"type": "restir"},
-              "estimator": {"control_variate": {"type": "regression"}}},
-             "/estimator/control_variate/type"),
-            ({"estimator": {"control_variate": {"type": "magic"}}}, "/estimator/control_variate/type"),
+            (
+                {"light_sampler": {"type": "restir", "block": 5, "history": 3}},
+                "/light_sampler/history",
+            ),
+            (
+                {"light_sampler": {"type": "restir"}, "estimator": {"strategy": "cosine"}},
+                "/light_sampler/type",
+            ),
+            (
+                {
+                    "light_sampler": {"type": "restir"},
+                    "estimator": {"splitting": {"type": "measured"}},
+                },
+                "/estimator/splitting/type",
+            ),
+            (
+                {
+                    "light_sampler": {"type": "restir"},
+                    "estimator": {"control_variate": {"type": "regression"}},
+                },
+                "/estimator/control_variate/type",
+            ),
+            (
+                {"estimator": {"control_variate": {"type": "magic"}}},
+                "/estimator/control_variate/type",
+            ),
             ({"estimator": {"roulette": {"type": "russian"}}}, "/estimator/roulette/type"),
             ({"sampler": {"type": "dice"}}, "/sampler/type"),
             ({"sampler": {"replicates": 3}}, "/sampler/replicates"),
@@ -173,7 +205,8 @@ class RequestProblems(ApiTest):
             self.assert_problem(answer, 404)
 
     def test_what_the_transport_refuses_is_in_the_document(self):
-        """A list of jobs as long as the document allows, percent-encoded, is longer than a request line may be."""
+        """A list of jobs as long as the document allows, percent-encoded, is longer than a request
+        line may be."""
         answer = self.server.get("/v1/events?jobs=" + "%F3%BE%84%B8" * 1184)
         self.assertEqual(answer.status, 414, answer)
         self.assertEqual(answer.headers["Content-Type"], "application/problem+json")
@@ -183,10 +216,19 @@ class RequestProblems(ApiTest):
                 for status in ("400", "408", "414", "431", "500"):
                     self.assertIn(status, operation["responses"], (method, path))
                     name = operation["responses"][status]["$ref"].rsplit("/", 1)[1]
-                    self.assertIn("application/problem+json", document["components"]["responses"][name]["content"])
+                    self.assertIn(
+                        "application/problem+json",
+                        document["components"]["responses"][name]["content"],
+                    )
 
     def test_wrong_host_is_421(self):
-        for host in ("example.org", "example.org:80", "127.0.0.1.example.org", "169.254.169.254", ""):
+        for host in (
+            "example.org",
+            "example.org:80",
+            "127.0.0.1.example.org",
+            "169.254.169.254",
+            "",
+        ):
             answer = self.server.get("/v1/server", {"Host": host})
             self.assertIn(answer.status, (400, 421), host)
             if host:
@@ -201,7 +243,12 @@ class RequestProblems(ApiTest):
         self.assertEqual(self.server.get("/v1/server", {"Origin": own}).status, 200)
 
     def test_unknown_query_parameters_are_refused_at_their_pointer(self):
-        for path, status in (("/v1/server", 422), (NO_JOB, 422), ("/v1/scenes", 400), ("/v1/jobs", 400)):
+        for path, status in (
+            ("/v1/server", 422),
+            (NO_JOB, 422),
+            ("/v1/scenes", 400),
+            ("/v1/jobs", 400),
+        ):
             self.assert_problem(self.server.get(path + "?colour=red"), status, "/colour")
 
     def test_list_parameters_out_of_range_are_told(self):
@@ -214,11 +261,18 @@ class RequestProblems(ApiTest):
     def test_unknown_job_is_404_everywhere(self):
         for base in (NO_JOB, "/v1/jobs/nobody"):
             for method, path, body in (
-                    ("GET", "", None), ("PATCH", "", {"priority": 1}), ("DELETE", "", None),
-                    ("POST", "/cancel", None), ("POST", "/extend", {"stop": {"samples_per_pixel": 9}}),
-                    ("GET", "/image.png", None), ("GET", "/pixels/0/0", None),
-                    ("GET", "/convergence", None), ("GET", "/events", None), ("GET", "/tiles", None),
-                    ("GET", "/film", None)):
+                ("GET", "", None),
+                ("PATCH", "", {"priority": 1}),
+                ("DELETE", "", None),
+                ("POST", "/cancel", None),
+                ("POST", "/extend", {"stop": {"samples_per_pixel": 9}}),
+                ("GET", "/image.png", None),
+                ("GET", "/pixels/0/0", None),
+                ("GET", "/convergence", None),
+                ("GET", "/events", None),
+                ("GET", "/tiles", None),
+                ("GET", "/film", None),
+            ):
                 self.assert_problem(self.server.request(method, base + path, body), 404)
 
     def test_bad_wait_is_422(self):
@@ -266,7 +320,9 @@ class JobProblems(ApiTest):
                                ("max_size=0", "/max_size"), ("colour=1", "/colour"),
                                ("revision=-1", "/revision"), ("layer=normal", "/layer")):
             self.assert_problem(self.server.get(f"{self.path}/image.png?{query}"), 422, pointer)
-        self.assert_problem(self.server.get(f"{self.path}/image.png?x=40&y=0&width=9&height=1"), 422)
+        self.assert_problem(
+            self.server.get(f"{self.path}/image.png?x=40&y=0&width=9&height=1"), 422
+        )
         self.assert_problem(self.server.get(f"{self.path}/image.png?x=0&y=0&width=9"), 422)
 
     def test_a_revision_that_is_not_there_yet_is_409(self):

@@ -50,7 +50,9 @@ class OwnIds(ApiTest):
         self.assert_problem(self.put("me", job_body()), 422, "/id")
         self.assert_problem(self.put(name, {"scene": "cornell-box", "seed": -1}), 422, "/seed")
         self.assert_problem(self.put(name, {"scene": "nowhere"}), 404, "/scene")
-        self.assert_problem(self.server.request("PUT", f"/v1/jobs/{name}?dry_run=1", job_body()), 422, "/dry_run")
+        self.assert_problem(
+            self.server.request("PUT", f"/v1/jobs/{name}?dry_run=1", job_body()), 422, "/dry_run"
+        )
         self.assert_problem(self.server.get(f"/v1/jobs/{name}"), 404)
 
     def test_prefer_wait_is_applied(self):
@@ -76,11 +78,22 @@ class Preconditions(ApiTest):
     def test_any_tag_of_the_list_will_do(self):
         job = self.server.render(job_body())["id"]
         path = f"/v1/jobs/{job}"
-        for number, (tags, status) in enumerate((
-                ('"nonsense", {}', 200), ('{}', 200), ('"s99-r0-queued", {}', 200), ('{}, "s99-r0-queued"', 200),
-                ('*', 200), ('"nonsense", "s99-r0-queued"', 412), ('"s99-r0-queued"', 412), ('nonsense', 412))):
+        for number, (tags, status) in enumerate(
+            (
+                ('"nonsense", {}', 200),
+                ('{}', 200),
+                ('"s99-r0-queued", {}', 200),
+                ('{}, "s99-r0-queued"', 200),
+                ('*', 200),
+                ('"nonsense", "s99-r0-queued"', 412),
+                ('"s99-r0-queued"', 412),
+                ('nonsense', 412),
+            )
+        ):
             tag = self.server.get(path).headers["ETag"]
-            answer = self.server.request("PATCH", path, {"name": str(number)}, {"If-Match": tags.format(tag)})
+            answer = self.server.request(
+                "PATCH", path, {"name": str(number)}, {"If-Match": tags.format(tag)}
+            )
             self.assertEqual(answer.status, status, tags)
 
 
@@ -89,8 +102,13 @@ class Estimates(ApiTest):
         answer = self.server.post("/v1/jobs?dry_run=1", body)
         self.assertEqual(answer.status, 200, answer)
         found = answer.json()["estimate"]
-        self.assertTrue(0 < found["seconds_low"] <= found["seconds"] <= found["seconds_high"], found)
-        self.assertTrue(0 < found["memory_bytes_low"] <= found["memory_bytes"] <= found["memory_bytes_high"], found)
+        self.assertTrue(
+            0 < found["seconds_low"] <= found["seconds"] <= found["seconds_high"], found
+        )
+        self.assertTrue(
+            0 < found["memory_bytes_low"] <= found["memory_bytes"] <= found["memory_bytes_high"],
+            found,
+        )
         self.assertEqual(found["confidence"], 0.95)
         self.assertGreater(found["pilot_cpu_seconds"], 0)
         return found
@@ -115,13 +133,16 @@ class Estimates(ApiTest):
     def test_an_error_target_is_turned_into_samples(self):
         loose = self.estimate({"scene": "cornell-box", "stop": {"relative_error": 0.2}})
         tight = self.estimate({"scene": "cornell-box", "stop": {"relative_error": 0.05}})
-        # Independent samples need sixteen times as many, and none fewer than the four times of errors that fall as 1/n, as a box's edges do.
+        # Independent samples need sixteen times as many, and none fewer than the four times of
+        # errors that fall as 1/n, as a box's edges do.
         # Two pilots of 16 samples of one seed are the same picture.
         ratio = tight["samples_per_pixel"] / loose["samples_per_pixel"]
         self.assertTrue(3.9 < ratio < 16.1, (tight, loose))
 
     def test_a_limit_of_time_limits_the_estimate(self):
-        found = self.estimate({"scene": "cornell-box", "stop": {"samples_per_pixel": 65536, "seconds": 2}})
+        found = self.estimate(
+            {"scene": "cornell-box", "stop": {"samples_per_pixel": 65536, "seconds": 2}}
+        )
         self.assertEqual(found["seconds"], 2)
         self.assertLess(found["samples_per_pixel"], 65536)
 

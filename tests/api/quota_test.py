@@ -28,7 +28,9 @@ class Quotas(unittest.TestCase):
         return key.strip()
 
     def ask(self, key, method, path, body=None, headers=None):
-        return self.server.request(method, path, body, {"Authorization": "Bearer " + key, **(headers or {})})
+        return self.server.request(
+            method, path, body, {"Authorization": "Bearer " + key, **(headers or {})}
+        )
 
     def assert_over_quota(self, answer, *pointers):
         self.assertEqual(answer.status, 507, answer)
@@ -40,7 +42,11 @@ class Quotas(unittest.TestCase):
     def stored(self):
         """Bytes that the metrics show, by kind."""
         lines = self.server.get("/metrics").body.decode().splitlines()
-        return {line.split('"')[1]: int(line.split()[1]) for line in lines if line.startswith("tessera_stored_bytes{")}
+        return {
+            line.split('"')[1]: int(line.split()[1])
+            for line in lines
+            if line.startswith("tessera_stored_bytes{")
+        }
 
 
 class AssetsOfAKey(Quotas):
@@ -61,12 +67,19 @@ class AssetsOfAKey(Quotas):
         known = "/v1/assets/" + hashlib.sha256(first).hexdigest()
         self.assertEqual(self.ask(self.mine, "PUT", known, first, BYTES).status, 200)
         # Others have their own room, and the operator is not bound.
-        self.assertEqual(self.ask(self.other, "POST", "/v1/assets", os.urandom(100_000), BYTES).status, 201)
-        self.assertEqual(self.ask("operators-own", "POST", "/v1/assets", os.urandom(300_000), BYTES).status, 201)
+        self.assertEqual(
+            self.ask(self.other, "POST", "/v1/assets", os.urandom(100_000), BYTES).status, 201
+        )
+        self.assertEqual(
+            self.ask("operators-own", "POST", "/v1/assets", os.urandom(300_000), BYTES).status, 201
+        )
         self.assertEqual(self.ask(self.mine, "DELETE", known).status, 204)
         pieces = (second[at:at + 10_000] for at in range(0, len(second), 10_000))
         self.assertEqual(self.ask(self.mine, "POST", "/v1/assets", pieces, BYTES).status, 201)
-        self.assertEqual(self.ask(self.mine, "POST", "/v1/assets", os.urandom(102_400 - 60_000), BYTES).status, 201)
+        self.assertEqual(
+            self.ask(self.mine, "POST", "/v1/assets", os.urandom(102_400 - 60_000), BYTES).status,
+            201,
+        )
         self.assert_over_quota(self.ask(self.mine, "POST", "/v1/assets", b"x", BYTES))
 
     def test_a_scene_counts_with_its_files(self):
@@ -116,16 +129,24 @@ class TheWholeServer(Quotas):
         self.assertEqual(self.server.post("/v1/assets", os.urandom(400_000), BYTES).status, 201)
 
     def test_a_key_has_half_of_it(self):
-        self.assertEqual(self.server.get("/v1/server").json()["limits"]["stored_bytes_of_a_key"], 1 << 19)
-        self.assert_over_quota(self.ask(self.mine, "POST", "/v1/assets", os.urandom(600_000), BYTES))
-        self.assertEqual(self.ask(self.mine, "POST", "/v1/assets", os.urandom(500_000), BYTES).status, 201)
+        self.assertEqual(
+            self.server.get("/v1/server").json()["limits"]["stored_bytes_of_a_key"], 1 << 19
+        )
+        self.assert_over_quota(
+            self.ask(self.mine, "POST", "/v1/assets", os.urandom(600_000), BYTES)
+        )
+        self.assertEqual(
+            self.ask(self.mine, "POST", "/v1/assets", os.urandom(500_000), BYTES).status, 201
+        )
 
 
 class JobsOfAKey(Quotas):
     FLAGS = ("--quota-jobs", "1", "--quota-storage", "0")
 
     def test_an_extension_counts_as_a_job(self):
-        done = self.ask(self.mine, "POST", "/v1/jobs", job_body(), {"Prefer": "wait=60"}).json()["id"]
+        done = self.ask(self.mine, "POST", "/v1/jobs", job_body(), {"Prefer": "wait=60"}).json()[
+            "id"
+        ]
         self.server.wait(done)
         held = self.ask(self.mine, "POST", "/v1/jobs", job_body(samples=65536)).json()["id"]
         more = {"stop": {"samples_per_pixel": 65536}}
@@ -139,7 +160,13 @@ class JobsOfAKey(Quotas):
 
 class ExperimentsOfAKey(Quotas):
     def hold(self, key):
-        stream = Stream(self.server, "/v1/lab/runs", {"Authorization": "Bearer " + key}, method="POST", body=LONG)
+        stream = Stream(
+            self.server,
+            "/v1/lab/runs",
+            {"Authorization": "Bearer " + key},
+            method="POST",
+            body=LONG,
+        )
         self.addCleanup(stream.__exit__)
         self.assertEqual(stream.status, 200)
         return stream
@@ -166,7 +193,9 @@ class StreamsAndPreviewsOfAKey(Quotas):
                 for key in (self.mine, self.other)}
 
         def watch(key):
-            stream = Stream(self.server, f"/v1/jobs/{jobs[key]}/events", {"Authorization": "Bearer " + key})
+            stream = Stream(
+                self.server, f"/v1/jobs/{jobs[key]}/events", {"Authorization": "Bearer " + key}
+            )
             self.addCleanup(stream.__exit__)
             return stream, stream.response.readline()
 
@@ -174,7 +203,9 @@ class StreamsAndPreviewsOfAKey(Quotas):
         for _, line in held:
             self.assertNotIn(b"overloaded", line)
         self.assertIn(b"overloaded", watch(self.mine)[1])
-        self.assertEqual(self.ask(self.mine, "GET", f"/v1/jobs/{jobs[self.mine]}/tiles").status, 503)
+        self.assertEqual(
+            self.ask(self.mine, "GET", f"/v1/jobs/{jobs[self.mine]}/tiles").status, 503
+        )
         self.assertNotIn(b"overloaded", watch(self.other)[1])
         held[0][0].__exit__()
         deadline = time.monotonic() + PATIENCE_S
@@ -186,7 +217,9 @@ class StreamsAndPreviewsOfAKey(Quotas):
 
     def test_one_key_leaves_previews_for_others(self):
         def submit(key):
-            return self.ask(key, "POST", "/v1/jobs", {**job_body(samples=65536), "class": "preview"})
+            return self.ask(
+                key, "POST", "/v1/jobs", {**job_body(samples=65536), "class": "preview"}
+            )
 
         held = [submit(self.mine).json()["id"] for _ in range(2)]
         self.server.request("PATCH", f"/v1/jobs/{held[0]}", {"paused": True})

@@ -5,9 +5,17 @@ import signal
 import time
 import unittest
 
-from harness import (PATIENCE_S, EventStream, Server, TileStream, hdr_image, in_background, job_body,
-                     tile_places, triangle_glb)
-
+from harness import (
+    PATIENCE_S,
+    EventStream,
+    Server,
+    TileStream,
+    hdr_image,
+    in_background,
+    job_body,
+    tile_places,
+    triangle_glb,
+)
 
 def body(samples, **members):
     wanted = job_body(samples=samples, **members)
@@ -76,12 +84,16 @@ class Restart(unittest.TestCase):
         self.server.start()
         self.assertEqual(self.server.job(job["id"]), job)
         again = self.server.get(f"/v1/jobs/{job['id']}/image.png")
-        self.assertEqual((again.body, again.headers["ETag"]), (picture.body, picture.headers["ETag"]))
+        self.assertEqual(
+            (again.body, again.headers["ETag"]), (picture.body, picture.headers["ETag"])
+        )
         self.assertEqual(self.server.get("/v1/assets/" + asset).status, 200)
         self.assertEqual(self.server.get("/v1/scenes/" + scene).status, 200)
         self.assertEqual(self.server.get(f"/v1/jobs/{job['id']}/convergence").json()["points"][-1]
                          ["samples_per_pixel"], 8)
-        extended = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 16}})
+        extended = self.server.post(
+            f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 16}}
+        )
         self.assertEqual(extended.status, 202)
         whole = job_body(scene, samples=16, environment={"asset": asset})
         self.assertEqual(self.server.wait(job["id"])["film_digest"],

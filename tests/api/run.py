@@ -4,7 +4,8 @@
     tests/api/run.py BINARY [PATTERN...]     BINARY: build/release/tessera
     tests/api/run.py --binary BINARY [--tests FOLDER] [...]
 
-PATTERN picks tests whose name contains it; FOLDER holds other tests that use this folder's harness. The last line counts; exit code 0 only when none failed.
+PATTERN picks tests whose name contains it; FOLDER holds other tests that use this folder's harness.
+The last line counts; exit code 0 only when none failed.
 """
 
 import argparse

@@ -44,9 +44,12 @@ class Scenes(ApiTest):
         self.assertEqual(scene["triangles"], 1)
         self.assertEqual(scene["bounds"], {"min": [-1, -1, 0], "max": [1, 1, 0]})
         self.assertIn("front", json.dumps(scene["cameras"]))
-        self.assertIn(scene["id"], [s["id"] for s in self.server.get("/v1/scenes").json()["scenes"]])
-        self.assertEqual(self.server.render(job_body(scene["id"], camera={"name": "front"}))["state"],
-                         "finished")
+        self.assertIn(
+            scene["id"], [s["id"] for s in self.server.get("/v1/scenes").json()["scenes"]]
+        )
+        self.assertEqual(
+            self.server.render(job_body(scene["id"], camera={"name": "front"}))["state"], "finished"
+        )
 
     def test_a_gltf_with_its_data_inside_is_taken(self):
         uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE).decode()
@@ -66,19 +69,30 @@ class Scenes(ApiTest):
         self.assertEqual(self.server.post("/v1/scenes", own, GLB).json()["name"], "its own")
 
     def test_the_name_of_an_upload_is_checked(self):
-        for query, pointer in (("name=", "/name"), ("name=" + "x" * 256, "/name"), ("name=%07", "/name"),
-                               ("name=a&name=b", "/name"), ("title=a", "/title")):
-            self.assert_problem(self.server.post("/v1/scenes?" + query, triangle_glb(), GLB), 422, pointer)
+        for query, pointer in (
+            ("name=", "/name"),
+            ("name=" + "x" * 256, "/name"),
+            ("name=%07", "/name"),
+            ("name=a&name=b", "/name"),
+            ("title=a", "/title"),
+        ):
+            self.assert_problem(
+                self.server.post("/v1/scenes?" + query, triangle_glb(), GLB), 422, pointer
+            )
 
     def test_missing_files_are_424_and_named(self):
         gltf = self.asset(json.dumps(triangle_document("parts/points.bin")).encode())
         answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {}})
         problem = self.assert_problem(answer, 424)
         self.assertIn("parts/points.bin", json.dumps(problem))
-        answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {"parts/points.bin": "0" * 64}})
+        answer = self.server.post(
+            "/v1/scenes", {"gltf": gltf, "files": {"parts/points.bin": "0" * 64}}
+        )
         self.assert_problem(answer, 422, "/files/parts~1points.bin")
         points = self.asset(TRIANGLE)
-        answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {"parts/points.bin": points}})
+        answer = self.server.post(
+            "/v1/scenes", {"gltf": gltf, "files": {"parts/points.bin": points}}
+        )
         self.assertEqual(answer.status, 201, answer)
 
     def test_a_gltf_alone_that_names_files_is_424(self):
@@ -86,7 +100,12 @@ class Scenes(ApiTest):
         self.assert_problem(self.server.post("/v1/scenes", body, GLTF), 424)
 
     def test_a_file_of_the_server_cannot_be_named(self):
-        for uri in ("/etc/passwd", "../../../etc/passwd", "file:///etc/passwd", "http://127.0.0.1/x"):
+        for uri in (
+            "/etc/passwd",
+            "../../../etc/passwd",
+            "file:///etc/passwd",
+            "http://127.0.0.1/x",
+        ):
             body = json.dumps(triangle_document(uri)).encode()
             answer = self.server.post("/v1/scenes", body, GLTF)
             self.assertIn(answer.status, (422, 424), (uri, answer))
@@ -100,8 +119,14 @@ class Scenes(ApiTest):
 
     def test_a_zip_holds_a_scene_in_a_folder(self):
         for method in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            data = zipped({"thing/scene.gltf": json.dumps(triangle_document("bin/points.bin")),
-                           "thing/bin/points.bin": TRIANGLE, f"thing/readme{method}.txt": "hello"}, method)
+            data = zipped(
+                {
+                    "thing/scene.gltf": json.dumps(triangle_document("bin/points.bin")),
+                    "thing/bin/points.bin": TRIANGLE,
+                    f"thing/readme{method}.txt": "hello",
+                },
+                method,
+            )
             answer = self.server.post("/v1/scenes", data, ZIP)
             self.assertIn(answer.status, (200, 201), answer)
             self.assertEqual(answer.json()["triangles"], 1)
@@ -126,7 +151,9 @@ class Scenes(ApiTest):
         self.assertIn(answer.status, (201, 413, 422), answer)
 
     def test_an_unknown_required_extension_is_422(self):
-        data = triangle_glb(extensionsRequired=["EXT_nobody_knows"], extensionsUsed=["EXT_nobody_knows"])
+        data = triangle_glb(
+            extensionsRequired=["EXT_nobody_knows"], extensionsUsed=["EXT_nobody_knows"]
+        )
         problem = self.assert_problem(self.server.post("/v1/scenes", data, GLB), 422)
         self.assertIn("EXT_nobody_knows", problem["detail"])
 
@@ -140,11 +167,20 @@ class Scenes(ApiTest):
         def broken(**members):
             return triangle_glb(**members)
         cases = [
-            broken(asset={"version": "1.0"}), broken(nodes=[{"mesh": 7}]), broken(accessors=[]),
+            broken(asset={"version": "1.0"}),
+            broken(nodes=[{"mesh": 7}]),
+            broken(accessors=[]),
             broken(nodes=[{"mesh": 0, "children": [0]}]),
             broken(bufferViews=[{"buffer": 0, "byteLength": 1 << 40}]),
-            broken(accessors=[{"bufferView": 0, "componentType": 5126, "count": 1 << 40, "type": "VEC3"}]),
-            glb({"asset": {"version": "2.0"}}), b"glTF", b"", b"\0" * 100,
+            broken(
+                accessors=[
+                    {"bufferView": 0, "componentType": 5126, "count": 1 << 40, "type": "VEC3"}
+                ]
+            ),
+            glb({"asset": {"version": "2.0"}}),
+            b"glTF",
+            b"",
+            b"\0" * 100,
             b"glTF" + struct.pack("<IIII", 2, 1 << 30, 1 << 30, 0x4E4F534A),
         ]
         for data in cases:
@@ -157,8 +193,11 @@ class Scenes(ApiTest):
 
     def test_what_is_no_scene_is_called_that_without_its_bytes(self):
         noise = bytes((7 * i * i + 150) % 256 for i in range(2048))
-        for data, said in ((noise, "neither a GLB nor glTF JSON"), (b"[1]", "neither a GLB nor glTF JSON"),
-                           (b' {"asset": \xff}', "not JSON from byte 11 (line 1, column 12) on")):
+        for data, said in (
+            (noise, "neither a GLB nor glTF JSON"),
+            (b"[1]", "neither a GLB nor glTF JSON"),
+            (b' {"asset": \xff}', "not JSON from byte 11 (line 1, column 12) on"),
+        ):
             answer = self.server.post("/v1/scenes", data, GLB)
             self.assert_problem(answer, 422)
             self.assertIn(said, answer.json()["detail"])
@@ -169,10 +208,18 @@ class Scenes(ApiTest):
         self.assertEqual(whole.headers["Content-Type"].split(";")[0], "model/gltf-binary")
         data = whole.body
         json_bytes = struct.unpack("<I", data[12:16])[0]
-        cuts = sorted({*range(0, 28), *range(28, json_bytes, max(1, json_bytes // 40)), 19 + json_bytes,
-                       20 + json_bytes, 24 + json_bytes, 28 + json_bytes,
-                       *range(28 + json_bytes, len(data), max(1, len(data) // 40)),
-                       *range(len(data) - 9, len(data))})
+        cuts = sorted(
+            {
+                *range(0, 28),
+                *range(28, json_bytes, max(1, json_bytes // 40)),
+                19 + json_bytes,
+                20 + json_bytes,
+                24 + json_bytes,
+                28 + json_bytes,
+                *range(28 + json_bytes, len(data), max(1, len(data) // 40)),
+                *range(len(data) - 9, len(data)),
+            }
+        )
         for cut in cuts:
             answer = self.server.post("/v1/scenes", data[:cut], GLB)
             self.assertTrue(400 <= answer.status < 500, (cut, answer))
@@ -213,7 +260,9 @@ class Scenes(ApiTest):
 
     def test_lists_have_pages(self):
         for number in range(3):
-            self.server.post("/v1/scenes", triangle_glb(nodes=[{"mesh": 0, "name": f"p{number}"}]), GLB)
+            self.server.post(
+                "/v1/scenes", triangle_glb(nodes=[{"mesh": 0, "name": f"p{number}"}]), GLB
+            )
         everything = [s["id"] for s in self.server.get("/v1/scenes?limit=200").json()["scenes"]]
         seen, cursor = [], None
         while True:

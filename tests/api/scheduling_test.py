@@ -1,4 +1,5 @@
-"""Several jobs on one machine: priorities, fairness, previews, and the same bits for any threads."""
+"""Several jobs on one machine: priorities, fairness, previews, and the same bits for any
+threads."""
 
 import os
 import subprocess
@@ -38,7 +39,8 @@ class Sharing(ApiTest):
         high = self.server.submit(big(priority=10))["id"]
         self.server.wait_for_samples(high)
         spent = self.watch([low, high])
-        # At the end of a pass a thread may find nothing to do in the first job and helps the second.
+        # At the end of a pass a thread may find nothing to do in the first job and helps the
+        # second.
         self.assertGreater(spent[1], 4 * spent[0], spent)
         # And the other way round.
         self.server.request("PATCH", f"/v1/jobs/{low}", {"priority": 20})
@@ -103,8 +105,13 @@ class Sharing(ApiTest):
         self.assertEqual(self.server.get("/v1/jobs?class=other").status, 400)
 
         def tessera(*args):
-            return subprocess.run([BINARY, *args, "--server", f"http://127.0.0.1:{self.server.port}"], capture_output=True, text=True,
-                                  timeout=PATIENCE_S, check=True).stdout
+            return subprocess.run(
+                [BINARY, *args, "--server", f"http://127.0.0.1:{self.server.port}"],
+                capture_output=True,
+                text=True,
+                timeout=PATIENCE_S,
+                check=True,
+            ).stdout
 
         # What a browser shows while it places a camera is no job of the command line.
         self.assertNotIn(preview, tessera("jobs"))
@@ -194,7 +201,9 @@ class Memory(ApiTest):
         self.server.request("PATCH", f"/v1/jobs/{first}", {"paused": True})
         self.server.wait_for_samples(second)
         self.assertEqual(self.metric("tessera_queue_waits_for_memory"), 0)
-        self.assertLess(self.metric("tessera_held_memory_bytes"), self.metric("tessera_held_memory_limit_bytes"))
+        self.assertLess(
+            self.metric("tessera_held_memory_bytes"), self.metric("tessera_held_memory_limit_bytes")
+        )
         # The parked one has what it had.
         parked = self.server.job(first)
         self.assertEqual(parked["state"], "paused")
@@ -204,7 +213,9 @@ class Memory(ApiTest):
         self.assertEqual(self.server.job(first)["state"], "queued")
         before = parked["progress"]["samples_per_pixel"]["mean"]
         self.server.post(f"/v1/jobs/{second}/cancel")
-        self.server.wait_until(first, lambda job: job["progress"]["samples_per_pixel"]["mean"] > before, "more samples")
+        self.server.wait_until(
+            first, lambda job: job["progress"]["samples_per_pixel"]["mean"] > before, "more samples"
+        )
         self.server.post(f"/v1/jobs/{first}/cancel")
 
     def test_a_preview_need_not_wait_for_it(self):

@@ -98,7 +98,12 @@ class Service(ApiTest):
         for path in ("/", "/docs"):
             answer = self.server.get(path)
             self.assertTrue(answer.headers["Content-Type"].startswith("text/html"))
-            for attribute in (b'src="http', b'href="http://', b'src="//', b'rel="stylesheet" href="http'):
+            for attribute in (
+                b'src="http',
+                b'href="http://',
+                b'src="//',
+                b'rel="stylesheet" href="http',
+            ):
                 self.assertNotIn(attribute, answer.body, path)
 
     def test_request_id_is_told_and_taken(self):
@@ -118,4 +123,6 @@ class Service(ApiTest):
 
 def strip_nulls(patch):
     """A merge patch against a body that has none of its members."""
-    return {k: strip_nulls(v) if isinstance(v, dict) else v for k, v in patch.items() if v is not None}
+    return {
+        k: strip_nulls(v) if isinstance(v, dict) else v for k, v in patch.items() if v is not None
+    }

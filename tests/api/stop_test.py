@@ -45,7 +45,9 @@ class Stopping(ApiTest):
         self.assertGreaterEqual(later["progress"]["cpu_seconds"], job["progress"]["cpu_seconds"])
         self.server.stop()
         self.server.start()
-        again = self.extend(job, samples_per_pixel=2 * int(job["progress"]["samples_per_pixel"]["mean"]) + 16)
+        again = self.extend(
+            job, samples_per_pixel=2 * int(job["progress"]["samples_per_pixel"]["mean"]) + 16
+        )
         self.assertGreater(again["progress"]["cpu_seconds"], later["progress"]["cpu_seconds"])
         points = self.server.get(f"/v1/jobs/{job['id']}/convergence").json()["points"]
         seconds = [point["cpu_seconds"] for point in points]
@@ -61,23 +63,38 @@ class Stopping(ApiTest):
             self.assertEqual(later["error"]["bias"], "consistent", stop)
         kept = self.server.get(f"/v1/jobs/{job['id']}/image.exr").body
         for body in (picture.body, kept):
-            answer = self.server.request("POST", "/v1/jobs?from=image", body, {"Content-Type": "image/x-exr"})
+            answer = self.server.request(
+                "POST", "/v1/jobs?from=image", body, {"Content-Type": "image/x-exr"}
+            )
             again = self.server.wait(answer.json()["id"])
-            self.assertEqual((again["film_digest"], again["stop_reason"]), (job["film_digest"], "samples_per_pixel"))
+            self.assertEqual(
+                (again["film_digest"], again["stop_reason"]),
+                (job["film_digest"], "samples_per_pixel"),
+            )
             self.assertEqual(again["error"]["bias"], "consistent")
         merged = self.server.post("/v1/films/merge", {"films": [job["id"]]})
         self.assertEqual(merged.json()["error"]["bias"], "consistent", merged)
         self.server.stop()
         self.server.start()
-        self.assertEqual(self.server.get(f"/v1/jobs/{job['id']}").json()["error"]["bias"], "consistent")
-        more = self.extend(job, samples_per_pixel=2 * int(job["progress"]["samples_per_pixel"]["mean"]) + 16)
+        self.assertEqual(
+            self.server.get(f"/v1/jobs/{job['id']}").json()["error"]["bias"], "consistent"
+        )
+        more = self.extend(
+            job, samples_per_pixel=2 * int(job["progress"]["samples_per_pixel"]["mean"]) + 16
+        )
         self.assertEqual(more["error"]["bias"], "none")
         self.assertEqual(self.extend(job, seconds=0.01)["error"]["bias"], "none")
 
     def test_what_was_told_of_a_rule_goes_with_it(self):
         def about_samples(job):
-            return [w for w in job["warnings"] if w.startswith(("stop.samples_per_pixel", "estimator.control_variate"))]
-        job = self.render({"samples_per_pixel": 5}, estimator={"control_variate": {"type": "regression"}})
+            return [
+                w
+                for w in job["warnings"]
+                if w.startswith(("stop.samples_per_pixel", "estimator.control_variate"))
+            ]
+        job = self.render(
+            {"samples_per_pixel": 5}, estimator={"control_variate": {"type": "regression"}}
+        )
         self.assertEqual(len(about_samples(job)), 2, job["warnings"])
         other = self.extend(job, samples_per_pixel=21)
         self.assertEqual([w.split(" ")[1] for w in about_samples(other)], ["21"])
@@ -85,7 +102,12 @@ class Stopping(ApiTest):
         running = self.server.submit(job_body(samples=65533))
         self.assertEqual(len(about_samples(running)), 1)
         path = f"/v1/jobs/{running['id']}"
-        kept = self.server.request("PATCH", path, b'{"stop": {"seconds": 600}}', {"Content-Type": "application/merge-patch+json"})
+        kept = self.server.request(
+            "PATCH",
+            path,
+            b'{"stop": {"seconds": 600}}',
+            {"Content-Type": "application/merge-patch+json"},
+        )
         self.assertEqual(len(about_samples(kept.json())), 1, kept)
         gone = self.server.request("PATCH", path, b'{"stop": {"samples_per_pixel": null}}',
                                    {"Content-Type": "application/merge-patch+json"})
@@ -132,4 +154,6 @@ class SampleLimit(ApiTest):
         body = job_body()
         body["stop"] = {"seconds": 600}
         job = self.server.render(body)
-        self.assertEqual((job["stop_reason"], job["progress"]["samples_per_pixel"]["max"]), ("limit", 8))
+        self.assertEqual(
+            (job["stop_reason"], job["progress"]["samples_per_pixel"]["max"]), ("limit", 8)
+        )

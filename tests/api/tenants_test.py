@@ -7,7 +7,16 @@ import time
 import unittest
 import uuid
 
-from harness import PATIENCE_S, ApiTest, EventStream, Server, hdr_image, job_body, tessera, triangle_glb
+from harness import (
+    PATIENCE_S,
+    ApiTest,
+    EventStream,
+    Server,
+    hdr_image,
+    job_body,
+    tessera,
+    triangle_glb,
+)
 
 OPERATOR = "operators-own"
 BYTES = {"Content-Type": "application/octet-stream"}
@@ -34,7 +43,9 @@ class Tenants(unittest.TestCase):
         cls.server.start()
 
     def ask(self, key, method, path, body=None, headers=None):
-        return self.server.request(method, path, body, {"Authorization": "Bearer " + key, **(headers or {})})
+        return self.server.request(
+            method, path, body, {"Authorization": "Bearer " + key, **(headers or {})}
+        )
 
     def made(self, key, method, path, body=None, headers=None):
         answer = self.ask(key, method, path, body, headers)
@@ -56,10 +67,24 @@ class EveryRoute(Tenants):
     """Each operation of the API description, with what our tenant made, in the name of another."""
 
     # Routes that hold nothing of any tenant.
-    OF_NOBODY = {"getLiveness", "getReadiness", "getMetrics", "getOpenApi", "getDocs", "getPage", "getServer",
-                 "runExperiment", "createAsset", "getSceneGltf", "testWebhook", "getWebhookSecret",
-                 "replaceWebhookSecret", "getUsage", "createSession",
-                 "deleteSession"}
+    OF_NOBODY = {
+        "getLiveness",
+        "getReadiness",
+        "getMetrics",
+        "getOpenApi",
+        "getDocs",
+        "getPage",
+        "getServer",
+        "runExperiment",
+        "createAsset",
+        "getSceneGltf",
+        "testWebhook",
+        "getWebhookSecret",
+        "replaceWebhookSecret",
+        "getUsage",
+        "createSession",
+        "deleteSession",
+    }
     # Routes of the scope `admin`: 403 for both.
     OF_ADMINS = {"listKeys", "createKey", "deleteKey"}
     # Routes that list: the other tenant gets its own, which is empty.
@@ -86,8 +111,15 @@ class EveryRoute(Tenants):
 
     def setUp(self):
         asset = self.made(self.ours, "POST", "/v1/assets", hdr_image(4, 2, (0.5, 0.5, 0.5)), BYTES)
-        self.our = {"sha256": asset, "scene": self.made(self.ours, "POST", "/v1/scenes", triangle_glb(), GLB),
-                    "job": self.rendered(self.ours), "x": "1", "y": "1", "format": "png", "map": "z.png"}
+        self.our = {
+            "sha256": asset,
+            "scene": self.made(self.ours, "POST", "/v1/scenes", triangle_glb(), GLB),
+            "job": self.rendered(self.ours),
+            "x": "1",
+            "y": "1",
+            "format": "png",
+            "map": "z.png",
+        }
         other = self.rendered(self.ours, seed=2)
         self.our["other"] = other
         self.our["comparison"] = self.made(self.ours, "POST", "/v1/comparisons",
@@ -95,8 +127,15 @@ class EveryRoute(Tenants):
         receiver = "http://receiver.invalid/"
         self.rendered(self.ours, webhook={"url": receiver})
         self.our["delivery"] = self.ids(self.ours, "/v1/webhooks/deliveries", "deliveries")[0]
-        self.nobodys = {**self.our, "delivery": "msg_" + "0" * 24, "sha256": "0" * 64, "scene": "1" * 64, "job": str(uuid.uuid4()), "other": str(uuid.uuid4()),
-                        "comparison": str(uuid.uuid4())}
+        self.nobodys = {
+            **self.our,
+            "delivery": "msg_" + "0" * 24,
+            "sha256": "0" * 64,
+            "scene": "1" * 64,
+            "job": str(uuid.uuid4()),
+            "other": str(uuid.uuid4()),
+            "comparison": str(uuid.uuid4()),
+        }
 
     def tearDown(self):
         for job in self.ids(self.ours, "/v1/jobs", "jobs"):
@@ -112,8 +151,13 @@ class EveryRoute(Tenants):
     @staticmethod
     def filled(path, ids):
         """`{id}` is named by the segment before it."""
-        kinds = {"jobs": "job", "scenes": "scene", "comparisons": "comparison", "deliveries": "delivery",
-                 "keys": "job"}
+        kinds = {
+            "jobs": "job",
+            "scenes": "scene",
+            "comparisons": "comparison",
+            "deliveries": "delivery",
+            "keys": "job",
+        }
         parts = []
         for part in path.split("/"):
             if part == "{id}":
@@ -128,7 +172,13 @@ class EveryRoute(Tenants):
         if operation in self.BODIES:
             body = self.BODIES[operation][0](ids)
         query = self.QUERIES.get(operation, lambda _: "")(ids)
-        return self.ask(key, method, self.filled(path, ids) + query, body, BYTES if body.__class__ is bytes else None)
+        return self.ask(
+            key,
+            method,
+            self.filled(path, ids) + query,
+            body,
+            BYTES if body.__class__ is bytes else None,
+        )
 
     def test_finds_nothing_of_ours(self):
         walked = 0
@@ -137,7 +187,9 @@ class EveryRoute(Tenants):
                 if operation in self.OF_NOBODY:
                     continue
                 if operation in self.OF_ADMINS:
-                    self.assertEqual(self.request(self.theirs, operation, method, path, self.our).status, 403)
+                    self.assertEqual(
+                        self.request(self.theirs, operation, method, path, self.our).status, 403
+                    )
                     continue
                 if operation in self.LISTS:
                     self.assertNotEqual(self.ids(self.ours, path, self.LISTS[operation]), [])
@@ -163,12 +215,15 @@ class EveryRoute(Tenants):
         for name, value in ids.items():
             text = text.replace(value, name) if len(value) > 20 else text
         problem = json.loads(text)
-        return problem["detail"].split(": ")[0], [error["pointer"] for error in problem.get("errors", [])]
+        return problem["detail"].split(": ")[0], [
+            error["pointer"] for error in problem.get("errors", [])
+        ]
 
     def test_we_and_the_operator_find_it_on_the_same_routes(self):
         for key in (self.ours, OPERATOR):
             for operation, method, path in self.operations():
-                # What goes away cannot be asked for twice; a film that is extended is not there for a while.
+                # What goes away cannot be asked for twice; a film that is extended is not there for
+                # a while.
                 if (operation in self.OF_NOBODY | self.OF_ADMINS or method == "DELETE" or
                         operation in ("extendJob", "putAsset")):
                     continue
@@ -186,7 +241,9 @@ class InsideRequests(Tenants):
         for query in ("", "?dry_run=1"):
             answer = self.ask(self.theirs, "POST", "/v1/jobs" + query, body)
             self.assertEqual(answer.status, 422, answer)
-            self.assertEqual([e["pointer"] for e in answer.json()["errors"]], ["/environment/asset"])
+            self.assertEqual(
+                [e["pointer"] for e in answer.json()["errors"]], ["/environment/asset"]
+            )
         self.assertEqual(self.ask(self.ours, "POST", "/v1/jobs?dry_run=1", body).status, 200)
 
     def test_merges_comparisons_and_streams_refuse_what_is_theirs_in_part(self):
@@ -195,7 +252,9 @@ class InsideRequests(Tenants):
                            ("/v1/comparisons", {"a": theirs, "b": ours}),
                            ("/v1/stream-tickets", {"jobs": [theirs, ours]})):
             self.assertEqual(self.ask(self.theirs, "POST", path, body).status, 404, path)
-        self.assertEqual(self.ask(self.theirs, "GET", f"/v1/events?jobs={theirs},{ours}").status, 404)
+        self.assertEqual(
+            self.ask(self.theirs, "GET", f"/v1/events?jobs={theirs},{ours}").status, 404
+        )
         self.assertEqual(self.ask(OPERATOR, "GET", f"/v1/events?jobs={theirs},{ours}").status, 200)
 
     def test_an_asset_of_ours_is_no_part_of_their_comparison_or_merge(self):
@@ -213,7 +272,9 @@ class InsideRequests(Tenants):
         self.assertEqual([first.status, other.status, again.status], [201, 201, 200])
         self.assertNotEqual(first.json()["id"], other.json()["id"])
         self.assertEqual(first.json()["id"], again.json()["id"])
-        self.assertEqual(self.ask(self.theirs, "POST", "/v1/jobs", job_body(seed=9), name).status, 409)
+        self.assertEqual(
+            self.ask(self.theirs, "POST", "/v1/jobs", job_body(seed=9), name).status, 409
+        )
 
     def test_a_preview_key_is_a_tenants_own(self):
         body = {**job_body(samples=LONG), "class": "preview", "preview_key": "camera"}
@@ -230,7 +291,9 @@ class InsideRequests(Tenants):
     def test_a_ticket_sees_what_its_holder_sees(self):
         job = self.rendered(self.ours)
         ticket = self.ask(self.ours, "POST", "/v1/stream-tickets", {"jobs": [job]}).json()["ticket"]
-        self.assertEqual(self.ask("", "GET", f"/v1/jobs/{job}/image.png?ticket={ticket}").status, 200)
+        self.assertEqual(
+            self.ask("", "GET", f"/v1/jobs/{job}/image.png?ticket={ticket}").status, 200
+        )
 
 
 class SharedBytes(Tenants):
@@ -284,7 +347,9 @@ class SharedBytes(Tenants):
 
     def test_the_operator_deletes_for_all(self):
         path = "/v1/assets/" + self.made(self.ours, "POST", "/v1/assets", os.urandom(100), BYTES)
-        scene = "/v1/scenes/" + self.made(self.ours, "POST", "/v1/scenes", triangle_glb(extras={"a": 1}), GLB)
+        scene = "/v1/scenes/" + self.made(
+            self.ours, "POST", "/v1/scenes", triangle_glb(extras={"a": 1}), GLB
+        )
         for each in (path, scene):
             self.assertEqual(self.ask(OPERATOR, "DELETE", each).status, 204)
             self.assertEqual(self.ask(self.ours, "GET", each).status, 404)
@@ -306,8 +371,12 @@ class KeysOfOneTenant(Tenants):
         self.assertEqual(self.ask(self.theirs, "GET", f"/v1/jobs/{job}").status, 401)
         self.assertEqual(self.ask(successor, "GET", f"/v1/jobs/{job}").status, 200)
         self.assertEqual(self.ids(successor, "/v1/jobs", "jobs"), [job])
-        listed = json.loads(tessera("keys", "list", "--json", "--data", self.server.data)[1])["keys"]
-        self.assertEqual({key["name"]: key["tenant"] for key in listed}, {"ours": "ours", "theirs, new": tenant})
+        listed = json.loads(tessera("keys", "list", "--json", "--data", self.server.data)[1])[
+            "keys"
+        ]
+        self.assertEqual(
+            {key["name"]: key["tenant"] for key in listed}, {"ours": "ours", "theirs, new": tenant}
+        )
 
     def test_the_scope_admin_sees_all(self):
         admin = add_key(self.server, "admin", "--scope", "admin", "--tenant", "office")
@@ -320,7 +389,9 @@ class KeysOfOneTenant(Tenants):
 
     def test_a_tenants_name_is_checked(self):
         for name in ("", "a b", "ä", "x" * 65):
-            code, _, said = tessera("keys", "add", "x", "--tenant", name, "--data", self.server.data)
+            code, _, said = tessera(
+                "keys", "add", "x", "--tenant", name, "--data", self.server.data
+            )
             self.assertEqual(code, 2, said)
 
 
@@ -340,7 +411,9 @@ class Priorities(Tenants):
         self.assertEqual(self.ask(self.ours, "PATCH", path, {"priority": -1}).status, 200)
         # What the operator gave stays when somebody else changes the rest.
         self.assertEqual(self.ask(OPERATOR, "PATCH", path, {"priority": 9}).status, 200)
-        self.assertEqual(self.ask(self.ours, "PATCH", path, {"name": "sofa"}).json()["spec"]["priority"], 9)
+        self.assertEqual(
+            self.ask(self.ours, "PATCH", path, {"name": "sofa"}).json()["spec"]["priority"], 9
+        )
 
 
 class KeysOverHttp(Tenants):
@@ -358,14 +431,24 @@ class KeysOverHttp(Tenants):
     def test_an_admin_makes_lists_and_removes_keys(self):
         self.wait_for_status(self.admin, 200)
         for by in (self.admin, OPERATOR):
-            body = {"name": "studio", "tenant": "ours", "scopes": ["read"], "max_priority": 3, "days": 2,
-                    "rate_limit": 600}
+            body = {
+                "name": "studio",
+                "tenant": "ours",
+                "scopes": ["read"],
+                "max_priority": 3,
+                "days": 2,
+                "rate_limit": 600,
+            }
             answer = self.ask(by, "POST", "/v1/keys", body)
-            self.assertEqual((answer.status, answer.headers["Cache-Control"]), (201, "no-store"), answer)
+            self.assertEqual(
+                (answer.status, answer.headers["Cache-Control"]), (201, "no-store"), answer
+            )
             made = answer.json()
             token = made.pop("key")
-            self.assertEqual((made["tenant"], made["scopes"], made["max_priority"], made["rate_limit"]),
-                             ("ours", ["read"], 3, 600))
+            self.assertEqual(
+                (made["tenant"], made["scopes"], made["max_priority"], made["rate_limit"]),
+                ("ours", ["read"], 3, 600),
+            )
             listed = self.ask(by, "GET", "/v1/keys")
             self.assertNotIn(token, listed.body.decode())
             self.assertIn(made, listed.json()["keys"])
@@ -381,10 +464,15 @@ class KeysOverHttp(Tenants):
             self.assertEqual(self.ask(self.ours, method, path, body).status, 403, path)
 
     def test_a_wrong_request_is_422_with_its_place(self):
-        for body, pointer in (({}, "/name"), ({"name": "x", "tenant": "a b"}, "/tenant"),
-                              ({"name": "x", "scopes": []}, "/scopes"),
-                              ({"name": "x", "scopes": ["root"]}, "/scopes/0"), ({"name": "x", "days": 0}, "/days"),
-                              ({"name": "x", "max_priority": 101}, "/max_priority"), ({"name": "x", "y": 1}, "/y")):
+        for body, pointer in (
+            ({}, "/name"),
+            ({"name": "x", "tenant": "a b"}, "/tenant"),
+            ({"name": "x", "scopes": []}, "/scopes"),
+            ({"name": "x", "scopes": ["root"]}, "/scopes/0"),
+            ({"name": "x", "days": 0}, "/days"),
+            ({"name": "x", "max_priority": 101}, "/max_priority"),
+            ({"name": "x", "y": 1}, "/y"),
+        ):
             answer = self.ask(OPERATOR, "POST", "/v1/keys", body)
             self.assertEqual(answer.status, 422, answer)
             self.assertEqual([e["pointer"] for e in answer.json()["errors"]], [pointer])
@@ -394,7 +482,9 @@ class KeysOverHttp(Tenants):
         job = self.rendered(self.ours)
         asset = self.made(self.ours, "POST", "/v1/assets", os.urandom(1234), BYTES)
         (own,) = self.ask(self.ours, "GET", "/v1/usage").json()["tenants"]
-        self.assertEqual((own["tenant"], own["jobs"] - before["jobs"], own["unfinished_jobs"]), ("ours", 1, 0))
+        self.assertEqual(
+            (own["tenant"], own["jobs"] - before["jobs"], own["unfinished_jobs"]), ("ours", 1, 0)
+        )
         self.assertEqual(own["asset_bytes"] - before["asset_bytes"], 1234)
         self.assertGreater(own["film_bytes"], before["film_bytes"])
         self.assertGreater(own["cpu_seconds"], before["cpu_seconds"])
@@ -407,7 +497,9 @@ class KeysOverHttp(Tenants):
         self.ask(self.ours, "DELETE", f"/v1/jobs/{job}")
         self.ask(self.ours, "DELETE", f"/v1/assets/{asset}")
         (after,) = self.ask(self.ours, "GET", "/v1/usage").json()["tenants"]
-        self.assertEqual((after["jobs"], after["deleted_jobs"]), (before["jobs"], before["deleted_jobs"] + 1))
+        self.assertEqual(
+            (after["jobs"], after["deleted_jobs"]), (before["jobs"], before["deleted_jobs"] + 1)
+        )
         self.assertEqual(after["cpu_seconds"], own["cpu_seconds"])
         self.assertEqual(after["asset_bytes"], before["asset_bytes"])
 

@@ -105,10 +105,14 @@ class Tiles(ApiTest):
 
     def test_shared_light_samples_say_that_errors_are_correlated(self):
         for block, history, flags in ((3, 1, Tile.CORRELATED), (2, 4, Tile.CORRELATED), (1, 4, 0)):
-            job = self.submit(16, light_sampler={"type": "restir", "block": block, "history": history})
+            job = self.submit(
+                16, light_sampler={"type": "restir", "block": block, "history": history}
+            )
             done = self.server.wait(job)
-            self.assertEqual(done["spec"]["light_sampler"],
-                             {"type": "restir", "block": block, "history": history, "candidates_per_pixel": 1})
+            self.assertEqual(
+                done["spec"]["light_sampler"],
+                {"type": "restir", "block": block, "history": history, "candidates_per_pixel": 1},
+            )
             self.assertEqual(done["error"]["bias"], "none")
             for tile in self.newest(job)[:-1]:
                 self.assertEqual(tile.flags, flags, block)

@@ -28,17 +28,42 @@ class Tls(unittest.TestCase):
         cls.folder = tempfile.mkdtemp(prefix="tessera-tls-")
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         cls.cert, cls.key = (os.path.join(cls.folder, name) for name in ("cert.pem", "key.pem"))
-        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes",
-                        "-keyout", cls.key, "-out", cls.cert, "-days", "2", "-subj", "/CN=localhost",
-                        "-addext", "subjectAltName=DNS:localhost"], check=True, capture_output=True)
-        cls.server = SecureServer("--tls-cert", cls.cert, "--tls-key", cls.key, "--key", "k", key="k", scheme="https")
+        subprocess.run(
+            [
+                "openssl",
+                "req",
+                "-x509",
+                "-newkey",
+                "ec",
+                "-pkeyopt",
+                "ec_paramgen_curve:P-256",
+                "-nodes",
+                "-keyout",
+                cls.key,
+                "-out",
+                cls.cert,
+                "-days",
+                "2",
+                "-subj",
+                "/CN=localhost",
+                "-addext",
+                "subjectAltName=DNS:localhost",
+            ],
+            check=True,
+            capture_output=True,
+        )
+        cls.server = SecureServer(
+            "--tls-cert", cls.cert, "--tls-key", cls.key, "--key", "k", key="k", scheme="https"
+        )
         cls.server.certificate = cls.cert
         cls.addClassCleanup(cls.server.close)
         cls.server.start()
 
     def test_uploads_jobs_streams_and_pictures_work(self):
         data = os.urandom(3 << 20)
-        asset = self.server.post("/v1/assets", data, {"Content-Type": "application/octet-stream"}).json()["id"]
+        asset = self.server.post(
+            "/v1/assets", data, {"Content-Type": "application/octet-stream"}
+        ).json()["id"]
         self.assertEqual(self.server.get("/v1/assets/" + asset).body, data)
         part = self.server.get("/v1/assets/" + asset, {"Range": "bytes=1000000-1999999"})
         self.assertEqual((part.status, part.body), (206, data[1000000:2000000]))
@@ -62,8 +87,14 @@ class Tls(unittest.TestCase):
         self.assertIn("Secure", cookie)
 
     def test_who_does_not_speak_tls_is_let_go(self):
-        for data in (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b"\x16\x03\x01\xff\xff" + b"\x00" * 100, b"\x00"):
-            with socket.create_connection(("127.0.0.1", self.server.port), timeout=PATIENCE_S) as plug:
+        for data in (
+            b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",
+            b"\x16\x03\x01\xff\xff" + b"\x00" * 100,
+            b"\x00",
+        ):
+            with socket.create_connection(
+                ("127.0.0.1", self.server.port), timeout=PATIENCE_S
+            ) as plug:
                 try:
                     plug.sendall(data)
                     plug.shutdown(socket.SHUT_WR)
@@ -84,8 +115,11 @@ class Tls(unittest.TestCase):
                 trust.wrap_socket(plug, server_hostname="localhost")
 
     def test_files_that_are_no_certificate_are_refused(self):
-        for flags, code in ((("--tls-cert", self.cert), 2), (("--tls-cert", self.key, "--tls-key", self.key), 1),
-                            (("--tls-cert", self.cert, "--tls-key", self.folder + "/none"), 1)):
+        for flags, code in (
+            (("--tls-cert", self.cert), 2),
+            (("--tls-cert", self.key, "--tls-key", self.key), 1),
+            (("--tls-cert", self.cert, "--tls-key", self.folder + "/none"), 1),
+        ):
             server = Server(*flags)
             self.addCleanup(server.close)
             with self.assertRaises(RuntimeError):

@@ -13,7 +13,16 @@ import termios
 import threading
 import time
 
-from harness import BINARY, PATIENCE_S, ApiTest, TileStream, in_background, job_body, png_pixels, tessera
+from harness import (
+    BINARY,
+    PATIENCE_S,
+    ApiTest,
+    TileStream,
+    in_background,
+    job_body,
+    png_pixels,
+    tessera,
+)
 
 COLUMNS, ROWS = 60, 24
 
@@ -35,7 +44,9 @@ class Screen:
             if character is None:
                 self.control(*sequence.groups()[:3])
             elif character == "\x1b":
-                raise AssertionError(f"unknown sequence {text[sequence.start():sequence.start() + 20]!r}")
+                raise AssertionError(
+                    f"unknown sequence {text[sequence.start():sequence.start() + 20]!r}"
+                )
             else:
                 self.write(character)
 
@@ -91,8 +102,10 @@ class Screen:
         return out
 
     def text(self):
-        return "\n".join("".join(self.cells[p][0] for p in sorted(p for p in self.cells if p[0] == y))
-                         for y in sorted({y for y, _ in self.cells}))
+        return "\n".join(
+            "".join(self.cells[p][0] for p in sorted(p for p in self.cells if p[0] == y))
+            for y in sorted({y for y, _ in self.cells})
+        )
 
 
 class Terminal:
@@ -105,7 +118,9 @@ class Terminal:
             variables = {k: v for k, v in os.environ.items()
                          if not k.startswith(("TESSERA_", "KITTY", "TERM", "TMUX"))}
             variables.update({"TERM": "xterm-256color", "LC_ALL": "C.UTF-8", **environ})
-            signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ignored by what runs in the background, which inherits it.
+            signal.signal(
+                signal.SIGINT, signal.SIG_DFL
+            )  # Ignored by what runs in the background, which inherits it.
             time.sleep(0.1)  # The size is set meanwhile.
             os.execve(BINARY, [BINARY, *command], variables)
         self.resize(COLUMNS)
@@ -217,7 +232,8 @@ class WatchPicture(ApiTest):
         return png_pixels(self.server.get(f"/v1/jobs/{job}/image.png?max_size={side}").body)
 
     def test_the_colours_drawn_are_those_of_the_picture(self):
-        # 60 columns for 120 pixels, and 22 free lines of two pixels each are more than the 40 that follow.
+        # 60 columns for 120 pixels, and 22 free lines of two pixels each are more than the 40 that
+        # follow.
         job = self.submit(16, 120, 80)
         terminal = self.watch(job, "--picture=blocks")
         self.assertEqual(terminal.wait(), 0)
@@ -308,7 +324,12 @@ class WatchPicture(ApiTest):
         self.assertIn("finished", out.splitlines()[-1])
 
     def test_flags_that_do_not_go_together_are_refused(self):
-        for flags in (("--picture=ascii",), ("--final",), ("--picture", "--json"), ("--tev", "latest")):
+        for flags in (
+            ("--picture=ascii",),
+            ("--final",),
+            ("--picture", "--json"),
+            ("--tev", "latest"),
+        ):
             code, out, said = tessera("watch", "--server", self.address(), *flags)
             self.assertEqual((code, out), (2, ""), flags)
             self.assertTrue(said, flags)
@@ -324,7 +345,9 @@ class WatchPicture(ApiTest):
             for tile in stream.all()[:-1]:
                 expected = tile.check()
                 for i in range(tile.width * tile.height):
-                    place = (tile.y - top + i // tile.width) * width + tile.x - left + i % tile.width
+                    place = (
+                        (tile.y - top + i // tile.width) * width + tile.x - left + i % tile.width
+                    )
                     for c, channel in enumerate("RGB"):
                         self.assertEqual(planes[channel][place], expected[c][i])
         for plane in planes.values():
@@ -366,8 +389,12 @@ class WatchPicture(ApiTest):
         job = self.submit(65536, 64, 40)
         with socket.create_server(("127.0.0.1", 0)) as listener:
             address = f"127.0.0.1:{listener.getsockname()[1]}"
-            with subprocess.Popen([BINARY, "watch", job, "--server", self.address(), "--tev", address],
-                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as watching:
+            with subprocess.Popen(
+                [BINARY, "watch", job, "--server", self.address(), "--tev", address],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            ) as watching:
                 listener.accept()[0].close()
                 ender = threading.Timer(1.5, lambda: self.server.post(f"/v1/jobs/{job}/cancel"))
                 ender.start()

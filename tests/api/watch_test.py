@@ -68,10 +68,18 @@ class Watch(ApiTest):
 
     def test_what_is_no_list_of_jobs_is_422(self):
         job = self.server.render(job_body())["id"]
-        for query in ("", "?jobs=", "?jobs=x", f"?jobs={job},", f"?jobs={job}&colour=1",
-                      "?jobs=" + ",".join(f"{n:08x}-0000-4000-8000-000000000000" for n in range(33))):
+        for query in (
+            "",
+            "?jobs=",
+            "?jobs=x",
+            f"?jobs={job},",
+            f"?jobs={job}&colour=1",
+            "?jobs=" + ",".join(f"{n:08x}-0000-4000-8000-000000000000" for n in range(33)),
+        ):
             self.assert_problem(self.server.get("/v1/events" + query), 422)
-        self.assert_problem(self.server.get("/v1/events?jobs=00000000-0000-4000-8000-000000000000"), 404)
+        self.assert_problem(
+            self.server.get("/v1/events?jobs=00000000-0000-4000-8000-000000000000"), 404
+        )
 
     def parts(self, stream):
         """The parts of a multipart answer as they come: (headers, body)."""
@@ -122,7 +130,9 @@ class Watch(ApiTest):
         job = self.server.render(job_body())["id"]
         self.assert_problem(self.server.get(f"/v1/jobs/{job}/image?stream=2"), 422, "/stream")
         self.assert_problem(self.server.get(f"/v1/jobs/{job}/image.gif?stream=1"), 406)
-        self.assert_problem(self.server.get(f"/v1/jobs/{job}/image?stream=1&max_size=0"), 422, "/max_size")
+        self.assert_problem(
+            self.server.get(f"/v1/jobs/{job}/image?stream=1&max_size=0"), 422, "/max_size"
+        )
 
 
 class WatchOverRestarts(unittest.TestCase):

@@ -1,4 +1,5 @@
-"""Webhooks: signed, made again, kept over a kill, and sent to nobody whom the operator would not."""
+"""Webhooks: signed, made again, kept over a kill, and sent to nobody whom the operator would
+not."""
 
 import base64
 import hashlib
@@ -98,7 +99,9 @@ class Webhooks(ApiTest):
             self.server.render(job_body(webhook={"url": self.receiver.url}))
             call = self.receiver.next()
             end = self.wait_for_end_of(self.assert_signed(*call[1:3]))
-            self.assertEqual((call[3], end["event"], end["attempt"]), (status, "webhook_delivered", 1))
+            self.assertEqual(
+                (call[3], end["event"], end["attempt"]), (status, "webhook_delivered", 1)
+            )
 
     def test_states_are_told_when_asked_for(self):
         self.server.render(job_body(webhook={"url": self.receiver.url, "events": ["end", "state"]}))
@@ -167,9 +170,12 @@ class ReceiversApart(ApiTest):
             self.server.render(job_body(webhook={"url": silent.url}))
         job = self.server.render(job_body(webhook={"url": other.url}))["id"]
         self.assertEqual(json.loads(other.next()[2])["data"]["id"], job)
-        # It came while the first call to the silent one was still open: that one has the whole deadline.
+        # It came while the first call to the silent one was still open: that one has the whole
+        # deadline.
         calls = self.server.get("/v1/webhooks/deliveries?state=pending").json()["deliveries"]
-        self.assertEqual(sum(call["attempts"] for call in calls if call["url"] == silent.url), 0, calls)
+        self.assertEqual(
+            sum(call["attempts"] for call in calls if call["url"] == silent.url), 0, calls
+        )
 
     def test_many_silent_receivers_hold_up_nobody_else(self):
         other = self.receiver()
@@ -183,8 +189,12 @@ class ReceiversApart(ApiTest):
 
     def test_calls_to_one_receiver_come_one_after_another_and_in_order(self):
         receiver = self.receiver()
-        jobs = [self.server.submit(job_body(webhook={"url": receiver.url, "events": ["state", "end"]}))["id"]
-                for _ in range(3)]
+        jobs = [
+            self.server.submit(job_body(webhook={"url": receiver.url, "events": ["state", "end"]}))[
+                "id"
+            ]
+            for _ in range(3)
+        ]
         told = [json.loads(receiver.next()[2]) for _ in range(15)]
         for job in jobs:
             states = [t["data"]["state"] for t in told if t["data"]["id"] == job]
@@ -205,22 +215,30 @@ class ReceiversApart(ApiTest):
         (listed,) = self.server.get(f"/v1/webhooks/deliveries?job={job}").json()["deliveries"]
         path = "/v1/webhooks/deliveries/" + listed["id"]
         failed = self.delivery(path, "failed")
-        self.assertEqual((failed["event"], failed["url"], failed["attempts"], failed["status"], failed["job"]),
-                         ("end", receiver.url, 1, 410, job))
+        self.assertEqual(
+            (failed["event"], failed["url"], failed["attempts"], failed["status"], failed["job"]),
+            ("end", receiver.url, 1, 410, job),
+        )
         self.assertIn("410", failed["detail"])
         again = self.server.post(path + "/redeliver")
         self.assertEqual((again.status, again.json()["id"]), (202, failed["id"]))
         second = receiver.next()
         self.assertEqual((first[1]["webhook-id"], first[2]), (second[1]["webhook-id"], second[2]))
         delivered = self.delivery(path, "delivered")
-        self.assertEqual((delivered["status"], delivered["detail"], delivered["next_attempt_at"]), (204, None, None))
+        self.assertEqual(
+            (delivered["status"], delivered["detail"], delivered["next_attempt_at"]),
+            (204, None, None),
+        )
         metrics = self.server.get("/metrics").body.decode()
         self.assertRegex(metrics, r'tessera_webhook_deliveries_total\{result="delivered"\} [1-9]')
         self.assertRegex(metrics, r'tessera_webhook_deliveries_total\{result="given_up"\} [1-9]')
 
     def test_lists_are_filtered_and_come_in_pages(self):
         receiver = self.receiver()
-        made = [self.server.post("/v1/webhooks/test", {"url": receiver.url}).json()["id"] for _ in range(3)]
+        made = [
+            self.server.post("/v1/webhooks/test", {"url": receiver.url}).json()["id"]
+            for _ in range(3)
+        ]
         for _ in made:
             receiver.next()
         for delivery in made:
@@ -230,14 +248,18 @@ class ReceiversApart(ApiTest):
         rest = self.server.get(f"/v1/webhooks/deliveries?limit=1&cursor={page['next']}").json()
         self.assertEqual([call["id"] for call in rest["deliveries"]], made[:1])
         for query in ("state=lost", "job=x", "cursor=x", "limit=0", "colour=red"):
-            self.assertIn(self.server.get("/v1/webhooks/deliveries?" + query).status, (400, 422), query)
+            self.assertIn(
+                self.server.get("/v1/webhooks/deliveries?" + query).status, (400, 422), query
+            )
 
     def test_a_test_is_made_once_and_tells_how_it_went(self):
         receiver = self.receiver()
         receiver.statuses.put(500)
         answer = self.server.post("/v1/webhooks/test", {"url": receiver.url})
         self.assertEqual(answer.status, 202, answer)
-        self.assertEqual(answer.headers["Location"], "/v1/webhooks/deliveries/" + answer.json()["id"])
+        self.assertEqual(
+            answer.headers["Location"], "/v1/webhooks/deliveries/" + answer.json()["id"]
+        )
         failed = self.delivery(answer.headers["Location"], "failed")
         self.assertEqual((failed["event"], failed["job"], failed["status"], failed["attempts"]),
                          ("test", None, 500, 1))
@@ -248,9 +270,13 @@ class SecretsOfTenants(unittest.TestCase):
     def test_each_tenant_signs_with_its_own(self):
         receiver = Receiver()
         self.addCleanup(receiver.close)
-        server = Server("--key", "own", "--webhook-private", "--webhook-secret", "whsec_" + SECRET, key="own")
+        server = Server(
+            "--key", "own", "--webhook-private", "--webhook-secret", "whsec_" + SECRET, key="own"
+        )
         self.addCleanup(server.close)
-        keys = [tessera("keys", "add", name, "--data", server.data)[1].strip() for name in ("a", "b")]
+        keys = [
+            tessera("keys", "add", name, "--data", server.data)[1].strip() for name in ("a", "b")
+        ]
         reader = tessera("keys", "add", "c", "--scope", "read", "--data", server.data)[1].strip()
         server.start()
 
@@ -259,7 +285,9 @@ class SecretsOfTenants(unittest.TestCase):
 
         def secret(key, method="GET"):
             answer = ask(key, method, "/v1/webhooks/secret")
-            self.assertEqual((answer.status, answer.headers["Cache-Control"]), (200, "no-store"), answer)
+            self.assertEqual(
+                (answer.status, answer.headers["Cache-Control"]), (200, "no-store"), answer
+            )
             return answer.json()["secret"]
 
         def check_call(key, wanted):
@@ -267,8 +295,12 @@ class SecretsOfTenants(unittest.TestCase):
             _, headers, body, _ = receiver.next()
             headers = {name.lower(): value for name, value in headers.items()}
             message = f"{headers['webhook-id']}.{headers['webhook-timestamp']}.".encode() + body
-            digest = hmac.new(base64.b64decode(wanted.removeprefix("whsec_")), message, hashlib.sha256).digest()
-            self.assertEqual(headers["webhook-signature"], "v1," + base64.b64encode(digest).decode())
+            digest = hmac.new(
+                base64.b64decode(wanted.removeprefix("whsec_")), message, hashlib.sha256
+            ).digest()
+            self.assertEqual(
+                headers["webhook-signature"], "v1," + base64.b64encode(digest).decode()
+            )
 
         secrets = [secret(key) for key in (*keys, "own")]
         self.assertEqual(len(set(secrets)), 3)
@@ -304,15 +336,34 @@ class WebhooksStay(unittest.TestCase):
         for _, headers, body, _ in (first, second):
             headers = {name.lower(): value for name, value in headers.items()}
             message = f"{headers['webhook-id']}.{headers['webhook-timestamp']}.".encode() + body
-            self.assertEqual(headers["webhook-signature"],
-                             "v1," + base64.b64encode(hmac.new(key, message, hashlib.sha256).digest()).decode())
+            self.assertEqual(
+                headers["webhook-signature"],
+                "v1," + base64.b64encode(hmac.new(key, message, hashlib.sha256).digest()).decode(),
+            )
 
 
 class PrivateAddresses(ApiTest):
     def test_addresses_that_are_not_public_are_422(self):
-        for host in ("127.0.0.1", "localhost", "10.1.2.3", "192.168.0.1", "172.16.0.1", "169.254.169.254",
-                     "[::1]", "[fd00::1]", "[fe80::1]", "[::ffff:127.0.0.1]", "0.0.0.0", "127.1", "2130706433",
-                     "0x7f000001", "100.64.0.1", "[64:ff9b::7f00:1]", "LOCALHOST", "a.localhost"):
+        for host in (
+            "127.0.0.1",
+            "localhost",
+            "10.1.2.3",
+            "192.168.0.1",
+            "172.16.0.1",
+            "169.254.169.254",
+            "[::1]",
+            "[fd00::1]",
+            "[fe80::1]",
+            "[::ffff:127.0.0.1]",
+            "0.0.0.0",
+            "127.1",
+            "2130706433",
+            "0x7f000001",
+            "100.64.0.1",
+            "[64:ff9b::7f00:1]",
+            "LOCALHOST",
+            "a.localhost",
+        ):
             answer = self.server.post("/v1/jobs", job_body(webhook={"url": f"http://{host}/x"}))
             self.assert_problem(answer, 422, "/webhook/url")
         for host in ("8.8.8.8", "[2606:4700::1111]", "hooks.example"):

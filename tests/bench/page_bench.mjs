@@ -1,5 +1,6 @@
-// Figures of the page in a browser: weight, first paint, tasks of the main thread while tiles arrive, and how soon a
-// moved camera is seen. Prints, never asserts. usage: page_bench.mjs [--short], with the variables of e2e/harness.mjs.
+// Figures of the page in a browser: weight, first paint, tasks of the main thread while tiles
+// arrive, and how soon a moved camera is seen. Prints, never asserts. usage: page_bench.mjs
+// [--short], with the variables of e2e/harness.mjs.
 import http from 'node:http';
 import { performance } from 'node:perf_hooks';
 import {
@@ -115,7 +116,10 @@ function tellTasks(name, { tasks, seconds }, tiles) {
   );
 }
 
-/** Notes in the page itself when tiles arrive, cameras move, and pictures of them are made and drawn. */
+/**
+ * Notes in the page itself when tiles arrive, cameras move, and pictures of them are made and
+ * drawn.
+ */
 function noteFeeds() {
   const notes = [];
   globalThis.notes = notes;
@@ -212,7 +216,10 @@ const json = async (server, path, body) => {
   return response.json();
 };
 
-/** Milliseconds from the request until the first tile and until `count` different ones have been read. */
+/**
+ * Milliseconds from the request until the first tile and until `count` different ones have been
+ * read.
+ */
 function previewOverHttp(server, request, count) {
   const began = performance.now();
   return json(server, '/v1/jobs', request).then(
@@ -325,8 +332,8 @@ async function previewsInPage(browser, server, scene) {
 }
 
 /**
- * Whole first pictures of a camera: milliseconds from the newest move before the request until all `cells` of the
- * canvas, squares of 16 pixels, have been drawn again.
+ * Whole first pictures of a camera: milliseconds from the newest move before the request until all
+ * `cells` of the canvas, squares of 16 pixels, have been drawn again.
  */
 function picturesOf(notes, cells) {
   const out = [];

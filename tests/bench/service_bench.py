@@ -90,22 +90,43 @@ def main():
     server = Server(binary)
     print(f"start        {server.start_seconds * 1e3:.0f} ms from process start to 'listening'")
     rounds = [first_pass_seconds(server) for _ in range(3 if short else 15)]
-    for name, values in (("first tile", [r[0] for r in rounds]), ("first pass", [r[1] for r in rounds])):
+    for name, values in (
+        ("first tile", [r[0] for r in rounds]),
+        ("first pass", [r[1] for r in rounds]),
+    ):
         values = sorted(v * 1e3 for v in values)
-        print(f"{name:12s} {statistics.median(values):.0f} ms median, {values[-1]:.0f} ms worst of {len(values)}, "
-              "from POST to bytes read, cornell-box 480x270")
+        print(
+            f"{name:12s} {statistics.median(values):.0f} ms median, "
+            f"{values[-1]:.0f} ms worst of {len(values)}, "
+            "from POST to bytes read, cornell-box 480x270"
+        )
     samples = 32 if short else 256
     ratios = []
     for _ in range(1 if short else 3):  # interleaved: the machine is shared
         service = job_seconds(server, samples)
         with tempfile.TemporaryDirectory() as folder:
             start = time.monotonic()
-            subprocess.run([binary, "render", "cornell-box", "-o", os.path.join(folder, "a.exr"), "--spp",
-                            str(samples), "--size", "480x270"], check=True, stdout=subprocess.DEVNULL,
-                           stderr=subprocess.DEVNULL)
+            subprocess.run(
+                [
+                    binary,
+                    "render",
+                    "cornell-box",
+                    "-o",
+                    os.path.join(folder, "a.exr"),
+                    "--spp",
+                    str(samples),
+                    "--size",
+                    "480x270",
+                ],
+                check=True,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
             ratios.append(service / (time.monotonic() - start))
-    print(f"overhead     service / `tessera render` = {statistics.median(ratios):.3f} in wall time, "
-          f"{samples} samples per pixel")
+    print(
+        f"overhead     service / `tessera render` = {statistics.median(ratios):.3f} in wall time, "
+        f"{samples} samples per pixel"
+    )
     server.stop()
 
 

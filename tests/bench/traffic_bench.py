@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Figures of the service under traffic: small GETs, many streams, a large upload, a long list. Prints, never asserts.
+"""Figures of the service under traffic: small GETs, many streams, a large upload, a long list.
+Prints, never asserts.
 
 usage: traffic_bench.py BINARY HTTP_LOAD
 """
+
 import http.client
 import os
 import pathlib
@@ -24,9 +26,16 @@ JOBS = 100_000
 
 
 def load(program, server, path, connections, seconds=5):
-    out = subprocess.run([program, str(server.port), path, str(connections), str(seconds)], check=True,
-                         capture_output=True, text=True).stdout.split()
-    return f"{float(out[1]):9,.0f}/s   p50 {out[2]} ms   p99 {out[3]} ms   most {out[4]} ms   ({connections} connections)"
+    out = subprocess.run(
+        [program, str(server.port), path, str(connections), str(seconds)],
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.split()
+    return (
+        f"{float(out[1]):9,.0f}/s   p50 {out[2]} ms   p99 {out[3]} ms   most {out[4]} ms   "
+        f"({connections} connections)"
+    )
 
 
 def endless(server):
@@ -72,7 +81,9 @@ def streams(program, server):
     lines = []
     for _ in range(STREAMS):
         line = socket.create_connection(("127.0.0.1", server.port))
-        line.sendall(f"GET /v1/jobs/{job}/events HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n\r\n".encode())
+        line.sendall(
+            f"GET /v1/jobs/{job}/events HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n\r\n".encode()
+        )
         line.setblocking(False)
         poll.register(line, selectors.EVENT_READ)
         lines.append(line)
@@ -86,12 +97,21 @@ def streams(program, server):
         return heard
 
     drain(4)
-    start = server.request("GET", f"/v1/jobs/{job}")["progress"]["samples_per_pixel"]["mean"], time.monotonic()
+    start = (
+        server.request("GET", f"/v1/jobs/{job}")["progress"]["samples_per_pixel"]["mean"],
+        time.monotonic(),
+    )
     heard = drain(8)
-    end = server.request("GET", f"/v1/jobs/{job}")["progress"]["samples_per_pixel"]["mean"], time.monotonic()
+    end = (
+        server.request("GET", f"/v1/jobs/{job}")["progress"]["samples_per_pixel"]["mean"],
+        time.monotonic(),
+    )
     pace = (end[0] - start[0]) * 960 * 540 / (end[1] - start[1])
-    print(f"streams      {len(heard)} of {STREAMS} heard something in 8 s, {sum(heard.values()) / 8e6:.1f} MB/s; rendering at "
-          f"{pace / alone:.2f} of its speed alone; {status_kib(server, 'VmRSS') / 1024:.0f} MB")
+    print(
+        f"streams      {len(heard)} of {STREAMS} heard something in 8 s, "
+        f"{sum(heard.values()) / 8e6:.1f} MB/s; rendering at "
+        f"{pace / alone:.2f} of its speed alone; {status_kib(server, 'VmRSS') / 1024:.0f} MB"
+    )
     for line in lines:
         line.close()
     server.request("POST", f"/v1/jobs/{job}/cancel")
@@ -122,17 +142,27 @@ def upload(server, folder):
     taken = time.monotonic() - start
     if response.status != 201:
         raise RuntimeError(f"upload: {response.status}")
-    print(f"upload       {UPLOAD_BYTES / taken / 1e6:.0f} MB/s with its SHA-256; {UPLOAD_BYTES / disk / 1e6:.0f} MB/s is a copy with "
-          f"fsync; memory +{max(status_kib(server, 'VmRSS') - before, 0) / 1024:.0f} MB")
+    print(
+        f"upload       {UPLOAD_BYTES / taken / 1e6:.0f} MB/s with its SHA-256; "
+        f"{UPLOAD_BYTES / disk / 1e6:.0f} MB/s is a copy with "
+        f"fsync; memory +{max(status_kib(server, 'VmRSS') - before, 0) / 1024:.0f} MB"
+    )
 
 
 def listing(binary):
-    """The rows of finished jobs, made by copying one: what submitting so many would leave behind."""
+    """The rows of finished jobs, made by copying one: what submitting so many would leave
+    behind."""
     server = Server(binary)
-    server.request("GET", f"/v1/jobs/{server.request('POST', '/v1/jobs', cornell(64, 36, 2))['id']}?wait=60")
+    server.request(
+        "GET", f"/v1/jobs/{server.request('POST', '/v1/jobs', cornell(64, 36, 2))['id']}?wait=60"
+    )
     server.process.terminate()
     server.process.wait(30)
-    database = next(path for path in pathlib.Path(server.data.name).rglob("*") if path.suffix in (".db", ".sqlite", ".sqlite3"))
+    database = next(
+        path
+        for path in pathlib.Path(server.data.name).rglob("*")
+        if path.suffix in (".db", ".sqlite", ".sqlite3")
+    )
     store = sqlite3.connect(database)
     columns = [row[1] for row in store.execute("PRAGMA table_info(jobs)")]
     row = list(store.execute("SELECT * FROM jobs").fetchone())
@@ -160,8 +190,11 @@ def listing(binary):
 
     cursor = again.request("GET", "/v1/jobs?limit=100").get("next_cursor")
     deep = f"/v1/jobs?limit=100&cursor={cursor}" if cursor else "/v1/jobs?limit=100"
-    print(f"list         {JOBS:,} jobs: start {again.start_seconds:.2f} s; 100 newest {delay('/v1/jobs?limit=100'):.1f} ms, the next page "
-          f"{delay(deep):.1f} ms, by state {delay('/v1/jobs?state=failed'):.1f} ms")
+    print(
+        f"list         {JOBS:,} jobs: start {again.start_seconds:.2f} s; "
+        f"100 newest {delay('/v1/jobs?limit=100'):.1f} ms, the next page "
+        f"{delay(deep):.1f} ms, by state {delay('/v1/jobs?state=failed'):.1f} ms"
+    )
     again.stop()
 
 

@@ -1,4 +1,5 @@
-// What the page says of renders that are not there, or not any more, and of addresses that nobody meant.
+// What the page says of renders that are not there, or not any more, and of addresses that nobody
+// meant.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { ask, desktop, launch, pictureNow, Server, submit, until, withPageOf } from './harness.mjs';

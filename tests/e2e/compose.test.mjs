@@ -1,4 +1,5 @@
-// The view in which a camera is placed: what it shows, what stands in its address, and what it outlives.
+// The view in which a camera is placed: what it shows, what stands in its address, and what it
+// outlives.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import {

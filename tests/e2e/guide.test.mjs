@@ -22,7 +22,10 @@ const names = ['start', 'concepts', 'api', 'integrator', 'operations', 'course']
 const binary = process.env.TESSERA_BINARY && path.resolve(process.env.TESSERA_BINARY);
 const server = new Server();
 let browser;
-/** Of each chapter: title, addresses of its sections, where its links lead, its commands, its words in code. */
+/**
+ * Of each chapter: title, addresses of its sections, where its links lead, its commands, its words
+ * in code.
+ */
 const chapters = new Map();
 
 before(async () => {

@@ -44,7 +44,8 @@ export class Server {
   url = null;
 
   /**
-   * drawn: tiles a second of the mock server, which is used whatever the variables say; 0: as they say.
+   * drawn: tiles a second of the mock server, which is used whatever the variables say; 0: as they
+   * say.
    * key: what the program that is started asks for, whatever runs elsewhere.
    */
   constructor({ drawn = 0, key = '' } = {}) {
@@ -116,8 +117,8 @@ export const phone = {
 };
 
 /**
- * A page that notes what must not happen: script errors, requests to other hosts, and what the server's policy
- * forbids. prepare: called before it goes to its address.
+ * A page that notes what must not happen: script errors, requests to other hosts, and what the
+ * server's policy forbids. prepare: called before it goes to its address.
  */
 export async function openPage(browser, server, device, hash = '', prepare = async () => {}) {
   const context = await browser.newContext({ ...device, acceptDownloads: true });
@@ -176,7 +177,9 @@ export async function accessibilityFaults(page) {
   });
 }
 
-/** What the picture shows at this moment, as text that can be compared; null before there is one. */
+/**
+ * What the picture shows at this moment, as text that can be compared; null before there is one.
+ */
 export const pictureNow = (page) =>
   page.evaluate(() => {
     const canvas = document.querySelector('[data-testid=picture]');
@@ -196,7 +199,10 @@ export const pictureNow = (page) =>
     return shown ? { hash, share: shown / (copy.width * copy.height) } : null;
   });
 
-/** Until check() gives what is expected, by deep equality: a page that shows one thing may be about to show the next. */
+/**
+ * Until check() gives what is expected, by deep equality: a page that shows one thing may be about
+ * to show the next.
+ */
 export async function settles(what, check, expected) {
   let last;
   const agrees = async () => isDeepStrictEqual((last = await check()), expected);

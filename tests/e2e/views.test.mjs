@@ -426,7 +426,10 @@ test('the choice of colours is kept', () =>
     assert.equal(await page.getAttribute('html', 'data-theme'), 'light');
   }));
 
-/** Counts in the page itself: tiles that arrive, pixels drawn, those drawn outside of animation frames. */
+/**
+ * Counts in the page itself: tiles that arrive, pixels drawn, those drawn outside of animation
+ * frames.
+ */
 function countDraws() {
   const counts = { tiles: 0, pixels: 0, outside: 0 };
   globalThis.counts = counts;
@@ -462,7 +465,8 @@ test('tiles are drawn in animation frames, and each alone', { timeout: 300_000 }
     await page.click('[data-testid=cancel]');
     const { tiles, pixels, outside } = await counts();
     assert.equal(outside, 0);
-    // The film without tiles is drawn at most twice, by the view and by its settings; a tile is 32 x 32 pixels.
+    // The film without tiles is drawn at most twice, by the view and by its settings; a tile is 32
+    // x 32 pixels.
     assert.ok(pixels <= 2 * 1920 * 1080 + 1024 * tiles, `${pixels} pixels for ${tiles} tiles`);
     assert.deepEqual(page.faults, []);
   } finally {

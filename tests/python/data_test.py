@@ -32,7 +32,11 @@ class Events(unittest.TestCase):
         self.assertEqual((parser.last_id, parser.retry_s), ("a-2", 0.25))
 
     def test_pieces_may_end_anywhere(self):
-        for text in (EVENTS, EVENTS.replace("\r\n", "\n"), EVENTS.replace("\r\n", "\n").replace("\n", "\r")):
+        for text in (
+            EVENTS,
+            EVENTS.replace("\r\n", "\n"),
+            EVENTS.replace("\r\n", "\n").replace("\n", "\r"),
+        ):
             data = text.encode()
             for size in (1, 2, 3, 7):
                 parser, events = EventParser(), []
@@ -46,7 +50,9 @@ class Events(unittest.TestCase):
         self.assertNotIn("Last-Event-ID", feed.call().headers)
         list(feed.take(b"id: a-1\nevent: tile\ndata: {}\n\nid: a-2\nevent: tile\ndata: {"))
         self.assertEqual(feed.call().headers["Last-Event-ID"], "a-1")
-        self.assertEqual(told(feed.take(b"id: a-3\nevent: end\ndata: {}\n\n")), [("end", {}, "a-3")])
+        self.assertEqual(
+            told(feed.take(b"id: a-3\nevent: end\ndata: {}\n\n")), [("end", {}, "a-3")]
+        )
         self.assertTrue(feed.ended)
 
     def test_nothing_follows_the_end(self):
@@ -76,10 +82,14 @@ class Tiles(unittest.TestCase):
     def test_planes_become_arrays(self):
         data = frame(PLANES, x=32, y=64, width=2, height=1, revision=7, flags=2, error=0.25) + END
         tile, end = FrameParser().feed(data)
-        self.assertEqual((tile.x, tile.y, tile.width, tile.height, tile.revision), (32, 64, 2, 1, 7))
+        self.assertEqual(
+            (tile.x, tile.y, tile.width, tile.height, tile.revision), (32, 64, 2, 1, 7)
+        )
         self.assertEqual((tile.relative_error, tile.correlated, tile.alpha), (0.25, True, None))
         np.testing.assert_array_equal(tile.mean, [[[1, 3, 5], [2, 4, 6]]])
-        np.testing.assert_array_equal(tile.variance, np.float32([[[0.1, 0.3, 0.5], [0.2, 0.4, 0.6]]]))
+        np.testing.assert_array_equal(
+            tile.variance, np.float32([[[0.1, 0.3, 0.5], [0.2, 0.4, 0.6]]])
+        )
         np.testing.assert_array_equal(tile.samples, [[16, 32]])
         self.assertEqual({a.dtype for a in (tile.mean, tile.variance, tile.samples)},
                          {np.dtype(np.float32)})
@@ -153,7 +163,8 @@ class Tiles(unittest.TestCase):
 
 
 def tiff(values, predictor=1, deflate=False, rows=2):
-    """A float TIFF by the letter of TIFF 6.0 and Technote 3, written independently of the reader."""
+    """A float TIFF by the letter of TIFF 6.0 and Technote 3, written independently of the
+    reader."""
     height, width, channels = values.shape
     strips = []
     for top in range(0, height, rows):
@@ -162,7 +173,9 @@ def tiff(values, predictor=1, deflate=False, rows=2):
             data = row.astype("<f4").tobytes()
             if predictor == 3:
                 count = width * channels
-                planes = b"".join(bytes(data[4 * i + 3 - p] for i in range(count)) for p in range(4))
+                planes = b"".join(
+                    bytes(data[4 * i + 3 - p] for i in range(count)) for p in range(4)
+                )
                 data = bytes((planes[i] - (planes[i - channels] if i >= channels else 0)) & 255
                              for i in range(len(planes)))
             strip += data
@@ -193,7 +206,9 @@ def tiff(values, predictor=1, deflate=False, rows=2):
 class Pictures(unittest.TestCase):
     def values(self, channels):
         random = np.random.default_rng(1)
-        values = random.normal(size=(5, 3, channels)) * 10.0 ** random.integers(-30, 30, (5, 3, channels))
+        values = random.normal(size=(5, 3, channels)) * 10.0 ** random.integers(
+            -30, 30, (5, 3, channels)
+        )
         values[0, 0, 0], values[1, 1, 0] = np.nan, np.inf
         return values.astype(np.float32)
 
@@ -209,8 +224,14 @@ class Pictures(unittest.TestCase):
 
     def test_other_or_broken_tiffs_are_refused(self):
         good = tiff(self.values(3), 3, True)
-        for broken in (b"", b"MM" + good[2:], good[:20], good[:-40], good.replace(
-                struct.pack("<HHI", 339, 3, 3), struct.pack("<HHI", 340, 3, 3)), tiff(self.values(3), 2)):
+        for broken in (
+            b"",
+            b"MM" + good[2:],
+            good[:20],
+            good[:-40],
+            good.replace(struct.pack("<HHI", 339, 3, 3), struct.pack("<HHI", 340, 3, 3)),
+            tiff(self.values(3), 2),
+        ):
             with self.assertRaises(tessera.CorruptData):
                 decode_tiff(broken)
 

@@ -30,8 +30,14 @@ class Documents(ServerTest):
                             "PATH": os.path.dirname(sys.executable) + ":" + os.environ["PATH"]}
 
     def run_example(self, name, *arguments, program=sys.executable):
-        done = subprocess.run([program, EXAMPLES / name, *arguments], env=self.environment, cwd=self.folder,
-                              capture_output=True, text=True, timeout=PATIENCE_S)
+        done = subprocess.run(
+            [program, EXAMPLES / name, *arguments],
+            env=self.environment,
+            cwd=self.folder,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+        )
         self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
         return done.stdout
 
@@ -57,7 +63,10 @@ class Documents(ServerTest):
     def test_every_example_is_run_by_a_test(self):
         here = Path(__file__).read_text()
         for path in EXAMPLES.iterdir():
-            if path.suffix in (".py", ".sh", ".mjs") and path.name not in ("simple_glb.py", "product.py"):
+            if path.suffix in (".py", ".sh", ".mjs") and path.name not in (
+                "simple_glb.py",
+                "product.py",
+            ):
                 self.assertIn(f'run_example("{path.name}"', here)
 
     def test_curl_tour(self):
@@ -78,11 +87,15 @@ class Documents(ServerTest):
         self.assertEqual(len(set(frames)), 3)
         jobs = len(list(self.client.jobs(label="turntable")))
         self.run_example("turntable.py", *arguments)
-        self.assertEqual(len(list(self.client.jobs(label="turntable"))), jobs, "found by their labels")
+        self.assertEqual(
+            len(list(self.client.jobs(label="turntable"))), jobs, "found by their labels"
+        )
 
     def test_variants(self):
         told = self.run_example("variants.py", "--size", "40x60", "--samples", "16")
-        names = re.findall(r"^(\w+): albedo in the middle ([0-9.]+) ([0-9.]+) ([0-9.]+)", told, re.M)
+        names = re.findall(
+            r"^(\w+): albedo in the middle ([0-9.]+) ([0-9.]+) ([0-9.]+)", told, re.M
+        )
         albedos = {name: [float(v) for v in values] for name, *values in names}
         self.assertEqual(list(albedos), ["ivory", "cobalt", "oxblood", "copper"])
         # The metal's albedo is its base colour; the glazes have a little white reflection on top.
@@ -96,9 +109,12 @@ class Documents(ServerTest):
         self.assertEqual(len(middles), 4)
 
     def test_error_target(self):
-        told = self.run_example("error_target.py", "--error", "0.15", "--size", "64x36", "--out", "p.png")
-        ended, value, high = re.search(r"^(\w+): .* error ([0-9.]+)% \([0-9.]+% to ([0-9.]+)%\)", told,
-                                       re.M).groups()
+        told = self.run_example(
+            "error_target.py", "--error", "0.15", "--size", "64x36", "--out", "p.png"
+        )
+        ended, value, high = re.search(
+            r"^(\w+): .* error ([0-9.]+)% \([0-9.]+% to ([0-9.]+)%\)", told, re.M
+        ).groups()
         self.assertEqual(ended, "relative_error")
         self.assertLessEqual(float(value), 15)
         self.assertLess(float(high), 20)
@@ -109,14 +125,20 @@ class Documents(ServerTest):
     def test_lighting_study(self):
         samples = 256
         told = self.run_example("lighting_study.py", "--samples", str(samples))
-        rows = re.findall(r"^ +([0-9.]+) m +([0-9.]+) lx +\(([0-9.]+) to ([0-9.]+)\) +exact +([0-9.]+)",
-                          told, re.M)
+        rows = re.findall(
+            r"^ +([0-9.]+) m +([0-9.]+) lx +\(([0-9.]+) to ([0-9.]+)\) +exact +([0-9.]+)",
+            told,
+            re.M,
+        )
         self.assertEqual(len(rows), 8)
         for i, row in enumerate(rows):
             x, value, low, high, exact = map(float, row)
-            # Four standard errors of independent samples, spread evenly over the luminaire: what the
-            # renderer does is no worse. 0.01 lx is the last digit; within a pixel E bends by less than 2e-4.
-            mean, deviation = self.illuminance(float(x) // 0.0625 * 0.0625 + 0.03125, (1.5, 2.5)[i // 4])
+            # Four standard errors of independent samples, spread evenly over the luminaire: what
+            # the renderer does is no worse. 0.01 lx is the last digit; within a pixel E bends by
+            # less than 2e-4.
+            mean, deviation = self.illuminance(
+                float(x) // 0.0625 * 0.0625 + 0.03125, (1.5, 2.5)[i // 4]
+            )
             self.assertAlmostEqual(exact, mean, delta=0.01 + 1e-4 * mean)
             tolerance = 4 * deviation / math.sqrt(samples) + 0.01 + 2e-4 * exact
             self.assertLess(tolerance, 0.15 * exact)  # it means something
@@ -125,7 +147,8 @@ class Documents(ServerTest):
 
     @staticmethod
     def illuminance(x, height):
-        """Mean and deviation over points of the luminaire of what each would give if all were like it, by the
+        """Mean and deviation over points of the luminaire of what each would give if all were like
+        it, by the
         midpoint rule: 1.2 m by 0.3 m of 1000 cd/m^2, L cos^2 / r^2 per area, at (x, 0.03125)."""
         u = (np.arange(400) + 0.5) / 400 * 1.2 - 0.6 - x
         v = (np.arange(100) + 0.5) / 100 * 0.3 - 0.15 - 0.03125

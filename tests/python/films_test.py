@@ -1,4 +1,5 @@
-"""Films and comparisons of the client, and the server's figures against the same worked out here with numpy."""
+"""Films and comparisons of the client, and the server's figures against the same worked out here
+with numpy."""
 
 import asyncio
 import os
@@ -15,7 +16,8 @@ SMALL = {"size": (64, 48), "layers": []}
 
 
 def replicates(path):
-    """Means (height, width, replicate, channel) of a film file, by the layout that the API document gives."""
+    """Means (height, width, replicate, channel) of a film file, by the layout that the API document
+    gives."""
     with open(path, "rb") as file:
         data = file.read()
     head, _, _, flags, width, height = struct.unpack_from("<IIIIii", data, 8)
@@ -78,7 +80,9 @@ def flip(a, b, pixels_per_degree=67):
     bell = np.exp(-(k[:, None] ** 2 + k**2) / (2 * sigma**2))
 
     def signed(kernel):
-        return np.where(kernel > 0, kernel / kernel[kernel > 0].sum(), kernel / -kernel[kernel < 0].sum())
+        return np.where(
+            kernel > 0, kernel / kernel[kernel > 0].sum(), kernel / -kernel[kernel < 0].sum()
+        )
 
     edge, point = signed(-k * bell), signed((k**2 / sigma**2 - 1) * bell)
 
@@ -101,7 +105,9 @@ def flip(a, b, pixels_per_degree=67):
 
 class Films(ServerTest):
     def render(self, seed, samples=16, **options):
-        return self.client.submit("cornell-box", samples_per_pixel=samples, seed=seed, **{**SMALL, **options}).wait()
+        return self.client.submit(
+            "cornell-box", samples_per_pixel=samples, seed=seed, **{**SMALL, **options}
+        ).wait()
 
     def folder(self):
         place = tempfile.TemporaryDirectory()
@@ -111,7 +117,9 @@ class Films(ServerTest):
     def test_figures_are_those_of_their_formulas(self):
         place = self.folder()
         jobs = [self.render(1, 8), self.render(2, 64)]
-        films = [replicates(job.film(os.path.join(place, f"{i}.film"))) for i, job in enumerate(jobs)]
+        films = [
+            replicates(job.film(os.path.join(place, f"{i}.film"))) for i, job in enumerate(jobs)
+        ]
         a, b = (film.mean(2) for film in films)
         np.testing.assert_allclose(a, jobs[0].image(), rtol=1e-6, atol=1e-7)
         found = self.client.compare(*jobs)
@@ -142,7 +150,9 @@ class Films(ServerTest):
         async def there():
             async with AsyncClient(self.url()) as client:
                 first = await client.job(parts[0].id)
-                other = await (await client.job(parts[1].id)).film(os.path.join(place, "async.film"))
+                other = await (await client.job(parts[1].id)).film(
+                    os.path.join(place, "async.film")
+                )
                 self.assertEqual(other.read_bytes(), path.read_bytes())
                 return (await client.merge(first, other)).film_digest
 

@@ -45,7 +45,9 @@ class Jobs(ServerTest):
         self.assertEqual(job.image().dtype, np.float32)
         shapes = {layer: job.image(layer).shape for layer in self.client.info().layers}
         colours = {"beauty", "albedo", "normal", "variance"}
-        self.assertEqual(shapes, {name: (40, 70, 3) if name in colours else (40, 70) for name in shapes})
+        self.assertEqual(
+            shapes, {name: (40, 70, 3) if name in colours else (40, 70) for name in shapes}
+        )
         self.assertLessEqual({"beauty", "albedo", "normal", "depth", "error"}, set(shapes))
         normal = job.image("normal")
         self.assertLess(abs(np.linalg.norm(normal[20, 35]) - 1), 1e-3)
@@ -96,7 +98,9 @@ class Jobs(ServerTest):
             for format in ("exr", "hdr", "tiff"):
                 with self.assertRaisesRegex(ValueError, "is linear"):
                     job.picture(format=format, **options)
-        self.assertEqual(job.picture(format="exr", exposure=0, tonemap="linear"), job.picture(format="exr"))
+        self.assertEqual(
+            job.picture(format="exr", exposure=0, tonemap="linear"), job.picture(format="exr")
+        )
 
     def test_a_pixel_has_its_interval_and_its_halves(self):
         job = self.client.submit("cornell-box", size=(48, 32), samples_per_pixel=8).wait()
@@ -195,7 +199,9 @@ class Jobs(ServerTest):
         if "/v1/comparisons" in paths:
             comparison = self.client.compare(*jobs)
             a, b = (job.image().astype(np.float64) for job in jobs)
-            self.assertAlmostEqual(comparison.mse, ((a - b) ** 2).mean(), delta=1e-4 * comparison.mse)
+            self.assertAlmostEqual(
+                comparison.mse, ((a - b) ** 2).mean(), delta=1e-4 * comparison.mse
+            )
             self.assertAlmostEqual(comparison.relmse, ((a - b) ** 2 / (b**2 + 0.01)).mean(),
                                    delta=1e-4 * comparison.relmse)
         else:

@@ -80,7 +80,9 @@ class Notebooks(ServerTest):
 
         async def run():
             async with AsyncClient(self.url()) as client:
-                job = await client.submit("cornell-box", size=(48, 32), layers=[], samples_per_pixel=8)
+                job = await client.submit(
+                    "cornell-box", size=(48, 32), layers=[], samples_per_pixel=8
+                )
                 self.assertIsNone(await job.show(refresh_s=0.05))
                 return job
 
@@ -98,15 +100,23 @@ class Notebooks(ServerTest):
                 job.show()
 
     def test_a_failed_job_shows_why(self):
-        job = self.client.submit("cornell-box", size=(16, 16), layers=[], samples_per_pixel=1).wait()
-        job.data |= {"state": "failed", "stop_reason": "failed", "failure": {"detail": "<out of memory>"}}
+        job = self.client.submit(
+            "cornell-box", size=(16, 16), layers=[], samples_per_pixel=1
+        ).wait()
+        job.data |= {
+            "state": "failed",
+            "stop_reason": "failed",
+            "failure": {"detail": "<out of memory>"},
+        }
         self.assertIn("&lt;out of memory&gt;", job._repr_html_())
         with self.assertRaisesRegex(tessera.JobFailed, "out of memory"):
             job.wait()
         self.assertEqual(job.wait(check=False).state, "failed")
 
     def test_a_growing_picture_is_a_png(self):
-        job = self.client.submit("cornell-box", size=(70, 40), layers=[], samples_per_pixel=1).wait()
+        job = self.client.submit(
+            "cornell-box", size=(70, 40), layers=[], samples_per_pixel=1
+        ).wait()
         film = job.tile_image()
         film.put(next(job.tiles()))
         self.assertEqual(png_size(film._repr_png_())[:2], (70, 40))

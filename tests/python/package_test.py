@@ -13,14 +13,18 @@ import tessera
 
 
 def run(*command):
-    done = subprocess.run([sys.executable, "-m", *command], cwd=REPOSITORY, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-m", *command], cwd=REPOSITORY, capture_output=True, text=True
+    )
     return done.returncode, done.stdout + done.stderr
 
 
 class Package(unittest.TestCase):
     def test_it_needs_httpx_and_numpy_and_nothing_else(self):
         needs = importlib.metadata.requires("tessera-client")
-        self.assertEqual(sorted(re.match("[a-z]+", need).group() for need in needs), ["httpx", "numpy"])
+        self.assertEqual(
+            sorted(re.match("[a-z]+", need).group() for need in needs), ["httpx", "numpy"]
+        )
         for need in needs:
             self.assertRegex(need, r">=[0-9.]+", need)
             self.assertRegex(need, r"<[0-9.]+", need)
@@ -50,6 +54,13 @@ class Package(unittest.TestCase):
 
     def test_the_style_holds(self):
         for step in (["check"], ["format", "--check"]):
-            code, told = run("ruff", *step, "--no-cache", "--config", "clients/python/pyproject.toml",
-                             "clients/python", "clients/examples")
+            code, told = run(
+                "ruff",
+                *step,
+                "--no-cache",
+                "--config",
+                "clients/python/pyproject.toml",
+                "clients/python",
+                "clients/examples"
+            )
             self.assertEqual(code, 0, told)

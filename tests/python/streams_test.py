@@ -1,4 +1,5 @@
-"""Events and tiles over lines that break and servers that are killed, through a relay whose port stays."""
+"""Events and tiles over lines that break and servers that are killed, through a relay whose port
+stays."""
 
 import asyncio
 import unittest
@@ -36,8 +37,11 @@ class Lines(ServerTest):
         # Without an end of its own: how many events come before one depends on the machine.
         job = self.client.submit("cornell-box", samples_per_pixel=65536, **FILM)
         events, asked, shortened, stream = [], [], None, self.client.stream
-        with mock.patch.object(self.client, "stream",
-                               side_effect=lambda call: asked.append(dict(call.headers)) or stream(call)):
+        with mock.patch.object(
+            self.client,
+            "stream",
+            side_effect=lambda call: asked.append(dict(call.headers)) or stream(call),
+        ):
             for event in job.events():
                 events.append(event)
                 if event.type != "tile" or len(events) % 5 != 0:
@@ -45,7 +49,9 @@ class Lines(ServerTest):
                 if len(asked) < 4:
                     self.relay.cut()
                 elif not shortened:
-                    shortened = job.update(stop={"samples_per_pixel": 2})  # it has more: this is the end
+                    shortened = job.update(
+                        stop={"samples_per_pixel": 2}
+                    )  # it has more: this is the end
         self.assertGreaterEqual(len(asked), 4)
         for headers in asked[1:]:
             self.assertRegex(headers["Last-Event-ID"], "^[0-9a-z]+-[0-9]+$")
@@ -85,7 +91,9 @@ class Lines(ServerTest):
         for compressed in (True, False):
             client = Client(self.url(), compressed=compressed)
             with client.stream(tessera.tiles.TileFeed(job.path, 0, compressed).call()) as response:
-                self.assertEqual(response.headers.get("Content-Encoding"), "gzip" if compressed else None)
+                self.assertEqual(
+                    response.headers.get("Content-Encoding"), "gzip" if compressed else None
+                )
             film = job.tile_image()
             for tile in client.job(job.id).tiles():
                 film.put(tile)
@@ -157,7 +165,9 @@ class Restarts(unittest.TestCase):
                 return job, film, waited, await job.image()
 
         job, film, waited, image = asyncio.run(run())
-        self.assertEqual((job.state, waited.state, events[-1].type), ("finished", "finished", "end"))
+        self.assertEqual(
+            (job.state, waited.state, events[-1].type), ("finished", "finished", "end")
+        )
         kinds = [event.type for event in events]
         self.assertEqual(kinds.count("end"), 1)
         self.assertGreaterEqual(kinds.count("reset"), 2)

@@ -27,8 +27,11 @@ class Uploads(ServerTest):
         sent = []
         send = self.client._http.send
         self.sent = sent
-        patch = mock.patch.object(self.client._http, "send",
-                                  side_effect=lambda r, **k: sent.append((r.method, r.url.path)) or send(r, **k))
+        patch = mock.patch.object(
+            self.client._http,
+            "send",
+            side_effect=lambda r, **k: sent.append((r.method, r.url.path)) or send(r, **k),
+        )
         patch.start()
         self.addCleanup(patch.stop)
 
@@ -63,7 +66,9 @@ class Uploads(ServerTest):
                          ["HEAD", "PUT", "HEAD", "PUT"])
         self.sent.clear()
         self.assertEqual(self.client.upload(self.folder).id, scene.id)
-        self.assertEqual([method for method, path in self.sent if "assets" in path], ["HEAD", "HEAD"])
+        self.assertEqual(
+            [method for method, path in self.sent if "assets" in path], ["HEAD", "HEAD"]
+        )
 
     def test_a_folder_needs_exactly_one_document(self):
         with self.assertRaisesRegex(tessera.TesseraError, "one .gltf or .glb file, here: none"):
@@ -105,7 +110,13 @@ class Uploads(ServerTest):
         secret = self.folder / "secret.bin"
         secret.write_bytes(TRIANGLE)
         (inner / "link.bin").symlink_to(secret)
-        for uri in ("../secret.bin", "%2e%2e/secret.bin", str(secret), "link.bin", "file://" + str(secret)):
+        for uri in (
+            "../secret.bin",
+            "%2e%2e/secret.bin",
+            str(secret),
+            "link.bin",
+            "file://" + str(secret),
+        ):
             path = inner / "model.gltf"
             path.write_text(json.dumps(triangle_document(uri=uri)))
             with self.assertRaisesRegex(tessera.TesseraError, "own folder"):

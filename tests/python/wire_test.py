@@ -19,7 +19,8 @@ FAST = Retry(attempts=3, first_delay_s=0.001, longest_delay_s=0.002)
 
 
 class Script:
-    """Answers requests from a list: a status, (status, body, headers), or an exception; keeps what came."""
+    """Answers requests from a list: a status, (status, body, headers), or an exception; keeps what
+    came."""
 
     def __init__(self, *answers):
         self.answers = list(answers)
@@ -82,7 +83,9 @@ class Retries(unittest.TestCase):
     def test_an_extension_that_never_left_is_repeated(self):
         script = Script(200, REFUSED, 202)
         script.client().job(JOB["id"]).extend(samples_per_pixel=8)
-        self.assertEqual(json.loads(script.requests[-1].content), {"stop": {"samples_per_pixel": 8}})
+        self.assertEqual(
+            json.loads(script.requests[-1].content), {"stop": {"samples_per_pixel": 8}}
+        )
 
     def test_503_is_tried_again_and_then_told(self):
         script = Script(*[problem(503)] * 3)
@@ -135,7 +138,9 @@ class Retries(unittest.TestCase):
 
         async def run():
             transport = httpx.MockTransport(script)
-            async with AsyncClient("http://tessera.test", retry=FAST, transport=transport) as client:
+            async with AsyncClient(
+                "http://tessera.test", retry=FAST, transport=transport
+            ) as client:
                 await client.submit("glass")
 
         asyncio.run(run())
@@ -218,14 +223,19 @@ class Requests(unittest.TestCase):
         self.assertEqual(script.requests[0].headers["Authorization"], "Bearer secret")
 
     def test_server_and_key_come_from_the_environment(self):
-        with mock.patch.dict(os.environ, {"TESSERA_SERVER": "http://there:99/", "TESSERA_KEY": "k"}):
+        with mock.patch.dict(
+            os.environ, {"TESSERA_SERVER": "http://there:99/", "TESSERA_KEY": "k"}
+        ):
             self.assertEqual(Client().server, "http://there:99")
             self.assertEqual(Client("http://here:1").server, "http://here:1")
         with self.assertRaises(tessera.TesseraError):
             Client("there:99")
 
     def test_lists_follow_the_cursor_and_stop_at_the_limit(self):
-        pages = [(200, {"jobs": [JOB, JOB], "next": "c2"}, {}), (200, {"jobs": [JOB], "next": None}, {})]
+        pages = [
+            (200, {"jobs": [JOB, JOB], "next": "c2"}, {}),
+            (200, {"jobs": [JOB], "next": None}, {}),
+        ]
         script = Script(*pages)
         found = list(script.client().jobs(state=["queued", "paused"], label={"a": "b"}))
         self.assertEqual(len(found), 3)
@@ -250,8 +260,11 @@ class Twins(unittest.TestCase):
     @staticmethod
     def calls(kind):
         members = inspect.getmembers(kind, inspect.isfunction)
-        return {name: [(p.name, p.kind, p.default) for p in inspect.signature(f).parameters.values()]
-                for name, f in members if not name.startswith("_")}
+        return {
+            name: [(p.name, p.kind, p.default) for p in inspect.signature(f).parameters.values()]
+            for name, f in members
+            if not name.startswith("_")
+        }
 
 
 COMPARISON = {"id": "c1", "mse": 0.5, "relmse": 0.25, "flip": 0.1,

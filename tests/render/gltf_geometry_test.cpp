@@ -15,9 +15,9 @@ class Surface {
     const float positions[9] = {-2, -2, 0, 6, -2, 0, -2, 6, 0};
     position_ = writer.add_accessor(std::as_bytes(std::span(positions)), 5126, "VEC3", 3,
                                     R"({"min": [-2, -2, 0], "max": [6, 6, 0]})");
-    writer.add(
-        "cameras",
-        R"({"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 99}})");
+    writer.add("cameras",
+               R"({"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0,)"
+               R"( "zfar": 99}})");
   }
 
   template <std::size_t N>
@@ -163,10 +163,10 @@ TEST(GltfGeometry, GpuInstancesStandWhereTheirAttributesSay) {
   const float scales[6] = {1, 1, 1, 1, -1, 1};
   const std::string t = std::to_string(s.floats(places, "VEC3", 2));
   const std::string k = std::to_string(s.floats(scales, "VEC3", 2));
-  s.place(
-      "", "", "",
-      R"(, "translation": [0, 0, 0.5], "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": )" +
-          t + R"(, "SCALE": )" + k + "}}}");
+  s.place("", "", "",
+          R"(, "translation": [0, 0, 0.5],)"
+          R"( "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": )" +
+              t + R"(, "SCALE": )" + k + "}}}");
   EXPECT_NEAR(Surface::height(s.writer.finish(), 0), 2.5F, kTolerance);
 }
 

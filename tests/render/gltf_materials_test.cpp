@@ -356,9 +356,9 @@ core::Bytes raw_glb(const char* materials[], int count, const char* primitive_mo
                            std::to_string(accessor) + R"(}, "material": 0)" + primitive_more +
                            "}]}");
   writer.add("nodes", R"({"mesh": 0})");
-  writer.add(
-      "cameras",
-      R"({"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 20}})");
+  writer.add("cameras",
+             R"({"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0,)"
+             R"( "zfar": 20}})");
   writer.add("nodes", R"({"camera": 0, "translation": [0, 0, 10]})");
   writer.use_extension("KHR_materials_unlit");
   writer.use_extension("KHR_materials_variants");
@@ -368,13 +368,15 @@ core::Bytes raw_glb(const char* materials[], int count, const char* primitive_mo
 }
 
 TEST(GltfMaterials, VariantsChooseTheMaterial) {
-  const char* materials[] = {
-      R"({"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}, "extensions": {"KHR_materials_unlit": {}}})",
-      R"({"pbrMetallicRoughness": {"baseColorFactor": [0, 1, 0, 1]}, "extensions": {"KHR_materials_unlit": {}}})"};
-  const core::Bytes glb = raw_glb(
-      materials, 2,
-      R"(, "extensions": {"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [1]}]}})",
-      R"({"KHR_materials_variants": {"variants": [{"name": "day"}, {"name": "night"}]}})");
+  const char* materials[] = {R"({"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]},)"
+                             R"( "extensions": {"KHR_materials_unlit": {}}})",
+                             R"({"pbrMetallicRoughness": {"baseColorFactor": [0, 1, 0, 1]},)"
+                             R"( "extensions": {"KHR_materials_unlit": {}}})"};
+  const core::Bytes glb =
+      raw_glb(materials, 2,
+              R"(, "extensions": {"KHR_materials_variants": {"mappings": [{"material": 1,)"
+              R"( "variants": [1]}]}})",
+              R"({"KHR_materials_variants": {"variants": [{"name": "day"}, {"name": "night"}]}})");
   for (const char* variant : {"", "day", "night"}) {
     core::GltfOptions options;
     if (*variant != '\0') {

@@ -1,18 +1,21 @@
 #!/usr/bin/env python3
-"""Checks the rules a compiler cannot: who may include whom, file length, banned words.
+"""Checks rules that a compiler cannot: includes by layer, file and line length, banned words,
+citations.
 
-Run from the repository root; exits 1 and lists every fault. --self-test plants one fault of each kind
-and exits 1 if one is not seen. Standard library only.
+Run from the repository root; exits 1 and lists every fault. --self-test plants one fault of each
+kind and exits 1 if one is not seen. Standard library only.
 """
+
+import os
 import pathlib
 import re
 import sys
 
 # The folders of core, bottom to top: each may include those before it, and never one after it.
-CORE_ORDER = ["base", "math", "color", "settings", "image_io", "description", "sampling", "samplers",
-              "textures", "accel", "geometry", "bsdf", "materials", "lights", "camera", "scene",
-              "light_samplers", "film", "error", "layers", "compare", "transport", "policies",
-              "integrators", "wave", "render", "scene_io", "lab"]
+CORE_ORDER = ["base", "math", "color", "settings", "image_io", "description", "sampling",
+              "samplers", "textures", "accel", "geometry", "bsdf", "materials", "lights", "camera",
+              "scene", "light_samplers", "film", "error", "layers", "compare", "transport",
+              "policies", "integrators", "wave", "render", "scene_io", "lab"]
 # Folder -> folders (or headers) it may include besides itself. The longest folder that fits counts.
 LAYERS = {f"core/{name}": [f"core/{lower}" for lower in CORE_ORDER[:i]]
           for i, name in enumerate(CORE_ORDER)}
@@ -60,7 +63,18 @@ CONFINED = {
 }
 # nlohmann inside core: sources of scene_io only, which check glTF before tinygltf sees it.
 CONFINED_SOURCES = {"nlohmann/": ["core/scene_io"]}
-LINES_MAX = 540
+LINES_MAX = 500  # of a C++ file
+COLUMNS_MAX = 100
+# Documents that people cite; each has to be in the tree.
+DOCUMENT = re.compile(r"\b[A-Za-z][\w/-]*\.md\b")
+# Names of documents without their ending, and numbers of issues, which the tree does not hold.
+CITED = re.compile(r"\b(LIGHT_TRANSPORT|CONVENTIONS|ARCHITECTURE|FRONTIER|"
+                   r"(?:HOUSE|DESIGN|SPEED|SERVICE|WORDS)(?='s\b| section| \d))|"
+                   r"\b[Ii]ssue #?\d+")
+# An address or a regular expression that cannot be broken.
+LONG_WORD = re.compile(r"\S{90}")
+# Words that end in .md and are no documents: generated ones and those of examples.
+NO_DOCUMENT = {"notes.md"}
 BANNED = {
     r"\busing namespace std\b": "using namespace std",
     r"\bstd::rand\b|(?<![\w:.>])rand\(\)": "rand(): use a Sampler",
@@ -79,6 +93,10 @@ BANNED_IN = {
 # May print: stops the process when our own code is wrong.
 PRINTS = {"core/base/check.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
+SOURCES = {".h", ".cpp", ".py", ".ts", ".tsx", ".sh"}
+# Folders of installed packages and of what is built.
+NOT_OURS = {"node_modules", "__pycache__", "dist", ".venv"}
+THIS = "tests/tidy/tidy_test.py"
 ROOTS = ("core", "api", "server", "clients/cli", "tests")
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "server", "core", "api",
              "clients", "tests", "docker", "build"}
@@ -101,6 +119,21 @@ def confined_homes(path: str, name: str):
     return None
 
 
+def width_faults(path: str, text: str):
+    for number, line in enumerate(text.split("\n"), 1):
+        if len(line) > COLUMNS_MAX and not LONG_WORD.search(line):
+            yield f"{path}:{number}: {len(line)} columns; at most {COLUMNS_MAX}"
+
+
+def citation_faults(path: str, text: str, documents: set):
+    for found in CITED.finditer(text):
+        yield f"{path}: cites {found.group()}, which is not in the tree"
+    for found in DOCUMENT.finditer(text):
+        name = found.group().rsplit("/", 1)[-1]
+        if name not in documents and name not in NO_DOCUMENT:
+            yield f"{path}: cites {found.group()}, which is not in the tree"
+
+
 def include_faults(path: str, text: str):
     me = owner(path)
     if not me:
@@ -114,7 +147,8 @@ def include_faults(path: str, text: str):
             continue
         barred = any(inside(name, n) for n in NEVER.get(me, []))
         if barred or not any(inside(name, a) for a in [me] + LAYERS[me]):
-            yield f"{path}: may not include \"{name}\" ({me} -> {', '.join(LAYERS[me]) or 'nothing'})"
+            allowed = ", ".join(LAYERS[me]) or "nothing"
+            yield f"{path}: may not include \"{name}\" ({me} -> {allowed})"
         if me == "clients/cli" and path not in RENDERS_LOCALLY:
             if inside(name, "core") and not inside(name, "core/base"):
                 yield f"{path}: only the local render may include \"{name}\""
@@ -147,19 +181,50 @@ def top_level_faults(names):
             yield f"{name}: does not belong to the top level"
 
 
+def is_source(file: pathlib.Path) -> bool:
+    """C++, Python, TypeScript, or a shell script, which may have no ending."""
+    if file.suffix in SOURCES:
+        return True
+    if file.suffix or not file.is_file():
+        return False
+    with file.open("rb") as opened:
+        return opened.read(9) == b"#!/bin/sh"
+
+
+def files_of_tree():
+    for folder, folders, names in os.walk("."):
+        folders[:] = [f for f in folders if f not in NOT_OURS and
+                      not (folder == "." and f in ("build", ".git"))]
+        for name in names:
+            yield pathlib.Path(folder, name)
+
+
 def all_faults():
     found = list(top_level_faults(p.name for p in pathlib.Path(".").iterdir()))
-    for root in ROOTS:
-        for file in sorted(pathlib.Path(root).rglob("*")):
-            if file.suffix in (".h", ".cpp") and "node_modules" not in file.parts:
-                found += faults_in(file.as_posix(), file.read_text(encoding="utf-8"))
+    files = sorted(files_of_tree())
+    documents = {file.name for file in files if file.suffix == ".md"}
+    for file in files:
+        path = file.as_posix()
+        if not is_source(file) and file.suffix != ".md" and file.name != "CMakeLists.txt":
+            continue
+        text = file.read_text(encoding="utf-8")
+        if path != THIS:
+            found += citation_faults(path, text, documents)
+        if is_source(file):
+            found += width_faults(path, text)
+        if file.suffix in (".h", ".cpp") and any(inside(path, root) for root in ROOTS):
+            found += faults_in(path, text)
     return found
 
 
 HEADER = "/// A header.\n#pragma once\n"
 # One planted fault each: path, text, words that the report must hold.
 PLANTED = [
-    ("core/math/a.h", HEADER + '#include "core/bsdf/bsdf.h"\n', 'may not include "core/bsdf/bsdf.h"'),
+    (
+        "core/math/a.h",
+        HEADER + '#include "core/bsdf/bsdf.h"\n',
+        'may not include "core/bsdf/bsdf.h"',
+    ),
     ("core/film/a.h", HEADER + '#include "core/render/render_task.h"\n', "may not include"),
     ("core/render/a.cpp", '#include "core/scene_io/gltf_load.h"\n', "may not include"),
     ("api/a.cpp", '#include "server/app.h"\n', "may not include"),
@@ -186,6 +251,16 @@ PLANTED = [
     ("core/math/a.h", HEADER + "float pdf(int x);\n", "without its measure"),
     ("tests/unit/core/a.cpp", "TEST(A, DISA" + "BLED_B) {}\n", "disabled test"),
 ]
+PLANTED_LINES = [
+    "/// " + "long " * 20,
+    "    parser.add_argument('--flag', help='" + "words " * 12 + "', default=None)",
+]
+PLANTED_CITATIONS = [
+    "// Weights as in LIGHT_" + "TRANSPORT.md, section 3.",
+    "/// The layout is DE" + "SIGN's.",
+    "# As issue" + " 12 asks.",
+    "See docs/layout.md.",
+]
 CLEAN = [
     ("core/bsdf/a.h", HEADER + '#include "core/math/vec.h"\nfloat pdf_solid_angle(int x);\n'),
     ("core/scene_io/a.cpp", "#include <nlohmann/json.hpp>\n#include <tiny_gltf.h>\n"),
@@ -194,13 +269,28 @@ CLEAN = [
 ]
 
 
+CLEAN_TEXTS = [
+    "/// Source: PBR 4th ed., section 9.2.",
+    "See [the guide](clients/README.md). A colour: #123456.",
+    "// https://example.org/" + "a" * 100,
+]
+
+
 def self_test() -> int:
     missed = [f"not seen in {path}: {words}" for path, text, words in PLANTED
               if not any(words in fault for fault in faults_in(path, text))]
     missed += [f"false alarm: {fault}" for path, text in CLEAN for fault in faults_in(path, text)]
+    missed += [f"not seen: a line of {len(line)} columns" for line in PLANTED_LINES
+               if not any(width_faults("core/a.h", line))]
+    missed += [f"not seen: {text}" for text in PLANTED_CITATIONS
+               if not any(citation_faults("core/a.h", text, {"README.md"}))]
+    missed += [f"false alarm: {fault}" for text in CLEAN_TEXTS
+               for fault in [*width_faults("core/a.h", text),
+                             *citation_faults("core/a.h", text, {"README.md"})]]
     if not any(top_level_faults(["notes.txt"])):
         missed.append("not seen: a stray file on the top level")
-    print("\n".join(missed) or f"tidy self-test: {len(PLANTED) + 1} planted faults seen")
+    planted = len(PLANTED) + len(PLANTED_LINES) + len(PLANTED_CITATIONS) + 1
+    print("\n".join(missed) or f"tidy self-test: {planted} planted faults seen")
     return 1 if missed else 0
 
 

@@ -1,4 +1,5 @@
-// Jobs of the mock server: accumulate noise over a synthetic picture and keep the numbers the contract names.
+// Jobs of the mock server: accumulate noise over a synthetic picture and keep the numbers the
+// contract names.
 import crypto from 'node:crypto';
 import { makeNormal, makeTruth } from './mock_picture.mjs';
 import { srgb8 } from './mock_codec.mjs';

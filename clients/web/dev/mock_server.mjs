@@ -106,7 +106,8 @@ function events(job, req, res) {
   );
   if (isFinal(job))
     return res.end(
-      `id: ${stream}-${job.log.length}\nevent: end\ndata: ${JSON.stringify({ state: job.state, stop_reason: job.stopReason })}\n\n`,
+      `id: ${stream}-${job.log.length}\nevent: end\n` +
+        `data: ${JSON.stringify({ state: job.state, stop_reason: job.stopReason })}\n\n`,
     );
   const set = watchers.get(job.id) ?? watchers.set(job.id, new Set()).get(job.id);
   set.add(res);
@@ -434,7 +435,9 @@ setInterval(() => {
         revision: tile.revision,
         samples: tile.n,
         error: tile.error,
-        url: `/v1/jobs/${job.id}/image?x=${tile.x}&y=${tile.y}&width=${tile.width}&height=${tile.height}`,
+        url:
+          `/v1/jobs/${job.id}/image` +
+          `?x=${tile.x}&y=${tile.y}&width=${tile.width}&height=${tile.height}`,
       });
       const reason = passed ? job.endPass() : null;
       if (reason) job.finish('finished', reason);

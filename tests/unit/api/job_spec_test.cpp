@@ -51,8 +51,9 @@ TEST(JobSpec, AdaptiveSamplingHasItsParameters) {
           R"("adaptive":{"type":"pilot","min_samples":32,"granularity":"pixel","dilation":1})"),
       std::string::npos)
       << api::spec_json(plain);
-  const api::JobSpec spec = spec_of(
-      R"({"scene":"s","adaptive":{"type":"pilot","min_samples":64,"granularity":"tile","dilation":0}})");
+  const api::JobSpec spec =
+      spec_of(R"({"scene":"s","adaptive":{"type":"pilot","min_samples":64,"granularity":"tile",)"
+              R"("dilation":0}})");
   EXPECT_EQ(spec.render.adaptive.min_samples, 64);
   EXPECT_EQ(spec.render.adaptive.granularity, core::Granularity::kTile);
   EXPECT_EQ(spec.render.adaptive.dilation, 0);
@@ -111,7 +112,8 @@ TEST(JobSpec, EveryMemberArrives) {
     "camera": {"index": 2, "position": [1, 2, 3], "target": [4, 5, 6], "up": [0, 0, 1],
                "vertical_fov_degrees": 30, "aperture_radius": 0.01, "focus_distance": 2},
     "variant": "red", "time_seconds": 1.5, "class": "preview", "preview_key": "k",
-    "environment": {"color": [0.1, 0.2, 0.3], "intensity": 4, "rotation_degrees": -90, "visible": false,
+    "environment": {"color": [0.1, 0.2, 0.3], "intensity": 4, "rotation_degrees": -90,
+    "visible": false,
                     "asset": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"},
     "film": {"width": 100, "height": 50, "crop": {"x": 1, "y": 2, "width": 3, "height": 4},
              "filter": {"type": "box", "radius": 0.5}, "layers": ["depth", "beauty"]},
@@ -184,8 +186,9 @@ TEST(JobSpec, TakesWholeNumbersWithAPoint) {
 }
 
 TEST(JobSpec, HasNoNegativeZero) {
-  const api::JobSpec spec = spec_of(
-      R"({"scene":"x","seed":-0,"time_seconds":-0.0,"camera":{"position":[-0.0,0,1],"target":[0,0,0]}})");
+  const api::JobSpec spec =
+      spec_of(R"({"scene":"x","seed":-0,"time_seconds":-0.0,"camera":{"position":[-0.0,0,1],)"
+              R"("target":[0,0,0]}})");
   EXPECT_EQ(api::dump(api::to_json(spec)["camera"]["position"]), "[0,0,1]");
   EXPECT_EQ(api::dump(api::to_json(spec)["time_seconds"]), "0");
 }
@@ -211,8 +214,8 @@ TEST(JobSpec, RoundsSampleCountsAndSaysSo) {
             (std::vector<std::string>{"stop.samples_per_pixel: 15 was asked for, 16 is in force: "
                                       "sampler 'sobol' with 2 replicates rounds 15 to 16."}));
   EXPECT_TRUE(api::parse_job(R"({"scene":"x","stop":{"samples_per_pixel":1}})")->warnings.empty());
-  const auto sets = api::parse_job(
-      R"({"scene":"x","sampler":{"type":"stratified","replicates":4},"stop":{"samples_per_pixel":100}})");
+  const auto sets = api::parse_job(R"({"scene":"x","sampler":{"type":"stratified","replicates":4},)"
+                                   R"("stop":{"samples_per_pixel":100}})");
   ASSERT_TRUE(sets);
   EXPECT_EQ(sets->spec.stop.samples_per_pixel, 128);
   EXPECT_EQ(sets->warnings,
@@ -225,17 +228,19 @@ TEST(JobSpec, RoundsSampleCountsAndSaysSo) {
   EXPECT_EQ(beyond->spec.stop.samples_per_pixel, 65500)
       << "65550 would be more than a job may have";
   EXPECT_EQ(beyond->warnings.size(), 1U);
-  const auto windows = api::parse_job(
-      R"({"scene":"x","light_sampler":{"type":"restir","history":3},"stop":{"samples_per_pixel":16}})");
+  const auto windows =
+      api::parse_job(R"({"scene":"x","light_sampler":{"type":"restir","history":3},)"
+                     R"("stop":{"samples_per_pixel":16}})");
   ASSERT_TRUE(windows);
   EXPECT_EQ(windows->spec.stop.samples_per_pixel, 18);
   EXPECT_EQ(
       windows->warnings,
       (std::vector<std::string>{"stop.samples_per_pixel: 16 was asked for, 18 is in force: sampler "
                                 "'sobol' with history 3 and 2 replicates rounds 16 to 18."}));
-  const auto most = api::parse_job(
-      R"({"scene":"x","sampler":{"type":"orthogonal-array","replicates":64},)"
-      R"("light_sampler":{"type":"restir","block":1,"history":16},"stop":{"samples_per_pixel":65536}})");
+  const auto most =
+      api::parse_job(R"({"scene":"x","sampler":{"type":"orthogonal-array","replicates":64},)"
+                     R"("light_sampler":{"type":"restir","block":1,"history":16},)"
+                     R"("stop":{"samples_per_pixel":65536}})");
   ASSERT_TRUE(most);
   EXPECT_EQ(most->spec.stop.samples_per_pixel, 51200) << "units of 25 x 16 x 64; two of them";
 }

@@ -203,7 +203,8 @@ TEST(OpenApi, SchemaAndParserAgree) {
       {R"({"scene":"x","film":{"layers":["heat"]}})", false},
       {R"({"scene":"x","sampler":{"replicates":3}})", false},
       {R"({"scene":"x","adaptive":{"type":"none"}})", true},
-      {R"({"scene":"x","adaptive":{"type":"pilot","min_samples":16,"granularity":"tile","dilation":2}})",
+      {R"({"scene":"x","adaptive":{"type":"pilot","min_samples":16,"granularity":"tile",)"
+       R"("dilation":2}})",
        true},
       {R"({"scene":"x","adaptive":{"type":"pilot","dilation":9}})", false},
       {R"({"scene":"x","adaptive":{"type":"magic"}})", false},

@@ -60,14 +60,15 @@ TEST(MakeRequest, WeightsAndControlVariatesAreTypesOfTheEstimator) {
   flags.scene = "glass";
   flags.mis = "optimal";
   flags.control_variate = "none";
-  EXPECT_EQ(
-      cli::make_request(flags)->dump(),
-      R"({"scene":"glass","estimator":{"mis":{"type":"optimal"},"control_variate":{"type":"none"}}})");
+  EXPECT_EQ(cli::make_request(flags)->dump(),
+            R"({"scene":"glass","estimator":{"mis":{"type":"optimal"},)"
+            R"("control_variate":{"type":"none"}}})");
 }
 
 TEST(MakeRequest, FlagsWinOverTheJobFileAndTheRestOfItStays) {
   const TemporaryFile file(
-      R"({"scene":"interior","film":{"width":10,"height":20,"filter":{"type":"box"}},"camera":{"index":2}})");
+      R"({"scene":"interior","film":{"width":10,"height":20,"filter":{"type":"box"}},)"
+      R"("camera":{"index":2}})");
   cli::JobFlags flags;
   flags.job_file = file.path();
   flags.size = "30x40";

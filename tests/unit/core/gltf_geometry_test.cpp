@@ -191,9 +191,9 @@ TEST(GltfGeometry, ChildrenFollowTheirParents) {
   core::GlbWriter writer;
   add_triangle(writer, "", "\"translation\":[1,0,0]");
   // A quarter turn about z, twice as large, moved up by 5: (1,0,0) goes to (0,7,0).
-  writer.add(
-      "nodes",
-      R"({"children":[0],"translation":[0,5,0],"rotation":[0,0,0.70710678,0.70710678],"scale":[2,2,2]})");
+  writer.add("nodes",
+             R"({"children":[0],"translation":[0,5,0],"rotation":[0,0,0.70710678,0.70710678],)"
+             R"("scale":[2,2,2]})");
   const auto scene = load(writer);
   ASSERT_TRUE(scene);
   ASSERT_EQ(scene->instances.size(), 1U);
@@ -282,9 +282,9 @@ TEST(GltfGeometry, SideFilesAndDataUrisGiveTheSame) {
 
 TEST(GltfGeometry, OrthographicCameraKeepsItsMagnifications) {
   core::GlbWriter writer;
-  writer.add(
-      "cameras",
-      R"({"name":"top","type":"orthographic","orthographic":{"xmag":3,"ymag":2,"znear":0,"zfar":9}})");
+  writer.add("cameras",
+             R"({"name":"top","type":"orthographic","orthographic":{"xmag":3,"ymag":2,"znear":0,)"
+             R"("zfar":9}})");
   writer.add("nodes", R"({"camera":0})");
   const auto scene = load(writer);
   ASSERT_TRUE(scene);
@@ -300,7 +300,8 @@ TEST(GltfGeometry, LightsMultiplyColorAndIntensity) {
   writer.use_extension("KHR_lights_punctual");
   writer.set(
       "extensions",
-      R"({"KHR_lights_punctual":{"lights":[{"type":"spot","color":[1,0.5,0.25],"intensity":8,"range":7,)"
+      R"({"KHR_lights_punctual":{"lights":[{"type":"spot","color":[1,0.5,0.25],"intensity":8,)"
+      R"("range":7,)"
       R"("spot":{"innerConeAngle":0.1,"outerConeAngle":0.4}}]}})");
   writer.add("nodes", R"({"extensions":{"KHR_lights_punctual":{"light":0}}})");
   const auto scene = load(writer);

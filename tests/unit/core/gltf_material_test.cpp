@@ -50,7 +50,8 @@ TEST(GltfMaterial, EmptyMaterialHasTheSpecificationsDefaults) {
 
 TEST(GltfMaterial, CoreFactorsAreRead) {
   const MaterialDescription m = material_of(
-      R"("pbrMetallicRoughness":{"baseColorFactor":[0.1,0.2,0.3,0.4],"metallicFactor":0.5,"roughnessFactor":0.6},)"
+      R"("pbrMetallicRoughness":{"baseColorFactor":[0.1,0.2,0.3,0.4],"metallicFactor":0.5,)"
+      R"("roughnessFactor":0.6},)"
       R"("emissiveFactor":[0.7,0.8,0.9],"alphaMode":"MASK","alphaCutoff":0.25,"doubleSided":true)");
   EXPECT_EQ(m.base_color, (Rgb{0.1F, 0.2F, 0.3F}));
   EXPECT_EQ(m.base_alpha, 0.4F);
@@ -63,16 +64,18 @@ TEST(GltfMaterial, CoreFactorsAreRead) {
 }
 
 TEST(GltfMaterial, EmissiveStrengthMultiplies) {
-  const auto scene = load_material(
-      R"("emissiveFactor":[1,0.5,0],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":8}})");
+  const auto scene =
+      load_material(R"("emissiveFactor":[1,0.5,0],)"
+                    R"("extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":8}})");
   ASSERT_TRUE(scene);
   EXPECT_EQ(scene->materials[0].emissive, (Rgb{8, 4, 0}));
   EXPECT_TRUE(scene->has_emissive_strength);
 }
 
 TEST(GltfMaterial, EmissiveStrengthOf1IsNoLamp) {
-  const auto scene = load_material(
-      R"("emissiveFactor":[1,1,1],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":1}})");
+  const auto scene =
+      load_material(R"("emissiveFactor":[1,1,1],)"
+                    R"("extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":1}})");
   ASSERT_TRUE(scene);
   EXPECT_FALSE(scene->has_emissive_strength);
 }
@@ -91,9 +94,11 @@ TEST(GltfMaterial, SpecularIsRead) {
 }
 
 TEST(GltfMaterial, TransmissionAndVolumeAreRead) {
-  const MaterialDescription m = material_of(
-      R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":0.75},"KHR_materials_volume":{"thicknessFactor":2,)"
-      R"("attenuationDistance":0.5,"attenuationColor":[0.25,0.5,1]},"KHR_materials_dispersion":{"dispersion":0.2}})");
+  const MaterialDescription m =
+      material_of(R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":0.75},)"
+                  R"("KHR_materials_volume":{"thicknessFactor":2,)"
+                  R"("attenuationDistance":0.5,"attenuationColor":[0.25,0.5,1]},)"
+                  R"("KHR_materials_dispersion":{"dispersion":0.2}})");
   EXPECT_EQ(m.transmission, 0.75F);
   EXPECT_EQ(m.thickness, 2);
   EXPECT_EQ(m.attenuation_distance, 0.5F);
@@ -116,9 +121,10 @@ TEST(GltfMaterial, SheenIsRead) {
 }
 
 TEST(GltfMaterial, IridescenceIsRead) {
-  const MaterialDescription m = extended(
-      "KHR_materials_iridescence",
-      R"("iridescenceFactor":1,"iridescenceIor":1.8,"iridescenceThicknessMinimum":200,"iridescenceThicknessMaximum":800)");
+  const MaterialDescription m =
+      extended("KHR_materials_iridescence",
+               R"("iridescenceFactor":1,"iridescenceIor":1.8,"iridescenceThicknessMinimum":200,)"
+               R"("iridescenceThicknessMaximum":800)");
   EXPECT_EQ(m.iridescence, 1);
   EXPECT_EQ(m.iridescence_ior, 1.8F);
   EXPECT_EQ(m.iridescence_thickness_min_nm, 200);
@@ -151,9 +157,10 @@ TEST(GltfMaterial, DiffuseTransmissionIsRead) {
 TEST(GltfMaterial, SpecularGlossinessBecomesADielectricOfInfiniteIor) {
   // KHR_materials_specular, "Interaction with other extensions": ior 0, specular colour as it is,
   // roughness 1 - glossiness.
-  const MaterialDescription m = extended(
-      "KHR_materials_pbrSpecularGlossiness",
-      R"("diffuseFactor":[0.1,0.2,0.3,0.4],"specularFactor":[0.5,0.6,0.7],"glossinessFactor":0.75)");
+  const MaterialDescription m =
+      extended("KHR_materials_pbrSpecularGlossiness",
+               R"("diffuseFactor":[0.1,0.2,0.3,0.4],"specularFactor":[0.5,0.6,0.7],)"
+               R"("glossinessFactor":0.75)");
   EXPECT_EQ(m.base_color, (Rgb{0.1F, 0.2F, 0.3F}));
   EXPECT_EQ(m.base_alpha, 0.4F);
   EXPECT_EQ(m.metallic, 0);
@@ -166,9 +173,9 @@ TEST(GltfMaterial, GlossinessTextureBecomesARoughnessTexture) {
   core::GlbWriter writer;
   add_image(writer, pixel_png(1, 0.5F, 0.25F, 0.8F));
   writer.add("textures", R"({"source":0})");
-  writer.add(
-      "materials",
-      R"({"extensions":{"KHR_materials_pbrSpecularGlossiness":{"glossinessFactor":0.5,"specularGlossinessTexture":{"index":0}}}})");
+  writer.add("materials",
+             R"({"extensions":{"KHR_materials_pbrSpecularGlossiness":{"glossinessFactor":0.5,)"
+             R"("specularGlossinessTexture":{"index":0}}}})");
   add_triangle(writer, "\"material\":0");
   const auto scene = load(writer);
   ASSERT_TRUE(scene);
@@ -184,10 +191,11 @@ TEST(GltfMaterial, AllTexturesOfAMaterialAreRead) {
   core::GlbWriter writer;
   add_image(writer, pixel_png(1, 1, 1, 1));
   writer.add("textures", R"({"source":0})");
-  writer.add(
-      "materials",
-      R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1},"metallicRoughnessTexture":{"index":0}},)"
-      R"("normalTexture":{"index":0,"scale":0.5},"occlusionTexture":{"index":0,"strength":0.25},"emissiveTexture":{"index":0}})");
+  writer.add("materials",
+             R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1},)"
+             R"("metallicRoughnessTexture":{"index":0}},)"
+             R"("normalTexture":{"index":0,"scale":0.5},"occlusionTexture":{"index":0,)"
+             R"("strength":0.25},"emissiveTexture":{"index":0}})");
   add_triangle(writer, "\"material\":0");
   const auto scene = load(writer);
   ASSERT_TRUE(scene);
@@ -347,9 +355,9 @@ core::Bytes with_variants() {
              R"({"KHR_materials_variants":{"variants":[{"name":"red"},{"name":"blue"}]}})");
   writer.add("materials", "{}");
   writer.add("materials", "{}");
-  add_triangle(
-      writer,
-      R"("material":0,"extensions":{"KHR_materials_variants":{"mappings":[{"material":1,"variants":[1]}]}})");
+  add_triangle(writer,
+               R"("material":0,"extensions":{"KHR_materials_variants":{"mappings":[{"material":1,)"
+               R"("variants":[1]}]}})");
   return writer.finish();
 }
 

@@ -54,10 +54,11 @@ Document everything() {
   const int sparse_places = writer.add_view(bytes(std::vector<std::uint16_t>{1, 3}));
   const int sparse_values = writer.add_view(bytes(std::vector<float>{0, 0, 1, 0, 1, 0}));
   const int sparse = writer.add(
-      "accessors",
-      R"({"componentType": 5126, "type": "VEC3", "count": 4, "sparse": {"count": 2, "indices": {"bufferView": )" +
-          number(sparse_places) + R"(, "componentType": 5123}, "values": {"bufferView": )" +
-          number(sparse_values) + "}}}");
+      "accessors", R"({"componentType": 5126, "type": "VEC3", "count": 4, "sparse": {"count": 2,)"
+                   R"( "indices": {"bufferView": )" +
+                       number(sparse_places) +
+                       R"(, "componentType": 5123}, "values": {"bufferView": )" +
+                       number(sparse_values) + "}}}");
   const int times = accessor(writer, std::vector<float>{0, 1, 2}, kF32, "SCALAR", 1);
   const int ways = accessor(writer, std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0}, kF32, "VEC3", 3);
   const int turns =
@@ -73,53 +74,66 @@ Document everything() {
   writer.add("textures", R"({"source": 0, "sampler": 0})");
   writer.add("textures", R"({"source": 0})");
   const std::string t = R"({"index": 1})";
-  writer.add(
-      "materials",
-      R"({"name": "all", "alphaMode": "MASK", "alphaCutoff": 0.4, "doubleSided": true, "emissiveFactor": [0.1, 0.2, 0.3],
-  "emissiveTexture": {"index": 0, "texCoord": 0}, "normalTexture": {"index": 0, "scale": 0.5}, "occlusionTexture": {"index": 0, "strength": 0.5},
-  "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.5, 0.9], "metallicFactor": 0.5, "roughnessFactor": 0.4,
-    "baseColorTexture": {"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.1, 0.2], "rotation": 0.3, "scale": [2, 2], "texCoord": 0}}},
+  writer.add("materials",
+             R"({"name": "all", "alphaMode": "MASK", "alphaCutoff": 0.4, "doubleSided": true,)"
+             R"( "emissiveFactor": [0.1, 0.2, 0.3],
+  "emissiveTexture": {"index": 0, "texCoord": 0}, "normalTexture": {"index": 0, "scale": 0.5},
+  "occlusionTexture": {"index": 0, "strength": 0.5},
+  "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.5, 0.9], "metallicFactor": 0.5,
+  "roughnessFactor": 0.4,
+    "baseColorTexture": {"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.1,
+    0.2], "rotation": 0.3, "scale": [2, 2], "texCoord": 0}}},
     "metallicRoughnessTexture": {"index": 1}},
-  "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 2}, "KHR_materials_ior": {"ior": 1.4},
+  "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 2},
+  "KHR_materials_ior": {"ior": 1.4},
     "KHR_materials_specular": {"specularFactor": 0.5, "specularTexture": )" +
-          t + R"(, "specularColorFactor": [1, 0.5, 1], "specularColorTexture": )" + t + R"(},
-    "KHR_materials_anisotropy": {"anisotropyStrength": 0.5, "anisotropyRotation": 1, "anisotropyTexture": )" +
-          t + R"(},
+                 t + R"(, "specularColorFactor": [1, 0.5, 1], "specularColorTexture": )" + t + R"(},
+    "KHR_materials_anisotropy": {"anisotropyStrength": 0.5, "anisotropyRotation": 1,
+    "anisotropyTexture": )" +
+                 t + R"(},
     "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatTexture": )" +
-          t + R"(, "clearcoatRoughnessFactor": 0.2, "clearcoatNormalTexture": )" + t + R"(},
+                 t + R"(, "clearcoatRoughnessFactor": 0.2, "clearcoatNormalTexture": )" + t + R"(},
     "KHR_materials_sheen": {"sheenColorFactor": [0.5, 0.4, 0.3], "sheenColorTexture": )" +
-          t + R"(, "sheenRoughnessFactor": 0.3},
-    "KHR_materials_iridescence": {"iridescenceFactor": 0.8, "iridescenceIor": 1.3, "iridescenceThicknessMinimum": 100, "iridescenceThicknessMaximum": 500, "iridescenceThicknessTexture": )" +
-          t + R"(},
+                 t + R"(, "sheenRoughnessFactor": 0.3},
+    "KHR_materials_iridescence": {"iridescenceFactor": 0.8, "iridescenceIor": 1.3,
+    "iridescenceThicknessMinimum": 100, "iridescenceThicknessMaximum": 500,
+    "iridescenceThicknessTexture": )" +
+                 t + R"(},
     "KHR_materials_transmission": {"transmissionFactor": 0.5, "transmissionTexture": )" +
-          t + R"(},
-    "KHR_materials_volume": {"thicknessFactor": 0.5, "attenuationDistance": 0.3, "attenuationColor": [0.5, 0.7, 0.9]},
-    "KHR_materials_dispersion": {"dispersion": 0.3}, "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.2, "diffuseTransmissionColorFactor": [1, 1, 0]}}})");
+                 t + R"(},
+    "KHR_materials_volume": {"thicknessFactor": 0.5, "attenuationDistance": 0.3,
+    "attenuationColor": [0.5, 0.7, 0.9]},
+    "KHR_materials_dispersion": {"dispersion": 0.3},
+    "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.2,
+    "diffuseTransmissionColorFactor": [1, 1, 0]}}})");
+  writer.add("materials", R"({"extensions": {"KHR_materials_unlit": {}},)"
+                          R"( "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})");
   writer.add(
       "materials",
-      R"({"extensions": {"KHR_materials_unlit": {}}, "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})");
-  writer.add(
-      "materials",
-      R"({"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [0.5, 0.5, 0.5, 1], "diffuseTexture": )" +
+      R"({"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [0.5, 0.5,)"
+      R"( 0.5, 1], "diffuseTexture": )" +
           t +
-          R"(, "specularFactor": [0.2, 0.3, 0.4], "glossinessFactor": 0.6, "specularGlossinessTexture": )" +
+          R"(, "specularFactor": [0.2, 0.3, 0.4], "glossinessFactor": 0.6,)"
+          R"( "specularGlossinessTexture": )" +
           t + "}}}");
   const std::string common = R"("attributes": {"POSITION": )" + number(positions) +
                              R"(, "NORMAL": )" + number(normals) + R"(, "TEXCOORD_0": )" +
                              number(uv);
-  writer.add(
-      "meshes",
-      R"({"weights": [0.2, 0.1], "primitives": [{)" + common + R"(, "COLOR_0": )" + number(colors) +
-          R"(, "JOINTS_0": )" + number(joints) + R"(, "WEIGHTS_0": )" + number(weights) +
-          R"(}, "indices": )" + number(indices) + R"(, "material": 0, "targets": [{"POSITION": )" +
-          number(moved) + R"(}, {"POSITION": )" + number(sparse) +
-          R"(}], "extensions": {"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [0]}]}}}]})");
+  writer.add("meshes",
+             R"({"weights": [0.2, 0.1], "primitives": [{)" + common + R"(, "COLOR_0": )" +
+                 number(colors) + R"(, "JOINTS_0": )" + number(joints) + R"(, "WEIGHTS_0": )" +
+                 number(weights) + R"(}, "indices": )" + number(indices) +
+                 R"(, "material": 0, "targets": [{"POSITION": )" + number(moved) +
+                 R"(}, {"POSITION": )" + number(sparse) +
+                 R"(}], "extensions": {"KHR_materials_variants": {"mappings": [{"material": 1,)"
+                 R"( "variants": [0]}]}}}]})");
   writer.add("meshes", R"({"primitives": [{)" + common + R"(}, "mode": 5, "material": 1}, {)" +
                            common + R"(}, "material": 2, "mode": 6}]})");
   writer.add("nodes", R"({"mesh": 0, "skin": 0})");
   writer.add(
       "nodes",
-      R"({"children": [2], "translation": [0.1, 0, 0], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]})");
+      R"({"children": [2], "translation": [0.1, 0, 0], "rotation": [0, 0, 0, 1], "scale": [1,)"
+      R"( 1, 1]})");
   writer.add("nodes", R"({"matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]})");
   writer.add(
       "nodes",
@@ -129,12 +143,12 @@ Document everything() {
   writer.add("nodes", R"({"camera": 1, "extensions": {"KHR_lights_punctual": {"light": 0}}})");
   writer.add("nodes",
              R"({"extensions": {"KHR_lights_punctual": {"light": 1}}, "translation": [0, 2, 2]})");
-  writer.add(
-      "cameras",
-      R"({"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1, "zfar": 100, "aspectRatio": 1.5}})");
-  writer.add(
-      "cameras",
-      R"({"type": "orthographic", "orthographic": {"xmag": 2, "ymag": 2, "znear": 0.1, "zfar": 100}})");
+  writer.add("cameras",
+             R"({"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1, "zfar": 100,)"
+             R"( "aspectRatio": 1.5}})");
+  writer.add("cameras",
+             R"({"type": "orthographic", "orthographic": {"xmag": 2, "ymag": 2, "znear": 0.1,)"
+             R"( "zfar": 100}})");
   writer.add("skins",
              R"({"joints": [1, 2], "skeleton": 1, "inverseBindMatrices": )" + number(bind) + "}");
   const auto sampler = [times](int output, const char* how) {
@@ -145,12 +159,14 @@ Document everything() {
              R"({"samplers": [)" + sampler(ways, "LINEAR") + ", " + sampler(turns, "STEP") + ", " +
                  sampler(cubic, "CUBICSPLINE") + ", " + sampler(amounts, "LINEAR") +
                  R"(], "channels": [{"sampler": 0, "target": {"node": 1, "path": "translation"}},
-  {"sampler": 1, "target": {"node": 1, "path": "rotation"}}, {"sampler": 2, "target": {"node": 1, "path": "scale"}},
+  {"sampler": 1, "target": {"node": 1, "path": "rotation"}}, {"sampler": 2, "target": {"node": 1,
+  "path": "scale"}},
   {"sampler": 3, "target": {"node": 0, "path": "weights"}}]})");
-  writer.set(
-      "extensions",
-      R"({"KHR_lights_punctual": {"lights": [{"type": "spot", "color": [1, 1, 0.5], "intensity": 5, "range": 20,
-  "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}}, {"type": "point", "intensity": 3}]}, "KHR_materials_variants": {"variants": [{"name": "v"}]}})");
+  writer.set("extensions",
+             R"({"KHR_lights_punctual": {"lights": [{"type": "spot", "color": [1, 1, 0.5],)"
+             R"( "intensity": 5, "range": 20,
+  "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}}, {"type": "point", "intensity": 3}]},
+  "KHR_materials_variants": {"variants": [{"name": "v"}]}})");
   writer.set("extensionsRequired", R"(["KHR_texture_transform"])");
   auto separate = writer.finish_separate("a.bin");
   return {std::move(separate.json), std::move(separate.bin)};

@@ -51,9 +51,11 @@ std::string triangle_buffer();
 /// Brings a store's tables back to how they were before there were tenants.
 inline constexpr const char* kBackToSchema7 = R"sql(
 DROP TABLE sessions; DROP TABLE webhook_deliveries; DROP TABLE webhook_secrets;
-CREATE TABLE deliveries(id TEXT PRIMARY KEY, job TEXT NOT NULL, url TEXT NOT NULL, body TEXT NOT NULL,
+CREATE TABLE deliveries(id TEXT PRIMARY KEY, job TEXT NOT NULL,
+url TEXT NOT NULL, body TEXT NOT NULL,
   attempts INTEGER NOT NULL, next_at REAL NOT NULL) WITHOUT ROWID;
-DROP TRIGGER keep_deleted_work; DROP TABLE deleted_work; DROP TABLE scene_tenants; DROP TABLE asset_tenants;
+DROP TRIGGER keep_deleted_work; DROP TABLE deleted_work;
+DROP TABLE scene_tenants; DROP TABLE asset_tenants;
 ALTER TABLE keys DROP COLUMN tenant; ALTER TABLE keys DROP COLUMN priority_max;
 ALTER TABLE comparisons DROP COLUMN tenant;
 ALTER TABLE assets ADD COLUMN uploaded INTEGER NOT NULL DEFAULT 0;

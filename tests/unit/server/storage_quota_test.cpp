@@ -124,8 +124,10 @@ TEST_F(Quota, FilmsOfAnOlderStoreCountForTheirOwners) {
   constexpr const char* kBack = R"sql(
     ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs DROP COLUMN split_count;
     DROP INDEX assets_by_owner; ALTER TABLE assets DROP COLUMN owner;
-    DROP INDEX job_owners_by_bytes; DROP INDEX jobs_by_film_bytes; DROP TABLE loose_films; DROP TABLE job_titles;
-    ALTER TABLE job_owners DROP COLUMN reserved_bytes; ALTER TABLE job_owners DROP COLUMN stored_bytes;
+    DROP INDEX job_owners_by_bytes; DROP INDEX jobs_by_film_bytes;
+    DROP TABLE loose_films; DROP TABLE job_titles;
+    ALTER TABLE job_owners DROP COLUMN reserved_bytes;
+    ALTER TABLE job_owners DROP COLUMN stored_bytes;
     PRAGMA user_version=4;
   )sql";
   ASSERT_TRUE(database->session().execute(kBack));

@@ -334,10 +334,13 @@ TEST_F(Store, ASceneKnowsItsFilesAndLeavesOrphansOnly) {
 /// A store as it was before there were tenants: the key `k1` brought an asset, a scene and a job
 /// with another scene; `k2` has a job with the scene of `k1`; nobody knows whose the rest is.
 constexpr const char* kOfTwoKeys = R"sql(
-INSERT INTO keys(id, name, token_hash, session_hash, scopes, created_at) VALUES('k1', 'one', 'a', 'b', 'read,write', 1);
+INSERT INTO keys(id, name, token_hash, session_hash, scopes, created_at)
+VALUES('k1', 'one', 'a', 'b', 'read,write', 1);
 INSERT INTO assets(id, bytes, uploaded, created_at, owner)
-  VALUES('sky', 5, 1, 1, 'k1'), ('doc1', 7, 0, 1, 'k1'), ('doc2', 9, 0, 1, ''), ('loose', 1, 1, 1, '');
-INSERT INTO scenes(id, description, facts, created_at) VALUES('s1', '{"name":"sofa"}', '', 1), ('s2', '{}', '', 1);
+  VALUES('sky', 5, 1, 1, 'k1'), ('doc1', 7, 0, 1, 'k1'),
+  ('doc2', 9, 0, 1, ''), ('loose', 1, 1, 1, '');
+INSERT INTO scenes(id, description, facts, created_at) VALUES('s1', '{"name":"sofa"}', '', 1),
+('s2', '{}', '', 1);
 INSERT INTO scene_files(scene, uri, asset) VALUES('s1', '', 'doc1'), ('s2', '', 'doc2');
 UPDATE jobs SET scene='s2', environment_asset='sky' WHERE id='job1';
 UPDATE jobs SET scene='s1' WHERE id='job2';

@@ -6,7 +6,10 @@ interface Listener {
   onOutcome: (outcome: LabOutcome) => void;
 }
 
-/** Runs an experiment and tells each line as it comes. Aborting the signal ends the run on the server. */
+/**
+ * Runs an experiment and tells each line as it comes. Aborting the signal ends the run on the
+ * server.
+ */
 export async function runExperiment(
   request: LabRequest,
   { onPoint, onOutcome }: Listener,

@@ -60,7 +60,9 @@ export interface SentScene {
   used: File[];
 }
 
-/** Sends a model: one .glb, one .zip, one self-contained .gltf, or a .gltf with the files it names. */
+/**
+ * Sends a model: one .glb, one .zip, one self-contained .gltf, or a .gltf with the files it names.
+ */
 export async function uploadScene(files: DroppedFile[], report: UploadReport): Promise<SentScene> {
   const model = modelIn(files);
   if (!model) throw new UploadError('There is no .glb, .gltf or .zip among these files.');
@@ -98,7 +100,8 @@ async function uploadFolder(
   }
   if (missing.length)
     throw new UploadError(
-      `${gltf.file.name} needs files that were not dropped with it: ${missing.join(', ')}. Drop the whole folder.`,
+      `${gltf.file.name} needs files that were not dropped with it: ${missing.join(', ')}. ` +
+        'Drop the whole folder.',
     );
   const total = [...found.values()].reduce((sum, f) => sum + f.size, gltf.file.size);
   let sent = 0;

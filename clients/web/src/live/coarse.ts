@@ -20,7 +20,10 @@ export function assembled(tiles: TileFrame[], width: number, height: number): Ti
   return { ...whole, width, height, hasAlpha, planes };
 }
 
-/** The two nearest pixels of a row or column for each place of a longer one, and the share of the second. */
+/**
+ * The two nearest pixels of a row or column for each place of a longer one, and the share of the
+ * second.
+ */
 function neighbours(from: number, to: number): { low: number; high: number; share: number }[] {
   return Array.from({ length: to }, (_, i) => {
     const at = Math.max(0, Math.min(from - 1, ((i + 0.5) * from) / to - 0.5));
@@ -34,15 +37,18 @@ export function enlarged(frame: TileFrame, width: number, height: number): TileF
   if (frame.width === width && frame.height === height) return frame;
   const columns = neighbours(frame.width, width);
   const rows = neighbours(frame.height, height);
-  const planes = new Float32Array((frame.planes.length / (frame.width * frame.height)) * width * height);
+  const planeCount = frame.planes.length / (frame.width * frame.height);
+  const planes = new Float32Array(planeCount * width * height);
   let to = 0;
   for (let base = 0; base < frame.planes.length; base += frame.width * frame.height) {
     for (const y of rows) {
       const top = base + y.low * frame.width;
       const bottom = base + y.high * frame.width;
       for (const x of columns) {
-        const above = frame.planes[top + x.low] * (1 - x.share) + frame.planes[top + x.high] * x.share;
-        const below = frame.planes[bottom + x.low] * (1 - x.share) + frame.planes[bottom + x.high] * x.share;
+        const mixed = (row: number) =>
+          frame.planes[row + x.low] * (1 - x.share) + frame.planes[row + x.high] * x.share;
+        const above = mixed(top);
+        const below = mixed(bottom);
         planes[to++] = above * (1 - y.share) + below * y.share;
       }
     }

@@ -15,8 +15,9 @@ const sliceMs = 6;
 const runPixels = 512;
 
 /**
- * A film whose `tileError` holds, per pixel, the relative difference of two films or how many standard errors they
- * are apart (both pooled over 5 x 5 pixels). Works for a few milliseconds at a time and lets the page breathe in between.
+ * A film whose `tileError` holds, per pixel, the relative difference of two films or how many
+ * standard errors they are apart (both pooled over 5 x 5 pixels). Works for a few milliseconds at a
+ * time and lets the page breathe in between.
  */
 export async function compareFilms(
   a: LiveFilm,
@@ -74,7 +75,10 @@ function subtract(a: LiveFilm, b: LiveFilm, out: LiveFilm, pixel: number, figure
   out.tileError[pixel] = Math.sqrt(relative / 3);
 }
 
-/** The mean of n correlated differences has the variance mean(v) at most: z is never shown too large. */
+/**
+ * The mean of n correlated differences has the variance mean(v) at most: z is never shown too
+ * large.
+ */
 function zCorrelated(variance: number[], mean: number[]): number {
   return zIndependent(variance, mean, 1);
 }

@@ -1,4 +1,7 @@
-/** Server-sent events out of text chunks, after the WHATWG rules; comments are reported as life signs only. */
+/**
+ * Server-sent events out of text chunks, after the WHATWG rules; comments are reported as life
+ * signs only.
+ */
 export interface ServerEvent {
   type: string;
   data: string;

@@ -1,8 +1,9 @@
 /**
  * Keeps the two streams of one job open (events and tiles), off the main thread.
  *
- * Events are read with fetch, not EventSource: so pings are seen (a stream that is silent for longer than
- * `silenceMs` is dead, as after a laptop's sleep), status codes can be read, and `Last-Event-ID` is ours to send.
+ * Events are read with fetch, not EventSource: so pings are seen (a stream that is silent for
+ * longer than `silenceMs` is dead, as after a laptop's sleep), status codes can be read, and
+ * `Last-Event-ID` is ours to send.
  */
 import { EventParser, type ServerEvent } from './event_parser';
 import type { FromFeed, LinkState, ToFeed } from './feed_messages';
@@ -36,7 +37,10 @@ class Feed {
     this.address = `/v1/jobs/${encodeURIComponent(jobId)}`;
   }
 
-  /** A fresh start asks for every tile: while nobody listened, a restarted server may count revisions anew. */
+  /**
+   * A fresh start asks for every tile: while nobody listened, a restarted server may count
+   * revisions anew.
+   */
   start(): void {
     this.abort = new AbortController();
     this.revision = 0;

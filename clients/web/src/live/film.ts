@@ -7,7 +7,10 @@ export interface Rect {
   height: number;
 }
 
-/** Pixels a page keeps as floats (28 bytes each); larger pictures are shown through the server's encoder. */
+/**
+ * Pixels a page keeps as floats (28 bytes each); larger pictures are shown through the server's
+ * encoder.
+ */
 export const maxLivePixels = 12_000_000;
 
 /** The float planes of one picture, filled tile by tile. Nothing here is clipped or encoded. */

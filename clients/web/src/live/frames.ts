@@ -31,7 +31,9 @@ function crc32(bytes: Uint8Array): number {
   return (c ^ 0xffffffff) >>> 0;
 }
 
-/** Feeds on chunks of any size; gives every complete frame once. Throws on bytes that are no frame. */
+/**
+ * Feeds on chunks of any size; gives every complete frame once. Throws on bytes that are no frame.
+ */
 export class FrameParser {
   private pending = new Uint8Array(1 << 16);
   private used = 0;

@@ -1,8 +1,12 @@
-/** Colours of the measuring views. Lightness grows with the value, so that they read in grey and for all eyes. */
+/**
+ * Colours of the measuring views. Lightness grows with the value, so that they read in grey and for
+ * all eyes.
+ */
 
 type Stop = [number, number, number];
 
-// Blue-black through violet and terracotta to pale gold: the page's own tones on an inferno-like lightness ramp.
+// Blue-black through violet and terracotta to pale gold: the page's own tones on an inferno-like
+// lightness ramp.
 const errorStops: Stop[] = [
   [10, 12, 28],
   [36, 24, 78],

@@ -19,7 +19,8 @@ const sleepAfterMs = 20_000;
 
 /**
  * One job as the page sees it: its record, kept fresh by events, and its film, kept fresh by tiles.
- * While the page is hidden the streams are closed, because a browser has few connections for each host.
+ * While the page is hidden the streams are closed, because a browser has few connections for each
+ * host.
  */
 export class JobFeed {
   state: FeedState = { job: null, link: 'connecting', problem: null, film: null, tooLarge: false };
@@ -58,7 +59,10 @@ export class JobFeed {
     if (revived) this.open();
   }
 
-  /** The record as stored: at the end the last word, with digest and final figures; later, whether it is still there. */
+  /**
+   * The record as stored: at the end the last word, with digest and final figures; later, whether
+   * it is still there.
+   */
   async check(): Promise<void> {
     try {
       const job = await api.job(this.jobId);
@@ -93,7 +97,8 @@ export class JobFeed {
     const first = film.tilesSeen === 0;
     film.apply(tile);
     for (const listener of this.tileListeners) listener(tile);
-    // The picture listens to the film itself; the rest of the page only needs to know that there is one.
+    // The picture listens to the film itself; the rest of the page only needs to know that there is
+    // one.
     if (first) this.notify();
   }
 

@@ -44,9 +44,9 @@ export function makePainter(canvas: HTMLCanvasElement, onLost: () => void): Pain
 let graphicsProcessor: boolean | null = null;
 
 /**
- * WebGL made by the processor is many times slower than our own loop over the changed tiles: it redraws the whole
- * picture each time and blocks the page while doing so. Browsers do not always admit it when asked to fail on a
- * major performance caveat, but the renderer's name tells.
+ * WebGL made by the processor is many times slower than our own loop over the changed tiles: it
+ * redraws the whole picture each time and blocks the page while doing so. Browsers do not always
+ * admit it when asked to fail on a major performance caveat, but the renderer's name tells.
  */
 export function hasGraphicsProcessor(): boolean {
   graphicsProcessor ??= ((): boolean => {
@@ -62,7 +62,9 @@ export function hasGraphicsProcessor(): boolean {
   return graphicsProcessor;
 }
 
-/** `localStorage["tessera.painter"]` pins one of the two, for tests and for odd graphics drivers. */
+/**
+ * `localStorage["tessera.painter"]` pins one of the two, for tests and for odd graphics drivers.
+ */
 function readWish(): string | null {
   try {
     return localStorage.getItem('tessera.painter');

@@ -10,7 +10,10 @@ const frameBudgetMs = 8;
 /** How long a picture steps back while other parts of the page wait for their turn. */
 const patienceMs = 250;
 
-/** Pictures that have something to paint. One does in each frame: a changed canvas is copied as a whole. */
+/**
+ * Pictures that have something to paint. One does in each frame: a changed canvas is copied as a
+ * whole.
+ */
 const due = new Set<Picture>();
 let frame = 0;
 let paintedAt = 0;
@@ -32,9 +35,9 @@ function paintNext(time: number): void {
 }
 
 /**
- * Shows one plane of a film on a canvas. Tiles that changed wait in a set and are turned into pixels inside
- * animation frames, for at most `frameBudgetMs` each, so that the page never stalls however many tiles arrive. A
- * cell is begun in every frame, however little is left.
+ * Shows one plane of a film on a canvas. Tiles that changed wait in a set and are turned into
+ * pixels inside animation frames, for at most `frameBudgetMs` each, so that the page never stalls
+ * however many tiles arrive. A cell is begun in every frame, however little is left.
  */
 export class Picture {
   private painter: Painter | null = null;

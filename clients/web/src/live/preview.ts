@@ -17,11 +17,11 @@ const passes = (error: unknown): boolean =>
   (error instanceof RequestError && [429, 502, 503, 504].includes(error.status));
 
 /**
- * Small pictures of class `preview` for a camera that moves. Each is made in two steps: a coarse one with few
- * samples, shown when it is whole and as small as this server needs to answer at once; then, if the camera rests, a
- * fine one whose tiles go over it as they converge. The newest request wins, both here (one coarse picture is on its
- * way at most, the last wish waits) and on the server (all share one `preview_key`). A wish that nobody answers stays
- * until somebody does.
+ * Small pictures of class `preview` for a camera that moves. Each is made in two steps: a coarse
+ * one with few samples, shown when it is whole and as small as this server needs to answer at once;
+ * then, if the camera rests, a fine one whose tiles go over it as they converge. The newest request
+ * wins, both here (one coarse picture is on its way at most, the last wish waits) and on the server
+ * (all share one `preview_key`). A wish that nobody answers stays until somebody does.
  */
 export class Preview {
   readonly film: LiveFilm;
@@ -122,7 +122,8 @@ export class Preview {
     const job = await this.submit(request, { width, height }, 2);
     const tiles = await tilesOf(job.id).catch((error: unknown) => {
       // A server that was started again has forgotten the job; a stream that breaks is a TypeError.
-      const lost = error instanceof RequestError ? error.status === 404 : error instanceof TypeError;
+      const lost =
+        error instanceof RequestError ? error.status === 404 : error instanceof TypeError;
       throw lost ? new OfflineError() : error;
     });
     if (this.closed) return;

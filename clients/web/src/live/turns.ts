@@ -5,8 +5,8 @@ let running = false;
 export const turnsWait = (): boolean => running;
 
 /**
- * One call after each frame, so that each has a task of its own with its own layout: many small changes at once
- * never block the page. Gives a function that takes the call back.
+ * One call after each frame, so that each has a task of its own with its own layout: many small
+ * changes at once never block the page. Gives a function that takes the call back.
  */
 export function takeTurn(call: () => void): () => void {
   waiting.push(call);

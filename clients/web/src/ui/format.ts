@@ -19,7 +19,8 @@ export function number(v: number | null | undefined, digits = 3): string {
 export function percent(v: number | null | undefined): string {
   if (!known(v)) return dash;
   const p = 100 * v;
-  return `${p >= 99.95 ? p.toFixed(0) : p >= 9.995 ? p.toFixed(1) : p >= 0.0995 ? p.toFixed(2) : p.toPrecision(2)} %`;
+  const digits = p >= 99.95 ? 0 : p >= 9.995 ? 1 : 2;
+  return `${p >= 0.0995 ? p.toFixed(digits) : p.toPrecision(2)} %`;
 }
 
 /** How much is done, rounded down: the last percent is not told before it is there. */

@@ -1,6 +1,7 @@
 import type { ComponentChildren } from 'preact';
 
-// `code`, x^2 and n^(−1/2), and x_k: a subscript stands at a single letter, so that names_of_things stay.
+// `code`, x^2 and n^(−1/2), and x_k: a subscript stands at a single letter, so that names_of_things
+// stay.
 const marks =
   /`([^`]+)`|\^\(([^)]*)\)|\^([\p{L}\p{N}]+)|(^|[^\p{L}\p{M}\p{N}_])(\p{L}\p{M}*)_([\p{L}\p{N}]+)/gu;
 

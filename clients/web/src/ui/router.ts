@@ -58,11 +58,17 @@ export function goInstead(path: string): void {
   route.set(parse(location.hash));
 }
 
-/** A choice that stands in the address after the view, as in `#/jobs/ID?show=error`; empty without one. */
+/**
+ * A choice that stands in the address after the view, as in `#/jobs/ID?show=error`; empty without
+ * one.
+ */
 export const choiceIn = (at: Route, name: string): string =>
   new URLSearchParams(at.query).get(name) ?? '';
 
-/** Keeps a choice in the address, so that a link leads back to it. It is no step of its own in the history. */
+/**
+ * Keeps a choice in the address, so that a link leads back to it. It is no step of its own in the
+ * history.
+ */
 export function keepChoice(name: string, value: string): void {
   const [hash = '', query = ''] = location.hash.split('?', 2);
   const params = new URLSearchParams(query);

@@ -52,7 +52,9 @@ const groupLabels: Record<string, string> = {
   'estimator.control_variate': 'Control variate',
 };
 
-/** Every other switch that the server lists, grouped by the part of its name before the last dot. */
+/**
+ * Every other switch that the server lists, grouped by the part of its name before the last dot.
+ */
 function OptionFields({ info, v }: { info: Server | null; v: FormValues }) {
   const groups = new Map<string, Choice[]>();
   for (const option of info?.options ?? []) {
@@ -152,7 +154,10 @@ function AdvancedBody({ info }: { info: Server | null }) {
       <ChoiceField
         label="Where samples go"
         pointer="/adaptive"
-        standard="Every pixel alike; where an error is to be reached, noisy places get more samples than calm ones."
+        standard={
+          'The same number for every pixel; ' +
+          'with an error target, noisy regions get more than smooth ones.'
+        }
         value={v.adaptive}
         choices={info?.adaptive ?? []}
         onValue={(adaptive) => change({ adaptive })}

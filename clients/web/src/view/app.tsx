@@ -5,7 +5,15 @@ import { filesOfDrop } from '../api/upload';
 import { Icon } from '../ui/icons';
 import { Later } from '../ui/later';
 import { go, route, type Route } from '../ui/router';
-import { connection, jobs, pageSize, serverInfo, theme, toast, type Theme } from '../ui/server_state';
+import {
+  connection,
+  jobs,
+  pageSize,
+  serverInfo,
+  theme,
+  toast,
+  type Theme,
+} from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { CompareView } from './compare_view';
 import { ComposeView } from './compose_view';
@@ -159,7 +167,10 @@ function Toast() {
   );
 }
 
-/** At `/`: the newest running job, else the newest of all. Once chosen it stays, until the person goes on. */
+/**
+ * At `/`: the newest running job, else the newest of all. Once chosen it stays, until the person
+ * goes on.
+ */
 function useHomeJob(active: boolean): string | null | undefined {
   const list = useStore(jobs);
   const [chosen, setChosen] = useState<string | null>(null);

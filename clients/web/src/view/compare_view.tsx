@@ -76,7 +76,10 @@ interface Difference {
   figures: Figures;
 }
 
-/** Difference film and figures of two jobs, renewed while either still renders; measure null: not wanted. */
+/**
+ * Difference film and figures of two jobs, renewed while either still renders; measure null: not
+ * wanted.
+ */
 function useDifference(a: FeedState, b: FeedState, measure: Measure | null): Difference | null {
   const [result, setResult] = useState<Difference | null>(null);
   const running =

@@ -26,7 +26,10 @@ import { LightControls } from './toolbar';
 import { lookOf } from './view_modes';
 
 const previewPixels = 384 * 216;
-/** Members of a job that a preview sets itself, or that change how soon a picture is clear but not the picture. */
+/**
+ * Members of a job that a preview sets itself, or that change how soon a picture is clear but not
+ * the picture.
+ */
 const elsewhere = [
   'film',
   'stop',
@@ -49,7 +52,10 @@ function previewSize(width: number, height: number): { width: number; height: nu
 
 interface Start {
   orbit: Orbit;
-  /** The camera of the file that it stands for is none that can be turned: what is placed by hand has perspective. */
+  /**
+   * The camera of the file that it stands for is none that can be turned: what is placed by hand
+   * has perspective.
+   */
   flat: boolean;
 }
 
@@ -93,7 +99,10 @@ function useStart(values: FormValues): Start | null {
 
 const addressAfterMs = 300;
 
-/** The form and the address name the same scene and camera: whichever of them changes, the other follows. */
+/**
+ * The form and the address name the same scene and camera: whichever of them changes, the other
+ * follows.
+ */
 function useAddress(scene: string, values: FormValues): void {
   const linked = choiceIn(useStore(route), 'pose');
   /** What went from the form to the address need not come back. */
@@ -222,8 +231,8 @@ function Viewfinder({ values, orbit, onOrbit }: ViewfinderProps) {
   }, [size.width, size.height]);
   useEffect(() => picture.current?.show('picture', look), [look.exposure, look.tone]);
 
-  // Everything of the form that changes the picture renews the preview. The camera, too, is what a render would get: the
-  // file's own until it is turned.
+  // Everything of the form that changes the picture renews the preview. The camera, too, is what a
+  // render would get: the file's own until it is turned.
   const request = requestOf(values);
   for (const key of elsewhere) delete request[key];
   const wish = JSON.stringify(request);
@@ -249,7 +258,10 @@ function Viewfinder({ values, orbit, onOrbit }: ViewfinderProps) {
       tabIndex={0}
       role="group"
       aria-roledescription="viewfinder"
-      aria-label="Preview. Arrow keys turn, shift and arrow keys move, plus and minus come nearer or go back."
+      aria-label={
+        'Preview. Arrow keys turn, shift and arrow keys move, ' +
+        'plus and minus come nearer or go back.'
+      }
       style={{ '--aspect': `${values.width} / ${values.height}` }}
     >
       <canvas

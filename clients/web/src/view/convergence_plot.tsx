@@ -20,7 +20,10 @@ const fitFrom = 3;
 interface Forecast {
   /** The error at so many samples or seconds. */
   at: (x: number) => number;
-  /** Samples or seconds until the error is below this; at least and at most, by the slope's interval. */
+  /**
+   * Samples or seconds until the error is below this; at least and at most, by the slope's
+   * interval.
+   */
   whenBelow: (error: number) => { value: number; low: number | null; high: number | null };
 }
 
@@ -68,7 +71,8 @@ function Prediction({ job, data, last }: { job: Job; data: Convergence; last: Kn
     };
   });
   if (!rows.length) return null;
-  // The job ends when the bound of its error is at the target, later than the estimate: the server knows when.
+  // The job ends when the bound of its error is at the target, later than the estimate: the server
+  // knows when.
   const p = job.progress;
   if (rows[0].error === job.spec.stop?.relative_error && p?.eta_seconds != null && p.fraction > 0) {
     const [low, high] = p.eta_interval_seconds ?? [p.eta_seconds, p.eta_seconds];
@@ -107,7 +111,10 @@ function decades(low: number, high: number): number[] {
       : inside.filter((_, i) => i % Math.ceil(inside.length / 5) === 0);
 }
 
-/** Of the box; 0 before it is known, and then it is told in a turn of its own: a curve is much to draw. */
+/**
+ * Of the box; 0 before it is known, and then it is told in a turn of its own: a curve is much to
+ * draw.
+ */
 function useWidth(): [{ current: HTMLDivElement | null }, number] {
   const box = useRef<HTMLDivElement>(null);
   const [width, setWidth] = useState(0);
@@ -164,7 +171,8 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
       </div>
       <p class="plot-foot" data-testid="slope">
         {hover ? (
-          `${count(hover.samples_per_pixel)} samples, ${duration(hover.elapsed_seconds)}: ${percent(hover.relative_rmse)} (${percent(hover.low)} to ${percent(hover.high)})`
+          `${count(hover.samples_per_pixel)} samples, ${duration(hover.elapsed_seconds)}: ` +
+            `${percent(hover.relative_rmse)} (${percent(hover.low)} to ${percent(hover.high)})`
         ) : slope != null ? (
           <>
             Slope <b>{exponent(slope)}</b>
@@ -216,7 +224,8 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
     list
       .map((p) => `${px(xOf(p, axis)).toFixed(1)},${py(Math.max(y(p), y0)).toFixed(1)}`)
       .join(' ');
-  const band = `${path(points, (p) => p.high ?? p.relative_rmse)} ${path([...points].reverse(), (p) => p.low ?? p.relative_rmse)}`;
+  const upper = path(points, (p) => p.high ?? p.relative_rmse);
+  const band = `${upper} ${path([...points].reverse(), (p) => p.low ?? p.relative_rmse)}`;
   const nearest = (clientX: number, element: Element): void => {
     const x = clientX - element.getBoundingClientRect().left;
     onHover(
@@ -230,7 +239,10 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
       width={width}
       height={height}
       role="img"
-      aria-label={`Error against ${axis}: from ${percent(points[0].relative_rmse)} down to ${percent(last.relative_rmse)} after ${count(last.samples_per_pixel)} samples.`}
+      aria-label={
+        `Error against ${axis}: from ${percent(points[0].relative_rmse)} down to ` +
+        `${percent(last.relative_rmse)} after ${count(last.samples_per_pixel)} samples.`
+      }
       onPointerMove={(e) => nearest(e.clientX, e.currentTarget)}
       onPointerLeave={() => onHover(null)}
     >

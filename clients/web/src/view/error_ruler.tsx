@@ -6,7 +6,10 @@ import { errorRange } from './view_modes';
 /** So many times the samples make an error that was taken with fewer out of date. */
 const staleFrom = 1.25;
 
-/** How many samples the picture had when its error was found, if it has clearly more by now; null otherwise. */
+/**
+ * How many samples the picture had when its error was found, if it has clearly more by now; null
+ * otherwise.
+ */
 function samplesThen(job: Job, points: ConvergencePoint[]): number | null {
   const now = job.progress?.samples_per_pixel?.mean;
   const last = points[points.length - 1];
@@ -18,8 +21,10 @@ function samplesThen(job: Job, points: ConvergencePoint[]): number | null {
 }
 
 /**
- * The page's signature: how wrong the picture still is, on a logarithmic scale from noise (left) to clean (right).
- * The scale's colours are those of the error picture. Ghost marks are earlier estimates; the bar is the interval.
+ * The page's signature: how wrong the picture still is, on a logarithmic scale from noise (left) to
+ * clean (right).
+ * The scale's colours are those of the error picture. Ghost marks are earlier estimates; the bar is
+ * the interval.
  */
 export function ErrorRuler({ job, points }: { job: Job; points: ConvergencePoint[] }) {
   const { error } = job;
@@ -104,7 +109,10 @@ function Track({ job, points }: { job: Job; points: ConvergencePoint[] }) {
   );
 }
 
-/** 100 % to 0.1 %; further by decades when the picture or its target is better, or the picture worse. */
+/**
+ * 100 % to 0.1 %; further by decades when the picture or its target is better, or the picture
+ * worse.
+ */
 function rangeFor(job: Job, target: number | null): { low: number; high: number } {
   const best = Math.min(job.error?.low ?? 1, target ?? 1);
   let low = 0.001;

@@ -25,7 +25,10 @@ function sampled(film: LiveFilm, value: (pixel: number) => number): number[] {
 const quantile = (sorted: number[], q: number): number =>
   sorted[Math.min(sorted.length - 1, Math.floor(q * sorted.length))];
 
-/** Stops that put the picture's middle at a middle grey without pushing its bright end far over white. */
+/**
+ * Stops that put the picture's middle at a middle grey without pushing its bright end far over
+ * white.
+ */
 export function autoExposure(film: LiveFilm): number {
   const values = sampled(film, (i) => luminance(film, i));
   if (values.length < 16) return 0;
@@ -54,7 +57,9 @@ export function samplesRange(film: LiveFilm): Range {
   return { low: Math.max(1, Math.min(values[0], high / 2)), high };
 }
 
-/** Both halves of the pixels around one: per channel their values, and the two of the pixel itself. */
+/**
+ * Both halves of the pixels around one: per channel their values, and the two of the pixel itself.
+ */
 export interface Halves {
   pixels: number;
   values: [number[], number[], number[]];
@@ -64,8 +69,8 @@ export interface Halves {
 export const halvesRadius = 4;
 
 /**
- * A pixel's mean is that of its halves A and B, and its variance (A - B)² / 4: so they are mean ± √variance. Null
- * while the pixel has one half only.
+ * A pixel's mean is that of its halves A and B, and its variance (A - B)² / 4: so they are mean ±
+ * √variance. Null while the pixel has one half only.
  */
 export function halvesAround(film: LiveFilm, x: number, y: number): Halves | null {
   const halves: Halves = { pixels: 0, values: [[], [], []], own: [[], [], []] };

@@ -37,8 +37,8 @@ function rangeOf(halves: Halves): { low: number; high: number } {
 }
 
 /**
- * How the two independent halves of the pixel and of its neighbours are spread: one histogram for each channel, with
- * the pixel's own halves as marks.
+ * How the two independent halves of the pixel and of its neighbours are spread: one histogram for
+ * each channel, with the pixel's own halves as marks.
  */
 export function HalfHistogram({ film, x, y }: { film: LiveFilm; x: number; y: number }) {
   const halves = halvesAround(film, x, y);
@@ -55,7 +55,10 @@ export function HalfHistogram({ film, x, y }: { film: LiveFilm; x: number; y: nu
         viewBox={`0 0 ${width} ${height}`}
         preserveAspectRatio="none"
         role="img"
-        aria-label={`Histogram of the halves around the pixel, red, green and blue, from ${number(low)} to ${number(high)}.`}
+        aria-label={
+          'Histogram of the halves around the pixel, red, green and blue, ' +
+          `from ${number(low)} to ${number(high)}.`
+        }
       >
         {channels.map((c, i) => (
           <polygon key={c} class={`halves-${c}`} points={outline(counts[i], top)} />

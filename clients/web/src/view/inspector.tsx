@@ -14,7 +14,10 @@ import type { Probe } from './stage';
 /** Unknown numbers are NaN. */
 const asList = (v: (number | null)[] | undefined): number[] => (v ?? []).map((x) => x ?? NaN);
 
-/** The server's word on one pixel; asked for when the probe rests, and again while a pinned pixel changes. */
+/**
+ * The server's word on one pixel; asked for when the probe rests, and again while a pinned pixel
+ * changes.
+ */
 function usePixel(job: Job, probe: Probe | null): Pixel | null {
   const [report, setReport] = useState<Pixel | null>(null);
   const beat =
@@ -140,7 +143,9 @@ function Reading({
   );
 }
 
-/** One channel: mean, half width of its interval, and the interval drawn with both halves as ticks. */
+/**
+ * One channel: mean, half width of its interval, and the interval drawn with both halves as ticks.
+ */
 function Channel({
   name,
   c,
@@ -175,7 +180,10 @@ function Channel({
         {known && (
           <span
             class="whisker"
-            title={`95 % interval ${number(low, 3)} to ${number(high, 3)}; the two short marks are the independent halves`}
+            title={
+              `95 % interval ${number(low, 3)} to ${number(high, 3)}; ` +
+              'the two short marks are the independent halves'
+            }
           >
             <i class="whisker-bar" style={{ left: at(low), right: `calc(100% - ${at(high)})` }} />
             {halves.map((v, i) => (

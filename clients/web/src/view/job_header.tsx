@@ -12,7 +12,10 @@ import { useStore } from '../ui/store';
 import { Menu } from './menu';
 import { sceneTitle, stateLabel } from './job_words';
 
-/** shown: encoded for the eye, with the page's exposure and tone curve; the others are the film's own floats. */
+/**
+ * shown: encoded for the eye, with the page's exposure and tone curve; the others are the film's
+ * own floats.
+ */
 const formatNotes: Record<string, { note: string; shown?: boolean }> = {
   png: { note: '8 bit, as shown here', shown: true },
   jpg: { note: 'small, as shown here', shown: true },
@@ -276,7 +279,10 @@ function ProgressLine({ job }: { job: Job }) {
   const fraction = p?.fraction ?? 0;
   const running = !isFinal(job.state);
   const text = running
-    ? `${doneShare(fraction)}${p?.eta_seconds != null && job.state === 'rendering' ? `, about ${duration(p.eta_seconds)} left` : ''}`
+    ? doneShare(fraction) +
+      (p?.eta_seconds != null && job.state === 'rendering'
+        ? `, about ${duration(p.eta_seconds)} left`
+        : '')
     : p?.samples_per_pixel?.mean
       ? `${count(p.samples_per_pixel.mean)} samples in ${duration(p.elapsed_seconds)}`
       : '';
@@ -288,7 +294,8 @@ function ProgressLine({ job }: { job: Job }) {
         data-testid="progress"
         title={
           running && p?.eta_interval_seconds
-            ? `${duration(p.eta_interval_seconds[0])} to ${duration(p.eta_interval_seconds[1])} left at this pace`
+            ? `${duration(p.eta_interval_seconds[0])} to ` +
+              `${duration(p.eta_interval_seconds[1])} left at this pace`
             : undefined
         }
       >

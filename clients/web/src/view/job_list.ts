@@ -35,7 +35,8 @@ function renewed(old: Pages, page: Page): Pages {
   if (!old.rest.length) return { ...old, first: page.jobs, next: page.next };
   const there = new Set(page.jobs.map((j) => j.id));
   const known = [...old.first, ...old.rest];
-  // Those after the last one of the page, in the server's order: what is before it and not on the page is gone.
+  // Those after the last one of the page, in the server's order: what is before it and not on the
+  // page is gone.
   const last = known.map((j) => there.has(j.id)).lastIndexOf(true);
   const rest = page.next ? known.slice(last + 1) : [];
   return { ...old, first: page.jobs, rest, next: page.next && old.next };
@@ -59,7 +60,10 @@ interface JobList {
   load: () => void;
 }
 
-/** Jobs of the server in these states (null: all) with this part of their name, asked anew as they go on. */
+/**
+ * Jobs of the server in these states (null: all) with this part of their name, asked anew as they
+ * go on.
+ */
 export function useJobList(states: JobState[] | null, text: string): JobList {
   const newest = useStore(jobs);
   const [pages, setPages] = useState<Pages | null>(null);

@@ -29,7 +29,10 @@ function factsOf(job: Job): string {
     .join(', ');
 }
 
-/** One of all renders of the server that have a picture. job: the chosen one, as soon as it is known. */
+/**
+ * One of all renders of the server that have a picture. job: the chosen one, as soon as it is
+ * known.
+ */
 export function JobPick({
   label,
   id,

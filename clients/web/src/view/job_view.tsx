@@ -61,7 +61,10 @@ function useListWatch(feed: JobFeed): void {
 
 const askEveryMs = 2000;
 
-/** The error over time. While the job renders, asked for when new tiles came, at most every two seconds. */
+/**
+ * The error over time. While the job renders, asked for when new tiles came, at most every two
+ * seconds.
+ */
 function useConvergence(job: Job | null): Convergence | null {
   const [data, setData] = useState<Convergence | null>(null);
   const revision = useRef(0);
@@ -128,7 +131,9 @@ export function JobView({ jobId }: { jobId: string }) {
   }, [link]);
   useEffect(() => {
     const percent =
-      job && !isFinal(job.state) && link !== 'gone' ? `${doneShare(job.progress?.fraction ?? 0)} ` : '';
+      job && !isFinal(job.state) && link !== 'gone'
+        ? `${doneShare(job.progress?.fraction ?? 0)} `
+        : '';
     document.title = job ? `${percent}${sceneTitle(job)} · Tessera` : 'Tessera';
     return () => void (document.title = 'Tessera');
   }, [job?.state, job?.progress?.fraction, link]);

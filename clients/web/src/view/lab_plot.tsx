@@ -84,7 +84,8 @@ export function ErrorPlot({ series, shown, unit, width }: PlotProps) {
           {s.points.map((p) => (
             <Mark key={p.n_asked} series={s} x={px(p.n)} y={py(p.rmse)}>
               <title>
-                {`${labelOf(s)}: n = ${count(p.n)}, RMSE ${number(p.rmse)}, mean ${number(p.mean, 6)} ± ${number(p.standard_error, 2)}`}
+                {`${labelOf(s)}: n = ${count(p.n)}, RMSE ${number(p.rmse)}, ` +
+                  `mean ${number(p.mean, 6)} ± ${number(p.standard_error, 2)}`}
               </title>
             </Mark>
           ))}
@@ -130,7 +131,10 @@ function Lines({ series, px, py, theory }: LinesProps) {
   );
 }
 
-/** Means over n with two standard errors to each side, against the exact value: bias is what stays off it. */
+/**
+ * Means over n with two standard errors to each side, against the exact value: bias is what stays
+ * off it.
+ */
 export function MeanPlot({ series, shown, unit, width }: PlotProps) {
   const measured = series.filter((s) => s.points.length > 0);
   const points = measured.flatMap((s) => s.points);
@@ -156,7 +160,9 @@ export function MeanPlot({ series, shown, unit, width }: PlotProps) {
       width={width}
       height={height}
       role="img"
-      aria-label={`Mean over n, exact value ${exact.map((e) => number(e, 7)).join(' and ')}. ${words}.`}
+      aria-label={
+        `Mean over n, exact value ${exact.map((e) => number(e, 7)).join(' and ')}. ${words}.`
+      }
       data-testid="lab-mean"
     >
       <Frame
@@ -195,7 +201,10 @@ export function MeanPlot({ series, shown, unit, width }: PlotProps) {
                   y2={up(y, p.mean + 2 * p.standard_error)}
                 />
                 <Mark series={s} x={at} y={up(y, p.mean)}>
-                  <title>{`${labelOf(s)}: n = ${count(p.n)}, mean ${number(p.mean, 6)} ± ${number(p.standard_error, 2)}`}</title>
+                  <title>
+                    {`${labelOf(s)}: n = ${count(p.n)}, ` +
+                      `mean ${number(p.mean, 6)} ± ${number(p.standard_error, 2)}`}
+                  </title>
                 </Mark>
               </g>
             );

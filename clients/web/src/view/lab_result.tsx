@@ -88,9 +88,11 @@ export function Verdict({ series }: { series: Series }) {
       value <span class="mono">{number(outcome.expected, 7)}</span>.{' '}
       {withMinus(outcome.explanation)}
       {outcome.slope_interval &&
-        ` The 95 % interval of the slope is ${outcome.slope_interval.map((v) => number(v)).join(' to ')}.`}
+        ' The 95 % interval of the slope is ' +
+          `${outcome.slope_interval.map((v) => number(v)).join(' to ')}.`}
       {outcome.efficiency_by_cost != null &&
-        ` Efficiency ${number(outcome.efficiency_by_cost)} by counted cost, ${number(outcome.efficiency)} by CPU seconds.`}
+        ` Efficiency ${number(outcome.efficiency_by_cost)} by counted cost, ` +
+          `${number(outcome.efficiency)} by CPU seconds.`}
     </>
   );
 }

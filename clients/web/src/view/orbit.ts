@@ -4,8 +4,8 @@ import type { Pose } from './form_model';
 type Triple = [number, number, number];
 
 /**
- * A camera on a sphere around the point it looks at. Angles in radians; azimuth 0 looks along -z, and roll turns the
- * camera's right and up towards each other, counter-clockwise as it sees them.
+ * A camera on a sphere around the point it looks at. Angles in radians; azimuth 0 looks along -z,
+ * and roll turns the camera's right and up towards each other, counter-clockwise as it sees them.
  */
 export interface Orbit {
   target: Triple;
@@ -63,8 +63,9 @@ export function framed(bounds: Scene['bounds'], aspect: number): Orbit {
 }
 
 /**
- * Starts where a camera stands; it turns around the point on its axis that is nearest to the scene's centre. An
- * orthographic one has no field of view: instead of it stands a perspective one that sees the whole scene from there.
+ * Starts where a camera stands; it turns around the point on its axis that is nearest to the
+ * scene's centre. An orthographic one has no field of view: instead of it stands a perspective one
+ * that sees the whole scene from there.
  */
 export function fromCamera(
   camera: SceneCamera | undefined,
@@ -148,7 +149,9 @@ export const nearer = (o: Orbit, factor: number): Orbit => ({
   distance: o.distance / factor,
 });
 
-/** Moves camera and target together; right and up in shares of the picture's height at the target. */
+/**
+ * Moves camera and target together; right and up in shares of the picture's height at the target.
+ */
 export function shifted(o: Orbit, right: number, up: number): Orbit {
   const height = 2 * o.distance * Math.tan((o.fovDegrees * Math.PI) / 360);
   const axes = axesOf(o);

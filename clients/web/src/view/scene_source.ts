@@ -28,7 +28,10 @@ const fileNames = persistent<Record<string, string>>('tessera.names', {}, isName
 
 export const isModel = (scene: string): boolean => /^[0-9a-f]{64}$/.test(scene);
 
-/** What a person calls a scene: its built-in name, the file it came from, or its name inside the file. */
+/**
+ * What a person calls a scene: its built-in name, the file it came from, or its name inside the
+ * file.
+ */
 export function sceneName(scene: string): string {
   if (!isModel(scene)) return scene;
   const own = models.get().find((m) => m.id === scene)?.name;
@@ -86,14 +89,18 @@ async function takeModel(
   fileNames.set({ ...fileNames.get(), [scene.id]: name });
   models.set([scene, ...models.get().filter((m) => m.id !== scene.id)]);
   chooseScene(scene.id);
-  // What a person wants next is to look at it; where there is no form, they are about something else.
+  // What a person wants next is to look at it; where there is no form, they are about something
+  // else.
   if (['home', 'job', 'jobs', 'compose'].includes(route.get().view)) go(`/compose/${scene.id}`);
   return `${name} is ready to render.`;
 }
 
 const namedAtMost = 3;
 
-/** Names files that nothing was made of; of a folder only models and panoramas, for it may hold anything. */
+/**
+ * Names files that nothing was made of; of a folder only models and panoramas, for it may hold
+ * anything.
+ */
 function leftOut(files: DroppedFile[], used: File[]): string {
   const names = files
     .filter((f) => !used.includes(f.file))

@@ -52,7 +52,10 @@ function usePicture(src: string | null, mode: Mode): Shown | 'missing' | null {
 
 const ranges: Partial<Record<Mode, string>> = { normal: '-1,1', depth: 'auto' };
 
-/** A layer, or a picture beyond the page's memory, as the server encodes it; renewed as the film grows. */
+/**
+ * A layer, or a picture beyond the page's memory, as the server encodes it; renewed as the film
+ * grows.
+ */
 export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large: boolean }) {
   const look = useStore(display);
   const revision = useRevision(job, large, mode);

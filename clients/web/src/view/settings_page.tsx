@@ -112,7 +112,8 @@ export function KeyForm() {
       <p class="hint">
         {link === 'locked'
           ? 'This server asks for a key. It was printed when the server started.'
-          : 'Only needed for servers that ask for one. The key is exchanged for a cookie and not kept in the page.'}
+          : 'Only needed for servers that ask for one. ' +
+            'The key is exchanged for a cookie and not kept in the page.'}
       </p>
       <div class="key-row">
         <label class="visually-hidden" for="key">

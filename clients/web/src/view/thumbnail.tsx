@@ -3,7 +3,10 @@ import { imageUrl } from '../api/client';
 import { isFinal } from '../api/states';
 import type { Job } from '../api/types';
 
-/** A small picture of a job; renewed every few seconds while it renders, kept in view until the next has come. */
+/**
+ * A small picture of a job; renewed every few seconds while it renders, kept in view until the next
+ * has come.
+ */
 export function Thumbnail({ job, size = 192 }: { job: Job; size?: number }) {
   const [revision, setRevision] = useState(job.revision ?? 0);
   const [broken, setBroken] = useState(0);

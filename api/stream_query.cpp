@@ -1,0 +1,108 @@
+// Queries of the streams: tiles and events.
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include "api/faults.h"
+#include "api/limits.h"
+#include "api/queries.h"
+#include "api/query_rows.h"
+#include "api/requests.h"
+#include "api/server_view.h"
+#include "api/values.h"
+
+namespace api {
+namespace {
+
+constexpr std::string_view kLastEventIdDoc =
+    "As the header Last-Event-ID, for pages whose EventSource cannot send it at first.";
+constexpr std::int64_t kUuidCharacters = 36;
+
+const auto& tiles_table() {
+  static constexpr auto kTable = std::tuple{
+      number(
+          "after", [](auto& s) -> auto& { return s.after; }, {0, kRevisionMax},
+          "Only tiles that are newer than this revision."),
+      ticket_row<TilesQuery>(),
+  };
+  return kTable;
+}
+
+template <typename S>
+constexpr auto last_event_id_row() {
+  return ParameterField<S>{"last_event_id", kLastEventIdDoc,
+                           [](const std::string& value, S& out, const std::string&, Faults&) {
+                             out.last_event_id = value;
+                           },
+                           [](const S&) { return text_schema(); }};
+}
+
+const auto& job_events_table() {
+  static constexpr auto kTable =
+      std::tuple{last_event_id_row<JobEventsQuery>(), ticket_row<JobEventsQuery>()};
+  return kTable;
+}
+
+/// The server takes last_event_id from the header or from here.
+struct EventsReading {
+  EventsQuery query;
+  std::string last_event_id;
+};
+
+void read_jobs(const std::string& text, EventsReading& out, const std::string& pointer,
+               Faults& faults) {
+  each_part(text, [&](const std::string& id) {
+    if (!is_uuid(id)) {
+      faults.add(pointer, shown(Json(id)) + " is not a job id (UUID)");
+    } else if (std::find(out.query.jobs.begin(), out.query.jobs.end(), id) ==
+               out.query.jobs.end()) {
+      out.query.jobs.push_back(id);
+    }
+  });
+  if (out.query.jobs.size() > static_cast<std::size_t>(limits::kWatchedJobs)) {
+    faults.add(pointer, "names " + std::to_string(out.query.jobs.size()) + " jobs; at most " +
+                            std::to_string(limits::kWatchedJobs) + " are allowed");
+  }
+}
+
+const auto& events_table() {
+  static constexpr auto kTable = std::tuple{
+      ParameterField<EventsReading>{
+          "jobs", "Job ids with commas between them; at most `watched_jobs`.", &read_jobs,
+          [](const EventsReading&) {
+            return Json{{"type", "string"},
+                        {"minLength", kUuidCharacters},
+                        {"maxLength", limits::kWatchedJobs * (kUuidCharacters + 1) - 1}};
+          },
+          false, true},
+      last_event_id_row<EventsReading>(), ticket_row<EventsReading>()};
+  return kTable;
+}
+
+}  // namespace
+
+Parsed<TilesQuery> parse_tiles_query(QueryParams query) {
+  return parse_query(tiles_table(), query, TilesQuery{});
+}
+Parsed<JobEventsQuery> parse_job_events_query(QueryParams query) {
+  return parse_query(job_events_table(), query, JobEventsQuery{});
+}
+Parsed<EventsQuery> parse_events_query(QueryParams query) {
+  const auto reading = parse_query(events_table(), query, EventsReading{});
+  if (!reading) {
+    return reading.problem();
+  }
+  return reading->query;
+}
+
+Json tiles_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(tiles_table(), TilesQuery{});
+}
+Json job_events_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(job_events_table(), JobEventsQuery{});
+}
+Json events_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(events_table(), EventsReading{});
+}
+
+}  // namespace api

@@ -32,6 +32,7 @@ struct DefaultOptions {
   /// Do the settings ask for nothing else?
   static bool serves(const RenderSettings& settings);
 
+  // NOLINTBEGIN(readability-identifier-naming): the names of StudyOptions' members
   static constexpr Strategy strategy = Strategy::kMis;
   static constexpr MisRule mis{MisType::kPower, 2};
   static constexpr RouletteType roulette = RouletteType::kThroughput;
@@ -42,6 +43,7 @@ struct DefaultOptions {
   static constexpr int first_candidates = 1;
   static constexpr bool expected_values = true;
   static constexpr int split_count = 1;
+  // NOLINTEND(readability-identifier-naming)
   int max_depth;
 };
 

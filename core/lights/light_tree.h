@@ -115,7 +115,7 @@ class LightTree {
   }
   static Floats<4> importance(const Group& group, Vec3 point, Vec3 normal) noexcept;
   template <std::size_t N>
-  static LightNodes<N> node(const Group& group, std::size_t child) noexcept;
+  static LightNodes<N> node(const Group& g, std::size_t k) noexcept;
 
   std::vector<Group> groups_;
   std::vector<std::uint32_t> leaf_of_;  ///< by light: group * kWidth + child, or kNoPlace

@@ -10,5 +10,5 @@
 #define TINYGLTF_NO_STB_IMAGE_WRITE
 #define TINYGLTF_NO_EXTERNAL_IMAGE
 #define TINYGLTF_NO_FS
-#define tinygltf tessera_tinygltf
+#define tinygltf tessera_tinygltf  // NOLINT(readability-identifier-naming): replaces a namespace
 #include <tiny_gltf.h>

@@ -1,0 +1,169 @@
+#!/usr/bin/env python3
+"""Runs clang-format and clang-tidy, both of version 14 (Debian 12), over the C++ of the tree.
+
+    tests/tidy/clang_test.py format             every file is formatted as .clang-format says
+    tests/tidy/clang_test.py tidy BUILD         quick checks of core and api: 3 minutes on 2 cores
+    tests/tidy/clang_test.py tidy BUILD --long  every check of .clang-tidy with the analyzer, over
+                                                server and the client too: an hour
+    tests/tidy/clang_test.py tidy BUILD FILE... quick checks of these sources
+
+BUILD is a folder that cmake has configured with Ninja. Exits 1 when there is a finding, and 77
+(left out) when the program is not there or has another version: others format and judge otherwise.
+Standard library only.
+"""
+
+import concurrent.futures
+import json
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+
+VERSION = "14"
+LEFT_OUT = 77
+ROOTS = ("core", "api", "server", "clients/cli", "app", "tests")
+TIDIED = ("core", "api")
+TIDIED_LONG = (*TIDIED, "server", "clients/cli", "app")
+# Checks that cost little more than to parse the source (about 3 s each).
+QUICK = (
+    "-*",
+    "bugprone-use-after-move",
+    "bugprone-integer-division",
+    "google-build-using-namespace",
+    "misc-definitions-in-headers",
+    "misc-unused-parameters",
+    "modernize-use-bool-literals",
+    "modernize-use-nullptr",
+    "modernize-use-override",
+    "readability-braces-around-statements",
+    "readability-container-size-empty",
+    "readability-identifier-naming",
+    "readability-inconsistent-declaration-parameter-name",
+)
+# Arguments of gcc that clang does not know, and how gcc's precompiled headers come in.
+GCC_ONLY = {
+    "-Winvalid-pch",
+    "-Wduplicated-cond",
+    "-Wduplicated-branches",
+    "-Wlogical-op",
+    "-Wno-restrict",
+    "-Wno-maybe-uninitialized",
+}
+
+
+def has_version(program: str) -> bool:
+    try:
+        said = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        print(f"{program}: left out, it is not installed")
+        return False
+    found = re.search(r"version (\d+)", said.stdout)
+    if not found or found.group(1) != VERSION:
+        seen = found.group(1) if found else "unknown"
+        print(f"{program}: left out, its version is {seen}, not {VERSION}")
+        return False
+    return True
+
+
+def program_of(name: str):
+    """The program of this version, or None; the plain name may be another version's."""
+    for program in (f"{name}-{VERSION}", name):
+        if has_version(program):
+            return program
+    return None
+
+
+def check_format() -> int:
+    program = program_of("clang-format")
+    if program is None:
+        return LEFT_OUT
+    files = [
+        file.as_posix()
+        for root in ROOTS
+        for file in sorted(pathlib.Path(root).rglob("*"))
+        if file.suffix in (".h", ".cpp") and "node_modules" not in file.parts
+    ]
+    done = subprocess.run([program, "--dry-run", "-Werror", *files], check=False)
+    print("format: ok" if done.returncode == 0 else f"mend with {program} -i FILE")
+    return 1 if done.returncode else 0
+
+
+def arguments_of(command: str):
+    """The compiler's arguments without those that only gcc knows."""
+    words = shlex.split(command)
+    while words and not re.search(r"(\+\+|gcc|cc|clang)(-\d+)?$", words[0]):
+        words.pop(0)  # ccache
+    out = []
+    skip = False
+    for word in words:
+        if skip or word == "-include":
+            skip = not skip
+            continue
+        if word not in GCC_ONLY and not word.startswith("-flto") and word != "-ffat-lto-objects":
+            out.append(word)
+    return out
+
+
+def write_database(build: str, roots):
+    """compile_commands.json of our sources, in a folder of its own; gives folder and sources."""
+    said = subprocess.run(["ninja", "-C", build, "-t", "compdb"], capture_output=True, text=True,
+                          check=True).stdout
+    here = os.getcwd()
+    entries = {}
+    for entry in json.loads(said[said.index("["):]):
+        path = os.path.relpath(os.path.join(entry["directory"], entry["file"]), here)
+        is_ours = any(path.startswith(root + "/") for root in roots)
+        if is_ours and path.endswith(".cpp") and path not in entries:
+            entries[path] = {
+                "directory": entry["directory"],
+                "file": os.path.join(here, path),
+                "arguments": arguments_of(entry["command"]),
+            }
+    folder = pathlib.Path(build, "clang_tidy")
+    folder.mkdir(exist_ok=True)
+    (folder / "compile_commands.json").write_text(json.dumps(list(entries.values())))
+    return folder, sorted(entries)
+
+
+def check_tidy(build: str, chosen, is_long: bool) -> int:
+    program = program_of("clang-tidy")
+    if program is None:
+        return LEFT_OUT
+    folder, sources = write_database(build, TIDIED_LONG if is_long or chosen else TIDIED)
+    if chosen:
+        sources = [path for path in sources if path in chosen]
+    # Warnings are the compilers' own: they fail the build.
+    checks = ["--extra-arg=-w"] + ([] if is_long else ["--checks=" + ",".join(QUICK)])
+
+    def findings(path: str):
+        done = subprocess.run([program, "-p", str(folder), "--quiet", *checks, path],
+                              capture_output=True, text=True, check=False)
+        return done.stdout if done.returncode else ""
+
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        found = [text for text in pool.map(findings, sources) if text]
+    # A finding in a header comes once with each source that includes it.
+    seen = set()
+    for text in found:
+        for part in re.split(r"^(?=\S+:\d+:\d+: (?:error|warning): )", text, flags=re.M):
+            if part and part not in seen:
+                seen.add(part)
+                print(part, end="")
+    print(f"clang-tidy: {len(sources)} sources, {len(seen)} findings")
+    return 1 if found or not sources else 0
+
+
+def main() -> int:
+    args = [arg for arg in sys.argv[1:] if arg != "--long"]
+    if args == ["format"]:
+        return check_format()
+    if len(args) >= 2 and args[0] == "tidy":
+        return check_tidy(args[1], args[2:], "--long" in sys.argv)
+    print(__doc__, file=sys.stderr)
+    return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,26 +1,49 @@
-/// Which random number is for what. Numbers come in groups of four that are stratified together.
+/// The random numbers of a path by use. They come in groups of four, which are stratified together.
+///
+/// tests/tidy holds this table against the sources: no number has two uses, and each file draws
+/// from the groups that it is listed for, and from no others.
+///
+///   group   number  use                                   drawn in
+///   camera  x y     position on the film                  render/renderer render/split_pilot
+///   camera  z w     position on the lens                  render/renderer render/split_pilot
+///   light   x       which light                           integrators/path integrators/direct
+///                                                         integrators/shared_lights
+///                                                         wave/wave_tracer
+///   light   y z     where on it                           integrators/path integrators/direct
+///                                                         integrators/shared_lights
+///                                                         wave/wave_tracer
+///   light   w       Russian roulette of the path          integrators/path
+///                                                         integrators/shared_lights
+///                                                         wave/wave_tracer
+///   bsdf    x       which lobe                            integrators/path integrators/direct
+///                                                         wave/wave_tracer
+///   bsdf    y z     direction                             integrators/path integrators/direct
+///                                                         wave/wave_tracer
+///   bsdf    w       delta lobe or not, where directions   integrators/path
+///                   do not follow the BSDF
+///   volume  w       hero wavelength                       transport/surface_event
+///   choice  x       which of several light candidates     integrators/path
+///                                                         integrators/shared_lights
+///   choice  y       Russian roulette of the shadow ray    integrators/path
+///   choice  z       which of the shared light samples     integrators/shared_lights
+///   choice  w       whether the light tree is asked for   integrators/shared_lights
+///                   the density of a neighbour's sample
+///   extra   0..     holes along a segment                 transport/intersect
+///   extra   2^31..  analog absorption                     integrators/path
 #pragma once
 
 namespace core {
 
-/// One group: film position and lens.
 inline constexpr int kCameraGroup = 0;
 
-/// Every bounce owns a block of groups of the same size, so a new use never shifts the old ones.
-enum class BounceGroup {
-  kLight,   ///< x: which light, y and z: where on it, w: Russian roulette
-  kBsdf,    ///< x: lobe, y and z: direction, w: delta lobe or not (strategies cosine and uniform)
-  kVolume,  ///< w: hero wavelength at a dispersive boundary; x, y and z are free
-  kCount
-};
+/// Every bounce owns a block of groups of the same size, so that a new use never shifts the others.
+enum class BounceGroup { kLight, kBsdf, kVolume, kCount };
 
 constexpr int dimension_group(int bounce, BounceGroup group) {
   return 1 + bounce * static_cast<int>(BounceGroup::kCount) + static_cast<int>(group);
 }
 
-/// Numbers for options, beside the bounce's own groups. x: which of several light candidates, y:
-/// roulette of its shadow ray, z: which of the shared light samples, w: whether the light tree is
-/// asked for the density of a neighbour's sample. Far beyond the blocks of the deepest bounce.
+/// The group "choice": beyond the blocks of the deepest bounce.
 constexpr int choice_group(int bounce) { return (1 << 20) + bounce; }
 
 }  // namespace core

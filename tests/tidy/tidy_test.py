@@ -65,6 +65,16 @@ CONFINED = {
 CONFINED_SOURCES = {"nlohmann/": ["core/scene_io"]}
 LINES_MAX = 500  # of a C++ file
 COLUMNS_MAX = 100
+# The table of random numbers, and what draws from a group.
+NUMBERS = "core/samplers/dimensions.h"
+DRAWS = {
+    r"\bkCameraGroup\b\)?": "camera",
+    r"\bBounceGroup::kLight\b\)*": "light",
+    r"\bBounceGroup::kBsdf\b\)*": "bsdf",
+    r"\bBounceGroup::kVolume\b\)*": "volume",
+    r"\bchoice_group\([^()]*\)\)?": "choice",
+    r"\bextra_1d\(": "extra",
+}
 # Documents that people cite; each has to be in the tree.
 DOCUMENT = re.compile(r"\b[A-Za-z][\w/-]*\.md\b")
 # Names of documents without their ending, and numbers of issues, which the tree does not hold.
@@ -132,6 +142,54 @@ def citation_faults(path: str, text: str, documents: set):
         name = found.group().rsplit("/", 1)[-1]
         if name not in documents and name not in NO_DOCUMENT:
             yield f"{path}: cites {found.group()}, which is not in the tree"
+
+
+def number_table(text: str):
+    """Rows of the table of core/samplers/dimensions.h: group, numbers, files."""
+    rows = []
+    columns = None
+    for line in text.split("\n"):
+        if line.startswith("///   group "):
+            columns = [line.index(name) for name in ("group", "number", "use", "drawn in")]
+            continue
+        if columns is None or not line.startswith("///   "):
+            continue
+        group, numbers = (line[columns[i]:columns[i + 1]].split() for i in (0, 1))
+        if group:
+            rows.append((group[0], numbers, set()))
+        rows[-1][2].update(line[columns[3]:].split())
+    return rows
+
+
+def number_faults(table: str, sources):
+    """sources: path from core and text of the files that draw random numbers of paths."""
+    rows = number_table(table)
+    uses = [(group, number) for group, numbers, _ in rows for number in numbers]
+    for use in sorted({use for use in uses if uses.count(use) > 1}):
+        yield f"{NUMBERS}: {' '.join(use)} has two uses"
+    listed = {(group, name) for group, _, names in rows for name in names}
+    drawn = set()
+    for path, text in sources:
+        name = path.rsplit(".", 1)[0]
+        for pattern, group in DRAWS.items():
+            for found in re.finditer(pattern, text):
+                drawn.add((group, name))
+                number = re.match(r"\.([xyzw])\b", text[found.end():])
+                if number and not any(group == row[0] and number.group(1) in row[1] and
+                                      name in row[2] for row in rows):
+                    yield f"{NUMBERS}: no row for {group} {number.group(1)} in {path}"
+    for group, name in sorted(drawn - listed):
+        yield f"{NUMBERS}: no row for {group} in {name}"
+    for group, name in sorted(listed - drawn):
+        yield f"{NUMBERS}: {name} does not draw from {group}"
+
+
+def all_number_faults(files):
+    sources = [(file.relative_to("core").as_posix(), file.read_text(encoding="utf-8"))
+               for file in files
+               if file.suffix in (".h", ".cpp") and inside(file.as_posix(), "core")
+               and not any(inside(file.as_posix(), f"core/{f}") for f in ("samplers", "lab"))]
+    yield from number_faults(pathlib.Path(NUMBERS).read_text(encoding="utf-8"), sources)
 
 
 def include_faults(path: str, text: str):
@@ -202,6 +260,7 @@ def files_of_tree():
 def all_faults():
     found = list(top_level_faults(p.name for p in pathlib.Path(".").iterdir()))
     files = sorted(files_of_tree())
+    found += all_number_faults(files)
     documents = {file.name for file in files if file.suffix == ".md"}
     for file in files:
         path = file.as_posix()
@@ -269,6 +328,24 @@ CLEAN = [
 ]
 
 
+TABLE = """///   group   number  use         drawn in
+///   camera  x y     film        render/a
+///   choice  x       candidate   integrators/b
+///                               integrators/c
+"""
+DRAWN = [
+    ("render/a.cpp", "const Vec4 u = sampler.get_4d(kCameraGroup);"),
+    ("integrators/b.cpp", "float u = s.get_4d(choice_group(path.depth)).x;"),
+    ("integrators/c.cpp", "float u = s.get_4d(choice_group(path.depth)).x;"),
+]
+# Changed table or source, and what the report must hold.
+PLANTED_NUMBERS = [
+    (TABLE + "///   choice  x       again       render/a\n", DRAWN, "choice x has two uses"),
+    (TABLE, DRAWN[:2], "integrators/c does not draw from choice"),
+    (TABLE, DRAWN + [("wave/d.cpp", "get_4d(kCameraGroup)")], "no row for camera in wave/d"),
+    (TABLE, DRAWN + [("integrators/b.cpp", "s.get_4d(choice_group(depth)).w")],
+     "no row for choice w in integrators/b"),
+]
 CLEAN_TEXTS = [
     "/// Source: PBR 4th ed., section 9.2.",
     "See [the guide](clients/README.md). A colour: #123456.",
@@ -287,9 +364,13 @@ def self_test() -> int:
     missed += [f"false alarm: {fault}" for text in CLEAN_TEXTS
                for fault in [*width_faults("core/a.h", text),
                              *citation_faults("core/a.h", text, {"README.md"})]]
+    missed += [f"not seen: {words}" for table, drawn, words in PLANTED_NUMBERS
+               if not any(words in fault for fault in number_faults(table, drawn))]
+    missed += [f"false alarm: {fault}" for fault in number_faults(TABLE, DRAWN)]
     if not any(top_level_faults(["notes.txt"])):
         missed.append("not seen: a stray file on the top level")
-    planted = len(PLANTED) + len(PLANTED_LINES) + len(PLANTED_CITATIONS) + 1
+    planted = len(PLANTED) + len(PLANTED_LINES) + len(PLANTED_CITATIONS)
+    planted += len(PLANTED_NUMBERS) + 1
     print("\n".join(missed) or f"tidy self-test: {planted} planted faults seen")
     return 1 if missed else 0
 

@@ -11,7 +11,7 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 
-#include "clients/cli/command.h"
+#include "flags/flags.h"
 #include "server/http/text.h"
 
 namespace server {
@@ -26,7 +26,7 @@ constexpr const char* kSecret = "SECRET";  // Values of this type are never show
 /// "50%", or bytes as "4096", "512M", "2G": powers of 1024.
 CLI::Validator share_or_bytes() {
   return {[](std::string& text) {
-            return text.ends_with('%') ? cli::within(1, 100)(text.substr(0, text.size() - 1))
+            return text.ends_with('%') ? flags::within(1, 100)(text.substr(0, text.size() - 1))
                                        : CLI::AsSizeValue(false)(text);
           },
           ""};
@@ -105,11 +105,11 @@ void add_flags(CLI::App& app, Config& config) {
   const Rows row(app);
   row("listen", config.listen, "ADDRESS",
       "Address to listen on. Any other than loopback needs a key.");
-  row("port", config.port, "N", "Port; 0 takes a free one.")->check(cli::within(0, 65535));
+  row("port", config.port, "N", "Port; 0 takes a free one.")->check(flags::within(0, 65535));
   row("data", config.data_dir, "DIR",
       "Where jobs, assets and films live ($XDG_DATA_HOME/tessera).");
   row("threads", config.threads, "N", "Render threads; 0 takes as many as the machine has.")
-      ->check(cli::within(0, 1024));
+      ->check(flags::within(0, 1024));
   row("isa", config.isa, "NAME",
       "Instruction set Embree is held to: native, sse2, sse4.2, avx, avx2, avx512.");
   row("key", config.key, kSecret,
@@ -122,24 +122,24 @@ void add_flags(CLI::App& app, Config& config) {
   row("origins", config.origins, "A,B", "Origins of other pages that may call this server (CORS).");
   row.off("demo", config.demo, "Submit a demo job when the store has none yet.");
   row("grace", config.grace_seconds, "SECONDS", "Longest time from SIGTERM to the end.")
-      ->check(cli::within(0, 3600));
+      ->check(flags::within(0, 3600));
   row("log-level", config.log_level, "LEVEL", "debug, info, warning, error or off.")
       ->check(CLI::IsMember(kLogLevels).description(""));
   row("max-queue", config.queue_max, "N", "Jobs waiting; 429 beyond.")
-      ->check(cli::within(0, 1000000));
+      ->check(flags::within(0, 1000000));
   row("max-running", config.running_max, "N", "Jobs rendering at a time.")
-      ->check(cli::within(1, 1024));
+      ->check(flags::within(1, 1024));
   row("memory", config.memory, "BYTES|N%",
       "Films and scenes of jobs that have begun, a percentage being of the memory that this "
       "process may use: others wait, paused ones go to the disk.")
       ->transform(share_or_bytes());
   row("max-streams", config.streams_max, "N", "Open event and tile streams.")
-      ->check(cli::within(1, 60000));
+      ->check(flags::within(1, 60000));
   row("max-lab-runs", config.lab_runs_max, "N",
       "Runs of the laboratory at a time, one thread each; 429 beyond.")
-      ->check(cli::within(1, 64));
+      ->check(flags::within(1, 64));
   row("max-samples", config.samples_max, "N", "Samples per pixel of any job.")
-      ->check(cli::within(1, 65536));
+      ->check(flags::within(1, 65536));
   row("max-upload", config.upload_bytes_max, "BYTES", "Largest upload.")
       ->transform(CLI::AsSizeValue(false));
   row("scene-cache", config.scene_cache, "BYTES|N%", "Memory for scenes that stay loaded.")
@@ -148,28 +148,28 @@ void add_flags(CLI::App& app, Config& config) {
       "Memory for films of ended jobs that stay loaded.")
       ->transform(share_or_bytes());
   row("checkpoint", config.checkpoint_seconds, "SECONDS", "Between checkpoints of a rendering job.")
-      ->check(cli::within(0, 3600));
+      ->check(flags::within(0, 3600));
   row("disk-limit", config.disk_limit, "BYTES|N%",
       "Assets and films: above this films of ended jobs are evicted, oldest first, and uploads "
       "refused.")
       ->transform(share_or_bytes());
   row("rate-limit", config.rate_limit, "N",
       "Requests a minute of each key of `tessera keys`; 0 is no limit.")
-      ->check(cli::within(0, 100000000));
+      ->check(flags::within(0, 100000000));
   row("quota-jobs", config.quota_jobs, "N", "Unfinished jobs of each tenant; 0 is no limit.")
-      ->check(cli::within(0, 1000000));
+      ->check(flags::within(0, 1000000));
   row("quota-storage", config.quota_storage, "BYTES|N%",
       "Assets and films of each tenant, a percentage being of --disk-limit; 0 is no "
       "limit.")
       ->transform(share_or_bytes());
   row("quota-previews", config.quota_previews, "N",
       "Previews at a time of each tenant (of 32 in all); 0 is no limit.")
-      ->check(cli::within(0, 1000));
+      ->check(flags::within(0, 1000));
   row("quota-streams", config.quota_streams, "N", "Open streams of each tenant; 0 is no limit.")
-      ->check(cli::within(0, 60000));
+      ->check(flags::within(0, 60000));
   row("quota-lab-runs", config.quota_lab_runs, "N",
       "Experiments at a time of each tenant; 0 is no limit.")
-      ->check(cli::within(0, 64));
+      ->check(flags::within(0, 64));
   row("audit-log", config.audit_log, "FILE",
       "Who changed what, and who was refused: lines to this file instead of the log.");
   row("webhook-secret", config.webhook_secret, kSecret,
@@ -227,7 +227,7 @@ Status apply_args(CLI::App& app, std::span<const std::string_view> args, std::st
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& error) {
-    return Error{ErrorCode::kInvalidArgument, cli::fault_of(app, error), std::move(where)};
+    return Error{ErrorCode::kInvalidArgument, flags::fault_of(app, error), std::move(where)};
   }
   return core::ok_status();
 }
@@ -376,7 +376,7 @@ std::vector<std::string> changed_flags(const Config& before, const Config& after
 
 std::string config_help() { return described_app()->help(); }
 
-std::string config_description() { return cli::describe(*described_app()).dump() + "\n"; }
+std::string config_description() { return flags::describe(*described_app()).dump() + "\n"; }
 
 bool is_loopback(std::string_view host) {
   if (equal_ignoring_case(host, "localhost") || host == "::1" || host == "[::1]") {

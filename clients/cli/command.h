@@ -10,8 +10,15 @@
 #include "clients/cli/cli.h"
 #include "clients/cli/verb_text.h"
 #include "core/base/result.h"
+#include "flags/flags.h"
 
 namespace cli {
+
+using flags::above_zero;
+using flags::edit_distance;
+using flags::fault_of;
+using flags::share_within;
+using flags::within;
 
 /// Parses args with `app`, then calls body. --help prints to stdout and gives 0; --describe does
 /// the same for programs (verb_text.h), with the choices; anything wrong is told on stderr and
@@ -19,21 +26,8 @@ namespace cli {
 int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body,
                   const std::function<Choices()>& choices = {});
 
-/// One sentence on what is wrong with the command, and on what may have been meant.
-std::string fault_of(const CLI::App& app, const CLI::ParseError& error);
-
-/// For numbers: "0 is outside [1, 64]", as the server says it. Both ends are allowed, but for 0 as
-/// the lower end of `above_zero`.
-CLI::Validator within(double min, double max);
-CLI::Validator above_zero(double max);
-/// For a share: "5%" stands for 0.05. Both ends are allowed.
-CLI::Validator share_within(double min, double max);
-
 /// "tessera VERB: message", with the place before it if there is one, on stderr. Returns kFailed.
 int complain(const std::string& verb, const core::Error& error);
-
-/// Insertions, deletions and replacements of one character that make a of b.
-std::size_t edit_distance(std::string_view a, std::string_view b);
 
 /// Where the server is and how to be let in: --server and --key, TESSERA_SERVER and TESSERA_KEY.
 struct ServerFlags {

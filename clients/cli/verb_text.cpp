@@ -10,26 +10,6 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-Json describe_option(const CLI::Option& option) {
-  Json names = Json::array();
-  for (const std::string& name : option.get_snames()) {
-    names.push_back("-" + name);
-  }
-  for (const std::string& name : option.get_lnames()) {
-    names.push_back("--" + name);
-  }
-  if (option.get_positional()) {
-    names = {option.get_name(true)};
-  }
-  const bool is_switch = !option.get_positional() && option.get_items_expected_max() == 0;
-  return {{"names", std::move(names)},
-          {"value", is_switch ? "" : option.get_type_name()},
-          {"text", option.get_description()},
-          {"variable", option.get_envname()},
-          {"preset", option.get_default_str()},
-          {"repeats", option.get_items_expected_max() > 1 || option.get_expected_max() > 1}};
-}
-
 OptionText read_option(const Json& json) {
   OptionText option;
   for (const Json& name : json.at("names")) {
@@ -68,18 +48,6 @@ void share_choices(std::span<VerbText> verbs) {
       }
     }
   }
-}
-
-Json describe(const CLI::App& app, const Choices& choices) {
-  Json operands = Json::array();
-  Json options = Json::array();
-  for (const CLI::Option* option : app.get_options()) {
-    (option->get_positional() ? operands : options).push_back(describe_option(*option));
-  }
-  return {{"text", app.get_description()},
-          {"operands", std::move(operands)},
-          {"options", std::move(options)},
-          {"choices", choices}};
 }
 
 core::Result<VerbText> read_verb_text(const Verb& verb, const std::string& json) {

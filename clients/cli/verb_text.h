@@ -1,42 +1,21 @@
-/// What each verb takes, as data: completions and the manual page are made from it.
-///
-/// Every verb answers `tessera VERB --describe` with one line of JSON:
-/// {"summary", "operands": [option...], "options": [option...]}, an option being
-/// {"names": ["-o", "--output"], "value": "FILE", "text", "variable", "preset", "repeats"}.
-/// and "choices", {"--sampler": ["sobol", ...]}: the values of closed sets by the option's long
-/// name or the operand's, also for options that other verbs have. `value` is empty for a switch,
-/// `variable` (of the environment) and `preset` where there is none; the one name of an operand is
-/// its own.
+/// The texts of all verbs, for completions and the manual page: each verb describes itself
+/// (flags::describe()).
 #pragma once
 
-#include <map>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
-
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 #include "clients/cli/cli.h"
 #include "core/base/result.h"
+#include "flags/flags.h"
 
 namespace cli {
 
-inline constexpr std::string_view kDescribe = "--describe";
-
-/// Values of closed sets: by the name of an option with its dashes, or of an operand.
-using Choices = std::map<std::string, std::vector<std::string>>;
-
-/// The names of a registry's rows.
-template <typename Rows>
-std::vector<std::string> names_of(const Rows& rows) {
-  std::vector<std::string> names;
-  for (const auto& row : rows) {
-    names.emplace_back(row.name);
-  }
-  return names;
-}
+using flags::Choices;
+using flags::describe;
+using flags::kDescribe;
+using flags::names_of;
 
 struct OptionText {
   std::vector<std::string> names;
@@ -57,10 +36,7 @@ struct VerbText {
   Choices choices;  ///< as the verb tells them
 };
 
-/// The line of JSON for an app.
-nlohmann::ordered_json describe(const CLI::App& app, const Choices& choices = {});
-
-/// Reads such a line. Errors: kInvalidArgument.
+/// Reads the line of flags::describe(). Errors: kInvalidArgument.
 core::Result<VerbText> read_verb_text(const Verb& verb, const std::string& json);
 
 /// Gives every option and operand its choices: those that its verb tells, else those of the first

@@ -23,9 +23,9 @@ import sys
 
 VERSION = "14"
 LEFT_OUT = 77
-ROOTS = ("core", "api", "server", "clients/cli", "app", "tests")
+ROOTS = ("core", "api", "flags", "server", "clients/cli", "app", "tests")
 TIDIED = ("core", "api")
-TIDIED_LONG = (*TIDIED, "server", "clients/cli", "app")
+TIDIED_LONG = (*TIDIED, "flags", "server", "clients/cli", "app")
 # Checks that cost little more than to parse the source (about 3 s each).
 QUICK = (
     "-*",

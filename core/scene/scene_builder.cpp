@@ -1,0 +1,471 @@
+#include "core/scene/scene_builder.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "core/materials/shade.h"
+#include "core/math/numbers.h"
+#include "core/textures/colored_blocks.h"
+
+namespace core {
+namespace {
+
+/// Adds one kind of part after the other.
+class Builder {
+ public:
+  Builder(SceneDescription& from, SceneData& to) : from_(from), to_(to) {}
+
+  Status run(int threads, std::string_view isa) {
+    if (Status s = add_materials(); !s) {
+      return s;
+    }
+    if (Status s = check_meshes(); !s) {
+      return s;
+    }
+    place_meshes();
+    if (Status s = build_accel(threads, isa); !s) {
+      return s;
+    }
+    add_lights();
+    const Bounds& box = bounds_;
+    to_.center = box.empty() ? Vec3{} : box.center();
+    to_.radius_m = box.empty() ? 0.0F : 0.5F * length(box.diagonal());
+    return ok_status();
+  }
+
+  const Bounds& bounds() const { return bounds_; }
+  std::size_t placed_triangles() const { return placed_triangles_; }
+
+ private:
+  TextureSlot slot(const TextureDescription& description, bool srgb) {
+    TextureSlot out;
+    out.description = description;
+    if (description.image < 0) {
+      return out;
+    }
+    const auto key = std::make_pair(description.image, srgb);
+    auto it = textures_.find(key);
+    if (it == textures_.end()) {
+      to_.textures.push_back(
+          Texture::create(*from_.images[static_cast<std::size_t>(description.image)], srgb));
+      it = textures_.emplace(key, to_.textures.back().get()).first;
+    }
+    out.texture = it->second;
+    return out;
+  }
+
+  void add_layers(const MaterialDescription& d, Material& m) {
+    m.has_layers = d.clearcoat > 0 || !is_black(d.sheen_color) || d.iridescence > 0 ||
+                   d.diffuse_transmission > 0;
+    if (!m.has_layers) {
+      return;
+    }
+    m.clearcoat = slot(d.clearcoat_texture, false);
+    m.clearcoat_roughness = slot(d.clearcoat_roughness_texture, false);
+    m.clearcoat_normal = slot(d.clearcoat_normal_texture, false);
+    m.sheen_color = slot(d.sheen_color_texture, true);
+    m.sheen_roughness = slot(d.sheen_roughness_texture, false);
+    m.iridescence = slot(d.iridescence_texture, false);
+    m.iridescence_thickness = slot(d.iridescence_thickness_texture, false);
+    m.diffuse_transmission = slot(d.diffuse_transmission_texture, false);
+    m.diffuse_transmission_color = slot(d.diffuse_transmission_color_texture, true);
+    for (const TextureSlot* t :
+         {&m.clearcoat, &m.clearcoat_roughness, &m.clearcoat_normal, &m.sheen_color,
+          &m.sheen_roughness, &m.iridescence, &m.iridescence_thickness, &m.diffuse_transmission,
+          &m.diffuse_transmission_color}) {
+      m.has_texture = m.has_texture || t->texture != nullptr;
+    }
+  }
+
+  Status add_materials() {
+    from_.materials.push_back(MaterialDescription{});  // glTF's default, for primitives without one
+    from_.materials.back().name = "default";
+    std::size_t number = 0;
+    for (const MaterialDescription& d : from_.materials) {
+      const std::string where = "/materials/" + std::to_string(number++);
+      for (const TextureDescription* t :
+           {&d.base_color_texture, &d.metallic_roughness_texture, &d.normal_texture,
+            &d.emissive_texture, &d.specular_texture, &d.specular_color_texture,
+            &d.transmission_texture, &d.anisotropy_texture, &d.clearcoat_texture,
+            &d.clearcoat_roughness_texture, &d.clearcoat_normal_texture, &d.sheen_color_texture,
+            &d.sheen_roughness_texture, &d.iridescence_texture, &d.iridescence_thickness_texture,
+            &d.diffuse_transmission_texture, &d.diffuse_transmission_color_texture}) {
+        if (t->image >= static_cast<int>(from_.images.size()) ||
+            (t->image >= 0 && from_.images[static_cast<std::size_t>(t->image)] == nullptr)) {
+          return Error{ErrorCode::kInvalidArgument,
+                       "the material names an image that does not exist", where};
+        }
+      }
+      Material m;
+      m.factors = d;
+      m.base_color = slot(d.base_color_texture, true);
+      m.metallic_roughness = slot(d.metallic_roughness_texture, false);
+      m.normal = slot(d.normal_texture, false);
+      m.emissive = slot(d.emissive_texture, true);
+      m.specular = slot(d.specular_texture, false);
+      m.specular_color = slot(d.specular_color_texture, true);
+      m.transmission = slot(d.transmission_texture, false);
+      m.anisotropy = slot(d.anisotropy_texture, false);
+      m.has_texture = m.base_color.texture != nullptr || m.metallic_roughness.texture != nullptr ||
+                      m.normal.texture != nullptr || m.specular.texture != nullptr ||
+                      m.specular_color.texture != nullptr || m.transmission.texture != nullptr ||
+                      m.anisotropy.texture != nullptr;
+      add_layers(d, m);
+      m.is_emissive = !is_black(d.emissive) && !d.unlit;
+      m.has_alpha = d.alpha_mode == AlphaMode::kMask || (d.alpha_mode == AlphaMode::kBlend);
+      m.transmits = (d.transmission > 0 && d.ior != 0) || d.diffuse_transmission > 0;
+      m.is_volume = (d.transmission > 0 || d.diffuse_transmission > 0) && d.thickness > 0;
+      if (m.is_volume && d.attenuation_distance > 0) {
+        const auto sigma = [&d](float c) {
+          return -std::log(std::max(c, 1e-6F)) / d.attenuation_distance;
+        };
+        m.sigma_a = {sigma(d.attenuation_color.r), sigma(d.attenuation_color.g),
+                     sigma(d.attenuation_color.b)};
+      }
+      m.plain = plain_parameters(d, m.is_volume);
+      to_.has_volumes = to_.has_volumes || m.is_volume;
+      to_.materials.push_back(std::move(m));
+    }
+    for (Material& m : to_.materials) {
+      m.is_clear = may_be_clear(m);
+      to_.has_clear = to_.has_clear || m.is_clear;
+    }
+    return ok_status();
+  }
+
+  /// Thin walls that are smooth somewhere, and solids whose index can be that of what is around
+  /// them.
+  bool may_be_clear(const Material& m) const {
+    const MaterialDescription& d = m.factors;
+    const bool textured = m.metallic_roughness.texture != nullptr;
+    if (!(d.transmission > 0) || d.unlit || (d.metallic >= 1 && !textured)) {
+      return false;
+    }
+    if (!m.is_volume) {
+      constexpr float kSmooth = 0.028F;  // a quarter above the roughness of Bsdf's mirrors
+      return d.roughness < kSmooth || textured;
+    }
+    return !(d.dispersion > 0) &&
+           (d.ior == 1 ||
+            std::any_of(to_.materials.begin(), to_.materials.end(), [&](const Material& other) {
+              return &other != &m && other.is_volume && other.factors.ior == d.ior;
+            }));
+  }
+
+  Status check_meshes() {
+    for (std::size_t i = 0; i < from_.meshes.size(); ++i) {
+      for (std::size_t k = 0; k < from_.meshes[i].primitives.size(); ++k) {
+        const PrimitiveDescription& p = from_.meshes[i].primitives[k];
+        const std::string where =
+            "/meshes/" + std::to_string(i) + "/primitives/" + std::to_string(k);
+        const std::size_t n = p.positions.size();
+        const auto fits = [n](std::size_t count) { return count == 0 || count == n; };
+        if (!fits(p.normals.size()) || !fits(p.tangents.size()) || !fits(p.uv[0].size()) ||
+            !fits(p.uv[1].size()) || !fits(p.colors.size())) {
+          return Error{ErrorCode::kInvalidArgument, "attributes differ in length", where};
+        }
+        if (p.indices.size() % 3 != 0 || std::any_of(p.indices.begin(), p.indices.end(),
+                                                     [n](std::uint32_t v) { return v >= n; })) {
+          return Error{ErrorCode::kInvalidArgument, "an index is outside the vertices",
+                       where + "/indices"};
+        }
+        if (std::any_of(p.positions.begin(), p.positions.end(),
+                        [](Vec3 v) { return !is_finite(v); })) {
+          return Error{ErrorCode::kInvalidArgument, "a position is not a finite number",
+                       where + "/attributes/POSITION"};
+        }
+      }
+    }
+    for (std::size_t i = 0; i < from_.instances.size(); ++i) {
+      const InstanceDescription& instance = from_.instances[i];
+      if (instance.mesh < 0 || instance.mesh >= static_cast<int>(from_.meshes.size())) {
+        return Error{ErrorCode::kInvalidArgument, "an instance names a mesh that does not exist",
+                     ""};
+      }
+      const Transform& m = instance.to_world;
+      if (!is_finite(m.x) || !is_finite(m.y) || !is_finite(m.z) || !is_finite(m.t)) {
+        return Error{ErrorCode::kInvalidArgument, "a transform is not finite", ""};
+      }
+    }
+    return ok_status();
+  }
+
+  MeshData take(PrimitiveDescription&& p, const Transform* to_world) {
+    MeshData mesh;
+    mesh.material = p.material < 0 || p.material + 1 >= static_cast<int>(to_.materials.size())
+                        ? static_cast<std::uint32_t>(to_.materials.size() - 1)
+                        : static_cast<std::uint32_t>(p.material);
+    mesh.positions = std::move(p.positions);
+    mesh.indices = std::move(p.indices);
+    mesh.normals = std::move(p.normals);
+    mesh.tangents = std::move(p.tangents);
+    mesh.uv = std::move(p.uv);
+    mesh.colors = std::move(p.colors);
+    mesh.in_world_space = to_world != nullptr;
+    if (to_world != nullptr) {
+      const bool mirrored = to_world->determinant() < 0;
+      for (Vec3& v : mesh.positions) {
+        v = to_world->point(v);
+      }
+      for (Vec3& n : mesh.normals) {
+        n = normalize_or(to_world->normal(n), {0, 0, 1});
+      }
+      for (Vec4& t : mesh.tangents) {
+        const Vec3 moved = normalize_or(to_world->vector({t.x, t.y, t.z}), {1, 0, 0});
+        t = {moved.x, moved.y, moved.z, mirrored ? -t.w : t.w};
+      }
+      if (mirrored) {  // keep counter-clockwise the front
+        for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+          std::swap(mesh.indices[i + 1], mesh.indices[i + 2]);
+        }
+      }
+    }
+    mesh.positions.reserve(mesh.positions.size() + 1);
+    mesh.positions.push_back(Vec3{});
+    return mesh;
+  }
+
+  void place_meshes() {
+    std::vector<int> uses(from_.meshes.size(), 0);
+    for (const InstanceDescription& instance : from_.instances) {
+      ++uses[static_cast<std::size_t>(instance.mesh)];
+    }
+    // Meshes used once are moved into world space: one level less to traverse.
+    std::vector<std::uint32_t> group_of(from_.meshes.size(), 0);
+    for (const InstanceDescription& instance : from_.instances) {
+      const auto id = static_cast<std::size_t>(instance.mesh);
+      if (uses[id] != 1) {
+        continue;
+      }
+      for (PrimitiveDescription& p : from_.meshes[id].primitives) {
+        if (p.indices.empty()) {
+          continue;
+        }
+        to_.meshes.push_back(take(std::move(p), &instance.to_world));
+        to_.placed.push_back({static_cast<std::uint32_t>(to_.meshes.size() - 1), kNoLight});
+      }
+    }
+    top_level_ = to_.placed.size();
+    for (std::size_t id = 0; id < from_.meshes.size(); ++id) {
+      if (uses[id] < 2) {
+        continue;
+      }
+      group_of[id] = static_cast<std::uint32_t>(groups_.size());
+      groups_.emplace_back();
+      for (PrimitiveDescription& p : from_.meshes[id].primitives) {
+        if (p.indices.empty()) {
+          continue;
+        }
+        to_.meshes.push_back(take(std::move(p), nullptr));
+        groups_.back().push_back(static_cast<std::uint32_t>(to_.meshes.size() - 1));
+      }
+    }
+    for (const InstanceDescription& instance : from_.instances) {
+      const auto id = static_cast<std::size_t>(instance.mesh);
+      if (uses[id] < 2 || groups_[group_of[id]].empty() ||
+          std::fabs(instance.to_world.determinant()) < 1e-30F) {
+        continue;
+      }
+      to_.instances.push_back({instance.to_world, static_cast<std::uint32_t>(to_.placed.size())});
+      instance_groups_.push_back(group_of[id]);
+      for (const std::uint32_t mesh : groups_[group_of[id]]) {
+        to_.placed.push_back({mesh, kNoLight});
+      }
+    }
+  }
+
+  static AccelGeometry geometry(const MeshData& mesh) {
+    return {std::span<const Vec3>(mesh.positions.data(), mesh.positions.size() - 1), mesh.indices};
+  }
+
+  Status build_accel(int threads, std::string_view isa) {
+    std::vector<AccelGeometry> top;
+    for (std::size_t i = 0; i < top_level_; ++i) {
+      top.push_back(geometry(to_.meshes[to_.placed[i].mesh]));
+    }
+    std::vector<std::vector<AccelGeometry>> groups;
+    for (const auto& group : groups_) {
+      groups.emplace_back();
+      for (const std::uint32_t mesh : group) {
+        groups.back().push_back(geometry(to_.meshes[mesh]));
+      }
+    }
+    std::vector<AccelInstance> instances;
+    for (std::size_t i = 0; i < to_.instances.size(); ++i) {
+      instances.push_back({instance_groups_[i], to_.instances[i].to_world});
+    }
+    auto accel = Accel::build(top, groups, instances, threads, isa);
+    if (!accel) {
+      return accel.error();
+    }
+    to_.accel = std::move(accel).value();
+    return ok_status();
+  }
+
+  void add_lights() {
+    std::vector<LightBounds> bounds;
+    for (std::size_t i = 0; i < top_level_; ++i) {
+      visit_placed(static_cast<std::uint32_t>(i), nullptr, bounds);
+    }
+    for (const PlacedInstance& instance : to_.instances) {
+      const auto next = static_cast<std::size_t>(&instance - to_.instances.data()) + 1;
+      const std::size_t end =
+          next < to_.instances.size() ? to_.instances[next].first_placed : to_.placed.size();
+      for (std::size_t i = instance.first_placed; i < end; ++i) {
+        visit_placed(static_cast<std::uint32_t>(i), &instance.to_world, bounds);
+      }
+    }
+    for (const PunctualLightDescription& d : from_.lights) {
+      if (is_black(d.intensity)) {
+        continue;
+      }
+      PunctualLight light;
+      light.type = d.type;
+      light.position = d.to_world.t;
+      light.direction = normalize_or(-d.to_world.z, {0, 0, -1});
+      light.intensity = d.intensity;
+      light.range_m = d.range_m;
+      light.cos_inner = std::cos(d.inner_cone_rad);
+      light.cos_outer = std::cos(d.outer_cone_rad);
+      to_.punctual_lights.push_back(light);
+    }
+    // Directional lights have no place in the tree: they come last.
+    std::stable_partition(
+        to_.punctual_lights.begin(), to_.punctual_lights.end(),
+        [](const PunctualLight& l) { return l.type != PunctualType::kDirectional; });
+    for (const PunctualLight& light : to_.punctual_lights) {
+      if (light.type == PunctualType::kDirectional) {
+        break;
+      }
+      LightBounds b;
+      b.box.add(light.position);
+      b.axis = light.type == PunctualType::kSpot ? light.direction : Vec3{0, 0, 1};
+      b.cos_theta_o = light.type == PunctualType::kSpot ? 1.0F : -1.0F;
+      b.cos_theta_e = light.type == PunctualType::kSpot ? light.cos_outer - 1e-4F : -1.0F;
+      b.power = luminance(light.intensity);
+      bounds.push_back(b);
+    }
+    to_.light_tree = LightTree(bounds);
+  }
+
+  void visit_placed(std::uint32_t placed, const Transform* to_world,
+                    std::vector<LightBounds>& bounds) {
+    const MeshData& mesh = to_.meshes[to_.placed[placed].mesh];
+    const Material& material = to_.materials[mesh.material];
+    placed_triangles_ += mesh.triangle_count();
+    for (std::size_t i = 0; i + 1 < mesh.positions.size(); ++i) {
+      bounds_.add(to_world == nullptr ? mesh.positions[i] : to_world->point(mesh.positions[i]));
+    }
+    if (!material.is_emissive) {
+      return;
+    }
+    to_.placed[placed].first_light = static_cast<std::uint32_t>(to_.triangle_lights.size());
+    const bool mirrored = to_world != nullptr && to_world->determinant() < 0;
+    for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
+      const auto vertex = [&](std::size_t k) {
+        const Vec3 v = mesh.positions[mesh.indices[3 * std::size_t{t} + k]];
+        return to_world == nullptr ? v : to_world->point(v);
+      };
+      TriangleLight light;
+      light.p0 = vertex(0);
+      light.edge1 = vertex(1) - light.p0;
+      light.edge2 = vertex(2) - light.p0;
+      const Vec3 n = cross(light.edge1, light.edge2);
+      const float twice_area = length(n);
+      light.area_m2 = 0.5F * twice_area;
+      light.normal = normalize_or(mirrored ? -n : n, {0, 0, 1});
+      light.placed = placed;
+      light.triangle = t;
+      light.two_sided = material.factors.double_sided;
+      light.textured = material.emissive.texture != nullptr;
+      light.radiance = mean_emission(mesh, material, t);
+      LightBounds b;
+      b.box.add(light.p0);
+      b.box.add(light.p0 + light.edge1);
+      b.box.add(light.p0 + light.edge2);
+      b.axis = light.normal;
+      b.cos_theta_o = 1;
+      b.cos_theta_e = 0;
+      b.two_sided = light.two_sided;
+      // Zero only for a triangle that shines nowhere: the tree leaves it out.
+      if (!is_black(light.radiance)) {
+        b.power = std::max(luminance(light.radiance) * light.area_m2, 1e-30F);
+      }
+      bounds.push_back(b);
+      to_.triangle_lights.push_back(light);
+    }
+  }
+
+  /// Mean radiance of a triangle; black only where it shines nowhere.
+  Rgb mean_emission(const MeshData& mesh, const Material& material, std::uint32_t triangle) {
+    const Rgb factor = material.factors.emissive;
+    const Texture* texture = material.emissive.texture;
+    if (texture == nullptr) {
+      return factor;
+    }
+    const TextureDescription& d = material.emissive.description;
+    const auto& uv = mesh.uv[static_cast<std::size_t>(d.uv_set)];
+    std::array<Vec2, 3> corner{};
+    for (std::size_t k = 0; k < 3 && !uv.empty(); ++k) {
+      const Vec2 p = uv[mesh.indices[3 * std::size_t{triangle} + k]];
+      const auto& m = d.uv_transform;
+      corner[k] = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]};
+    }
+    const auto [u_low, u_high] = std::minmax({corner[0].x, corner[1].x, corner[2].x});
+    const auto [v_low, v_high] = std::minmax({corner[0].y, corner[1].y, corner[2].y});
+    const ColoredBlocks& blocks = colored_.try_emplace(texture, *texture).first->second;
+    if (blocks.is_black({u_low, v_low}, {u_high, v_high}, d.wrap_u, d.wrap_v)) {
+      return {};
+    }
+    // The upright ones of kSide^2 equal parts, each averaged by the pyramid.
+    constexpr int kSide = 4;
+    const Vec2 edge1 = (corner[1] - corner[0]) * (1.0F / kSide);
+    const Vec2 edge2 = (corner[2] - corner[0]) * (1.0F / kSide);
+    Rgb sum;
+    for (int i = 0; i < kSide; ++i) {
+      for (int k = 0; k <= i; ++k) {
+        const float b1 = static_cast<float>(k) + 1.0F / 3;
+        const float b2 = static_cast<float>(i - k) + 1.0F / 3;
+        const Vec4 c = texture->sample({.uv = corner[0] + edge1 * b1 + edge2 * b2,
+                                        .across = edge1,
+                                        .along = edge2,
+                                        .taps_max = kTextureTapsMax,
+                                        .wrap_u = d.wrap_u,
+                                        .wrap_v = d.wrap_v});
+        sum += Rgb{c.x, c.y, c.z};
+      }
+    }
+    // Coarse levels of 8-bit textures round to black what is fainter than half of the first step of
+    // the sRGB curve.
+    constexpr float kLeast = 0.5F / 255 / 12.92F;
+    const Rgb mean = sum / (kSide * (kSide + 1) / 2.0F);
+    return factor * (luminance(mean) > kLeast ? mean : Rgb(kLeast));
+  }
+
+  SceneDescription& from_;
+  SceneData& to_;
+  std::map<std::pair<int, bool>, const Texture*> textures_;
+  std::map<const Texture*, ColoredBlocks> colored_;  ///< of emissive textures
+  std::vector<std::vector<std::uint32_t>> groups_;
+  std::vector<std::uint32_t> instance_groups_;
+  std::size_t top_level_ = 0;
+  std::size_t placed_triangles_ = 0;
+  Bounds bounds_;
+};
+
+}  // namespace
+
+Result<PlacedGeometry> build_scene_data(SceneDescription& from, SceneData& to, int threads,
+                                        std::string_view isa) {
+  Builder builder(from, to);
+  if (Status status = builder.run(threads, isa); !status) {
+    return status.error();
+  }
+  return PlacedGeometry{builder.bounds(), builder.placed_triangles()};
+}
+
+}  // namespace core

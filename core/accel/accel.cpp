@@ -1,6 +1,7 @@
 #include "core/accel/accel.h"
 
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <string>
@@ -16,6 +17,7 @@ struct Accel::Impl {
   RTCScene top = nullptr;
   std::vector<RTCScene> groups;
   std::uint32_t top_geometries = 0;
+  bool has_instances = false;
   std::atomic<std::ptrdiff_t> bytes{0};
 
   Impl() = default;
@@ -110,6 +112,12 @@ unsigned to_embree(const RayPacket& rays, unsigned active, RTCRay8& out, int (&v
   return traced;
 }
 
+Ray ray_of(const RayPacket& rays, unsigned k) {
+  return {.origin = {rays.origin_x[k], rays.origin_y[k], rays.origin_z[k]},
+          .direction = {rays.direction_x[k], rays.direction_y[k], rays.direction_z[k]},
+          .t_max = rays.t_max[k]};
+}
+
 }  // namespace
 
 Accel::Accel() : impl_(std::make_unique<Impl>()) {}
@@ -140,6 +148,7 @@ Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_l
   }
   impl.top = new_scene(impl.device);
   impl.top_geometries = static_cast<std::uint32_t>(top_level.size());
+  impl.has_instances = !instances.empty();
   for (std::uint32_t id = 0; id < top_level.size(); ++id) {
     attach_mesh(impl.device, impl.top, top_level[id], id);
   }
@@ -197,6 +206,20 @@ bool Accel::occluded(const Ray& ray) const noexcept {
 }
 
 unsigned Accel::intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept {
+  unsigned met = 0;
+  if (impl_->has_instances) {
+    for (unsigned rest = active; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<unsigned>(std::countr_zero(rest));
+      RawHit hit;
+      if (intersect(ray_of(rays, k), hit)) {
+        met |= 1U << k;
+        hits.instance[k] = hit.instance;
+        hits.geometry[k] = hit.geometry;
+        hits.primitive[k] = hit.primitive;
+      }
+    }
+    return met;
+  }
   alignas(32) RTCRayHit8 rayhit;
   alignas(32) int valid[8];
   const unsigned traced = to_embree(rays, active, rayhit.ray, valid);
@@ -204,7 +227,6 @@ unsigned Accel::intersect8(const RayPacket& rays, unsigned active, HitPacket& hi
   std::memset(rayhit.hit.geomID, 0xff, sizeof(rayhit.hit.geomID));
   std::memset(rayhit.hit.instID[0], 0xff, sizeof(rayhit.hit.instID[0]));
   embree::intersect8(valid, impl_->top, &rayhit);
-  unsigned met = 0;
   for (unsigned k = 0; k < 8; ++k) {
     const std::uint32_t instance = rayhit.hit.instID[0][k];
     met |= rayhit.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID ? 1U << k : 0U;
@@ -216,11 +238,19 @@ unsigned Accel::intersect8(const RayPacket& rays, unsigned active, HitPacket& hi
 }
 
 unsigned Accel::occluded8(const RayPacket& rays, unsigned active) const noexcept {
+  unsigned met = 0;
+  if (impl_->has_instances) {
+    for (unsigned rest = active; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<unsigned>(std::countr_zero(rest));
+      met |= occluded(ray_of(rays, k)) ? 1U << k : 0U;
+    }
+    return met;
+  }
   alignas(32) RTCRay8 shadow;
   alignas(32) int valid[8];
   const unsigned traced = to_embree(rays, active, shadow, valid);
   embree::occluded8(valid, impl_->top, &shadow);
-  unsigned met = active & ~traced;  // as with occluded()
+  met = active & ~traced;  // as with occluded()
   for (unsigned k = 0; k < 8; ++k) {
     met |= shadow.tfar[k] < 0 ? (traced & 1U << k) : 0U;
   }

@@ -80,7 +80,9 @@ class Accel {
   bool occluded(const Ray& ray) const noexcept;
   /// The same for the rays of a packet whose bit is set, as bits. What a ray meets does not depend
   /// on the others of its packet, but where two surfaces are as near as rounding tells it may be
-  /// the other one than a ray alone meets: one kind of path uses one of the two, always.
+  /// the other one than a ray alone meets: one kind of path uses one of the two, always. Where
+  /// there are instances the rays go one by one: packets that part at their boxes took 1.2 to 1.5
+  /// times as long (GrassFieldInstanced).
   unsigned intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept;
   unsigned occluded8(const RayPacket& rays, unsigned active) const noexcept;
   /// Does Embree trace packets of eight as such?

@@ -10,9 +10,14 @@ bool intersect(const SceneData& scene, PathState& path, PathVertex& vertex) noex
   float travelled = 0;
   path.passed_hole = false;
   for (int pass = 0; pass < kNullScatteringMax; ++pass) {
-    ++path.rays;
-    if (!scene.accel->intersect(ray, hit)) {
-      return false;
+    if (path.met != nullptr) {
+      hit = *path.met;
+      path.met = nullptr;
+    } else {
+      ++path.rays;
+      if (!scene.accel->intersect(ray, hit)) {
+        return false;
+      }
     }
     if (scene.has_alpha) {
       const float coverage = scene.coverage(hit, ray);

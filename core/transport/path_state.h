@@ -37,9 +37,10 @@ struct PathState {
       1;  ///< product of eta^2 over refractions: takes n^2 of radiance out of roulette
   float cone_width_m = 0;  ///< ray cone at the origin of the segment
   float cone_spread_rad = 0;
-  bool is_sharp = true;      ///< no rough surface so far: textures are filtered as at first hits
-  bool passed_hole = false;  ///< on the current segment
-  MediumStack media{};       ///< the solids around the current segment
+  bool is_sharp = true;         ///< no rough surface so far: textures are filtered as at first hits
+  bool passed_hole = false;     ///< on the current segment
+  const RawHit* met = nullptr;  ///< at the end of the current segment, if that is known already
+  MediumStack media{};          ///< the solids around the current segment
   std::uint32_t alpha_tests = 0;  ///< random numbers drawn for holes so far
   float wavelength_nm = 0;        ///< hero wavelength; 0: the path carries all of them
 

@@ -93,7 +93,8 @@ class LaneTracer final : public WaveTracer {
   void find_lights(Wave& wave, std::uint64_t& rays) const;
   void add_environment(Wave& wave, std::size_t i, int depth) const;
   void add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met, std::size_t lane) const;
-  void finish_alone(Wave& wave, std::size_t i, int depth, std::uint64_t& rays) const;
+  void finish_alone(Wave& wave, std::size_t i, const RawHit& met, int depth,
+                    std::uint64_t& rays) const;
   void advance(Wave& wave, std::size_t first, unsigned met, int depth, std::uint64_t& rays) const;
   void add_light_samples(Wave& wave, std::size_t first, const Vertex& at, const BsdfLanes<N>& bsdf,
                          const Vec4s<N>& u) const;
@@ -177,9 +178,10 @@ void LaneTracer<N>::add_emission(Wave& wave, std::size_t i, const MetLanes<N>& m
                paths.beta.get(i) * met.emitted.lane(lane) * weight);
 }
 
-/// Hands a path to the scalar tracer, which follows it from its present segment to its end.
+/// Hands a path to the scalar tracer, which follows it from what it has met to its end.
 template <std::size_t N>
-void LaneTracer<N>::finish_alone(Wave& wave, std::size_t i, int depth, std::uint64_t& rays) const {
+void LaneTracer<N>::finish_alone(Wave& wave, std::size_t i, const RawHit& met, int depth,
+                                 std::uint64_t& rays) const {
   const WavePaths& paths = wave.paths;
   const std::size_t slot = slot_of(paths, i);
   const Vec3 beta = paths.beta.get(i);
@@ -192,6 +194,7 @@ void LaneTracer<N>::finish_alone(Wave& wave, std::size_t i, int depth, std::uint
   path.cone_width_m = paths.cone_width_m.at[i];
   path.cone_spread_rad = paths.cone_spread_rad.at[i];
   path.is_sharp = paths.is_sharp.at[i] != 0;
+  path.met = &met;
   path.out.hit = depth > 0;
   scalar_.follow(path);
   add_radiance(wave.results, slot, {path.out.radiance.r, path.out.radiance.g, path.out.radiance.b});
@@ -243,7 +246,8 @@ void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int dep
   Vertex at;
   surfaces_.meet(segments, hits, met, at.met);
   for (unsigned rest = at.met.foreign; rest != 0; rest &= rest - 1) {
-    finish_alone(wave, first + static_cast<std::size_t>(std::countr_zero(rest)), depth, rays);
+    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+    finish_alone(wave, first + k, hits[k], depth, rays);
   }
   const unsigned on = met & ~at.met.foreign;
   if (on == 0) {

@@ -47,6 +47,7 @@ const View<JobView>& state_event_view() {
       "StateEvent",
       "The state has changed.",
       {state_row(),
+       pause_reason_row(),
        stop_reason_row(),
        queue_position_row(),
        {"spec_version", shape::count("Counts the changes of `spec`."),

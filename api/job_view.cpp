@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::array<std::string_view, 7> kStates = {"queued",   "loading", "rendering", "paused",
                                                      "finished", "failed",  "cancelled"};
+constexpr std::array<std::string_view, 3> kPauseReasons = {"", "requested", "storage_full"};
 constexpr std::array<std::string_view, 8> kReasons = {
     "",      "samples_per_pixel", "relative_error", "seconds", "deadline",
     "limit", "cancelled",         "failed"};
@@ -54,6 +55,12 @@ std::optional<JobState> job_state_from_text(std::string_view text) {
 bool is_final(JobState state) {
   return state == JobState::kFinished || state == JobState::kFailed ||
          state == JobState::kCancelled;
+}
+std::string_view to_text(PauseReason reason) {
+  return kPauseReasons[static_cast<std::size_t>(reason)];
+}
+std::optional<PauseReason> pause_reason_from_text(std::string_view text) {
+  return from_text<PauseReason>(kPauseReasons, text);
 }
 std::string_view to_text(core::StopReason reason) {
   return kReasons[static_cast<std::size_t>(reason)];
@@ -213,6 +220,19 @@ const ViewRow<JobView>& state_row() {
   return kRow;
 }
 
+const ViewRow<JobView>& pause_reason_row() {
+  static const ViewRow<JobView> kRow = {
+      "pause_reason",
+      shape::nullable(shape::one_of({kPauseReasons.begin() + 1, kPauseReasons.end()},
+                                    "Why it is paused; null: it is not. `storage_full`: it goes on "
+                                    "by itself when the disk has room.")),
+      [](const JobView& j) -> Json {
+        const std::string_view reason = to_text(j.pause_reason);
+        return reason.empty() ? Json(nullptr) : Json(reason);
+      }};
+  return kRow;
+}
+
 const ViewRow<JobView>& stop_reason_row() {
   static const ViewRow<JobView> kRow = {"stop_reason", stop_reason_shape(),
                                         [](const JobView& j) -> Json {
@@ -277,6 +297,7 @@ const View<JobView>& job_view() {
       "A job.",
       {{"id", shape::text("UUID."), [](const JobView& j) -> Json { return j.id; }},
        state_row(),
+       pause_reason_row(),
        stop_reason_row(),
        {"created_at", shape::time(),
         [](const JobView& j) -> Json { return rfc3339(j.created_at_unix_seconds); }},
@@ -302,7 +323,8 @@ std::string job_json(const JobView& job) { return dump(job_view().print(job)); }
 
 std::string job_etag(const JobView& job) {
   return "\"s" + std::to_string(job.spec_version) + "-r" + std::to_string(job.progress.revision) +
-         "-" + std::string(to_text(job.state)) + "\"";
+         "-" + std::string(to_text(job.state)) +
+         (job.pause_reason == PauseReason::kStorageFull ? "-storage_full" : "") + "\"";
 }
 
 std::optional<std::uint32_t> etag_spec_version(std::string_view etag) {

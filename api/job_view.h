@@ -27,6 +27,11 @@ std::string_view to_text(JobState state);
 std::optional<JobState> job_state_from_text(std::string_view text);
 /// finished, failed or cancelled.
 bool is_final(JobState state);
+/// Why a paused job stands still. kStorageFull: the server paused it, and lets it go on by itself.
+enum class PauseReason { kNone, kRequested, kStorageFull };
+/// "requested" "storage_full"; "" for kNone.
+std::string_view to_text(PauseReason reason);
+std::optional<PauseReason> pause_reason_from_text(std::string_view text);
 /// "samples_per_pixel" "relative_error" "seconds" "deadline" "limit" "cancelled" "failed"; "" for
 /// kNone.
 std::string_view to_text(core::StopReason reason);
@@ -36,6 +41,7 @@ std::optional<core::StopReason> stop_reason_from_text(std::string_view text);
 struct JobView {
   std::string id;
   JobState state = JobState::kQueued;
+  PauseReason pause_reason = PauseReason::kNone;  ///< kNone unless paused
   core::StopReason stop_reason = core::StopReason::kNone;
   double created_at_unix_seconds = 0;
   std::optional<double> started_at_unix_seconds;

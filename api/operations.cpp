@@ -56,6 +56,7 @@ constexpr std::array kLabRequest = {ContentRow{"application/json", "LabRequest"}
 constexpr std::array kKeyRequest = {ContentRow{"application/json", "KeyRequest"}};
 constexpr std::array kKeyList = {ContentRow{"application/json", "KeyList"}};
 constexpr std::array kNewKey = {ContentRow{"application/json", "NewKey"}};
+constexpr std::array kDrain = {ContentRow{"application/json", "Drain"}};
 constexpr std::array kUsage = {ContentRow{"application/json", "Usage"}};
 constexpr std::array kDelivery = {ContentRow{"application/json", "Delivery"}};
 constexpr std::array kDeliveryList = {ContentRow{"application/json", "DeliveryList"}};
@@ -132,6 +133,7 @@ constexpr std::array kJobAnswer = {ResponseRow{200, "The job.", kJob},
                                    ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kJobChanged = {ResponseRow{200, "The job as it is now.", kJob}};
 constexpr std::array kJobExtended = {ResponseRow{202, "It goes on.", kJob}};
+constexpr std::array kJobRetried = {ResponseRow{202, "It is queued again.", kJob}};
 constexpr std::array kImageAnswer = {ResponseRow{200, "The picture.", kImages},
                                      ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kPixelAnswer = {ResponseRow{200, "The pixel.", kPixel}};
@@ -161,6 +163,7 @@ constexpr std::array kLabAnswer = {ResponseRow{
 
 constexpr std::array kKeyListAnswer = {ResponseRow{200, "The keys.", kKeyList}};
 constexpr std::array kKeyMade = {ResponseRow{201, "The key, with its text.", kNewKey}};
+constexpr std::array kDrainAnswer = {ResponseRow{200, "How far it is.", kDrain}};
 constexpr std::array kUsageAnswer = {ResponseRow{200, "What is used.", kUsage}};
 constexpr std::array kDeliveryAnswer = {ResponseRow{200, "The call.", kDelivery}};
 constexpr std::array kDeliveryBegun = {ResponseRow{202, "It will be sent at once.", kDelivery}};
@@ -171,7 +174,9 @@ constexpr std::array kSecretAnswer = {ResponseRow{200, "The secret.", kWebhookSe
 // Problems.
 constexpr std::array k400 = {400};
 constexpr std::array k404 = {404};
-constexpr std::array k409 = {404, 409};
+constexpr std::array kCancelProblems = {404, 507};
+constexpr std::array kRetryProblems = {404, 409, 507};
+constexpr std::array kDeleteProblems = {404, 409, 507};
 constexpr std::array kLabProblems = {400, 413, 415, 422};
 constexpr std::array k404_422 = {404, 422};
 constexpr std::array k400_422 = {400, 422};
@@ -199,9 +204,11 @@ constexpr std::array kOperations = {
     Operation{"getLiveness", "GET", "/livez", "Service", "Is the process alive?",
               "Answers while everything else is busy.", "", kNoHeaders, kNoBody, kTextAnswer,
               kNoProblems, true},
-    Operation{"getReadiness", "GET", "/readyz", "Service", "Can it take work?",
-              "503 while it starts or stops.", "", kNoHeaders, kNoBody, kReadyAnswer, kNoProblems,
-              true},
+    Operation{
+        "getReadiness", "GET", "/readyz", "Service", "Can it take work?",
+        "503 while it starts or stops. A line `storage_full: ...` follows while the disk is "
+        "full: what needs room is refused with 507, rendering jobs pause, and all else works.",
+        "", kNoHeaders, kNoBody, kReadyAnswer, kNoProblems, true},
     Operation{"getMetrics", "GET", "/metrics", "Service", "Prometheus metrics.",
               "Where the operator has set `--metrics-key`, it has to come as the bearer token.", "",
               kNoHeaders, kNoBody, kTextAnswer, kMetricsProblems, true},
@@ -222,6 +229,14 @@ constexpr std::array kOperations = {
     Operation{"getServer", "GET", "/v1/server", "Service", "What this server can do.",
               "Version, build, limits, and every name that a job may use.", "read", kNoHeaders,
               kNoBody, kServerAnswer, kNoProblems, true},
+    Operation{"getDrain", "GET", "/v1/drain", "Service", "Is the server being drained?", "",
+              "admin", kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
+    Operation{"startDrain", "PUT", "/v1/drain", "Service", "Drain the server.",
+              "From now on new jobs are refused with 503 and those of the queue do not begin; what "
+              "has begun ends, and everything else works. A restart ends it, too.",
+              "admin", kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
+    Operation{"endDrain", "DELETE", "/v1/drain", "Service", "Take jobs again.", "", "admin",
+              kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
     Operation{"createAsset", "POST", "/v1/assets", "Assets", "Upload a file.",
               "Raw bytes of any file. The id is the sha256 of the content.", "write", kNoHeaders,
               kBytes, kAssetMade, kUploadProblems, true},
@@ -232,7 +247,8 @@ constexpr std::array kOperations = {
               "Never changes; may be cached for ever.", "read", kFileHeaders, kNoBody,
               kAssetContent, kContentProblems, true},
     Operation{"deleteAsset", "DELETE", "/v1/assets/{sha256}", "Assets", "Delete a file.",
-              "409 while a scene or job uses it.", "write", kNoHeaders, kNoBody, kGone, k409, true},
+              "409 while a scene or job uses it.", "write", kNoHeaders, kNoBody, kGone,
+              kDeleteProblems, true},
     Operation{
         "createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
         "A GLB, a glTF without other files, a zip with everything (the three also as "
@@ -245,7 +261,8 @@ constexpr std::array kOperations = {
     Operation{"getScene", "GET", "/v1/scenes/{id}", "Scenes", "Describe a scene.", "", "read",
               kNoHeaders, kNoBody, kSceneAnswer, k404, true},
     Operation{"deleteScene", "DELETE", "/v1/scenes/{id}", "Scenes", "Delete a scene.",
-              "409 while a job uses it.", "write", kNoHeaders, kNoBody, kGone, k409, true},
+              "409 while a job uses it.", "write", kNoHeaders, kNoBody, kGone, kDeleteProblems,
+              true},
     Operation{"getSceneGltf", "GET", "/v1/scenes/{id}/gltf", "Scenes",
               "Download a built-in scene as GLB.", "", "read", kNoHeaders, kNoBody, kGlbAnswer,
               k404, true},
@@ -265,11 +282,15 @@ constexpr std::array kOperations = {
               kPatchHeaders, kJobPatch, kJobChanged, kPatchProblems, true},
     Operation{"cancelJob", "POST", "/v1/jobs/{id}/cancel", "Jobs", "Cancel a job.",
               "Keeps the picture so far. Cancelling twice is no error.", "write", kNoHeaders,
-              kNoBody, kJobChanged, k404, true},
+              kNoBody, kJobChanged, kCancelProblems, true},
+    Operation{"retryJob", "POST", "/v1/jobs/{id}/retry", "Jobs", "Try a failed job again.",
+              "It goes on from its last whole checkpoint, or begins anew where there is none. 409 "
+              "for a job that has not failed, or whose scene was deleted.",
+              "write", kNoHeaders, kNoBody, kJobRetried, kRetryProblems, true},
     Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Let a finished job go on.", "",
               "write", kNoHeaders, kExtend, kJobExtended, kExtendProblems, true},
     Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Forget a job and its files.",
-              "409 while it runs.", "write", kNoHeaders, kNoBody, kGone, k409, true},
+              "409 while it runs.", "write", kNoHeaders, kNoBody, kGone, kDeleteProblems, true},
     Operation{
         "getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results", "The picture so far.",
         "The format follows from the extension (png, jpg, webp, exr, hdr, tif) or from Accept.",

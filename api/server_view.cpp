@@ -243,6 +243,22 @@ const View<ServerView>& server_view() {
   return kView;
 }
 
+const View<DrainView>& drain_view() {
+  static const View<DrainView> kView = {
+      "Drain",
+      "Whether the server takes new jobs, and what it still has.",
+      {{"draining",
+        shape::flag("New jobs are refused with 503, and those of the queue do not begin."),
+        [](const DrainView& d) -> Json { return d.draining; }},
+       {"running", shape::count("Jobs that load, render or end; they go on."),
+        [](const DrainView& d) -> Json { return d.running; }},
+       {"queued", shape::count("Jobs that wait."),
+        [](const DrainView& d) -> Json { return d.queued; }}}};
+  return kView;
+}
+
+std::string drain_json(const DrainView& drain) { return dump(drain_view().print(drain)); }
+
 std::string server_json(const ServerView& server) { return dump(server_view().print(server)); }
 
 }  // namespace api

@@ -46,6 +46,14 @@ struct ConfiguredLimit {
   std::int64_t value = 0;
 };
 
+/// Whether the server takes new jobs, and what it still has.
+struct DrainView {
+  bool draining = false;
+  int running = 0;  ///< load, render or end
+  int queued = 0;
+};
+std::string drain_json(const DrainView& drain);
+
 struct ServerView {
   std::string version;
   BuildView build;

@@ -115,6 +115,7 @@ void add_view_schemas(Json& components) {
   add(components, option_view());
   add(components, experiment_view());
   add(components, server_view());
+  add(components, drain_view());
   add(components, lab_point_view());
   add(components, lab_outcome_view());
   add(components, lab_cancelled_view());

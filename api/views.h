@@ -81,6 +81,7 @@ const View<JobView>& job_view();
 const View<JobListView>& job_list_view();
 /// Rows that the events share with the job.
 const ViewRow<JobView>& state_row();
+const ViewRow<JobView>& pause_reason_row();
 const ViewRow<JobView>& stop_reason_row();
 const ViewRow<JobView>& queue_position_row();
 const ViewRow<JobView>& progress_row();
@@ -126,6 +127,7 @@ const View<core::lab::Experiment>& experiment_view();
 const View<TypeView>& type_info_view();
 const View<core::IntegratorEntry>& integrator_view();
 const View<OptionRow>& option_view();
+const View<DrainView>& drain_view();
 const View<ServerView>& server_view();
 
 }  // namespace api

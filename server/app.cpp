@@ -21,6 +21,7 @@
 #include "api/job_spec.h"
 #include "api/limits.h"
 #include "core/accel/arithmetic.h"
+#include "core/base/mutex.h"
 #include "server/about.h"
 #include "server/guard.h"
 #include "server/http/http_server.h"
@@ -31,6 +32,7 @@
 #include "server/observe/machine_memory.h"
 #include "server/observe/metrics.h"
 #include "server/request_log.h"
+#include "server/routes/answers.h"
 #include "server/routes/context.h"
 #include "server/scenes/scene_service.h"
 #include "server/store/assets.h"
@@ -61,6 +63,8 @@ JobServiceOptions job_options(const Config& config, const MemoryLimits& memory,
                               const api::ServerView& about) {
   JobServiceOptions options;
   options.quota_jobs = config.quota_jobs;
+  options.retention = {.seconds = static_cast<double>(config.retention_seconds),
+                       .count = config.ended_max};
   options.arithmetic = about.build.arithmetic;
   options.threads = render_threads(config);
   options.book.queue_max = config.queue_max;
@@ -95,6 +99,29 @@ void allow_open_files() {
     ::setrlimit(RLIMIT_NOFILE, &limit);
   }
 }
+
+/// Something that is awaited once.
+class Arrival {
+ public:
+  void arrive() {
+    const core::MutexLock lock(mutex_);
+    has_come_ = true;
+    came_.notify_all();
+  }
+  bool has_come() const { return has_come_; }
+  /// False: it did not come in time.
+  bool wait(const std::stop_token& stop) {
+    constexpr std::chrono::seconds kPatience{20};  // As of who waits for memory (MemoryGate).
+    const core::MutexLock lock(mutex_);
+    came_.wait_for(mutex_, stop, kPatience, [this] { return has_come_.load(); });
+    return has_come_;
+  }
+
+ private:
+  core::Mutex mutex_;
+  core::CondVar came_;
+  std::atomic<bool> has_come_ = false;
+};
 
 /// Everything that a running server is made of, in the order in which it is built and, backwards,
 /// taken apart.
@@ -189,7 +216,10 @@ class App {
     options.tls = *std::move(tls);
     options.limits.max_connections = std::max(4096, config_.streams_max + 1024);
     options.trusted_proxies = Networks::parse(config_.trusted_proxies).value();
-    options.hooks.before = [this](Request& request) { return guard_.check(request); };
+    options.hooks.before = [this](Request& request) {
+      auto refused = has_resumed(request);
+      return refused ? std::move(refused) : guard_.check(request);
+    };
     options.hooks.decorate = [this](const Request& request, Response& response) {
       guard_.decorate(request, response);
     };
@@ -223,13 +253,17 @@ class App {
 
   /// Takes up old jobs, adds the demo, serves until a signal. SIGHUP only calls on_hangup.
   int run(const sigset_t& signals, const std::function<void()>& on_hangup) {
+    // The probes answer from the start; all else waits until the jobs are known.
+    std::thread serving([this] { http_->run(); });
     if (const auto resumed = jobs_->resume(); !resumed) {
       log_.write(LogLevel::kError, "resume failed", {{"reason", resumed.error().message}});
+      http_->stop(milliseconds(100));
+      serving.join();
       return 1;
     }
     submit_demo();
     ready_ = true;
-    std::thread serving([this] { http_->run(); });
+    resumed_.arrive();
     int signal = 0;
     while (sigwait(&signals, &signal) == 0 && signal == SIGHUP) {
       on_hangup();
@@ -305,6 +339,14 @@ class App {
   }
 
  private:
+  /// Waits for the jobs of the last process to be known; an answer when that takes too long.
+  std::optional<Response> has_resumed(const Request& request) {
+    if (resumed_.has_come() || is_probe(request.path) || resumed_.wait(request.stop_token())) {
+      return std::nullopt;
+    }
+    return error_answer(request, core::ErrorCode::kUnavailable, "the server is starting");
+  }
+
   static std::string joined(const std::vector<std::string>& names) {
     std::string text;
     for (const std::string& name : names) {
@@ -397,6 +439,7 @@ class App {
   const std::unique_ptr<SessionStore> sessions_;
   Guard guard_;
   std::atomic<bool> ready_ = false;
+  Arrival resumed_;
   std::unique_ptr<JobService> jobs_;
   std::unique_ptr<WebhookSecrets> webhook_secrets_;
   std::unique_ptr<WebhookSender> webhooks_;

@@ -11,6 +11,7 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 
+#include "api/limits.h"
 #include "flags/flags.h"
 #include "server/http/text.h"
 
@@ -149,6 +150,12 @@ void add_flags(CLI::App& app, Config& config) {
       ->transform(share_or_bytes());
   row("checkpoint", config.checkpoint_seconds, "SECONDS", "Between checkpoints of a rendering job.")
       ->check(flags::within(0, 3600));
+  row("retention", config.retention_seconds, "SECONDS",
+      "Jobs that have ended are forgotten after this, with their films; 0 keeps them.")
+      ->check(flags::within(0, static_cast<int>(api::limits::kRetentionSeconds)));
+  row("max-ended", config.ended_max, "N",
+      "Jobs that have ended and are kept: the oldest are forgotten beyond; 0 is no limit.")
+      ->check(flags::within(0, 1000000000));
   row("disk-limit", config.disk_limit, "BYTES|N%",
       "Assets and films: above this films of ended jobs are evicted, oldest first, and uploads "
       "refused.")

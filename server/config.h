@@ -51,6 +51,8 @@ struct Config {
   Share scene_cache = {.percent = 10};  ///< of usable_memory_bytes()
   Share film_cache = {.percent = 5};    ///< of the same, for films of ended jobs
   double checkpoint_seconds = 10;       ///< between checkpoints of a rendering job
+  int retention_seconds = 0;            ///< of jobs that have ended; 0: for ever
+  int ended_max = 0;                    ///< jobs that have ended and are kept; 0: any number
   Share disk_limit = {.percent = 80};   ///< of the disk, for assets and films
 
   int rate_limit = 6000;                  ///< requests a minute of each stored key; 0: any number

@@ -27,10 +27,6 @@ std::string_view without_port(std::string_view host) {
   return colon == std::string_view::npos ? host : host.substr(0, colon);
 }
 
-bool is_probe(std::string_view path) {
-  return path == "/livez" || path == "/readyz" || path == "/metrics";
-}
-
 /// What a key needs for the row of the API: "read", "write", "admin", or "" for nothing. What is no
 /// row (page files, unknown paths) needs nothing, but everything below /v1 does.
 std::string_view needed_scope(const Request& request) {
@@ -132,6 +128,10 @@ Response unknown_holder(const Request& request) {
 }
 
 }  // namespace
+
+bool is_probe(std::string_view path) {
+  return path == "/livez" || path == "/readyz" || path == "/metrics";
+}
 
 Guard::Guard(const LiveConfig& config, KeyRing& keys, const Tickets& tickets,
              SessionStore& sessions)

@@ -18,6 +18,9 @@
 
 namespace server {
 
+/// /livez, /readyz and /metrics: they answer whatever the state of the server.
+bool is_probe(std::string_view path);
+
 class Guard {
  public:
   /// All must outlive it.

@@ -3,6 +3,7 @@
 #include <array>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include <fcntl.h>
 #include <openssl/evp.h>
@@ -33,10 +34,10 @@ std::optional<std::string> webhook_key(std::string_view secret) {
     return std::nullopt;
   }
   secret.remove_prefix(kPrefix.size());
-  std::string key(secret.size() / 4 * 3 + 3, '\0');
-  const int length = EVP_DecodeBlock(reinterpret_cast<unsigned char*>(key.data()),
-                                     reinterpret_cast<const unsigned char*>(secret.data()),
-                                     static_cast<int>(secret.size()));
+  std::vector<unsigned char> key(secret.size() / 4 * 3 + 3);
+  const int length =
+      EVP_DecodeBlock(key.data(), reinterpret_cast<const unsigned char*>(secret.data()),
+                      static_cast<int>(secret.size()));
   if (secret.size() % 4 != 0 || length < 0) {
     return std::nullopt;
   }
@@ -46,7 +47,9 @@ std::optional<std::string> webhook_key(std::string_view secret) {
     ++padding;
   }
   key.resize(static_cast<std::size_t>(length) - padding);
-  return key.size() >= kKeyBytesMin ? std::optional<std::string>(std::move(key)) : std::nullopt;
+  return key.size() >= kKeyBytesMin
+             ? std::optional<std::string>(std::in_place, key.begin(), key.end())
+             : std::nullopt;
 }
 
 core::Result<std::string> stored_webhook_secret(const std::string& directory) {

@@ -183,6 +183,10 @@ core::Result<Reply> ApiClient::put(const std::string& path, std::string_view bod
                 impl_->http.Put(impl_->prefix + path, body.data(), body.size(), content_type));
 }
 
+core::Result<Reply> ApiClient::remove(const std::string& path) {
+  return finish(url_, impl_->http.Delete(impl_->prefix + path));
+}
+
 core::Result<int> ApiClient::head(const std::string& path) {
   const auto result = impl_->http.Head(impl_->prefix + path);
   if (!result) {

@@ -33,6 +33,8 @@ int watch(const Args& args);
 int fetch(const Args& args);
 int jobs(const Args& args);
 int cancel(const Args& args);
+int retry(const Args& args);
+int drain(const Args& args);
 int merge(const Args& args);
 int compare(const Args& args);
 int health(const Args& args);

@@ -1,6 +1,9 @@
-// The verbs that look after jobs: jobs, cancel, health.
+// The verbs that look after jobs: jobs, cancel, retry, drain, health.
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "clients/cli/api_client.h"
@@ -10,6 +13,8 @@
 
 namespace cli {
 namespace {
+
+constexpr std::chrono::milliseconds kDrainLook{500};
 
 struct ListFlags {
   std::vector<std::string> states;
@@ -75,24 +80,55 @@ int list_jobs(const ServerFlags& server, const ListFlags& flags) {
   return kDone;
 }
 
-int cancel_jobs(const ServerFlags& server, const std::vector<std::string>& ids) {
+/// POST /v1/jobs/{id}/VERB of each, and the states that they have then.
+int change_jobs(const char* verb, const ServerFlags& server, const std::vector<std::string>& ids) {
   auto client = ApiClient::connect(server.url, server.key);
   if (!client) {
-    return complain("cancel", client.error());
+    return complain(verb, client.error());
   }
   int code = kDone;
   for (const std::string& id : ids) {
     const auto path = job_path(**client, id);
-    const auto reply = path ? (*client)->post(*path + "/cancel", "", "application/json")
+    const auto reply = path ? (*client)->post(*path + "/" + verb, "", "application/json")
                             : core::Result<Reply>(path.error());
     if (!reply) {
-      code = complain("cancel", reply.error());
+      code = complain(verb, reply.error());
       continue;
     }
     const Json job = parse_object(reply->body);
     std::printf("%s %s\n", text_at(job, "id", id).c_str(), text_at(job, "state").c_str());
   }
   return code;
+}
+
+int drain_server(const ServerFlags& server, bool ends, bool waits) {
+  auto client = ApiClient::connect(server.url, server.key);
+  if (!client) {
+    return complain("drain", client.error());
+  }
+  auto reply =
+      ends ? (*client)->remove("/v1/drain") : (*client)->put("/v1/drain", "", "application/json");
+  while (true) {
+    if (!reply) {
+      return complain("drain", reply.error());
+    }
+    const Json state = parse_object(reply->body);
+    if (!waits || number_at(state, "running", 0) == 0) {
+      std::printf("%s\n", state.dump().c_str());
+      return kDone;
+    }
+    std::this_thread::sleep_for(kDrainLook);
+    reply = (*client)->get("/v1/drain");
+  }
+}
+
+int change_verb(const char* verb, const char* words, const Args& args) {
+  CLI::App app(words, std::string("tessera ") + verb);
+  ServerFlags server;
+  std::vector<std::string> ids;
+  app.add_option("id", ids, "Jobs")->required()->type_name("ID...");
+  add_server_flags(app, server);
+  return parse_and_run(app, args, [&] { return change_jobs(verb, server, ids); });
 }
 
 }  // namespace
@@ -121,12 +157,24 @@ int jobs(const Args& args) {
 }
 
 int cancel(const Args& args) {
-  CLI::App app("Cancels jobs; what has been rendered is kept.", "tessera cancel");
+  return change_verb("cancel", "Cancels jobs; what has been rendered is kept.", args);
+}
+
+int retry(const Args& args) {
+  return change_verb("retry", "Queues failed jobs again; they go on from their last checkpoints.",
+                     args);
+}
+
+int drain(const Args& args) {
+  CLI::App app("Has a server take no new jobs, while those that have begun go on.",
+               "tessera drain");
   ServerFlags server;
-  std::vector<std::string> ids;
-  app.add_option("id", ids, "Jobs")->required()->type_name("ID...");
+  bool ends = false;
+  bool waits = false;
+  app.add_flag("--end", ends, "Take jobs again");
+  app.add_flag("--wait", waits, "Return when no job runs any more")->excludes("--end");
   add_server_flags(app, server);
-  return parse_and_run(app, args, [&] { return cancel_jobs(server, ids); });
+  return parse_and_run(app, args, [&] { return drain_server(server, ends, waits); });
 }
 
 int health(const Args& args) {
@@ -142,7 +190,7 @@ int health(const Args& args) {
     if (!reply) {
       return complain("health", reply.error());
     }
-    std::printf("ready\n");
+    std::fputs(reply->body.c_str(), stdout);
     return kDone;
   });
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/base/mutex.h"
 #include "server/jobs/event_log.h"
@@ -59,6 +60,11 @@ class Job {
     const core::MutexLock lock(mutex_);
     return record_.view.state;
   }
+  /// The server paused it, and lets it go on.
+  bool waits_for_disk() const {
+    const core::MutexLock lock(mutex_);
+    return record_.view.pause_reason == api::PauseReason::kStorageFull;
+  }
   std::shared_ptr<RenderRun> run() const {
     const core::MutexLock lock(mutex_);
     return run_;
@@ -81,6 +87,11 @@ class Job {
   void set_run(std::shared_ptr<RenderRun> run) {
     const core::MutexLock lock(mutex_);
     run_.swap(run);
+  }
+  /// The run, which the job has no more.
+  std::shared_ptr<RenderRun> take_run() {
+    const core::MutexLock lock(mutex_);
+    return std::exchange(run_, nullptr);
   }
   /// Only of memory-only jobs: there is no file to read it from again.
   void keep_film(std::shared_ptr<const StoredFilm> film) {

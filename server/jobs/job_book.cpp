@@ -115,10 +115,16 @@ bool JobBook::has_its_previews(const std::string& tenant) const {
 }
 
 void JobBook::enqueue(const JobPointer& job, Rank rank, JobMemory memory) {
+  enqueue({Entry{.job = job, .rank = rank, .memory = std::move(memory)}});
+}
+
+void JobBook::enqueue(std::vector<Entry> entries) {
   const core::MutexLock lock(mutex_);
-  Waiting waiting{.job = job, .rank = rank, .memory = std::move(memory)};
-  std::erase(final_, job->id());
-  queue_.push_back(std::move(waiting));
+  for (Entry& entry : entries) {
+    std::erase(final_, entry.job->id());
+    queue_.push_back(
+        {.job = std::move(entry.job), .rank = entry.rank, .memory = std::move(entry.memory)});
+  }
   arrange();
 }
 
@@ -158,6 +164,13 @@ std::optional<int> JobBook::position(const Job& job) const {
 int JobBook::queue_length() const {
   const core::MutexLock lock(mutex_);
   return static_cast<int>(queue_.size());
+}
+
+int JobBook::running_count() const {
+  const core::MutexLock lock(mutex_);
+  return static_cast<int>(std::count_if(holders_.begin(), holders_.end(), [](const auto& item) {
+    return item.second.paused_at == 0;
+  }));
 }
 
 std::string JobBook::full_text(Rank rank) const {

@@ -82,12 +82,20 @@ class JobBook {
   /// Why one of this rank has no room, and what to do.
   std::string full_text(Rank rank) const;
   void enqueue(const JobPointer& job, Rank rank, JobMemory memory = {});
+  struct Entry {
+    JobPointer job;
+    Rank rank;
+    JobMemory memory;
+  };
+  void enqueue(std::vector<Entry> entries);
   void dequeue(const Job& job);
   /// Waiting or running: its new rank.
   void set_rank(const Job& job, Rank rank);
   /// 0 is next; empty when it does not wait.
   std::optional<int> position(const Job& job) const;
   int queue_length() const;
+  /// Jobs that load, render or end; not the paused ones.
+  int running_count() const;
 
   /// Takes the next job out of the queue and gives it a place and its memory; null when none may
   /// start now. A place beyond running_max is given to previews, to those that outrank one that

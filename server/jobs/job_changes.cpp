@@ -68,12 +68,17 @@ Status JobService::apply_patch(JobRecord& record, const Job& job,
   }
   update_warnings(view, before, patch.warnings);
   if (patch.paused && !api::is_final(view.state)) {
+    const auto run = job.run();
     if (*patch.paused) {
       view.state = JobState::kPaused;
-    } else if (view.state == JobState::kPaused) {
-      view.state = job.run() ? JobState::kRendering : JobState::kQueued;
+      view.pause_reason = api::PauseReason::kRequested;
+    } else if (run && run->has_left_end()) {
+      view.pause_reason = api::PauseReason::kStorageFull;
+    } else if (view.pause_reason == api::PauseReason::kRequested) {
+      view.state = run ? JobState::kRendering : JobState::kQueued;
+      view.pause_reason = api::PauseReason::kNone;
     }
-    if (const auto run = job.run()) {
+    if (run) {
       view.progress = progress_of(*run);
     }
   }
@@ -92,9 +97,15 @@ void JobService::follow_patch(const JobPointer& job, const JobRecord& before,
   if (run && !api::is_final(after.view.state)) {
     run->task().set_stop(spec.stop);
   }
-  if (before.view.state == after.view.state) {
+  follow_state(job, before.view.state, after);
+}
+
+void JobService::follow_state(const JobPointer& job, JobState before, const JobRecord& after) {
+  if (before == after.view.state) {
     return;
   }
+  const Rank rank = rank_of(after.view.spec);
+  const auto run = job->run();
   if (after.view.state == JobState::kPaused) {
     book_.dequeue(*job);
     if (run) {
@@ -141,7 +152,7 @@ api::Parsed<std::monostate> JobService::patch(
                }
                return apply_patch(record, *job, *parsed);
              },
-             {.go_on_in_memory = false,
+             {.unstored = Unstored::kRefused,
               .before_telling = [&](const JobRecord& after) { follow_patch(job, before, after); }});
   if (problem) {
     return *problem;
@@ -155,11 +166,13 @@ api::Parsed<std::monostate> JobService::patch(
 
 Status JobService::cancel(const JobPointer& job) {
   bool was_final = false;
+  bool has_left_end = false;  // Nobody else settles the run.
   const Status told = change(*job,
                              [&](JobRecord& record) {
                                was_final = api::is_final(record.view.state);
                                if (!was_final) {
                                  record.view.state = JobState::kCancelled;
+                                 record.view.pause_reason = api::PauseReason::kNone;
                                  record.view.stop_reason = core::StopReason::kCancelled;
                                  record.view.finished_at_unix_seconds = unix_now();
                                  if (const auto run = job->run()) {
@@ -171,101 +184,147 @@ Status JobService::cancel(const JobPointer& job) {
                                }
                                return core::ok_status();
                              },
-                             {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) {
-                                if (was_final) {
-                                  return;
-                                }
-                                book_.dequeue(*job);
-                                if (const auto run = job->run()) {
-                                  scheduler_.remove(*run);
-                                } else {
-                                  release(job);
-                                }
-                              }});
+                             {.before_telling = [&](const JobRecord&) {
+                               if (was_final) {
+                                 return;
+                               }
+                               book_.dequeue(*job);
+                               if (const auto run = job->run()) {
+                                 scheduler_.remove(*run);
+                                 has_left_end = run->take_end();
+                               } else {
+                                 release(job);
+                               }
+                             }});
   if (!told || was_final) {
     return told;
   }
   if (auto run = job->run()) {
     // The task may compute a last error estimate; nobody should wait for that.
-    savers_.post([run = std::move(run)] { run->task().cancel(); });
+    savers_.post([this, job, run = std::move(run), has_left_end] {
+      if (has_left_end) {
+        settle_cancelled(job, run);
+      } else {
+        run->task().cancel();
+      }
+    });
   }
   admit();
   return core::ok_status();
 }
 
-api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::string_view body) {
-  std::optional<api::Problem> problem;
-  if (stopping_) {
-    return api::make_problem(ErrorCode::kUnavailable, "the server is stopping");
+api::Parsed<std::monostate> JobService::queue_again(const JobPointer& job, const Modify& modify) {
+  if (const auto refused = refused_work()) {
+    return api::from_error(*refused);
   }
   const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
-  if (const auto facts = scenes_.facts(job->record().view.spec.scene, Access::operators());
-      !facts) {
+  const api::JobView view = job->record().view;
+  if (!scenes_.facts(view.spec.scene, Access::operators())) {
     return api::make_problem(ErrorCode::kConflict, "the scene of the job is not there any more");
   }
-  const Rank rank = rank_of(job->record().view.spec);
-  if (!book_.has_room(rank, memory_of(job->record().view))) {
+  const auto& environment = view.spec.environment_asset;
+  if (environment && !scenes_.check_environment(*environment, Access::operators())) {
+    return api::make_problem(ErrorCode::kConflict,
+                             "the environment of the job is not there any more");
+  }
+  const Rank rank = rank_of(view.spec);
+  if (!book_.has_room(rank, memory_of(view))) {
     return api::make_problem(ErrorCode::kTooManyRequests, book_.full_text(rank));
   }
   const auto counted = take_quota(job->tenant());
   if (!counted) {
     return counted.problem();
   }
-  const Status changed = change(
-      *job,
-      [&](JobRecord& record) -> Status {
-        api::JobView& view = record.view;
-        auto parsed = api::parse_extend(body, view.spec);
-        if (!parsed) {
-          problem = parsed.problem();
-          return Error{};
-        }
-        if (view.state != JobState::kFinished) {
-          return Error{ErrorCode::kConflict,
-                       "the job is " + std::string(api::to_text(view.state)) +
-                           "; only a finished one can be extended",
-                       ""};
-        }
-        if (!view.ledger.empty()) {
-          return Error{ErrorCode::kConflict,
-                       "the film was merged from samples that no single job goes on with: " +
-                           api::ledger_words(view.ledger),
-                       ""};
-        }
-        if (record.film != FilmPlace::kOnDisk) {
-          return Error{ErrorCode::kConflict, "the film of the job is not there any more", ""};
-        }
-        const auto& samples = parsed->stop.samples_per_pixel;
-        // The mean is off by a sample's fraction while an adaptive epoch is under way.
-        const auto there = std::llround(view.progress.samples_mean);
-        if (samples && *samples <= there) {
-          return Error{ErrorCode::kInvalidArgument,
-                       std::to_string(*samples) + " is not more than the " + std::to_string(there) +
-                           " that are there",
-                       "/stop/samples_per_pixel"};
-        }
-        const api::JobSpec before = view.spec;
-        view.spec.stop = parsed->stop;
-        ++view.spec_version;
-        update_warnings(view, before, parsed->warnings);
-        view.state = JobState::kQueued;
-        view.stop_reason = core::StopReason::kNone;
-        view.finished_at_unix_seconds.reset();
-        view.film_digest.clear();
-        view.progress.fraction = 0;
-        return core::ok_status();
-      },
-      {.go_on_in_memory = false, .before_telling = [&](const JobRecord& after) {
-         book_.enqueue(job, rank_of(after.view.spec), memory_of(after.view));
-       }});
-  if (problem) {
-    return *problem;
-  }
+  JobState before = JobState::kQueued;
+  const Status changed =
+      change(*job,
+             [&](JobRecord& record) -> Status {
+               before = record.view.state;
+               if (auto modified = modify(record); !modified) {
+                 return modified;
+               }
+               record.view.state = JobState::kQueued;
+               record.view.stop_reason = core::StopReason::kNone;
+               record.view.finished_at_unix_seconds.reset();
+               record.view.film_digest.clear();
+               record.view.progress.fraction = 0;
+               return core::ok_status();
+             },
+             {.before_telling = [&](const JobRecord& after) { follow_state(job, before, after); }});
   if (!changed) {
     return api::from_error(changed.error());
   }
   admit();
   return std::monostate{};
+}
+
+api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::string_view body) {
+  std::optional<api::Problem> problem;
+  if (job->state() == JobState::kFinished) {
+    // It is read before anything is promised: what is damaged is not rendered again in silence.
+    if (const auto whole = stored_film(*job); !whole && whole.error().code == ErrorCode::kGone) {
+      return api::make_problem(ErrorCode::kConflict, whole.error().message);
+    }
+  }
+  const auto queued = queue_again(job, [&](JobRecord& record) -> Status {
+    api::JobView& view = record.view;
+    auto parsed = api::parse_extend(body, view.spec);
+    if (!parsed) {
+      problem = parsed.problem();
+      return Error{};
+    }
+    if (view.state != JobState::kFinished) {
+      return Error{ErrorCode::kConflict,
+                   "the job is " + std::string(api::to_text(view.state)) +
+                       "; only a finished one can be extended",
+                   ""};
+    }
+    if (!view.ledger.empty()) {
+      return Error{ErrorCode::kConflict,
+                   "the film was merged from samples that no single job goes on with: " +
+                       api::ledger_words(view.ledger),
+                   ""};
+    }
+    if (record.film != FilmPlace::kOnDisk) {
+      return Error{ErrorCode::kConflict, "the film of the job is not there any more", ""};
+    }
+    const auto& samples = parsed->stop.samples_per_pixel;
+    // The mean is off by a sample's fraction while an adaptive epoch is under way.
+    const auto there = std::llround(view.progress.samples_mean);
+    if (samples && *samples <= there) {
+      return Error{ErrorCode::kInvalidArgument,
+                   std::to_string(*samples) + " is not more than the " + std::to_string(there) +
+                       " that are there",
+                   "/stop/samples_per_pixel"};
+    }
+    const api::JobSpec before = view.spec;
+    view.spec.stop = parsed->stop;
+    ++view.spec_version;
+    update_warnings(view, before, parsed->warnings);
+    return core::ok_status();
+  });
+  return problem ? std::move(*problem) : queued;
+}
+
+api::Parsed<std::monostate> JobService::retry(const JobPointer& job) {
+  return queue_again(job, [](JobRecord& record) -> Status {
+    api::JobView& view = record.view;
+    if (view.state != JobState::kFailed) {
+      return Error{ErrorCode::kConflict,
+                   "the job is " + std::string(api::to_text(view.state)) +
+                       "; only a failed one can be retried",
+                   ""};
+    }
+    if (record.film != FilmPlace::kOnDisk) {
+      record.film = FilmPlace::kNone;  // An evicted one, too: it begins anew.
+      const std::uint32_t revision = view.progress.revision;
+      view.progress = api::JobView::nothing_rendered();
+      view.progress.revision = revision;
+    }
+    record.failure.reset();
+    view.failure.reset();
+    return core::ok_status();
+  });
 }
 
 Status JobService::remove(const JobPointer& job) {
@@ -279,7 +338,12 @@ Status JobService::remove(const JobPointer& job) {
                  "the job is " + std::string(api::to_text(state)) + "; cancel it first", ""};
   }
   if (!job->memory_only()) {
-    if (auto removed = table_.remove(job->id()); !removed) {
+    Status removed = table_.remove(job->id());
+    if (!removed && removed.error().code == ErrorCode::kNoSpace &&
+        remove_file(data_.film_path(job->id()))) {
+      removed = table_.remove(job->id());  // In the room that the film had.
+    }
+    if (!removed) {
       return removed;
     }
     remove_loose_film(job->id());

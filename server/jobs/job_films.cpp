@@ -1,6 +1,8 @@
 // Films of jobs: reading them, checkpoints, eviction.
 
+#include <algorithm>
 #include <chrono>
+#include <string_view>
 #include <utility>
 
 #include <fcntl.h>
@@ -71,30 +73,73 @@ core::Result<std::shared_ptr<const StoredFilm>> JobService::stored_film(const Jo
     return no_sample_yet();
   }
   using Made = SingleFlightCache<StoredFilm>::Made;
-  return films_.get(film_key(job), [&]() -> core::Result<Made> {
-    const std::string path = data_.film_path(job.id());
-    if (const auto there = open_file(path, O_RDONLY); !there) {
-      return there.error().code == ErrorCode::kNotFound ? no_sample_yet() : there.error();
+  auto stored = films_.get(film_key(job), [&]() -> core::Result<Made> {
+    auto read = read_film(job, record);
+    if (!read) {
+      return read.error();
     }
-    auto file = FilmFile::open(path);
-    if (!file) {
-      return file.error();
-    }
-    auto film = blank_film(record.view);
-    auto lease = room_to_read(film->bytes());
-    if (!lease) {
-      return lease.error();
-    }
-    auto restored = file->restore(*film);
-    if (!restored) {
-      return restored.error();
-    }
-    const std::uint64_t bytes = film->bytes();
-    return Made{
-        .value = std::make_shared<const StoredFilm>(StoredFilm{
-            .film = leased(std::move(film), std::move(*lease)), .record = std::move(*restored)}),
-        .bytes = bytes};
+    const std::uint64_t bytes = read->film->bytes();
+    return Made{.value = std::make_shared<const StoredFilm>(*std::move(read)), .bytes = bytes};
   });
+  return !stored && stored.error().code == ErrorCode::kGone ? tell_damage(job, stored.error())
+                                                            : stored;
+}
+
+core::Result<StoredFilm> JobService::read_film(const Job& job, const JobRecord& record) {
+  const std::string path = data_.film_path(job.id());
+  const bool is_kept = api::is_final(record.view.state) && record.film == FilmPlace::kOnDisk;
+  if (const auto there = open_file(path, O_RDONLY); !there) {
+    return there.error().code != ErrorCode::kNotFound ? there.error()
+           : is_kept ? Error{ErrorCode::kGone, "its file is not there", ""}
+                     : no_sample_yet();
+  }
+  auto file = FilmFile::open(path);
+  if (!file) {
+    return file.error();
+  }
+  auto film = blank_film(record.view);
+  auto lease = room_to_read(film->bytes());
+  if (!lease) {
+    return lease.error();
+  }
+  auto restored = file->restore(*film);
+  if (!restored) {
+    return is_kept ? Error{ErrorCode::kGone, restored.error().message, ""} : restored.error();
+  }
+  const auto samples = static_cast<int>(film->sample_counts().max);
+  if (record.view.state == api::JobState::kFinished && samples < record.view.progress.samples_max) {
+    return Error{ErrorCode::kGone,
+                 "it has " + std::to_string(samples) + " of " +
+                     std::to_string(record.view.progress.samples_max) + " samples",
+                 ""};
+  }
+  return StoredFilm{.film = leased(std::move(film), std::move(*lease)),
+                    .record = std::move(*restored)};
+}
+
+Error JobService::tell_damage(const Job& job, const Error& damage) {
+  constexpr std::string_view kWords = "The stored film is lost or damaged";
+  const auto found = find_any(job.id());
+  const auto is_told = [&](const std::string& warning) { return warning.starts_with(kWords); };
+  if (found && (*found)->sequence() == job.sequence()) {
+    const Status told = change(
+        **found,
+        [&](JobRecord& record) -> Status {
+          if (std::any_of(record.view.warnings.begin(), record.view.warnings.end(), is_told)) {
+            return Error{ErrorCode::kCancelled, "", ""};
+          }
+          record.view.warnings.push_back(
+              std::string(kWords) + " (" + damage.message +
+              "). It is not rendered again by itself; the same job, submitted again, ends "
+              "with the same film.");
+          return core::ok_status();
+        },
+        {.unstored = Unstored::kInMemory});
+    if (told) {
+      log_.write(LogLevel::kError, "film_damaged", {{"job", job.id()}, {"detail", damage.message}});
+    }
+  }
+  return Error{ErrorCode::kGone, "the stored film is lost or damaged: " + damage.message, ""};
 }
 
 core::Result<std::shared_ptr<const core::Film>> JobService::film(const Job& job) {
@@ -154,6 +199,7 @@ void JobService::checkpoint_loop(const std::stop_token& stop) {
     if (std::chrono::duration<double>(Clock::now() - forgot).count() > kForgetSeconds) {
       forgot = Clock::now();
       forget_expired();
+      go_on_with_room();
     }
     if (std::chrono::duration<double>(Clock::now() - kept_house).count() > kHousekeepingSeconds) {
       kept_house = Clock::now();
@@ -170,7 +216,11 @@ void JobService::checkpoint(const JobPointer& job) {
   }
   if (const Status saved = run->save(false); !saved) {
     metrics_.count(Counter::kCheckpointFailed);
-    run->fail(saved.error());
+    if (saved.error().code != ErrorCode::kNoSpace) {
+      run->fail(saved.error());
+    } else if (!job->waits_for_disk()) {
+      static_cast<void>(pause_for_room(job, nullptr));  // One that has ended needs none.
+    }
     return;
   }
   const Status noted = change(*job,
@@ -183,7 +233,7 @@ void JobService::checkpoint(const JobPointer& job) {
                                 record.film_bytes = run->file_bytes();
                                 return core::ok_status();
                               },
-                              {.go_on_in_memory = true});
+                              {.unstored = Unstored::kInMemory});
   if (noted) {
     metrics_.count(Counter::kCheckpointWritten);
     log_.write(LogLevel::kDebug, "checkpoint",
@@ -232,7 +282,7 @@ bool JobService::evict_film(const JobRow& row) {
                return core::ok_status();
              },
              // Before anybody can delete the job and give its id, and this file, to another one.
-             {.go_on_in_memory = false,
+             {.unstored = Unstored::kRefused,
               .before_telling = [&](const JobRecord&) { remove_loose_film(row.id); }});
   if (!evicted) {
     return false;

@@ -117,8 +117,8 @@ core::Result<std::shared_ptr<const core::Film>> JobService::final_film(
 }
 
 core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
-  if (stopping_) {
-    return Error{ErrorCode::kUnavailable, "the server is stopping", ""};
+  if (auto refused = refused_work()) {
+    return *std::move(refused);
   }
   const core::Film& film = *finished.film;
   JobRecord record;

@@ -70,7 +70,7 @@ void JobService::park(const JobPointer& job) {
                }
                return core::ok_status();
              },
-             {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) {
+             {.unstored = Unstored::kInMemory, .before_telling = [&](const JobRecord&) {
                 job->set_run(nullptr);
                 if (run) {
                   run->leave();

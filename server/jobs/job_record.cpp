@@ -30,7 +30,7 @@ bool may_change(JobState from, JobState to) {
   }
   switch (to) {
     case JobState::kQueued:
-      return from != JobState::kFailed && from != JobState::kCancelled;
+      return from != JobState::kCancelled;
     case JobState::kLoading:
       return from == JobState::kQueued;
     case JobState::kRendering:
@@ -92,6 +92,7 @@ JobRow to_row(const JobRecord& record) {
   row.labels = view.spec.labels;
   row.priority = view.spec.priority;
   row.state = api::to_text(view.state);
+  row.pause_reason = api::to_text(view.pause_reason);
   row.stop_reason = api::to_text(view.stop_reason);
   row.created_at = view.created_at_unix_seconds;
   row.started_at = view.started_at_unix_seconds;
@@ -154,6 +155,8 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   api::JobView& view = record.view;
   view.id = row.id;
   view.state = *state;
+  view.pause_reason =
+      api::pause_reason_from_text(row.pause_reason).value_or(api::PauseReason::kNone);
   view.stop_reason = api::stop_reason_from_text(row.stop_reason).value_or(core::StopReason::kNone);
   view.created_at_unix_seconds = row.created_at;
   view.started_at_unix_seconds = row.started_at;

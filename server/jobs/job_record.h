@@ -25,7 +25,8 @@ struct JobRecord {
 
 /// queued -> loading -> rendering -> finished; paused from all of the first three and back to
 /// queued or rendering; failed and cancelled from all that are not final. Queued again: a finished
-/// job that is extended, and what a server that was started anew finds under way.
+/// job that is extended, a failed one that is retried, and what a server that was started anew
+/// finds under way.
 bool may_change(api::JobState from, api::JobState to);
 
 /// An empty film for what is stored of the job.

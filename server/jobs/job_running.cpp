@@ -31,7 +31,7 @@ Error already_final() { return Error{ErrorCode::kCancelled, "the job has ended m
 core::Progress JobService::progress_of(const RenderRun& run) { return run.task().progress(); }
 
 void JobService::admit() {
-  while (!stopping_) {
+  while (!stopping_ && !draining_) {
     std::shared_ptr<JobBook::Place> place = book_.admit();
     if (!place) {
       for (JobPointer& paused : book_.take_parkable()) {
@@ -47,17 +47,17 @@ void JobService::admit() {
 void JobService::load(const std::shared_ptr<JobBook::Place>& place) {
   const JobPointer& job = place->job();
   int generation = 0;
-  const Status begun = change(*job,
-                              [](JobRecord& record) -> Status {
-                                if (record.view.state != JobState::kQueued) {
-                                  return already_final();  // Cancelled or paused before its turn.
-                                }
-                                record.view.state = JobState::kLoading;
-                                return core::ok_status();
-                              },
-                              {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) {
-                                 generation = job->begin_load();
-                               }});
+  const Status begun =
+      change(*job,
+             [](JobRecord& record) -> Status {
+               if (record.view.state != JobState::kQueued) {
+                 return already_final();  // Cancelled or paused before its turn.
+               }
+               record.view.state = JobState::kLoading;
+               return core::ok_status();
+             },
+             {.unstored = Unstored::kInMemory,
+              .before_telling = [&](const JobRecord&) { generation = job->begin_load(); }});
   if (!begun) {
     return;
   }
@@ -65,7 +65,7 @@ void JobService::load(const std::shared_ptr<JobBook::Place>& place) {
     auto run = prepare(place);
     if (run) {
       start(job, *run, generation);
-    } else {
+    } else if (run.error().code != ErrorCode::kNoSpace || !pause_for_room(job, nullptr)) {
       fail(job, nullptr, run.error());
     }
   } catch (const std::bad_alloc&) {
@@ -161,7 +161,7 @@ core::Result<FilmFile> JobService::open_film_file(const JobPointer& job, core::F
                      "The stored film was damaged; rendering begins anew and will end the same.");
                  return core::ok_status();
                },
-               {.go_on_in_memory = true});
+               {.unstored = Unstored::kInMemory});
     if (!warned) {
       return warned.error();
     }
@@ -183,7 +183,7 @@ core::Result<FilmFile> JobService::open_film_file(const JobPointer& job, core::F
                                        options_.arithmetic + "; its bits may be neither's.");
                                    return core::ok_status();
                                  },
-                                 {.go_on_in_memory = true});
+                                 {.unstored = Unstored::kInMemory});
     if (!warned) {
       return warned.error();
     }
@@ -215,7 +215,7 @@ void JobService::start(const JobPointer& job, const std::shared_ptr<RenderRun>& 
                record.view.split_count = run->task().renderer().measured_split_count();
                return core::ok_status();
              },
-             {.go_on_in_memory = true, .before_telling = [&](const JobRecord& record) {
+             {.unstored = Unstored::kInMemory, .before_telling = [&](const JobRecord& record) {
                 // A patch while the scene was loading found no run to tell.
                 run->task().set_stop(record.view.spec.stop);
                 job->set_run(run);
@@ -233,22 +233,88 @@ void JobService::on_first_slice(const RenderRun& run) {
   }
 }
 
-void JobService::on_end(std::shared_ptr<RenderRun> run, core::StopReason reason,
-                        std::optional<Error> failure) {
+void JobService::on_end(std::shared_ptr<RenderRun> run) {
   JobPointer job = run->job();
-  savers_.post(
-      [this, job = std::move(job), run = std::move(run), reason, failure = std::move(failure)] {
-        if (!job || job->run() != run) {
-          return;  // Parked meanwhile: the job goes on from its file.
-        }
-        if (failure) {
-          fail(job, run, *failure);
-        } else if (reason == core::StopReason::kCancelled) {
-          settle_cancelled(job, run);
-        } else {
-          finish(job, run, reason);
-        }
-      });
+  savers_.post([this, job = std::move(job), run = std::move(run)] {
+    if (job && job->run() == run) {  // Else it was parked: the job goes on from its file.
+      settle(job, run);
+    }
+  });
+}
+
+void JobService::settle(const JobPointer& job, const std::shared_ptr<RenderRun>& run) {
+  const RenderRun::End end = *run->end();
+  if (end.failure) {
+    fail(job, run, *end.failure);
+  } else if (end.reason == core::StopReason::kCancelled) {
+    settle_cancelled(job, run);
+  } else {
+    finish(job, run, end.reason);
+  }
+}
+
+bool JobService::pause_for_room(const JobPointer& job, const std::shared_ptr<RenderRun>& ended) {
+  if (ended) {
+    ended->leave_end();
+  }
+  if (job->state() == JobState::kPaused) {
+    return true;
+  }
+  JobState before = JobState::kPaused;
+  const Status paused =
+      change(*job,
+             [&](JobRecord& record) -> Status {
+               before = record.view.state;
+               if (api::is_final(before)) {
+                 return already_final();
+               }
+               if (before != JobState::kPaused) {
+                 record.view.state = JobState::kPaused;
+                 record.view.pause_reason = api::PauseReason::kStorageFull;
+               }
+               if (const auto run = job->run()) {
+                 record.view.progress = progress_of(*run);
+               }
+               return core::ok_status();
+             },
+             {.unstored = Unstored::kInMemory,
+              .before_telling = [&](const JobRecord& after) { follow_state(job, before, after); }});
+  // Whoever has cancelled it meanwhile may have taken the end.
+  return paused || (ended && !ended->take_end());
+}
+
+void JobService::go_on_with_room() {
+  if (!quota_.has_disk_room()) {
+    return;
+  }
+  for (const JobPointer& job : book_.all()) {
+    if (!job->waits_for_disk()) {
+      continue;
+    }
+    const auto run = job->run();
+    if (run && run->take_end()) {
+      settle(job, run);
+      continue;
+    }
+    if (run ? !run->save(false) : !make_film_file(*job)) {
+      continue;
+    }
+    // Otherwise the job was cancelled or paused meanwhile.
+    static_cast<void>(change(*job,
+                             [&](JobRecord& record) -> Status {
+                               if (record.view.pause_reason != api::PauseReason::kStorageFull ||
+                                   job->run() != run) {
+                                 return already_final();
+                               }
+                               record.view.state = run ? JobState::kRendering : JobState::kQueued;
+                               record.view.pause_reason = api::PauseReason::kNone;
+                               return core::ok_status();
+                             },
+                             {.before_telling = [&](const JobRecord& after) {
+                               follow_state(job, JobState::kPaused, after);
+                             }}));
+  }
+  admit();
 }
 
 void JobService::keep_film_of(const JobPointer& job, const RenderRun& run) {
@@ -268,38 +334,45 @@ void JobService::keep_film_of(const JobPointer& job, const RenderRun& run) {
 void JobService::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
                         core::StopReason reason) {
   scheduler_.remove(*run);
+  const auto not_stored = [&](const Error& error) {
+    if (error.code == ErrorCode::kCancelled ||
+        (error.code == ErrorCode::kNoSpace && !pause_for_room(job, run))) {
+      settle_cancelled(job, run);
+    } else if (error.code != ErrorCode::kNoSpace) {
+      fail(job, run, error);
+    }
+  };
   // On the disk first: who is told that a job has finished finds its film after a power loss, too.
   if (const Status saved = run->save(true); !saved) {
-    fail(job, run, saved.error());
+    not_stored(saved.error());
     return;
   }
   const std::string digest = run->film()->digest();
   keep_film_of(job, *run);
-  const Status told =
-      change(*job,
-             [&](JobRecord& record) -> Status {
-               if (api::is_final(record.view.state)) {
-                 return already_final();
-               }
-               record.view.state = JobState::kFinished;
-               record.view.stop_reason = reason;
-               record.view.finished_at_unix_seconds = unix_now();
-               record.view.progress = progress_of(*run);
-               record.view.peak_bytes = run->peak_bytes();
-               note_samples_by_error(record.view);
-               record.view.film_digest = digest;
-               record.view.build = options_.build;
-               record.film = job->memory_only() ? FilmPlace::kNone : FilmPlace::kOnDisk;
-               record.film_bytes = run->file_bytes();
-               return core::ok_status();
-             },
-             {.go_on_in_memory = false, .before_telling = [&](const JobRecord&) { release(job); }});
+  const Status told = change(
+      *job,
+      [&](JobRecord& record) -> Status {
+        if (api::is_final(record.view.state)) {
+          return already_final();
+        }
+        record.view.state = JobState::kFinished;
+        record.view.pause_reason = api::PauseReason::kNone;
+        record.view.stop_reason = reason;
+        record.view.finished_at_unix_seconds = unix_now();
+        record.view.progress = progress_of(*run);
+        record.view.peak_bytes = run->peak_bytes();
+        note_samples_by_error(record.view);
+        record.view.film_digest = digest;
+        record.view.build = options_.build;
+        record.film = job->memory_only() ? FilmPlace::kNone : FilmPlace::kOnDisk;
+        record.film_bytes = run->file_bytes();
+        return core::ok_status();
+      },
+      {.unstored = Unstored::kRefused, .before_telling = [&](const JobRecord&) { release(job); }});
   if (told) {
     evict_films();
-  } else if (told.error().code == ErrorCode::kCancelled) {
-    settle_cancelled(job, run);
   } else {
-    fail(job, run, told.error());
+    not_stored(told.error());
   }
 }
 
@@ -316,20 +389,25 @@ void JobService::settle_cancelled(const JobPointer& job, const std::shared_ptr<R
   if (run->task().progress().samples_max > 0) {
     keep_film_of(job, *run);
   }
-  const Status kept =
-      change(*job,
-             [&](JobRecord& record) {
-               const double fraction = record.view.progress.fraction;
-               record.view.progress = progress_of(*run);
-               record.view.progress.fraction = fraction;
-               record.view.build = options_.build;
-               if (saved && !job->memory_only() && record.view.progress.samples_max > 0) {
-                 record.film = FilmPlace::kOnDisk;
-                 record.film_bytes = run->file_bytes();
-               }
-               return core::ok_status();
-             },
-             {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) { release(job); }});
+  const Status kept = change(
+      *job,
+      [&](JobRecord& record) {
+        const double fraction = record.view.progress.fraction;
+        record.view.progress = progress_of(*run);
+        record.view.progress.fraction = fraction;
+        record.view.build = options_.build;
+        if (!saved) {
+          record.view.warnings.emplace_back(
+              "The picture could not be stored as it was when the job was cancelled; that of the "
+              "last checkpoint is kept.");
+        }
+        if (saved && !job->memory_only() && record.view.progress.samples_max > 0) {
+          record.film = FilmPlace::kOnDisk;
+          record.film_bytes = run->file_bytes();
+        }
+        return core::ok_status();
+      },
+      {.unstored = Unstored::kInMemory, .before_telling = [&](const JobRecord&) { release(job); }});
   if (!kept) {
     release(job);
   }
@@ -338,24 +416,29 @@ void JobService::settle_cancelled(const JobPointer& job, const std::shared_ptr<R
 
 void JobService::fail(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
                       const Error& failure) {
-  const Status told =
-      change(*job,
-             [&](JobRecord& record) -> Status {
-               if (api::is_final(record.view.state)) {
-                 return already_final();
-               }
-               record.view.state = JobState::kFailed;
-               record.view.stop_reason = core::StopReason::kFailed;
-               record.view.finished_at_unix_seconds = unix_now();
-               record.failure = failure;
-               record.view.failure = api::from_error(failure);
-               if (run) {
-                 record.view.progress = progress_of(*run);
-                 record.view.progress.fraction = std::min(record.view.progress.fraction, 0.999);
-               }
-               return core::ok_status();
-             },
-             {.go_on_in_memory = true, .before_telling = [&](const JobRecord&) { release(job); }});
+  const Status told = change(*job,
+                             [&](JobRecord& record) -> Status {
+                               if (api::is_final(record.view.state)) {
+                                 return already_final();
+                               }
+                               record.view.state = JobState::kFailed;
+                               record.view.pause_reason = api::PauseReason::kNone;
+                               record.view.stop_reason = core::StopReason::kFailed;
+                               record.view.finished_at_unix_seconds = unix_now();
+                               record.failure = failure;
+                               record.view.failure = api::from_error(failure);
+                               if (run) {
+                                 record.view.progress = progress_of(*run);
+                                 record.view.progress.fraction =
+                                     std::min(record.view.progress.fraction, 0.999);
+                               }
+                               return core::ok_status();
+                             },
+                             {.unstored = Unstored::kRefusedIfFull,
+                              .before_telling = [&](const JobRecord&) { release(job); }});
+  if (!told && told.error().code == ErrorCode::kNoSpace && pause_for_room(job, run)) {
+    return;
+  }
   if (!told) {
     release(job);
   }
@@ -364,10 +447,9 @@ void JobService::fail(const JobPointer& job, const std::shared_ptr<RenderRun>& r
 }
 
 void JobService::release(const JobPointer& job) {
-  if (const auto run = job->run()) {
+  if (const auto run = job->take_run()) {
     scheduler_.remove(*run);
     count_work(*run);
-    job->set_run(nullptr);
     run->leave();
   }
   book_.retire(job);

@@ -74,6 +74,10 @@ Status JobService::resume() {
   if (!rows) {
     return rows.error();
   }
+  // All are stored in one transaction: each of its own would be a write that the disk confirms.
+  std::vector<JobTable::Change> changes;
+  std::vector<JobBook::Entry> entries;
+  std::vector<std::pair<std::uint64_t, std::vector<Told>>> news;
   for (const JobRow& row : *rows) {
     auto record = to_record(row);
     if (!record) {
@@ -81,23 +85,31 @@ Status JobService::resume() {
                  {{"job", row.id}, {"detail", record.error().message}});
       continue;
     }
-    const JobState state = record->view.state;
-    const Rank rank = rank_of(record->view.spec);
-    auto job = std::make_shared<Job>(std::move(*record), Job::History::kInLog);
+    auto job = std::make_shared<Job>(*record, Job::History::kInLog);
     book_.add(job);
-    if (state == JobState::kPaused) {
+    if (record->view.state == JobState::kPaused && !job->waits_for_disk()) {
       continue;
     }
-    const Status queued = change(*job,
-                                 [](JobRecord& changed) {
-                                   changed.view.state = JobState::kQueued;
-                                   return core::ok_status();
-                                 },
-                                 {.go_on_in_memory = true});
-    if (queued) {
-      book_.enqueue(job, rank, memory_of(job->record().view));
-    }
+    JobRecord after = *record;
+    after.view.state = JobState::kQueued;
+    after.view.pause_reason = api::PauseReason::kNone;
+    std::vector<Told> told = events_between(*job, *record, after);
+    std::vector<EventRow> events;
+    news.emplace_back(reserve_events(*job, told, events), told);
+    changes.push_back({.row = to_row(after),
+                       .events = std::move(events),
+                       .deliveries = deliveries_of(after, told)});
+    entries.push_back(
+        {.job = job, .rank = rank_of(after.view.spec), .memory = memory_of(after.view)});
+    job->set_record(std::move(after));
   }
+  if (const Status stored = table_.update(changes); !stored) {
+    log_.write(LogLevel::kError, "store_failed", {{"detail", stored.error().message}});
+  }
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    publish_events(*entries[i].job, news[i].first, std::move(news[i].second));
+  }
+  book_.enqueue(std::move(entries));
   admit();
   return core::ok_status();
 }
@@ -188,7 +200,9 @@ Status JobService::change(Job& job, const Modify& modify, const ChangeOptions& o
     if (!stored) {
       log_.write(LogLevel::kError, "store_failed",
                  {{"job", job.id()}, {"detail", stored.error().message}});
-      if (!options.go_on_in_memory) {
+      const bool is_full = stored.error().code == ErrorCode::kNoSpace;
+      if (options.unstored == Unstored::kRefused ||
+          (options.unstored == Unstored::kRefusedIfFull && is_full)) {
         job.log().drop(first, static_cast<int>(told.size()));
         return stored;
       }
@@ -206,6 +220,7 @@ Status JobService::change(Job& job, const Modify& modify, const ChangeOptions& o
     log_.write(LogLevel::kInfo, "job_state",
                {{"job", job.id()},
                 {"state", api::to_text(after.view.state)},
+                {"pause_reason", api::to_text(after.view.pause_reason)},
                 {"stop_reason", api::to_text(after.view.stop_reason)}});
   }
   publish_events(job, first, std::move(told));
@@ -236,6 +251,12 @@ api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request, const Acce
   }
   if (auto warning = api::settle_environment(request.spec, *facts)) {
     request.warnings.push_back(std::move(*warning));
+  }
+  const double kept = options_.retention.seconds;
+  if (kept > 0 && request.spec.retention_seconds.value_or(0) > kept) {
+    request.warnings.push_back("This server forgets jobs " +
+                               std::to_string(static_cast<std::int64_t>(kept)) +
+                               " seconds after their end.");
   }
   const std::vector<std::string> more = api::adaptive_warnings(request.spec);
   request.warnings.insert(request.warnings.end(), more.begin(), more.end());
@@ -316,9 +337,6 @@ api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::str
 
 api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
                                                       const Submission& submission) {
-  if (stopping_) {
-    return api::make_problem(ErrorCode::kUnavailable, "the server is stopping");
-  }
   std::unique_lock<core::Mutex> keyed;
   if (!submission.key.empty() || !submission.id.empty()) {
     keyed = std::unique_lock<core::Mutex>(keyed_mutex_);
@@ -329,6 +347,9 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
     if (*replay) {
       return Submitted{.job = std::move(*replay), .is_replay = true};
     }
+  }
+  if (const auto refused = refused_work()) {
+    return api::from_error(*refused);
   }
   if (auto refused = refused_priority(request.spec.priority, submission.access)) {
     return std::move(*refused);
@@ -428,6 +449,27 @@ core::Result<std::vector<EventRow>> JobService::stored_events(const Job& job, st
     return std::vector<EventRow>();
   }
   return table_.events_after(job.sequence(), stream, seq);
+}
+
+std::optional<Error> JobService::refused_work() const {
+  if (!stopping_ && !draining_) {
+    return std::nullopt;
+  }
+  return Error{
+      ErrorCode::kUnavailable,
+      stopping_ ? "the server is stopping" : "the server is being drained and takes no new jobs",
+      ""};
+}
+
+void JobService::set_draining(bool is_draining) {
+  if (draining_.exchange(is_draining) != is_draining) {
+    log_.write(LogLevel::kWarning, is_draining ? "drain_begun" : "drain_ended", {});
+  }
+  admit();
+}
+
+api::DrainView JobService::drain() const {
+  return {.draining = draining_, .running = book_.running_count(), .queued = book_.queue_length()};
 }
 
 bool JobService::any_job() const { return last_sequence_ > 0; }

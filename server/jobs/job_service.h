@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "api/requests.h"
+#include "api/server_view.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "server/access.h"
@@ -45,6 +46,7 @@ struct JobServiceOptions {
   std::uint64_t film_cache_bytes = std::uint64_t{512} << 20U;
   std::uint64_t film_readers_bytes = std::uint64_t{512}
                                      << 20U;  ///< Films read from the disk, in the cache or in use.
+  JobTable::Retention retention = {};         ///< Of jobs that have ended.
   int quota_jobs = 0;                         ///< Unfinished jobs of one tenant; 0: any number.
   std::string arithmetic = {};                ///< core::arithmetic_class() of this process.
   std::string build = {};                     ///< JSON text that goes with films made here.
@@ -72,6 +74,11 @@ class JobService final : private RenderRun::Owner {
   core::Status resume();
   /// No new jobs, nothing rendered any more, every film on the disk as far as it is.
   void stop();
+
+  /// Draining: no new jobs are taken and none of the queue begins, until it is ended. What has
+  /// begun goes on. A restart ends it.
+  void set_draining(bool is_draining);
+  api::DrainView drain() const;
 
   /// Against the scene and the assets that `access` sees: what dry_run asks, and submit() does
   /// first. Settles what depends on the scene. Problems: 404 scene, 422.
@@ -113,9 +120,13 @@ class JobService final : private RenderRun::Owner {
   api::Parsed<std::monostate> patch(const JobPointer& job, std::string_view body,
                                     const std::optional<std::vector<std::uint32_t>>& if_versions,
                                     const Access& access);
+  /// Errors: kNoSpace when the store cannot take it; the job is as it was then.
   core::Status cancel(const JobPointer& job);
   /// Problems: 409 not finished or film gone; 422; 429 queue full, or the tenant's quota.
   api::Parsed<std::monostate> extend(const JobPointer& job, std::string_view body);
+  /// A failed job goes on from its last checkpoint, or from the start where there is none.
+  /// Problems: 409 not failed, or its inputs are gone; 429 as extend(); 507.
+  api::Parsed<std::monostate> retry(const JobPointer& job);
   /// A film from elsewhere becomes a finished job. spec: of the film's geometry; ledger as JobView
   /// has it.
   struct FinishedFilm {
@@ -172,14 +183,18 @@ class JobService final : private RenderRun::Owner {
   }
   std::uint64_t memory_max_bytes() const { return options_.book.memory_max_bytes; }
   Counts counts() const;
+  /// Those that the server has paused until the disk has room.
+  int jobs_without_room() const;
   bool any_job() const;
   int threads() const { return scheduler_.threads(); }
 
  private:
   using Modify = std::function<core::Status(JobRecord&)>;
+  /// What becomes of a change that the store does not take. Only what nobody was promised may go on
+  /// in memory: after a restart it has not been.
+  enum class Unstored : std::uint8_t { kRefused, kRefusedIfFull, kInMemory };
   struct ChangeOptions {
-    /// The store refuses: false, nothing is changed; true, it goes on in memory.
-    bool go_on_in_memory = false;
+    Unstored unstored = Unstored::kRefused;
     /// Runs when the change is committed, before it is told; the job's change_mutex() is held.
     std::function<void(const JobRecord&)> before_telling = {};
   };
@@ -199,6 +214,8 @@ class JobService final : private RenderRun::Owner {
   static std::vector<DeliveryRow> deliveries_of(const JobRecord& record,
                                                 const std::vector<Told>& told);
 
+  /// Empty: new work is taken.
+  std::optional<core::Error> refused_work() const;
   core::Result<JobPointer> insert(api::ParsedJob request, const Submission& submission);
   core::Result<JobPointer> find_any(const std::string& id);
   core::Result<JobPointer> find_replay(const Submission& submission);
@@ -214,6 +231,11 @@ class JobService final : private RenderRun::Owner {
   /// Gives the memory of a paused job back; it goes on from its film file.
   void park(const JobPointer& job);
 
+  /// A job that has ended waits for another turn, as `modify` says. Problems: of extend().
+  api::Parsed<std::monostate> queue_again(const JobPointer& job, const Modify& modify);
+  /// What follows from a change of the state. The job's change_mutex() is held.
+  void follow_state(const JobPointer& job, api::JobState before, const JobRecord& after);
+
   // A job's way: admit() -> load() -> start() -> on_end() -> finish(). Cancelled ones are told at
   // once, and settle_cancelled() keeps what they have.
   void admit();
@@ -226,14 +248,21 @@ class JobService final : private RenderRun::Owner {
                                         core::TaskOptions& options);
   void start(const JobPointer& job, const std::shared_ptr<RenderRun>& run, int generation);
   void on_first_slice(const RenderRun& run) override;
-  void on_end(std::shared_ptr<RenderRun> run, core::StopReason reason,
-              std::optional<core::Error> failure) override;
+  void on_end(std::shared_ptr<RenderRun> run) override;
+  /// Stores the end of the run.
+  void settle(const JobPointer& job, const std::shared_ptr<RenderRun>& run);
   void finish(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
               core::StopReason reason);
   void settle_cancelled(const JobPointer& job, const std::shared_ptr<RenderRun>& run);
   /// run: null when there is none yet.
   void fail(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
             const core::Error& failure);
+  /// The disk is full: the job stands still until go_on_with_room(). ended: the run whose end could
+  /// not be stored, if there is one. False: the job has ended otherwise, and whoever calls settles
+  /// the run.
+  bool pause_for_room(const JobPointer& job, const std::shared_ptr<RenderRun>& ended);
+  /// Jobs that wait for room on the disk go on if there is some.
+  void go_on_with_room();
   /// The job has ended: its run, if any, gets no slices any more and gives its place back.
   void release(const JobPointer& job);
   void keep_film_of(const JobPointer& job, const RenderRun& run);
@@ -256,6 +285,9 @@ class JobService final : private RenderRun::Owner {
   static core::Progress progress_of(const RenderRun& run);
   core::Result<MemoryGate::Lease> room_to_read(std::uint64_t bytes);
   core::Result<std::shared_ptr<const StoredFilm>> stored_film(const Job& job);
+  core::Result<StoredFilm> read_film(const Job& job, const JobRecord& record);
+  /// Says in the log and in the job, once, that its film is lost; the answer for who asks for it.
+  core::Error tell_damage(const Job& job, const core::Error& damage);
   static Rank rank_of(const api::JobSpec& spec);
   static bool matches(const api::JobView& view, const JobQuery& query);
 
@@ -272,6 +304,7 @@ class JobService final : private RenderRun::Owner {
   std::counting_semaphore<16> pilots_;
   std::atomic<std::int64_t> last_sequence_ = 0;
   std::atomic<bool> stopping_ = false;
+  std::atomic<bool> draining_ = false;
   JobBook book_;
   SingleFlightCache<StoredFilm> films_;
   MemoryGate film_readers_;

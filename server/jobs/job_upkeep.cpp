@@ -44,7 +44,7 @@ std::vector<DeliveryRow> JobService::deliveries_of(const JobRecord& record,
 }
 
 void JobService::forget_expired() {
-  const auto ids = table_.expired(unix_now(), kForgottenAtATime);
+  const auto ids = table_.expired(unix_now(), options_.retention, kForgottenAtATime);
   for (const std::string& id : ids ? *ids : std::vector<std::string>()) {
     const auto job = find(id, Access::operators());
     if (job && remove(*job)) {
@@ -105,6 +105,14 @@ JobService::Counts JobService::counts() const {
     }
   }
   return counts;
+}
+
+int JobService::jobs_without_room() const {
+  int count = 0;
+  for (const JobPointer& job : book_.all()) {
+    count += job->waits_for_disk() ? 1 : 0;
+  }
+  return count;
 }
 
 core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec) {

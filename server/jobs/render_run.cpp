@@ -92,7 +92,9 @@ std::uint64_t RenderRun::file_bytes() const {
   return file_ ? file_->disk_bytes() : 0;
 }
 
-void RenderRun::fail(core::Error failure) { end(core::StopReason::kFailed, std::move(failure)); }
+void RenderRun::fail(core::Error failure) {
+  end_with({.reason = core::StopReason::kFailed, .failure = std::move(failure)});
+}
 
 void RenderRun::on_tile(int tile, std::uint32_t revision) {
   log_->tile_changed(tile, revision);
@@ -105,12 +107,22 @@ void RenderRun::on_tile(int tile, std::uint32_t revision) {
 
 void RenderRun::on_pass(const core::ConvergencePoint&) { log_->progress_changed(); }
 
-void RenderRun::on_finished(core::StopReason reason) { end(reason, std::nullopt); }
+void RenderRun::on_finished(core::StopReason reason) { end_with({.reason = reason}); }
 
-void RenderRun::end(core::StopReason reason, std::optional<core::Error> failure) {
-  if (!ended_.exchange(true)) {
-    owner_.on_end(shared_from_this(), reason, std::move(failure));
+std::optional<RenderRun::End> RenderRun::end() const {
+  const core::MutexLock lock(end_mutex_);
+  return end_;
+}
+
+void RenderRun::end_with(End end) {
+  {
+    const core::MutexLock lock(end_mutex_);
+    if (end_) {
+      return;
+    }
+    end_ = std::move(end);
   }
+  owner_.on_end(shared_from_this());
 }
 
 }  // namespace server

@@ -29,9 +29,8 @@ class RenderRun final : public SliceSource,
    public:
     virtual ~Owner() = default;
     virtual void on_first_slice(const RenderRun& run) = 0;
-    /// failure: empty unless reason is kFailed.
-    virtual void on_end(std::shared_ptr<RenderRun> run, core::StopReason reason,
-                        std::optional<core::Error> failure) = 0;
+    /// It has an end().
+    virtual void on_end(std::shared_ptr<RenderRun> run) = 0;
   };
   struct Parts {
     std::weak_ptr<Job> job;
@@ -77,11 +76,22 @@ class RenderRun final : public SliceSource,
   /// Ends the run for a reason from outside; no effect when it has ended.
   void fail(core::Error failure);
 
+  struct End {
+    core::StopReason reason = core::StopReason::kNone;
+    std::optional<core::Error> failure = {};  ///< Empty unless reason is kFailed.
+  };
+  /// Empty: it goes on.
+  std::optional<End> end() const;
+  /// The end could not be stored: whoever takes it is the one who tries again.
+  void leave_end() { is_end_left_ = true; }
+  bool take_end() { return is_end_left_.exchange(false); }
+  bool has_left_end() const { return is_end_left_; }
+
  private:
   void on_tile(int tile, std::uint32_t revision) override;
   void on_pass(const core::ConvergencePoint& point) override;
   void on_finished(core::StopReason reason) override;
-  void end(core::StopReason reason, std::optional<core::Error> failure);
+  void end_with(End end);
 
   const std::weak_ptr<Job> job_;
   const std::shared_ptr<core::Film> film_;
@@ -90,7 +100,9 @@ class RenderRun final : public SliceSource,
   const std::shared_ptr<EventLog> log_;
   Owner& owner_;
   std::atomic<bool> started_ = false;
-  std::atomic<bool> ended_ = false;
+  mutable core::Mutex end_mutex_;
+  std::optional<End> end_ GUARDED_BY(end_mutex_);
+  std::atomic<bool> is_end_left_ = false;
   std::atomic<std::int64_t> progress_told_ms_ = 0;
   std::atomic<double> last_save_seconds_ = 0;
   core::Mutex place_mutex_;

@@ -329,6 +329,21 @@ Response cancel(const RouteContext& context, Request& request) {
   return job_answer(200, context.jobs.view(*job));
 }
 
+Response retry(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const JobPointer job = *std::get_if<JobPointer>(&found);
+  if (const auto retried = context.jobs.retry(job); !retried) {
+    return problem_answer(request, retried.problem());
+  }
+  return job_answer(202, context.jobs.view(*job));
+}
+
 Response extend(const RouteContext& context, Request& request) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
@@ -374,6 +389,7 @@ void add_job_handlers(const RouteContext& context, HandlerTable& table) {
                        .body = json};
   table["cancelJob"] = {
       .handler = [context](Request& request) { return cancel(context, request); }};
+  table["retryJob"] = {.handler = [context](Request& request) { return retry(context, request); }};
   table["extendJob"] = {.handler = [context](Request& request) { return extend(context, request); },
                         .body = json};
   table["deleteJob"] = {

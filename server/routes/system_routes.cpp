@@ -12,6 +12,7 @@
 #include "server/routes/context.h"
 #include "server/routes/metrics_page.h"
 #include "server/routes/page.h"
+#include "server/store/files.h"
 
 namespace server {
 namespace {
@@ -20,11 +21,40 @@ Handler file_handler(PageFile file) {
   return [file = std::move(file)](Request& request) { return page_answer(request, file); };
 }
 
+/// Below it a job's record with its events and their journal may not fit: 16 pages of the database.
+constexpr std::uint64_t kRecordBytes = std::uint64_t{16} * 4096;
+
+bool is_disk_full(const RouteContext& context) {
+  const auto space = disk_space(context.data.path());
+  return context.quota.is_disk_full() || (space && space->free_bytes < kRecordBytes);
+}
+
 Response readiness(const RouteContext& context, const Request& request) {
   if (!context.ready) {
     return error_answer(request, core::ErrorCode::kUnavailable, "the server starts or stops");
   }
-  return text_response(200, "text/plain; charset=utf-8", "ready\n");
+  std::string text = "ready\n";
+  if (const auto drained = context.jobs.drain(); drained.draining) {
+    text += "draining: no new jobs are taken; " + std::to_string(drained.running) + " run, " +
+            std::to_string(drained.queued) + " wait\n";
+  }
+  const int waiting = context.jobs.jobs_without_room();
+  if (waiting > 0 || is_disk_full(context)) {
+    text += "storage_full: " + std::to_string(waiting) +
+            (waiting == 1 ? " job waits" : " jobs wait") +
+            " for room on the disk; delete jobs or assets, or make room\n";
+  }
+  return text_response(200, "text/plain; charset=utf-8", std::move(text));
+}
+
+Response drain(const RouteContext& context, const Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  if (request.method == "PUT" || request.method == "DELETE") {
+    context.jobs.set_draining(request.method == "PUT");
+  }
+  return json_response(200, api::drain_json(context.jobs.drain()));
 }
 
 }  // namespace
@@ -57,6 +87,9 @@ void add_system_handlers(const RouteContext& context, HandlerTable& table) {
       .handler = [context](Request& request) { return context.guard.start_session(request); }};
   table["deleteSession"] = {
       .handler = [context](Request& request) { return context.guard.end_session(request); }};
+  for (const char* id : {"getDrain", "startDrain", "endDrain"}) {
+    table[id] = {.handler = [context](Request& request) { return drain(context, request); }};
+  }
   table["getServer"] = {.handler = [context](Request& request) {
     if (auto refused = refuse_query(request)) {
       return std::move(*refused);

@@ -61,12 +61,13 @@ Status ComparisonStore::insert(const Row& row, const ComparisonMaps& maps) {
   }
   Status stored = write_maps(row.id, maps);
   if (stored) {
-    stored = database_.transact([&](Database::Session& session) -> Status {
+    const auto work = [&](Database::Session& session) -> Status {
       Statement statement = session.prepare(
           "INSERT INTO comparisons(id, body, bytes, created_at, tenant) VALUES(?,?,?,?,?)");
       statement.bind(row.id).bind(row.body).bind(bytes).bind(row.created_at);
       return statement.bind(row.tenant).run();
-    });
+    };
+    stored = database_.transact(work, Database::Spend::kFreeSpace);
   }
   if (!stored) {
     remove_maps(row.id);

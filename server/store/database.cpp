@@ -210,7 +210,12 @@ core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) 
   if (const Status migrated = migrate(*database); !migrated) {
     return migrated.error();
   }
+  static_cast<void>(database->reserve_.take());  // On a full disk later.
   return database;
+}
+
+bool Database::make_room(Session& session) {
+  return reserve_.give_up() || session.execute("PRAGMA wal_checkpoint(TRUNCATE)");
 }
 
 Database::~Database() { sqlite3_close_v2(handle_); }

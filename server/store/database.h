@@ -15,6 +15,7 @@
 
 #include "core/base/mutex.h"
 #include "core/base/result.h"
+#include "server/store/disk_reserve.h"
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -84,10 +85,30 @@ class Database {
   };
   Session session() { return Session(*this); }
 
-  /// BEGIN, `work(session)`, COMMIT; all of it or nothing.
+  /// What a transaction may use of a full disk. What only adds to the store leaves the reserve to
+  /// those who change and delete.
+  enum class Spend : std::uint8_t { kReserve, kFreeSpace };
+  DiskReserve& reserve() { return reserve_; }
+
+  /// BEGIN, `work(session)`, COMMIT; all of it or nothing. On a full disk once more, with the
+  /// reserve.
   template <typename Work>
-  core::Status transact(const Work& work) {
+  core::Status transact(const Work& work, Spend spend = Spend::kReserve) {
+    if (spend == Spend::kFreeSpace && !reserve_.take()) {
+      return core::Error{core::ErrorCode::kNoSpace, "the disk is full", path_};
+    }
     Session session(*this);
+    core::Status done = commit(session, work);
+    const bool is_full = !done && done.error().code == core::ErrorCode::kNoSpace;
+    if (is_full && spend == Spend::kReserve && make_room(session)) {
+      done = commit(session, work);
+    }
+    return done;
+  }
+
+ private:
+  template <typename Work>
+  static core::Status commit(Session& session, const Work& work) {
     if (auto begun = session.execute("BEGIN IMMEDIATE"); !begun) {
       return begun;
     }
@@ -100,11 +121,13 @@ class Database {
     }
     return done;
   }
+  bool make_room(Session& session);
 
- private:
-  Database(sqlite3* handle, std::string path) : handle_(handle), path_(std::move(path)) {}
+  Database(sqlite3* handle, std::string path)
+      : handle_(handle), path_(std::move(path)), reserve_(path_ + "-reserve") {}
   sqlite3* handle_;
   std::string path_;
+  DiskReserve reserve_;
   core::Mutex mutex_;
 };
 

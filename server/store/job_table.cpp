@@ -16,8 +16,8 @@ constexpr const char* kInsert =
     " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where,"
     " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"
     " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"
-    " error_high, error_unreliable, build, ledger, samples_by_error, split_count, sequence)"
-    " VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " error_high, error_unreliable, build, ledger, samples_by_error, split_count, pause_reason, "
+    "sequence) VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 constexpr const char* kUpdate =
     "UPDATE jobs SET id=?, spec=?, spec_version=?, scene=?, environment_asset=?, priority=?, "
@@ -26,7 +26,8 @@ constexpr const char* kUpdate =
     " failure_message=?, failure_where=?, film=?, film_bytes=?, film_digest=?, revision=?,"
     " fraction=?, samples_min=?, samples_mean=?, samples_max=?, elapsed_seconds=?, cpu_seconds=?,"
     " rays=?, rejected_samples=?, peak_bytes=?, error_rmse=?, error_low=?, error_high=?,"
-    " error_unreliable=?, build=?, ledger=?, samples_by_error=?, split_count=? WHERE sequence=?";
+    " error_unreliable=?, build=?, ledger=?, samples_by_error=?, split_count=?, pause_reason=? "
+    "WHERE sequence=?";
 
 /// The columns in the order of kInsert, after the sequence.
 #define TESSERA_JOB_COLUMNS                                                                       \
@@ -34,10 +35,9 @@ constexpr const char* kUpdate =
   " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where," \
   " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"   \
   " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"     \
-  " error_high, error_unreliable, build, ledger, samples_by_error, split_count,"                  \
+  " error_high, error_unreliable, build, ledger, samples_by_error, split_count, pause_reason,"    \
   " COALESCE((SELECT owner FROM job_owners WHERE job_owners.job=sequence), '')"
 
-constexpr const char* kUnfinishedStates = "state NOT IN ('finished','failed','cancelled')";
 /// Those that render or may yet: a finished job with its film can be extended.
 constexpr const char* kNeedsInputs =
     "(state NOT IN ('finished','failed','cancelled') OR (state='finished' AND film=1))";
@@ -80,6 +80,7 @@ void bind_row(Statement& statement, const JobRow& row) {
   statement.bind(std::int64_t{row.error_unreliable ? 1 : 0});
   statement.bind(row.build).bind(row.ledger);
   statement.bind(std::int64_t{row.samples_by_error}).bind(std::int64_t{row.split_count});
+  statement.bind(row.pause_reason);
 }
 
 JobRow read_row(const Statement& from) {
@@ -122,17 +123,9 @@ JobRow read_row(const Statement& from) {
   row.ledger = from.text(column++);
   row.samples_by_error = static_cast<int>(from.integer(column++));
   row.split_count = static_cast<int>(from.integer(column++));
+  row.pause_reason = from.text(column++);
   row.tenant = from.text(column++);
   return row;
-}
-
-Status read_labels(Database::Session& session, JobRow& row) {
-  Statement labels = session.prepare("SELECT name, value FROM job_labels WHERE job=?");
-  labels.bind(row.sequence);
-  while (labels.step()) {
-    row.labels[labels.text(0)] = labels.text(1);
-  }
-  return labels.status();
 }
 
 Status write_labels(Database::Session& session, const JobRow& row) {
@@ -189,24 +182,48 @@ Status write_stored_bytes(Database::Session& session, const JobRow& row) {
   return update.bind(signed_of(bytes)).bind(row.sequence).run();
 }
 
+Status write_change(Database::Session& session, const JobRow& row,
+                    const std::vector<EventRow>& events,
+                    const std::vector<DeliveryRow>& deliveries) {
+  Statement update = session.prepare(kUpdate);
+  bind_row(update, row);
+  if (auto status = update.bind(row.sequence).run(); !status) {
+    return status;
+  }
+  if (session.changes() == 0) {
+    return core::ok_status();  // Deleted in the meantime.
+  }
+  if (auto status = write_labels(session, row); !status) {
+    return status;
+  }
+  if (auto status = write_title(session, row); !status) {
+    return status;
+  }
+  if (auto status = write_expiry(session, row); !status) {
+    return status;
+  }
+  if (auto status = write_stored_bytes(session, row); !status) {
+    return status;
+  }
+  if (auto status = insert_deliveries(session, deliveries); !status) {
+    return status;
+  }
+  return write_events(session, row.sequence, events);
+}
+
 Status write_key(Database::Session& session, const IdempotencyRow& key) {
   Statement keep = session.prepare(
       "INSERT OR REPLACE INTO idempotency(key, body_hash, job, created_at) VALUES(?,?,?,?)");
   return keep.bind(key.key).bind(key.body_hash).bind(key.job).bind(key.created_at).run();
 }
 
-core::Result<std::vector<JobRow>> read_rows(Database::Session& session, Statement& select) {
+core::Result<std::vector<JobRow>> read_rows(Statement& select) {
   std::vector<JobRow> rows;
   while (select.step()) {
     rows.push_back(read_row(select));
   }
   if (const auto status = select.status(); !status) {
     return status.error();
-  }
-  for (JobRow& row : rows) {
-    if (const auto status = read_labels(session, row); !status) {
-      return status.error();
-    }
   }
   return rows;
 }
@@ -267,7 +284,7 @@ core::Result<std::int64_t> JobTable::last_sequence() {
 Status JobTable::insert(const JobRow& row, const std::vector<EventRow>& events,
                         const std::optional<IdempotencyRow>& key,
                         const std::vector<DeliveryRow>& deliveries) {
-  return database_.transact([&](Database::Session& session) -> Status {
+  const auto work = [&](Database::Session& session) -> Status {
     Statement insert = session.prepare(kInsert);
     bind_row(insert, row);
     if (auto status = insert.bind(row.sequence).run(); !status) {
@@ -304,43 +321,32 @@ Status JobTable::insert(const JobRow& row, const std::vector<EventRow>& events,
       return status;
     }
     return write_events(session, row.sequence, events);
-  });
+  };
+  return database_.transact(work, Database::Spend::kFreeSpace);
 }
 
 Status JobTable::update(const JobRow& row, const std::vector<EventRow>& events,
                         const std::vector<DeliveryRow>& deliveries) {
+  return database_.transact(
+      [&](Database::Session& session) { return write_change(session, row, events, deliveries); });
+}
+
+Status JobTable::update(const std::vector<Change>& changes) {
   return database_.transact([&](Database::Session& session) -> Status {
-    Statement update = session.prepare(kUpdate);
-    bind_row(update, row);
-    if (auto status = update.bind(row.sequence).run(); !status) {
-      return status;
+    for (const Change& change : changes) {
+      if (auto status = write_change(session, change.row, change.events, change.deliveries);
+          !status) {
+        return status;
+      }
     }
-    if (session.changes() == 0) {
-      return core::ok_status();  // Deleted in the meantime.
-    }
-    if (auto status = write_labels(session, row); !status) {
-      return status;
-    }
-    if (auto status = write_title(session, row); !status) {
-      return status;
-    }
-    if (auto status = write_expiry(session, row); !status) {
-      return status;
-    }
-    if (auto status = write_stored_bytes(session, row); !status) {
-      return status;
-    }
-    if (auto status = insert_deliveries(session, deliveries); !status) {
-      return status;
-    }
-    return write_events(session, row.sequence, events);
+    return core::ok_status();
   });
 }
 
 core::Result<std::optional<JobRow>> JobTable::find(std::string_view id) {
   auto session = database_.session();
   Statement select = session.prepare("SELECT " TESSERA_JOB_COLUMNS " FROM jobs WHERE id=?");
-  auto rows = read_rows(session, select.bind(id));
+  auto rows = read_rows(select.bind(id));
   if (!rows) {
     return rows.error();
   }
@@ -351,15 +357,16 @@ core::Result<std::vector<JobRow>> JobTable::list(const JobQuery& query) {
   auto session = database_.session();
   Statement select = session.prepare(job_page_sql(query, TESSERA_JOB_COLUMNS).c_str());
   bind_job_page(select, query);
-  return read_rows(session, select);
+  return read_rows(select);
 }
 
 core::Result<std::vector<JobRow>> JobTable::unfinished() {
   auto session = database_.session();
-  const std::string sql = std::string("SELECT " TESSERA_JOB_COLUMNS " FROM jobs WHERE ") +
-                          kUnfinishedStates + " ORDER BY sequence";
-  Statement select = session.prepare(sql.c_str());
-  return read_rows(session, select);
+  Statement select =
+      session.prepare("SELECT " TESSERA_JOB_COLUMNS
+                      " FROM jobs WHERE state NOT IN ('finished','failed','cancelled')"
+                      " ORDER BY sequence");
+  return read_rows(select);
 }
 
 Status JobTable::remove(std::string_view id) {
@@ -382,7 +389,7 @@ core::Result<std::vector<JobRow>> JobTable::films_oldest_first(int limit) {
   Statement select = session.prepare(
       "SELECT " TESSERA_JOB_COLUMNS
       " FROM jobs WHERE film=1 AND finished_at IS NOT NULL ORDER BY finished_at LIMIT ?");
-  return read_rows(session, select.bind(std::int64_t{limit}));
+  return read_rows(select.bind(std::int64_t{limit}));
 }
 
 core::Result<std::vector<EventRow>> JobTable::events_after(std::int64_t job_sequence,
@@ -413,7 +420,8 @@ core::Result<bool> JobTable::knows_stream(std::int64_t job_sequence, std::int64_
 
 Status JobTable::insert_key(const IdempotencyRow& key) {
   return database_.transact(
-      [&key](Database::Session& session) -> Status { return write_key(session, key); });
+      [&key](Database::Session& session) -> Status { return write_key(session, key); },
+      Database::Spend::kFreeSpace);
 }
 
 core::Result<std::optional<IdempotencyRow>> JobTable::find_key(std::string_view key) {

@@ -28,11 +28,12 @@ struct JobRow {
   std::string scene;
   std::string name =
       {};  ///< What lists find it by beside its scene; not read back, it stands in the spec.
-  std::string environment_asset;  ///< Empty: none.
-  std::map<std::string, std::string> labels;
+  std::string environment_asset;              ///< Empty: none.
+  std::map<std::string, std::string> labels;  ///< As the name: not read back.
   int priority = 0;
   std::string state;
-  std::string stop_reason;  ///< Empty: none yet.
+  std::string pause_reason = {};  ///< Empty: not paused.
+  std::string stop_reason;        ///< Empty: none yet.
   double created_at = 0;
   std::optional<double> started_at;
   std::optional<double> finished_at;
@@ -117,6 +118,13 @@ class JobTable {
   /// Replaces everything but the identity, and adds the events and webhooks.
   core::Status update(const JobRow& row, const std::vector<EventRow>& events,
                       const std::vector<DeliveryRow>& deliveries = {});
+  /// Several at once: all of them or none.
+  struct Change {
+    JobRow row;
+    std::vector<EventRow> events;
+    std::vector<DeliveryRow> deliveries;
+  };
+  core::Status update(const std::vector<Change>& changes);
   core::Result<std::optional<JobRow>> find(std::string_view id);
   /// Newest first.
   core::Result<std::vector<JobRow>> list(const JobQuery& query);
@@ -146,8 +154,13 @@ class JobTable {
 
   /// Unfinished jobs of that tenant.
   core::Result<int> unfinished_of(std::string_view tenant);
-  /// Ids of jobs whose time is over.
-  core::Result<std::vector<std::string>> expired(double now, int limit);
+  /// How long jobs are kept that have ended, and how many of them; 0: whatever comes.
+  struct Retention {
+    double seconds = 0;
+    std::int64_t count = 0;
+  };
+  /// Ids of jobs to forget: by their own time, or by `retention`.
+  core::Result<std::vector<std::string>> expired(double now, const Retention& retention, int limit);
 
   /// Jobs that need the scene or asset: unfinished ones, and finished ones that could go on.
   /// tenant: of that one; empty: of anybody.

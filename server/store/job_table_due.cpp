@@ -21,23 +21,46 @@ core::Result<std::vector<std::string>> first_column(Statement& select) {
 
 }  // namespace
 
-core::Result<std::vector<std::string>> JobTable::expired(double now, int limit) {
+core::Result<std::vector<std::string>> JobTable::expired(double now, const Retention& retention,
+                                                         int limit) {
   auto session = database_.session();
-  Statement select = session.prepare(
+  Statement own = session.prepare(
       "SELECT id FROM job_expiries JOIN jobs ON sequence=job WHERE delete_at<=?"
       " ORDER BY delete_at LIMIT ?");
-  select.bind(now).bind(std::int64_t{limit});
-  return first_column(select);
+  auto ids = first_column(own.bind(now).bind(std::int64_t{limit}));
+  const auto add = [&](Statement& select) {
+    auto more = first_column(select.bind(std::int64_t{limit}));
+    if (!ids || !more) {
+      ids = ids ? std::move(more) : std::move(ids);
+      return;
+    }
+    ids->insert(ids->end(), more->begin(), more->end());
+  };
+  if (retention.seconds > 0) {
+    Statement old =
+        session.prepare("SELECT id FROM jobs WHERE finished_at<=? ORDER BY finished_at LIMIT ?");
+    add(old.bind(now - retention.seconds));
+  }
+  if (retention.count > 0) {
+    Statement beyond = session.prepare(
+        "SELECT id FROM jobs WHERE finished_at <= (SELECT finished_at FROM jobs"
+        " WHERE finished_at IS NOT NULL ORDER BY finished_at DESC LIMIT 1 OFFSET ?)"
+        " ORDER BY finished_at LIMIT ?");
+    add(beyond.bind(retention.count));
+  }
+  return ids;
 }
 
 Status JobTable::note_loose_film(std::string_view id) {
-  auto session = database_.session();
-  return session.prepare("INSERT OR IGNORE INTO loose_films(job) VALUES(?)").bind(id).run();
+  return database_.transact([&](Database::Session& session) {
+    return session.prepare("INSERT OR IGNORE INTO loose_films(job) VALUES(?)").bind(id).run();
+  });
 }
 
 Status JobTable::forget_loose_film(std::string_view id) {
-  auto session = database_.session();
-  return session.prepare("DELETE FROM loose_films WHERE job=?").bind(id).run();
+  return database_.transact([&](Database::Session& session) {
+    return session.prepare("DELETE FROM loose_films WHERE job=?").bind(id).run();
+  });
 }
 
 core::Result<std::vector<std::string>> JobTable::loose_films() {

@@ -22,7 +22,7 @@ Status insert_files(Database::Session& session, const SceneRow& row) {
 }  // namespace
 
 Status SceneTable::insert_scene(const SceneRow& row, const Access& access) {
-  return database_.transact([&](Database::Session& session) -> Status {
+  const auto work = [&](Database::Session& session) -> Status {
     Statement insert = session.prepare(
         "INSERT INTO scenes(id, facts, created_at) VALUES(?,?,?) ON CONFLICT(id) DO NOTHING");
     if (auto status = insert.bind(row.id).bind(row.facts).bind(row.created_at).run(); !status) {
@@ -36,7 +36,8 @@ Status SceneTable::insert_scene(const SceneRow& row, const Access& access) {
         " ON CONFLICT DO NOTHING");
     refer.bind(row.id).bind(access.tenant).bind(row.description);
     return refer.bind(row.created_at).run();
-  });
+  };
+  return database_.transact(work, Database::Spend::kFreeSpace);
 }
 
 core::Result<std::optional<SceneRow>> SceneTable::find_scene(std::string_view id,

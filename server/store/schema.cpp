@@ -279,6 +279,12 @@ attempts, created_at, next_at,
 DROP TABLE deliveries;
 CREATE TABLE webhook_secrets(tenant TEXT PRIMARY KEY, secret TEXT NOT NULL) WITHOUT ROWID;
 )sql",
+    // Why a job is paused; ended jobs in the order in which they are forgotten.
+    R"sql(
+ALTER TABLE jobs ADD COLUMN pause_reason TEXT NOT NULL DEFAULT '';
+UPDATE jobs SET pause_reason='requested' WHERE state='paused';
+CREATE INDEX jobs_by_end ON jobs(finished_at);
+)sql",
 };
 
 }  // namespace

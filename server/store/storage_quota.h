@@ -67,6 +67,10 @@ class StorageQuota {
   /// On record, without promises.
   core::Result<Stored> total() const;
   core::Result<Stored> of_tenant(std::string_view tenant) const;
+  /// Is the disk full, whatever the limits? Records can still be changed and deleted.
+  bool is_disk_full() const { return !database_.reserve().is_taken(); }
+  /// Looks again. True: there is room.
+  bool has_disk_room() { return database_.reserve().take(); }
   const StorageLimits& limits() const { return limits_; }
 
  private:

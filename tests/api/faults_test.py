@@ -56,14 +56,12 @@ class FullDisk(unittest.TestCase):
         self.assertEqual(self.server.post("/v1/assets", b"small", BYTES).status, 201)
         self.assertEqual(self.server.render(job_body())["state"], "finished")
 
-    def test_a_film_that_does_not_fit_fails_its_job_and_no_other(self):
+    def test_a_film_that_does_not_fit_pauses_its_job_and_no_other(self):
         small = self.server.submit(job_body(samples=2048))["id"]
         large = job_body(samples=65536)
         large["film"] = {"width": 640, "height": 480, "layers": []}
-        failed = self.server.wait(self.server.submit(large)["id"])
-        self.assertEqual((failed["state"], failed["stop_reason"]), ("failed", "failed"))
-        self.assertEqual(failed["failure"]["status"], 507)
-        self.assertLess(failed["progress"]["fraction"], 1)
+        paused = self.server.wait_until(self.server.submit(large)["id"], lambda job: job["state"] == "paused")
+        self.assertEqual(paused["pause_reason"], "storage_full")
         self.assertEqual(self.server.wait(small)["state"], "finished")
         self.assertEqual(self.server.get("/readyz").status, 200)
 

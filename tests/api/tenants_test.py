@@ -86,7 +86,7 @@ class EveryRoute(Tenants):
         "deleteSession",
     }
     # Routes of the scope `admin`: 403 for both.
-    OF_ADMINS = {"listKeys", "createKey", "deleteKey"}
+    OF_ADMINS = {"listKeys", "createKey", "deleteKey", "getDrain", "startDrain", "endDrain"}
     # Routes that list: the other tenant gets its own, which is empty.
     LISTS = {"listJobs": "jobs", "listScenes": "scenes", "listDeliveries": "deliveries"}
     # What a request names inside: the body, and the status that an unknown id gets there.

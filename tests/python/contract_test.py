@@ -167,6 +167,7 @@ class Contract(ApiTest):
         path = f"/v1/jobs/{ids[0]}"
         self.ask("patchJob", "PATCH", path, {"name": "first", "priority": 3})
         self.ask("patchJob", "PATCH", path, {"priority": 300})
+        self.ask("retryJob", "POST", path + "/retry")
         self.ask("extendJob", "POST", path + "/extend", {"stop": {"samples_per_pixel": 16}})
         self.server.wait(ids[0])
         self.results(ids)
@@ -208,6 +209,9 @@ class Contract(ApiTest):
         self.ask("createKey", "POST", "/v1/keys", {"name": ""})
         self.ask("listKeys", "GET", "/v1/keys")
         self.ask("getUsage", "GET", "/v1/usage")
+        self.ask("startDrain", "PUT", "/v1/drain")
+        self.ask("getDrain", "GET", "/v1/drain")
+        self.ask("endDrain", "DELETE", "/v1/drain")
         tenant = {"Authorization": "Bearer " + made["key"]}
         deadline = time.monotonic() + PATIENCE_S
         while self.server.get("/v1/server", tenant).status != 200:

@@ -22,7 +22,7 @@ TEST(JobState, ChangesAreThoseOfTheTable) {
       "1.11111",  // rendering
       "1.11111",  // paused
       "1...1..",  // finished: extended
-      ".....1.",  // failed
+      "1....1.",  // failed: retried
       "......1",  // cancelled
   };
   for (std::size_t from = 0; from < kStates.size(); ++from) {

@@ -1,9 +1,11 @@
 #include "server/jobs/job_service.h"
 
 #include <chrono>
+#include <csignal>
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "tests/unit/server/jobs_fixture.h"
 
@@ -39,6 +41,162 @@ TEST_F(Jobs, TheSameJobGivesTheSameDigest) {
   ASSERT_TRUE(wait_for(first, JobState::kFinished));
   ASSERT_TRUE(wait_for(second, JobState::kFinished));
   EXPECT_EQ(jobs->view(*first).film_digest, jobs->view(*second).film_digest);
+}
+
+api::ParsedJob large_request(int samples) {
+  auto parsed = api::parse_job(
+      R"({"scene": "cornell-box", "film": {"width": 512, "height": 384, "layers": []},)"
+      R"( "stop": {"samples_per_pixel": )" +
+      std::to_string(samples) + "}}");
+  EXPECT_TRUE(parsed);
+  return *std::move(parsed);
+}
+
+/// For its life no file grows beyond `bytes`: what a full disk answers.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit = {.rlim_cur = bytes, .rlim_max = before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FullDisk() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST_F(Jobs, WhatTheStoreRefusesIsNotAcknowledged) {
+  const auto job = submit(kForever);
+  ASSERT_TRUE(wait_for_samples(job));
+  {
+    const FullDisk full(0);
+    const auto cancelled = jobs->cancel(job);
+    ASSERT_FALSE(cancelled);
+    EXPECT_EQ(cancelled.error().code, core::ErrorCode::kNoSpace);
+    EXPECT_EQ(
+        jobs->patch(job, R"({"paused": true})", std::nullopt, Access::operators()).problem().status,
+        507);
+    EXPECT_EQ(jobs->submit(request(8), {}).problem().status, 507);
+    EXPECT_FALSE(api::is_final(job->state()));
+  }
+  EXPECT_TRUE(jobs->cancel(job));
+}
+
+/// Above the journal of the database, which ends at 4 MB, and below the film of large_request().
+constexpr rlim_t kLessThanTheFilm = 5'000'000;
+
+TEST_F(Jobs, AFullDiskPausesAJobUntilThereIsRoom) {
+  const auto whole = jobs->submit(large_request(8), {});
+  ASSERT_TRUE(wait_for(whole->job, JobState::kFinished));
+  JobPointer job;
+  {
+    const FullDisk full(kLessThanTheFilm);
+    job = jobs->submit(large_request(8), {})->job;
+    ASSERT_TRUE(wait_for(job, JobState::kPaused));
+    EXPECT_EQ(jobs->view(*job).pause_reason, api::PauseReason::kStorageFull);
+    EXPECT_EQ(jobs->jobs_without_room(), 1);
+    std::this_thread::sleep_for(milliseconds(1500));  // It has looked for room meanwhile.
+    EXPECT_EQ(job->state(), JobState::kPaused);
+  }
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  EXPECT_EQ(jobs->view(*job).pause_reason, api::PauseReason::kNone);
+  EXPECT_EQ(jobs->view(*job).film_digest, jobs->view(*whole->job).film_digest);
+  EXPECT_TRUE(wait_until([&] { return jobs->counts().held_bytes == 0; }));
+}
+
+TEST_F(Jobs, OneThatWaitsForRoomIsCancelledAndLeavesNothingHeld) {
+  const FullDisk full(kLessThanTheFilm);
+  for (const int samples : {2, kForever}) {  // At its end, and on the way.
+    const auto job = jobs->submit(large_request(samples), {})->job;
+    ASSERT_TRUE(wait_for(job, JobState::kPaused));
+    ASSERT_TRUE(jobs->cancel(job));
+    EXPECT_TRUE(wait_until([&] { return jobs->counts().held_bytes == 0; }));
+    EXPECT_TRUE(jobs->remove(job));
+  }
+}
+
+TEST_F(Jobs, AFailedJobIsRetriedFromItsCheckpoint) {
+  const auto whole = submit(2048);
+  ASSERT_TRUE(wait_for(whole, JobState::kFinished));
+  const std::string digest = jobs->view(*whole).film_digest;
+  EXPECT_EQ(jobs->retry(whole).problem().status, 409);
+  const std::string id = submit(2048, R"(, "name": "failed")")->id();
+  ASSERT_TRUE(wait_for_samples(*jobs->find(id, Access::operators())));
+  halt();
+  options.book.memory_max_bytes = film_bytes() / 2;
+  start();
+  auto job = *jobs->find(id, Access::operators());
+  ASSERT_TRUE(wait_for(job, JobState::kFailed));
+  const double elapsed = jobs->view(*job).progress.elapsed_seconds;
+  EXPECT_GT(elapsed, 0);
+  options.book.memory_max_bytes = 0;
+  restart();
+  job = *jobs->find(id, Access::operators());
+  const auto retried = jobs->retry(job);
+  ASSERT_TRUE(retried) << retried.problem().detail;
+  EXPECT_FALSE(jobs->view(*job).failure);
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  EXPECT_EQ(jobs->view(*job).film_digest, digest);
+  EXPECT_GE(jobs->view(*job).progress.elapsed_seconds, elapsed);
+}
+
+TEST_F(Jobs, ADamagedFilmOfAFinishedJobIsToldOnceAndNotRenderedAgain) {
+  const std::string id = submit(8)->id();
+  ASSERT_TRUE(wait_for(*jobs->find(id, Access::operators()), JobState::kFinished));
+  halt();
+  const std::string path = folder.file("data/films/" + id + ".film");
+  test_support::write_file(path, std::string(100000, 'x'));
+  start();
+  const auto job = *jobs->find(id, Access::operators());
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(jobs->film(*job).error().code, core::ErrorCode::kGone);
+  }
+  EXPECT_EQ(jobs->extend(job, R"({"stop": {"samples_per_pixel": 16}})").problem().status, 409);
+  EXPECT_EQ(jobs->view(*job).warnings.size(), 1U);
+  EXPECT_EQ(job->state(), JobState::kFinished);
+  restart();
+  EXPECT_EQ(jobs->view(**jobs->find(id, Access::operators())).warnings.size(), 1U);
+  EXPECT_EQ(std::filesystem::file_size(path), 100000U);
+}
+
+TEST_F(Jobs, EndedJobsBeyondTheRetentionOfTheServerAreForgotten) {
+  options.retention.count = 2;
+  restart();
+  std::vector<std::string> ids;
+  for (int i = 0; i < 4; ++i) {
+    ids.push_back(submit(4)->id());
+    ASSERT_TRUE(wait_for(*jobs->find(ids.back(), Access::operators()), JobState::kFinished));
+  }
+  const auto is_there = [&](const std::string& id) {
+    return jobs->find(id, Access::operators()).has_value();
+  };
+  EXPECT_TRUE(wait_until([&] { return !is_there(ids[0]) && !is_there(ids[1]); }));
+  EXPECT_TRUE(is_there(ids[2]));
+  EXPECT_TRUE(is_there(ids[3]));
+  options.retention = {.seconds = 0.001};
+  restart();
+  EXPECT_TRUE(wait_until([&] { return !is_there(ids[2]) && !is_there(ids[3]); }));
+}
+
+TEST_F(Jobs, WhileDrainingNothingNewBeginsAndWhatHasBegunEnds) {
+  options.book.running_max = 1;
+  restart();
+  const auto running = submit(512);
+  const auto waiting = submit(8);
+  ASSERT_TRUE(wait_for_samples(running));
+  jobs->set_draining(true);
+  EXPECT_EQ(jobs->submit(request(8), {}).problem().status, 503);
+  ASSERT_TRUE(wait_for(running, JobState::kFinished));
+  EXPECT_TRUE(wait_until([&] { return jobs->drain().running == 0; }));
+  EXPECT_EQ(waiting->state(), JobState::kQueued);
+  EXPECT_EQ(jobs->drain().queued, 1);
+  jobs->set_draining(false);
+  EXPECT_TRUE(wait_for(waiting, JobState::kFinished));
+  EXPECT_TRUE(jobs->submit(request(8), {}));
 }
 
 TEST_F(Jobs, AFinishedJobOutlivesTheProcess) {

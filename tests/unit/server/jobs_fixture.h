@@ -96,6 +96,14 @@ class JobsFixture : public testing::Test {
     return server::blank_film(view)->bytes();
   }
 
+  static bool wait_until(const std::function<bool()>& condition) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (!condition() && std::chrono::steady_clock::now() < deadline) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return condition();
+  }
+
   TemporaryFolder folder;
   server::Log log{server::LogLevel::kOff};
   server::Metrics metrics;

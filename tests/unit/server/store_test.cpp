@@ -76,7 +76,6 @@ TEST_F(Store, AJobComesBackWithEveryMember) {
   JobRow row = made_job(1, "a");
   row.spec_version = 3;
   row.environment_asset = "e";
-  row.labels = {{"team", "light"}, {"x", ""}};
   row.priority = -7;
   row.state = "failed";
   row.stop_reason = "failed";
@@ -101,6 +100,7 @@ TEST_F(Store, AJobComesBackWithEveryMember) {
   row.error_unreliable = true;
   row.samples_by_error = 15;
   row.split_count = 16;
+  row.pause_reason = "storage_full";
   ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
   reopen();
   const auto found = jobs->find("a");
@@ -110,7 +110,7 @@ TEST_F(Store, AJobComesBackWithEveryMember) {
   EXPECT_EQ(back.spec_version, 3);
   EXPECT_EQ(back.samples_by_error, 15);
   EXPECT_EQ(back.split_count, 16);
-  EXPECT_EQ(back.labels, row.labels);
+  EXPECT_EQ(back.pause_reason, "storage_full");
   EXPECT_EQ(back.priority, -7);
   EXPECT_EQ(back.started_at, row.started_at);
   EXPECT_EQ(back.finished_at, row.finished_at);
@@ -257,7 +257,9 @@ TEST_F(Store, DeletingAJobTakesItsEventsAndLabelsWithIt) {
   EXPECT_FALSE(*jobs->find("a"));
   EXPECT_TRUE(jobs->events_after(1, 0, 0)->empty());
   ASSERT_TRUE(jobs->insert(made_job(1, "b"), {{1, 1, "state", "x"}}, {}));
-  EXPECT_TRUE((**jobs->find("b")).labels.empty());
+  JobQuery labelled;
+  labelled.labels.emplace_back("x", std::nullopt);
+  EXPECT_TRUE(listed(labelled).empty());
 }
 
 TEST_F(Store, UpdatingADeletedJobChangesNothing) {
@@ -467,6 +469,20 @@ TEST(StoreFile, ACutDatabaseIsRefusedOrReadsAsItWas) {
       EXPECT_EQ(row.spec_json.size(), 500U) << size;
     }
   }
+}
+
+TEST(StoreFile, TheReserveIsSpaceThatIsGivenUpAndTakenAgain) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("reserve");
+  server::DiskReserve reserve(path);
+  EXPECT_FALSE(reserve.is_taken());
+  ASSERT_TRUE(reserve.take());
+  EXPECT_GT(std::filesystem::file_size(path), 0U);
+  EXPECT_TRUE(reserve.give_up());
+  EXPECT_FALSE(reserve.is_taken());
+  EXPECT_EQ(std::filesystem::file_size(path), 0U);
+  EXPECT_FALSE(reserve.give_up());
+  EXPECT_TRUE(reserve.take());
 }
 
 TEST(DataDir, ASecondServerIsKeptOutAndTold) {

@@ -76,6 +76,12 @@ class JobData:
         return ErrorBar.of(self.data.get("error") or {})
 
     @property
+    def pause_reason(self) -> str | None:
+        """Of a paused job: "requested", or "storage_full", and then it goes on by itself."""
+        reason = self.data.get("pause_reason")
+        return None if reason is None else str(reason)
+
+    @property
     def failure(self) -> dict[str, Any] | None:
         return self.data.get("failure")
 
@@ -142,6 +148,10 @@ class JobData:
 
     def cancel_call(self) -> Call:
         return Call("POST", self.path + "/cancel")
+
+    def retry_call(self) -> Call:
+        # The second of two would be refused, because the job is queued: not repeated.
+        return Call("POST", self.path + "/retry", repeatable=False)
 
     def extend_call(self, stop: Mapping[str, Any]) -> Call:
         # The second of two would be refused, because the job is running: not repeated.

@@ -168,6 +168,10 @@ class AsyncJob(JobData):
         """Ends the job; the picture so far is kept. Cancelling twice is no error."""
         return await self._take(self.cancel_call())
 
+    async def retry(self) -> AsyncJob:
+        """Queues a failed job again: it goes on from its last checkpoint, if it has one."""
+        return await self._take(self.retry_call())
+
     async def pause(self) -> AsyncJob:
         return await self.update(paused=True)
 

@@ -164,6 +164,10 @@ class Job(JobData):
         """Ends the job; the picture so far is kept. Cancelling twice is no error."""
         return self._take(self.cancel_call())
 
+    def retry(self) -> Job:
+        """Queues a failed job again: it goes on from its last checkpoint, if it has one."""
+        return self._take(self.retry_call())
+
     def pause(self) -> Job:
         return self.update(paused=True)
 

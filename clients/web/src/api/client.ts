@@ -124,6 +124,7 @@ export const api = {
     json<DryRun>('/v1/jobs?dry_run=1', { method: 'POST', json: request }),
   patch: (id: string, patch: unknown) => json<Job>(job(id), { method: 'PATCH', json: patch }),
   cancel: (id: string) => json<Job>(`${job(id)}/cancel`, { method: 'POST' }),
+  retry: (id: string) => json<Job>(`${job(id)}/retry`, { method: 'POST' }),
   extend: (id: string, stop: unknown) =>
     json<Job>(`${job(id)}/extend`, { method: 'POST', json: { stop } }),
   remove: async (id: string) => void (await call(job(id), { method: 'DELETE' })),

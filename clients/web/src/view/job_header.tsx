@@ -148,6 +148,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
       <ProgressLine job={job} />
       <div class="job-actions">
         {running &&
+          job.pause_reason !== 'storage_full' &&
           (job.state === 'paused' ? (
             <button
               type="button"
@@ -178,6 +179,17 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
             onClick={() => act(() => api.cancel(job.id))}
           >
             <Icon name="stop" /> Cancel
+          </button>
+        )}
+        {job.state === 'failed' && (
+          <button
+            type="button"
+            class="quiet"
+            disabled={busy}
+            data-testid="retry"
+            onClick={() => act(() => api.retry(job.id))}
+          >
+            <Icon name="play" /> Try again
           </button>
         )}
         {job.state === 'finished' && (

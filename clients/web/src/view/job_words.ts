@@ -24,6 +24,7 @@ const reasons: Record<string, string> = {
 };
 
 export function stateLabel(job: Job): string {
+  if (job.pause_reason === 'storage_full') return 'Paused: the disk of the server is full';
   const reason = job.state === 'finished' && job.stop_reason ? reasons[job.stop_reason] : null;
   return reason ? `${labels[job.state]}: ${reason}` : labels[job.state];
 }

@@ -8,6 +8,7 @@
 #include <fcntl.h>
 
 #include "server/jobs/job_service.h"
+#include "server/jobs/save_run.h"
 #include "server/observe/clock.h"
 
 namespace server {
@@ -214,7 +215,7 @@ void JobService::checkpoint(const JobPointer& job) {
   if (!run || job->memory_only() || run->task().finished()) {
     return;  // Whoever ended it saves it.
   }
-  if (const Status saved = run->save(false); !saved) {
+  if (const Status saved = save_run(*run, quota_, false, false); !saved) {
     metrics_.count(Counter::kCheckpointFailed);
     if (saved.error().code != ErrorCode::kNoSpace) {
       run->fail(saved.error());

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/jobs/job_service.h"
+#include "server/jobs/save_run.h"
 
 namespace server {
 
@@ -50,7 +51,7 @@ std::optional<std::string> JobService::too_large(const api::JobView& view) const
 void JobService::park(const JobPointer& job) {
   const auto run = job->run();
   if (run) {
-    if (const Status saved = run->save(false); !saved) {
+    if (const Status saved = save_run(*run, quota_, job->memory_only(), false); !saved) {
       log_.write(LogLevel::kError, "film_not_saved",
                  {{"job", job->id()}, {"detail", saved.error().message}});
       book_.keep(*job);  // The next job to be admitted asks again.

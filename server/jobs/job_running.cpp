@@ -9,6 +9,7 @@
 #include "core/render/render_task.h"
 #include "core/settings/registry.h"
 #include "server/jobs/job_service.h"
+#include "server/jobs/save_run.h"
 #include "server/observe/clock.h"
 
 namespace server {
@@ -287,11 +288,18 @@ void JobService::go_on_with_room() {
   if (!quota_.has_disk_room()) {
     return;
   }
+  const auto has_room = [this](const RenderRun& run) {
+    const auto space = disk_space(data_.path());
+    return !space || space->free_bytes + run.file_bytes() >= FilmFile::disk_bytes_max(*run.film());
+  };
   for (const JobPointer& job : book_.all()) {
     if (!job->waits_for_disk()) {
       continue;
     }
     const auto run = job->run();
+    if (run && !has_room(*run)) {
+      continue;
+    }
     if (run && run->take_end()) {
       settle(job, run);
       continue;
@@ -343,7 +351,7 @@ void JobService::finish(const JobPointer& job, const std::shared_ptr<RenderRun>&
     }
   };
   // On the disk first: who is told that a job has finished finds its film after a power loss, too.
-  if (const Status saved = run->save(true); !saved) {
+  if (const Status saved = save_run(*run, quota_, job->memory_only(), true); !saved) {
     not_stored(saved.error());
     return;
   }
@@ -381,7 +389,7 @@ void JobService::settle_cancelled(const JobPointer& job, const std::shared_ptr<R
     release(job);
     return;
   }
-  const Status saved = run->save(true);
+  const Status saved = save_run(*run, quota_, job->memory_only(), true);
   if (!saved) {
     log_.write(LogLevel::kError, "film_not_saved",
                {{"job", job->id()}, {"detail", saved.error().message}});

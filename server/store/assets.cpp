@@ -63,8 +63,9 @@ core::Result<Removal> plan_removal(Database& database, std::string_view id, cons
 
 core::Result<std::uint64_t> Assets::find(std::string_view id, const Access& access) {
   auto session = database_.session();
-  const std::string sql = std::string("SELECT bytes FROM assets WHERE id=?") +
-                          (access.sees_all() ? "" : std::string(" AND ") + kOfTenant);
+  std::string sql = "SELECT bytes FROM assets WHERE id=?";
+  sql += access.sees_all() ? "" : " AND ";
+  sql += access.sees_all() ? "" : kOfTenant;
   Statement select = session.prepare(sql.c_str());
   select.bind(id);
   if (!access.sees_all()) {

@@ -19,11 +19,12 @@ using core::Status;
 
 namespace {
 
+bool is_full(int number) { return number == ENOSPC || number == EDQUOT || number == EFBIG; }
+
 /// number: errno of the failed call, when SQLite knows only that it failed.
 Error sqlite_error(int code, const std::string& message, const std::string& path, int number = 0) {
   const int primary = code & 0xff;
-  const bool is_full = number == ENOSPC || number == EDQUOT || number == EFBIG;
-  if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && is_full)) {
+  if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && is_full(number))) {
     return Error{ErrorCode::kNoSpace, "the disk is full", path};
   }
   std::string words = "the database says: " + message;
@@ -69,6 +70,25 @@ Status check_not_cut(const std::string& path) {
     return sqlite_error(SQLITE_CORRUPT, "the file is cut short", path);
   }
   return core::ok_status();
+}
+
+/// errno of the failed call. SQLite forgets that of a write at once, but its files do not.
+int errno_of(sqlite3* db, int code) {
+  const int number = sqlite3_system_errno(db);
+  if (is_full(number) || code != SQLITE_IOERR_WRITE) {
+    return number;
+  }
+  for (const int which : {SQLITE_FCNTL_JOURNAL_POINTER, SQLITE_FCNTL_FILE_POINTER}) {
+    sqlite3_file* file = nullptr;
+    int last = 0;
+    if (sqlite3_file_control(db, "main", which, static_cast<void*>(&file)) == SQLITE_OK &&
+        file != nullptr && file->pMethods != nullptr &&
+        file->pMethods->xFileControl(file, SQLITE_FCNTL_LAST_ERRNO, &last) == SQLITE_OK &&
+        is_full(last)) {
+      return last;
+    }
+  }
+  return number;
 }
 
 }  // namespace
@@ -140,7 +160,7 @@ Status Statement::status() const {
   if (failure_ == SQLITE_OK) {
     return core::ok_status();
   }
-  return sqlite_error(failure_, message_, path_, sqlite3_system_errno(db_));
+  return sqlite_error(failure_, message_, path_, errno_of(db_, failure_));
 }
 
 std::int64_t Statement::integer(int column) const {
@@ -168,7 +188,7 @@ Status Database::Session::execute(const char* sql) {
   const int code = sqlite3_exec(db_->handle_, sql, nullptr, nullptr, nullptr);
   if (code != SQLITE_OK) {
     return sqlite_error(code, sqlite3_errmsg(db_->handle_), db_->path_,
-                        sqlite3_system_errno(db_->handle_));
+                        errno_of(db_->handle_, code));
   }
   return core::ok_status();
 }

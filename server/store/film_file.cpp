@@ -466,6 +466,7 @@ Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is
   if (!status) {
     tiles_ = before;
     versions_ = versions_before;
+    release_old_slots(film);  // On a full disk others need the room of what is of no use.
     return status;
   }
   sequence_ = sequence;
@@ -480,11 +481,10 @@ void FilmFile::release_old_slots(const core::Film& film) const {
   // Failure only costs disk space: not every file system can do it.
   for (int tile = 0; tile < film.tile_count(); ++tile) {
     const Tile& entry = tiles_[static_cast<std::size_t>(tile)];
-    if (entry.sequence != 0) {
-      static_cast<void>(::fallocate(fd_.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE,
-                                    static_cast<off_t>(layout.slot_offset(tile, 1 - entry.slot)),
-                                    static_cast<off_t>(layout.slot_bytes)));
-    }
+    const std::uint32_t unused = entry.sequence == 0 ? 0 : 1 - entry.slot;
+    static_cast<void>(::fallocate(fd_.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE,
+                                  static_cast<off_t>(layout.slot_offset(tile, unused)),
+                                  static_cast<off_t>(layout.slot_bytes)));
   }
 }
 

@@ -50,6 +50,9 @@ Status StorageQuota::Room::grow_to(std::uint64_t bytes) {
   if (bytes <= bytes_) {
     return core::ok_status();
   }
+  if (!quota_->has_disk_room()) {
+    return Error{ErrorCode::kNoSpace, "the disk is full", ""};
+  }
   const std::uint64_t more = bytes - bytes_;
   const core::MutexLock lock(quota_->mutex_);
   if (auto fits = quota_->check_tenant(*this, more); !fits) {

@@ -34,7 +34,7 @@ TEST(BlobStore, NamesContentByItsHash) {
   EXPECT_FALSE(stored->known);
   EXPECT_TRUE(store->put("abc")->known);
   EXPECT_EQ(**store->read(kAbc), test_support::bytes_of("abc"));
-  EXPECT_EQ(test_support::read_file(folder.file(std::string("ba/") + kAbc)), "abc");
+  EXPECT_EQ(test_support::read_file(folder.file("ba") + "/" + kAbc), "abc");
 }
 
 TEST(BlobStore, AnUploadOfAnotherHashLeavesNothing) {

@@ -492,6 +492,7 @@ class Job(TypedDict):
 
     id: str
     state: JobState
+    pause_reason: Literal["requested", "storage_full", None]
     stop_reason: Literal[
         "samples_per_pixel",
         "relative_error",
@@ -559,6 +560,7 @@ class StateEvent(TypedDict):
     """The state has changed."""
 
     state: JobState
+    pause_reason: Literal["requested", "storage_full", None]
     stop_reason: Literal[
         "samples_per_pixel",
         "relative_error",

@@ -608,6 +608,10 @@ export interface Job {
   /** UUID. */
   id: string;
   state: JobState;
+  /**
+   * Why it is paused; null: it is not. `storage_full`: it goes on by itself when the disk has room.
+   */
+  pause_reason: 'requested' | 'storage_full' | null;
   /** What ended the job; null before. */
   stop_reason:
     | 'samples_per_pixel'
@@ -687,6 +691,10 @@ export interface Ticket {
 /** The state has changed. */
 export interface StateEvent {
   state: JobState;
+  /**
+   * Why it is paused; null: it is not. `storage_full`: it goes on by itself when the disk has room.
+   */
+  pause_reason: 'requested' | 'storage_full' | null;
   /** What ended the job; null before. */
   stop_reason:
     | 'samples_per_pixel'

@@ -21,8 +21,8 @@
 #include "api/job_spec.h"
 #include "api/limits.h"
 #include "core/accel/arithmetic.h"
-#include "core/base/mutex.h"
 #include "server/about.h"
+#include "server/arrival.h"
 #include "server/guard.h"
 #include "server/http/http_server.h"
 #include "server/jobs/job_service.h"
@@ -99,29 +99,6 @@ void allow_open_files() {
     ::setrlimit(RLIMIT_NOFILE, &limit);
   }
 }
-
-/// Something that is awaited once.
-class Arrival {
- public:
-  void arrive() {
-    const core::MutexLock lock(mutex_);
-    has_come_ = true;
-    came_.notify_all();
-  }
-  bool has_come() const { return has_come_; }
-  /// False: it did not come in time.
-  bool wait(const std::stop_token& stop) {
-    constexpr std::chrono::seconds kPatience{20};  // As of who waits for memory (MemoryGate).
-    const core::MutexLock lock(mutex_);
-    came_.wait_for(mutex_, stop, kPatience, [this] { return has_come_.load(); });
-    return has_come_;
-  }
-
- private:
-  core::Mutex mutex_;
-  core::CondVar came_;
-  std::atomic<bool> has_come_ = false;
-};
 
 /// Everything that a running server is made of, in the order in which it is built and, backwards,
 /// taken apart.

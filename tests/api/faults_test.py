@@ -60,7 +60,8 @@ class FullDisk(unittest.TestCase):
         small = self.server.submit(job_body(samples=2048))["id"]
         large = job_body(samples=65536)
         large["film"] = {"width": 640, "height": 480, "layers": []}
-        paused = self.server.wait_until(self.server.submit(large)["id"], lambda job: job["state"] == "paused")
+        job = self.server.submit(large)["id"]
+        paused = self.server.wait_until(job, lambda now: now["state"] == "paused")
         self.assertEqual(paused["pause_reason"], "storage_full")
         self.assertEqual(self.server.wait(small)["state"], "finished")
         self.assertEqual(self.server.get("/readyz").status, 200)

@@ -1,4 +1,4 @@
-"""A disk that is full for a while: what is acknowledged is stored, and jobs go on when there is room."""
+"""A full disk: what is acknowledged is stored, and jobs go on when there is room."""
 
 import os
 import resource
@@ -15,7 +15,8 @@ BYTES = {"Content-Type": "application/octet-stream"}
 
 def body(samples, seed=0, width=256, height=192):
     wanted = job_body(samples=samples, seed=seed)
-    wanted["film"] = {"width": width, "height": height, "layers": []}  # 3 MB, twice that while it renders.
+    # 3 MB, twice that while it renders.
+    wanted["film"] = {"width": width, "height": height, "layers": []}
     return wanted
 
 
@@ -52,8 +53,8 @@ class SmallDisk(Full):
     def setUp(self):
         self.data = tempfile.mkdtemp(prefix="tessera-disk-")
         self.addCleanup(shutil.rmtree, self.data, ignore_errors=True)
-        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={self.BYTES}", "none", self.data],
-                                 capture_output=True, text=True, check=False)
+        mount = ["mount", "-t", "tmpfs", "-o", f"size={self.BYTES}", "none", self.data]
+        mounted = subprocess.run(mount, capture_output=True, text=True, check=False)
         if mounted.returncode != 0:
             self.skipTest("no file system can be mounted here: " + mounted.stderr.strip())
         self.addCleanup(subprocess.run, ["umount", "-l", self.data], check=False)
@@ -217,10 +218,12 @@ class Retry(unittest.TestCase):
         self.assertEqual(answer.status, 202, answer)
         queued = answer.json()
         self.assertIn(queued["state"], ("queued", "loading", "rendering"))
-        self.assertEqual((queued["failure"], queued["finished_at"], queued["stop_reason"]), (None,) * 3)
+        for member in ("failure", "finished_at", "stop_reason"):
+            self.assertIsNone(queued[member])
         done = self.server.wait(job)
         self.assertEqual((done["state"], done["film_digest"]), ("finished", calm["film_digest"]))
-        self.assertGreaterEqual(done["progress"]["elapsed_seconds"], failed["progress"]["elapsed_seconds"])
+        self.assertGreaterEqual(done["progress"]["elapsed_seconds"],
+                                failed["progress"]["elapsed_seconds"])
 
     def test_without_a_checkpoint_it_begins_anew(self):
         calm = self.server.render(body(8))
@@ -236,7 +239,8 @@ class Retry(unittest.TestCase):
         refused = self.server.post(f"/v1/jobs/{job}/retry")
         self.assertEqual(refused.status, 409, refused)
         self.assertIn("finished", refused.json()["detail"])
-        self.assertEqual(self.server.post("/v1/jobs/00000000-0000-4000-8000-000000000000/retry").status, 404)
+        unknown = "00000000-0000-4000-8000-000000000000"
+        self.assertEqual(self.server.post(f"/v1/jobs/{unknown}/retry").status, 404)
 
 
 class Damaged(unittest.TestCase):
@@ -244,7 +248,8 @@ class Damaged(unittest.TestCase):
         server = Server("--film-cache", "0")
         self.addCleanup(server.close)
         server.start()
-        for damage in (lambda path: os.truncate(path, 9000), lambda path: os.truncate(path, 0), os.remove):
+        for damage in (lambda path: os.truncate(path, 9000), lambda path: os.truncate(path, 0),
+                       os.remove):
             job = server.render(job_body())["id"]
             path = f"{server.data}/films/{job}.film"
             server.stop()
@@ -253,10 +258,12 @@ class Damaged(unittest.TestCase):
             server.start()
             for part in ("image.png", "pixels/0/0", "film"):
                 self.assertEqual(server.get(f"/v1/jobs/{job}/{part}").status, 410)
-            self.assertEqual(server.post(f"/v1/jobs/{job}/extend", {"stop": {"samples_per_pixel": 16}}).status, 409)
+            more = {"stop": {"samples_per_pixel": 16}}
+            self.assertEqual(server.post(f"/v1/jobs/{job}/extend", more).status, 409)
             told = server.job(job)
             self.assertEqual(told["state"], "finished")
-            self.assertEqual(len([each for each in told["warnings"] if "damaged" in each]), 1, told["warnings"])
+            damages = [each for each in told["warnings"] if "damaged" in each]
+            self.assertEqual(len(damages), 1, told["warnings"])
             self.assertIn('"film_damaged"', server.log_text())
             self.assertEqual(os.path.exists(path) and os.path.getsize(path), size)
             self.assertEqual(server.request("DELETE", f"/v1/jobs/{job}").status, 204)

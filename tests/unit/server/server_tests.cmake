@@ -6,6 +6,7 @@ set(SERVER_TEST_SOURCES
   event_log_test.cpp
   event_stream_test.cpp
   film_file_test.cpp
+  full_disk_test.cpp
   guard_test.cpp
   job_book_test.cpp
   job_memory_test.cpp

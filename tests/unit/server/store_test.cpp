@@ -471,20 +471,6 @@ TEST(StoreFile, ACutDatabaseIsRefusedOrReadsAsItWas) {
   }
 }
 
-TEST(StoreFile, TheReserveIsSpaceThatIsGivenUpAndTakenAgain) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("reserve");
-  server::DiskReserve reserve(path);
-  EXPECT_FALSE(reserve.is_taken());
-  ASSERT_TRUE(reserve.take());
-  EXPECT_GT(std::filesystem::file_size(path), 0U);
-  EXPECT_TRUE(reserve.give_up());
-  EXPECT_FALSE(reserve.is_taken());
-  EXPECT_EQ(std::filesystem::file_size(path), 0U);
-  EXPECT_FALSE(reserve.give_up());
-  EXPECT_TRUE(reserve.take());
-}
-
 TEST(DataDir, ASecondServerIsKeptOutAndTold) {
   const TemporaryFolder folder;
   auto first = server::DataDir::open(folder.file("data"));

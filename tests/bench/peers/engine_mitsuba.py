@@ -1,0 +1,211 @@
+"""Mitsuba 3, its LLVM wavefront, by the Python package. `variant` is the sampler: multijitter or
+independent."""
+
+import math
+
+import drjit as dr
+import gltf
+import mitsuba as mi
+import numpy as np
+
+mi.set_variant("llvm_ad_rgb")
+
+
+class Engine:
+    def __init__(self, job):
+        dr.set_thread_count(job["threads"])
+        self.version = f"Mitsuba {mi.__version__} llvm_ad_rgb, {job['variant']}"
+        self.source = gltf.read(job["scene"])
+        self.materials = [self.material(m) for m in self.source.materials]
+        scene = {
+            "type": "scene",
+            # A path of one scattering event is Mitsuba's depth 2. Hidden behaviour: roulette from
+            # depth 5 on.
+            "integrator": {"type": "path", "max_depth": job["depth"] + 1},
+            "sensor": {
+                "type": "perspective",
+                "fov_axis": "y",
+                "fov": math.degrees(self.source.vertical_fov),
+                # Mitsuba's cameras look along +z.
+                "to_world": mi.ScalarTransform4f(self.source.camera @ np.diag([-1.0, 1, -1, 1])),
+                "near_clip": 1e-3,
+                "far_clip": 1e5,
+                "film": {
+                    "type": "hdrfilm",
+                    "width": job["width"],
+                    "height": job["height"],
+                    "pixel_format": "rgb",
+                    "component_format": "float32",
+                    "rfilter": {"type": "box"},
+                },
+                "sampler": {"type": job["variant"]},
+            },
+        }
+        if job["environment"]:
+            # Row 0 on top and the picture's centre at +x: Mitsuba has its centre at +z.
+            scene["environment"] = {"type": "envmap", "filename": job["environment"],
+                                    "to_world": mi.ScalarTransform4f().rotate([0, 1, 0], 90)}
+        elif job["sky"]:
+            scene["environment"] = {
+                "type": "constant",
+                "radiance": {"type": "rgb", "value": job["sky"]},
+            }
+        for i, light in enumerate(self.source.lights):
+            scene[f"light{i}"] = self.light(light)
+        scene.update(self.shapes())
+        self.scene = mi.load_dict(scene)
+
+    def render(self, samples, seed):
+        picture = np.array(mi.render(self.scene, spp=samples, seed=seed))
+        taken = self.scene.sensors()[0].sampler().sample_count()
+        if taken != samples:
+            raise ValueError(f"the sampler takes {taken} samples a pixel for {samples}")
+        return picture
+
+    def texture(self, image, color, channel=None, is_color=True):
+        """An image times a colour; one channel of it as a number."""
+        bitmap = mi.Bitmap(mi.MemoryStream(self.source.images[image]))
+        has_gamma = is_color and channel is None
+        values = np.array(
+            bitmap.convert(
+                component_format=mi.Struct.Type.Float32,
+                srgb_gamma=False,
+                pixel_format=mi.Bitmap.PixelFormat.RGBA,
+            )
+            if has_gamma
+            else bitmap.convert(
+                mi.Bitmap.PixelFormat.RGBA, bitmap.component_format(), bitmap.srgb_gamma()
+            )
+        )
+        if values.dtype != np.float32:
+            values = values.astype(np.float32) / np.iinfo(values.dtype).max
+        values = values[..., :3] if channel is None else values[..., channel:channel + 1]
+        values = np.ascontiguousarray(values * np.asarray(color, np.float32))
+        return {"type": "bitmap", "data": mi.TensorXf(values), "raw": True,
+                "to_uv": mi.ScalarTransform3f().scale([1, -1])}
+
+    def color(self, image, color):
+        if image is None:
+            return {"type": "rgb", "value": list(color)}
+        return self.texture(image, color)
+
+    def number(self, image, factor, channel):
+        return factor if image is None else self.texture(image, [factor], channel)
+
+    def material(self, m):
+        base = self.color(m.base_color_texture, m.base_color)
+        if m.transmission == 1 and m.metallic == 0:
+            kind = {"type": "dielectric"} if m.roughness == 0 else {
+                "type": "roughdielectric", "distribution": "ggx", "alpha": m.roughness ** 2}
+            return {**kind, "int_ior": m.ior, "specular_transmittance": base}
+        if m.is_lambertian and m.metallic_roughness_texture is None:
+            bsdf = {"type": "diffuse", "reflectance": base}
+        else:
+            image = m.metallic_roughness_texture
+            bsdf = {
+                "type": "principled",
+                "base_color": base,
+                "metallic": self.number(image, m.metallic, 2),
+                "roughness": self.number(image, m.roughness, 1),
+                "spec_trans": float(m.transmission),
+            }
+            if m.ior == 1.5:
+                bsdf["specular"] = 0.5 * m.specular
+            else:
+                bsdf["eta"] = m.ior
+        if m.normal_texture is not None:
+            if m.normal_scale != 1:
+                raise gltf.Unsupported("a scale of the normal texture")
+            bsdf = {"type": "normalmap", "bsdf": bsdf,
+                    "normalmap": self.texture(m.normal_texture, [1, 1, 1], is_color=False)}
+        if m.transmission == 0:
+            bsdf = {"type": "twosided", "bsdf": bsdf}
+        if m.alpha_mode != "OPAQUE":
+            opacity = self.number(m.base_color_texture, m.alpha, 3)
+            if m.alpha_mode == "MASK":
+                if m.base_color_texture is None:
+                    opacity = float(m.alpha >= m.alpha_cutoff)
+                else:
+                    values = np.array(opacity["data"]) >= m.alpha_cutoff
+                    opacity["data"] = mi.TensorXf(values.astype(np.float32))
+            bsdf = {"type": "mask", "bsdf": bsdf, "opacity": opacity}
+        return bsdf
+
+    def light(self, light):
+        power = {"type": "rgb", "value": list(light.radiance)}
+        # glTF's lights shine along -z, Mitsuba's along +z.
+        matrix = mi.ScalarTransform4f(light.to_world @ np.diag([-1.0, 1, -1, 1]))
+        if light.kind == "point":
+            return {"type": "point", "position": light.to_world[:3, 3].tolist(), "intensity": power}
+        if light.kind == "directional":
+            return {
+                "type": "directional",
+                "direction": (-light.to_world[:3, 2]).tolist(),
+                "irradiance": power,
+            }
+        return {
+            "type": "spot",
+            "intensity": power,
+            "to_world": matrix,
+            "cutoff_angle": math.degrees(light.outer),
+            "beam_width": math.degrees(light.inner),
+        }
+
+    def shapes(self):
+        """Meshes used once stand in the world; those used again and again become instances, unless
+        they shine."""
+        source, uses = self.source, {}
+        for mesh, matrix in source.instances:
+            uses.setdefault(mesh, []).append(matrix)
+        bsdfs, out = [mi.load_dict(m) for m in self.materials], {}
+        for mesh, matrices in uses.items():
+            primitives = source.meshes[mesh]
+            shining = any(source.materials[p.material].is_emissive for p in primitives)
+            if len(matrices) == 1 or shining:
+                for i, matrix in enumerate(matrices):
+                    for k, primitive in enumerate(primitives):
+                        out[f"mesh{mesh}_{i}_{k}"] = self.mesh(primitive, matrix, bsdfs)
+                continue
+            group = {"type": "shapegroup"}
+            for k, primitive in enumerate(primitives):
+                group[f"part{k}"] = self.mesh(primitive, np.eye(4), bsdfs)
+            group = mi.load_dict(group)
+            for i, matrix in enumerate(matrices):
+                out[f"mesh{mesh}_{i}"] = {"type": "instance", "group": group,
+                                          "to_world": mi.ScalarTransform4f(matrix)}
+        return out
+
+    def mesh(self, primitive, matrix, bsdfs):
+        material = self.source.materials[primitive.material]
+        properties = mi.Properties()
+        properties["bsdf"] = bsdfs[primitive.material]
+        if material.is_emissive:
+            properties["emitter"] = mi.load_dict(
+                {
+                    "type": "area",
+                    "radiance": self.color(material.emissive_texture, material.emission),
+                }
+            )
+        positions = primitive.positions @ matrix[:3, :3].T + matrix[:3, 3]
+        indices = primitive.indices
+        if np.linalg.det(matrix[:3, :3]) < 0:
+            indices = indices[:, ::-1]
+        mesh = mi.Mesh(
+            "mesh",
+            len(positions),
+            len(indices),
+            properties,
+            primitive.normals is not None,
+            primitive.uv is not None,
+        )
+        values = mi.traverse(mesh)
+        values["vertex_positions"] = np.ascontiguousarray(positions, np.float32).ravel()
+        values["faces"] = np.ascontiguousarray(indices, np.uint32).ravel()
+        if primitive.normals is not None:
+            normals = primitive.normals @ np.linalg.inv(matrix[:3, :3])
+            normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
+            values["vertex_normals"] = np.ascontiguousarray(normals, np.float32).ravel()
+        if primitive.uv is not None:
+            values["vertex_texcoords"] = np.ascontiguousarray(primitive.uv, np.float32).ravel()
+        values.update()
+        return mesh

@@ -1,0 +1,116 @@
+"""Errors of pictures, and intervals of what repeated runs say."""
+import math
+import statistics
+
+import numpy as np
+
+# As in the comparisons of the API: relMSE is the mean of (a - b)^2 / (b^2 + 0.01).
+REGULARIZER = 0.01
+WORST_SHARE = 0.001
+
+# Student's t, 97.5 % quantile, for 1 to 30 degrees of freedom (NIST/SEMATECH e-Handbook,
+# 1.3.6.7.2); beyond: normal.
+T_QUANTILES = (
+    12.706,
+    4.303,
+    3.182,
+    2.776,
+    2.571,
+    2.447,
+    2.365,
+    2.306,
+    2.262,
+    2.228,
+    2.201,
+    2.179,
+    2.160,
+    2.145,
+    2.131,
+    2.120,
+    2.110,
+    2.101,
+    2.093,
+    2.086,
+    2.080,
+    2.074,
+    2.069,
+    2.064,
+    2.060,
+    2.056,
+    2.052,
+    2.048,
+    2.045,
+    2.042,
+)
+
+
+def interval(values):
+    """Mean and the half width of its 95 % interval; of a single value the half width is not
+    known."""
+    values = [float(v) for v in values]
+    mean = statistics.fmean(values)
+    freedom = len(values) - 1
+    if freedom < 1:
+        return mean, math.nan
+    quantile = T_QUANTILES[freedom - 1] if freedom <= len(T_QUANTILES) else 1.960
+    return mean, quantile * statistics.stdev(values) / math.sqrt(len(values))
+
+
+def ratio_interval(over, under):
+    """Geometric mean of over[i] / under[i] with its 95 % interval, for runs made side by side.
+
+    Not known (nan) when a value is not above 0, as an error can be that is below the noise of its
+    reference.
+    """
+    if min(*over, *under) <= 0:
+        return math.nan, math.nan, math.nan
+    mean, half = interval([math.log(a / b) for a, b in zip(over, under, strict=True)])
+    return math.exp(mean), math.exp(mean - half), math.exp(mean + half)
+
+
+class Reference:
+    """The mean of several long renders with its own variance, which is taken off the errors against
+    it."""
+
+    def __init__(self, pictures):
+        stack = np.asarray(pictures, dtype=np.float64)
+        self.mean = stack.mean(axis=0)
+        self.variance = (stack.var(axis=0, ddof=1) / len(stack) if len(stack) > 1
+                         else np.zeros_like(self.mean))
+
+    def pixel_errors(self, picture, weight=None):
+        """Relative squared error of each pixel, without the share of this reference's noise.
+
+        weight: the picture whose brightness errors are relative to; itself unless given.
+        """
+        bright = self.mean if weight is None else weight
+        error = (np.asarray(picture, dtype=np.float64) - self.mean) ** 2 - self.variance
+        return (error / (bright ** 2 + REGULARIZER)).mean(axis=-1)
+
+    def brightness(self):
+        """Mean over the picture, and its standard error."""
+        return float(self.mean.mean()), float(np.sqrt(self.variance.sum()) / self.variance.size)
+
+
+def relative_mse(errors):
+    return float(np.mean(errors))
+
+
+def without_worst(errors):
+    """The mean without the worst 0.1 % of pixels."""
+    flat = np.sort(np.asarray(errors).ravel())
+    return float(flat[:len(flat) - math.ceil(WORST_SHARE * len(flat))].mean())
+
+
+def difference(a, b):
+    """Relative mean square of what two references differ by beyond the noise of both, and its
+    standard error."""
+    if a is b:
+        return 0.0, 0.0
+    error = ((a.mean - b.mean) ** 2 - a.variance - b.variance) / (b.mean ** 2 + REGULARIZER)
+    return float(error.mean()), float(error.std() / math.sqrt(error.size))
+
+
+def efficiency(error, cpu_seconds, threads):
+    """1 / (V T), T being the seconds that the CPU time is when all threads work."""
+    return threads / (error * cpu_seconds) if error > 0 and cpu_seconds > 0 else math.nan

@@ -13,6 +13,8 @@ void write_jobs(MetricsText& text, const RouteContext& context) {
   text.gauge("tessera_queue_limit_jobs", "Above it submissions are refused.",
              context.config.queue_max);
   text.gauge("tessera_rendering_jobs", "Jobs that get slices.", counts.rendering);
+  text.gauge("tessera_jobs_without_room", "Jobs that are paused until the disk has room.",
+             context.jobs.jobs_without_room());
   text.gauge("tessera_render_threads", "Threads that render.", context.jobs.threads());
   text.counter("tessera_render_cpu_seconds_total", "CPU time of all slices.", counts.cpu_seconds);
   text.counter("tessera_rays_total", "Rays traced since the process began.",

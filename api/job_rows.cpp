@@ -70,7 +70,7 @@ const auto& environment_table() {
           {-36000, 36000}, "Positive turns it counter-clockwise seen from above."),
       flag(
           "visible", [](auto& s) -> auto& { return s.environment.visible; },
-          "False: it lights the scene, but the background is transparent."),
+          "If false, the environment lights the scene but the background is transparent."),
   };
   return kTable;
 }
@@ -138,10 +138,10 @@ void print_environment(const JobSpec& spec, Json& object) {
 }
 
 Json environment_schema(const JobSpec& defaults) {
-  Json schema = object_schema(
-      environment_table(), defaults,
-      "Light from far away, added to the scene's own. Null: black. Absent: white, unless the scene "
-      "has a punctual light or an emissive strength above 1.");
+  Json schema = object_schema(environment_table(), defaults,
+                              "Distant environment lighting, added to the scene's lights. Null: "
+                              "black. Absent: white, unless the scene "
+                              "has a punctual light or an emissive strength above 1.");
   schema["type"] = {"object", "null"};
   return schema;
 }
@@ -190,11 +190,11 @@ const auto& webhook_table() {
   static constexpr auto kTable = std::tuple{
       required_text(
           "url", [](auto& s) -> auto& { return s.url; }, {1, limits::kWebhookUrlCharacters},
-          "http or https; gets a POST for each event, signed as Standard Webhooks do."),
+          "http or https; receives a signed POST (Standard Webhooks) for each event."),
       CustomRow<Webhook>{"events", &read_webhook_events,
                          [](const Webhook& s, Json& object) { object["events"] = s.events; },
                          [](const Webhook& defaults) {
-                           Json schema = basic_schema("array", "What is told.");
+                           Json schema = basic_schema("array", "Events to send.");
                            schema["items"] = {{"type", "string"}, {"enum", kWebhookEvents}};
                            schema["minItems"] = 1;
                            schema["default"] = defaults.events;
@@ -223,7 +223,7 @@ void print_webhook(const JobSpec& spec, Json& object) {
 }
 
 Json webhook_schema(const JobSpec& /*defaults*/) {
-  Json schema = object_schema(webhook_table(), Webhook{}, "Whom to tell of the job's events.");
+  Json schema = object_schema(webhook_table(), Webhook{}, "Webhook to notify.");
   schema["type"] = {"object", "null"};
   schema["default"] = nullptr;
   return schema;

@@ -30,7 +30,7 @@ std::span<const core::NamedValue<JobClass>> classes() { return kClasses; }
 constexpr auto camera_row() {
   return nested(
       "camera", [](auto& s) -> auto& { return s.camera; },
-      "Null members are the file camera's own values, chosen by name or index, else the first.",
+      "Null members keep the value of the file's camera, chosen by name or index, else the first.",
       text(
           "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
           "Camera of the file by name."),
@@ -39,7 +39,8 @@ constexpr auto camera_row() {
           "Camera of the file by index; not together with name."),
       triple(
           "position", [](auto& s) -> auto& { return s.position; }, kCoordinate,
-          "Eye, metres, world. Comes with target; together they replace the file's pose."),
+          "Camera position in world space, metres. Comes with target; together they replace the "
+          "file's pose."),
       triple(
           "target", [](auto& s) -> auto& { return s.target; }, kCoordinate,
           "Point that the camera looks at, metres, world."),
@@ -203,14 +204,14 @@ const auto& table() {
           "Id from POST /v1/scenes, or the name of a built-in scene."),
       text(
           "name", [](auto& s) -> auto& { return s.name; }, {0, limits::kNameCharacters},
-          "For people."),
+          "Display name."),
       CustomRow<JobSpec>{"labels", &read_labels, &print_labels, &labels_schema},
       number(
           "priority", [](auto& s) -> auto& { return s.priority; },
           {-limits::kPriority, limits::kPriority}, "Higher is served first."),
       number(
           "seed", [](auto& s) -> auto& { return s.render.seed; }, {0, limits::kSeed},
-          "Every random number of the job is a function of it."),
+          "Seed for all random numbers in the job."),
       camera_row(),
       text(
           "variant", [](auto& s) -> auto& { return s.variant; }, {1, limits::kNameCharacters},

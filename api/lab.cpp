@@ -124,14 +124,13 @@ const auto& table() {
           [](const LabRequest&) {
             return basic_schema("string", "One of the experiment's; its own default when absent.");
           }},
-      CustomRow<LabRequest>{
-          "sampler", &read_sampler, &print_nothing,
-          [](const LabRequest&) {
-            return basic_schema(
-                "string",
-                "Of the registry, as far as the experiment takes it; its own default "
-                "when absent.");
-          }},
+      CustomRow<LabRequest>{"sampler", &read_sampler, &print_nothing,
+                            [](const LabRequest&) {
+                              return basic_schema(
+                                  "string",
+                                  "Sampler to use, if the experiment supports it; its own default "
+                                  "when absent.");
+                            }},
       CustomRow<LabRequest>{
           "n", &read_n, &print_nothing,
           [](const LabRequest&) {
@@ -150,7 +149,7 @@ const auto& table() {
           "Independent repetitions, which the errors are measured from."),
       number(
           "seed", [](auto& s) -> auto& { return s.options.seed; }, {0, limits::kSeed},
-          "The same seed gives the same numbers, times excepted."),
+          "Random seed; the same seed gives identical results, except for timings."),
       CustomRow<LabRequest>{"params", &read_parameters, &print_nothing,
                             [](const LabRequest&) {
                               Json schema =

@@ -199,15 +199,15 @@ Json tags() {
     const char* doc;
   };
   constexpr std::array kTags = {
-      Tag{"Jobs", "Pictures in the making."},
-      Tag{"Results", "Pictures, pixels, errors."},
-      Tag{"Streams", "What happens, as it happens."},
+      Tag{"Jobs", "Submit, monitor and manage render jobs."},
+      Tag{"Results", "Images, pixel values and error estimates."},
+      Tag{"Streams", "Live events and tiles."},
       Tag{"Scenes", "glTF scenes, loaded and checked."},
-      Tag{"Assets", "Files by the hash of their content."},
+      Tag{"Assets", "Content-addressed file storage."},
       Tag{"Service", "The server itself."},
       Tag{"Webhooks", "Calls that jobs make when something happens."},
       Tag{"Keys", "Who may ask, and what tenants use."},
-      Tag{"Laboratory", "Estimators on the bench."},
+      Tag{"Laboratory", "Monte Carlo experiments."},
   };
   Json list = Json::array();
   for (const Tag& tag : kTags) {

@@ -110,9 +110,9 @@ constexpr std::array kDocumentAnswer = {ResponseRow{200, "The document.", kAnyJs
                                         ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kPageAnswer = {ResponseRow{200, "The page.", kHtml},
                                     ResponseRow{304, "Unchanged.", kNothing}};
-constexpr std::array kServerAnswer = {ResponseRow{200, "What this server can do.", kServer}};
+constexpr std::array kServerAnswer = {ResponseRow{200, "Server capabilities.", kServer}};
 constexpr std::array kAssetMade = {ResponseRow{201, "Stored.", kAsset},
-                                   ResponseRow{200, "It was known already.", kAsset}};
+                                   ResponseRow{200, "Already stored.", kAsset}};
 constexpr std::array kAssetContent = {ResponseRow{200, "The bytes.", kBytes},
                                       ResponseRow{206, "Part of the bytes.", kBytes},
                                       ResponseRow{304, "Unchanged.", kNothing}};
@@ -120,7 +120,7 @@ constexpr std::array kGone = {ResponseRow{204, "Deleted.", kNothing}};
 constexpr std::array kSessionMade = {ResponseRow{204, "`Set-Cookie` has the session.", kNothing}};
 constexpr std::array kSessionEnded = {ResponseRow{204, "There is no session now.", kNothing}};
 constexpr std::array kSceneMade = {ResponseRow{201, "Loaded and stored.", kScene},
-                                   ResponseRow{200, "It was known already.", kScene}};
+                                   ResponseRow{200, "Already stored.", kScene}};
 constexpr std::array kSceneListAnswer = {ResponseRow{200, "Scenes, newest first.", kSceneList}};
 constexpr std::array kSceneAnswer = {ResponseRow{200, "The scene.", kScene}};
 constexpr std::array kGlbAnswer = {ResponseRow{200, "The scene as GLB.", kGlb}};
@@ -132,7 +132,7 @@ constexpr std::array kJobListAnswer = {ResponseRow{200, "Jobs, newest first.", k
 constexpr std::array kJobAnswer = {ResponseRow{200, "The job.", kJob},
                                    ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kJobChanged = {ResponseRow{200, "The job as it is now.", kJob}};
-constexpr std::array kJobExtended = {ResponseRow{202, "It goes on.", kJob}};
+constexpr std::array kJobExtended = {ResponseRow{202, "The job resumes.", kJob}};
 constexpr std::array kJobRetried = {ResponseRow{202, "It is queued again.", kJob}};
 constexpr std::array kImageAnswer = {ResponseRow{200, "The picture.", kImages},
                                      ResponseRow{304, "Unchanged.", kNothing}};
@@ -201,11 +201,11 @@ constexpr Contents kNoBody = {};
 constexpr std::span<const int> kNoProblems = {};
 
 constexpr std::array kOperations = {
-    Operation{"getLiveness", "GET", "/livez", "Service", "Is the process alive?",
+    Operation{"getLiveness", "GET", "/livez", "Service", "Liveness check.",
               "Answers while everything else is busy.", "", kNoHeaders, kNoBody, kTextAnswer,
               kNoProblems, true},
     Operation{
-        "getReadiness", "GET", "/readyz", "Service", "Can it take work?",
+        "getReadiness", "GET", "/readyz", "Service", "Readiness check.",
         "503 while it starts or stops. A line `storage_full: ...` follows while the disk is "
         "full: what needs room is refused with 507, rendering jobs pause, and all else works.",
         "", kNoHeaders, kNoBody, kReadyAnswer, kNoProblems, true},
@@ -226,7 +226,7 @@ constexpr std::array kOperations = {
         "", kNoHeaders, kNoBody, kSessionMade, kSessionProblems, true},
     Operation{"deleteSession", "DELETE", "/v1/session", "Service", "End the session of the cookie.",
               "", "", kNoHeaders, kNoBody, kSessionEnded, kNoProblems, true},
-    Operation{"getServer", "GET", "/v1/server", "Service", "What this server can do.",
+    Operation{"getServer", "GET", "/v1/server", "Service", "Server capabilities.",
               "Version, build, limits, and every name that a job may use.", "read", kNoHeaders,
               kNoBody, kServerAnswer, kNoProblems, true},
     Operation{"getDrain", "GET", "/v1/drain", "Service", "Is the server being drained?", "",
@@ -244,7 +244,7 @@ constexpr std::array kOperations = {
               "422 when the content has another hash.", "write", kNoHeaders, kBytes, kAssetMade,
               kPutProblems, true},
     Operation{"getAsset", "GET", "/v1/assets/{sha256}", "Assets", "Download a file.",
-              "Never changes; may be cached for ever.", "read", kFileHeaders, kNoBody,
+              "Immutable; may be cached indefinitely.", "read", kFileHeaders, kNoBody,
               kAssetContent, kContentProblems, true},
     Operation{"deleteAsset", "DELETE", "/v1/assets/{sha256}", "Assets", "Delete a file.",
               "409 while a scene or job uses it.", "write", kNoHeaders, kNoBody, kGone,
@@ -270,12 +270,12 @@ constexpr std::array kOperations = {
               "Only `scene` is required. Unknown members are refused.", "write", kSubmitHeaders,
               kJobBodies, kJobMade, kSubmitProblems, true, &submit_parameters},
     Operation{
-        "putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job under an id of one's own.",
+        "putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job with a client-chosen id.",
         "The id is a UUID. Again with the same body: 200, and no second job; with another: 409.",
         "write", kNoHeaders, kJobRequest, kJobPut, kSubmitProblems, true},
     Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kNoHeaders, kNoBody,
               kJobListAnswer, k400, true, &job_list_parameters},
-    Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Look at a job, or wait for it.", "",
+    Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Get a job, or wait for it to finish.", "",
               "read", kConditional, kNoBody, kJobAnswer, k404_422, true, &wait_parameters},
     Operation{"patchJob", "PATCH", "/v1/jobs/{id}", "Jobs", "Change a job.",
               "A merge patch (RFC 7396) of priority, labels, name, stop and paused.", "write",
@@ -287,12 +287,13 @@ constexpr std::array kOperations = {
               "It goes on from its last whole checkpoint, or begins anew where there is none. 409 "
               "for a job that has not failed, or whose scene was deleted.",
               "write", kNoHeaders, kNoBody, kJobRetried, kRetryProblems, true},
-    Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Let a finished job go on.", "",
+    Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Extend a finished job.", "",
               "write", kNoHeaders, kExtend, kJobExtended, kExtendProblems, true},
-    Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Forget a job and its files.",
+    Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Delete a job and its files.",
               "409 while it runs.", "write", kNoHeaders, kNoBody, kGone, kDeleteProblems, true},
     Operation{
-        "getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results", "The picture so far.",
+        "getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results",
+        "Get the rendered image (partial while the job is running).",
         "The format follows from the extension (png, jpg, webp, exr, hdr, tif) or from Accept.",
         "read", kConditional, kNoBody, kImageAnswer, kImageProblems, true, &image_parameters},
     Operation{"getPixel", "GET", "/v1/jobs/{id}/pixels/{x}/{y}", "Results",
@@ -301,7 +302,8 @@ constexpr std::array kOperations = {
     Operation{"getConvergence", "GET", "/v1/jobs/{id}/convergence", "Results",
               "Error over samples and time.", "", "read", kNoHeaders, kNoBody, kConvergenceAnswer,
               k404, true},
-    Operation{"getFilm", "GET", "/v1/jobs/{id}/film", "Results", "The raw sums.",
+    Operation{"getFilm", "GET", "/v1/jobs/{id}/film", "Results",
+              "Download the film (raw sample sums).",
               "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and "
               "text, u32 bytes of the text, "
               "u32 ranges, u32 flags (1: auxiliary values; 2: errors of neighbours are "
@@ -317,7 +319,7 @@ constexpr std::array kOperations = {
               "count; with flag 1 for each pixel "
               "f32 albedo, normal, depth, u32 hits. Last the sha256 (hex) of everything before.",
               "read", kFileHeaders, kNoBody, kFilmAnswer, kFilmProblems, true},
-    Operation{"mergeFilms", "POST", "/v1/films/merge", "Results", "Add up films.",
+    Operation{"mergeFilms", "POST", "/v1/films/merge", "Results", "Merge films.",
               "Films of jobs that have ended, or film files that were uploaded as assets. Their "
               "jobs may differ in seed, "
               "replicates, stop rules and names only (422). Samples in common are refused (409). "
@@ -337,12 +339,12 @@ constexpr std::array kOperations = {
               kWatchAnswer, k404_422, true, &events_parameters},
     Operation{
         "createStreamTicket", "POST", "/v1/stream-tickets", "Streams",
-        "Leave to watch jobs for a minute.",
+        "Create a short-lived stream ticket (valid for one minute).",
         "Added as `?ticket=` to events, tiles or image, it stands for the key, which pages cannot "
         "send with an EventSource or a picture.",
         "read", kNoHeaders, kTicketRequest, kTicketMade, kTicketProblems, true},
     Operation{
-        "streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Receive the tiles.",
+        "streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Stream tiles.",
         "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, "
         "height, "
         "u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32, r g b, "
@@ -361,11 +363,10 @@ constexpr std::array kOperations = {
               "errors, pooled over 3 x 3 pixels. Both take the "
               "two for independent: jobs with a seed in common are not.",
               "write", kNoHeaders, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
-    Operation{"getComparison", "GET", "/v1/comparisons/{id}", "Results",
-              "A comparison that was made.", "", "read", kNoHeaders, kNoBody, kComparisonKept, k404,
-              true},
+    Operation{"getComparison", "GET", "/v1/comparisons/{id}", "Results", "Get a comparison.", "",
+              "read", kNoHeaders, kNoBody, kComparisonKept, k404, true},
     Operation{"getComparisonMap", "GET", "/v1/comparisons/{id}/{map}", "Results",
-              "A map of a comparison.",
+              "Get a comparison image (difference, z or FLIP).",
               "`difference.png`: blue where a is darker, red where it is brighter; the root of |a "
               "- b| / sqrt(b^2 + 0.01). "
               "`z.png`: the same colours from -5 to 5 standard errors. `flip.png`: 0 black to 1 "

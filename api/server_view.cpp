@@ -209,7 +209,7 @@ const View<ServerView>& server_view() {
   static const Json kTypes = shape::list(type_info_view().shape());
   static const View<Server> kView = {
       "Server",
-      "What this server can do.",
+      "Server capabilities.",
       {{"version", shape::text(), [](const Server& s) -> Json { return s.version; }},
        {"build", build_view().shape(), [](const Server& s) { return build_view().print(s.build); }},
        {"limits", shape::map(shape::integer(), "Every maximum by name."), &limits_json},

@@ -105,7 +105,7 @@ class Rows {
 void add_flags(CLI::App& app, Config& config) {
   const Rows row(app);
   row("listen", config.listen, "ADDRESS",
-      "Address to listen on. Any other than loopback needs a key.");
+      "Address to listen on. Non-local addresses require a key.");
   row("port", config.port, "N", "Port; 0 takes a free one.")->check(flags::within(0, 65535));
   row("data", config.data_dir, "DIR",
       "Where jobs, assets and films live ($XDG_DATA_HOME/tessera).");
@@ -114,7 +114,7 @@ void add_flags(CLI::App& app, Config& config) {
   row("isa", config.isa, "NAME",
       "Instruction set Embree is held to: native, sse2, sse4.2, avx, avx2, avx512.");
   row("key", config.key, kSecret,
-      "Key that every request must bring; without one only loopback is served.");
+      "Access key required on every request. Without a key, only local connections are accepted.");
   row("key-file", config.key_file, "FILE", "File whose first line is the key of --key.");
   row.off("shared", config.shared, "Keys see and change what the keys of other tenants made.");
   row("metrics-key", config.metrics_key, kSecret,
@@ -178,7 +178,7 @@ void add_flags(CLI::App& app, Config& config) {
       "Experiments at a time of each tenant; 0 is no limit.")
       ->check(flags::within(0, 64));
   row("audit-log", config.audit_log, "FILE",
-      "Who changed what, and who was refused: lines to this file instead of the log.");
+      "Write the audit log (changes and refused requests) to FILE instead of the main log.");
   row("webhook-secret", config.webhook_secret, kSecret,
       "whsec_ and base64: signs webhooks (made in the data directory).");
   row.off("webhook-private", config.webhook_private,
@@ -189,12 +189,12 @@ void add_flags(CLI::App& app, Config& config) {
       "Certificate chain (PEM); with --tls-key the server speaks https.");
   row("tls-key", config.tls_key, "FILE", "Private key of the certificate (PEM).");
   row("announce", config.announce, "URL",
-      "Address to print for the page, where users know it by another than ours.")
+      "Public URL to print, if it differs from the listen address.")
       ->configurable(false);
   row("config", config.config_file, "FILE",
       "File with a line `flag = value` for each flag; variables and flags win.")
       ->configurable(false);
-  row.off("print-config", config.print_config, "Print the configuration in force and end.")
+  row.off("print-config", config.print_config, "Print the effective configuration and exit.")
       ->configurable(false);
 }
 

@@ -124,7 +124,7 @@ core::Status fetch_picture(ApiClient& client, const std::string& path, const Pic
 
 int fetch(const Args& args) {
   CLI::App app(
-      "Downloads the picture of a job, as far as it is, or the film of one that has ended.",
+      "Downloads a job's image (partial if still rendering), or the film of a finished job.",
       "tessera fetch");
   ServerFlags server;
   std::string id = "latest";
@@ -145,7 +145,7 @@ int fetch(const Args& args) {
       ->type_name("STOPS");
   app.add_option("--tonemap", query.tone_map, "srgb linear aces agx khronos-neutral; as --exposure")
       ->type_name("T");
-  app.add_flag("--film", film, "The raw sums, for `merge`; any name")
+  app.add_flag("--film", film, "Download the raw film instead (input for `merge`)")
       ->excludes("--layer", "--exposure", "--tonemap");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] {

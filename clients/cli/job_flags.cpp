@@ -82,7 +82,7 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("-o,--output", flags.output,
                  "Picture to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
       ->type_name("FILE");
-  app.add_option("--spp", flags.samples_per_pixel, "Stop at so many samples per pixel (256)")
+  app.add_option("--spp", flags.samples_per_pixel, "Stop after N samples per pixel (256)")
       ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");
   app.add_option("--relative-error", flags.relative_error,
@@ -106,17 +106,15 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("--mis", flags.mis,
                  "Weights of light and BSDF samples: balance, power, maximum, optimal")
       ->type_name("T");
-  app.add_option("--roulette", flags.roulette, "How paths end before their time (throughput)")
-      ->type_name("T");
-  app.add_option("--split", flags.split, "Continuations of each path at its first surface (1)")
+  app.add_option("--roulette", flags.roulette, "Russian roulette (throughput)")->type_name("T");
+  app.add_option("--split", flags.split, "Split each path into N at its first hit (1)")
       ->check(within(1, limits::kSplitCount))
       ->type_name("N");
   app.add_option("--control-variate", flags.control_variate,
                  "Light known in closed form: none, analytic, regression")
       ->type_name("T");
-  app.add_option("--adaptive", flags.adaptive, "Where further samples go: pilot, none")
-      ->type_name("T");
-  app.add_option("--seed", flags.seed, "Another seed gives another noise (0)")
+  app.add_option("--adaptive", flags.adaptive, "Adaptive sampling: pilot, none")->type_name("T");
+  app.add_option("--seed", flags.seed, "Random seed (0); a different seed gives different noise")
       ->check(within(0, limits::kSeed))
       ->type_name("N");
   app.add_option("--threads", flags.threads, "Threads that render (all of the machine's)")

@@ -231,14 +231,15 @@ int lab_command(const Args& args) {
   app.add_flag("--explain", wants_text,
                "Say what is estimated, by which formula, and what to see; run nothing");
   app.add_option("--estimator", flags.estimator, "One of the experiment's")->type_name("NAME");
-  app.add_option("--sampler", flags.sampler, "Of the registry, as far as the experiment takes it")
+  app.add_option("--sampler", flags.sampler, "Sampler to use, if the experiment supports it")
       ->type_name("NAME");
   app.add_option("--n", flags.n, "Evaluations of a replicate, separated by commas")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("N,N");
   app.add_option("--replicates", flags.replicates, "Independent repetitions (64)")->type_name("N");
-  app.add_option("--seed", flags.seed, "The same seed gives the same numbers, times excepted")
+  app.add_option("--seed", flags.seed,
+                 "Random seed; the same seed gives identical results, except for timings")
       ->type_name("N");
   app.add_option("--param", flags.parameters, "Parameter of the experiment; may be repeated")
       ->type_name("NAME=VALUE")

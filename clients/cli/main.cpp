@@ -21,7 +21,8 @@ namespace {
 
 std::string help_text() {
   std::string text =
-      "tessera: pictures from glTF scenes, with an honest error bar\n\nUsage: tessera VERB ...\n\n";
+      "tessera: renders glTF scenes and reports the error of every image\n\nUsage: tessera VERB "
+      "...\n\n";
   for (const Verb& verb : verbs()) {
     std::string name(verb.name);
     name.resize(12, ' ');

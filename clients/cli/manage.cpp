@@ -144,10 +144,10 @@ int jobs(const Args& args) {
   app.add_option("--label", flags.labels, "Only with this label: KEY or KEY=VALUE")
       ->type_name("LABEL")
       ->allow_extra_args(false);
-  app.add_option("--name", flags.name, "Only with this in its name, small letters or large")
+  app.add_option("--name", flags.name, "Only jobs whose name contains TEXT (case-insensitive)")
       ->type_name("TEXT");
-  app.add_flag("--previews", flags.previews, "The small pictures of those who place a camera, too");
-  app.add_option("--limit", flags.limit, "At most so many")
+  app.add_flag("--previews", flags.previews, "Include camera-preview jobs");
+  app.add_option("--limit", flags.limit, "Maximum number of jobs to list")
       ->check(CLI::Range(1, 100000).description(""))
       ->type_name("N")
       ->capture_default_str();

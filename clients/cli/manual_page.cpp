@@ -78,7 +78,7 @@ std::string manual_page(std::span<const VerbText> verbs) {
   std::string out =
       ".TH TESSERA 1\n"
       ".SH NAME\n"
-      "tessera \\- pictures from glTF scenes, with an honest error bar\n"
+      "tessera \\- renders glTF scenes and reports the error of every image\n"
       ".SH SYNOPSIS\n"
       ".B tessera\n.I VERB\n[\\fIOPTIONS\\fR] [\\fIOPERANDS\\fR]\n"
       ".SH DESCRIPTION\n"

@@ -172,13 +172,13 @@ int run(const SubmitFlags& flags) {
 
 int submit(const Args& args) {
   CLI::App app(
-      "Gives a job to a server and prints its id. With --wait or -o it stays until the job ends.",
+      "Submits a job and prints its id. With --wait or -o, waits until the job has finished.",
       "tessera submit");
   SubmitFlags flags;
   add_job_flags(app, flags.job,
                 "Built-in scene, scene id, a .glb, .gltf or .zip file, or a folder with a model");
   app.add_flag("--wait", flags.wait, "Follow the job; exit code 1 if it did not finish");
-  app.add_option("--name", flags.name, "Name of the job, for people")->type_name("TEXT");
+  app.add_option("--name", flags.name, "Display name of the job")->type_name("TEXT");
   app.add_option("--label", flags.labels, "Label to find it by; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);

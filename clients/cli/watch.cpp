@@ -178,7 +178,7 @@ int watch(const Args& args) {
                "=kitty says how")
       ->excludes(json);
   app.add_flag("--final", flags.final_only,
-               "With --picture: draw it once, at the end; this goes into a pipe, too")
+               "With --picture: draw once, when finished (works in pipes)")
       ->excludes(json);
   app.add_option("--tev", flags.tev, "Show the linear tiles in the image viewer tev as they come")
       ->expected(0, 1)

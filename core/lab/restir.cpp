@@ -151,8 +151,8 @@ const Experiment kRestirExperiment = {
     .name = "restir-1d",
     .title = "Reuse across pixels and frames",
     .summary =
-        "A reservoir of your neighbour, or of your own past, is a sample for free, if it is "
-        "weighted right.",
+        "A reservoir from a neighbouring pixel or an earlier frame is a free sample, provided it "
+        "is weighted correctly.",
     .estimates =
         "One pixel of a row of 16, in the last frame of each chain. The pixel at x sees the part y "
         "< x of a "

@@ -140,7 +140,7 @@ const Experiment kRouletteExperiment = {
 const Experiment kSplittingExperiment = {
     .name = "splitting",
     .title = "Splitting",
-    .summary = "Where a path was dear to make, use it more than once.",
+    .summary = "When a path prefix is expensive, reuse it.",
     .estimates = "E[4 x y] = 1 for uniform x and y, where an x costs more than a y.",
     .formula =
         "1/n Σ 1/s Σ F(xᵢ, yᵢₖ);  Var = (Var E[F|x] + E Var[F|x] / s) / n;  "

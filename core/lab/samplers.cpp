@@ -136,7 +136,7 @@ double estimate(Trial& trial) {
 const Experiment kSamplers2dExperiment = {
     .name = "samplers-2d",
     .title = "Samplers in two dimensions",
-    .summary = "The same mean over points that are spread ever more evenly.",
+    .summary = "Estimate the same integral with increasingly well-distributed points.",
     .estimates = "The integral of a smooth, an edged or an additive function over the unit square.",
     .formula =
         "1/n Σ f(xᵢ);  independent n^(−1/2), stratified n^(−1) smooth and n^(−3/4) across an edge, "

@@ -214,7 +214,7 @@ double estimate(Trial& trial) {
 const Experiment kStoppingExperiment = {
     .name = "stopping-bias",
     .title = "The bias of stopping",
-    .summary = "Stop a pixel when it looks converged, and it is dark pixels that look converged.",
+    .summary = "If each pixel stops once it looks converged, dark pixels stop too early.",
     .estimates =
         "The mean of n pixels; each pixel is the mean of as many samples as its stop rule took. "
         "The truth is 1.",

@@ -11,14 +11,16 @@ namespace {
 constexpr std::array kScenes = {
     BuiltinScene{"cornell-box", "The measured Cornell box, diffuse, lit by one panel.",
                  &make_cornell_box},
-    BuiltinScene{"furnace", "Lossless spheres under a white sky: every pixel is 1 in truth.",
-                 &make_furnace},
+    BuiltinScene{
+        "furnace",
+        "White furnace test: lossless spheres under a white sky; every pixel should be exactly 1.",
+        &make_furnace},
     BuiltinScene{"veach-mis", "Glossy plates and spherical lights of equal power, after Veach.",
                  &make_veach_mis},
     BuiltinScene{"many-lights", "A thousand coloured lanterns over dunes and stones.",
                  &make_many_lights},
     BuiltinScene{"glass", "Caustics of a glass sphere, a tinted block and a goblet.", &make_glass},
-    BuiltinScene{"interior", "A room lit through a door that stands ajar.", &make_interior},
+    BuiltinScene{"interior", "A room lit only through a half-open door.", &make_interior},
 };
 
 }  // namespace

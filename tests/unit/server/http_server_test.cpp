@@ -60,9 +60,8 @@ TEST(HttpServer, AnUnknownPathIsAProblemDocument) {
   const Answer answer = client.exchange(get("/a%22b"));
   EXPECT_EQ(answer.status, 404);
   EXPECT_EQ(answer.header("Content-Type"), "application/problem+json");
-  EXPECT_EQ(answer.body,
-            R"({"type":"/docs#problem-not-found","title":"There is nothing here","status":404,)"
-            R"("detail":"there is nothing at this path","instance":"/a\"b"})");
+  EXPECT_EQ(answer.body, R"({"type":"/docs#problem-not-found","title":"Not found","status":404,)"
+                         R"("detail":"there is nothing at this path","instance":"/a\"b"})");
 }
 
 TEST(HttpServer, TheTextOfAnExceptionGoesToTheLogOnly) {

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class JobRequestCamera(TypedDict):
-    """Null members are the file camera's own values, chosen by name or index, else the first."""
+    """Null members keep the value of the file's camera, chosen by name or index, else the first."""
 
     name: NotRequired[str | None]
     index: NotRequired[int | None]
@@ -25,8 +25,8 @@ class JobRequestCamera(TypedDict):
 
 
 class JobRequestEnvironment(TypedDict):
-    """Light from far away, added to the scene's own. Null: black. Absent: white, unless the
-    scene has a punctual light or an emissive strength above 1.
+    """Distant environment lighting, added to the scene's lights. Null: black. Absent: white,
+    unless the scene has a punctual light or an emissive strength above 1.
     """
 
     asset: NotRequired[str | None]
@@ -148,7 +148,7 @@ class JobRequestStop(TypedDict):
 
 
 class JobRequestWebhook(TypedDict):
-    """Whom to tell of the job's events."""
+    """Webhook to notify."""
 
     url: str
     events: NotRequired[list[str]]
@@ -276,7 +276,7 @@ JobState: TypeAlias = Literal[
 
 
 class JobSpecCamera(TypedDict):
-    """Null members are the file camera's own values, chosen by name or index, else the first."""
+    """Null members keep the value of the file's camera, chosen by name or index, else the first."""
 
     name: str | None
     index: int | None
@@ -289,8 +289,8 @@ class JobSpecCamera(TypedDict):
 
 
 class JobSpecEnvironment(TypedDict):
-    """Light from far away, added to the scene's own. Null: black. Absent: white, unless the
-    scene has a punctual light or an emissive strength above 1.
+    """Distant environment lighting, added to the scene's lights. Null: black. Absent: white,
+    unless the scene has a punctual light or an emissive strength above 1.
     """
 
     asset: str | None
@@ -410,7 +410,7 @@ class JobSpecStop(TypedDict):
 
 
 class JobSpecWebhook(TypedDict):
-    """Whom to tell of the job's events."""
+    """Webhook to notify."""
 
     url: str
     events: list[str]
@@ -790,7 +790,7 @@ class Comparison(TypedDict):
 
 
 class JobDefaultsCamera(TypedDict):
-    """Null members are the file camera's own values, chosen by name or index, else the first."""
+    """Null members keep the value of the file's camera, chosen by name or index, else the first."""
 
     name: str | None
     index: int | None
@@ -803,8 +803,8 @@ class JobDefaultsCamera(TypedDict):
 
 
 class JobDefaultsEnvironment(TypedDict):
-    """Light from far away, added to the scene's own. Null: black. Absent: white, unless the
-    scene has a punctual light or an emissive strength above 1.
+    """Distant environment lighting, added to the scene's lights. Null: black. Absent: white,
+    unless the scene has a punctual light or an emissive strength above 1.
     """
 
     asset: str | None
@@ -924,7 +924,7 @@ class JobDefaultsStop(TypedDict):
 
 
 class JobDefaultsWebhook(TypedDict):
-    """Whom to tell of the job's events."""
+    """Webhook to notify."""
 
     url: str
     events: list[str]
@@ -1040,7 +1040,7 @@ class ServerScenes(TypedDict):
 
 
 class Server(TypedDict):
-    """What this server can do."""
+    """Server capabilities."""
 
     version: str
     build: ServerBuild

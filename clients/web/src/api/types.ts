@@ -13,15 +13,18 @@ export interface JobRequest {
   labels?: Record<string, string>;
   /** Higher is served first. Default: 0. */
   priority?: number;
-  /** Every random number of the job is a function of it. Default: 0. */
+  /** Seed for all random numbers in the job. Default: 0. */
   seed?: number;
-  /** Null members are the file camera's own values, chosen by name or index, else the first. */
+  /** Null members keep the value of the file's camera, chosen by name or index, else the first. */
   camera?: {
     /** Camera of the file by name. */
     name?: string | null;
     /** Camera of the file by index; not together with name. */
     index?: number | null;
-    /** Eye, metres, world. Comes with target; together they replace the file's pose. */
+    /**
+     * Camera position in world space, metres. Comes with target; together they replace the file's
+     * pose.
+     */
     position?: [number, number, number] | null;
     /** Point that the camera looks at, metres, world. */
     target?: [number, number, number] | null;
@@ -45,8 +48,8 @@ export interface JobRequest {
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key?: string | null;
   /**
-   * Light from far away, added to the scene's own. Null: black. Absent: white, unless the scene has
-   * a punctual light or an emissive strength above 1.
+   * Distant environment lighting, added to the scene's lights. Null: black. Absent: white, unless
+   * the scene has a punctual light or an emissive strength above 1.
    */
   environment?: {
     /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
@@ -57,7 +60,9 @@ export interface JobRequest {
     intensity?: number;
     /** Positive turns it counter-clockwise seen from above. Default: 0. */
     rotation_degrees?: number;
-    /** False: it lights the scene, but the background is transparent. Default: true. */
+    /**
+     * If false, the environment lights the scene but the background is transparent. Default: true.
+     */
     visible?: boolean;
   } | null;
   /** Size, filter and recorded layers. */
@@ -206,9 +211,9 @@ export interface JobRequest {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Whom to tell of the job's events. */
+  /** Webhook to notify. */
   webhook?: {
-    /** http or https; gets a POST for each event, signed as Standard Webhooks do. */
+    /** http or https; receives a signed POST (Standard Webhooks) for each event. */
     url: string;
     /** What is told. Default: ["end"]. */
     events?: string[];
@@ -223,7 +228,7 @@ export interface JobPatch {
   priority?: number;
   /** Labels to set; null removes one, the others stay. */
   labels?: Record<string, string | null>;
-  /** For people. */
+  /** Display name. */
   name?: string;
   /** Rules to raise or lower; null removes one, the others stay. */
   stop?: {
@@ -295,7 +300,7 @@ export interface LabRequest {
   experiment: string;
   /** One of the experiment's; its own default when absent. */
   estimator?: string;
-  /** Of the registry, as far as the experiment takes it; its own default when absent. */
+  /** Sampler to use, if the experiment supports it; its own default when absent. */
   sampler?: string;
   /**
    * How many evaluations a replicate has, one line of the answer each; rounded as estimator and
@@ -304,7 +309,7 @@ export interface LabRequest {
   n?: number[];
   /** Independent repetitions, which the errors are measured from. Default: 64. */
   replicates?: number;
-  /** The same seed gives the same numbers, times excepted. Default: 0. */
+  /** Random seed; the same seed gives identical results, except for timings. Default: 0. */
   seed?: number;
   /** Parameters of the experiment, by name. */
   params?: Record<string, number>;
@@ -348,21 +353,24 @@ export type JobState =
 export interface JobSpec {
   /** Id from POST /v1/scenes, or the name of a built-in scene. */
   scene: string;
-  /** For people. */
+  /** Display name. */
   name: string;
   /** Free key-value pairs to find jobs by. */
   labels: Record<string, string>;
   /** Higher is served first. */
   priority: number;
-  /** Every random number of the job is a function of it. */
+  /** Seed for all random numbers in the job. */
   seed: number;
-  /** Null members are the file camera's own values, chosen by name or index, else the first. */
+  /** Null members keep the value of the file's camera, chosen by name or index, else the first. */
   camera: {
     /** Camera of the file by name. */
     name: string | null;
     /** Camera of the file by index; not together with name. */
     index: number | null;
-    /** Eye, metres, world. Comes with target; together they replace the file's pose. */
+    /**
+     * Camera position in world space, metres. Comes with target; together they replace the file's
+     * pose.
+     */
     position: [number, number, number] | null;
     /** Point that the camera looks at, metres, world. */
     target: [number, number, number] | null;
@@ -386,8 +394,8 @@ export interface JobSpec {
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key: string | null;
   /**
-   * Light from far away, added to the scene's own. Null: black. Absent: white, unless the scene has
-   * a punctual light or an emissive strength above 1.
+   * Distant environment lighting, added to the scene's lights. Null: black. Absent: white, unless
+   * the scene has a punctual light or an emissive strength above 1.
    */
   environment?: {
     /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
@@ -398,7 +406,7 @@ export interface JobSpec {
     intensity: number;
     /** Positive turns it counter-clockwise seen from above. */
     rotation_degrees: number;
-    /** False: it lights the scene, but the background is transparent. */
+    /** If false, the environment lights the scene but the background is transparent. */
     visible: boolean;
   } | null;
   /** Size, filter and recorded layers. */
@@ -533,11 +541,11 @@ export interface JobSpec {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Whom to tell of the job's events. */
+  /** Webhook to notify. */
   webhook?: {
-    /** http or https; gets a POST for each event, signed as Standard Webhooks do. */
+    /** http or https; receives a signed POST (Standard Webhooks) for each event. */
     url: string;
-    /** What is told. */
+    /** Events to send. */
     events: string[];
   } | null;
   /** The job and its files are deleted so long after its end; null: kept. */
@@ -928,21 +936,24 @@ export interface Comparison {
 
 /** What is in force where a job request does not say otherwise. */
 export interface JobDefaults {
-  /** For people. */
+  /** Display name. */
   name: string;
   /** Free key-value pairs to find jobs by. */
   labels: Record<string, string>;
   /** Higher is served first. */
   priority: number;
-  /** Every random number of the job is a function of it. */
+  /** Seed for all random numbers in the job. */
   seed: number;
-  /** Null members are the file camera's own values, chosen by name or index, else the first. */
+  /** Null members keep the value of the file's camera, chosen by name or index, else the first. */
   camera: {
     /** Camera of the file by name. */
     name: string | null;
     /** Camera of the file by index; not together with name. */
     index: number | null;
-    /** Eye, metres, world. Comes with target; together they replace the file's pose. */
+    /**
+     * Camera position in world space, metres. Comes with target; together they replace the file's
+     * pose.
+     */
     position: [number, number, number] | null;
     /** Point that the camera looks at, metres, world. */
     target: [number, number, number] | null;
@@ -966,8 +977,8 @@ export interface JobDefaults {
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key: string | null;
   /**
-   * Light from far away, added to the scene's own. Null: black. Absent: white, unless the scene has
-   * a punctual light or an emissive strength above 1.
+   * Distant environment lighting, added to the scene's lights. Null: black. Absent: white, unless
+   * the scene has a punctual light or an emissive strength above 1.
    */
   environment?: {
     /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
@@ -978,7 +989,7 @@ export interface JobDefaults {
     intensity: number;
     /** Positive turns it counter-clockwise seen from above. */
     rotation_degrees: number;
-    /** False: it lights the scene, but the background is transparent. */
+    /** If false, the environment lights the scene but the background is transparent. */
     visible: boolean;
   } | null;
   /** Size, filter and recorded layers. */
@@ -1113,11 +1124,11 @@ export interface JobDefaults {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Whom to tell of the job's events. */
+  /** Webhook to notify. */
   webhook?: {
-    /** http or https; gets a POST for each event, signed as Standard Webhooks do. */
+    /** http or https; receives a signed POST (Standard Webhooks) for each event. */
     url: string;
-    /** What is told. */
+    /** Events to send. */
     events: string[];
   } | null;
   /** The job and its files are deleted so long after its end; null: kept. */
@@ -1202,7 +1213,7 @@ export interface Experiment {
   pattern_dimensions: number;
 }
 
-/** What this server can do. */
+/** Server capabilities. */
 export interface Server {
   version: string;
   /** What the bits of a film depend on besides the job. */
@@ -1309,7 +1320,7 @@ export interface LabCancelled {
 
 /** A key that is to be made. */
 export interface KeyRequest {
-  /** For people. */
+  /** Display name. */
   name: string;
   /**
    * Whose work it sees and makes: letters, digits, `.`, `_`, `-`; null: its own. A key that
@@ -1330,7 +1341,7 @@ export interface KeyRequest {
 export interface Key {
   /** Names the key in lists and logs. */
   id: string;
-  /** For people. */
+  /** Display name. */
   name: string;
   /** Whose work it sees and makes. */
   tenant: string;
@@ -1349,7 +1360,7 @@ export interface Key {
 export interface NewKey {
   /** Names the key in lists and logs. */
   id: string;
-  /** For people. */
+  /** Display name. */
   name: string;
   /** Whose work it sees and makes. */
   tenant: string;

@@ -97,7 +97,7 @@ Problem make_problem(ErrorCode code, std::vector<FieldError> errors) {
 }
 
 Problem from_error(const core::Error& error) {
-  // Of these the place is a file of the server, which is nobody's business outside.
+  // Of these the place is a file of the server, which clients must not see.
   if (error.code == ErrorCode::kNoSpace || error.code == ErrorCode::kInternal) {
     return make_problem(error.code, error.message);
   }

@@ -66,7 +66,7 @@ void check_optimal_mis(const core::RenderSettings& render, Faults& faults) {
   }
   if (!estimator.expected_values) {
     faults.add(kWhere,
-               "'optimal' does not go with expected_values false, where dice end what was sampled");
+               "'optimal' does not go with expected_values false, where paths end at random");
   }
 }
 

@@ -105,7 +105,7 @@ constexpr auto adaptive_type(Row row) {
 constexpr auto adaptive_row() {
   constexpr auto kType = [](auto& s) -> auto& { return s.render.adaptive.type; };
   return group(
-      "adaptive", "Where further samples go.",
+      "adaptive", "Adaptive sampling.",
       adaptive_type(choice(
           "type", kType, &core::adaptive_types,
           "What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' "
@@ -165,13 +165,13 @@ constexpr auto estimator_row() {
                 &core::control_variate_types, "Kind of control variate.")),
       flag(
           "expected_values", [](auto& s) -> auto& { return s.render.estimator.expected_values; },
-          "True: absorption and transparency as factors; false: by throws of dice."));
+          "True: absorption and transparency are factors; false: they end paths at random."));
 }
 
 constexpr auto light_sampler_row() {
   constexpr auto kType = [](auto& s) -> auto& { return s.render.light_sampler; };
   return group(
-      "light_sampler", "Which light is looked at.",
+      "light_sampler", "How a light is selected.",
       choice("type", kType, &core::light_samplers, "Kind of choice."),
       option_of("/light_sampler/candidates", kType, &core::light_samplers,
                 number(
@@ -229,7 +229,7 @@ const auto& table() {
       CustomRow<JobSpec>{"environment", &read_environment, &print_environment, &environment_schema,
                          false, true},
       film_row(),
-      group("integrator", "How light is followed.",
+      group("integrator", "How light paths are traced.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.integrator; }, &core::integrators,
                 "Algorithm."),
@@ -241,7 +241,7 @@ const auto& table() {
       group("sampler", "Where random numbers come from.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.sampler; }, &core::samplers,
-                "Kind of point set. Each has a rule for sample counts, which /v1/server tells."),
+                "Kind of point set. Each has a rule for sample counts; see /v1/server."),
             CustomRow<JobSpec>{
                 "replicates", &read_replicates,
                 [](const JobSpec& s, Json& object) { object["replicates"] = s.render.replicates; },

@@ -16,11 +16,11 @@ namespace api {
 
 enum class JobClass { kNormal, kPreview };
 
-/// What the request said about the environment. kAutomatic (key absent) lasts until the scene is
+/// The environment of the request. kAutomatic (key absent) lasts until the scene is
 /// known: settle_environment() turns it into kGiven (white) or kBlack.
 enum class EnvironmentChoice { kAutomatic, kBlack, kGiven };
 
-/// Where to tell of a job's events, besides its stream.
+/// Where a job's events are sent, besides its stream.
 struct Webhook {
   std::string url;
   std::vector<std::string> events = {"end"};  ///< of state, warning, end; in this order
@@ -46,7 +46,7 @@ struct JobSpec {
   /// Recorded layers as asked for, in the order of core::layers(); render.film has the switches.
   std::vector<std::string> layers = recordable_layers();
   std::optional<Webhook> webhook;
-  std::optional<double> retention_seconds;  ///< forgotten so long after its end; empty: kept
+  std::optional<double> retention_seconds;  ///< deleted so long after its end; empty: kept
   core::RenderSettings render;
   core::StopRules stop = {.samples_per_pixel = 256,
                           .relative_error = {},
@@ -63,7 +63,7 @@ struct ParsedJob {
       0;  ///< an error ended the film that is made again, at so many samples per pixel; 0: none did
 };
 
-/// What the warning of a rounded samples_per_pixel begins with.
+/// Begins the warning about a rounded samples_per_pixel.
 inline constexpr std::string_view kSamplesWarning = "stop.samples_per_pixel: ";
 
 /// POST /v1/jobs. Whether the scene, camera, variant and asset exist is not checked here.
@@ -79,10 +79,10 @@ std::string spec_json(const JobSpec& spec);
 /// True when both say the same, member by member.
 bool same_spec(const JobSpec& a, const JobSpec& b);
 
-/// What adaptive sampling cannot do for this job; told when it is submitted.
+/// Warnings about adaptive sampling that has no effect on this job.
 std::vector<std::string> adaptive_warnings(const JobSpec& spec);
 
-/// What of the job does nothing; parse_job() tells it.
+/// Warnings about settings that have no effect; parse_job() adds them.
 std::vector<std::string> idle_warnings(const JobSpec& spec);
 
 /// The rule for an absent `environment`: white, unless the scene has a punctual light or a material

@@ -9,7 +9,7 @@
 
 namespace api {
 
-/// The job as pictures carry it: without the webhook, which is nobody else's business.
+/// The job as pictures carry it: without the webhook, which is private.
 std::string picture_spec(const JobSpec& spec);
 
 /// The request for the same film, from the texts in a picture (core::read_image_texts()): its spec,

@@ -26,7 +26,7 @@ struct Problem {
   std::string type;      ///< URI reference, "/docs#problem-..."
   std::string title;     ///< the same for every problem of this type
   std::string detail;    ///< about this one
-  std::string instance;  ///< path of the request; filled in by whoever knows it
+  std::string instance;  ///< path of the request; filled in where it is known
   std::vector<FieldError> errors;
   friend bool operator==(const Problem&, const Problem&) = default;
 };

@@ -109,7 +109,7 @@ struct TilesQuery {
 };
 Parsed<TilesQuery> parse_tiles_query(QueryParams query);
 
-/// GET /v1/events?jobs=ID,ID. 422 for what is no job id, or too many.
+/// GET /v1/events?jobs=ID,ID. 422 for a text that is not a job id, or for too many ids.
 struct EventsQuery {
   std::vector<std::string> jobs;
 };

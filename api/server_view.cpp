@@ -176,7 +176,7 @@ const View<core::IntegratorEntry>& integrator_view() {
   using Entry = core::IntegratorEntry;
   static const View<Entry> kView = {
       "IntegratorInfo",
-      "An algorithm that follows light.",
+      "An algorithm that traces light paths.",
       {{"type", shape::text("Name in requests."), [](const Entry& e) -> Json { return e.name; }},
        {"bias", shape::bias(), [](const Entry& e) -> Json { return e.bias; }},
        {"error", shape::one_of(error_names(), "Do the halves of its pictures tell the error?"),

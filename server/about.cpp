@@ -69,7 +69,7 @@ std::string compiler_name() {
 #endif
 }
 
-/// Assumed where the machine tells nothing.
+/// Assumed where the machine does not say.
 constexpr std::uint64_t kUsualMemory = std::uint64_t{8} << 30U;
 constexpr double kRequestsPercent = 5;
 

@@ -1,4 +1,4 @@
-/// What GET /v1/server tells of this program: version, build, names from the registries.
+/// The part of GET /v1/server about this program: version, build, names from the registries.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 namespace server {
 
 std::string program_version();
-/// What may be kept, in bytes. Pre: the data directory is there; on a disk that tells nothing,
-/// percentages bind nobody.
+/// What may be kept, in bytes. Pre: the data directory is there; where the size of the disk
+/// is unknown, percentages are no limit.
 StorageLimits storage_limits(const Config& config);
 /// What may be held in memory, in bytes; 0: any number. Where nothing is known of the machine, jobs
 /// are not bound.

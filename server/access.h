@@ -1,8 +1,8 @@
 /// Access: in whose name something is asked, and what that lets one see and change.
 ///
 /// Every job, scene, asset, comparison and webhook delivery belongs to a tenant; each key names
-/// one. The rule of who sees what stands here and nowhere else: stores and services take an Access
-/// wherever they take an id, and tell of what it does not see as if it did not exist.
+/// one. This is the only place with the rule of who may see what: stores and services take an
+/// Access wherever they take an id, and tell of what it does not see as if it did not exist.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ struct Access {
 
   bool sees_all() const { return scope != Scope::kOwn; }
   bool is_shared() const { return scope == Scope::kShared; }
-  /// May it be told that something of that tenant exists?
+  /// May it know that something of that tenant exists?
   bool sees(std::string_view owner) const { return sees_all() || owner == tenant; }
   /// Are names that this tenant gives and names that `owner` gave the same names?
   bool shares_names_with(std::string_view owner) const { return is_shared() || owner == tenant; }

@@ -378,7 +378,7 @@ class App {
       return;
     }
     constexpr std::string_view kDemo =
-        // Whatever somebody asks for comes first.
+        // Requested work comes first.
         R"({"scene": "interior", "name": "Welcome to Tessera", "labels": {"demo": "1"},)"
         R"( "priority": -10,
             "film": {"width": 960, "height": 540}, "stop": {"samples_per_pixel": 512}})";
@@ -446,7 +446,7 @@ int serve(const Config& config, const std::function<core::Result<Config>()>& rea
     sigaddset(&signals, SIGHUP);
   }
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  // A write beyond a limit is an error to be told, not the end.
+  // A write beyond a limit is an error to report; it must not end the process.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
 

@@ -114,7 +114,7 @@ core::Result<Copied> copy_films(JobTable& jobs, const std::string& from, const D
       query.before = row.sequence;
       auto record = to_record(row);
       if (!record || record->film == FilmPlace::kEvicted) {
-        continue;  // check tells of records that cannot be read.
+        continue;  // The verb check reports records that cannot be read.
       }
       const std::string path = to.film_path(row.id);
       const Status done = copy_film(*record, from + "/films/" + row.id + ".film", path);

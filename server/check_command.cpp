@@ -37,7 +37,7 @@ constexpr CommandText kText = {
         "the files of "
         "every scene, the checksums and the digest of every film. Nothing is changed without "
         "--repair. Exit code 1 "
-        "when something is damaged; what is merely left over is told and is no damage.",
+        "when something is damaged; orphaned files are reported but do not count as damage.",
     .operand = "",
     .operand_text = "",
     .flags = kFlags,

@@ -161,21 +161,21 @@ void add_flags(CLI::App& app, Config& config) {
       "refused.")
       ->transform(share_or_bytes());
   row("rate-limit", config.rate_limit, "N",
-      "Requests a minute of each key of `tessera keys`; 0 is no limit.")
+      "Requests a minute of each key of `tessera keys`; 0: no limit.")
       ->check(flags::within(0, 100000000));
-  row("quota-jobs", config.quota_jobs, "N", "Unfinished jobs of each tenant; 0 is no limit.")
+  row("quota-jobs", config.quota_jobs, "N", "Unfinished jobs of each tenant; 0: no limit.")
       ->check(flags::within(0, 1000000));
   row("quota-storage", config.quota_storage, "BYTES|N%",
       "Assets and films of each tenant, a percentage being of --disk-limit; 0 is no "
       "limit.")
       ->transform(share_or_bytes());
   row("quota-previews", config.quota_previews, "N",
-      "Previews at a time of each tenant (of 32 in all); 0 is no limit.")
+      "Previews at a time of each tenant (of 32 in all); 0: no limit.")
       ->check(flags::within(0, 1000));
-  row("quota-streams", config.quota_streams, "N", "Open streams of each tenant; 0 is no limit.")
+  row("quota-streams", config.quota_streams, "N", "Open streams of each tenant; 0: no limit.")
       ->check(flags::within(0, 60000));
   row("quota-lab-runs", config.quota_lab_runs, "N",
-      "Experiments at a time of each tenant; 0 is no limit.")
+      "Experiments at a time of each tenant; 0: no limit.")
       ->check(flags::within(0, 64));
   row("audit-log", config.audit_log, "FILE",
       "Write the audit log (changes and refused requests) to FILE instead of the main log.");

@@ -35,7 +35,7 @@ class Guard {
   void decorate(const Request& request, Response& response) const;
   /// POST /v1/session: the key, brought as a bearer token, becomes a cookie for images and events.
   Response start_session(const Request& request);
-  /// DELETE /v1/session: the cookie stands for nothing any more.
+  /// DELETE /v1/session: the cookie is not valid any more.
   Response end_session(const Request& request);
 
  private:

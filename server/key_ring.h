@@ -54,7 +54,7 @@ class KeyRing {
   std::map<std::string, KeyRow> rows_ GUARDED_BY(mutex_);  ///< By id.
   bool is_read_ GUARDED_BY(mutex_) = false;
   std::optional<Clock::time_point> read_at_
-      GUARDED_BY(mutex_);  ///< Empty: whoever asks next looks.
+      GUARDED_BY(mutex_);  ///< Empty: the next caller reads the table.
 };
 
 }  // namespace server

@@ -30,7 +30,7 @@ core::Result<Config> read_config(std::span<const std::string_view> args) {
   return config;
 }
 
-/// Whoever may list the processes of this machine reads what stands on a command line.
+/// Every user who can list the processes of this machine sees the command line.
 void warn_of_open_key(std::span<const std::string_view> args, const Config& config) {
   const bool is_open = std::any_of(args.begin(), args.end(), [](std::string_view arg) {
     return arg == "--key" || arg.starts_with("--key=");

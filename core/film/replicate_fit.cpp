@@ -26,8 +26,8 @@ Rgb optimal_mis(const ReplicateFit& s) noexcept {
   return {channel(s.y.r, s.xy.r), channel(s.y.g, s.xy.g), channel(s.y.b, s.xy.b)};
 }
 
-/// Least squares: -Cov(x, y) / Var(x), in [0,1] as visibility is: few samples of many lamps may say
-/// anything.
+/// Least squares: -Cov(x, y) / Var(x), in [0,1] as visibility is: few samples of many emitters may
+/// say anything.
 Rgb regression(const ReplicateFit& s) noexcept {
   const double n = exact(s.n);
   const double variance = exact(s.xx) - exact(s.x) * exact(s.x) / n;

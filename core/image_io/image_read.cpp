@@ -78,7 +78,7 @@ Result<OpenedImage> open_image(std::span<const std::byte> file, const ImageLimit
   } else if (kind != "hdr" && kind != "tif") {
     return invalid("the " + std::string(kind) + " header is cut or malformed");
   }
-  // libpng tells of this on stderr, and not to us.
+  // libpng reports this on stderr only.
   if (kind == "png" && !png_is_whole(file)) {
     return invalid("the png is cut or its chunks are malformed");
   }

@@ -18,7 +18,7 @@
 // pixel's own earlier samples are streams like its neighbours'. A pixel with H of the paths shares
 // all light samples among H BSDF samples, so that w weighs a Hth of the light samples beside one of
 // the BSDF's. t is the density of the light tree up to a factor that is much the same for all of
-// N_c: how a point sees a lamp, by distance and both cosines. Which paths are in N_c depends on
+// N_c: how a point sees an emitter, by distance and both cosines. Which paths are in N_c depends on
 // surfaces alone, never on light samples.
 //
 // Sources: Bitterli et al., Spatiotemporal reservoir resampling, 2020; Lin et al., Generalized
@@ -43,8 +43,8 @@ namespace {
 constexpr float kCosNormals = 0.906F;
 constexpr float kDepthShare = 0.1F;
 constexpr float kPlaneShare = 0.02F;
-/// Of candidates one is taken by what it would add, and a little by what a matt surface would get:
-/// every one can be taken.
+/// Of candidates one is taken by what it would add, and a little by what a diffuse surface would
+/// get: every one can be taken.
 constexpr float kFloor = 0.02F;
 /// Probability with which the density of a neighbour's sample is asked of the light tree.
 constexpr float kAsked = 0.25F;
@@ -197,9 +197,9 @@ void SharedLightsTracer::draw(Member& member, Place& place) const noexcept {
       continue;
     }
     const LightView view = owner_.lights().view(light, p);
-    const float matt =
+    const float diffuse =
         size_of(view.radiance) * view.solid_angle * (place.density(view) > 0 ? 1.0F : 0.0F);
-    const float target = expected(member, light, view).target + kFloor * matt;
+    const float target = expected(member, light, view).target + kFloor * diffuse;
     reservoir.add({light, target}, static_cast<double>(target / light.pdf_measure));
   }
   if (!reservoir.empty()) {

@@ -41,7 +41,7 @@ struct TheorySlope {
 
 struct Experiment;
 
-/// What is fixed before a run: checked by whoever makes it.
+/// The settings of a run. The caller checks them.
 struct Setup {
   const Experiment* experiment = nullptr;
   std::size_t estimator = 0;  ///< index into Experiment::estimators

@@ -21,7 +21,7 @@ constexpr std::array kEstimators = {
     EstimatorInfo{"threshold", "none",
                   "Go on with q = min(1, t / delta): small contributions seldom cost a ray."},
     EstimatorInfo{"forgotten", "biased",
-                  "As throughput, but nobody divides by q: a mistake to look at."},
+                  "As throughput, but without the division by q: a mistake, for comparison."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"probability", 0.01, 1, 0.5, false, "q of `throughput`."},

@@ -28,7 +28,7 @@ constexpr int kReplicatesToJudge = 8;
 /// A slope that is known no better agrees with too many: those of random and stratified points are
 /// so far apart.
 constexpr double kVague = 0.5;
-/// Beyond so many standard errors nobody wants to know how many.
+/// Larger numbers of standard errors are cut off here.
 constexpr double kBeyondDoubt = 1e4;
 
 struct TrialResult {

@@ -10,7 +10,7 @@
 namespace core::lab {
 namespace {
 
-/// Most points of a set, and its side: strata are told apart in floats up to here.
+/// Most points of a set, and its side: floats can separate strata up to here.
 constexpr std::int64_t kSetMax = std::int64_t{1} << 20;
 constexpr std::int64_t kSideMax = 1024;
 constexpr std::int64_t kPrimeMax = 1021;

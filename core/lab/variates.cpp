@@ -150,7 +150,7 @@ constexpr std::array<std::int64_t, 7> kN = {4, 16, 64, 256, 1024, 4096, 16384};
 
 const Experiment kExpectedValuesExperiment = {
     .name = "expected-values",
-    .title = "Expected values instead of dice",
+    .title = "Expected values instead of random decisions",
     .summary = "If an expectation can be computed, do not sample it.",
     .estimates =
         "Light reflected by a diffuse surface (albedo times irradiance) under a square light.",

@@ -15,9 +15,9 @@ float spot_scale(const PunctualLight& light) noexcept {
   return 1 / std::max(0.001F, light.cos_inner - light.cos_outer);
 }
 
-/// A spot's light over the cosine: a rim where t grows from 0, and a cap of full intensity.
+/// A spot's intensity over the cosine: a falloff where t grows from 0, and a cap of full intensity.
 struct Cap {
-  float width = 0;  ///< of the rim, in the cosine
+  float width = 0;  ///< of the falloff, in the cosine
   float rim = 0;    ///< integrals
   float full = 0;
 };
@@ -73,7 +73,8 @@ Vec3 PunctualLight::sample_direction(Vec2 u) const noexcept {
   }
   const Cap cap = spot_cap(*this);
   const float at = u.x * (cap.rim + cap.full);
-  // 1 - cosine, which keeps its digits in narrow cones. The integral of t^2 over the rim is a cube.
+  // 1 - cosine, which keeps its digits in narrow cones. The integral of t^2 over the falloff is a
+  // cube.
   const float below =
       at < cap.rim ? 1 - cos_outer - cap.width * std::cbrt(at / cap.rim) : cap.rim + cap.full - at;
   const float r = safe_sqrt(below * (2 - below));

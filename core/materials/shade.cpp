@@ -136,7 +136,7 @@ void apply_textures(const Material& material, const Seen& at, BsdfParameters& b)
   const SurfacePoint& point = at.point;
   const MaterialDescription& f = material.factors;
   // Where coverage comes from the same texture, colour is read as sharply: coarser levels would mix
-  // in what stands behind alpha 0.
+  // in the colour behind alpha 0.
   const Vec4 c = read(material.base_color, material.has_alpha ? finest(point) : at);
   b.base_color = clamp01_rgb(f.base_color *
                              Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z});

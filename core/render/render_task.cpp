@@ -234,7 +234,7 @@ RenderTask::Impl::Due RenderTask::Impl::due_end() {
   due.samples = std::min_element(tiles.begin(), tiles.end(), [](const Tile& a, const Tile& b) {
                   return a.samples < b.samples;
                 })->samples;
-  // Who cancels does not want to wait: the last look stands.
+  // A cancelled job must end soon: it keeps its last error estimate.
   due.is_news = ending != StopReason::kCancelled && due.samples > 0 &&
                 (meter.points().empty() || meter.points().back().samples_per_pixel != due.samples);
   due.looks = due.is_news;
@@ -313,7 +313,7 @@ PassPolicy RenderTask::Impl::policy_now() const {
   return policy;
 }
 
-/// Asks for the error once; what is news is noted and told.
+/// Asks for the error once; changes are noted and sent to the sink.
 RenderTask::Impl::Look RenderTask::Impl::look(const Due& due, const PassPolicy& by) {
   const ErrorEstimate estimate(*film);
   Look seen;

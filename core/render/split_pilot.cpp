@@ -11,7 +11,7 @@ namespace core {
 namespace {
 
 constexpr int kPixels = 1024;
-constexpr std::uint64_t kStream = 0x5b117;  ///< tells the pilot's numbers from the picture's
+constexpr std::uint64_t kStream = 0x5b117;  ///< keeps the pilot's numbers apart from the picture's
 constexpr double kDark = 0.01;              ///< as in the error of a picture: Var / (mu^2 + 0.01)
 
 }  // namespace

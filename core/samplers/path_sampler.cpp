@@ -15,9 +15,8 @@ constexpr std::uint64_t key_of(std::uint32_t x, std::uint32_t y) {
   return (static_cast<std::uint64_t>(y) << 32) | x;
 }
 
-/// Light falls off to both sides of a lamp's and a pixel's centre, and rises from one to the other:
-/// there a point and its mirror image err in opposite directions. Directions after the first
-/// surface have no such order.
+/// Across a pixel, a lens or an emitter radiance mostly varies monotonically: a point and its
+/// mirror image err in opposite directions. Directions after the first surface have no such order.
 constexpr bool is_mirrored(int group) {
   return group == kCameraGroup || (group - 1) % static_cast<int>(BounceGroup::kCount) ==
                                       static_cast<int>(BounceGroup::kLight);

@@ -17,7 +17,7 @@ namespace core {
 
 class SceneData;  // the parts the integrators use: core/scene/scene_data.h
 
-/// What GET /v1/scenes/{id} tells.
+/// The facts of a scene that GET /v1/scenes/{id} shows.
 struct SceneSummary {
   std::string name;
   Bounds bounds;              ///< world, metres

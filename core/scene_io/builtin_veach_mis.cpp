@@ -1,5 +1,5 @@
 // After E. Veach, Robust Monte Carlo Methods for Light Transport Simulation, 1997, figure 9.2:
-// plates of growing roughness below lamps of growing size and equal power.
+// plates of growing roughness below emitters of growing size and equal power.
 #include <array>
 
 #include "core/scene_io/builtin_list.h"

@@ -94,7 +94,7 @@ Result<std::vector<T>> read_all(GltfSource& source, int index, const std::string
     return Error{ErrorCode::kTooLarge,
                  std::to_string(accessor.count) + " elements are more than fit in memory", where};
   }
-  // Twice: whoever asks for numbers makes vectors of them.
+  // Twice: callers make vectors of the numbers.
   if (auto status = source.budget().take(2 * accessor.count * width * sizeof(T), where); !status) {
     return status.error();
   }

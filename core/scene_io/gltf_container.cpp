@@ -22,7 +22,7 @@ std::uint32_t u32(std::span<const std::byte> file, std::size_t at) {
   return value;
 }
 
-/// As far as the first byte that counts tells; parsers pass over a byte order mark, too.
+/// Judged by the first byte after white space and a byte order mark, as parsers do.
 bool looks_like_an_object(std::string_view json) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (json.starts_with(kByteOrderMark)) {

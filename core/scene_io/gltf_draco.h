@@ -14,7 +14,7 @@ namespace core {
 
 struct DracoAttribute {
   int unique_id = -1;  ///< as in the extension's "attributes"
-  int accessor = -1;   ///< tells the number of values and whether they are normalised
+  int accessor = -1;   ///< holds the number of values and whether they are normalised
 };
 
 struct DracoPrimitive {

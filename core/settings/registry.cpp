@@ -79,11 +79,11 @@ constexpr std::array kLightSamplers = {
     NamedValue<LightSamplerType>{"power", LightSamplerType::kPower, "By emitted power."},
     NamedValue<LightSamplerType>{"tree", LightSamplerType::kTree,
                                  "A tree of lights, by what each can contribute at the point."},
-    NamedValue<LightSamplerType>{
-        "ris", LightSamplerType::kRis,
-        "Of `candidates` that the tree gives, one by what it would add without "
-        "shadows (resampled importance sampling).",
-        kRisOptions},
+    NamedValue<LightSamplerType>{"ris", LightSamplerType::kRis,
+                                 "One of `candidates` from the tree, chosen by its unshadowed "
+                                 "contribution (resampled importance "
+                                 "sampling).",
+                                 kRisOptions},
     NamedValue<LightSamplerType>{
         "restir", LightSamplerType::kRestir,
         "Where the camera looks, of the light samples of all pixels in a square of `block` by "

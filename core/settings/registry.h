@@ -53,7 +53,7 @@ struct IntegratorEntry {
   /// Its own defaults, over those of RenderSettings; null: it has none.
   void (*set_defaults)(RenderSettings& settings) = nullptr;
 };
-/// The table stands in core/integrators/registry.cpp.
+/// The table is in core/integrators/registry.cpp.
 std::span<const IntegratorEntry> integrators();
 /// Null: no such row.
 const IntegratorEntry* find_integrator(std::string_view name);
@@ -117,7 +117,7 @@ struct LayerEntry {
   bool is_mean = false;                    ///< of the samples, so that a pixel has a value
   bool FilmSettings::*recorded = nullptr;  ///< its switch; null: every film has it
 };
-/// The table stands in core/layers/layers.cpp.
+/// The table is in core/layers/layers.cpp.
 std::span<const LayerEntry> layers();
 /// Null: no such row.
 const LayerEntry* find_layer(std::string_view name);

@@ -79,7 +79,7 @@ core::Result<Networks> Networks::parse(const std::vector<std::string>& texts) {
     }
     if (!bytes || !prefix || network.bytes != *bytes) {
       return core::Error{core::ErrorCode::kInvalidArgument,
-                         "\"" + text + "\" is no network such as 10.0.0.0/8 or fd00::/8",
+                         "\"" + text + "\" is not a network such as 10.0.0.0/8 or fd00::/8",
                          {}};
     }
     networks.networks_.push_back(network);

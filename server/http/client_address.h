@@ -17,9 +17,9 @@ namespace server {
 class Networks {
  public:
   Networks() = default;
-  /// Errors: kInvalidArgument for what is no network, or has bits beyond its prefix.
+  /// Errors: kInvalidArgument for a text that is not a network, or has bits beyond its prefix.
   static core::Result<Networks> parse(const std::vector<std::string>& texts);
-  /// False also for what is no address.
+  /// False also for a text that is not an address.
   bool contains(std::string_view address) const;
 
  private:

@@ -121,7 +121,7 @@ class HttpServer::Impl {
                 .waiting_of_address = options_.limits.max_waiting_of_address}),
         settings_{.tls = options_.tls,
                   .trusted_proxies = std::make_shared<const Networks>(options_.trusted_proxies)},
-        // Those that were told to go still hold a thread until they have noticed.
+        // Clients that were asked to leave hold a thread until they notice.
         pool_(options_.limits.max_connections + options_.limits.max_waiting + kProbeThreads) {
     // sendfile has no MSG_NOSIGNAL.
     std::signal(SIGPIPE, SIG_IGN);
@@ -244,7 +244,7 @@ class HttpServer::Impl {
       return;
     }
     const int others = connection_count_.fetch_add(1) - lobby_.leaving_count();
-    // Whoever only waits makes room; nobody does when all are being served.
+    // A waiting client makes room. If all are being served, none does.
     const bool is_full = others >= options_.limits.max_connections && !lobby_.evict_oldest();
     const auto service = is_full ? Connection::Service::kProbesOnly : Connection::Service::kFull;
     {

@@ -34,10 +34,10 @@ class Lobby {
     Guest(const Guest&) = delete;
     Guest& operator=(const Guest&) = delete;
 
-    /// Waits from here on; others may be told to go. address: of address_group(); empty: of a
+    /// Waits from here on; others may ask it to leave. address: of address_group(); empty: of a
     /// client that is known, which only the limit in all binds.
     void enter(const std::string& address) { lobby_.enter(*this, address); }
-    /// Waits no more. False: it was told to go, and its reading side is shut.
+    /// Waits no more. False: it was asked to leave, and its reading side is shut.
     bool leave() { return lobby_.leave(*this); }
 
    private:
@@ -51,9 +51,9 @@ class Lobby {
     std::optional<std::list<Guest*>::iterator> place_of_address_;  ///< In its address's list.
   };
 
-  /// Tells the one that has waited longest to go. False: nobody waits.
+  /// Asks the one that has waited longest to leave. False: none waits.
   bool evict_oldest() EXCLUDES(mutex_);
-  /// Guests that were told to go and are still there.
+  /// Guests that were asked to leave and have not left yet.
   int leaving_count() const EXCLUDES(mutex_);
 
   struct Counts {

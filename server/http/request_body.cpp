@@ -70,7 +70,7 @@ std::optional<std::uint64_t> RequestBody::declared_bytes() const {
 }
 
 bool RequestBody::is_drainable(std::uint64_t max_bytes) const {
-  // A client that was not told to continue may send its body or may not.
+  // Without 100 Continue a client may send its body or may not.
   const bool is_known = framing_.body == Framing::Body::kLength && failure_ == Failure::kNone &&
                         (!framing_.expects_continue || has_begun_);
   return is_complete() || (is_known && left_ <= max_bytes);

@@ -103,7 +103,7 @@ class BodyStreamWriter final : public StreamWriter {
       has_failed_ = !channel_.write({bytes});
     }
     if (has_failed_) {
-      // Whoever waits on the token learns it too.
+      // Waiters on the token learn it too.
       state_.client_gone = true;
       state_.stop.request_stop();
       return false;

@@ -22,7 +22,7 @@ struct WriteContext {
 
 struct Written {
   bool is_complete = false;  ///< Else the connection is of no more use.
-  bool keep_alive = false;   ///< What the client was told.
+  bool keep_alive = false;   ///< As sent to the client.
   std::uint64_t body_bytes = 0;
   std::string internal_error;  ///< Text of what a stream's producer threw.
 };

@@ -1,4 +1,4 @@
-/// POSTs to addresses that somebody else chose, for webhooks. The only home of libcurl.
+/// POSTs to addresses that users chose, for webhooks. The only home of libcurl.
 ///
 /// The address that a socket is about to connect to is checked, so that a name cannot mean another
 /// one a moment later. Redirects are not followed, no proxy is used; of the answer only the status
@@ -29,7 +29,7 @@ std::optional<WebTarget> parse_web_target(std::string_view url);
 
 /// localhost, or an address (not a name) that is not on the public internet.
 bool is_private_literal(std::string_view host);
-/// An IPv4 or IPv6 address in numbers; what is no address is not public.
+/// An IPv4 or IPv6 address in numbers; other texts are not public.
 bool is_public_address(std::string_view address);
 
 enum class Reach { kPublicOnly, kAnywhere };

@@ -1,6 +1,6 @@
 /// SingleFlightCache: values that are dear to make, shared, kept up to a number of bytes.
 ///
-/// Whoever asks first makes the value; others who ask meanwhile wait for it and share the result,
+/// The first caller makes the value; others who ask meanwhile wait for it and share the result,
 /// an error too. Errors are not kept. The least recently used values go first; what somebody still
 /// holds lives on outside the cache. A value that is larger than the whole cache is kept alone, or
 /// not at all.

@@ -145,7 +145,7 @@ INSTANTIATE_TEST_SUITE_P(
              "/estimator/mis/type", "'optimal' does not go with a control variate; it is one"},
         Case{R"("estimator":{"mis":{"type":"optimal"},"expected_values":false})",
              "/estimator/mis/type",
-             "'optimal' does not go with expected_values false, where dice end what was sampled"},
+             "'optimal' does not go with expected_values false, where paths end at random"},
         Case{R"("estimator":{"roulette":{"type":"adjoint"}})", "/estimator/roulette/type",
              "'adjoint' is not available in this build; available: none, throughput, threshold"},
         Case{R"("estimator":{"splitting":{"type":"ears"}})", "/estimator/splitting/type",

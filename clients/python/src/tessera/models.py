@@ -63,7 +63,7 @@ class JobRequestFilm(TypedDict):
 
 
 class JobRequestIntegrator(TypedDict):
-    """How light is followed."""
+    """How light paths are traced."""
 
     type: NotRequired[str]
     max_depth: NotRequired[int]
@@ -116,7 +116,7 @@ class JobRequestSampler(TypedDict):
 
 
 class JobRequestLightSampler(TypedDict):
-    """Which light is looked at."""
+    """How a light is selected."""
 
     type: NotRequired[str]
     candidates: NotRequired[int]
@@ -126,7 +126,7 @@ class JobRequestLightSampler(TypedDict):
 
 
 class JobRequestAdaptive(TypedDict):
-    """Where further samples go."""
+    """Adaptive sampling."""
 
     type: NotRequired[str]
     min_samples: NotRequired[int]
@@ -327,7 +327,7 @@ class JobSpecFilm(TypedDict):
 
 
 class JobSpecIntegrator(TypedDict):
-    """How light is followed."""
+    """How light paths are traced."""
 
     type: str
     max_depth: int
@@ -380,7 +380,7 @@ class JobSpecSampler(TypedDict):
 
 
 class JobSpecLightSampler(TypedDict):
-    """Which light is looked at."""
+    """How a light is selected."""
 
     type: str
     candidates: NotRequired[int]
@@ -390,7 +390,7 @@ class JobSpecLightSampler(TypedDict):
 
 
 class JobSpecAdaptive(TypedDict):
-    """Where further samples go."""
+    """Adaptive sampling."""
 
     type: str
     min_samples: NotRequired[int]
@@ -841,7 +841,7 @@ class JobDefaultsFilm(TypedDict):
 
 
 class JobDefaultsIntegrator(TypedDict):
-    """How light is followed."""
+    """How light paths are traced."""
 
     type: str
     max_depth: int
@@ -894,7 +894,7 @@ class JobDefaultsSampler(TypedDict):
 
 
 class JobDefaultsLightSampler(TypedDict):
-    """Which light is looked at."""
+    """How a light is selected."""
 
     type: str
     candidates: NotRequired[int]
@@ -904,7 +904,7 @@ class JobDefaultsLightSampler(TypedDict):
 
 
 class JobDefaultsAdaptive(TypedDict):
-    """Where further samples go."""
+    """Adaptive sampling."""
 
     type: str
     min_samples: NotRequired[int]
@@ -968,7 +968,7 @@ class TypeInfo(TypedDict):
 
 
 class IntegratorInfo(TypedDict):
-    """An algorithm that follows light."""
+    """An algorithm that traces light paths."""
 
     type: str
     bias: Literal["none", "consistent", "biased"]

@@ -95,7 +95,7 @@ export interface JobRequest {
      */
     layers?: string[];
   };
-  /** How light is followed. */
+  /** How light paths are traced. */
   integrator?: {
     /** Algorithm. Default: "path". */
     type?: string;
@@ -132,15 +132,15 @@ export interface JobRequest {
       /** Kind of control variate. Default: "none". */
       type?: string;
     };
-    /** True: absorption and transparency as factors; false: by throws of dice. Default: true. */
+    /**
+     * True: absorption and transparency are factors; false: they end paths at random. Default:
+     * true.
+     */
     expected_values?: boolean;
   };
   /** Where random numbers come from. */
   sampler?: {
-    /**
-     * Kind of point set. Each has a rule for sample counts, which /v1/server tells. Default:
-     * "sobol".
-     */
+    /** Kind of point set. Each has a rule for sample counts; see /v1/server. Default: "sobol". */
     type?: string;
     /** Independent randomisations of a pixel; even. Default: 2. */
     replicates?: number;
@@ -150,7 +150,7 @@ export interface JobRequest {
      */
     first_replicate?: number;
   };
-  /** Which light is looked at. */
+  /** How a light is selected. */
   light_sampler?: {
     /** Kind of choice. Default: "tree". */
     type?: string;
@@ -166,7 +166,7 @@ export interface JobRequest {
     /** Light samples of each path, of which one is shared. Default: 1. */
     candidates_per_pixel?: number;
   };
-  /** Where further samples go. */
+  /** Adaptive sampling. */
   adaptive?: {
     /**
      * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
@@ -436,7 +436,7 @@ export interface JobSpec {
     /** Layers to record: albedo, normal, depth. The others are always there. */
     layers: string[];
   };
-  /** How light is followed. */
+  /** How light paths are traced. */
   integrator: {
     /** Algorithm. */
     type: string;
@@ -473,12 +473,12 @@ export interface JobSpec {
       /** Kind of control variate. */
       type: string;
     };
-    /** True: absorption and transparency as factors; false: by throws of dice. */
+    /** True: absorption and transparency are factors; false: they end paths at random. */
     expected_values: boolean;
   };
   /** Where random numbers come from. */
   sampler: {
-    /** Kind of point set. Each has a rule for sample counts, which /v1/server tells. */
+    /** Kind of point set. Each has a rule for sample counts; see /v1/server. */
     type: string;
     /** Independent randomisations of a pixel; even. */
     replicates: number;
@@ -488,7 +488,7 @@ export interface JobSpec {
      */
     first_replicate?: number;
   };
-  /** Which light is looked at. */
+  /** How a light is selected. */
   light_sampler: {
     /** Kind of choice. */
     type: string;
@@ -504,7 +504,7 @@ export interface JobSpec {
     /** Light samples of each path, of which one is shared. */
     candidates_per_pixel?: number;
   };
-  /** Where further samples go. */
+  /** Adaptive sampling. */
   adaptive: {
     /**
      * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
@@ -1019,7 +1019,7 @@ export interface JobDefaults {
     /** Layers to record: albedo, normal, depth. The others are always there. */
     layers: string[];
   };
-  /** How light is followed. */
+  /** How light paths are traced. */
   integrator: {
     /** Algorithm. */
     type: string;
@@ -1056,12 +1056,12 @@ export interface JobDefaults {
       /** Kind of control variate. */
       type: string;
     };
-    /** True: absorption and transparency as factors; false: by throws of dice. */
+    /** True: absorption and transparency are factors; false: they end paths at random. */
     expected_values: boolean;
   };
   /** Where random numbers come from. */
   sampler: {
-    /** Kind of point set. Each has a rule for sample counts, which /v1/server tells. */
+    /** Kind of point set. Each has a rule for sample counts; see /v1/server. */
     type: string;
     /** Independent randomisations of a pixel; even. */
     replicates: number;
@@ -1071,7 +1071,7 @@ export interface JobDefaults {
      */
     first_replicate?: number;
   };
-  /** Which light is looked at. */
+  /** How a light is selected. */
   light_sampler: {
     /** Kind of choice. */
     type: string;
@@ -1087,7 +1087,7 @@ export interface JobDefaults {
     /** Light samples of each path, of which one is shared. */
     candidates_per_pixel?: number;
   };
-  /** Where further samples go. */
+  /** Adaptive sampling. */
   adaptive: {
     /**
      * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
@@ -1146,7 +1146,7 @@ export interface TypeInfo {
   accepts: string[];
 }
 
-/** An algorithm that follows light. */
+/** An algorithm that traces light paths. */
 export interface IntegratorInfo {
   /** Name in requests. */
   type: string;

@@ -265,7 +265,7 @@ def main(words):
     machine = f"{platform.machine()}, {os.cpu_count()} cores, load {load:.1f}"
     if not is_quiet():
         print(
-            f"the machine is busy (load {load:.1f}): only ratios of runs side by side mean something",
+            f"the machine is busy (load {load:.1f}): compare only runs that go side by side",
             file=sys.stderr,
         )
     wanted = options.scenes or (() if options.scene else ["cornell-box"] if options.short

@@ -139,7 +139,7 @@ Picture picture_of(const FilmSnapshot& film) {
   picture.half_difference.resize(n);
   picture.sample_variance.resize(n);
   bool has_halves = true;
-  bool has_spread = true;
+  bool has_spread = !film.has_splats;
   for (std::size_t i = 0; i < n; ++i) {
     const HalfValue a = half_value(film, i, 0);
     const HalfValue b = half_value(film, i, 1);

@@ -41,6 +41,26 @@ SampleCounts counts_of(const TileState& state, int replicates) {
   return out;
 }
 
+/// Tiles of the full film: those that the crop's lie in, then the others.
+std::vector<PixelRect> units_of(const FilmSettings& settings, const std::vector<PixelRect>& tiles) {
+  const std::vector<PixelRect> all = tile_rects({0, 0, settings.width, settings.height});
+  const int columns = (settings.width + kTileSize - 1) / kTileSize;
+  std::vector<bool> is_taken(all.size());
+  std::vector<PixelRect> units;
+  units.reserve(all.size());
+  for (const PixelRect& tile : tiles) {
+    const auto i = static_cast<std::size_t>(tile.y / kTileSize * columns + tile.x / kTileSize);
+    units.push_back(all[i]);
+    is_taken[i] = true;
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!is_taken[i]) {
+      units.push_back(all[i]);
+    }
+  }
+  return units;
+}
+
 }  // namespace
 
 std::vector<PixelRect> tile_rects(PixelRect crop) {
@@ -58,22 +78,33 @@ std::vector<PixelRect> tile_rects(PixelRect crop) {
   return rects;
 }
 
-Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors)
+Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors, bool has_splats)
     : crop_(settings.crop.value_or(PixelRect{0, 0, settings.width, settings.height})),
       full_width_(settings.width),
       full_height_(settings.height),
       replicates_(replicates),
       has_aux_(settings.has_aux()),
+      has_splats_(has_splats),
       errors_(errors),
       rects_(tile_rects(crop_)),
+      unit_rects_(has_splats ? units_of(settings, rects_) : rects_),
       tiles_(rects_.size()) {
   for (std::size_t i = 0; i < rects_.size(); ++i) {
     tiles_[i].state.rect = rects_[i];
   }
+  if (has_splats) {
+    MutexLock lock(mutex_);
+    splats_.light_samples.resize(unit_rects_.size());
+    splats_.light_paths.resize(static_cast<std::size_t>(replicates));
+    for (const PixelRect& rect : rects_) {
+      splats_.tiles.emplace_back(area(rect) * static_cast<std::size_t>(replicates));
+    }
+  }
 }
 
 Film::Film(const RenderSettings& settings)
-    : Film(settings.film, settings.replicates, pixel_errors(settings)) {
+    : Film(settings.film, settings.replicates, pixel_errors(settings),
+           integrator_splats(settings)) {
   adaptive_ = settings.adaptive.type;
   fit_ = fit_type(settings);
 }
@@ -103,18 +134,126 @@ std::uint32_t Film::tile_revision(int tile) const {
   return tiles_[static_cast<std::size_t>(tile)].revision;
 }
 
-std::uint32_t Film::commit(int tile, TileState state) {
+std::uint32_t Film::commit(int tile, TileState state) { return commit(tile, std::move(state), {}); }
+
+std::uint32_t Film::commit(int tile, TileState state, const LightBatch& light) {
   const SampleCounts counts = counts_of(state, replicates_);
-  const TileSums sums = core::half_sums(state.rect, state.pixels, replicates_);
+  const TileSums sums =
+      has_splats_ ? TileSums{} : core::half_sums(state.rect, state.pixels, replicates_);
   MutexLock lock(mutex_);
+  add_light(light);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
-  slot.sums = sums;
+  slot.sums = has_splats_ ? slot.sums : sums;
   std::swap(slot.state, state);
   cpu_seconds_beside_ += std::max(state.cpu_seconds - slot.state.cpu_seconds, 0.0);
   slot.counts = counts;
   slot.version = ++version_;
   slot.revision = ++revision_;
   return slot.revision;
+}
+
+void Film::commit_light(const LightBatch& light) {
+  MutexLock lock(mutex_);
+  add_light(light);
+  cpu_seconds_beside_ += light.cpu_seconds;
+  ++revision_;
+}
+
+void Film::add_light(const LightBatch& light) {
+  if (light.last_sample == light.first_sample) {
+    return;
+  }
+  const auto r = static_cast<std::size_t>(replicates_);
+  const int left = crop_.x / kTileSize;
+  const int columns = (crop_.x + crop_.width - 1) / kTileSize - left + 1;
+  for (std::size_t k = 0; k < r; ++k) {
+    for (const Splat& splat : light.splats[k]) {
+      const int x = splat.x - crop_.x;
+      const int y = splat.y - crop_.y;
+      if (x < 0 || y < 0 || x >= crop_.width || y >= crop_.height) {
+        continue;
+      }
+      const auto tile = static_cast<std::size_t>(
+          (splat.y / kTileSize - crop_.y / kTileSize) * columns + splat.x / kTileSize - left);
+      const PixelRect& rect = rects_[tile];
+      const auto pixel =
+          static_cast<std::size_t>((splat.y - rect.y) * rect.width + splat.x - rect.x);
+      add_splat(splats_.tiles[tile][pixel * r + k], splat.value);
+    }
+    const int replicate = static_cast<int>(k);
+    splats_.light_paths[k] += area(unit_rect(light.unit)) *
+                              (samples_of_replicate(light.last_sample, replicates_, replicate) -
+                               samples_of_replicate(light.first_sample, replicates_, replicate));
+  }
+  splats_.light_samples[static_cast<std::size_t>(light.unit)] = light.last_sample;
+  splats_.rejected_samples += light.rejected_samples;
+  splats_.rays += light.rays;
+  is_settled_ = false;
+}
+
+double Film::paths_per_pixel(std::size_t replicate) const {
+  return static_cast<double>(splats_.light_paths[replicate]) /
+         (static_cast<double>(full_width_) * full_height_);
+}
+
+int Film::light_samples(int unit) const {
+  MutexLock lock(mutex_);
+  return splats_.light_samples[static_cast<std::size_t>(unit)];
+}
+
+std::vector<std::uint32_t> Film::settle_splats() {
+  std::vector<std::uint32_t> revisions;
+  {
+    MutexLock lock(mutex_);
+    if (is_settled_) {
+      return revisions;
+    }
+    is_settled_ = true;
+  }
+  for (int tile = 0; tile < tile_count(); ++tile) {
+    const TileState state = shown_tile(tile);
+    const TileSums sums = core::half_sums(state.rect, state.pixels, replicates_);
+    MutexLock lock(mutex_);
+    Slot& slot = tiles_[static_cast<std::size_t>(tile)];
+    slot.sums = sums;
+    slot.version = ++version_;
+    slot.revision = ++revision_;
+    revisions.push_back(slot.revision);
+  }
+  return revisions;
+}
+
+SplatState Film::splats() const {
+  MutexLock lock(mutex_);
+  return splats_;
+}
+
+void Film::restore_splats(SplatState state) {
+  {
+    MutexLock lock(mutex_);
+    splats_ = std::move(state);
+    splats_.light_samples.resize(unit_rects_.size());
+  }
+  for (int tile = 0; tile < tile_count(); ++tile) {
+    const TileState shown = shown_tile(tile);
+    const TileSums sums = core::half_sums(shown.rect, shown.pixels, replicates_);
+    MutexLock lock(mutex_);
+    tiles_[static_cast<std::size_t>(tile)].sums = sums;
+  }
+}
+
+TileState Film::shown_tile(int tile) const {
+  TileState state = this->tile(tile);
+  if (!has_splats_) {
+    return state;
+  }
+  const auto r = static_cast<std::size_t>(replicates_);
+  MutexLock lock(mutex_);
+  const std::vector<SplatPixel>& splats = splats_.tiles[static_cast<std::size_t>(tile)];
+  for (std::size_t i = 0; i < state.pixels.size(); ++i) {
+    fold_splats(state.pixels[i], splats[i], paths_per_pixel(i % r));
+  }
+  return state;
 }
 
 void Film::keep(int tile, TileState state) {
@@ -198,7 +337,7 @@ void Film::restore(int tile, TileState state, std::uint32_t tile_revision) {
   const TileSums sums = core::half_sums(state.rect, state.pixels, replicates_);
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
-  slot.sums = sums;
+  slot.sums = has_splats_ ? slot.sums : sums;
   slot.state = std::move(state);
   slot.counts = counts;
   slot.version = ++version_;
@@ -211,6 +350,7 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
   out.rect = rect;
   out.replicates = replicates_;
   out.has_aux = has_aux_;
+  out.has_splats = has_splats_;
   out.errors = errors_;
   const auto r = static_cast<std::size_t>(replicates_);
   out.pixels.resize(area(rect) * r);
@@ -235,6 +375,10 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
                       static_cast<std::size_t>(x0 - rect.x);
       const auto n = static_cast<std::size_t>(x1 - x0);
       std::copy_n(&slot.state.pixels[from * r], n * r, &out.pixels[to * r]);
+      for (std::size_t i = 0; has_splats_ && i < n * r; ++i) {
+        const auto& splats = splats_.tiles[static_cast<std::size_t>(&slot - tiles_.data())];
+        fold_splats(out.pixels[to * r + i], splats[from * r + i], paths_per_pixel(i % r));
+      }
       if (has_aux_) {
         std::copy_n(&slot.state.aux[from], n, &out.aux[to]);
       }
@@ -245,7 +389,7 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
 
 std::uint64_t Film::rejected_samples() const {
   MutexLock lock(mutex_);
-  std::uint64_t sum = 0;
+  std::uint64_t sum = splats_.rejected_samples;
   for (const Slot& slot : tiles_) {
     sum += slot.state.rejected_samples;
   }
@@ -254,7 +398,7 @@ std::uint64_t Film::rejected_samples() const {
 
 std::uint64_t Film::rays() const {
   MutexLock lock(mutex_);
-  std::uint64_t sum = 0;
+  std::uint64_t sum = splats_.rays;
   for (const Slot& slot : tiles_) {
     sum += slot.state.rays;
   }
@@ -282,7 +426,8 @@ double Film::cpu_seconds_beside() const {
 
 std::size_t Film::bytes() const noexcept {
   return area(crop_) * (static_cast<std::size_t>(replicates_) *
-                            (sizeof(ReplicatePixel) + (has_fit() ? sizeof(ReplicateFit) : 0)) +
+                            (sizeof(ReplicatePixel) + (has_fit() ? sizeof(ReplicateFit) : 0) +
+                             (has_splats() ? sizeof(SplatPixel) : 0)) +
                         (has_aux_ ? sizeof(AuxPixel) : 0) + (has_plan() ? sizeof(PixelPlan) : 0) +
                         (has_pilot() ? sizeof(PilotPixel) : 0)) +
          rects_.size() * (sizeof(Slot) + sizeof(PixelRect));
@@ -299,6 +444,10 @@ std::string Film::digest() const {
     hash.add(tile, sizeof(tile));
     hash.add(slot.state.pixels.data(), slot.state.pixels.size() * sizeof(ReplicatePixel));
     hash.add(slot.state.aux.data(), slot.state.aux.size() * sizeof(AuxPixel));
+  }
+  hash.add(splats_.light_paths.data(), splats_.light_paths.size() * sizeof(std::uint64_t));
+  for (const std::vector<SplatPixel>& tile : splats_.tiles) {
+    hash.add(tile.data(), tile.size() * sizeof(SplatPixel));
   }
   return hash.hex();
 }

@@ -7,6 +7,10 @@
 /// sampling is adaptive that number is the mean over the pixels of the film, and the plan of the
 /// epoch (core/film/sample_plan.h) says what each pixel has by then. Replicate r of sample s is s %
 /// R; half A is the even replicates, half B the odd ones.
+///
+/// Where light paths add to it, every tile also has integer sums (core/film/splats.h), and light
+/// samples come in units: the tiles of the full film, those of the crop first and in their order,
+/// since light that starts anywhere may end in the crop.
 #pragma once
 
 #include <array>
@@ -23,6 +27,7 @@
 #include "core/film/replicate_fit.h"
 #include "core/film/replicate_pixel.h"
 #include "core/film/sample_plan.h"
+#include "core/film/splats.h"
 #include "core/math/vec.h"
 #include "core/settings/settings.h"
 
@@ -71,11 +76,21 @@ struct SampleCounts {
   double mean = 0;
 };
 
-/// A frozen copy of the statistics of a rectangle.
+/// The sums of all splats, and which light paths they are from.
+struct SplatState {
+  std::vector<int> light_samples;              ///< [unit]; empty in films of a file or a merge
+  std::vector<std::uint64_t> light_paths;      ///< [replicate]
+  std::vector<std::vector<SplatPixel>> tiles;  ///< [tile][pixel * R + replicate]
+  std::uint64_t rejected_samples = 0;
+  std::uint64_t rays = 0;
+};
+
+/// A frozen copy of the statistics of a rectangle; splats are in the means.
 struct FilmSnapshot {
   PixelRect rect;
   int replicates = 2;
   bool has_aux = false;
+  bool has_splats = false;  ///< spreads within a replicate lack those of splats
   PixelErrors errors = PixelErrors::kIndependent;
   std::vector<ReplicatePixel> pixels;  ///< [pixel * R + replicate], row by row over rect
   std::vector<AuxPixel> aux;
@@ -92,8 +107,8 @@ class Film {
   /// With room for plans, pilot samples and fits where the settings ask for them.
   explicit Film(const RenderSettings& settings);
   /// Of a file or of a merge, which have neither. errors: what samples do to neighbouring pixels.
-  Film(const FilmSettings& settings, int replicates,
-       PixelErrors errors = PixelErrors::kIndependent);
+  Film(const FilmSettings& settings, int replicates, PixelErrors errors = PixelErrors::kIndependent,
+       bool has_splats = false);
 
   PixelRect crop() const noexcept { return crop_; }
   int full_width() const noexcept { return full_width_; }
@@ -103,9 +118,15 @@ class Film {
   PixelErrors errors() const noexcept { return errors_; }
   bool has_plan() const noexcept { return adaptive_ != AdaptiveType::kNone; }
   bool has_pilot() const noexcept { return adaptive_ == AdaptiveType::kPilot; }
+  bool has_splats() const noexcept { return has_splats_; }
   bool has_fit() const noexcept { return fit_ != FitType::kNone; }
   int tile_count() const noexcept { return static_cast<int>(rects_.size()); }
   PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
+  /// Of light samples; without splats the tiles.
+  int unit_count() const noexcept { return static_cast<int>(unit_rects_.size()); }
+  PixelRect unit_rect(int unit) const noexcept {
+    return unit_rects_[static_cast<std::size_t>(unit)];
+  }
 
   TileState tile(int tile) const;
   int tile_samples(int tile) const;
@@ -113,6 +134,19 @@ class Film {
   /// Replaces a tile and gives it the next revision of the film, which is returned.
   /// What samples cost that are taken back was spent all the same.
   std::uint32_t commit(int tile, TileState state);
+  /// The same with the light samples of its unit, both or neither.
+  std::uint32_t commit(int tile, TileState state, const LightBatch& light);
+  /// Of a unit outside of the crop.
+  void commit_light(const LightBatch& light);
+  int light_samples(int unit) const;
+  /// Sums up the halves with the splats of now and gives every tile a new revision, if light was
+  /// committed since the last time: tiles with their revisions. half_sums() stays until the next.
+  std::vector<std::uint32_t> settle_splats();
+  /// All at one time.
+  SplatState splats() const;
+  void restore_splats(SplatState state);
+  /// A tile with its splats in the means.
+  TileState shown_tile(int tile) const;
   std::uint32_t revision() const;
   /// Replaces a tile whose picture has not changed: pilot samples. It keeps its revision.
   void keep(int tile, TileState state);
@@ -149,6 +183,8 @@ class Film {
   std::string digest() const;
 
  private:
+  void add_light(const LightBatch& light) REQUIRES(mutex_);
+  double paths_per_pixel(std::size_t replicate) const REQUIRES(mutex_);
   struct Slot {
     TileState state;
     SampleCounts counts;
@@ -161,16 +197,20 @@ class Film {
   int full_height_;
   int replicates_;
   bool has_aux_;
+  bool has_splats_;
   PixelErrors errors_;
   AdaptiveType adaptive_ = AdaptiveType::kNone;
   FitType fit_ = FitType::kNone;
   std::vector<PixelRect> rects_;
+  std::vector<PixelRect> unit_rects_;
   mutable Mutex mutex_;
   std::vector<Slot> tiles_ GUARDED_BY(mutex_);
   std::uint32_t revision_ GUARDED_BY(mutex_) = 0;
   std::uint32_t plan_epoch_ GUARDED_BY(mutex_) = 0;
   std::uint64_t version_ GUARDED_BY(mutex_) = 0;
   double cpu_seconds_beside_ GUARDED_BY(mutex_) = 0;
+  SplatState splats_ GUARDED_BY(mutex_);
+  bool is_settled_ GUARDED_BY(mutex_) = true;
 };
 
 /// The tiles that cover `crop`, row by row.

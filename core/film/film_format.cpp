@@ -22,6 +22,9 @@ constexpr std::uint64_t kHashBytes = 64;
 constexpr std::uint32_t kSamplesMax = 1U << 25U;
 constexpr std::uint32_t kAuxFlag = 1;
 constexpr std::uint32_t kCorrelatedFlag = 2;
+constexpr std::uint32_t kSplatsFlag = 4;
+/// Of a replicate: 65,536 samples of 64 megapixels.
+constexpr std::uint64_t kLightPathsMax = std::uint64_t{1} << 42U;
 
 struct Head {
   std::array<char, 8> magic = kMagic;
@@ -65,6 +68,11 @@ std::uint64_t head_bytes(std::uint64_t ranges, std::uint64_t text_bytes) {
   return sizeof(Head) + ranges * sizeof(Range) + aligned(text_bytes);
 }
 
+/// Light paths of the replicates, rejected splats, rays.
+std::uint64_t splat_head_bytes(const Head& head) {
+  return (head.flags & kSplatsFlag) != 0 ? (head.replicates + 2) * sizeof(std::uint64_t) : 0;
+}
+
 std::uint64_t tile_count(const PixelRect& crop) {
   const auto along = [](int first, int length) {
     return static_cast<std::uint64_t>((first + length - 1) / kTileSize - first / kTileSize + 1);
@@ -76,10 +84,12 @@ std::uint64_t tile_count(const PixelRect& crop) {
 std::uint64_t all_bytes(const Head& head) {
   const std::uint64_t pixels =
       static_cast<std::uint64_t>(head.crop.width) * static_cast<std::uint64_t>(head.crop.height);
-  const std::uint64_t pixel_bytes = head.replicates * sizeof(ReplicatePixel) +
-                                    ((head.flags & kAuxFlag) != 0 ? sizeof(AuxPixel) : 0);
-  return head.head_bytes + tile_count(head.crop) * sizeof(TileHead) + pixels * pixel_bytes +
-         kHashBytes;
+  const std::uint64_t pixel_bytes =
+      head.replicates *
+          (sizeof(ReplicatePixel) + ((head.flags & kSplatsFlag) != 0 ? sizeof(SplatPixel) : 0)) +
+      ((head.flags & kAuxFlag) != 0 ? sizeof(AuxPixel) : 0);
+  return head.head_bytes + splat_head_bytes(head) + tile_count(head.crop) * sizeof(TileHead) +
+         pixels * pixel_bytes + kHashBytes;
 }
 
 Head head_of(const Film& film, std::size_t ranges, std::size_t text_bytes) {
@@ -88,7 +98,8 @@ Head head_of(const Film& film, std::size_t ranges, std::size_t text_bytes) {
   head.text_bytes = static_cast<std::uint32_t>(text_bytes);
   head.ranges = static_cast<std::uint32_t>(ranges);
   head.flags = (film.has_aux() ? kAuxFlag : 0) |
-               (film.errors() == PixelErrors::kCorrelated ? kCorrelatedFlag : 0);
+               (film.errors() == PixelErrors::kCorrelated ? kCorrelatedFlag : 0) |
+               (film.has_splats() ? kSplatsFlag : 0);
   head.full_width = film.full_width();
   head.full_height = film.full_height();
   head.crop = film.crop();
@@ -214,13 +225,37 @@ bool is_sane(const TileState& state, const SampleLedger& ledger, std::vector<std
   return true;
 }
 
+bool is_sane(const std::vector<SplatPixel>& tile) {
+  constexpr SplatSum kMost = SplatSum{1} << 126U;
+  return std::all_of(tile.begin(), tile.end(), [](const SplatPixel& p) {
+    return std::all_of(p.sum.begin(), p.sum.end(),
+                       [](SplatSum sum) { return sum > -kMost && sum < kMost; });
+  });
+}
+
 Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
+  SplatState splats = film.splats();
+  if (film.has_splats()) {
+    reader.take(splats.light_paths.data(), splats.light_paths.size());
+    reader.take(&splats.rejected_samples, 1);
+    reader.take(&splats.rays, 1);
+    if (*std::max_element(splats.light_paths.begin(), splats.light_paths.end()) > kLightPathsMax) {
+      return refused("it has more light paths than a film can have");
+    }
+  }
   std::vector<std::uint64_t> most(ledger.size());
   for (int tile = 0; tile < film.tile_count(); ++tile) {
     const auto head = reader.take<TileHead>();
     TileState state = film.tile(tile);
     reader.take(state.pixels.data(), state.pixels.size());
     reader.take(state.aux.data(), state.aux.size());
+    if (film.has_splats()) {
+      auto& sums = splats.tiles[static_cast<std::size_t>(tile)];
+      reader.take(sums.data(), sums.size());
+      if (!is_sane(sums)) {
+        return refused("tile " + std::to_string(tile) + " holds what no renderer makes");
+      }
+    }
     state.samples = static_cast<int>(std::min(head.samples, kSamplesMax));
     state.rejected_samples = head.rejected_samples;
     state.rays = head.rays;
@@ -233,6 +268,9 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
     if (state.samples > 0) {
       film.commit(tile, std::move(state));
     }
+  }
+  if (film.has_splats()) {
+    film.restore_splats(std::move(splats));
   }
   for (std::size_t r = 0; r < ledger.size(); ++r) {
     if (most[r] != static_cast<std::uint64_t>(ledger[r].samples)) {
@@ -276,6 +314,12 @@ bool write_film(const FilmPart& part, const std::string& text, const ByteSink& s
   }
   add(text.data(), text.size());
   piece.resize(head.head_bytes);
+  const SplatState splats = film.splats();
+  if (film.has_splats()) {
+    add(splats.light_paths.data(), splats.light_paths.size() * sizeof(std::uint64_t));
+    add(&splats.rejected_samples, sizeof splats.rejected_samples);
+    add(&splats.rays, sizeof splats.rays);
+  }
   if (!flush()) {
     return false;
   }
@@ -292,6 +336,10 @@ bool write_film(const FilmPart& part, const std::string& text, const ByteSink& s
     add(&written, sizeof written);
     add(state.pixels.data(), state.pixels.size() * sizeof(ReplicatePixel));
     add(state.aux.data(), state.aux.size() * sizeof(AuxPixel));
+    if (film.has_splats()) {
+      const auto& sums = splats.tiles[static_cast<std::size_t>(tile)];
+      add(sums.data(), sums.size() * sizeof(SplatPixel));
+    }
     if (!flush()) {
       return false;
     }
@@ -315,7 +363,8 @@ Status check_film_head(std::span<const std::byte> start, std::uint64_t file_byte
   }
   // Ranges hold two replicates at least, so that these products stay small.
   if (head.ranges == 0 || head.ranges > head.replicates / 2 ||
-      head.text_bytes > limits.text_bytes_max || head.flags > (kAuxFlag | kCorrelatedFlag) ||
+      head.text_bytes > limits.text_bytes_max ||
+      head.flags > (kAuxFlag | kCorrelatedFlag | kSplatsFlag) ||
       head.head_bytes != head_bytes(head.ranges, head.text_bytes) ||
       head.tiles != tile_count(head.crop)) {
     return refused("its head contradicts itself");
@@ -364,7 +413,8 @@ Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFor
   settings.albedo = settings.normal = settings.depth = (head.flags & kAuxFlag) != 0;
   auto film = std::make_shared<Film>(
       settings, static_cast<int>(head.replicates),
-      (head.flags & kCorrelatedFlag) != 0 ? PixelErrors::kCorrelated : PixelErrors::kIndependent);
+      (head.flags & kCorrelatedFlag) != 0 ? PixelErrors::kCorrelated : PixelErrors::kIndependent,
+      (head.flags & kSplatsFlag) != 0);
   if (const auto read = read_tiles(reader, *film, *ledger); !read) {
     return read.error();
   }

@@ -52,7 +52,7 @@ Result<std::vector<Piece>> sorted_pieces(std::span<const FilmPart> parts, int re
       return at_film(ErrorCode::kInvalidArgument, i,
                      "the film has another size or crop than the first one");
     }
-    if (film.has_aux() != first.has_aux()) {
+    if (film.has_aux() != first.has_aux() || film.has_splats() != first.has_splats()) {
       return at_film(ErrorCode::kInvalidArgument, i,
                      "the film has other layers than the first one");
     }
@@ -162,6 +162,35 @@ TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>&
   return state;
 }
 
+/// Replicates side by side, as those of the tiles.
+SplatState merged_splats(std::span<const FilmPart> parts, const std::vector<Piece>& pieces,
+                         const Film& out) {
+  std::vector<SplatState> from;
+  SplatState merged = out.splats();
+  for (const FilmPart& part : parts) {
+    from.push_back(part.film->splats());
+    merged.rejected_samples += from.back().rejected_samples;
+    merged.rays += from.back().rays;
+  }
+  const auto stride = static_cast<std::size_t>(out.replicates());
+  std::size_t at = 0;
+  for (const Piece& piece : pieces) {
+    const SplatState& source = from[piece.part];
+    const auto offset = static_cast<std::size_t>(piece.offset);
+    const auto count = static_cast<std::size_t>(piece.range.replicates);
+    const std::size_t source_stride = source.light_paths.size();
+    std::copy_n(&source.light_paths[offset], count, &merged.light_paths[at]);
+    for (std::size_t t = 0; t < merged.tiles.size(); ++t) {
+      for (std::size_t pixel = 0; pixel * stride < merged.tiles[t].size(); ++pixel) {
+        std::copy_n(&source.tiles[t][pixel * source_stride + offset], count,
+                    &merged.tiles[t][pixel * stride + at]);
+      }
+    }
+    at += count;
+  }
+  return merged;
+}
+
 }  // namespace
 
 SampleLedger ledger_of(const Film& film, std::uint64_t seed, int first_replicate) {
@@ -190,12 +219,16 @@ Result<FilmPart> merge_films(std::span<const FilmPart> parts, int replicates_max
     return part.film->errors() == PixelErrors::kCorrelated;
   });
   auto film = std::make_shared<Film>(
-      settings, replicates, is_correlated ? PixelErrors::kCorrelated : PixelErrors::kIndependent);
+      settings, replicates, is_correlated ? PixelErrors::kCorrelated : PixelErrors::kIndependent,
+      first.has_splats());
   for (int tile = 0; tile < film->tile_count(); ++tile) {
     TileState state = merged_tile(parts, *pieces, *film, tile);
     if (state.samples > 0) {
       film->commit(tile, std::move(state));
     }
+  }
+  if (film->has_splats()) {
+    film->restore_splats(merged_splats(parts, *pieces, *film));
   }
   for (const FilmPart& part : parts) {
     film->add_cpu_seconds(part.film->cpu_seconds_beside());

@@ -24,6 +24,7 @@ FilterSampler::FilterSampler(const FilterSettings& settings) : settings_(setting
   }
   table_ = Distribution1D(weights);
   table_.add_guide();
+  integral_px_ = static_cast<float>(sum) * 2 * settings_.radius_px / kCells;
   scale_ = static_cast<float>(absolute / sum);
 }
 

@@ -19,6 +19,8 @@ class FilterSampler {
   Offset sample(Vec2 u) const noexcept;
   /// The filter itself, one axis, x in pixels; not normalised.
   float evaluate(float x) const noexcept;
+  /// The same over its integral [1/px]: weight of light at x in the value of the pixel at 0.
+  float density(float x) const noexcept { return evaluate(x) / integral_px_; }
   float radius_px() const noexcept { return settings_.radius_px; }
 
  private:
@@ -26,7 +28,8 @@ class FilterSampler {
 
   FilterSettings settings_;
   Distribution1D table_;  ///< of |f| over [-radius, radius]
-  float scale_ = 1;       ///< integral of |f| over integral of f
+  float integral_px_ = 1;
+  float scale_ = 1;  ///< integral of |f| over integral of f
 };
 
 }  // namespace core

@@ -32,6 +32,18 @@ class GroupTracer {
 };
 inline constexpr std::size_t kGroupMost = SharedSamples::kMost;
 
+/// Takes what light paths bring to the camera.
+class CameraSplats {
+ public:
+  virtual ~CameraSplats() = default;
+  virtual const Camera& camera() const noexcept = 0;
+  /// Does any pixel of the film take light from there?
+  virtual bool reaches(Vec2 film_px) const noexcept = 0;
+  /// film_px: of the full film, where ray() of the camera begins; value: what one light path for
+  /// each pixel of the film would add to a pixel of box filter.
+  virtual void add(Vec2 film_px, Rgb value) noexcept = 0;
+};
+
 /// One camera path. Immutable and shared by all threads.
 class Integrator {
  public:
@@ -39,6 +51,9 @@ class Integrator {
   /// The sampler has been started for this pixel and sample. rays: counts those traced.
   virtual PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                            std::uint64_t& rays) const noexcept = 0;
+  /// One light path, for integrators that splat: as many as camera paths. The sampler has been
+  /// started for a pixel and sample, of a stream of its own.
+  virtual void trace_light(const PathSampler&, std::uint64_t&, CameraSplats&) const noexcept {}
   /// Null: paths do not share anything.
   virtual std::unique_ptr<GroupTracer> make_group_tracer() const { return nullptr; }
 };

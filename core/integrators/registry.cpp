@@ -23,6 +23,8 @@ constexpr std::array<std::string_view, 11> kPathOptions = {
 };
 constexpr std::array<std::string_view, 3> kDirectOptions = {"/sampler/type", "/sampler/replicates",
                                                             "/adaptive"};
+constexpr std::array<std::string_view, 3> kLightTraceOptions = {
+    "/integrator/max_depth", "/sampler/type", "/sampler/replicates"};
 
 constexpr std::array kIntegrators = {
     IntegratorEntry{.name = "path",
@@ -40,6 +42,14 @@ constexpr std::array kIntegrators = {
                     .make = &make_direct,
                     .accepts = kDirectOptions,
                     .set_defaults = [](RenderSettings& settings) { settings.max_depth = 1; }},
+    IntegratorEntry{.name = "light-trace",
+                    .summary = "Particles from the lights, each surface they meet connected to the "
+                               "camera: caustics; mirrors and glass are path traced.",
+                    .bias = "none",
+                    .error = ErrorValidity::kValid,
+                    .make = &make_light_tracer,
+                    .accepts = kLightTraceOptions,
+                    .splats = true},
 };
 
 }  // namespace

@@ -70,7 +70,7 @@ struct RenderTask::Impl {
     double bound = std::numeric_limits<double>::infinity();  ///< PassPolicy::error_bound()
   };
   struct Tile {
-    int samples = 0;
+    int samples = 0;  ///< both of camera and light paths, where it has both
     int pilot_samples = 0;
     bool is_out = false;  ///< a slice of it is
   };
@@ -109,7 +109,10 @@ struct RenderTask::Impl {
   Due due_end() REQUIRES(mutex);
   Due complete(const Slice& slice, int last, std::optional<TileState> before) EXCLUDES(mutex);
 
+  LightBatch light_of(int unit, int last_sample) const;
+  void run_light(const Slice& slice) EXCLUDES(mutex);
   void advance(Due due) EXCLUDES(mutex);
+  void settle_splats() EXCLUDES(mutex);
   Due decide(const Due& due) EXCLUDES(mutex);
   Due begin_epoch(int from) EXCLUDES(mutex);
   Look look(const Due& due, const PassPolicy& by) EXCLUDES(mutex);
@@ -131,9 +134,11 @@ RenderTask::Impl::Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> 
       meter(std::move(o.points_before)) {
   MutexLock lock(mutex);
   clock.before = o.elapsed_before;
-  for (int t = 0; t < film->tile_count(); ++t) {
+  for (int t = 0; t < film->unit_count(); ++t) {
+    const bool has_pixels = t < film->tile_count();
     const int pilot = film->has_pilot() ? film->tile(t).pilot_samples : 0;
-    tiles.push_back({film->tile_samples(t), pilot, false});
+    const int light = film->has_splats() ? film->light_samples(t) : film->tile_samples(t);
+    tiles.push_back({has_pixels ? std::min(light, film->tile_samples(t)) : light, pilot, false});
     pass.target = std::max(pass.target, tiles.back().samples);
     pass.base = t == 0 ? tiles.back().samples : std::min(pass.base, tiles.back().samples);
   }
@@ -275,7 +280,16 @@ void RenderTask::Impl::advance(Due due) {
   }
 }
 
+/// What light paths added to other tiles than their own shows from here on.
+void RenderTask::Impl::settle_splats() {
+  const std::vector<std::uint32_t> revisions = film->settle_splats();
+  for (std::size_t t = 0; t < revisions.size(); ++t) {
+    sink.on_tile(static_cast<int>(t), revisions[t]);
+  }
+}
+
 RenderTask::Impl::Due RenderTask::Impl::decide(const Due& due) {
+  settle_splats();
   const PassPolicy by = policy_now();
   const Look seen = due.looks ? look(due, by) : Look{};
   return settle(due.samples, by.decide(due.samples, seen.point.error.relative_rmse, seen.bound));
@@ -301,6 +315,7 @@ void RenderTask::Impl::end(Due due) {
   for (auto& [tile, state] : due.taken_back) {
     sink.on_tile(tile, film->commit(tile, std::move(state)));
   }
+  settle_splats();
   if (due.looks) {
     look(due, policy_now());
   }
@@ -370,8 +385,36 @@ std::optional<Slice> RenderTask::take() {
   return std::nullopt;
 }
 
+/// A unit outside of the crop. Its slices are as long as the first tile's.
+void RenderTask::Impl::run_light(const Slice& slice) {
+  const int length = slice_length(film->tile(0), slice_seconds);
+  LightBatch light = light_of(slice.tile, std::min(slice.last_sample, slice.first_sample + length));
+  const bool whole =
+      renderer->render_light(film->unit_rect(slice.tile), light, stop_source.get_token());
+  if (whole) {
+    film->commit_light(light);
+  }
+  advance(complete(slice, whole ? light.last_sample : slice.first_sample, std::nullopt));
+}
+
+/// What the unit lacks of light samples up to last_sample.
+LightBatch RenderTask::Impl::light_of(int unit, int last_sample) const {
+  LightBatch light;
+  light.unit = unit;
+  if (film->has_splats()) {
+    light.first_sample = film->light_samples(unit);
+    light.last_sample = std::max(light.first_sample, last_sample);
+    light.splats.resize(static_cast<std::size_t>(film->replicates()));
+  }
+  return light;
+}
+
 void RenderTask::run(const Slice& slice) {
   Impl& m = *impl_;
+  if (slice.tile >= m.film->tile_count()) {
+    m.run_light(slice);
+    return;
+  }
   const bool is_pilot = slice.kind == SliceKind::kPilot;
   TileState before = m.film->tile(slice.tile);
   TileState state = before;
@@ -379,12 +422,16 @@ void RenderTask::run(const Slice& slice) {
   const int end = slice.first_sample + slice_length(state, m.slice_seconds);
   const int last = std::min(slice.last_sample, (end + window - 1) / window * window);
   const std::stop_token stop = m.stop_source.get_token();
-  const bool whole = is_pilot ? m.renderer->render_pilot(state, last, stop)
-                              : m.renderer->render(state, last, stop);
+  LightBatch light = m.light_of(slice.tile, last);
+  const bool whole = is_pilot
+                         ? m.renderer->render_pilot(state, last, stop)
+                         : m.renderer->render(state, std::max(last, state.samples), stop) &&
+                               m.renderer->render_light(m.film->unit_rect(slice.tile), light, stop);
+  state.cpu_seconds += light.cpu_seconds;
   if (whole && is_pilot) {
     m.film->keep(slice.tile, std::move(state));
   } else if (whole) {
-    m.sink.on_tile(slice.tile, m.film->commit(slice.tile, std::move(state)));
+    m.sink.on_tile(slice.tile, m.film->commit(slice.tile, std::move(state), light));
   }
   const bool is_changed = whole && !is_pilot;
   m.advance(m.complete(slice, whole ? last : slice.first_sample,
@@ -463,7 +510,7 @@ Progress RenderTask::progress() const {
   p.rays_per_second = p.elapsed_seconds > 0 ? static_cast<double>(p.rays) / p.elapsed_seconds : 0;
   double area = 0;
   double samples = 0;
-  for (std::size_t t = 0; t < m.tiles.size(); ++t) {
+  for (std::size_t t = 0; t < static_cast<std::size_t>(m.film->tile_count()); ++t) {
     const PixelRect r = m.film->tile_rect(static_cast<int>(t));
     const double pixels = static_cast<double>(r.width) * r.height;
     area += pixels;

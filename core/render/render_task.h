@@ -1,11 +1,12 @@
 /// RenderTask: one picture being made, as slices for whichever threads come along.
 ///
-/// A slice is (tile, samples [first, last)). Passes: every tile gets to the same sample count
-/// before a decision (stop, look at the error), so the film at the end does not depend on threads.
-/// Where sampling is adaptive, an epoch begins at some of them: pilot slices come first, then the
-/// plan is made and every tile gets its part. PassPolicy says what comes when; the task keeps the
-/// tiles, the clock and the order of calls. The owner of the threads calls take() and run(); run()
-/// tells the sink.
+/// A slice is (tile, samples [first, last)): the tile's camera paths and, where the integrator
+/// splats, light paths of its unit; units outside of the crop have light paths alone. Passes: every
+/// tile gets to the same sample count before a decision (stop, look at the error), so the film at
+/// the end does not depend on threads. Where sampling is adaptive, an epoch begins at some of them:
+/// pilot slices come first, then the plan is made and every tile gets its part. PassPolicy says
+/// what comes when; the task keeps the tiles, the clock and the order of calls. The owner of the
+/// threads calls take() and run(); run() tells the sink.
 #pragma once
 
 #include <memory>
@@ -27,7 +28,7 @@ enum class SliceKind {
 };
 
 struct Slice {
-  int tile = 0;
+  int tile = 0;  ///< or a unit outside of the crop: from Film::tile_count() on
   int first_sample = 0;
   int last_sample = 0;
   SliceKind kind = SliceKind::kPicture;
@@ -57,6 +58,9 @@ class Renderer {
   /// order; where there is a plan, what it has between these means. Returns false, leaving `state`
   /// half done, when stop was requested.
   virtual bool render(TileState& state, int last_sample, std::stop_token stop) const = 0;
+  /// Light paths [light.first_sample, light.last_sample) of every pixel of the unit into `light`,
+  /// where the integrator splats. False when stop was requested.
+  virtual bool render_light(PixelRect, LightBatch&, std::stop_token) const { return true; }
   /// The same for pilot samples [state.pilot_samples, last_sample), which are independent of all
   /// others.
   virtual bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const = 0;

@@ -23,6 +23,53 @@ namespace {
 
 /// Pilot samples come from a seed that no job can have: those end at 2^53.
 constexpr std::uint64_t kPilotStream = std::uint64_t{1} << 62U;
+/// Nor can it have that of light paths.
+constexpr std::uint64_t kLightStream = std::uint64_t{1} << 61U;
+
+/// Distributes what arrives at a point of the film over the pixels whose filters reach it.
+class FilteredSplats final : public CameraSplats {
+ public:
+  FilteredSplats(const Camera& camera, const FilterSampler& filter, const FilmSettings& film,
+                 LightBatch& to)
+      : camera_(camera), filter_(filter), film_(film), to_(to) {}
+  void begin(int replicate) noexcept { replicate_ = replicate; }
+  const Camera& camera() const noexcept override { return camera_; }
+  bool reaches(Vec2 film_px) const noexcept override {
+    const auto near = [this](float at, int size) {
+      const float reach = filter_.radius_px();
+      return at > 0.5F - reach && at < static_cast<float>(size) - 0.5F + reach;
+    };
+    return near(film_px.x, film_.width) && near(film_px.y, film_.height);
+  }
+  void add(Vec2 film_px, Rgb value) noexcept override;
+
+ private:
+  const Camera& camera_;
+  const FilterSampler& filter_;
+  const FilmSettings& film_;
+  LightBatch& to_;
+  int replicate_ = 0;
+};
+
+void FilteredSplats::add(Vec2 film_px, Rgb value) noexcept {
+  const Rgb each = value / (static_cast<float>(film_.width) * static_cast<float>(film_.height));
+  // The pixel at i has its centre at i + 1/2.
+  const auto first = [this](float at) {
+    return std::max(0, static_cast<int>(std::ceil(at - 0.5F - filter_.radius_px())));
+  };
+  const auto end = [this](float at, int size) {
+    return std::min(size, static_cast<int>(std::floor(at - 0.5F + filter_.radius_px())) + 1);
+  };
+  const int right = end(film_px.x, film_.width);
+  const int bottom = end(film_px.y, film_.height);
+  for (int y = first(film_px.y); y < bottom; ++y) {
+    const float weight_y = filter_.density(film_px.y - 0.5F - static_cast<float>(y));
+    for (int x = first(film_px.x); x < right; ++x) {
+      const float weight = weight_y * filter_.density(film_px.x - 0.5F - static_cast<float>(x));
+      to_.add(replicate_, {x, y, each * weight});
+    }
+  }
+}
 
 struct Planned {
   std::unique_ptr<const Integrator> integrator;
@@ -61,6 +108,7 @@ class PictureRenderer final : public Renderer {
   const View& view() const noexcept override { return view_; }
   int measured_split_count() const noexcept override { return planned_.split_count; }
   bool render(TileState& state, int last_sample, std::stop_token stop) const override;
+  bool render_light(PixelRect unit, LightBatch& light, std::stop_token stop) const override;
   bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const override;
 
  private:
@@ -185,6 +233,32 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   state.rays += rays;
   state.cpu_seconds += thread_cpu_seconds() - cpu_start;
   return whole;
+}
+
+bool PictureRenderer::render_light(PixelRect unit, LightBatch& light, std::stop_token stop) const {
+  if (light.first_sample == light.last_sample) {
+    return true;
+  }
+  prepare_tracing_thread();
+  const double cpu_start = thread_cpu_seconds();
+  const RenderSettings& settings = view_.settings;
+  PathSampler sampler(settings.sampler, settings.replicates, settings.seed | kLightStream,
+                      settings.first_replicate);
+  FilteredSplats splats(camera_, filter_, settings.film, light);
+  for (int y = unit.y; y < unit.y + unit.height; ++y) {
+    if (stop.stop_requested()) {
+      return false;
+    }
+    for (int x = unit.x; x < unit.x + unit.width; ++x) {
+      for (int s = light.first_sample; s < light.last_sample; ++s) {
+        sampler.start(x, y, s);
+        splats.begin(s % settings.replicates);
+        planned_.integrator->trace_light(sampler, light.rays, splats);
+      }
+    }
+  }
+  light.cpu_seconds += thread_cpu_seconds() - cpu_start;
+  return true;
 }
 
 bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_token stop) const {

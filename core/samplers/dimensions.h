@@ -16,8 +16,10 @@
 ///                                                         integrators/shared_lights
 ///                                                         wave/wave_tracer
 ///   bsdf    x       which lobe                            integrators/path integrators/direct
+///                                                         integrators/light_trace
 ///                                                         wave/wave_tracer
 ///   bsdf    y z     direction                             integrators/path integrators/direct
+///                                                         integrators/light_trace
 ///                                                         wave/wave_tracer
 ///   bsdf    w       delta lobe or not, where directions   integrators/path
 ///                   do not follow the BSDF
@@ -28,6 +30,11 @@
 ///   choice  z       which of the shared light samples     integrators/shared_lights
 ///   choice  w       whether the light tree is asked for   integrators/shared_lights
 ///                   the density of a neighbour's sample
+///   start   x       which light a light path starts at    integrators/light_trace
+///   start   y z     where on it                           integrators/light_trace
+///   aim     x y     its direction                         integrators/light_trace
+///   vertex  x y     position on the lens                  integrators/light_trace
+///   vertex  z       Russian roulette of a light path      integrators/light_trace
 ///   extra   0..     holes along a segment                 transport/intersect
 ///   extra   2^31..  analog absorption                     integrators/path
 #pragma once
@@ -35,6 +42,10 @@
 namespace core {
 
 inline constexpr int kCameraGroup = 0;
+
+/// Where a light path starts, and in which direction.
+inline constexpr int kStartGroup = 2 << 20;
+inline constexpr int kAimGroup = kStartGroup + 1;
 
 /// Every bounce owns a block of groups of the same size, so that a new use never shifts the others.
 enum class BounceGroup { kLight, kBsdf, kVolume, kCount };
@@ -45,5 +56,8 @@ constexpr int dimension_group(int bounce, BounceGroup group) {
 
 /// The group "choice": beyond the blocks of the deepest bounce.
 constexpr int choice_group(int bounce) { return (1 << 20) + bounce; }
+
+/// The group "vertex": of a light path, beyond its start.
+constexpr int vertex_group(int bounce) { return (3 << 20) + bounce; }
 
 }  // namespace core

@@ -303,11 +303,17 @@ int rounded_samples(const RenderSettings& settings, int samples_per_pixel) {
                   : rounded_samples(settings.sampler, settings.replicates, samples_per_pixel);
 }
 
+bool integrator_splats(const RenderSettings& settings) {
+  const IntegratorEntry* entry = find_integrator(settings.integrator);
+  return entry != nullptr && entry->splats;
+}
+
 PixelErrors pixel_errors(const RenderSettings& settings) {
   const bool shares =
       settings.light_sampler == LightSamplerType::kRestir && settings.light_block > 1;
-  return settings.sampler == SamplerType::kZsobol || shares ? PixelErrors::kCorrelated
-                                                            : PixelErrors::kIndependent;
+  return settings.sampler == SamplerType::kZsobol || shares || integrator_splats(settings)
+             ? PixelErrors::kCorrelated
+             : PixelErrors::kIndependent;
 }
 
 }  // namespace core

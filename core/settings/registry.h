@@ -137,6 +137,9 @@ int shared_window(const RenderSettings& settings);
 int sample_unit(const RenderSettings& settings);
 int rounded_samples(const RenderSettings& settings, int samples_per_pixel);
 
+/// Do light paths add to pixels anywhere?
+bool integrator_splats(const RenderSettings& settings);
+
 /// Does the estimation correlate the errors of neighbouring pixels?
 PixelErrors pixel_errors(const RenderSettings& settings);
 

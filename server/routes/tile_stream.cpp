@@ -94,7 +94,7 @@ bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film) {
     if (revision <= sent_[t] || film.tile_samples(tile) == 0) {
       continue;
     }
-    api::TileFrame frame = tile_frame(film.tile(tile), film.replicates(), alpha);
+    api::TileFrame frame = tile_frame(film.shown_tile(tile), film.replicates(), alpha);
     if (film.errors() == core::PixelErrors::kCorrelated) {
       frame.flags |= api::kTileCorrelated;
     }

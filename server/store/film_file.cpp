@@ -41,10 +41,12 @@ constexpr std::int32_t kAux = 1;
 constexpr std::int32_t kPlan = 2;
 constexpr std::int32_t kPilot = 4;
 constexpr std::int32_t kFit = 8;
+constexpr std::int32_t kSplats = 16;
 
 std::int32_t parts_of(const core::Film& film) {
   return (film.has_aux() ? kAux : 0) | (film.has_plan() ? kPlan : 0) |
-         (film.has_pilot() ? kPilot : 0) | (film.has_fit() ? kFit : 0);
+         (film.has_pilot() ? kPilot : 0) | (film.has_fit() ? kFit : 0) |
+         (film.has_splats() ? kSplats : 0);
 }
 
 /// In front of each part. The CRC covers everything after itself.
@@ -60,7 +62,7 @@ struct HeadFields {
   std::int32_t width = 0;
   std::int32_t height = 0;
   std::int32_t replicates = 0;
-  std::int32_t parts = 0;  ///< What a tile may have: kAux, kPlan, kPilot, kFit.
+  std::int32_t parts = 0;  ///< What a tile may have: kAux, kPlan, kPilot, kFit, kSplats.
   std::uint32_t tile_count = 0;
   std::uint32_t point_count = 0;
   double elapsed_seconds = 0;
@@ -103,7 +105,16 @@ std::size_t pixels_of(const core::PixelRect& rect) {
 
 std::size_t replicate_bytes(const core::Film& film) {
   return static_cast<std::size_t>(film.replicates()) *
-         (sizeof(core::ReplicatePixel) + (film.has_fit() ? sizeof(core::ReplicateFit) : 0));
+         (sizeof(core::ReplicatePixel) + (film.has_fit() ? sizeof(core::ReplicateFit) : 0) +
+          (film.has_splats() ? sizeof(core::SplatPixel) : 0));
+}
+
+/// In the head: light samples of each unit, light paths of each replicate, rejected splats, rays.
+std::size_t splat_head_bytes(const core::Film& film) {
+  return film.has_splats()
+             ? static_cast<std::size_t>(film.unit_count()) * sizeof(std::int32_t) +
+                   (static_cast<std::size_t>(film.replicates()) + 2) * sizeof(std::uint64_t)
+             : 0;
 }
 
 /// Of a whole slot, by what its fields say.
@@ -175,7 +186,8 @@ struct FilmFile::Layout {
     // As of the first version, so that its slots stay where they are: kPointsWritten leaves room
     // for what came later.
     head_bytes = align(kFirstHeadBytes + kPointsMax * sizeof(PointFields) +
-                       static_cast<std::uint64_t>(film.tile_count()) * sizeof(Tile));
+                       static_cast<std::uint64_t>(film.tile_count()) * sizeof(Tile) +
+                       splat_head_bytes(film));
     slot_bytes = align(sizeof(SlotFields) + std::uint64_t{core::kTileSize} * core::kTileSize *
                                                 static_cast<std::uint64_t>(pixel_bytes));
   }
@@ -190,6 +202,7 @@ struct FilmFile::Checkpoint {
   FilmRecord record;
   double cpu_seconds_beside = 0;
   std::vector<Tile> tiles;
+  core::SplatState splats;  ///< its tiles are read with the film's
 };
 
 core::Result<FilmFile> FilmFile::open(const std::string& path) {
@@ -234,8 +247,8 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
       fields.tile_count != static_cast<std::uint32_t>(film.tile_count())) {
     return Error{ErrorCode::kConflict, "the stored film has another size or other layers", path_};
   }
-  const std::size_t text_begin =
-      fields_bytes + fields.point_count * sizeof(PointFields) + fields.tile_count * sizeof(Tile);
+  const std::size_t text_begin = fields_bytes + fields.point_count * sizeof(PointFields) +
+                                 fields.tile_count * sizeof(Tile) + splat_head_bytes(film);
   if (fields.bytes < text_begin || fields.bytes > text_begin + kArithmeticBytesMax) {
     return damaged(path_, "its head has another length");
   }
@@ -256,12 +269,22 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   }
   checkpoint.tiles.resize(fields.tile_count);
   take(rest, checkpoint.tiles.data(), checkpoint.tiles.size());
+  if (film.has_splats()) {
+    core::SplatState& splats = checkpoint.splats;
+    splats.light_samples.resize(static_cast<std::size_t>(film.unit_count()));
+    splats.light_paths.resize(static_cast<std::size_t>(film.replicates()));
+    splats.tiles = film.splats().tiles;
+    take(rest, splats.light_samples.data(), splats.light_samples.size());
+    take(rest, splats.light_paths.data(), splats.light_paths.size());
+    take(rest, &splats.rejected_samples, 1);
+    take(rest, &splats.rays, 1);
+  }
   checkpoint.record.arithmetic.resize(rest.size());
   take(rest, checkpoint.record.arithmetic.data(), rest.size());
   return checkpoint;
 }
 
-Status FilmFile::restore_tiles(core::Film& film, const Checkpoint& checkpoint) const {
+Status FilmFile::restore_tiles(core::Film& film, Checkpoint& checkpoint) const {
   const Layout layout(film);
   std::vector<std::byte> part;
   for (int tile = 0; tile < film.tile_count(); ++tile) {
@@ -312,7 +335,15 @@ Status FilmFile::restore_tiles(core::Film& film, const Checkpoint& checkpoint) c
     }
     take(rest, state.pilot.data(), state.pilot.size());
     take(rest, state.fit.data(), state.fit.size());
+    if (film.has_splats()) {
+      auto& sums = checkpoint.splats.tiles[static_cast<std::size_t>(tile)];
+      sums.resize(state.pixels.size());
+      take(rest, sums.data(), sums.size());
+    }
     film.restore(tile, std::move(state), entry.revision);
+  }
+  if (film.has_splats()) {
+    film.restore_splats(std::move(checkpoint.splats));
   }
   return core::ok_status();
 }
@@ -353,7 +384,7 @@ core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
 }
 
 Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before,
-                            std::uint32_t sequence) {
+                            std::uint32_t sequence, const core::SplatState& splats) {
   // The version first: what changes meanwhile is written again.
   versions_[static_cast<std::size_t>(tile)] = film.tile_version(tile);
   const std::uint32_t revision = film.tile_revision(tile);
@@ -381,6 +412,10 @@ Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before
   }
   append(buffer_, state.pilot.data(), state.pilot.size());
   append(buffer_, state.fit.data(), state.fit.size());
+  if (film.has_splats()) {
+    const auto& sums = splats.tiles[static_cast<std::size_t>(tile)];
+    append(buffer_, sums.data(), sums.size());
+  }
   const auto bytes = static_cast<std::uint32_t>(buffer_.size());
   std::memcpy(buffer_.data() + 8, &bytes, sizeof bytes);
   seal(buffer_);
@@ -394,13 +429,14 @@ Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before
 }
 
 Status FilmFile::write_head(const core::Film& film, const FilmRecord& record,
-                            std::uint32_t sequence) {
+                            std::uint32_t sequence, const core::SplatState& splats) {
   const auto points = thinned(record.points);
   const std::string_view text = std::string_view(record.arithmetic).substr(0, kArithmeticBytesMax);
   const core::PixelRect crop = film.crop();
   HeadFields fields;
   fields.bytes = static_cast<std::uint32_t>(sizeof fields + points.size() * sizeof(PointFields) +
-                                            tiles_.size() * sizeof(Tile) + text.size());
+                                            tiles_.size() * sizeof(Tile) + splat_head_bytes(film) +
+                                            text.size());
   fields.sequence = sequence;
   fields.full_width = film.full_width();
   fields.full_height = film.full_height();
@@ -428,6 +464,12 @@ Status FilmFile::write_head(const core::Film& film, const FilmRecord& record,
     append(buffer_, &stored, 1);
   }
   append(buffer_, tiles_.data(), tiles_.size());
+  if (film.has_splats()) {
+    append(buffer_, splats.light_samples.data(), splats.light_samples.size());
+    append(buffer_, splats.light_paths.data(), splats.light_paths.size());
+    append(buffer_, &splats.rejected_samples, 1);
+    append(buffer_, &splats.rays, 1);
+  }
   append(buffer_, text.data(), text.size());
   seal(buffer_);
   return write_at(fd_.get(), buffer_, Layout(film).head_offset(sequence), path_);
@@ -439,6 +481,7 @@ Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is
   const std::vector<Tile> before = tiles_;
   const std::vector<std::uint64_t> versions_before = versions_;
   const std::uint32_t sequence = sequence_ + 1;
+  const core::SplatState splats = film.splats();
   Status status = core::ok_status();
   // A checkpoint is of one epoch: when another begins while tiles are written, they are written
   // again.
@@ -447,8 +490,8 @@ Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is
     const std::uint32_t epoch = film.plan_epoch();
     for (int tile = 0; tile < film.tile_count() && status; ++tile) {
       const auto t = static_cast<std::size_t>(tile);
-      if (film.tile_version(tile) != versions_[t]) {
-        status = write_tile(film, tile, before[t], sequence);
+      if (film.has_splats() || film.tile_version(tile) != versions_[t]) {
+        status = write_tile(film, tile, before[t], sequence, splats);
       }
     }
     again = film.plan_epoch() != epoch;
@@ -458,7 +501,7 @@ Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is
     status = sync_file(fd_.get(), path_);
   }
   if (status) {
-    status = write_head(film, record, sequence);
+    status = write_head(film, record, sequence, splats);
   }
   if (status) {
     status = sync_file(fd_.get(), path_);

@@ -6,6 +6,9 @@
 /// short leaves the checkpoint before it. Heads and slots carry a CRC-32; when the newest
 /// checkpoint is damaged the one before it is taken, whole.
 ///
+/// Of a film with splats all tiles are written, with the splats of one moment: a light path adds to
+/// any of them.
+///
 /// Layout, little endian, parts aligned to 4096 bytes: head 0, head 1, then for each tile slot 0
 /// and slot 1. An object is used by one thread at a time.
 #pragma once
@@ -62,10 +65,11 @@ class FilmFile {
 
   FilmFile(std::string path, UniqueFd fd) : path_(std::move(path)), fd_(std::move(fd)) {}
   core::Result<Checkpoint> read_checkpoint(const core::Film& film, int head) const;
-  core::Status restore_tiles(core::Film& film, const Checkpoint& checkpoint) const;
+  core::Status restore_tiles(core::Film& film, Checkpoint& checkpoint) const;
   core::Status write_tile(const core::Film& film, int tile, const Tile& before,
-                          std::uint32_t sequence);
-  core::Status write_head(const core::Film& film, const FilmRecord& record, std::uint32_t sequence);
+                          std::uint32_t sequence, const core::SplatState& splats);
+  core::Status write_head(const core::Film& film, const FilmRecord& record, std::uint32_t sequence,
+                          const core::SplatState& splats);
   void release_old_slots(const core::Film& film) const;
 
   std::string path_;

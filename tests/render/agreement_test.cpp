@@ -5,6 +5,7 @@
 
 #include "core/settings/registry.h"
 #include "tests/render/truth.h"
+#include "tests/support/caustic.h"
 #include "tests/support/statistics.h"
 
 namespace {
@@ -133,6 +134,57 @@ void expect_agreement(core::View view, int samples, bool gloss) {
 
 TEST(Agreement, OfAllOptionsInTheCornellBox) { expect_agreement(box(), 16, false); }
 TEST(Agreement, OfAllOptionsAmongGlossyThings) { expect_agreement(zoo(), 16, true); }
+
+// A lamp, a point light, a map for a sky; metal, rough and smooth glass, a mirror, bent normals.
+core::View zoo_for_light_paths() {
+  core::View view = zoo();
+  view.settings.film.filter = {core::FilterType::kTent, 1};
+  return view;
+}
+
+struct LightTracing {
+  const char* name;
+  core::View view;
+};
+std::vector<LightTracing> light_tracings() {
+  core::View caustic = test_support::caustic();
+  caustic.settings.film.width = caustic.settings.film.height = kSide;
+  core::View lens = box();
+  lens.camera.aperture_radius_m = 0.05F;
+  return {{"box", box()},
+          {"thin lens", lens},
+          {"glossy things", zoo_for_light_paths()},
+          {"caustic", caustic}};
+}
+
+/// Paths find a caustic by chance: means of 16 pictures need more samples there to be normal.
+Agreement light_tracing_agrees(core::View view, float brightness) {
+  view.settings.estimator.roulette = core::RouletteType::kNone;
+  const Blocks reference = blocks_of(view, 1000, 256);
+  view.settings.integrator = "light-trace";
+  if (view.environment == nullptr && brightness != 1) {
+    core::SceneDescription brighter = test_support::cornell();
+    brighter.materials[3].emissive = Rgb(15 * brightness);
+    view.scene = test_support::build(std::move(brighter));
+  }
+  return compare(blocks_of(view, 1, 64), reference);
+}
+
+TEST(Agreement, OfLightTracingWithPathTracing) {
+  const std::vector<LightTracing> cases = light_tracings();
+  const int tests = static_cast<int>(cases.size());
+  for (const LightTracing& one : cases) {
+    const Agreement a = light_tracing_agrees(one.view, 1);
+    EXPECT_GT(a.least_p, test_support::sidak(0.001, 2 * tests * static_cast<int>(kBlocks)))
+        << one.name;
+    EXPECT_GT(a.ks, test_support::sidak(0.001, 2 * tests)) << one.name;
+  }
+}
+
+TEST(Agreement, ThreePercentMoreLightAreSeenOfLightTracing) {
+  const Agreement a = light_tracing_agrees(box(), 1.03F);
+  EXPECT_LT(std::min(a.least_p * static_cast<double>(kBlocks), a.ks), 1e-4);
+}
 
 // What is to be seen must be seen: light that is 3 % too strong.
 TEST(Agreement, ThreePercentMoreLightAreSeen) {

@@ -75,6 +75,9 @@ DRAWS = {
     r"\bBounceGroup::kBsdf\b\)*": "bsdf",
     r"\bBounceGroup::kVolume\b\)*": "volume",
     r"\bchoice_group\([^()]*\)\)?": "choice",
+    r"\bkStartGroup\b\)": "start",
+    r"\bkAimGroup\b\)": "aim",
+    r"\bvertex_group\([^()]*\)\)?": "vertex",
     r"\bextra_1d\(": "extra",
 }
 # Documents that people cite; each has to be in the tree.

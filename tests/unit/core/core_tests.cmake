@@ -21,6 +21,7 @@ set(CORE_TEST_SOURCES
   sample_sets_test.cpp
   sampler_test.cpp
   shared_lights_test.cpp
+  splats_test.cpp
   split_pilot_test.cpp
   textured_emission_test.cpp
   tile_fill_test.cpp

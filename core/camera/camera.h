@@ -63,6 +63,7 @@ class Camera {
   /// Where on the film ray() with this lens sees the point; empty behind the camera.
   std::optional<Vec2> project(Vec3 point, Vec2 lens) const noexcept;
 
+  bool is_orthographic() const noexcept { return orthographic_; }
   Vec3 forward() const noexcept { return forward_; }
 
  private:

@@ -96,9 +96,7 @@ Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors, boo
     MutexLock lock(mutex_);
     splats_.light_samples.resize(unit_rects_.size());
     splats_.light_paths.resize(static_cast<std::size_t>(replicates));
-    for (const PixelRect& rect : rects_) {
-      splats_.tiles.emplace_back(area(rect) * static_cast<std::size_t>(replicates));
-    }
+    splats_.tiles.resize(rects_.size());
   }
 }
 
@@ -178,7 +176,9 @@ void Film::add_light(const LightBatch& light) {
       const PixelRect& rect = rects_[tile];
       const auto pixel =
           static_cast<std::size_t>((splat.y - rect.y) * rect.width + splat.x - rect.x);
-      add_splat(splats_.tiles[tile][pixel * r + k], splat.value);
+      std::vector<SplatPixel>& sums = splats_.tiles[tile];
+      sums.resize(area(rect) * r);  // the first time
+      add_splat(sums[pixel * r + k], splat.value);
     }
     const int replicate = static_cast<int>(k);
     splats_.light_paths[k] += area(unit_rect(light.unit)) *
@@ -224,8 +224,15 @@ std::vector<std::uint32_t> Film::settle_splats() {
 }
 
 SplatState Film::splats() const {
-  MutexLock lock(mutex_);
-  return splats_;
+  SplatState out;
+  {
+    MutexLock lock(mutex_);
+    out = splats_;
+  }
+  for (std::size_t t = 0; t < out.tiles.size(); ++t) {
+    out.tiles[t].resize(area(rects_[t]) * static_cast<std::size_t>(replicates_));
+  }
+  return out;
 }
 
 void Film::restore_splats(SplatState state) {
@@ -250,7 +257,7 @@ TileState Film::shown_tile(int tile) const {
   const auto r = static_cast<std::size_t>(replicates_);
   MutexLock lock(mutex_);
   const std::vector<SplatPixel>& splats = splats_.tiles[static_cast<std::size_t>(tile)];
-  for (std::size_t i = 0; i < state.pixels.size(); ++i) {
+  for (std::size_t i = 0; i < splats.size(); ++i) {
     fold_splats(state.pixels[i], splats[i], paths_per_pixel(i % r));
   }
   return state;
@@ -375,8 +382,9 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
                       static_cast<std::size_t>(x0 - rect.x);
       const auto n = static_cast<std::size_t>(x1 - x0);
       std::copy_n(&slot.state.pixels[from * r], n * r, &out.pixels[to * r]);
-      for (std::size_t i = 0; has_splats_ && i < n * r; ++i) {
-        const auto& splats = splats_.tiles[static_cast<std::size_t>(&slot - tiles_.data())];
+      const auto tile = static_cast<std::size_t>(&slot - tiles_.data());
+      for (std::size_t i = 0; has_splats_ && !splats_.tiles[tile].empty() && i < n * r; ++i) {
+        const std::vector<SplatPixel>& splats = splats_.tiles[tile];
         fold_splats(out.pixels[to * r + i], splats[from * r + i], paths_per_pixel(i % r));
       }
       if (has_aux_) {
@@ -434,6 +442,7 @@ std::size_t Film::bytes() const noexcept {
 }
 
 std::string Film::digest() const {
+  const auto r = static_cast<std::size_t>(replicates_);
   Sha256 hash;
   const std::int32_t header[] = {crop_.x,     crop_.y,      crop_.width, crop_.height,
                                  full_width_, full_height_, replicates_, has_aux_ ? 1 : 0};
@@ -446,8 +455,10 @@ std::string Film::digest() const {
     hash.add(slot.state.aux.data(), slot.state.aux.size() * sizeof(AuxPixel));
   }
   hash.add(splats_.light_paths.data(), splats_.light_paths.size() * sizeof(std::uint64_t));
-  for (const std::vector<SplatPixel>& tile : splats_.tiles) {
-    hash.add(tile.data(), tile.size() * sizeof(SplatPixel));
+  for (std::size_t t = 0; t < splats_.tiles.size(); ++t) {
+    std::vector<SplatPixel> none(splats_.tiles[t].empty() ? area(rects_[t]) * r : 0);
+    const std::vector<SplatPixel>& sums = none.empty() ? splats_.tiles[t] : none;
+    hash.add(sums.data(), sums.size() * sizeof(SplatPixel));
   }
   return hash.hex();
 }

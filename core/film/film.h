@@ -80,7 +80,7 @@ struct SampleCounts {
 struct SplatState {
   std::vector<int> light_samples;              ///< [unit]; empty in films of a file or a merge
   std::vector<std::uint64_t> light_paths;      ///< [replicate]
-  std::vector<std::vector<SplatPixel>> tiles;  ///< [tile][pixel * R + replicate]
+  std::vector<std::vector<SplatPixel>> tiles;  ///< [tile][pixel * R + replicate]; empty: zeros
   std::uint64_t rejected_samples = 0;
   std::uint64_t rays = 0;
 };
@@ -142,7 +142,7 @@ class Film {
   /// Sums up the halves with the splats of now and gives every tile a new revision, if light was
   /// committed since the last time: tiles with their revisions. half_sums() stays until the next.
   std::vector<std::uint32_t> settle_splats();
-  /// All at one time.
+  /// All at one time; no tile is empty.
   SplatState splats() const;
   void restore_splats(SplatState state);
   /// A tile with its splats in the means.

@@ -62,6 +62,7 @@ struct IntegratorInput {
   const SceneData& scene;
   const Environment* environment;  ///< null: black
   const RenderSettings& settings;
+  const Camera* camera = nullptr;  ///< for integrators with light paths: of the view
 };
 
 /// As the settings name it. Pre: the name is a row of integrators().

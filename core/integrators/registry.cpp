@@ -50,6 +50,15 @@ constexpr std::array kIntegrators = {
                     .make = &make_light_tracer,
                     .accepts = kLightTraceOptions,
                     .splats = true},
+    IntegratorEntry{.name = "bdpt",
+                    .summary = "Bidirectional path tracing: subpaths from the camera and from the "
+                               "lights, connected in every way and combined by MIS.",
+                    .bias = "none",
+                    .error = ErrorValidity::kValid,
+                    .make = &make_bdpt,
+                    .accepts = kLightTraceOptions,
+                    .splats = true,
+                    .disperses = false},
 };
 
 }  // namespace

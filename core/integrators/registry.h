@@ -10,5 +10,6 @@ namespace core {
 std::unique_ptr<const Integrator> make_path_tracer(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_direct(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_light_tracer(const IntegratorInput& input);
+std::unique_ptr<const Integrator> make_bdpt(const IntegratorInput& input);
 
 }  // namespace core

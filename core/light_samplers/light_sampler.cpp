@@ -210,4 +210,17 @@ float LightSampler::pdf_environment(Vec3 direction_world, Vec3 point,
   return prob * environment_->pdf_solid_angle(direction_world);
 }
 
+float LightSampler::prob_delta(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept {
+  if (type_ == LightSamplerType::kUniform) {
+    return 1 / static_cast<float>(light_count_);
+  }
+  if (type_ == LightSamplerType::kPower) {
+    return power_.prob_cell(light);
+  }
+  const float by_tree = prob_tree(point, normal_world);
+  return light < triangles_ + local_punctual_
+             ? by_tree * scene_.light_tree.prob_light(point, normal_world, light)
+             : (1 - by_tree) / static_cast<float>(far_count_);
+}
+
 }  // namespace core

@@ -73,6 +73,8 @@ class LightSampler {
                      float cos_light) const noexcept;
   /// The same for the environment.
   float pdf_environment(Vec3 direction_world, Vec3 point, Vec3 normal_world) const noexcept;
+  /// Probability with which sample() picks a punctual light; light: as in LightSample.
+  float prob_delta(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept;
 
   LightPoint point_of(const LightSample& sample) const noexcept;
   LightView view(const LightPoint& light, Vec3 point) const noexcept;

@@ -48,7 +48,7 @@ class RenderSink {
 class Renderer {
  public:
   /// Errors: kInvalidArgument with where "/camera/..." (no such camera, fov of an orthographic
-  /// camera), "/film/crop".
+  /// camera), "/film/crop", "/integrator/type" (the scene has what it does not render).
   static Result<std::shared_ptr<const Renderer>> create(View view);
   virtual ~Renderer() = default;
   virtual const View& view() const noexcept = 0;

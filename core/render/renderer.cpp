@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -82,7 +83,7 @@ Planned planned_integrator(const View& view, const Camera& camera) {
   Planned planned;
   RenderSettings settings = view.settings;
   EstimatorSettings& estimator = settings.estimator;
-  const IntegratorInput input = {view.scene->data(), view.environment.get(), settings};
+  const IntegratorInput input = {view.scene->data(), view.environment.get(), settings, &camera};
   const auto make = [&] { return make_integrator(input); };
   if (estimator.splitting == SplittingType::kMeasured) {
     estimator.splitting = SplittingType::kNone;
@@ -287,6 +288,16 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
         c.y > film.height - c.height) {
       return Error{ErrorCode::kInvalidArgument, "the crop reaches outside the film", "/film/crop"};
     }
+  }
+  const IntegratorEntry* integrator = find_integrator(view.settings.integrator);
+  const std::vector<Material>& materials = view.scene->data().materials;
+  if (integrator != nullptr && !integrator->disperses &&
+      std::any_of(materials.begin(), materials.end(),
+                  [](const Material& m) { return m.factors.dispersion > 0; })) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "the scene has dispersion, which " + view.settings.integrator +
+                     " does not render; path does",
+                 "/integrator/type"};
   }
   const SceneSummary& summary = view.scene->summary();
   const auto camera =

@@ -158,10 +158,10 @@ std::vector<LightTracing> light_tracings() {
 }
 
 /// Paths find a caustic by chance: means of 16 pictures need more samples there to be normal.
-Agreement light_tracing_agrees(core::View view, float brightness) {
+Agreement light_paths_agree(core::View view, const char* integrator, float brightness) {
   view.settings.estimator.roulette = core::RouletteType::kNone;
   const Blocks reference = blocks_of(view, 1000, 256);
-  view.settings.integrator = "light-trace";
+  view.settings.integrator = integrator;
   if (view.environment == nullptr && brightness != 1) {
     core::SceneDescription brighter = test_support::cornell();
     brighter.materials[3].emissive = Rgb(15 * brightness);
@@ -170,20 +170,25 @@ Agreement light_tracing_agrees(core::View view, float brightness) {
   return compare(blocks_of(view, 1, 64), reference);
 }
 
-TEST(Agreement, OfLightTracingWithPathTracing) {
+void expect_light_paths_agree(const char* integrator) {
   const std::vector<LightTracing> cases = light_tracings();
   const int tests = static_cast<int>(cases.size());
   for (const LightTracing& one : cases) {
-    const Agreement a = light_tracing_agrees(one.view, 1);
+    const Agreement a = light_paths_agree(one.view, integrator, 1);
     EXPECT_GT(a.least_p, test_support::sidak(0.001, 2 * tests * static_cast<int>(kBlocks)))
         << one.name;
     EXPECT_GT(a.ks, test_support::sidak(0.001, 2 * tests)) << one.name;
   }
 }
 
-TEST(Agreement, ThreePercentMoreLightAreSeenOfLightTracing) {
-  const Agreement a = light_tracing_agrees(box(), 1.03F);
-  EXPECT_LT(std::min(a.least_p * static_cast<double>(kBlocks), a.ks), 1e-4);
+TEST(Agreement, OfLightTracingWithPathTracing) { expect_light_paths_agree("light-trace"); }
+TEST(Agreement, OfBidirectionalWithPathTracing) { expect_light_paths_agree("bdpt"); }
+
+TEST(Agreement, ThreePercentMoreLightAreSeenOfLightPaths) {
+  for (const char* integrator : {"light-trace", "bdpt"}) {
+    const Agreement a = light_paths_agree(box(), integrator, 1.03F);
+    EXPECT_LT(std::min(a.least_p * static_cast<double>(kBlocks), a.ks), 1e-4) << integrator;
+  }
 }
 
 // What is to be seen must be seen: light that is 3 % too strong.

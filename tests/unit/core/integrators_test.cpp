@@ -56,6 +56,20 @@ TEST(Integrators, FilmsOfEveryRowDoNotDependOnThreads) {
   }
 }
 
+TEST(Integrators, ThatDoNotDisperseRefuseScenesWithDispersion) {
+  core::SceneDescription scene = test_support::cornell();
+  scene.materials[0].dispersion = 0.1F;
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), 40, 40);
+  for (const core::IntegratorEntry& row : core::integrators()) {
+    view.settings.integrator = row.name;
+    const auto renderer = core::Renderer::create(view);
+    EXPECT_EQ(static_cast<bool>(renderer), row.disperses) << row.name;
+    if (!renderer) {
+      EXPECT_EQ(renderer.error().where, "/integrator/type");
+    }
+  }
+}
+
 // Both draw the same random numbers and no path ends by roulette, so that pictures differ by
 // rounding alone.
 TEST(Integrators, DirectIsPathAtDepthOne) {

@@ -17,6 +17,7 @@
 #include "core/render/split_pilot.h"
 #include "core/render/tile_fill.h"
 #include "core/samplers/dimensions.h"
+#include "core/settings/registry.h"
 #include "core/wave/wave_tracer.h"
 
 namespace core {

@@ -7,22 +7,22 @@
 ///   camera  x y     position on the film                  render/renderer render/split_pilot
 ///   camera  z w     position on the lens                  render/renderer render/split_pilot
 ///   light   x       which light                           integrators/path integrators/direct
-///                                                      integrators/bdpt
+///                                                         integrators/bdpt
 ///                                                         integrators/shared_lights
 ///                                                         wave/wave_tracer
 ///   light   y z     where on it                           integrators/path integrators/direct
-///                                                      integrators/bdpt
+///                                                         integrators/bdpt
 ///                                                         integrators/shared_lights
 ///                                                         wave/wave_tracer
 ///   light   w       Russian roulette of the path          integrators/path
-///                                                      integrators/bdpt
+///                                                         integrators/bdpt
 ///                                                         integrators/shared_lights
 ///                                                         wave/wave_tracer
 ///   bsdf    x       which lobe                            integrators/path integrators/direct
-///                                                         integrators/light_trace
+///                                                         integrators/light_trace integrators/bdpt
 ///                                                         wave/wave_tracer
 ///   bsdf    y z     direction                             integrators/path integrators/direct
-///                                                         integrators/light_trace
+///                                                         integrators/light_trace integrators/bdpt
 ///                                                         wave/wave_tracer
 ///   bsdf    w       delta lobe or not, where directions   integrators/path
 ///                   do not follow the BSDF
@@ -34,15 +34,15 @@
 ///   choice  w       whether the light tree is asked for   integrators/shared_lights
 ///                   the density of a neighbour's sample
 ///   start   x       which light a light path starts at    integrators/light_trace
-///                                                      integrators/bdpt
+///                                                         integrators/bdpt
 ///   start   y z     where on it                           integrators/light_trace
-///                                                      integrators/bdpt
+///                                                         integrators/bdpt
 ///   aim     x y     its direction                         integrators/light_trace
-///                                                      integrators/bdpt
+///                                                         integrators/bdpt
 ///   vertex  x y     position on the lens                  integrators/light_trace
-///                                                      integrators/bdpt
+///                                                         integrators/bdpt
 ///   vertex  z       Russian roulette of a light path      integrators/light_trace
-///                                                      integrators/bdpt
+///                                                         integrators/bdpt
 ///   extra   0..     holes along a segment                 transport/intersect
 ///   extra   2^31..  analog absorption                     integrators/path
 #pragma once

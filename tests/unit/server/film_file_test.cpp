@@ -36,13 +36,6 @@ void fill(core::Film& film, int samples) {
   }
 }
 
-/// Tiles without samples have their pixels, as a checkpoint with splats gives them back.
-void fill_missing(core::Film& film) {
-  for (int tile = 0; tile < film.tile_count(); ++tile) {
-    film.restore(tile, film.tile(tile), film.tile_revision(tile));
-  }
-}
-
 core::Result<FilmRecord> load(const std::string& path, core::Film& film) {
   auto file = FilmFile::open(path);
   if (!file) {
@@ -102,35 +95,6 @@ TEST(FilmFile, SecondsSpentBesideTheSamplesComeBack) {
   core::Film again(small_film(), 2);
   ASSERT_TRUE(load(path, again));
   EXPECT_EQ(again.cpu_seconds(), of_samples + 3);
-}
-
-TEST(FilmFile, SplatsComeBackWithTheLightSamplesThatTheyAreFrom) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
-  const auto made = [] {
-    return core::Film(small_film(), 2, core::PixelErrors::kCorrelated, true);
-  };
-  core::Film film = made();
-  auto file = FilmFile::open(path);
-  ASSERT_TRUE(file->restore(film));
-  core::LightBatch light{.unit = 1, .last_sample = 6};
-  light.splats.resize(2);
-  light.rays = 11;
-  const core::PixelRect rect = film.tile_rect(0);
-  light.add(1, {rect.x, rect.y, core::Rgb(0.5F)});
-  film.commit(1, made_tile(film, 1, 6), light);
-  ASSERT_TRUE(file->write(film, record_of(6), false));
-  core::Film again = made();
-  ASSERT_TRUE(load(path, again));
-  EXPECT_EQ(again.digest(), [&film] {
-    fill_missing(film);
-    return film.digest();
-  }());
-  EXPECT_EQ(again.light_samples(1), 6);
-  EXPECT_EQ(again.light_samples(0), 0);
-  EXPECT_EQ(again.splats().rays, 11U);
-  core::Film other(small_film(), 2);
-  EXPECT_FALSE(load(path, other)) << "a film without splats";
 }
 
 TEST(FilmFile, AHeadOfTheFirstVersionIsRead) {

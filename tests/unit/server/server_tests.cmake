@@ -5,6 +5,7 @@ set(SERVER_TEST_SOURCES
   config_test.cpp
   event_log_test.cpp
   event_stream_test.cpp
+  film_file_splats_test.cpp
   film_file_test.cpp
   full_disk_test.cpp
   guard_test.cpp

@@ -1,0 +1,122 @@
+/// What film files hold: heads, points and slots as they are on the disk, and their sizes.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/film/film.h"
+
+namespace server {
+
+inline constexpr std::uint64_t kAlign = 4096;
+inline constexpr std::size_t kPointsMax = 2048;
+inline constexpr std::size_t kArithmeticBytesMax = 256;
+/// Of the room for points, some is for the text.
+inline constexpr std::size_t kPointsWritten = kPointsMax - 8;
+inline constexpr std::array<char, 4> kHeadMagic = {'T', 'S', 'F', '2'};
+/// The same without the seconds beside the samples.
+inline constexpr std::array<char, 4> kFirstHeadMagic = {'T', 'S', 'F', '1'};
+inline constexpr std::size_t kFirstHeadBytes = 64;
+inline constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
+
+static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32 &&
+                  sizeof(core::PilotPixel) == 32 && sizeof(core::ReplicateFit) == 48,
+              "the file holds these as they are in memory; a change needs a new magic");
+
+/// As it was when the halves of a pixel could have different counts; both are the same now.
+struct StoredPlan {
+  std::array<std::uint32_t, 2> from{};
+  std::array<std::uint32_t, 2> to{};
+};
+
+inline constexpr std::int32_t kAux = 1;
+inline constexpr std::int32_t kPlan = 2;
+inline constexpr std::int32_t kPilot = 4;
+inline constexpr std::int32_t kFit = 8;
+inline constexpr std::int32_t kSplats = 16;
+
+inline std::int32_t parts_of(const core::Film& film) {
+  return (film.has_aux() ? kAux : 0) | (film.has_plan() ? kPlan : 0) |
+         (film.has_pilot() ? kPilot : 0) | (film.has_fit() ? kFit : 0) |
+         (film.has_splats() ? kSplats : 0);
+}
+
+/// In front of each part. The CRC covers everything after itself.
+struct HeadFields {
+  std::array<char, 4> magic = kHeadMagic;
+  std::uint32_t crc = 0;
+  std::uint32_t bytes = 0;  ///< Of the whole head.
+  std::uint32_t sequence = 0;
+  std::int32_t full_width = 0;
+  std::int32_t full_height = 0;
+  std::int32_t x = 0;
+  std::int32_t y = 0;
+  std::int32_t width = 0;
+  std::int32_t height = 0;
+  std::int32_t replicates = 0;
+  std::int32_t parts = 0;  ///< What a tile may have: kAux, kPlan, kPilot, kFit, kSplats.
+  std::uint32_t tile_count = 0;
+  std::uint32_t point_count = 0;
+  double elapsed_seconds = 0;
+  double cpu_seconds_beside = 0;  ///< Of the film, beside its tiles'.
+};
+static_assert(sizeof(HeadFields) == kFirstHeadBytes + sizeof(double));
+
+struct PointFields {
+  double elapsed_seconds = 0;
+  double cpu_seconds = 0;
+  std::uint64_t rays = 0;
+  double relative_rmse = 0;
+  double low = 0;
+  double high = 0;
+  std::int32_t samples_per_pixel = 0;
+  std::int32_t unreliable = 0;
+};
+static_assert(sizeof(PointFields) == 56);
+
+struct SlotFields {
+  std::array<char, 4> magic = kSlotMagic;
+  std::uint32_t crc = 0;
+  std::uint32_t bytes = 0;  ///< Of the whole slot.
+  std::uint32_t sequence = 0;
+  std::uint32_t tile = 0;
+  std::uint32_t revision = 0;
+  std::int32_t samples = 0;
+  std::int32_t pilot_samples = 0;  ///< 0: no pilot pixels follow.
+  std::uint64_t rejected_samples = 0;
+  std::uint64_t rays = 0;
+  double cpu_seconds = 0;
+  std::int32_t span_from = 0;
+  std::int32_t span_to = 0;  ///< 0: no plan follows.
+};
+static_assert(sizeof(SlotFields) == 64);
+
+inline std::size_t pixels_of(const core::PixelRect& rect) {
+  return static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
+}
+
+inline std::size_t replicate_bytes(const core::Film& film) {
+  return static_cast<std::size_t>(film.replicates()) *
+         (sizeof(core::ReplicatePixel) + (film.has_fit() ? sizeof(core::ReplicateFit) : 0) +
+          (film.has_splats() ? sizeof(core::SplatPixel) : 0));
+}
+
+/// In the head: light samples of each unit, light paths of each replicate, rejected splats, rays.
+inline std::size_t splat_head_bytes(const core::Film& film) {
+  return film.has_splats()
+             ? static_cast<std::size_t>(film.unit_count()) * sizeof(std::int32_t) +
+                   (static_cast<std::size_t>(film.replicates()) + 2) * sizeof(std::uint64_t)
+             : 0;
+}
+
+/// Of a whole slot, by what its fields say.
+inline std::size_t slot_size(const core::Film& film, const core::PixelRect& rect,
+                             const SlotFields& fields) {
+  return sizeof fields +
+         pixels_of(rect) * (replicate_bytes(film) + (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
+                            (fields.span_to != 0 ? sizeof(StoredPlan) : 0) +
+                            (fields.pilot_samples != 0 ? sizeof(core::PilotPixel) : 0));
+}
+
+}  // namespace server

@@ -1,0 +1,52 @@
+#include <gtest/gtest.h>
+
+#include "server/store/film_file.h"
+#include "tests/unit/server/server_test_support.h"
+
+namespace {
+
+using server::FilmFile;
+using server::FilmRecord;
+using test_support::made_tile;
+using test_support::small_film;
+using test_support::TemporaryFolder;
+
+/// Tiles without samples have their pixels, as a checkpoint with splats gives them back.
+void fill_missing(core::Film& film) {
+  for (int tile = 0; tile < film.tile_count(); ++tile) {
+    film.restore(tile, film.tile(tile), film.tile_revision(tile));
+  }
+}
+
+TEST(FilmFile, SplatsComeBackWithTheLightSamplesThatTheyAreFrom) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  const auto made = [] {
+    return core::Film(small_film(), 2, core::PixelErrors::kCorrelated, true);
+  };
+  core::Film film = made();
+  auto file = FilmFile::open(path);
+  ASSERT_TRUE(file->restore(film));
+  core::LightBatch light;
+  light.unit = 1;
+  light.last_sample = 6;
+  light.splats.resize(2);
+  light.rays = 11;
+  const core::PixelRect rect = film.tile_rect(0);
+  light.add(1, {rect.x, rect.y, core::Rgb(0.5F)});
+  film.commit(1, made_tile(film, 1, 6), light);
+  ASSERT_TRUE(file->write(film, FilmRecord{}, false));
+  core::Film again = made();
+  ASSERT_TRUE(FilmFile::open(path)->restore(again));
+  EXPECT_EQ(again.digest(), [&film] {
+    fill_missing(film);
+    return film.digest();
+  }());
+  EXPECT_EQ(again.light_samples(1), 6);
+  EXPECT_EQ(again.light_samples(0), 0);
+  EXPECT_EQ(again.splats().rays, 11U);
+  core::Film other(small_film(), 2);
+  EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without splats";
+}
+
+}  // namespace

@@ -101,6 +101,18 @@ class Errors(unittest.TestCase):
         self.assertGreater(difference, 10 * doubt)
         self.assertAlmostEqual(difference, 0.05 ** 2, delta=0.0004)
 
+    def test_the_common_reference_is_of_a_peer_that_agrees_with_others(self):
+        truth = [self.noisy(0.02) for _ in range(9)]
+        off = [picture * 1.3 for picture in truth[:3]]
+        references = {
+            "off": measures.Reference(off),
+            "tessera": measures.Reference(truth[3:6]),
+            "right": measures.Reference(truth[6:]),
+        }
+        self.assertEqual(measures.most_agreed(references), "right")
+        self.assertEqual(measures.most_agreed({"tessera": references["tessera"]}), "tessera")
+        self.assertIsNone(measures.most_agreed({}))
+
     def test_a_reference_is_no_different_from_itself(self):
         a = measures.Reference([self.noisy(0.1) for _ in range(2)])
         self.assertEqual(measures.difference(a, a), (0.0, 0.0))

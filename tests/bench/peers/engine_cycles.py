@@ -1,7 +1,6 @@
 """Cycles by Blender's Python module (PyPI's bpy, or a Blender that is installed), by Blender's own
 glTF reader."""
 
-import math
 import os
 
 import bpy
@@ -43,12 +42,7 @@ class Engine:
         if self.job["environment"]:
             image = nodes.new("ShaderNodeTexEnvironment")
             image.image = bpy.data.images.load(self.job["environment"])
-            # The picture's centre: +x in glTF, and in Blender's axes +x too, as its map has -y
-            # there.
-            mapping, place = nodes.new("ShaderNodeMapping"), nodes.new("ShaderNodeTexCoord")
-            mapping.inputs["Rotation"].default_value = (0, 0, math.radians(-90))
-            links.new(place.outputs["Generated"], mapping.inputs["Vector"])
-            links.new(mapping.outputs["Vector"], image.inputs["Vector"])
+            # Blender's directions are those of glTF, turned into its axes: +x is the centre.
             links.new(image.outputs["Color"], background.inputs["Color"])
 
     def settings(self, scene):

@@ -2,6 +2,7 @@
 independent."""
 
 import math
+import os
 
 import drjit as dr
 import gltf
@@ -15,6 +16,7 @@ class Engine:
     def __init__(self, job):
         dr.set_thread_count(job["threads"])
         self.version = f"Mitsuba {mi.__version__} llvm_ad_rgb, {job['variant']}"
+        self.folder = job["folder"]
         self.source = gltf.read(job["scene"])
         self.materials = [self.material(m) for m in self.source.materials]
         scene = {
@@ -64,7 +66,10 @@ class Engine:
 
     def texture(self, image, color, channel=None, is_color=True):
         """An image times a colour; one channel of it as a number."""
-        bitmap = mi.Bitmap(mi.MemoryStream(self.source.images[image]))
+        path = os.path.join(self.folder, f"image{image}")
+        with open(path, "wb") as file:
+            file.write(self.source.images[image])
+        bitmap = mi.Bitmap(path)
         has_gamma = is_color and channel is None
         values = np.array(
             bitmap.convert(
@@ -81,8 +86,7 @@ class Engine:
             values = values.astype(np.float32) / np.iinfo(values.dtype).max
         values = values[..., :3] if channel is None else values[..., channel:channel + 1]
         values = np.ascontiguousarray(values * np.asarray(color, np.float32))
-        return {"type": "bitmap", "data": mi.TensorXf(values), "raw": True,
-                "to_uv": mi.ScalarTransform3f().scale([1, -1])}
+        return {"type": "bitmap", "data": mi.TensorXf(values), "raw": True}
 
     def color(self, image, color):
         if image is None:

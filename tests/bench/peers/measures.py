@@ -111,6 +111,15 @@ def difference(a, b):
     return float(error.mean()), float(error.std() / math.sqrt(error.size))
 
 
+def most_agreed(references):
+    """The engine whose reference differs least from all others'; Tessera only if it is alone."""
+    peers = [name for name in references if name != "tessera"] or list(references)
+    if not peers:
+        return None
+    return min(peers, key=lambda name: sum(
+        max(difference(other, references[name])[0], 0) for other in references.values()))
+
+
 def efficiency(error, cpu_seconds, threads):
     """1 / (V T), T being the seconds that the CPU time is when all threads work."""
     return threads / (error * cpu_seconds) if error > 0 and cpu_seconds > 0 else math.nan

@@ -15,10 +15,10 @@ How it is measured
             and each engine has made a picture of each number of samples (kernels, hierarchies),
             before anything is timed.
   relMSE    Mean of (a - r)^2 / (r^2 + 0.01) over pixels and channels; the noise of r, known from
-            its parts, is taken off. r is a long render by a peer, the first that is there
-            ("common"). An engine whose own long render differs from it beyond noise is measured
-            against its own ("own"): materials and lights of two engines are never quite the same,
-            and that is not noise.
+            its parts, is taken off. r is a long render by a peer, the one that differs least from
+            those of all others ("common"). An engine whose own long render differs from it beyond
+            noise is measured against its own ("own"): materials and lights of two engines are
+            never quite the same, and that is not noise.
   bright    Mean of the engine's long render over that of Tessera's. Other than 1: they do not
             render the same scene.
   eff       1/(V T) = threads / (relMSE x CPU seconds); (trimmed): without the worst 0.1 % of
@@ -33,6 +33,7 @@ Depth is 8 scattering events, the filter a box; roulette, samplers and light sam
 engine's defaults. Clamps, denoisers, adaptive sampling, blurred caustics and whatever else trades
 noise for bias are off.
 """
+
 import argparse
 import json
 import os
@@ -213,16 +214,15 @@ class Contest:
     def evaluate(self, references, runs):
         import measures
         names = [name for name in self.results if name in runs]
-        common = next((n for n in names if n != "tessera"), names[0] if names else None)
-        self.common = common
+        self.common = common = measures.most_agreed(references)
         for name in names:
             result, own = self.results[name], references[name]
             shared = references[common]
             difference, doubt = measures.difference(own, shared)
             most = max(runs[name])
             noise = measures.relative_mse(own.pixel_errors(runs[name][most][0][0], shared.mean))
-            # A tenth of the least noise that is measured: more would be seen in the figures.
-            agrees = difference <= 0.1 * max(noise, 0) + 2 * doubt
+            # Shown to agree: to a tenth of the least noise that is measured.
+            agrees = own is shared or difference + 2 * doubt <= 0.1 * noise
             reference = shared if agrees else own
             result.update(
                 difference=difference,

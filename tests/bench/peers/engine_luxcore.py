@@ -52,23 +52,24 @@ class Engine:
 
     def camera(self):
         matrix, fov = self.source.camera, self.source.vertical_fov
-        eye, aspect = matrix[:3, 3], self.job["width"] / self.job["height"]
-        half = math.tan(fov / 2)
-        # LuxCore's field of view is that of the shorter side.
-        self.set(
-            "scene.camera",
-            {
-                "type": "perspective",
-                "lookat.orig": eye.tolist(),
-                "lookat.target": (eye - matrix[:3, 2]).tolist(),
-                "up": matrix[:3, 1].tolist(),
-                "cliphither": 1e-3,
-                "clipyon": 1e5,
-                "autofocus.enable": 0,
-                "lensradius": 0.0,
-                "fieldofview": math.degrees(2 * math.atan(half * min(aspect, 1))),
-            },
-        )
+        width, height = self.job["width"], self.job["height"]
+        eye, aspect, half = matrix[:3, 3], width / height, math.tan(fov / 2)
+        # LuxCore's field of view is that of the shorter side. Its pictures stand one row too low.
+        right, top = max(aspect, 1.0), max(1 / aspect, 1.0)
+        row = 2 * top / height
+        values = {
+            "type": "perspective",
+            "lookat.orig": eye.tolist(),
+            "lookat.target": (eye - matrix[:3, 2]).tolist(),
+            "up": matrix[:3, 1].tolist(),
+            "cliphither": 1e-3,
+            "clipyon": 1e5,
+            "autofocus.enable": 0,
+            "lensradius": 0.0,
+            "fieldofview": math.degrees(2 * math.atan(half * min(aspect, 1))),
+            "screenwindow": [-right, right, -top - row, top - row],
+        }
+        self.set("scene.camera", values)
 
     def texture(self, name, image, factor, channel=None, gamma=1.0):
         """An image file times a factor."""
@@ -140,8 +141,8 @@ class Engine:
 
     def lights(self):
         if self.job["environment"]:
-            # LuxCore's maps stand with z up.
-            turn = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+            # LuxCore's maps stand with z up, and are seen from outside.
+            turn = np.array([[-1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
             self.set(
                 "scene.lights.sky",
                 {

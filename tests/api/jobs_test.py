@@ -25,6 +25,7 @@ class Submitting(ApiTest):
             {
                 "id",
                 "state",
+                "pause_reason",
                 "stop_reason",
                 "created_at",
                 "started_at",

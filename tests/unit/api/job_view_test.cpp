@@ -26,10 +26,10 @@ std::vector<std::string> keys(const Json& object) {
 
 TEST(JobView, HasTheMembersOfTheContract) {
   const Json job = parsed(api::job_json(api::example_job()));
-  EXPECT_EQ(keys(job), (std::vector<std::string>{"id", "state", "stop_reason", "created_at",
-                                                 "started_at", "finished_at", "spec", "progress",
-                                                 "error", "failure", "queue_position", "statistics",
-                                                 "revision", "film_digest", "warnings", "links"}));
+  EXPECT_EQ(keys(job), (std::vector<std::string>{
+                           "id", "state", "pause_reason", "stop_reason", "created_at", "started_at",
+                           "finished_at", "spec", "progress", "error", "failure", "queue_position",
+                           "statistics", "revision", "film_digest", "warnings", "links"}));
   EXPECT_EQ(keys(job["progress"]),
             (std::vector<std::string>{"fraction", "samples_per_pixel", "elapsed_seconds",
                                       "cpu_seconds", "eta_seconds", "eta_interval_seconds"}));
@@ -47,12 +47,25 @@ TEST(JobView, WritesNullForWhatIsNotKnown) {
   job.spec.scene = "x";
   const Json body = parsed(api::job_json(job));
   for (const char* pointer :
-       {"/stop_reason", "/started_at", "/finished_at", "/failure", "/queue_position",
-        "/film_digest", "/error/relative_rmse", "/error/low", "/error/high",
+       {"/pause_reason", "/stop_reason", "/started_at", "/finished_at", "/failure",
+        "/queue_position", "/film_digest", "/error/relative_rmse", "/error/low", "/error/high",
         "/statistics/efficiency", "/statistics/peak_bytes", "/progress/eta_seconds",
         "/progress/eta_interval_seconds"}) {
     EXPECT_TRUE(body.at(Json::json_pointer(pointer)).is_null()) << pointer;
   }
+}
+
+TEST(JobView, SaysWhyAJobIsPaused) {
+  api::JobView job;
+  job.spec.scene = "x";
+  job.state = api::JobState::kPaused;
+  job.pause_reason = api::PauseReason::kRequested;
+  const std::string asked = api::job_etag(job);
+  EXPECT_EQ(parsed(api::job_json(job))["pause_reason"], "requested");
+  job.pause_reason = api::PauseReason::kStorageFull;
+  EXPECT_EQ(parsed(api::job_json(job))["pause_reason"], "storage_full");
+  EXPECT_NE(api::job_etag(job), asked);
+  EXPECT_EQ(api::etag_spec_version(api::job_etag(job)), 1U);
 }
 
 // An integrator without a row has no valid error.

@@ -1,0 +1,60 @@
+"""Draining without stopping, and how many ended jobs a server keeps."""
+
+import json
+import time
+import unittest
+
+from harness import PATIENCE_S, ApiTest, Server, job_body, tessera
+
+
+class Drain(ApiTest):
+    FLAGS = ("--max-running", "1")
+
+    def test_what_has_begun_ends_and_nothing_new_begins(self):
+        running = self.server.submit(job_body(samples=65536))["id"]
+        self.server.wait_for_samples(running)
+        waiting = self.server.submit(job_body())["id"]
+        state = self.server.request("PUT", "/v1/drain").json()
+        self.assertEqual(state, {"draining": True, "running": 1, "queued": 1})
+        self.assert_problem(self.server.post("/v1/jobs", job_body()), 503)
+        ready = self.server.get("/readyz")
+        self.assertEqual((ready.status, b"\ndraining: " in ready.body), (200, True))
+        self.server.post(f"/v1/jobs/{running}/cancel")
+        address = f"http://127.0.0.1:{self.server.port}"
+        code, said, complaints = tessera("drain", "--wait", "--server", address)
+        self.assertEqual((code, json.loads(said)["running"]), (0, 0), complaints)
+        self.assertEqual(self.server.job(waiting)["state"], "queued")
+        self.assertEqual(tessera("drain", "--end", "--server", address)[0], 0)
+        self.assertFalse(self.server.get("/v1/drain").json()["draining"])
+        self.assertEqual(self.server.wait(waiting)["state"], "finished")
+        self.assertEqual(self.server.get("/readyz").body, b"ready\n")
+
+
+class Retention(unittest.TestCase):
+    def wait_for_404(self, server, job):
+        deadline = time.monotonic() + PATIENCE_S
+        while server.get(f"/v1/jobs/{job}").status != 404:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.1)
+
+    def test_the_oldest_beyond_a_number_are_forgotten(self):
+        server = Server("--max-ended", "1")
+        self.addCleanup(server.close)
+        server.start()
+        first, second = (server.render(job_body(seed=seed))["id"] for seed in range(2))
+        self.wait_for_404(server, first)
+        self.assertEqual(server.get(f"/v1/jobs/{second}").status, 200)
+        limits = server.get("/v1/server").json()["limits"]
+        self.assertEqual(limits["ended_jobs"], 1)
+
+    def test_all_are_forgotten_when_their_time_is_over(self):
+        server = Server("--retention", "2")
+        self.addCleanup(server.close)
+        server.start()
+        longer = server.submit(job_body(retention_seconds=1000))
+        self.assertTrue([each for each in longer["warnings"] if "2 seconds" in each])
+        self.wait_for_404(server, longer["id"])
+
+
+if __name__ == "__main__":
+    unittest.main()

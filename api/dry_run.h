@@ -16,7 +16,7 @@ struct CostView {
   double samples_per_pixel = 0;  ///< that the stop rules will need
   double memory_bytes = 0;       ///< film and scene
   double memory_bytes_low = 0;   ///< the film alone: the scene may be loaded already
-  double memory_bytes_high = 0;  ///< with a copy of the film for a checkpoint or a picture
+  double memory_bytes_high = 0;  ///< what it is admitted with: while it is loaded, or renders
   double pilot_cpu_seconds = 0;
 };
 struct DryRunView {

@@ -402,7 +402,8 @@ const View<CostView>& cost_view() {
         [](const CostView& c) { return number_json(std::round(c.memory_bytes)); }},
        {"memory_bytes_low", shape::real("The film alone."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes_low)); }},
-       {"memory_bytes_high", shape::real("With a copy of the film for a checkpoint or a picture."),
+       {"memory_bytes_high",
+        shape::real("What the job is admitted with: the most while it is loaded, or renders."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes_high)); }},
        {"pilot_cpu_seconds", shape::real("What the pilot took."),
         [](const CostView& c) { return number_json(c.pilot_cpu_seconds); }}}};

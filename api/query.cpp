@@ -76,10 +76,12 @@ void read_cursor(const std::string& text, S& out, const std::string& pointer, Fa
 }
 
 constexpr std::array kJobClasses = {
-    core::NamedValue<JobClass>{"normal", JobClass::kNormal, "Pictures to keep."},
-    core::NamedValue<JobClass>{"preview", JobClass::kPreview, "Previews, kept in memory."},
+    core::NamedValue<ListQuery::Class>{"normal", ListQuery::Class::kNormal, "Pictures to keep."},
+    core::NamedValue<ListQuery::Class>{"preview", ListQuery::Class::kPreview,
+                                       "Previews, kept in memory."},
+    core::NamedValue<ListQuery::Class>{"all", ListQuery::Class::kAll, "Both."},
 };
-std::span<const core::NamedValue<JobClass>> job_classes() { return kJobClasses; }
+std::span<const core::NamedValue<ListQuery::Class>> job_classes() { return kJobClasses; }
 
 Json cursor_schema() { return {{"type", "string"}, {"pattern", kCursorPattern}}; }
 
@@ -115,7 +117,7 @@ const auto& job_list_table() {
               "is ignored for a to z."),
           choice(
               "class", [](auto& s) -> auto& { return s.job_class; }, &job_classes,
-              "Only jobs of this class: `normal` leaves out previews."),
+              "Only jobs of this class: previews are left out unless they are asked for."),
       },
       page_rows<ListQuery>());
   return kTable;
@@ -284,6 +286,18 @@ void read_range(const std::string& value, ImageReading& out, const std::string& 
   out.query.range = ImageRange{ends};
 }
 
+void read_background(const std::string& value, ImageReading& out, const std::string& pointer,
+                     Faults& faults) {
+  out.query.background = read_color(value, pointer, faults);
+}
+
+Json background_schema(const ImageReading& /*defaults*/) {
+  Json schema = text_schema();
+  schema["pattern"] = "^[0-9A-Fa-f]{6}$";
+  schema["example"] = "ffffff";
+  return schema;
+}
+
 Json range_schema(const ImageReading& /*defaults*/) {
   Json schema = text_schema();
   schema["example"] = "auto";
@@ -302,6 +316,12 @@ const auto& image_table() {
           "linear too, and X-Tessera-Ignored tells."),
       ParameterField<ImageReading>{"tonemap", "Display formats only, as with exposure.",
                                    &read_tone_map, &tone_map_schema},
+      ParameterField<ImageReading>{
+          "background",
+          "Colour behind a transparent picture, as six digits of sRGB; the picture loses its "
+          "alpha. "
+          "When absent, formats without alpha (jpg, hdr) have white. Not for layers of data.",
+          &read_background, &background_schema},
       ParameterField<ImageReading>{
           "range",
           "LOW,HIGH: values that become black and white, or auto. Layers of data in display "

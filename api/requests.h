@@ -78,9 +78,10 @@ struct LabelFilter {
 struct ListQuery {
   std::vector<JobState> states;  ///< empty: all
   std::vector<LabelFilter> labels;
-  std::string name;                   ///< empty: all
-  std::optional<JobClass> job_class;  ///< null: both
-  std::string cursor;                 ///< empty: from the newest; [A-Za-z0-9_-], at most 256
+  std::string name;  ///< empty: all
+  enum class Class : std::uint8_t { kNormal, kPreview, kAll };
+  Class job_class = Class::kNormal;
+  std::string cursor;  ///< empty: from the newest; [A-Za-z0-9_-], at most 256
   int limit = 50;
 };
 Parsed<ListQuery> parse_job_list_query(QueryParams query);
@@ -121,11 +122,12 @@ struct ImageRange {
 };
 
 /// GET
-/// /v1/jobs/{id}/image?layer=&exposure=&tonemap=&range=&revision=&x=&y=&width=&height=&max_size=
-/// &stream=. 422 for wrong values. A path extension is the server's business.
+/// /v1/jobs/{id}/image?layer=&exposure=&tonemap=&background=&range=&revision=&x=&y=&width=&height=
+/// &max_size=&stream=. 422 for wrong values. A path extension is the server's business.
 struct ImageQuery {
   std::optional<std::string> layer;  ///< empty: beauty, or all layers for EXR
   float exposure_stops = 0;
+  std::optional<core::Rgb> background;  ///< as on a screen, each in [0,1]; null: see the format
   std::string tone_map = "srgb";
   std::optional<ImageRange> range;
   std::optional<std::uint32_t> revision;  ///< this one or newer

@@ -1,7 +1,9 @@
 #include "api/values.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <system_error>
 
 namespace api {
 
@@ -148,6 +150,21 @@ std::optional<core::Vec3> read_triple(const Json& value, const Range& range,
     return {};
   }
   return core::Vec3{numbers[0], numbers[1], numbers[2]};
+}
+
+std::optional<core::Rgb> read_color(std::string_view text, const std::string& pointer,
+                                    Faults& faults) {
+  std::uint32_t digits = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, fault] = std::from_chars(text.data(), end, digits, 16);
+  if (text.size() != 6 || fault != std::errc() || stop != end) {
+    faults.add(pointer, shown(Json(text)) + " is not a colour such as ffffff");
+    return std::nullopt;
+  }
+  const auto channel = [digits](unsigned shift) {
+    return static_cast<float>((digits >> shift) & 255U) / 255.0F;
+  };
+  return core::Rgb{channel(16), channel(8), channel(0)};
 }
 
 bool expect_object(const Json& value, const std::string& pointer, Faults& faults) {

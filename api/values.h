@@ -13,6 +13,7 @@
 
 #include "api/faults.h"
 #include "api/json.h"
+#include "core/color/rgb.h"
 #include "core/math/vec.h"
 
 namespace api {
@@ -55,6 +56,9 @@ std::optional<bool> read_flag(const Json& value, const std::string& pointer, Fau
 /// An array of three numbers.
 std::optional<core::Vec3> read_triple(const Json& value, const Range& range,
                                       const std::string& pointer, Faults& faults);
+/// Six hexadecimal digits of sRGB; each channel in [0,1], as on a screen.
+std::optional<core::Rgb> read_color(std::string_view text, const std::string& pointer,
+                                    Faults& faults);
 /// True for an object; else a fault.
 bool expect_object(const Json& value, const std::string& pointer, Faults& faults);
 /// A fault for each member that is not in `known`.

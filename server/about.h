@@ -13,12 +13,11 @@ std::string program_version();
 /// What may be kept, in bytes. Pre: the data directory is there; where the size of the disk
 /// is unknown, percentages are no limit.
 StorageLimits storage_limits(const Config& config);
-/// What may be held in memory, in bytes; 0: any number. Where nothing is known of the machine, jobs
-/// are not bound.
+/// What may be held in memory, in bytes; 0: any number. Where nothing is known of the machine,
+/// nobody is bound.
 struct MemoryLimits {
-  std::uint64_t jobs_bytes = 0;
-  std::uint64_t requests_bytes =
-      0;  ///< for films that requests read, and for the pictures that they make; each
+  std::uint64_t all_bytes = 0;
+  std::uint64_t gate_bytes = 0;  ///< for jobs and requests: without the process itself
   std::uint64_t scene_cache_bytes = 0;
   std::uint64_t film_cache_bytes = 0;
 };

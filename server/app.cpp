@@ -14,6 +14,7 @@
 #include <thread>
 #include <utility>
 
+#include <malloc.h>
 #include <pthread.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -72,9 +73,7 @@ JobServiceOptions job_options(const Config& config, const MemoryLimits& memory,
   options.book.previews_of_tenant_max = config.quota_previews;
   options.samples_max = config.samples_max;
   options.checkpoint_seconds = config.checkpoint_seconds;
-  options.book.memory_max_bytes = memory.jobs_bytes;
   options.film_cache_bytes = memory.film_cache_bytes;
-  options.film_readers_bytes = memory.requests_bytes;
   options.build = api::build_json(about);
   return options;
 }
@@ -100,6 +99,10 @@ void allow_open_files() {
   }
 }
 
+/// Large blocks go back to the machine when they are freed: by default glibc keeps what is below a
+/// threshold that grows to 32 MiB with the blocks that were freed (mallopt(3)).
+void give_back_large_blocks() { ::mallopt(M_MMAP_THRESHOLD, 1 << 20); }
+
 /// Everything that a running server is made of, in the order in which it is built and, backwards,
 /// taken apart.
 class App {
@@ -124,12 +127,12 @@ class App {
         comparisons_(*database_, data_,
                      {.count = api::limits::kComparisons, .bytes = api::limits::kComparisonBytes}),
         quota_(*database_, storage_limits(config)),
-        scenes_(assets_, scene_table_, quota_,
+        memory_gate_(memory_.gate_bytes),
+        scenes_(assets_, scene_table_, quota_, memory_gate_,
                 {.cache_bytes = memory_.scene_cache_bytes,
                  .threads = render_threads(config),
                  .isa = config.isa == "native" ? std::string() : isa}),
         streams_(config.streams_max, config.quota_streams),
-        pictures_(memory_.requests_bytes),
         keys_(live_, key_table_,
               [this](KeyRing::Change change, const KeyRow& key) {
                 request_log_.note_key(change, key);
@@ -172,10 +175,10 @@ class App {
     if (!run) {
       return run.error();
     }
-    app->jobs_ =
-        std::make_unique<JobService>(JobServiceParts{app->job_table_, app->scenes_, app->data_,
-                                                     app->log_, app->metrics_, app->quota_},
-                                     job_options(config, app->memory_, app->about_), *run);
+    app->jobs_ = std::make_unique<JobService>(
+        JobServiceParts{app->job_table_, app->scenes_, app->data_, app->log_, app->metrics_,
+                        app->quota_, app->memory_gate_},
+        job_options(config, app->memory_, app->about_), *run);
     if (const auto started = app->start_webhooks(); !started) {
       return started.error();
     }
@@ -217,7 +220,7 @@ class App {
                                              usage_,
                                              deliveries_,
                                              *webhook_secrets_,
-                                             pictures_,
+                                             memory_gate_,
                                              metrics_,
                                              log_,
                                              about_,
@@ -408,9 +411,9 @@ class App {
   UsageTable usage_;
   ComparisonStore comparisons_;
   StorageQuota quota_;
+  MemoryGate memory_gate_;
   SceneService scenes_;
   StreamGate streams_;
-  MemoryGate pictures_;
   KeyRing keys_;
   Tickets tickets_;
   const std::unique_ptr<SessionStore> sessions_;
@@ -451,6 +454,7 @@ int serve(const Config& config, const std::function<core::Result<Config>()>& rea
   std::signal(SIGXFSZ, SIG_IGN);
 
   allow_open_files();
+  give_back_large_blocks();
   auto app = App::create(config);
   if (!app) {
     return report(app.error());

@@ -131,8 +131,9 @@ void add_flags(CLI::App& app, Config& config) {
   row("max-running", config.running_max, "N", "Jobs rendering at a time.")
       ->check(flags::within(1, 1024));
   row("memory", config.memory, "BYTES|N%",
-      "Films and scenes of jobs that have begun, a percentage being of the memory that this "
-      "process may use: others wait, paused ones go to the disk.")
+      "All that takes memory, jobs, requests and caches, a percentage being of the memory that "
+      "this "
+      "process may use: what does not fit waits or is refused, paused jobs go to the disk.")
       ->transform(share_or_bytes());
   row("max-streams", config.streams_max, "N", "Open event and tile streams.")
       ->check(flags::within(1, 60000));

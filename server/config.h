@@ -43,7 +43,7 @@ struct Config {
 
   int queue_max = 1000;            ///< jobs waiting; 429 beyond
   int running_max = 16;            ///< jobs that render at a time
-  Share memory = {.percent = 70};  ///< of usable_memory_bytes(), for jobs
+  Share memory = {.percent = 70};  ///< of usable_memory_bytes(), for all that takes it
   int streams_max = 2048;          ///< open event and tile streams
   int lab_runs_max = 2;            ///< experiments at a time, one thread of low priority each
   int samples_max = 65536;         ///< of any job: stop reason `limit`

@@ -50,7 +50,7 @@ int list_jobs(const ServerFlags& server, const ListFlags& flags) {
   std::string cursor;
   do {
     const int left = flags.limit - static_cast<int>(all.size());
-    std::string path = std::string("/v1/jobs?") + (flags.previews ? "" : "class=normal&") +
+    std::string path = std::string("/v1/jobs?") + (flags.previews ? "class=all&" : "") +
                        "limit=" + std::to_string(std::min(left, 200));
     for (const std::string& state : flags.states) {
       path += "&state=" + encode_url(state);

@@ -1,6 +1,7 @@
 #include "core/error/pixel_error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -25,15 +26,17 @@ PixelError pixel_error(const FilmSnapshot& film, int x, int y) {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(rect.width) +
            static_cast<std::size_t>(column);
   };
-  Rgb squares;
+  std::array<double, 3> squares{};  // Of light of 1e20 and more they are no floats.
   int count = 0;
   for (int row = window.y; row < window.y + window.height; ++row) {
     for (int column = window.x; column < window.x + window.width; ++column) {
       const HalfValue a = half_value(film, index(column, row), 0);
       const HalfValue b = half_value(film, index(column, row), 1);
       if (has_halves(a, b)) {
-        const Rgb d = a.mean - b.mean;
-        squares += d * d * 0.25F;
+        for (int c = 0; c < 3; ++c) {
+          const double d = static_cast<double>(a.mean[c]) - static_cast<double>(b.mean[c]);
+          squares[static_cast<std::size_t>(c)] += 0.25 * d * d;
+        }
         ++count;
       }
     }
@@ -44,8 +47,10 @@ PixelError pixel_error(const FilmSnapshot& film, int x, int y) {
     out.standard_error = out.low = out.high = Rgb(kNan);
     return out;
   }
-  const Rgb variance = squares / static_cast<float>(count);
-  out.standard_error = {std::sqrt(variance.r), std::sqrt(variance.g), std::sqrt(variance.b)};
+  const auto root = [&](std::size_t c) {
+    return static_cast<float>(std::sqrt(squares[c] / count));
+  };
+  out.standard_error = {root(0), root(1), root(2)};
   const auto quantile = static_cast<float>(student_t_quantile(0.975, count));
   const Rgb mean = pixel_value(film, own).mean;
   out.low = mean - out.standard_error * quantile;
@@ -53,14 +58,40 @@ PixelError pixel_error(const FilmSnapshot& film, int x, int y) {
   return out;
 }
 
+Rgb raw_variance(const HalfValue& a, const HalfValue& b) {
+  if (!has_halves(a, b)) {
+    return Rgb(kNan);
+  }
+  // Light of 1e20 is rare, its square no float at all: the largest stands for it.
+  const auto squared_half = [](float d) {
+    return std::min(0.25F * d * d, std::numeric_limits<float>::max());
+  };
+  const Rgb d = a.mean - b.mean;
+  return {squared_half(d.r), squared_half(d.g), squared_half(d.b)};
+}
+
+void Light::add(const FilmSnapshot& film) {
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    const HalfValue a = half_value(film, i, 0);
+    const HalfValue b = half_value(film, i, 1);
+    if (a.alpha + b.alpha > 0) {
+      sum +=
+          0.5 * (static_cast<double>(luminance(a.mean)) + static_cast<double>(luminance(b.mean)));
+      pixels += 1;
+    }
+  }
+}
+
 std::vector<float> relative_error_plane(const FilmSnapshot& film) {
+  Light light;
+  if (!film.mean_luminance) {
+    light.add(film);
+  }
   const int width = film.rect.width;
   const int height = film.rect.height;
   SummedArea noise(width, height);
   SummedArea signal(width, height);
   SummedArea count(width, height);
-  double light = 0;
-  double opaque = 0;
   std::vector<float> out(film.pixel_count());
   std::size_t i = 0;
   for (int y = 0; y < height; ++y) {
@@ -74,13 +105,9 @@ std::vector<float> relative_error_plane(const FilmSnapshot& film) {
       noise.set(x, y, known ? 0.25 * (ya - yb) * (ya - yb) : 0);
       signal.set(x, y, known ? ya * yb : 0);
       count.set(x, y, known ? 1 : 0);
-      if (a.alpha + b.alpha > 0) {
-        light += 0.5 * (ya + yb);
-        opaque += 1;
-      }
     }
   }
-  const double floor = opaque > 0 ? error_floor(light / opaque) : 0;
+  const double floor = error_floor(film.mean_luminance.value_or(light.mean()));
   i = 0;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x, ++i) {

@@ -20,8 +20,20 @@ struct PixelError {
 /// x, y: of the full film, within the snapshot, which holds the window as far as the film does.
 PixelError pixel_error(const FilmSnapshot& film, int x, int y);
 
+/// Variance of the mean, per channel: the raw half estimate, which adds up over a block. NaN where
+/// a half is missing; never infinite.
+Rgb raw_variance(const HalfValue& a, const HalfValue& b);
+
+/// Sum of the luminance of the pixels whose alpha is not 0, and how many they are.
+struct Light {
+  double sum = 0;
+  double pixels = 0;
+  void add(const FilmSnapshot& film);
+  double mean() const { return pixels > 0 ? sum / pixels : 0; }
+};
+
 /// The standard error of each pixel's luminance over the root of its window's mean A B, which the
-/// floor of the snapshot's mean luminance is added to. NaN where a half is missing.
+/// floor of the picture's mean luminance is added to. NaN where a half is missing.
 std::vector<float> relative_error_plane(const FilmSnapshot& film);
 
 }  // namespace core

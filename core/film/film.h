@@ -16,6 +16,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -95,6 +96,8 @@ struct FilmSnapshot {
   std::vector<ReplicatePixel> pixels;  ///< [pixel * R + replicate], row by row over rect
   std::vector<AuxPixel> aux;
   std::uint32_t revision = 0;
+  /// Of the picture that this is a part of, where errors are to be those of the whole.
+  std::optional<double> mean_luminance;
 
   std::size_t pixel_count() const noexcept {
     return static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);

@@ -14,14 +14,19 @@ TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels
       const HalfValue a = half_value(pixels.subspan(at, r), 0);
       const HalfValue b = half_value(pixels.subspan(at, r), 1);
       out.has_halves = out.has_halves && a.count > 0 && b.count > 0;
-      const Rgb d = a.mean - b.mean;
-      const double noise = 0.25 * static_cast<double>(d.r * d.r + d.g * d.g + d.b * d.b);
+      // Squares of light of 1e20 and more are no floats.
+      double noise = 0;
+      for (int c = 0; c < 3; ++c) {
+        const auto va = static_cast<double>(a.mean[c]);
+        const auto vb = static_cast<double>(b.mean[c]);
+        noise += 0.25 * (va - vb) * (va - vb);
+        out.signal += va * vb;
+      }
       out.noise += noise;
       out.noise_squares += noise * noise;
-      const Rgb product = a.mean * b.mean;
-      out.signal += static_cast<double>(product.r + product.g + product.b);
       if (a.alpha + b.alpha > 0) {
-        out.luminance += static_cast<double>(0.5F * luminance(a.mean + b.mean));
+        out.luminance +=
+            0.5 * (static_cast<double>(luminance(a.mean)) + static_cast<double>(luminance(b.mean)));
         ++out.pixels;
       }
     }

@@ -2,15 +2,19 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/color/rgb.h"
 #include "core/color/tone_map.h"
 #include "core/image_io/image.h"
+#include "core/image_io/image_rows.h"
 
 namespace core {
 
@@ -22,6 +26,9 @@ struct ImageLimits {
 /// Width, height and channels from the header alone. Formats by magic bytes: PNG, JPEG, WebP, EXR,
 /// HDR (Radiance), TIFF. Errors: kInvalidArgument, kTooLarge.
 Result<Image> read_image_header(std::span<const std::byte> file);
+
+/// Of a value as it is decoded.
+std::size_t bytes_per_value(PixelType type) noexcept;
 
 /// Decodes to 8-bit, 16-bit or float as the file has it (half becomes float), 1 to 4 channels.
 /// Errors: kInvalidArgument with the reason, kTooLarge before any pixel memory is taken.
@@ -41,6 +48,9 @@ struct EncodeOptions {
   float exposure_stops = 0;  ///< multiplies by 2^stops before tone mapping
   bool is_color = true;      ///< false: data (normals, depth, samples); no tone curve
   int quality = 92;          ///< jpg, webp
+  /// As on a screen, each in [0,1]: what stands behind a picture of four channels, which loses its
+  /// alpha. Null: nothing, or white in formats without alpha.
+  std::optional<Rgb> background = {};
   std::map<std::string, std::string> metadata;  ///< text attributes where the format has them
 };
 
@@ -51,5 +61,11 @@ struct EncodeOptions {
 /// in float formats and as 0 in display formats. Errors: kInternal with the library's words.
 Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,
                                             const EncodeOptions& options);
+/// The same from rows, some of which are in memory at a time.
+Result<std::string> encode_rows(const ImageRows& rows, const ImageFormat& format,
+                                const EncodeOptions& options);
+/// The most that encode_rows() takes, its result included; measured by tests/stress/memory
+/// --measure.
+std::uint64_t encoding_bytes(int width, int height, int channels, const ImageFormat& format);
 
 }  // namespace core

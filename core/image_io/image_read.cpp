@@ -23,10 +23,6 @@ namespace {
 Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 Error too_large(std::string message) { return {ErrorCode::kTooLarge, std::move(message), ""}; }
 
-std::size_t bytes_per_value(PixelType type) noexcept {
-  return type == PixelType::kU8 ? 1 : (type == PixelType::kU16 ? 2 : 4);
-}
-
 // The library's words, one line, without the made-up file name.
 std::string library_words(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -147,6 +143,10 @@ auto without_exceptions(const Function& function) -> decltype(function()) {
 }
 
 }  // namespace
+
+std::size_t bytes_per_value(PixelType type) noexcept {
+  return type == PixelType::kU8 ? 1 : type == PixelType::kU16 ? 2 : 4;
+}
 
 Result<Image> read_image_header(std::span<const std::byte> file) {
   return without_exceptions([&]() -> Result<Image> {

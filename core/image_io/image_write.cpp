@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -21,6 +22,10 @@ using ImageSink = std::function<Status(std::uint64_t offset, std::span<const std
 
 constexpr float kHalfMax = 65504;
 constexpr int kWebpSideMax = 16383;
+/// libwebp works on the whole picture: what it takes for a pixel beside the file. Measured: 20.
+constexpr std::uint64_t kWebpBytes = 32;
+/// Of any encoder, for its tables and the rows it works on.
+constexpr std::uint64_t kCodecBytes = std::uint64_t{2} << 20U;
 
 Error failed(std::string message) { return {ErrorCode::kInternal, std::move(message), ""}; }
 
@@ -34,10 +39,11 @@ class DisplayRow {
  public:
   DisplayRow(int channels, int channels_out, const EncodeOptions& options)
       : channels_(channels),
+        background_(options.background.value_or(Rgb(1))),
         channels_out_(channels_out),
         gain_(options.is_color ? std::exp2(options.exposure_stops) : 1.0F),
         tone_map_(options.is_color ? options.tone_map : ToneMap::kLinear),
-        before_white_(channels == 4 && channels_out == 3) {}
+        is_before_(channels == 4 && channels_out == 3) {}
 
   std::uint8_t* write(const float* in, std::uint8_t* to) const {
     const float alpha = channels_ == 4 ? in[3] : 1.0F;
@@ -47,13 +53,13 @@ class DisplayRow {
       return std::fill_n(to, channels_out_, grey);
     }
     Rgb c = apply_tone_map(tone_map_, Rgb{in[0], in[1], in[2]} * scale);
-    if (before_white_) {
+    if (is_before_) {
       // Blended as a browser does, in what is shown.
       const float a = std::isnan(alpha) ? 0.0F : std::clamp(alpha, 0.0F, 1.0F);
-      const auto blend = [a](float front) {
-        return (a > 0 ? a * std::clamp(front, 0.0F, 1.0F) : 0.0F) + 1 - a;
+      const auto blend = [a](float front, float back) {
+        return (a > 0 ? a * std::clamp(front, 0.0F, 1.0F) : 0.0F) + (1 - a) * back;
       };
-      c = {blend(c.r), blend(c.g), blend(c.b)};
+      c = {blend(c.r, background_.r), blend(c.g, background_.g), blend(c.b, background_.b)};
     }
     *to++ = quantize(c.r);
     *to++ = quantize(c.g);
@@ -66,10 +72,11 @@ class DisplayRow {
 
  private:
   int channels_;
+  Rgb background_;
   int channels_out_;
   float gain_;
   ToneMap tone_map_;
-  bool before_white_;
+  bool is_before_;
 };
 
 // Colour survives half precision; variances, depths and counts do not.
@@ -145,7 +152,15 @@ void add_metadata(OIIO::ImageSpec& spec, const EncodeOptions& options) {
   }
 }
 
-Status write_display(const FloatImage& image, const ImageFormat& format,
+Rgb linear(Rgb encoded) {
+  return {linear_from_srgb(encoded.r), linear_from_srgb(encoded.g), linear_from_srgb(encoded.b)};
+}
+
+bool drops_alpha(const ImageRows& image, const ImageFormat& format, const EncodeOptions& options) {
+  return image.channels() == 4 && (!format.has_alpha || options.background);
+}
+
+Status write_display(const ImageRows& image, const ImageFormat& format,
                      const EncodeOptions& options, const ImageSink& sink) {
   // A WebpOutput that could not be opened frees memory that it never had (OpenImageIO 2.4), so it
   // is only given what it takes: three or four channels, and not too large.
@@ -155,8 +170,8 @@ Status write_display(const FloatImage& image, const ImageFormat& format,
                  "a WebP picture has at most " + std::to_string(kWebpSideMax) + " pixels a side",
                  ""};
   }
-  const bool drops_alpha = image.channels() == 4 && !format.has_alpha;
-  const int channels = drops_alpha || (webp && image.channels() == 1) ? 3 : image.channels();
+  const int channels =
+      drops_alpha(image, format, options) || (webp && image.channels() == 1) ? 3 : image.channels();
   OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:UnassociatedAlpha", 1);
   if (options.is_color && options.tone_map != ToneMap::kLinear) {
@@ -171,7 +186,7 @@ Status write_display(const FloatImage& image, const ImageFormat& format,
   const DisplayRow display(image.channels(), channels, options);
   return write_rows<std::uint8_t>(format.extension, spec, OIIO::TypeDesc::UINT8, sink,
                                   [&](int y, std::uint8_t* to) {
-                                    const float* in = &image.values[image.index(0, y, 0)];
+                                    const float* in = image.row(y);
                                     for (int x = 0; x < image.width; ++x) {
                                       to = display.write(in, to);
                                       in += image.channels();
@@ -179,13 +194,14 @@ Status write_display(const FloatImage& image, const ImageFormat& format,
                                   });
 }
 
-Status write_linear(const FloatImage& image, const ImageFormat& format,
-                    const EncodeOptions& options, const ImageSink& sink) {
+Status write_linear(const ImageRows& image, const ImageFormat& format, const EncodeOptions& options,
+                    const ImageSink& sink) {
   const bool exr = format.extension == "exr";
   const int in_channels = image.channels();
-  const bool drops_alpha = in_channels == 4 && !format.has_alpha;
+  const bool is_before = drops_alpha(image, format, options);
+  const Rgb behind = options.background ? linear(*options.background) : Rgb(1);
   const bool spreads_grey = format.extension == "hdr" && in_channels == 1;
-  const int channels = drops_alpha || spreads_grey ? 3 : in_channels;
+  const int channels = is_before || spreads_grey ? 3 : in_channels;
   OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::FLOAT);
   spec.attribute("oiio:ColorSpace", "Linear");
   std::vector<bool> half(static_cast<std::size_t>(channels), false);
@@ -206,47 +222,72 @@ Status write_linear(const FloatImage& image, const ImageFormat& format,
   }
   return write_rows<float>(
       format.extension, spec, OIIO::TypeDesc::FLOAT, sink, [&](int y, float* to) {
-        const float* in = &image.values[image.index(0, y, 0)];
+        const float* in = image.row(y);
         for (int x = 0; x < image.width; ++x, in += in_channels) {
           for (std::size_t c = 0; c < half.size(); ++c) {
             float v = in[spreads_grey ? 0 : c];
-            v = drops_alpha && in[3] < 1 ? v + (1 - in[3]) : v;  // before white
+            v = is_before && in[3] < 1 ? v + (1 - in[3]) * behind[static_cast<int>(c)] : v;
             *to++ = half[c] && std::isfinite(v) ? std::clamp(v, -kHalfMax, kHalfMax) : v;
           }
         }
       });
 }
 
-}  // namespace
-
-Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,
-                                            const EncodeOptions& options) {
+/// Content: of bytes, which a file is put together in.
+template <typename Content>
+Result<Content> encode(const ImageRows& image, const ImageFormat& format,
+                       const EncodeOptions& options) {
   const int channels = image.channels();
   if (format.extension != "exr" && channels != 1 && channels != 3 && channels != 4) {
     return failed(std::string(format.extension) + " takes 1, 3 or 4 channels, not " +
                   std::to_string(channels));
   }
-  if (image.width <= 0 || image.height <= 0 || channels == 0 ||
-      image.values.size() != image.index(0, image.height, 0)) {
-    return failed("an image without pixels, or with more or fewer values than pixels");
+  if (image.width <= 0 || image.height <= 0 || channels == 0) {
+    return failed("an image without pixels");
   }
-  std::vector<std::byte> file;
+  Content file;
   const ImageSink sink = [&file](std::uint64_t offset, std::span<const std::byte> piece) {
     const auto at = static_cast<std::size_t>(offset);
     file.resize(std::max(file.size(), at + piece.size()));
-    std::copy(piece.begin(), piece.end(), file.data() + at);
+    std::memcpy(file.data() + at, piece.data(), piece.size());
     return ok_status();
   };
   set_up_oiio();
   try {
     const Status written = format.high_dynamic_range ? write_linear(image, format, options, sink)
                                                      : write_display(image, format, options, sink);
-    return written ? Result<std::vector<std::byte>>(std::move(file)) : written.error();
+    return written ? Result<Content>(std::move(file)) : written.error();
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& problem) {
     return failed(std::string("OpenImageIO: ") + problem.what());
   }
+}
+
+}  // namespace
+
+Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,
+                                            const EncodeOptions& options) {
+  if (image.width <= 0 || image.height <= 0 ||
+      image.values.size() != image.index(0, image.height, 0)) {
+    return failed("an image without pixels, or with more or fewer values than pixels");
+  }
+  const ImageRows rows = {image.width, image.height, image.channel_names,
+                          [&image](int y) { return &image.values[image.index(0, y, 0)]; }};
+  return encode<std::vector<std::byte>>(rows, format, options);
+}
+
+Result<std::string> encode_rows(const ImageRows& rows, const ImageFormat& format,
+                                const EncodeOptions& options) {
+  return encode<std::string>(rows, format, options);
+}
+
+std::uint64_t encoding_bytes(int width, int height, int channels, const ImageFormat& format) {
+  const auto pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+  const std::uint64_t value_bytes = format.high_dynamic_range ? 4 : 1;
+  // Noise does not get smaller, and a file that grows is there twice for a moment.
+  const std::uint64_t file_bytes = 2 * pixels * value_bytes * static_cast<std::uint64_t>(channels);
+  return file_bytes + (format.extension == "webp" ? pixels * kWebpBytes : 0) + kCodecBytes;
 }
 
 }  // namespace core

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,17 +12,6 @@
 
 namespace core {
 namespace {
-
-/// Variance of the mean, per channel: the raw half estimate, which adds up over a block.
-Rgb raw_variance(const FilmSnapshot& film, std::size_t pixel) {
-  const HalfValue a = half_value(film, pixel, 0);
-  const HalfValue b = half_value(film, pixel, 1);
-  if (a.count == 0 || b.count == 0) {
-    return Rgb(std::numeric_limits<float>::quiet_NaN());
-  }
-  const Rgb d = a.mean - b.mean;
-  return d * d * 0.25F;
-}
 
 void put(float* out, Rgb c) {
   out[0] = c.r;
@@ -61,7 +50,7 @@ void write_samples(const FilmSnapshot& film, std::size_t i, float* out) {
   *out = static_cast<float>(pixel_value(film, i).count);
 }
 void write_variance(const FilmSnapshot& film, std::size_t i, float* out) {
-  put(out, raw_variance(film, i));
+  put(out, raw_variance(half_value(film, i, 0), half_value(film, i, 1)));
 }
 void fill_error(const FilmSnapshot& film, std::span<float> out) {
   const std::vector<float> error = relative_error_plane(film);
@@ -145,6 +134,9 @@ FloatImage blank(const FilmSnapshot& film, std::vector<std::string> channels) {
   return image;
 }
 
+/// Rows that are made at a time: one row of tiles, and what the encoders ask for.
+constexpr int kBandRows = kTileSize;
+
 }  // namespace
 
 std::span<const LayerEntry> layers() { return kLayers; }
@@ -191,6 +183,67 @@ FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settin
     first += count;
   }
   return image;
+}
+
+Result<LayerRows> LayerRows::create(const Film& film, PixelRect rect,
+                                    const std::optional<std::string>& layer,
+                                    const FilmSettings& settings) {
+  LayerRows rows(film, rect, layer, settings);
+  if (rows.has_errors()) {
+    Light light;
+    for (int y = 0; y < rect.height; y += kBandRows) {
+      light.add(
+          film.snapshot({rect.x, rect.y + y, rect.width, std::min(kBandRows, rect.height - y)}));
+    }
+    rows.mean_luminance_ = light.mean();
+  }
+  auto first = rows.band(0, std::min(kBandRows, rect.height));
+  if (!first) {
+    return first.error();
+  }
+  rows.band_ = *std::move(first);
+  return rows;
+}
+
+Result<FloatImage> LayerRows::band(int first, int count) const {
+  // Errors of pixels are pooled over their neighbours, as far as the picture goes.
+  const int above = has_errors() ? std::min(kErrorWindow, first) : 0;
+  const int below = has_errors() ? std::min(kErrorWindow, rect_.height - first - count) : 0;
+  FilmSnapshot snapshot =
+      film_->snapshot({rect_.x, rect_.y + first - above, rect_.width, above + count + below});
+  snapshot.mean_luminance = mean_luminance_;
+  auto image = layer_ ? layer_image(snapshot, *layer_)
+                      : Result<FloatImage>(all_layers_image(snapshot, settings_));
+  if (image) {
+    auto& values = image->values;
+    values.resize(image->index(0, above + count, 0));
+    values.erase(values.begin(),
+                 values.begin() + static_cast<std::ptrdiff_t>(image->index(0, above, 0)));
+    image->height = count;
+  }
+  return image;
+}
+
+ImageRows LayerRows::rows() {
+  return {rect_.width, rect_.height, band_.channel_names, [this](int y) {
+            if (y < first_ || y >= first_ + band_.height) {
+              first_ = y - y % kBandRows;
+              band_ = *band(first_, std::min(kBandRows, rect_.height - first_));
+            }
+            return &band_.values[band_.index(0, y - first_, 0)];
+          }};
+}
+
+std::uint64_t LayerRows::bytes(const Film& film, PixelRect rect) {
+  const PixelRect crop = film.crop();
+  const std::uint64_t film_pixels =
+      static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height);
+  const std::uint64_t pixels =
+      static_cast<std::uint64_t>(rect.width) * (kBandRows + 2 * kErrorWindow);
+  // The snapshot; sums and planes of errors; the layers, 16 at most, as they were and as they are.
+  constexpr std::uint64_t kErrorBytes = 3 * sizeof(double) + 2 * sizeof(float);
+  constexpr std::uint64_t kLayerBytes = 2 * 16 * sizeof(float);
+  return pixels * (film.bytes() / film_pixels + 1 + kErrorBytes + kLayerBytes);
 }
 
 }  // namespace core

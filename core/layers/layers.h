@@ -1,11 +1,16 @@
 /// Layers: pictures made of a film.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/base/result.h"
 #include "core/film/film.h"
 #include "core/image_io/image.h"
+#include "core/image_io/image_rows.h"
 
 namespace core {
 
@@ -14,5 +19,34 @@ namespace core {
 Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name);
 /// All recorded layers in one image, for EXR: R G B A of beauty, then channels such as albedo.R.
 FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settings);
+
+/// Layers of a film by rows: a few rows of them are in memory at a time.
+class LayerRows {
+ public:
+  /// rect: inside the film's crop. layer: a row of layers(); null: all, as all_layers_image() has
+  /// them. film is borrowed; settings are the job's. Errors: of layer_image().
+  static Result<LayerRows> create(const Film& film, PixelRect rect,
+                                  const std::optional<std::string>& layer,
+                                  const FilmSettings& settings);
+  /// Borrows this.
+  ImageRows rows();
+  /// The most that it takes.
+  static std::uint64_t bytes(const Film& film, PixelRect rect);
+
+ private:
+  LayerRows(const Film& film, PixelRect rect, std::optional<std::string> layer,
+            const FilmSettings& settings)
+      : film_(&film), rect_(rect), layer_(std::move(layer)), settings_(settings) {}
+  bool has_errors() const { return !layer_ || *layer_ == "error"; }
+  Result<FloatImage> band(int first, int count) const;
+
+  const Film* film_;
+  PixelRect rect_;
+  std::optional<std::string> layer_;
+  FilmSettings settings_;
+  double mean_luminance_ = 0;
+  FloatImage band_;
+  int first_ = 0;  ///< Row of rect that band_ begins with.
+};
 
 }  // namespace core

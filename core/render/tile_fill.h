@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -19,7 +20,10 @@ inline void add_sample(ReplicatePixel& p, const PathSample& s) {
   const float w = 1 / static_cast<float>(p.count);
   const Rgb before = {p.mean_r, p.mean_g, p.mean_b};
   const Rgb after = before + (s.radiance - before) * w;
-  p.m2_luminance += luminance(s.radiance - before) * luminance(s.radiance - after);
+  // Light of 1e20 is rare, its square no float at all: the largest stands for it.
+  p.m2_luminance =
+      std::min(p.m2_luminance + luminance(s.radiance - before) * luminance(s.radiance - after),
+               std::numeric_limits<float>::max());
   p.mean_r = after.r;
   p.mean_g = after.g;
   p.mean_b = after.b;

@@ -83,12 +83,23 @@ Result<int> GltfImages::decoded(int image) {
   if (!file) {
     return file.error();
   }
-  auto pixels = decode_image(*file, {limits_.image_side_max, source_.budget().left()});
+  // Before it is decoded, where the header tells; else after.
+  const std::size_t left = source_.budget().left();
+  const auto header = read_image_header(*file);
+  if (header) {
+    const std::size_t bytes = header->value_count() * bytes_per_value(header->type);
+    if (auto status = source_.budget().take(bytes, where); !status) {
+      return status.error();
+    }
+  }
+  auto pixels = decode_image(*file, {limits_.image_side_max, left});
   if (!pixels) {
     return Error{pixels.error().code, pixels.error().message, where};
   }
-  if (auto status = source_.budget().take(pixels->bytes.size(), where); !status) {
-    return status.error();
+  if (!header) {
+    if (auto status = source_.budget().take(pixels->bytes.size(), where); !status) {
+      return status.error();
+    }
   }
   return by_file_index_[image] = add(*std::move(pixels));
 }

@@ -19,7 +19,8 @@ namespace {
 
 constexpr std::size_t kWarningsMax = 100;
 
-// Bytes that JSON takes as two documents, one after the other, and as tinygltf's model.
+// Bytes that JSON takes as two documents, one after the other, and as tinygltf's model. Measured by
+// tests/stress/memory --measure: 190 for a number in a list; objects of three members 300 each.
 constexpr std::uint64_t kObjectBytes = 1000;
 constexpr std::uint64_t kValueBytes = 200;
 constexpr std::uint64_t kTextCopies = 3;
@@ -46,7 +47,7 @@ Status check_json_bytes(std::string_view json, const GltfLimits& limits) {
                      std::to_string(limits.decoded_bytes_max),
                  ""};
   }
-  return ok_status();
+  return limits.admit ? limits.admit(bytes) : ok_status();
 }
 
 void read_names(const tinygltf::Model& model, SceneDescription& scene) {
@@ -140,10 +141,14 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   return scene;
 }
 
-Result<std::vector<std::string>> gltf_uris(std::span<const std::byte> file) {
-  auto container = open_container(file, GltfLimits{});
+Result<std::vector<std::string>> gltf_uris(std::span<const std::byte> file,
+                                           const GltfLimits& limits) {
+  auto container = open_container(file, limits);
   if (!container) {
     return container.error();
+  }
+  if (auto status = check_json_bytes(container->json, limits); !status) {
+    return status.error();
   }
   auto checked = check_gltf(*container);
   if (!checked) {

@@ -30,6 +30,9 @@ struct GltfLimits {
   std::size_t instances_max = 10'000'000;
   std::size_t decoded_bytes_max = std::size_t{8} << 30;  ///< geometry and images together
   int image_side_max = 16384;
+  /// Asked before reading, or building what was read, takes so many bytes more, for JSON too; its
+  /// error ends the reading. Null: nobody is asked.
+  std::function<Status(std::uint64_t bytes)> admit = {};
 };
 
 struct GltfOptions {
@@ -50,6 +53,7 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
 
 /// The side files that a glTF document names, in document order, without repeats; data URIs are
 /// left out. Errors as load_gltf.
-Result<std::vector<std::string>> gltf_uris(std::span<const std::byte> file);
+Result<std::vector<std::string>> gltf_uris(std::span<const std::byte> file,
+                                           const GltfLimits& limits = {});
 
 }  // namespace core

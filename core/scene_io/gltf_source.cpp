@@ -7,6 +7,14 @@
 #include "core/scene_io/gltf_uri.h"
 
 namespace core {
+namespace {
+
+/// What is decoded is there again in the scene, with its mipmaps or its search tree, and as it is
+/// built. Measured by tests/stress/memory --measure: 2.9 for textures (WaterBottle.glb), 1.6 for
+/// triangles (gen_big_terrain.glb).
+constexpr std::uint64_t kBuildFactor = 3;
+
+}  // namespace
 
 Status DecodeBudget::take(std::uint64_t bytes, const std::string& where) {
   if (bytes > bytes_max_ - used_) {
@@ -16,7 +24,7 @@ Status DecodeBudget::take(std::uint64_t bytes, const std::string& where) {
                  where};
   }
   used_ += bytes;
-  return ok_status();
+  return admit_ ? admit_(bytes * kBuildFactor) : ok_status();
 }
 
 Result<SharedBytes> GltfSource::fetch(const std::string& uri, const ResolveUri& resolve,

@@ -2,6 +2,7 @@
 /// views that are decompressed when they are first asked for.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -17,13 +18,15 @@ namespace core {
 /// Counts the memory that a file makes us take; refuses before it is taken.
 class DecodeBudget {
  public:
-  explicit DecodeBudget(std::size_t bytes_max) : bytes_max_(bytes_max) {}
-  /// kTooLarge when `bytes` more would pass the limit.
+  explicit DecodeBudget(const GltfLimits& limits)
+      : bytes_max_(limits.decoded_bytes_max), admit_(limits.admit) {}
+  /// kTooLarge when `bytes` more would pass the limit; errors of GltfLimits::admit.
   Status take(std::uint64_t bytes, const std::string& where);
   std::size_t left() const noexcept { return bytes_max_ - used_; }
 
  private:
   std::size_t bytes_max_;
+  std::function<Status(std::uint64_t)> admit_;
   std::size_t used_ = 0;
 };
 
@@ -45,7 +48,7 @@ class GltfSource {
 
  private:
   GltfSource(const GltfTables& tables, const GltfLimits& limits)
-      : tables_(&tables), budget_(limits.decoded_bytes_max) {}
+      : tables_(&tables), budget_(limits) {}
 
   /// Bytes behind a uri; null when `resolve` does not have it.
   Result<SharedBytes> fetch(const std::string& uri, const ResolveUri& resolve,

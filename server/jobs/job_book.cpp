@@ -1,29 +1,38 @@
 #include "server/jobs/job_book.h"
 
 #include <algorithm>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
 namespace server {
 namespace {
 
-/// Bytes of several jobs; what they share counts once.
-class Sum {
- public:
-  void add(const JobMemory& memory) {
-    bytes_ += memory.film_bytes;
-    for (const auto& [name, bytes] : memory.shared_bytes) {
-      bytes_ += counted_.insert(name).second ? bytes : 0;
-    }
-  }
-  std::uint64_t bytes() const { return bytes_; }
-
- private:
-  std::set<std::string> counted_;
-  std::uint64_t bytes_ = 0;
-};
+void add_use(MemoryUse& use, const JobMemory& memory) {
+  use.bytes += memory.own_bytes();
+  use.shared.insert(memory.shared_bytes.begin(), memory.shared_bytes.end());
+}
 
 }  // namespace
+
+std::uint64_t JobMemory::bytes() const {
+  std::uint64_t bytes = own_bytes();
+  for (const auto& [name, more] : shared_bytes) {
+    bytes += more;
+  }
+  return bytes;
+}
+
+JobBook::JobBook(BookLimits limits, MemoryGate& memory, std::function<void()> on_leave)
+    : limits_(limits),
+      memory_(memory),
+      on_leave_(std::move(on_leave)),
+      held_(memory.note({}, MemoryGate::Kind::kNeeded)) {}
+
+std::uint64_t JobBook::memory_bytes_of(Rank rank) const {
+  const std::uint64_t all = memory_.bytes_max();
+  return all - (rank.is_preview ? all / 16 : all / 8);
+}
 
 bool JobBook::goes_before(const Waiting& a, const Waiting& b) {
   if (a.rank.is_preview != b.rank.is_preview) {
@@ -201,18 +210,25 @@ bool JobBook::may_start(Rank rank, const std::string& tenant) const {
          ((outranks_one || !has_place) && places < 2 * limits_.running_max);
 }
 
-bool JobBook::fits(Rank rank, const JobMemory& memory,
-                   const std::set<std::uint64_t>& parked) const {
-  Sum sum;
-  bool is_alone = true;
+MemoryUse JobBook::use_of_holders(const std::set<std::uint64_t>& parked) const {
+  MemoryUse use;
   for (const auto& [number, holder] : holders_) {
     if (parked.find(number) == parked.end()) {
-      is_alone = false;
-      sum.add(holder.memory);
+      add_use(use, holder.memory);
     }
   }
-  sum.add(memory);
-  return limits_.memory_max_bytes == 0 || is_alone || sum.bytes() <= limits_.memory_bytes_of(rank);
+  return use;
+}
+
+bool JobBook::is_too_large(Rank rank, const JobMemory& memory) const {
+  return memory_.bytes_max() > 0 && memory.bytes() > memory_bytes_of(rank);
+}
+
+bool JobBook::fits(Rank rank, const JobMemory& memory,
+                   const std::set<std::uint64_t>& parked) const {
+  MemoryUse use = use_of_holders(parked);
+  add_use(use, memory);
+  return is_too_large(rank, memory) || memory_.has_room(held_, use, memory_bytes_of(rank));
 }
 
 bool JobBook::lacks_only_memory() const {
@@ -222,8 +238,15 @@ bool JobBook::lacks_only_memory() const {
 
 std::shared_ptr<JobBook::Place> JobBook::admit() {
   const core::MutexLock lock(mutex_);
-  if (queue_.empty() || !may_start(queue_.front()) ||
-      !fits(queue_.front().rank, queue_.front().memory)) {
+  if (queue_.empty() || !may_start(queue_.front())) {
+    return nullptr;
+  }
+  if (Waiting& front = queue_.front(); is_too_large(front.rank, front.memory)) {
+    front.memory = {};
+  }
+  MemoryUse use = use_of_holders();
+  add_use(use, queue_.front().memory);
+  if (!memory_.try_change(held_, use, memory_bytes_of(queue_.front().rank))) {
     return nullptr;
   }
   Waiting next = std::move(queue_.front());
@@ -305,6 +328,7 @@ void JobBook::leave(std::uint64_t number) {
   {
     const core::MutexLock lock(mutex_);
     holders_.erase(number);  // The place that is being given back keeps the job alive.
+    note_memory();
     arrange();
   }
   if (on_leave_) {
@@ -323,11 +347,39 @@ std::vector<JobPointer> JobBook::holders() const {
 
 std::uint64_t JobBook::memory_bytes() const {
   const core::MutexLock lock(mutex_);
-  Sum sum;
-  for (const auto& [number, holder] : holders_) {
-    sum.add(holder.memory);
+  const MemoryUse use = use_of_holders();
+  return std::accumulate(use.shared.begin(), use.shared.end(), use.bytes,
+                         [](std::uint64_t sum, const auto& shared) { return sum + shared.second; });
+}
+
+void JobBook::end_load(const Job& job) {
+  {
+    const core::MutexLock lock(mutex_);
+    for (auto& [number, holder] : holders_) {
+      if (holder.job.get() == &job) {
+        holder.memory.load_bytes = 0;
+      }
+    }
+    note_memory();
   }
-  return sum.bytes();
+  if (on_leave_) {
+    on_leave_();
+  }
+}
+
+bool JobBook::forget_oldest_preview() {
+  JobPointer oldest;  // Goes, with its film, when the lock is free.
+  const core::MutexLock lock(mutex_);
+  if (final_previews_.empty()) {
+    return false;
+  }
+  const auto found = jobs_.find(final_previews_.front());
+  if (found != jobs_.end()) {
+    oldest = std::move(found->second);
+    jobs_.erase(found);
+  }
+  final_previews_.pop_front();
+  return true;
 }
 
 bool JobBook::waits_for_memory() const {

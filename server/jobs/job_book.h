@@ -8,6 +8,7 @@
 /// oldest go first. Knows nothing of stores or threads.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -20,6 +21,7 @@
 
 #include "core/base/mutex.h"
 #include "server/jobs/job.h"
+#include "server/observe/memory_gate.h"
 
 namespace server {
 
@@ -30,27 +32,26 @@ struct BookLimits {
   int previews_of_tenant_max = 16;  ///< 0: any number; the operator's are not counted.
   int final_jobs_max = 512;         ///< Final jobs remembered that the store has, too.
   int final_previews_max = 64;
-  /// What jobs may hold in memory together; 0: any number. A sixteenth of it is for previews alone.
-  std::uint64_t memory_max_bytes = 0;
-
-  /// The most that one job of this rank can get.
-  std::uint64_t memory_bytes_of(Rank rank) const {
-    return rank.is_preview ? memory_max_bytes : memory_max_bytes - memory_max_bytes / 16;
-  }
 };
 
 /// What a job needs in memory.
 struct JobMemory {
   std::uint64_t film_bytes = 0;
+  std::uint64_t work_bytes = 0;  ///< Beside the film while it renders.
+  std::uint64_t load_bytes = 0;  ///< Beside the scene while that is loaded, before there is a film.
   /// Scenes and environments by what names them: jobs that need the same one hold it together.
-  std::map<std::string, std::uint64_t> shared_bytes;
+  std::map<std::string, std::uint64_t> shared_bytes = {};
+
+  std::uint64_t own_bytes() const { return std::max(film_bytes + work_bytes, load_bytes); }
+  /// At most, if the job is alone.
+  std::uint64_t bytes() const;
 };
 
 class JobBook {
  public:
-  /// on_leave: called, without a lock, after a job gave back its place and its memory.
-  explicit JobBook(BookLimits limits, std::function<void()> on_leave = {})
-      : limits_(limits), on_leave_(std::move(on_leave)) {}
+  /// memory: what jobs take is taken there; outlives this. on_leave: called, without a lock, after
+  /// a job gave back its place and its memory.
+  JobBook(BookLimits limits, MemoryGate& memory, std::function<void()> on_leave = {});
 
   /// A place among the running jobs, and the memory that goes with it. Whoever loads or renders the
   /// job holds it; both are given back with it, however the work ends. Must not outlive the book.
@@ -99,9 +100,14 @@ class JobBook {
 
   /// Takes the next job out of the queue and gives it a place and its memory; null when none may
   /// start now. A place beyond running_max is given to previews, to those that outrank one that
-  /// runs, and to the first of a tenant, up to twice running_max. Memory beyond the limit is given
-  /// to one that would be alone.
+  /// runs, and to the first of a tenant, up to twice running_max. One that would never have its
+  /// memory gets its place without it: whoever loads it refuses it.
   std::shared_ptr<Place> admit();
+  /// The scene of the job is loaded: others may have what that took.
+  void end_load(const Job& job);
+  /// The most that one job of this rank can get; 0: any number. An eighth of the memory is for
+  /// requests alone, half of which previews may have, too.
+  std::uint64_t memory_bytes_of(Rank rank) const;
   /// Paused jobs, the longest first, without which the next job of the queue would have its memory;
   /// empty when it waits for something else, or would still not. They are named once until they go
   /// on, leave, or keep().
@@ -120,6 +126,8 @@ class JobBook {
   /// The job is final: it is the next to be remembered, and the oldest beyond the limit is
   /// forgotten.
   void retire(const JobPointer& job);
+  /// The oldest final preview goes, and its film with it. False: there is none.
+  bool forget_oldest_preview();
 
  private:
   struct Waiting {
@@ -144,15 +152,21 @@ class JobBook {
   bool may_start(const Waiting& next) const REQUIRES(mutex_) {
     return may_start(next.rank, next.job->tenant());
   }
-  /// parked: numbers of holders that count for nothing.
+  /// Of all holders; parked: numbers of those that count for nothing.
+  MemoryUse use_of_holders(const std::set<std::uint64_t>& parked = {}) const REQUIRES(mutex_);
+  /// Of all holders, after one of them has changed.
+  void note_memory() REQUIRES(mutex_) { MemoryGate::change(held_, use_of_holders()); }
+  bool is_too_large(Rank rank, const JobMemory& memory) const;
   bool fits(Rank rank, const JobMemory& memory, const std::set<std::uint64_t>& parked = {}) const
       REQUIRES(mutex_);
   bool has_its_previews(const std::string& tenant) const REQUIRES(mutex_);
   bool lacks_only_memory() const REQUIRES(mutex_);
 
   const BookLimits limits_;
+  MemoryGate& memory_;
   const std::function<void()> on_leave_;
   mutable core::Mutex mutex_;
+  MemoryGate::Lease held_ GUARDED_BY(mutex_);  ///< By all holders together.
   std::map<std::string, JobPointer> jobs_ GUARDED_BY(mutex_);
   std::vector<Waiting> queue_ GUARDED_BY(mutex_);  ///< Next first.
   std::uint64_t places_given_ GUARDED_BY(mutex_) = 0;

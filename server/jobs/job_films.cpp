@@ -41,26 +41,7 @@ bool has_samples(const core::Film& film) {
   return false;
 }
 
-/// The film with what it takes: whoever has the one has the other.
-std::shared_ptr<const core::Film> leased(std::shared_ptr<core::Film> film,
-                                         MemoryGate::Lease lease) {
-  struct Both {
-    std::shared_ptr<core::Film> film;
-    MemoryGate::Lease lease;
-  };
-  auto both = std::make_shared<Both>(Both{.film = std::move(film), .lease = std::move(lease)});
-  return {both, both->film.get()};
-}
-
 }  // namespace
-
-core::Result<MemoryGate::Lease> JobService::room_to_read(std::uint64_t bytes) {
-  if (auto lease = film_readers_.try_take(bytes)) {
-    return std::move(*lease);
-  }
-  films_.erase_prefix("");  // Those that nobody uses make room.
-  return film_readers_.take(bytes);
-}
 
 core::Result<std::shared_ptr<const StoredFilm>> JobService::stored_film(const Job& job) {
   if (auto kept = job.kept_film()) {
@@ -99,7 +80,8 @@ core::Result<StoredFilm> JobService::read_film(const Job& job, const JobRecord& 
     return file.error();
   }
   auto film = blank_film(record.view);
-  auto lease = room_to_read(film->bytes());
+  const std::uint64_t bytes = film->bytes();
+  const auto lease = memory_.take(bytes, "the film");
   if (!lease) {
     return lease.error();
   }
@@ -114,8 +96,9 @@ core::Result<StoredFilm> JobService::read_film(const Job& job, const JobRecord& 
                      std::to_string(record.view.progress.samples_max) + " samples",
                  ""};
   }
-  return StoredFilm{.film = leased(std::move(film), std::move(*lease)),
-                    .record = std::move(*restored)};
+  return StoredFilm{
+      .film = with_lease(std::move(film), memory_.note({.bytes = bytes}, MemoryGate::Kind::kIdle)),
+      .record = std::move(*restored)};
 }
 
 Error JobService::tell_damage(const Job& job, const Error& damage) {
@@ -177,6 +160,9 @@ void JobService::checkpoint_loop(const std::stop_token& stop) {
     {
       const core::MutexLock lock(mutex);
       never.wait_for(mutex, stop, kLook, [] { return false; });
+    }
+    if (book_.waits_for_memory()) {
+      admit();  // A request may have given some back.
     }
     for (const JobPointer& job : book_.all()) {
       const auto run = job->run();

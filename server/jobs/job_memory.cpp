@@ -1,7 +1,6 @@
 // What jobs hold in memory, and how paused ones give it back.
 
-#include <array>
-#include <cstdio>
+#include <algorithm>
 #include <utility>
 
 #include "server/jobs/job_service.h"
@@ -16,36 +15,57 @@ using core::Status;
 
 namespace {
 
-std::string in_words(std::uint64_t bytes) {
-  std::array<char, 32> text{};
-  static_cast<void>(
-      std::snprintf(text.data(), text.size(), "%.3g GB", static_cast<double>(bytes) / 1e9));
-  return text.data();
+/// What a job that renders takes beside its film, measured by tests/stress/memory --measure: tiles
+/// that threads work on, blocks of the film file.
+constexpr std::uint64_t kWorkBytes = std::uint64_t{4} << 20U;
+/// While an epoch is planned, for each pixel of the crop: mean, variance and cost of a sample,
+/// three tables of sums, needs, weights and counts (core/render/allocation.cpp).
+constexpr std::uint64_t kPlanBytes = 112;
+
+std::uint64_t work_bytes(const core::Film& film) {
+  const core::PixelRect crop = film.crop();
+  const auto pixels =
+      static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height);
+  // Small films have small tiles and files.
+  return std::min<std::uint64_t>(kWorkBytes, film.bytes()) +
+         (film.has_plan() ? pixels * kPlanBytes : 0);
 }
 
 }  // namespace
 
 JobMemory JobService::memory_of(const api::JobView& view) {
-  JobMemory memory{.film_bytes = blank_film(view)->bytes(), .shared_bytes = {}};
+  const auto film = blank_film(view);
+  JobMemory memory{.film_bytes = film->bytes(), .work_bytes = work_bytes(*film)};
   const api::JobSpec& spec = view.spec;
-  const auto scene = scenes_.memory_of_scene(spec.scene, spec.time_seconds, spec.variant);
-  memory.shared_bytes.emplace("scene " + scene.name, scene.bytes);
+  const auto hold = [&memory](const SceneService::Memory& needed) {
+    memory.shared_bytes.emplace(needed.name, needed.bytes);
+    memory.load_bytes = std::max(memory.load_bytes, needed.load_bytes);
+  };
+  hold(scenes_.memory_of_scene(spec.scene, spec.time_seconds, spec.variant));
   if (spec.environment_choice == api::EnvironmentChoice::kGiven && spec.environment_asset) {
-    const auto environment =
-        scenes_.memory_of_environment(*spec.environment_asset, spec.environment);
-    memory.shared_bytes.emplace("environment " + environment.name, environment.bytes);
+    hold(scenes_.memory_of_environment(*spec.environment_asset, spec.environment));
   }
   return memory;
 }
 
-std::optional<std::string> JobService::too_large(const api::JobView& view) const {
-  const std::uint64_t most = options_.book.memory_bytes_of(rank_of(view.spec));
-  const std::uint64_t needed = blank_film(view)->bytes();
-  if (options_.book.memory_max_bytes == 0 || needed <= most) {
+std::optional<api::FieldError> JobService::too_large(const api::JobView& view) {
+  const std::uint64_t most = book_.memory_bytes_of(rank_of(view.spec));
+  if (most == 0) {
     return std::nullopt;
   }
-  return "the film would take " + in_words(needed) + " of memory; a job of this server may hold " +
-         in_words(most) + " (--memory). Fewer pixels, replicates or layers make it smaller";
+  const JobMemory memory = memory_of(view);
+  if (memory.bytes() <= most) {
+    return std::nullopt;
+  }
+  const std::uint64_t film_bytes = memory.film_bytes + memory.work_bytes;
+  std::string detail = "the job would take " + memory_words(memory.bytes()) + " of memory, " +
+                       memory_words(film_bytes) +
+                       " of them for its film; a job of this server may hold " +
+                       memory_words(most) + " (--memory). ";
+  const bool is_film = film_bytes > most / 2;
+  detail += is_film ? "Fewer pixels, replicates or layers make it smaller"
+                    : "Its scene or environment is too large";
+  return api::FieldError{is_film ? "/film" : "/scene", std::move(detail)};
 }
 
 void JobService::park(const JobPointer& job) {

@@ -24,6 +24,7 @@ namespace {
 /// A restart may take a film back to its last checkpoint. No revision is given twice: a client that
 /// has seen the ones in between would miss tiles. More than this are not made between checkpoints.
 constexpr std::uint32_t kRevisionGap = 1U << 16U;
+constexpr int kLoadTries = 3;
 
 Error already_final() { return Error{ErrorCode::kCancelled, "the job has ended meanwhile", ""}; }
 
@@ -76,8 +77,8 @@ void JobService::load(const std::shared_ptr<JobBook::Place>& place) {
 }
 
 core::Result<std::shared_ptr<const core::Renderer>> JobService::make_renderer(
-    const api::JobSpec& spec) {
-  auto scene = scenes_.load(spec.scene, spec.time_seconds, spec.variant);
+    const api::JobSpec& spec, SceneService::Admission admission) {
+  auto scene = scenes_.load(spec.scene, spec.time_seconds, spec.variant, admission);
   if (!scene) {
     return scene.error();
   }
@@ -86,7 +87,7 @@ core::Result<std::shared_ptr<const core::Renderer>> JobService::make_renderer(
   view.camera = spec.camera;
   view.settings = spec.render;
   if (spec.environment_choice == api::EnvironmentChoice::kGiven) {
-    auto environment = scenes_.environment(spec.environment_asset, spec.environment);
+    auto environment = scenes_.environment(spec.environment_asset, spec.environment, admission);
     if (!environment) {
       return environment.error();
     }
@@ -95,18 +96,31 @@ core::Result<std::shared_ptr<const core::Renderer>> JobService::make_renderer(
   return core::Renderer::create(std::move(view));
 }
 
+core::Result<std::shared_ptr<const core::Renderer>> JobService::make_admitted_renderer(
+    const api::JobSpec& spec) {
+  auto renderer = make_renderer(spec, SceneService::Admission::kGiven);
+  // A dry run that loads the same scene may have had no memory for it. The job has.
+  for (int tries = 0;
+       tries < kLoadTries && !renderer && renderer.error().code == ErrorCode::kUnavailable;
+       ++tries) {
+    renderer = make_renderer(spec, SceneService::Admission::kGiven);
+  }
+  return renderer;
+}
+
 core::Result<std::shared_ptr<RenderRun>> JobService::prepare(
     const std::shared_ptr<JobBook::Place>& place) {
   const JobPointer& job = place->job();
   const JobRecord record = job->record();
   const api::JobSpec& spec = record.view.spec;
-  if (auto reason = too_large(record.view)) {
-    return Error{ErrorCode::kUnavailable, std::move(*reason), ""};
+  if (auto fault = too_large(record.view)) {
+    return Error{ErrorCode::kUnavailable, std::move(fault->detail), ""};
   }
-  auto renderer = make_renderer(spec);
+  auto renderer = make_admitted_renderer(spec);
   if (!renderer) {
     return renderer.error();
   }
+  book_.end_load(*job);
   RenderRun::Parts parts;
   parts.job = job;
   parts.place = place;
@@ -326,15 +340,15 @@ void JobService::go_on_with_room() {
 }
 
 void JobService::keep_film_of(const JobPointer& job, const RenderRun& run) {
-  auto stored = std::make_shared<const StoredFilm>(
-      StoredFilm{.film = run.film(),
-                 .record = {.elapsed_seconds = run.task().progress().elapsed_seconds,
-                            .points = run.task().points(),
-                            .arithmetic = options_.arithmetic}});
+  const std::uint64_t bytes = run.film()->bytes();
+  auto stored = std::make_shared<const StoredFilm>(StoredFilm{
+      .film = with_lease(run.film(), memory_.note({.bytes = bytes}, MemoryGate::Kind::kIdle)),
+      .record = {.elapsed_seconds = run.task().progress().elapsed_seconds,
+                 .points = run.task().points(),
+                 .arithmetic = options_.arithmetic}});
   if (job->memory_only()) {
     job->keep_film(std::move(stored));
   } else {
-    const std::uint64_t bytes = run.film()->bytes();
     films_.put(film_key(*job), {.value = std::move(stored), .bytes = bytes});
   }
 }

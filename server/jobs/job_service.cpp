@@ -42,17 +42,19 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
       log_(parts.log),
       metrics_(parts.metrics),
       quota_(parts.quota),
+      memory_(parts.memory),
       options_(options),
       run_(run),
       pilots_(kPilotsAtATime),
-      book_(options.book, [this] { admit(); }),
+      book_(options.book, memory_, [this] { admit(); }),
       films_(options.film_cache_bytes, SingleFlightCache<StoredFilm>::Oversized::kNotKept),
-      film_readers_(options.film_cache_bytes + options.film_readers_bytes),
       scheduler_(threads_or_machine(options.threads)),
       loaders_(2),
       preview_loaders_(1),
       savers_(2),
-      checkpointer_([this](const std::stop_token& stop) { checkpoint_loop(stop); }) {}
+      checkpointer_([this](const std::stop_token& stop) { checkpoint_loop(stop); }) {
+  memory_.add_reclaimer([this] { return films_.drop_unused() || book_.forget_oldest_preview(); });
+}
 
 JobService::~JobService() { stop(); }
 
@@ -239,9 +241,8 @@ api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request, const Acce
   }
   api::JobView asked;
   asked.spec = request.spec;
-  if (auto reason = too_large(asked)) {
-    return api::make_problem(ErrorCode::kInvalidArgument,
-                             {api::FieldError{"/film", std::move(*reason)}});
+  if (auto fault = too_large(asked)) {
+    return api::make_problem(ErrorCode::kInvalidArgument, {std::move(*fault)});
   }
   if (request.spec.environment_asset) {
     if (const auto usable = scenes_.check_environment(*request.spec.environment_asset, access);

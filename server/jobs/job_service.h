@@ -25,10 +25,10 @@
 #include "server/jobs/background.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_book.h"
-#include "server/jobs/memory_gate.h"
 #include "server/jobs/pilot.h"
 #include "server/jobs/scheduler.h"
 #include "server/observe/log.h"
+#include "server/observe/memory_gate.h"
 #include "server/observe/metrics.h"
 #include "server/scenes/scene_service.h"
 #include "server/scenes/single_flight_cache.h"
@@ -44,12 +44,10 @@ struct JobServiceOptions {
   int samples_max = 65536;
   double checkpoint_seconds = 10;  ///< A checkpoint is complete this long after the one before.
   std::uint64_t film_cache_bytes = std::uint64_t{512} << 20U;
-  std::uint64_t film_readers_bytes = std::uint64_t{512}
-                                     << 20U;  ///< Films read from the disk, in the cache or in use.
-  JobTable::Retention retention = {};         ///< Of jobs that have ended.
-  int quota_jobs = 0;                         ///< Unfinished jobs of one tenant; 0: any number.
-  std::string arithmetic = {};                ///< core::arithmetic_class() of this process.
-  std::string build = {};                     ///< JSON text that goes with films made here.
+  JobTable::Retention retention = {};  ///< Of jobs that have ended.
+  int quota_jobs = 0;                  ///< Unfinished jobs of one tenant; 0: any number.
+  std::string arithmetic = {};         ///< core::arithmetic_class() of this process.
+  std::string build = {};              ///< JSON text that goes with films made here.
 };
 
 /// What the service is built on; all outlive it.
@@ -60,6 +58,7 @@ struct JobServiceParts {
   Log& log;
   Metrics& metrics;
   StorageQuota& quota;
+  MemoryGate& memory;
 };
 
 class JobService final : private RenderRun::Owner {
@@ -177,11 +176,6 @@ class JobService final : private RenderRun::Owner {
     std::uint64_t held_bytes = 0;  ///< By jobs from their start to their end.
     bool waits_for_memory = false;
   };
-  /// Films read from the disk that may be in memory together.
-  std::uint64_t film_readers_bytes() const {
-    return options_.film_cache_bytes + options_.film_readers_bytes;
-  }
-  std::uint64_t memory_max_bytes() const { return options_.book.memory_max_bytes; }
   Counts counts() const;
   /// Those that the server has paused until the disk has room.
   int jobs_without_room() const;
@@ -225,9 +219,10 @@ class JobService final : private RenderRun::Owner {
   /// Cancels the previews that had the key before `by`.
   void supersede(const std::string& preview_key, const Job& by, const Access& access);
 
+  /// What is admitted, and what dry_run says: at most so much is taken, from loading on.
   JobMemory memory_of(const api::JobView& view);
-  /// Empty: its film fits into what a job may hold.
-  std::optional<std::string> too_large(const api::JobView& view) const;
+  /// Empty: it fits into what a job may hold.
+  std::optional<api::FieldError> too_large(const api::JobView& view);
   /// Gives the memory of a paused job back; it goes on from its film file.
   void park(const JobPointer& job);
 
@@ -240,7 +235,10 @@ class JobService final : private RenderRun::Owner {
   // once, and settle_cancelled() keeps what they have.
   void admit();
   void load(const std::shared_ptr<JobBook::Place>& place);
-  core::Result<std::shared_ptr<const core::Renderer>> make_renderer(const api::JobSpec& spec);
+  core::Result<std::shared_ptr<const core::Renderer>> make_renderer(
+      const api::JobSpec& spec, SceneService::Admission admission);
+  core::Result<std::shared_ptr<const core::Renderer>> make_admitted_renderer(
+      const api::JobSpec& spec);
   core::Result<std::shared_ptr<RenderRun>> prepare(const std::shared_ptr<JobBook::Place>& place);
   /// Makes the file unless the job was deleted. Errors: those of FilmFile::open(); kCancelled.
   core::Result<FilmFile> make_film_file(Job& job);
@@ -283,7 +281,6 @@ class JobService final : private RenderRun::Owner {
   static std::string film_key(const Job& job) { return std::to_string(job.sequence()) + "."; }
   void remove_loose_films();
   static core::Progress progress_of(const RenderRun& run);
-  core::Result<MemoryGate::Lease> room_to_read(std::uint64_t bytes);
   core::Result<std::shared_ptr<const StoredFilm>> stored_film(const Job& job);
   core::Result<StoredFilm> read_film(const Job& job, const JobRecord& record);
   /// Says in the log and in the job, once, that its film is lost; the answer for who asks for it.
@@ -297,6 +294,7 @@ class JobService final : private RenderRun::Owner {
   Log& log_;
   Metrics& metrics_;
   StorageQuota& quota_;
+  MemoryGate& memory_;
   const JobServiceOptions options_;
   const std::int64_t run_;
   std::atomic<std::uint64_t> rays_done_ = 0;  ///< Of runs that are over.
@@ -307,7 +305,6 @@ class JobService final : private RenderRun::Owner {
   std::atomic<bool> draining_ = false;
   JobBook book_;
   SingleFlightCache<StoredFilm> films_;
-  MemoryGate film_readers_;
   core::Mutex keyed_mutex_;  ///< Held over a submission with a key: two of them are one job.
   core::Mutex
       quota_mutex_;  ///< Held from counting a tenant's jobs to adding one. After keyed_mutex_.

@@ -122,10 +122,14 @@ core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec) {
     std::counting_semaphore<16>& semaphore;
     ~Release() { semaphore.release(); }
   } const release{pilots_};
-  auto renderer = make_renderer(pilot_spec(spec));
+  auto renderer = make_renderer(pilot_spec(spec), SceneService::Admission::kNeeded);
   if (!renderer) {
     return renderer.error();
   }
+  api::JobView asked;
+  asked.spec = spec;
+  const JobMemory memory = memory_of(asked);
+  const auto held = memory_.note({.shared = memory.shared_bytes}, MemoryGate::Kind::kNeeded);
   const auto pilot = std::make_shared<Pilot>(*renderer);
   scheduler_.add(pilot, Rank{.is_preview = true, .priority = 0});
   const bool worked = pilot->wait();
@@ -133,7 +137,12 @@ core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec) {
   if (!worked) {
     return Error{ErrorCode::kUnavailable, "the pilot got no turn in time", ""};
   }
-  return pilot->estimate(spec, scheduler_.threads(), options_.samples_max);
+  CostEstimate cost = pilot->estimate(spec, scheduler_.threads(), options_.samples_max);
+  cost.memory_bytes_low = static_cast<double>(memory.film_bytes);
+  cost.memory_bytes_high = static_cast<double>(memory.bytes());
+  cost.memory_bytes =
+      cost.memory_bytes_high - static_cast<double>(memory.own_bytes() - memory.film_bytes);
+  return cost;
 }
 
 }  // namespace server

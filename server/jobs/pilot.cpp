@@ -186,14 +186,6 @@ CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_
   for (double* seconds : {&out.seconds, &out.seconds_low, &out.seconds_high}) {
     *seconds = std::min(*seconds, limit);
   }
-  core::RenderSettings settings = task_.renderer().view().settings;
-  settings.adaptive = spec.render.adaptive;
-  const core::Film whole(settings);  // with what is decided and learnt beside the picture
-  const double film_bytes = static_cast<double>(whole.bytes()) * pixels / pixels_of(whole.crop());
-  const auto scene_bytes = static_cast<double>(task_.renderer().view().scene->summary().bytes);
-  out.memory_bytes = film_bytes + scene_bytes;
-  out.memory_bytes_low = film_bytes;
-  out.memory_bytes_high = 2 * film_bytes + scene_bytes;
   out.pilot_cpu_seconds = progress.cpu_seconds;
   return out;
 }

@@ -21,7 +21,7 @@ struct CostEstimate {
   double samples_per_pixel = 0;  ///< That the stop rules will need.
   double memory_bytes = 0;       ///< Film and scene.
   double memory_bytes_low = 0;   ///< The film alone: the scene may be loaded already.
-  double memory_bytes_high = 0;  ///< With a copy of the film for a checkpoint or a picture.
+  double memory_bytes_high = 0;  ///< What it is admitted with: while it is loaded, or renders.
   double pilot_cpu_seconds = 0;
 };
 
@@ -38,6 +38,7 @@ class Pilot final : public SliceSource, private core::RenderSink {
   bool wait();
   /// spec: of the whole job. The interval is that of the mean over tiles, as if they were drawn at
   /// random, widened by a quarter to each side for what another moment of the machine changes.
+  /// Memory is left out.
   CostEstimate estimate(const api::JobSpec& spec, int threads, int samples_max) const;
 
  private:

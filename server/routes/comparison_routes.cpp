@@ -1,5 +1,6 @@
 // Comparisons of two jobs, or of a job and an image.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -46,8 +47,20 @@ bool is_too_large(int width, int height) {
   return std::int64_t{width} * height > api::limits::kComparisonPixels;
 }
 
+/// What comparing takes for a pixel of each side: the picture, the copy of a film or file that it
+/// is made from, tables of sums, half of the maps. Measured by tests/stress/memory --measure: 84.
+constexpr std::uint64_t kSideBytes = 100;
+
+core::Status take_side(MemoryGate::Lease& lease, int width, int height) {
+  if (is_too_large(width, height)) {
+    return too_many_pixels(width, height);
+  }
+  return lease.grow(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) *
+                    kSideBytes);
+}
+
 core::Result<core::Picture> picture_of_job(const RouteContext& context, const std::string& id,
-                                           const Request& request) {
+                                           const Request& request, MemoryGate::Lease& lease) {
   const auto job = context.jobs.find(id, request.access);
   if (!job) {
     return job.error();
@@ -57,8 +70,8 @@ core::Result<core::Picture> picture_of_job(const RouteContext& context, const st
     return film.error();
   }
   const core::PixelRect crop = (*film)->crop();
-  if (is_too_large(crop.width, crop.height)) {
-    return too_many_pixels(crop.width, crop.height);
+  if (auto room = take_side(lease, crop.width, crop.height); !room) {
+    return room.error();
   }
   if ((*film)->sample_counts().min == 0) {
     return Error{ErrorCode::kConflict, "the job ended before every pixel had a sample", ""};
@@ -72,7 +85,11 @@ core::Result<core::Picture> picture_of_job(const RouteContext& context, const st
 }
 
 core::Result<core::Picture> picture_of_asset(const RouteContext& context, const std::string& id,
-                                             const Request& request) {
+                                             const Request& request, MemoryGate::Lease& lease) {
+  const auto bytes = context.assets.find(id, request.access);
+  if (auto room = bytes ? lease.grow(*bytes) : core::Status(bytes.error()); !room) {
+    return room.error();
+  }
   const auto content = context.assets.read(id, request.access);
   if (!content) {
     return content.error();
@@ -81,8 +98,8 @@ core::Result<core::Picture> picture_of_asset(const RouteContext& context, const 
   if (!header) {
     return header.error();
   }
-  if (is_too_large(header->width, header->height)) {
-    return too_many_pixels(header->width, header->height);
+  if (auto room = take_side(lease, header->width, header->height); !room) {
+    return room.error();
   }
   const auto image = core::decode_image(**content, {});
   if (!image) {
@@ -92,12 +109,13 @@ core::Result<core::Picture> picture_of_asset(const RouteContext& context, const 
 }
 
 core::Result<core::Picture> find_picture(const RouteContext& context, const std::string& id,
-                                         const char* where, const Request& request) {
-  auto picture = api::is_uuid(id) ? picture_of_job(context, id, request)
-                                  : picture_of_asset(context, id, request);
+                                         const char* where, const Request& request,
+                                         MemoryGate::Lease& lease) {
+  auto picture = api::is_uuid(id) ? picture_of_job(context, id, request, lease)
+                                  : picture_of_asset(context, id, request, lease);
   if (!picture) {
     Error error = picture.error();
-    error.where = where;
+    error.where = error.code == ErrorCode::kUnavailable ? "" : where;
     return error;
   }
   return picture;
@@ -105,23 +123,21 @@ core::Result<core::Picture> find_picture(const RouteContext& context, const std:
 
 template <typename Color>
 core::Result<std::string> png(int width, int height, const Color& color) {
-  core::FloatImage image;
-  image.width = width;
-  image.height = height;
-  image.channel_names = {"R", "G", "B"};
-  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  image.values.reserve(3 * pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    const core::Rgb c = color(i);
-    image.values.insert(image.values.end(), {c.r, c.g, c.b});
-  }
+  const auto columns = static_cast<std::size_t>(width);
+  const core::ImageRows image = {
+      width,
+      height,
+      {"R", "G", "B"},
+      [&color, columns, row = std::vector<float>(3 * columns)](int y) mutable {
+        for (std::size_t x = 0; x < columns; ++x) {
+          const core::Rgb c = color(static_cast<std::size_t>(y) * columns + x);
+          std::copy_n(std::array{c.r, c.g, c.b}.begin(), 3, &row[3 * x]);
+        }
+        return static_cast<const float*>(row.data());
+      }};
   core::EncodeOptions options;
   options.is_color = false;  // These are display values already.
-  const auto encoded = core::encode_image(image, core::image_formats().front(), options);
-  if (!encoded) {
-    return encoded.error();
-  }
-  return std::string(reinterpret_cast<const char*>(encoded->data()), encoded->size());
+  return core::encode_rows(image, core::image_formats().front(), options);
 }
 
 core::Result<ComparisonMaps> make_maps(const core::Comparison& result,
@@ -171,11 +187,15 @@ Response create(const RouteContext& context, Turn& turn, Request& request) {
   if (!held) {
     return error_answer(request, held.error());
   }
-  const auto a = find_picture(context, parsed->a, "/a", request);
+  auto lease = context.memory.take(0, "the comparison");
+  if (!lease) {
+    return error_answer(request, lease.error());
+  }
+  const auto a = find_picture(context, parsed->a, "/a", request, *lease);
   if (!a) {
     return error_answer(request, a.error());
   }
-  const auto b = find_picture(context, parsed->b, "/b", request);
+  const auto b = find_picture(context, parsed->b, "/b", request, *lease);
   if (!b) {
     return error_answer(request, b.error());
   }

@@ -15,8 +15,8 @@
 #include "server/http/router.h"
 #include "server/http/stream_gate.h"
 #include "server/jobs/job_service.h"
-#include "server/jobs/memory_gate.h"
 #include "server/key_ring.h"
+#include "server/observe/memory_gate.h"
 #include "server/observe/log.h"
 #include "server/observe/metrics.h"
 #include "server/scenes/scene_service.h"
@@ -45,7 +45,7 @@ struct RouteContext {
   UsageTable& usage;
   DeliveryTable& deliveries;
   WebhookSecrets& webhook_secrets;
-  MemoryGate& pictures;
+  MemoryGate& memory;
   Metrics& metrics;
   Log& log;
   const api::ServerView& about;

@@ -191,9 +191,11 @@ std::optional<api::Problem> misfit(const Source& first, const Source& next,
   return api::make_problem(ErrorCode::kInvalidArgument, std::move(errors));
 }
 
-/// Of all films together. Errors: one is not there or no film; kTooLarge.
-core::Status check_room(const RouteContext& context, const std::vector<std::string>& films,
-                        const Access& access) {
+/// Room for all films together, and for the one that they become. Errors: one is not there or no
+/// film; kTooLarge, kUnavailable.
+core::Result<MemoryGate::Lease> take_room(const RouteContext& context,
+                                          const std::vector<std::string>& films,
+                                          const Access& access) {
   std::uint64_t bytes = 0;
   for (std::size_t i = 0; i < films.size(); ++i) {
     const std::string where = "/films/" + std::to_string(i);
@@ -209,13 +211,12 @@ core::Status check_room(const RouteContext& context, const std::vector<std::stri
           where};
     }
   }
-  if (const std::uint64_t most = context.jobs.film_readers_bytes(); bytes > most) {
-    return Error{ErrorCode::kTooLarge,
-                 "the films take " + std::to_string(bytes) +
-                     " bytes of memory together; here requests may have " + std::to_string(most),
-                 "/films"};
+  // Uploaded ones are there as files, too, while they are read; the merged one is as large as all.
+  auto lease = context.memory.take(3 * bytes, "merging the films");
+  if (!lease) {
+    return placed(lease.error(), lease.error().code == ErrorCode::kTooLarge ? "/films" : "");
   }
-  return core::ok_status();
+  return lease;
 }
 
 /// The job that the merged film is of.
@@ -298,7 +299,8 @@ Response merge(const RouteContext& context, Turn& turn, Request& request) {
   if (!held) {
     return error_answer(request, held.error());
   }
-  if (const auto room = check_room(context, parsed->films, request.access); !room) {
+  const auto room = take_room(context, parsed->films, request.access);
+  if (!room) {
     return error_answer(request, room.error());
   }
   std::vector<Source> sources;

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <memory>
+#include <utility>
 #include <vector>
 
 namespace server {
@@ -14,50 +17,71 @@ float overlap(int i, double begin, double end) {
   return static_cast<float>(std::max(part, 0.0));
 }
 
+/// One row of the smaller image, from the rows that it covers.
+class ScaledRow {
+ public:
+  ScaledRow(core::ImageRows image, int width, int height)
+      : image_(std::move(image)),
+        width_(width),
+        step_x_(static_cast<double>(image_.width) / width),
+        step_y_(static_cast<double>(image_.height) / height),
+        sum_(static_cast<std::size_t>(width) * image_.channel_names.size()),
+        weight_(sum_.size()) {}
+
+  const float* make(int y) {
+    std::fill(sum_.begin(), sum_.end(), 0.0F);
+    std::fill(weight_.begin(), weight_.end(), 0.0F);
+    const int last_y = std::min(image_.height, static_cast<int>(std::ceil((y + 1) * step_y_)));
+    for (int v = static_cast<int>(y * step_y_); v < last_y; ++v) {
+      add(image_.row(v), overlap(v, y * step_y_, (y + 1) * step_y_));
+    }
+    for (std::size_t i = 0; i < sum_.size(); ++i) {
+      sum_[i] = weight_[i] > 0 ? sum_[i] / weight_[i] : std::numeric_limits<float>::quiet_NaN();
+    }
+    return sum_.data();
+  }
+
+ private:
+  void add(const float* row, float share) {
+    const std::size_t channels = image_.channel_names.size();
+    for (int x = 0; x < width_; ++x) {
+      const int last_x = std::min(image_.width, static_cast<int>(std::ceil((x + 1) * step_x_)));
+      for (int u = static_cast<int>(x * step_x_); u < last_x; ++u) {
+        const float w = share * overlap(u, x * step_x_, (x + 1) * step_x_);
+        for (std::size_t c = 0; c < channels; ++c) {
+          const float value = row[static_cast<std::size_t>(u) * channels + c];
+          const std::size_t to = static_cast<std::size_t>(x) * channels + c;
+          if (std::isfinite(value)) {
+            sum_[to] += w * value;
+            weight_[to] += w;
+          }
+        }
+      }
+    }
+  }
+
+  core::ImageRows image_;
+  int width_;
+  double step_x_;
+  double step_y_;
+  std::vector<float> sum_;
+  std::vector<float> weight_;
+};
+
 }  // namespace
 
-core::FloatImage scaled_down(core::FloatImage image, int side_max) {
+core::ImageRows scaled_down(core::ImageRows image, int side_max) {
   const int longest = std::max(image.width, image.height);
   if (longest <= side_max) {
     return image;
   }
-  core::FloatImage small;
-  small.channel_names = image.channel_names;
   const double ratio = static_cast<double>(longest) / side_max;
+  core::ImageRows small;
+  small.channel_names = image.channel_names;
   small.width = std::max(1, static_cast<int>(std::lround(image.width / ratio)));
   small.height = std::max(1, static_cast<int>(std::lround(image.height / ratio)));
-  const auto channels = static_cast<std::size_t>(image.channels());
-  small.values.resize(static_cast<std::size_t>(small.width) *
-                      static_cast<std::size_t>(small.height) * channels);
-  const double step_x = static_cast<double>(image.width) / small.width;
-  const double step_y = static_cast<double>(image.height) / small.height;
-  std::vector<float> sum(channels);
-  std::vector<float> weight(channels);
-  for (int y = 0; y < small.height; ++y) {
-    for (int x = 0; x < small.width; ++x) {
-      std::fill(sum.begin(), sum.end(), 0.0F);
-      std::fill(weight.begin(), weight.end(), 0.0F);
-      const int last_y = std::min(image.height, static_cast<int>(std::ceil((y + 1) * step_y)));
-      const int last_x = std::min(image.width, static_cast<int>(std::ceil((x + 1) * step_x)));
-      for (int v = static_cast<int>(y * step_y); v < last_y; ++v) {
-        for (int u = static_cast<int>(x * step_x); u < last_x; ++u) {
-          const float w =
-              overlap(u, x * step_x, (x + 1) * step_x) * overlap(v, y * step_y, (y + 1) * step_y);
-          const float* value = &image.values[image.index(u, v, 0)];
-          for (std::size_t c = 0; c < channels; ++c) {
-            if (std::isfinite(value[c])) {
-              sum[c] += w * value[c];
-              weight[c] += w;
-            }
-          }
-        }
-      }
-      float* out = &small.values[small.index(x, y, 0)];
-      for (std::size_t c = 0; c < channels; ++c) {
-        out[c] = weight[c] > 0 ? sum[c] / weight[c] : std::numeric_limits<float>::quiet_NaN();
-      }
-    }
-  }
+  const auto row = std::make_shared<ScaledRow>(std::move(image), small.width, small.height);
+  small.row = [row](int y) { return row->make(y); };
   return small;
 }
 

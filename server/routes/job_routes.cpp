@@ -231,8 +231,8 @@ Response list(const RouteContext& context, Request& request) {
   }
   JobQuery wanted;
   wanted.limit = query->limit;
-  wanted.stored = query->job_class != api::JobClass::kPreview;
-  wanted.previews = query->job_class != api::JobClass::kNormal;
+  wanted.stored = query->job_class != api::ListQuery::Class::kPreview;
+  wanted.previews = query->job_class != api::ListQuery::Class::kNormal;
   wanted.title = query->name;
   wanted.before = cursor_sequence(query->cursor);
   if (!query->cursor.empty() && !wanted.before) {

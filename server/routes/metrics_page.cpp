@@ -29,7 +29,9 @@ void write_jobs(MetricsText& text, const RouteContext& context) {
              "Films and scenes of jobs from their start to their end, pauses included.",
              static_cast<double>(counts.held_bytes));
   text.gauge("tessera_held_memory_limit_bytes", "Above it jobs wait.",
-             static_cast<double>(context.jobs.memory_max_bytes()));
+             static_cast<double>(context.memory.bytes_max()));
+  text.gauge("tessera_memory_bytes", "Asked for by jobs, requests and caches together.",
+             static_cast<double>(context.memory.used_bytes()));
   text.gauge("tessera_queue_waits_for_memory",
              "1: the next job would start if there were memory for it.",
              counts.waits_for_memory ? 1 : 0);

@@ -78,25 +78,27 @@ bool hides_environment(const api::JobSpec& spec) {
 }
 
 /// Without the channel named A; what stays keeps its order.
-core::FloatImage without_alpha(const core::FloatImage& image) {
-  core::FloatImage opaque;
-  opaque.width = image.width;
-  opaque.height = image.height;
-  std::vector<int> kept;
-  for (int c = 0; c < image.channels(); ++c) {
-    if (image.channel_names[static_cast<std::size_t>(c)] != "A") {
+core::ImageRows without_alpha(core::ImageRows image) {
+  std::vector<std::size_t> kept;
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < image.channel_names.size(); ++c) {
+    if (image.channel_names[c] != "A") {
       kept.push_back(c);
-      opaque.channel_names.push_back(image.channel_names[static_cast<std::size_t>(c)]);
+      names.push_back(image.channel_names[c]);
     }
   }
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      for (const int c : kept) {
-        opaque.values.push_back(image.values[image.index(x, y, c)]);
-      }
+  const std::size_t channels = image.channel_names.size();
+  const auto width = static_cast<std::size_t>(image.width);
+  image.channel_names = std::move(names);
+  image.row = [row = std::move(image.row), out = std::vector<float>(width * kept.size()), kept,
+               channels](int y) mutable {
+    const float* in = row(y);
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      out[i] = in[i / kept.size() * channels + kept[i % kept.size()]];
     }
-  }
-  return opaque;
+    return static_cast<const float*>(out.data());
+  };
+  return image;
 }
 
 bool lies_inside(core::PixelRect part, core::PixelRect whole) {
@@ -143,14 +145,15 @@ struct Picture {
   core::PixelRect rect;
 };
 
-/// What make_picture() and encode() take at most: a copy of the film's part, its layers as floats,
-/// and those encoded.
-std::uint64_t working_bytes(const core::Film& film, core::PixelRect rect) {
-  constexpr std::uint64_t kLayersBytes = 128;
-  const auto area = [](core::PixelRect r) {
-    return static_cast<std::uint64_t>(r.width) * static_cast<std::uint64_t>(r.height);
-  };
-  return area(rect) * (film.bytes() / std::max<std::uint64_t>(area(film.crop()), 1) + kLayersBytes);
+/// What a picture takes at most until it is sent.
+std::uint64_t working_bytes(const core::Film& film, const Picture& picture) {
+  constexpr int kChannelsMax = 16;  // of all layers
+  const bool all_layers = !picture.query.layer && picture.format.extension == "exr";
+  const int most = picture.query.max_size.value_or(std::numeric_limits<int>::max());
+  return core::LayerRows::bytes(film, picture.rect) +
+         core::encoding_bytes(std::min(picture.rect.width, most),
+                              std::min(picture.rect.height, most), all_layers ? kChannelsMax : 4,
+                              picture.format);
 }
 
 std::string_view layer_of(const api::ImageQuery& query) {
@@ -162,44 +165,12 @@ bool is_color(const api::ImageQuery& query) {
   return layer != nullptr && layer->is_color;
 }
 
-struct Pixels {
-  core::FloatImage image;
+struct Encoded {
+  std::shared_ptr<const std::string> content;  ///< with what it takes
   std::optional<ValueRange> range;
 };
 
-core::Result<Pixels> make_picture(const core::Film& film, const Picture& picture) {
-  if (picture.query.range && (is_color(picture.query) || picture.format.high_dynamic_range)) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "only layers of data (such as depth and normal) in display formats have a range",
-                 "/range"};
-  }
-  const core::FilmSnapshot snapshot = film.snapshot(picture.rect);
-  const bool all_layers = !picture.query.layer && picture.format.extension == "exr";
-  auto image = all_layers ? core::Result<core::FloatImage>(
-                                core::all_layers_image(snapshot, picture.view.spec.render.film))
-                          : core::layer_image(snapshot, layer_of(picture.query));
-  if (!image) {
-    Error error = image.error();
-    error.where = "/layer";
-    return error;
-  }
-  // Formats without alpha need it to stand before white.
-  const bool keep_alpha = all_layers || hides_environment(picture.view.spec);
-  if (!keep_alpha) {
-    image = without_alpha(*image);
-  }
-  Pixels pixels{picture.query.max_size ? scaled_down(std::move(*image), *picture.query.max_size)
-                                       : std::move(*image),
-                std::nullopt};
-  if (picture.query.range) {
-    pixels.range = value_range(pixels.image, *picture.query.range);
-    pixels.image = rescaled(std::move(pixels.image), *pixels.range);
-  }
-  return pixels;
-}
-
-core::Result<std::vector<std::byte>> encode(const core::FloatImage& image, const Picture& picture,
-                                            const RouteContext& context) {
+core::EncodeOptions encode_options(const Picture& picture, const RouteContext& context) {
   core::EncodeOptions options;
   for (const core::ToneMapEntry& entry : core::tone_maps()) {
     if (entry.name == picture.query.tone_map) {
@@ -208,8 +179,57 @@ core::Result<std::vector<std::byte>> encode(const core::FloatImage& image, const
   }
   options.is_color = is_color(picture.query);
   options.exposure_stops = picture.query.exposure_stops;
+  options.background = picture.query.background;
   options.metadata = provenance(picture.view, context);
-  return core::encode_image(image, picture.format, options);
+  return options;
+}
+
+/// patience: how long to wait for memory.
+core::Result<Encoded> encode(const core::Film& film, const Picture& picture,
+                             const RouteContext& context, std::chrono::milliseconds patience) {
+  if (picture.query.range && (is_color(picture.query) || picture.format.high_dynamic_range)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "only layers of data (such as depth and normal) in display formats have a range",
+                 "/range"};
+  }
+  if (picture.query.background &&
+      (!is_color(picture.query) || (!picture.query.layer && picture.format.extension == "exr"))) {
+    return Error{ErrorCode::kInvalidArgument, "only one layer of colour stands before a background",
+                 "/background"};
+  }
+  auto lease = context.memory.take(working_bytes(film, picture), "the picture", patience);
+  if (!lease) {
+    return Error{ErrorCode::kUnavailable, lease.error().message, ""};
+  }
+  const bool all_layers = !picture.query.layer && picture.format.extension == "exr";
+  const std::optional<std::string> layer =
+      all_layers ? std::nullopt : std::optional(std::string(layer_of(picture.query)));
+  auto layers = core::LayerRows::create(film, picture.rect, layer, picture.view.spec.render.film);
+  if (!layers) {
+    return Error{layers.error().code, layers.error().message, "/layer"};
+  }
+  core::ImageRows rows = layers->rows();
+  // Formats without alpha need it to stand before something.
+  if (!all_layers && !hides_environment(picture.view.spec)) {
+    rows = without_alpha(std::move(rows));
+  }
+  if (picture.query.max_size) {
+    rows = scaled_down(std::move(rows), *picture.query.max_size);
+  }
+  std::optional<ValueRange> range;
+  if (picture.query.range) {
+    range = value_range(rows, *picture.query.range);
+    rows = rescaled(std::move(rows), *range);
+  }
+  auto encoded = core::encode_rows(rows, picture.format, encode_options(picture, context));
+  if (!encoded) {
+    return encoded.error();
+  }
+  encoded->shrink_to_fit();
+  lease->shrink_to(encoded->size());
+  return Encoded{.content = with_lease(std::make_shared<const std::string>(*std::move(encoded)),
+                                       *std::move(lease)),
+                 .range = range};
 }
 
 std::string picture_etag(const Request& request, const Picture& picture, std::uint32_t revision) {
@@ -283,25 +303,18 @@ class PictureStream {
                           .view = view,
                           .rect = query_.rect.value_or((*film)->crop())};
     // The last picture waits for its room; of the others the next look may have one.
-    const auto room =
-        context_.pictures.take(working_bytes(**film, picture.rect),
-                               is_final ? MemoryGate::kPatience : std::chrono::seconds(0));
-    if (!room) {
-      return !is_final;
-    }
-    const auto pixels = make_picture(**film, picture);
-    const auto encoded = pixels ? encode(pixels->image, picture, context_)
-                                : core::Result<std::vector<std::byte>>(pixels.error());
+    const auto encoded = encode(**film, picture, context_,
+                                is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
     if (!encoded) {
-      return false;
+      return encoded.error().code == ErrorCode::kUnavailable && !is_final;
     }
     sent_ = revision;
-    std::string part = "\r\nContent-Type: " + std::string(format_.mime) +
-                       "\r\nContent-Length: " + std::to_string(encoded->size()) +
-                       "\r\nX-Tessera-Revision: " + std::to_string(revision) + "\r\n\r\n";
-    part.append(reinterpret_cast<const char*>(encoded->data()), encoded->size());
+    const std::string head = "\r\nContent-Type: " + std::string(format_.mime) +
+                             "\r\nContent-Length: " + std::to_string(encoded->content->size()) +
+                             "\r\nX-Tessera-Revision: " + std::to_string(revision) + "\r\n\r\n";
     // The next delimiter at once: browsers show a picture when they have seen it.
-    return writer.write(part + "\r\n" + delimiter());
+    return writer.write(head) && writer.write(*encoded->content) &&
+           writer.write("\r\n" + delimiter());
   }
 
   const RouteContext context_;
@@ -397,30 +410,19 @@ Response image(const RouteContext& context, Request& request) {
     response.headers.add("Vary", "Accept");
     return response;
   }
-  const auto room = context.pictures.take(working_bytes(**film, picture.rect));
-  if (!room) {
-    return error_answer(request, room.error());
-  }
-  const auto pixels = make_picture(**film, picture);
-  if (!pixels) {
-    return error_answer(request, pixels.error());
-  }
-  const auto encoded = encode(pixels->image, picture, context);
+  const auto encoded = encode(**film, picture, context, MemoryGate::kPatience);
   if (!encoded) {
     return error_answer(request, encoded.error());
   }
-  Response response =
-      bytes_response(200, format->mime,
-                     std::make_shared<const std::string>(
-                         reinterpret_cast<const char*>(encoded->data()), encoded->size()));
+  Response response = bytes_response(200, format->mime, encoded->content);
   response.headers.set("ETag", etag);
   response.headers.set("Cache-Control", "no-cache");
   response.headers.add("Vary", "Accept");
   response.headers.set("X-Tessera-Revision", std::to_string(revision));
-  if (pixels->range) {
+  if (encoded->range) {
     response.headers.set("X-Tessera-Range",
-                         api::number_text(static_cast<double>(pixels->range->low)) + "," +
-                             api::number_text(static_cast<double>(pixels->range->high)));
+                         api::number_text(static_cast<double>(encoded->range->low)) + "," +
+                             api::number_text(static_cast<double>(encoded->range->high)));
   }
   if (const std::string ignored = ignored_look(*format, *query); !ignored.empty()) {
     response.headers.set("X-Tessera-Ignored", ignored);

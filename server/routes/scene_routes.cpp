@@ -23,22 +23,41 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-/// The body in memory; the transport has its limit.
-core::Result<core::Bytes> read_body(const Request& request) {
-  core::Bytes content;
-  if (const auto declared = request.body_reader->declared_bytes()) {
-    // A claim costs nothing: memory for it is taken as it comes true.
-    content.reserve(static_cast<std::size_t>(std::min<std::uint64_t>(*declared, 64U << 20U)));
+/// The body in memory, once there is room for it; the transport has its limit.
+core::Result<SceneService::Upload> read_body(const RouteContext& context, const Request& request) {
+  constexpr std::uint64_t kFirst = std::uint64_t{64} << 10U;
+  const auto declared = request.body_reader->declared_bytes();
+  auto lease = context.memory.take(declared.value_or(kFirst), "the upload");
+  if (!lease) {
+    return lease.error();
   }
+  core::Bytes content;
+  // Pages of it are taken as the claim comes true.
+  content.reserve(static_cast<std::size_t>(declared.value_or(kFirst)));
+  core::Status room = core::ok_status();
   const bool complete = request.body_reader->read([&](std::string_view piece) {
+    if (content.size() + piece.size() > content.capacity()) {
+      // Of a length that nobody told: twice as much, and both while it moves.
+      const std::uint64_t before = content.capacity();
+      const std::uint64_t next = std::max<std::uint64_t>(2 * before, content.size() + piece.size());
+      room = lease->grow(next);
+      if (!room) {
+        return false;
+      }
+      content.reserve(static_cast<std::size_t>(next));
+      lease->shrink_to(next);
+    }
     const auto* bytes = reinterpret_cast<const std::byte*>(piece.data());
     content.insert(content.end(), bytes, bytes + piece.size());
     return true;
   });
+  if (!room) {
+    return room.error();
+  }
   if (!complete) {
     return Error{ErrorCode::kBadSyntax, "the body was cut short", ""};
   }
-  return content;
+  return SceneService::Upload(std::move(content), *std::move(lease));
 }
 
 Response added_answer(const Request& request, const core::Result<SceneService::Added>& added) {
@@ -71,18 +90,19 @@ Response create(const RouteContext& context, Request& request) {
                             "\" is none of model/gltf-binary, model/gltf+json, "
                             "application/zip, application/octet-stream, application/json");
   }
-  auto content = read_body(request);
-  if (!content) {
-    return error_answer(request, content.error());
+  auto upload = read_body(context, request);
+  if (!upload) {
+    return error_answer(request, upload.error());
   }
-  if (is_zip || (is_any && begins_like_zip(*content))) {
-    return added_answer(request, context.scenes.add_zip(std::move(*content), origin));
+  const core::Bytes& content = upload->content;
+  if (is_zip || (is_any && begins_like_zip(content))) {
+    return added_answer(request, context.scenes.add_zip(*std::move(upload), origin));
   }
   if (is_scene || is_any) {
-    return added_answer(request, context.scenes.add_file(std::move(*content), origin));
+    return added_answer(request, context.scenes.add_file(*std::move(upload), origin));
   }
   const auto parsed = api::parse_scene_from_assets(
-      std::string_view(reinterpret_cast<const char*>(content->data()), content->size()));
+      std::string_view(reinterpret_cast<const char*>(content.data()), content.size()));
   if (!parsed) {
     return problem_answer(request, parsed.problem());
   }

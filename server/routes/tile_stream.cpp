@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error/error_estimate.h"
+#include "core/error/pixel_error.h"
 
 namespace server {
 namespace {
@@ -40,12 +41,10 @@ api::TileFrame tile_frame(const core::TileState& state, int replicates, bool has
     const core::HalfValue value = core::pixel_value(film, i);
     const core::HalfValue a = core::half_value(film, i, 0);
     const core::HalfValue b = core::half_value(film, i, 1);
-    const bool known = a.count > 0 && b.count > 0;
+    const core::Rgb variance = core::raw_variance(a, b);
     for (int c = 0; c < 3; ++c) {
-      const float difference = a.mean[c] - b.mean[c];
       plane(static_cast<std::size_t>(c), i) = value.mean[c];
-      plane(static_cast<std::size_t>(c) + 3, i) =
-          known ? difference * difference * 0.25F : std::numeric_limits<float>::quiet_NaN();
+      plane(static_cast<std::size_t>(c) + 3, i) = variance[c];
     }
     plane(6, i) = static_cast<float>(value.count);
     if (has_alpha) {

@@ -39,7 +39,7 @@ std::string listed(const std::vector<std::string>& names) {
 
 }  // namespace
 
-std::string encode_facts(const core::SceneSummary& summary) {
+std::string encode_facts(const core::SceneSummary& summary, std::uint64_t load_bytes) {
   std::string text;
   for (const core::CameraDescription& camera : summary.cameras) {
     text += (camera.orthographic ? "orthographic " : "perspective ") + word(camera.name) + "\n";
@@ -55,7 +55,18 @@ std::string encode_facts(const core::SceneSummary& summary) {
   }
   text += "triangles " + std::to_string(summary.triangles) + "\n";
   text += "bytes " + std::to_string(summary.bytes) + "\n";
+  text += "load_bytes " + std::to_string(load_bytes) + "\n";
   return text;
+}
+
+std::uint64_t load_bytes_of(std::string_view facts) {
+  constexpr std::string_view kName = "\nload_bytes ";
+  const auto at = facts.find(kName);
+  if (at == std::string_view::npos) {
+    return 0;
+  }
+  const std::string_view value = facts.substr(at + kName.size());
+  return parse_decimal(value.substr(0, value.find('\n'))).value_or(0);
 }
 
 core::SceneSummary decode_facts(std::string_view text) {

@@ -21,6 +21,7 @@
 #include "core/scene/scene.h"
 #include "core/scene_io/gltf_load.h"
 #include "server/access.h"
+#include "server/observe/memory_gate.h"
 #include "server/scenes/single_flight_cache.h"
 #include "server/scenes/zip.h"
 #include "server/store/assets.h"
@@ -45,19 +46,27 @@ struct SceneOrigin {
 
 class SceneService {
  public:
-  /// The first three must outlive this.
-  SceneService(Assets& assets, SceneTable& table, StorageQuota& quota, SceneServiceOptions options);
+  /// All but the options must outlive this.
+  SceneService(Assets& assets, SceneTable& table, StorageQuota& quota, MemoryGate& memory,
+               SceneServiceOptions options);
 
   struct Added {
     std::string id;
     std::string description;  ///< JSON
     bool known = false;
   };
+  /// A file, and the memory that it was let in with.
+  struct Upload {
+    Upload(core::Bytes file, MemoryGate::Lease held = {})
+        : content(std::move(file)), lease(std::move(held)) {}
+    core::Bytes content;
+    MemoryGate::Lease lease;
+  };
   /// A GLB, a glTF document, or a zip archive with one of them. The scene is loaded to check it.
   /// Errors: those of load_gltf() and Scene::build(), kNoSpace, kOverQuota, kTooLarge,
-  /// kMissingFiles.
-  core::Result<Added> add_file(core::Bytes content, const SceneOrigin& origin = {});
-  core::Result<Added> add_zip(core::Bytes archive, const SceneOrigin& origin = {});
+  /// kMissingFiles; kUnavailable when there is no memory for it.
+  core::Result<Added> add_file(Upload file, const SceneOrigin& origin = {});
+  core::Result<Added> add_zip(Upload archive, const SceneOrigin& origin = {});
   /// Errors also: kInvalidArgument at "/gltf" or "/files/..." for an unknown asset.
   core::Result<Added> add_from_assets(const api::SceneFromAssets& request,
                                       const SceneOrigin& origin = {});
@@ -76,14 +85,21 @@ class SceneService {
   /// A built-in scene as a GLB; null for any other name.
   core::SharedBytes builtin_glb(std::string_view name);
 
-  /// Errors: kNotFound when the scene is gone; as load_gltf() and Scene::build().
+  /// Who asks for something that takes memory to load: has that (a job that was admitted), or not
+  /// yet.
+  enum class Admission : std::uint8_t { kNeeded, kGiven };
+  /// Errors: kNotFound when the scene is gone; as load_gltf() and Scene::build(); kUnavailable when
+  /// there is no memory for it.
   core::Result<std::shared_ptr<const core::Scene>> load(const std::string& id, double time_seconds,
-                                                        const std::optional<std::string>& variant);
+                                                        const std::optional<std::string>& variant,
+                                                        Admission admission = Admission::kNeeded);
 
   /// Null for a constant one is not used: settings alone give a constant environment.
-  /// Errors: kInvalidArgument at "/environment/asset" for an unknown asset or one that is no image.
+  /// Errors: kInvalidArgument at "/environment/asset" for an unknown asset or one that is no image;
+  /// kUnavailable as for load().
   core::Result<std::shared_ptr<const core::Environment>> environment(
-      const std::optional<std::string>& asset, const core::EnvironmentSettings& settings);
+      const std::optional<std::string>& asset, const core::EnvironmentSettings& settings,
+      Admission admission = Admission::kNeeded);
   /// The same errors, from the head of the file alone; unknown is also what `access` does not see.
   core::Status check_environment(const std::string& asset, const Access& access);
 
@@ -92,6 +108,7 @@ class SceneService {
   struct Memory {
     std::string name;
     std::uint64_t bytes = 0;
+    std::uint64_t load_bytes = 0;  ///< Beside them, while it is loaded.
   };
   Memory memory_of_scene(const std::string& id, double time_seconds,
                          const std::optional<std::string>& variant);
@@ -108,17 +125,28 @@ class SceneService {
     core::SharedBytes bytes;
     std::map<std::string, core::SharedBytes> files;
   };
-  core::Result<std::uint64_t> size_of_environment(const std::string& asset);
+  static std::string cache_key(const std::string& id, double time_seconds,
+                               const std::optional<std::string>& variant);
+  struct EnvironmentSize {
+    std::uint64_t bytes = 0;
+    std::uint64_t load_bytes = 0;
+  };
+  core::Result<EnvironmentSize> size_of_environment(const std::string& asset);
   core::Result<Document> document_of(const std::string& id);
   core::Result<std::shared_ptr<const core::Scene>> build(const Document& document,
                                                          const core::GltfOptions& options);
-  core::Result<Added> add_document(Document document, const SceneOrigin& origin);
+  core::Result<Added> add_document(Document document, MemoryGate::Lease lease,
+                                   const SceneOrigin& origin);
+  /// The scene with what it takes, for the cache.
+  SingleFlightCache<core::Scene>::Made held(const std::string& key,
+                                            std::shared_ptr<const core::Scene> scene);
   core::Status keep(const Document& document, const SceneRow& row, const Access& access);
   core::Result<Added> known_scene(const std::string& id, const Access& access);
 
   Assets& assets_;
   SceneTable& table_;
   StorageQuota& quota_;
+  MemoryGate& memory_;
   const SceneServiceOptions options_;
   SingleFlightCache<core::Scene> scenes_;
   SingleFlightCache<core::Environment> environments_;
@@ -126,9 +154,11 @@ class SceneService {
   std::shared_mutex names_mutex_;
   core::Mutex builtin_mutex_;
   std::map<std::string, core::SharedBytes, std::less<>> builtin_ GUARDED_BY(builtin_mutex_);
+  std::map<std::string, std::uint64_t> builtin_bytes_
+      GUARDED_BY(builtin_mutex_);  ///< Of those that were loaded.
   core::Mutex sizes_mutex_;
-  std::map<std::string, std::uint64_t> environment_sizes_
-      GUARDED_BY(sizes_mutex_);  ///< Bytes of those that were looked at.
+  std::map<std::string, EnvironmentSize> environment_sizes_
+      GUARDED_BY(sizes_mutex_);  ///< Of those that were looked at.
 };
 
 }  // namespace server

@@ -87,6 +87,19 @@ class SingleFlightCache {
     }
   }
 
+  /// Forgets the value that nobody else holds and that was not used for longest. False: there is
+  /// none.
+  bool drop_unused() {
+    const core::MutexLock lock(mutex_);
+    for (auto key = order_.rbegin(); key != order_.rend(); ++key) {
+      if (const auto entry = entries_.find(*key); entry->second.value.use_count() == 1) {
+        drop(entry);
+        return true;
+      }
+    }
+    return false;
+  }
+
   std::uint64_t bytes() const {
     const core::MutexLock lock(mutex_);
     return bytes_;

@@ -115,7 +115,7 @@ def run(rounds, seconds, seed, say=lambda text: None):
     over."""
     # Memory for about three of the films: paused ones are parked on the disk.
     server = Server(
-        "--checkpoint", "0.1", "--max-running", "2", "--max-queue", "8", "--memory", "1M"
+        "--checkpoint", "0.1", "--max-running", "2", "--max-queue", "8", "--memory", "32M"
     )
     server.start()
     try:

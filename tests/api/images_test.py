@@ -204,7 +204,46 @@ class Transparency(ApiTest):
         self.assertEqual(hdr.status, 200)
         # Radiance: shared exponent 129, mantissas 128: 1 each.
         self.assertEqual(hdr.body[-4:], bytes((128, 128, 128, 129)))
-        self.assertEqual(self.server.get(f"{self.path}/image.jpg").status, 200)
+
+    def empty_pixel(self):
+        rows = png_pixels(self.server.get(self.path + "/image.png").body)
+        return next((x, y) for y, row in enumerate(rows) for x, p in enumerate(row) if p[3] == 0)
+
+    def test_a_jpeg_of_a_transparent_job_is_white_where_it_is_empty(self):
+        x, y = self.empty_pixel()
+        picture = self.server.get(f"{self.path}/image.jpg?x={x}&y={y}&width=1&height=1").body
+        # Sent back as an environment's file it would be decoded; here the comparison does it.
+        asset = self.server.post("/v1/assets", picture, {"Content-Type": "image/jpeg"}).json()["id"]
+        body = job_body("furnace", samples=2, environment={"visible": False})
+        crop = {"x": x, "y": y, "width": 1, "height": 1}
+        body["film"] = {"width": 64, "height": 48, "crop": crop}
+        dark = self.server.render(body)["id"]
+        answer = self.server.post("/v1/comparisons", {"a": dark, "b": asset})
+        self.assertEqual(answer.status, 201, answer)
+        # The job's pixel is 0, the JPEG's 1 but for its rounding.
+        self.assertGreater(answer.json()["mse"], 0.95)
+
+    def test_a_background_stands_behind_and_takes_the_alpha_away(self):
+        x, y = self.empty_pixel()
+        seen = png_pixels(self.server.get(f"{self.path}/image.png?background=3366cc").body)
+        self.assertEqual(tuple(seen[y][x]), (0x33, 0x66, 0xcc))
+        plain = png_pixels(self.server.get(self.path + "/image.png").body)
+        u, v = next((u, v) for v, row in enumerate(plain) for u, p in enumerate(row) if p[3] == 255)
+        self.assertEqual(tuple(seen[v][u]), tuple(plain[v][u][:3]))
+        part = f"x={x}&y={y}&width=1&height=1"
+        hdr = self.server.get(f"{self.path}/image.hdr?background=000000&{part}")
+        self.assertEqual(hdr.body[-4:], bytes(4))
+        # A linear format has the colour as light: sRGB 0x80 is 0.2158, 221 / 256 times 2^-2.
+        hdr = self.server.get(f"{self.path}/image.hdr?background=808080&{part}")
+        self.assertEqual(hdr.body[-1], 126)
+        self.assertLessEqual(abs(hdr.body[-4] - 221), 1)
+
+    def test_wrong_backgrounds_are_refused(self):
+        for value in ("fff", "ffffff0", "gggggg", "-fffff", "white", ""):
+            answer = self.server.get(f"{self.path}/image.png?background={value}")
+            self.assert_problem(answer, 422, "/background")
+        for rest in ("/image.png?layer=alpha&background=ffffff", "/image.exr?background=ffffff"):
+            self.assert_problem(self.server.get(self.path + rest), 422, "/background")
 
 
 class Pixels(ApiTest):

@@ -1,13 +1,16 @@
 """Files that are made to take memory: the process is measured beside them."""
 
+import array
 import io
 import json
+import random
 import re
 import unittest
 import zipfile
 
-from harness import ApiTest, job_body, triangle_document
+from harness import ApiTest, glb, in_background, job_body, triangle_document
 
+GLB = {"Content-Type": "model/gltf-binary"}
 GLTF = {"Content-Type": "model/gltf+json"}
 ZIP = {"Content-Type": "application/zip"}
 BYTES = {"Content-Type": "application/octet-stream"}
@@ -47,6 +50,17 @@ def zeros_document(count):
                                              "min": [0, 0, 0], "max": [0, 0, 0]}])
     del document["buffers"], document["bufferViews"]
     return json.dumps(document).encode()
+
+
+def soup_glb(triangles):
+    """So many triangles, all over the unit cube."""
+    chance = random.Random(1)
+    positions = array.array("f", (chance.random() for _ in range(9 * triangles)))
+    count = 3 * triangles
+    return glb(triangle_document(
+        buffers=[{"byteLength": 12 * count}], bufferViews=[{"buffer": 0, "byteLength": 12 * count}],
+        accessors=[{"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3",
+                    "min": [0, 0, 0], "max": [1, 1, 1]}]), positions.tobytes())
 
 
 class Uploads(ApiTest):
@@ -99,6 +113,113 @@ class Uploads(ApiTest):
         answer = self.server.post("/v1/scenes", json.dumps(document).encode(), GLTF)
         problem = self.assert_problem(answer, 422)
         self.assertIn("/meshes/0/primitives/0/attributes", problem["detail"])
+
+
+def told(answer):
+    """Refused, with what it needs and what there is."""
+    text = answer.body.decode()
+    return answer.status in (413, 422, 503) and "--memory" in text and "MB" in text
+
+
+class Gate(ApiTest):
+    """256 MB: jobs and requests have what the process itself leaves of it."""
+
+    FLAGS = ("--memory", "256M")
+    # The allocator keeps what was freed until a sixteenth has come together.
+    MOST = 192 * MB
+
+    def film(self, side, **members):
+        body = job_body(**{"samples": 2, **members})
+        body["film"] = {"width": side, "height": side, "layers": []}
+        return body
+
+    def test_a_body_that_never_fits_is_refused_before_it_is_read(self):
+        head = ("POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nContent-Type: model/gltf-binary\r\n"
+                "Content-Length: 1000000000\r\nConnection: close\r\n\r\n")
+        with Peak(self.server) as peak:
+            answer = self.server.raw(head.encode())
+        self.assertTrue(answer.startswith(b"HTTP/1.1 413"), answer[:300])
+        self.assertIn(b"1 GB", answer)
+        self.assertLess(peak.bytes, 20 * MB)
+
+    def test_a_body_of_unknown_length_is_refused_when_it_no_longer_fits(self):
+        def pieces():
+            for _ in range(400):
+                yield bytes(MB)
+
+        connection = self.server.connect()
+        with Peak(self.server) as peak:
+            try:
+                connection.request("POST", "/v1/scenes", pieces(), GLTF, encode_chunked=True)
+            except OSError:
+                pass  # It was refused meanwhile.
+            answer = connection.getresponse()
+        self.assertIn(answer.status, (413, 503))
+        self.assertIn(b"--memory", answer.read())
+        self.assertLess(peak.bytes, self.MOST)
+        connection.close()
+
+    def test_bodies_wait_for_each_other(self):
+        with Peak(self.server) as peak:
+            calls = [
+                in_background(lambda: self.server.post("/v1/scenes", bytes(60 * MB), GLB))
+                for _ in range(8)
+            ]
+            answers = [call() for call in calls]
+        for answer in answers:  # No GLB, or no room in time.
+            self.assertTrue(answer.status in (400, 422) or told(answer), answer)
+        self.assertLess(peak.bytes, self.MOST)
+
+    def test_dry_runs_of_many_moments_wait_for_each_other(self):
+        # Loaded, each takes 18 MB beside 13 MB of itself while it is.
+        scene = self.server.post("/v1/scenes", soup_glb(120_000), GLB).json()["id"]
+        with Peak(self.server) as peak:
+            bodies = [job_body(scene, time_seconds=t) for t in range(12)]
+            calls = [
+                in_background(lambda body=body: self.server.post("/v1/jobs?dry_run=1", body))
+                for body in bodies
+            ]
+            answers = [call() for call in calls]
+        self.assertIn(200, {answer.status for answer in answers})
+        for answer in answers:
+            self.assertTrue(answer.status == 200 or told(answer), answer)
+        self.assertLess(peak.bytes, self.MOST)
+
+    def test_pictures_are_encoded_by_rows_and_wait_for_each_other(self):
+        job = self.server.render(self.film(800))["id"]
+        with Peak(self.server) as peak:
+            paths = [f"/v1/jobs/{job}/image.{name}" for name in ("exr", "png", "tif", "webp")]
+            calls = [in_background(lambda path=path: self.server.get(path)) for path in paths * 4]
+            answers = [call() for call in calls]
+        for answer in answers:
+            self.assertTrue(answer.status == 200 or told(answer), answer.status)
+        self.assertLess(peak.bytes, self.MOST)
+
+    def test_a_job_takes_no_more_than_the_dry_run_says(self):
+        body = self.film(700)
+        with Peak(self.server) as peak:
+            dry_run = self.server.post("/v1/jobs?dry_run=1", body).json()
+            foreseen = dry_run["estimate"]["memory_bytes_high"]
+            self.server.render(body)
+        self.assertGreater(foreseen, 700 * 700 * 48)
+        # Beside it: the threads' own, and what was freed and is kept.
+        self.assertLess(peak.bytes, foreseen + 16 * MB)
+        refused = self.server.post("/v1/jobs", self.film(1600))
+        self.assert_problem(refused, 422, "/film")
+        self.assertTrue(told(refused), refused)
+
+    def test_comparisons_wait_for_each_other_or_are_refused(self):
+        jobs = [self.server.render(self.film(400, seed=seed))["id"] for seed in (1, 2)]
+        with Peak(self.server) as peak:
+            body = {"a": jobs[0], "b": jobs[1]}
+            calls = [
+                in_background(lambda: self.server.post("/v1/comparisons", body)) for _ in range(4)
+            ]
+            answers = [call() for call in calls]
+        for answer in answers:
+            self.assertTrue(answer.status == 201 or told(answer), answer)
+        self.assertIn(201, {answer.status for answer in answers})
+        self.assertLess(peak.bytes, self.MOST)
 
 
 if __name__ == "__main__":

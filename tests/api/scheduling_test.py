@@ -86,7 +86,7 @@ class Sharing(ApiTest):
             self.assertNotIn(self.server.job(job)["state"], ("finished", "failed", "cancelled"))
         self.cancel(other, second)
 
-    def test_lists_can_leave_out_previews(self):
+    def test_lists_leave_out_previews_unless_asked(self):
         kept = self.server.submit(job_body())["id"]
         preview = self.server.submit(job_body(**{"class": "preview"}))["id"]
 
@@ -99,8 +99,9 @@ class Sharing(ApiTest):
                 path = page["next"] and f"/v1/jobs?limit=1{query}&cursor={page['next']}"
             return {kept, preview} & set(jobs)
 
-        self.assertEqual(listed(""), {kept, preview})
+        self.assertEqual(listed(""), {kept})
         self.assertEqual(listed("&class=normal"), {kept})
+        self.assertEqual(listed("&class=all"), {kept, preview})
         self.assertEqual(listed("&class=preview"), {preview})
         self.assertEqual(self.server.get("/v1/jobs?class=other").status, 400)
 
@@ -179,7 +180,7 @@ class SameBits(ApiTest):
 class Memory(ApiTest):
     """Room for one film of 512 by 512 pixels and not for two."""
 
-    FLAGS = ("--memory", "40M")
+    FLAGS = ("--memory", "106M")
 
     def metric(self, name):
         lines = self.server.get("/metrics").body.decode().splitlines()
@@ -234,4 +235,4 @@ class Memory(ApiTest):
 
     def test_the_limit_is_told(self):
         limits = self.server.get("/v1/server").json()["limits"]
-        self.assertEqual(limits["memory_bytes_of_jobs"], 40 << 20)
+        self.assertEqual(limits["memory_bytes_of_jobs"], 106 << 20)

@@ -1,11 +1,17 @@
 #include "core/film/film.h"
 
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "core/error/pixel_error.h"
 #include "core/film/filter.h"
 #include "core/layers/layers.h"
+#include "core/render/tile_fill.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -165,6 +171,67 @@ TEST(Film, VarianceIsAQuarterOfTheSquaredDifferenceOfTheHalves) {
   EXPECT_FLOAT_EQ(core::half_value(snapshot, 0, 1).mean.r, 4.5F);
   EXPECT_FLOAT_EQ(core::pixel_value(snapshot, 0).mean.r, 3);
   EXPECT_FLOAT_EQ(core::layer_image(snapshot, "variance")->values[0], 9.0F / 4);
+}
+
+// A light of 1e38, seen by one half: its square is no float.
+TEST(Film, NoLayerIsInfiniteWhereTheVarianceOverflows) {
+  core::FilmSnapshot snapshot;
+  snapshot.rect = {0, 0, 2, 1};
+  snapshot.pixels.resize(4);
+  core::PathSample sample;
+  for (int s = 0; s < 4; ++s) {
+    sample.radiance = core::Rgb(s == 0 ? 1e38F : 0.0F);
+    core::add_sample(snapshot.pixels[static_cast<std::size_t>(s % 2)], sample);
+    sample.radiance = core::Rgb(1);
+    core::add_sample(snapshot.pixels[static_cast<std::size_t>(2 + s % 2)], sample);
+  }
+  EXPECT_TRUE(std::isfinite(snapshot.pixels[0].m2_luminance));
+  for (const char* layer : {"beauty", "variance", "error"}) {
+    const auto image = core::layer_image(snapshot, layer);
+    ASSERT_TRUE(image);
+    for (const float value : image->values) {
+      EXPECT_TRUE(std::isfinite(value)) << layer;
+    }
+  }
+  EXPECT_EQ(core::layer_image(snapshot, "variance")->values[0], std::numeric_limits<float>::max());
+  const core::PixelError error = core::pixel_error(snapshot, 0, 0);
+  // The halves are 5e37 and 0 in one of the two pixels that are pooled.
+  EXPECT_NEAR(static_cast<double>(error.standard_error.g) / 2.5e37, std::sqrt(0.5), 1e-6);
+  EXPECT_TRUE(
+      std::isfinite(core::half_sums(snapshot.rect, snapshot.pixels, snapshot.replicates).noise));
+}
+
+// Rows are made a band at a time; pixels of the error are pooled over rows of the bands beside.
+TEST(Film, LayersByRowsAreThoseOfTheWholePicture) {
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 40, 75);
+  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  view.settings.film.albedo = true;
+  const auto picture = test_support::render(view, 4);
+  const core::PixelRect rect = {3, 5, 30, 70};
+  const core::FilmSnapshot snapshot = picture.film->snapshot(rect);
+  std::vector<std::optional<std::string>> layers = {std::nullopt};
+  for (const auto& layer : core::layers()) {
+    layers.emplace_back(std::string(layer.name));
+  }
+  for (const auto& layer : layers) {
+    const auto whole =
+        layer
+            ? core::layer_image(snapshot, *layer)
+            : core::Result<core::FloatImage>(core::all_layers_image(snapshot, view.settings.film));
+    auto made = core::LayerRows::create(*picture.film, rect, layer, view.settings.film);
+    ASSERT_TRUE(whole && made) << layer.value_or("all");
+    const core::ImageRows rows = made->rows();
+    ASSERT_EQ(rows.channel_names, whole->channel_names);
+    ASSERT_EQ(rows.height, 70);
+    for (const int y : {0, 31, 32, 33, 69, 1, 64}) {
+      const float* row = rows.row(y);
+      for (std::size_t i = 0; i < whole->index(0, 1, 0); ++i) {
+        const float expected = whole->values[whole->index(0, y, 0) + i];
+        ASSERT_NEAR(row[i], expected, 1e-5F * std::abs(expected)) << layer.value_or("all") << y;
+      }
+    }
+  }
+  EXPECT_FALSE(core::LayerRows::create(*picture.film, rect, "no such layer", view.settings.film));
 }
 
 TEST(Film, EveryLayerOfTheRegistryIsAnImage) {

@@ -18,6 +18,11 @@ using server::JobPointer;
 using server::JobRecord;
 using server::Rank;
 
+server::MemoryGate& unlimited() {
+  static server::MemoryGate gate(0);
+  return gate;
+}
+
 JobPointer made_job(std::int64_t sequence, bool is_preview = false,
                     const std::string& tenant = "") {
   JobRecord record;
@@ -31,7 +36,7 @@ JobPointer made_job(std::int64_t sequence, bool is_preview = false,
 }
 
 TEST(JobBook, TheQueueIsOrderedByClassPriorityAndAge) {
-  JobBook book(BookLimits{});
+  JobBook book(BookLimits{}, unlimited());
   const auto old = made_job(1);
   const auto fresh = made_job(2);
   const auto urgent = made_job(3);
@@ -52,7 +57,7 @@ TEST(JobBook, TheQueueIsOrderedByClassPriorityAndAge) {
 }
 
 TEST(JobBook, TenantsTakeTurnsWithinARank) {
-  JobBook book(BookLimits{.running_max = 2});
+  JobBook book(BookLimits{.running_max = 2}, unlimited());
   std::vector<JobPointer> jobs = {nullptr};
   for (int i = 1; i <= 7; ++i) {
     jobs.push_back(made_job(i, false, i <= 4 ? "many" : "few"));
@@ -89,7 +94,7 @@ TEST(JobBook, TenantsTakeTurnsWithinARank) {
 }
 
 TEST(JobBook, PlacesBeyondTheLimitEndAtItsDouble) {
-  JobBook book(BookLimits{.running_max = 2});
+  JobBook book(BookLimits{.running_max = 2}, unlimited());
   std::vector<std::shared_ptr<JobBook::Place>> places;
   for (int i = 1; i <= 6; ++i) {
     book.enqueue(made_job(i, false, "tenant " + std::to_string(i)), {});
@@ -99,7 +104,7 @@ TEST(JobBook, PlacesBeyondTheLimitEndAtItsDouble) {
 }
 
 TEST(JobBook, NoMoreRunThanHavePlaces) {
-  JobBook book(BookLimits{.running_max = 1});
+  JobBook book(BookLimits{.running_max = 1}, unlimited());
   book.enqueue(made_job(1), {});
   book.enqueue(made_job(2), {});
   auto place = book.admit();
@@ -110,7 +115,7 @@ TEST(JobBook, NoMoreRunThanHavePlaces) {
 }
 
 TEST(JobBook, AHigherPriorityNeedNotWaitForALowerOneToEnd) {
-  JobBook book(BookLimits{.running_max = 1});
+  JobBook book(BookLimits{.running_max = 1}, unlimited());
   book.enqueue(made_job(1), {});
   const auto low = book.admit();
   ASSERT_NE(low, nullptr);
@@ -122,7 +127,7 @@ TEST(JobBook, AHigherPriorityNeedNotWaitForALowerOneToEnd) {
 }
 
 TEST(JobBook, PreviewsNeedNoPlace) {
-  JobBook book(BookLimits{.running_max = 1});
+  JobBook book(BookLimits{.running_max = 1}, unlimited());
   book.enqueue(made_job(1), {});
   const auto place = book.admit();
   ASSERT_NE(place, nullptr);
@@ -131,7 +136,7 @@ TEST(JobBook, PreviewsNeedNoPlace) {
 }
 
 TEST(JobBook, AFullQueueSaysHowManyWaitAndWhatToDo) {
-  JobBook book(BookLimits{.queue_max = 2});
+  JobBook book(BookLimits{.queue_max = 2}, unlimited());
   book.enqueue(made_job(1), {});
   EXPECT_EQ(book.full_text({}),
             "The queue is full: 1 job is waiting. Wait until one has started, and try again.");
@@ -141,7 +146,7 @@ TEST(JobBook, AFullQueueSaysHowManyWaitAndWhatToDo) {
 }
 
 TEST(JobBook, AFullQueueHasNoRoom) {
-  JobBook book(BookLimits{.queue_max = 2, .running_max = 1});
+  JobBook book(BookLimits{.queue_max = 2, .running_max = 1}, unlimited());
   book.enqueue(made_job(1), {});
   const auto place = book.admit();
   ASSERT_NE(place, nullptr);
@@ -156,7 +161,7 @@ TEST(JobBook, AFullQueueHasNoRoom) {
 }
 
 TEST(JobBook, AChangedPriorityMovesAWaitingJob) {
-  JobBook book(BookLimits{});
+  JobBook book(BookLimits{}, unlimited());
   book.enqueue(made_job(1), {});
   const auto second = made_job(2);
   book.enqueue(second, {});
@@ -165,7 +170,7 @@ TEST(JobBook, AChangedPriorityMovesAWaitingJob) {
 }
 
 TEST(JobBook, OldFinalJobsAreForgottenFirst) {
-  JobBook book(BookLimits{.final_jobs_max = 2});
+  JobBook book(BookLimits{.final_jobs_max = 2}, unlimited());
   for (int i = 1; i <= 3; ++i) {
     const auto job = made_job(i);
     book.add(job);
@@ -177,7 +182,7 @@ TEST(JobBook, OldFinalJobsAreForgottenFirst) {
 }
 
 TEST(JobBook, ADeletedJobDoesNotComeBackWhenItsRunEnds) {
-  JobBook book(BookLimits{});
+  JobBook book(BookLimits{}, unlimited());
   const auto job = made_job(1);
   book.add(job);
   book.forget(*job);
@@ -186,7 +191,7 @@ TEST(JobBook, ADeletedJobDoesNotComeBackWhenItsRunEnds) {
 }
 
 TEST(JobBook, AnIdThatIsUsedAgainIsAnotherJob) {
-  JobBook book(BookLimits{.final_jobs_max = 1});
+  JobBook book(BookLimits{.final_jobs_max = 1}, unlimited());
   const auto old = made_job(1);
   const auto fresh = made_job(1);
   book.add(old);
@@ -207,7 +212,7 @@ TEST(JobBook, AnIdThatIsUsedAgainIsAnotherJob) {
 
 TEST(JobBook, WhoeverGivesAPlaceBackIsHeard) {
   int left = 0;
-  JobBook book(BookLimits{.running_max = 1}, [&left] { ++left; });
+  JobBook book(BookLimits{.running_max = 1}, unlimited(), [&left] { ++left; });
   book.enqueue(made_job(1), {});
   auto place = book.admit();
   EXPECT_EQ(left, 0);
@@ -216,7 +221,7 @@ TEST(JobBook, WhoeverGivesAPlaceBackIsHeard) {
 }
 
 TEST(JobBook, OfTwoWhoLoadTheSameFinalJobBothGetOne) {
-  JobBook book(BookLimits{});
+  JobBook book(BookLimits{}, unlimited());
   const auto first = made_job(1);
   const auto second = made_job(1);
   EXPECT_EQ(book.add_final(first), first);
@@ -225,7 +230,7 @@ TEST(JobBook, OfTwoWhoLoadTheSameFinalJobBothGetOne) {
 
 constexpr Rank kNormal = {};
 constexpr Rank kPreview = {.is_preview = true};
-constexpr std::uint64_t kMost = 1600;  ///< 1500 for normal jobs
+constexpr std::uint64_t kMost = 1600;  ///< 1400 for normal jobs, 1500 for previews
 
 /// A film, and a scene with the name.
 JobMemory memory(std::uint64_t film_bytes, const std::string& scene = "",
@@ -240,7 +245,11 @@ JobMemory memory(std::uint64_t film_bytes, const std::string& scene = "",
 /// The jobs of a test, and the places that they were given.
 class JobBookMemory : public testing::Test {
  protected:
-  JobBook& make_book(BookLimits limits) { return book_.emplace(limits); }
+  /// bytes_max: 0 for any number.
+  JobBook& make_book(BookLimits limits, std::uint64_t bytes_max = 0) {
+    return book_.emplace(limits, memory_.emplace(bytes_max));
+  }
+  server::MemoryGate& gate() { return *memory_; }
   /// Puts a job into the queue, and into its place if there is one for it.
   bool start(JobBook& book, int number, Rank rank, const JobMemory& needed = {},
              const std::string& tenant = "") {
@@ -266,13 +275,14 @@ class JobBookMemory : public testing::Test {
   void leave(int number) { places_.erase(number); }
 
  private:
+  std::optional<server::MemoryGate> memory_;
   std::optional<JobBook> book_;
   std::map<int, JobPointer> jobs_;
   std::map<std::int64_t, std::shared_ptr<JobBook::Place>> places_;
 };
 
 TEST_F(JobBookMemory, JobsWaitUntilThereIsMemoryForThem) {
-  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  JobBook& book = make_book(BookLimits{}, kMost);
   wait(book, 1, kNormal, memory(900));
   wait(book, 2, kNormal, memory(601));
   ASSERT_TRUE(start(book, 3, kNormal, memory(1)));
@@ -288,38 +298,65 @@ TEST_F(JobBookMemory, JobsWaitUntilThereIsMemoryForThem) {
   EXPECT_FALSE(book.waits_for_memory());
 }
 
-TEST_F(JobBookMemory, ASixteenthIsForPreviews) {
-  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
-  ASSERT_TRUE(start(book, 1, kNormal, memory(1500)));
+TEST_F(JobBookMemory, AnEighthIsForRequestsAndPreviewsMayHaveHalfOfIt) {
+  JobBook& book = make_book(BookLimits{}, kMost);
+  ASSERT_TRUE(start(book, 1, kNormal, memory(1400)));
   ASSERT_TRUE(start(book, 2, kPreview, memory(100)));
   wait(book, 3, kPreview, memory(1));
   EXPECT_FALSE(admit(book));
 }
 
 TEST_F(JobBookMemory, WhatJobsShareCountsOnce) {
-  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
-  wait(book, 1, kNormal, memory(50, "hall", 1400));
-  wait(book, 2, kNormal, memory(50, "hall", 1400));
-  ASSERT_TRUE(start(book, 3, kNormal, memory(50, "sponza", 1400)));
+  JobBook& book = make_book(BookLimits{}, kMost);
+  wait(book, 1, kNormal, memory(50, "hall", 1300));
+  wait(book, 2, kNormal, memory(50, "hall", 1300));
+  ASSERT_TRUE(start(book, 3, kNormal, memory(50, "sponza", 1300)));
   ASSERT_TRUE(admit(book));
-  EXPECT_EQ(book.memory_bytes(), 1500U);
+  EXPECT_EQ(book.memory_bytes(), 1400U);
   EXPECT_FALSE(admit(book));
   leave(1);
-  EXPECT_EQ(book.memory_bytes(), 1450U);
+  EXPECT_EQ(book.memory_bytes(), 1350U);
   leave(2);
   EXPECT_TRUE(admit(book));
 }
 
-TEST_F(JobBookMemory, WhoIsAloneGetsWhatItNeeds) {
-  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+TEST_F(JobBookMemory, OneThatNeverFitsGetsAPlaceWithoutMemoryAndHoldsUpNobody) {
+  JobBook& book = make_book(BookLimits{}, kMost);
   wait(book, 1, kNormal, memory(10, "large", 5000));
   wait(book, 2, kNormal, memory(10));
   EXPECT_TRUE(admit(book));
+  EXPECT_EQ(book.memory_bytes(), 0U);
+  EXPECT_TRUE(admit(book));
+  EXPECT_EQ(book.memory_bytes(), 10U);
+}
+
+TEST_F(JobBookMemory, WhatRequestsHaveIsNotGivenToJobs) {
+  JobBook& book = make_book(BookLimits{}, kMost);
+  auto request = gate().take(800, "a picture");
+  ASSERT_TRUE(request);
+  ASSERT_TRUE(start(book, 1, kNormal, memory(600)));
+  wait(book, 2, kNormal, memory(1));
   EXPECT_FALSE(admit(book));
+  EXPECT_TRUE(book.waits_for_memory());
+  *request = {};
+  EXPECT_TRUE(admit(book));
+}
+
+TEST_F(JobBookMemory, WhatLoadingTakesIsGivenBackWhenTheSceneIsThere) {
+  JobBook& book = make_book(BookLimits{}, kMost);
+  JobMemory needed = memory(100, "hall", 300);
+  needed.load_bytes = 900;
+  needed.work_bytes = 50;
+  ASSERT_TRUE(start(book, 1, kNormal, needed));
+  EXPECT_EQ(book.memory_bytes(), 1200U);
+  EXPECT_EQ(gate().used_bytes(), 1200U);
+  book.end_load(job(1));
+  EXPECT_EQ(book.memory_bytes(), 450U);
+  EXPECT_EQ(gate().used_bytes(), 450U);
 }
 
 TEST_F(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
-  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  JobBook& book = make_book(BookLimits{}, kMost);
   for (int i = 1; i <= 3; ++i) {
     ASSERT_TRUE(start(book, i, kNormal, memory(400)));
   }
@@ -327,7 +364,7 @@ TEST_F(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
   book.pause(job(1));
   EXPECT_EQ(book.memory_bytes(), 1200U);
   EXPECT_TRUE(book.take_parkable().empty());  // Nobody waits.
-  wait(book, 4, kNormal, memory(700));
+  wait(book, 4, kNormal, memory(600));
   EXPECT_FALSE(admit(book));
   EXPECT_EQ(book.take_parkable(), std::vector<JobPointer>{pointer(2)});
   EXPECT_TRUE(book.take_parkable().empty());  // It is under way.
@@ -338,7 +375,7 @@ TEST_F(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
 }
 
 TEST_F(JobBookMemory, OneThatGoesOnIsNotParked) {
-  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  JobBook& book = make_book(BookLimits{}, kMost);
   ASSERT_TRUE(start(book, 1, kNormal, memory(900)));
   book.pause(job(1));
   book.claim(job(1), kNormal);
@@ -348,17 +385,17 @@ TEST_F(JobBookMemory, OneThatGoesOnIsNotParked) {
 }
 
 TEST_F(JobBookMemory, NobodyIsParkedInVain) {
-  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  JobBook& book = make_book(BookLimits{}, kMost);
   wait(book, 1, kNormal, memory(1100));
   ASSERT_TRUE(start(book, 2, kNormal, memory(200)));
   ASSERT_TRUE(admit(book));
   book.pause(job(2));
-  wait(book, 3, kNormal, memory(500));  // The one that runs leaves 400.
+  wait(book, 3, kNormal, memory(500));  // The one that runs leaves 300.
   EXPECT_TRUE(book.take_parkable().empty());
 }
 
 TEST_F(JobBookMemory, PreviewsHaveNoFileToGoOnFrom) {
-  JobBook& book = make_book(BookLimits{.memory_max_bytes = kMost});
+  JobBook& book = make_book(BookLimits{}, kMost);
   ASSERT_TRUE(start(book, 1, kPreview, memory(900)));
   book.pause(job(1));
   wait(book, 2, kNormal, memory(900));
@@ -374,10 +411,10 @@ TEST_F(JobBookMemory, PausedPreviewsCountAsPreviews) {
 }
 
 TEST_F(JobBookMemory, WithoutAQueueThereIsRoomOnlyForWhatMayStart) {
-  JobBook& book = make_book(BookLimits{.queue_max = 0, .memory_max_bytes = kMost});
+  JobBook& book = make_book(BookLimits{.queue_max = 0}, kMost);
   ASSERT_TRUE(start(book, 1, kNormal, memory(900)));
-  EXPECT_TRUE(book.has_room(kNormal, memory(600)));
-  EXPECT_FALSE(book.has_room(kNormal, memory(601)));
+  EXPECT_TRUE(book.has_room(kNormal, memory(500)));
+  EXPECT_FALSE(book.has_room(kNormal, memory(501)));
 }
 
 TEST_F(JobBookMemory, OneTenantLeavesPreviewsForOthers) {

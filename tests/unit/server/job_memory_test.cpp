@@ -21,14 +21,16 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
   }
   const std::uint64_t scene_bytes =
       scenes->facts("cornell-box", server::Access::operators())->bytes;
-  options.book.memory_max_bytes = (film_bytes() * 3 / 2 + scene_bytes) * 16 / 15;
+  // What a job takes beside its film is as much again at most (server/jobs/job_memory.cpp); an
+  // eighth is for requests.
+  memory_max_bytes = (film_bytes() * 3 + scene_bytes) * 8 / 7;
   restart();
   std::vector<JobPointer> paused;
   for (int seed = 1; seed <= 3; ++seed) {
     const auto job = submit(200, R"(, "seed": )" + std::to_string(seed));
     ASSERT_TRUE(wait_for_samples(job)) << seed;
     ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt, server::Access::operators()));
-    EXPECT_LE(jobs->counts().held_bytes, options.book.memory_max_bytes);
+    EXPECT_LE(jobs->counts().held_bytes, memory_max_bytes);
     paused.push_back(job);
   }
   ASSERT_EQ(paused[2]->state(), JobState::kPaused);
@@ -50,15 +52,41 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
   EXPECT_EQ(jobs->counts().held_bytes, 0U);
 }
 
-TEST_F(JobsMemory, AFilmThatIsTooLargeForTheServerIsRefused) {
-  const std::string before = submit(kForever)->id();
-  options.book.memory_max_bytes = film_bytes();  // A part of it is for previews.
+TEST_F(JobsMemory, WhatADryRunSaysIsWhatIsAdmitted) {
+  // A film of 4 MB, beside which the scene is nothing, loaded or not.
+  const std::string film = R"(, "film": {"width": 256, "height": 256})";
+  const auto parsed = api::parse_job(R"({"scene": "cornell-box")" + film + "}");
+  ASSERT_TRUE(parsed);
+  const auto cost = jobs->estimate(parsed->spec);
+  ASSERT_TRUE(cost) << cost.error().message;
+  memory_max_bytes = static_cast<std::uint64_t>(cost->memory_bytes_high * 8 / 7) + 8;
   restart();
-  const auto found = jobs->find(before, server::Access::operators());
+  const auto submitted = jobs->submit(*parsed, {});
+  ASSERT_TRUE(submitted) << submitted.problem().detail;
+  ASSERT_TRUE(wait_for_samples(submitted->job));
+  EXPECT_EQ(static_cast<double>(jobs->counts().held_bytes), cost->memory_bytes_high);
+  memory_max_bytes -= 64;
+  restart();
+  EXPECT_FALSE(jobs->submit(*parsed, {}));
+}
+
+TEST_F(JobsMemory, AFilmThatIsTooLargeForTheServerIsRefused) {
+  const auto parsed =
+      api::parse_job(R"({"scene": "cornell-box", "film": {"width": 256, "height": 256},
+                         "stop": {"samples_per_pixel": 65536}})");
+  ASSERT_TRUE(parsed);
+  const auto before = jobs->submit(*parsed, {});
+  ASSERT_TRUE(before) << before.problem().detail;
+  api::JobView view;
+  view.spec = parsed->spec;
+  memory_max_bytes = server::blank_film(view)->bytes();  // An eighth of it is for requests.
+  const std::string id = before->job->id();
+  restart();
+  const auto found = jobs->find(id, server::Access::operators());
   ASSERT_TRUE(found);
   ASSERT_TRUE(wait_for(*found, JobState::kFailed));
   EXPECT_NE(jobs->view(**found).failure->detail.find("--memory"), std::string::npos);
-  const auto refused = jobs->submit(request(8), {});
+  const auto refused = jobs->submit(*parsed, {});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.problem().status, 422);
   ASSERT_EQ(refused.problem().errors.size(), 1U);

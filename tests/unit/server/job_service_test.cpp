@@ -50,13 +50,13 @@ TEST_F(Jobs, AFailedJobIsRetriedFromItsCheckpoint) {
   const std::string id = submit(2048, R"(, "name": "failed")")->id();
   ASSERT_TRUE(wait_for_samples(*jobs->find(id, Access::operators())));
   halt();
-  options.book.memory_max_bytes = film_bytes() / 2;
+  memory_max_bytes = film_bytes() / 2;
   start();
   auto job = *jobs->find(id, Access::operators());
   ASSERT_TRUE(wait_for(job, JobState::kFailed));
   const double elapsed = jobs->view(*job).progress.elapsed_seconds;
   EXPECT_GT(elapsed, 0);
-  options.book.memory_max_bytes = 0;
+  memory_max_bytes = 0;
   restart();
   job = *jobs->find(id, Access::operators());
   const auto retried = jobs->retry(job);

@@ -35,16 +35,20 @@ class JobsFixture : public testing::Test {
     scene_table = std::make_unique<server::SceneTable>(*database);
     quota = std::make_unique<server::StorageQuota>(*database, storage);
     assets = std::make_unique<server::Assets>(*database, *blobs);
-    scenes = std::make_unique<server::SceneService>(*assets, *scene_table, *quota, scene_options);
+    memory = std::make_unique<server::MemoryGate>(memory_max_bytes);
+    scenes = std::make_unique<server::SceneService>(*assets, *scene_table, *quota, *memory,
+                                                    scene_options);
     const auto run = table->next_run();
     ASSERT_TRUE(run);
     jobs = std::make_unique<server::JobService>(
-        server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota}, options, *run);
+        server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota, *memory}, options,
+        *run);
     ASSERT_TRUE(jobs->resume());
   }
   void halt() {
     jobs.reset();
     scenes.reset();
+    memory.reset();
     quota.reset();
     scene_table.reset();
     table.reset();
@@ -122,6 +126,8 @@ class JobsFixture : public testing::Test {
   server::StorageLimits storage;
   server::SceneServiceOptions scene_options;
   std::unique_ptr<server::StorageQuota> quota;
+  std::uint64_t memory_max_bytes = 0;
+  std::unique_ptr<server::MemoryGate> memory;
   std::unique_ptr<server::SceneService> scenes;
   std::unique_ptr<server::JobService> jobs;
 };

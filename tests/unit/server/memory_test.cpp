@@ -2,11 +2,12 @@
 #include <chrono>
 #include <filesystem>
 #include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 
-#include "server/jobs/memory_gate.h"
 #include "server/observe/machine_memory.h"
+#include "server/observe/memory_gate.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace {
@@ -63,39 +64,106 @@ TEST(MachineMemoryHere, IsKnown) { EXPECT_GT(usable_memory_bytes(), std::uint64_
 TEST(MemoryGate, GivesWhatThereIsAndTakesItBack) {
   MemoryGate gate(100);
   {
-    const auto first = gate.try_take(60);
+    const auto first = gate.take(60, "a");
     ASSERT_TRUE(first);
-    EXPECT_FALSE(gate.try_take(41));
-    EXPECT_TRUE(gate.try_take(40));
-    EXPECT_EQ(gate.take(41, milliseconds(5)).error().code, core::ErrorCode::kUnavailable);
+    const auto refused = gate.take(41, "a scene", milliseconds(5));
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, core::ErrorCode::kUnavailable);
+    EXPECT_EQ(refused.error().message,
+              "a scene needs 4.1e-05 MB of memory, and 6e-05 MB of 0.0001 MB are in use "
+              "(--memory); try again");
+    EXPECT_TRUE(gate.take(40, "b", milliseconds(5)));
     EXPECT_EQ(gate.used_bytes(), 60U);
   }
   EXPECT_EQ(gate.used_bytes(), 0U);
 }
 
-TEST(MemoryGate, WhoIsAloneGetsAnyNumber) {
+TEST(MemoryGate, RefusesAtOnceWhatWouldNeverFit) {
   MemoryGate gate(100);
-  const auto large = gate.try_take(1000);
-  EXPECT_TRUE(large);
-  EXPECT_FALSE(gate.try_take(1));
+  EXPECT_EQ(gate.take(101, "a scene", std::chrono::hours(1)).error().code,
+            core::ErrorCode::kTooLarge);
+  auto lease = gate.take(60, "a scene");
+  ASSERT_TRUE(lease);
+  EXPECT_EQ(lease->grow(41, std::chrono::hours(1)).error().code, core::ErrorCode::kTooLarge);
+  EXPECT_EQ(gate.used_bytes(), 60U);
+}
+
+TEST(MemoryGate, WithoutALimitGivesAnyNumber) {
+  MemoryGate gate(0);
+  EXPECT_TRUE(gate.take(std::uint64_t{1} << 60U, "a"));
 }
 
 TEST(MemoryGate, WhoWaitsIsServedWhenThereIsRoom) {
   MemoryGate gate(100);
-  auto held = gate.try_take(100);
+  auto held = gate.take(100, "a");
   ASSERT_TRUE(held);
   std::jthread other([&held] {
     std::this_thread::sleep_for(milliseconds(20));
-    held.reset();
+    *held = {};
   });
-  EXPECT_TRUE(gate.take(50, std::chrono::seconds(60)));
+  EXPECT_TRUE(gate.take(50, "b", std::chrono::seconds(60)));
+}
+
+TEST(MemoryGate, WhatHasANameCountsOnceAsItsLargestHolderSays) {
+  MemoryGate gate(100);
+  const server::MemoryUse hall = {.bytes = 5, .shared = {{"hall", 40}}};
+  auto first = gate.take(hall, "a");
+  auto second = gate.take(hall, "b");
+  ASSERT_TRUE(first);
+  ASSERT_TRUE(second);
+  EXPECT_EQ(gate.used_bytes(), 50U);
+  {
+    const auto larger = gate.take({.shared = {{"hall", 60}}}, "c");
+    ASSERT_TRUE(larger);
+    EXPECT_EQ(gate.used_bytes(), 70U);
+  }
+  *first = {};
+  EXPECT_EQ(gate.used_bytes(), 45U);
+}
+
+TEST(MemoryGate, WhatIsIdleGoesWhenThereIsNoRoomAndNotBefore) {
+  MemoryGate gate(100);
+  std::vector<MemoryGate::Lease> cache;
+  for (int i = 0; i < 3; ++i) {
+    cache.push_back(gate.note({.bytes = 30}, MemoryGate::Kind::kIdle));
+  }
+  gate.add_reclaimer([&cache] {
+    const bool any = !cache.empty();
+    if (any) {
+      cache.pop_back();
+    }
+    return any;
+  });
+  ASSERT_TRUE(gate.take(10, "a"));
+  EXPECT_EQ(cache.size(), 3U);
+  ASSERT_TRUE(gate.take(40, "b", milliseconds(0)));
+  EXPECT_EQ(cache.size(), 2U);
+  const auto most = gate.take(50, "c");
+  ASSERT_TRUE(most);
+  EXPECT_EQ(cache.size(), 1U);
+  EXPECT_FALSE(gate.take(51, "d", milliseconds(0)));
+  EXPECT_EQ(cache.size(), 1U) << "gone in vain";
+}
+
+TEST(MemoryGate, ALeaseGrowsShrinksAndChanges) {
+  MemoryGate gate(100);
+  auto lease = gate.take(10, "a");
+  ASSERT_TRUE(lease);
+  ASSERT_TRUE(lease->grow(50));
+  EXPECT_EQ(gate.used_bytes(), 60U);
+  lease->shrink_to(20);
+  EXPECT_EQ(gate.used_bytes(), 20U);
+  EXPECT_FALSE(gate.try_change(*lease, {.bytes = 90}, 80));
+  EXPECT_TRUE(gate.try_change(*lease, {.bytes = 80}, 80));
+  MemoryGate::change(*lease, {.bytes = 200});
+  EXPECT_EQ(gate.used_bytes(), 200U);
 }
 
 TEST(MemoryGate, ALeaseMayOutliveIt) {
   std::optional<MemoryGate::Lease> lease;
   {
     MemoryGate gate(100);
-    lease.emplace(*gate.try_take(10));
+    lease.emplace(*gate.take(10, "a"));
   }
   lease.reset();
 }

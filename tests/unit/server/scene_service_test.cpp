@@ -31,7 +31,7 @@ class Scenes : public testing::Test {
     assets = std::make_unique<server::Assets>(*database, *blobs);
     table = std::make_unique<server::SceneTable>(*database);
     quota = std::make_unique<server::StorageQuota>(*database, server::StorageLimits{});
-    scenes = std::make_unique<server::SceneService>(*assets, *table, *quota,
+    scenes = std::make_unique<server::SceneService>(*assets, *table, *quota, memory,
                                                     server::SceneServiceOptions{});
   }
 
@@ -49,6 +49,7 @@ class Scenes : public testing::Test {
   std::unique_ptr<server::Assets> assets;
   std::unique_ptr<server::SceneTable> table;
   std::unique_ptr<server::StorageQuota> quota;
+  server::MemoryGate memory{0};
   std::unique_ptr<server::SceneService> scenes;
 };
 
@@ -70,7 +71,7 @@ TEST_F(Scenes, AStoredSceneIsLoadedFromItsFilesAgain) {
       scenes->add_zip(bytes_of(make_zip({{"model/scene.gltf", triangle_gltf("data/mesh.bin"), true},
                                          {"model/data/mesh.bin", triangle_buffer()}})));
   ASSERT_TRUE(added) << added.error().message;
-  scenes = std::make_unique<server::SceneService>(*assets, *table, *quota,
+  scenes = std::make_unique<server::SceneService>(*assets, *table, *quota, memory,
                                                   server::SceneServiceOptions{});
   const auto scene = scenes->load(added->id, 0, std::nullopt);
   ASSERT_TRUE(scene) << scene.error().message;

@@ -1,0 +1,21 @@
+/// ImageRows: an image that is made row by row.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace core {
+
+/// Rows may be asked for again, and in any order.
+struct ImageRows {
+  int width = 0;
+  int height = 0;
+  std::vector<std::string> channel_names;
+  /// width * channels values, interleaved, until the next call.
+  std::function<const float*(int y)> row;
+
+  int channels() const noexcept { return static_cast<int>(channel_names.size()); }
+};
+
+}  // namespace core

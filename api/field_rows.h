@@ -65,12 +65,12 @@ struct RowBase {
     return false;
   }
   template <typename S>
-  static const typename Member<S>::Value* value_of(const Get& get_, const S& s) {
+  static const typename Member<S>::Value* value_of(const Get& accessor, const S& s) {
     if constexpr (Member<S>::kNullable) {
-      const auto& held = get_(s);
+      const auto& held = accessor(s);
       return held ? &*held : nullptr;
     } else {
-      return &get_(s);
+      return &accessor(s);
     }
   }
 };

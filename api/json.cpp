@@ -21,11 +21,13 @@ class Builder {
  public:
   explicit Builder(std::string_view text) : text_(text) {}
 
+  // NOLINTBEGIN(readability-identifier-naming): names that the parser asks for
   using number_integer_t = Json::number_integer_t;
   using number_unsigned_t = Json::number_unsigned_t;
   using number_float_t = Json::number_float_t;
   using string_t = Json::string_t;
   using binary_t = Json::binary_t;
+  // NOLINTEND(readability-identifier-naming)
 
   bool null() { return add(nullptr); }
   bool boolean(bool value) { return add(value); }

@@ -178,8 +178,8 @@ constexpr std::array kCancelProblems = {404, 507};
 constexpr std::array kRetryProblems = {404, 409, 507};
 constexpr std::array kDeleteProblems = {404, 409, 507};
 constexpr std::array kLabProblems = {400, 413, 415, 422};
-constexpr std::array k404_422 = {404, 422};
-constexpr std::array k400_422 = {400, 422};
+constexpr std::array k404Or422 = {404, 422};
+constexpr std::array k400Or422 = {400, 422};
 constexpr std::array k409Alone = {409};
 constexpr std::array kTestProblems = {400, 413, 415, 422, 507};
 constexpr std::array kUploadProblems = {413, 507};
@@ -276,7 +276,7 @@ constexpr std::array kOperations = {
     Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kNoHeaders, kNoBody,
               kJobListAnswer, k400, true, &job_list_parameters},
     Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Get a job, or wait for it to finish.", "",
-              "read", kConditional, kNoBody, kJobAnswer, k404_422, true, &wait_parameters},
+              "read", kConditional, kNoBody, kJobAnswer, k404Or422, true, &wait_parameters},
     Operation{"patchJob", "PATCH", "/v1/jobs/{id}", "Jobs", "Change a job.",
               "A merge patch (RFC 7396) of priority, labels, name, stop and paused.", "write",
               kPatchHeaders, kJobPatch, kJobChanged, kPatchProblems, true},
@@ -298,7 +298,7 @@ constexpr std::array kOperations = {
         "read", kConditional, kNoBody, kImageAnswer, kImageProblems, true, &image_parameters},
     Operation{"getPixel", "GET", "/v1/jobs/{id}/pixels/{x}/{y}", "Results",
               "One pixel with its intervals.", "", "read", kNoHeaders, kNoBody, kPixelAnswer,
-              k404_422, true},
+              k404Or422, true},
     Operation{"getConvergence", "GET", "/v1/jobs/{id}/convergence", "Results",
               "Error over samples and time.", "", "read", kNoHeaders, kNoBody, kConvergenceAnswer,
               k404, true},
@@ -336,7 +336,7 @@ constexpr std::array kOperations = {
               "read", kEventsHeaders, kNoBody, kEventsAnswer, k404, true, &job_events_parameters},
     Operation{"watchJobs", "GET", "/v1/events", "Streams", "Watch several jobs on one connection.",
               "The events of each job, with `job` in their data.", "read", kWatchHeaders, kNoBody,
-              kWatchAnswer, k404_422, true, &events_parameters},
+              kWatchAnswer, k404Or422, true, &events_parameters},
     Operation{
         "createStreamTicket", "POST", "/v1/stream-tickets", "Streams",
         "Create a short-lived stream ticket (valid for one minute).",
@@ -351,7 +351,7 @@ constexpr std::array kOperations = {
         "their variances, the sample count. Flag 1: end frame; 2: correlated errors (zsobol, "
         "restir); 4: an alpha "
         "plane follows.",
-        "read", kNoHeaders, kNoBody, kTilesAnswer, k404_422, true, &tiles_parameters},
+        "read", kNoHeaders, kNoBody, kTilesAnswer, k404Or422, true, &tiles_parameters},
     Operation{"createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.",
               "Two jobs that have ended, or a job and an image that was uploaded (8 and 16 bits "
               "are taken as sRGB, floats as "
@@ -380,7 +380,7 @@ constexpr std::array kOperations = {
         "write", kNoHeaders, kLabRequest, kLabAnswer, kLabProblems, true},
     Operation{"listDeliveries", "GET", "/v1/webhooks/deliveries", "Webhooks", "List webhook calls.",
               "Those to come and, for a week, those that were made.", "read", kNoHeaders, kNoBody,
-              kDeliveryListAnswer, k400_422, true, &delivery_list_parameters},
+              kDeliveryListAnswer, k400Or422, true, &delivery_list_parameters},
     Operation{"getDelivery", "GET", "/v1/webhooks/deliveries/{id}", "Webhooks",
               "Look at a webhook call.", "", "read", kNoHeaders, kNoBody, kDeliveryAnswer, k404,
               true},

@@ -130,7 +130,7 @@ Json parameter_json(const Row& row, const S& defaults) {
     schema.erase("description");
   }
   if (const auto found = schema.find("default");
-      found != schema.end() && (found->is_null() || *found == "")) {
+      found != schema.end() && (found->is_null() || *found == Json(""))) {
     schema.erase("default");
   }
   if (schema["type"].is_array()) {  // [type, "null"]: a query string has no null

@@ -310,22 +310,25 @@ def export_builtin(binary, names, folder):
                 paths[name] = os.path.join(folder, name + ".glb")
                 with open(paths[name], "wb") as file:
                     file.write(content)
-                without_sheen(paths[name])
+                without_layers(paths[name])
         finally:
             server.terminate()
             server.wait(30)
     return paths
 
 
-def without_sheen(path):
-    """Takes KHR_materials_sheen out of a GLB, for all engines: there are no two that model it
-    alike."""
+# Taken out of built-in scenes, for all engines: no two of them model these layers alike.
+LAYERS = {"KHR_materials_sheen", "KHR_materials_clearcoat"}
+
+
+def without_layers(path):
     document, buffers, _ = gltf.open_file(path)
     for material in document.get("materials", []):
-        material.get("extensions", {}).pop("KHR_materials_sheen", None)
+        for name in LAYERS & set(material.get("extensions", {})):
+            del material["extensions"][name]
     used = document.get("extensionsUsed", [])
-    if "KHR_materials_sheen" in used:
-        used.remove("KHR_materials_sheen")
+    document["extensionsUsed"] = [name for name in used if name not in LAYERS]
+    if len(document["extensionsUsed"]) < len(used):
         with open(path, "wb") as file:
             file.write(gltf.write_glb(document, buffers[0]))
 

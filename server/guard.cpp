@@ -78,9 +78,10 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) {
 
 std::string cookie_field(const Request& request, std::string_view value,
                          std::chrono::seconds life) {
-  return std::string(kCookieName) + "=" + std::string(value) +
-         "; Path=/; Max-Age=" + std::to_string(life.count()) + "; HttpOnly; SameSite=Strict" +
-         (request.is_https ? "; Secure" : "");
+  std::string field(kCookieName);
+  field.append("=").append(value).append("; Path=/; Max-Age=");
+  field.append(std::to_string(life.count())).append("; HttpOnly; SameSite=Strict");
+  return request.is_https ? field + "; Secure" : field;
 }
 
 /// Of `Authorization: Bearer TOKEN`.

@@ -28,7 +28,11 @@ std::uint64_t work_bytes(const core::Film& film) {
       static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height);
   // Small films have small tiles and files.
   return std::min<std::uint64_t>(kWorkBytes, film.bytes()) +
-         (film.has_plan() ? pixels * kPlanBytes : 0);
+         (film.has_plan() ? pixels * kPlanBytes : 0) +
+         // A checkpoint copies the sums of splats while it writes them.
+         (film.has_splats()
+              ? pixels * static_cast<std::uint64_t>(film.replicates()) * sizeof(core::SplatPixel)
+              : 0);
 }
 
 }  // namespace

@@ -42,8 +42,8 @@ TEST(JobListQuery, ReadsFilters) {
   EXPECT_EQ(list->labels[1].key, "urgent");
   EXPECT_FALSE(list->labels[1].value.has_value());
   EXPECT_EQ(list->name, "Red Sofa");
-  EXPECT_EQ(list->job_class, api::JobClass::kNormal);
-  EXPECT_FALSE(api::parse_job_list_query(Query{})->job_class.has_value());
+  EXPECT_EQ(list->job_class, api::ListQuery::Class::kNormal);
+  EXPECT_EQ(api::parse_job_list_query(Query{})->job_class, api::ListQuery::Class::kNormal);
   EXPECT_EQ(list->cursor, "abc-_9");
   EXPECT_EQ(list->limit, 200);
   EXPECT_EQ(api::parse_job_list_query(Query{})->limit, 50);

@@ -49,7 +49,7 @@ struct IntegratorEntry {
   /// Of integrator_options(): it honours these, and refuses other values than its defaults for the
   /// rest.
   Options accepts;
-  bool splats = false;  ///< light paths add to any pixel: errors of pixels are correlated
+  bool splats = false;    ///< light paths add to any pixel: errors of pixels are correlated
   bool disperses = true;  ///< false: scenes with dispersion are refused
   /// Its own defaults, over those of RenderSettings; null: it has none.
   void (*set_defaults)(RenderSettings& settings) = nullptr;

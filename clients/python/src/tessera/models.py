@@ -1060,6 +1060,14 @@ class Server(TypedDict):
     extensions: list[str]
 
 
+class Drain(TypedDict):
+    """Whether the server takes new jobs, and what it still has."""
+
+    draining: bool
+    running: int
+    queued: int
+
+
 class LabPoint(TypedDict):
     """One n, measured."""
 

@@ -7,7 +7,7 @@
 export interface JobRequest {
   /** Id from POST /v1/scenes, or the name of a built-in scene. */
   scene: string;
-  /** For people. Default: "". */
+  /** Display name. Default: "". */
   name?: string;
   /** Free key-value pairs to find jobs by. Default: {}. */
   labels?: Record<string, string>;
@@ -215,7 +215,7 @@ export interface JobRequest {
   webhook?: {
     /** http or https; receives a signed POST (Standard Webhooks) for each event. */
     url: string;
-    /** What is told. Default: ["end"]. */
+    /** Events to send. Default: ["end"]. */
     events?: string[];
   } | null;
   /** The job and its files are deleted so long after its end; null: kept. */
@@ -228,7 +228,7 @@ export interface JobPatch {
   priority?: number;
   /** Labels to set; null removes one, the others stay. */
   labels?: Record<string, string | null>;
-  /** Display name. */
+  /** For people. */
   name?: string;
   /** Rules to raise or lower; null removes one, the others stay. */
   stop?: {
@@ -680,7 +680,7 @@ export interface DryRun {
     memory_bytes: number;
     /** The film alone. */
     memory_bytes_low: number;
-    /** With a copy of the film for a checkpoint or a picture. */
+    /** What the job is admitted with: the most while it is loaded, or renders. */
     memory_bytes_high: number;
     /** What the pilot took. */
     pilot_cpu_seconds: number;
@@ -1252,6 +1252,16 @@ export interface Server {
   extensions: string[];
 }
 
+/** Whether the server takes new jobs, and what it still has. */
+export interface Drain {
+  /** New jobs are refused with 503, and those of the queue do not begin. */
+  draining: boolean;
+  /** Jobs that load, render or end; they go on. */
+  running: number;
+  /** Jobs that wait. */
+  queued: number;
+}
+
 /** One n, measured. */
 export interface LabPoint {
   /** In force. */
@@ -1320,7 +1330,7 @@ export interface LabCancelled {
 
 /** A key that is to be made. */
 export interface KeyRequest {
-  /** Display name. */
+  /** For people. */
   name: string;
   /**
    * Whose work it sees and makes: letters, digits, `.`, `_`, `-`; null: its own. A key that
@@ -1341,7 +1351,7 @@ export interface KeyRequest {
 export interface Key {
   /** Names the key in lists and logs. */
   id: string;
-  /** Display name. */
+  /** For people. */
   name: string;
   /** Whose work it sees and makes. */
   tenant: string;
@@ -1360,7 +1370,7 @@ export interface Key {
 export interface NewKey {
   /** Names the key in lists and logs. */
   id: string;
-  /** Display name. */
+  /** For people. */
   name: string;
   /** Whose work it sees and makes. */
   tenant: string;

@@ -62,7 +62,7 @@ class RequestProblems(ApiTest):
             ({"labels": {"k": 3}}, "/labels/k"),
             ({"labels": {str(i): "" for i in range(17)}}, "/labels"),
             ({"integrator": {"type": "magic"}}, "/integrator/type"),
-            ({"integrator": {"type": "bdpt"}}, "/integrator/type"),
+            ({"integrator": {"type": "ray-march"}}, "/integrator/type"),
             ({"integrator": {"max_depth": -1}}, "/integrator/max_depth"),
             ({"estimator": {"strategy": "guess"}}, "/estimator/strategy"),
             ({"estimator": {"mis": {"type": "least"}}}, "/estimator/mis/type"),

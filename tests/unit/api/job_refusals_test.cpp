@@ -102,8 +102,9 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Names, JobRefusal,
     testing::Values(
-        Case{R"("integrator":{"type":"bdpt"})", "/integrator/type",
-             "'bdpt' is not available in this build; available: path, direct"},
+        Case{R"("integrator":{"type":"ray-march"})", "/integrator/type",
+             "'ray-march' is not available in this build; available: path, direct, "
+             "light-trace, bdpt"},
         Case{R"("integrator":"path")", "/integrator", "expected an object, got a string"},
         Case{R"("sampler":{"type":"dice"})", "/sampler/type",
              "'dice' is not available in this build; available: independent, antithetic, "

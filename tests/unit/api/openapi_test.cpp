@@ -307,8 +307,9 @@ TEST(OpenApi, ParametersHaveTheRangesAndDefaultsOfTheParsers) {
                                                {"minimum", 1},
                                                {"maximum", api::limits::kPageSize},
                                                {"default", 50}}));
-  EXPECT_EQ(schema("/v1/jobs", "class"),
-            Json({{"type", "string"}, {"enum", {"normal", "preview"}}}));
+  EXPECT_EQ(
+      schema("/v1/jobs", "class"),
+      Json({{"type", "string"}, {"enum", {"normal", "preview", "all"}}, {"default", "normal"}}));
   EXPECT_EQ(schema("/v1/jobs/{id}", "wait")["maximum"], api::limits::kWaitSeconds);
   EXPECT_EQ(schema("/v1/jobs/{id}/image", "x"),
             Json({{"type", "integer"}, {"minimum", 0}, {"maximum", api::limits::kFilmSide - 1}}));

@@ -57,7 +57,8 @@ TEST(JobListQuery, Answers400ToWrongValues) {
                      "finished, failed, cancelled"}}));
   EXPECT_EQ(
       errors({{"class", "Preview"}}),
-      (Errors{{"/class", "'Preview' is not available in this build; available: normal, preview"}}));
+      (Errors{{"/class",
+               "'Preview' is not available in this build; available: normal, preview, all"}}));
   EXPECT_EQ(errors({{"name", ""}}), (Errors{{"/name", "is empty"}}));
   EXPECT_EQ(errors({{"name", std::string(256, 'n')}}),
             (Errors{{"/name", "has 256 characters, outside [1, 255]"}}));

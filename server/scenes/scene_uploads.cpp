@@ -229,17 +229,23 @@ core::Result<SceneService::Added> SceneService::add_from_assets(const api::Scene
     if (const auto found = known.find(asset); found != known.end()) {
       return found->second;
     }
+    const auto at_pointer = [&pointer](const Error& error) {
+      return error.code == ErrorCode::kNotFound
+                 ? Error{ErrorCode::kInvalidArgument, error.message, pointer}
+                 : error;
+    };
     const auto size = assets_.find(asset, origin.access);
-    if (!size && size.error().code == ErrorCode::kNotFound) {
-      return Error{ErrorCode::kInvalidArgument, size.error().message, pointer};
+    if (!size) {
+      return at_pointer(size.error());
     }
-    if (auto room = size ? lease->grow(*size) : Status(size.error()); !room) {
+    if (auto room = lease->grow(*size); !room) {
       return room.error();
     }
     auto bytes = assets_.read(asset, origin.access);
-    if (bytes) {
-      known[asset] = *bytes;
+    if (!bytes) {  // removed since
+      return at_pointer(bytes.error());
     }
+    known[asset] = *bytes;
     return bytes;
   };
   Document document;

@@ -47,7 +47,9 @@ class Options(ApiTest):
             told = self.warnings(estimator=regression, **options)
             self.assertEqual(len(told), 1 if idle else 0, told)
             with_it = self.server.render(job_body(estimator=regression, **options))
-            plain = self.server.render(job_body(**options))
+            # Every shadow ray traced: the defaults, by the code that options take.
+            threshold = {"roulette": {"type": "threshold", "delta": 0}}
+            plain = self.server.render(job_body(estimator=threshold, **options))
             self.assertEqual(with_it["film_digest"] == plain["film_digest"], idle, options)
 
     def test_the_measured_split_is_told(self):

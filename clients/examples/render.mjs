@@ -7,11 +7,9 @@ const headers = key ? { Authorization: `Bearer ${key}` } : {};
 const [scene = 'cornell-box', file = 'picture.png'] = process.argv.slice(2);
 
 async function call(path, body) {
-  const answer = await fetch(server + path, {
-    method: body ? 'POST' : 'GET',
-    headers: { ...headers, 'Content-Type': 'application/json' },
-    body: body && JSON.stringify(body),
-  });
+  const sent = body && { method: 'POST', body: JSON.stringify(body) };
+  const type = { 'Content-Type': 'application/json' };
+  const answer = await fetch(server + path, { headers: { ...headers, ...type }, ...sent });
   if (!answer.ok) throw new Error(`${path}: ${await answer.text()}`);
   return answer;
 }

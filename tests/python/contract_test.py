@@ -3,8 +3,10 @@
 Status, media type and body of the answers are those of the document, and so are the parameters.
 """
 
+import base64
 import json
 import re
+import struct
 import time
 import uuid
 
@@ -167,7 +169,8 @@ class Contract(ApiTest):
         path = f"/v1/jobs/{ids[0]}"
         self.ask("patchJob", "PATCH", path, {"name": "first", "priority": 3})
         self.ask("patchJob", "PATCH", path, {"priority": 300})
-        self.ask("retryJob", "POST", path + "/retry")
+        self.ask("retryJob", "POST", path + "/retry")  # 409: it has not failed
+        self.retry_of_a_failed_job()
         self.ask("extendJob", "POST", path + "/extend", {"stop": {"samples_per_pixel": 16}})
         self.server.wait(ids[0])
         self.results(ids)
@@ -177,6 +180,38 @@ class Contract(ApiTest):
         self.ask("createStreamTicket", "POST", "/v1/stream-tickets", {"jobs": ids})
         merged = self.ask("mergeFilms", "POST", "/v1/films/merge", {"films": ids}).json()
         self.ask("deleteJob", "DELETE", f"/v1/jobs/{merged['id']}")
+
+    def retry_of_a_failed_job(self):
+        """Of a scene that its integrator refuses."""
+        corners = base64.b64encode(struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)).decode()
+        glass = {
+            "KHR_materials_transmission": {"transmissionFactor": 1},
+            "KHR_materials_volume": {"thicknessFactor": 1},
+            "KHR_materials_dispersion": {"dispersion": 1},
+        }
+        accessor = {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}
+        document = {
+            "asset": {"version": "2.0"},
+            "extensionsUsed": list(glass),
+            "nodes": [{"mesh": 0}],
+            "scenes": [{"nodes": [0]}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+            "materials": [{"extensions": glass}],
+            "accessors": [accessor | {"min": [0, 0, 0], "max": [1, 1, 0]}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            "buffers": [
+                {"byteLength": 36, "uri": "data:application/octet-stream;base64," + corners}
+            ],
+        }
+        scene = self.server.post(
+            "/v1/scenes", json.dumps(document).encode(), {"Content-Type": "model/gltf+json"}
+        ).json()["id"]
+        job = self.server.submit(job_body(scene, integrator={"type": "bdpt"}))["id"]
+        self.assertEqual(self.server.wait(job)["state"], "failed")
+        again = self.ask("retryJob", "POST", f"/v1/jobs/{job}/retry")
+        self.assertEqual(again.status, 200, again)
+        self.server.wait(job)
+        self.server.request("DELETE", "/v1/jobs/" + job)
 
     def live_events(self):
         """Of a job that runs: progress and tiles, and the end by cancelling."""

@@ -67,8 +67,8 @@ struct Table {
 };
 
 const Table& table_of_colours() {
-  static const Table table;
-  return table;
+  static const Table kTable;
+  return kTable;
 }
 
 /// inverse_square: 1 / wavelength^2 [1/nm^2].

@@ -38,7 +38,7 @@ Triple xyz_from_rgb(const Triple& c) {
 
 /// Inverse of xyz_from_rgb() by Cramer's rule.
 Triple rgb_from_xyz(const Triple& v) {
-  static const std::array<Triple, 3> inverse = [] {
+  static const std::array<Triple, 3> kInverse = [] {
     const std::array<Triple, 3> m = {xyz_from_rgb({1, 0, 0}), xyz_from_rgb({0, 1, 0}),
                                      xyz_from_rgb({0, 0, 1})};
     const auto cross = [](const Triple& p, const Triple& q) {
@@ -56,16 +56,16 @@ Triple rgb_from_xyz(const Triple& v) {
   }();
   Triple c{};
   for (std::size_t i = 0; i < 3; ++i) {
-    c[i] = inverse[i][0] * v[0] + inverse[i][1] * v[1] + inverse[i][2] * v[2];
+    c[i] = kInverse[i][0] * v[0] + kInverse[i][1] * v[1] + kInverse[i][2] * v[2];
   }
   return c;
 }
 
 /// XYZ over that of white.
 Triple relative_xyz(const Triple& rgb) {
-  static const Triple white = xyz_from_rgb({1, 1, 1});
+  static const Triple kWhite = xyz_from_rgb({1, 1, 1});
   const Triple v = xyz_from_rgb(rgb);
-  return {v[0] / white[0], v[1] / white[1], v[2] / white[2]};
+  return {v[0] / kWhite[0], v[1] / kWhite[1], v[2] / kWhite[2]};
 }
 
 /// The linear opponent space YCxCz in which contrast sensitivity was measured.
@@ -75,9 +75,9 @@ Triple ycxcz_from_rgb(const Triple& rgb) {
 }
 
 Triple rgb_from_ycxcz(const Triple& v) {
-  static const Triple white = xyz_from_rgb({1, 1, 1});
+  static const Triple kWhite = xyz_from_rgb({1, 1, 1});
   const double y = (v[0] + 16) / 116;
-  return rgb_from_xyz({(v[1] / 500 + y) * white[0], y * white[1], (y - v[2] / 200) * white[2]});
+  return rgb_from_xyz({(v[1] / 500 + y) * kWhite[0], y * kWhite[1], (y - v[2] / 200) * kWhite[2]});
 }
 
 /// CIELAB with the Hunt effect: chroma grows with lightness.
@@ -100,11 +100,11 @@ double color_distance(const Triple& a, const Triple& b) {
 /// The largest distance, between green and blue, becomes 1; most of the scale is for small
 /// differences.
 double redistribute(double distance) {
-  static const double most =
+  static const double kMost =
       color_distance(hunt_lab_from_rgb({0, 1, 0}), hunt_lab_from_rgb({0, 0, 1}));
-  const double knee = kKneeIn * most;
+  const double knee = kKneeIn * kMost;
   return distance < knee ? kKneeOut / knee * distance
-                         : kKneeOut + (distance - knee) / (most - knee) * (1 - kKneeOut);
+                         : kKneeOut + (distance - knee) / (kMost - knee) * (1 - kKneeOut);
 }
 
 class Plane {

@@ -14,8 +14,8 @@
 namespace core {
 
 void set_up_oiio() {
-  static const bool done = OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1);
-  static_cast<void>(done);
+  static const bool kDone = OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1);
+  static_cast<void>(kDone);
 }
 
 namespace {

@@ -332,9 +332,9 @@ const Json* extension(const Json& object, const char* name) {
 }
 
 const Json& array_of(const Json& root, const char* name) {
-  static const Json none = Json::array();
+  static const Json kNone = Json::array();
   const auto it = root.find(name);
-  return it == root.end() ? none : *it;
+  return it == root.end() ? kNone : *it;
 }
 
 GltfMeshopt read_meshopt(const Json& json) {

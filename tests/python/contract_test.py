@@ -209,7 +209,7 @@ class Contract(ApiTest):
         job = self.server.submit(job_body(scene, integrator={"type": "bdpt"}))["id"]
         self.assertEqual(self.server.wait(job)["state"], "failed")
         again = self.ask("retryJob", "POST", f"/v1/jobs/{job}/retry")
-        self.assertEqual(again.status, 200, again)
+        self.assertEqual(again.status, 202, again)
         self.server.wait(job)
         self.server.request("DELETE", "/v1/jobs/" + job)
 

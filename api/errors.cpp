@@ -7,12 +7,17 @@
 
 #include "api/json.h"
 #include "api/limits.h"
+#include "api/values.h"
 #include "api/views.h"
 
 namespace api {
 namespace {
 
 using core::ErrorCode;
+
+/// Of a text in an answer: what was sent is told, not sent back. The lists of names in our messages
+/// are shorter (missing_files() in core/scene_io).
+constexpr std::size_t kTextBytes = 4096;
 
 constexpr std::array kErrors = {
     ErrorRow{ErrorCode::kBadSyntax, 400, "bad-syntax", "The request cannot be read"},
@@ -115,9 +120,9 @@ const View<FieldError>& field_error_view() {
       "FieldError",
       "One fault of the input.",
       {{"pointer", shape::text("JSON pointer into the body; /name for the query parameter `name`."),
-        [](const FieldError& e) -> Json { return e.pointer; }},
+        [](const FieldError& e) -> Json { return cut_text(e.pointer, kTextBytes); }},
        {"detail", shape::text("What was seen and what is allowed."),
-        [](const FieldError& e) -> Json { return e.detail; }}}};
+        [](const FieldError& e) -> Json { return cut_text(e.detail, kTextBytes); }}}};
   return kView;
 }
 
@@ -131,7 +136,7 @@ const View<Problem>& problem_view() {
         [](const Problem& p) -> Json { return p.title; }},
        {"status", shape::count("HTTP status."), [](const Problem& p) -> Json { return p.status; }},
        {"detail", shape::text("About this one."),
-        [](const Problem& p) -> Json { return p.detail; }},
+        [](const Problem& p) -> Json { return cut_text(p.detail, kTextBytes); }},
        {"instance", shape::text("Path of the request."),
         [](const Problem& p) -> Json { return p.instance; },
         [](const Problem& p) { return !p.instance.empty(); }},

@@ -152,6 +152,14 @@ void check_class(const JobSpec& spec, Faults& faults) {
   }
 }
 
+void check_error_target(const core::StopRules& stop, const core::IntegratorEntry& row,
+                        Faults& faults) {
+  if (stop.relative_error && row.error == core::ErrorValidity::kNone) {
+    faults.add("/stop/relative_error", "the error of integrator '" + std::string(row.name) +
+                                           "' is unknown; give samples_per_pixel or seconds");
+  }
+}
+
 void check_options(const JobSpec& spec, Faults& faults) {
   const core::EstimatorSettings defaults;
   const core::EstimatorSettings& estimator = spec.render.estimator;
@@ -167,12 +175,16 @@ void check_options(const JobSpec& spec, Faults& faults) {
   check_restir(spec.render, faults);
   const core::IntegratorEntry* row = core::find_integrator(spec.render.integrator);
   CHECK(row != nullptr);
+  check_error_target(spec.stop, *row, faults);
   JobSpec plain;
   plain.render = core::default_settings(row->name, spec.stop.relative_error.has_value());
   const Json seen = to_json(spec);
   const Json usual = to_json(plain);
   for (const std::string_view option : core::integrator_options()) {
     const Json::json_pointer pointer{std::string(option)};
+    if (!seen.contains(pointer)) {
+      continue;  // shown where it is accepted, and refused elsewhere when it is read
+    }
     const bool is_accepted =
         std::find(row->accepts.begin(), row->accepts.end(), option) != row->accepts.end();
     if (!is_accepted && seen.at(pointer) != usual.at(pointer)) {

@@ -3,6 +3,7 @@
 
 #include "api/faults.h"
 #include "api/job_spec.h"
+#include "core/settings/registry.h"
 
 namespace api {
 
@@ -14,5 +15,8 @@ void check_film(const core::FilmSettings& film, Faults& faults);
 void check_class(const JobSpec& spec, Faults& faults);
 /// An option that differs from its default, though neither strategy nor integrator uses it.
 void check_options(const JobSpec& spec, Faults& faults);
+/// A stop rule that needs the error of an integrator that has none.
+void check_error_target(const core::StopRules& stop, const core::IntegratorEntry& row,
+                        Faults& faults);
 
 }  // namespace api

@@ -168,6 +168,14 @@ constexpr auto estimator_row() {
           "True: absorption and transparency are factors; false: they end paths at random."));
 }
 
+/// Of integrators that have a map of photons.
+template <typename Row>
+constexpr auto photon_option(std::string_view pointer, Row row) {
+  return option_of(
+      pointer, [](const auto& s) -> const auto& { return s.render.integrator; }, &core::integrators,
+      row);
+}
+
 constexpr auto light_sampler_row() {
   constexpr auto kType = [](auto& s) -> auto& { return s.render.light_sampler; };
   return group(
@@ -218,7 +226,7 @@ const auto& table() {
           "Material variant of the file by name (KHR_materials_variants)."),
       number(
           "time_seconds", [](auto& s) -> auto& { return s.time_seconds; }, {-1e6, 1e6},
-          "Animation time, seconds."),
+          "Animation time, seconds; null: the rest pose, which the file's own transforms give."),
       FixedRow{"medium", "null", "Participating medium around the scene."},
       choice(
           "class", [](auto& s) -> auto& { return s.job_class; }, &classes, "How it is served."),
@@ -236,7 +244,33 @@ const auto& table() {
             number(
                 "max_depth", [](auto& s) -> auto& { return s.render.max_depth; },
                 {0, limits::kMaxDepth},
-                "Scattering events on a path; 0 shows emitters only, 1 adds direct light.")),
+                "Scattering events on a path; 0 shows emitters only, 1 adds direct light."),
+            photon_option("/integrator/photons",
+                          number(
+                              "photons", [](auto& s) -> auto& { return s.render.photons.paths; },
+                              {0, limits::kPhotons},
+                              "Particles that leave the lights for each sample of the pixels; 0: "
+                              "as many as the full film has pixels, from 1024 to 262144.")),
+            photon_option("/integrator/radius_m",
+                          number(
+                              "radius_m",
+                              [](auto& s) -> auto& { return s.render.photons.radius_m; }, {0, 1e6},
+                              "Radius within which photons are gathered, metres; sppm: at first. "
+                              "0: three pixels where the camera looks.")),
+            photon_option(
+                "/integrator/alpha",
+                number(
+                    "alpha", [](auto& s) -> auto& { return s.render.photons.alpha; }, {0.1, 1},
+                    "After N samples of each replicate the disk of photons is about "
+                    "N^(alpha - 1) of the first, and so is the bias; the variance falls "
+                    "as N^-alpha. 2/3 lets both fall alike.")),
+            photon_option(
+                "/integrator/final_gather",
+                number(
+                    "final_gather", [](auto& s) -> auto& { return s.render.photons.final_gather; },
+                    {0, limits::kFinalGather},
+                    "Directions in which each path looks up the map one reflection later; 0: the "
+                    "map itself is shown, direct light included."))),
       estimator_row(),
       group("sampler", "Where random numbers come from.",
             choice(
@@ -263,6 +297,15 @@ const auto& table() {
           },
           [](const JobSpec& s, Json& object) { object["stop"] = print_stop(s.stop); },
           [](const JobSpec& defaults) { return stop_schema(defaults.stop); }},
+      shown_if([](const JobSpec& s) { return !(s.denoise == DenoiseSpec{}); },
+               group("denoise",
+                     "Denoised pictures, which are made on demand and are no part of the film.",
+                     choice(
+                         "type", [](auto& s) -> auto& { return s.denoise.type; }, &core::denoisers,
+                         "What makes them."),
+                     flag(
+                         "preview", [](auto& s) -> auto& { return s.denoise.preview; },
+                         "If false, there are none before the job has ended."))),
       shown_if([](const JobSpec& s) { return s.webhook.has_value(); },
                CustomRow<JobSpec>{"webhook", &read_webhook, &print_webhook, &webhook_schema}),
       shown_if([](const JobSpec& s) { return s.retention_seconds.has_value(); },

@@ -9,6 +9,7 @@
 
 #include "api/json.h"
 #include "api/problem.h"
+#include "core/denoise/denoiser_type.h"
 #include "core/scene/scene.h"
 #include "core/settings/settings.h"
 
@@ -30,6 +31,13 @@ struct Webhook {
 /// Layers that a job may leave out; a job that does not say records them all.
 std::vector<std::string> recordable_layers();
 
+/// What is made of the picture on demand; no part of the film.
+struct DenoiseSpec {
+  core::DenoiserType type = core::DenoiserType::kAuto;
+  bool preview = true;  ///< while the job renders, too
+  friend bool operator==(const DenoiseSpec&, const DenoiseSpec&) = default;
+};
+
 struct JobSpec {
   std::string scene;  ///< scene id or name of a built-in scene
   std::string name;
@@ -37,7 +45,7 @@ struct JobSpec {
   int priority = 0;
   core::CameraSettings camera;
   std::optional<std::string> variant;
-  double time_seconds = 0;
+  std::optional<double> time_seconds = 0;  ///< empty: the rest pose
   JobClass job_class = JobClass::kNormal;
   std::optional<std::string> preview_key;
   EnvironmentChoice environment_choice = EnvironmentChoice::kAutomatic;
@@ -45,6 +53,7 @@ struct JobSpec {
   std::optional<std::string> environment_asset;  ///< sha256 (hex) of an asset; empty: constant
   /// Recorded layers as asked for, in the order of core::layers(); render.film has the switches.
   std::vector<std::string> layers = recordable_layers();
+  DenoiseSpec denoise;
   std::optional<Webhook> webhook;
   std::optional<double> retention_seconds;  ///< deleted so long after its end; empty: kept
   core::RenderSettings render;

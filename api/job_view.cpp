@@ -291,6 +291,43 @@ const ViewRow<JobView>& digest_row() {
   return kRow;
 }
 
+const View<DenoisedView>& denoised_view() {
+  static const View<DenoisedView> kView = {
+      "Denoised",
+      "The newest denoised picture that was made; the mixed one's error.",
+      {{"type", shape::text("The denoiser."), [](const DenoisedView& d) -> Json { return d.type; }},
+       {"version", shape::text(), [](const DenoisedView& d) -> Json { return d.version; }},
+       {"quality", shape::nullable(shape::text("null: it has none to choose.")),
+        [](const DenoisedView& d) { return d.quality.empty() ? Json(nullptr) : Json(d.quality); }},
+       {"note", shape::nullable(shape::text("Why `auto` did not take the better denoiser.")),
+        [](const DenoisedView& d) { return d.note.empty() ? Json(nullptr) : Json(d.note); }},
+       {"features",
+        shape::flag("Albedo, normal, depth and emission were used; false: the scene is gone."),
+        [](const DenoisedView& d) -> Json { return d.has_features; }},
+       {"relative_rmse",
+        shape::nullable(shape::real("As in `error`, N being an estimate of the squared error, "
+                                    "bias included; 0 where it is too small to be seen.")),
+        [](const DenoisedView& d) { return number_json(d.mixed.relative_rmse); }},
+       {"low", shape::nullable(shape::real("Of its 95 % interval; null: not valid.")),
+        [](const DenoisedView& d) { return number_json(d.mixed.low); }},
+       {"high", shape::nullable(shape::real()),
+        [](const DenoisedView& d) { return number_json(d.mixed.high); }},
+       {"full_relative_rmse", shape::nullable(shape::real("Of the denoiser's own picture.")),
+        [](const DenoisedView& d) { return number_json(d.full.relative_rmse); }},
+       {"gain",
+        shape::nullable(shape::real("(plain relative_rmse / this one)^2: samples that the plain "
+                                    "picture needs for the same error, over those it has.")),
+        [](const DenoisedView& d) {
+          const double ratio = d.plain.relative_rmse / d.mixed.relative_rmse;
+          return number_json(ratio * ratio);
+        }},
+       {"revision", shape::count("Of the picture it was made from."),
+        [](const DenoisedView& d) -> Json { return d.revision; }},
+       {"seconds", shape::real("That it took."),
+        [](const DenoisedView& d) { return number_json(d.seconds); }}}};
+  return kView;
+}
+
 const View<JobView>& job_view() {
   static const View<JobView> kView = {
       "Job",
@@ -313,6 +350,10 @@ const View<JobView>& job_view() {
        statistics_row(),
        revision_row(),
        digest_row(),
+       {"denoised", shape::nullable(denoised_view().shape()),
+        [](const JobView& j) {
+          return j.denoised ? denoised_view().print(*j.denoised) : Json(nullptr);
+        }},
        {"warnings", shape::texts("What is in force instead of what was asked, and the like."),
         [](const JobView& j) -> Json { return j.warnings; }},
        {"links", shape::map(shape::text(), "Paths of what belongs to the job."), &links_json}}};

@@ -38,6 +38,20 @@ std::string_view to_text(core::StopReason reason);
 std::optional<core::StopReason> stop_reason_from_text(std::string_view text);
 
 /// A job as the server knows it at one moment.
+/// The newest denoised picture that was made of a job.
+struct DenoisedView {
+  std::string type;  ///< a row of core::denoisers()
+  std::string version;
+  std::string quality;       ///< empty: it has none to choose
+  std::string note;          ///< why `auto` did not take the better one; empty: it did
+  bool has_features = true;  ///< false: the scene is gone
+  core::ErrorInterval mixed;
+  core::ErrorInterval full;
+  core::ErrorInterval plain;  ///< of the same samples
+  std::uint32_t revision = 0;
+  double seconds = 0;  ///< that it took
+};
+
 struct JobView {
   std::string id;
   JobState state = JobState::kQueued;
@@ -61,6 +75,7 @@ struct JobView {
   /// Samples per pixel of the film when its error ended it, as long as no count that was fixed
   /// beforehand goes beyond; 0: no error did.
   int samples_by_error = 0;
+  std::optional<DenoisedView> denoised;
   int split_count = 0;  ///< that `measured` splitting found; 0: not yet, or nothing to find
 
   static core::Progress nothing_rendered();

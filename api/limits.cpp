@@ -24,6 +24,8 @@ constexpr std::array kLimits = {
              "Radius of adaptive sampling's dilation, pixels or tiles."},
     LimitRow{"replicates", limits::kReplicates, "Independent randomisations of a pixel."},
     LimitRow{"split_count", limits::kSplitCount, "Continuations of a path that is split."},
+    LimitRow{"photons", limits::kPhotons, "Particles for each sample of the pixels."},
+    LimitRow{"final_gather", limits::kFinalGather, "Directions in which a path gathers photons."},
     LimitRow{"light_candidates", limits::kLightCandidates, "Light samples of which one is taken."},
     LimitRow{"light_block", limits::kLightBlock,
              "Side in pixels of squares that share light samples."},

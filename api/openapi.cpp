@@ -90,7 +90,8 @@ std::vector<int> problem_statuses(const Operation& operation) {
   statuses.insert(statuses.end(), {400, 421, 500});  // no HTTP; a wrong Host; a mistake of ours
   statuses.insert(statuses.end(), kTransportProblems.begin(), kTransportProblems.end());
   if (!operation.scope.empty()) {
-    statuses.insert(statuses.end(), {401, 403, 429});
+    // No key; no right; a query parameter that it does not have; too much.
+    statuses.insert(statuses.end(), {401, 403, 422, 429});
   }
   if (!operation.scope.empty() || operation.id == "getReadiness") {
     statuses.push_back(503);

@@ -304,11 +304,26 @@ Json range_schema(const ImageReading& /*defaults*/) {
   return schema;
 }
 
+constexpr std::array kDenoiseShows = {
+    core::NamedValue<DenoiseShow>{"off", DenoiseShow::kOff, "The plain picture."},
+    core::NamedValue<DenoiseShow>{"mixed", DenoiseShow::kMixed,
+                                  "Denoised, mixed with the plain one where that is better."},
+    core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own."},
+};
+std::span<const core::NamedValue<DenoiseShow>> denoise_shows() { return kDenoiseShows; }
+
 const auto& image_table() {
   static constexpr auto kTable = std::tuple{
       choice(
           "layer", [](auto& s) -> auto& { return s.query.layer; }, &core::layers,
           "Beauty when absent (EXR: all layers)."),
+      choice(
+          "denoise", [](auto& s) -> auto& { return s.query.denoise; }, &denoise_shows,
+          "off: the plain picture. mixed: the denoised one, with the plain one where that is "
+          "better; it converges to the plain one. full: the denoiser's own, which may stay biased. "
+          "Of beauty and the layers of denoised pictures; those show mixed when absent. "
+          "X-Tessera-Error tells how wrong it is. While the job renders, a picture may be some "
+          "revisions old: see X-Tessera-Revision."),
       number(
           "exposure", [](auto& s) -> auto& { return s.query.exposure_stops; },
           {-limits::kExposureStops, limits::kExposureStops},

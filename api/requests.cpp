@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "api/fields.h"
+#include "api/job_checks.h"
 #include "api/job_rows.h"
 #include "api/limits.h"
 #include "api/schemas.h"
@@ -280,6 +281,13 @@ Parsed<Body> parse_body(const Table& table, std::string_view text, Body body) {
   return body;
 }
 
+/// Stored jobs may name an integrator that this build does not have.
+void check_error_target_of(const core::StopRules& stop, const JobSpec& spec, Faults& faults) {
+  if (const core::IntegratorEntry* row = core::find_integrator(spec.render.integrator)) {
+    check_error_target(stop, *row, faults);
+  }
+}
+
 }  // namespace
 
 Parsed<JobPatch> parse_job_patch(std::string_view body, const JobSpec& current) {
@@ -293,6 +301,7 @@ Parsed<JobPatch> parse_job_patch(std::string_view body, const JobSpec& current) 
   JobPatch patch;
   if (faults.empty() && value->contains("stop")) {
     patch.stop_named = true;
+    check_error_target_of(patched.spec.stop, patched.spec, faults);
     round_stop(patched.spec.stop, patched.spec.render, patch.warnings);
   }
   if (!faults.empty()) {
@@ -310,6 +319,7 @@ Parsed<ExtendRequest> parse_extend(std::string_view body, const JobSpec& current
   }
   ExtendRequest request{parsed->stop, {}};
   Faults faults;
+  check_error_target_of(request.stop, current, faults);
   round_stop(request.stop, current.render, request.warnings);
   if (!faults.empty()) {
     return faults.problem();

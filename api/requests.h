@@ -124,6 +124,9 @@ struct ImageRange {
 /// GET
 /// /v1/jobs/{id}/image?layer=&exposure=&tonemap=&background=&range=&revision=&x=&y=&width=&height=
 /// &max_size=&stream=. 422 for wrong values. A path extension is the server's business.
+/// Which picture is shown.
+enum class DenoiseShow { kOff, kMixed, kFull };
+
 struct ImageQuery {
   std::optional<std::string> layer;  ///< empty: beauty, or all layers for EXR
   float exposure_stops = 0;
@@ -133,7 +136,8 @@ struct ImageQuery {
   std::optional<std::uint32_t> revision;  ///< this one or newer
   std::optional<core::PixelRect> rect;    ///< pixels of the full film
   std::optional<int> max_size;            ///< longest side of the answer
-  bool stream = false;                    ///< every new revision, as multipart/x-mixed-replace
+  DenoiseShow denoise = DenoiseShow::kOff;
+  bool stream = false;  ///< every new revision, as multipart/x-mixed-replace
 };
 /// tone_maps: the names that are allowed.
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps);

@@ -93,6 +93,10 @@ std::vector<std::string_view> error_names() {
 Json difference(const Json& own, const Json& usual) {
   Json patch = Json::object();
   for (const auto& member : own.items()) {
+    if (!usual.contains(member.key())) {  // an option of its own
+      patch[member.key()] = member.value();
+      continue;
+    }
     const Json& other = usual.at(member.key());
     if (member.value() == other) {
       continue;
@@ -106,8 +110,9 @@ Json difference(const Json& own, const Json& usual) {
 Json own_defaults_json(std::string_view integrator) {
   JobSpec spec;
   spec.render = core::default_settings(integrator);
-  spec.render.integrator = core::RenderSettings{}.integrator;
-  return difference(to_json(spec), to_json(JobSpec{}));
+  Json own = to_json(spec);
+  own["integrator"]["type"] = core::RenderSettings{}.integrator;
+  return difference(own, to_json(JobSpec{}));
 }
 
 const View<BuildView>& build_view() {

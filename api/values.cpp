@@ -36,6 +36,18 @@ std::string_view type_text(const Json& value) {
   }
 }
 
+std::string cut_text(std::string text, std::size_t bytes_max) {
+  if (text.size() > bytes_max) {
+    std::size_t end = bytes_max;
+    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) {
+      --end;
+    }
+    text.resize(end);
+    text += "...";
+  }
+  return text;
+}
+
 std::string shown(const Json& value) {
   constexpr std::size_t kLongest = 60;
   if (value.is_number_float()) {
@@ -46,15 +58,7 @@ std::string shown(const Json& value) {
     text.front() = '\'';
     text.back() = '\'';
   }
-  if (text.size() > kLongest) {
-    std::size_t end = kLongest;
-    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) {
-      --end;
-    }
-    text.resize(end);
-    text += "...";
-  }
-  return text;
+  return cut_text(std::move(text), kLongest);
 }
 
 std::int64_t character_count(std::string_view utf8) {

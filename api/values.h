@@ -37,6 +37,8 @@ struct TextRule {
 
 /// "a string", "null", "an object".
 std::string_view type_text(const Json& value);
+/// UTF-8 text of at most so many bytes, and "..." where it was cut.
+std::string cut_text(std::string text, std::size_t bytes_max);
 /// The value as JSON, cut after 60 bytes.
 std::string shown(const Json& value);
 /// Characters (code points) of UTF-8 text.

@@ -84,6 +84,7 @@ void add_view_schemas(Json& components) {
   add(components, progress_view());
   add(components, error_view());
   add(components, statistics_view());
+  add(components, denoised_view());
   add(components, job_view());
   add(components, job_list_view());
   add(components, dry_run_view());

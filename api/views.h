@@ -77,6 +77,7 @@ Json job_state_schema();
 const View<JobView>& progress_view();
 const View<JobView>& error_view();
 const View<JobView>& statistics_view();
+const View<DenoisedView>& denoised_view();
 const View<JobView>& job_view();
 const View<JobListView>& job_list_view();
 /// Rows that the events share with the job.

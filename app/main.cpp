@@ -17,12 +17,17 @@ namespace {
 
 int dispatch(std::span<char*> args) {
   const std::string_view verb = args.size() > 1 ? args[1] : "";
-  if (verb == "serve" || verb == "keys" || verb == "check" || verb == "backup") {
-    const std::vector<std::string_view> rest(args.begin() + 2, args.end());
-    return verb == "serve"   ? server::serve_command(rest)
-           : verb == "keys"  ? server::keys_command(rest)
+  if (verb == "serve") {
+    return server::serve_command(std::vector<std::string_view>(args.begin() + 2, args.end()));
+  }
+  if (verb == "keys" || verb == "check" || verb == "backup") {
+    const std::vector<std::string> rest(args.begin() + 2, args.end());
+    return verb == "keys"    ? server::keys_command(rest)
            : verb == "check" ? server::check_command(rest)
                              : server::backup_command(rest);
+  }
+  if (verb == "denoise") {
+    return cli::denoise(cli::Args(args.begin() + 2, args.end()));
   }
   if (verb == "render") {
     return cli::render(cli::Args(args.begin() + 2, args.end()));
@@ -30,10 +35,10 @@ int dispatch(std::span<char*> args) {
   if (verb == "lab") {
     return cli::lab_command(cli::Args(args.begin() + 2, args.end()));
   }
-  std::fprintf(
-      stderr,
-      "tessera-server: knows only serve, keys, check, backup, render and lab; `tessera --help` "
-      "has all verbs\n");
+  std::fprintf(stderr,
+               "tessera-server: knows only serve, keys, check, backup, denoise, render and lab; "
+               "`tessera --help` "
+               "has all verbs\n");
   return cli::kWrongUsage;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdio>
 #include <numeric>
 #include <optional>
 #include <string_view>
@@ -118,6 +119,28 @@ std::string fault_of(const CLI::App& app, const CLI::ParseError& error) {
   const std::string name = unknown->substr(0, unknown->find('='));
   const std::string near = nearest_option(app, name.substr(name.find_first_not_of('-')));
   return "there is no option " + name + (near.empty() ? "" : "; did you mean --" + near + "?");
+}
+
+int parse_and_run(CLI::App& app, const std::vector<std::string>& args,
+                  const std::function<int()>& body, const std::function<Choices()>& choices) {
+  if (args.size() == 1 && args.front() == kDescribe) {
+    std::printf("%s\n", describe(app, choices ? choices() : Choices()).dump().c_str());
+    return kDone;
+  }
+  try {
+    // CLI11 takes the arguments from the back.
+    app.parse(std::vector<std::string>(args.rbegin(), args.rend()));
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+      return app.exit(error) == 0 ? kDone : kWrongUsage;  // --help
+    }
+    const std::string fault = fault_of(app, error);
+    const char* stop = fault.back() == '?' || fault.back() == '.' ? "" : ".";
+    std::fprintf(stderr, "%s: %s%s `%s --help` lists what there is.\n", app.get_name().c_str(),
+                 fault.c_str(), stop, app.get_name().c_str());
+    return kWrongUsage;
+  }
+  return body();
 }
 
 CLI::Validator within(double min, double max) {

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
@@ -17,6 +18,8 @@
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
+
+#include "flags/exit_codes.h"
 
 namespace flags {
 
@@ -34,6 +37,12 @@ std::vector<std::string> names_of(const Rows& rows) {
   }
   return names;
 }
+
+/// Parses args, without program and verb, with `app`, whose name has both, then calls body. --help
+/// prints to stdout and gives 0; --describe does the same for programs, with the choices; anything
+/// wrong is told on stderr and gives 2.
+int parse_and_run(CLI::App& app, const std::vector<std::string>& args,
+                  const std::function<int()>& body, const std::function<Choices()>& choices = {});
 
 /// The line of JSON for an app.
 nlohmann::ordered_json describe(const CLI::App& app, const Choices& choices = {});

@@ -26,6 +26,7 @@
 #include "server/arrival.h"
 #include "server/guard.h"
 #include "server/http/http_server.h"
+#include "server/jobs/denoise_service.h"
 #include "server/jobs/job_service.h"
 #include "server/key_ring.h"
 #include "server/live_config.h"
@@ -179,6 +180,7 @@ class App {
         JobServiceParts{app->job_table_, app->scenes_, app->data_, app->log_, app->metrics_,
                         app->quota_, app->memory_gate_},
         job_options(config, app->memory_, app->about_), *run);
+    app->denoising_ = std::make_unique<DenoiseService>(*app->jobs_, app->memory_gate_, app->log_);
     if (const auto started = app->start_webhooks(); !started) {
       return started.error();
     }
@@ -213,6 +215,7 @@ class App {
                                              comparisons_,
                                              quota_,
                                              *jobs_,
+                                             *denoising_,
                                              streams_,
                                              tickets_,
                                              key_table_,
@@ -421,6 +424,7 @@ class App {
   std::atomic<bool> ready_ = false;
   Arrival resumed_;
   std::unique_ptr<JobService> jobs_;
+  std::unique_ptr<DenoiseService> denoising_;
   std::unique_ptr<WebhookSecrets> webhook_secrets_;
   std::unique_ptr<WebhookSender> webhooks_;
   std::unique_ptr<HttpServer> http_;

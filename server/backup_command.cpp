@@ -1,6 +1,5 @@
 #include "server/backup_command.h"
 
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -8,7 +7,8 @@
 
 #include <fcntl.h>
 
-#include "server/command_flags.h"
+#include "flags/flags.h"
+#include "server/config.h"
 #include "server/jobs/job_record.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
@@ -23,20 +23,10 @@ using core::ErrorCode;
 using core::Status;
 namespace fs = std::filesystem;
 
-constexpr std::array kFlags = {
-    CommandFlag{"data", "DIR", "The data directory; a server of the same version may use it."},
-    CommandFlag{"to", "DIR", "Where the copy goes: a directory that is empty, or not there yet."},
-};
-constexpr CommandText kText = {
-    .text =
-        "Copies a data directory while a server uses it. The copy is of one moment: its records "
-        "are "
-        "a snapshot, and what they name is copied with them. A job that renders goes on from the "
-        "checkpoint in the copy. Afterwards `tessera check --data` verifies the copy.",
-    .operand = "",
-    .operand_text = "",
-    .flags = kFlags,
-};
+constexpr const char* kText =
+    "Copies a data directory while a server uses it. The copy is of one moment: its records are a "
+    "snapshot, and what they name is copied with them. A job that renders goes on from the "
+    "checkpoint in the copy. Afterwards `tessera check --data` verifies the copy.";
 
 constexpr int kPage = 200;
 /// A film is copied again when a checkpoint was written meanwhile: those are seconds apart.
@@ -201,29 +191,27 @@ int complain(const Error& error, int code) {
 
 }  // namespace
 
-int backup_command(std::span<const std::string_view> args) {
-  const auto flags = parse_command_flags(args, kFlags);
-  if (!flags || !flags->words.empty()) {
-    return flags ? complain({ErrorCode::kInvalidArgument, "not a flag", flags->words.front()}, 2)
-                 : complain(flags.error(), 2);
-  }
-  if (print_command_text(*flags, kText)) {
-    return 0;
-  }
-  const auto from = data_directory(*flags);
-  if (!from) {
-    return complain(from.error(), 2);
-  }
-  const auto to = flags->values.find("to");
-  if (to == flags->values.end()) {
-    return complain({ErrorCode::kInvalidArgument, "a directory for the copy is needed", "--to"}, 2);
-  }
-  const auto copied = back_up(*from, to->second);
-  if (!copied) {
-    return complain(copied.error(), 1);
-  }
-  std::printf("%d jobs, %d films copied to %s\n", copied->jobs, copied->films, to->second.c_str());
-  return 0;
+int backup_command(const std::vector<std::string>& args) {
+  std::string data;
+  std::string to;
+  CLI::App app(kText, "tessera backup");
+  app.add_option("--data", data, "The data directory; a server of the same version may use it.")
+      ->type_name("DIR");
+  app.add_option("--to", to, "Where the copy goes: a directory that is empty, or not there yet.")
+      ->type_name("DIR")
+      ->required();
+  return flags::parse_and_run(app, args, [&] {
+    const auto from = data_directory(data);
+    if (!from) {
+      return complain(from.error(), flags::kWrongUsage);
+    }
+    const auto copied = back_up(*from, to);
+    if (!copied) {
+      return complain(copied.error(), flags::kFailed);
+    }
+    std::printf("%d jobs, %d films copied to %s\n", copied->jobs, copied->films, to.c_str());
+    return flags::kDone;
+  });
 }
 
 }  // namespace server

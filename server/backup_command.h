@@ -1,12 +1,12 @@
 /// The verb `backup`: copies a data directory, also while a server uses it.
 #pragma once
 
-#include <span>
-#include <string_view>
+#include <string>
+#include <vector>
 
 namespace server {
 
 /// args: what follows the verb. The exit code of the process.
-int backup_command(std::span<const std::string_view> args);
+int backup_command(const std::vector<std::string>& args);
 
 }  // namespace server

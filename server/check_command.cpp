@@ -1,6 +1,5 @@
 #include "server/check_command.h"
 
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -15,7 +14,8 @@
 #include "api/json.h"
 #include "core/base/sha256.h"
 #include "core/film/film.h"
-#include "server/command_flags.h"
+#include "flags/flags.h"
+#include "server/config.h"
 #include "server/jobs/job_record.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
@@ -26,22 +26,11 @@
 namespace server {
 namespace {
 
-constexpr std::array kFlags = {
-    CommandFlag{"data", "DIR", "The data directory; no server may use it meanwhile."},
-    CommandFlag{"json", "", "Print the findings as JSON."},
-    CommandFlag{"repair", "", "Remove what is left over: files that no record names."},
-};
-constexpr CommandText kText = {
-    .text =
-        "Verifies a data directory: the database's pages and references, the hash of every asset, "
-        "the files of "
-        "every scene, the checksums and the digest of every film. Nothing is changed without "
-        "--repair. Exit code 1 "
-        "when something is damaged; orphaned files are reported but do not count as damage.",
-    .operand = "",
-    .operand_text = "",
-    .flags = kFlags,
-};
+constexpr const char* kText =
+    "Verifies a data directory: the database's pages and references, the hash of every asset, the "
+    "files of every scene, the checksums and the digest of every film. Nothing is changed without "
+    "--repair. Exit code 1 when something is damaged; orphaned files are reported but do not count "
+    "as damage.";
 
 constexpr int kPage = 200;
 
@@ -258,44 +247,47 @@ int complain(const core::Error& error, int code) {
   return code;
 }
 
-}  // namespace
-
-int check_command(std::span<const std::string_view> args) {
-  const auto flags = parse_command_flags(args, kFlags);
-  if (!flags || !flags->words.empty()) {
-    return flags ? complain({core::ErrorCode::kInvalidArgument, "not a flag", flags->words.front()},
-                            2)
-                 : complain(flags.error(), 2);
-  }
-  if (print_command_text(*flags, kText)) {
-    return 0;
-  }
-  const auto directory = data_directory(*flags);
+int check(const std::string& data_dir, bool with_repair, bool as_json) {
+  const auto directory = data_directory(data_dir);
   if (!directory) {
-    return complain(directory.error(), 2);
+    return complain(directory.error(), flags::kWrongUsage);
   }
   std::error_code code;
   if (!std::filesystem::exists(*directory + "/tessera.db", code)) {
-    return complain({core::ErrorCode::kNotFound, "no data directory", *directory}, 1);
+    return complain({core::ErrorCode::kNotFound, "no data directory", *directory}, flags::kFailed);
   }
   const auto data = DataDir::open(*directory);
   if (!data) {
-    return complain(data.error(), 1);
+    return complain(data.error(), flags::kFailed);
   }
   auto database = Database::open(data->database_path());
   if (!database) {
-    return complain(database.error(), 1);
+    return complain(database.error(), flags::kFailed);
   }
   Findings findings;
   check_pages(**database, findings);
   check_assets(**database, *data, findings);
   check_jobs(**database, *data, findings);
   check_comparisons(**database, *data, findings);
-  if (flags->switches.count("repair") != 0) {
+  if (with_repair) {
     repair(findings);
   }
-  print(findings, flags->switches.count("json") != 0);
-  return findings.damages.empty() ? 0 : 1;
+  print(findings, as_json);
+  return findings.damages.empty() ? flags::kDone : flags::kFailed;
+}
+
+}  // namespace
+
+int check_command(const std::vector<std::string>& args) {
+  std::string data;
+  bool as_json = false;
+  bool with_repair = false;
+  CLI::App app(kText, "tessera check");
+  app.add_option("--data", data, "The data directory; no server may use it meanwhile.")
+      ->type_name("DIR");
+  app.add_flag("--json", as_json, "Print the findings as JSON.");
+  app.add_flag("--repair", with_repair, "Remove what is left over: files that no record names.");
+  return flags::parse_and_run(app, args, [&] { return check(data, with_repair, as_json); });
 }
 
 }  // namespace server

@@ -310,6 +310,14 @@ std::optional<std::string> process_environ(const std::string& name) {
   return value == nullptr ? std::nullopt : std::optional<std::string>(value);
 }
 
+core::Result<std::string> data_directory(const std::string& given) {
+  if (!given.empty()) {
+    return given;
+  }
+  const auto config = parse_config({}, process_environ);
+  return config ? core::Result<std::string>(config->data_dir) : config.error();
+}
+
 core::Result<Config> parse_config(std::span<const std::string_view> args, const Environ& environ) {
   Config config;
   CLI::App app("", "tessera serve");

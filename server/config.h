@@ -78,6 +78,9 @@ using Environ = std::function<std::optional<std::string>(const std::string& name
 /// The process's own variables.
 std::optional<std::string> process_environ(const std::string& name);
 
+/// `given`, or where `tessera serve` looks when it is empty.
+core::Result<std::string> data_directory(const std::string& given);
+
 /// args: what follows the verb `serve`, without --help.
 core::Result<Config> parse_config(std::span<const std::string_view> args, const Environ& environ);
 

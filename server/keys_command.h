@@ -2,12 +2,12 @@
 /// runs on it or not.
 #pragma once
 
-#include <span>
-#include <string_view>
+#include <string>
+#include <vector>
 
 namespace server {
 
 /// args: what follows the verb. The exit code of the process.
-int keys_command(std::span<const std::string_view> args);
+int keys_command(const std::vector<std::string>& args);
 
 }  // namespace server

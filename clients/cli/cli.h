@@ -10,13 +10,15 @@
 #include <string_view>
 #include <vector>
 
+#include "flags/exit_codes.h"
+
 namespace cli {
 
 using Args = std::vector<std::string>;
 
-inline constexpr int kDone = 0;
-inline constexpr int kFailed = 1;
-inline constexpr int kWrongUsage = 2;
+using flags::kDone;
+using flags::kFailed;
+using flags::kWrongUsage;
 
 /// A verb of the program. run is null for those that the sibling program `tessera-server` has.
 struct Verb {
@@ -42,6 +44,7 @@ int completion(const Args& args);
 int man(const Args& args);
 
 /// One picture without a service; lives in the library cli_render, which links the renderer.
+int denoise(const Args& args);
 int render(const Args& args);
 /// An experiment of the estimator laboratory; in the same library.
 int lab_command(const Args& args);

@@ -1,34 +1,10 @@
 #include "clients/cli/command.h"
 
 #include <cstdio>
-#include <utility>
 
 #include "clients/cli/api_client.h"
 
 namespace cli {
-
-int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body,
-                  const std::function<Choices()>& choices) {
-  if (args.size() == 1 && args.front() == kDescribe) {
-    std::printf("%s\n", describe(app, choices ? choices() : Choices()).dump().c_str());
-    return kDone;
-  }
-  try {
-    // CLI11 takes the arguments from the back.
-    Args reversed(args.rbegin(), args.rend());
-    app.parse(std::move(reversed));
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
-      return app.exit(error) == 0 ? kDone : kWrongUsage;  // --help
-    }
-    const std::string fault = fault_of(app, error);
-    const char* stop = fault.back() == '?' || fault.back() == '.' ? "" : ".";
-    std::fprintf(stderr, "%s: %s%s `%s --help` lists what there is.\n", app.get_name().c_str(),
-                 fault.c_str(), stop, app.get_name().c_str());
-    return kWrongUsage;
-  }
-  return body();
-}
 
 int complain(const std::string& verb, const core::Error& error) {
   const std::string place = error.where.empty() ? "" : error.where + ": ";

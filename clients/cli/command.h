@@ -1,7 +1,6 @@
 /// What all verbs do alike: read arguments, complain, find the server.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <string_view>
 
@@ -17,14 +16,9 @@ namespace cli {
 using flags::above_zero;
 using flags::edit_distance;
 using flags::fault_of;
+using flags::parse_and_run;
 using flags::share_within;
 using flags::within;
-
-/// Parses args with `app`, then calls body. --help prints to stdout and gives 0; --describe does
-/// the same for programs (verb_text.h), with the choices; anything wrong is told on stderr and
-/// gives 2.
-int parse_and_run(CLI::App& app, const Args& args, const std::function<int()>& body,
-                  const std::function<Choices()>& choices = {});
 
 /// "tessera VERB: message", with the place before it if there is one, on stderr. Returns kFailed.
 int complain(const std::string& verb, const core::Error& error);

@@ -8,6 +8,7 @@
 #include "clients/cli/command.h"
 #include "clients/cli/files.h"
 #include "clients/cli/follow.h"
+#include "clients/cli/job_flags.h"
 #include "clients/cli/terminal.h"
 
 namespace cli {
@@ -115,6 +116,9 @@ core::Status fetch_picture(ApiClient& client, const std::string& path, const Pic
   if (!query.tone_map.empty()) {
     add("tonemap", query.tone_map);
   }
+  if (!query.denoise.empty()) {
+    add("denoise", query.denoise);
+  }
   const auto reply = client.get(path + "/image." + format_of(output) + parameters);
   if (!reply) {
     return reply.error();
@@ -137,7 +141,8 @@ int fetch(const Args& args) {
       ->required()
       ->type_name("FILE");
   app.add_option("--layer", query.layer,
-                 "beauty albedo normal depth alpha samples variance error (EXR without it: all)")
+                 "beauty albedo normal depth alpha samples variance error denoised denoised_error "
+                 "denoise_bias denoise_bias_error (EXR without it: all but denoised ones)")
       ->type_name("L");
   app.add_option("--exposure", query.exposure,
                  "Brighter by so many stops; .png, .jpg and .webp only")
@@ -145,8 +150,9 @@ int fetch(const Args& args) {
       ->type_name("STOPS");
   app.add_option("--tonemap", query.tone_map, "srgb linear aces agx khronos-neutral; as --exposure")
       ->type_name("T");
+  add_denoise_option(app, query.denoise);
   app.add_flag("--film", film, "Download the raw film instead (input for `merge`)")
-      ->excludes("--layer", "--exposure", "--tonemap");
+      ->excludes("--layer", "--exposure", "--tonemap", "--denoise");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] {
     return film ? run_film(server, id, output) : run(server, id, query, output);

@@ -12,6 +12,7 @@ struct PictureQuery {
   std::string layer;  ///< empty: the picture (EXR: every layer)
   std::optional<double> exposure;
   std::string tone_map;  ///< empty: the server's default
+  std::string denoise;   ///< off, mixed, full; empty: off
 };
 
 /// Writes the picture of the job at `path` to `output`, whose extension is the format ("-": PNG to

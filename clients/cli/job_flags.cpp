@@ -77,11 +77,20 @@ core::Result<Json> read_job_file(const std::string& path) {
 
 }  // namespace
 
+void add_denoise_option(CLI::App& app, std::string& denoise) {
+  app.add_option("--denoise", denoise,
+                 "Picture that is written: off, mixed (denoised, with the plain one where that is "
+                 "better), full (the denoiser's own)")
+      ->check(CLI::IsMember({"off", "mixed", "full"}))
+      ->type_name("MODE");
+}
+
 void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help) {
   app.add_option("scene", flags.scene, scene_help)->type_name("SCENE");
   app.add_option("-o,--output", flags.output,
                  "Picture to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
       ->type_name("FILE");
+  add_denoise_option(app, flags.denoise);
   app.add_option("--spp", flags.samples_per_pixel, "Stop after N samples per pixel (256)")
       ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");

@@ -17,6 +17,7 @@ using Json = nlohmann::ordered_json;
 struct JobFlags {
   std::string scene;        ///< built-in name, scene id, or a file; empty: the job file's
   std::string output;       ///< empty: none
+  std::string denoise;      ///< of the output: off, mixed, full; empty: off
   std::string environment;  ///< .hdr or .exr file; empty: none
   std::string job_file;
   std::optional<int> samples_per_pixel;
@@ -48,5 +49,8 @@ core::Result<Json> make_request(const JobFlags& flags);
 /// Of an error in making the request: kFailed when a file is to blame, which its `where` then
 /// names; else the command line itself is wrong.
 int request_fault_code(const core::Error& error, const JobFlags& flags);
+
+/// --denoise: off, mixed or full.
+void add_denoise_option(CLI::App& app, std::string& denoise);
 
 }  // namespace cli

@@ -12,8 +12,10 @@
 #include "clients/cli/progress.h"
 #include "clients/cli/render_job.h"
 #include "core/color/tone_map.h"
+#include "core/denoise/make_denoiser.h"
 #include "core/image_io/image_io.h"
 #include "core/layers/layers.h"
+#include "core/render/feature_pass.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/settings/registry.h"
 
@@ -84,13 +86,48 @@ const core::ImageFormat* find_format(const std::string& output) {
   return nullptr;
 }
 
+/// What --denoise shows; its picture is null where it shows the plain one. Errors: a half is
+/// missing; the job's denoise.type is none.
+core::Result<core::DenoisedLook> denoised_look(const core::RenderTask& task, const LocalJob& job,
+                                               const JobFlags& flags, int threads) {
+  if (flags.denoise.empty() || flags.denoise == "off") {
+    return core::DenoisedLook{};
+  }
+  const core::DenoiserType type = job.spec.denoise.type;
+  if (type == core::DenoiserType::kNone) {
+    return Error{ErrorCode::kInvalidArgument, "the job's denoise.type is none", "--denoise"};
+  }
+  const core::FilmSnapshot film = task.film().snapshot();
+  if (!core::has_both_halves(film)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "a pixel has samples of one half only; denoising needs both (--spp 2 or more)",
+                 "--denoise"};
+  }
+  const core::ParallelFor parallel = core::parallel_for(threads);
+  const auto features = core::feature_pass(job.renderer->view(), parallel);
+  if (!features) {
+    return features.error();
+  }
+  auto made = core::denoise_with(type, film, &**features, parallel);
+  if (!made) {
+    return made.error();
+  }
+  if (!made->note.empty()) {
+    std::fprintf(stderr, "warning: %s\n", made->note.c_str());
+  }
+  return core::DenoisedLook{
+      std::make_shared<const core::DenoisedPicture>(std::move(made->picture)),
+      flags.denoise == "full" ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed};
+}
+
 core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spec,
-                           const std::string& output) {
+                           const std::string& output, const core::DenoisedLook& look) {
   const core::ImageFormat& format = *find_format(output);
   const core::FilmSnapshot film = task.film().snapshot();
-  core::Result<core::FloatImage> image = format.extension == "exr"
-                                             ? core::all_layers_image(film, spec.render.film)
-                                             : core::layer_image(film, core::kBeauty);
+  core::Result<core::FloatImage> image =
+      look.picture != nullptr     ? core::layer_image(film, "denoised", &look)
+      : format.extension == "exr" ? core::all_layers_image(film, spec.render.film)
+                                  : core::layer_image(film, core::kBeauty);
   if (!image) {
     return image.error();
   }
@@ -103,7 +140,22 @@ core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spe
 
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-Json result_json(const core::RenderTask& task, const LocalJob& job, const std::string& output) {
+Json denoised_json(const core::DenoisedLook& look, double confidence) {
+  if (look.picture == nullptr) {
+    return nullptr;
+  }
+  const core::ErrorInterval error = look.picture->interval(look.mode, confidence);
+  const bool is_full = look.mode == core::DenoiseMode::kFull;
+  return {{"mode", is_full ? "full" : "mixed"},
+          {"bias", is_full ? "biased" : "consistent"},
+          {"relative_rmse", number_or_null(error.relative_rmse)},
+          {"low", number_or_null(error.low)},
+          {"high", number_or_null(error.high)},
+          {"unreliable", error.unreliable}};
+}
+
+Json result_json(const core::RenderTask& task, const LocalJob& job, const std::string& output,
+                 const core::DenoisedLook& look) {
   const core::Progress progress = task.progress();
   const bool valid = core::errors_are_valid(job.spec.render);
   return {{"output", output},
@@ -125,6 +177,7 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
             {"valid", valid},
             {"unreliable", progress.error.unreliable},
             {"confidence", job.spec.stop.confidence}}},
+          {"denoised", denoised_json(look, job.spec.stop.confidence)},
           {"efficiency", number_or_null(progress.efficiency)},
           {"rejected_samples", progress.rejected_samples},
           {"film_digest", task.film().digest()},
@@ -146,11 +199,15 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     return complain("render",
                     {ErrorCode::kCancelled, "interrupted before there was a picture", ""});
   }
-  if (const auto written = write_picture(task, job.spec, flags.output); !written) {
+  const auto look = denoised_look(task, job, flags, threads);
+  if (!look) {
+    return complain("render", look.error());
+  }
+  if (const auto written = write_picture(task, job.spec, flags.output, *look); !written) {
     return complain("render", written.error());
   }
   if (flags.json) {
-    std::printf("%s\n", result_json(task, job, flags.output).dump(2).c_str());
+    std::printf("%s\n", result_json(task, job, flags.output, *look).dump(2).c_str());
   }
   const ProgressFacts facts = facts_of(progress, valid);
   std::fprintf(stderr, "%s: %.0f samples in %s, %s%s, %s\n", flags.output.c_str(),
@@ -158,6 +215,15 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
                interval_text(facts).c_str(),
                valid ? "" : " without an interval: the samples were chosen by what was seen",
                rate_text(facts.rays_per_second).c_str());
+  if (look->picture != nullptr) {
+    const core::ErrorInterval error = look->picture->interval(look->mode, job.spec.stop.confidence);
+    ProgressFacts denoised;
+    denoised.relative_error = error.relative_rmse;
+    denoised.error_low = error.low;
+    denoised.error_high = error.high;
+    std::fprintf(stderr, "denoised (%s): %s\n", flags.denoise.c_str(),
+                 interval_text(denoised).c_str());
+  }
   return g_interrupted == 0 ? kDone : kFailed;
 }
 

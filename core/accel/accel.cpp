@@ -9,6 +9,7 @@
 #include <xmmintrin.h>
 
 #include "core/accel/embree_bridge.h"
+#include "core/accel/few_triangles.h"
 
 namespace core {
 
@@ -18,6 +19,7 @@ struct Accel::Impl {
   std::vector<RTCScene> groups;
   std::uint32_t top_geometries = 0;
   bool has_instances = false;
+  FewTriangles few{{}};  ///< in place of packets
   std::atomic<std::ptrdiff_t> bytes{0};
 
   Impl() = default;
@@ -149,6 +151,9 @@ Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_l
   impl.top = new_scene(impl.device);
   impl.top_geometries = static_cast<std::uint32_t>(top_level.size());
   impl.has_instances = !instances.empty();
+  if (!impl.has_instances) {
+    impl.few = FewTriangles(top_level);
+  }
   for (std::uint32_t id = 0; id < top_level.size(); ++id) {
     attach_mesh(impl.device, impl.top, top_level[id], id);
   }
@@ -207,11 +212,13 @@ bool Accel::occluded(const Ray& ray) const noexcept {
 
 unsigned Accel::intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept {
   unsigned met = 0;
-  if (impl_->has_instances) {
+  const bool is_few = !impl_->few.empty();
+  if (is_few || impl_->has_instances) {
     for (unsigned rest = active; rest != 0; rest &= rest - 1) {
       const auto k = static_cast<unsigned>(std::countr_zero(rest));
+      const Ray ray = ray_of(rays, k);
       RawHit hit;
-      if (intersect(ray_of(rays, k), hit)) {
+      if (is_few ? impl_->few.intersect(ray, hit) : intersect(ray, hit)) {
         met |= 1U << k;
         hits.instance[k] = hit.instance;
         hits.geometry[k] = hit.geometry;
@@ -239,10 +246,12 @@ unsigned Accel::intersect8(const RayPacket& rays, unsigned active, HitPacket& hi
 
 unsigned Accel::occluded8(const RayPacket& rays, unsigned active) const noexcept {
   unsigned met = 0;
-  if (impl_->has_instances) {
+  const bool is_few = !impl_->few.empty();
+  if (is_few || impl_->has_instances) {
     for (unsigned rest = active; rest != 0; rest &= rest - 1) {
       const auto k = static_cast<unsigned>(std::countr_zero(rest));
-      met |= occluded(ray_of(rays, k)) ? 1U << k : 0U;
+      const Ray ray = ray_of(rays, k);
+      met |= (is_few ? impl_->few.occluded(ray) : occluded(ray)) ? 1U << k : 0U;
     }
     return met;
   }

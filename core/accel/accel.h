@@ -63,7 +63,7 @@ struct AccelInstance {
 class Accel {
  public:
   /// The spans are used in place: they must outlive the Accel, and each vertex buffer must have
-  /// four readable bytes past its end. threads: for building. isa: what Embree is held to, as
+  /// four readable bytes past its end. threads: for building. isa: restricts Embree to it, as
   /// resolve_isa() gives it; empty leaves the choice to Embree.
   /// Errors: kTooLarge when memory runs out, kInternal with Embree's words.
   static Result<std::unique_ptr<Accel>> build(std::span<const AccelGeometry> top_level,
@@ -80,9 +80,10 @@ class Accel {
   bool occluded(const Ray& ray) const noexcept;
   /// The same for the rays of a packet whose bit is set, as bits. What a ray meets does not depend
   /// on the others of its packet, but where two surfaces are as near as rounding tells it may be
-  /// the other one than a ray alone meets: one kind of path uses one of the two, always. Where
-  /// there are instances the rays go one by one: packets that part at their boxes took 1.2 to 1.5
-  /// times as long (GrassFieldInstanced).
+  /// the other one than a ray alone meets: one kind of path uses one of the two, always. Scenes of
+  /// a few dozen triangles have a kernel of their own (few_triangles.h). Where there are instances
+  /// the rays go one by one: packets that part at their boxes took 1.2 to 1.5 times as long
+  /// (GrassFieldInstanced).
   unsigned intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept;
   unsigned occluded8(const RayPacket& rays, unsigned active) const noexcept;
   /// Does Embree trace packets of eight as such?
@@ -97,7 +98,7 @@ class Accel {
 
 /// "4.3.3", as linked.
 const char* embree_version() noexcept;
-/// Sets flush-to-zero for the calling thread, as Embree asks of every thread that traces.
+/// Sets flush-to-zero for the calling thread, as Embree requires of every thread that traces.
 void prepare_tracing_thread() noexcept;
 
 }  // namespace core

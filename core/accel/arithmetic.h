@@ -10,7 +10,7 @@
 
 namespace core {
 
-/// What Embree can be held to, the narrowest first.
+/// Instruction sets that Embree can be restricted to, the narrowest first.
 std::span<const std::string_view> embree_isas() noexcept;
 
 /// The instruction set that Embree traces with when it is asked for `isa`; "native" is the widest

@@ -5,7 +5,7 @@
 
 namespace core {
 
-/// What the calling thread has used so far, seconds.
+/// CPU time of the calling thread so far [s].
 inline double thread_cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

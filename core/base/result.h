@@ -12,28 +12,28 @@
 
 namespace core {
 
-/// What went wrong, seen from the person who asked. Each code has one HTTP status (api/errors.cpp).
+/// What went wrong, by what the caller can do about it. api/errors.cpp says how each is answered.
 enum class ErrorCode {
-  kBadSyntax,            ///< not JSON at all, a broken query string: 400
-  kUnauthorized,         ///< 401
-  kForbidden,            ///< 403
-  kNotFound,             ///< 404
-  kNotAcceptable,        ///< 406
-  kConflict,             ///< 409
-  kGone,                 ///< 410
-  kPreconditionFailed,   ///< 412
-  kTooLarge,             ///< 413
-  kUnsupportedMedia,     ///< 415
-  kRangeNotSatisfiable,  ///< 416
-  kMisdirected,          ///< 421
-  kInvalidArgument,      ///< well-formed, but a value is wrong or not available: 422
-  kMissingFiles,         ///< 424
-  kTooManyRequests,      ///< 429
-  kInternal,             ///< 500
-  kUnavailable,          ///< 503
-  kNoSpace,              ///< 507
+  kBadSyntax,            ///< not JSON at all, a broken query string
+  kUnauthorized,         ///< no key, or one that is not known
+  kForbidden,            ///< the key does not allow it
+  kNotFound,             ///< no such thing, or not visible to the caller
+  kNotAcceptable,        ///< no format that the caller accepts
+  kConflict,             ///< not possible in the current state
+  kGone,                 ///< was there and is not any more
+  kPreconditionFailed,   ///< has changed since the caller read it
+  kTooLarge,             ///< beyond a limit of size
+  kUnsupportedMedia,     ///< a format that is not read
+  kRangeNotSatisfiable,  ///< a range outside of the content
+  kMisdirected,          ///< meant for a server of another name
+  kInvalidArgument,      ///< well-formed, but a value is wrong or not available
+  kMissingFiles,         ///< files that a scene names are missing
+  kTooManyRequests,      ///< a queue or a quota is full; later it may not be
+  kInternal,             ///< a fault of ours or of the machine
+  kUnavailable,          ///< not now; later it may work
+  kNoSpace,              ///< the disk is full
   kCancelled,            ///< the caller asked to stop; never leaves the process
-  kOverQuota             ///< more than the operator grants: 507. Last: stored jobs hold the numbers
+  kOverQuota             ///< more than the operator grants. Last: stored jobs hold the numbers
 };
 
 struct Error {

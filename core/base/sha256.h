@@ -1,4 +1,4 @@
-/// SHA-256 of bytes that come in pieces.
+/// Incremental SHA-256.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ class Sha256 {
   Sha256(const Sha256&) = delete;
   Sha256& operator=(const Sha256&) = delete;
   void add(const void* data, std::size_t bytes);
-  /// 64 hex digits. Only once.
+  /// 64 hex digits. Call it once.
   std::string hex();
 
  private:

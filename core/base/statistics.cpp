@@ -1,5 +1,6 @@
 #include "core/base/statistics.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace core {
@@ -83,22 +84,46 @@ double incomplete_beta(double a, double b, double x) {
                                    : 1 - front * beta_fraction(b, a, 1 - x) / b;
 }
 
-double student_t_cdf(double t, double k) {
-  const double tail = 0.5 * incomplete_beta(k / 2, 0.5, k / (k + t * t));
-  return t > 0 ? 1 - tail : tail;
+/// Where f, which increases, is `value`, between low and high.
+/// Source: Numerical Recipes 3rd ed., 9.2.1 (Ridders); each round at least halves the bracket.
+template <typename Function>
+double solve(const Function& f, double value, double low, double high) {
+  double f_low = f(low) - value;
+  double f_high = f(high) - value;
+  double x = low;
+  for (int i = 0; i < 200; ++i) {
+    const double middle = 0.5 * (low + high);
+    const double f_middle = f(middle) - value;
+    const double before = x;
+    x = middle - (middle - low) * f_middle / std::sqrt(f_middle * f_middle - f_low * f_high);
+    // NaN: f is `value` in the middle and at an end.
+    if (f_middle == 0 || std::isnan(x)) {
+      return middle;
+    }
+    const double f_x = f(x) - value;
+    // Far from the middle x has few of its digits yet.
+    const bool is_same = std::fabs(x - before) <= 4e-16 * std::fabs(x);
+    if (f_x == 0 || (is_same && std::fabs(middle) <= 4 * std::fabs(x))) {
+      return x;
+    }
+    const bool is_x_above = f_x > 0;
+    if (is_x_above == (f_middle > 0)) {  // Both on one side: x is nearer.
+      (is_x_above ? high : low) = x;
+      (is_x_above ? f_high : f_low) = f_x;
+    } else {
+      low = is_x_above ? middle : x;
+      f_low = is_x_above ? f_middle : f_x;
+      high = is_x_above ? x : middle;
+      f_high = is_x_above ? f_x : f_middle;
+    }
+  }
+  return x;
 }
 
 }  // namespace
 
 double normal_quantile(double p) {
-  // Bisection is enough and cannot fail: callers need a few quantiles a second.
-  double low = -40;
-  double high = 40;
-  for (int i = 0; i < 200; ++i) {
-    const double middle = 0.5 * (low + high);
-    (0.5 * std::erfc(-middle / std::sqrt(2.0)) < p ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
+  return solve([](double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }, p, -40, 40);
 }
 
 double chi2_cdf(double x, double k) { return gamma_p(k / 2, x / 2); }
@@ -109,13 +134,7 @@ double chi2_quantile(double p, double k) {
     const double base = 1 - v + normal_quantile(p) * std::sqrt(v);
     return k * base * base * base;
   }
-  double low = 0;
-  double high = k + 60 * std::sqrt(2 * k) + 60;
-  for (int i = 0; i < 200; ++i) {
-    const double middle = 0.5 * (low + high);
-    (chi2_cdf(middle, k) < p ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
+  return solve([k](double x) { return chi2_cdf(x, k); }, p, 0, k + 60 * std::sqrt(2 * k) + 60);
 }
 
 double f_quantile(double p, double k) {
@@ -128,23 +147,21 @@ double f_quantile(double p, double k) {
     const double root = (m + std::copysign(std::sqrt(m * m - a * a), z)) / a;
     return root * root * root;
   }
-  double low = 0;
-  double high = 1;
-  for (int i = 0; i < 200; ++i) {
-    const double middle = 0.5 * (low + high);
-    (incomplete_beta(k / 2, k / 2, middle) < p ? low : high) = middle;
-  }
-  return low / (1 - low);
+  const double x = solve([k](double at) { return incomplete_beta(k / 2, k / 2, at); }, p, 0, 1);
+  return x / (1 - x);
 }
 
 double student_t_quantile(double p, double k) {
-  double low = -1e6;
-  double high = 1e6;
-  for (int i = 0; i < 200; ++i) {
-    const double middle = 0.5 * (low + high);
-    (student_t_cdf(middle, k) < p ? low : high) = middle;
+  const double above = std::min(p, 1 - p);
+  // Minus what lies above t: as exact far out as near zero.
+  const auto cdf_below_one = [k](double t) {
+    return -0.5 * incomplete_beta(k / 2, 0.5, k / (k + t * t));
+  };
+  double high = 1;
+  while (cdf_below_one(high) < -above) {
+    high *= 2;
   }
-  return 0.5 * (low + high);
+  return std::copysign(solve(cdf_below_one, -above, 0, high), p - 0.5);
 }
 
 }  // namespace core

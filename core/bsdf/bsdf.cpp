@@ -106,7 +106,7 @@ void Bsdf::add_solid(const BsdfParameters& p, float weight, const ThinFilm& film
   prob_[kGlass] = glass.single() * (weight * std::max(luminance(p.base_color), 0.05F));
 }
 
-/// Clearcoat and sheen: what they reflect, and how much less the layers below are picked.
+/// Clearcoat and sheen: their reflection, and how much less often the layers below are picked.
 void Bsdf::add_layers(const BsdfLayers& layers) noexcept {
   float below = 1;
   float prob_coat = 0;
@@ -163,7 +163,7 @@ Rgb Bsdf::straight() const noexcept {
   return sum;
 }
 
-/// Diffuse reflection, and what other lobes scatter more than once.
+/// Diffuse reflection, and multiple scattering of the other lobes.
 void Bsdf::add_above(Vec3 wi, BsdfEval& out) const noexcept {
   if (!(prob_[kDiffuse] > 0)) {
     return;
@@ -276,7 +276,8 @@ void Bsdf::respect_geometry(BsdfSample& s) const noexcept {
   }
 }
 
-/// A direction of one lobe; weight only where that is delta. u_lobe: what is left of it.
+/// Samples a direction of one lobe; the weight only if the lobe is delta. u_lobe: remapped to
+/// [0,1).
 bool Bsdf::sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noexcept {
   const float prob = prob_[static_cast<std::size_t>(lobe)];
   switch (lobe) {

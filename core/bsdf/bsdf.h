@@ -41,6 +41,8 @@ class Bsdf {
   BsdfSample sample_delta(float u_lobe, Vec2 u_dir) const noexcept;
   /// Probability with which sample() takes a delta lobe.
   float prob_delta() const noexcept;
+  /// Probability with which sample() takes a diffuse lobe.
+  float prob_diffuse() const noexcept { return prob_[kDiffuse] + prob_[kBelow]; }
   /// Does any lobe spread over solid angle, so that light sampling makes sense?
   bool has_spread() const noexcept { return has_spread_; }
   /// Light comes back from everywhere alike, more or less: one Lambert lobe, or rough reflection

@@ -1,4 +1,4 @@
-/// What surfaces are made of, and what asking or sampling them gives.
+/// Parameters of BSDFs, and the results of evaluating and sampling them.
 #pragma once
 
 #include "core/color/rgb.h"
@@ -20,11 +20,11 @@ struct BsdfParameters {
       1};  ///< of KHR_materials_specular, not clamped: F0 of solid glass, whose ior is relative
   float transmission = 0;
   bool thin = true;     ///< transmission passes straight through
-  float ior = 1.5F;     ///< of the solid over that of what surrounds it; may be below 1
+  float ior = 1.5F;     ///< of the solid relative to its surroundings; may be below 1
   bool inside = false;  ///< wo is in the solid
   Rgb reflection_weight = {
-      1, 1, 1};  ///< of what solid glass reflects, for paths of one wavelength; may be negative
-  Rgb refraction_weight = {1, 1, 1};  ///< of what it refracts
+      1, 1, 1};  ///< of reflection at solid glass, for paths of one wavelength; may be negative
+  Rgb refraction_weight = {1, 1, 1};  ///< of refraction at it
 };
 
 /// The rarer layers; a surface without any of them carries none of this.

@@ -28,7 +28,7 @@ inline Rgb multiple_scattering(Rgb f0, Rgb f90, float e_average) noexcept {
 struct Cover {
   float f0 = 0;  ///< of the greatest channel; unweighted
   float f90 = 0;
-  float multiple = 0;  ///< reflected after more than one facet, of what the first sends on
+  float multiple = 0;  ///< reflected after more than one facet, as a share of multiple scattering
   ThinFilm film;
   Rgb film_f0;
   float open_wo = 1;  ///< 1 - E(wo)
@@ -67,7 +67,7 @@ struct Cover {
                       film.weight)
                : plain;
   }
-  /// What it reflects of light at cosine mu, where the lobe's own albedo is e.
+  /// Albedo at cosine mu, where that of single scattering is e.
   float albedo(float mu, SpecularAlbedo e) const noexcept {
     float single = f0 * (e.e - e.e5) + f90 * e.e5;
     if (film.weight > 0) {

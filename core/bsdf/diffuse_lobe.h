@@ -1,6 +1,6 @@
 /// DiffuseLobe: Lambert's reflection, and turned over, diffuse transmission, under a cover.
 ///
-/// The same directions carry what the facets of other lobes scatter more than once: Bsdf adds it
+/// Multiple scattering between the facets of other lobes takes the same directions: Bsdf adds it
 /// to f().
 #pragma once
 

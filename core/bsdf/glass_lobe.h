@@ -13,12 +13,12 @@ namespace core {
 
 class GlassLobe {
  public:
-  /// weight: of the solid among what the surface is made of.
+  /// weight: of the solid in the mixture of the surface's components.
   GlassLobe(const BsdfParameters& p, const Facets& s, float weight, const ThinFilm& film) noexcept;
 
   float eta() const noexcept { return eta_; }  ///< n(other side) / n(wo's side)
   bool is_index_matched() const noexcept { return eta_ > 0.9999F && eta_ < 1.0001F; }
-  /// Shares of what the solid sends on: by single scattering, and diffusely above and below.
+  /// Albedos of the solid: of single scattering, and of diffuse multiple scattering to either side.
   float single() const noexcept { return 1 - lost_; }
   float diffuse_above() const noexcept { return weight_ * lost_ * (1 - through_); }
   float diffuse_below() const noexcept { return weight_ * lost_ * through_; }

@@ -144,6 +144,15 @@ Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
   return out;
 }
 
+std::optional<Camera::Pinhole> Camera::pinhole() const noexcept {
+  if (orthographic_ || aperture_radius_m_ > 0) {
+    return std::nullopt;
+  }
+  return Pinhole{eye_,      right_,      up_,
+                 forward_,  half_width_, half_height_,
+                 width_px_, height_px_,  2 * half_height_ / height_px_};
+}
+
 /// x to the right and y up, in the unit of half_width_.
 Vec2 Camera::film_position(float x, float y) const noexcept {
   return {0.5F * width_px_ * (x / half_width_ + 1), 0.5F * height_px_ * (1 - y / half_height_)};

@@ -20,7 +20,7 @@ namespace core {
 
 class Camera {
  public:
-  /// Picks and overrides the file's cameras as the job asks; a scene without one is framed.
+  /// Picks and overrides the file's cameras as the job specifies; a scene without one is framed.
   /// Errors: kInvalidArgument at "/camera/...".
   static Result<Camera> create(const CameraSettings& settings,
                                const std::vector<CameraDescription>& cameras, const Bounds& bounds,
@@ -34,12 +34,23 @@ class Camera {
   /// film: position in pixels of the full film, x to the right, y down. lens in [0,1)^2.
   CameraRay ray(Vec2 film_px, Vec2 lens) const noexcept;
 
+  /// A camera without a lens whose rays begin at one point: through film_px they go along
+  /// forward + right * x + up * y.
+  struct Pinhole {
+    Vec3 eye, right, up, forward;
+    float half_width = 1, half_height = 1;  ///< of the film, at distance 1
+    float width_px = 1, height_px = 1;
+    float spread_rad = 0;
+  };
+  /// Empty for the others.
+  std::optional<Pinhole> pinhole() const noexcept;
+
   /// The densities with which one ray per pixel of film, anywhere on it, is ray(); their product is
   /// we * cos. A pinhole has no area: its position counts as certain (pdf_area 1). Nor do the
   /// directions of an orthographic camera without a lens spread (pdf_solid_angle 1).
   struct Importance {
     Vec2 film_px;               ///< may lie outside the film: filters reach there
-    float we = 0;               ///< [1/(m^2 sr)]; 0: the camera does not look there
+    float we = 0;               ///< [1/(m^2 sr)]; 0: outside of the view
     float pdf_area = 0;         ///< of the origin [1/m^2]
     float pdf_solid_angle = 0;  ///< of the direction [1/sr]
   };

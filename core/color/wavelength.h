@@ -7,7 +7,7 @@ namespace core {
 
 struct WavelengthSample {
   float wavelength_nm = 550;
-  /// What a path of this wavelength counts in each channel, divided by the density of the
+  /// Weight of a path of this wavelength in each channel, divided by the density of the
   /// wavelength. Its mean is (1, 1, 1), so white stays white; single values leave the gamut: each
   /// is in
   /// [-1.01, 3.93].

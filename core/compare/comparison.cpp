@@ -142,7 +142,7 @@ struct MeanNoise {
   double degrees = 1;
 };
 
-/// Where pixels have errors of their own, their squares add up, which tells the variance better
+/// Where pixels have errors of their own, their squares add up, which estimates the variance better
 /// than a few replicates do.
 MeanNoise noise_of_independent(std::span<const Picture* const> sides) {
   double squares = 0;

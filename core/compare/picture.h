@@ -1,4 +1,4 @@
-/// Picture: what is compared: values, and how far they can be trusted.
+/// Picture: one side of a comparison: pixel values and their variances.
 #pragma once
 
 #include <cstddef>

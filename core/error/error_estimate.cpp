@@ -19,23 +19,115 @@ struct Weighted {
   double variance = 0;
 };
 
-/// floor: F of one pixel.
-Weighted weighted(const TileSums& tile, double floor) {
-  if (!(tile.noise > 0) || tile.pixels == 0) {
-    return {};
-  }
+/// energy: N, and its variance; floor: F of one pixel.
+Weighted weighted(const TileSums& tile, double energy, double variance, double floor) {
   const double signal = std::max(tile.signal, 0.0);
   const double scale = signal + floor * tile.pixels;
-  const double ratio = tile.pixels * tile.noise / scale;
+  if (tile.pixels == 0 || !(scale > 0)) {
+    return {};
+  }
+  const double ratio = tile.pixels * energy / scale;
   // A half has twice the variance q of the pixel, so that of A B is 4 q mu^2 + 4 q^2. Where S is
   // noisy N is too, and in the same direction: to add both is on the safe side.
   const double of_signal = 4 * (tile.noise * signal / tile.pixels + tile.noise_squares);
   return {ratio,
-          ratio * ratio *
-              (tile.noise_squares / (tile.noise * tile.noise) + of_signal / (scale * scale))};
+          (tile.pixels * static_cast<double>(tile.pixels) * variance + ratio * ratio * of_signal) /
+              (scale * scale)};
+}
+
+Weighted weighted(const TileSums& tile, double floor) {
+  return tile.noise > 0 ? weighted(tile, tile.noise, tile.noise_squares, floor) : Weighted{};
+}
+
+/// F of one pixel.
+double floor_of(std::span<const TileSums> tiles) {
+  double light = 0;
+  double pixels = 0;
+  for (const TileSums& tile : tiles) {
+    light += tile.luminance;
+    pixels += tile.pixels;
+  }
+  return pixels > 0 ? 3 * error_floor(light / pixels) : 0;
+}
+
+/// N / (S + F) of a denoised picture, and its standard deviation by one of the two variances.
+struct SignedRatio {
+  double value = 0;
+  double deviation = 0;
+  bool valid = false;
+};
+SignedRatio denoised_ratio(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
+                           double TileEnergy::*variance) {
+  const double floor = floor_of(tiles);
+  SignedRatio out;
+  out.valid = !tiles.empty();
+  double sum = 0;
+  double squares = 0;
+  double pixels = 0;
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    const Weighted of_tile = weighted(tiles[t], energies[t].energy, energies[t].*variance, floor);
+    sum += of_tile.ratio;
+    squares += of_tile.variance;
+    pixels += tiles[t].pixels;
+    out.valid = out.valid && tiles[t].has_halves;
+  }
+  if (pixels > 0) {
+    out.value = sum / pixels;
+    out.deviation = std::sqrt(squares) / pixels;
+  }
+  return out;
 }
 
 }  // namespace
+
+void EnergySums::add(double energy, double distance, double noise, double together, double around) {
+  energy_ += energy;
+  noise_ += noise;
+  together_ += together;
+  distance_noise_ += distance * around;
+  noise_noise_ += noise * around;
+  noise_squares_ += noise * noise;
+}
+
+TileEnergy EnergySums::result() const {
+  const double share = noise_ > 0 ? std::clamp(together_ / noise_, 0.0, 1.0) : 0;
+  const double rest2 = (1 - share) * (1 - share);
+  const double apart2 = (1 - 2 * share) * (1 - 2 * share);
+  const double tails = share * share * share * share * (noise_squares_ - 2 * noise_noise_);
+  TileEnergy out;
+  out.energy = energy_;
+  out.variance = std::max(4 * rest2 * distance_noise_ +
+                              2 * noise_noise_ * (apart2 - rest2 * rest2) + std::max(tails, 0.0),
+                          0.0);
+  out.own_variance = std::max(
+      4 * distance_noise_ + 4 * noise_noise_ * (apart2 - rest2) + 2 * std::max(tails, 0.0), 0.0);
+  return out;
+}
+
+ErrorInterval denoised_error(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
+                             double confidence) {
+  ErrorInterval out;
+  const SignedRatio ratio = denoised_ratio(tiles, energies, &TileEnergy::variance);
+  if (!ratio.valid) {
+    out.relative_rmse = out.low = out.high = std::numeric_limits<double>::quiet_NaN();
+    return out;
+  }
+  const double reach = normal_quantile(0.5 + 0.5 * confidence) * ratio.deviation;
+  out.relative_rmse = std::sqrt(std::max(ratio.value, 0.0));
+  out.low = std::sqrt(std::max(ratio.value - reach, 0.0));
+  out.high = std::sqrt(std::max(ratio.value + reach, 0.0));
+  out.unreliable = 0.5 * ratio.deviation > kUnreliable * ratio.value;
+  return out;
+}
+
+double denoised_bound(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
+                      double alpha) {
+  const SignedRatio ratio = denoised_ratio(tiles, energies, &TileEnergy::own_variance);
+  if (!ratio.valid) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return std::sqrt(std::max(ratio.value + normal_quantile(1 - alpha) * ratio.deviation, 0.0));
+}
 
 ErrorEstimate::Ratio ErrorEstimate::ratio_of(std::span<const TileSums> tiles, double floor) {
   Ratio out;
@@ -67,13 +159,7 @@ float tile_error(const Film& film, int tile) {
 }
 
 ErrorEstimate::ErrorEstimate(std::span<const TileSums> tiles) {
-  double light = 0;
-  double pixels = 0;
-  for (const TileSums& tile : tiles) {
-    light += tile.luminance;
-    pixels += tile.pixels;
-  }
-  const double floor = pixels > 0 ? 3 * error_floor(light / pixels) : 0;
+  const double floor = floor_of(tiles);
   picture_ = ratio_of(tiles, floor);
   for (std::size_t t = 0; t < tiles.size(); ++t) {
     tiles_.push_back(ratio_of(tiles.subspan(t, 1), floor));

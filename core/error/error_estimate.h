@@ -21,8 +21,8 @@
 
 namespace core {
 
-/// What is added to the square of a pixel's expected value, one channel, so that noise in the dark
-/// counts against a twentieth of the picture's brightness at least.
+/// Regulariser of the squared expected value of a pixel, one channel: noise in dark areas is
+/// measured relative to at least a twentieth of the picture's mean luminance.
 constexpr double error_floor(double mean_luminance) {
   constexpr double kShare = 0.05;
   return kShare * mean_luminance * kShare * mean_luminance;
@@ -32,8 +32,47 @@ struct ErrorInterval {
   double relative_rmse = 0;  ///< NaN when a half is missing
   double low = 0;            ///< of the confidence interval of what pictures like it are off by
   double high = 0;
-  bool unreliable = false;  ///< few places carry it
+  bool unreliable = false;  ///< few pixels carry most of it
 };
+
+/// What stands for a tile's N where a picture was made from a film by other means than averaging:
+/// the sum of m (core/denoise/denoised_picture.h), of either sign.
+struct TileEnergy {
+  double energy = 0;
+  double variance = 0;      ///< of the energy, about what is expected of it
+  double own_variance = 0;  ///< about what this very picture is off by
+};
+
+/// Adds up the pixels of a tile. With s the share of the plain picture in what is shown and b its
+/// bias, m is (F - mu)^2 + (1 - 2 s) eA eB - 2 b e, where e = (eA + eB) / 2 is the plain picture's
+/// error, of variance V. So Var m = 2 V^2 ((1 - s)^4 + (1 - 2 s)^2) + 4 (1 - s)^2 b^2 V, and the
+/// distance r^2 from the plain picture is b^2 + (1 - s)^2 V. V is taken from the pixels around
+/// without the pixel itself: an event in one half alone meets the other half's noise, not its own.
+/// With s = 1 the square of (A - B)^2 / 4 stands in, as in the plain picture's error.
+class EnergySums {
+ public:
+  /// distance: r^2; noise: (A - B)^2 / 4; together: (XA - XB) (A - B) / 4; around: mean noise of
+  /// the pixels around.
+  void add(double energy, double distance, double noise, double together, double around);
+  TileEnergy result() const;
+
+ private:
+  double energy_ = 0;
+  double noise_ = 0;
+  double together_ = 0;
+  double distance_noise_ = 0;
+  double noise_noise_ = 0;
+  double noise_squares_ = 0;
+};
+
+/// Relative error of such a picture, its interval from the variance of the sums: N may be negative,
+/// so the interval is symmetric in the square of the error and ends at 0. The floor and S are the
+/// plain picture's, so that both errors compare. tiles, energies: of the whole picture.
+ErrorInterval denoised_error(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
+                             double confidence);
+/// Upper bound of the error of this very picture; exceeded with probability alpha at most.
+double denoised_bound(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
+                      double alpha);
 
 /// Relative error of one tile of a picture; NaN when a half is missing.
 float tile_error(const Film& film, int tile);
@@ -47,8 +86,8 @@ class ErrorEstimate {
   bool valid() const noexcept { return picture_.valid; }
   ErrorInterval image(double confidence) const;
 
-  /// What this very picture is off by, with I - mu in place of the halves' differences, is more
-  /// with probability alpha at most.
+  /// Upper bound of the error of this very picture, with I - mu in place of the differences of the
+  /// halves; exceeded with probability alpha at most.
   double bound(double alpha) const;
   /// The largest of such bounds of the tiles; alpha is divided over them.
   double worst_tile_bound(double alpha) const;

@@ -62,7 +62,7 @@ Rgb raw_variance(const HalfValue& a, const HalfValue& b) {
   if (!has_halves(a, b)) {
     return Rgb(kNan);
   }
-  // Light of 1e20 is rare, its square no float at all: the largest stands for it.
+  // Light of 1e20 is rare, its square overflows a float: the largest float replaces it.
   const auto squared_half = [](float d) {
     return std::min(0.25F * d * d, std::numeric_limits<float>::max());
   };

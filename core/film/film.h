@@ -153,7 +153,7 @@ class Film {
   std::uint32_t revision() const;
   /// Replaces a tile whose picture has not changed: pilot samples. It keeps its revision.
   void keep(int tile, TileState state);
-  /// Gives every tile its plan, all at once: whoever reads tiles while plan_epoch() stays the same
+  /// Gives every tile its plan, all at once: readers of tiles while plan_epoch() stays the same
   /// sees plans of one epoch. Pre: plans has one entry for each tile, and every tile has span.from
   /// samples.
   void install_plans(PlanSpan span, std::vector<std::vector<PixelPlan>> plans);

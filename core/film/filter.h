@@ -17,6 +17,8 @@ class FilterSampler {
     float weight = 1;  ///< -1 or +1 times a constant; 1 for filters without negative lobes
   };
   Offset sample(Vec2 u) const noexcept;
+  /// Then offsets are (2 u - 1) * radius_px(), and weights 1.
+  bool is_box() const noexcept { return settings_.type == FilterType::kBox; }
   /// The filter itself, one axis, x in pixels; not normalised.
   float evaluate(float x) const noexcept;
   /// The same over its integral [1/px]: weight of light at x in the value of the pixel at 0.

@@ -26,7 +26,7 @@ struct SurfacePoint {
   Vec3 to_edge2;
   std::array<Vec2, 2> uv_edge1;
   std::array<Vec2, 2> uv_edge2;
-  /// Height above the triangle, on the ray's side, of the round surface that its normals speak of;
+  /// Height above the triangle, on the ray's side, of the smooth surface implied by its normals;
   /// 0 where that is flat or hollow.
   float bulge_m = 0;
   std::uint32_t material = 0;

@@ -99,7 +99,7 @@ struct Part {
   std::optional<PixelSize> size;
   std::uint64_t tile_width = 0;
   std::uint64_t tile_height = 0;
-  std::uint64_t chunks = 0;  // as the header says; 0 when it does not
+  std::uint64_t chunks = 0;  // from the header; 0 if it has none
 };
 
 // Reads one attribute whose name is known into `part`.

@@ -25,7 +25,7 @@ struct Image {
   }
 };
 
-/// A float image with named channels: what goes into an EXR, or one layer of a film.
+/// A float image with named channels: the contents of an EXR, or one layer of a film.
 struct FloatImage {
   int width = 0;
   int height = 0;

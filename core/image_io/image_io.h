@@ -1,4 +1,4 @@
-/// Image files to and from memory. The only home of OpenImageIO, which never touches a path here.
+/// Image files to and from memory. OpenImageIO is loaded with the first of them (image_codec.h).
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,9 @@ struct ImageLimits {
 Result<Image> read_image_header(std::span<const std::byte> file);
 
 /// Of a value as it is decoded.
-std::size_t bytes_per_value(PixelType type) noexcept;
+constexpr std::size_t bytes_per_value(PixelType type) noexcept {
+  return type == PixelType::kU8 ? 1 : type == PixelType::kU16 ? 2 : 4;
+}
 
 /// Decodes to 8-bit, 16-bit or float as the file has it (half becomes float), 1 to 4 channels.
 /// Errors: kInvalidArgument with the reason, kTooLarge before any pixel memory is taken.

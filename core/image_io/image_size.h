@@ -1,5 +1,5 @@
-/// What a file's first bytes say: its format, and its size where a decoder would take memory for
-/// the picture before it tells.
+/// Format of an image file from its first bytes, and its size where a decoder would allocate the
+/// pixels before reporting it.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-/// What a PNG or EXR file says about itself in words.
+/// Text metadata of PNG and EXR files.
 #pragma once
 
 #include <cstddef>

@@ -25,6 +25,7 @@
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
 #include "core/transport/intersect.h"
+#include "core/transport/light_path.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
 #include "core/transport/visibility.h"
@@ -126,10 +127,6 @@ class BidirectionalPathTracer final : public Integrator {
   double light_paths_;  ///< one for each pixel of the full film
 };
 
-float size_of(Rgb beta) noexcept {
-  return max_component(Rgb{std::fabs(beta.r), std::fabs(beta.g), std::fabs(beta.b)});
-}
-
 /// Joint density of the point and direction of an emitted ray, and of its light.
 double density(const EmissionPdf& pdf) noexcept {
   return static_cast<double>(pdf.prob_light) * static_cast<double>(pdf.pdf_area) *
@@ -211,35 +208,14 @@ bool BidirectionalPathTracer::extend(Subpath& path, const Vertex& vertex,
     }
     path.beta = vertex.beta;
   }
-  BsdfSample sample;
-  sample.wi_local = vertex.surface.shading.frame.to_local(next.wi_world);
-  sample.weight = next.weight;
-  sample.pdf_solid_angle = next.pdf_solid_angle;
-  sample.is_delta = next.is_delta;
-  sample.is_straight = next.is_straight;
-  sample.eta = mode == TransportMode::kRadiance ? next.eta : 1.0F;
-  scatter(scene_, path, vertex.surface, sample, 1);
+  scatter(scene_, path, vertex.surface, next, mode);
   return path.null_scatterings <= kNullScatteringMax;
-}
-
-/// Roulette by what is left of the path's throughput.
-bool survives(PathState& path, float u, float survive) noexcept {
-  if (survive >= 1) {
-    return true;
-  }
-  path.beta *= 1 / survive;
-  return u < survive;
 }
 
 template <typename Visit>
 void BidirectionalPathTracer::follow_light(Subpath& path, Visit& visit) const noexcept {
-  const Vec4 from = path.sampler.get_4d(kStartGroup);
-  const Vec4 towards = path.sampler.get_4d(kAimGroup);
-  const EmissionSample light = emission_.sample(from.x, {from.y, from.z}, {towards.x, towards.y});
-  path.ray = light.ray;
-  path.last.origin = light.ray.origin;
-  path.beta = light.weight();
-  const float first_size = size_of(path.beta);
+  const EmissionSample light = start_light_path(path, emission_);
+  const float first_size = throughput_size(path.beta);
   PathVertex met;
   while (first_size > 0 && path.scatterings() < max_depth_ && intersect(scene_, path, met)) {
     path.beta *= segment_transmittance(scene_, path, met);
@@ -256,8 +232,8 @@ void BidirectionalPathTracer::follow_light(Subpath& path, Visit& visit) const no
     visit(path, vertex);
     const int depth = path.depth;
     if (!extend(path, vertex, TransportMode::kImportance) ||
-        !survives(path, path.sampler.get_4d(vertex_group(depth)).z,
-                  size_of(path.beta) / first_size)) {
+        !survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
+                           throughput_size(path.beta) / first_size)) {
       return;
     }
   }
@@ -484,8 +460,8 @@ PathSample BidirectionalPathTracer::trace(const Camera::CameraRay& camera_ray,
     vertex.surface.light_normal = vertex.light_normal();
     const int depth = path.depth;
     if (!extend(path, vertex, TransportMode::kRadiance) || path.scatterings() > max_depth_ ||
-        !survives(path, path.sampler.get_4d(dimension_group(depth, BounceGroup::kLight)).w,
-                  continuation_probability(path))) {
+        !survives_roulette(path, path.sampler.get_4d(dimension_group(depth, BounceGroup::kLight)).w,
+                           continuation_probability(path))) {
       return out;
     }
   }

@@ -21,7 +21,8 @@ class DirectIntegrator final : public Integrator {
   explicit DirectIntegrator(const IntegratorInput& input)
       : scene_(input.scene),
         environment_(input.environment),
-        lights_(input.scene, input.environment, LightSamplerType::kTree) {}
+        lights_(input.scene, input.environment, LightSamplerType::kTree, SkyDensity::kCompensated) {
+  }
 
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                    std::uint64_t& rays) const noexcept override;

@@ -7,6 +7,7 @@
 
 #include "core/camera/camera.h"
 #include "core/film/film.h"
+#include "core/integrators/photon_pass.h"
 #include "core/lights/environment.h"
 #include "core/samplers/path_sampler.h"
 #include "core/sampling/shared_samples.h"
@@ -44,6 +45,14 @@ class CameraSplats {
   virtual void add(Vec2 film_px, Rgb value) noexcept = 0;
 };
 
+/// Names a Markov chain: light sample `sample` of a unit whose corner is pixel (x, y).
+struct ChainStart {
+  int x = 0;
+  int y = 0;
+  int sample = 0;
+  int mutations = 0;  ///< pixels of the unit
+};
+
 /// One camera path. Immutable and shared by all threads.
 class Integrator {
  public:
@@ -54,6 +63,19 @@ class Integrator {
   /// One light path, for integrators that splat: as many as camera paths. The sampler has been
   /// started for a pixel and sample, of a stream of its own.
   virtual void trace_light(const PathSampler&, std::uint64_t&, CameraSplats&) const noexcept {}
+  /// True: trace_chain() stands for trace_light().
+  virtual bool has_chains() const noexcept { return false; }
+  /// Adds what `mutations` light paths would.
+  virtual void trace_chain(const ChainStart&, std::uint64_t& /*rays*/, CameraSplats&) const {}
+  /// Null: samples need no photons.
+  virtual std::unique_ptr<PhotonPass> start_photons(int /*sample*/) const { return nullptr; }
+  /// Each part once, by any thread. rays: counts those traced.
+  virtual void trace_photons(PhotonPass&, int /*part*/, std::uint64_t& /*rays*/) const {}
+  /// As trace(), where samples need photons; pass: of this sample, built.
+  virtual PathSample gather(const Camera::CameraRay&, const PathSampler&, const PhotonPass&,
+                            std::uint64_t&) const noexcept {
+    return {};
+  }
   /// Null: paths do not share anything.
   virtual std::unique_ptr<GroupTracer> make_group_tracer() const { return nullptr; }
 };

@@ -3,15 +3,13 @@
 // no connection finds: camera paths bring exactly that, and light paths the rest, so that both add
 // up to the picture without weights.
 // Source: Veach 1997, 8.3 and 10.2 (t = 1); PBR 3rd ed. 16.1.2, Dutre, Lafortune and Willems 1993.
-#include <algorithm>
-#include <cmath>
-
 #include "core/integrators/path_tracer.h"
 #include "core/integrators/registry.h"
 #include "core/light_samplers/emission_sampler.h"
 #include "core/materials/adjoint_bsdf.h"
 #include "core/samplers/dimensions.h"
 #include "core/transport/intersect.h"
+#include "core/transport/light_path.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
 
@@ -32,20 +30,17 @@ class LightTracer final : public Integrator {
                    CameraSplats& splats) const noexcept override;
 
  private:
-  void connect(PathState& path, const PathVertex& vertex, const ScatterPoint& at,
+  /// power: that arrives at the vertex.
+  void connect(PathState& path, Rgb power, const PathVertex& vertex, const ScatterPoint& at,
                const SeenSurface& from_light, CameraSplats& splats) const noexcept;
-  bool extend(PathState& path, const PathVertex& vertex, const ScatterPoint& at,
-              const SeenSurface& from_light, float first_size) const noexcept;
+  bool extend(PathState& path, Rgb power, const PathVertex& vertex, const ScatterPoint& at,
+              const SeenSurface& from_light) const noexcept;
 
   const SceneData& scene_;
   EmissionSampler emission_;
   PathTracer<DefaultOptions> camera_paths_;
   int max_depth_;
 };
-
-float size_of_power(Rgb beta) noexcept {
-  return max_component(Rgb{std::fabs(beta.r), std::fabs(beta.g), std::fabs(beta.b)});
-}
 
 PathSample LightTracer::trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                               std::uint64_t& rays) const noexcept {
@@ -72,19 +67,12 @@ PathSample LightTracer::trace(const Camera::CameraRay& camera_ray, const PathSam
 void LightTracer::trace_light(const PathSampler& sampler, std::uint64_t& rays,
                               CameraSplats& splats) const noexcept {
   PathState path = start_path({}, sampler, rays);
-  const Vec4 from = path.sampler.get_4d(kStartGroup);
-  const Vec4 towards = path.sampler.get_4d(kAimGroup);
-  const EmissionSample light = emission_.sample(from.x, {from.y, from.z}, {towards.x, towards.y});
-  path.ray = light.ray;
-  path.beta = light.weight();
-  const float first_size = size_of_power(path.beta);
+  const EmissionSample light = start_light_path(path, emission_);
+  const float first_size = throughput_size(path.beta);
   PathVertex vertex;
   while (first_size > 0 && path.scatterings() < max_depth_ &&
          path.null_scatterings <= kNullScatteringMax && intersect(scene_, path, vertex)) {
     path.beta *= segment_transmittance(scene_, path, vertex);
-    if (path.depth == 0) {
-      path.beta *= emission_.range_factor(light.light, vertex.distance_m);
-    }
     const Material& material = scene_.materials[vertex.point.material];
     if (material.factors.unlit) {
       return;
@@ -94,15 +82,24 @@ void LightTracer::trace_light(const PathSampler& sampler, std::uint64_t& rays,
     const ScatterPoint at = {material, vertex.point,        path.footprint(),
                              b.ior,    b.reflection_weight, b.refraction_weight};
     const SeenSurface from_light(at, vertex.wo_world);
-    connect(path, vertex, at, from_light, splats);
-    if (!extend(path, vertex, at, from_light, first_size)) {
+    Rgb power = path.beta;
+    if (path.scatterings() == 0) {  // a range ends at the first surface that scatters
+      power *=
+          emission_.range_factor(light.light, length(vertex.point.position - path.last.origin));
+    }
+    connect(path, power, vertex, at, from_light, splats);
+    const int depth = path.depth;
+    if (!extend(path, power, vertex, at, from_light) ||
+        !survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
+                           throughput_size(path.beta) / first_size)) {
       return;
     }
   }
 }
 
-void LightTracer::connect(PathState& path, const PathVertex& vertex, const ScatterPoint& at,
-                          const SeenSurface& from_light, CameraSplats& splats) const noexcept {
+void LightTracer::connect(PathState& path, Rgb power, const PathVertex& vertex,
+                          const ScatterPoint& at, const SeenSurface& from_light,
+                          CameraSplats& splats) const noexcept {
   if (!from_light.bsdf().has_spread()) {
     return;
   }
@@ -119,33 +116,22 @@ void LightTracer::connect(PathState& path, const PathVertex& vertex, const Scatt
   const Visibility seen =
       visibility_from(scene_, path, vertex, to.wi_world, to.origin, false, ClearSurfaces::kBlock);
   splats.add(to.importance.film_px,
-             path.beta * f * seen.transmittance * (to.importance.we / to.pdf_solid_angle));
+             power * f * seen.transmittance * (to.importance.we / to.pdf_solid_angle));
 }
 
-/// False: the path is over. Roulette by what is left of its power.
-bool LightTracer::extend(PathState& path, const PathVertex& vertex, const ScatterPoint& at,
-                         const SeenSurface& from_light, float first_size) const noexcept {
-  const int depth = path.depth;
-  const Vec4 u = path.sampler.get_4d(dimension_group(depth, BounceGroup::kBsdf));
+/// False: the path is over.
+bool LightTracer::extend(PathState& path, Rgb power, const PathVertex& vertex,
+                         const ScatterPoint& at, const SeenSurface& from_light) const noexcept {
+  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
   const ScatterSample next =
       sample_scatter(at, from_light, u.x, {u.y, u.z}, TransportMode::kImportance);
   if (is_black(next.weight)) {
     return false;
   }
-  BsdfSample sample;
-  sample.wi_local = vertex.shading.frame.to_local(next.wi_world);
-  sample.weight = next.weight;
-  sample.pdf_solid_angle = next.pdf_solid_angle;
-  sample.is_delta = next.is_delta;
-  sample.is_straight = next.is_straight;
-  scatter(scene_, path, vertex, sample, 1);
-  const float survive = size_of_power(path.beta) / first_size;
-  if (survive < 1) {
-    if (path.sampler.get_4d(vertex_group(depth)).z >= survive) {
-      return false;
-    }
-    path.beta *= 1 / survive;
+  if (!next.is_straight) {
+    path.beta = power;
   }
+  scatter(scene_, path, vertex, next, TransportMode::kImportance);
   return true;
 }
 

@@ -292,10 +292,9 @@ bool PathTracer<Options>::extend(TracedPath& path, const PathVertex& vertex,
       if (path.u_roulette < 0) {
         path.u_roulette = path.sampler.get_4d(dimension_group(depth, BounceGroup::kLight)).w;
       }
-      if (path.u_roulette >= survive) {
+      if (!survives_roulette(path, path.u_roulette, survive)) {
         return false;
       }
-      path.beta *= 1 / survive;
     }
   }
   path.u_roulette = -1;
@@ -332,8 +331,7 @@ bool PathTracer<Options>::survives(TracedPath& path, Rgb& factor) const noexcept
   if (options_.expected_values) {
     return true;
   }
-  const float survive =
-      max_component(Rgb{std::fabs(factor.r), std::fabs(factor.g), std::fabs(factor.b)});
+  const float survive = throughput_size(factor);
   if (survive >= 1) {
     return true;
   }

@@ -28,4 +28,14 @@ bool DefaultOptions::serves(const RenderSettings& settings) {
          settings.light_sampler != LightSamplerType::kRestir;
 }
 
+SkyDensity sky_density(const RenderSettings& settings) {
+  const StudyOptions asked(settings);
+  const bool stands_alone = asked.fit == FitType::kNone && asked.candidates == 1 &&
+                            asked.first_candidates == 1 &&
+                            asked.control_variate == ControlVariateType::kNone &&
+                            settings.light_sampler != LightSamplerType::kRestir;
+  return asked.strategy == Strategy::kMis && stands_alone ? SkyDensity::kCompensated
+                                                          : SkyDensity::kRadiance;
+}
+
 }  // namespace core

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "core/film/replicate_fit.h"
+#include "core/lights/environment.h"
 #include "core/sampling/mis.h"
 #include "core/settings/settings.h"
 
@@ -46,5 +47,9 @@ struct DefaultOptions {
   // NOLINTEND(readability-identifier-naming)
   int max_depth;
 };
+
+/// What path samples the sky by: where each light sample is weighted against the BSDF's, and is no
+/// candidate or partner of others, it need not be found everywhere.
+SkyDensity sky_density(const RenderSettings& settings);
 
 }  // namespace core

@@ -39,7 +39,8 @@ class PathTracer final : public Integrator {
   explicit PathTracer(const IntegratorInput& input)
       : scene_(input.scene),
         environment_(input.environment),
-        lights_(input.scene, input.environment, input.settings.light_sampler),
+        lights_(input.scene, input.environment, input.settings.light_sampler,
+                sky_density(input.settings)),
         options_(input.settings),
         shares_lights_(input.settings.light_sampler == LightSamplerType::kRestir &&
                        samples_lights()) {}
@@ -58,6 +59,9 @@ class PathTracer final : public Integrator {
   bool is_at_max_depth(const PathState& path) const noexcept {
     return path.scatterings() >= options_.max_depth;
   }
+  /// Adds a light sample.
+  void add_direct_light(TracedPath& path, const PathVertex& vertex,
+                        const Bsdf& bsdf) const noexcept;
   /// Samples the next direction, with roulette. False: the path is over.
   bool extend(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf) const noexcept;
   /// What a light sample brings; asks what is in the way.
@@ -101,8 +105,6 @@ class PathTracer final : public Integrator {
   void add_environment(TracedPath& path) const noexcept;
   void add_emission(TracedPath& path, const PathVertex& vertex) const noexcept;
   void add_found(TracedPath& path, Rgb radiance, float pdf_light, bool is_sampled) const noexcept;
-  void add_direct_light(TracedPath& path, const PathVertex& vertex,
-                        const Bsdf& bsdf) const noexcept;
   DirectLight sample_light(TracedPath& path, const PathVertex& vertex,
                            const Bsdf& bsdf) const noexcept;
   DirectLight unoccluded(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,

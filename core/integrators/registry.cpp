@@ -25,6 +25,14 @@ constexpr std::array<std::string_view, 3> kDirectOptions = {"/sampler/type", "/s
                                                             "/adaptive"};
 constexpr std::array<std::string_view, 3> kLightTraceOptions = {
     "/integrator/max_depth", "/sampler/type", "/sampler/replicates"};
+constexpr std::array<std::string_view, 2> kMltOptions = {"/integrator/max_depth",
+                                                         "/sampler/replicates"};
+constexpr std::array<std::string_view, 6> kSppmOptions = {
+    "/integrator/max_depth", "/integrator/photons", "/integrator/radius_m",
+    "/integrator/alpha",     "/sampler/type",       "/sampler/replicates"};
+constexpr std::array<std::string_view, 6> kPhotonMapOptions = {
+    "/integrator/max_depth",    "/integrator/photons", "/integrator/radius_m",
+    "/integrator/final_gather", "/sampler/type",       "/sampler/replicates"};
 
 constexpr std::array kIntegrators = {
     IntegratorEntry{.name = "path",
@@ -59,6 +67,36 @@ constexpr std::array kIntegrators = {
                     .accepts = kLightTraceOptions,
                     .splats = true,
                     .disperses = false},
+    IntegratorEntry{.name = "mlt",
+                    .summary = "Metropolis light transport: chains of paths that stay where light "
+                               "is, each a little different from the one before; light through a "
+                               "keyhole.",
+                    .bias = "none",
+                    .error = ErrorValidity::kFromChains,
+                    .make = &make_metropolis,
+                    .accepts = kMltOptions,
+                    .splats = true,
+                    .disperses = false},
+    IntegratorEntry{.name = "photon-map",
+                    .summary = "Photons from the lights, gathered within a fixed radius: caustics "
+                               "as they are in the map, other indirect light one reflection "
+                               "later. Blurred for good.",
+                    .bias = "biased",
+                    .error = ErrorValidity::kNone,
+                    .make = &make_photon_tracer,
+                    .accepts = kPhotonMapOptions,
+                    .disperses = false,
+                    .photons = true},
+    IntegratorEntry{.name = "sppm",
+                    .summary = "Stochastic progressive photon mapping: photons from the lights, "
+                               "gathered within a radius that shrinks from sample to sample; "
+                               "caustics behind glass and in mirrors.",
+                    .bias = "consistent",
+                    .error = ErrorValidity::kNone,
+                    .make = &make_photon_tracer,
+                    .accepts = kSppmOptions,
+                    .disperses = false,
+                    .photons = true},
 };
 
 }  // namespace

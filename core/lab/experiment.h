@@ -60,7 +60,7 @@ struct Experiment {
   std::string_view summary;
   std::string_view estimates;  ///< the quantity
   std::string_view formula;
-  std::string_view look_for;  ///< what there is to see
+  std::string_view look_for;  ///< what to observe
   std::span<const EstimatorInfo> estimators;
   std::span<const ParameterInfo> parameters;
   std::string_view estimator;  ///< default
@@ -72,11 +72,11 @@ struct Experiment {
   int pattern_dimensions = 0;  ///< of the points shown with the result; 0: none
 
   double (*expected)(const Setup& setup) = nullptr;
-  /// What theory gives; empty where it gives nothing.
+  /// The prediction of theory; empty where there is none.
   std::optional<TheorySlope> (*slope)(const Setup& setup) = nullptr;
   /// Random vectors that a trial of n uses, for the bound on a whole run; null: n.
   double (*evaluations)(const Setup& setup, std::int64_t n) = nullptr;
-  /// What n becomes under the rule of the estimator; null: the sampler's rule alone.
+  /// n under the rule of the estimator; null: the sampler's rule alone.
   std::int64_t (*rounded)(const Setup& setup, std::int64_t n) = nullptr;
   double (*estimate)(Trial& trial) = nullptr;
 };

@@ -1,4 +1,4 @@
-/// Where the experiments are: one constant each, listed in registry.cpp. And what several of them
+/// The experiments: one constant each, listed in registry.cpp; and code that several of them
 /// share.
 #pragma once
 

@@ -127,7 +127,7 @@ bool render(Trial& trial, std::int64_t frame, Kept& kept, std::vector<Stream>& s
   return true;
 }
 
-/// What a viewer sees: the last frame of each chain.
+/// The visible result: the last frame of each chain.
 double estimate(Trial& trial) {
   Kept kept;
   std::vector<Stream> streams;

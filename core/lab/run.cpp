@@ -59,7 +59,7 @@ std::vector<TrialResult> run_trials(const Setup& setup, std::int64_t n, const Ru
   return results;
 }
 
-/// What is kept of one n for the end.
+/// Results of one n that are kept until the end.
 struct Errors {
   Point point;
   double log_variance = 0;

@@ -1,4 +1,4 @@
-/// A run of the laboratory: trials at each n, what their errors are, and whether theory agrees.
+/// A run of the laboratory: trials at each n, their errors, and whether theory agrees.
 ///
 /// The same (setup, n, replicates, seed) gives the same numbers, bit for bit, for any thread count;
 /// only the members that are times, `seconds` and `efficiency`, are measured and differ from run to

@@ -1,4 +1,4 @@
-// What happens to the mean when the samples themselves say how many there shall be.
+// Bias of the mean when the samples themselves decide how many are taken.
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ enum { kDistribution, kTarget, kCap };
 enum { kRareEvents, kLognormal, kCoin, kExponential };
 
 constexpr std::int64_t kPilot = 32;
-constexpr std::int64_t kLook = 16;  ///< samples between two looks of a sequential rule
+constexpr std::int64_t kLook = 16;  ///< samples between two error checks of a sequential rule
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"fixed", "none", "256 samples, whatever they say."},
@@ -103,7 +103,7 @@ class Pixel {
     return true;
   }
 
-  /// Samples that the target takes, as far as the pilot knows.
+  /// Samples that the target takes, as estimated by the pilot.
   std::int64_t wanted(const Moments& pilot) const {
     const double target = trial_.parameter(kTarget);
     const double ratio =

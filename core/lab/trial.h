@@ -1,4 +1,4 @@
-/// Trial: the random numbers of one replicate, from the renderer's sampler, and what it counts.
+/// Trial: the random numbers of one replicate, from the renderer's sampler, and its counters.
 #pragma once
 
 #include <cstdint>

@@ -104,7 +104,7 @@ struct Sums {
   }
   double coefficient() const {
     const double variance = gg / n - g / n * (g / n);
-    // A control variate without noise of its own has nothing to tell; so has one below float
+    // A control variate without noise of its own cannot be fitted; nor can one below float
     // rounding.
     return variance > 1e-10 * (gg / n) ? (fg / n - f / n * (g / n)) / variance : 0;
   }

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/denoise/denoised_picture.h"
 #include "core/error/pixel_error.h"
 #include "core/settings/registry.h"
 
@@ -55,6 +56,46 @@ void write_variance(const FilmSnapshot& film, std::size_t i, float* out) {
 void fill_error(const FilmSnapshot& film, std::span<float> out) {
   const std::vector<float> error = relative_error_plane(film);
   std::copy(error.begin(), error.end(), out.begin());
+}
+
+/// write(look, pixel of the denoised picture, out) for each pixel; the picture is of the whole
+/// film.
+template <auto kWrite>
+void fill_denoised(const FilmSnapshot& film, const DenoisedLook& look, std::span<float> out) {
+  const PixelRect& whole = look.picture->rect;
+  const std::size_t channels = out.size() / film.pixel_count();
+  std::size_t i = 0;
+  for (int y = film.rect.y - whole.y; y < film.rect.y - whole.y + film.rect.height; ++y) {
+    for (int x = film.rect.x - whole.x; x < film.rect.x - whole.x + film.rect.width; ++x, ++i) {
+      const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(whole.width) +
+                      static_cast<std::size_t>(x);
+      kWrite(look, at, &out[i * channels]);
+    }
+  }
+}
+
+void put(float* out, const ColorPlanes& planes, std::size_t i) {
+  put(out, {planes[0][i], planes[1][i], planes[2][i]});
+}
+void write_denoised(const DenoisedLook& look, std::size_t i, float* out) {
+  put(out, look.picture->planes(look.mode), i);
+}
+void write_denoised_error(const DenoisedLook& look, std::size_t i, float* out) {
+  *out = look.picture->error(look.mode)[i];
+}
+void write_denoise_bias(const DenoisedLook& look, std::size_t i, float* out) {
+  put(out, look.picture->bias, i);
+}
+void write_denoise_bias_error(const DenoisedLook& look, std::size_t i, float* out) {
+  put(out, look.picture->bias_error, i);
+}
+/// Coverage is that of the plain picture.
+void fill_denoised_beauty(const FilmSnapshot& film, const DenoisedLook& look,
+                          std::span<float> out) {
+  fill_denoised<&write_denoised>(film, look, out);
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    out[4 * i + 3] = pixel_value(film, i).alpha;
+  }
 }
 
 constexpr std::array kLayers = {
@@ -114,6 +155,34 @@ constexpr std::array kLayers = {
                .channels = "Y",
                .exr_channels = "Y",
                .fill = &fill_error},
+    LayerEntry{.name = "denoised",
+               .summary = "The denoised picture, mixed with the plain one where that is better.",
+               .is_color = true,
+               .channels = "RGBA",
+               .exr_channels = "",
+               .fill = nullptr,
+               .fill_denoised = &fill_denoised_beauty},
+    LayerEntry{.name = "denoised_error",
+               .summary = "Relative error of the denoised picture, bias included, over 64 pixels.",
+               .is_color = false,
+               .channels = "Y",
+               .exr_channels = "",
+               .fill = nullptr,
+               .fill_denoised = &fill_denoised<&write_denoised_error>},
+    LayerEntry{.name = "denoise_bias",
+               .summary = "Light that the denoiser adds or takes, signed, over 15 pixels.",
+               .is_color = false,
+               .channels = "RGB",
+               .exr_channels = "",
+               .fill = nullptr,
+               .fill_denoised = &fill_denoised<&write_denoise_bias>},
+    LayerEntry{.name = "denoise_bias_error",
+               .summary = "Standard error of denoise_bias.",
+               .is_color = false,
+               .channels = "RGB",
+               .exr_channels = "",
+               .fill = nullptr,
+               .fill_denoised = &fill_denoised<&write_denoise_bias_error>},
 };
 
 /// Channel names of a row's image.
@@ -141,7 +210,8 @@ constexpr int kBandRows = kTileSize;
 
 std::span<const LayerEntry> layers() { return kLayers; }
 
-Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name) {
+Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
+                               const DenoisedLook* look) {
   const LayerEntry* row = find_layer(name);
   if (row == nullptr) {
     return Error{ErrorCode::kInvalidArgument, "there is no layer '" + std::string(name) + "'", ""};
@@ -150,8 +220,16 @@ Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name) 
     return Error{ErrorCode::kInvalidArgument,
                  "the layer '" + std::string(name) + "' was not recorded by this job", ""};
   }
+  if (row->fill_denoised != nullptr && (look == nullptr || look->picture == nullptr)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "the layer '" + std::string(name) + "' needs a denoised picture", ""};
+  }
   FloatImage image = blank(film, letters(row->channels));
-  row->fill(film, image.values);
+  if (row->fill_denoised != nullptr) {
+    row->fill_denoised(film, *look, image.values);
+  } else {
+    row->fill(film, image.values);
+  }
   return image;
 }
 
@@ -187,8 +265,9 @@ FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settin
 
 Result<LayerRows> LayerRows::create(const Film& film, PixelRect rect,
                                     const std::optional<std::string>& layer,
-                                    const FilmSettings& settings) {
+                                    const FilmSettings& settings, DenoisedLook denoised) {
   LayerRows rows(film, rect, layer, settings);
+  rows.denoised_ = std::move(denoised);
   if (rows.has_errors()) {
     Light light;
     for (int y = 0; y < rect.height; y += kBandRows) {
@@ -212,7 +291,7 @@ Result<FloatImage> LayerRows::band(int first, int count) const {
   FilmSnapshot snapshot =
       film_->snapshot({rect_.x, rect_.y + first - above, rect_.width, above + count + below});
   snapshot.mean_luminance = mean_luminance_;
-  auto image = layer_ ? layer_image(snapshot, *layer_)
+  auto image = layer_ ? layer_image(snapshot, *layer_, &denoised_)
                       : Result<FloatImage>(all_layers_image(snapshot, settings_));
   if (image) {
     auto& values = image->values;

@@ -2,21 +2,30 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "core/base/result.h"
+#include "core/denoise/denoised_picture.h"
 #include "core/film/film.h"
 #include "core/image_io/image.h"
 #include "core/image_io/image_rows.h"
 
 namespace core {
 
+/// What layers of denoised pictures show.
+struct DenoisedLook {
+  std::shared_ptr<const DenoisedPicture> picture;  ///< of the whole film; null: there is none
+  DenoiseMode mode = DenoiseMode::kMixed;
+};
+
 /// Layer `name` (a row of layers()) as a float image. Unknown errors are NaN. Errors:
-/// kInvalidArgument when the layer is unknown or was not recorded.
-Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name);
+/// kInvalidArgument when the layer is unknown, was not recorded, or needs a denoised picture.
+Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
+                               const DenoisedLook* look = nullptr);
 /// All recorded layers in one image, for EXR: R G B A of beauty, then channels such as albedo.R.
 FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settings);
 
@@ -25,9 +34,10 @@ class LayerRows {
  public:
   /// rect: inside the film's crop. layer: a row of layers(); null: all, as all_layers_image() has
   /// them. film is borrowed; settings are the job's. Errors: of layer_image().
+  /// denoised: of the whole film, for layers that show it.
   static Result<LayerRows> create(const Film& film, PixelRect rect,
                                   const std::optional<std::string>& layer,
-                                  const FilmSettings& settings);
+                                  const FilmSettings& settings, DenoisedLook denoised = {});
   /// Borrows this.
   ImageRows rows();
   /// The most that it takes.
@@ -44,6 +54,7 @@ class LayerRows {
   PixelRect rect_;
   std::optional<std::string> layer_;
   FilmSettings settings_;
+  DenoisedLook denoised_;
   double mean_luminance_ = 0;
   FloatImage band_;
   int first_ = 0;  ///< Row of rect that band_ begins with.

@@ -1,6 +1,6 @@
-/// EmissionSampler: light as it leaves the lights, for paths that start there.
+/// EmissionSampler: samples emitted rays, for paths that start at lights.
 ///
-/// A light by its share of the power, whatever receives it; a point of it, uniform over its area
+/// A light in proportion to its power; a point of it, uniform over its area
 /// (far lights: over the disk through which they light the scene's bounding sphere); a direction,
 /// with density proportional to what the light emits that way (cosine on triangles, the falloff of
 /// a spot, the luminance of the environment). Source: Veach 1997, 8.3.2; PBR 3rd ed. 16.1.2.

@@ -11,12 +11,13 @@
 namespace core {
 
 LightSampler::LightSampler(const SceneData& scene, const Environment* environment,
-                           LightSamplerType type)
+                           LightSamplerType type, SkyDensity sky)
     : scene_(scene),
       environment_(environment != nullptr && !environment->is_black() ? environment : nullptr),
       type_(type == LightSamplerType::kRis || type == LightSamplerType::kRestir
                 ? LightSamplerType::kTree
                 : type),
+      sky_(sky),
       triangles_(scene.triangle_lights.size()) {
   const auto& punctual = scene.punctual_lights;
   local_punctual_ = static_cast<std::size_t>(
@@ -50,7 +51,7 @@ float LightSampler::prob_tree(Vec3 point, Vec3 normal_world) const noexcept {
   }
   const float share = local / (local + irradiance_far_);
   const float least = kLeast * std::min(share / kFaint, 1.0F);
-  // Never quite 1: whoever shares samples relies on a far light being found wherever it is seen.
+  // Never quite 1: sharing samples relies on a far light being found wherever it is seen.
   const float most = 1 - std::max(kLeast * std::min((1 - share) / kFaint, 1.0F), 0x1p-20F);
   return std::clamp(share, least, most);
 }
@@ -105,7 +106,7 @@ LightSample LightSampler::from_punctual(std::size_t light, Vec3 point, float pro
 
 LightSample LightSampler::from_environment(float prob, Vec2 u) const noexcept {
   LightSample s;
-  const EnvironmentSample e = environment_->sample(u);
+  const EnvironmentSample e = environment_->sample(u, sky_);
   s.wi_world = e.wi_world;
   s.radiance = e.radiance;
   s.is_far = true;
@@ -194,20 +195,29 @@ float LightSampler::pdf_triangle(std::uint32_t light, Vec3 point, Vec3 normal_wo
   return area > 0 ? prob * area_to_solid_angle(1 / area, distance_m * distance_m, cos_light) : 0.0F;
 }
 
-float LightSampler::pdf_environment(Vec3 direction_world, Vec3 point,
-                                    Vec3 normal_world) const noexcept {
+float LightSampler::prob_environment(Vec3 point, Vec3 normal_world) const noexcept {
   if (environment_ == nullptr) {
     return 0;
   }
-  float prob = 0;
   if (type_ == LightSamplerType::kUniform) {
-    prob = 1 / static_cast<float>(light_count_);
-  } else if (type_ == LightSamplerType::kPower) {
-    prob = power_.prob_cell(light_count_ - 1);
-  } else {
-    prob = (1 - prob_tree(point, normal_world)) / static_cast<float>(far_count_);
+    return 1 / static_cast<float>(light_count_);
   }
-  return prob * environment_->pdf_solid_angle(direction_world);
+  if (type_ == LightSamplerType::kPower) {
+    return power_.prob_cell(light_count_ - 1);
+  }
+  return (1 - prob_tree(point, normal_world)) / static_cast<float>(far_count_);
+}
+
+float LightSampler::pdf_environment(Vec3 direction_world, Vec3 point,
+                                    Vec3 normal_world) const noexcept {
+  const float prob = prob_environment(point, normal_world);
+  return prob > 0 ? prob * environment_->pdf_solid_angle(direction_world, sky_) : 0.0F;
+}
+
+float LightSampler::pdf_environment(Vec2 uv, float sin_theta, Vec3 point,
+                                    Vec3 normal_world) const noexcept {
+  const float prob = prob_environment(point, normal_world);
+  return prob > 0 ? prob * environment_->pdf_solid_angle(uv, sin_theta, sky_) : 0.0F;
 }
 
 float LightSampler::prob_delta(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept {

@@ -23,7 +23,7 @@ struct LightSample {
   Vec3 target;                        ///< point just before the light; far away: origin + wi * huge
   bool is_far = false;                ///< environment or directional
   bool is_delta = false;              ///< pdf_solid_angle is then the probability of the pick alone
-  Rgb radiance;                       ///< delta: what arrives per unit of cosine
+  Rgb radiance;                       ///< delta: irradiance per unit of cosine
   float pdf_solid_angle = 0;          ///< 0: nothing was sampled
   std::uint32_t triangle = kNoLight;  ///< which triangle light
   float prob_light = 0;               ///< of the pick alone
@@ -53,15 +53,16 @@ struct LightView {
 
 class LightSampler {
  public:
-  /// Both must outlive it; environment may be null.
-  LightSampler(const SceneData& scene, const Environment* environment, LightSamplerType type);
+  /// Both must outlive it; environment may be null. sky: what its directions are sampled by.
+  LightSampler(const SceneData& scene, const Environment* environment, LightSamplerType type,
+               SkyDensity sky = SkyDensity::kRadiance);
 
   bool empty() const noexcept { return light_count_ == 0; }
   /// normal_world: geometric, on the side that light may come from; zero: any side.
   LightSample sample(Vec3 point, Vec3 normal_world, float u_pick, Vec2 u) const noexcept;
   /// The same for delta lights alone, which no other technique can find.
   LightSample sample_delta(Vec3 point, float u_pick) const noexcept;
-  /// Does sample() ask the light tree alone, whatever the point?
+  /// Does sample() use the light tree alone, whatever the point?
   bool has_tree_alone() const noexcept {
     return type_ == LightSamplerType::kTree && far_count_ == 0;
   }
@@ -73,6 +74,8 @@ class LightSampler {
                      float cos_light) const noexcept;
   /// The same for the environment.
   float pdf_environment(Vec3 direction_world, Vec3 point, Vec3 normal_world) const noexcept;
+  /// The same, of the direction to a place of the map (Environment::pdf_solid_angle()).
+  float pdf_environment(Vec2 uv, float sin_theta, Vec3 point, Vec3 normal_world) const noexcept;
   /// Probability with which sample() picks a punctual light; light: as in LightSample.
   float prob_delta(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept;
 
@@ -86,6 +89,8 @@ class LightSampler {
 
  private:
   float prob_tree(Vec3 point, Vec3 normal_world) const noexcept;
+  /// Probability with which sample() picks the environment; 0 without one.
+  float prob_environment(Vec3 point, Vec3 normal_world) const noexcept;
   LightSample from_triangle(std::uint32_t light, Vec3 point, float prob, Vec2 u) const noexcept;
   LightSample from_punctual(std::size_t light, Vec3 point, float prob) const noexcept;
   LightSample from_environment(float prob, Vec2 u) const noexcept;
@@ -93,6 +98,7 @@ class LightSampler {
   const SceneData& scene_;
   const Environment* environment_;  ///< null when black
   LightSamplerType type_;
+  SkyDensity sky_;
   std::size_t triangles_ = 0;
   std::size_t local_punctual_ = 0;  ///< point and spot
   std::size_t light_count_ = 0;     ///< triangles, punctual, then the environment

@@ -64,22 +64,21 @@ Result<std::shared_ptr<const Environment>> Environment::create(
   out->sin_rotation_ = std::sin(angle);
   out->width_ = image->width;
   out->height_ = image->height;
-  const auto decoded = Texture::create(*image, image->type != PixelType::kF32);
+  const std::vector<Vec4> decoded = linear_texels(*image, true);
   const auto w = static_cast<std::size_t>(image->width);
   const auto h = static_cast<std::size_t>(image->height);
-  out->texels_.resize(w * h);
+  out->texels_.resize(w * h + 1);
   std::vector<float> weights(w * h);
+  std::vector<float> solid_angles(h);
   double power = 0;
   for (std::size_t y = 0; y < h; ++y) {
     // The solid angle of a texel: dphi * (cos theta0 - cos theta1), exact.
     const float cos0 = std::cos(kPi * static_cast<float>(y) / static_cast<float>(h));
     const float cos1 = std::cos(kPi * static_cast<float>(y + 1) / static_cast<float>(h));
     const float solid_angle = kTwoPi / static_cast<float>(w) * (cos0 - cos1);
+    solid_angles[y] = solid_angle;
     for (std::size_t x = 0; x < w; ++x) {
-      const Vec4 c =
-          decoded->sample({.uv = {(static_cast<float>(x) + 0.5F) / static_cast<float>(w),
-                                  (static_cast<float>(y) + 0.5F) / static_cast<float>(h)},
-                           .nearest = true});
+      const Vec4 c = decoded[y * w + x];
       const Rgb value = Rgb{c.x, c.y, c.z} * scale;
       if (!is_finite(value) || value.r < 0 || value.g < 0 || value.b < 0) {
         return Error{ErrorCode::kInvalidArgument,
@@ -93,7 +92,12 @@ Result<std::shared_ptr<const Environment>> Environment::create(
     }
   }
   out->power_luminance_ = static_cast<float>(power);
-  out->distribution_ = Distribution2D(weights, image->width, image->height);
+  out->distribution_[0] = Distribution2D(weights, image->width, image->height);
+  const float least = kCompensation * out->power_luminance_ / (4 * kPi);
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    weights[i] = std::max(weights[i] - least * solid_angles[i / w], 0.0F);
+  }
+  out->distribution_[1] = Distribution2D(weights, image->width, image->height);
   return std::shared_ptr<const Environment>(out);
 }
 
@@ -126,7 +130,7 @@ Rgb Environment::background(Vec3 direction_world) const noexcept {
               lerp(texel(x0, y1), texel(x1, y1), x - fx), y - fy);
 }
 
-EnvironmentSample Environment::sample(Vec2 u) const noexcept {
+EnvironmentSample Environment::sample(Vec2 u, SkyDensity density) const noexcept {
   EnvironmentSample s;
   if (width_ == 0) {
     s.wi_world = uniform_sphere(u);
@@ -134,7 +138,7 @@ EnvironmentSample Environment::sample(Vec2 u) const noexcept {
     s.pdf_solid_angle = kInvPi * 0.25F;
     return s;
   }
-  const auto at = distribution_.sample(u);
+  const auto at = distribution(density).sample(u);
   const float phi = kTwoPi * (at.uv.x - 0.5F);
   const float theta = kPi * at.uv.y;
   const float sin_theta = std::sin(theta);
@@ -146,13 +150,16 @@ EnvironmentSample Environment::sample(Vec2 u) const noexcept {
   return s;
 }
 
-float Environment::pdf_solid_angle(Vec3 direction_world) const noexcept {
+float Environment::pdf_solid_angle(Vec3 direction_world, SkyDensity density) const noexcept {
+  const MapPoint at = map_point(to_map(direction_world));
+  return pdf_solid_angle({at.u, at.v}, at.sin_theta, density);
+}
+
+float Environment::pdf_solid_angle(Vec2 uv, float sin_theta, SkyDensity density) const noexcept {
   if (width_ == 0) {
     return kInvPi * 0.25F;
   }
-  const MapPoint at = map_point(to_map(direction_world));
-  return at.sin_theta > 0 ? distribution_.pdf_unit({at.u, at.v}) / (2 * kPi * kPi * at.sin_theta)
-                          : 0.0F;
+  return sin_theta > 0 ? distribution(density).pdf_unit(uv) / (2 * kPi * kPi * sin_theta) : 0.0F;
 }
 
 }  // namespace core

@@ -59,7 +59,7 @@ Floats<N> light_importance(const LightNodes<N>& node, Vec3s<N> point, Vec3s<N> n
   const Floats<N> cos_x = cos_sub_clamped(other(cos_w), cos_w, node.sin_theta_o, node.cos_theta_o);
   const Floats<N> cos_p = cos_sub_clamped(other(cos_x), cos_x, sin_b, cos_b);
   none = none | (cos_p <= node.cos_theta_e);
-  // With emission over the whole sphere (points) the cosine says nothing about power.
+  // With emission over the whole sphere (points) the cosine is unrelated to power.
   const Floats<N> cosine = select(node.cos_theta_e < Floats<N>(-0.99F), one, cos_p);
   const Floats<N> d2 = max(max(distance2, node.radius2), Floats<N>(1e-20F));
   Floats<N> value = node.power * cosine / d2;

@@ -2,7 +2,7 @@
 ///
 /// A tree whose nodes know bounding box, cone of emission and power. It is built with two children
 /// a node, by cost, and kept with up to four side by side, whose importance at a point is found
-/// together: half as many steps, and each choice is among boxes that say more. Source: Conty
+/// together: half as many steps, and each choice is among tighter boxes. Source: Conty
 /// Estevez and Kulla, Importance Sampling of Many Lights with Adaptive Tree Splitting, 2018.
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace core {
 
-/// What the tree knows of a light or of a group of them.
+/// A light, or a group of lights, as the tree stores it.
 struct LightBounds {
   Bounds box;
   Vec3 axis = {0, 0, 1};  ///< of the normals' cone, unit
@@ -42,7 +42,7 @@ class LightTree {
   /// normal_world: of the surface at `point`; {0,0,0} where light may come from anywhere.
   Pick pick(Vec3 point, Vec3 normal_world, float u) const noexcept;
   float prob_light(Vec3 point, Vec3 normal_world, std::uint32_t light) const noexcept;
-  /// What the tree takes for the irradiance that all its lights together send to `point`,
+  /// The tree's estimate of the irradiance that all of its lights together send to `point`,
   /// unshadowed [W/m^2, luminance]; 0: nothing can arrive.
   float importance(Vec3 point, Vec3 normal_world) const noexcept;
 

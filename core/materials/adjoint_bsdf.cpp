@@ -57,8 +57,8 @@ class BentNormal {
 
  private:
   /// By the cosine to ng. On the disk below the hemisphere, where that is uniform, the lune lies
-  /// between the rim and the half of an ellipse whose short axis is the cosine between the normals:
-  /// chords of the disk along that axis are shortened into it.
+  /// between the horizon and the half of an ellipse whose short axis is the cosine between the
+  /// normals: chords of the disk along that axis are shortened into it.
   Vec3 sample_lune(Vec2 u) const noexcept {
     bool above = true;
     if (both_sides_) {

@@ -22,8 +22,8 @@ enum class TransportMode : std::uint8_t {
   kImportance,  ///< from a light, with it
 };
 
-/// A point to scatter at. What a solid has around it is the path's to know: its index and weights
-/// as in BsdfParameters.
+/// A point to scatter at. The medium around a solid is state of the path, which passes the relative
+/// index of refraction and the weights, as in BsdfParameters.
 struct ScatterPoint {
   const Material& material;
   const SurfacePoint& point;

@@ -1,6 +1,8 @@
 /// Material: a glTF material with its textures resolved, as shading reads it.
 #pragma once
 
+#include <cstdint>
+
 #include "core/bsdf/bsdf.h"
 #include "core/color/rgb.h"
 #include "core/description/scene_description.h"
@@ -12,9 +14,11 @@ namespace core {
 struct TextureSlot {
   const Texture* texture = nullptr;
   TextureDescription description;
+  /// The same for slots that read the same places of textures of the same size. Not 0.
+  std::uint32_t places = 0;
 };
 
-/// What shading needs of a material, textures resolved.
+/// A material as shading uses it, with its textures resolved.
 struct Material {
   MaterialDescription factors;
   BsdfParameters plain;  ///< as the factors alone give them
@@ -41,7 +45,7 @@ struct Material {
   bool has_alpha = false;  ///< MASK or BLEND: hits may be holes
   bool is_volume = false;  ///< bounds a solid (thickness > 0)
   bool transmits = false;  ///< thin or solid, clear or diffuse
-  bool is_clear = false;   ///< may let light straight through: Bsdf::straight() tells where
+  bool is_clear = false;   ///< may have null scattering; Bsdf::straight() returns how much
   Rgb sigma_a;             ///< absorption inside [1/m]
 };
 

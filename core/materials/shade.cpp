@@ -8,15 +8,22 @@
 namespace core {
 namespace {
 
+/// The last lookup of a point: a material's textures mostly read the same places.
+struct LastLookup {
+  std::uint32_t places = 0;  ///< TextureSlot::places; 0: none yet
+  Texture::Taps taps;
+};
+
 /// A point and what is seen of it.
 struct Seen {
   const SurfacePoint& point;
   Vec3 across_m;  ///< axes of the footprint's ellipse on the surface, world; the short one
   Vec3 along_m;
   bool is_sharp;
+  LastLookup& last;
 };
 
-Seen seen(const SurfacePoint& point, Vec3 wo, Footprint footprint) {
+Seen seen(const SurfacePoint& point, Vec3 wo, Footprint footprint, LastLookup& last) {
   // A pixel has many samples, whose places are a filter already: half of its width leaves a blur of
   // little more than the pixel's own, and hardly more noise at 4 samples.
   footprint.width_m *= 0.5F;
@@ -28,21 +35,18 @@ Seen seen(const SurfacePoint& point, Vec3 wo, Footprint footprint) {
   const float sine2 = length_squared(slope);
   if (!(sine2 > 1e-6F)) {
     const Frame frame = frame_from_normal(n);
-    return {point, frame.s * footprint.width_m, frame.t * footprint.width_m, footprint.is_sharp};
+    return {point, frame.s * footprint.width_m, frame.t * footprint.width_m, footprint.is_sharp,
+            last};
   }
   const Vec3 along = slope * (1 / std::sqrt(sine2));
   return {point, cross(n, along) * footprint.width_m,
-          along * (footprint.width_m / std::max(std::fabs(cosine), kLeast)), footprint.is_sharp};
+          along * (footprint.width_m / std::max(std::fabs(cosine), kLeast)), footprint.is_sharp,
+          last};
 }
 
-Vec4 read(const TextureSlot& slot, const Seen& at) {
-  if (slot.texture == nullptr) {
-    return {1, 1, 1, 1};
-  }
-  const TextureDescription& d = slot.description;
+Texture::Lookup lookup(const TextureDescription& d, const Seen& at) {
   const auto set = static_cast<std::size_t>(d.uv_set);
   const auto& m = d.uv_transform;
-  const Vec2 uv = at.point.uv[set];
   const auto turned = [&m](Vec2 v) {
     return Vec2{m[0] * v.x + m[1] * v.y, m[3] * v.x + m[4] * v.y};
   };
@@ -51,18 +55,29 @@ Vec4 read(const TextureSlot& slot, const Seen& at) {
     const float b = dot(way, at.point.to_edge2);
     return turned(at.point.uv_edge1[set] * a + at.point.uv_edge2[set] * b);
   };
-  const Vec2 base = turned(uv);
-  return slot.texture->sample({.uv = {base.x + m[2], base.y + m[5]},
-                               .across = moved(at.across_m),
-                               .along = moved(at.along_m),
-                               .taps_max = at.is_sharp ? kTextureTapsMax : 1,
-                               .wrap_u = d.wrap_u,
-                               .wrap_v = d.wrap_v,
-                               .nearest = d.nearest});
+  const Vec2 base = turned(at.point.uv[set]);
+  return {.uv = {base.x + m[2], base.y + m[5]},
+          .across = moved(at.across_m),
+          .along = moved(at.along_m),
+          .taps_max = at.is_sharp ? kTextureTapsMax : 1,
+          .wrap_u = d.wrap_u,
+          .wrap_v = d.wrap_v,
+          .nearest = d.nearest};
+}
+
+Vec4 read(const TextureSlot& slot, const Seen& at) {
+  if (slot.texture == nullptr) {
+    return {1, 1, 1, 1};
+  }
+  if (at.last.places != slot.places) {
+    slot.texture->find_taps(lookup(slot.description, at), at.last.taps);
+    at.last.places = slot.places;
+  }
+  return slot.texture->read(at.last.taps);
 }
 
 /// The same point at the finest level.
-Seen finest(const SurfacePoint& point) { return {point, {}, {}, false}; }
+Seen finest(const SurfacePoint& point, LastLookup& last) { return {point, {}, {}, false, last}; }
 
 /// A normal map's normal in world space, on the front side like point.normal_shading.
 Vec3 mapped_normal(const TextureSlot& slot, float scale, const Seen& at) {
@@ -137,7 +152,8 @@ void apply_textures(const Material& material, const Seen& at, BsdfParameters& b)
   const MaterialDescription& f = material.factors;
   // Where coverage comes from the same texture, colour is read as sharply: coarser levels would mix
   // in the colour behind alpha 0.
-  const Vec4 c = read(material.base_color, material.has_alpha ? finest(point) : at);
+  LastLookup sharpest;
+  const Vec4 c = read(material.base_color, material.has_alpha ? finest(point, sharpest) : at);
   b.base_color = clamp01_rgb(f.base_color *
                              Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z});
   if (material.metallic_roughness.texture != nullptr) {
@@ -201,7 +217,9 @@ void shade(const Material& material, const SurfacePoint& point, Vec3 wo_world, F
     s.horizon = facing(point.normal_shading * side, wo_world);
     s.origin = point.position + point.normal_shading * (side * point.bulge_m);
   }
-  const Seen at = material.has_texture ? seen(point, wo_world, footprint) : finest(point);
+  LastLookup last;
+  const Seen at =
+      material.has_texture ? seen(point, wo_world, footprint, last) : finest(point, last);
   Vec3 n = point.normal_shading;
   if (material.has_texture || point.has_color) {
     apply_textures(material, at, s.bsdf);
@@ -226,14 +244,17 @@ Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) 
     return material.factors.emissive;
   }
   // The finest level always: light sampling and rays that hit must see the same function.
-  const Vec4 c = read(material.emissive, finest(point));
+  LastLookup last;
+  const Vec4 c = read(material.emissive, finest(point, last));
   return material.factors.emissive * Rgb{c.x, c.y, c.z};
 }
 
 Rgb unlit_color(const Material& material, const SurfacePoint& point, Vec3 wo_world,
                 Footprint footprint) noexcept {
-  const Vec4 c = read(material.base_color,
-                      material.has_alpha ? finest(point) : seen(point, wo_world, footprint));
+  LastLookup last;
+  const Vec4 c =
+      read(material.base_color,
+           material.has_alpha ? finest(point, last) : seen(point, wo_world, footprint, last));
   return material.factors.base_color *
          Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z};
 }

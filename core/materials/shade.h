@@ -1,9 +1,9 @@
-/// From a hit point and its material to what light transport needs: frame, BSDF, emission.
+/// Shading: from a hit point and its material to its frame, BSDF and emission.
 ///
 /// Terminator. Light leaves a surface that interpolated normals make look round from the round
 /// surface, not from the facet: at `origin`, SurfacePoint::bulge_m above the hit point, over the
 /// `horizon` of the interpolated normal. So the edges of facets cast no shadow on the side away
-/// from a lamp (Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II, 2021, moves points
+/// from an emitter (Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II, 2021, moves points
 /// likewise). Hollow and flat places, and whatever transmits, keep the hit point and the facet's
 /// horizon. Directions that the normal map sends below the horizon are mirrored at it (see Bsdf).
 /// The rule is the same for camera paths, shadow rays and density queries, and both steps are
@@ -28,7 +28,7 @@ struct Shading {
   BsdfLayers layers;
 };
 
-/// What a ray's cone covers of a surface.
+/// Footprint of a ray cone on a surface.
 struct Footprint {
   float width_m = 0;      ///< across the ray
   bool is_sharp = false;  ///< textures are worth several reads along a slanted footprint
@@ -39,7 +39,7 @@ struct Footprint {
 void shade(const Material& material, const SurfacePoint& point, Vec3 wo_world, Footprint footprint,
            Shading& out) noexcept;
 
-/// What shade() finds wherever a material has neither textures nor vertex colours.
+/// Result of shade() for materials with neither textures nor vertex colours.
 BsdfParameters plain_parameters(const MaterialDescription& factors, bool is_volume) noexcept;
 
 /// Radiance that the material emits at the point towards wo [W/(m^2 sr)]; zero behind a
@@ -48,8 +48,8 @@ Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) 
 
 /// Colour of an unlit material: radiance towards any direction [W/(m^2 sr)]. Paths end there,
 /// whether they come from the camera or from other surfaces, so mirrors and glass show what the
-/// camera would see, and matt surfaces get its light. (KHR_materials_unlit says what is seen and
-/// nothing about light; a picture of the surface alone is that of any viewer.)
+/// camera would see, and diffuse surfaces receive its light. (KHR_materials_unlit says what is seen
+/// and nothing about light; a picture of the surface alone is that of any viewer.)
 Rgb unlit_color(const Material& material, const SurfacePoint& point, Vec3 wo_world,
                 Footprint footprint) noexcept;
 

@@ -124,6 +124,29 @@ void sincos(Floats<N> x, Floats<N>& sine, Floats<N>& cosine) {
   cosine = negated(select(swap, s, c), quarter + Ints<N>(1));
 }
 
+/// std::atan2, 0 at the origin. Source: Moshier's Cephes library, atanf; errors below 4e-7.
+template <std::size_t N>
+Floats<N> atan2(Floats<N> y, Floats<N> x) {
+  const Floats<N> zero(0);
+  const Floats<N> one(1);
+  const Floats<N> ax = abs(x);
+  const Floats<N> ay = abs(y);
+  const Floats<N> large = max(ax, ay);
+  const Floats<N> ratio = select(large > zero, min(ax, ay) / large, zero);
+  const Mask<N> wide = ratio > Floats<N>(0.414213562F);  // tan(pi / 8)
+  const Floats<N> a = select(wide, (ratio - one) / (ratio + one), ratio);
+  const Floats<N> a2 = a * a;
+  const Floats<N> series =
+      a + a * a2 *
+              (Floats<N>(-3.33329491539e-1F) +
+               a2 * (Floats<N>(1.99777106478e-1F) +
+                     a2 * (Floats<N>(-1.38776856032e-1F) + a2 * Floats<N>(8.05374449538e-2F))));
+  Floats<N> angle = select(wide, Floats<N>(kPi / 4) + series, series);
+  angle = select(ay > ax, Floats<N>(kPi / 2) - angle, angle);
+  angle = select(x < zero, Floats<N>(kPi) - angle, angle);
+  return select(y < zero, -angle, angle);
+}
+
 /// core/sampling/warp.h
 template <std::size_t N>
 Vec3s<N> cosine_hemisphere(Vec2s<N> u) {

@@ -1,8 +1,8 @@
 /// Lanes: N floats, integers or truth values side by side.
 ///
-/// A thin face over the compiler's vector extensions. The code that uses them is one source for any
-/// N; 8 is a register of AVX2, 4 one of SSE, 1 serves tests. What a lane gets never depends on its
-/// neighbours.
+/// A thin wrapper of the compiler's vector extensions. The code that uses them is one source for
+/// any N; 8 is a register of AVX2, 4 one of SSE, 1 serves tests. The result of a lane never depends
+/// on its neighbours.
 #pragma once
 
 #include <bit>
@@ -233,8 +233,8 @@ struct CompressTable {
 };
 inline constexpr CompressTable kCompress{};
 
-/// Writes the lanes of `taken` one after another to `p`, and anything at all in the rest of the N
-/// places from there on.
+/// Writes the lanes of `taken` one after another to `p`; the rest of the N elements from there on
+/// is unspecified.
 template <std::size_t N>
 void compress(std::int32_t* p, Ints<N> x, unsigned taken) {
   static_assert(N == 8 || N == 1);

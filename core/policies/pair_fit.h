@@ -1,4 +1,4 @@
-/// What a path notes for coefficients that are fitted for each pixel (core/film/replicate_fit.h).
+/// Records of a path for coefficients that are fitted for each pixel (core/film/replicate_fit.h).
 #pragma once
 
 #include <cmath>

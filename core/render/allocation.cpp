@@ -217,7 +217,7 @@ std::vector<std::uint32_t> distribute(const Budget& budget) {
       }
     }
   }
-  // Whole steps; what is cut off here is given to the next pixel.
+  // Whole steps; the remainder is given to the next pixel.
   std::vector<std::uint32_t> out(n);
   double carried = 0.5;
   for (std::size_t i = 0; i < n; ++i) {

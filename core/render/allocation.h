@@ -10,7 +10,8 @@
 /// decide anew.
 #pragma once
 
-#include <span>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "core/film/film.h"
@@ -23,7 +24,15 @@ namespace core {
 std::vector<std::vector<PixelPlan>> make_plans(const Film& film, const RenderSettings& settings,
                                                int from);
 
-/// What make_plans() does with needs that are known; public for tests.
+/// The most that make_plans() has at a time beside the plans, for each pixel of the crop: while the
+/// needs are computed. Mean, variance and cost of a sample; sums of three tables; the need itself.
+/// Later it has less: a need, a count, a weight, a mark, the count at the end, and the plan.
+inline constexpr std::size_t kPlanWorkBytes =
+    2 * sizeof(Rgb) + sizeof(float) + 3 * sizeof(double) + sizeof(float);
+static_assert(kPlanWorkBytes >= sizeof(float) + 2 * sizeof(std::uint32_t) + sizeof(double) +
+                                    sizeof(char) + sizeof(PixelPlan));
+
+/// The part of make_plans() after the needs are known; public for tests.
 struct Budget {
   std::vector<float> need;         ///< [pixel]; >= 0
   std::vector<std::uint32_t> has;  ///< [pixel]; least that may be given

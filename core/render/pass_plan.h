@@ -9,7 +9,7 @@
 
 namespace core {
 
-/// The first count above `samples` at which a task looks at its error: 1, 1.25, 1.5 and 1.75 times
+/// The first count above `samples` at which a task estimates its error: 1, 1.25, 1.5 and 1.75 times
 /// 2^k samples per replicate.
 int next_look(int samples, int replicates, int unit = 1);
 

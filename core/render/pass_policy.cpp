@@ -23,6 +23,7 @@ PassPolicy::PassPolicy(const RenderSettings& settings, const StopRules& stop, in
       replicates_(settings.replicates),
       unit_(sample_unit(settings)),
       samples_max_(whole_sets(samples_limit, unit_)),
+      one_by_one_(integrator_has_photons(settings)),
       asked_(false) {
   if (stop.samples_per_pixel) {
     const int asked = rounded_samples(settings, *stop.samples_per_pixel);
@@ -33,6 +34,10 @@ PassPolicy::PassPolicy(const RenderSettings& settings, const StopRules& stop, in
 }
 
 int PassPolicy::barrier(const Pass& pass) const {
+  if (one_by_one_) {
+    const int end = pass.base < pass.target ? pass.target : pass.target + 1;
+    return std::max(std::min(end, samples_max_), pass.target);
+  }
   if (has_clock()) {  // one pass at a time, so that the last complete one can be kept
     const int end = pass.base < pass.target
                         ? pass.target

@@ -50,7 +50,8 @@ class PassPolicy {
   int replicates_;
   int unit_;
   int samples_max_;
-  bool asked_;  ///< samples_max() is what the job asked for
+  bool one_by_one_;  ///< samples need photons: every tile has one before the next begins
+  bool asked_;       ///< samples_max() is what the job asked for
 };
 
 }  // namespace core

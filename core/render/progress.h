@@ -1,4 +1,4 @@
-/// How far a task is: the errors it saw on the way, and what is left.
+/// Progress of a task: the errors measured so far, and the work that is left.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ struct Progress {
   std::uint64_t rays = 0;
   double rays_per_second = 0;
   std::uint64_t rejected_samples = 0;
-  ErrorInterval error;    ///< of the last look; NaN before
+  ErrorInterval error;    ///< of the last estimate; NaN before
   double efficiency = 0;  ///< 1 / (relative error^2 * CPU seconds); NaN when unknown
   std::uint32_t revision = 0;
 };

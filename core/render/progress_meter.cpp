@@ -72,7 +72,7 @@ void ProgressMeter::tell(const PassPolicy& policy, double samples, int base, boo
   const Remaining end = samples_at_end(policy, base);
   double share = samples / end.expected;
   std::optional<Remaining> left;
-  // Before its first look a target may be met by any count.
+  // Before the first estimate any count may meet a target.
   const bool unknown = stop.relative_error && !stop.samples_per_pixel && !(e > 0);
   const auto rate = seconds_for(pace_, 1.0);
   if (!unknown && rate) {
@@ -95,8 +95,8 @@ void ProgressMeter::tell(const PassPolicy& policy, double samples, int base, boo
     const double rest = *stop.deadline_unix_seconds - unix_seconds();
     clock(rest, p.elapsed_seconds + std::max(rest, 0.0));
   }
-  // A look may find that more samples are needed than was thought: then the fraction stands still,
-  // and the time left says so.
+  // An estimate may find that more samples are needed than was expected: then the fraction stands
+  // still, and the time left grows.
   fraction_ = std::max(fraction_, std::clamp(share, 0.0, 0.999));
   p.fraction = fraction_;
   if (!is_over && left) {

@@ -1,4 +1,4 @@
-/// ProgressMeter: what a task has seen on its way, and how much is left. Not thread-safe.
+/// ProgressMeter: errors and times that a task has measured, and how much is left. Not thread-safe.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ class ProgressMeter {
   explicit ProgressMeter(std::vector<ConvergencePoint> before) : points_(std::move(before)) {}
 
   const std::vector<ConvergencePoint>& points() const noexcept { return points_; }
-  ErrorInterval error() const;  ///< of the last look; NaN before
+  ErrorInterval error() const;  ///< of the last estimate; NaN before
   /// A complete pass, after so many seconds of rendering.
   void note_pass(int samples, double elapsed_seconds);
   /// bound: PassPolicy::error_bound().
@@ -30,7 +30,7 @@ class ProgressMeter {
   std::vector<ConvergencePoint> points_;
   std::vector<PacePoint> pace_;  ///< of the last passes of this run
   double bound_ = 0;             ///< that was compared with the error target last; 0: none yet
-  double fraction_ = 0;          ///< told so far
+  double fraction_ = 0;          ///< reported so far
 };
 
 }  // namespace core

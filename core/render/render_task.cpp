@@ -84,12 +84,28 @@ std::optional<Slice> RenderTask::Impl::find_slice() {
   if (phase == Phase::kPiloting) {
     return find_slice_of(SliceKind::kPilot);
   }
+  if (phase == Phase::kTracing) {
+    if (photons.parts_out == photons.pass->part_count()) {
+      return std::nullopt;
+    }
+    ++in_flight;
+    return Slice{photons.parts_out++, 0, 0, SliceKind::kPhotons};
+  }
+  if (needs_photons()) {
+    return std::nullopt;
+  }
   auto slice = find_slice_of(SliceKind::kPicture);
   while (!slice && pass.target < policy.barrier(pass)) {
     pass.target = policy.next_target(pass);
     slice = find_slice_of(SliceKind::kPicture);
   }
   return slice;
+}
+
+/// Before the pass that takes every tile beyond pass.base.
+bool RenderTask::Impl::needs_photons() const {
+  return integrator_has_photons(settings()) && pass.base < policy.barrier(pass) &&
+         (photons.pass == nullptr || photons.pass->sample() != pass.base);
 }
 
 void RenderTask::Impl::note_clock() {
@@ -107,7 +123,7 @@ void RenderTask::Impl::note_clock() {
   }
 }
 
-/// The decision that is due when no slice is out; whoever gets one takes it, and nobody else does
+/// The decision that is due when no slice is out; the thread that gets one takes it, and no other
 /// until the phase changes.
 RenderTask::Impl::Due RenderTask::Impl::next_due() {
   if (in_flight > 0 || phase == Phase::kDeciding || phase == Phase::kOver) {
@@ -120,6 +136,8 @@ RenderTask::Impl::Due RenderTask::Impl::next_due() {
   if (phase == Phase::kPiloting) {
     due.step = all_have(&Tile::pilot_samples, pilot_target()) ? Step::kPlan : Step::kNone;
     due.samples = pass.planned_to;
+  } else if (phase == Phase::kTracing) {
+    due.step = photons.parts_done == photons.pass->part_count() ? Step::kMap : Step::kNone;
   } else if (all_have(&Tile::samples, pass.target) && pass.target >= policy.barrier(pass)) {
     due.step = Step::kPass;
     due.samples = pass.target;
@@ -129,6 +147,9 @@ RenderTask::Impl::Due RenderTask::Impl::next_due() {
     pass.base = pass.target;
     pass.base_is_whole = true;
     pass_base.clear();
+  } else if (needs_photons()) {
+    due.step = Step::kTrace;
+    due.samples = pass.base;
   }
   phase = due.step == Step::kNone ? phase : Phase::kDeciding;
   return due;
@@ -179,6 +200,12 @@ void RenderTask::Impl::advance(Due due) {
         break;
       case Step::kPlan:
         due = begin_epoch(due.samples);
+        break;
+      case Step::kTrace:
+        due = begin_photons(due.samples);
+        break;
+      case Step::kMap:
+        due = make_map();
         break;
       case Step::kEnd:
         end(std::move(due));
@@ -320,6 +347,10 @@ LightBatch RenderTask::Impl::light_of(int unit, int last_sample) const {
 
 void RenderTask::run(const Slice& slice) {
   Impl& m = *impl_;
+  if (slice.kind == SliceKind::kPhotons) {
+    m.run_photons(slice);
+    return;
+  }
   if (slice.tile >= m.film->tile_count()) {
     m.run_light(slice);
     return;
@@ -329,11 +360,14 @@ void RenderTask::run(const Slice& slice) {
   TileState state = before;
   const int window = shared_window(m.settings());
   const int end = slice.first_sample + slice_length(state, m.slice_seconds);
-  const int last = std::min(slice.last_sample, (end + window - 1) / window * window);
+  const bool has_photons = integrator_has_photons(m.settings());
+  const int last = has_photons ? slice.first_sample + 1
+                               : std::min(slice.last_sample, (end + window - 1) / window * window);
   const std::stop_token stop = m.stop_source.get_token();
   LightBatch light = m.light_of(slice.tile, last);
-  const bool whole = is_pilot
-                         ? m.renderer->render_pilot(state, last, stop)
+  const bool whole = is_pilot ? m.renderer->render_pilot(state, last, stop)
+                     : has_photons
+                         ? m.gather(state, stop)
                          : m.renderer->render(state, std::max(last, state.samples), stop) &&
                                m.renderer->render_light(m.film->unit_rect(slice.tile), light, stop);
   state.cpu_seconds += light.cpu_seconds;

@@ -4,9 +4,10 @@
 /// splats, light paths of its unit; units outside of the crop have light paths alone. Passes: every
 /// tile gets to the same sample count before a decision (stop, look at the error), so the film at
 /// the end does not depend on threads. Where sampling is adaptive, an epoch begins at some of them:
-/// pilot slices come first, then the plan is made and every tile gets its part. PassPolicy says
-/// what comes when; the task keeps the tiles, the clock and the order of calls. The owner of the
-/// threads calls take() and run(); run() tells the sink.
+/// pilot slices come first, then the plan is made and every tile gets its part. Where camera paths
+/// look up photons, every pass is one sample, and slices that trace its photons come before it.
+/// PassPolicy says what comes when; the task keeps the tiles, the clock and the order of calls. The
+/// owner of the threads calls take() and run(); run() tells the sink.
 #pragma once
 
 #include <memory>
@@ -16,6 +17,7 @@
 
 #include "core/base/result.h"
 #include "core/film/film.h"
+#include "core/integrators/photon_pass.h"
 #include "core/render/progress.h"
 #include "core/render/view.h"
 #include "core/settings/settings.h"
@@ -24,7 +26,8 @@ namespace core {
 
 enum class SliceKind {
   kPicture,
-  kPilot  ///< samples are of the pilot stream
+  kPilot,   ///< samples are of the pilot stream
+  kPhotons  ///< the part of the photons that `tile` says
 };
 
 struct Slice {
@@ -64,6 +67,11 @@ class Renderer {
   /// The same for pilot samples [state.pilot_samples, last_sample), which are independent of all
   /// others.
   virtual bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const = 0;
+  /// Null: samples need no photons. As Integrator::start_photons().
+  virtual std::unique_ptr<PhotonPass> start_photons(int) const { return nullptr; }
+  virtual void trace_photons(PhotonPass&, int /*part*/, std::uint64_t& /*rays*/) const {}
+  /// As render() for the sample that follows state.samples, whose photons these are.
+  virtual bool gather(TileState&, const PhotonPass&, std::stop_token) const { return true; }
 };
 
 struct TaskOptions {

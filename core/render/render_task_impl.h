@@ -30,12 +30,13 @@ struct Stopwatch {
   }
 };
 
-/// Phases: rendering passes, piloting before an epoch, deciding (one thread does, and no slice is
-/// out), over. Every function takes the lock once at most; what is REQUIRES(mutex) never calls out.
+/// Phases: rendering passes, piloting before an epoch, tracing photons before a pass, deciding (one
+/// thread does, and no slice is out), over. Every function takes the lock once at most; what is
+/// REQUIRES(mutex) never calls out.
 struct RenderTask::Impl {
-  enum class Phase { kRendering, kPiloting, kDeciding, kOver };
+  enum class Phase { kRendering, kPiloting, kTracing, kDeciding, kOver };
   /// What the deciding thread does next.
-  enum class Step { kNone, kPass, kPlan, kEnd };
+  enum class Step { kNone, kPass, kPlan, kTrace, kMap, kEnd };
   struct Due {
     Step step = Step::kNone;
     int samples = 0;
@@ -55,6 +56,15 @@ struct RenderTask::Impl {
     bool is_out = false;  ///< a slice of it is
   };
 
+  /// Those of sample pass.base, where samples need any.
+  struct PhotonWork {
+    std::shared_ptr<PhotonPass> pass;
+    int parts_out = 0;  ///< handed out
+    int parts_done = 0;
+    std::uint64_t rays = 0;
+    double cpu_seconds = 0;
+  };
+
   const std::shared_ptr<const Renderer> renderer;
   const std::shared_ptr<Film> film;
   const int samples_limit;
@@ -70,7 +80,8 @@ struct RenderTask::Impl {
   PassPolicy policy GUARDED_BY(mutex);
   Pass pass GUARDED_BY(mutex);
   std::vector<Tile> tiles GUARDED_BY(mutex);
-  std::size_t cursor GUARDED_BY(mutex) = 0;              // the tile that is asked first
+  std::size_t cursor GUARDED_BY(mutex) = 0;  // the tile that is asked first
+  PhotonWork photons GUARDED_BY(mutex);
   std::map<int, TileState> pass_base GUARDED_BY(mutex);  // tiles before this pass; clock rules only
   Stopwatch clock GUARDED_BY(mutex);
   ProgressMeter meter GUARDED_BY(mutex);
@@ -80,6 +91,7 @@ struct RenderTask::Impl {
   const RenderSettings& settings() const { return renderer->view().settings; }
   std::optional<Slice> find_slice() REQUIRES(mutex);
   std::optional<Slice> find_slice_of(SliceKind kind) REQUIRES(mutex);
+  bool needs_photons() const REQUIRES(mutex);
   int pilot_target() const REQUIRES(mutex) {
     return film->has_pilot() ? pilot_samples_at(pass.planned_to) : 0;
   }
@@ -91,6 +103,10 @@ struct RenderTask::Impl {
 
   LightBatch light_of(int unit, int last_sample) const;
   void run_light(const Slice& slice) EXCLUDES(mutex);
+  void run_photons(const Slice& slice) EXCLUDES(mutex);
+  bool gather(TileState& state, std::stop_token stop) EXCLUDES(mutex);
+  Due begin_photons(int sample) EXCLUDES(mutex);
+  Due make_map() EXCLUDES(mutex);
   void advance(Due due) EXCLUDES(mutex);
   void settle_splats() EXCLUDES(mutex);
   Due decide(const Due& due) EXCLUDES(mutex);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/accel/accel.h"
+#include "core/base/check.h"
 #include "core/base/cpu_time.h"
 #include "core/camera/camera.h"
 #include "core/film/filter.h"
@@ -17,16 +18,12 @@
 #include "core/render/split_pilot.h"
 #include "core/render/tile_fill.h"
 #include "core/samplers/dimensions.h"
+#include "core/samplers/streams.h"
 #include "core/settings/registry.h"
 #include "core/wave/wave_tracer.h"
 
 namespace core {
 namespace {
-
-/// Pilot samples come from a seed that no job can have: those end at 2^53.
-constexpr std::uint64_t kPilotStream = std::uint64_t{1} << 62U;
-/// Nor can it have that of light paths.
-constexpr std::uint64_t kLightStream = std::uint64_t{1} << 61U;
 
 /// Distributes what arrives at a point of the film over the pixels whose filters reach it.
 class FilteredSplats final : public CameraSplats {
@@ -112,6 +109,14 @@ class PictureRenderer final : public Renderer {
   bool render(TileState& state, int last_sample, std::stop_token stop) const override;
   bool render_light(PixelRect unit, LightBatch& light, std::stop_token stop) const override;
   bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const override;
+  std::unique_ptr<PhotonPass> start_photons(int sample) const override {
+    return planned_.integrator->start_photons(sample);
+  }
+  void trace_photons(PhotonPass& pass, int part, std::uint64_t& rays) const override {
+    prepare_tracing_thread();
+    planned_.integrator->trace_photons(pass, part, rays);
+  }
+  bool gather(TileState& state, const PhotonPass& photons, std::stop_token stop) const override;
 
  private:
   /// One camera path; what is not finite counts as zero and is counted.
@@ -166,26 +171,18 @@ void PictureRenderer::finish(PathSample& sample, float weight, std::uint64_t& re
 bool PictureRenderer::render_waves(TileState& state, const FillRule& rule, int last_sample,
                                    const std::stop_token& stop) const {
   const RenderSettings& settings = view_.settings;
-  PathSampler sampler(settings.sampler, settings.replicates, settings.seed,
-                      settings.first_replicate);
-  const auto wave = std::make_unique<Wave>();
-  std::array<float, kWavePaths> weights{};
+  const WaveStart start = {
+      camera_, filter_,
+      PathSampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate)};
+  // Not cleared: begin() sets what is read.
+  const auto wave = std::make_unique_for_overwrite<Wave>();
   return fill_tile_in_waves(
       state, rule, kWavePaths, last_sample, stop,
       [&](std::span<const DueSample> due) {
-        wave->clear();
-        for (std::size_t i = 0; i < due.size(); ++i) {
-          const Start from = start(sampler, due[i].x, due[i].y, due[i].sample);
-          wave->add(from.ray, sampler);
-          weights[i] = from.weight;
-        }
-        planned_.waves->trace(*wave, state.rays);
+        planned_.waves->begin(*wave, start, due);
+        planned_.waves->trace(*wave, state.rays, state.rejected_samples);
       },
-      [&](std::size_t i) {
-        PathSample sample = wave->result(i);
-        finish(sample, weights[i], state.rejected_samples);
-        return sample;
-      });
+      [&](std::size_t i) { return wave->result(i); });
 }
 
 bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int last_sample,
@@ -247,6 +244,18 @@ bool PictureRenderer::render_light(PixelRect unit, LightBatch& light, std::stop_
   PathSampler sampler(settings.sampler, settings.replicates, settings.seed | kLightStream,
                       settings.first_replicate);
   FilteredSplats splats(camera_, filter_, settings.film, light);
+  if (planned_.integrator->has_chains()) {
+    for (int s = light.first_sample; s < light.last_sample; ++s) {
+      if (stop.stop_requested()) {
+        return false;
+      }
+      splats.begin(s % settings.replicates);
+      planned_.integrator->trace_chain({unit.x, unit.y, s, unit.width * unit.height}, light.rays,
+                                       splats);
+    }
+    light.cpu_seconds += thread_cpu_seconds() - cpu_start;
+    return true;
+  }
   for (int y = unit.y; y < unit.y + unit.height; ++y) {
     if (stop.stop_requested()) {
       return false;
@@ -261,6 +270,26 @@ bool PictureRenderer::render_light(PixelRect unit, LightBatch& light, std::stop_
   }
   light.cpu_seconds += thread_cpu_seconds() - cpu_start;
   return true;
+}
+
+bool PictureRenderer::gather(TileState& state, const PhotonPass& photons,
+                             std::stop_token stop) const {
+  DCHECK(photons.sample() == state.samples);
+  prepare_tracing_thread();
+  const double cpu_start = thread_cpu_seconds();
+  const RenderSettings& settings = view_.settings;
+  PathSampler sampler(settings.sampler, settings.replicates, settings.seed,
+                      settings.first_replicate);
+  const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings),
+                         settings.light_history};
+  const bool whole = fill_tile(state, rule, photons.sample() + 1, stop, [&](int x, int y, int s) {
+    const Start from = start(sampler, x, y, s);
+    PathSample sample = planned_.integrator->gather(from.ray, sampler, photons, state.rays);
+    finish(sample, from.weight, state.rejected_samples);
+    return sample;
+  });
+  state.cpu_seconds += thread_cpu_seconds() - cpu_start;
+  return whole;
 }
 
 bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_token stop) const {

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/accel/accel.h"
+#include "core/error/error_estimate.h"
 #include "core/math/numbers.h"
 #include "core/samplers/dimensions.h"
 
@@ -12,7 +14,13 @@ namespace {
 
 constexpr int kPixels = 1024;
 constexpr std::uint64_t kStream = 0x5b117;  ///< keeps the pilot's numbers apart from the picture's
-constexpr double kDark = 0.01;              ///< as in the error of a picture: Var / (mu^2 + 0.01)
+
+/// Of the luminance in one pixel.
+struct PixelVariances {
+  double mean = 0;
+  double branch = 0;
+  double total = 0;
+};
 
 }  // namespace
 
@@ -35,7 +43,8 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain,
   prepare_tracing_thread();
   const FilterSampler filter(settings.film.filter);
   PathSampler sampler(SamplerType::kIndependent, 2, hash_combine(settings.seed, kStream));
-  SplitCosts out;
+  std::vector<PixelVariances> pixels;
+  pixels.reserve(kPixels);
   std::uint64_t rays = 0;
   int paths = 0;
   for (int i = 0; i < kPixels; ++i) {
@@ -67,9 +76,22 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain,
         0.5 * (half_square(value[0][0], value[0][1]) + half_square(value[1][0], value[1][1]));
     const double total =
         0.5 * (half_square(value[0][0], value[1][0]) + half_square(value[0][1], value[1][1]));
-    const double mu = 0.25 * (value[0][0] + value[0][1] + value[1][0] + value[1][1]);
-    out.branch_variance += within / (mu * mu + kDark) / kPixels;
-    out.way_variance += (total - within) / (mu * mu + kDark) / kPixels;
+    const double mean = 0.25 * (value[0][0] + value[0][1] + value[1][0] + value[1][1]);
+    pixels.push_back({mean, within, total});
+  }
+  double luminance_sum = 0;
+  for (const PixelVariances& p : pixels) {
+    luminance_sum += p.mean;
+  }
+  // Over signal and floor, as in the error of a picture.
+  const double floor = error_floor(luminance_sum / kPixels);
+  SplitCosts out;
+  for (const PixelVariances& p : pixels) {
+    const double signal = p.mean * p.mean + floor;
+    if (signal > 0) {
+      out.branch_variance += p.branch / signal / kPixels;
+      out.way_variance += (p.total - p.branch) / signal / kPixels;
+    }
   }
   out.way_variance = std::max(out.way_variance, 0.0);
   out.way_rays = 1;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/color/rgb.h"
+#include "core/film/due_sample.h"
 #include "core/film/film.h"
 #include "core/samplers/hash.h"
 
@@ -20,7 +21,7 @@ inline void add_sample(ReplicatePixel& p, const PathSample& s) {
   const float w = 1 / static_cast<float>(p.count);
   const Rgb before = {p.mean_r, p.mean_g, p.mean_b};
   const Rgb after = before + (s.radiance - before) * w;
-  // Light of 1e20 is rare, its square no float at all: the largest stands for it.
+  // Light of 1e20 is rare, its square overflows a float: the largest float replaces it.
   p.m2_luminance =
       std::min(p.m2_luminance + luminance(s.radiance - before) * luminance(s.radiance - after),
                std::numeric_limits<float>::max());
@@ -126,14 +127,6 @@ bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const st
   state.samples = last_sample;
   return true;
 }
-
-/// A sample that is due.
-struct DueSample {
-  int x = 0;  ///< pixel of the full film
-  int y = 0;
-  int sample = 0;
-  std::size_t pixel = 0;  ///< of the tile
-};
 
 /// As fill_tile(), for paths that are traced `wave` at a time and share nothing: one sample of each
 /// pixel after the other. trace(due) traces, result(i) then gives the PathSample of due[i]. The

@@ -5,13 +5,19 @@
 ///
 ///   group   number  use                                   drawn in
 ///   camera  x y     position on the film                  render/renderer render/split_pilot
+///                                                         wave/wave_tracer integrators/mlt
+///                                                         render/feature_pass
 ///   camera  z w     position on the lens                  render/renderer render/split_pilot
+///                                                         wave/wave_tracer integrators/mlt
+///                                                         render/feature_pass
 ///   light   x       which light                           integrators/path integrators/direct
 ///                                                         integrators/bdpt
+///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
 ///                                                         wave/wave_tracer
 ///   light   y z     where on it                           integrators/path integrators/direct
 ///                                                         integrators/bdpt
+///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
 ///                                                         wave/wave_tracer
 ///   light   w       Russian roulette of the path          integrators/path
@@ -20,10 +26,12 @@
 ///                                                         wave/wave_tracer
 ///   bsdf    x       which lobe                            integrators/path integrators/direct
 ///                                                         integrators/light_trace integrators/bdpt
-///                                                         wave/wave_tracer
+///                                                         integrators/photon_mapping
+///                                                         wave/wave_tracer render/feature_pass
 ///   bsdf    y z     direction                             integrators/path integrators/direct
 ///                                                         integrators/light_trace integrators/bdpt
-///                                                         wave/wave_tracer
+///                                                         integrators/photon_mapping
+///                                                         wave/wave_tracer render/feature_pass
 ///   bsdf    w       delta lobe or not, where directions   integrators/path
 ///                   do not follow the BSDF
 ///   volume  w       hero wavelength                       transport/surface_event
@@ -33,16 +41,14 @@
 ///   choice  z       which of the shared light samples     integrators/shared_lights
 ///   choice  w       whether the light tree is asked for   integrators/shared_lights
 ///                   the density of a neighbour's sample
-///   start   x       which light a light path starts at    integrators/light_trace
-///                                                         integrators/bdpt
-///   start   y z     where on it                           integrators/light_trace
-///                                                         integrators/bdpt
-///   aim     x y     its direction                         integrators/light_trace
-///                                                         integrators/bdpt
+///   start   x       which light a light path starts at    transport/light_path
+///   start   y z     where on it                           transport/light_path
+///   aim     x y     its direction                         transport/light_path
 ///   vertex  x y     position on the lens                  integrators/light_trace
 ///                                                         integrators/bdpt
 ///   vertex  z       Russian roulette of a light path      integrators/light_trace
 ///                                                         integrators/bdpt
+///                                                         integrators/photon_mapping
 ///   extra   0..     holes along a segment                 transport/intersect
 ///   extra   2^31..  analog absorption                     integrators/path
 #pragma once

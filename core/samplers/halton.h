@@ -25,7 +25,7 @@ std::uint32_t halton_base(int d) noexcept;
 float halton_1d(int d, std::uint32_t index, std::uint64_t key) noexcept;
 
 /// Which dimension a component of a group of core/samplers/dimensions.h is; -1: none, an
-/// independent number. The lowest bases go to the film, then to lamps and directions at the first
+/// independent number. The lowest bases go to the film, then to lights and directions at the first
 /// surfaces.
 int halton_dimension(int group, int component) noexcept;
 

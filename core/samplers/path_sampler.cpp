@@ -45,6 +45,9 @@ void PathSampler::start_other(std::uint32_t x, std::uint32_t y, std::uint32_t sa
 
 Vec4 PathSampler::other_4d(int group) const noexcept {
   const std::uint64_t h = hash_combine(base_, static_cast<std::uint64_t>(group));
+  if (chain_ != nullptr) {
+    return chain_->at(h);
+  }
   const std::uint64_t h2 = mix_bits(h + 0x632be59bd9b4e019ULL);
   switch (type_) {
     case SamplerType::kAntithetic: {

@@ -5,7 +5,7 @@
 /// every other replicate's.
 ///
 /// independent       uniform numbers.
-/// antithetic        pairs: the second takes 1 - u for film, lens and lamps, fresh numbers for the
+/// antithetic        pairs: the second takes 1 - u for film, lens and lights, fresh numbers for the
 /// rest. stratified, latin-hypercube, orthogonal-array    independent sets of samples_in_set()
 /// points, one after
 ///                   another, in each group of four dimensions by itself
@@ -29,6 +29,7 @@
 
 #include "core/math/vec.h"
 #include "core/samplers/hash.h"
+#include "core/samplers/primary_numbers.h"
 #include "core/settings/settings.h"
 
 namespace core {
@@ -95,6 +96,16 @@ class PathSampler {
         first_replicate_(static_cast<std::uint32_t>(first_replicate)),
         seed_(mix_bits(seed)) {}
 
+  /// The numbers of a Markov chain, which must outlive it; stream: what they are for. Not to be
+  /// started.
+  PathSampler(PrimaryNumbers& chain, std::uint64_t stream) noexcept
+      : type_(SamplerType::kZsobol),  // none of those that are drawn in line
+        replicates_(1),
+        first_replicate_(0),
+        seed_(0),
+        base_(mix_bits(stream)),
+        chain_(&chain) {}
+
   /// x, y: pixel of the full film. sample >= 0.
   void start(int x, int y, int sample) noexcept {
     const auto pixel = (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) |
@@ -128,6 +139,9 @@ class PathSampler {
   float extra_1d(int bounce, std::uint32_t index) const noexcept {
     const auto key =
         (std::uint64_t{0xa1b2} << 48) | (static_cast<std::uint64_t>(bounce) << 32) | index;
+    if (chain_ != nullptr) [[unlikely]] {
+      return chain_->at(hash_combine(base_, key)).x;
+    }
     return to_unit_float(
         static_cast<std::uint32_t>(hash_combine(base_ ^ (std::uint64_t{index_} << 1), key) >> 32));
   }
@@ -191,6 +205,7 @@ class PathSampler {
   std::uint64_t base_ = 0;   ///< names the set that the sample belongs to
   std::uint32_t index_ = 0;  ///< of the point in it: below samples_in_set() where that is above 1;
                              ///< zsobol: along the curve
+  PrimaryNumbers* chain_ = nullptr;  ///< null: numbers are those of a point set
 };
 
 }  // namespace core

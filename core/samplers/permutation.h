@@ -16,7 +16,7 @@ constexpr std::uint32_t to_range(std::uint32_t bits, std::uint32_t count) noexce
 /// Where the permutation of [0, count) that `key` names sends `index`. Pre: index < count < 2^31.
 ///
 /// Rounds of multiply-add and xor-shift are bijections of the numbers of as many bits as count - 1
-/// has; what falls outside goes round again (cycle walking, Black and Rogaway 2002). A random
+/// has; values outside are permuted again (cycle walking, Black and Rogaway 2002). A random
 /// rotation at the end makes every image equally likely whatever the rounds do; images of two
 /// elements are so to a few percent.
 constexpr std::uint32_t permuted(std::uint32_t index, std::uint32_t count,

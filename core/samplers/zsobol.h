@@ -48,12 +48,12 @@ constexpr std::array<std::uint8_t, 24> orders_of_four() {
 }
 inline constexpr std::array<std::uint8_t, 24> kOrdersOfFour = orders_of_four();
 
-/// The Z curve with the parts of every square in the order that h says.
+/// The Z curve with the parts of every square in the order given by h.
 constexpr std::uint32_t shuffled_zcurve(std::uint32_t z, std::uint64_t h) noexcept {
   std::uint32_t out = 0;
   for (int level = kZcurveLevels - 1; level >= 0; --level) {
     const std::uint32_t digit = (z >> (2 * level)) & 3U;
-    // The square that is divided, with a bit before its digits that tells how many they are.
+    // The square that is divided, with a leading bit that encodes the number of its digits.
     const std::uint32_t square = (z | (1U << (2 * kZcurveLevels))) >> (2 * level + 2);
     const auto bits =
         static_cast<std::uint32_t>(mix_bits(h + square * 0x9e3779b97f4a7c15ULL) >> 32);

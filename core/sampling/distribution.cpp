@@ -80,9 +80,11 @@ Distribution2D::Distribution2D(const std::vector<float>& weights, int width, int
   for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
     const auto begin = weights.begin() + static_cast<std::ptrdiff_t>(y * w);
     rows_.emplace_back(std::vector<float>(begin, begin + width));
+    rows_.back().add_guide();
     sums.push_back(static_cast<float>(rows_.back().total()));
   }
   marginal_ = Distribution1D(sums);
+  marginal_.add_guide();
 }
 
 Distribution2D::Sample Distribution2D::sample(Vec2 u) const noexcept {
@@ -99,7 +101,8 @@ float Distribution2D::pdf_unit(Vec2 uv) const noexcept {
 }
 
 std::size_t Distribution2D::bytes() const noexcept {
-  return rows_.empty() ? 0 : (rows_.size() + 1) * (rows_[0].size() + 1) * sizeof(float);
+  constexpr std::size_t kCell = sizeof(float) + sizeof(std::uint32_t);  // and of the guide
+  return rows_.empty() ? 0 : (rows_.size() + 1) * (rows_[0].size() + 1) * kCell;
 }
 
 }  // namespace core

@@ -15,8 +15,7 @@ class Distribution1D {
   Distribution1D() = default;
   /// weights: finite, >= 0. All zero: uniform.
   explicit Distribution1D(const std::vector<float>& weights);
-  /// sample() then starts near its cell instead of searching for it: for small tables that are
-  /// asked often.
+  /// sample() then starts near its cell instead of searching for it, one step away on average.
   void add_guide();
 
   struct Sample {

@@ -21,7 +21,7 @@ class WeightedReservoir {
     }
     sum_ += weight;
     const double p = weight / sum_;
-    if (u_ < p || p >= 1) {  // 1 by rounding: what came before is lost in the sum
+    if (u_ < p || p >= 1) {  // 1 by rounding: earlier weights vanish in the sum
       u_ = u_ / p;
       item_ = item;
       weight_ = weight;

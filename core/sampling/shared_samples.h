@@ -1,6 +1,6 @@
 /// SharedSamples: the weights with which several paths use each other's samples.
 ///
-/// Path j drew sample j, which stands for M_j draws, in a measure that all paths share. t_i(y) is
+/// Path j drew sample j, which represents M_j draws, in a measure that all paths share. t_i(y) is
 /// in proportion to the density with which path i draws y; it may be off, but it is 0 wherever path
 /// i cannot draw. A path whose set of paths is N gives sample j of N the weight
 ///     m_j = M_j t_j(y_j) / sum_{i in N} M_i t_i(y_j),

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "core/materials/shade.h"
@@ -41,6 +42,9 @@ class Builder {
   std::size_t placed_triangles() const { return placed_triangles_; }
 
  private:
+  /// What decides which texels a slot reads: size, set, transform, wrap modes, nearest.
+  using Places = std::tuple<int, int, int, std::array<float, 6>, TextureWrap, TextureWrap, bool>;
+
   TextureSlot slot(const TextureDescription& description, bool srgb) {
     TextureSlot out;
     out.description = description;
@@ -55,6 +59,11 @@ class Builder {
       it = textures_.emplace(key, to_.textures.back().get()).first;
     }
     out.texture = it->second;
+    const Places places = {out.texture->width(),     out.texture->height(), description.uv_set,
+                           description.uv_transform, description.wrap_u,    description.wrap_v,
+                           description.nearest};
+    const auto next = static_cast<std::uint32_t>(places_.size()) + 1;
+    out.places = places_.emplace(places, next).first->second;
     return out;
   }
 
@@ -137,8 +146,8 @@ class Builder {
     return ok_status();
   }
 
-  /// Thin walls that are smooth somewhere, and solids whose index can be that of what is around
-  /// them.
+  /// Thin walls that are smooth somewhere, and solids whose index may equal that of the
+  /// surroundings them.
   bool may_be_clear(const Material& m) const {
     const MaterialDescription& d = m.factors;
     const bool textured = m.metallic_roughness.texture != nullptr;
@@ -449,6 +458,7 @@ class Builder {
   SceneDescription& from_;
   SceneData& to_;
   std::map<std::pair<int, bool>, const Texture*> textures_;
+  std::map<Places, std::uint32_t> places_;
   std::map<const Texture*, ColoredBlocks> colored_;  ///< of emissive textures
   std::vector<std::vector<std::uint32_t>> groups_;
   std::vector<std::uint32_t> instance_groups_;

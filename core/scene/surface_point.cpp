@@ -58,9 +58,9 @@ Vec4 blend(const std::vector<Vec4>& values, const Corners& c, Vec3 b) {
           v0.z * b.x + v1.z * b.y + v2.z * b.z, v0.w * b.x + v1.w * b.y + v2.w * b.z};
 }
 
-/// Where a quadratic surface through the vertices, square to their normals along the edges, stands
-/// above the triangle at b: half the sum over edges of b_i b_j (n_j - n_i) . (p_j - p_i), the
-/// sagitta of a sphere's chord among them. Edges that bend the other way do not count. side: 1
+/// Where a quadratic surface through the vertices, perpendicular to their normals along the edges,
+/// stands above the triangle at b: half the sum over edges of b_i b_j (n_j - n_i) . (p_j - p_i),
+/// the sagitta of a sphere's chord among them. Edges that bend the other way do not count. side: 1
 /// above the front, -1 above the back.
 float bulge(const Corners& c, const Vec3 (&n)[3], Vec3 b, float side) {
   const auto edge = [&](int i, int j) {

@@ -1,5 +1,5 @@
-// A living room in the evening. All its light comes from the corridor, through a door that stands
-// ajar; most of what one sees has been reflected more than once.
+// A living room in the evening. All light comes from the corridor through a door that is ajar; most
+// of the visible light is indirect.
 #include <array>
 #include <string>
 #include <utility>

@@ -11,5 +11,7 @@ Bytes make_veach_mis();
 Bytes make_many_lights();
 Bytes make_glass();
 Bytes make_interior();
+Bytes make_keyhole();
+Bytes make_caustic_pool();
 
 }  // namespace core

@@ -14,7 +14,7 @@ struct BuiltinScene {
   Bytes (*make_glb)();
 };
 
-/// cornell-box, furnace, veach-mis, many-lights, glass, interior.
+/// cornell-box, furnace, veach-mis, many-lights, glass, interior, keyhole, caustic-pool.
 std::span<const BuiltinScene> builtin_scenes();
 const BuiltinScene* find_builtin_scene(std::string_view name);
 

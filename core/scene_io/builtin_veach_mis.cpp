@@ -14,7 +14,7 @@ struct Plate {
   Vec2 back;   // y, z of the upper edge
   float roughness;
 };
-// Each plate's normal halves the way from the camera to the lamps. Roughness is the square root of
+// Each plate's normal halves the way from the camera to the lights. Roughness is the square root of
 // the widths 0.005, 0.02, 0.05 and 0.1.
 constexpr std::array kPlates = {
     Plate{{-2.70651F, 0.25609F}, {-2.08375F, -0.526323F}, 0.0707F},

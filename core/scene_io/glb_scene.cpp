@@ -251,7 +251,7 @@ class SceneWriter {
     }
   }
 
-  // Positions carry their bounds, as the specification asks.
+  // Positions carry their bounds, as the specification requires.
   int position_accessor(const std::vector<Vec3>& positions) {
     Bounds bounds;
     for (const Vec3 p : positions) {

@@ -1,4 +1,4 @@
-/// Writes GLB files: whole scene descriptions, or piece by piece for what a description cannot say.
+/// Writes GLB files: whole scene descriptions, or piece by piece for what these cannot express.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +34,7 @@ class GlbWriter {
   int add_accessor(std::span<const std::byte> bytes, int component_type, std::string_view type,
                    std::size_t count, std::string_view more = "{}");
 
-  /// The file. The JSON's "scenes" default to one that holds all nodes that are nobody's children.
+  /// The file. The JSON's "scenes" default to one that holds all root nodes.
   Bytes finish();
   /// The same document as JSON text whose one buffer is `bin_uri`, and that buffer.
   struct Separate {

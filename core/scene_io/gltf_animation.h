@@ -1,4 +1,4 @@
-/// Animations of a glTF file at one moment: what they put in the place of the nodes' own values.
+/// Animations of a glTF file at one moment: the values that replace those of the nodes.
 #pragma once
 
 #include <map>
@@ -19,9 +19,9 @@ struct AnimatedNode {
   std::vector<float> weights;  ///< empty: not animated
 };
 
-/// By node. Before its first and after its last key an animation holds that key, as glTF 2.0 asks.
-/// All animations play at once; one that moves what an earlier one moves is left out with a
-/// warning. Errors: kInvalidArgument with a JSON pointer.
+/// By node. Before its first and after its last key an animation holds that key, as glTF 2.0
+/// requires. All animations play at once; one that moves what an earlier one moves is left out with
+/// a warning. Errors: kInvalidArgument with a JSON pointer.
 Result<std::map<int, AnimatedNode>> evaluate_animations(const tinygltf::Model& model,
                                                         GltfSource& source, double time_seconds,
                                                         std::vector<std::string>& warnings);

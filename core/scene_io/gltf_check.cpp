@@ -24,7 +24,7 @@ Error invalid(std::string where, std::string message) {
 }
 
 std::string shown(const Json& value) {
-  constexpr std::size_t kLongest = 40;
+  constexpr std::size_t kLongest = 60;
   std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
   return text.size() > kLongest ? text.substr(0, kLongest) + "..." : text;
 }
@@ -272,12 +272,12 @@ class SchemaWalk {
 Status check_asset(const Json& root) {
   const auto version = root.at("asset").at("version").get<std::string>();
   if (!version.starts_with("2.")) {
-    return invalid("/asset/version", "glTF version \"" + version + "\"; 2.0 is read");
+    return invalid("/asset/version", "glTF version " + shown(Json(version)) + "; 2.0 is read");
   }
   const auto minimum = root.at("asset").value("minVersion", std::string("2.0"));
   if (minimum != "2.0") {
-    return invalid("/asset/minVersion",
-                   "the file asks for a reader of version \"" + minimum + "\"; this is 2.0");
+    return invalid("/asset/minVersion", "the file asks for a reader of version " +
+                                            shown(Json(minimum)) + "; this is 2.0");
   }
   return ok_status();
 }
@@ -294,15 +294,16 @@ Status check_extensions(const Json& root, std::vector<std::string>& warnings) {
                      "PNG, JPEG or WebP");
     }
     if (!is_supported_extension(name)) {
-      return invalid("/extensionsRequired/" + std::to_string(i),
-                     "the file requires the extension \"" + name + "\", which is not supported");
+      return invalid(
+          "/extensionsRequired/" + std::to_string(i),
+          "the file requires the extension " + shown(needed[i]) + ", which is not supported");
     }
   }
   const auto used = root.find("extensionsUsed");
   for (const Json& name : used == root.end() ? none : *used) {
     const auto text = name.get<std::string>();
     if (!is_supported_extension(text) && text != "KHR_texture_basisu") {
-      warnings.push_back("extension \"" + text + "\" is used by the file and was ignored");
+      warnings.push_back("extension " + shown(name) + " is used by the file and was ignored");
     }
   }
   return ok_status();
@@ -420,7 +421,7 @@ GltfTables read_tables(const Json& root) {
   return tables;
 }
 
-// What tinygltf 2.7 to 2.9 would trip over: index accessors without a view, channels without a
+// Input that crashes tinygltf 2.7 to 2.9: index accessors without a view, channels without a
 // node (both valid), and everything that holds bytes.
 void reduce_for_tinygltf(Json& root) {
   root.erase("buffers");
@@ -472,7 +473,7 @@ Result<CheckedGltf> check_gltf(const GltfContainer& container) {
     Json root = Json::parse(container.json);
     return check_document(root, container);
   } catch (const Json::parse_error& problem) {
-    // Without the parser's own words, which quote what it read.
+    // Without the parser's own message, which quotes the input.
     return invalid("", "the glTF JSON cannot be read: it is not JSON from " +
                            place_of(container.json, problem.byte > 0 ? problem.byte - 1 : 0) +
                            " on");

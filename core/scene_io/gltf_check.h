@@ -1,5 +1,5 @@
 /// Parses glTF JSON and refuses whatever does not fit the schemas, or points outside of what it
-/// points into, before anything else looks at the file.
+/// points into, before any other code reads the file.
 #pragma once
 
 #include <string>

@@ -1,6 +1,9 @@
 #include "core/scene_io/gltf_images.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <thread>
 #include <utility>
 
 #include "core/image_io/image_io.h"
@@ -74,7 +77,7 @@ int GltfImages::add(Image image) {
   return static_cast<int>(scene_.images.size()) - 1;
 }
 
-Result<int> GltfImages::decoded(int image) {
+Result<int> GltfImages::noted(int image) {
   if (const auto it = by_file_index_.find(image); it != by_file_index_.end()) {
     return it->second;
   }
@@ -83,25 +86,63 @@ Result<int> GltfImages::decoded(int image) {
   if (!file) {
     return file.error();
   }
+  Noted note{.image = image, .to = scene_.images.size(), .file = *file};
+  note.bytes_max = source_.budget().left();
   // Before it is decoded, where the header tells; else after.
-  const std::size_t left = source_.budget().left();
   const auto header = read_image_header(*file);
   if (header) {
     const std::size_t bytes = header->value_count() * bytes_per_value(header->type);
     if (auto status = source_.budget().take(bytes, where); !status) {
       return status.error();
     }
-  }
-  auto pixels = decode_image(*file, {limits_.image_side_max, left});
-  if (!pixels) {
-    return Error{pixels.error().code, pixels.error().message, where};
-  }
-  if (!header) {
-    if (auto status = source_.budget().take(pixels->bytes.size(), where); !status) {
+  } else {
+    note.pixels = decode_image(*file, {limits_.image_side_max, note.bytes_max});
+    if (!*note.pixels) {
+      return Error{note.pixels->error().code, note.pixels->error().message, where};
+    }
+    if (auto status = source_.budget().take((*note.pixels)->bytes.size(), where); !status) {
       return status.error();
     }
   }
-  return by_file_index_[image] = add(*std::move(pixels));
+  scene_.images.emplace_back();
+  noted_.push_back(std::move(note));
+  return by_file_index_[image] = static_cast<int>(scene_.images.size()) - 1;
+}
+
+Status GltfImages::decode_all() {
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < noted_.size(); i = next++) {
+      Noted& note = noted_[i];
+      try {
+        if (!note.pixels) {
+          note.pixels = decode_image(note.file, {limits_.image_side_max, note.bytes_max});
+        }
+      } catch (...) {
+        note.thrown = std::current_exception();
+      }
+    }
+  };
+  {
+    const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
+    std::vector<std::jthread> others(std::min(std::max<std::size_t>(noted_.size(), 1), cores) - 1);
+    for (std::jthread& other : others) {
+      other = std::jthread(work);
+    }
+    work();
+  }
+  for (Noted& note : noted_) {
+    if (note.thrown != nullptr) {
+      std::rethrow_exception(note.thrown);
+    }
+    if (!*note.pixels) {
+      const Error& error = note.pixels->error();
+      return Error{error.code, error.message, "/images/" + std::to_string(note.image)};
+    }
+    scene_.images[note.to] = std::make_shared<const Image>(**std::move(note.pixels));
+  }
+  noted_.clear();
+  return ok_status();
 }
 
 Result<TextureDescription> GltfImages::texture(const TextureReference& reference) {
@@ -115,7 +156,7 @@ Result<TextureDescription> GltfImages::texture(const TextureReference& reference
                               " has no image and counts as white");
     return description;
   }
-  auto image = decoded(texture_images_[texture]);
+  auto image = noted(texture_images_[texture]);
   if (!image) {
     return image.error();
   }

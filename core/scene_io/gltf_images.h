@@ -1,8 +1,13 @@
-/// Images and textures of a glTF file: which image a texture reads, and each image decoded once.
+/// Images and textures of a glTF file: which image a texture reads, and each image decoded once,
+/// side by side on the machine's cores.
 #pragma once
 
+#include <cstddef>
+#include <exception>
 #include <map>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,15 +42,28 @@ class GltfImages {
         limits_(limits),
         scene_(scene) {}
 
-  /// Decodes the image on first use. uv_set is the file's number. Errors: those of decode_image, at
-  /// "/images/N".
+  /// Notes the image for decode_all(); its place in the scene is empty until then. uv_set is the
+  /// file's number. Errors: kTooLarge, or those of decode_image where the file's head does not tell
+  /// its size, at "/images/N".
   Result<TextureDescription> texture(const TextureReference& reference);
+  /// Decodes all that texture() has noted. Errors: those of decode_image, at "/images/N".
+  Status decode_all();
 
   /// Adds an image made by us; its index in the scene.
   int add(Image image);
 
  private:
-  Result<int> decoded(int image);
+  /// An image of the file that has yet to be decoded.
+  struct Noted {
+    int image;           ///< of the file
+    std::size_t to = 0;  ///< its place in the scene
+    std::span<const std::byte> file;
+    std::size_t bytes_max = 0;
+    std::optional<Result<Image>> pixels = {};
+    std::exception_ptr thrown = {};
+  };
+
+  Result<int> noted(int image);
 
   const tinygltf::Model& model_;
   GltfSource& source_;
@@ -53,6 +71,7 @@ class GltfImages {
   GltfLimits limits_;
   SceneDescription& scene_;
   std::map<int, int> by_file_index_;
+  std::vector<Noted> noted_;
 };
 
 }  // namespace core

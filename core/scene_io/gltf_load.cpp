@@ -133,6 +133,9 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   if (auto status = read_materials(*model, images, scene); !status) {
     return status.error();
   }
+  if (auto status = images.decode_all(); !status) {
+    return status.error();
+  }
   GltfMeshes meshes(*model, *source, options.limits, *variant, scene);
   if (auto status = place_nodes(*model, *source, meshes, options, scene); !status) {
     return status.error();

@@ -31,12 +31,12 @@ struct GltfLimits {
   std::size_t decoded_bytes_max = std::size_t{8} << 30;  ///< geometry and images together
   int image_side_max = 16384;
   /// Asked before reading, or building what was read, takes so many bytes more, for JSON too; its
-  /// error ends the reading. Null: nobody is asked.
+  /// error ends the reading. Null: no such check.
   std::function<Status(std::uint64_t bytes)> admit = {};
 };
 
 struct GltfOptions {
-  double time_seconds = 0;  ///< animation time
+  std::optional<double> time_seconds = 0;  ///< animation time; empty: the rest pose
   std::optional<std::string>
       variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
   int scene_index = -1;  ///< -1: the file's own choice

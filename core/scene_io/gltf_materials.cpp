@@ -269,6 +269,9 @@ class MaterialReader {
     m_.roughness = 1 - glossiness;
     m_.metallic_roughness_texture = {};
     if (status_ && m_.specular_color_texture.image >= 0) {
+      status_ = images_.decode_all();
+    }
+    if (status_ && m_.specular_color_texture.image >= 0) {
       const auto image = static_cast<std::size_t>(m_.specular_color_texture.image);
       m_.metallic_roughness_texture = m_.specular_color_texture;
       m_.metallic_roughness_texture.image =

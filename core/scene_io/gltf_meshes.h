@@ -13,7 +13,7 @@
 
 namespace core {
 
-/// What makes two uses of a mesh different.
+/// Key of a mesh instance: what distinguishes two uses of a mesh.
 struct MeshUse {
   int mesh = -1;
   std::vector<float> weights;                 ///< of the morph targets; empty: none

@@ -13,7 +13,7 @@ Error invalid(std::string where, std::string message) {
   return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
 }
 
-// tinygltf gets no way to a file: every callback says no.
+// tinygltf gets no access to files: every callback refuses.
 tinygltf::FsCallbacks no_files() {
   tinygltf::FsCallbacks callbacks{};
   callbacks.FileExists = [](const std::string&, void*) { return false; };

@@ -12,7 +12,7 @@
 
 namespace core {
 
-/// Parses the reduced document and checks what no schema row can say: the nodes form a forest,
+/// Parses the reduced document and checks what no schema row can express: the nodes form a forest,
 /// cameras and spots have their objects, channels their samplers.
 /// Errors: kInvalidArgument with a JSON pointer.
 Result<tinygltf::Model> parse_model(const std::string& model_json);

@@ -41,11 +41,13 @@ class NodePlacer {
       : model_(model), source_(source), meshes_(meshes), options_(options), scene_(scene) {}
 
   Status run() {
-    auto animated = evaluate_animations(model_, source_, options_.time_seconds, scene_.warnings);
-    if (!animated) {
-      return animated.error();
+    if (options_.time_seconds) {
+      auto animated = evaluate_animations(model_, source_, *options_.time_seconds, scene_.warnings);
+      if (!animated) {
+        return animated.error();
+      }
+      animated_ = *std::move(animated);
     }
-    animated_ = *std::move(animated);
     auto world = world_matrices(model_, animated_);
     auto order = nodes_of_scene(model_, options_.scene_index);
     if (!world || !order) {

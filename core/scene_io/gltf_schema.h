@@ -1,4 +1,4 @@
-/// What members a glTF object has, as data: one row a member.
+/// Members of glTF objects, as data: one row each.
 ///
 /// The rows come from the JSON schemas of glTF 2.0 and of the extensions that are read. Members
 /// that no row names are allowed and ignored, as the specification asks.

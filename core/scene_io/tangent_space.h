@@ -1,4 +1,4 @@
-/// Tangents for primitives that have none, by the rules of MikkTSpace, as glTF 2.0 asks.
+/// Tangents for primitives that have none, by the rules of MikkTSpace, as glTF 2.0 requires.
 ///
 /// Triangles that share an edge and have the same handedness of texture coordinates are averaged
 /// at their common vertices, weighted by the angle there; vertices are split where handedness or

@@ -14,6 +14,7 @@
 namespace core {
 
 class Integrator;
+struct DenoisedLook;
 struct FilmSnapshot;
 struct IntegratorInput;
 
@@ -51,6 +52,7 @@ struct IntegratorEntry {
   Options accepts;
   bool splats = false;    ///< light paths add to any pixel: errors of pixels are correlated
   bool disperses = true;  ///< false: scenes with dispersion are refused
+  bool photons = false;   ///< camera paths look up photons, of each sample anew
   /// Its own defaults, over those of RenderSettings; null: it has none.
   void (*set_defaults)(RenderSettings& settings) = nullptr;
 };
@@ -58,6 +60,13 @@ struct IntegratorEntry {
 std::span<const IntegratorEntry> integrators();
 /// Null: no such row.
 const IntegratorEntry* find_integrator(std::string_view name);
+/// The row of a name. Pre: there is one.
+inline const IntegratorEntry& row_of(std::span<const IntegratorEntry> rows, std::string_view name) {
+  const auto row = std::find_if(rows.begin(), rows.end(),
+                                [name](const IntegratorEntry& r) { return r.name == name; });
+  CHECK(row != rows.end());
+  return *row;
+}
 /// Options that at least one integrator accepts.
 std::vector<std::string_view> integrator_options();
 
@@ -117,6 +126,9 @@ struct LayerEntry {
   void (*fill)(const FilmSnapshot& film, std::span<float> out);
   bool is_mean = false;                    ///< of the samples, so that a pixel has a value
   bool FilmSettings::*recorded = nullptr;  ///< its switch; null: every film has it
+  /// Of layers that show a denoised picture, which is made on demand; null: of the film alone.
+  void (*fill_denoised)(const FilmSnapshot& film, const DenoisedLook& look,
+                        std::span<float> out) = nullptr;
 };
 /// The table is in core/layers/layers.cpp.
 std::span<const LayerEntry> layers();
@@ -140,6 +152,8 @@ int rounded_samples(const RenderSettings& settings, int samples_per_pixel);
 
 /// Do light paths add to pixels anywhere?
 bool integrator_splats(const RenderSettings& settings);
+/// Do camera paths look up photons?
+bool integrator_has_photons(const RenderSettings& settings);
 
 /// Does the estimation correlate the errors of neighbouring pixels?
 PixelErrors pixel_errors(const RenderSettings& settings);

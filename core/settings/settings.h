@@ -98,6 +98,14 @@ struct AdaptiveSettings {
   int dilation = 1;  ///< radius in pixels (tiles with kTile): the neediest neighbour counts
 };
 
+/// Photon maps: integrators `sppm` and `photon-map`.
+struct PhotonSettings {
+  int paths = 0;           ///< particles for each sample of the pixels; 0: photon_paths()
+  float radius_m = 0;      ///< of the disks that gather them, at first; 0: three pixels wide
+  float alpha = 2.0F / 3;  ///< sppm: the disks' areas fall as N^(alpha - 1)
+  int final_gather = 1;    ///< photon-map: directions in which the map is looked up; 0: here
+};
+
 struct RenderSettings {
   FilmSettings film;
   std::string integrator = "path";
@@ -113,6 +121,7 @@ struct RenderSettings {
       1;  ///< restir: samples of a replicate, one after another, that share theirs too
   int block_candidates = 1;  ///< restir: light samples of each path, of which one is shared
   AdaptiveSettings adaptive;
+  PhotonSettings photons;
   std::uint64_t seed = 0;
 };
 

@@ -13,7 +13,7 @@ std::vector<int> blocks_between(float low, float high, int size, TextureWrap mod
   // Bilinear reads reach half a texel to either side; another one is for rounding of coordinates.
   const float first = std::floor(low * static_cast<float>(size) - 0.5F) - 1;
   const float last = std::floor(high * static_cast<float>(size) - 0.5F) + 2;
-  // Beyond 2^23 a float has no texels left to tell apart.
+  // Beyond 2^23 a float cannot distinguish texels.
   if (!(std::fabs(first) < 0x1p23F && last - first < static_cast<float>(size))) {
     return {};
   }

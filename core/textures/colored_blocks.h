@@ -12,7 +12,7 @@ class ColoredBlocks {
   explicit ColoredBlocks(const Texture& texture);
 
   /// Is every texel black that Texture::sample() reads at the finest level for uv within the box?
-  /// May say no where the texels are black but others nearby are not.
+  /// May be false where the texels are black but others nearby are not.
   bool is_black(Vec2 uv_low, Vec2 uv_high, TextureWrap wrap_u, TextureWrap wrap_v) const;
 
  private:

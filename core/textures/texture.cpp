@@ -56,6 +56,90 @@ std::uint32_t to_byte(float c) {
   return static_cast<std::uint32_t>(std::clamp(c, 0.0F, 1.0F) * 255.0F + 0.5F);
 }
 
+/// The nearest of 256 steps of the sRGB curve, without its power.
+class SrgbEncoder {
+ public:
+  SrgbEncoder() {
+    for (std::size_t k = 0; k + 1 < least_.size(); ++k) {
+      least_[k] = srgb_to_linear((static_cast<float>(k) + 0.5F) / 255.0F);
+    }
+    least_.back() = 2;
+    for (std::size_t i = 0; i < below_.size(); ++i) {
+      below_[i] = static_cast<std::uint8_t>(
+          to_byte(linear_to_srgb(static_cast<float>(i) / static_cast<float>(kParts))));
+    }
+  }
+  /// c: in [0, 1].
+  std::uint32_t encode(float c) const {
+    const std::uint32_t step = below_[static_cast<std::size_t>(c * static_cast<float>(kParts))];
+    return step + (c >= least_[step] ? 1U : 0U);
+  }
+
+ private:
+  /// A part holds at most one border of steps: where the curve is steepest, near black, a part is
+  /// 12.92 * 255 / 4096 = 0.8 of a step.
+  static constexpr std::size_t kParts = 4096;
+  std::array<std::uint8_t, kParts + 1> below_{};  ///< the step at the part's lower end
+  std::array<float, 256> least_{};                ///< of the next step
+};
+const SrgbEncoder kSrgbEncoder;
+
+/// The mean of four texels, each channel rounded.
+std::uint32_t mean_of(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+  constexpr std::uint32_t kEven = 0x00ff00ffU;
+  const std::uint32_t even = (a & kEven) + (b & kEven) + (c & kEven) + (d & kEven) + 0x00020002U;
+  const std::uint32_t odd =
+      (a >> 8 & kEven) + (b >> 8 & kEven) + (c >> 8 & kEven) + (d >> 8 & kEven) + 0x00020002U;
+  return (even >> 2 & kEven) | (odd >> 2 & kEven) << 8;
+}
+
+std::uint32_t srgb_mean_of(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+  std::uint32_t out = mean_of(a, b, c, d) & 0xff000000U;
+  for (unsigned shift = 0; shift < 24; shift += 8) {
+    const auto linear = [shift](std::uint32_t t) { return kSrgbTable[t >> shift & 255U]; };
+    out |= kSrgbEncoder.encode(0.25F * ((linear(a) + linear(b)) + (linear(c) + linear(d))))
+           << shift;
+  }
+  return out;
+}
+
+Vec4 float_mean_of(Vec4 a, Vec4 b, Vec4 c, Vec4 d) {
+  return mix(mix(a, b, 0.5F), mix(c, d, 0.5F), 0.5F);
+}
+
+template <typename Texel, typename Mean>
+std::vector<Texel> halved(const std::vector<Texel>& from, int width, int height, int half_width,
+                          int half_height, const Mean& mean) {
+  std::vector<Texel> to(static_cast<std::size_t>(half_width) *
+                        static_cast<std::size_t>(half_height));
+  const auto row_of = [&](int y) {
+    return from.data() +
+           static_cast<std::size_t>(std::min(y, height - 1)) * static_cast<std::size_t>(width);
+  };
+  const int step = width > 1 ? 1 : 0;
+  for (int y = 0; y < half_height; ++y) {
+    const Texel* upper = row_of(2 * y);
+    const Texel* lower = row_of(2 * y + 1);
+    Texel* out = to.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(half_width);
+    for (int x = 0; x < half_width; ++x, upper += 2, lower += 2) {
+      out[x] = mean(upper[0], upper[step], lower[0], lower[step]);
+    }
+  }
+  return to;
+}
+
+/// 8-bit pixels as RGBA.
+template <std::size_t kChannels>
+void pack(const std::byte* from, std::vector<std::uint32_t>& to) {
+  constexpr bool kGrey = kChannels <= 2;
+  for (std::uint32_t& texel : to) {
+    const auto byte = [from](std::size_t k) { return std::to_integer<std::uint32_t>(from[k]); };
+    const std::uint32_t alpha = kChannels % 2 == 0 ? byte(kChannels - 1) : 255U;
+    texel = byte(0) | byte(kGrey ? 0 : 1) << 8 | byte(kGrey ? 0 : 2) << 16 | alpha << 24;
+    from += kChannels;
+  }
+}
+
 }  // namespace
 
 int wrapped_texel(int i, int n, TextureWrap mode) {
@@ -88,6 +172,24 @@ Vec4 Texture::texel(const Level& level, int x, int y) const noexcept {
   return level.floats[at];
 }
 
+std::vector<Vec4> linear_texels(const Image& image, bool srgb) {
+  const auto channels = static_cast<std::size_t>(image.channels);
+  const bool grey = channels <= 2;
+  const bool alpha = channels == 2 || channels == 4;
+  const bool decode = srgb && image.type != PixelType::kF32;
+  const auto value = [&](std::size_t k) {
+    const float c = stored(image, k);
+    return decode ? srgb_to_linear(c) : c;
+  };
+  std::vector<Vec4> texels(image.value_count() / channels);
+  for (std::size_t i = 0; i < texels.size(); ++i) {
+    const std::size_t at = i * channels;
+    texels[i] = {value(at), value(grey ? at : at + 1), value(grey ? at : at + 2),
+                 alpha ? stored(image, at + channels - 1) : 1.0F};
+  }
+  return texels;
+}
+
 std::shared_ptr<const Texture> Texture::create(const Image& image, bool srgb) {
   std::shared_ptr<Texture> texture(new Texture());
   const bool bytes = image.type == PixelType::kU8;
@@ -95,33 +197,12 @@ std::shared_ptr<const Texture> Texture::create(const Image& image, bool srgb) {
   Level base;
   base.width = image.width;
   base.height = image.height;
-  const auto count = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  const auto channels = static_cast<std::size_t>(image.channels);
-  const bool grey = channels <= 2;
-  const bool alpha = channels == 2 || channels == 4;
   if (bytes) {
-    base.rgba8.resize(count);
+    base.rgba8.resize(image.value_count() / static_cast<std::size_t>(image.channels));
+    const auto packs = {&pack<1>, &pack<2>, &pack<3>, &pack<4>};
+    packs.begin()[image.channels - 1](image.bytes.data(), base.rgba8);
   } else {
-    base.floats.resize(count);
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t at = i * channels;
-    const std::size_t g = grey ? at : at + 1;
-    const std::size_t b = grey ? at : at + 2;
-    const std::size_t a = at + channels - 1;
-    if (bytes) {
-      const auto byte = [&image](std::size_t k) {
-        return std::to_integer<std::uint32_t>(image.bytes[k]);
-      };
-      base.rgba8[i] = byte(at) | byte(g) << 8 | byte(b) << 16 | (alpha ? byte(a) : 255U) << 24;
-    } else {
-      const bool decode = srgb && image.type == PixelType::kU16;
-      const auto value = [&](std::size_t k) {
-        const float c = stored(image, k);
-        return decode ? srgb_to_linear(c) : c;
-      };
-      base.floats[i] = {value(at), value(g), value(b), alpha ? stored(image, a) : 1.0F};
-    }
+    base.floats = linear_texels(image, srgb);
   }
   texture->levels_.push_back(std::move(base));
   while (texture->levels_.back().width > 1 || texture->levels_.back().height > 1) {
@@ -129,28 +210,15 @@ std::shared_ptr<const Texture> Texture::create(const Image& image, bool srgb) {
     Level to;
     to.width = std::max(1, from.width / 2);
     to.height = std::max(1, from.height / 2);
-    const auto n = static_cast<std::size_t>(to.width) * static_cast<std::size_t>(to.height);
-    (bytes ? to.rgba8.resize(n) : to.floats.resize(n));
-    for (int y = 0; y < to.height; ++y) {
-      for (int x = 0; x < to.width; ++x) {
-        const int x0 = std::min(2 * x, from.width - 1);
-        const int y0 = std::min(2 * y, from.height - 1);
-        const int x1 = std::min(2 * x + 1, from.width - 1);
-        const int y1 = std::min(2 * y + 1, from.height - 1);
-        const Vec4 v =
-            mix(mix(texture->texel(from, x0, y0), texture->texel(from, x1, y0), 0.5F),
-                mix(texture->texel(from, x0, y1), texture->texel(from, x1, y1), 0.5F), 0.5F);
-        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(to.width) +
-                        static_cast<std::size_t>(x);
-        if (bytes) {
-          const auto encode = [&](float c) {
-            return to_byte(texture->srgb_ ? linear_to_srgb(c) : c);
-          };
-          to.rgba8[at] = encode(v.x) | encode(v.y) << 8 | encode(v.z) << 16 | to_byte(v.w) << 24;
-        } else {
-          to.floats[at] = v;
-        }
-      }
+    const auto half = [&](const auto& texels, const auto& mean) {
+      return halved(texels, from.width, from.height, to.width, to.height, mean);
+    };
+    if (!bytes) {
+      to.floats = half(from.floats, float_mean_of);
+    } else if (texture->srgb_) {
+      to.rgba8 = half(from.rgba8, srgb_mean_of);
+    } else {
+      to.rgba8 = half(from.rgba8, mean_of);
     }
     texture->levels_.push_back(std::move(to));
   }
@@ -158,100 +226,134 @@ std::shared_ptr<const Texture> Texture::create(const Image& image, bool srgb) {
   return texture;
 }
 
-Vec4 Texture::bilinear(const Level& level, const Lookup& at) const noexcept {
+void Texture::add_tap(std::uint32_t number, const Lookup& at, float weight,
+                      Taps& taps) const noexcept {
+  const Level& level = levels_[number];
   const float x = at.uv.x * static_cast<float>(level.width) - 0.5F;
   const float y = at.uv.y * static_cast<float>(level.height) - 0.5F;
   const float fx = std::floor(x);
   const float fy = std::floor(y);
   const auto column = [&](int i) {
-    return static_cast<std::size_t>(wrapped_texel(i, level.width, at.wrap_u));
+    return static_cast<std::uint32_t>(wrapped_texel(i, level.width, at.wrap_u));
   };
   const auto row = [&](int i) {
-    return static_cast<std::size_t>(wrapped_texel(i, level.height, at.wrap_v)) *
-           static_cast<std::size_t>(level.width);
+    return static_cast<std::uint32_t>(wrapped_texel(i, level.height, at.wrap_v)) *
+           static_cast<std::uint32_t>(level.width);
   };
-  const std::size_t x0 = column(static_cast<int>(fx));
-  const std::size_t x1 = column(static_cast<int>(fx) + 1);
-  const std::size_t y0 = row(static_cast<int>(fy));
-  const std::size_t y1 = row(static_cast<int>(fy) + 1);
-  // Four channels at once: this is most of what textures cost.
-  const auto blend = [&](auto texel_at) {
-    const auto between = [](__m128 a, __m128 b, float t) { return a + (b - a) * _mm_set1_ps(t); };
-    const __m128 low = between(texel_at(y0 + x0), texel_at(y0 + x1), x - fx);
-    const __m128 high = between(texel_at(y1 + x0), texel_at(y1 + x1), x - fx);
-    Vec4 out;
-    _mm_storeu_ps(&out.x, between(low, high, y - fy));
-    return out;
-  };
-  static_assert(sizeof(Vec4) == sizeof(__m128));
-  if (level.floats.empty()) {
-    const float* table = (srgb_ ? kSrgbTable : kLinearTable).data();
-    const float* alpha = kLinearTable.data();
-    return blend([&](std::size_t i) {
-      const std::uint32_t c = level.rgba8[i];
-      return _mm_setr_ps(table[c & 255U], table[(c >> 8) & 255U], table[(c >> 16) & 255U],
-                         alpha[c >> 24]);
-    });
-  }
-  return blend([&](std::size_t i) { return _mm_loadu_ps(&level.floats[i].x); });
+  const std::uint32_t x0 = column(static_cast<int>(fx));
+  const std::uint32_t x1 = column(static_cast<int>(fx) + 1);
+  const std::uint32_t y0 = row(static_cast<int>(fy));
+  const std::uint32_t y1 = row(static_cast<int>(fy) + 1);
+  taps.tap[static_cast<std::size_t>(taps.count++)] = {number,  y0 + x0, y0 + x1, y1 + x0,
+                                                      y1 + x1, x - fx,  y - fy,  weight};
 }
 
-Vec4 Texture::sample(const Lookup& lookup) const noexcept {
+void Texture::add_taps(float lod, const Lookup& at, float weight, Taps& taps) const noexcept {
+  const float clamped = std::clamp(lod, 0.0F, static_cast<float>(levels_.size() - 1));
+  const auto low = static_cast<std::uint32_t>(clamped);
+  const float blend = clamped - static_cast<float>(low);
+  if (blend < 1e-3F || low + 1 >= levels_.size()) {
+    add_tap(low, at, weight, taps);
+    return;
+  }
+  add_tap(low, at, weight * (1 - blend), taps);
+  add_tap(low + 1, at, weight * blend, taps);
+}
+
+void Texture::find_taps(const Lookup& lookup, Taps& taps) const noexcept {
+  taps.count = 0;
   Lookup at = lookup;
   // Far-out coordinates would overflow the integer texel; NaN reads the first one.
-  at.uv.x = std::fabs(at.uv.x) < 1e6F ? at.uv.x : 0.0F;
-  at.uv.y = std::fabs(at.uv.y) < 1e6F ? at.uv.y : 0.0F;
+  constexpr float kFarOut = 1e5F;  // times 16,384 texels is below 2^31
+  at.uv.x = std::fabs(at.uv.x) < kFarOut ? at.uv.x : 0.0F;
+  at.uv.y = std::fabs(at.uv.y) < kFarOut ? at.uv.y : 0.0F;
   const auto w = static_cast<float>(levels_[0].width);
   const auto h = static_cast<float>(levels_[0].height);
   const Vec2 p = {at.across.x * w, at.across.y * h};
   const Vec2 q = {at.along.x * w, at.along.y * h};
   const float longest2 = std::max(dot(p, p), dot(q, q));
   if (!(longest2 > 1)) {
-    if (at.nearest) {
-      const Level& level = levels_[0];
-      const int x = static_cast<int>(std::floor(at.uv.x * w));
-      const int y = static_cast<int>(std::floor(at.uv.y * h));
-      return texel(level, wrapped_texel(x, level.width, at.wrap_u),
-                   wrapped_texel(y, level.height, at.wrap_v));
+    if (!at.nearest) {
+      add_tap(0, at, 1, taps);
+      return;
     }
-    return bilinear(levels_[0], at);
+    const int x = static_cast<int>(std::floor(at.uv.x * w));
+    const int y = static_cast<int>(std::floor(at.uv.y * h));
+    const auto texel = static_cast<std::uint32_t>(wrapped_texel(y, height(), at.wrap_v) * width() +
+                                                  wrapped_texel(x, width(), at.wrap_u));
+    taps.tap[0] = {0, texel, texel, texel, texel, 0, 0, 1};
+    taps.count = 1;
+    return;
   }
   if (!(longest2 < 1e14F)) {
-    return mean_;
+    return;
   }
   const float area = std::fabs(p.x * q.y - p.y * q.x);
   if (at.taps_max <= 1) {
-    return trilinear(0.5F * std::log2(std::max(area, 1.0F)), at);
+    add_taps(0.5F * std::log2(std::max(area, 1.0F)), at, 1, taps);
+    return;
   }
   const float longest = std::sqrt(longest2);
   const float width = std::max({area / longest, longest / static_cast<float>(at.taps_max), 1.0F});
-  const int taps = std::min(static_cast<int>(std::ceil(longest / width - 0.25F)), at.taps_max);
+  const int reads = std::min(static_cast<int>(std::ceil(longest / width - 0.25F)), at.taps_max);
   const float lod = std::log2(width);
-  if (taps <= 1) {
-    return trilinear(lod, at);
+  if (reads <= 1) {
+    add_taps(lod, at, 1, taps);
+    return;
   }
   const bool along = dot(q, q) > dot(p, p);
   const Vec2 way = along ? at.along : at.across;
-  Vec4 sum = {0, 0, 0, 0};
-  for (int i = 0; i < taps; ++i) {
-    const float t = (static_cast<float>(i) + 0.5F) / static_cast<float>(taps) - 0.5F;
+  const float share = 1 / static_cast<float>(reads);
+  for (int i = 0; i < reads; ++i) {
     Lookup tap = at;
-    tap.uv = at.uv + way * t;
-    const Vec4 c = trilinear(lod, tap);
-    sum = {sum.x + c.x, sum.y + c.y, sum.z + c.z, sum.w + c.w};
+    tap.uv = at.uv + way * ((static_cast<float>(i) + 0.5F) * share - 0.5F);
+    add_taps(lod, tap, share, taps);
   }
-  const float share = 1 / static_cast<float>(taps);
-  return {sum.x * share, sum.y * share, sum.z * share, sum.w * share};
 }
 
-Vec4 Texture::trilinear(float lod, const Lookup& at) const noexcept {
-  const float clamped = std::clamp(lod, 0.0F, static_cast<float>(levels_.size() - 1));
-  const auto low = static_cast<std::size_t>(clamped);
-  const float blend = clamped - static_cast<float>(low);
-  if (blend < 1e-3F || low + 1 >= levels_.size()) {
-    return bilinear(levels_[low], at);
+// Four channels at once: this is most of what textures cost.
+template <typename TexelAt>
+__m128 Texture::sum(const Taps& taps, const TexelAt& texel_at) const noexcept {
+  const auto between = [](__m128 a, __m128 b, __m128 t) { return a + (b - a) * t; };
+  __m128 sum = _mm_setzero_ps();
+  for (int i = 0; i < taps.count; ++i) {
+    const Taps::Tap& tap = taps.tap[static_cast<std::size_t>(i)];
+    const Level& level = levels_[tap.level];
+    const __m128 right = _mm_set1_ps(tap.right);
+    const __m128 upper = between(texel_at(level, tap.i00), texel_at(level, tap.i10), right);
+    const __m128 lower = between(texel_at(level, tap.i01), texel_at(level, tap.i11), right);
+    sum += between(upper, lower, _mm_set1_ps(tap.down)) * _mm_set1_ps(tap.weight);
   }
-  return mix(bilinear(levels_[low], at), bilinear(levels_[low + 1], at), blend);
+  return sum;
+}
+
+Vec4 Texture::read(const Taps& taps) const noexcept {
+  static_assert(sizeof(Vec4) == sizeof(__m128));
+  if (taps.count == 0) {
+    return mean_;
+  }
+  __m128 sum_of;
+  if (!levels_[0].floats.empty()) {
+    sum_of = sum(
+        taps, [](const Level& level, std::uint32_t i) { return _mm_loadu_ps(&level.floats[i].x); });
+  } else if (srgb_) {
+    const float* table = kSrgbTable.data();
+    const float* alpha = kLinearTable.data();
+    sum_of = sum(taps, [&](const Level& level, std::uint32_t i) {
+      const std::uint32_t c = level.rgba8[i];
+      return _mm_setr_ps(table[c & 255U], table[(c >> 8) & 255U], table[(c >> 16) & 255U],
+                         alpha[c >> 24]);
+    });
+  } else {
+    sum_of = sum(taps, [](const Level& level, std::uint32_t i) {
+      const __m128i bytes = _mm_cvtsi32_si128(static_cast<int>(level.rgba8[i]));
+      return _mm_cvtepi32_ps(_mm_cvtepu8_epi32(bytes));
+    });
+    sum_of *= _mm_set1_ps(1.0F / 255);
+  }
+  Vec4 out;
+  _mm_storeu_ps(&out.x, sum_of);
+  return out;
 }
 
 std::size_t Texture::bytes() const noexcept {

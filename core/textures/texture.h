@@ -11,17 +11,23 @@
 #include <memory>
 #include <vector>
 
+#include <immintrin.h>
+
 #include "core/description/scene_description.h"
 #include "core/image_io/image.h"
 #include "core/math/vec.h"
 
 namespace core {
 
-/// The texel that texel i of an axis of n stands for: itself within [0, n), else as the mode says.
+/// The texel that index i maps to on an axis of n: itself within [0, n), else by the wrap mode.
 int wrapped_texel(int i, int n, TextureWrap mode);
 
 /// Footprints longer than this many times their width are blurred across as well.
 inline constexpr int kTextureTapsMax = 8;
+
+/// All pixels of an image in linear light, row 0 on top; grey is spread to RGB, alpha is 1 where
+/// there is none. srgb: as for Texture::create().
+std::vector<Vec4> linear_texels(const Image& image, bool srgb);
 
 class Texture {
  public:
@@ -40,9 +46,25 @@ class Texture {
     TextureWrap wrap_v = TextureWrap::kRepeat;
     bool nearest = false;
   };
+  /// The texels that a lookup reads, with their weights; the same for all textures of one size.
+  struct Taps {
+    struct Tap {
+      std::uint32_t level, i00, i10, i01, i11;  ///< i10: to the right of i00, i01: below it
+      float right, down;                        ///< towards them, in [0, 1]
+      float weight;
+    };
+    int count = 0;  ///< 0: the texture's mean
+    std::array<Tap, 2 * kTextureTapsMax> tap;
+  };
   /// Trilinear; several reads in a row where a footprint is long; nearest when asked and the
   /// texture is magnified.
-  Vec4 sample(const Lookup& at) const noexcept;
+  void find_taps(const Lookup& at, Taps& taps) const noexcept;
+  Vec4 read(const Taps& taps) const noexcept;
+  Vec4 sample(const Lookup& at) const noexcept {
+    Taps taps;
+    find_taps(at, taps);
+    return read(taps);
+  }
 
   int width() const noexcept { return levels_[0].width; }
   int height() const noexcept { return levels_[0].height; }
@@ -70,8 +92,10 @@ class Texture {
   };
   Texture() = default;
   Vec4 texel(const Level& level, int x, int y) const noexcept;
-  Vec4 bilinear(const Level& level, const Lookup& at) const noexcept;
-  Vec4 trilinear(float lod, const Lookup& at) const noexcept;
+  void add_tap(std::uint32_t level, const Lookup& at, float weight, Taps& taps) const noexcept;
+  template <typename TexelAt>
+  __m128 sum(const Taps& taps, const TexelAt& texel_at) const noexcept;
+  void add_taps(float lod, const Lookup& at, float weight, Taps& taps) const noexcept;
 
   std::vector<Level> levels_;
   bool srgb_ = false;

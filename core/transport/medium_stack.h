@@ -30,7 +30,7 @@ class MediumStack {
   void cross(const Material& material, bool inwards) noexcept {
     inwards ? enter(&material) : leave(&material);
   }
-  /// What is on the other side of a boundary of `material` for a path inside it.
+  /// The medium on the other side of a boundary of `material`, for a path inside it.
   const Material* without(const Material* material) const noexcept {
     MediumStack rest = *this;
     rest.leave(material);

@@ -15,7 +15,7 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
   const bool through = dot(wi, vertex.shading.horizon) < 0;
   path.beta *= sample.weight;
   if (vertex.drew_wavelength && !through) {
-    path.wavelength_nm = 0;  // only what went through parts into wavelengths
+    path.wavelength_nm = 0;  // only refraction disperses
   }
   if (sample.is_straight) {
     ++path.null_scatterings;  // path.last stays: emitters are seen from there
@@ -40,11 +40,34 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
   ++path.depth;
 }
 
+void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
+             const ScatterSample& sample, TransportMode mode) noexcept {
+  BsdfSample local;
+  local.wi_local = vertex.shading.frame.to_local(sample.wi_world);
+  local.weight = sample.weight;
+  local.pdf_solid_angle = sample.pdf_solid_angle;
+  local.is_delta = sample.is_delta;
+  local.is_straight = sample.is_straight;
+  local.eta = mode == TransportMode::kRadiance ? sample.eta : 1.0F;
+  scatter(scene, path, vertex, local, 1);
+}
+
+float throughput_size(Rgb beta) noexcept {
+  return max_component(Rgb{std::fabs(beta.r), std::fabs(beta.g), std::fabs(beta.b)});
+}
+
 float continuation_probability(const PathState& path) noexcept {
-  const Rgb size = {std::fabs(path.beta.r), std::fabs(path.beta.g), std::fabs(path.beta.b)};
-  const Floats<1> survive = continuation_probability<1>(max_component(size) * path.eta_scale,
+  const Floats<1> survive = continuation_probability<1>(throughput_size(path.beta) * path.eta_scale,
                                                         Floats<1>(path.last.pdf_bsdf));
   return survive.v[0];
+}
+
+bool survives_roulette(PathState& path, float u, float survive) noexcept {
+  if (survive >= 1) {
+    return true;
+  }
+  path.beta *= 1 / survive;
+  return u < survive;
 }
 
 }  // namespace core

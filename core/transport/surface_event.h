@@ -1,4 +1,4 @@
-/// surface_event: from a hit point to what scattering needs.
+/// surface_event: prepares a hit point for scattering.
 #pragma once
 
 #include "core/scene/scene_data.h"

@@ -14,7 +14,7 @@ struct PathVertex {
   float distance_m = 0;          ///< from the vertex before, holes passed included
   Shading shading;               ///< filled by surface_event()
   Vec3 light_normal;             ///< for the light sampler; zero where light may come from behind
-  bool drew_wavelength = false;  ///< here, and what is reflected keeps all wavelengths
+  bool drew_wavelength = false;  ///< here, and reflection keeps all wavelengths
 };
 
 /// The BSDF at a shaded point, for the viewer direction wo. `shading` must outlive it.

@@ -253,7 +253,10 @@ void LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
   const float cone = segments.cone_width_m.v[k] + segments.cone_spread_rad.v[k] * distance;
   Shading shading;
   shade(material, point, wo, {cone, segments.is_sharp.v[k] != 0}, shading);
-  const Rgb light = emitted(material, point, wo);
+  // Textures are not read for triangles that shine nowhere.
+  const bool is_dark =
+      point.light != kNoLight && is_black(scene_.triangle_lights[point.light].radiance);
+  const Rgb light = is_dark ? Rgb{} : emitted(material, point, wo);
   const BsdfParameters& b = shading.bsdf;
   SurfaceLanes<N>& s = out.surface;
   s.normal_geometric.set(k, shading.normal_geometric);

@@ -12,8 +12,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
+#include "core/film/due_sample.h"
+#include "core/film/filter.h"
 #include "core/integrators/integrator.h"
 
 namespace core {
@@ -82,36 +85,39 @@ struct WaveResults {
   WaveVec3 albedo;
   WaveVec3 normal;
   WaveFloats depth_m;
+  WaveFloats weight;  ///< of the film's filter
   WaveArray<std::int32_t> hit;
+};
+
+/// What the paths of a picture begin with.
+struct WaveStart {
+  const Camera& camera;
+  const FilterSampler& filter;
+  PathSampler sampler;  ///< to be started for each sample
 };
 
 /// A wave under way; for one thread.
 class Wave {
  public:
-  bool full() const noexcept { return samplers_.size() == kWavePaths; }
-  std::size_t size() const noexcept { return samplers_.size(); }
-  void clear() noexcept;
-  /// The sampler has been started for the pixel and sample. Pre: !full().
-  void add(const Camera::CameraRay& camera_ray, const PathSampler& sampler);
-  /// Of path i in the order of add().
+  /// Of the i-th sample of begin().
   PathSample result(std::size_t i) const noexcept;
-  const PathSampler& sampler(std::size_t i) const noexcept { return samplers_[i]; }
 
   WavePaths paths;
   WaveHits hits;
   WaveShadows shadows;
   WaveResults results;
-
- private:
-  std::vector<PathSampler> samplers_;
+  std::vector<PathSampler> samplers;
 };
 
 /// Follows the paths of waves. Immutable and shared by all threads.
 class WaveTracer {
  public:
   virtual ~WaveTracer() = default;
-  /// Follows all paths to their ends. rays: counts those traced.
-  virtual void trace(Wave& wave, std::uint64_t& rays) const noexcept = 0;
+  /// One path for each sample, at most kWavePaths.
+  virtual void begin(Wave& wave, const WaveStart& start, std::span<const DueSample> due) const = 0;
+  /// Follows all paths to their ends. rays: counts those traced; rejected: the samples that are not
+  /// finite, which become zero.
+  virtual void trace(Wave& wave, std::uint64_t& rays, std::uint64_t& rejected) const noexcept = 0;
 };
 
 }  // namespace core

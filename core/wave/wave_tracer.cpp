@@ -7,6 +7,8 @@
 #include "core/samplers/dimensions.h"
 #include "core/transport/roulette.h"
 #include "core/transport/visibility.h"
+#include "core/wave/lane_camera.h"
+#include "core/wave/lane_environment.h"
 #include "core/wave/lane_lights.h"
 #include "core/wave/lane_sampler.h"
 #include "core/wave/lane_surfaces.h"
@@ -16,10 +18,17 @@ namespace {
 
 using core::compress;
 using core::load;
+using core::store;
 
 template <std::size_t N>
 Vec3s<N> load(const WaveVec3& from, std::size_t first) {
   return {load<N>(from.x.at + first), load<N>(from.y.at + first), load<N>(from.z.at + first)};
+}
+template <std::size_t N>
+void store(WaveVec3& to, std::size_t first, Vec3s<N> value) {
+  store(to.x.at + first, value.x);
+  store(to.y.at + first, value.y);
+  store(to.z.at + first, value.z);
 }
 template <std::size_t N>
 void compress(WaveVec3& to, std::size_t first, Vec3s<N> value, unsigned taken) {
@@ -62,9 +71,11 @@ class LaneTracer final : public WaveTracer {
         is_sobol_(input.settings.sampler == SamplerType::kSobol),
         scalar_(input),
         lights_(scene_, scalar_.lights()),
+        sky_(input.environment),
         surfaces_(scene_) {}
 
-  void trace(Wave& wave, std::uint64_t& rays) const noexcept override {
+  void begin(Wave& wave, const WaveStart& start, std::span<const DueSample> due) const override;
+  void trace(Wave& wave, std::uint64_t& rays, std::uint64_t& rejected) const noexcept override {
     for (int depth = 0; wave.paths.count > 0; ++depth) {
       find_hits(wave, depth, rays);
       const std::size_t count = wave.paths.count;
@@ -77,6 +88,7 @@ class LaneTracer final : public WaveTracer {
       }
       find_lights(wave, rays);
     }
+    finish(wave, rejected);
   }
 
  private:
@@ -91,7 +103,8 @@ class LaneTracer final : public WaveTracer {
 
   void find_hits(Wave& wave, int depth, std::uint64_t& rays) const;
   void find_lights(Wave& wave, std::uint64_t& rays) const;
-  void add_environment(Wave& wave, std::size_t i, int depth) const;
+  static void finish(Wave& wave, std::uint64_t& rejected);
+  void add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const;
   void add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met, std::size_t lane) const;
   void finish_alone(Wave& wave, std::size_t i, const RawHit& met, int depth,
                     std::uint64_t& rays) const;
@@ -106,9 +119,61 @@ class LaneTracer final : public WaveTracer {
   bool is_sobol_;
   PathTracer<DefaultOptions> scalar_;
   LaneLights lights_;
+  LaneEnvironment sky_;
   LaneSurfaces surfaces_;
   LaneAlbedoTables tables_;
 };
+
+/// Camera rays, side by side for pinhole cameras and the box filter.
+template <std::size_t N>
+void LaneTracer<N>::begin(Wave& wave, const WaveStart& start,
+                          std::span<const DueSample> due) const {
+  WavePaths& paths = wave.paths;
+  WaveResults& results = wave.results;
+  const LaneCamera camera(start.camera, start.filter);
+  wave.samplers.assign(due.size(), start.sampler);
+  paths.count = due.size();
+  for (std::size_t i = 0; i < due.size(); ++i) {
+    PathSampler& sampler = wave.samplers[i];
+    sampler.start(due[i].x, due[i].y, due[i].sample);
+    paths.base.at[i] = sampler.base();
+    paths.index_reversed.at[i] = reverse_bits(sampler.index());
+    paths.slot.at[i] = static_cast<std::int32_t>(i);
+  }
+  const Vec3s<N> nothing(Vec3{});
+  for (std::size_t first = 0; first < due.size(); first += N) {
+    const auto some = due.subspan(first, std::min(N, due.size() - first));
+    const Vec4s<N> u = draw(wave, first, (1U << some.size()) - 1, kCameraGroup);
+    const CameraRayLanes<N> rays = camera.rays(some, u);
+    store(paths.origin, first, rays.origin);
+    store(paths.direction, first, rays.direction);
+    store(paths.cone_width_m.at + first, rays.width_m);
+    store(paths.cone_spread_rad.at + first, rays.spread_rad);
+    store(results.weight.at + first, rays.weight);
+    store(paths.beta, first, Vec3s<N>(Vec3{1, 1, 1}));
+    store(paths.pdf_bsdf.at + first, Floats<N>(0));
+    store(paths.last_origin, first, nothing);
+    store(paths.last_normal, first, nothing);
+    store(paths.is_sharp.at + first, Ints<N>(1));
+    store(results.radiance, first, nothing);
+    store(results.alpha.at + first, Floats<N>(1));
+    store(results.hit.at + first, Ints<N>(0));
+  }
+}
+
+/// Takes the filter's weights in.
+template <std::size_t N>
+void LaneTracer<N>::finish(Wave& wave, std::uint64_t& rejected) {
+  WaveResults& results = wave.results;
+  const std::size_t count = wave.samplers.size();
+  for (std::size_t first = 0; first < count; first += N) {
+    const Vec3s<N> radiance = load<N>(results.radiance, first) * load<N>(results.weight.at + first);
+    const Mask<N> finite = is_finite(radiance.x + radiance.y + radiance.z);
+    store(results.radiance, first, select(finite, radiance, Vec3s<N>(Vec3{})));
+    const unsigned there = static_cast<unsigned>((1ULL << std::min(N, count - first)) - 1);
+    rejected += static_cast<std::uint64_t>(std::popcount(~finite.bits() & there));
+  }
+}
 
 /// The nearest surfaces of all paths; those that leave the scene end in the environment.
 template <std::size_t N>
@@ -126,36 +191,44 @@ void LaneTracer<N>::find_hits(Wave& wave, int depth, std::uint64_t& rays) const 
     std::copy_n(hits.geometry, 8, wave.hits.geometry.at + first);
     std::copy_n(hits.primitive, 8, wave.hits.primitive.at + first);
     wave.hits.is_hit.at[first / 8] = met;
-    if (environment_ != nullptr) {
-      for (unsigned left = active & ~met; left != 0; left &= left - 1) {
-        add_environment(wave, first + static_cast<std::size_t>(std::countr_zero(left)), depth);
+    for (std::size_t k = 0; k < 8 && environment_ != nullptr; k += N) {
+      const unsigned left = (active & ~met) >> k & ((1U << N) - 1);
+      if (left != 0) {
+        add_environment(wave, first + k, left, depth);
       }
     }
   }
 }
 
+/// Paths [first, first + N) of `left`, which have left the scene.
 template <std::size_t N>
-void LaneTracer<N>::add_environment(Wave& wave, std::size_t i, int depth) const {
+void LaneTracer<N>::add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const {
   const WavePaths& paths = wave.paths;
-  const std::size_t slot = slot_of(paths, i);
   if (depth == 0 && !environment_->visible()) {
-    wave.results.alpha.at[slot] = 0;
+    for (; left != 0; left &= left - 1) {
+      wave.results.alpha.at[first + static_cast<std::size_t>(std::countr_zero(left))] = 0;
+    }
     return;
   }
-  const Vec3 direction = paths.direction.get(i);
-  const float pdf_bsdf = paths.pdf_bsdf.at[i];
-  float weight = 1;
-  Rgb radiance;
-  if (pdf_bsdf > 0) {
-    radiance = environment_->radiance(direction);
-    weight = DefaultOptions::mis.weight(
-        pdf_bsdf, scalar_.lights().pdf_environment(direction, paths.last_origin.get(i),
-                                                   paths.last_normal.get(i)));
-  } else {
-    radiance = environment_->background(direction);
+  const MapPoints<N> at = sky_.points(load<N>(paths.direction, first));
+  const Floats<N> pdf_bsdf = load<N>(paths.pdf_bsdf.at + first);
+  const Mask<N> spread = Mask<N>::of(left) & (pdf_bsdf > Floats<N>(0));
+  Vec3s<N> radiance = (Mask<N>::of(left) & ~spread).any() ? sky_.background(at) : Vec3s<N>{};
+  if (spread.any()) {
+    Floats<N> pdf_light(0);
+    for (unsigned rest = spread.bits(); rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+      pdf_light.v[k] = scalar_.lights().pdf_environment({at.u.v[k], at.v.v[k]}, at.sin_theta.v[k],
+                                                        paths.last_origin.get(first + k),
+                                                        paths.last_normal.get(first + k));
+    }
+    radiance = select(spread, sky_.radiance(at) * mis_weight(pdf_bsdf, pdf_light), radiance);
   }
-  add_radiance(wave.results, slot,
-               paths.beta.get(i) * Vec3{radiance.r, radiance.g, radiance.b} * weight);
+  radiance = radiance * load<N>(paths.beta, first);
+  for (; left != 0; left &= left - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(left));
+    add_radiance(wave.results, slot_of(paths, first + k), radiance.lane(k));
+  }
 }
 
 template <std::size_t N>
@@ -185,7 +258,7 @@ void LaneTracer<N>::finish_alone(Wave& wave, std::size_t i, const RawHit& met, i
   const WavePaths& paths = wave.paths;
   const std::size_t slot = slot_of(paths, i);
   const Vec3 beta = paths.beta.get(i);
-  TracedPath path{PathState{.sampler = wave.sampler(slot), .rays = rays}};
+  TracedPath path{PathState{.sampler = wave.samplers[slot], .rays = rays}};
   path.ray.origin = paths.origin.get(i);
   path.ray.direction = paths.direction.get(i);
   path.beta = {beta.x, beta.y, beta.z};
@@ -217,7 +290,7 @@ Vec4s<N> LaneTracer<N>::draw(const Wave& wave, std::size_t first, unsigned on, i
   Vec4s<N> out = {0, 0, 0, 0};
   for (; on != 0; on &= on - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    const Vec4 u = wave.sampler(slot_of(wave.paths, first + k)).get_4d(group);
+    const Vec4 u = wave.samplers[slot_of(wave.paths, first + k)].get_4d(group);
     out.x.v[k] = u.x;
     out.y.v[k] = u.y;
     out.z.v[k] = u.z;
@@ -385,7 +458,7 @@ void LaneTracer<N>::find_lights(Wave& wave, std::uint64_t& rays) const {
   }
   for (std::size_t i = 0; i < shadows.count && !all_block; ++i) {
     const auto slot = static_cast<std::size_t>(shadows.slot.at[i]);
-    PathState path{.sampler = wave.sampler(slot), .rays = rays};
+    PathState path{.sampler = wave.samplers[slot], .rays = rays};
     path.cone_width_m = shadows.cone_width_m.at[i];
     path.is_sharp = shadows.is_sharp.at[i] != 0;
     const Ray ray = {shadows.origin.get(i), shadows.direction.get(i), 0, shadows.t_max.at[i]};

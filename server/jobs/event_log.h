@@ -4,8 +4,8 @@
 /// progress, and for each tile the newest revision. A reader that fell behind therefore gets the
 /// newest of everything and loses nothing that still matters.
 ///
-/// Numbers start at 1. A durable event is stored before it is told: its number is reserved first,
-/// and until it is published or dropped no reader sees a higher one.
+/// Numbers start at 1. A durable event is stored before it is published: its number is reserved
+/// first, and until it is published or dropped no reader sees a higher one.
 #pragma once
 
 #include <chrono>
@@ -25,8 +25,8 @@ namespace server {
 struct LoggedEvent {
   std::uint64_t seq = 0;
   api::EventType type = api::EventType::kState;
-  std::string data;            ///< Of durable events; the others are told as they are when read.
-  int tile = -1;               ///< Of kTile.
+  std::string data;  ///< Of durable events; the others give the state at the time of reading.
+  int tile = -1;     ///< Of kTile.
   std::uint32_t revision = 0;  ///< Of kTile.
 };
 

@@ -73,6 +73,15 @@ class Job {
     const core::MutexLock lock(mutex_);
     return kept_film_;
   }
+  /// The newest denoised picture that was made of it since the server began.
+  std::optional<api::DenoisedView> denoised() const {
+    const core::MutexLock lock(mutex_);
+    return denoised_;
+  }
+  void set_denoised(api::DenoisedView denoised) {
+    const core::MutexLock lock(mutex_);
+    denoised_ = std::move(denoised);
+  }
   /// Deleted: nothing of it is stored any more, and its id may be in use again.
   bool is_removed() const { return is_removed_; }
   std::optional<EndMark> end_mark() const {
@@ -131,6 +140,7 @@ class Job {
   std::shared_ptr<RenderRun> run_ GUARDED_BY(mutex_);
   std::shared_ptr<const StoredFilm> kept_film_ GUARDED_BY(mutex_);
   std::optional<EndMark> end_mark_ GUARDED_BY(mutex_);
+  std::optional<api::DenoisedView> denoised_ GUARDED_BY(mutex_);
 };
 
 using JobPointer = std::shared_ptr<Job>;

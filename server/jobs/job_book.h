@@ -2,9 +2,9 @@
 /// they hold in memory.
 ///
 /// Order of the queue: preview class first, then the higher priority, then tenants in turn (one
-/// with fewer jobs that run or stand before comes first), then the older; nobody is passed over
+/// with fewer jobs that run or stand before comes first), then the older; no job is passed over
 /// because it is large. A job holds its memory from its start to its end, pauses
-/// included, until it is parked. A job that is final stays for a while, for whoever asks next; the
+/// included, until it is parked. A job that is final stays for a while, for later requests; the
 /// oldest go first. Knows nothing of stores or threads.
 #pragma once
 
@@ -53,8 +53,9 @@ class JobBook {
   /// a job gave back its place and its memory.
   JobBook(BookLimits limits, MemoryGate& memory, std::function<void()> on_leave = {});
 
-  /// A place among the running jobs, and the memory that goes with it. Whoever loads or renders the
-  /// job holds it; both are given back with it, however the work ends. Must not outlive the book.
+  /// A place among the running jobs, and the memory that goes with it. The loader or the renderer
+  /// of the job holds it; both are given back with it, however the work ends. Must not outlive the
+  /// book.
   class Place {
    public:
     Place(JobBook& book, std::uint64_t number, JobPointer job)
@@ -71,7 +72,7 @@ class JobBook {
   };
 
   void add(const JobPointer& job);
-  /// A final job that the store had; if somebody else was faster, theirs is returned.
+  /// A final job that the store had; if another thread was faster, its job is returned.
   JobPointer add_final(const JobPointer& job);
   /// Deleted: not found any more. Its place is given back when its work ends.
   void forget(const Job& job);
@@ -101,7 +102,7 @@ class JobBook {
   /// Takes the next job out of the queue and gives it a place and its memory; null when none may
   /// start now. A place beyond running_max is given to previews, to those that outrank one that
   /// runs, and to the first of a tenant, up to twice running_max. One that would never have its
-  /// memory gets its place without it: whoever loads it refuses it.
+  /// memory gets its place without it, and is refused when it is loaded.
   std::shared_ptr<Place> admit();
   /// The scene of the job is loaded: others may have what that took.
   void end_load(const Job& job);

@@ -1,4 +1,4 @@
-// What clients change about a job: patch, cancel, extend, delete.
+// What clients change about a job: patch, extend, retry, delete.
 
 #include <algorithm>
 #include <chrono>
@@ -19,8 +19,8 @@ using core::Status;
 
 namespace {
 
-/// After the spec has changed from `before`: what was told of it and is so no longer goes, and
-/// `more` comes.
+/// After the spec has changed from `before`: removes warnings that no longer apply, and adds
+/// `more`.
 void update_warnings(api::JobView& view, const api::JobSpec& before,
                      const std::vector<std::string>& more) {
   const auto about = [](const api::JobSpec& spec) {
@@ -50,8 +50,19 @@ void update_warnings(api::JobView& view, const api::JobSpec& before,
 
 }  // namespace
 
-Status JobService::apply_patch(JobRecord& record, const Job& job,
-                               const api::JobPatch& patch) const {
+Verdict priority_allowed(int priority, const Access& access) {
+  if (priority <= access.priority_max) {
+    return {};
+  }
+  return api::make_problem(
+      ErrorCode::kInvalidArgument,
+      {api::FieldError{"/priority", std::to_string(priority) + " is more than " +
+                                        std::to_string(access.priority_max) +
+                                        ", the highest priority that this key may give"}});
+}
+
+Verdict JobService::apply_patch(JobRecord& record, const Job& job,
+                                const api::JobPatch& patch) const {
   api::JobView& view = record.view;
   const std::string state(api::to_text(view.state));
   if (api::is_final(view.state) && patch.stop_named) {
@@ -79,143 +90,51 @@ Status JobService::apply_patch(JobRecord& record, const Job& job,
       view.pause_reason = api::PauseReason::kNone;
     }
     if (run) {
-      view.progress = progress_of(*run);
+      view.progress = run->task().progress();
     }
   }
-  return core::ok_status();
+  return {};
 }
 
-void JobService::follow_patch(const JobPointer& job, const JobRecord& before,
-                              const JobRecord& after) {
-  const api::JobSpec& spec = after.view.spec;
-  const Rank rank = rank_of(spec);
-  book_.set_rank(*job, rank);
-  const auto run = job->run();
-  if (run) {
-    scheduler_.set_rank(*run, rank);
-  }
-  if (run && !api::is_final(after.view.state)) {
-    run->task().set_stop(spec.stop);
-  }
-  follow_state(job, before.view.state, after);
-}
-
-void JobService::follow_state(const JobPointer& job, JobState before, const JobRecord& after) {
-  if (before == after.view.state) {
-    return;
-  }
-  const Rank rank = rank_of(after.view.spec);
-  const auto run = job->run();
-  if (after.view.state == JobState::kPaused) {
-    book_.dequeue(*job);
-    if (run) {
-      scheduler_.remove(*run);
-      run->task().set_paused(true);
-    }
-    book_.pause(*job);
-  } else if (after.view.state == JobState::kRendering) {
-    book_.claim(*job, rank);
-    run->task().set_paused(false);
-    scheduler_.add(run, rank, job->tenant());
-  } else if (after.view.state == JobState::kQueued) {
-    book_.enqueue(job, rank, memory_of(after.view));
-  }
-}
-
-api::Parsed<std::monostate> JobService::patch(
-    const JobPointer& job, std::string_view body,
-    const std::optional<std::vector<std::uint32_t>>& if_versions, const Access& access) {
-  std::optional<api::Problem> problem;
+Verdict JobService::patch(const JobPointer& job, std::string_view body,
+                          const std::optional<std::vector<std::uint32_t>>& if_versions,
+                          const Access& access) {
   JobRecord before;
-  const Status changed =
-      change(*job,
-             [&](JobRecord& record) -> Status {
-               before = record;
-               if (if_versions && std::find(if_versions->begin(), if_versions->end(),
-                                            record.view.spec_version) == if_versions->end()) {
-                 return Error{ErrorCode::kPreconditionFailed,
-                              "the spec has changed: it is version " +
-                                  std::to_string(record.view.spec_version) +
-                                  " now, which If-Match does not name",
-                              ""};
-               }
-               auto parsed = api::parse_job_patch(body, record.view.spec);
-               if (!parsed) {
-                 problem = parsed.problem();
-                 return Error{};
-               }
-               if (parsed->spec.priority != before.view.spec.priority) {
-                 problem = refused_priority(parsed->spec.priority, access);
-               }
-               if (problem) {
-                 return Error{};
-               }
-               return apply_patch(record, *job, *parsed);
-             },
-             {.unstored = Unstored::kRefused,
-              .before_telling = [&](const JobRecord& after) { follow_patch(job, before, after); }});
-  if (problem) {
-    return *problem;
+  const Verdict changed = journal_.change(
+      *job,
+      [&](JobRecord& record) -> Verdict {
+        before = record;
+        if (if_versions && std::find(if_versions->begin(), if_versions->end(),
+                                     record.view.spec_version) == if_versions->end()) {
+          return Error{ErrorCode::kPreconditionFailed,
+                       "the spec has changed: it is version " +
+                           std::to_string(record.view.spec_version) +
+                           " now, which If-Match does not name",
+                       ""};
+        }
+        auto parsed = api::parse_job_patch(body, record.view.spec);
+        if (!parsed) {
+          return parsed.problem();
+        }
+        if (parsed->spec.priority != before.view.spec.priority) {
+          if (Verdict allowed = priority_allowed(parsed->spec.priority, access); !allowed) {
+            return allowed;
+          }
+        }
+        return apply_patch(record, *job, *parsed);
+      },
+      {.unstored = Journal::Unstored::kRefused, .before_publishing = [&](const JobRecord& after) {
+         life_.follow_patch(job, before, after);
+       }});
+  if (changed) {
+    life_.admit();
   }
-  if (!changed) {
-    return api::from_error(changed.error());
-  }
-  admit();
-  return std::monostate{};
+  return changed;
 }
 
-Status JobService::cancel(const JobPointer& job) {
-  bool was_final = false;
-  bool has_left_end = false;  // Nobody else settles the run.
-  const Status told = change(*job,
-                             [&](JobRecord& record) {
-                               was_final = api::is_final(record.view.state);
-                               if (!was_final) {
-                                 record.view.state = JobState::kCancelled;
-                                 record.view.pause_reason = api::PauseReason::kNone;
-                                 record.view.stop_reason = core::StopReason::kCancelled;
-                                 record.view.finished_at_unix_seconds = unix_now();
-                                 if (const auto run = job->run()) {
-                                   record.view.progress = progress_of(*run);
-                                   record.view.progress.eta_seconds.reset();
-                                   record.view.progress.eta_low_seconds.reset();
-                                   record.view.progress.eta_high_seconds.reset();
-                                 }
-                               }
-                               return core::ok_status();
-                             },
-                             {.before_telling = [&](const JobRecord&) {
-                               if (was_final) {
-                                 return;
-                               }
-                               book_.dequeue(*job);
-                               if (const auto run = job->run()) {
-                                 scheduler_.remove(*run);
-                                 has_left_end = run->take_end();
-                               } else {
-                                 release(job);
-                               }
-                             }});
-  if (!told || was_final) {
-    return told;
-  }
-  if (auto run = job->run()) {
-    // The task may compute a last error estimate; nobody should wait for that.
-    savers_.post([this, job, run = std::move(run), has_left_end] {
-      if (has_left_end) {
-        settle_cancelled(job, run);
-      } else {
-        run->task().cancel();
-      }
-    });
-  }
-  admit();
-  return core::ok_status();
-}
-
-api::Parsed<std::monostate> JobService::queue_again(const JobPointer& job, const Modify& modify) {
+Verdict JobService::queue_again(const JobPointer& job, const Journal::Modify& modify) {
   if (const auto refused = refused_work()) {
-    return api::from_error(*refused);
+    return *refused;
   }
   const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
   const api::JobView view = job->record().view;
@@ -228,7 +147,7 @@ api::Parsed<std::monostate> JobService::queue_again(const JobPointer& job, const
                              "the environment of the job is not there any more");
   }
   const Rank rank = rank_of(view.spec);
-  if (!book_.has_room(rank, memory_of(view))) {
+  if (!book_.has_room(rank, builder_.memory_of(view.spec))) {
     return api::make_problem(ErrorCode::kTooManyRequests, book_.full_text(rank));
   }
   const auto counted = take_quota(job->tenant());
@@ -236,42 +155,40 @@ api::Parsed<std::monostate> JobService::queue_again(const JobPointer& job, const
     return counted.problem();
   }
   JobState before = JobState::kQueued;
-  const Status changed =
-      change(*job,
-             [&](JobRecord& record) -> Status {
-               before = record.view.state;
-               if (auto modified = modify(record); !modified) {
-                 return modified;
-               }
-               record.view.state = JobState::kQueued;
-               record.view.stop_reason = core::StopReason::kNone;
-               record.view.finished_at_unix_seconds.reset();
-               record.view.film_digest.clear();
-               record.view.progress.fraction = 0;
-               return core::ok_status();
-             },
-             {.before_telling = [&](const JobRecord& after) { follow_state(job, before, after); }});
-  if (!changed) {
-    return api::from_error(changed.error());
+  const auto queue = [&](JobRecord& record) -> Verdict {
+    before = record.view.state;
+    if (auto modified = modify(record); !modified) {
+      return modified;
+    }
+    record.view.state = JobState::kQueued;
+    record.view.stop_reason = core::StopReason::kNone;
+    record.view.finished_at_unix_seconds.reset();
+    record.view.film_digest.clear();
+    record.view.progress.fraction = 0;
+    return {};
+  };
+  const Verdict changed =
+      journal_.change(*job, queue, {.before_publishing = [&](const JobRecord& after) {
+        life_.follow_state(job, before, after);
+      }});
+  if (changed) {
+    life_.admit();
   }
-  admit();
-  return std::monostate{};
+  return changed;
 }
 
-api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::string_view body) {
-  std::optional<api::Problem> problem;
+Verdict JobService::extend(const JobPointer& job, std::string_view body) {
   if (job->state() == JobState::kFinished) {
     // It is read before anything is promised: what is damaged is not rendered again in silence.
-    if (const auto whole = stored_film(*job); !whole && whole.error().code == ErrorCode::kGone) {
+    if (const auto whole = films_.stored(*job); !whole && whole.error().code == ErrorCode::kGone) {
       return api::make_problem(ErrorCode::kConflict, whole.error().message);
     }
   }
-  const auto queued = queue_again(job, [&](JobRecord& record) -> Status {
+  return queue_again(job, [&](JobRecord& record) -> Verdict {
     api::JobView& view = record.view;
     auto parsed = api::parse_extend(body, view.spec);
     if (!parsed) {
-      problem = parsed.problem();
-      return Error{};
+      return parsed.problem();
     }
     if (view.state != JobState::kFinished) {
       return Error{ErrorCode::kConflict,
@@ -301,13 +218,12 @@ api::Parsed<std::monostate> JobService::extend(const JobPointer& job, std::strin
     view.spec.stop = parsed->stop;
     ++view.spec_version;
     update_warnings(view, before, parsed->warnings);
-    return core::ok_status();
+    return {};
   });
-  return problem ? std::move(*problem) : queued;
 }
 
-api::Parsed<std::monostate> JobService::retry(const JobPointer& job) {
-  return queue_again(job, [](JobRecord& record) -> Status {
+Verdict JobService::retry(const JobPointer& job) {
+  return queue_again(job, [](JobRecord& record) -> Verdict {
     api::JobView& view = record.view;
     if (view.state != JobState::kFailed) {
       return Error{ErrorCode::kConflict,
@@ -323,11 +239,11 @@ api::Parsed<std::monostate> JobService::retry(const JobPointer& job) {
     }
     record.failure.reset();
     view.failure.reset();
-    return core::ok_status();
+    return {};
   });
 }
 
-Status JobService::remove(const JobPointer& job) {
+Verdict JobService::remove(const JobPointer& job) {
   const core::MutexLock changing(job->change_mutex());
   if (job->is_removed()) {
     return Error{ErrorCode::kNotFound, "the job was deleted", ""};
@@ -344,14 +260,14 @@ Status JobService::remove(const JobPointer& job) {
       removed = table_.remove(job->id());  // In the room that the film had.
     }
     if (!removed) {
-      return removed;
+      return removed.error();
     }
-    remove_loose_film(job->id());
+    films_.remove_loose(job->id());
   }
   job->set_removed();
   book_.forget(*job);
-  films_.erase_prefix(film_key(*job));
-  return core::ok_status();
+  films_.drop(*job);
+  return {};
 }
 
 }  // namespace server

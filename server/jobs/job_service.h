@@ -1,14 +1,12 @@
 /// JobService: jobs from submission to deletion. What routes talk to.
 ///
-/// Every change of a record is committed to the store before it is told, and told as events in the
-/// order of the commits. Rendering happens on the scheduler's threads, loading and saving on
-/// others; no call here waits for a renderer, except cancel() for some milliseconds.
+/// Its parts, each with its own header: Journal (changes, commits, publishes), JobIndex (finds and
+/// lists), FilmLibrary (cache, readers, eviction), RunBuilder (what a job needs), LifeCycle (queue
+/// to end). What clients ask for, and whether they may, is decided here.
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -22,21 +20,22 @@
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "server/access.h"
-#include "server/jobs/background.h"
-#include "server/jobs/job.h"
-#include "server/jobs/job_book.h"
+#include "server/jobs/film_library.h"
+#include "server/jobs/job_index.h"
+#include "server/jobs/journal.h"
+#include "server/jobs/life_cycle.h"
 #include "server/jobs/pilot.h"
-#include "server/jobs/scheduler.h"
-#include "server/observe/log.h"
-#include "server/observe/memory_gate.h"
-#include "server/observe/metrics.h"
-#include "server/scenes/scene_service.h"
-#include "server/scenes/single_flight_cache.h"
-#include "server/store/data_dir.h"
-#include "server/store/job_table.h"
+#include "server/jobs/run_builder.h"
+#include "server/jobs/verdict.h"
 #include "server/store/storage_quota.h"
 
 namespace server {
+
+/// How long an idempotency key is known.
+inline constexpr double kKeySeconds = 24 * 3600;
+
+/// Refused: the key may not give so high a priority.
+Verdict priority_allowed(int priority, const Access& access);
 
 struct JobServiceOptions {
   int threads = 1;
@@ -61,11 +60,11 @@ struct JobServiceParts {
   MemoryGate& memory;
 };
 
-class JobService final : private RenderRun::Owner {
+class JobService {
  public:
   /// run: number of this run of the server.
   JobService(JobServiceParts parts, JobServiceOptions options, std::int64_t run);
-  ~JobService() override;
+  ~JobService();
   JobService(const JobService&) = delete;
   JobService& operator=(const JobService&) = delete;
 
@@ -76,7 +75,7 @@ class JobService final : private RenderRun::Owner {
 
   /// Draining: no new jobs are taken and none of the queue begins, until it is ended. What has
   /// begun goes on. A restart ends it.
-  void set_draining(bool is_draining);
+  void set_draining(bool is_draining) { life_.set_draining(is_draining); }
   api::DrainView drain() const;
 
   /// Against the scene and the assets that `access` sees: what dry_run asks, and submit() does
@@ -103,29 +102,19 @@ class JobService final : private RenderRun::Owner {
   /// at most. Errors: those of loading the scene; kUnavailable when the pilot got no turn.
   core::Result<CostEstimate> estimate(const api::JobSpec& spec);
 
-  /// Errors: kNotFound, also for a job that `access` does not see.
-  core::Result<JobPointer> find(const std::string& id, const Access& access);
-  api::JobView view(const Job& job) const;
+  /// body: JSON merge patch. if_versions: those that spec_version may have. Refused: 409, 412, 422.
+  Verdict patch(const JobPointer& job, std::string_view body,
+                const std::optional<std::vector<std::uint32_t>>& if_versions, const Access& access);
+  /// Refused: 507 when the store cannot take it; the job is as it was then.
+  Verdict cancel(const JobPointer& job) { return life_.cancel(job); }
+  /// Refused: 409 not finished or film gone; 422; 429 queue full, or the tenant's quota.
+  Verdict extend(const JobPointer& job, std::string_view body);
+  /// A failed job goes on from its last checkpoint, or from the start where there is none. Refused:
+  /// 409 not failed, or its inputs are gone; 429 as extend(); 507.
+  Verdict retry(const JobPointer& job);
+  /// Refused: 409 while it is not final.
+  Verdict remove(const JobPointer& job);
 
-  struct Page {
-    std::vector<api::JobView> jobs;
-    std::optional<std::int64_t> next;  ///< Sequence that the next page is before.
-  };
-  /// Of what `access` sees.
-  core::Result<Page> list(JobQuery query, const Access& access);
-
-  /// body: JSON merge patch. if_versions: those that spec_version may have. Problems: 409, 412,
-  /// 422.
-  api::Parsed<std::monostate> patch(const JobPointer& job, std::string_view body,
-                                    const std::optional<std::vector<std::uint32_t>>& if_versions,
-                                    const Access& access);
-  /// Errors: kNoSpace when the store cannot take it; the job is as it was then.
-  core::Status cancel(const JobPointer& job);
-  /// Problems: 409 not finished or film gone; 422; 429 queue full, or the tenant's quota.
-  api::Parsed<std::monostate> extend(const JobPointer& job, std::string_view body);
-  /// A failed job goes on from its last checkpoint, or from the start where there is none.
-  /// Problems: 409 not failed, or its inputs are gone; 429 as extend(); 507.
-  api::Parsed<std::monostate> retry(const JobPointer& job);
   /// A film from elsewhere becomes a finished job. spec: of the film's geometry; ledger as JobView
   /// has it.
   struct FinishedFilm {
@@ -141,29 +130,20 @@ class JobService final : private RenderRun::Owner {
   };
   /// Errors: kUnavailable when stopping, kOverQuota, kNoSpace, kInternal.
   core::Result<JobPointer> add_finished(FinishedFilm finished);
-  /// Errors: kConflict while it is not final.
-  core::Status remove(const JobPointer& job);
 
-  /// Is there a job that renders, may yet, or could be extended, and needs it? tenant: among the
-  /// jobs of that one; empty: among all.
-  core::Result<bool> needs_scene(const std::string& scene,
-                                 const std::optional<std::string>& tenant);
-  core::Result<bool> needs_asset(const std::string& asset,
-                                 const std::optional<std::string>& tenant);
+  JobIndex& index() { return index_; }
+  const JobIndex& index() const { return index_; }
+  FilmLibrary& films() { return films_; }
+  Journal& journal() { return journal_; }
 
-  /// The film as it is: being rendered, or stored. Errors: kConflict no sample yet; kGone evicted.
-  core::Result<std::shared_ptr<const core::Film>> film(const Job& job);
-  /// The film of a job that has ended: nobody changes it any more. Waits while it is being settled.
-  /// Errors: of film(); kConflict while the job is not final; kUnavailable.
-  core::Result<std::shared_ptr<const core::Film>> final_film(const Job& job,
-                                                             const std::stop_token& stop);
-  /// Empty before the first look.
-  std::vector<core::ConvergencePoint> points(const Job& job);
+  core::Result<JobPointer> find(const std::string& id, const Access& access) {
+    return index_.find(id, access);
+  }
+  api::JobView view(const Job& job) const { return index_.view(job); }
 
-  /// Durable events after a mark of any run, up to seq of this run's stream.
-  core::Result<std::vector<EventRow>> stored_events(const Job& job, std::int64_t stream,
-                                                    std::uint64_t seq);
-  std::int64_t run_number() const { return run_; }
+  /// The view that the job is rendered from, loaded again where it has ended. Errors: those of
+  /// loading the scene.
+  core::Result<core::View> scene_view(const Job& job) const;
 
   struct Counts {
     std::map<std::string, std::int64_t> by_state;
@@ -179,142 +159,46 @@ class JobService final : private RenderRun::Owner {
   Counts counts() const;
   /// Those that the server has paused until the disk has room.
   int jobs_without_room() const;
-  bool any_job() const;
+  bool any_job() const { return last_sequence_ > 0; }
   int threads() const { return scheduler_.threads(); }
 
  private:
-  using Modify = std::function<core::Status(JobRecord&)>;
-  /// What becomes of a change that the store does not take. Only what nobody was promised may go on
-  /// in memory: after a restart it has not been.
-  enum class Unstored : std::uint8_t { kRefused, kRefusedIfFull, kInMemory };
-  struct ChangeOptions {
-    Unstored unstored = Unstored::kRefused;
-    /// Runs when the change is committed, before it is told; the job's change_mutex() is held.
-    std::function<void(const JobRecord&)> before_telling = {};
-  };
-  /// Modifies, commits, tells. The events follow from the difference. Errors: of modify, of the
-  /// store; kConflict for a change of state that may not be; kNotFound when the job was deleted.
-  core::Status change(Job& job, const Modify& modify, const ChangeOptions& options);
-  struct Told {
-    api::EventType type = api::EventType::kState;
-    std::string data;
-  };
-  std::vector<Told> events_between(const Job& job, const JobRecord& before,
-                                   const JobRecord& after) const;
-  std::uint64_t reserve_events(Job& job, const std::vector<Told>& told,
-                               std::vector<EventRow>& rows) const;
-  static void publish_events(Job& job, std::uint64_t first, std::vector<Told> told);
-  static std::optional<api::Problem> refused_priority(int priority, const Access& access);
-  static std::vector<DeliveryRow> deliveries_of(const JobRecord& record,
-                                                const std::vector<Told>& told);
-
   /// Empty: new work is taken.
   std::optional<core::Error> refused_work() const;
   core::Result<JobPointer> insert(api::ParsedJob request, const Submission& submission);
-  core::Result<JobPointer> find_any(const std::string& id);
   core::Result<JobPointer> find_replay(const Submission& submission);
   core::Result<JobPointer> find_own_id(const Submission& submission);
   /// The tenant's place among its unfinished jobs, held until the job counts; or why there is none.
   api::Parsed<std::unique_lock<core::Mutex>> take_quota(const std::string& tenant);
   /// Cancels the previews that had the key before `by`.
   void supersede(const std::string& preview_key, const Job& by, const Access& access);
+  Verdict apply_patch(JobRecord& record, const Job& job, const api::JobPatch& patch) const;
+  /// A job that has ended waits for another turn, as `modify` says. Refused: as extend().
+  Verdict queue_again(const JobPointer& job, const Journal::Modify& modify);
 
-  /// What is admitted, and what dry_run says: at most so much is taken, from loading on.
-  JobMemory memory_of(const api::JobView& view);
-  /// Empty: it fits into what a job may hold.
-  std::optional<api::FieldError> too_large(const api::JobView& view);
-  /// Gives the memory of a paused job back; it goes on from its film file.
-  void park(const JobPointer& job);
-
-  /// A job that has ended waits for another turn, as `modify` says. Problems: of extend().
-  api::Parsed<std::monostate> queue_again(const JobPointer& job, const Modify& modify);
-  /// What follows from a change of the state. The job's change_mutex() is held.
-  void follow_state(const JobPointer& job, api::JobState before, const JobRecord& after);
-
-  // A job's way: admit() -> load() -> start() -> on_end() -> finish(). Cancelled ones are told at
-  // once, and settle_cancelled() keeps what they have.
-  void admit();
-  void load(const std::shared_ptr<JobBook::Place>& place);
-  core::Result<std::shared_ptr<const core::Renderer>> make_renderer(
-      const api::JobSpec& spec, SceneService::Admission admission);
-  core::Result<std::shared_ptr<const core::Renderer>> make_admitted_renderer(
-      const api::JobSpec& spec);
-  core::Result<std::shared_ptr<RenderRun>> prepare(const std::shared_ptr<JobBook::Place>& place);
-  /// Makes the file unless the job was deleted. Errors: those of FilmFile::open(); kCancelled.
-  core::Result<FilmFile> make_film_file(Job& job);
-  core::Result<FilmFile> open_film_file(const JobPointer& job, core::Film& film,
-                                        core::TaskOptions& options);
-  void start(const JobPointer& job, const std::shared_ptr<RenderRun>& run, int generation);
-  void on_first_slice(const RenderRun& run) override;
-  void on_end(std::shared_ptr<RenderRun> run) override;
-  /// Stores the end of the run.
-  void settle(const JobPointer& job, const std::shared_ptr<RenderRun>& run);
-  void finish(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
-              core::StopReason reason);
-  void settle_cancelled(const JobPointer& job, const std::shared_ptr<RenderRun>& run);
-  /// run: null when there is none yet.
-  void fail(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
-            const core::Error& failure);
-  /// The disk is full: the job stands still until go_on_with_room(). ended: the run whose end could
-  /// not be stored, if there is one. False: the job has ended otherwise, and whoever calls settles
-  /// the run.
-  bool pause_for_room(const JobPointer& job, const std::shared_ptr<RenderRun>& ended);
-  /// Jobs that wait for room on the disk go on if there is some.
-  void go_on_with_room();
-  /// The job has ended: its run, if any, gets no slices any more and gives its place back.
-  void release(const JobPointer& job);
-  void keep_film_of(const JobPointer& job, const RenderRun& run);
-
-  core::Status apply_patch(JobRecord& record, const Job& job, const api::JobPatch& patch) const;
-  void follow_patch(const JobPointer& job, const JobRecord& before, const JobRecord& after);
-
-  void checkpoint_loop(const std::stop_token& stop);
-  void checkpoint(const JobPointer& job);
-  void evict_films();
-  bool evict_film(const JobRow& row);
+  void upkeep(const std::stop_token& stop);
   void forget_expired();
-  void count_work(const RenderRun& run);
-  void remove_loose_film(const std::string& id);
-  /// The file of a job that ended before it had a sample.
-  void remove_unused_film(Job& job);
-  /// In the cache. Other than the id of a job, it is never given twice.
-  static std::string film_key(const Job& job) { return std::to_string(job.sequence()) + "."; }
-  void remove_loose_films();
-  static core::Progress progress_of(const RenderRun& run);
-  core::Result<std::shared_ptr<const StoredFilm>> stored_film(const Job& job);
-  core::Result<StoredFilm> read_film(const Job& job, const JobRecord& record);
-  /// Says in the log and in the job, once, that its film is lost; the answer for who asks for it.
-  core::Error tell_damage(const Job& job, const core::Error& damage);
-  static Rank rank_of(const api::JobSpec& spec);
-  static bool matches(const api::JobView& view, const JobQuery& query);
 
   JobTable& table_;
   SceneService& scenes_;
   const DataDir& data_;
   Log& log_;
-  Metrics& metrics_;
   StorageQuota& quota_;
   MemoryGate& memory_;
   const JobServiceOptions options_;
-  const std::int64_t run_;
-  std::atomic<std::uint64_t> rays_done_ = 0;  ///< Of runs that are over.
-  std::atomic<std::uint64_t> samples_done_ = 0;
   std::counting_semaphore<16> pilots_;
   std::atomic<std::int64_t> last_sequence_ = 0;
-  std::atomic<bool> stopping_ = false;
-  std::atomic<bool> draining_ = false;
-  JobBook book_;
-  SingleFlightCache<StoredFilm> films_;
   core::Mutex keyed_mutex_;  ///< Held over a submission with a key: two of them are one job.
   core::Mutex
       quota_mutex_;  ///< Held from counting a tenant's jobs to adding one. After keyed_mutex_.
-  /// When a job was last saved; of the checkpointer's thread alone.
-  std::map<std::string, std::chrono::steady_clock::time_point> checkpointed_;
+  JobBook book_;
+  Journal journal_;
+  JobIndex index_;
+  FilmLibrary films_;
+  RunBuilder builder_;
   Scheduler scheduler_;
-  Background loaders_;
-  Background preview_loaders_;
-  Background savers_;
-  std::jthread checkpointer_;
+  LifeCycle life_;
+  std::jthread upkeep_;
 };
 
 }  // namespace server

@@ -116,7 +116,7 @@ bool Pilot::run_slice() {
     }
     task_.run(*slice);
   } catch (const std::exception&) {
-    end();  // No memory, mostly: whoever waits finds no sample.
+    end();  // No memory, mostly: the waiting thread finds no sample.
     return false;
   }
   return true;

@@ -1,6 +1,6 @@
 /// Pilot: a job rendered small for a moment, to say what the whole will cost.
 ///
-/// A source of slices for the scheduler; whoever asks waits for it.
+/// A source of slices for the scheduler; the requesting thread waits for it.
 #pragma once
 
 #include <atomic>

@@ -9,7 +9,7 @@
 namespace server {
 namespace {
 
-/// Progress is told at most twice a second by the contract.
+/// The contract limits progress events to two a second.
 constexpr std::int64_t kProgressEveryMs = 500;
 
 std::int64_t steady_ms() {

@@ -1,7 +1,7 @@
 /// RenderRun: one job while it renders: its task, its film, its film file.
 ///
 /// A source of slices for the scheduler, and the sink of its own task. Ends exactly once, by the
-/// task's decision or by a failure; the owner is told through `Owner`.
+/// task's decision or by a failure; the owner is notified through `Owner`.
 #pragma once
 
 #include <atomic>
@@ -48,7 +48,7 @@ class RenderRun final : public SliceSource,
 
   bool run_slice() override;
 
-  /// Null: nobody knows the job any more.
+  /// Null: the job is gone.
   std::shared_ptr<Job> job() const { return job_.lock(); }
   /// Gives the place back before the run is destroyed: readers may hold it for a while.
   void leave();
@@ -82,7 +82,7 @@ class RenderRun final : public SliceSource,
   };
   /// Empty: it goes on.
   std::optional<End> end() const;
-  /// The end could not be stored: whoever takes it is the one who tries again.
+  /// The end could not be stored: the thread that takes it tries again.
   void leave_end() { is_end_left_ = true; }
   bool take_end() { return is_end_left_.exchange(false); }
   bool has_left_end() const { return is_end_left_; }

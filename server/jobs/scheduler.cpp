@@ -207,7 +207,7 @@ void Scheduler::work() {
         changed_.notify_all();
       }
     } else if (entry->completions == completions) {
-      // Whoever finishes a slice of it from now on takes this back.
+      // The next finished slice of it resets this.
       entry->is_starved = true;
     }
   }

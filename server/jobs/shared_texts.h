@@ -1,4 +1,4 @@
-/// SharedTexts: what many readers are told in the same words, put into words once.
+/// SharedTexts: texts that many readers get, made once.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ class SharedTexts {
         return found->second.text;
       }
     }
-    // Two who come at the same moment do the work twice, and nobody waits.
+    // Two threads at the same moment do the work twice, and neither waits.
     Text text = std::make_shared<const std::string>(make());
     const core::MutexLock lock(mutex_);
     Entry& entry = texts_[tile];

@@ -117,7 +117,7 @@ Response remove(const RouteContext& context, Request& request) {
   // Nobody can name it between the look and the deletion.
   const std::unique_lock<std::shared_mutex> naming(context.scenes.names_mutex());
   const auto in_use = [&](const std::optional<std::string>& tenant) {
-    return context.jobs.needs_asset(id, tenant);
+    return context.jobs.index().needs_asset(id, tenant);
   };
   if (const auto removed = context.assets.remove(id, request.access, in_use); !removed) {
     return error_answer(request, removed.error());

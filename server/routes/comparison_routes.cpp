@@ -65,7 +65,7 @@ core::Result<core::Picture> picture_of_job(const RouteContext& context, const st
   if (!job) {
     return job.error();
   }
-  const auto film = context.jobs.final_film(**job, request.stop_token());
+  const auto film = context.jobs.films().final_film(**job, request.stop_token());
   if (!film) {
     return film.error();
   }

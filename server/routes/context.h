@@ -14,6 +14,7 @@
 #include "server/http/message.h"
 #include "server/http/router.h"
 #include "server/http/stream_gate.h"
+#include "server/jobs/denoise_service.h"
 #include "server/jobs/job_service.h"
 #include "server/key_ring.h"
 #include "server/observe/log.h"
@@ -38,6 +39,7 @@ struct RouteContext {
   ComparisonStore& comparisons;
   StorageQuota& quota;
   JobService& jobs;
+  DenoiseService& denoising;
   StreamGate& streams;
   Tickets& tickets;
   KeyTable& keys;

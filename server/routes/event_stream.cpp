@@ -45,7 +45,7 @@ EventStream::EventStream(JobService& jobs, JobPointer job, std::optional<SseId> 
       last_(std::move(last)),
       streams_(streams),
       options_(options),
-      stream_(stream_name(jobs.run_number())) {}
+      stream_(stream_name(jobs.journal().run_number())) {}
 
 bool EventStream::is_over() const {
   const auto end = job_->end_mark();
@@ -101,7 +101,8 @@ std::string EventStream::beginning() {
 
 std::string EventStream::ended_job() {
   const api::JobView view = jobs_.view(*job_);
-  const EndMark end = job_->end_mark().value_or(EndMark{.stream = jobs_.run_number(), .seq = 1});
+  const EndMark end =
+      job_->end_mark().value_or(EndMark{.stream = jobs_.journal().run_number(), .seq = 1});
   const std::string stream = stream_name(end.stream);
   ended_ = true;
   // One after the other: who watches several jobs counts them as they are written.
@@ -114,10 +115,10 @@ std::string EventStream::from_store(const SseId& last) {
   seq_ = job_->log().last_seq();
   std::string text;
   const auto number = stream_number(last.stream);
-  if (number && *number <= jobs_.run_number()) {
-    const auto missed = jobs_.stored_events(*job_, *number, last.seq);
+  if (number && *number <= jobs_.journal().run_number()) {
+    const auto missed = jobs_.journal().events_after(*job_, *number, last.seq);
     for (const EventRow& event : missed ? *missed : std::vector<EventRow>()) {
-      const bool later = event.stream == jobs_.run_number() && event.seq > seq_ &&
+      const bool later = event.stream == jobs_.journal().run_number() && event.seq > seq_ &&
                          job_->history() == Job::History::kInLog;
       const auto type = api::event_type_from_text(event.type);
       if (!type || *type == api::EventType::kEnd || later) {
@@ -136,7 +137,7 @@ std::string EventStream::from_store(const SseId& last) {
 
 bool EventStream::is_last_end(const LoggedEvent& event) const {
   const auto end = job_->end_mark();
-  return end && end->stream == jobs_.run_number() && end->seq == event.seq &&
+  return end && end->stream == jobs_.journal().run_number() && end->seq == event.seq &&
          api::is_final(job_->state());
 }
 
@@ -222,7 +223,7 @@ EventStream::Clock::duration EventStream::pace() const {
 }
 
 std::string EventStream::tile_text(const LoggedEvent& event) {
-  const auto film = jobs_.film(*job_);
+  const auto film = jobs_.films().film(*job_);
   if (!film) {
     return {};
   }

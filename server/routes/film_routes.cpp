@@ -56,7 +56,7 @@ core::SampleLedger ledger_of(const api::JobView& view, const core::Film& film) {
 /// The film of a job that has ended.
 core::Result<Source> film_of_job(const RouteContext& context, const Job& job,
                                  const std::stop_token& stop) {
-  auto film = context.jobs.final_film(job, stop);
+  auto film = context.jobs.films().final_film(job, stop);
   if (!film) {
     return film.error();
   }
@@ -150,7 +150,7 @@ Response film(const RouteContext& context, Request& request) {
     return std::move(*answer);
   }
   const Job& job = **std::get_if<JobPointer>(&found);
-  const auto film = context.jobs.final_film(job, request.stop_token());
+  const auto film = context.jobs.films().final_film(job, request.stop_token());
   if (!film) {
     return error_answer(request, film.error());
   }

@@ -245,7 +245,7 @@ Response list(const RouteContext& context, Request& request) {
   for (const api::LabelFilter& label : query->labels) {
     wanted.labels.emplace_back(label.key, label.value);
   }
-  const auto page = context.jobs.list(std::move(wanted), request.access);
+  const auto page = context.jobs.index().list(std::move(wanted), request.access);
   if (!page) {
     return error_answer(request, page.error());
   }
@@ -324,7 +324,7 @@ Response cancel(const RouteContext& context, Request& request) {
   }
   const JobPointer job = *std::get_if<JobPointer>(&found);
   if (const auto cancelled = context.jobs.cancel(job); !cancelled) {
-    return error_answer(request, cancelled.error());
+    return problem_answer(request, cancelled.problem());
   }
   return job_answer(200, context.jobs.view(*job));
 }
@@ -369,7 +369,7 @@ Response remove(const RouteContext& context, Request& request) {
     return std::move(*answer);
   }
   if (const auto removed = context.jobs.remove(*std::get_if<JobPointer>(&found)); !removed) {
-    return error_answer(request, removed.error());
+    return problem_answer(request, removed.problem());
   }
   return empty_response();
 }

@@ -1,35 +1,29 @@
 // What came of a job: picture, pixels, convergence.
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <cmath>
 #include <limits>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "api/errors.h"
-#include "api/film_view.h"
 #include "api/job_view.h"
-#include "api/picture_origin.h"
 #include "api/requests.h"
 #include "api/values.h"
 #include "core/base/sha256.h"
 #include "core/error/pixel_error.h"
 #include "core/image_io/image_io.h"
-#include "core/layers/layers.h"
 #include "core/settings/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/negotiation.h"
 #include "server/http/text.h"
+#include "server/pictures/denoised_look.h"
+#include "server/pictures/image_look.h"
+#include "server/pictures/picture.h"
+#include "server/pictures/pixel_view.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
-#include "server/routes/image_look.h"
-#include "server/routes/image_range.h"
-#include "server/routes/image_scale.h"
-#include "server/routes/pixel_view.h"
 
 namespace server {
 namespace {
@@ -73,165 +67,6 @@ Error unknown_format() {
   return Error{ErrorCode::kNotAcceptable, "pictures come as " + list, ""};
 }
 
-bool hides_environment(const api::JobSpec& spec) {
-  return spec.environment_choice == api::EnvironmentChoice::kGiven && !spec.environment.visible;
-}
-
-/// Without the channel named A; what stays keeps its order.
-core::ImageRows without_alpha(core::ImageRows image) {
-  std::vector<std::size_t> kept;
-  std::vector<std::string> names;
-  for (std::size_t c = 0; c < image.channel_names.size(); ++c) {
-    if (image.channel_names[c] != "A") {
-      kept.push_back(c);
-      names.push_back(image.channel_names[c]);
-    }
-  }
-  const std::size_t channels = image.channel_names.size();
-  const auto width = static_cast<std::size_t>(image.width);
-  image.channel_names = std::move(names);
-  image.row = [row = std::move(image.row), out = std::vector<float>(width * kept.size()), kept,
-               channels](int y) mutable {
-    const float* in = row(y);
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      out[i] = in[i / kept.size() * channels + kept[i % kept.size()]];
-    }
-    return static_cast<const float*>(out.data());
-  };
-  return image;
-}
-
-bool lies_inside(core::PixelRect part, core::PixelRect whole) {
-  return part.x >= whole.x && part.y >= whole.y && part.x + part.width <= whole.x + whole.width &&
-         part.y + part.height <= whole.y + whole.height;
-}
-
-/// Where a picture comes from, in the file itself.
-std::map<std::string, std::string> provenance(const api::JobView& view,
-                                              const RouteContext& context) {
-  const std::string build = view.build.empty() ? api::build_json(context.about) : view.build;
-  std::map<std::string, std::string> texts = {
-      {"tessera:job", view.id},
-      {"tessera:scene", view.spec.scene},
-      {"tessera:spec", api::picture_spec(view.spec)},
-      {"tessera:seed", std::to_string(view.spec.render.seed)},
-      {"tessera:build", build},
-      {"tessera:arithmetic", api::arithmetic_of(build)},
-      {"tessera:samples_per_pixel", api::number_text(view.progress.samples_mean)},
-      {"Software", "Tessera " + context.about.version},
-  };
-  if (std::isfinite(view.progress.error.relative_rmse)) {
-    texts["tessera:relative_rmse"] = api::number_text(view.progress.error.relative_rmse);
-    texts["tessera:relative_rmse_interval"] = api::number_text(view.progress.error.low) + " " +
-                                              api::number_text(view.progress.error.high);
-  }
-  if (!view.ledger.empty()) {
-    texts["tessera:samples"] = api::ledger_json(view.ledger);
-  }
-  if (!view.film_digest.empty()) {
-    texts["tessera:film_digest"] = view.film_digest;
-    texts["tessera:stop_reason"] = api::to_text(view.stop_reason);
-    if (view.samples_by_error > 0) {
-      texts["tessera:samples_by_error"] = std::to_string(view.samples_by_error);
-    }
-  }
-  return texts;
-}
-
-struct Picture {
-  const core::ImageFormat& format;
-  const api::ImageQuery& query;
-  const api::JobView& view;
-  core::PixelRect rect;
-};
-
-/// What a picture takes at most until it is sent.
-std::uint64_t working_bytes(const core::Film& film, const Picture& picture) {
-  constexpr int kChannelsMax = 16;  // of all layers
-  const bool all_layers = !picture.query.layer && picture.format.extension == "exr";
-  const int most = picture.query.max_size.value_or(std::numeric_limits<int>::max());
-  return core::LayerRows::bytes(film, picture.rect) +
-         core::encoding_bytes(std::min(picture.rect.width, most),
-                              std::min(picture.rect.height, most), all_layers ? kChannelsMax : 4,
-                              picture.format);
-}
-
-std::string_view layer_of(const api::ImageQuery& query) {
-  return query.layer ? std::string_view(*query.layer) : core::kBeauty;
-}
-
-bool is_color(const api::ImageQuery& query) {
-  const core::LayerEntry* layer = core::find_layer(layer_of(query));
-  return layer != nullptr && layer->is_color;
-}
-
-struct Encoded {
-  std::shared_ptr<const std::string> content;  ///< with what it takes
-  std::optional<ValueRange> range;
-};
-
-core::EncodeOptions encode_options(const Picture& picture, const RouteContext& context) {
-  core::EncodeOptions options;
-  for (const core::ToneMapEntry& entry : core::tone_maps()) {
-    if (entry.name == picture.query.tone_map) {
-      options.tone_map = entry.tone_map;
-    }
-  }
-  options.is_color = is_color(picture.query);
-  options.exposure_stops = picture.query.exposure_stops;
-  options.background = picture.query.background;
-  options.metadata = provenance(picture.view, context);
-  return options;
-}
-
-/// patience: how long to wait for memory.
-core::Result<Encoded> encode(const core::Film& film, const Picture& picture,
-                             const RouteContext& context, std::chrono::milliseconds patience) {
-  if (picture.query.range && (is_color(picture.query) || picture.format.high_dynamic_range)) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "only layers of data (such as depth and normal) in display formats have a range",
-                 "/range"};
-  }
-  if (picture.query.background &&
-      (!is_color(picture.query) || (!picture.query.layer && picture.format.extension == "exr"))) {
-    return Error{ErrorCode::kInvalidArgument, "only one layer of colour stands before a background",
-                 "/background"};
-  }
-  auto lease = context.memory.take(working_bytes(film, picture), "the picture", patience);
-  if (!lease) {
-    return Error{ErrorCode::kUnavailable, lease.error().message, ""};
-  }
-  const bool all_layers = !picture.query.layer && picture.format.extension == "exr";
-  const std::optional<std::string> layer =
-      all_layers ? std::nullopt : std::optional(std::string(layer_of(picture.query)));
-  auto layers = core::LayerRows::create(film, picture.rect, layer, picture.view.spec.render.film);
-  if (!layers) {
-    return Error{layers.error().code, layers.error().message, "/layer"};
-  }
-  core::ImageRows rows = layers->rows();
-  // Formats without alpha need it to stand before something.
-  if (!all_layers && !hides_environment(picture.view.spec)) {
-    rows = without_alpha(std::move(rows));
-  }
-  if (picture.query.max_size) {
-    rows = scaled_down(std::move(rows), *picture.query.max_size);
-  }
-  std::optional<ValueRange> range;
-  if (picture.query.range) {
-    range = value_range(rows, *picture.query.range);
-    rows = rescaled(std::move(rows), *range);
-  }
-  auto encoded = core::encode_rows(rows, picture.format, encode_options(picture, context));
-  if (!encoded) {
-    return encoded.error();
-  }
-  encoded->shrink_to_fit();
-  lease->shrink_to(encoded->size());
-  return Encoded{.content = with_lease(std::make_shared<const std::string>(*std::move(encoded)),
-                                       *std::move(lease)),
-                 .range = range};
-}
-
 std::string picture_etag(const Request& request, const Picture& picture, std::uint32_t revision) {
   std::string query = std::string(picture.format.extension) + "?";
   for (const auto& [name, value] : request.query_params) {
@@ -259,12 +94,24 @@ bool wants_stream(const Request& request, const api::ImageQuery& query) {
                      [](std::string_view type) { return media_type(type) == kMultipart; });
 }
 
+std::shared_ptr<const core::DenoisedPicture> planes_of(const DenoiseService::Pointer& made) {
+  return made ? std::shared_ptr<const core::DenoisedPicture>(made, &made->picture) : nullptr;
+}
+std::optional<api::DenoisedView> view_of(const DenoiseService::Pointer& made) {
+  return made ? std::optional(made->view) : std::nullopt;
+}
+
 /// One picture after the other until the job has ended: what browsers show in an <img>.
 class PictureStream {
  public:
   PictureStream(const RouteContext& context, JobPointer job, const core::ImageFormat& format,
                 api::ImageQuery query)
-      : context_(context), job_(std::move(job)), format_(format), query_(std::move(query)) {}
+      : jobs_(context.jobs),
+        denoising_(context.denoising),
+        maker_(context.memory, context.about),
+        job_(std::move(job)),
+        format_(format),
+        query_(std::move(query)) {}
 
   void run(StreamWriter& writer) {
     using Clock = std::chrono::steady_clock;
@@ -292,19 +139,32 @@ class PictureStream {
   static std::string delimiter() { return "--" + std::string(kBoundary); }
 
   bool send_if_new(StreamWriter& writer, bool is_final) {
-    const auto film = context_.jobs.film(*job_);
+    const auto film = jobs_.films().film(*job_);
     if (!film || (*film)->revision() == sent_) {
       return true;
     }
-    const std::uint32_t revision = (*film)->revision();
-    const api::JobView view = context_.jobs.view(*job_);
+    DenoiseService::Pointer denoised;
+    if (wants_denoised(query_)) {
+      auto made = denoising_.get(job_, **film, std::nullopt, MemoryGate::kPatience);
+      if (!made) {
+        return !is_final;
+      }
+      denoised = *std::move(made);
+    }
+    const std::uint32_t revision = denoised ? denoised->view.revision : (*film)->revision();
+    if (revision == sent_) {
+      return true;
+    }
+    const api::JobView view = jobs_.view(*job_);
     const Picture picture{.format = format_,
                           .query = query_,
                           .view = view,
-                          .rect = query_.rect.value_or((*film)->crop())};
+                          .rect = query_.rect.value_or((*film)->crop()),
+                          .denoised = planes_of(denoised),
+                          .denoised_view = view_of(denoised)};
     // The last picture waits for its room; of the others the next look may have one.
-    const auto encoded = encode(**film, picture, context_,
-                                is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
+    const auto encoded = maker_.make(
+        **film, picture, is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
     if (!encoded) {
       return encoded.error().code == ErrorCode::kUnavailable && !is_final;
     }
@@ -317,7 +177,9 @@ class PictureStream {
            writer.write("\r\n" + delimiter());
   }
 
-  const RouteContext context_;
+  JobService& jobs_;
+  DenoiseService& denoising_;
+  const PictureMaker maker_;
   const JobPointer job_;
   const core::ImageFormat& format_;
   const api::ImageQuery query_;
@@ -340,11 +202,10 @@ Response stream_pictures(const RouteContext& context, const Request& request, co
   }
   const core::FilmSettings film = job->record().view.spec.render.film;
   const core::PixelRect crop = film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
-  if (query.rect && !lies_inside(*query.rect, crop)) {
-    return error_answer(
-        request, Error{ErrorCode::kInvalidArgument, "the part reaches beyond the film", "/x"});
+  if (const auto refused = refused_part(query.rect.value_or(crop), crop)) {
+    return error_answer(request, *refused);
   }
-  if (const auto there = context.jobs.film(*job);
+  if (const auto there = context.jobs.films().film(*job);
       !there && there.error().code == ErrorCode::kGone) {
     return error_answer(request, there.error());
   }
@@ -353,9 +214,10 @@ Response stream_pictures(const RouteContext& context, const Request& request, co
     return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
   }
   auto stream = std::make_shared<PictureStream>(context, job, *format, query);
+  std::string type(kMultipart);
+  type.append("; boundary=").append(kBoundary);
   return stream_response(
-      std::string(kMultipart) + "; boundary=" + std::string(kBoundary),
-      [stream](StreamWriter& writer) { stream->run(writer); }, std::move(slot));
+      std::move(type), [stream](StreamWriter& writer) { stream->run(writer); }, std::move(slot));
 }
 
 Response image(const RouteContext& context, Request& request) {
@@ -379,11 +241,20 @@ Response image(const RouteContext& context, Request& request) {
   if (const auto refused = refused_look(*format, *query)) {
     return error_answer(request, *refused);
   }
-  const auto film = context.jobs.film(job);
+  const auto film = context.jobs.films().film(job);
   if (!film) {
     return error_answer(request, film.error());
   }
-  const std::uint32_t revision = (*film)->revision();
+  DenoiseService::Pointer denoised;
+  if (wants_denoised(*query)) {
+    auto made = context.denoising.get(*std::get_if<JobPointer>(&found), **film, query->revision,
+                                      MemoryGate::kPatience);
+    if (!made) {
+      return error_answer(request, made.error());
+    }
+    denoised = *std::move(made);
+  }
+  const std::uint32_t revision = denoised ? denoised->view.revision : (*film)->revision();
   if (query->revision && *query->revision > revision) {
     return error_answer(request,
                         Error{ErrorCode::kConflict,
@@ -393,15 +264,14 @@ Response image(const RouteContext& context, Request& request) {
   }
   const core::PixelRect crop = (*film)->crop();
   const api::JobView view = context.jobs.view(job);
-  const Picture picture{
-      .format = *format, .query = *query, .view = view, .rect = query->rect.value_or(crop)};
-  if (!lies_inside(picture.rect, crop)) {
-    return error_answer(
-        request, Error{ErrorCode::kInvalidArgument,
-                       "the part reaches beyond the film's " + std::to_string(crop.width) + " by " +
-                           std::to_string(crop.height) + " pixels at " + std::to_string(crop.x) +
-                           ", " + std::to_string(crop.y),
-                       "/x"});
+  const Picture picture{.format = *format,
+                        .query = *query,
+                        .view = view,
+                        .rect = query->rect.value_or(crop),
+                        .denoised = planes_of(denoised),
+                        .denoised_view = view_of(denoised)};
+  if (const auto refused = refused_part(picture.rect, crop)) {
+    return error_answer(request, *refused);
   }
   const std::string etag = picture_etag(request, picture, revision);
   if (is_not_modified(request, etag)) {
@@ -410,7 +280,8 @@ Response image(const RouteContext& context, Request& request) {
     response.headers.add("Vary", "Accept");
     return response;
   }
-  const auto encoded = encode(**film, picture, context, MemoryGate::kPatience);
+  const PictureMaker maker(context.memory, context.about);
+  const auto encoded = maker.make(**film, picture, MemoryGate::kPatience);
   if (!encoded) {
     return error_answer(request, encoded.error());
   }
@@ -429,6 +300,14 @@ Response image(const RouteContext& context, Request& request) {
   }
   response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
   response.headers.set("X-Tessera-Bias", api::bias_of(view));
+  if (denoised) {
+    const DenoisedFacts facts = denoised_facts(denoised->view, *query);
+    response.headers.set("X-Tessera-Denoiser", facts.denoiser);
+    response.headers.set("X-Tessera-Bias", facts.bias);
+    if (!facts.error.empty()) {
+      response.headers.set("X-Tessera-Error", facts.error);
+    }
+  }
   return response;
 }
 
@@ -441,7 +320,7 @@ Response pixel(const RouteContext& context, Request& request) {
     return std::move(*answer);
   }
   const Job& job = **std::get_if<JobPointer>(&found);
-  const auto film = context.jobs.film(job);
+  const auto film = context.jobs.films().film(job);
   if (!film) {
     return error_answer(request, film.error());
   }
@@ -479,7 +358,7 @@ Response convergence(const RouteContext& context, Request& request) {
     return std::move(*answer);
   }
   const Job& job = **std::get_if<JobPointer>(&found);
-  auto points = context.jobs.points(job);
+  auto points = context.jobs.films().points(job);
   if (!core::errors_are_valid(job.record().view.spec.render)) {
     for (core::ConvergencePoint& point : points) {
       point.error.low = point.error.high = std::numeric_limits<double>::quiet_NaN();

@@ -71,7 +71,7 @@ Response tiles(const RouteContext& context, Request& request) {
     return std::move(*answer);
   }
   const JobPointer job = *std::get_if<JobPointer>(&found);
-  if (const auto film = context.jobs.film(*job);
+  if (const auto film = context.jobs.films().film(*job);
       !film && film.error().code == core::ErrorCode::kGone) {
     return error_answer(request, film.error());
   }

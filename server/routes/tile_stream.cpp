@@ -63,7 +63,7 @@ void TileStream::run(StreamWriter& writer) {
     // In this order: what comes after the number is seen at the next look.
     const std::uint64_t seq = job_->log().last_seq();
     const bool is_final = api::is_final(job_->state());
-    const auto film = jobs_.film(*job_);
+    const auto film = jobs_.films().film(*job_);
     if (film && !send_new_tiles(writer, **film)) {
       return;
     }

@@ -3,7 +3,7 @@
 
 #include <chrono>
 #include <mutex>
-#include <optional>
+#include <string>
 
 #include "core/base/result.h"
 
@@ -17,7 +17,10 @@ class Turn {
   core::Result<Held> take() {
     Held held(mutex_, kPatience);
     if (!held) {
-      return core::Error{core::ErrorCode::kUnavailable, "others are being served; try again", ""};
+      return core::Error{core::ErrorCode::kUnavailable,
+                         "others were being served for " + std::to_string(kPatience.count()) +
+                             " s, and this request waited; try again",
+                         ""};
     }
     return held;
   }

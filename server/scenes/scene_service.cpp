@@ -57,9 +57,10 @@ Error unknown_environment(const std::string& asset) {
 
 }  // namespace
 
-std::string SceneService::cache_key(const std::string& id, double time_seconds,
+std::string SceneService::cache_key(const std::string& id, std::optional<double> time_seconds,
                                     const std::optional<std::string>& variant) {
-  return id + "\n" + std::to_string(time_seconds) + "\n" + (variant ? "=" + *variant : "");
+  return id + "\n" + (time_seconds ? std::to_string(*time_seconds) : "rest") + "\n" +
+         (variant ? "=" + *variant : "");
 }
 
 SceneService::SceneService(Assets& assets, SceneTable& table, StorageQuota& quota,
@@ -147,8 +148,8 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::build(
 }
 
 core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
-    const std::string& id, double time_seconds, const std::optional<std::string>& variant,
-    Admission admission) {
+    const std::string& id, std::optional<double> time_seconds,
+    const std::optional<std::string>& variant, Admission admission) {
   using Made = SingleFlightCache<core::Scene>::Made;
   const std::string key = cache_key(id, time_seconds, variant);
   return scenes_.get(key, [&]() -> core::Result<Made> {
@@ -294,7 +295,8 @@ Status SceneService::check_environment(const std::string& asset, const Access& a
   return size ? core::ok_status() : Status(size.error());
 }
 
-SceneService::Memory SceneService::memory_of_scene(const std::string& id, double time_seconds,
+SceneService::Memory SceneService::memory_of_scene(const std::string& id,
+                                                   std::optional<double> time_seconds,
                                                    const std::optional<std::string>& variant) {
   std::string name = cache_key(id, time_seconds, variant);
   if (const auto glb = builtin_glb(id)) {

@@ -90,7 +90,8 @@ class SceneService {
   enum class Admission : std::uint8_t { kNeeded, kGiven };
   /// Errors: kNotFound when the scene is gone; as load_gltf() and Scene::build(); kUnavailable when
   /// there is no memory for it.
-  core::Result<std::shared_ptr<const core::Scene>> load(const std::string& id, double time_seconds,
+  core::Result<std::shared_ptr<const core::Scene>> load(const std::string& id,
+                                                        std::optional<double> time_seconds,
                                                         const std::optional<std::string>& variant,
                                                         Admission admission = Admission::kNeeded);
 
@@ -110,7 +111,7 @@ class SceneService {
     std::uint64_t bytes = 0;
     std::uint64_t load_bytes = 0;  ///< Beside them, while it is loaded.
   };
-  Memory memory_of_scene(const std::string& id, double time_seconds,
+  Memory memory_of_scene(const std::string& id, std::optional<double> time_seconds,
                          const std::optional<std::string>& variant);
   Memory memory_of_environment(const std::string& asset, const core::EnvironmentSettings& settings);
 
@@ -125,7 +126,7 @@ class SceneService {
     core::SharedBytes bytes;
     std::map<std::string, core::SharedBytes> files;
   };
-  static std::string cache_key(const std::string& id, double time_seconds,
+  static std::string cache_key(const std::string& id, std::optional<double> time_seconds,
                                const std::optional<std::string>& variant);
   struct EnvironmentSize {
     std::uint64_t bytes = 0;

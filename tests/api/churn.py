@@ -90,9 +90,12 @@ def metric(server, name):
     raise AssertionError("no metric " + name)
 
 
-def wait_until_empty(server):
-    """No job waits, runs or holds memory; else what is left."""
-    names = ("tessera_queue_jobs", "tessera_rendering_jobs", "tessera_held_memory_bytes")
+BUSY = ("tessera_queue_jobs", "tessera_rendering_jobs", "tessera_held_memory_bytes")
+EMPTY = (*BUSY, "tessera_film_cache_bytes")
+
+
+def wait_until_empty(server, names=BUSY):
+    """No job waits, runs or holds memory, with EMPTY nor is there a film; else what is left."""
     deadline = time.monotonic() + PATIENCE_S
     while True:
         left = {name: metric(server, name) for name in names}
@@ -125,7 +128,7 @@ def run(rounds, seconds, seed, say=lambda text: None):
             churn.stop()
             assert server.alive(), server.log_text()
             remove_all(server)
-            wait_until_empty(server)
+            wait_until_empty(server, EMPTY)
             left = os.listdir(server.data + "/films")
             assert not left, left
             server.render(job_body())

@@ -18,7 +18,14 @@ class CancelledAndDeleted(ApiTest):
             self.assertEqual(self.server.post(f"/v1/jobs/{job}/cancel").status, 200)
             self.assertEqual(self.server.request("DELETE", f"/v1/jobs/{job}").status, 204)
         self.server.render(job_body())
-        churn.wait_until_empty(self.server)
+        churn.remove_all(self.server)
+        churn.wait_until_empty(self.server, churn.EMPTY)
+
+    def test_the_film_of_a_merge_goes_with_its_job(self):
+        jobs = [self.server.render(job_body(seed=seed))["id"] for seed in (1, 2)]
+        self.assertEqual(self.server.post("/v1/films/merge", {"films": jobs}).status, 201)
+        churn.remove_all(self.server)
+        churn.wait_until_empty(self.server, churn.EMPTY)
 
     def test_the_id_may_be_used_again_at_once(self):
         path = "/v1/jobs/01234567-89ab-4def-8123-456789abcdef"

@@ -38,6 +38,7 @@ class Submitting(ApiTest):
                 "statistics",
                 "revision",
                 "film_digest",
+                "denoised",
                 "warnings",
                 "links",
             },

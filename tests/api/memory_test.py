@@ -101,6 +101,16 @@ class Uploads(ApiTest):
             answer = self.server.post("/v1/scenes", document, GLTF)
             self.assertIn(answer.status, (422, 424))
             self.assertLess(len(answer.body), 2000)
+        long = "b" * 70_000
+        for members in ({"extensionsRequired": [long]}, {"asset": {"version": long}},
+                        {"asset": {"version": "2.0", "minVersion": long}}):
+            document = json.dumps(triangle_document(**members)).encode()
+            answer = self.server.post("/v1/scenes", document, GLTF)
+            self.assert_problem(answer, 422)
+            self.assertLess(len(answer.body), 2000)
+        for path in ("/v1/jobs/", "/v1/assets/", "/v1/scenes/"):
+            answer = self.server.get(path + "b" * 8000)
+            self.assertLess(len(answer.body), 8000 + 4096 + 500)  # Once as its path.
         buffers = [{"byteLength": 36, "uri": f"{i}" * 100} for i in range(1000)]
         document = triangle_document(buffers=buffers)
         answer = self.server.post("/v1/scenes", json.dumps(document).encode(), GLTF)

@@ -1,6 +1,7 @@
 """Every error of the contract: its status, its pointer, its shape; and the server lives on."""
 
 import json
+import re
 
 from harness import ApiTest, job_body
 
@@ -250,6 +251,18 @@ class RequestProblems(ApiTest):
             ("/v1/jobs", 400),
         ):
             self.assert_problem(self.server.get(path + "?colour=red"), status, "/colour")
+
+    def test_unknown_query_parameters_get_a_documented_status_everywhere(self):
+        seen = set()
+        for path, methods in self.server.get("/openapi.json").json()["paths"].items():
+            for method, operation in methods.items():
+                with self.subTest(operation["operationId"]):
+                    answer = self.server.request(
+                        method.upper(), re.sub(r"\{.*?\}", "1", path) + "?colour=red"
+                    )
+                    self.assertIn(str(answer.status), operation["responses"], answer)
+                    seen.add(answer.status)
+        self.assertLessEqual({200, 400, 422}, seen)
 
     def test_list_parameters_out_of_range_are_told(self):
         for query in ("limit=0", "limit=201", "limit=x", "state=sleeping"):

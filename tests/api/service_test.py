@@ -40,7 +40,8 @@ class Service(ApiTest):
                          {"box", "tent", "gaussian", "mitchell", "blackman-harris"})
         self.assertLessEqual({"srgb", "linear", "aces", "agx", "khronos-neutral"},
                              set(about["tone_maps"]))
-        for name in ("cornell-box", "furnace", "veach-mis", "many-lights", "glass", "interior"):
+        for name in ("cornell-box", "furnace", "veach-mis", "many-lights", "glass", "interior",
+                     "keyhole", "caustic-pool"):
             self.assertIn(name, [s["name"] for s in about["scenes"]])
         for entry in about["integrators"] + about["samplers"] + about["light_samplers"]:
             self.assertIn(entry["bias"], ("none", "consistent", "biased"))

@@ -9,6 +9,10 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   # What each option of the estimators is worth; how light samplers scale.
   add_executable(options_bench bench/options_bench.cpp)
   target_link_libraries(options_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+
+  # Every integrator with equal time.
+  add_executable(integrators_bench bench/integrators_bench.cpp)
+  target_link_libraries(integrators_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()
 
 # Over the built-in scenes: 1/(V T) of adaptive sampling.
@@ -23,6 +27,10 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   # Do intervals of single pixels hold the truth as often as they say?
   add_executable(coverage_bench bench/coverage_bench.cpp)
   target_link_libraries(coverage_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+
+  # What is denoising worth, and do its errors hold the truth?
+  add_executable(denoise_bench bench/denoise_bench.cpp)
+  target_link_libraries(denoise_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()
 
 # Small requests, as many as the server answers.

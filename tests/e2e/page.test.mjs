@@ -105,11 +105,11 @@ test('the measuring views show other pictures, each with a legend', { timeout: 3
   }),
 );
 
-test('exposure changes the picture without asking the server for it', { timeout: 300_000 }, () =>
+test('exposure changes the plain picture without a question, the denoised one with one', { timeout: 300_000 }, () =>
   withPage(desktop, async (page) => {
     await submit(page, { scene: 'cornell-box', samples: 8 });
     await finished(page);
-    const before = await until('the picture', () => pictureNow(page));
+    await page.waitForSelector('[data-testid=denoised]');
     await page.waitForTimeout(1000); // what the end of a render asks for has been asked for
     let asked = 0;
     page.on(
@@ -117,8 +117,19 @@ test('exposure changes the picture without asking the server for it', { timeout:
       (request) =>
         (asked += /\/(image|tiles)/.test(request.url()) && !/max_size/.test(request.url()) ? 1 : 0),
     );
-    await page.focus('[data-testid=exposure]');
-    for (let i = 0; i < 5; ++i) await page.keyboard.press('ArrowLeft');
+    const denoised = () => page.getAttribute('[data-testid=denoised]', 'src');
+    const darken = async () => {
+      await page.focus('[data-testid=exposure]');
+      for (let i = 0; i < 5; ++i) await page.keyboard.press('ArrowLeft');
+    };
+    const old = await denoised();
+    await darken();
+    await until('a darker denoised picture', async () => (await denoised()) !== old);
+    assert.ok(asked <= 2, `${asked} questions`); // steps that rest for 250 ms ask
+    await page.click('[data-testid=denoise]');
+    const before = await until('the picture', () => pictureNow(page));
+    asked = 0;
+    await darken();
     await until('a darker picture', () => isOther(page, before));
     assert.equal(asked, 0);
   }),

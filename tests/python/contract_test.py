@@ -217,7 +217,8 @@ class Contract(ApiTest):
         """Of a job that runs: progress and tiles, and the end by cancelling."""
         job = self.server.submit(job_body(samples=65536))
         stream = EventStream(self.server, job["id"])
-        self.server.wait_for_samples(job["id"])
+        # Many, so that tiles come after the stream's snapshot.
+        self.server.wait_for_samples(job["id"], 256)
         self.ask("cancelJob", "POST", f"/v1/jobs/{job['id']}/cancel")
         names = self.check_events("streamEvents", stream)
         self.assertLessEqual({"snapshot", "tile", "end"}, names)

@@ -44,7 +44,8 @@ class Jobs(ServerTest):
             self.assertEqual(job.image(layer).tobytes(), values.tobytes(), layer)
         self.assertEqual(job.image().dtype, np.float32)
         shapes = {layer: job.image(layer).shape for layer in self.client.info().layers}
-        colours = {"beauty", "albedo", "normal", "variance"}
+        colours = {"beauty", "albedo", "normal", "variance", "denoised", "denoise_bias",
+                   "denoise_bias_error"}
         self.assertEqual(
             shapes, {name: (40, 70, 3) if name in colours else (40, 70) for name in shapes}
         )

@@ -2,9 +2,12 @@
 
 import importlib.metadata
 import importlib.resources
+import pathlib
 import re
+import shutil
 import subprocess
 import sys
+import tempfile
 import unittest
 
 from support import REPOSITORY
@@ -12,11 +15,15 @@ from support import REPOSITORY
 import tessera
 
 
-def run(*command):
+def run_python(*command):
     done = subprocess.run(
-        [sys.executable, "-m", *command], cwd=REPOSITORY, capture_output=True, text=True
+        [sys.executable, *command], cwd=REPOSITORY, capture_output=True, text=True
     )
     return done.returncode, done.stdout + done.stderr
+
+
+def run(*command):
+    return run_python("-m", *command)
 
 
 class Package(unittest.TestCase):
@@ -41,6 +48,20 @@ class Package(unittest.TestCase):
         code, told = run("mypy", "--config-file", "clients/python/pyproject.toml", "--cache-dir",
                          "build/python/mypy", "clients/python/src/tessera")
         self.assertEqual(code, 0, told)
+
+    def test_the_client_that_waits_is_written_from_the_asynchronous_one(self):
+        script = pathlib.Path(REPOSITORY, "clients/synchronous.py")
+        self.assertEqual(run_python(script, "--check"), (0, ""))
+        with tempfile.TemporaryDirectory() as folder:
+            place = pathlib.Path(folder, "clients")
+            shutil.copytree(script.parent / "python/src/tessera", place / "python/src/tessera")
+            shutil.copy(script, place)
+            with open(place / "python/src/tessera/job.py", "a", encoding="utf-8") as job:
+                job.write("# by hand")
+            code, told = run_python(place / script.name, "--check")
+            self.assertEqual(code, 1, told)
+            self.assertIn("job.py", told)
+            self.assertNotIn("client.py,", told)
 
     def test_types_of_the_examples_hold(self):
         code, told = run("mypy", "--strict", "--cache-dir", "build/python/mypy", "clients/examples")

@@ -1,6 +1,7 @@
 // Truth 19: every option gives the same picture. Blocks of pictures of 16 seeds against 16 other
 // seeds of plain path tracing, Welch's t; the p-values of all blocks are uniform
 // (Kolmogorov-Smirnov), and none is too small.
+#include <array>
 #include <cmath>
 
 #include "core/settings/registry.h"
@@ -15,19 +16,21 @@ using test_support::Moments;
 
 constexpr int kSeeds = 16;
 constexpr int kSide = 32;
-constexpr int kBlock = 8;
-constexpr std::size_t kBlocks = (kSide / kBlock) * (kSide / kBlock);
+constexpr int kBlocksAcross = 4;
+constexpr std::size_t kBlocks = kBlocksAcross * kBlocksAcross;
 
 using Blocks = std::vector<Moments>;
 
 Blocks blocks_of(core::View view, int first_seed, int samples) {
   Blocks blocks(3 * kBlocks);
+  const auto side = static_cast<std::size_t>(view.settings.film.width);
   for (int i = 0; i < kSeeds; ++i) {
     view.settings.seed = static_cast<std::uint64_t>(first_seed + i);
     const auto film = test_support::render(view, samples).snapshot;
     std::vector<double> sums(3 * kBlocks, 0.0);
     for (std::size_t p = 0; p < film.pixel_count(); ++p) {
-      const std::size_t block = p / kSide / kBlock * (kSide / kBlock) + p % kSide / kBlock;
+      const std::size_t block =
+          p / side * kBlocksAcross / side * kBlocksAcross + p % side * kBlocksAcross / side;
       const Rgb v = core::pixel_value(film, p).mean;
       for (std::size_t c = 0; c < 3; ++c) {
         sums[3 * block + c] += static_cast<double>(v[static_cast<int>(c)]);
@@ -135,58 +138,60 @@ void expect_agreement(core::View view, int samples, bool gloss) {
 TEST(Agreement, OfAllOptionsInTheCornellBox) { expect_agreement(box(), 16, false); }
 TEST(Agreement, OfAllOptionsAmongGlossyThings) { expect_agreement(zoo(), 16, true); }
 
-// A lamp, a point light, a map for a sky; metal, rough and smooth glass, a mirror, bent normals.
-core::View zoo_for_light_paths() {
-  core::View view = zoo();
-  view.settings.film.filter = {core::FilterType::kTent, 1};
-  return view;
-}
+/// Light paths that leave from everywhere are dear and few: a small film, blocks of 4 x 4 pixels.
+constexpr int kLightSide = 16;
 
-struct LightTracing {
+/// A scene and what means of 16 pictures need there to be normal. Paths find a caustic by chance.
+struct LightPaths {
   const char* name;
   core::View view;
+  int reference_samples;
 };
-std::vector<LightTracing> light_tracings() {
-  core::View caustic = test_support::caustic();
-  caustic.settings.film.width = caustic.settings.film.height = kSide;
+std::vector<LightPaths> light_path_scenes() {
   core::View lens = box();
   lens.camera.aperture_radius_m = 0.05F;
-  return {{"box", box()},
-          {"thin lens", lens},
-          {"glossy things", zoo_for_light_paths()},
-          {"caustic", caustic}};
-}
-
-/// Paths find a caustic by chance: means of 16 pictures need more samples there to be normal.
-Agreement light_paths_agree(core::View view, const char* integrator, float brightness) {
-  view.settings.estimator.roulette = core::RouletteType::kNone;
-  const Blocks reference = blocks_of(view, 1000, 256);
-  view.settings.integrator = integrator;
-  if (view.environment == nullptr && brightness != 1) {
-    core::SceneDescription brighter = test_support::cornell();
-    brighter.materials[3].emissive = Rgb(15 * brightness);
-    view.scene = test_support::build(std::move(brighter));
+  core::View glossy = zoo();
+  glossy.settings.film.filter = {core::FilterType::kTent, 1};
+  std::vector<LightPaths> scenes = {{"box", box(), 128},
+                                    {"thin lens", lens, 128},
+                                    {"glossy things", glossy, 128},
+                                    {"caustic", test_support::caustic(), 512}};
+  for (LightPaths& scene : scenes) {
+    scene.view.settings.film.width = scene.view.settings.film.height = kLightSide;
+    scene.view.settings.estimator.roulette = core::RouletteType::kNone;
   }
-  return compare(blocks_of(view, 1, 64), reference);
+  return scenes;
 }
 
-void expect_light_paths_agree(const char* integrator) {
-  const std::vector<LightTracing> cases = light_tracings();
-  const int tests = static_cast<int>(cases.size());
-  for (const LightTracing& one : cases) {
-    const Agreement a = light_paths_agree(one.view, integrator, 1);
-    EXPECT_GT(a.least_p, test_support::sidak(0.001, 2 * tests * static_cast<int>(kBlocks)))
-        << one.name;
-    EXPECT_GT(a.ks, test_support::sidak(0.001, 2 * tests)) << one.name;
+constexpr std::array kLightIntegrators = {"light-trace", "bdpt", "mlt"};
+constexpr int kLightSamples = 64;
+
+TEST(Agreement, OfLightPathsWithPathTracing) {
+  const std::vector<LightPaths> scenes = light_path_scenes();
+  const int tests = static_cast<int>(scenes.size() * kLightIntegrators.size());
+  for (const LightPaths& scene : scenes) {
+    const Blocks reference = blocks_of(scene.view, 1000, scene.reference_samples);
+    core::View view = scene.view;
+    for (const char* integrator : kLightIntegrators) {
+      view.settings.integrator = integrator;
+      const Agreement a = compare(blocks_of(view, 1, kLightSamples), reference);
+      EXPECT_GT(a.least_p, test_support::sidak(0.001, 2 * tests * static_cast<int>(kBlocks)))
+          << scene.name << ", " << integrator;
+      EXPECT_GT(a.ks, test_support::sidak(0.001, 2 * tests)) << scene.name << ", " << integrator;
+    }
   }
 }
-
-TEST(Agreement, OfLightTracingWithPathTracing) { expect_light_paths_agree("light-trace"); }
-TEST(Agreement, OfBidirectionalWithPathTracing) { expect_light_paths_agree("bdpt"); }
 
 TEST(Agreement, ThreePercentMoreLightAreSeenOfLightPaths) {
-  for (const char* integrator : {"light-trace", "bdpt"}) {
-    const Agreement a = light_paths_agree(box(), integrator, 1.03F);
+  const LightPaths scene = light_path_scenes().front();
+  const Blocks reference = blocks_of(scene.view, 1000, scene.reference_samples);
+  core::View brighter = scene.view;
+  core::SceneDescription description = test_support::cornell();
+  description.materials[3].emissive = Rgb(15 * 1.03F);
+  brighter.scene = test_support::build(std::move(description));
+  for (const char* integrator : kLightIntegrators) {
+    brighter.settings.integrator = integrator;
+    const Agreement a = compare(blocks_of(brighter, 1, kLightSamples), reference);
     EXPECT_LT(std::min(a.least_p * static_cast<double>(kBlocks), a.ks), 1e-4) << integrator;
   }
 }

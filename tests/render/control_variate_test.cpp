@@ -1,4 +1,4 @@
-// Light of lamps in closed form, samples for what is in the way. Agreement with plain path tracing
+// Light of emitters in closed form, samples for occlusion. Agreement with plain path tracing
 // over whole pictures is in agreement_test.cpp, which also shows what size of fault is seen.
 #include <cmath>
 
@@ -57,7 +57,7 @@ TEST(ControlVariate, WithoutShadowsNothingIsLeftToChance) {
   }
 }
 
-// A wall at half the height hides what is above x = 0 from the origin: half of the lamp, by
+// A wall at half the height hides what is above x = 0 from the origin: half of the emitter, by
 // symmetry.
 TEST(ControlVariate, ShadowsAreSubtracted) {
   const Picture picture =

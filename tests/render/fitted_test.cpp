@@ -50,7 +50,7 @@ double under_square(double side_m) {
   return 4 / kPi * x * std::atan(x);
 }
 
-/// A floor seen at the origin alone, under a lamp and what is before it.
+/// A floor seen at the origin alone, under an emitter and its occluder.
 View meter(const core::MaterialDescription& floor, const core::PrimitiveDescription& lamp,
            const std::vector<core::PrimitiveDescription>& before) {
   std::vector<core::PrimitiveDescription> things = {
@@ -78,7 +78,7 @@ View meter(bool wall, const core::MaterialDescription& floor = test_support::lam
 constexpr double kOpen = 0.7522747 / kPi;  // from a unit square at distance 1
 constexpr double kHalf = kOpen / 2;        // by symmetry
 
-/// Everything that a light sample or a BSDF sample may meet: gloss, rough glass, a lamp of two
+/// Everything that a light sample or a BSDF sample may meet: gloss, rough glass, an emitter of two
 /// sides, a point light, a sky with black texels, a pane that lets half of the light pass, a clear
 /// one.
 View zoo() {

@@ -67,7 +67,7 @@ TEST(GltfGlass, AThinPaneShowsACheckerBehindItInItsColour) {
     const bool white = i == 0 || i == 3;
     for (int c = 0; c < 3; ++c) {
       const auto expected = white ? 0.96F * pane.base_color[c] : 0.0F;
-      // The lobe is a throw of dice with p near 0.95: 4.5 standard deviations of 4096 throws.
+      // The lobe is a Bernoulli variable with p near 0.95: 4.5 standard deviations of 4096 throws.
       EXPECT_NEAR(seen[c], expected, 4.5F * 0.25F / 64) << i << " " << c;
     }
   }
@@ -86,7 +86,7 @@ core::SceneDescription under_window(const core::MaterialDescription& window) {
   return scene;
 }
 
-TEST(GltfGlass, SunAndLampsShineThroughClearWindows) {
+TEST(GltfGlass, SunAndEmittersShineThroughClearWindows) {
   core::MaterialDescription window = glass(1.5F, 0);
   window.base_color = {1, 0.5F, 0.25F};
   for (const double theta : {0.0, 60.0}) {
@@ -124,8 +124,7 @@ TEST(GltfGlass, LightThroughAWindowIsCountedOnceByEveryStrategy) {
   }
   for (const core::Strategy strategy :
        {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
-    for (const bool doubled :
-         {false, true}) {  // the planted fault: a sky of 1.03 must be told apart
+    for (const bool doubled : {false, true}) {  // the planted fault: a sky of 1.03 must be detected
       core::View view = test_support::view_of(test_support::build(scene), 8, 8);
       view.environment = test_support::constant_sky(Rgb(doubled ? 1.03F : 1.0F));
       view.settings.max_depth = 1;
@@ -205,7 +204,7 @@ TEST(GltfGlass, SpecularFactorAndColourChangeWhatASolidReflects) {
   const double t = 1 - f[0];
   const Rgb through = passed(m);
   for (int c = 0; c < 3; ++c) {
-    // The walk through the faces is a throw of dice: 4.5 standard deviations of 64 x 4096 throws
+    // The walk through the faces is random: 4.5 standard deviations of 64 x 4096 walks
     // with p near 0.85.
     EXPECT_NEAR(static_cast<double>(through[c]), t * t / (1 - f[c] * f[c]), 4.5 * 0.36 / 512) << c;
   }

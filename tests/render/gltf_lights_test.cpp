@@ -141,8 +141,8 @@ TEST(GltfAlpha, CoverageIsAlphaAtBlendAndAStepAtMask) {
       }
       const double alpha = (32 * x + 16) / 255.0;
       const double expected = blend ? alpha : (alpha >= static_cast<double>(cutoff) ? 1 : 0);
-      // 2048 throws of dice: 5 standard deviations at most, a false alarm once in 10^5 runs of the
-      // test.
+      // 2048 Bernoulli trials: 5 standard deviations at most, a false alarm once in 10^5 runs of
+      // the test.
       EXPECT_NEAR(mean, expected, 5 * std::sqrt(expected * (1 - expected) / 2048) + 1e-6)
           << x << " " << cutoff;
     }

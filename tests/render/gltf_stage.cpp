@@ -78,7 +78,8 @@ Picture shoot(core::SceneDescription scene, const Shot& shot) {
   view.environment = shot.sky;
   view.settings.max_depth = shot.depth;
   view.settings.film.depth = shot.depth_layer;
-  view.settings.estimator.roulette = core::RouletteType::kNone;  // no dice but those of the feature
+  view.settings.estimator.roulette =
+      core::RouletteType::kNone;  // no randomness but that of the feature
   return render(view, shot.samples);
 }
 

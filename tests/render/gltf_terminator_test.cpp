@@ -119,8 +119,8 @@ TEST(GltfTerminator, LosslessBallsWithShadingNormalsCannotBeSeen) {
 }
 
 TEST(GltfTerminator, StrategiesAgreeOnShadingNormals) {
-  // A small coarse ball beside a lamp of its size: light sampling, BSDF sampling and both see one
-  // picture.
+  // A small coarse ball beside an emitter of its size: light sampling, BSDF sampling and both see
+  // one picture.
   core::SceneDescription scene = ball(6, test_support::lambert({0.8F, 0.8F, 0.8F}));
   scene.materials.push_back(test_support::emitter({5, 5, 5}));
   scene.meshes[0].primitives.push_back(
@@ -187,7 +187,7 @@ TEST(GltfSides, SingleSidedSurfacesAreThereFromBehindButShineToTheirFrontAlone) 
   }
 }
 
-TEST(GltfUnlit, MirrorsShowItAndMattSurfacesGetItsLightByEveryStrategy) {
+TEST(GltfUnlit, MirrorsShowItAndDiffuseSurfacesGetItsLightByEveryStrategy) {
   core::MaterialDescription wall;
   wall.unlit = true;
   wall.base_color = {0.2F, 0.4F, 0.6F};

@@ -57,7 +57,7 @@ TEST(Options, WithoutEffectLeaveEveryBit) {
   resampled.settings.light_sampler = LightSamplerType::kRis;
   resampled.settings.light_candidates = 1;
   EXPECT_TRUE(same(resampled));
-  // Nothing is transparent, and albedos are far from 1: dice end paths.
+  // Nothing is transparent, and albedos are far from 1: analog absorption ends paths.
   View dice = view;
   dice.settings.estimator.expected_values = false;
   EXPECT_FALSE(same(dice));
@@ -131,7 +131,7 @@ TEST(Options, ExpectedValuesTakeTheNoiseOutOfPanes) {
 // that of n times the samples.
 TEST(Options, SplittingLowersTheVarianceBehindTheFirstSurface) {
   View view = box(24);
-  test_support::look_at(view, {0.5F, 0.5F, 1}, {0.5F, 0.2F, 0}, 30);  // the lamp is out of sight
+  test_support::look_at(view, {0.5F, 0.5F, 1}, {0.5F, 0.2F, 0}, 30);  // the emitter is out of view
   view.settings.sampler = core::SamplerType::kIndependent;
   view.settings.max_depth = 3;
   const auto variance = [&view] {
@@ -148,9 +148,9 @@ TEST(Options, SplittingLowersTheVarianceBehindTheFirstSurface) {
 
 enum class Fault { kNone, kForgetsTheSum, kBlindTarget, kCountsOneSample, kNoDivision };
 
-/// Irradiance over pi under 16 lamps in a row, by light samples (RIS of 4 candidates, then roulette
-/// of shadow rays) and BSDF samples, made of the renderer's parts. Half of the floor's sky is
-/// behind a wall, which candidates do not know.
+/// Irradiance over pi under 16 emitters in a row, by light samples (RIS of 4 candidates, then
+/// roulette of shadow rays) and BSDF samples, made of the renderer's parts. Half of the floor's sky
+/// is behind a wall, which candidates do not know.
 Moments lamps(Fault fault, int samples) {
   std::vector<core::PrimitiveDescription> row;
   for (int i = 0; i < 16; ++i) {
@@ -211,7 +211,7 @@ Moments lamps(Fault fault, int samples) {
   return out;
 }
 
-/// The same by uniform points on the lamps, without any of it.
+/// The same by uniform points on the emitters, without any of it.
 double lamps_truth() {
   double sum = 0;
   constexpr int kSteps = 400;

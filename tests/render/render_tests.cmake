@@ -4,7 +4,9 @@ set(RENDER_TEST_SOURCES
   fitted_test.cpp
   furnace_test.cpp
   irradiance_test.cpp
+  mlt_test.cpp
   options_test.cpp
+  photons_test.cpp
   planted_bugs_test.cpp
   restir_test.cpp
   truth.cpp)

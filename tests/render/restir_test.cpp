@@ -34,13 +34,13 @@ View builtin(const char* name) {
   if (data.punctual_lights.empty() && data.triangle_lights.empty()) {
     view.environment = test_support::constant_sky(Rgb(1));
   }
-  view.settings.max_depth =
-      1;  // light of lamps at first surfaces: by light samples, and by BSDF samples that meet lamps
+  view.settings.max_depth = 1;  // light of emitters at first surfaces: by light samples, and by
+                                // BSDF samples that hit emitters
   return view;
 }
 
-/// What neighbours cannot draw: spots with hard cones, lamps whose back or whose plane parts the
-/// floor, balls that turn away from lamps near the floor, and shadows of a grating.
+/// What neighbours cannot draw: spots with hard cones, emitters whose back or whose plane parts the
+/// floor, balls that turn away from emitters near the floor, and shadows of a grating.
 View edges(float power) {
   std::vector<core::PrimitiveDescription> things = {
       test_support::quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -4}, 0),
@@ -104,7 +104,7 @@ struct Agreement {
 /// Both of one seed, and so with the same camera rays and BSDF samples: what they differ by is
 /// light samples alone. Student's t of the differences of the replicates. Where next to nothing
 /// differs, what does are weights of MIS: a little less light in every replicate, and that much
-/// more in the few where a rare BSDF sample meets a lamp, too few for t. A ten thousandth of the
+/// more in the few where a rare BSDF sample hits an emitter, too few for t. A ten thousandth of the
 /// light is left to those.
 constexpr double kRare = 1e-4;
 
@@ -169,12 +169,12 @@ TEST(SharedLights, AgreeWithTheTreeUnderManyLights) {
 TEST(SharedLights, AgreeWithTheTreeOnGloss) { expect_agreement(builtin("veach-mis"), 128, 0.016); }
 TEST(SharedLights, AgreeWithTheTreeThroughGlass) { expect_agreement(builtin("glass"), 128, 0.001); }
 TEST(SharedLights, AgreeWithTheTreeInARoom) { expect_agreement(builtin("interior"), 128, 0.01); }
-TEST(SharedLights, AgreeWithTheTreeWhereNeighboursCannotSeeALamp) {
+TEST(SharedLights, AgreeWithTheTreeWhereNeighboursCannotSeeAnEmitter) {
   expect_agreement(edges(1), 512, 0.003);
 }
 
-// What is to be seen must be seen: lamps that are 2 % too strong.
-TEST(SharedLights, TwoPercentMoreLightAreSeen) {
+// What is to be seen must be seen: emitters that are 2 % too strong.
+TEST(SharedLights, TwoPercentMoreLightAreDetected) {
   const Blocks reference = blocks_of(edges(1), 512);
   EXPECT_LT(compare(blocks_of(shared(edges(1.02F), {1, 4, 1}), 512), reference).picture, 1e-4);
   EXPECT_LT(compare(blocks_of(shared(edges(1.02F), {1, 3, 4}), 512), reference).picture, 1e-4);
@@ -190,16 +190,16 @@ constexpr int kRow = 8;
 constexpr int kPaths = 2 * kRow;  // in two passes
 Vec3 row_point(int i) { return {-0.7F + 0.2F * static_cast<float>(i % kRow), 0, 0}; }
 
-/// Light of a lamp that half of a row of points does not see, on the point just before its plane:
-/// the point takes one of the samples of all, as the renderer does. One sample of each point in
-/// each pass, of the same parts.
+/// Light of an emitter that half of a row of points does not see, on the point just before its
+/// plane: the point takes one of the samples of all, as the renderer does. One sample of each point
+/// in each pass, of the same parts.
 Moments row_of_points(Fault fault, int samples) {
   const auto scene = test_support::build(
       test_support::scene_of({test_support::emitter(Rgb(1))},
                              {test_support::quad({0, 0.2F, -0.5F}, {0, 1, 0}, {0, 0, 1}, 0),
                               test_support::quad({-1, 1.5F, 2}, {2, 0, 0}, {0, 0, 0.5F}, 0)}));
   const core::LightSampler lights(scene->data(), nullptr, LightSamplerType::kRestir);
-  constexpr std::size_t kHere = 4;  // x = 0.1: before the first lamp, with four points behind it
+  constexpr std::size_t kHere = 4;  // x = 0.1: before the first emitter, with four points behind it
   const Vec3 up = {0, 1, 0};
   test_support::Random random(11);
   core::SharedSamples shared;
@@ -249,7 +249,7 @@ Moments row_of_points(Fault fault, int samples) {
   return out;
 }
 
-/// The same by quadrature over both lamps.
+/// The same by quadrature over both emitters.
 double row_truth() {
   constexpr int kSteps = 2000;
   const Vec3 p = row_point(4);

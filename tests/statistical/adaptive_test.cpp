@@ -188,17 +188,17 @@ TEST(AdaptiveTypes, PilotIsUnbiasedAndItsErrorsAreValid) {
 
 // The twin: pixels whose counts follow their own samples would lack light, and the same check sees
 // a picture that lacks a twentieth of it.
-TEST(AdaptiveTypes, APictureThatLacksLightIsSeen) {
+TEST(AdaptiveTypes, APictureThatLacksLightIsDetected) {
   const Totals t = render_many(AdaptiveType::kPilot, 60, 0.95F);
   EXPECT_LT(t.mean.z(1), -4);
 }
 
-TEST(AdaptiveTypes, SayWhatTheyAre) {
+TEST(AdaptiveTypes, AreUnbiasedWithAValidError) {
   core::RenderSettings settings;
-  for (const AdaptiveType type : {AdaptiveType::kNone, AdaptiveType::kPilot}) {
-    settings.adaptive.type = type;
-    EXPECT_EQ(core::bias_of(settings), "none");
-    EXPECT_TRUE(core::errors_are_valid(settings));
+  for (const auto& row : core::adaptive_types()) {
+    settings.adaptive.type = row.value;
+    EXPECT_EQ(core::bias_of(settings), "none") << row.name;
+    EXPECT_TRUE(core::errors_are_valid(settings)) << row.name;
   }
 }
 

@@ -122,14 +122,14 @@ class BsdfAdjoint : public testing::TestWithParam<BsdfCase> {};
 INSTANTIATE_TEST_SUITE_P(Cases, BsdfAdjoint, testing::ValuesIn(test_support::bsdf_cases()),
                          [](const auto& c) { return c.param.name; });
 
-TEST_P(BsdfAdjoint, ParticlesCarryWhatViewersSee) {
+TEST_P(BsdfAdjoint, ParticlesCarryTheLightThatViewersSee) {
   for (const double bent : {0.0, 25.0}) {
     const Surface surface(GetParam(), bent);
     EXPECT_GT(p_value(surface, region_of(surface), none, 40000), kLevel) << bent;
   }
 }
 
-TEST_P(BsdfAdjoint, TheEtaSquaredOfRadianceIsSeen) {
+TEST_P(BsdfAdjoint, TheEtaSquaredOfRadianceIsDetected) {
   const core::BsdfParameters& p = GetParam().parameters;
   if (p.thin || !(p.transmission > 0) || p.ior == 1) {
     return;  // light changes no medium
@@ -163,7 +163,7 @@ constexpr const char* kTurning[] = {"Lambert",
                                     "DiffuseTransmission70",
                                     "AnisotropicGold"};
 
-TEST(BsdfAdjointTwin, ShadingNormalsWithoutTheirFactorAreSeen) {
+TEST(BsdfAdjointTwin, ShadingNormalsWithoutTheirFactorAreDetected) {
   for (const char* name : kTurning) {
     const Surface surface(case_named(name), 25);
     const Vec3 n = surface.point.normal_shading;

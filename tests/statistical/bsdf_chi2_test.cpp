@@ -50,7 +50,7 @@ TEST_P(BsdfChi2, SampleFollowsItsDensityUnderATiltedGeometricNormal) {
   }
 }
 
-TEST_P(BsdfChi2, TwoPercentTooMuchIsSeen) {
+TEST_P(BsdfChi2, TwoPercentTooMuchIsDetected) {
   const Bsdf bsdf = GetParam().seen_from(test_support::direction(45));
   if (bsdf.prob_delta() > 0.5F) {
     return;  // hardly anything spreads

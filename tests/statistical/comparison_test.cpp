@@ -17,7 +17,7 @@ using core::Picture;
 constexpr int kWidth = 64;
 constexpr int kHeight = 64;
 
-/// Box with lamp and walls: edges, penumbrae, a mirror-free room.
+/// Box with emitter and walls: edges, penumbrae, a mirror-free room.
 Picture rendered(std::uint64_t seed, int samples, core::SamplerType sampler, int replicates = 2) {
   static const auto scene = test_support::build(test_support::cornell());
   core::View view = test_support::view_of(scene, kWidth, kHeight);
@@ -66,7 +66,7 @@ Summary null_pairs(core::SamplerType sampler, std::uint64_t pairs, int samples, 
 
 class NullComparison : public testing::TestWithParam<core::SamplerType> {};
 
-TEST_P(NullComparison, AlarmsAsRarelyAsItSays) {
+TEST_P(NullComparison, HasItsStatedFalseAlarmRate) {
   const Summary summary = null_pairs(GetParam(), 12, 32, 1);
   // 12 pairs of 4096 pixels: a mean of z is known to 1 / sqrt(12 * 4096) = 0.0045; 4 of them, a
   // false alarm in 16,000.
@@ -100,9 +100,9 @@ TEST(Comparison, ZOfFewSamplesVariesAsItShould) {
   EXPECT_GE(summary.bias_covered, 7);
 }
 
-// A lamp in the picture: its pixels and the black ones around have no noise, and what the
+// An emitter in the picture: its pixels and the black ones around have no noise, and what the
 // neighbours have is not theirs.
-TEST(Comparison, PixelsWithoutNoiseBesideNoisyOnesDoNotCount) {
+TEST(Comparison, PixelsWithoutNoiseNextToNoisyOnesAreLeftOut) {
   core::Picture a;
   a.width = 8;
   a.height = 8;

@@ -77,7 +77,7 @@ TEST(Convergence, SobolIsFasterTheSmootherTheIntegrand) {
 }
 
 // Against independent points, at 1,024 points: 570 times in 2-D smooth, 5.7 on the disk.
-TEST(Convergence, SobolGainsWhatWasMeasured) {
+TEST(Convergence, SobolGainsTheMeasuredFactor) {
   const double smooth = rmse(SamplerType::kIndependent, smooth_2d(), 1024) /
                         rmse(SamplerType::kSobol, smooth_2d(), 1024);
   const double edge =
@@ -125,8 +125,8 @@ TEST(Convergence, APictureUnderASoftLightBeatsTheSquareRoot) {
   };
   EXPECT_NEAR(fall(SamplerType::kIndependent), -0.5, 0.03);
   // Edges of shadows and of things, in the four dimensions of a point of the film and one of the
-  // lamp: the error of an edge in d dimensions falls as N^-(1/2 + 1/2d) (He and Wang 2015), here as
-  // -0.625; smooth parts fall faster.
+  // emitter: the error of an edge in d dimensions falls as N^-(1/2 + 1/2d) (He and Wang 2015), here
+  // as -0.625; smooth parts fall faster.
   EXPECT_LT(fall(SamplerType::kSobol), -0.625 + 0.03);
 }
 

@@ -21,7 +21,7 @@ using test_support::Moments;
 
 constexpr int kRenders = 150;
 
-/// lamp: in the picture.
+/// With the emitter in the picture, or not.
 core::View cornell(core::SamplerType sampler, bool lamp = false) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 96, 64);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, lamp ? 0.5F : 0.35F, 0}, lamp ? 40 : 24);
@@ -30,7 +30,7 @@ core::View cornell(core::SamplerType sampler, bool lamp = false) {
   return view;
 }
 
-/// A metal ball and a white one on a floor, under a lamp and a dim sky.
+/// A metal ball and a white one on a floor, under an emitter and a dim sky.
 core::View balls(core::SamplerType sampler, float roughness = 0.6F, float lamp_side = 0.8F) {
   core::MaterialDescription metal;
   metal.metallic = 1;
@@ -166,17 +166,17 @@ TEST(Coverage, OfTheCornellBoxWithAdaptiveSampling) {
   EXPECT_NEAR(c.ratio, 1, 0.03);
 }
 
-// The rim of a lamp carries the error: few pixels, of which samples seldom meet some.
-TEST(Coverage, WithALampInThePicture) {
+// The boundary of an emitter carries the error: few pixels, some of them seldom hit by samples.
+TEST(Coverage, WithAnEmitterInThePicture) {
   const Coverage c = cover(cornell(core::SamplerType::kSobol, true), 8);
   EXPECT_GE(c.tiles, 0.92);
   EXPECT_GE(c.image, 0.88);
   EXPECT_NEAR(c.ratio, 1, 0.1);
 }
 
-// A small lamp in a polished ball: caustics that few samples find. A tile that missed them cannot
-// know: its interval is too short, and 95 % falls to some 90 %. The estimate of the picture as a
-// whole stays right.
+// A small emitter in a polished ball: caustics that few samples find. A tile that missed them
+// cannot know: its interval is too short, and 95 % falls to some 90 %. The estimate of the picture
+// as a whole stays right.
 TEST(Coverage, OfRareCausticsFallsShortByAFewPercent) {
   const Coverage c = cover(balls(core::SamplerType::kSobol, 0.35F, 0.4F), 8);
   EXPECT_GE(c.tiles, 0.86);
@@ -185,7 +185,7 @@ TEST(Coverage, OfRareCausticsFallsShortByAFewPercent) {
 }
 
 // The twin: half B has seen a fifth of what half A saw.
-TEST(Coverage, HalvesThatShareSamplesAreSeen) {
+TEST(Coverage, HalvesThatShareSamplesAreDetected) {
   const Coverage c = cover(cornell(core::SamplerType::kSobol), 8, [](core::FilmSnapshot& film) {
     for (std::size_t p = 0; p < film.pixels.size(); p += 2) {
       core::ReplicatePixel& b = film.pixels[p + 1];

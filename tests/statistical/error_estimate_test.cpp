@@ -54,8 +54,8 @@ Plan half_black(Plan bright, int middle = 32) {
   return plan;
 }
 
-/// A lamp of radiance 20 on a wall of 0.3, round, so that each pixel of its rim stands alone.
-/// Samples meet the lamp with the probability of the share of the pixel that it covers,
+/// A disk emitter of radiance 20 on a wall of 0.3, so that the pixels of its boundary are isolated.
+/// Samples hit it with the probability of the share of the pixel that it covers,
 /// independently.
 Plan round_lamp(int samples) {
   Plan plan;
@@ -147,8 +147,8 @@ TEST(ErrorEstimate, OfAPictureHalfBlack) {
   }
 }
 
-// Few pixels carry it, and what samples meet decides: the rim of a lamp.
-TEST(ErrorEstimate, OfTheRimOfALamp) {
+// Few pixels carry it, those of an emitter boundary.
+TEST(ErrorEstimate, OfAnEmitterBoundary) {
   for (const int samples : {16, 64, 256}) {
     const Outcome o = measure(round_lamp(samples), 100);
     EXPECT_NEAR(o.estimate.mean, o.truth, 0.1 * o.truth) << samples;
@@ -191,7 +191,7 @@ TEST(ErrorEstimate, IsCoveredWhereNeighboursErrTogether) {
 }
 
 // Halves that share a fifth of what they saw say too little: the twin of all tests above.
-TEST(ErrorEstimate, HalvesThatShareSamplesAreSeen) {
+TEST(ErrorEstimate, HalvesThatShareSamplesAreDetected) {
   const Plan plan = gaussian(0.2);
   const Outcome o = measure(
       true_error(plan),

@@ -39,8 +39,8 @@ core::View sky_and_ball() {
   return view;
 }
 
-/// Lamps of about a pixel before a wall: samples at the tail of the film's filter meet them once in
-/// thousands.
+/// Emitters of about a pixel before a wall: samples at the tail of the film's filter meet them once
+/// in thousands.
 core::View small_lamps() {
   std::vector<core::PrimitiveDescription> parts = {
       test_support::quad({-2, -2, -1}, {4, 0, 0}, {0, 4, 0}, 0)};
@@ -119,12 +119,12 @@ TEST(ErrorTarget, IsKeptUnderASky) {
   EXPECT_TRUE(is_kept(run(sky_and_ball(), 2))) << "by few samples";
 }
 // Some 36 pixels are all that is off.
-TEST(ErrorTarget, IsKeptAmongSmallLamps) { EXPECT_TRUE(is_kept(run(small_lamps(), 0.7))); }
+TEST(ErrorTarget, IsKeptAmongSmallEmitters) { EXPECT_TRUE(is_kept(run(small_lamps(), 0.7))); }
 TEST(ErrorTarget, IsKeptWithCaustics) {
   EXPECT_TRUE(is_kept(run(test_support::caustic(), 0.7)));
   EXPECT_TRUE(is_kept(run(test_support::caustic(), 2))) << "by few samples";
 }
 // The twin: errors a quarter larger than they are miss the target.
-TEST(ErrorTarget, AnErrorThatIsSaidTooLowIsSeen) { EXPECT_FALSE(is_kept(run(room(), 0.7, 1.25))); }
+TEST(ErrorTarget, AnUnderstatedErrorIsDetected) { EXPECT_FALSE(is_kept(run(room(), 0.7, 1.25))); }
 
 }  // namespace

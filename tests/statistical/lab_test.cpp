@@ -105,7 +105,7 @@ TEST(Lab, AResultDoesNotDependOnTheOtherN) {
   EXPECT_FALSE(alone.outcome.slope) << "one point has no slope";
 }
 
-TEST(Lab, StopsBetweenPointsWhenNobodyListens) {
+TEST(Lab, StopsBetweenPointsWhenTheListenerHasGone) {
   int calls = 0;
   const auto outcome =
       run(setup_of("pi", "hit"), {.n = {16, 64, 256}, .replicates = 4}, {}, [&](const Point&) {
@@ -139,7 +139,7 @@ TEST(Lab, CountsTheEvaluationsOfAWholeRun) {
   EXPECT_EQ(total_evaluations(ris, {.n = {10}, .replicates = 5}), 1600);
 }
 
-TEST(Lab, RoundsNAndSaysSo) {
+TEST(Lab, RoundsNAndReportsIt) {
   LabSetup setup = setup_of("quadrature-d", "midpoint");
   setup.parameters[0] = 3;
   const Done done = run_all(setup, {.n = {100}, .replicates = 2});
@@ -203,7 +203,7 @@ TEST(LabVerdict, DoesNotAgreeWithASlopeThatItCannotTell) {
   EXPECT_EQ(judged(&linear, {64, 1024}, 64).verdict, Verdict::kDiffers);
 }
 
-TEST(LabVerdict, AlarmsFalselyAsSeldomAsItSays) {
+TEST(LabVerdict, HasItsStatedFalseAlarmRate) {
   // Two checks of 0.1 % each, the slope's with a tolerance besides: 500 runs alarm 1 time at most
   // on average, more than 5 times with probability 0.0006 (Poisson).
   const Experiment experiment = planted(&half, &root);
@@ -250,7 +250,7 @@ TEST(LabFit, SlopeIntervalsOfNoisyPointsCover) {
   EXPECT_NEAR(static_cast<double>(covered) / kRuns, 0.95, 0.035);
 }
 
-TEST(LabVerdict, WithFewReplicatesIsWrongNoMoreOftenThanItSays) {
+TEST(LabVerdict, WithFewReplicatesKeepsItsStatedErrorRate) {
   const LabSetup setup = setup_of("pi", "hit");
   int wrong = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
@@ -322,7 +322,7 @@ TEST(LabPlot, DrawsThePointsOfASamplerForEachPairOfAxes) {
   }
 }
 
-TEST(LabPlot, SaysSoWhenThereIsNoErrorToDraw) {
+TEST(LabPlot, ReportsThatThereIsNoErrorToDraw) {
   LabSetup setup = setup_of("control-variate", "control-variate");
   Outcome outcome;
   outcome.expected = 1;

@@ -110,7 +110,7 @@ TEST(LabTruth, VariancesAreThoseOfTheFormulas) {  // false alarm below 1e-5 in a
   expect_variance(setup_of("ris-m", "ris", {{"candidates", 1}}), visible * (pi - visible));
 }
 
-TEST(LabTruth, RouletteCostsWhatItTraces) {
+TEST(LabTruth, RouletteCostsTheRaysThatItTraces) {
   // E[cost] = 1 + 10 q; the threshold's q is c^4 / d + 1 - c on average (4 u^3 / d below c).
   const double c = std::cbrt(0.5 / 4);
   const double q = c * c * c * c / 0.5 + 1 - c;
@@ -217,7 +217,7 @@ TEST(LabTruth, UnbiasedEstimatorsAreUnbiasedWithEverySampler) {
   }
 }
 
-TEST(LabTruth, WhatIsLabelledBiasedIsSeenToBe) {
+TEST(LabTruth, EstimatorsLabelledBiasedAreBiased) {
   for (const Experiment* e : experiments()) {
     for (std::size_t k = 0; k < e->estimators.size(); ++k) {
       if (e->estimators[k].bias == "biased") {

@@ -105,7 +105,7 @@ std::vector<Lit> lit_scenes() {
       {"two-sided", build(quad_scene(both)), nullptr, 2 * kPi * kQuadArea * 3},
       {"textured", build(textured_scene()), nullptr, 2 * kPi * kQuadArea * 4 * 0.75},
       {"point", build(punctual_scene(PunctualType::kPoint)), nullptr, 4 * kPi * 3},
-      // The integral of ((c - co) / (ci - co))^2 over the rim and 1 over the cap.
+      // The integral of ((c - co) / (ci - co))^2 over the falloff and 1 over the cap.
       {"spot", build(punctual_scene(PunctualType::kSpot)), nullptr,
        2 * kPi * 3 * ((ci - co) / 3 + 1 - ci)},
       {"directional", build(punctual_scene(PunctualType::kDirectional)), nullptr, 3 * kDisk},
@@ -140,7 +140,7 @@ TEST(EmissionChi2, DirectionsFollowTheDensity) {
   }
 }
 
-TEST(EmissionChi2, TwoPercentTooMuchIsSeen) {
+TEST(EmissionChi2, TwoPercentTooMuchIsDetected) {
   for (const Lit& lit : lit_scenes()) {
     if (lit.name != std::string("directional")) {
       EXPECT_LT(directions_p(lit, 1.02F), kLevel) << lit.name;
@@ -260,7 +260,7 @@ TEST(Emission, LightsAreChosenByTheirPower) {
 }
 
 // A float cannot tell shares of the whole below 2^-24 apart.
-TEST(Emission, ALampBesideTheSunIsSampled) {
+TEST(Emission, AnEmitterBesideTheSunIsSampled) {
   core::SceneDescription description = all_lights();
   description.lights.back().intensity = Rgb(1e15F);
   const auto scene = test_support::build(std::move(description));
@@ -327,14 +327,14 @@ std::vector<Lit> receivers_lights() {
   return scenes;
 }
 
-TEST(Emission, BringsAReceiverWhatLightSamplingFinds) {
+TEST(Emission, BringsAReceiverTheLightOfLightSampling) {
   for (const Lit& lit : receivers_lights()) {
     const double z = difference_z(lit, [](float) { return 1.0F; });
     EXPECT_GT(test_support::two_sided_p(z), kLevel) << lit.name;
   }
 }
 
-TEST(Emission, ACosineTooManyAtTheReceiverIsSeen) {
+TEST(Emission, AnExtraCosineAtTheReceiverIsDetected) {
   for (const Lit& lit : receivers_lights()) {
     const double z = difference_z(lit, [](float cosine) { return cosine; });
     EXPECT_LT(test_support::two_sided_p(z), kLevel) << lit.name;

@@ -24,7 +24,8 @@ const double kLevel = test_support::sidak(0.01, 60);
 /// In cells of half a texel of a map of width x height. There the density times sin(theta) is
 /// constant, so that the mass of a cell is exact; it is asked for at two points of the cell.
 double environment_p(const Environment& environment, int width, int height,
-                     double rotation_degrees = 0) {
+                     double rotation_degrees = 0,
+                     core::SkyDensity density = core::SkyDensity::kRadiance) {
   const int columns = 2 * width;
   const int rows = 2 * height;
   constexpr double kPi = std::numbers::pi;
@@ -34,7 +35,7 @@ double environment_p(const Environment& environment, int width, int height,
   std::vector<double> expected(observed.size(), 0.0);
   Random random(3);
   for (int i = 0; i < kSamples; ++i) {
-    const auto s = environment.sample(random.uniform_2d());
+    const auto s = environment.sample(random.uniform_2d(), density);
     EXPECT_GT(s.pdf_solid_angle, 0);
     // A map turned counter-clockwise seen from above: phi in the map is phi in the world plus the
     // turn (z is south).
@@ -59,8 +60,8 @@ double environment_p(const Environment& environment, int width, int height,
         const Vec3 d = {static_cast<float>(std::sin(theta) * std::cos(phi)),
                         static_cast<float>(std::cos(theta)),
                         static_cast<float>(std::sin(theta) * std::sin(phi))};
-        mass[k] = static_cast<double>(environment.pdf_solid_angle(d)) * std::sin(theta) * 2 * kPi *
-                  kPi / (columns * rows);
+        mass[k] = static_cast<double>(environment.pdf_solid_angle(d, density)) * std::sin(theta) *
+                  2 * kPi * kPi / (columns * rows);
       }
       if (width > 1) {
         EXPECT_NEAR(mass[0], mass[1], 1e-4 * mass[0] + 1e-12);
@@ -100,6 +101,17 @@ TEST(EnvironmentChi2, SamplesFollowTheDensity) {
                                    }),
                           8, 4),
             kLevel);
+}
+
+TEST(EnvironmentChi2, CompensatedSamplesFollowTheirDensity) {
+  const auto slope = test_support::sky_map(
+      16, 8, [](int x, int y) { return Rgb(static_cast<float>(1 + x + 3 * y)); }, 77);
+  EXPECT_GT(environment_p(*slope, 16, 8, 77, core::SkyDensity::kCompensated), kLevel);
+  const auto sky = test_support::sky_map(
+      16, 8, [](int x, int y) { return y == 3 && x == 5 ? Rgb(1000) : Rgb(1); });
+  // Its mean is about 13, half of which the rest of the map does not reach.
+  EXPECT_EQ(sky->pdf_solid_angle({0, 0.8F, 0.6F}, core::SkyDensity::kCompensated), 0);
+  EXPECT_GT(sky->pdf_solid_angle({0, 0.8F, 0.6F}), 0);
 }
 
 TEST(EnvironmentChi2, AMapTurnedTheOtherWayIsSeen) {
@@ -218,8 +230,8 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
   }
 }
 
-/// A dim lamp overhead, under a sky: p of directions from the tree against the densities that MIS
-/// gets, asked for `asked` metres above where the samples were drawn.
+/// A dim emitter overhead, under a sky: p of directions from the tree against the densities that
+/// MIS gets, asked for `asked` metres above where the samples were drawn.
 double p_of_share(float lamp, float asked) {
   const auto scene = test_support::build(
       test_support::scene_of({test_support::emitter(Rgb(lamp))},
@@ -250,7 +262,7 @@ TEST(LightSamplerChi2, TheShareOfTheSkyIsThatOfThePoint) {
 
 TEST(LightSamplerChi2, TheShareOfAnotherPointIsSeen) { EXPECT_LT(p_of_share(1, -30), kLevel); }
 
-/// Share of the sky in the picks at a point below a lamp of this radiance.
+/// Share of the sky in the picks at a point below an emitter of this radiance.
 double share_of_sky(float lamp, float sky_radiance) {
   const auto scene = test_support::build(
       test_support::scene_of({test_support::emitter(Rgb(lamp))},
@@ -261,13 +273,13 @@ double share_of_sky(float lamp, float sky_radiance) {
                              sky->pdf_solid_angle({0, 1, 0}));
 }
 
-TEST(LightSampler, ALampThatIsNearlyBlackLeavesTheSamplesToTheSky) {
+TEST(LightSampler, AnEmitterThatIsNearlyBlackLeavesTheSamplesToTheSky) {
   EXPECT_GT(share_of_sky(1e-6F, 1), 0.999);
   EXPECT_LT(share_of_sky(1e6F, 1), 0.001);
 }
 
-// What stands in between is not known: a lamp of a few percent may be all that reaches the point.
-TEST(LightSampler, AFaintLampOrSkyKeepsTwoFifthsOfTheSamples) {
+// Occlusion is unknown: an emitter of a few percent may be the only light that reaches the point.
+TEST(LightSampler, AFaintEmitterOrSkyKeepsTwoFifthsOfTheSamples) {
   EXPECT_NEAR(share_of_sky(0.1F, 1), 0.6, 1e-6);
   EXPECT_NEAR(share_of_sky(30, 1), 0.4, 1e-6);
 }

@@ -151,6 +151,8 @@ INSTANTIATE_TEST_SUITE_P(Lobes, LobeChi2, testing::ValuesIn(lobes()),
 
 TEST_P(LobeChi2, SampleFollowsItsDensity) { EXPECT_GT(p_value(GetParam(), 150000, 1), kLevel); }
 
-TEST_P(LobeChi2, TwoPercentTooMuchIsSeen) { EXPECT_LT(p_value(GetParam(), 600000, 1.02F), kLevel); }
+TEST_P(LobeChi2, TwoPercentTooMuchIsDetected) {
+  EXPECT_LT(p_value(GetParam(), 600000, 1.02F), kLevel);
+}
 
 }  // namespace

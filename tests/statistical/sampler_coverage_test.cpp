@@ -86,7 +86,7 @@ core::View box(core::SamplerType sampler, int replicates) {
   return view;
 }
 
-/// A floor with three balls under 300 small lamps, which squares of pixels share, and `history`
+/// A floor with three balls under 300 small emitters, which squares of pixels share, and `history`
 /// passes.
 core::View lamps(int replicates, int block, int history) {
   test_support::Random random(3);

@@ -7,6 +7,7 @@ set(STATISTICAL_TEST_SOURCES
   coverage_test.cpp
   error_estimate_test.cpp
   error_target_test.cpp
+  integrator_rows_test.cpp
   light_emission_test.cpp
   lights_chi2_test.cpp
   lobe_chi2_test.cpp

@@ -5,7 +5,7 @@
 
 namespace test_support {
 
-/// A lamp behind clear glass: caustics on the floor, found by chance alone.
+/// An emitter behind clear glass: caustics on the floor, found by chance alone.
 inline core::View caustic() {
   core::MaterialDescription glass;
   glass.metallic = 0;

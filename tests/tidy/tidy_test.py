@@ -14,8 +14,8 @@ import sys
 # The folders of core, bottom to top: each may include those before it, and never one after it.
 CORE_ORDER = ["base", "math", "color", "settings", "image_io", "description", "sampling",
               "samplers", "textures", "accel", "geometry", "bsdf", "materials", "lights", "camera",
-              "scene", "light_samplers", "film", "error", "layers", "compare", "transport",
-              "policies", "integrators", "wave", "render", "scene_io", "lab"]
+              "scene", "light_samplers", "film", "error", "denoise", "layers", "compare",
+              "transport", "policies", "integrators", "wave", "render", "scene_io", "lab"]
 # Folder -> folders (or headers) it may include besides itself. The longest folder that fits counts.
 LAYERS = {f"core/{name}": [f"core/{lower}" for lower in CORE_ORDER[:i]]
           for i, name in enumerate(CORE_ORDER)}
@@ -28,6 +28,7 @@ LAYERS |= {
                       "server/http/text.h", "api", "core"],
     "server/jobs": ["server/jobs", "server/scenes", "server/store", "server/access.h",
                     "server/observe", "api", "core"],
+    "server/pictures": ["server/pictures", "server/observe", "api", "core"],
     "server/routes": ["server", "api", "core", "clients/web"],
     "server": ["server", "clients/web", "flags", "api", "core"],
     "clients/cli": ["clients/cli", "flags", "api", "core"],
@@ -45,8 +46,8 @@ NEVER = {
     "api": ["core/accel", "core/scene_io"],
 }
 # Only these files of the client may link the renderer: the others start without its libraries.
-RENDERS_LOCALLY = {"clients/cli/lab.cpp", "clients/cli/render.cpp", "clients/cli/render_job.cpp",
-                   "clients/cli/render_job.h"}
+RENDERS_LOCALLY = {"clients/cli/denoise.cpp", "clients/cli/lab.cpp", "clients/cli/render.cpp",
+                   "clients/cli/render_job.cpp", "clients/cli/render_job.h"}
 # Third-party header -> the only folders (or files) that may include it.
 CONFINED = {
     "httplib.h": ["server/http", "clients/cli", "tests"],
@@ -105,6 +106,19 @@ BANNED_IN = {
     },
     "api": {r"\bstd::(cout|cerr)\b": "api does not print"},
 }
+# In comments and test names: words with a term of the field, or that hide who does what.
+WORDS = {
+    r"matte?": "diffuse",
+    r"rims?": "emitter boundary, or edge",
+    r"dice": "random, or Russian roulette",
+    r"knobs?": "setting",
+    r"whoever": "the caller, the thread, the client",
+    r"nobody": "no thread, no client, not",
+    r"told": "reported, published, returned",
+}
+WORDS_IN = {"core": WORDS | {r"lamps?": "light, or emitter"}, "server/jobs": WORDS, "tests": WORDS}
+COMMENT = re.compile(r"(?<![:\"])//(.*)$")
+TEST_NAME = re.compile(r"^TEST(?:_F|_P)?\(\w+, (\w+)\)")
 # May print: stops the process when our own code is wrong.
 PRINTS = {"core/base/check.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
@@ -236,6 +250,20 @@ def faults_in(path: str, text: str):
         if re.search(pattern, text):
             yield f"{path}: {why}"
     yield from include_faults(path, text)
+    yield from word_faults(path, text)
+
+
+def word_faults(path: str, text: str):
+    """Comments end a line; a test's name is split where a capital begins a word."""
+    words = next((words for root, words in WORDS_IN.items() if inside(path, root)), {})
+    for number, line in enumerate(text.splitlines(), 1):
+        comment = COMMENT.search(line)
+        name = TEST_NAME.match(line)
+        prose = (comment.group(1) if comment else "") + " " + (
+            re.sub(r"([A-Z])", r" \1", name.group(1)) if name else "")
+        for word, better in words.items():
+            if re.search(rf"\b(?:{word})\b", prose, re.IGNORECASE):
+                yield f"{path}:{number}: write {better}"
 
 
 def top_level_faults(names):
@@ -284,6 +312,9 @@ def all_faults():
 HEADER = "/// A header.\n#pragma once\n"
 # One planted fault each: path, text, words that the report must hold.
 PLANTED = [
+    ("core/math/a.h", HEADER + "// Whoever asks.\n", "write the caller"),
+    ("core/math/a.h", HEADER + "// Under a lamp.\n", "write light"),
+    ("tests/unit/a.cpp", "TEST(A, IsTold) {}\n", "write reported"),
     (
         "core/math/a.h",
         HEADER + '#include "core/bsdf/bsdf.h"\n',

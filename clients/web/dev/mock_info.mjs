@@ -7,6 +7,8 @@ export const scenes = [
   { name: 'many-lights', summary: 'A thousand small lamps.' },
   { name: 'glass', summary: 'A glass ball and the caustic beneath it.' },
   { name: 'interior', summary: 'A room lit through one small opening.' },
+  { name: 'keyhole', summary: 'A dark room beside a bright one.' },
+  { name: 'caustic-pool', summary: 'Caustics under waves.' },
 ];
 export const info = {
   version: '1.0.0-mock',

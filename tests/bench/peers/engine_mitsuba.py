@@ -173,10 +173,13 @@ class Engine:
             group = {"type": "shapegroup"}
             for k, primitive in enumerate(primitives):
                 group[f"part{k}"] = self.mesh(primitive, np.eye(4), bsdfs)
-            group = mi.load_dict(group)
+            out[f"group{mesh}"] = group
             for i, matrix in enumerate(matrices):
-                out[f"mesh{mesh}_{i}"] = {"type": "instance", "group": group,
-                                          "to_world": mi.ScalarTransform4f(matrix)}
+                out[f"mesh{mesh}_{i}"] = {
+                    "type": "instance",
+                    "group": {"type": "ref", "id": f"group{mesh}"},
+                    "to_world": mi.ScalarTransform4f(matrix),
+                }
         return out
 
     def mesh(self, primitive, matrix, bsdfs):

@@ -77,14 +77,29 @@ TEST(ProblemJson, HasTheMembersOfTheRfc) {
       R"("errors":[{"pointer":"/film/width","detail":"0 is outside [1, 16384]"}]})");
 }
 
-TEST(ProblemJson, LeavesOutWhatThereIsNot) {
+TEST(ProblemJson, LeavesOutEmptyMembers) {
   const api::Json body =
       api::Json::parse(api::problem_json(api::make_problem(ErrorCode::kNotFound, "gone"), ""));
   EXPECT_FALSE(body.contains("instance"));
   EXPECT_FALSE(body.contains("errors"));
 }
 
-TEST(MakeProblem, SaysHowManyFaultsThereAreAndShowsTheFirst32) {
+TEST(ProblemJson, CutsLongTexts) {
+  const std::string two_bytes = "\u00e4";
+  std::string name(1, 'a');
+  for (int i = 0; i < 50'000; ++i) {
+    name += two_bytes;
+  }
+  api::Problem problem = api::make_problem(ErrorCode::kInvalidArgument, name);
+  problem.errors = {{"/" + name, name}};
+  const api::Json body = api::Json::parse(api::problem_json(problem, ""));
+  const auto detail = body.at("detail").get<std::string>();
+  EXPECT_EQ(detail, name.substr(0, 4095) + "...");
+  EXPECT_EQ(body.at("errors").at(0).at("detail"), detail);
+  EXPECT_EQ(body.at("errors").at(0).at("pointer").get<std::string>().size(), 4096U + 3);
+}
+
+TEST(MakeProblem, CountsFaultsAndShowsTheFirst32) {
   const std::vector<api::FieldError> errors(40, {"/a", "is wrong"});
   const auto problem = api::make_problem(ErrorCode::kInvalidArgument, errors);
   EXPECT_EQ(problem.detail, "/a: is wrong (and 39 more)");

@@ -59,7 +59,7 @@ TEST(Events, ProgressIsPartOfTheJob) {
   }
 }
 
-TEST(Events, EndSaysWhy) {
+TEST(Events, EndNamesTheReason) {
   api::JobView job = api::example_job();
   job.state = api::JobState::kFinished;
   job.stop_reason = core::StopReason::kDeadline;

@@ -12,7 +12,7 @@ api::JobSpec spec_of(const std::string& body) {
   return parsed->spec;
 }
 
-TEST(FilmText, SaysWhatAMergeNeeds) {
+TEST(FilmText, HasTheMembersThatAMergeNeeds) {
   api::JobView job;
   job.id = "01234567-89ab-cdef-0123-456789abcdef";
   job.spec =
@@ -34,7 +34,7 @@ TEST(FilmText, SaysWhatAMergeNeeds) {
       std::string::npos);
 }
 
-TEST(FilmText, RefusesWhatItDoesNotWrite) {
+TEST(FilmText, RefusesTextsThatItDoesNotWrite) {
   for (const char* text :
        {"", "x", "[]", "{}",
         R"({"version":2,"spec":{"scene":"x"},"stop_reason":"","elapsed_seconds":0})",
@@ -68,7 +68,7 @@ TEST(FilmDifferences, AreThoseOfThePicture) {
             Differences{"/environment"});
 }
 
-TEST(Ledger, ComesBackFromTheStore) {
+TEST(Ledger, IsRestoredFromTheStore) {
   const core::SampleLedger ledger = {{0, 0, 2, 8}, {(std::uint64_t{1} << 53U) - 1, 4, 6, 96}};
   const auto back = api::parse_ledger(api::ledger_json(ledger));
   ASSERT_TRUE(back);

@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Case{R"("integrator":{"type":"ray-march"})", "/integrator/type",
              "'ray-march' is not available in this build; available: path, direct, "
-             "light-trace, bdpt"},
+             "light-trace, bdpt, mlt, photon-map, sppm"},
         Case{R"("integrator":"path")", "/integrator", "expected an object, got a string"},
         Case{R"("sampler":{"type":"dice"})", "/sampler/type",
              "'dice' is not available in this build; available: independent, antithetic, "
@@ -172,10 +172,11 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("film":{"filter":{"type":"sinc"}})", "/film/filter/type",
              "'sinc' is not available in this build; available: box, tent, gaussian, mitchell, "
              "blackman-harris"},
-        Case{R"("film":{"layers":["albedo","heat"]})", "/film/layers/1",
-             "'heat' is not available in this build; available: beauty, albedo, normal, depth, "
-             "alpha, "
-             "samples, variance, error"},
+        Case{
+            R"("film":{"layers":["albedo","heat"]})", "/film/layers/1",
+            "'heat' is not available in this build; available: beauty, albedo, normal, depth, "
+            "alpha, "
+            "samples, variance, error, denoised, denoised_error, denoise_bias, denoise_bias_error"},
         Case{R"("film":{"layers":["albedo","albedo"]})", "/film/layers/1",
              "'albedo' appears more than once"},
         Case{R"("film":{"layers":"albedo"})", "/film/layers",
@@ -186,6 +187,16 @@ INSTANTIATE_TEST_SUITE_P(
              "applies to type 'fixed' only"},
         Case{R"("light_sampler":{"candidates":2})", "/light_sampler/candidates",
              "applies to type 'ris' only"},
+        Case{R"("integrator":{"photons":4096})", "/integrator/photons",
+             "applies to type 'photon-map', 'sppm' only"},
+        Case{R"("integrator":{"type":"bdpt","radius_m":1})", "/integrator/radius_m",
+             "applies to type 'photon-map', 'sppm' only"},
+        Case{R"("integrator":{"type":"sppm","final_gather":2})", "/integrator/final_gather",
+             "applies to type 'photon-map' only"},
+        Case{R"("integrator":{"type":"photon-map","alpha":0.5})", "/integrator/alpha",
+             "applies to type 'sppm' only"},
+        Case{R"("integrator":{"type":"sppm","alpha":2})", "/integrator/alpha",
+             "2 is outside [0.1, 1]"},
         Case{R"("light_sampler":{"type":"ris","block":2})", "/light_sampler/block",
              "applies to type 'restir' only"},
         Case{R"("light_sampler":{"history":2})", "/light_sampler/history",
@@ -218,7 +229,7 @@ INSTANTIATE_TEST_SUITE_P(
              "unknown member; known: scene, name, labels, priority, seed, camera, variant, "
              "time_seconds, "
              "medium, class, preview_key, environment, film, integrator, estimator, sampler, "
-             "light_sampler, adaptive, spectral, stop, webhook, retention_seconds"}));
+             "light_sampler, adaptive, spectral, stop, denoise, webhook, retention_seconds"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Camera, JobRefusal,

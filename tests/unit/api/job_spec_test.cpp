@@ -19,6 +19,19 @@ api::JobSpec spec_of(const std::string& body) {
   return parsed ? parsed->spec : api::JobSpec{};
 }
 
+TEST(JobSpec, OptionsOfPhotonsAreThoseOfTheirIntegrators) {
+  const auto seen = [](const std::string& integrator) {
+    const api::JobSpec spec = spec_of(R"({"scene":"x","integrator":)" + integrator + "}");
+    EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec)) << integrator;
+    return api::dump(api::to_json(spec)["integrator"]);
+  };
+  EXPECT_EQ(seen(R"({"type":"sppm","photons":5000,"radius_m":0.25,"alpha":0.5})"),
+            R"({"type":"sppm","max_depth":16,"photons":5000,"radius_m":0.25,"alpha":0.5})");
+  EXPECT_EQ(seen(R"({"type":"photon-map","radius_m":0.25,"final_gather":0})"),
+            R"({"type":"photon-map","max_depth":16,"photons":0,"radius_m":0.25,"final_gather":0})");
+  EXPECT_EQ(seen(R"({"type":"bdpt"})"), R"({"type":"bdpt","max_depth":16})");
+}
+
 TEST(JobSpec, ShowsEveryDefaultInTheOrderOfTheContract) {
   const Json expected = Json::parse(R"({
     "scene": "cornell-box",
@@ -191,6 +204,13 @@ TEST(JobSpec, HasNoNegativeZero) {
               R"("target":[0,0,0]}})");
   EXPECT_EQ(api::dump(api::to_json(spec)["camera"]["position"]), "[0,0,1]");
   EXPECT_EQ(api::dump(api::to_json(spec)["time_seconds"]), "0");
+}
+
+TEST(JobSpec, NoTimeIsTheRestPose) {
+  const api::JobSpec spec = spec_of(R"({"scene":"x","time_seconds":null})");
+  EXPECT_FALSE(spec.time_seconds);
+  EXPECT_TRUE(api::to_json(spec)["time_seconds"].is_null());
+  EXPECT_EQ(spec_of(R"({"scene":"x"})").time_seconds, 0);
 }
 
 TEST(JobSpec, TellsAbsentNullAndGivenEnvironmentsApart) {

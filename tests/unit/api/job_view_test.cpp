@@ -26,10 +26,11 @@ std::vector<std::string> keys(const Json& object) {
 
 TEST(JobView, HasTheMembersOfTheContract) {
   const Json job = parsed(api::job_json(api::example_job()));
-  EXPECT_EQ(keys(job), (std::vector<std::string>{
-                           "id", "state", "pause_reason", "stop_reason", "created_at", "started_at",
-                           "finished_at", "spec", "progress", "error", "failure", "queue_position",
-                           "statistics", "revision", "film_digest", "warnings", "links"}));
+  EXPECT_EQ(keys(job),
+            (std::vector<std::string>{"id", "state", "pause_reason", "stop_reason", "created_at",
+                                      "started_at", "finished_at", "spec", "progress", "error",
+                                      "failure", "queue_position", "statistics", "revision",
+                                      "film_digest", "denoised", "warnings", "links"}));
   EXPECT_EQ(keys(job["progress"]),
             (std::vector<std::string>{"fraction", "samples_per_pixel", "elapsed_seconds",
                                       "cpu_seconds", "eta_seconds", "eta_interval_seconds"}));
@@ -42,7 +43,7 @@ TEST(JobView, HasTheMembersOfTheContract) {
   EXPECT_EQ(job["links"]["image"], "/v1/jobs/3f0c9c52-6d0e-4d7b-9a51-0a6f3c1b7e10/image");
 }
 
-TEST(JobView, WritesNullForWhatIsNotKnown) {
+TEST(JobView, WritesNullForUnknownValues) {
   api::JobView job;
   job.spec.scene = "x";
   const Json body = parsed(api::job_json(job));
@@ -55,7 +56,7 @@ TEST(JobView, WritesNullForWhatIsNotKnown) {
   }
 }
 
-TEST(JobView, SaysWhyAJobIsPaused) {
+TEST(JobView, NamesTheReasonOfAPause) {
   api::JobView job;
   job.spec.scene = "x";
   job.state = api::JobState::kPaused;
@@ -72,7 +73,7 @@ TEST(JobView, SaysWhyAJobIsPaused) {
 TEST(JobView, AnErrorThatIsNotValidHasNoInterval) {
   api::JobView job = api::example_job();
   for (const bool valid : {true, false}) {
-    job.spec.render.integrator = valid ? "path" : "no such integrator";
+    job.spec.render.integrator = valid ? "path" : "sppm";
     const Json error = parsed(api::job_json(job))["error"];
     EXPECT_EQ(error["valid"], valid);
     EXPECT_EQ(error["low"].is_null(), !valid);
@@ -180,7 +181,7 @@ TEST(Slope, HasStudentsInterval) {
   EXPECT_NEAR(slope.value - slope.low, 11.0039, 1e-3);
 }
 
-TEST(Slope, LeavesOutUnknownErrorsAndSaysWhenThereAreTooFew) {
+TEST(Slope, LeavesOutUnknownErrorsAndReportsTooFewPoints) {
   const double nan = std::nan("");
   const api::Slope two = api::fit_slope(points_of({{1, nan}, {2, 1.0}, {8, 0.5}, {16, 0.0}}));
   EXPECT_NEAR(two.value, -0.5, 1e-12);

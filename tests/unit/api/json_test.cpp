@@ -42,7 +42,7 @@ INSTANTIATE_TEST_SUITE_P(
                     BrokenCase{"\"\xed\xa0\x80\"", "2"}, BrokenCase{"\"\\ud800\"", "7"},
                     BrokenCase{std::string("\"a\0b\"", 5), "2"}, BrokenCase{"tru", "3"}));
 
-TEST(ParseJson, SaysThatAnEmptyBodyIsEmpty) {
+TEST(ParseJson, ReportsAnEmptyBody) {
   for (const char* text : {"", "  \r\n\t"}) {
     const api::Problem problem = problem_of(text);
     EXPECT_EQ(problem.status, 400);
@@ -107,7 +107,7 @@ TEST(ParseJson, KeepsValuesAndTheirOrder) {
   EXPECT_EQ(api::dump(*parsed), text);
 }
 
-TEST(DumpJson, WritesNullForWhatJsonCannotSay) {
+TEST(DumpJson, WritesNullForNanAndInfinity) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
   EXPECT_EQ(api::dump(api::Json::array({nan, inf, -inf, 1.5})), "[null,null,null,1.5]");

@@ -66,7 +66,7 @@ TEST(LabAnswer, LinesAreValidAgainstTheirSchemas) {
   EXPECT_EQ(Json::parse(api::lab_outcome_json(*request, *outcome))["pattern"][0].size(), 4U);
 }
 
-TEST(LabAnswer, WhatIsNotKnownIsNull) {
+TEST(LabAnswer, UnknownValuesAreNull) {
   const auto request = api::parse_lab_request(R"({"experiment":"pi"})");
   const Json line = Json::parse(api::lab_outcome_json(*request, core::lab::Outcome{}));
   for (const char* member :

@@ -259,7 +259,7 @@ TEST(OpenApi, OnlyTheSceneOfAJobIsRequired) {
   });
 }
 
-TEST(OpenApi, SaysWhichSingleValueIsAvailable) {
+TEST(OpenApi, NamesTheSingleAvailableValue) {
   const Json& properties = document()["components"]["schemas"]["JobRequest"]["properties"];
   EXPECT_EQ(properties["spectral"]["type"], "boolean");
   EXPECT_FALSE(properties["spectral"].contains("const"));

@@ -85,7 +85,7 @@ TEST(SceneListQuery, HasNoFilters) {
             (Errors{{"/state", "unknown query parameter"}}));
 }
 
-TEST(SubmitQuery, KnowsDryRun) {
+TEST(SubmitQuery, ParsesDryRun) {
   EXPECT_FALSE(api::parse_submit_query(Query{})->dry_run);
   EXPECT_TRUE(api::parse_submit_query(Query{{"dry_run", "1"}})->dry_run);
   EXPECT_FALSE(api::parse_submit_query(Query{{"dry_run", "0"}})->dry_run);
@@ -93,7 +93,7 @@ TEST(SubmitQuery, KnowsDryRun) {
             (Errors{{"/dry_run", "expected true or false, got a string"}}));
 }
 
-TEST(SubmitQuery, KnowsPictures) {
+TEST(SubmitQuery, ParsesPictures) {
   EXPECT_FALSE(api::parse_submit_query(Query{{"dry_run", "1"}})->from_image);
   EXPECT_TRUE(api::parse_submit_query(Query{{"from", "image"}})->from_image);
   EXPECT_EQ(errors_of(api::parse_submit_query(Query{{"from", "film"}}), 422),
@@ -183,7 +183,8 @@ TEST(ImageQuery, Answers422ToWrongValues) {
   EXPECT_EQ(errors({{"layer", "heat"}}),
             (Errors{{"/layer",
                      "'heat' is not available in this build; available: beauty, albedo, "
-                     "normal, depth, alpha, samples, variance, error"}}));
+                     "normal, depth, alpha, samples, variance, error, denoised, "
+                     "denoised_error, denoise_bias, denoise_bias_error"}}));
   EXPECT_EQ(errors({{"exposure", "30.5"}}), (Errors{{"/exposure", "30.5 is outside [-30, 30]"}}));
   EXPECT_EQ(errors({{"exposure", "inf"}}),
             (Errors{{"/exposure", "expected a number, got a string"}}));

@@ -6,7 +6,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "api/faults.h"
+#include "api/job_checks.h"
 #include "api/stop_rules.h"
+#include "core/settings/registry.h"
 
 namespace {
 
@@ -29,7 +32,42 @@ std::vector<api::FieldError> errors_of(const api::Parsed<T>& parsed) {
 
 using Errors = std::vector<api::FieldError>;
 
-TEST(JobPatch, ChangesWhatItNamesAndNothingElse) {
+// Rows of the registry, and a planted one without an error.
+TEST(ErrorTarget, IsRefusedForIntegratorsWithoutAnErrorAlone) {
+  std::vector<core::IntegratorEntry> rows(core::integrators().begin(), core::integrators().end());
+  rows.push_back(rows.front());
+  rows.back().error = core::ErrorValidity::kNone;
+  for (const core::IntegratorEntry& row : rows) {
+    for (const bool is_asked : {true, false}) {
+      core::StopRules stop;
+      stop.samples_per_pixel = 16;
+      if (is_asked) {
+        stop.relative_error = 0.1;
+      }
+      api::Faults faults;
+      api::check_error_target(stop, row, faults);
+      EXPECT_EQ(faults.empty(), !is_asked || row.error != core::ErrorValidity::kNone) << row.name;
+    }
+  }
+}
+
+TEST(ErrorTarget, IsAskedForInRequestsPatchesAndExtensionsByTheRowOfTheIntegrator) {
+  for (const core::IntegratorEntry& row : core::integrators()) {
+    const std::string integrator = R"("integrator":{"type":")" + std::string(row.name) + R"("})";
+    const bool has_error = row.error != core::ErrorValidity::kNone;
+    const char* stop = R"("stop":{"relative_error":0.1})";
+    EXPECT_EQ(api::parse_job(R"({"scene":"x",)" + integrator + "," + stop + "}").has_value(),
+              has_error)
+        << row.name;
+    const auto job = api::parse_job(R"({"scene":"x",)" + integrator + "}");
+    ASSERT_TRUE(job) << row.name;
+    const std::string body = "{" + std::string(stop) + "}";
+    EXPECT_EQ(api::parse_job_patch(body, job->spec).has_value(), has_error) << row.name;
+    EXPECT_EQ(api::parse_extend(body, job->spec).has_value(), has_error) << row.name;
+  }
+}
+
+TEST(JobPatch, ChangesOnlyTheNamedMembers) {
   const auto patch = api::parse_job_patch(R"({"priority":-5,"name":"new"})", current_spec());
   ASSERT_TRUE(patch);
   api::JobSpec expected = current_spec();
@@ -141,7 +179,7 @@ TEST(Merge, TakesEachFilmOnce) {
             (Errors{{"/films", "has 0 elements, outside [1, 1024]"}}));
 }
 
-TEST(Ids, AreToldApart) {
+TEST(Ids, AreDistinguished) {
   EXPECT_TRUE(api::is_uuid(kUuid));
   EXPECT_TRUE(api::is_uuid("3F0C9C52-6D0E-4D7B-9A51-0A6F3C1B7E10"));
   EXPECT_FALSE(api::is_uuid("3f0c9c526d0e4d7b9a510a6f3c1b7e10"));

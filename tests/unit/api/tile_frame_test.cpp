@@ -59,7 +59,7 @@ TEST(TileFrame, EndFrameIsAHeaderAlone) {
   EXPECT_EQ(decoded->frame.flags, api::kTileEnd);
 }
 
-TEST(TileFrame, ReadsBackWhatWasWritten) {
+TEST(TileFrame, ReadsWrittenFrames) {
   for (const std::uint32_t flags : {0U, api::kTileCorrelated, api::kTileAlpha}) {
     const api::TileFrame frame = small_frame(flags);
     const auto decoded = api::decode_tile_frame(bytes_of(api::encode_tile_frame(frame) + "more"));

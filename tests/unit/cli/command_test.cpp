@@ -29,13 +29,13 @@ Outcome run(const cli::Args& args) {
 
 constexpr const char* kRest = " `tessera draw --help` lists what there is.\n";
 
-TEST(WrongUsage, NamesTheVerbAndWhatIsMissing) {
+TEST(WrongUsage, NamesTheCommandAndTheMissingArgument) {
   const Outcome missing = run({"sphere"});
   EXPECT_EQ(missing.code, cli::kWrongUsage);
   EXPECT_EQ(missing.told, std::string("tessera draw: --output is required.") + kRest);
 }
 
-TEST(WrongUsage, GuessesWhichOptionWasMeant) {
+TEST(WrongUsage, SuggestsTheMostSimilarOption) {
   const auto told = [](const std::string& option) {
     return run({"-o", "a.png", option, "1"}).told;
   };
@@ -56,14 +56,14 @@ TEST(WrongUsage, AWordTooManyIsShown) {
             std::string("tessera draw: \"cube\" is one word too many.") + kRest);
 }
 
-TEST(WrongUsage, AValueThatIsNoNumberIsTold) {
+TEST(WrongUsage, AValueThatIsNotANumberIsReported) {
   const Outcome wrong = run({"sphere", "-o", "a.png", "--spp", "many"});
   EXPECT_EQ(wrong.code, cli::kWrongUsage);
   EXPECT_NE(wrong.told.find("--spp"), std::string::npos);
   EXPECT_NE(wrong.told.find("many"), std::string::npos);
 }
 
-TEST(RightUsage, SaysNothing) {
+TEST(RightUsage, PrintsNothing) {
   const Outcome fine = run({"sphere", "-o", "a.png", "--spp", "4"});
   EXPECT_EQ(fine.code, cli::kDone);
   EXPECT_EQ(fine.told, "");

@@ -82,7 +82,7 @@ TEST(GltfSideFiles, AreListedOnceInOrderWithoutDataUris) {
   EXPECT_EQ(*uris, (std::vector<std::string>{"b.bin", "i.png"}));
 }
 
-TEST(GltfSideFiles, RefusesWhatIsNoObject) {
+TEST(GltfSideFiles, RefusesValuesThatAreNotObjects) {
   for (const char* text : {"", "[]", "{", "glTF"}) {
     EXPECT_FALSE(cli::gltf_side_files(text)) << text;
   }

@@ -80,7 +80,7 @@ TEST(MakeRequest, FlagsWinOverTheJobFileAndTheRestOfItStays) {
 
 TEST(MakeRequest, NeedsAScene) { EXPECT_FALSE(cli::make_request(cli::JobFlags())); }
 
-TEST(MakeRequest, SaysWhereAJobFileIsBroken) {
+TEST(MakeRequest, ReportsTheLocationOfSyntaxErrors) {
   const TemporaryFile file("{\"scene\": }");
   cli::JobFlags flags;
   flags.job_file = file.path();

@@ -91,7 +91,7 @@ TEST(DecodePng, RefusesMorePixelsThanAFilmMayHave) {
             core::ErrorCode::kTooLarge);
 }
 
-TEST(DecodePng, RefusesWhatIsCutOrBroken) {
+TEST(DecodePng, RefusesTruncatedAndBrokenFiles) {
   const std::string whole = png(2, 1, 2, std::string(7, '\0'));
   ASSERT_TRUE(cli::decode_png(whole));
   for (std::size_t size = 0; size < whole.size() - 12; ++size) {
@@ -316,7 +316,7 @@ cli::PictureWay automatic(const std::map<std::string, const char*>& variables) {
   });
 }
 
-TEST(ChoosePictureWay, AutoIsKittyOnlyWhereTheTerminalSaysSo) {
+TEST(ChoosePictureWay, AutoIsKittyOnlyWhereTheTerminalSupportsIt) {
   EXPECT_EQ(automatic({}), cli::PictureWay::kBlocks);
   EXPECT_EQ(automatic({{"TERM", "xterm-256color"}}), cli::PictureWay::kBlocks);
   EXPECT_EQ(automatic({{"TERM", "xterm-kitty"}}), cli::PictureWay::kKitty);

@@ -29,7 +29,7 @@ TEST(EventParser, GivesTheSameEventsHoweverTheStreamIsCut) {
   }
 }
 
-TEST(EventParser, ACommentIsNoEvent) {
+TEST(EventParser, CommentsAreSkipped) {
   cli::EventParser parser;
   EXPECT_TRUE(parser.feed(": ping\n\n").empty());
 }

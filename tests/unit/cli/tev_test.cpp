@@ -56,7 +56,7 @@ TEST(TevPackets, UpdateImageByteForByte) {
   EXPECT_EQ(packet.substr(0, 4), std::string(1, static_cast<char>(payload.size() + 4)) + "\0\0\0"s);
 }
 
-TEST(TevConnection, ANameThatIsNoAddressIsRefused) {
+TEST(TevConnection, AnInvalidAddressIsRefused) {
   for (const char* address : {"", "localhost", ":14158", "localhost:", "latest"}) {
     const auto opened = cli::TevConnection::open(address);
     ASSERT_FALSE(opened) << address;
@@ -104,7 +104,7 @@ TEST(TileParser, GivesTheSameTilesHoweverTheStreamIsCut) {
   }
 }
 
-TEST(TileParser, AFlippedBitIsSeen) {
+TEST(TileParser, AFlippedBitIsDetected) {
   for (const std::size_t at : {0U, 32U, 40U, 59U}) {
     std::string tile = kTile;
     tile[at] = static_cast<char>(tile[at] ^ 1);

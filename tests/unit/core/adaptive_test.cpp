@@ -2,12 +2,15 @@
 // extensions change nothing.
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <memory>
 #include <numeric>
 #include <span>
+#include <string>
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include "core/film/sample_plan.h"
 #include "core/layers/layers.h"
@@ -103,12 +106,12 @@ TEST(Allocation, IsEvenWhereNothingIsNeeded) {
 
 /// 32 samples of every pixel of two tiles. Each pilot sample saw radiance `mean` in the left tile
 /// and 1 in the right one, with a variance of 0.01, and took two rays.
-std::unique_ptr<Film> calm_film(core::RenderSettings& settings, float mean) {
-  settings.film.width = 64;
-  settings.film.height = 32;
+std::unique_ptr<Film> calm_film(core::RenderSettings& settings, float mean, int side = 32) {
+  settings.film.width = 2 * side;
+  settings.film.height = side;
   settings.adaptive = {AdaptiveType::kPilot, 32, core::Granularity::kPixel, 0};
   auto film = std::make_unique<Film>(settings);
-  for (const int t : {0, 1}) {
+  for (int t = 0; t < film->tile_count(); ++t) {
     core::TileState tile = film->tile(t);
     tile.samples = 32;
     for (core::ReplicatePixel& p : tile.pixels) {
@@ -150,6 +153,36 @@ TEST(Allocation, DarknessCountsAgainstATwentiethOfThePicturesBrightness) {
   const auto dark = core::make_plans(*calm_film(settings, 0.001F), settings, 32);
   EXPECT_NEAR(mean_of_tile(black[0]), mean_of_tile(dark[0]), 0.1);
 }
+
+// Sanitizers keep memory of their own.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+/// Of this process, in bytes.
+double status_bytes(const std::string& name) {
+  std::ifstream status("/proc/self/status");
+  std::string word;
+  double kilobytes = 0;
+  while (status >> word && word != name + ":") {
+  }
+  status >> kilobytes;
+  return kilobytes * 1024;
+}
+
+TEST(Allocation, TakesTheMemoryThatIsSaid) {
+  ::mallopt(M_MMAP_THRESHOLD, 1 << 20);  // Freed blocks go back at once, as in the server.
+  core::RenderSettings settings;
+  const auto film = calm_film(settings, 1, 768);
+  const double said =
+      static_cast<double>(core::kPlanWorkBytes) * settings.film.width * settings.film.height;
+  ::malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << 5;  // The peak counts from here.
+  const double before = status_bytes("VmRSS");
+  const auto plans = core::make_plans(*film, settings, 32);
+  const double took = status_bytes("VmHWM") - before;
+  EXPECT_EQ(plans.size(), static_cast<std::size_t>(film->tile_count()));
+  EXPECT_LT(took, 1.05 * said);
+  EXPECT_GT(took, 0.95 * said);
+}
+#endif
 
 TEST(Epochs, BeginAtLooksAndThePilotIsAtMostATenth) {
   for (const int replicates : {2, 4, 8}) {

@@ -69,7 +69,7 @@ TEST_P(EachBuiltin, OnlyTheFurnaceGetsTheWhiteSky) {
 
 INSTANTIATE_TEST_SUITE_P(BuiltinScenes, EachBuiltin,
                          testing::Values("cornell-box", "furnace", "veach-mis", "many-lights",
-                                         "glass", "interior"),
+                                         "glass", "interior", "keyhole", "caustic-pool"),
                          [](const auto& test) {
                            std::string name = test.param;
                            std::replace(name.begin(), name.end(), '-', '_');
@@ -110,7 +110,7 @@ TEST(CornellBox, CameraSeesTheRedWallOnTheLeft) {
   }
 }
 
-TEST(CornellBox, LampHasTheMeasuredRadianceAndArea) {
+TEST(CornellBox, LightHasTheMeasuredRadianceAndArea) {
   const core::SceneDescription scene = load_builtin("cornell-box");
   const core::MeshDescription& lamp = scene.meshes.back();
   ASSERT_EQ(lamp.name, "lamp");
@@ -136,7 +136,7 @@ TEST(ManyLights, HasAThousandEmitters) {
   EXPECT_EQ(emitters, 1000);
 }
 
-TEST(VeachMis, LampsBelowTheWallHaveEqualPower) {
+TEST(VeachMis, LightsBelowTheWallHaveEqualPower) {
   const core::SceneDescription scene = load_builtin("veach-mis");
   int lamps = 0;
   for (const core::MeshDescription& mesh : scene.meshes) {

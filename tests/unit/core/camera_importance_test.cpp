@@ -270,7 +270,7 @@ TEST(CameraImportance, SplatsThroughTheLensWhatIsSeenThroughIt) {
   }
 }
 
-TEST(CameraImportance, ACosineTooManyInASplatIsSeen) {
+TEST(CameraImportance, ACosineTooManyInASplatIsDetected) {
   for (const Kind& kind : {kKinds[0], kKinds[1]}) {  // nearly one for orthographic cameras
     const Camera camera = make(kind);
     const auto cosine = [&](const auto& seen) { return -dot(seen.wi_world, camera.forward()); };
@@ -278,7 +278,7 @@ TEST(CameraImportance, ACosineTooManyInASplatIsSeen) {
   }
 }
 
-TEST(CameraImportance, FivePercentTooMuchIsSeen) {
+TEST(CameraImportance, FivePercentTooMuchIsDetected) {
   for (const Kind& kind : kKinds) {
     EXPECT_LT(agreement(kind, [](const auto&) { return 1.05F; }), test_support::sidak(0.001, 4))
         << kind.name;

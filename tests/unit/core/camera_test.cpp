@@ -95,7 +95,7 @@ TEST(Camera, ASceneWithoutOneIsFramed) {
   }
 }
 
-TEST(Camera, SaysWhatIsWrong) {
+TEST(Camera, ReportsInvalidSettings) {
   CameraDescription file;
   file.name = "front";
   CameraDescription flat;

@@ -118,7 +118,7 @@ Misses misses(std::span<const std::uint32_t> counts, float bias) {
   return out;
 }
 
-TEST(Comparison, ReplicatesTellTheErrorOfAMeanWhosePixelsGoTogether) {
+TEST(Comparison, ReplicatesEstimateTheErrorOfAMeanOfCorrelatedPixels) {
   // 50 of 1000 at most (Welch's interval errs on the safe side with few replicates), and 4
   // deviations of such a count.
   for (const std::vector<std::uint32_t>& counts : {std::vector<std::uint32_t>(2, 8),
@@ -213,7 +213,7 @@ TEST(ComparedPicture, BytesAreSrgb) {
   EXPECT_GT(picture->rounding_variance[0], 0);
 }
 
-TEST(ComparedPicture, ColoursBesideTheirAlphaAreMultipliedByIt) {
+TEST(ComparedPicture, UnassociatedColoursAreMultipliedByAlpha) {
   const auto picture = core::picture_of(image_of(core::PixelType::kU8, 2, {}, {255, 51}));
   ASSERT_TRUE(picture);
   EXPECT_FLOAT_EQ(picture->values[0].g, 0.2F);

@@ -4,6 +4,7 @@ set(CORE_TEST_SOURCES
   camera_importance_test.cpp
   camera_test.cpp
   comparison_test.cpp
+  denoise_test.cpp
   distribution_test.cpp
   error_estimate_test.cpp
   film_format_test.cpp
@@ -13,17 +14,21 @@ set(CORE_TEST_SOURCES
   integrators_test.cpp
   pass_plan_test.cpp
   pass_policy_test.cpp
+  photon_map_test.cpp
   render_task_target_test.cpp
   render_task_test.cpp
   replicate_fit_test.cpp
   reservoir_test.cpp
+  few_triangles_test.cpp
   roulette_test.cpp
   sample_sets_test.cpp
   sampler_test.cpp
   shared_lights_test.cpp
   splats_test.cpp
   split_pilot_test.cpp
+  texture_test.cpp
   textured_emission_test.cpp
   tile_fill_test.cpp
   triangle_irradiance_test.cpp
+  wave_lanes_test.cpp
   wave_test.cpp)

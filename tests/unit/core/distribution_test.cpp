@@ -3,6 +3,7 @@
 #include "core/sampling/distribution.h"
 
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -50,7 +51,7 @@ TEST(Distribution1DChi2, SamplesFollowTheDensity) {
   EXPECT_GT(chi2_1d({0, 0, 0}, 1), kLevel) << "all zero: uniform";
 }
 
-TEST(Distribution1DChi2, ACellTenPercentTooHeavyIsSeen) {
+TEST(Distribution1DChi2, ACellTenPercentTooHeavyIsDetected) {
   EXPECT_LT(chi2_1d({1, 1, 1, 1}, 1.1), kLevel);
 }
 
@@ -126,7 +127,7 @@ TEST(WarpChi2, SamplesFollowTheirDensities) {
   EXPECT_GT(chi2_warp(core::uniform_sphere, [](Vec3) { return 0.25F * core::kInvPi; }), kLevel);
 }
 
-TEST(WarpChi2, TwoPercentTooMuchIsSeen) {
+TEST(WarpChi2, TwoPercentTooMuchIsDetected) {
   EXPECT_LT(
       chi2_warp(
           core::cosine_hemisphere,
@@ -134,7 +135,7 @@ TEST(WarpChi2, TwoPercentTooMuchIsSeen) {
       kLevel);
 }
 
-TEST(WarpChi2, ACosineWhereUniformIsMeantIsSeen) {
+TEST(WarpChi2, ACosineWhereUniformIsMeantIsDetected) {
   EXPECT_LT(chi2_warp(core::cosine_hemisphere,
                       [](Vec3 w) { return w.z > 0 ? 0.5F * core::kInvPi : 0.0F; }),
             kLevel);
@@ -215,6 +216,22 @@ TEST(Statistics, QuantilesAreThoseOfTheTables) {
   EXPECT_NEAR(core::f_quantile(0.025, 4), 1 / 9.60453, 1e-6);
   EXPECT_NEAR(core::f_quantile(0.95, 60), 1.53431, 1e-3);  // Paulson
   EXPECT_NEAR(core::f_quantile(0.05, 60), 1 / 1.53431, 1e-3);
+}
+
+TEST(Statistics, QuantilesAreThoseOfTheClosedForms) {
+  for (const double p : {1e-9, 1e-4, 0.025, 0.4, 0.6, 0.75, 0.95, 0.975, 0.9999}) {
+    const double one = -1 / std::tan(std::numbers::pi * p);
+    EXPECT_NEAR(core::student_t_quantile(p, 1), one, 2e-12 * std::fabs(one)) << p;
+    const double two = (2 * p - 1) / std::sqrt(2 * p * (1 - p));
+    EXPECT_NEAR(core::student_t_quantile(p, 2), two, 1e-13 * std::fabs(two)) << p;
+    const double chi2 = -2 * std::log1p(-p);
+    EXPECT_NEAR(core::chi2_quantile(p, 2), chi2, 1e-10 * chi2) << p;
+    const double f = p / (1 - p);
+    EXPECT_NEAR(core::f_quantile(p, 2), f, 1e-10 * f) << p;
+    EXPECT_NEAR(0.5 * std::erfc(-core::normal_quantile(p) / std::sqrt(2.0)), p, 1e-12 * p) << p;
+  }
+  EXPECT_EQ(core::student_t_quantile(0.5, 3), 0);
+  EXPECT_EQ(core::normal_quantile(0.5), 0);
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ TEST(FilmFormat, SecondsSpentBesideTheSamplesGoAlong) {
   EXPECT_NEAR(merged->film->cpu_seconds(), before + 6, 1e-9);
 }
 
-/// With a checksum that fits: what somebody writes who means it.
+/// With a matching checksum: deliberate forgery.
 void seal(Bytes& file) {
   const std::string hash = core::sha256_hex(file.data(), file.size() - kHash);
   std::memcpy(file.data() + file.size() - kHash, hash.data(), kHash);
@@ -153,7 +153,7 @@ TEST(FilmFormat, AFilmCutAnywhereIsRefused) {
   EXPECT_EQ(refusal(longer).code, ErrorCode::kInvalidArgument);
 }
 
-TEST(FilmFormat, AFlippedBitIsSeen) {
+TEST(FilmFormat, AFlippedBitIsDetected) {
   const Bytes file = written(made_film());
   for (std::size_t bit = 0; bit < file.size() * 8; bit += bit < 8 * 184 ? 1 : 8191) {
     Bytes flipped = file;

@@ -82,7 +82,7 @@ TEST(FilmMerge, PartsOfAJobMakeItsFilmBitForBit) {
   }
 }
 
-TEST(FilmMerge, TheOrderAndTheWayDoNotMatter) {
+TEST(FilmMerge, TheOrderAndTheGroupingDoNotMatter) {
   const FilmPart a = part_of({.seed = 0});
   const FilmPart b = part_of({.seed = 5, .samples = 16});
   const FilmPart c = part_of({.seed = 3, .replicates = 4});
@@ -149,7 +149,7 @@ TEST(FilmMerge, CommonSamplesAreAConflict) {
   }
 }
 
-TEST(FilmMerge, WhatDoesNotFitIsTold) {
+TEST(FilmMerge, FilmsThatDoNotFitAreRefused) {
   const FilmPart a = part_of({.seed = 0});
   const auto refusal = [&](const FilmPart& other, int replicates_max) {
     const auto result = core::merge_films(std::vector{a, other}, replicates_max);

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/denoise/statistical.h"
 #include "core/error/pixel_error.h"
 #include "core/film/filter.h"
 #include "core/layers/layers.h"
@@ -202,6 +203,14 @@ TEST(Film, NoLayerIsInfiniteWhereTheVarianceOverflows) {
 }
 
 // Rows are made a band at a time; pixels of the error are pooled over rows of the bands beside.
+core::DenoisedLook denoised_look(const core::Film& film) {
+  auto picture =
+      core::denoise(film.snapshot(), nullptr, core::StatisticalDenoiser(), core::parallel_for(1));
+  EXPECT_TRUE(picture);
+  return {std::make_shared<const core::DenoisedPicture>(*std::move(picture)),
+          core::DenoiseMode::kMixed};
+}
+
 TEST(Film, LayersByRowsAreThoseOfTheWholePicture) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 40, 75);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
@@ -213,12 +222,13 @@ TEST(Film, LayersByRowsAreThoseOfTheWholePicture) {
   for (const auto& layer : core::layers()) {
     layers.emplace_back(std::string(layer.name));
   }
+  const core::DenoisedLook look = denoised_look(*picture.film);
   for (const auto& layer : layers) {
     const auto whole =
         layer
-            ? core::layer_image(snapshot, *layer)
+            ? core::layer_image(snapshot, *layer, &look)
             : core::Result<core::FloatImage>(core::all_layers_image(snapshot, view.settings.film));
-    auto made = core::LayerRows::create(*picture.film, rect, layer, view.settings.film);
+    auto made = core::LayerRows::create(*picture.film, rect, layer, view.settings.film, look);
     ASSERT_TRUE(whole && made) << layer.value_or("all");
     const core::ImageRows rows = made->rows();
     ASSERT_EQ(rows.channel_names, whole->channel_names);
@@ -240,8 +250,12 @@ TEST(Film, EveryLayerOfTheRegistryIsAnImage) {
   view.settings.film.albedo = true;
   const auto picture = test_support::render(view, 2);
   for (const auto& layer : core::layers()) {
-    const auto image = core::layer_image(picture.snapshot, std::string(layer.name));
+    const core::DenoisedLook look = denoised_look(*picture.film);
+    const auto image = core::layer_image(picture.snapshot, std::string(layer.name), &look);
     ASSERT_TRUE(image) << layer.name;
+    EXPECT_EQ(!core::layer_image(picture.snapshot, std::string(layer.name)),
+              layer.fill_denoised != nullptr)
+        << layer.name;
     EXPECT_EQ(image->channel_names.size(), layer.channels.size()) << layer.name;
   }
   EXPECT_FALSE(core::layer_image(picture.snapshot, "no such layer"));

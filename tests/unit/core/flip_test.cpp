@@ -76,7 +76,7 @@ TEST(Flip, IsSymmetricAndBetweenZeroAndOne) {
   }
 }
 
-TEST(Flip, OnlyWhatADisplayCanShowCounts) {
+TEST(Flip, ValuesAreClippedToTheRangeOfTheDisplay) {
   EXPECT_EQ(mean(flip(plain(Rgb(1)), plain(Rgb(40)))), 0);
   EXPECT_EQ(mean(flip(plain(Rgb(0)), plain(Rgb(-3)))), 0);
 }

@@ -104,7 +104,7 @@ TEST(GltfMeshopt, MalformedDataIsRefused) {
                   "/bufferViews/1/extensions/EXT_meshopt_compression");
 }
 
-TEST(GltfMeshopt, StrideThatIsNoMultipleOf4IsRefused) {
+TEST(GltfMeshopt, StrideThatIsNotAMultipleOf4IsRefused) {
   Compressed c = encode_vertices(triangle_positions(), 12);
   c.stride = 13;
   expect_error_at(load(compressed_positions(c, "NONE", kF32, "")),

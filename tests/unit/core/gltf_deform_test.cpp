@@ -1,4 +1,5 @@
 #include <cmath>
+#include <optional>
 
 #include "tests/unit/core/gltf_test_support.h"
 
@@ -99,7 +100,7 @@ core::Bytes animated(const char* interpolation, const std::vector<float>& values
   return writer.finish();
 }
 
-float x_at(const core::Bytes& file, double time) {
+float x_at(const core::Bytes& file, std::optional<double> time) {
   core::GltfOptions options;
   options.time_seconds = time;
   const auto scene = load(file, options);
@@ -115,6 +116,10 @@ TEST(GltfAnimation, EndsAreHeld) {
   const core::Bytes file = animated("LINEAR", {10, 0, 0, 20, 0, 0});
   EXPECT_EQ(x_at(file, 0), 10);
   EXPECT_EQ(x_at(file, 99), 20);
+}
+
+TEST(GltfAnimation, WithoutATimeThePoseIsTheFilesOwn) {
+  EXPECT_EQ(x_at(animated("LINEAR", {10, 0, 0, 20, 0, 0}), std::nullopt), 0);
 }
 
 TEST(GltfAnimation, StepJumpsAtTheKey) {

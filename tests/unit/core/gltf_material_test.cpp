@@ -72,7 +72,7 @@ TEST(GltfMaterial, EmissiveStrengthMultiplies) {
   EXPECT_TRUE(scene->has_emissive_strength);
 }
 
-TEST(GltfMaterial, EmissiveStrengthOf1IsNoLamp) {
+TEST(GltfMaterial, EmissiveStrengthOf1CountsAsNone) {
   const auto scene =
       load_material(R"("emissiveFactor":[1,1,1],)"
                     R"("extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":1}})");

@@ -62,7 +62,7 @@ TEST_P(EachFormat, KeepsItsSize) {
   EXPECT_EQ(image.channels, 3);
 }
 
-TEST_P(EachFormat, IsToldByItsFirstBytes) {
+TEST_P(EachFormat, IsDetectedByItsFirstBytes) {
   EXPECT_EQ(core::image_kind(encoded(ramp(4, 4, {"R", "G", "B"}), GetParam())), GetParam());
 }
 

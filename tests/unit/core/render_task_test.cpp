@@ -20,7 +20,7 @@ using core::StopRules;
 using core::TaskOptions;
 using Clock = std::chrono::steady_clock;
 
-/// Remembers what it is told, and checks the order.
+/// Records the calls, and checks their order.
 class RecordingSink : public core::RenderSink {
  public:
   void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {
@@ -269,7 +269,7 @@ TEST(RenderTaskStop, ClocksAndLimitsKeepWholeSets) {
   EXPECT_EQ(film->tile_samples(0), 100);
 }
 
-TEST(RenderTaskStop, TheServersLimitEndsWhatNoRuleEnded) {
+TEST(RenderTaskStop, TheServersLimitEndsJobsThatNoRuleEnds) {
   const core::View view = small_view();
   for (const int asked : {0, 100, 8}) {
     const auto film = film_of(view);
@@ -422,7 +422,7 @@ TEST(RenderTaskCancel, BeforeTheFirstSliceEndsTheJob) {
   EXPECT_FALSE(task.take());
 }
 
-// A decision is being taken, nothing is in flight: nobody but the decider can end the job.
+// A decision is being taken, nothing is in flight: only the deciding thread can end the job.
 TEST(RenderTaskCancel, DuringADecisionEndsTheJob) {
   const core::View view = small_view();
   for (const bool error_rule : {true, false}) {

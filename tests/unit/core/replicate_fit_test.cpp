@@ -93,7 +93,7 @@ TEST(ReplicateFit, OfNothingIsNothing) {
 }
 
 // What one replicate is given changes its partner alone, and only what the partner takes later.
-TEST(ReplicateFit, GoesToThePartnerAndNowhereElse) {
+TEST(ReplicateFit, GoesToThePartnerOnly) {
   const auto run = [](float first) {
     std::vector<ReplicateFit> fits(4);
     std::vector<float> out;

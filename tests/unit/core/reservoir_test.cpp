@@ -40,7 +40,7 @@ double chosen_p(double stretch) {
 
 // 0.1 % false alarms, fixed seed.
 TEST(WeightedReservoir, TakesItemsInProportionToTheirWeights) { EXPECT_GT(chosen_p(1), 1e-3); }
-TEST(WeightedReservoir, NumbersThatAreNotUniformAreSeen) { EXPECT_LT(chosen_p(0.99), 1e-3); }
+TEST(WeightedReservoir, NumbersThatAreNotUniformAreDetected) { EXPECT_LT(chosen_p(0.99), 1e-3); }
 
 TEST(WeightedReservoir, TellsTheSumAndTheWeightOfWhatItHolds) {
   WeightedReservoir<int> reservoir(0.5);

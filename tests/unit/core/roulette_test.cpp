@@ -27,7 +27,7 @@ constexpr float kMatt = core::kInvPi;  ///< the densest direction of a Lambert s
 constexpr float kGlossy = 5;
 constexpr float kSmooth = 0;
 
-TEST(Roulette, IsProportionalToThroughputOnMattSurfacesAndSofterOnDarkOnes) {
+TEST(Roulette, IsProportionalToThroughputOnDiffuseSurfacesAndSofterOnDarkOnes) {
   std::uint64_t rays = 0;
   const auto survive = [&](float beta) {
     return continuation_probability(path_of(rays, Rgb(beta), kMatt));
@@ -88,7 +88,7 @@ TEST(Roulette, LeavesTheMean) {
   }
 }
 
-TEST(Roulette, ThatForgetsToDivideIsSeen) {
+TEST(Roulette, ThatForgetsToDivideIsDetected) {
   for (const float density : {kMatt, kGlossy, kSmooth}) {
     EXPECT_GT(std::fabs(sphere_z(0.6F, density, false)), 4) << density;
   }

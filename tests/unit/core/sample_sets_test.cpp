@@ -201,7 +201,7 @@ TEST(SampleSets, ContinuationsOfAllPathsAreSetsToo) {
   }
 }
 
-TEST(SampleSets, APointThatMovedIsSeen) {
+TEST(SampleSets, APointThatMovedIsDetected) {
   int seen = 0;
   int sets = 0;
   for_sets(SamplerType::kOrthogonalArray, [&](std::vector<Point> set, int /*group*/) {

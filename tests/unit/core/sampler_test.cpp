@@ -89,7 +89,7 @@ TEST(Sobol, EveryDimensionIsStratified) {
   }
 }
 
-TEST(Sobol, ANetWithOnePointMovedIsSeen) {
+TEST(Sobol, ANetWithOnePointMovedIsDetected) {
   auto p = points(64, seed_of(1), seed_of(2));
   p[5].x = p[6].x;
   EXPECT_FALSE(is_net(p, 0, 1, 0));
@@ -234,7 +234,7 @@ TEST(PathSampler, TwoPixelsAreUncorrelatedOverTheirSamples) {
   }
 }
 
-TEST(PathSampler, ACorrelationOfFivePercentIsSeen) {
+TEST(PathSampler, ACorrelationOfFivePercentIsDetected) {
   PathSampler other(SamplerType::kIndependent, 2, 99);
   const double z = correlation(SamplerType::kIndependent, [&](PathSampler& s, int i) {
     s.start(i, 0, 0);

@@ -37,14 +37,15 @@ TEST(BestSplitCount, IsBoundedAndOneWhereNothingFollows) {
 /// numbers; `rays` behind the first surface.
 class Product final : public core::Integrator {
  public:
-  Product(float way, float branch, int rays) : way_(way), branch_(branch), rays_(rays) {}
+  Product(float way, float branch, int rays, float exposure = 1)
+      : way_(way), branch_(branch), rays_(rays), exposure_(exposure) {}
   PathSample trace(const Camera::CameraRay& ray, const PathSampler& sampler,
                    std::uint64_t& rays) const noexcept override {
     rays += static_cast<std::uint64_t>(1 + rays_);
     PathSample out;
     const float x = 10000 * ray.ray.direction.x;
     const float y = sampler.get_4d(core::dimension_group(0, core::BounceGroup::kBsdf)).x;
-    out.radiance = Rgb(10 + way_ * (x - std::floor(x)) + branch_ * y);
+    out.radiance = Rgb(exposure_ * (10 + way_ * (x - std::floor(x)) + branch_ * y));
     return out;
   }
 
@@ -52,6 +53,7 @@ class Product final : public core::Integrator {
   float way_;
   float branch_;
   int rays_;
+  float exposure_;
 };
 
 // Both are uniform, so variances are as the squares of the factors. 1024 pixels: each variance
@@ -73,6 +75,24 @@ TEST(MeasureSplit, FindsTheVariancesOfAnIntegrandMadeOfTwo) {
     const double optimum =
         std::clamp(std::sqrt(ratio / rays), 1.0, static_cast<double>(core::kMeasuredSplitMax));
     EXPECT_NEAR(core::best_split_count(costs), optimum, 1) << way << " " << branch;
+  }
+}
+
+TEST(MeasureSplit, DoesNotDependOnTheExposure) {
+  core::CameraSettings pose;
+  pose.position = core::Vec3{0, 0, 3};
+  pose.target = core::Vec3{0, 0, 0};
+  const auto camera = Camera::create(pose, {}, {}, 64, 64);
+  ASSERT_TRUE(camera);
+  core::RenderSettings settings;
+  settings.film.width = settings.film.height = 64;
+  const core::SplitCosts usual = core::measure_split(*camera, Product(0.2F, 0.6F, 4), settings);
+  for (const float exposure : {1.0F / 1024, 1024.0F}) {
+    const core::SplitCosts costs =
+        core::measure_split(*camera, Product(0.2F, 0.6F, 4, exposure), settings);
+    // Powers of two: equal but for the rounding of sums.
+    EXPECT_NEAR(costs.way_variance, usual.way_variance, 1e-9 * usual.way_variance);
+    EXPECT_NEAR(costs.branch_variance, usual.branch_variance, 1e-9 * usual.branch_variance);
   }
 }
 

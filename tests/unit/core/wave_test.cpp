@@ -13,7 +13,6 @@
 #include "core/math/lane_math.h"
 #include "core/render/tile_fill.h"
 #include "core/wave/lane_bsdf.h"
-#include "core/wave/lane_sampler.h"
 #include "core/wave/wave_tracer.h"
 #include "tests/support/bsdf_cases.h"
 #include "tests/support/scenes.h"
@@ -24,57 +23,6 @@ using core::Floats;
 using core::Rgb;
 using core::Vec3;
 using test_support::Picture;
-
-TEST(WaveLanes, DrawTheNumbersOfTheScalarSampler) {
-  alignas(32) std::array<std::uint64_t, 8> base{};
-  alignas(32) std::array<std::uint32_t, 8> index{};
-  std::vector<core::PathSampler> samplers(8, {core::SamplerType::kSobol, 2, 7});
-  for (std::size_t k = 0; k < 8; ++k) {
-    samplers[k].start(static_cast<int>(3 * k), 5, static_cast<int>(29 * k));
-    base[k] = samplers[k].base();
-    index[k] = core::reverse_bits(samplers[k].index());
-  }
-  for (int group = 0; group < 40; ++group) {
-    const auto eight =
-        core::sobol_4d<8>(core::Hashes<8>::load(base.data()), core::load<8>(index.data()), group);
-    for (std::size_t k = 0; k < 8; ++k) {
-      const auto one =
-          core::sobol_4d<1>(core::Hashes<1>::load(&base[k]), core::load<1>(&index[k]), group);
-      const core::Vec4 u = samplers[k].get_4d(group);
-      EXPECT_TRUE(eight.x.v[k] == u.x && eight.y.v[k] == u.y && eight.z.v[k] == u.z &&
-                  eight.w.v[k] == u.w);
-      EXPECT_TRUE(one.x.v[0] == u.x && one.y.v[0] == u.y && one.z.v[0] == u.z && one.w.v[0] == u.w);
-    }
-  }
-}
-
-TEST(WaveLanes, SineAndCosineErrLessThanTwoInTenMillion) {
-  double worst = 0;
-  for (int i = -100'000; i <= 100'000; ++i) {
-    const float x = static_cast<float>(i) * (6.2831853F / 100'000);
-    Floats<8> sine;
-    Floats<8> cosine;
-    core::sincos(Floats<8>(x), sine, cosine);
-    const auto exact = static_cast<double>(x);
-    worst = std::max({worst, std::fabs(static_cast<double>(sine.v[3]) - std::sin(exact)),
-                      std::fabs(static_cast<double>(cosine.v[6]) - std::cos(exact))});
-  }
-  EXPECT_LT(worst, 2e-7);
-}
-
-TEST(WaveLanes, CompressKeepsTheOrderOfThoseTaken) {
-  alignas(32) std::array<std::int32_t, 8> from = {10, 11, 12, 13, 14, 15, 16, 17};
-  for (unsigned taken = 0; taken < 256; ++taken) {
-    std::array<std::int32_t, 8> to{};
-    core::compress<8>(to.data(), core::load<8>(from.data()), taken);
-    std::size_t at = 0;
-    for (std::size_t k = 0; k < 8; ++k) {
-      if ((taken >> k & 1U) != 0) {
-        EXPECT_EQ(to[at++], from[k]);
-      }
-    }
-  }
-}
 
 /// The surfaces that waves know.
 std::vector<core::BsdfParameters> surfaces() {
@@ -173,7 +121,7 @@ TEST(WaveBsdf, LanesEqualTheScalarBsdfUnderATiltedHorizon) {
 }
 
 // The twin.
-TEST(WaveBsdf, OnePercentMoreWidthIsSeen) { EXPECT_GT(differences<8>({0, 0, 1}, 1.01F), 300); }
+TEST(WaveBsdf, OnePercentMoreWidthIsDetected) { EXPECT_GT(differences<8>({0, 0, 1}, 1.01F), 300); }
 
 TEST(WaveLights, FewLightsArePickedAsTheTreePicksThem) {
   test_support::Random random(9);
@@ -271,7 +219,7 @@ std::vector<core::MaterialDescription> metals_and_plastics() {
           glossy({0.8F, 0.8F, 0.8F}, 0.5F, 0.01F)};
 }
 
-TEST(Waves, OfMatteSurfacesFindWhatPathsOneByOneFind) {
+TEST(Waves, OfDiffuseSurfacesFindWhatPathsOneByOneFind) {
   EXPECT_LT(differing(balls({test_support::lambert({0.7F, 0.2F, 0.2F})})), 0.01);
 }
 
@@ -281,7 +229,7 @@ TEST(Waves, OfMetalsAndPlasticsFindWhatPathsOneByOneFind) {
 }
 
 // The twin: a scattering less.
-TEST(Waves, OfShorterPathsAreSeen) {
+TEST(Waves, OfShorterPathsAreDetected) {
   const core::View view = balls(metals_and_plastics());
   core::View shorter = view;
   shorter.settings.max_depth = 2;

@@ -61,7 +61,7 @@ TEST(BlobStore, AnUploadThatIsGivenUpLeavesNothing) {
   EXPECT_EQ(files_in(folder.path()), 0U);
 }
 
-TEST(BlobStore, WhatALostProcessWasUploadingIsRemoved) {
+TEST(BlobStore, PartialUploadsOfADeadProcessAreRemoved) {
   const TemporaryFolder folder;
   ASSERT_TRUE(BlobStore::open(folder.path()));
   test_support::write_file(folder.file("tmp/1-1.part"), "half of it");
@@ -79,7 +79,7 @@ TEST(BlobStore, IdsThatAreNoHashesAreNeverPaths) {
   }
 }
 
-TEST(BlobStore, AFullDiskIsToldAsSuch) {
+TEST(BlobStore, AFullDiskIsReportedAsSuch) {
   const auto fd = server::open_file("/dev/full", 1 /* O_WRONLY */);
   ASSERT_TRUE(fd);
   const auto bytes = test_support::bytes_of("abc");

@@ -74,7 +74,7 @@ TEST_F(Comparisons, OfTooManyBytesTheOldestGoAndTheNewestStays) {
   EXPECT_TRUE(comparisons.find(id(4), Access::of("me")));
 }
 
-TEST_F(Comparisons, WhatCannotBeWrittenIsToldAndNotKept) {
+TEST_F(Comparisons, ComparisonsThatCannotBeWrittenAreReportedAndNotKept) {
   ComparisonStore comparisons = store({});
   std::filesystem::remove_all(data->comparisons_path());
   std::ofstream(data->comparisons_path()) << "no folder";

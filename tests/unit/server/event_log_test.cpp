@@ -50,7 +50,7 @@ TEST(EventLog, OfATileOnlyTheNewestRevisionIsThere) {
   EXPECT_EQ(events[1].revision, 1000U);
 }
 
-TEST(EventLog, NothingAboveAReservedNumberIsSeenBeforeItIsTold) {
+TEST(EventLog, NothingAboveAReservedNumberIsSeenBeforeItIsPublished) {
   EventLog log;
   const std::uint64_t first = log.reserve(2);
   log.tile_changed(0, 1);

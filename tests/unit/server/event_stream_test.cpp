@@ -14,7 +14,7 @@ class Events : public test_support::JobsFixture {
     job = submit(test_support::kForever);
     ASSERT_TRUE(wait_for_samples(job));
     ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt, server::Access::operators()));
-    film = *jobs->film(*job);
+    film = *jobs->films().film(*job);
     stream.emplace(*jobs, job, std::nullopt, gate, server::EventStream::Options{});
     stream->beginning();
   }
@@ -34,7 +34,7 @@ class Events : public test_support::JobsFixture {
   std::optional<server::EventStream> stream;
 };
 
-TEST_F(Events, ATileWhoseFilmIsAheadOfTheLogIsToldOnce) {
+TEST_F(Events, ATileWhoseFilmIsAheadOfTheLogIsSentOnce) {
   const std::uint32_t revision = film->tile_revision(0);
   ASSERT_GT(revision, 1U);
   job->log().tile_changed(0, revision - 1);  // The film has the next revision, the log not yet.

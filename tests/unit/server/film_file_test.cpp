@@ -63,7 +63,7 @@ std::uint64_t blocks_of(const std::string& path) {
   return static_cast<std::uint64_t>(info.st_blocks);
 }
 
-TEST(FilmFile, AFilmComesBackBitByBit) {
+TEST(FilmFile, AFilmIsRestoredBitByBit) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   const std::string digest = write_two(path).second;
@@ -82,7 +82,7 @@ TEST(FilmFile, AFilmComesBackBitByBit) {
   EXPECT_EQ(film.tile(3).rejected_samples, 3U);
 }
 
-TEST(FilmFile, SecondsSpentBesideTheSamplesComeBack) {
+TEST(FilmFile, SecondsSpentOutsideOfSamplesAreRestored) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::Film film(small_film(), 2);
@@ -120,7 +120,7 @@ TEST(FilmFile, AHeadOfTheFirstVersionIsRead) {
   EXPECT_EQ(record->elapsed_seconds, 2.0);
 }
 
-TEST(FilmFile, TheArithmeticIsNotedBesideAnyNumberOfPoints) {
+TEST(FilmFile, TheArithmeticIsStoredWithAnyNumberOfPoints) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::Film film(small_film(), 2);
@@ -184,7 +184,7 @@ std::string decisions_of(const core::Film& film) {
   return text;
 }
 
-TEST(FilmFile, WhatAdaptiveSamplingDecidedComesBack) {
+TEST(FilmFile, AdaptivePlansAreRestored) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::Film film(adaptive_film());
@@ -214,7 +214,7 @@ TEST(FilmFile, WhatAdaptiveSamplingDecidedComesBack) {
   EXPECT_EQ(load(path, plain).error().code, core::ErrorCode::kConflict);
 }
 
-TEST(FilmFile, WhatIsFittedComesBack) {
+TEST(FilmFile, FittedCoefficientsAreRestored) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::RenderSettings settings;
@@ -381,7 +381,7 @@ TEST(FilmFile, ATornCheckpointLeavesTheOneBefore) {
   }
 }
 
-TEST(FilmFile, ADamagedTileTakesTheWholeFilmOneCheckpointBack) {
+TEST(FilmFile, ADamagedTileRevertsTheWholeFilmByOneCheckpoint) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   const auto [old_digest, new_digest] = write_two(path);
@@ -400,7 +400,7 @@ TEST(FilmFile, ADamagedTileTakesTheWholeFilmOneCheckpointBack) {
   EXPECT_GT(went_back, 0);
 }
 
-TEST(FilmFile, DamageToBothCheckpointsIsToldAndNotLoaded) {
+TEST(FilmFile, DamageToBothCheckpointsIsReportedAndNotLoaded) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   write_two(path);

@@ -1,4 +1,4 @@
-// A disk that is full: what the store refuses is not told, and jobs wait for room.
+// A full disk: changes that the store refuses are not acknowledged, and jobs wait for room.
 
 #include <chrono>
 #include <csignal>
@@ -47,14 +47,14 @@ class FullDisk {
   rlimit before_{};
 };
 
-TEST_F(FullDiskJobs, WhatTheStoreRefusesIsNotAcknowledged) {
+TEST_F(FullDiskJobs, ChangesThatTheStoreRefusesAreNotAcknowledged) {
   const auto job = submit(kForever);
   ASSERT_TRUE(wait_for_samples(job));
   {
     const FullDisk full(0);
     const auto cancelled = jobs->cancel(job);
     ASSERT_FALSE(cancelled);
-    EXPECT_EQ(cancelled.error().code, core::ErrorCode::kNoSpace);
+    EXPECT_EQ(cancelled.problem().status, 507);
     EXPECT_EQ(
         jobs->patch(job, R"({"paused": true})", std::nullopt, Access::operators()).problem().status,
         507);

@@ -205,7 +205,7 @@ TEST(Session, OutlivesTheProcessAndEndsAtItsTime) {
   EXPECT_FALSE(store->token_hash_of("", now));
 }
 
-TEST(Guard, AnswersSayWhatABrowserMayDo) {
+TEST(Guard, AnswersHaveSecurityHeaders) {
   Config config;
   config.key = "secret";
   const Guard guard(config);
@@ -224,7 +224,7 @@ TEST(Guard, AnswersSayWhatABrowserMayDo) {
                    .headers.contains("Strict-Transport-Security"));
 }
 
-TEST(Guard, WhatAKeyWasGivenIsForNoSharedCache) {
+TEST(Guard, AnswersToAKeyAreNotStoredInSharedCaches) {
   const auto caching = [](const std::string& key, const std::string& path) {
     Config config;
     config.key = key;

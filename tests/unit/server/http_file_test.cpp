@@ -41,7 +41,7 @@ TEST(HttpRange, IsCutAtTheEnd) {
   EXPECT_EQ(range_of("bytes=0-18446744073709551615"), "0+100");
 }
 
-TEST(HttpRange, RefusesWhatCannotBe) {
+TEST(HttpRange, RefusesImpossibleRanges) {
   for (const char* text : {"bytes=100-", "bytes=100-200", "bytes=-0", "bytes=5-4", "bytes=",
                            "bytes=-", "bytes=a-b", "bytes=1-b", "bytes=18446744073709551616-"}) {
     EXPECT_EQ(range_of(text), "416") << text;
@@ -180,7 +180,7 @@ TEST(HttpMade, HasALengthAndParts) {
   EXPECT_EQ(client.exchange(get("/made/x")).status, 200);
 }
 
-TEST(HttpMade, WhatIsMadeTooShortEndsTheConnection) {
+TEST(HttpMade, TooShortContentEndsTheConnection) {
   TestServer server(alphabet());
   Client client(server);
   EXPECT_EQ(client.exchange(get("/made/short")).status, 0);

@@ -36,7 +36,7 @@ std::vector<std::unique_ptr<Client>> connect(const TestServer& server, int count
   return clients;
 }
 
-/// Answers when it is told to; counts who is inside.
+/// Answers on request; counts the requests inside.
 struct Door {
   core::Mutex mutex;
   core::CondVar changed;
@@ -94,7 +94,7 @@ TEST(HttpFlood, TheLimitInAllHoldsForKnownClientsToo) {
   EXPECT_GE(server.http().stats().connections_evicted, 8U);
 }
 
-TEST(HttpFlood, WhoIsServedIsNotToldToGo) {
+TEST(HttpFlood, RequestsBeingServedAreNotRefused) {
   HttpLimits limits = patient_limits();
   limits.max_waiting_of_address = 2;
   Door door;
@@ -203,7 +203,7 @@ Request forwarded(std::string_view peer, std::string_view for_whom, std::string_
   return request;
 }
 
-TEST(HttpClientAddress, WhatAnUntrustedPeerSaysOfOthersIsNotBelieved) {
+TEST(HttpClientAddress, AnUntrustedPeersForwardedAddressIsIgnored) {
   const Request request = forwarded("192.0.2.1", "198.51.100.7", "https", networks({"10.0.0.0/8"}));
   EXPECT_EQ(request.remote_addr, "192.0.2.1");
   EXPECT_FALSE(request.is_https);

@@ -46,7 +46,7 @@ TEST(HttpRequestHead, AnAbsoluteTargetOverrulesHost) {
   EXPECT_EQ(parsed.request.header("Host"), "b:1");
 }
 
-TEST(HttpRequestHead, KnowsHowTheBodyIsDelimited) {
+TEST(HttpRequestHead, DeterminesHowTheBodyIsDelimited) {
   EXPECT_EQ(parse("POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\n\r\n").framing.length, 5U);
   EXPECT_EQ(parse("POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: Chunked\r\n\r\n").framing.body,
             Framing::Body::kChunked);
@@ -54,7 +54,7 @@ TEST(HttpRequestHead, KnowsHowTheBodyIsDelimited) {
             Framing::Body::kNone);
 }
 
-TEST(HttpRequestHead, KnowsWhetherTheConnectionLives) {
+TEST(HttpRequestHead, DeterminesWhetherTheConnectionIsKeptAlive) {
   EXPECT_TRUE(parse("GET / HTTP/1.1\r\nHost: a\r\n\r\n").framing.wants_keep_alive);
   EXPECT_FALSE(
       parse("GET / HTTP/1.1\r\nHost: a\r\nConnection: x, Close\r\n\r\n").framing.wants_keep_alive);

@@ -43,7 +43,7 @@ TEST(HttpServer, HeadHasTheLengthAndNoBody) {
   EXPECT_EQ(client.exchange(get("/echo/next")).body, "next");
 }
 
-TEST(HttpServer, AWrongMethodIsToldTheRightOnes) {
+TEST(HttpServer, AWrongMethodIsAnsweredWithTheAllowedOnes) {
   TestServer server;
   Client client(server);
   const Answer answer = client.exchange("PUT /json HTTP/1.1\r\nHost: a\r\n\r\n");
@@ -102,7 +102,7 @@ TEST(HttpServer, ReadsChunkedBodies) {
   EXPECT_EQ(client.exchange(get("/echo/next")).body, "next");
 }
 
-TEST(HttpServer, TellsAClientThatAsksToContinue) {
+TEST(HttpServer, AnswersExpectContinue) {
   TestServer server;
   Client client(server);
   client.send(
@@ -124,7 +124,7 @@ TEST(HttpServer, AJsonRouteWantsJson) {
       200);
 }
 
-TEST(HttpServer, SpeaksHttp10) {
+TEST(HttpServer, SupportsHttp10) {
   TestServer server;
   Client client(server);
   const std::string request = "GET /echo/a HTTP/1.0\r\nConnection: keep-alive\r\n\r\n";
@@ -133,7 +133,7 @@ TEST(HttpServer, SpeaksHttp10) {
   EXPECT_TRUE(client.is_closed_within(std::chrono::milliseconds(500)));
 }
 
-TEST(HttpServer, CompressesWhatMayBeCompressed) {
+TEST(HttpServer, CompressesCompressibleContent) {
   const std::string text(20'000, 'x');
   TestServer server({{.method = "GET", .pattern = "/text", .handler = [&](Request&) {
                         Response response = json_response(200, text);
@@ -173,7 +173,7 @@ TEST(HttpServer, ASecondServerCannotTakeThePort) {
       << bound.error().message;
 }
 
-TEST(HttpServer, AnUnknownHostIsToldAtBind) {
+TEST(HttpServer, AnUnknownHostIsReportedAtBind) {
   StreamGate streams(1);
   HttpOptions options;
   options.host = "256.0.0.1";

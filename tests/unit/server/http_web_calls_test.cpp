@@ -1,4 +1,4 @@
-// Calls to addresses that somebody else chose. Names are looked up by the function below, which
+// Calls to addresses that a client chose. Names are looked up by the function below, which
 // takes the place of the C library's in this program.
 
 #include <chrono>
@@ -101,7 +101,7 @@ std::vector<WebCalls::Ended> all_of(WebCalls& calls) {
   return ended;
 }
 
-TEST(WebCalls, TheStatusComesBackUnderTheIdOfTheCall) {
+TEST(WebCalls, TheStatusIsReturnedUnderTheIdOfTheCall) {
   TestServer server;
   WebCalls calls;
   calls.begin("found", post_to("127.0.0.1", server.port()));
@@ -133,7 +133,7 @@ TEST(WebCalls, AnAddressThatIsNotPublicIsNotCalledHoweverItIsNamed) {
   EXPECT_NE(seen->route, "/json");
 }
 
-TEST(WebCalls, TheDeadlineHoldsWhileTheNameIsLookedUpAndNobodyElseWaits) {
+TEST(WebCalls, TheDeadlineHoldsWhileTheNameIsLookedUpAndNoOtherCallWaits) {
   TestServer server;
   WebCalls calls;
   WebPost slow = post_to("slow.test", server.port());

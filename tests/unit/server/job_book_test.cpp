@@ -135,7 +135,7 @@ TEST(JobBook, PreviewsNeedNoPlace) {
   EXPECT_NE(book.admit(), nullptr);
 }
 
-TEST(JobBook, AFullQueueSaysHowManyWaitAndWhatToDo) {
+TEST(JobBook, AFullQueueReportsItsLengthAndARemedy) {
   JobBook book(BookLimits{.queue_max = 2}, unlimited());
   book.enqueue(made_job(1), {});
   EXPECT_EQ(book.full_text({}),
@@ -210,7 +210,7 @@ TEST(JobBook, AnIdThatIsUsedAgainIsAnotherJob) {
   EXPECT_TRUE(book.holders().empty());
 }
 
-TEST(JobBook, WhoeverGivesAPlaceBackIsHeard) {
+TEST(JobBook, ReturningAPlaceCallsOnLeave) {
   int left = 0;
   JobBook book(BookLimits{.running_max = 1}, unlimited(), [&left] { ++left; });
   book.enqueue(made_job(1), {});
@@ -220,7 +220,7 @@ TEST(JobBook, WhoeverGivesAPlaceBackIsHeard) {
   EXPECT_EQ(left, 1);
 }
 
-TEST(JobBook, OfTwoWhoLoadTheSameFinalJobBothGetOne) {
+TEST(JobBook, TwoThreadsThatLoadTheSameFinalJobGetOneObject) {
   JobBook book(BookLimits{}, unlimited());
   const auto first = made_job(1);
   const auto second = made_job(1);
@@ -306,7 +306,7 @@ TEST_F(JobBookMemory, AnEighthIsForRequestsAndPreviewsMayHaveHalfOfIt) {
   EXPECT_FALSE(admit(book));
 }
 
-TEST_F(JobBookMemory, WhatJobsShareCountsOnce) {
+TEST_F(JobBookMemory, SharedMemoryOfJobsCountsOnce) {
   JobBook& book = make_book(BookLimits{}, kMost);
   wait(book, 1, kNormal, memory(50, "hall", 1300));
   wait(book, 2, kNormal, memory(50, "hall", 1300));
@@ -320,7 +320,7 @@ TEST_F(JobBookMemory, WhatJobsShareCountsOnce) {
   EXPECT_TRUE(admit(book));
 }
 
-TEST_F(JobBookMemory, OneThatNeverFitsGetsAPlaceWithoutMemoryAndHoldsUpNobody) {
+TEST_F(JobBookMemory, OneThatNeverFitsGetsAPlaceWithoutMemoryAndDelaysNoOther) {
   JobBook& book = make_book(BookLimits{}, kMost);
   wait(book, 1, kNormal, memory(10, "large", 5000));
   wait(book, 2, kNormal, memory(10));
@@ -330,7 +330,7 @@ TEST_F(JobBookMemory, OneThatNeverFitsGetsAPlaceWithoutMemoryAndHoldsUpNobody) {
   EXPECT_EQ(book.memory_bytes(), 10U);
 }
 
-TEST_F(JobBookMemory, WhatRequestsHaveIsNotGivenToJobs) {
+TEST_F(JobBookMemory, MemoryOfRequestsIsNotGivenToJobs) {
   JobBook& book = make_book(BookLimits{}, kMost);
   auto request = gate().take(800, "a picture");
   ASSERT_TRUE(request);
@@ -342,7 +342,7 @@ TEST_F(JobBookMemory, WhatRequestsHaveIsNotGivenToJobs) {
   EXPECT_TRUE(admit(book));
 }
 
-TEST_F(JobBookMemory, WhatLoadingTakesIsGivenBackWhenTheSceneIsThere) {
+TEST_F(JobBookMemory, LoadingMemoryIsReleasedWhenTheSceneIsLoaded) {
   JobBook& book = make_book(BookLimits{}, kMost);
   JobMemory needed = memory(100, "hall", 300);
   needed.load_bytes = 900;
@@ -363,7 +363,7 @@ TEST_F(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
   book.pause(job(2));
   book.pause(job(1));
   EXPECT_EQ(book.memory_bytes(), 1200U);
-  EXPECT_TRUE(book.take_parkable().empty());  // Nobody waits.
+  EXPECT_TRUE(book.take_parkable().empty());  // No job waits.
   wait(book, 4, kNormal, memory(600));
   EXPECT_FALSE(admit(book));
   EXPECT_EQ(book.take_parkable(), std::vector<JobPointer>{pointer(2)});
@@ -374,7 +374,7 @@ TEST_F(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
   EXPECT_TRUE(admit(book));
 }
 
-TEST_F(JobBookMemory, OneThatGoesOnIsNotParked) {
+TEST_F(JobBookMemory, AResumedJobIsNotParked) {
   JobBook& book = make_book(BookLimits{}, kMost);
   ASSERT_TRUE(start(book, 1, kNormal, memory(900)));
   book.pause(job(1));
@@ -384,7 +384,7 @@ TEST_F(JobBookMemory, OneThatGoesOnIsNotParked) {
   EXPECT_TRUE(book.take_parkable().empty());
 }
 
-TEST_F(JobBookMemory, NobodyIsParkedInVain) {
+TEST_F(JobBookMemory, NoJobIsParkedInVain) {
   JobBook& book = make_book(BookLimits{}, kMost);
   wait(book, 1, kNormal, memory(1100));
   ASSERT_TRUE(start(book, 2, kNormal, memory(200)));
@@ -410,7 +410,7 @@ TEST_F(JobBookMemory, PausedPreviewsCountAsPreviews) {
   EXPECT_FALSE(book.has_room(kPreview));
 }
 
-TEST_F(JobBookMemory, WithoutAQueueThereIsRoomOnlyForWhatMayStart) {
+TEST_F(JobBookMemory, WithoutAQueueOnlyJobsThatMayStartHaveRoom) {
   JobBook& book = make_book(BookLimits{.queue_max = 0}, kMost);
   ASSERT_TRUE(start(book, 1, kNormal, memory(900)));
   EXPECT_TRUE(book.has_room(kNormal, memory(500)));

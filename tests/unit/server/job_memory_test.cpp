@@ -21,7 +21,7 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
   }
   const std::uint64_t scene_bytes =
       scenes->facts("cornell-box", server::Access::operators())->bytes;
-  // What a job takes beside its film is as much again at most (server/jobs/job_memory.cpp); an
+  // What a job takes beside its film is as much again at most (server/jobs/run_builder.cpp); an
   // eighth is for requests.
   memory_max_bytes = (film_bytes() * 3 + scene_bytes) * 8 / 7;
   restart();
@@ -39,7 +39,7 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
   EXPECT_NE(paused[2]->run(), nullptr);
   // A parked job shows what it has.
   EXPECT_GE(jobs->view(*paused[0]).progress.samples_min, 2);
-  const auto film = jobs->film(*paused[0]);
+  const auto film = jobs->films().film(*paused[0]);
   ASSERT_TRUE(film) << film.error().message;
   for (std::size_t i = 0; i < paused.size(); ++i) {
     ASSERT_TRUE(
@@ -52,7 +52,7 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
   EXPECT_EQ(jobs->counts().held_bytes, 0U);
 }
 
-TEST_F(JobsMemory, WhatADryRunSaysIsWhatIsAdmitted) {
+TEST_F(JobsMemory, ADryRunReportsTheAdmittedMemory) {
   // A film of 4 MB, beside which the scene is nothing, loaded or not.
   const std::string film = R"(, "film": {"width": 256, "height": 256})";
   const auto parsed = api::parse_job(R"({"scene": "cornell-box")" + film + "}");

@@ -45,7 +45,7 @@ server::JobRecord made_record() {
   return record;
 }
 
-TEST(JobRecord, ComesBackFromItsRow) {
+TEST(JobRecord, IsRestoredFromItsRow) {
   server::JobRecord record = made_record();
   record.sequence = 9;
   record.view.state = JobState::kFailed;

@@ -28,10 +28,10 @@ TEST_F(Jobs, AJobFinishesWithItsDigestAndItsFilm) {
   EXPECT_EQ(view.progress.samples_min, 8);
   EXPECT_EQ(view.progress.fraction, 1.0);
   EXPECT_EQ(view.film_digest.size(), 64U);
-  const auto film = jobs->film(*job);
+  const auto film = jobs->films().film(*job);
   ASSERT_TRUE(film);
   EXPECT_EQ((*film)->digest(), view.film_digest);
-  EXPECT_FALSE(jobs->points(*job).empty());
+  EXPECT_FALSE(jobs->films().points(*job).empty());
 }
 
 TEST_F(Jobs, TheSameJobGivesTheSameDigest) {
@@ -67,7 +67,7 @@ TEST_F(Jobs, AFailedJobIsRetriedFromItsCheckpoint) {
   EXPECT_GE(jobs->view(*job).progress.elapsed_seconds, elapsed);
 }
 
-TEST_F(Jobs, ADamagedFilmOfAFinishedJobIsToldOnceAndNotRenderedAgain) {
+TEST_F(Jobs, ADamagedFilmOfAFinishedJobIsReportedOnceAndNotRenderedAgain) {
   const std::string id = submit(8)->id();
   ASSERT_TRUE(wait_for(*jobs->find(id, Access::operators()), JobState::kFinished));
   halt();
@@ -76,7 +76,7 @@ TEST_F(Jobs, ADamagedFilmOfAFinishedJobIsToldOnceAndNotRenderedAgain) {
   start();
   const auto job = *jobs->find(id, Access::operators());
   for (int i = 0; i < 2; ++i) {
-    EXPECT_EQ(jobs->film(*job).error().code, core::ErrorCode::kGone);
+    EXPECT_EQ(jobs->films().film(*job).error().code, core::ErrorCode::kGone);
   }
   EXPECT_EQ(jobs->extend(job, R"({"stop": {"samples_per_pixel": 16}})").problem().status, 409);
   const auto told = [](const api::JobView& view) {
@@ -110,7 +110,7 @@ TEST_F(Jobs, EndedJobsBeyondTheRetentionOfTheServerAreForgotten) {
   EXPECT_TRUE(wait_until([&] { return !is_there(ids[2]) && !is_there(ids[3]); }));
 }
 
-TEST_F(Jobs, WhileDrainingNothingNewBeginsAndWhatHasBegunEnds) {
+TEST_F(Jobs, WhileDrainingNoJobStartsAndRunningJobsFinish) {
   options.book.running_max = 1;
   restart();
   const auto running = submit(512);
@@ -140,7 +140,7 @@ TEST_F(Jobs, AFinishedJobOutlivesTheProcess) {
   EXPECT_EQ(after.film_digest, before.film_digest);
   EXPECT_EQ(after.progress.rays, before.progress.rays);
   EXPECT_EQ(after.progress.error.relative_rmse, before.progress.error.relative_rmse);
-  EXPECT_EQ((*jobs->film(**found))->digest(), before.film_digest);
+  EXPECT_EQ((*jobs->films().film(**found))->digest(), before.film_digest);
   EXPECT_TRUE((*found)->end_mark());
 }
 
@@ -171,10 +171,10 @@ TEST_F(Jobs, ACancelledJobKeepsItsPicture) {
   const auto found = jobs->find(id, Access::operators());
   ASSERT_TRUE(found);
   EXPECT_EQ((*found)->state(), JobState::kCancelled);
-  EXPECT_TRUE(jobs->film(**found));
+  EXPECT_TRUE(jobs->films().film(**found));
 }
 
-TEST_F(Jobs, APausedJobStandsStillAndGoesOn) {
+TEST_F(Jobs, APausedJobStopsAndResumes) {
   const auto job = submit(kForever);
   ASSERT_TRUE(wait_for_samples(job));
   ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt, server::Access::operators()));
@@ -188,7 +188,7 @@ TEST_F(Jobs, APausedJobStandsStillAndGoesOn) {
   EXPECT_TRUE(wait_for(job, JobState::kFinished));
 }
 
-TEST_F(Jobs, APausedJobIsPausedAfterARestartAndGoesOnToTheSameFilm) {
+TEST_F(Jobs, APausedJobIsPausedAfterARestartAndResumesToTheSameFilm) {
   const auto whole = submit(128);
   ASSERT_TRUE(wait_for(whole, JobState::kFinished));
   const std::string digest = jobs->view(*whole).film_digest;
@@ -259,15 +259,15 @@ TEST_F(Jobs, APreviewIsSupersededByTheNextOfItsKey) {
   const auto second = submit(8, preview);
   EXPECT_TRUE(wait_for(first, JobState::kCancelled));
   EXPECT_TRUE(wait_for(second, JobState::kFinished));
-  EXPECT_TRUE(jobs->film(*second));
+  EXPECT_TRUE(jobs->films().film(*second));
   const std::string id = second->id();
   restart();
   EXPECT_EQ(jobs->find(id, Access::operators()).error().code, core::ErrorCode::kNotFound);
 }
 
-TEST_F(Jobs, OnlyAFinalJobIsDeletedAndThenItIsGone) {
+TEST_F(Jobs, OnlyAFinalJobCanBeDeleted) {
   const auto job = submit(kForever);
-  EXPECT_EQ(jobs->remove(job).error().code, core::ErrorCode::kConflict);
+  EXPECT_EQ(jobs->remove(job).problem().status, 409);
   ASSERT_TRUE(jobs->cancel(job));
   ASSERT_TRUE(jobs->remove(job));
   EXPECT_EQ(jobs->find(job->id(), Access::operators()).error().code, core::ErrorCode::kNotFound);
@@ -299,7 +299,7 @@ TEST_F(Jobs, WithoutASampleThereIsNoFilm) {
   const auto waiting = submit(8);
   EXPECT_EQ(waiting->state(), JobState::kQueued);
   EXPECT_EQ(jobs->view(*waiting).queue_position, 0);
-  EXPECT_EQ(jobs->film(*waiting).error().code, core::ErrorCode::kConflict);
+  EXPECT_EQ(jobs->films().film(*waiting).error().code, core::ErrorCode::kConflict);
   ASSERT_TRUE(jobs->cancel(busy));
   EXPECT_TRUE(wait_for(waiting, JobState::kFinished));
 }
@@ -319,10 +319,10 @@ TEST_F(Jobs, FilmsBeyondTheDiskLimitAreEvictedOldestFirst) {
   const auto job = submit(8);
   ASSERT_TRUE(wait_for(job, JobState::kFinished));
   const auto deadline = Clock::now() + std::chrono::seconds(30);
-  while (jobs->film(*job) && Clock::now() < deadline) {
+  while (jobs->films().film(*job) && Clock::now() < deadline) {
     std::this_thread::sleep_for(milliseconds(5));
   }
-  EXPECT_EQ(jobs->film(*job).error().code, core::ErrorCode::kGone);
+  EXPECT_EQ(jobs->films().film(*job).error().code, core::ErrorCode::kGone);
   EXPECT_EQ(jobs->view(*job).state, JobState::kFinished);
 }
 
@@ -332,7 +332,7 @@ TEST_F(Jobs, FilmsOfCancelledJobsAreEvictedToo) {
     cancelled.push_back(submit(kForever));
     ASSERT_TRUE(wait_for_samples(cancelled.back()));
     ASSERT_TRUE(jobs->cancel(cancelled.back()));
-    const auto settled = jobs->final_film(*cancelled.back(), {});
+    const auto settled = jobs->films().final_film(*cancelled.back(), {});
     ASSERT_TRUE(settled) << settled.error().message;
   }
   storage.total_bytes = 1;
@@ -346,7 +346,7 @@ TEST_F(Jobs, FilmsOfCancelledJobsAreEvictedToo) {
   EXPECT_EQ(quota->total()->film_bytes, 0U);
   const auto first = jobs->find(cancelled.front()->id(), Access::operators());
   ASSERT_TRUE(first);
-  EXPECT_EQ(jobs->film(**first).error().code, core::ErrorCode::kGone);
+  EXPECT_EQ(jobs->films().film(**first).error().code, core::ErrorCode::kGone);
 }
 
 TEST_F(Jobs, ATenantKeepsNoMoreThanTheQuota) {
@@ -367,7 +367,7 @@ TEST_F(Jobs, ATenantKeepsNoMoreThanTheQuota) {
       jobs->submit(request(8, R"(, "class": "preview")"), mine));  // Leaves no trace on the disk.
   ASSERT_TRUE(jobs->cancel(first->job));
   ASSERT_TRUE(wait_for(first->job, JobState::kCancelled));
-  static_cast<void>(jobs->final_film(*first->job, {}));
+  static_cast<void>(jobs->films().final_film(*first->job, {}));
   ASSERT_TRUE(jobs->remove(first->job));
   EXPECT_EQ(quota->of_tenant("me")->film_bytes, 0U);
   EXPECT_TRUE(jobs->submit(request(8), mine));
@@ -386,7 +386,7 @@ TEST_F(Jobs, AFilmThatNoJobHasYetOrAnyMoreIsRemovedAtTheNextStart) {
   restart();
   EXPECT_FALSE(std::filesystem::exists(data->film_path(begun)));
   EXPECT_TRUE(std::filesystem::exists(data->film_path(strange)));  // Not ours to judge.
-  EXPECT_TRUE(jobs->film(**jobs->find(kept->id(), Access::operators())));
+  EXPECT_TRUE(jobs->films().film(**jobs->find(kept->id(), Access::operators())));
 }
 
 TEST_F(Jobs, AJobThatIsForgottenWhileItLoadsLeavesNoFilm) {
@@ -414,14 +414,14 @@ TEST_F(Jobs, ListsHoldJobsOfMemoryAndOfTheStoreInOneOrder) {
   ASSERT_TRUE(wait_for(last, JobState::kFinished));
   server::JobQuery query;
   query.limit = 2;
-  const auto page = jobs->list(query, Access::operators());
+  const auto page = jobs->index().list(query, Access::operators());
   ASSERT_TRUE(page);
   ASSERT_EQ(page->jobs.size(), 2U);
   EXPECT_EQ(page->jobs[0].id, last->id());
   EXPECT_EQ(page->jobs[1].id, preview->id());
   ASSERT_TRUE(page->next);
   query.before = page->next;
-  const auto rest = jobs->list(query, Access::operators());
+  const auto rest = jobs->index().list(query, Access::operators());
   ASSERT_EQ(rest->jobs.size(), 1U);
   EXPECT_EQ(rest->jobs[0].id, first->id());
   EXPECT_FALSE(rest->next);

@@ -36,7 +36,7 @@ TEST_F(MachineMemory, IsThatOfTheMachineWithoutAnyLimit) {
   EXPECT_EQ(usable(), 1024000U);
 }
 
-TEST_F(MachineMemory, IsTheLeastLimitOfTheGroupsOnTheWay) {
+TEST_F(MachineMemory, IsTheSmallestLimitOfTheEnclosingGroups) {
   put("proc/meminfo", "MemTotal:       1000 kB\n");
   put("proc/self/cgroup", "0::/pod/container\n");
   put("sys/fs/cgroup/pod/container/memory.max", "500000\n");
@@ -45,14 +45,14 @@ TEST_F(MachineMemory, IsTheLeastLimitOfTheGroupsOnTheWay) {
   EXPECT_EQ(usable(), 400000U);
 }
 
-TEST_F(MachineMemory, InsideAContainerTheLimitStandsAtTheMount) {
+TEST_F(MachineMemory, InsideAContainerTheLimitIsAtTheMount) {
   put("proc/meminfo", "MemTotal:       1000 kB\n");
   put("proc/self/cgroup", "0::/\n");
   put("sys/fs/cgroup/memory.max", "300000\n");
   EXPECT_EQ(usable(), 300000U);
 }
 
-TEST_F(MachineMemory, KnowsControlGroupsOfTheFirstVersion) {
+TEST_F(MachineMemory, SupportsControlGroupsV1) {
   put("proc/meminfo", "MemTotal:       1000 kB\n");
   put("proc/self/cgroup", "5:cpu,cpuacct:/x\n4:hugetlb,memory:/docker/1\n");
   put("sys/fs/cgroup/memory/docker/1/memory.limit_in_bytes", "200000\n");
@@ -61,7 +61,7 @@ TEST_F(MachineMemory, KnowsControlGroupsOfTheFirstVersion) {
 
 TEST(MachineMemoryHere, IsKnown) { EXPECT_GT(usable_memory_bytes(), std::uint64_t{64} << 20U); }
 
-TEST(MemoryGate, GivesWhatThereIsAndTakesItBack) {
+TEST(MemoryGate, GrantsAvailableMemoryAndTakesItBack) {
   MemoryGate gate(100);
   {
     const auto first = gate.take(60, "a");
@@ -78,7 +78,7 @@ TEST(MemoryGate, GivesWhatThereIsAndTakesItBack) {
   EXPECT_EQ(gate.used_bytes(), 0U);
 }
 
-TEST(MemoryGate, RefusesAtOnceWhatWouldNeverFit) {
+TEST(MemoryGate, RefusesAtOnceRequestsThatNeverFit) {
   MemoryGate gate(100);
   EXPECT_EQ(gate.take(101, "a scene", std::chrono::hours(1)).error().code,
             core::ErrorCode::kTooLarge);
@@ -93,7 +93,7 @@ TEST(MemoryGate, WithoutALimitGivesAnyNumber) {
   EXPECT_TRUE(gate.take(std::uint64_t{1} << 60U, "a"));
 }
 
-TEST(MemoryGate, WhoWaitsIsServedWhenThereIsRoom) {
+TEST(MemoryGate, WaitingRequestsAreServedWhenThereIsRoom) {
   MemoryGate gate(100);
   auto held = gate.take(100, "a");
   ASSERT_TRUE(held);
@@ -104,7 +104,7 @@ TEST(MemoryGate, WhoWaitsIsServedWhenThereIsRoom) {
   EXPECT_TRUE(gate.take(50, "b", std::chrono::seconds(60)));
 }
 
-TEST(MemoryGate, WhatHasANameCountsOnceAsItsLargestHolderSays) {
+TEST(MemoryGate, NamedMemoryCountsOnceAtItsLargestSize) {
   MemoryGate gate(100);
   const server::MemoryUse hall = {.bytes = 5, .shared = {{"hall", 40}}};
   auto first = gate.take(hall, "a");
@@ -121,7 +121,7 @@ TEST(MemoryGate, WhatHasANameCountsOnceAsItsLargestHolderSays) {
   EXPECT_EQ(gate.used_bytes(), 45U);
 }
 
-TEST(MemoryGate, WhatIsIdleGoesWhenThereIsNoRoomAndNotBefore) {
+TEST(MemoryGate, IdleMemoryIsReclaimedOnlyWhenThereIsNoRoom) {
   MemoryGate gate(100);
   std::vector<MemoryGate::Lease> cache;
   for (int i = 0; i < 3; ++i) {

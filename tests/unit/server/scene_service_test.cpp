@@ -122,7 +122,7 @@ TEST_F(Scenes, ARefusedUploadLeavesNothingBehind) {
   EXPECT_TRUE(scenes->list(Access::of(""), std::nullopt, 10)->empty());
 }
 
-TEST_F(Scenes, RemovingASceneRemovesWhatCameWithIt) {
+TEST_F(Scenes, RemovingASceneRemovesItsUploadedFiles) {
   const auto uploaded = upload(triangle_buffer());
   const auto added = scenes->add_zip(
       bytes_of(make_zip({{"a.gltf", triangle_gltf("m.bin")}, {"m.bin", triangle_buffer()}})));
@@ -190,7 +190,7 @@ std::string fault_of(const char* members) {
   return faults.empty() ? "" : faults[0].pointer;
 }
 
-TEST(SceneFacts, WhatTheSceneDoesNotHaveIsNamed) {
+TEST(SceneFacts, MissingPartsOfTheSceneAreNamed) {
   EXPECT_EQ(fault_of(R"("camera": {"name": "side"})"), "/camera/name");
   EXPECT_EQ(fault_of(R"("camera": {"index": 2})"), "/camera/index");
   EXPECT_EQ(fault_of(R"("camera": {"name": "top", "vertical_fov_degrees": 40})"),

@@ -77,7 +77,7 @@ TEST(Scheduler, TenantsGetEqualCpuTimeHoweverManyJobsTheyHave) {
   EXPECT_LT(of_many, 160);
 }
 
-TEST(Scheduler, ATenantThatComesBackHasNothingSavedUp) {
+TEST(Scheduler, AReturningTenantHasNoCredit) {
   Scheduler scheduler(1);
   const auto first = std::make_shared<Burner>(0.002);
   scheduler.add(first, {}, "first");

@@ -16,7 +16,7 @@ Cache::Made made(int value, std::uint64_t bytes = 1) {
   return {.value = std::make_shared<const int>(value), .bytes = bytes};
 }
 
-TEST(SingleFlightCache, ManyWhoAskAtOnceCostOneMaking) {
+TEST(SingleFlightCache, ConcurrentRequestsMakeTheValueOnce) {
   Cache cache(100);
   std::atomic<int> makings = 0;
   std::vector<std::jthread> threads;
@@ -64,7 +64,7 @@ TEST(SingleFlightCache, OneValueMayBeLargerThanTheWhole) {
   EXPECT_NE(cache.peek("big"), nullptr);
 }
 
-TEST(SingleFlightCache, WhatSomebodyHoldsOutlivesTheCache) {
+TEST(SingleFlightCache, AHeldValueOutlivesTheCache) {
   Cache::Pointer held;
   {
     Cache cache(1);

@@ -61,7 +61,7 @@ TEST_F(Quota, ATenantHasRoomUpToTheLimitAndNotAByteMore) {
   EXPECT_TRUE(quota.room("", Kind::kAsset).grow_to(1000));
 }
 
-TEST_F(Quota, WhatIsPromisedCountsUntilItIsGivenBack) {
+TEST_F(Quota, ReservationsCountUntilTheyAreReleased) {
   StorageQuota quota = this->quota({.tenant_bytes = 100});
   {
     auto first = quota.room("me", Kind::kAsset);

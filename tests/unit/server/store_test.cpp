@@ -72,7 +72,7 @@ class Store : public testing::Test {
   std::unique_ptr<server::Assets> assets;
 };
 
-TEST_F(Store, AJobComesBackWithEveryMember) {
+TEST_F(Store, AJobIsRestoredWithEveryMember) {
   JobRow row = made_job(1, "a");
   row.spec_version = 3;
   row.environment_asset = "e";
@@ -334,7 +334,7 @@ TEST_F(Store, ASceneKnowsItsFilesAndLeavesOrphansOnly) {
 }
 
 /// A store as it was before there were tenants: the key `k1` brought an asset, a scene and a job
-/// with another scene; `k2` has a job with the scene of `k1`; nobody knows whose the rest is.
+/// with another scene; `k2` has a job with the scene of `k1`; the rest has no known owner.
 constexpr const char* kOfTwoKeys = R"sql(
 INSERT INTO keys(id, name, token_hash, session_hash, scopes, created_at)
 VALUES('k1', 'one', 'a', 'b', 'read,write', 1);
@@ -417,7 +417,7 @@ TEST_F(Store, ListsHoldTheJobsOfOneTenantWhateverLeadsThem) {
   EXPECT_EQ(listed(query), (std::vector<std::string>{"job2"}));
 }
 
-TEST(StoreFile, AFileThatIsNoDatabaseIsRefusedWithItsPlace) {
+TEST(StoreFile, AFileThatIsNotADatabaseIsRefusedByPath) {
   const TemporaryFolder folder;
   const std::string path = folder.file("tessera.db");
   test_support::write_file(path, std::string(8192, 'x'));
@@ -471,7 +471,7 @@ TEST(StoreFile, ACutDatabaseIsRefusedOrReadsAsItWas) {
   }
 }
 
-TEST(DataDir, ASecondServerIsKeptOutAndTold) {
+TEST(DataDir, ASecondServerIsRefusedWithAMessage) {
   const TemporaryFolder folder;
   auto first = server::DataDir::open(folder.file("data"));
   ASSERT_TRUE(first);

@@ -158,7 +158,7 @@ class JobData:
         return Call("POST", self.path + "/extend", json={"stop": dict(stop)}, repeatable=False)
 
     def picture_call(self, format: str, options: Mapping[str, Any]) -> Call:
-        """options: layer, exposure, tonemap, revision, max_size, part; None is left out."""
+        """options: layer, exposure, tonemap, denoise, revision, max_size, part; not None."""
         if format not in FORMATS:
             raise ValueError(f'"{format}" is no picture format; there are {", ".join(FORMATS)}')
         params = {name: value for name, value in options.items() if value is not None}

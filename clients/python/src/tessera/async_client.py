@@ -26,7 +26,6 @@ from ._calls import (
     wants_upload,
 )
 from ._wire import (
-    PIECE_BYTES,
     Address,
     Call,
     Json,
@@ -46,13 +45,6 @@ from .results import Comparison, LabPoint, LabRun, Scene, ServerInfo
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
-
-
-async def async_pieces(path: Path) -> AsyncIterator[bytes]:
-    with path.open("rb") as file:
-        while piece := await asyncio.to_thread(file.read, PIECE_BYTES):
-            yield piece
-
 
 Pathish = str | PathLike[str]
 
@@ -129,9 +121,8 @@ class AsyncClient:
         if path.suffix.lower() != ".gltf":
             return await self._scene(_upload.single_file_call(path, path.suffix.lower()))
         files = {side.uri: await self.upload_asset(side.path) for side in _upload.side_files(path)}
-        return await self._scene(
-            _upload.scene_from_assets_call(await self.upload_asset(path), files, path.name)
-        )
+        document = await self.upload_asset(path)
+        return await self._scene(_upload.scene_from_assets_call(document, files, path.name))
 
     async def upload_asset(self, content: Pathish | bytes) -> str:
         """Any file, e.g. an environment map. Returns its id, the sha256 of the content."""
@@ -151,8 +142,8 @@ class AsyncClient:
         return AsyncJob(self, await self.ask(submit_call(await self._request(scene, options))))
 
     async def estimate(
-        self, scene: Scene | Pathish, **options: Unpack[JobOptions]
-    ) -> models.DryRun:
+        self, scene: Scene | Pathish, **options: Unpack[JobOptions],
+    ) -> models.DryRun:  # fmt: skip
         """Checks a job and estimates its cost without submitting it."""
         call = submit_call(await self._request(scene, options), dry_run=True)
         dry_run: models.DryRun = await self.ask(call)
@@ -228,7 +219,8 @@ class AsyncClient:
         tries, began = 0, time.monotonic()
         while True:
             tries += 1
-            body = async_pieces(call.content) if isinstance(call.content, Path) else call.content
+            content = call.content
+            body = _upload.async_pieces(content) if isinstance(content, Path) else content
             outcome: httpx.Response | httpx.TransportError
             try:
                 outcome = await self._http.send(call.build(self._http, body))
@@ -241,7 +233,8 @@ class AsyncClient:
 
     async def ask(self, call: Call, *, patient: bool = False) -> Any:
         """send(), and the JSON object of the answer: as the operation's schema says."""
-        return (await self.send(call, patient=patient)).json()
+        response = await self.send(call, patient=patient)
+        return response.json()
 
     @asynccontextmanager
     async def stream(self, call: Call) -> AsyncIterator[httpx.Response]:
@@ -273,8 +266,8 @@ class AsyncClient:
         return make_request(scene_id_of(scene), given)
 
     async def _pages(
-        self, path: str, params: Params, member: str, limit: int | None
-    ) -> AsyncIterator[Any]:
+        self, path: str, params: Params, member: str, limit: int | None,
+    ) -> AsyncIterator[Any]:  # fmt: skip
         cursor, left = "", limit
         while left is None or left > 0:
             page = dict(params) | {"limit": 200 if left is None else min(left, 200)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import AsyncGenerator
-from contextlib import suppress
+from contextlib import AsyncExitStack, suppress
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -109,16 +109,17 @@ class AsyncJob(JobData):
 
     async def image(
         self, layer: str = "beauty", *, part: tuple[int, int, int, int] | None = None,
-        max_size: int | None = None,
+        max_size: int | None = None, denoise: str | None = None,
     ) -> FloatArray:  # fmt: skip
         """A layer as it is now: float32, linear, (height, width) or (height, width, channels).
 
         layer: beauty (RGB; RGBA with an environment that is not visible), albedo, normal, depth
         [m], alpha, samples, variance (of the mean), error (relative), as far as the job records
-        them. part: x, y, width, height in pixels of the full film. max_size: longest side. Raises
+        them; denoised, denoised_error, denoise_bias. part: x, y, width, height in pixels of the
+        full film. max_size: longest side. denoise: mixed or full for the denoised picture. Raises
         Conflict before the first sample.
         """
-        options = {"layer": layer, "part": part, "max_size": max_size}
+        options = {"layer": layer, "part": part, "max_size": max_size, "denoise": denoise}
         response = await self._client.send(self.picture_call("tif", options))
         return decode_tiff(response.content)
 
@@ -126,7 +127,8 @@ class AsyncJob(JobData):
         """The bytes of a picture file: png, jpg, webp, exr, hdr or tif.
 
         options: layer (without it beauty, or all layers for exr), exposure (stops), tonemap (srgb,
-        linear, aces, agx, khronos-neutral), revision (at least), part, max_size.
+        linear, aces, agx, khronos-neutral), denoise (off, mixed, full), revision (at least), part,
+        max_size.
         """
         response = await self._client.send(self.picture_call(format, options))
         return response.content
@@ -144,10 +146,10 @@ class AsyncJob(JobData):
     async def film(self, path: str | PathLike[str]) -> Path:
         """Writes the film, the raw sums of a job that has ended: for merge(), here or elsewhere."""
         place = Path(path)
-        async with self._client.stream(self.film_call()) as response:
-            with await asyncio.to_thread(place.open, "wb") as file:
-                async for piece in response.aiter_bytes():
-                    await asyncio.to_thread(file.write, piece)
+        async with self._client.stream(self.film_call()) as response, AsyncExitStack() as stack:
+            file = stack.enter_context(await asyncio.to_thread(place.open, "wb"))
+            async for piece in response.aiter_bytes():
+                await asyncio.to_thread(file.write, piece)
         return place
 
     async def pixels(self, x: int, y: int) -> Pixel:
@@ -206,10 +208,12 @@ class AsyncJob(JobData):
         return display.job_html(self, None)
 
     async def _html(self) -> str:
-        png = None
+        return display.job_html(self, await self._png())
+
+    async def _png(self) -> bytes | None:
         with suppress(Conflict, Gone):  # nothing rendered yet; evicted
-            png = await self.picture("png", max_size=display.PICTURE_PX)
-        return display.job_html(self, png)
+            return await self.picture("png", max_size=display.PICTURE_PX)
+        return None
 
     async def _take(self, call: Call, *, patient: bool = False) -> AsyncJob:
         self.data = await self._client.ask(call, patient=patient)

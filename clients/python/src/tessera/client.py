@@ -1,3 +1,4 @@
+# Written by clients/synchronous.py from async_client.py: do not edit.
 """Client: a server, with calls that wait."""
 
 from __future__ import annotations
@@ -140,7 +141,9 @@ class Client:
         """
         return Job(self, self.ask(submit_call(self._request(scene, options))))
 
-    def estimate(self, scene: Scene | Pathish, **options: Unpack[JobOptions]) -> models.DryRun:
+    def estimate(
+        self, scene: Scene | Pathish, **options: Unpack[JobOptions],
+    ) -> models.DryRun:  # fmt: skip
         """Checks a job and estimates its cost without submitting it."""
         call = submit_call(self._request(scene, options), dry_run=True)
         dry_run: models.DryRun = self.ask(call)
@@ -161,7 +164,8 @@ class Client:
         fit.
         """
         params = JobQuery(state, label).params()
-        return (Job(self, data) for data in self._pages("/v1/jobs", params, "jobs", limit))
+        for data in self._pages("/v1/jobs", params, "jobs", limit):
+            yield Job(self, data)
 
     # Comparing and teaching.
 
@@ -215,7 +219,8 @@ class Client:
         tries, began = 0, time.monotonic()
         while True:
             tries += 1
-            body = _upload.pieces(call.content) if isinstance(call.content, Path) else call.content
+            content = call.content
+            body = _upload.pieces(content) if isinstance(content, Path) else content
             outcome: httpx.Response | httpx.TransportError
             try:
                 outcome = self._http.send(call.build(self._http, body))
@@ -228,7 +233,8 @@ class Client:
 
     def ask(self, call: Call, *, patient: bool = False) -> Any:
         """send(), and the JSON object of the answer: as the operation's schema says."""
-        return self.send(call, patient=patient).json()
+        response = self.send(call, patient=patient)
+        return response.json()
 
     @contextmanager
     def stream(self, call: Call) -> Iterator[httpx.Response]:
@@ -259,7 +265,9 @@ class Client:
             given["environment"] = {"asset": self.upload_asset(environment)}
         return make_request(scene_id_of(scene), given)
 
-    def _pages(self, path: str, params: Params, member: str, limit: int | None) -> Iterator[Any]:
+    def _pages(
+        self, path: str, params: Params, member: str, limit: int | None,
+    ) -> Iterator[Any]:  # fmt: skip
         cursor, left = "", limit
         while left is None or left > 0:
             page = dict(params) | {"limit": 200 if left is None else min(left, 200)}

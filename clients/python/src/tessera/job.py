@@ -1,10 +1,11 @@
+# Written by clients/synchronous.py from async_job.py: do not edit.
 """Job: a render job on the server, with calls that wait."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Generator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -107,16 +108,17 @@ class Job(JobData):
 
     def image(
         self, layer: str = "beauty", *, part: tuple[int, int, int, int] | None = None,
-        max_size: int | None = None,
+        max_size: int | None = None, denoise: str | None = None,
     ) -> FloatArray:  # fmt: skip
         """A layer as it is now: float32, linear, (height, width) or (height, width, channels).
 
         layer: beauty (RGB; RGBA with an environment that is not visible), albedo, normal, depth
         [m], alpha, samples, variance (of the mean), error (relative), as far as the job records
-        them. part: x, y, width, height in pixels of the full film. max_size: longest side. Raises
+        them; denoised, denoised_error, denoise_bias. part: x, y, width, height in pixels of the
+        full film. max_size: longest side. denoise: mixed or full for the denoised picture. Raises
         Conflict before the first sample.
         """
-        options = {"layer": layer, "part": part, "max_size": max_size}
+        options = {"layer": layer, "part": part, "max_size": max_size, "denoise": denoise}
         response = self._client.send(self.picture_call("tif", options))
         return decode_tiff(response.content)
 
@@ -124,7 +126,8 @@ class Job(JobData):
         """The bytes of a picture file: png, jpg, webp, exr, hdr or tif.
 
         options: layer (without it beauty, or all layers for exr), exposure (stops), tonemap (srgb,
-        linear, aces, agx, khronos-neutral), revision (at least), part, max_size.
+        linear, aces, agx, khronos-neutral), denoise (off, mixed, full), revision (at least), part,
+        max_size.
         """
         response = self._client.send(self.picture_call(format, options))
         return response.content
@@ -135,13 +138,15 @@ class Job(JobData):
         format = place.suffix[1:].lower()
         if format not in FORMATS:
             raise ValueError(f"{place}: the name must end in one of {', '.join(FORMATS)}")
-        place.write_bytes(self.picture(format, **options))
+        content = self.picture(format, **options)
+        place.write_bytes(content)
         return place
 
     def film(self, path: str | PathLike[str]) -> Path:
         """Writes the film, the raw sums of a job that has ended: for merge(), here or elsewhere."""
         place = Path(path)
-        with self._client.stream(self.film_call()) as response, place.open("wb") as file:
+        with self._client.stream(self.film_call()) as response, ExitStack() as stack:
+            file = stack.enter_context(place.open("wb"))
             for piece in response.iter_bytes():
                 file.write(piece)
         return place

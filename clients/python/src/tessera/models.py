@@ -67,6 +67,10 @@ class JobRequestIntegrator(TypedDict):
 
     type: NotRequired[str]
     max_depth: NotRequired[int]
+    photons: NotRequired[int]
+    radius_m: NotRequired[float]
+    alpha: NotRequired[float]
+    final_gather: NotRequired[int]
 
 
 class JobRequestEstimatorMis(TypedDict):
@@ -147,6 +151,13 @@ class JobRequestStop(TypedDict):
     deadline: NotRequired[str | None]
 
 
+class JobRequestDenoise(TypedDict):
+    """Denoised pictures, which are made on demand and are no part of the film."""
+
+    type: NotRequired[str]
+    preview: NotRequired[bool]
+
+
 class JobRequestWebhook(TypedDict):
     """Webhook to notify."""
 
@@ -167,7 +178,7 @@ class JobRequest(_JobRequest):
     seed: NotRequired[int]
     camera: NotRequired[JobRequestCamera]
     variant: NotRequired[str | None]
-    time_seconds: NotRequired[float]
+    time_seconds: NotRequired[float | None]
     medium: NotRequired[dict[str, Any] | None]
     preview_key: NotRequired[str | None]
     environment: NotRequired[JobRequestEnvironment | None]
@@ -179,6 +190,7 @@ class JobRequest(_JobRequest):
     adaptive: NotRequired[JobRequestAdaptive]
     spectral: NotRequired[bool]
     stop: NotRequired[JobRequestStop]
+    denoise: NotRequired[JobRequestDenoise]
     webhook: NotRequired[JobRequestWebhook | None]
     retention_seconds: NotRequired[float | None]
 
@@ -331,6 +343,10 @@ class JobSpecIntegrator(TypedDict):
 
     type: str
     max_depth: int
+    photons: NotRequired[int]
+    radius_m: NotRequired[float]
+    alpha: NotRequired[float]
+    final_gather: NotRequired[int]
 
 
 class JobSpecEstimatorMis(TypedDict):
@@ -409,6 +425,13 @@ class JobSpecStop(TypedDict):
     deadline: NotRequired[str | None]
 
 
+class JobSpecDenoise(TypedDict):
+    """Denoised pictures, which are made on demand and are no part of the film."""
+
+    type: str
+    preview: bool
+
+
 class JobSpecWebhook(TypedDict):
     """Webhook to notify."""
 
@@ -429,7 +452,7 @@ class JobSpec(_JobSpec):
     seed: int
     camera: JobSpecCamera
     variant: str | None
-    time_seconds: float
+    time_seconds: float | None
     medium: dict[str, Any] | None
     preview_key: str | None
     environment: NotRequired[JobSpecEnvironment | None]
@@ -441,6 +464,7 @@ class JobSpec(_JobSpec):
     adaptive: JobSpecAdaptive
     spectral: bool
     stop: JobSpecStop
+    denoise: NotRequired[JobSpecDenoise]
     webhook: NotRequired[JobSpecWebhook | None]
     retention_seconds: NotRequired[float | None]
 
@@ -487,6 +511,23 @@ class Statistics(TypedDict):
     split_count: int | None
 
 
+class Denoised(TypedDict):
+    """The newest denoised picture that was made; the mixed one's error."""
+
+    type: str
+    version: str
+    quality: str | None
+    note: str | None
+    features: bool
+    relative_rmse: float | None
+    low: float | None
+    high: float | None
+    full_relative_rmse: float | None
+    gain: float | None
+    revision: int
+    seconds: float
+
+
 class Job(TypedDict):
     """A job."""
 
@@ -514,6 +555,7 @@ class Job(TypedDict):
     statistics: Statistics
     revision: int
     film_digest: str | None
+    denoised: Denoised | None
     warnings: list[str]
     links: dict[str, str]
 
@@ -845,6 +887,10 @@ class JobDefaultsIntegrator(TypedDict):
 
     type: str
     max_depth: int
+    photons: NotRequired[int]
+    radius_m: NotRequired[float]
+    alpha: NotRequired[float]
+    final_gather: NotRequired[int]
 
 
 class JobDefaultsEstimatorMis(TypedDict):
@@ -923,6 +969,13 @@ class JobDefaultsStop(TypedDict):
     deadline: NotRequired[str | None]
 
 
+class JobDefaultsDenoise(TypedDict):
+    """Denoised pictures, which are made on demand and are no part of the film."""
+
+    type: str
+    preview: bool
+
+
 class JobDefaultsWebhook(TypedDict):
     """Webhook to notify."""
 
@@ -942,7 +995,7 @@ class JobDefaults(_JobDefaults):
     seed: int
     camera: JobDefaultsCamera
     variant: str | None
-    time_seconds: float
+    time_seconds: float | None
     medium: dict[str, Any] | None
     preview_key: str | None
     environment: NotRequired[JobDefaultsEnvironment | None]
@@ -954,6 +1007,7 @@ class JobDefaults(_JobDefaults):
     adaptive: JobDefaultsAdaptive
     spectral: bool
     stop: JobDefaultsStop
+    denoise: NotRequired[JobDefaultsDenoise]
     webhook: NotRequired[JobDefaultsWebhook | None]
     retention_seconds: NotRequired[float | None]
 

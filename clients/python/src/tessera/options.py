@@ -26,7 +26,7 @@ class JobOptions(TypedDict, total=False):
     camera: str | int | Mapping[str, Any] | None  # None: the scene's own
     environment: str | Path | Mapping[str, Any] | None
     variant: str | None
-    time_seconds: float
+    time_seconds: float | None
     medium: Mapping[str, Any] | None
     job_class: str  # the member `class`
     preview_key: str | None

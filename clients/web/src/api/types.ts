@@ -39,8 +39,10 @@ export interface JobRequest {
   };
   /** Material variant of the file by name (KHR_materials_variants). */
   variant?: string | null;
-  /** Animation time, seconds. Default: 0. */
-  time_seconds?: number;
+  /**
+   * Animation time, seconds; null: the rest pose, which the file's own transforms give. Default: 0.
+   */
+  time_seconds?: number | null;
   /** Participating medium around the scene. Only null is available in this build. */
   medium?: Record<string, unknown> | null;
   /** How it is served. Default: "normal". */
@@ -101,6 +103,27 @@ export interface JobRequest {
     type?: string;
     /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. Default: 16. */
     max_depth?: number;
+    /**
+     * Particles that leave the lights for each sample of the pixels; 0: as many as the full film
+     * has pixels, from 1024 to 262144. Default: 0.
+     */
+    photons?: number;
+    /**
+     * Radius within which photons are gathered, metres; sppm: at first. 0: three pixels where the
+     * camera looks. Default: 0.
+     */
+    radius_m?: number;
+    /**
+     * After N samples of each replicate the disk of photons is about N^(alpha - 1) of the first,
+     * and so is the bias; the variance falls as N^-alpha. 2/3 lets both fall alike. Default:
+     * 0.6666667.
+     */
+    alpha?: number;
+    /**
+     * Directions in which each path looks up the map one reflection later; 0: the map itself is
+     * shown, direct light included. Default: 1.
+     */
+    final_gather?: number;
   };
   /** How paths are made and combined. */
   estimator?: {
@@ -210,6 +233,13 @@ export interface JobRequest {
     seconds?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
+  };
+  /** Denoised pictures, which are made on demand and are no part of the film. */
+  denoise?: {
+    /** What makes them. Default: "auto". */
+    type?: string;
+    /** If false, there are none before the job has ended. Default: true. */
+    preview?: boolean;
   };
   /** Webhook to notify. */
   webhook?: {
@@ -385,8 +415,8 @@ export interface JobSpec {
   };
   /** Material variant of the file by name (KHR_materials_variants). */
   variant: string | null;
-  /** Animation time, seconds. */
-  time_seconds: number;
+  /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
+  time_seconds: number | null;
   /** Participating medium around the scene. Only null is available in this build. */
   medium: Record<string, unknown> | null;
   /** How it is served. */
@@ -442,6 +472,26 @@ export interface JobSpec {
     type: string;
     /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
     max_depth: number;
+    /**
+     * Particles that leave the lights for each sample of the pixels; 0: as many as the full film
+     * has pixels, from 1024 to 262144.
+     */
+    photons?: number;
+    /**
+     * Radius within which photons are gathered, metres; sppm: at first. 0: three pixels where the
+     * camera looks.
+     */
+    radius_m?: number;
+    /**
+     * After N samples of each replicate the disk of photons is about N^(alpha - 1) of the first,
+     * and so is the bias; the variance falls as N^-alpha. 2/3 lets both fall alike.
+     */
+    alpha?: number;
+    /**
+     * Directions in which each path looks up the map one reflection later; 0: the map itself is
+     * shown, direct light included.
+     */
+    final_gather?: number;
   };
   /** How paths are made and combined. */
   estimator: {
@@ -541,6 +591,13 @@ export interface JobSpec {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
+  /** Denoised pictures, which are made on demand and are no part of the film. */
+  denoise?: {
+    /** What makes them. */
+    type: string;
+    /** If false, there are none before the job has ended. */
+    preview: boolean;
+  };
   /** Webhook to notify. */
   webhook?: {
     /** http or https; receives a signed POST (Standard Webhooks) for each event. */
@@ -611,6 +668,38 @@ export interface Statistics {
   split_count: number | null;
 }
 
+/** The newest denoised picture that was made; the mixed one's error. */
+export interface Denoised {
+  /** The denoiser. */
+  type: string;
+  version: string;
+  /** null: it has none to choose. */
+  quality: string | null;
+  /** Why `auto` did not take the better denoiser. */
+  note: string | null;
+  /** Albedo, normal, depth and emission were used; false: the scene is gone. */
+  features: boolean;
+  /**
+   * As in `error`, N being an estimate of the squared error, bias included; 0 where it is too small
+   * to be seen.
+   */
+  relative_rmse: number | null;
+  /** Of its 95 % interval; null: not valid. */
+  low: number | null;
+  high: number | null;
+  /** Of the denoiser's own picture. */
+  full_relative_rmse: number | null;
+  /**
+   * (plain relative_rmse / this one)^2: samples that the plain picture needs for the same error,
+   * over those it has.
+   */
+  gain: number | null;
+  /** Of the picture it was made from. */
+  revision: number;
+  /** That it took. */
+  seconds: number;
+}
+
 /** A job. */
 export interface Job {
   /** UUID. */
@@ -644,6 +733,7 @@ export interface Job {
   revision: number;
   /** sha256 of the film's exact content, when finished. */
   film_digest: string | null;
+  denoised: Denoised | null;
   /** What is in force instead of what was asked, and the like. */
   warnings: string[];
   /** Paths of what belongs to the job. */
@@ -968,8 +1058,8 @@ export interface JobDefaults {
   };
   /** Material variant of the file by name (KHR_materials_variants). */
   variant: string | null;
-  /** Animation time, seconds. */
-  time_seconds: number;
+  /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
+  time_seconds: number | null;
   /** Participating medium around the scene. Only null is available in this build. */
   medium: Record<string, unknown> | null;
   /** How it is served. */
@@ -1025,6 +1115,26 @@ export interface JobDefaults {
     type: string;
     /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
     max_depth: number;
+    /**
+     * Particles that leave the lights for each sample of the pixels; 0: as many as the full film
+     * has pixels, from 1024 to 262144.
+     */
+    photons?: number;
+    /**
+     * Radius within which photons are gathered, metres; sppm: at first. 0: three pixels where the
+     * camera looks.
+     */
+    radius_m?: number;
+    /**
+     * After N samples of each replicate the disk of photons is about N^(alpha - 1) of the first,
+     * and so is the bias; the variance falls as N^-alpha. 2/3 lets both fall alike.
+     */
+    alpha?: number;
+    /**
+     * Directions in which each path looks up the map one reflection later; 0: the map itself is
+     * shown, direct light included.
+     */
+    final_gather?: number;
   };
   /** How paths are made and combined. */
   estimator: {
@@ -1123,6 +1233,13 @@ export interface JobDefaults {
     seconds?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
+  };
+  /** Denoised pictures, which are made on demand and are no part of the film. */
+  denoise?: {
+    /** What makes them. */
+    type: string;
+    /** If false, there are none before the job has ended. */
+    preview: boolean;
   };
   /** Webhook to notify. */
   webhook?: {

@@ -25,6 +25,9 @@ export interface Display {
   exposure: number;
   tone: ToneMap;
   showTiles: boolean;
+  /** The denoised picture over the plain one, from `split` of the width on. */
+  denoised?: boolean;
+  split?: number;
 }
 const isDisplay = (v: unknown): v is Display =>
   typeof v === 'object' &&
@@ -33,7 +36,7 @@ const isDisplay = (v: unknown): v is Display =>
   toneMaps.includes((v as Display).tone);
 export const display = persistent<Display>(
   'tessera.display',
-  { exposure: 0, tone: 'srgb', showTiles: true },
+  { exposure: 0, tone: 'srgb', showTiles: true, denoised: true, split: 0 },
   isDisplay,
 );
 

@@ -1,6 +1,7 @@
 import type { ConvergencePoint, ErrorEstimate, Job } from '../api/types';
 import { rampCss } from '../live/heat';
 import { count, errorInWords, percent } from '../ui/format';
+import type { DenoisedError } from './denoised_image';
 import { errorRange } from './view_modes';
 
 /** So many times the samples make an error that was taken with fewer out of date. */
@@ -26,17 +27,36 @@ function samplesThen(job: Job, points: ConvergencePoint[]): number | null {
  * The scale's colours are those of the error picture. Ghost marks are earlier estimates; the bar is
  * the interval.
  */
-export function ErrorRuler({ job, points }: { job: Job; points: ConvergencePoint[] }) {
+export function ErrorRuler({
+  job: plain,
+  points,
+  denoised = null,
+}: {
+  job: Job;
+  points: ConvergencePoint[];
+  /** Of the denoised picture, where that is shown. */
+  denoised?: DenoisedError | null;
+}) {
+  const job = denoised ? shownAs(plain, denoised) : plain;
   const { error } = job;
   const value = error?.relative_rmse;
-  const then = samplesThen(job, points);
+  const then = denoised ? null : samplesThen(job, points);
   const confidence = Math.round(100 * (error?.confidence ?? 0.95));
   return (
     <section class="ruler" aria-label="Error of the picture">
       <div class="ruler-head">
         <p class="ruler-value" data-testid="error">
           <span class="ruler-label">Error</span>{' '}
-          <strong>{value != null ? percent(value) : 'not known yet'}</strong>
+          <strong>
+            {denoised && isOpen(denoised) && 'below '}
+            {value != null ? percent(value) : 'not known yet'}
+          </strong>
+          {denoised && (
+            <span class="ruler-interval" data-testid="error-denoised" title={denoised.denoiser}>
+              {' '}
+              denoised, plain {percent(plain.error?.relative_rmse ?? NaN)},
+            </span>
+          )}
           {then != null && (
             <span class="ruler-interval" data-testid="error-age">
               {' '}
@@ -50,19 +70,31 @@ export function ErrorRuler({ job, points }: { job: Job; points: ConvergencePoint
             </span>
           )}
         </p>
-        <p class="ruler-words">{wordsFor(error)}</p>
+        <p class="ruler-words">{wordsFor(error, denoised != null)}</p>
       </div>
       <Track job={job} points={points} />
     </section>
   );
 }
 
-function wordsFor(error: ErrorEstimate | null | undefined): string {
+/** The error cannot be told from 0 yet: only its upper end says something. */
+const isOpen = (denoised: DenoisedError): boolean => denoised.low === 0 && denoised.high !== null;
+
+/** The job with the error of what is seen in place of the plain picture's. */
+function shownAs(job: Job, denoised: DenoisedError): Job {
+  const { low, high } = denoised;
+  const value = isOpen(denoised) ? high : denoised.value;
+  const error = { ...job.error, relative_rmse: value, low, high };
+  return { ...job, error: { ...error, bias: 'none', unreliable: false } } as Job;
+}
+
+/** A denoised picture has no grain to speak of. */
+function wordsFor(error: ErrorEstimate | null | undefined, isDenoised: boolean): string {
   if (error?.bias && error.bias !== 'none') {
     return `This method is ${error.bias}: the error may be larger than shown.`;
   }
   if (error?.unreliable) return 'Too few bright events so far: the interval may be too narrow.';
-  return errorInWords(error?.relative_rmse);
+  return isDenoised ? '' : errorInWords(error?.relative_rmse);
 }
 
 function Track({ job, points }: { job: Job; points: ConvergencePoint[] }) {

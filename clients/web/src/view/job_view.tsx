@@ -9,6 +9,7 @@ import { Later } from '../ui/later';
 import { connection, jobs, refresh } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { ConvergencePlot } from './convergence_plot';
+import type { DenoisedError } from './denoised_image';
 import { ErrorRuler } from './error_ruler';
 import { Filmstrip } from './filmstrip';
 import { Inspector } from './inspector';
@@ -124,6 +125,7 @@ export function JobView({ jobId }: { jobId: string }) {
   const mode = modeNamed(choiceIn(useStore(route), 'show'));
   const [probe, setProbe] = useProbe(jobId);
   const convergence = useConvergence(job);
+  const [denoised, setDenoised] = useState<DenoisedError | null>(null);
   useListWatch(feed);
   // The stream is often the first to know that the server is back.
   useEffect(() => {
@@ -168,8 +170,16 @@ export function JobView({ jobId }: { jobId: string }) {
             </div>
           </header>
         )}
-        <Stage feed={feed} state={state} mode={mode} probe={probe} onProbe={setProbe} />
+        <Stage
+          feed={feed}
+          state={state}
+          mode={mode}
+          probe={probe}
+          onProbe={setProbe}
+          onDenoised={setDenoised}
+        />
         <Toolbar
+          job={job}
           mode={mode}
           film={film}
           tooLarge={state.tooLarge}
@@ -177,7 +187,7 @@ export function JobView({ jobId }: { jobId: string }) {
         />
         {job && shows(job) && (
           <Later>
-            <ErrorRuler job={job} points={convergence?.points ?? []} />
+            <ErrorRuler job={job} points={convergence?.points ?? []} denoised={denoised} />
           </Later>
         )}
         <Later>

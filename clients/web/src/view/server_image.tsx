@@ -50,7 +50,11 @@ function usePicture(src: string | null, mode: Mode): Shown | 'missing' | null {
   return shown;
 }
 
-const ranges: Partial<Record<Mode, string>> = { normal: '-1,1', depth: 'auto' };
+const ranges: Partial<Record<Mode, string>> = {
+  normal: '-1,1',
+  depth: 'auto',
+  denoise_bias: 'auto',
+};
 
 /**
  * A layer, or a picture beyond the page's memory, as the server encodes it; renewed as the film
@@ -86,6 +90,12 @@ export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large:
             <>
               {' '}
               Black is {number(shown.range[0])} m, white {number(shown.range[1])} m.
+            </>
+          )}
+          {mode === 'denoise_bias' && shown.range && (
+            <>
+              {' '}
+              Black is {number(shown.range[0])}, white {number(shown.range[1])}.
             </>
           )}
         </p>

@@ -4,6 +4,7 @@ import type { JobFeed, FeedState } from '../live/job_feed';
 import { Picture } from '../live/picture';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
+import { DenoisedImage, useDenoised, type DenoisedError } from './denoised_image';
 import { ServerImage } from './server_image';
 import { samplesRange, varianceRange } from './film_reading';
 import { Legend, unitOf } from './legend';
@@ -23,6 +24,7 @@ interface StageProps {
   mode: Mode;
   probe: Probe | null;
   onProbe: (probe: Probe | null) => void;
+  onDenoised?: (error: DenoisedError | null) => void;
 }
 
 function meaningOf(mode: Mode, correlated: boolean): string {
@@ -58,7 +60,9 @@ function useRanges(state: FeedState, mode: Mode) {
   return ranges;
 }
 
-export function Stage({ feed, state, mode, probe, onProbe }: StageProps) {
+const nobody = (): void => undefined;
+
+export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }: StageProps) {
   const { job, film } = state;
   const canvas = useRef<HTMLCanvasElement>(null);
   const box = useRef<HTMLDivElement>(null);
@@ -74,6 +78,7 @@ export function Stage({ feed, state, mode, probe, onProbe }: StageProps) {
     probe,
   );
   const look = lookOf(mode, shown, ranges);
+  const denoised = useDenoised(job) && mode === 'picture' && !state.tooLarge;
 
   useLayoutEffect(() => {
     if (!film || !canvas.current) return;
@@ -108,6 +113,7 @@ export function Stage({ feed, state, mode, probe, onProbe }: StageProps) {
           {job && (state.tooLarge || isLayer(mode)) && (
             <ServerImage job={job} mode={mode} large={state.tooLarge} />
           )}
+          {job && denoised && <DenoisedImage key={job.id} job={job} onError={onDenoised} />}
           {job && film && shown.showTiles && mode === 'picture' && (
             <TileFlashes
               feed={feed}

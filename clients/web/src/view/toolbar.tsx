@@ -4,17 +4,20 @@ import { toneMapLabels, toneMaps, type ToneMap } from '../live/tone';
 import { display, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 
+import type { Job } from '../api/types';
+import { DenoiseControls } from './denoised_image';
 import { autoExposure } from './film_reading';
 import { layerModes, planeModes, type Mode } from './view_modes';
 
 interface ToolbarProps {
+  job: Job | null;
   mode: Mode;
   film: LiveFilm | null;
   tooLarge: boolean;
   onMode: (mode: Mode) => void;
 }
 
-export function Toolbar({ mode, film, tooLarge, onMode }: ToolbarProps) {
+export function Toolbar({ job, mode, film, tooLarge, onMode }: ToolbarProps) {
   const info = useStore(serverInfo);
   const offered = info?.layers;
   const modes = [
@@ -48,6 +51,7 @@ export function Toolbar({ mode, film, tooLarge, onMode }: ToolbarProps) {
           </label>
         ))}
       </fieldset>
+      <DenoiseControls job={job} disabled={mode !== 'picture' || tooLarge} />
       <LightControls film={film} disabled={mode !== 'picture'} />
     </div>
   );

@@ -3,7 +3,7 @@ import type { Plane } from '../live/picture';
 import type { Display } from '../ui/server_state';
 
 /** What the stage shows: a plane of the live film, or a layer that the server encodes. */
-export type Mode = Plane | 'albedo' | 'normal' | 'depth';
+export type Mode = Plane | 'albedo' | 'normal' | 'depth' | 'denoise_bias';
 
 export interface ModeInfo {
   mode: Mode;
@@ -40,13 +40,18 @@ export const layerModes: ModeInfo[] = [
     meaning: 'Direction of the surfaces: red is x, green y, blue z; middle grey is 0.',
   },
   { mode: 'depth', label: 'Depth', meaning: 'Distance from the eye.' },
+  {
+    mode: 'denoise_bias',
+    label: 'Bias',
+    meaning: 'Light that the denoiser adds (bright) or takes (dark), over 15 pixels.',
+  },
 ];
 
 export const modeNamed = (name: string): Mode =>
   [...planeModes, ...layerModes].find((m) => m.mode === name)?.mode ?? 'picture';
 
-export const isLayer = (mode: Mode): mode is 'albedo' | 'normal' | 'depth' =>
-  mode === 'albedo' || mode === 'normal' || mode === 'depth';
+export const isLayer = (mode: Mode): mode is 'albedo' | 'normal' | 'depth' | 'denoise_bias' =>
+  mode === 'albedo' || mode === 'normal' || mode === 'depth' || mode === 'denoise_bias';
 export const isHeat = (mode: Mode): boolean => mode !== 'picture' && !isLayer(mode);
 
 /** Ends of the error ramp; the ruler under the picture has the same ones. */

@@ -1,0 +1,144 @@
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { imageUrl } from '../api/client';
+import { isFinal } from '../api/states';
+import type { Job } from '../api/types';
+import { display, serverInfo } from '../ui/server_state';
+import { useStore } from '../ui/store';
+
+/** What the server said about the denoised picture that is shown. */
+export interface DenoisedError {
+  value: number;
+  low: number | null;
+  high: number | null;
+  denoiser: string;
+}
+
+/** Is the denoised picture wanted, and may there be one? */
+export function useDenoised(job: Job | null): boolean {
+  const shown = useStore(display);
+  const offered = useStore(serverInfo)?.layers;
+  const preview = job?.spec.denoise?.preview ?? true;
+  return (
+    job != null &&
+    shown.denoised !== false &&
+    (offered?.includes('denoised') ?? false) &&
+    job.spec.denoise?.type !== 'none' &&
+    (preview || isFinal(job.state))
+  );
+}
+
+function errorIn(headers: Headers): DenoisedError | null {
+  const [value, low, high] = (headers.get('x-tessera-error') ?? '').split(',').map(Number);
+  if (!Number.isFinite(value)) return null;
+  const known = Number.isFinite(high);
+  return {
+    value,
+    low: known ? low : null,
+    high: known ? high : null,
+    denoiser: headers.get('x-tessera-denoiser') ?? '',
+  };
+}
+
+/** The server makes no new one more often than that while the job renders. */
+const paceMs = 2000;
+/** How long exposure and tone have to rest before the picture is asked for again. */
+const restMs = 250;
+
+interface DenoisedImageProps {
+  job: Job;
+  onError: (error: DenoisedError | null) => void;
+}
+
+/** The denoised picture as the server makes it, renewed as the film grows. */
+export function DenoisedImage({ job, onError }: DenoisedImageProps) {
+  const look = useStore(display);
+  const [url, setUrl] = useState('');
+  const latest = useRef(0);
+  latest.current = job.revision ?? 0;
+  const running = !isFinal(job.state);
+  useEffect(() => {
+    const abort = new AbortController();
+    let timer = 0;
+    let seen = '';
+    const ask = async (): Promise<void> => {
+      if (!document.hidden && latest.current > 0) {
+        try {
+          const response = await fetch(
+            imageUrl(job.id, 'png', {
+              denoise: 'mixed',
+              exposure: look.exposure,
+              tonemap: look.tone,
+            }),
+            { signal: abort.signal, headers: seen ? { 'If-None-Match': seen } : {} },
+          );
+          if (response.ok) {
+            seen = response.headers.get('etag') ?? '';
+            setUrl(URL.createObjectURL(await response.blob()));
+            onError(errorIn(response.headers));
+          }
+        } catch {
+          if (abort.signal.aborted) return;
+        }
+      }
+      if (running || latest.current === 0)
+        timer = window.setTimeout(() => void ask(), seen ? paceMs : 300);
+    };
+    timer = window.setTimeout(() => void ask(), url ? restMs : 0);
+    return () => {
+      abort.abort();
+      clearTimeout(timer);
+    };
+  }, [job.id, running, look.exposure, look.tone]);
+  useEffect(() => () => void (url && URL.revokeObjectURL(url)), [url]);
+  useEffect(() => () => onError(null), []);
+  const from = 100 * (look.split ?? 0);
+  return url ? (
+    <>
+      <img
+        class="denoised-image"
+        data-testid="denoised"
+        src={url}
+        alt={`Denoised render of ${job.spec.scene}`}
+        style={{ clipPath: `inset(0 0 0 ${from}%)` }}
+      />
+      {from > 0 && from < 100 && <div class="split-line" style={{ left: `${from}%` }} />}
+    </>
+  ) : null;
+}
+
+/** The switch, and the slider that opens the plain picture from the left. */
+export function DenoiseControls({ job, disabled }: { job: Job | null; disabled: boolean }) {
+  const shown = useStore(display);
+  const offered = useStore(serverInfo)?.layers?.includes('denoised') ?? false;
+  if (!offered || job?.spec.denoise?.type === 'none') return null;
+  const set = (patch: Partial<typeof shown>): void => display.set({ ...display.get(), ...patch });
+  const on = shown.denoised !== false;
+  return (
+    <div class="denoise">
+      <label title="The denoised picture, mixed with the plain one where that is better">
+        <input
+          type="checkbox"
+          checked={on}
+          disabled={disabled}
+          data-testid="denoise"
+          onChange={(e) => set({ denoised: e.currentTarget.checked })}
+        />{' '}
+        Denoised
+      </label>
+      <label title="Plain picture to the left, denoised to the right">
+        <span class="visually-hidden">Split between plain and denoised</span>
+        <input
+          type="range"
+          min={0}
+          max={1}
+          step={0.01}
+          value={shown.split ?? 0}
+          disabled={disabled || !on}
+          data-testid="denoise-split"
+          aria-valuetext={`plain up to ${Math.round(100 * (shown.split ?? 0))} %`}
+          onInput={(e) => set({ split: e.currentTarget.valueAsNumber })}
+        />
+      </label>
+    </div>
+  );
+}

@@ -1,0 +1,301 @@
+#include "core/denoise/denoised_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/base/check.h"
+#include "core/error/pixel_error.h"
+#include "core/film/summed_area.h"
+
+namespace core {
+namespace {
+
+/// Weights are pooled over so many pixels to each side, without the nearest: three tiles of 32,
+/// less the middle one.
+constexpr int kWeightWindow = 48;
+constexpr int kWeightGap = 16;
+
+/// Of one pixel, summed over its channels, of the picture X = (XA + XB) / 2.
+struct PixelTerms {
+  double energy = 0;    ///< m
+  double distance = 0;  ///< (X - I)^2
+  double noise = 0;     ///< (A - B)^2 / 4
+  double together = 0;  ///< (XA - XB) (A - B) / 4: over noise, the share of the plain picture in X
+};
+
+struct Halves {
+  ColorPlanes a;
+  ColorPlanes b;
+};
+
+PixelTerms terms_of(const Halves& plain, const Halves& filtered, std::size_t i, float w) {
+  PixelTerms out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto a = static_cast<double>(plain.a[c][i]);
+    const auto b = static_cast<double>(plain.b[c][i]);
+    const auto share = static_cast<double>(w);
+    const double xa = std::lerp(static_cast<double>(filtered.a[c][i]), a, share);
+    const double xb = std::lerp(static_cast<double>(filtered.b[c][i]), b, share);
+    out.energy += 0.5 * ((xa - b) * (xa - b) + (xb - a) * (xb - a) - (a - b) * (a - b)) -
+                  0.25 * (xa - xb) * (xa - xb);
+    const double apart = 0.5 * (xa + xb - a - b);
+    out.distance += apart * apart;
+    out.noise += 0.25 * (a - b) * (a - b);
+    out.together += 0.25 * (xa - xb) * (a - b);
+  }
+  return out;
+}
+
+Halves plain_halves(const FilmSnapshot& film) {
+  Halves out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    out.a[c].resize(film.pixel_count());
+    out.b[c].resize(film.pixel_count());
+  }
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    const Rgb a = half_value(film, i, 0).mean;
+    const Rgb b = half_value(film, i, 1).mean;
+    for (int c = 0; c < 3; ++c) {
+      out.a[static_cast<std::size_t>(c)][i] = a[c];
+      out.b[static_cast<std::size_t>(c)][i] = b[c];
+    }
+  }
+  return out;
+}
+
+/// calls at(i, x, y) for each pixel.
+template <typename Body>
+void for_pixels(const PixelRect& rect, const Body& body) {
+  std::size_t i = 0;
+  for (int y = 0; y < rect.height; ++y) {
+    for (int x = 0; x < rect.width; ++x, ++i) {
+      body(i, x, y);
+    }
+  }
+}
+
+/// A B summed over the channels, pooled; with the floor it is what errors are relative to. floor:
+/// of one pixel. It reaches no farther than the gap, so that nothing of a pixel is in its own
+/// weight.
+std::vector<double> scales_of(const PixelRect& rect, const Halves& plain, double floor) {
+  SummedArea signal(rect.width, rect.height);
+  for_pixels(rect, [&](std::size_t i, int x, int y) {
+    double product = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      product += static_cast<double>(plain.a[c][i]) * static_cast<double>(plain.b[c][i]);
+    }
+    signal.set(x, y, product);
+  });
+  std::vector<double> out(plain.a[0].size());
+  for_pixels(rect, [&](std::size_t i, int x, int y) {
+    const PixelRect window = window_around(x, y, kWeightGap, rect.width, rect.height);
+    const double mean = signal.sum(window) / (window.width * window.height);
+    out[i] = std::max(mean, 0.0) + std::max(floor, 1e-30);
+  });
+  return out;
+}
+
+Plane mixing_weights(const PixelRect& rect, const Halves& plain, const Halves& filtered,
+                     double floor) {
+  const std::vector<double> scales = scales_of(rect, plain, floor);
+  SummedArea gain(rect.width, rect.height);  // m - v
+  SummedArea distance(rect.width, rect.height);
+  for_pixels(rect, [&](std::size_t i, int x, int y) {
+    const PixelTerms t = terms_of(plain, filtered, i, 0);
+    gain.set(x, y, (t.energy - t.noise) / scales[i]);
+    distance.set(x, y, t.distance / scales[i]);
+  });
+  Plane out(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height));
+  for_pixels(rect, [&](std::size_t i, int x, int y) {
+    const PixelRect window = window_around(x, y, kWeightWindow, rect.width, rect.height);
+    const PixelRect gap = window_around(x, y, kWeightGap, rect.width, rect.height);
+    const double apart = distance.sum(window) - distance.sum(gap);
+    // Nothing to choose by: the plain picture.
+    const bool is_known = window.width * window.height > gap.width * gap.height;
+    const double best = apart > 0 ? 0.5 + (gain.sum(window) - gain.sum(gap)) / (2 * apart) : 0.0;
+    out[i] = is_known ? static_cast<float>(std::clamp(best, 0.0, 1.0)) : 1.0F;
+  });
+  return out;
+}
+
+/// The sums of one picture by tiles, and its error by pixels.
+struct Errors {
+  std::vector<TileEnergy> tiles;
+  Plane plane;
+};
+
+Errors errors_of(const FilmSnapshot& film, const Halves& plain, const Halves& filtered,
+                 const Plane* weights) {
+  const PixelRect& rect = film.rect;
+  SummedArea noise(rect.width, rect.height);
+  SummedArea energy(rect.width, rect.height);
+  SummedArea signal(rect.width, rect.height);
+  std::vector<PixelTerms> terms(film.pixel_count());
+  Light light;
+  light.add(film);
+  for_pixels(rect, [&](std::size_t i, int x, int y) {
+    terms[i] = terms_of(plain, filtered, i, weights != nullptr ? (*weights)[i] : 0);
+    noise.set(x, y, terms[i].noise);
+    energy.set(x, y, terms[i].energy);
+    double product = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      product += static_cast<double>(plain.a[c][i]) * static_cast<double>(plain.b[c][i]);
+    }
+    signal.set(x, y, product);
+  });
+  Errors out;
+  out.plane.resize(film.pixel_count());
+  const double floor = 3 * error_floor(light.mean());
+  for_pixels(rect, [&](std::size_t i, int x, int y) {
+    const PixelRect window = window_around(x, y, kDenoisedWindow, rect.width, rect.height);
+    const double scale = std::max(signal.sum(window), 0.0) + floor * window.width * window.height;
+    const double sum = std::max(energy.sum(window), 0.0);
+    out.plane[i] = sum > 0 && scale > 0 ? static_cast<float>(std::sqrt(sum / scale)) : 0;
+  });
+  for (const PixelRect& tile : tile_rects(rect)) {
+    EnergySums sums;
+    for (int y = tile.y - rect.y; y < tile.y - rect.y + tile.height; ++y) {
+      for (int x = tile.x - rect.x; x < tile.x - rect.x + tile.width; ++x) {
+        const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(rect.width) +
+                              static_cast<std::size_t>(x);
+        const PixelTerms& t = terms[i];
+        const PixelRect window = window_around(x, y, kErrorWindow, rect.width, rect.height);
+        const double others = window.width * window.height - 1;
+        const double around =
+            others > 0 ? std::max(noise.sum(window) - t.noise, 0.0) / others : t.noise;
+        sums.add(t.energy, t.distance, t.noise, t.together, around);
+      }
+    }
+    out.tiles.push_back(sums.result());
+  }
+  return out;
+}
+
+/// F - I pooled around each pixel, and what the halves say of its error: half of what their own
+/// differences from F are apart, whose square is pooled once more.
+void fill_bias(const Halves& plain, const Halves& filtered, DenoisedPicture& out) {
+  const PixelRect& rect = out.rect;
+  for (std::size_t c = 0; c < 3; ++c) {
+    SummedArea mean(rect.width, rect.height);
+    SummedArea apart(rect.width, rect.height);
+    for_pixels(rect, [&](std::size_t i, int x, int y) {
+      const double a = static_cast<double>(filtered.a[c][i]) - static_cast<double>(plain.a[c][i]);
+      const double b = static_cast<double>(filtered.b[c][i]) - static_cast<double>(plain.b[c][i]);
+      mean.set(x, y, 0.5 * (a + b));
+      apart.set(x, y, 0.5 * (a - b));
+    });
+    SummedArea squares(rect.width, rect.height);
+    out.bias[c].resize(plain.a[c].size());
+    out.bias_error[c].resize(plain.a[c].size());
+    for_pixels(rect, [&](std::size_t i, int x, int y) {
+      const PixelRect window = window_around(x, y, kBiasWindow, rect.width, rect.height);
+      const double area = window.width * window.height;
+      out.bias[c][i] = static_cast<float>(mean.sum(window) / area);
+      const double d = apart.sum(window) / area;
+      squares.set(x, y, d * d);
+    });
+    for_pixels(rect, [&](std::size_t i, int x, int y) {
+      const PixelRect window = window_around(x, y, kDenoisedWindow, rect.width, rect.height);
+      const double sum = std::max(squares.sum(window), 0.0);
+      out.bias_error[c][i] = static_cast<float>(std::sqrt(sum / (window.width * window.height)));
+    });
+  }
+}
+
+std::vector<TileSums> plain_sums(const FilmSnapshot& film) {
+  std::vector<TileSums> out;
+  const auto r = static_cast<std::size_t>(film.replicates);
+  for (const PixelRect& tile : tile_rects(film.rect)) {
+    std::vector<ReplicatePixel> pixels;
+    for (int y = tile.y - film.rect.y; y < tile.y - film.rect.y + tile.height; ++y) {
+      const auto first = (static_cast<std::size_t>(y) * static_cast<std::size_t>(film.rect.width) +
+                          static_cast<std::size_t>(tile.x - film.rect.x)) *
+                         r;
+      const auto begin = film.pixels.begin() + static_cast<std::ptrdiff_t>(first);
+      pixels.insert(pixels.end(), begin,
+                    begin + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(tile.width) * r));
+    }
+    out.push_back(half_sums(tile, pixels, film.replicates));
+  }
+  return out;
+}
+
+}  // namespace
+
+bool has_both_halves(const FilmSnapshot& film) {
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    if (half_value(film, i, 0).count == 0 || half_value(film, i, 1).count == 0) {
+      return false;
+    }
+  }
+  return true;
+}
+
+ErrorInterval DenoisedPicture::interval(DenoiseMode mode, double confidence) const {
+  ErrorInterval out = denoised_error(
+      plain_tiles, mode == DenoiseMode::kFull ? full_tiles : mixed_tiles, confidence);
+  if (!has_intervals) {
+    out.low = out.high = std::numeric_limits<double>::quiet_NaN();
+  }
+  return out;
+}
+
+std::size_t DenoisedPicture::bytes() const noexcept {
+  constexpr std::size_t kPlanes = 15;
+  return full[0].size() * kPlanes * sizeof(float) +
+         plain_tiles.size() * (sizeof(TileSums) + 2 * sizeof(TileEnergy));
+}
+
+DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const ColorPlanes> filtered) {
+  CHECK(filtered.size() == 2);
+  DenoisedPicture out;
+  out.rect = film.rect;
+  out.revision = film.revision;
+  out.has_intervals = !film.has_splats && film.errors == PixelErrors::kIndependent;
+  const Halves plain = plain_halves(film);
+  const Halves clean = {filtered[0], filtered[1]};
+  Light light;
+  light.add(film);
+  out.weight = mixing_weights(film.rect, plain, clean, 3 * error_floor(light.mean()));
+  for (std::size_t c = 0; c < 3; ++c) {
+    out.full[c].resize(film.pixel_count());
+    out.mixed[c].resize(film.pixel_count());
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+      const float f = 0.5F * (clean.a[c][i] + clean.b[c][i]);
+      const float mean = 0.5F * (plain.a[c][i] + plain.b[c][i]);
+      out.full[c][i] = f;
+      out.mixed[c][i] = f + out.weight[i] * (mean - f);
+    }
+  }
+  out.plain_tiles = plain_sums(film);
+  Errors full = errors_of(film, plain, clean, nullptr);
+  out.full_tiles = std::move(full.tiles);
+  out.full_error = std::move(full.plane);
+  Errors mixed = errors_of(film, plain, clean, &out.weight);
+  out.mixed_tiles = std::move(mixed.tiles);
+  out.mixed_error = std::move(mixed.plane);
+  fill_bias(plain, clean, out);
+  return out;
+}
+
+Result<DenoisedPicture> denoise(const FilmSnapshot& film, const FeaturePicture* features,
+                                const Denoiser& denoiser, const ParallelFor& parallel) {
+  const std::array halves = {half_picture(film, 0), half_picture(film, 1)};
+  const auto filtered = denoiser.denoise(halves, features, parallel);
+  if (!filtered) {
+    return filtered.error();
+  }
+  return denoised_picture(film, *filtered);
+}
+
+std::uint64_t denoising_bytes(std::uint64_t pixels) {
+  // Planes of halves and of what is made of them; sums over areas; terms; and the result.
+  constexpr std::uint64_t kPlaneBytes = 60 * sizeof(float);
+  constexpr std::uint64_t kSumBytes = 10 * sizeof(double);
+  return pixels * (kPlaneBytes + kSumBytes);
+}
+
+}  // namespace core

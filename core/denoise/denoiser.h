@@ -1,0 +1,73 @@
+/// Denoiser: a picture with less noise, made from one half of a film and its features.
+///
+/// A half alone: what a denoiser makes of A is a function of A and the features, so it is
+/// independent of B, and B tells how wrong it is (core/denoise/denoised_picture.h).
+#pragma once
+
+#include <array>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/film/film.h"
+
+namespace core {
+
+using Plane = std::vector<float>;  ///< row by row
+using ColorPlanes = std::array<Plane, 3>;
+
+/// One half of a picture; linear.
+struct HalfPicture {
+  int width = 0;
+  int height = 0;
+  ColorPlanes mean;
+  /// Of the mean, summed over the channels: from the spread of the half's own samples, pooled with
+  /// that of its neighbours and scaled to what neighbouring pixels of this half differ by.
+  Plane variance;
+};
+
+/// Pre: every pixel has samples of that half.
+HalfPicture half_picture(const FilmSnapshot& film, int half);
+
+/// What the surfaces are like that a picture shows, from samples that are in neither half.
+struct FeaturePicture {
+  int width = 0;
+  int height = 0;
+  ColorPlanes albedo;    ///< times what mirrors and glass before the surface let through
+  ColorPlanes normal;    ///< world
+  Plane depth_m;         ///< along the path from the eye; 0 where there is no surface
+  ColorPlanes emission;  ///< of the surface, or of the environment behind everything
+  /// Of these means, summed over the channels.
+  Plane albedo_variance;
+  Plane normal_variance;
+  Plane depth_variance;
+  Plane emission_variance;
+
+  /// All planes at their size, black.
+  static FeaturePicture blank(int width, int height);
+};
+
+/// Calls body(0) to body(count - 1), in any order, on any threads; returns when all are done.
+using ParallelFor = std::function<void(int count, const std::function<void(int)>& body)>;
+
+/// On so many threads of its own.
+ParallelFor parallel_for(int threads);
+
+class Denoiser {
+ public:
+  virtual ~Denoiser() = default;
+  virtual std::string_view name() const noexcept = 0;
+  virtual std::string version() const = 0;
+  /// Empty: there is nothing to choose.
+  virtual std::string quality() const { return {}; }
+  /// Each of the halves by itself. features: null, or of the same size. Errors: kUnavailable where
+  /// it failed.
+  virtual Result<std::vector<ColorPlanes>> denoise(std::span<const HalfPicture> halves,
+                                                   const FeaturePicture* features,
+                                                   const ParallelFor& parallel) const = 0;
+};
+
+}  // namespace core

@@ -1,0 +1,13 @@
+/// Which denoiser a job asks for.
+#pragma once
+
+#include <span>
+
+#include "core/settings/registry.h"
+
+namespace core {
+
+enum class DenoiserType { kNone, kAuto, kStatistical, kOidn };
+std::span<const NamedValue<DenoiserType>> denoisers();
+
+}  // namespace core

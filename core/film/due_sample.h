@@ -1,0 +1,15 @@
+/// A sample of a tile that is due.
+#pragma once
+
+#include <cstddef>
+
+namespace core {
+
+struct DueSample {
+  int x = 0;  ///< pixel of the full film
+  int y = 0;
+  int sample = 0;
+  std::size_t pixel = 0;  ///< of the tile
+};
+
+}  // namespace core

@@ -1,0 +1,37 @@
+/// ImageCodec: what the module libtessera-images.so does. It alone links OpenImageIO, whose 260
+/// libraries take 0.3 s to load, so it is loaded when the first image is read or written.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string_view>
+
+#include "core/base/result.h"
+#include "core/image_io/image_io.h"
+
+namespace core {
+
+/// Where an encoder writes: pieces at their places, which may be written again.
+using ImageSink = std::function<Status(std::uint64_t offset, std::span<const std::byte> piece)>;
+
+/// kind: of image_kind(). Files have passed check_file() of image_io.cpp. What a decoder throws,
+/// other than std::bad_alloc, comes back as an error.
+struct ImageCodec {
+  Result<Image> (*read_header)(std::string_view kind, std::span<const std::byte> file,
+                               const ImageLimits& limits);
+  Result<Image> (*decode)(std::string_view kind, std::span<const std::byte> file,
+                          const ImageLimits& limits);
+  Status (*encode)(const ImageRows& image, const ImageFormat& format, const EncodeOptions& options,
+                   const ImageSink& sink);
+};
+
+/// The module's; loads it at the first call. Errors: kInternal, with the loader's words.
+Result<const ImageCodec*> image_codec();
+
+/// Errors: kTooLarge.
+Status check_image_size(std::uint64_t width, std::uint64_t height, std::uint64_t bytes_per_pixel,
+                        const ImageLimits& limits);
+
+}  // namespace core

@@ -1,0 +1,114 @@
+#include "core/image_io/image_io.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "core/image_io/image_codec.h"
+#include "core/image_io/image_size.h"
+
+namespace core {
+namespace {
+
+/// libwebp works on the whole picture: what it takes for a pixel beside the file. Measured: 20.
+constexpr std::uint64_t kWebpBytes = 32;
+/// Of any encoder, for its tables and the rows it works on.
+constexpr std::uint64_t kCodecBytes = std::uint64_t{2} << 20U;
+
+Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
+Error failed(std::string message) { return {ErrorCode::kInternal, std::move(message), ""}; }
+
+/// The kind of a file that a decoder may see.
+Result<std::string_view> check_file(std::span<const std::byte> file, const ImageLimits& limits) {
+  const std::string_view kind = image_kind(file);
+  if (kind.empty()) {
+    return invalid("not an image that is read here: PNG, JPEG, WebP, EXR, HDR or TIFF");
+  }
+  if (const auto size = peek_image_size(file)) {
+    if (auto fits = check_image_size(size->width, size->height, 1, limits); !fits) {
+      return fits.error();
+    }
+  } else if (kind != "hdr" && kind != "tif") {
+    return invalid("the " + std::string(kind) + " header is cut or malformed");
+  }
+  // libpng reports this on stderr only.
+  if (kind == "png" && !png_is_whole(file)) {
+    return invalid("the png is cut or its chunks are malformed");
+  }
+  return kind;
+}
+
+/// Calls a function of the codec.
+template <typename Function>
+Result<Image> read(std::span<const std::byte> file, const ImageLimits& limits,
+                   Function ImageCodec::*function) {
+  const auto kind = check_file(file, limits);
+  if (!kind) {
+    return kind.error();
+  }
+  const auto codec = image_codec();
+  return codec ? ((*codec)->*function)(*kind, file, limits) : Result<Image>(codec.error());
+}
+
+/// Content: of bytes, which a file is put together in.
+template <typename Content>
+Result<Content> encode(const ImageRows& image, const ImageFormat& format,
+                       const EncodeOptions& options) {
+  const int channels = image.channels();
+  if (format.extension != "exr" && channels != 1 && channels != 3 && channels != 4) {
+    return failed(std::string(format.extension) + " takes 1, 3 or 4 channels, not " +
+                  std::to_string(channels));
+  }
+  if (image.width <= 0 || image.height <= 0 || channels == 0) {
+    return failed("an image without pixels");
+  }
+  Content file;
+  const ImageSink sink = [&file](std::uint64_t offset, std::span<const std::byte> piece) {
+    const auto at = static_cast<std::size_t>(offset);
+    file.resize(std::max(file.size(), at + piece.size()));
+    std::memcpy(file.data() + at, piece.data(), piece.size());
+    return ok_status();
+  };
+  const auto codec = image_codec();
+  if (!codec) {
+    return codec.error();
+  }
+  const Status written = (*codec)->encode(image, format, options, sink);
+  return written ? Result<Content>(std::move(file)) : written.error();
+}
+
+}  // namespace
+
+Result<Image> read_image_header(std::span<const std::byte> file) {
+  return read(file, {}, &ImageCodec::read_header);
+}
+
+Result<Image> decode_image(std::span<const std::byte> file, const ImageLimits& limits) {
+  return read(file, limits, &ImageCodec::decode);
+}
+
+Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,
+                                            const EncodeOptions& options) {
+  if (image.width <= 0 || image.height <= 0 ||
+      image.values.size() != image.index(0, image.height, 0)) {
+    return failed("an image without pixels, or with more or fewer values than pixels");
+  }
+  const ImageRows rows = {image.width, image.height, image.channel_names,
+                          [&image](int y) { return &image.values[image.index(0, y, 0)]; }};
+  return encode<std::vector<std::byte>>(rows, format, options);
+}
+
+Result<std::string> encode_rows(const ImageRows& rows, const ImageFormat& format,
+                                const EncodeOptions& options) {
+  return encode<std::string>(rows, format, options);
+}
+
+std::uint64_t encoding_bytes(int width, int height, int channels, const ImageFormat& format) {
+  const auto pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+  const std::uint64_t value_bytes = format.high_dynamic_range ? 4 : 1;
+  // Noise does not get smaller, and a file that grows is there twice for a moment.
+  const std::uint64_t file_bytes = 2 * pixels * value_bytes * static_cast<std::uint64_t>(channels);
+  return file_bytes + (format.extension == "webp" ? pixels * kWebpBytes : 0) + kCodecBytes;
+}
+
+}  // namespace core

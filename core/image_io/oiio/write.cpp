@@ -1,0 +1,243 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <new>
+#include <span>
+#include <utility>
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include "core/image_io/oiio/oiio.h"
+
+namespace core::oiio {
+namespace {
+
+constexpr float kHalfMax = 65504;
+constexpr int kWebpSideMax = 16383;
+
+Error failed(std::string message) { return {ErrorCode::kInternal, std::move(message), ""}; }
+
+std::uint8_t quantize(float v) noexcept {
+  return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0F, 1.0F) * 255.0F));
+}
+
+// One row for a screen: exposure, division by alpha, tone map and rounding. Data goes through
+// unchanged but for clipping.
+class DisplayRow {
+ public:
+  DisplayRow(int channels, int channels_out, const EncodeOptions& options)
+      : channels_(channels),
+        background_(options.background.value_or(Rgb(1))),
+        channels_out_(channels_out),
+        gain_(options.is_color ? std::exp2(options.exposure_stops) : 1.0F),
+        tone_map_(options.is_color ? options.tone_map : ToneMap::kLinear),
+        is_before_(channels == 4 && channels_out == 3) {}
+
+  std::uint8_t* write(const float* in, std::uint8_t* to) const {
+    const float alpha = channels_ == 4 ? in[3] : 1.0F;
+    const float scale = channels_ == 4 && alpha > 0 ? gain_ / alpha : gain_;
+    if (channels_ == 1) {
+      const std::uint8_t grey = quantize(apply_tone_map(tone_map_, Rgb(in[0] * scale)).r);
+      return std::fill_n(to, channels_out_, grey);
+    }
+    Rgb c = apply_tone_map(tone_map_, Rgb{in[0], in[1], in[2]} * scale);
+    if (is_before_) {
+      // Blended as a browser does, in what is shown.
+      const float a = std::isnan(alpha) ? 0.0F : std::clamp(alpha, 0.0F, 1.0F);
+      const auto blend = [a](float front, float back) {
+        return (a > 0 ? a * std::clamp(front, 0.0F, 1.0F) : 0.0F) + (1 - a) * back;
+      };
+      c = {blend(c.r, background_.r), blend(c.g, background_.g), blend(c.b, background_.b)};
+    }
+    *to++ = quantize(c.r);
+    *to++ = quantize(c.g);
+    *to++ = quantize(c.b);
+    if (channels_out_ == 4) {
+      *to++ = std::isnan(alpha) ? std::uint8_t{0} : quantize(alpha);
+    }
+    return to;
+  }
+
+ private:
+  int channels_;
+  Rgb background_;
+  int channels_out_;
+  float gain_;
+  ToneMap tone_map_;
+  bool is_before_;
+};
+
+// Colour survives half precision; variances, depths and counts do not.
+bool is_half_channel(std::string_view name) {
+  const std::size_t dot = name.rfind('.');
+  const std::string_view layer = dot == std::string_view::npos ? "" : name.substr(0, dot);
+  const std::string_view last = dot == std::string_view::npos ? name : name.substr(dot + 1);
+  return (last == "R" || last == "G" || last == "B" || last == "A") &&
+         (layer.empty() || layer == "beauty" || layer == "albedo");
+}
+
+/// Gives what OpenImageIO writes to a sink, and keeps the sink's error.
+class SinkProxy final : public OIIO::Filesystem::IOProxy {
+ public:
+  explicit SinkProxy(const ImageSink& sink) : IOProxy("", Write), sink_(sink) {}
+  const char* proxytype() const override { return "sink"; }
+  std::size_t write(const void* from, std::size_t size) override {
+    const std::size_t written = pwrite(from, size, m_pos);
+    m_pos += static_cast<std::int64_t>(written);
+    return written;
+  }
+  std::size_t pwrite(const void* from, std::size_t size, std::int64_t offset) override {
+    if (status_) {
+      status_ =
+          sink_(static_cast<std::uint64_t>(offset), {static_cast<const std::byte*>(from), size});
+    }
+    size_ = std::max(size_, static_cast<std::size_t>(offset) + size);
+    return status_ ? size : 0;
+  }
+  std::size_t size() const override { return size_; }
+  const Status& status() const { return status_; }
+
+ private:
+  const ImageSink& sink_;
+  Status status_ = ok_status();
+  std::size_t size_ = 0;
+};
+
+// Rows that go to the library at a time: one block of a zip-compressed EXR or TIFF, or two.
+constexpr int kRows = 32;
+
+/// fill(y, to): row y as the spec has it.
+template <typename Value, typename Fill>
+Status write_rows(std::string_view extension, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+                  const ImageSink& sink, const Fill& fill) {
+  SinkProxy proxy(sink);
+  const std::string name(extension);
+  const auto output = OIIO::ImageOutput::create(name);
+  if (!output) {
+    return failed("OpenImageIO: " + OIIO::geterror());
+  }
+  const std::size_t row_values =
+      static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.nchannels);
+  std::vector<Value> values(row_values * static_cast<std::size_t>(std::min(kRows, spec.height)));
+  bool good = output->set_ioproxy(&proxy) && output->open("memory." + name, spec);
+  for (int y = 0; good && y < spec.height; y += kRows) {
+    const int end = std::min(y + kRows, spec.height);
+    for (int row = y; row < end; ++row) {
+      fill(row, values.data() + row_values * static_cast<std::size_t>(row - y));
+    }
+    good = output->write_scanlines(y, end, 0, type, values.data());
+  }
+  good = good && output->close();
+  if (!proxy.status()) {
+    return proxy.status();
+  }
+  return good ? ok_status() : Status(failed("OpenImageIO: " + output->geterror()));
+}
+
+void add_metadata(OIIO::ImageSpec& spec, const EncodeOptions& options) {
+  for (const auto& [key, value] : options.metadata) {
+    spec.attribute(key, value);
+  }
+}
+
+Rgb linear(Rgb encoded) {
+  return {linear_from_srgb(encoded.r), linear_from_srgb(encoded.g), linear_from_srgb(encoded.b)};
+}
+
+bool drops_alpha(const ImageRows& image, const ImageFormat& format, const EncodeOptions& options) {
+  return image.channels() == 4 && (!format.has_alpha || options.background);
+}
+
+Status write_display(const ImageRows& image, const ImageFormat& format,
+                     const EncodeOptions& options, const ImageSink& sink) {
+  // A WebpOutput that could not be opened frees memory that it never had (OpenImageIO 2.4), so it
+  // is only given what it takes: three or four channels, and not too large.
+  const bool webp = format.extension == "webp";
+  if (webp && (image.width > kWebpSideMax || image.height > kWebpSideMax)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "a WebP picture has at most " + std::to_string(kWebpSideMax) + " pixels a side",
+                 ""};
+  }
+  const int channels =
+      drops_alpha(image, format, options) || (webp && image.channels() == 1) ? 3 : image.channels();
+  OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  if (options.is_color && options.tone_map != ToneMap::kLinear) {
+    spec.attribute("oiio:ColorSpace", "sRGB");
+  }
+  if (format.extension == "png") {
+    spec.attribute("png:compressionLevel", 1);
+    add_metadata(spec, options);
+  } else {
+    spec.attribute("Compression", (webp ? "webp:" : "jpeg:") + std::to_string(options.quality));
+  }
+  const DisplayRow display(image.channels(), channels, options);
+  return write_rows<std::uint8_t>(format.extension, spec, OIIO::TypeDesc::UINT8, sink,
+                                  [&](int y, std::uint8_t* to) {
+                                    const float* in = image.row(y);
+                                    for (int x = 0; x < image.width; ++x) {
+                                      to = display.write(in, to);
+                                      in += image.channels();
+                                    }
+                                  });
+}
+
+Status write_linear(const ImageRows& image, const ImageFormat& format, const EncodeOptions& options,
+                    const ImageSink& sink) {
+  const bool exr = format.extension == "exr";
+  const int in_channels = image.channels();
+  const bool is_before = drops_alpha(image, format, options);
+  const Rgb behind = options.background ? linear(*options.background) : Rgb(1);
+  const bool spreads_grey = format.extension == "hdr" && in_channels == 1;
+  const int channels = is_before || spreads_grey ? 3 : in_channels;
+  OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::FLOAT);
+  spec.attribute("oiio:ColorSpace", "Linear");
+  std::vector<bool> half(static_cast<std::size_t>(channels), false);
+  if (exr) {
+    spec.channelnames = image.channel_names;
+    spec.channelnames.resize(half.size());
+    for (std::size_t c = 0; c < half.size(); ++c) {
+      half[c] = options.is_color && is_half_channel(spec.channelnames[c]);
+      spec.channelformats.emplace_back(half[c] ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+      spec.alpha_channel = spec.channelnames[c] == "A" ? static_cast<int>(c) : spec.alpha_channel;
+    }
+    spec.attribute("compression", "zip");
+    // Without this OpenImageIO writes the clock into the file, and equal pictures differ.
+    spec.attribute("DateTime", "1970:01:01 00:00:00");
+    add_metadata(spec, options);
+  } else if (format.extension == "tif") {
+    spec.attribute("compression", "zip");
+  }
+  return write_rows<float>(
+      format.extension, spec, OIIO::TypeDesc::FLOAT, sink, [&](int y, float* to) {
+        const float* in = image.row(y);
+        for (int x = 0; x < image.width; ++x, in += in_channels) {
+          for (std::size_t c = 0; c < half.size(); ++c) {
+            float v = in[spreads_grey ? 0 : c];
+            v = is_before && in[3] < 1 ? v + (1 - in[3]) * behind[static_cast<int>(c)] : v;
+            *to++ = half[c] && std::isfinite(v) ? std::clamp(v, -kHalfMax, kHalfMax) : v;
+          }
+        }
+      });
+}
+
+}  // namespace
+
+Status encode(const ImageRows& image, const ImageFormat& format, const EncodeOptions& options,
+              const ImageSink& sink) {
+  set_up();
+  try {
+    return format.high_dynamic_range ? write_linear(image, format, options, sink)
+                                     : write_display(image, format, options, sink);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& problem) {
+    return failed(std::string("OpenImageIO: ") + problem.what());
+  }
+}
+
+}  // namespace core::oiio

@@ -1,0 +1,113 @@
+/// PhotonMap: particles where they met surfaces, found by place.
+///
+/// Cells of a grid, hashed into buckets; photons of a bucket lie together, in the order in which
+/// they came. Source: Jensen 2001, "Realistic Image Synthesis Using Photon Mapping"; the hashed
+/// grid: PBR 4th ed., section 13.4 (online).
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/color/rgb.h"
+#include "core/math/vec.h"
+#include "core/settings/photon_rules.h"
+
+namespace core {
+
+/// A unit vector in four bytes: octahedral, within 1e-4 rad. Source: Cigolle and others 2014, "A
+/// Survey of Efficient Representations for Independent Unit Vectors", JCGT 3(2).
+class PackedDirection {
+ public:
+  PackedDirection() = default;
+  explicit PackedDirection(Vec3 unit) noexcept;
+  Vec3 unpacked() const noexcept;
+
+ private:
+  std::int16_t x_ = 0;
+  std::int16_t y_ = 0;
+};
+
+/// A particle on a surface.
+struct Photon {
+  Vec3 position;                  ///< world [m]
+  Rgb power;                      ///< what it carries, for one particle alone [W]
+  PackedDirection wi_world;       ///< where it came from, away from the surface
+  PackedDirection normal;         ///< geometric
+  std::uint16_t scatterings = 0;  ///< before this surface
+  bool is_caustic = false;        ///< some, and all of them in smooth surfaces
+};
+
+static_assert(sizeof(Photon) == kPhotonBytes);
+
+class PhotonMap {
+ public:
+  /// parts: emptied on the way. radius_m > 0: the farthest that each() looks.
+  PhotonMap(std::vector<std::vector<Photon>>& parts, float radius_m);
+  PhotonMap() = default;
+
+  /// visit(photon) for all that are no farther than the radius from the point, in the same order
+  /// each time.
+  template <typename Visit>
+  void each(Vec3 point, Visit&& visit) const noexcept;
+  std::size_t size() const noexcept { return photons_.size(); }
+
+ private:
+  using Cell = std::array<std::int64_t, 3>;
+  Cell cell_below(Vec3 point, double shift) const noexcept;
+  std::uint32_t bucket(const Cell& cell) const noexcept;
+
+  float radius_m_ = 0;
+  std::vector<Photon> photons_;
+  std::vector<std::uint32_t> first_;  ///< [bucket + 1]
+};
+
+/// Cells are as wide as the sphere that is looked for, which so reaches into two on each axis.
+inline PhotonMap::Cell PhotonMap::cell_below(Vec3 point, double shift) const noexcept {
+  const double scale = 0.5 / static_cast<double>(radius_m_);
+  const auto along = [=](float at) {
+    return static_cast<std::int64_t>(std::floor(static_cast<double>(at) * scale - shift));
+  };
+  return {along(point.x), along(point.y), along(point.z)};
+}
+
+inline std::uint32_t PhotonMap::bucket(const Cell& cell) const noexcept {
+  // Teschner and others 2003, "Optimized Spatial Hashing", with 64-bit primes.
+  std::uint64_t h = static_cast<std::uint64_t>(cell[0]) * 0x9e3779b97f4a7c15ULL;
+  h ^= static_cast<std::uint64_t>(cell[1]) * 0xc2b2ae3d27d4eb4fULL;
+  h ^= static_cast<std::uint64_t>(cell[2]) * 0x165667b19e3779f9ULL;
+  h ^= h >> 32U;
+  return static_cast<std::uint32_t>(h) & static_cast<std::uint32_t>(first_.size() - 2);
+}
+
+template <typename Visit>
+void PhotonMap::each(Vec3 point, Visit&& visit) const noexcept {
+  if (photons_.empty()) {
+    return;
+  }
+  const Cell low = cell_below(point, 0.5);
+  std::array<std::uint32_t, 8> seen{};
+  std::size_t count = 0;
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    const std::uint32_t b =
+        bucket({low[0] + (corner & 1U), low[1] + ((corner >> 1U) & 1U), low[2] + (corner >> 2U)});
+    bool is_new = true;  // cells may share a bucket
+    for (std::size_t i = 0; i < count; ++i) {
+      is_new = is_new && seen[i] != b;
+    }
+    if (!is_new) {
+      continue;
+    }
+    seen[count++] = b;
+    for (std::uint32_t i = first_[b]; i < first_[b + 1]; ++i) {
+      const Vec3 d = photons_[i].position - point;
+      if (dot(d, d) <= radius_m_ * radius_m_) {
+        visit(photons_[i]);
+      }
+    }
+  }
+}
+
+}  // namespace core

@@ -1,0 +1,383 @@
+// Photon mapping. Each sample of the pixels has a map of its own: particles leave the lights and
+// are kept wherever they meet a surface that is not smooth, even if they go on. Paths from the
+// camera end at the first surface that scatters widely, and take the light that falls on it from
+// the particles within a disk there.
+//
+// sppm: the disk shrinks from sample to sample, so that the mean of all samples converges. Maps are
+// independent of each other, and nothing is kept of them. Sources: Hachisuka and Jensen 2009,
+// "Stochastic Progressive Photon Mapping"; radii and independent passes: Knaus and Zwicker 2011,
+// "Progressive Photon Mapping: A Probabilistic Approach".
+// photon-map: the disk stays; with final gathering the map is looked up one reflection later,
+// where its blur does not show. Source: Jensen 1996, "Global Illumination Using Photon Maps".
+//
+// Left out: light of unlit materials on surfaces where a path ends.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "core/integrators/path_tracer.h"
+#include "core/integrators/photon_map.h"
+#include "core/integrators/registry.h"
+#include "core/light_samplers/emission_sampler.h"
+#include "core/materials/adjoint_bsdf.h"
+#include "core/math/numbers.h"
+#include "core/samplers/dimensions.h"
+#include "core/samplers/streams.h"
+#include "core/settings/photon_rules.h"
+#include "core/transport/intersect.h"
+#include "core/transport/light_path.h"
+#include "core/transport/scatter.h"
+#include "core/transport/surface_event.h"
+
+namespace core {
+namespace {
+
+/// Particles that one thread follows in one go.
+constexpr int kPartPaths = 1024;
+
+class Photons final : public PhotonPass {
+ public:
+  Photons(int first, int paths, float radius) : radius_m(radius), sample_(first) {
+    for (int from = 0; from < paths; from += kPartPaths) {
+      ends_.push_back(std::min(from + kPartPaths, paths));
+    }
+    parts.resize(ends_.size());
+  }
+  int sample() const noexcept override { return sample_; }
+  int part_count() const noexcept override { return static_cast<int>(ends_.size()); }
+  void build() override { map = PhotonMap(parts, radius_m); }
+
+  int begin(int part) const { return part * kPartPaths; }
+  int end(int part) const { return ends_[static_cast<std::size_t>(part)]; }
+
+  float radius_m;
+  std::vector<std::vector<Photon>> parts;
+  PhotonMap map;
+
+ private:
+  int sample_;
+  std::vector<int> ends_;
+};
+
+/// Which of the particles around a point count.
+enum class Kept {
+  kAll,  ///< those straight from a light, too
+  kIndirect,
+  kCaustic  ///< indirect, by smooth surfaces alone
+};
+
+class PhotonTracer final : public Integrator {
+ public:
+  explicit PhotonTracer(const IntegratorInput& input)
+      : scene_(input.scene),
+        settings_(input.settings),
+        emission_(input.scene, input.environment),
+        camera_paths_(input),
+        paths_(photon_paths(settings_)),
+        is_progressive_(settings_.integrator == "sppm"),
+        first_radius_m_(settings_.photons.radius_m > 0
+                            ? settings_.photons.radius_m
+                            : usual_radius_m(input.scene, *input.camera, settings_)) {}
+
+  PathSample trace(const Camera::CameraRay&, const PathSampler&,
+                   std::uint64_t&) const noexcept override {
+    return {};  // samples come with photons
+  }
+  std::unique_ptr<PhotonPass> start_photons(int sample) const override;
+  void trace_photons(PhotonPass& pass, int part, std::uint64_t& rays) const override;
+  PathSample gather(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                    const PhotonPass& pass, std::uint64_t& rays) const noexcept override;
+
+ private:
+  void follow_particle(PathState& path, std::vector<Photon>& out) const;
+  bool ends_at(const Bsdf& bsdf, const PathVertex& vertex) const noexcept;
+  void follow(TracedPath& path, const Photons& photons) const noexcept;
+  Rgb direct_light(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf) const noexcept;
+  Rgb light_of(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
+               const Photons& photons, Kept kept) const noexcept;
+  Rgb final_gather(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
+                   const Photons& photons) const noexcept;
+  void follow_gathering(TracedPath& path, const Photons& photons) const noexcept;
+  static float usual_radius_m(const SceneData& scene, const Camera& camera,
+                              const RenderSettings& settings);
+
+  const SceneData& scene_;
+  RenderSettings settings_;
+  EmissionSampler emission_;
+  PathTracer<DefaultOptions> camera_paths_;
+  int paths_;
+  bool is_progressive_;
+  float first_radius_m_;
+};
+
+/// Three pixels where the camera first looks: the median over a grid of 16 x 16 rays.
+float PhotonTracer::usual_radius_m(const SceneData& scene, const Camera& camera,
+                                   const RenderSettings& settings) {
+  constexpr int kRays = 16;
+  constexpr float kPixels = 3;
+  std::vector<float> widths;
+  for (int i = 0; i < kRays * kRays; ++i) {
+    const auto at = [](int k, int size) {
+      return (static_cast<float>(k) + 0.5F) / kRays * static_cast<float>(size);
+    };
+    const Camera::CameraRay from = camera.ray(
+        {at(i % kRays, settings.film.width), at(i / kRays, settings.film.height)}, {0.5F, 0.5F});
+    RawHit hit;
+    if (scene.accel->intersect(from.ray, hit)) {
+      const float distance_m =
+          length(scene.surface_point(hit, from.ray).position - from.ray.origin);
+      widths.push_back(from.width_m + from.spread_rad * distance_m);
+    }
+  }
+  if (widths.empty()) {
+    return std::max(scene.radius_m, 1e-3F) / 100;
+  }
+  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
+  std::nth_element(widths.begin(), middle, widths.end());
+  return kPixels * *middle;
+}
+
+std::unique_ptr<PhotonPass> PhotonTracer::start_photons(int sample) const {
+  const int pass = sample / settings_.replicates;
+  const auto factor =
+      is_progressive_ ? static_cast<float>(sppm_radius(settings_.photons.alpha, pass)) : 1.0F;
+  return std::make_unique<Photons>(sample, paths_, first_radius_m_ * factor);
+}
+
+void PhotonTracer::trace_photons(PhotonPass& pass, int part, std::uint64_t& rays) const {
+  auto& photons = static_cast<Photons&>(pass);
+  // One set of points for all particles of a map, another for each map.
+  PathSampler sampler(SamplerType::kSobol, settings_.replicates, settings_.seed | kPhotonStream,
+                      settings_.first_replicate);
+  const int replicate = pass.sample() % settings_.replicates;
+  for (int i = photons.begin(part); i < photons.end(part); ++i) {
+    sampler.start(pass.sample() / settings_.replicates, 0, i * settings_.replicates + replicate);
+    PathState path = start_path({}, sampler, rays);
+    follow_particle(path, photons.parts[static_cast<std::size_t>(part)]);
+  }
+}
+
+void PhotonTracer::follow_particle(PathState& path, std::vector<Photon>& out) const {
+  const EmissionSample light = start_light_path(path, emission_);
+  const float first_size = throughput_size(path.beta);
+  bool is_smooth = true;  // every scattering so far
+  PathVertex vertex;
+  while (first_size > 0 && path.scatterings() < settings_.max_depth &&
+         path.null_scatterings <= kNullScatteringMax && intersect(scene_, path, vertex)) {
+    path.beta *= segment_transmittance(scene_, path, vertex);
+    const Material& material = scene_.materials[vertex.point.material];
+    if (material.factors.unlit) {
+      return;
+    }
+    surface_event(scene_, path, vertex);
+    const BsdfParameters& b = vertex.shading.bsdf;
+    const ScatterPoint at = {material, vertex.point,        path.footprint(),
+                             b.ior,    b.reflection_weight, b.refraction_weight};
+    const SeenSurface from_light(at, vertex.wo_world);
+    const int before = path.scatterings();
+    Rgb power = path.beta;
+    if (before == 0) {  // a range ends at the first surface that scatters
+      power *=
+          emission_.range_factor(light.light, length(vertex.point.position - path.last.origin));
+    }
+    if (from_light.bsdf().has_spread() && is_finite(power)) {
+      out.push_back({vertex.point.position, power, PackedDirection(vertex.wo_world),
+                     PackedDirection(vertex.shading.normal_geometric),
+                     static_cast<std::uint16_t>(before), before > 0 && is_smooth});
+    }
+    const int depth = path.depth;
+    const Vec4 u = path.sampler.get_4d(dimension_group(depth, BounceGroup::kBsdf));
+    const ScatterSample next =
+        sample_scatter(at, from_light, u.x, {u.y, u.z}, TransportMode::kImportance);
+    if (is_black(next.weight)) {
+      return;
+    }
+    if (!next.is_straight) {
+      path.beta = power;
+    }
+    is_smooth = is_smooth && (next.is_delta || next.is_straight);
+    scatter(scene_, path, vertex, next, TransportMode::kImportance);
+    if (!survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
+                           throughput_size(path.beta) / first_size)) {
+      return;
+    }
+  }
+}
+
+PathSample PhotonTracer::gather(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                                const PhotonPass& pass, std::uint64_t& rays) const noexcept {
+  TracedPath path{start_path(camera_ray, sampler, rays)};
+  follow(path, static_cast<const Photons&>(pass));
+  return path.out;
+}
+
+/// Does a camera path take its light from the map here? Not where a narrow lobe would pick single
+/// particles: such surfaces are path traced.
+bool PhotonTracer::ends_at(const Bsdf& bsdf, const PathVertex& vertex) const noexcept {
+  constexpr float kAlphaLeast = 0.0625F;  // roughness 1/4
+  const float alpha = std::min(vertex.shading.bsdf.alpha_x, vertex.shading.bsdf.alpha_y);
+  return bsdf.is_wide() || (bsdf.prob_diffuse() > 0.25F && alpha >= kAlphaLeast);
+}
+
+void PhotonTracer::follow(TracedPath& path, const Photons& photons) const noexcept {
+  const bool is_map = !is_progressive_ && settings_.photons.final_gather == 0;
+  PathVertex vertex;
+  while (camera_paths_.next_vertex(path, vertex)) {
+    const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
+    if (!camera_paths_.visit(path, vertex, bsdf)) {
+      return;
+    }
+    if (camera_paths_.is_at_max_depth(path) || !ends_at(bsdf, vertex)) {
+      if (!camera_paths_.is_at_max_depth(path)) {
+        camera_paths_.add_direct_light(path, vertex, bsdf);
+      }
+      if (!camera_paths_.extend(path, vertex, bsdf)) {
+        return;
+      }
+      continue;
+    }
+    if (is_map) {
+      path.out.radiance += light_of(path, vertex, bsdf, photons, Kept::kAll);
+    } else {
+      path.out.radiance += direct_light(path, vertex, bsdf);
+      path.out.radiance +=
+          light_of(path, vertex, bsdf, photons, is_progressive_ ? Kept::kIndirect : Kept::kCaustic);
+    }
+    if (!is_map && !is_progressive_) {
+      path.out.radiance += final_gather(path, vertex, bsdf, photons);
+    }
+    if (!(bsdf.prob_delta() > 0)) {
+      return;
+    }
+    const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
+    const BsdfSample sample = bsdf.sample_delta(u.x, {u.y, u.z});
+    if (is_black(sample.weight)) {
+      return;
+    }
+    scatter(scene_, path, vertex, sample, 1);
+    if (path.scatterings() > settings_.max_depth) {
+      return;
+    }
+  }
+}
+
+Rgb PhotonTracer::direct_light(TracedPath& path, const PathVertex& vertex,
+                               const Bsdf& bsdf) const noexcept {
+  const LightSampler& lights = camera_paths_.lights();
+  if (lights.empty()) {
+    return {};
+  }
+  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
+  const LightSample light =
+      lights.sample(vertex.shading.origin, vertex.light_normal, u.x, {u.y, u.z});
+  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
+    return {};
+  }
+  const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));
+  if (is_black(f.value_cos)) {
+    return {};
+  }
+  const Visibility seen =
+      visibility_from(scene_, path, vertex, light.wi_world, light.target, light.is_far);
+  return path.beta * f.value_cos * light.radiance * seen.transmittance *
+         (1 / light.pdf_solid_angle);
+}
+
+/// The particles' light that the surface scatters along the path. Where they lie on a neighbouring
+/// surface that is turned by more than 45 degrees they do not count.
+Rgb PhotonTracer::light_of(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
+                           const Photons& photons, Kept kept) const noexcept {
+  constexpr float kTurned = 0.7071068F;
+  // Of a particle that all but grazes the surface: 1e-6 of the light comes from below.
+  constexpr float kCosLeast = 1e-3F;
+  const int least = kept == Kept::kAll ? 0 : 1;
+  const int most = settings_.max_depth - 1 - path.scatterings();
+  const Vec3 n = vertex.shading.normal_geometric;
+  Rgb sum;
+  photons.map.each(vertex.point.position, [&](const Photon& photon) {
+    const int scatterings = photon.scatterings;
+    if (scatterings < least || scatterings > most ||
+        (kept == Kept::kCaustic && !photon.is_caustic) ||
+        std::fabs(dot(photon.normal.unpacked(), n)) < kTurned) {
+      return;
+    }
+    const Vec3 wi = photon.wi_world.unpacked();
+    const Rgb f = bsdf.evaluate(vertex.shading.frame.to_local(wi)).value_cos;
+    sum += f * photon.power / std::max(std::fabs(dot(n, wi)), kCosLeast);
+  });
+  return path.beta * sum * (kInvPi / (square(photons.radius_m) * static_cast<float>(paths_)));
+}
+
+/// Light reflected once more before the map is asked: what comes neither straight from a light nor
+/// from one by smooth surfaces alone.
+Rgb PhotonTracer::final_gather(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
+                               const Photons& photons) const noexcept {
+  const int count = settings_.photons.final_gather;
+  Rgb sum;
+  for (int i = 0; i < count; ++i) {
+    TracedPath branch = path;
+    branch.sampler = path.sampler.branch(i, count);
+    branch.out.radiance = {};
+    const Vec4 u = branch.sampler.get_4d(dimension_group(branch.depth, BounceGroup::kBsdf));
+    const BsdfSample sample = bsdf.sample(u.x, {u.y, u.z});
+    if (is_black(sample.weight) || sample.is_delta || sample.is_straight) {
+      continue;  // smooth lobes are followed by the path itself
+    }
+    scatter(scene_, branch, vertex, sample, 1);
+    follow_gathering(branch, photons);
+    sum += branch.out.radiance;
+  }
+  return sum * (1 / static_cast<float>(count));
+}
+
+void PhotonTracer::follow_gathering(TracedPath& path, const Photons& photons) const noexcept {
+  bool is_smooth = true;  // since gathering began: lights met so far are the first surface's
+  PathVertex vertex;
+  while (path.scatterings() <= settings_.max_depth) {
+    const Rgb before = path.out.radiance;
+    vertex.distance_m = -1;  // set where a surface is met
+    const bool is_met = camera_paths_.next_vertex(path, vertex);
+    if (!is_met) {
+      const bool is_sky = vertex.distance_m < 0;
+      path.out.radiance = is_sky && is_smooth ? before : path.out.radiance;
+      return;
+    }
+    const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
+    const bool goes_on = camera_paths_.visit(path, vertex, bsdf);
+    path.out.radiance = is_smooth ? before : path.out.radiance;
+    if (!goes_on) {
+      return;
+    }
+    if (!camera_paths_.is_at_max_depth(path)) {
+      if (ends_at(bsdf, vertex)) {
+        path.out.radiance += direct_light(path, vertex, bsdf);
+        path.out.radiance += light_of(path, vertex, bsdf, photons, Kept::kIndirect);
+        if (!(bsdf.prob_delta() > 0)) {
+          return;
+        }
+        const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
+        const BsdfSample sample = bsdf.sample_delta(u.x, {u.y, u.z});
+        if (is_black(sample.weight)) {
+          return;
+        }
+        scatter(scene_, path, vertex, sample, 1);
+        continue;
+      }
+      camera_paths_.add_direct_light(path, vertex, bsdf);
+    }
+    const int scatterings = path.scatterings();
+    if (!camera_paths_.extend(path, vertex, bsdf)) {
+      return;
+    }
+    is_smooth = is_smooth && (path.scatterings() == scatterings || !(path.last.pdf_bsdf > 0));
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<const Integrator> make_photon_tracer(const IntegratorInput& input) {
+  return std::make_unique<PhotonTracer>(input);
+}
+
+}  // namespace core

@@ -1,0 +1,159 @@
+#include "core/render/feature_pass.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/accel/accel.h"
+#include "core/camera/camera.h"
+#include "core/film/filter.h"
+#include "core/samplers/dimensions.h"
+#include "core/samplers/streams.h"
+#include "core/transport/intersect.h"
+#include "core/transport/scatter.h"
+#include "core/transport/surface_event.h"
+
+namespace core {
+namespace {
+
+/// Mirrors and glass that a path follows at most.
+constexpr int kSmoothMost = 16;
+
+/// What one path found.
+struct Found {
+  Rgb albedo;
+  Rgb normal;
+  float depth_m = 0;
+  Rgb emission;
+};
+
+Rgb as_rgb(Vec3 v) { return {v.x, v.y, v.z}; }
+
+Found first_rough_surface(const View& view, const Camera::CameraRay& camera_ray,
+                          const PathSampler& sampler) {
+  const SceneData& scene = view.scene->data();
+  std::uint64_t rays = 0;
+  PathState path = start_path(camera_ray, sampler, rays);
+  PathVertex vertex;
+  Found out;
+  float way_m = 0;
+  for (int k = 0; k < kSmoothMost; ++k) {
+    if (!intersect(scene, path, vertex)) {
+      if (view.environment != nullptr && (path.depth > 0 || view.environment->visible())) {
+        out.emission = path.beta * view.environment->background(path.ray.direction);
+      }
+      return out;
+    }
+    path.beta *= segment_transmittance(scene, path, vertex);
+    way_m += vertex.distance_m;
+    const Material& material = scene.materials[vertex.point.material];
+    if (material.factors.unlit) {
+      out.normal = as_rgb(vertex.point.normal_shading);
+      out.depth_m = way_m;
+      out.emission =
+          path.beta * unlit_color(material, vertex.point, vertex.wo_world, path.footprint());
+      return out;
+    }
+    surface_event(scene, path, vertex);
+    const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
+    if (bsdf.has_spread() || material.is_emissive) {
+      out.albedo = path.beta * bsdf.albedo();
+      out.normal = as_rgb(vertex.shading.frame.n);
+      out.depth_m = way_m;
+      out.emission = material.is_emissive
+                         ? path.beta * emitted(material, vertex.point, vertex.wo_world)
+                         : Rgb{};
+      return out;
+    }
+    const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
+    const BsdfSample sample = bsdf.sample(u.x, {u.y, u.z});
+    if (is_black(sample.weight)) {
+      return out;
+    }
+    scatter(scene, path, vertex, sample, 1);
+  }
+  return out;
+}
+
+/// Mean, and the variance of it over all channels.
+struct ColorSums {
+  Rgb sum;
+  Rgb squares;
+  void add(Rgb v) {
+    sum += v;
+    squares += v * v;
+  }
+  Rgb mean() const { return sum / static_cast<float>(kFeatureSamples); }
+  float variance() const {
+    const auto n = static_cast<float>(kFeatureSamples);
+    const Rgb left = squares - sum * sum / n;
+    return std::max(left.r + left.g + left.b, 0.0F) / (n * (n - 1));
+  }
+};
+
+void put(ColorPlanes& planes, std::size_t i, Rgb v) {
+  planes[0][i] = v.r;
+  planes[1][i] = v.g;
+  planes[2][i] = v.b;
+}
+
+}  // namespace
+
+Result<std::optional<FeaturePicture>> feature_pass(const View& view, const ParallelFor& parallel,
+                                                   const std::stop_token& stop) {
+  const FilmSettings& film = view.settings.film;
+  const SceneSummary& summary = view.scene->summary();
+  const auto camera =
+      Camera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
+  if (!camera) {
+    return camera.error();
+  }
+  const FilterSampler filter(film.filter);
+  const PixelRect crop = film.crop.value_or(PixelRect{0, 0, film.width, film.height});
+  FeaturePicture out = FeaturePicture::blank(crop.width, crop.height);
+  parallel(crop.height, [&](int row) {
+    if (stop.stop_requested()) {
+      return;
+    }
+    prepare_tracing_thread();
+    PathSampler sampler(SamplerType::kSobol, 1, view.settings.seed | kFeatureStream);
+    for (int column = 0; column < crop.width; ++column) {
+      const int x = crop.x + column;
+      const int y = crop.y + row;
+      ColorSums albedo;
+      ColorSums normal;
+      ColorSums depth;
+      ColorSums emission;
+      for (int s = 0; s < kFeatureSamples; ++s) {
+        sampler.start(x, y, s);
+        const Vec4 u = sampler.get_4d(kCameraGroup);
+        // Features are means of what is seen: filters with negative lobes count like others.
+        const FilterSampler::Offset at = filter.sample({u.x, u.y});
+        const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x,
+                              static_cast<float>(y) + 0.5F + at.offset_px.y};
+        const Found found = first_rough_surface(view, camera->ray(film_px, {u.z, u.w}), sampler);
+        if (is_finite(found.albedo + found.normal + found.emission + Rgb(found.depth_m))) {
+          albedo.add(found.albedo);
+          normal.add(found.normal);
+          depth.add({found.depth_m, 0, 0});
+          emission.add(found.emission);
+        }
+      }
+      const auto i = static_cast<std::size_t>(row) * static_cast<std::size_t>(crop.width) +
+                     static_cast<std::size_t>(column);
+      put(out.albedo, i, albedo.mean());
+      put(out.normal, i, normal.mean());
+      put(out.emission, i, emission.mean());
+      out.depth_m[i] = depth.mean().r;
+      out.albedo_variance[i] = albedo.variance();
+      out.normal_variance[i] = normal.variance();
+      out.depth_variance[i] = depth.variance();
+      out.emission_variance[i] = emission.variance();
+    }
+  });
+  if (stop.stop_requested()) {
+    return std::optional<FeaturePicture>();
+  }
+  return std::optional(std::move(out));
+}
+
+}  // namespace core

@@ -1,0 +1,15 @@
+/// Seeds of random numbers beside those of a job's camera paths: independent of them and of each
+/// other, as no job's seed reaches 2^53.
+#pragma once
+
+#include <cstdint>
+
+namespace core {
+
+inline constexpr std::uint64_t kPilotStream = std::uint64_t{1} << 62U;
+inline constexpr std::uint64_t kLightStream = std::uint64_t{1} << 61U;
+inline constexpr std::uint64_t kPhotonStream = std::uint64_t{1} << 60U;
+inline constexpr std::uint64_t kChainStream = std::uint64_t{1} << 59U;
+inline constexpr std::uint64_t kFeatureStream = std::uint64_t{1} << 58U;
+
+}  // namespace core

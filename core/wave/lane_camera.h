@@ -1,0 +1,87 @@
+/// FilterSampler::sample() and Camera::ray() in lanes.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "core/camera/camera.h"
+#include "core/film/due_sample.h"
+#include "core/film/filter.h"
+#include "core/math/lane_math.h"
+#include "core/wave/lane_sampler.h"
+
+namespace core {
+
+template <std::size_t N>
+struct CameraRayLanes {
+  Vec3s<N> origin;
+  Vec3s<N> direction;
+  Floats<N> spread_rad;
+  Floats<N> width_m;
+  Floats<N> weight;  ///< of the filter
+};
+
+/// Box filters and cameras without a lens side by side, whatever else lane by lane.
+class LaneCamera {
+ public:
+  LaneCamera(const Camera& camera, const FilterSampler& filter)
+      : camera_(camera), filter_(filter), pinhole_(camera.pinhole()) {}
+
+  /// due: at most N; in the lanes beyond it anything.
+  template <std::size_t N>
+  CameraRayLanes<N> rays(std::span<const DueSample> due, const Vec4s<N>& u) const {
+    CameraRayLanes<N> out{};
+    Floats<N> x(0.5F);
+    Floats<N> y(0.5F);
+    for (std::size_t k = 0; k < due.size(); ++k) {
+      x.v[k] += static_cast<float>(due[k].x);
+      y.v[k] += static_cast<float>(due[k].y);
+    }
+    if (filter_.is_box()) {
+      const Floats<N> radius(filter_.radius_px());
+      const auto offset = [&](Floats<N> t) { return (t + t - Floats<N>(1)) * radius; };
+      x = x + offset(u.x);
+      y = y + offset(u.y);
+      out.weight = Floats<N>(1);
+    } else {
+      for (std::size_t k = 0; k < due.size(); ++k) {
+        const FilterSampler::Offset at = filter_.sample({u.x.v[k], u.y.v[k]});
+        x.v[k] += at.offset_px.x;
+        y.v[k] += at.offset_px.y;
+        out.weight.v[k] = at.weight;
+      }
+    }
+    if (pinhole_) {
+      through_pinhole(*pinhole_, x, y, out);
+      return out;
+    }
+    for (std::size_t k = 0; k < due.size(); ++k) {
+      const Camera::CameraRay one = camera_.ray({x.v[k], y.v[k]}, {u.z.v[k], u.w.v[k]});
+      out.origin.set(k, one.ray.origin);
+      out.direction.set(k, one.ray.direction);
+      out.spread_rad.v[k] = one.spread_rad;
+      out.width_m.v[k] = one.width_m;
+    }
+    return out;
+  }
+
+ private:
+  template <std::size_t N>
+  static void through_pinhole(const Camera::Pinhole& p, Floats<N> x_px, Floats<N> y_px,
+                              CameraRayLanes<N>& out) {
+    const Floats<N> one(1);
+    const Floats<N> x = ((x_px + x_px) / Floats<N>(p.width_px) - one) * Floats<N>(p.half_width);
+    const Floats<N> y = (one - (y_px + y_px) / Floats<N>(p.height_px)) * Floats<N>(p.half_height);
+    const Vec3s<N> d = Vec3s<N>(p.forward) + Vec3s<N>(p.right) * x + Vec3s<N>(p.up) * y;
+    out.origin = Vec3s<N>(p.eye);
+    out.direction = d * (one / length(d));
+    out.spread_rad = Floats<N>(p.spread_rad);
+    out.width_m = Floats<N>(0);
+  }
+
+  const Camera& camera_;
+  const FilterSampler& filter_;
+  std::optional<Camera::Pinhole> pinhole_;
+};
+
+}  // namespace core

@@ -1,0 +1,117 @@
+/// Environment::radiance() and background() in lanes.
+#pragma once
+
+#include "core/lights/environment.h"
+#include "core/math/lane_math.h"
+
+namespace core {
+
+/// Where directions meet the map.
+template <std::size_t N>
+struct MapPoints {
+  Floats<N> u, v, sin_theta;
+};
+
+class LaneEnvironment {
+ public:
+  /// environment: may be null, then nothing here is called.
+  explicit LaneEnvironment(const Environment* environment) {
+    if (environment != nullptr) {
+      map_ = environment->map();
+    }
+  }
+
+  template <std::size_t N>
+  MapPoints<N> points(Vec3s<N> d) const {
+    const Floats<N> c(map_.cos_rotation);
+    const Floats<N> s(map_.sin_rotation);
+    const Floats<N> x = d.x * c - d.z * s;
+    const Floats<N> z = d.x * s + d.z * c;
+    const Floats<N> sin_theta = sqrt(x * x + z * z);
+    return {Floats<N>(0.5F) + atan2(z, x) * Floats<N>(0.5F * kInvPi),
+            atan2(sin_theta, d.y) * Floats<N>(kInvPi), sin_theta};
+  }
+
+  template <std::size_t N>
+  Vec3s<N> radiance(const MapPoints<N>& at) const {
+    if (map_.width == 0) {
+      return constant<N>();
+    }
+    return texels(within(truncated(at.u * width<N>()), map_.width),
+                  within(truncated(at.v * height<N>()), map_.height));
+  }
+
+  template <std::size_t N>
+  Vec3s<N> background(const MapPoints<N>& at) const {
+    if (map_.width == 0) {
+      return constant<N>();
+    }
+    const Ints<N> one(1);
+    const Floats<N> x = at.u * width<N>() - Floats<N>(0.5F);
+    const Floats<N> y = at.v * height<N>() - Floats<N>(0.5F);
+    const Ints<N> column = floor_of(x);
+    const Ints<N> row = floor_of(y);
+    const Floats<N> right = x - to_floats(column);
+    const Floats<N> down = y - to_floats(row);
+    const Ints<N> x0 = around(column);
+    const Ints<N> x1 = around(column + one);
+    const Ints<N> y0 = within(row, map_.height);
+    const Ints<N> y1 = within(row + one, map_.height);
+    const Vec3s<N> upper = mix(texels(x0, y0), texels(x1, y0), right);
+    const Vec3s<N> lower = mix(texels(x0, y1), texels(x1, y1), right);
+    return mix(upper, lower, down);
+  }
+
+ private:
+  template <std::size_t N>
+  Vec3s<N> constant() const {
+    return Vec3s<N>(Vec3{map_.constant.r, map_.constant.g, map_.constant.b});
+  }
+  template <std::size_t N>
+  Floats<N> width() const {
+    return Floats<N>(static_cast<float>(map_.width));
+  }
+  template <std::size_t N>
+  Floats<N> height() const {
+    return Floats<N>(static_cast<float>(map_.height));
+  }
+  template <std::size_t N>
+  static Ints<N> floor_of(Floats<N> x) {
+    const Ints<N> towards_zero = truncated(x);
+    return select(x < to_floats(towards_zero), towards_zero - Ints<N>(1), towards_zero);
+  }
+  template <std::size_t N>
+  static Ints<N> within(Ints<N> i, int count) {
+    const Ints<N> last(count - 1);
+    const Ints<N> low = select(i < Ints<N>(0), Ints<N>(0), i);
+    return select(last < low, last, low);
+  }
+  /// Columns go round.
+  template <std::size_t N>
+  Ints<N> around(Ints<N> i) const {
+    const Ints<N> count(map_.width);
+    const Ints<N> up = select(i < Ints<N>(0), i + count, i);
+    return within(select(up < count, up, up - count), map_.width);
+  }
+  template <std::size_t N>
+  static Vec3s<N> mix(Vec3s<N> a, Vec3s<N> b, Floats<N> t) {
+    return a + (b - a) * t;
+  }
+  template <std::size_t N>
+  Vec3s<N> texels(Ints<N> x, Ints<N> y) const {
+    static_assert(sizeof(Rgb) == 3 * sizeof(float));
+    alignas(32) std::int32_t index[N];
+    store(index, y * Ints<N>(map_.width) + x);
+    const float* rows[N];
+    for (std::size_t k = 0; k < N; ++k) {
+      rows[k] = &map_.texels[index[k]].r;
+    }
+    Floats<N> columns[4];
+    transpose(rows, columns);
+    return {columns[0], columns[1], columns[2]};
+  }
+
+  Environment::Map map_;
+};
+
+}  // namespace core

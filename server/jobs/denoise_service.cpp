@@ -1,0 +1,160 @@
+#include "server/jobs/denoise_service.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/denoise/make_denoiser.h"
+#include "core/render/feature_pass.h"
+
+namespace server {
+
+using core::Error;
+using core::ErrorCode;
+
+namespace {
+
+/// Of last_: jobs beyond it are asked for again as if for the first time.
+constexpr std::size_t kLastMost = 1024;
+
+std::uint64_t pixels_of(const core::Film& film) {
+  return static_cast<std::uint64_t>(film.crop().width) *
+         static_cast<std::uint64_t>(film.crop().height);
+}
+
+std::uint64_t feature_bytes(const core::FeaturePicture& features) {
+  constexpr std::uint64_t kPlanes = 14;
+  return features.depth_m.size() * kPlanes * sizeof(float);
+}
+
+core::DenoiserType type_of(const Job& job) { return job.record().view.spec.denoise.type; }
+
+}  // namespace
+
+DenoiseService::DenoiseService(JobService& jobs, MemoryGate& memory, Log& log)
+    : jobs_(jobs),
+      memory_(memory),
+      log_(log),
+      pictures_(kCacheBytes, SingleFlightCache<Made>::Oversized::kKept),
+      features_(kCacheBytes, SingleFlightCache<core::FeaturePicture>::Oversized::kKept) {
+  memory_.add_reclaimer([this] { return pictures_.drop_unused() || features_.drop_unused(); });
+}
+
+core::Result<DenoiseService::Pointer> DenoiseService::get(const JobPointer& job,
+                                                          const core::Film& film,
+                                                          std::optional<std::uint32_t> revision,
+                                                          std::chrono::milliseconds patience) {
+  const api::JobView view = job->record().view;
+  if (view.spec.denoise.type == core::DenoiserType::kNone) {
+    return Error{ErrorCode::kInvalidArgument, "the job's denoise.type is none", "/denoise"};
+  }
+  const bool is_final = api::is_final(view.state);
+  if (!is_final && !view.spec.denoise.preview) {
+    return Error{ErrorCode::kConflict,
+                 "the job renders, and its denoise.preview is false: it is denoised at its end",
+                 "/denoise"};
+  }
+  const std::string job_key = std::to_string(job->sequence()) + ".";
+  if (!is_final) {
+    if (Pointer last = last_shown(job_key, revision)) {
+      return last;
+    }
+  }
+  const std::string key = job_key + std::to_string(film.revision());
+  return pictures_.get(key, [&]() -> core::Result<SingleFlightCache<Made>::Made> {
+    auto made = make(job, film, patience);
+    if (!made) {
+      return made.error();
+    }
+    const std::uint64_t bytes = (*made)->picture.bytes();
+    job->set_denoised((*made)->view);
+    const core::MutexLock lock(mutex_);
+    if (last_.size() >= kLastMost) {
+      last_.clear();
+    }
+    last_[job_key] = {key, (*made)->view.revision, Clock::now(), (*made)->view.seconds};
+    return SingleFlightCache<Made>::Made{.value = *std::move(made), .bytes = bytes};
+  });
+}
+
+DenoiseService::Pointer DenoiseService::last_shown(const std::string& job_key,
+                                                   std::optional<std::uint32_t> revision) const {
+  std::string key;
+  {
+    const core::MutexLock lock(mutex_);
+    const auto found = last_.find(job_key);
+    if (found == last_.end() || found->second.revision < revision.value_or(0)) {
+      return nullptr;
+    }
+    const std::chrono::duration<double> since = Clock::now() - found->second.made;
+    const double pace = std::chrono::duration<double>(kPace).count();
+    if (since.count() >= std::max(pace, kShare * found->second.seconds)) {
+      return nullptr;
+    }
+    key = found->second.key;
+  }
+  return pictures_.peek(key);
+}
+
+core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job,
+                                                           const core::Film& film,
+                                                           std::chrono::milliseconds patience) {
+  auto lease = memory_.take(core::denoising_bytes(pixels_of(film)) + film.bytes(),
+                            "the denoised picture", patience);
+  if (!lease) {
+    return Error{ErrorCode::kUnavailable, lease.error().message, ""};
+  }
+  const auto begin = Clock::now();
+  const core::FilmSnapshot snapshot = film.snapshot();
+  if (!core::has_both_halves(snapshot)) {
+    return Error{ErrorCode::kConflict, "a pixel has samples of one half only; denoising needs both",
+                 ""};
+  }
+  const std::shared_ptr<const core::FeaturePicture> features = features_of(*job);
+  auto denoised = core::denoise_with(type_of(*job), snapshot, features.get(),
+                                     core::parallel_for(std::max(jobs_.threads(), 1)));
+  const std::string fault = denoised ? denoised->note : denoised.error().message;
+  if (!fault.empty()) {
+    log_.write(LogLevel::kWarning, "denoising_failed", {{"job", job->id()}, {"detail", fault}});
+  }
+  if (!denoised) {
+    return denoised.error();
+  }
+  auto made = std::make_shared<Made>();
+  made->picture = std::move(denoised->picture);
+  api::DenoisedView& view = made->view;
+  view.type = denoised->denoiser;
+  view.version = denoised->version;
+  view.quality = denoised->quality;
+  view.note = denoised->note;
+  view.has_features = features != nullptr;
+  view.mixed = made->picture.interval(core::DenoiseMode::kMixed, 0.95);
+  view.full = made->picture.interval(core::DenoiseMode::kFull, 0.95);
+  view.plain = core::ErrorEstimate(made->picture.plain_tiles).image(0.95);
+  view.revision = made->picture.revision;
+  view.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  lease->shrink_to(made->picture.bytes());
+  return with_lease(std::shared_ptr<const Made>(std::move(made)), *std::move(lease));
+}
+
+std::shared_ptr<const core::FeaturePicture> DenoiseService::features_of(const Job& job) {
+  const std::string key = std::to_string(job.sequence());
+  using Features = SingleFlightCache<core::FeaturePicture>::Made;
+  auto features = features_.get(key, [&]() -> core::Result<Features> {
+    const auto view = jobs_.scene_view(job);
+    if (!view) {
+      return view.error();
+    }
+    auto made = core::feature_pass(*view, core::parallel_for(std::max(jobs_.threads(), 1)));
+    if (!made) {
+      return made.error();
+    }
+    auto picture = std::make_shared<const core::FeaturePicture>(**std::move(made));
+    const std::uint64_t bytes = feature_bytes(*picture);
+    return Features{.value = with_lease(std::move(picture),
+                                        memory_.note({.bytes = bytes}, MemoryGate::Kind::kIdle)),
+                    .bytes = bytes};
+  });
+  return features ? *features : nullptr;
+}
+
+}  // namespace server

@@ -1,0 +1,66 @@
+/// DenoiseService: denoised pictures of jobs, made when somebody asks.
+///
+/// Kept by job and revision, as long as there is memory; never part of a film. While a job renders,
+/// a picture is shown until another is due: not within kPace, nor before rendering has taken
+/// kShare times as long as denoising did, so that all who watch together cost the job 5 % at most.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "core/base/mutex.h"
+#include "core/base/result.h"
+#include "core/denoise/denoised_picture.h"
+#include "server/jobs/job_service.h"
+#include "server/observe/memory_gate.h"
+#include "server/scenes/single_flight_cache.h"
+
+namespace server {
+
+class DenoiseService {
+ public:
+  static constexpr std::chrono::seconds kPace{2};
+  static constexpr double kShare = 19;
+  static constexpr std::uint64_t kCacheBytes = std::uint64_t{256} << 20U;
+
+  struct Made {
+    core::DenoisedPicture picture;
+    api::DenoisedView view;
+  };
+  using Pointer = std::shared_ptr<const Made>;
+
+  DenoiseService(JobService& jobs, MemoryGate& memory, Log& log);
+
+  /// Of the film as it is, or of a little before while the job renders. revision: this or newer.
+  /// Errors: kInvalidArgument at /denoise (the job has none, or none before its end); kConflict
+  /// (a half is missing, or no such revision yet); those of FilmLibrary::film(); kUnavailable.
+  core::Result<Pointer> get(const JobPointer& job, const core::Film& film,
+                            std::optional<std::uint32_t> revision,
+                            std::chrono::milliseconds patience);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Last {
+    std::string key;
+    std::uint32_t revision = 0;
+    Clock::time_point made;
+    double seconds = 0;
+  };
+
+  core::Result<Pointer> make(const JobPointer& job, const core::Film& film,
+                             std::chrono::milliseconds patience);
+  std::shared_ptr<const core::FeaturePicture> features_of(const Job& job);
+  Pointer last_shown(const std::string& job_key, std::optional<std::uint32_t> revision) const;
+
+  JobService& jobs_;
+  MemoryGate& memory_;
+  Log& log_;
+  SingleFlightCache<Made> pictures_;
+  SingleFlightCache<core::FeaturePicture> features_;
+  mutable core::Mutex mutex_;
+  std::map<std::string, Last> last_ GUARDED_BY(mutex_);
+};
+
+}  // namespace server

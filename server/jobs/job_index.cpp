@@ -1,0 +1,166 @@
+#include "server/jobs/job_index.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "api/requests.h"
+#include "api/values.h"
+
+namespace server {
+
+using api::JobState;
+using core::Error;
+using core::ErrorCode;
+
+namespace {
+
+Error unknown_job(const std::string& id) {
+  return Error{ErrorCode::kNotFound, "no job has the id \"" + id + "\"", ""};
+}
+
+bool matches(const api::JobView& view, const JobQuery& query) {
+  if (!query.states.empty() && std::find(query.states.begin(), query.states.end(),
+                                         api::to_text(view.state)) == query.states.end()) {
+    return false;
+  }
+  // An empty title is part of every one.
+  const auto titled = job_title(view.spec.name, view.spec.scene).find(job_title(query.title, ""));
+  return titled != std::string::npos &&
+         std::all_of(query.labels.begin(), query.labels.end(), [&](const auto& label) {
+           const auto found = view.spec.labels.find(label.first);
+           return found != view.spec.labels.end() &&
+                  (!label.second || found->second == *label.second);
+         });
+}
+
+}  // namespace
+
+core::Result<JobPointer> JobIndex::find(const std::string& id, const Access& access) {
+  auto job = find(id);
+  return job && !access.sees((*job)->tenant()) ? core::Result<JobPointer>(unknown_job(id)) : job;
+}
+
+core::Result<JobPointer> JobIndex::find(const std::string& id) {
+  if (!api::is_uuid(id)) {
+    return unknown_job(id);
+  }
+  if (auto job = book_.find(id)) {
+    return job;
+  }
+  const auto row = table_.find(id);
+  if (!row) {
+    return row.error();
+  }
+  if (!*row) {
+    return unknown_job(id);
+  }
+  auto record = to_record(**row);
+  if (!record) {
+    return record.error();
+  }
+  auto job = std::make_shared<Job>(std::move(*record), Job::History::kInStore);
+  const auto events = table_.events_after((*row)->sequence, 0, 0);
+  if (!events) {
+    return events.error();
+  }
+  for (const EventRow& event : *events) {
+    if (event.type == api::to_text(api::EventType::kEnd)) {
+      job->set_end_mark(EndMark{.stream = event.stream, .seq = event.seq});
+    }
+  }
+  JobPointer kept = book_.add_final(job);
+  if (kept == job) {
+    // Another request may have deleted it since it was read.
+    const auto still = table_.find(id);
+    if (!still || !*still || (*still)->sequence != job->sequence()) {
+      book_.forget(*job);
+      return still ? unknown_job(id) : still.error();
+    }
+  }
+  return kept;
+}
+
+api::JobView JobIndex::view(const Job& job) const {
+  // The run first: when it is gone, the record has its last figures.
+  const auto run = job.run();
+  api::JobView view = job.record().view;
+  if (run && !api::is_final(view.state)) {
+    view.progress = run->task().progress();
+    view.peak_bytes = run->peak_bytes();
+  }
+  view.denoised = job.denoised();
+  if (view.state == JobState::kQueued) {
+    view.queue_position = book_.position(job);
+  }
+  return view;
+}
+
+core::Result<JobIndex::Page> JobIndex::list(JobQuery query, const Access& access) {
+  if (!access.sees_all()) {
+    query.tenant = access.tenant;
+  }
+  JobQuery more = query;
+  more.limit = query.limit + 1;
+  const auto rows =
+      query.stored ? table_.list(more) : core::Result<std::vector<JobRow>>(std::vector<JobRow>());
+  if (!rows) {
+    return rows.error();
+  }
+  std::vector<std::pair<std::int64_t, api::JobView>> found;
+  for (const JobRow& row : *rows) {
+    if (const auto job = book_.find(row.id)) {
+      found.emplace_back(row.sequence, view(*job));
+    } else if (auto record = to_record(row)) {
+      found.emplace_back(row.sequence, std::move(record->view));
+    }
+  }
+  for (const JobPointer& job : book_.all()) {
+    if (query.previews && job->memory_only() && access.sees(job->tenant()) &&
+        (!query.before || job->sequence() < *query.before)) {
+      api::JobView preview = view(*job);
+      if (matches(preview, query)) {
+        found.emplace_back(job->sequence(), std::move(preview));
+      }
+    }
+  }
+  std::sort(found.begin(), found.end(),
+            [](const auto& a, const auto& b) { return a.first > b.first; });
+  Page page;
+  for (auto& [sequence, view] : found) {
+    if (static_cast<int>(page.jobs.size()) == query.limit) {
+      break;
+    }
+    page.jobs.push_back(std::move(view));
+    page.next = sequence;
+  }
+  if (found.size() <= page.jobs.size()) {
+    page.next.reset();
+  }
+  return page;
+}
+
+core::Result<bool> JobIndex::needs_scene(const std::string& scene,
+                                         const std::optional<std::string>& tenant) {
+  for (const JobPointer& job : book_.all()) {
+    const JobRecord record = job->record();
+    if (job->memory_only() && (!tenant || *tenant == job->tenant()) &&
+        record.view.spec.scene == scene && !api::is_final(record.view.state)) {
+      return true;
+    }
+  }
+  return table_.scene_in_use(scene, tenant);
+}
+
+core::Result<bool> JobIndex::needs_asset(const std::string& asset,
+                                         const std::optional<std::string>& tenant) {
+  for (const JobPointer& job : book_.all()) {
+    const JobRecord record = job->record();
+    if (job->memory_only() && (!tenant || *tenant == job->tenant()) &&
+        record.view.spec.environment_asset == asset && !api::is_final(record.view.state)) {
+      return true;
+    }
+  }
+  return table_.environment_in_use(asset, tenant);
+}
+
+}  // namespace server

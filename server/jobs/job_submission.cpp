@@ -1,0 +1,268 @@
+// What makes a job: submissions, replayed ones, and films from elsewhere.
+
+#include <shared_mutex>
+#include <utility>
+
+#include "api/errors.h"
+#include "core/error/error_estimate.h"
+#include "server/jobs/job_service.h"
+#include "server/observe/clock.h"
+#include "server/store/film_file.h"
+#include "server/store/uuid.h"
+
+namespace server {
+
+using api::JobState;
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+/// Both in the table of idempotency keys. A tenant's name has no space.
+std::string own_id_key(const std::string& id) { return "put " + id; }
+std::string key_of(const JobService::Submission& submission) {
+  return "of " + submission.access.tenant + " " + submission.key;
+}
+
+/// Everything but its identity.
+api::JobView view_of_finished(const JobService::FinishedFilm& finished) {
+  const core::Film& film = *finished.film;
+  api::JobView view;
+  view.state = JobState::kFinished;
+  view.stop_reason = finished.stop_reason;
+  view.created_at_unix_seconds = unix_now();
+  view.started_at_unix_seconds = view.created_at_unix_seconds;
+  view.finished_at_unix_seconds = view.created_at_unix_seconds;
+  view.spec = finished.spec;
+  view.warnings = finished.warnings;
+  view.build = finished.build;
+  view.ledger = finished.ledger;
+  view.film_digest = film.digest();
+  view.peak_bytes = film.bytes();
+  core::Progress& progress = view.progress;
+  progress.fraction = 1;
+  const core::SampleCounts counts = film.sample_counts();
+  progress.samples_min = static_cast<int>(counts.min);
+  progress.samples_mean = counts.mean;
+  progress.samples_max = static_cast<int>(counts.max);
+  progress.elapsed_seconds = finished.elapsed_seconds;
+  progress.cpu_seconds = film.cpu_seconds();
+  progress.rays = film.rays();
+  progress.rejected_samples = film.rejected_samples();
+  progress.revision = film.revision();
+  note_samples_by_error(view);
+  progress.error = core::ErrorEstimate(film).image(finished.spec.stop.confidence);
+  const double error = progress.error.relative_rmse;
+  if (error > 0 && progress.cpu_seconds > 0) {
+    progress.efficiency = 1 / (error * error * progress.cpu_seconds);
+  }
+  if (progress.elapsed_seconds > 0) {
+    progress.rays_per_second = static_cast<double>(progress.rays) / progress.elapsed_seconds;
+  }
+  return view;
+}
+
+}  // namespace
+
+core::Result<JobPointer> JobService::find_replay(const Submission& submission) {
+  std::optional<IdempotencyRow> row;
+  {
+    auto stored = table_.find_key(key_of(submission));
+    if (!stored) {
+      return stored.error();
+    }
+    row = std::move(*stored);
+  }
+  if (!row || row->created_at < unix_now() - kKeySeconds) {
+    return JobPointer();
+  }
+  auto job = find(row->job, submission.access);
+  if (!job) {
+    return job.error().code == ErrorCode::kNotFound ? core::Result<JobPointer>(JobPointer()) : job;
+  }
+  if (row->body_hash != submission.body_hash) {
+    return Error{ErrorCode::kConflict,
+                 "this Idempotency-Key was used with another body, for job " + row->job, ""};
+  }
+  return job;
+}
+
+core::Result<JobPointer> JobService::find_own_id(const Submission& submission) {
+  auto job = index_.find(submission.id);  // Ids are unique over all tenants.
+  if (!job) {
+    return job.error().code == ErrorCode::kNotFound ? core::Result<JobPointer>(JobPointer()) : job;
+  }
+  if (!submission.access.sees((*job)->tenant())) {
+    return find(submission.id, submission.access);
+  }
+  const auto row = table_.find_key(own_id_key(submission.id));
+  if (!row) {
+    return row.error();
+  }
+  if (!*row || (*row)->body_hash != submission.body_hash) {
+    return Error{ErrorCode::kConflict,
+                 "the job " + submission.id + " is there, and was asked for otherwise", ""};
+  }
+  return job;
+}
+
+api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::string& tenant) {
+  if (tenant.empty() || options_.quota_jobs == 0) {
+    return std::unique_lock<core::Mutex>();
+  }
+  std::unique_lock<core::Mutex> held(quota_mutex_);
+  const auto count = table_.unfinished_of(tenant);
+  if (!count) {
+    return api::from_error(count.error());
+  }
+  if (*count < options_.quota_jobs) {
+    return api::Parsed<std::unique_lock<core::Mutex>>(std::move(held));
+  }
+  return api::make_problem(ErrorCode::kTooManyRequests,
+                           "the tenant '" + tenant + "' has " + std::to_string(*count) +
+                               " unfinished jobs; at most " + std::to_string(options_.quota_jobs) +
+                               " are allowed");
+}
+
+api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
+                                                      const Submission& submission) {
+  std::unique_lock<core::Mutex> keyed;
+  if (!submission.key.empty() || !submission.id.empty()) {
+    keyed = std::unique_lock<core::Mutex>(keyed_mutex_);
+    auto replay = submission.id.empty() ? find_replay(submission) : find_own_id(submission);
+    if (!replay) {
+      return api::from_error(replay.error());
+    }
+    if (*replay) {
+      return Submitted{.job = std::move(*replay), .is_replay = true};
+    }
+  }
+  if (const auto refused = refused_work()) {
+    return api::from_error(*refused);
+  }
+  if (const Verdict allowed = priority_allowed(request.spec.priority, submission.access);
+      !allowed) {
+    return allowed.problem();
+  }
+  // The scene and the asset found here must not be deleted before the record names them.
+  const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
+  auto checked = check(std::move(request), submission.access);
+  if (!checked) {
+    return checked.problem();
+  }
+  const Rank rank = rank_of(checked->spec);
+  JobMemory memory = builder_.memory_of(checked->spec);
+  if (!book_.has_room(rank, memory, submission.access.tenant)) {
+    return api::make_problem(ErrorCode::kTooManyRequests, book_.full_text(rank));
+  }
+  const auto counted = take_quota(submission.access.tenant);
+  if (!counted) {
+    return counted.problem();
+  }
+  const std::optional<std::string> preview_key = checked->spec.preview_key;
+  auto job = insert(std::move(*checked), submission);
+  if (!job) {
+    return api::from_error(job.error());
+  }
+  if (preview_key) {
+    supersede(*preview_key, **job, submission.access);
+  }
+  book_.enqueue(*job, rank, std::move(memory));
+  life_.admit();
+  return Submitted{.job = std::move(*job), .is_replay = false};
+}
+
+core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submission& submission) {
+  JobRecord record;
+  record.sequence = ++last_sequence_;
+  record.tenant = submission.access.tenant;
+  record.view.id = submission.id.empty() ? make_uuid() : submission.id;
+  record.view.created_at_unix_seconds = unix_now();
+  record.view.spec = std::move(request.spec);
+  record.view.warnings = std::move(request.warnings);
+  record.view.samples_by_error = request.samples_by_error;
+  auto job = std::make_shared<Job>(record, Job::History::kInLog);
+  Journal::Beside beside;
+  if (!submission.key.empty() || !submission.id.empty()) {
+    beside.key = IdempotencyRow{
+        .key = submission.id.empty() ? key_of(submission) : own_id_key(submission.id),
+        .body_hash = submission.body_hash,
+        .job = record.view.id,
+        .created_at = record.view.created_at_unix_seconds};
+  }
+  StorageQuota::Room room = quota_.room(record.tenant, StorageQuota::Kind::kFilm);
+  if (!record.tenant.empty() && !job->memory_only()) {
+    beside.reserved_bytes = FilmFile::disk_bytes_max(*blank_film(record.view));
+    if (const Status fits = room.grow_to(beside.reserved_bytes); !fits) {
+      return Error{fits.error().code, fits.error().message, "/film"};
+    }
+  }
+  {
+    // Known before it is stored: other requests for the id wait for the commit, and get this very
+    // job.
+    const core::MutexLock changing(job->change_mutex());
+    book_.add(job);
+    if (const Status stored = journal_.enter(*job, beside); !stored) {
+      job->set_removed();
+      book_.forget(*job);
+      return stored.error();
+    }
+  }
+  log_.write(
+      LogLevel::kInfo, "job_submitted",
+      {{"job", record.view.id}, {"scene", record.view.spec.scene}, {"tenant", record.tenant}});
+  return job;
+}
+
+void JobService::supersede(const std::string& preview_key, const Job& by, const Access& access) {
+  for (const JobPointer& job : book_.all()) {
+    const JobRecord record = job->record();
+    if (job->memory_only() && job->id() != by.id() && access.shares_names_with(job->tenant()) &&
+        record.view.spec.preview_key == preview_key && !api::is_final(record.view.state)) {
+      static_cast<void>(cancel(job));  // One that has ended meanwhile needs no cancelling.
+    }
+  }
+}
+
+core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
+  if (auto refused = refused_work()) {
+    return *std::move(refused);
+  }
+  const core::Film& film = *finished.film;
+  JobRecord record;
+  record.view = view_of_finished(finished);
+  record.sequence = ++last_sequence_;
+  record.view.id = make_uuid();
+  record.tenant = finished.tenant;
+  const core::ConvergencePoint point{.samples_per_pixel = record.view.progress.samples_max,
+                                     .elapsed_seconds = finished.elapsed_seconds,
+                                     .cpu_seconds = record.view.progress.cpu_seconds,
+                                     .rays = record.view.progress.rays,
+                                     .error = record.view.progress.error};
+  const FilmRecord beside{.elapsed_seconds = finished.elapsed_seconds,
+                          .points = {point},
+                          .arithmetic = finished.arithmetic};
+  StorageQuota::Room room = quota_.room(finished.tenant, StorageQuota::Kind::kFilm);
+  if (const Status fits = room.grow_to(FilmFile::disk_bytes_max(film)); !fits) {
+    return fits.error();
+  }
+  auto bytes = films_.write_new(record.view.id, film, beside, finished.spec.render.film);
+  if (!bytes) {
+    return bytes.error();
+  }
+  record.film = FilmPlace::kOnDisk;
+  record.film_bytes = *bytes;
+  auto job = std::make_shared<Job>(record, Job::History::kInLog);
+  if (const Status stored = journal_.enter(*job, {}); !stored) {
+    films_.remove_loose(record.view.id);
+    return stored.error();
+  }
+  films_.keep(*job, finished.film, beside);
+  log_.write(LogLevel::kInfo, "job_merged", {{"job", job->id()}});
+  job = book_.add_final(job);
+  films_.evict();
+  return job;
+}
+
+}  // namespace server

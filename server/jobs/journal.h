@@ -1,0 +1,80 @@
+/// Journal: every change of a job's record is committed to the store before it is published, and
+/// published as events in the order of the commits.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/jobs/job.h"
+#include "server/jobs/job_book.h"
+#include "server/jobs/verdict.h"
+#include "server/observe/log.h"
+#include "server/observe/metrics.h"
+#include "server/store/job_table.h"
+
+namespace server {
+
+class Journal {
+ public:
+  /// book: events of waiting jobs give their position in its queue. run: number of this run of the
+  /// server. All outlive it.
+  Journal(JobTable& table, const JobBook& book, Log& log, Metrics& metrics, std::int64_t run)
+      : table_(table), book_(book), log_(log), metrics_(metrics), run_(run) {}
+
+  /// Changes the record, or refuses to.
+  using Modify = std::function<Verdict(JobRecord&)>;
+  /// Handling of a change that the store does not take. kInMemory only for changes that were not
+  /// acknowledged to a client: a restart undoes them.
+  enum class Unstored : std::uint8_t { kRefused, kRefusedIfFull, kInMemory };
+  struct Options {
+    Unstored unstored = Unstored::kRefused;
+    /// Runs when the change is committed, before it is published; the job's change_mutex() is held.
+    std::function<void(const JobRecord&)> before_publishing = {};
+  };
+  /// Modifies, commits, publishes; the events follow from the difference. Refused: by modify, by
+  /// the store; kConflict for a change of state that may not be; kNotFound when the job was
+  /// deleted.
+  Verdict change(Job& job, const Modify& modify, const Options& options);
+  /// New records of several jobs in one transaction, published even if the store does not take
+  /// them: the jobs are not visible yet.
+  void change_together(std::vector<std::pair<JobPointer, JobRecord>> changes);
+
+  /// What is stored beside the first record of a job.
+  struct Beside {
+    std::uint64_t reserved_bytes = 0;  ///< as in JobRow
+    std::optional<IdempotencyRow> key = {};
+  };
+  /// Commits and publishes the record that the job was made with. Errors: of the store.
+  core::Status enter(Job& job, const Beside& beside);
+
+  /// Durable events after a mark of any run, up to seq of this run's stream.
+  core::Result<std::vector<EventRow>> events_after(const Job& job, std::int64_t stream,
+                                                   std::uint64_t seq);
+  std::int64_t run_number() const { return run_; }
+
+ private:
+  struct News {
+    api::EventType type = api::EventType::kState;
+    std::string data;
+  };
+  std::vector<News> news_between(const Job& job, const JobRecord& before,
+                                 const JobRecord& after) const;
+  /// Takes numbers for the events; the first of them.
+  std::uint64_t reserve(Job& job, const std::vector<News>& news, std::vector<EventRow>& rows) const;
+  static void publish(Job& job, std::uint64_t first, std::vector<News> news);
+  static std::vector<DeliveryRow> deliveries_of(const JobRecord& record,
+                                                const std::vector<News>& news);
+  void note_end(Job& job, std::uint64_t first, const std::vector<News>& news) const;
+
+  JobTable& table_;
+  const JobBook& book_;
+  Log& log_;
+  Metrics& metrics_;
+  const std::int64_t run_;
+};
+
+}  // namespace server

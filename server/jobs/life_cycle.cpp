@@ -1,0 +1,402 @@
+#include "server/jobs/life_cycle.h"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "api/errors.h"
+#include "core/render/render_task.h"
+#include "server/observe/clock.h"
+
+namespace server {
+
+using api::JobState;
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+Error already_final() { return Error{ErrorCode::kCancelled, "the job has ended meanwhile", ""}; }
+
+}  // namespace
+
+LifeCycle::LifeCycle(Parts parts, double checkpoint_seconds, std::string build)
+    : parts_(parts),
+      checkpoint_seconds_(checkpoint_seconds),
+      build_(std::move(build)),
+      loaders_(2),
+      preview_loaders_(1),
+      savers_(2) {}
+
+void LifeCycle::set_draining(bool is_draining) {
+  if (draining_.exchange(is_draining) != is_draining) {
+    parts_.log.write(LogLevel::kWarning, is_draining ? "drain_begun" : "drain_ended", {});
+  }
+  admit();
+}
+
+void LifeCycle::finish_stop() {
+  parts_.scheduler.stop();
+  loaders_.stop(Background::Waiting::kDrop);
+  preview_loaders_.stop(Background::Waiting::kDrop);
+  savers_.stop(Background::Waiting::kFinish);
+  for (const JobPointer& job : parts_.book.holders()) {
+    const auto run = job->run();
+    if (run && !api::is_final(job->state())) {
+      checkpoint(job);
+    }
+    if (run) {
+      parts_.scheduler.remove(*run);
+    }
+    job->set_run(nullptr);  // A run holds its place, and that the job.
+  }
+}
+
+void LifeCycle::admit() {
+  while (!stopping_ && !draining_) {
+    std::shared_ptr<JobBook::Place> place = parts_.book.admit();
+    if (!place) {
+      for (JobPointer& paused : parts_.book.take_parkable()) {
+        savers_.post([this, paused = std::move(paused)] { park(paused); });
+      }
+      return;
+    }
+    Background& loaders = place->job()->memory_only() ? preview_loaders_ : loaders_;
+    loaders.post([this, place = std::move(place)] { load(place); });
+  }
+}
+
+void LifeCycle::load(const std::shared_ptr<JobBook::Place>& place) {
+  const JobPointer& job = place->job();
+  int generation = 0;
+  const Verdict begun = parts_.journal.change(
+      *job,
+      [](JobRecord& record) -> Verdict {
+        if (record.view.state != JobState::kQueued) {
+          return already_final();  // Cancelled or paused before its turn.
+        }
+        record.view.state = JobState::kLoading;
+        return {};
+      },
+      {.unstored = Journal::Unstored::kInMemory,
+       .before_publishing = [&](const JobRecord&) { generation = job->begin_load(); }});
+  if (!begun) {
+    return;
+  }
+  try {
+    RenderRun::Owner& owner = *this;
+    auto run = parts_.builder.build(place, owner);
+    if (run) {
+      start(job, *run, generation);
+    } else if (run.error().code != ErrorCode::kNoSpace || !pause_for_room(job, nullptr)) {
+      fail(job, nullptr, run.error());
+    }
+  } catch (const std::bad_alloc&) {
+    fail(job, nullptr, Error{ErrorCode::kUnavailable, "not enough memory to load the job", ""});
+  }
+  parts_.films.remove_unused(*job);  // It may have been cancelled while it was loading.
+}
+
+void LifeCycle::start(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
+                      int generation) {
+  bool is_paused = false;
+  // Otherwise the job has ended, was deleted, or is being loaded anew: the run and its place go.
+  static_cast<void>(parts_.journal.change(
+      *job,
+      [&](JobRecord& record) -> Verdict {
+        if (!job->is_latest_load(generation) || api::is_final(record.view.state)) {
+          return already_final();
+        }
+        is_paused = record.view.state == JobState::kPaused;
+        if (!is_paused) {
+          record.view.state = JobState::kRendering;
+        }
+        if (!record.view.started_at_unix_seconds) {
+          record.view.started_at_unix_seconds = unix_now();
+        }
+        record.view.progress = run->task().progress();
+        record.view.peak_bytes = run->peak_bytes();
+        record.view.split_count = run->task().renderer().measured_split_count();
+        return {};
+      },
+      {.unstored = Journal::Unstored::kInMemory, .before_publishing = [&](const JobRecord& record) {
+         // A patch while the scene was loading found no run to tell.
+         run->task().set_stop(record.view.spec.stop);
+         job->set_run(run);
+         if (is_paused) {
+           run->task().set_paused(true);
+         } else {
+           parts_.scheduler.add(run, rank_of(record.view.spec), job->tenant());
+         }
+       }}));
+}
+
+void LifeCycle::on_first_slice(const RenderRun& run) {
+  if (const auto job = run.job()) {
+    parts_.metrics.count_queue_wait(unix_now() - job->record().view.created_at_unix_seconds);
+  }
+}
+
+void LifeCycle::on_end(std::shared_ptr<RenderRun> run) {
+  JobPointer job = run->job();
+  savers_.post([this, job = std::move(job), run = std::move(run)] {
+    if (job && job->run() == run) {  // Else it was parked: the job goes on from its file.
+      settle(job, run);
+    }
+  });
+}
+
+void LifeCycle::settle(const JobPointer& job, const std::shared_ptr<RenderRun>& run) {
+  const RenderRun::End end = *run->end();
+  if (end.failure) {
+    fail(job, run, *end.failure);
+  } else if (end.reason == core::StopReason::kCancelled) {
+    settle_cancelled(job, run);
+  } else {
+    finish(job, run, end.reason);
+  }
+}
+
+void LifeCycle::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
+                       core::StopReason reason) {
+  parts_.scheduler.remove(*run);
+  // On the disk first: a client that sees a job finished finds its film after a power loss, too.
+  if (const Status saved = save(*run, *job, true); !saved) {
+    end_unstored(job, run, saved.error());
+    return;
+  }
+  const std::string digest = run->film()->digest();
+  keep_film_of(*job, *run);
+  const Verdict told = parts_.journal.change(
+      *job,
+      [&](JobRecord& record) -> Verdict {
+        if (api::is_final(record.view.state)) {
+          return already_final();
+        }
+        record.view.state = JobState::kFinished;
+        record.view.pause_reason = api::PauseReason::kNone;
+        record.view.stop_reason = reason;
+        record.view.finished_at_unix_seconds = unix_now();
+        record.view.progress = run->task().progress();
+        record.view.peak_bytes = run->peak_bytes();
+        note_samples_by_error(record.view);
+        record.view.film_digest = digest;
+        record.view.build = build_;
+        record.film = job->memory_only() ? FilmPlace::kNone : FilmPlace::kOnDisk;
+        record.film_bytes = run->file_bytes();
+        return {};
+      },
+      {.unstored = Journal::Unstored::kRefused,
+       .before_publishing = [&](const JobRecord&) { release(job); }});
+  if (told) {
+    parts_.films.evict();
+  } else if (told.error() != nullptr) {
+    end_unstored(job, run, *told.error());
+  }
+}
+
+void LifeCycle::end_unstored(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
+                             const Error& error) {
+  if (error.code == ErrorCode::kCancelled ||
+      (error.code == ErrorCode::kNoSpace && !pause_for_room(job, run))) {
+    settle_cancelled(job, run);
+  } else if (error.code != ErrorCode::kNoSpace) {
+    fail(job, run, error);
+  }
+}
+
+void LifeCycle::settle_cancelled(const JobPointer& job, const std::shared_ptr<RenderRun>& run) {
+  if (job->is_removed()) {
+    release(job);
+    return;
+  }
+  const Status saved = save(*run, *job, true);
+  if (!saved) {
+    parts_.log.write(LogLevel::kError, "film_not_saved",
+                     {{"job", job->id()}, {"detail", saved.error().message}});
+  }
+  if (run->task().progress().samples_max > 0) {
+    keep_film_of(*job, *run);
+  }
+  const Verdict kept = parts_.journal.change(
+      *job,
+      [&](JobRecord& record) -> Verdict {
+        const double fraction = record.view.progress.fraction;
+        record.view.progress = run->task().progress();
+        record.view.progress.fraction = fraction;
+        record.view.build = build_;
+        if (!saved) {
+          record.view.warnings.emplace_back(
+              "The picture could not be stored as it was when the job was cancelled; that of the "
+              "last checkpoint is kept.");
+        }
+        if (saved && !job->memory_only() && record.view.progress.samples_max > 0) {
+          record.film = FilmPlace::kOnDisk;
+          record.film_bytes = run->file_bytes();
+        }
+        return {};
+      },
+      {.unstored = Journal::Unstored::kInMemory,
+       .before_publishing = [&](const JobRecord&) { release(job); }});
+  if (!kept) {
+    release(job);
+  }
+  parts_.films.remove_unused(*job);
+}
+
+void LifeCycle::fail(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
+                     const Error& failure) {
+  const Verdict told = parts_.journal.change(
+      *job,
+      [&](JobRecord& record) -> Verdict {
+        if (api::is_final(record.view.state)) {
+          return already_final();
+        }
+        record.view.state = JobState::kFailed;
+        record.view.pause_reason = api::PauseReason::kNone;
+        record.view.stop_reason = core::StopReason::kFailed;
+        record.view.finished_at_unix_seconds = unix_now();
+        record.failure = failure;
+        record.view.failure = api::from_error(failure);
+        if (run) {
+          record.view.progress = run->task().progress();
+          record.view.progress.fraction = std::min(record.view.progress.fraction, 0.999);
+        }
+        return {};
+      },
+      {.unstored = Journal::Unstored::kRefusedIfFull,
+       .before_publishing = [&](const JobRecord&) { release(job); }});
+  if (!told && told.is(ErrorCode::kNoSpace) && pause_for_room(job, run)) {
+    return;
+  }
+  if (!told) {
+    release(job);
+  }
+  parts_.log.write(LogLevel::kWarning, "job_failed",
+                   {{"job", job->id()}, {"detail", failure.message}});
+  parts_.films.remove_unused(*job);
+}
+
+void LifeCycle::keep_film_of(Job& job, const RenderRun& run) {
+  parts_.films.keep(job, run.film(),
+                    {.elapsed_seconds = run.task().progress().elapsed_seconds,
+                     .points = run.task().points(),
+                     .arithmetic = parts_.builder.arithmetic()});
+}
+
+void LifeCycle::release(const JobPointer& job) {
+  if (const auto run = job->take_run()) {
+    parts_.scheduler.remove(*run);
+    count_work(*run);
+    run->leave();
+  }
+  parts_.book.retire(job);
+}
+
+Verdict LifeCycle::cancel(const JobPointer& job) {
+  bool was_final = false;
+  bool has_left_end = false;  // No other thread settles the run.
+  const auto modify = [&](JobRecord& record) -> Verdict {
+    was_final = api::is_final(record.view.state);
+    if (!was_final) {
+      record.view.state = JobState::kCancelled;
+      record.view.pause_reason = api::PauseReason::kNone;
+      record.view.stop_reason = core::StopReason::kCancelled;
+      record.view.finished_at_unix_seconds = unix_now();
+      if (const auto run = job->run()) {
+        record.view.progress = run->task().progress();
+        record.view.progress.eta_seconds.reset();
+        record.view.progress.eta_low_seconds.reset();
+        record.view.progress.eta_high_seconds.reset();
+      }
+    }
+    return {};
+  };
+  const Verdict told =
+      parts_.journal.change(*job, modify, {.before_publishing = [&](const JobRecord&) {
+        if (was_final) {
+          return;
+        }
+        parts_.book.dequeue(*job);
+        if (const auto run = job->run()) {
+          parts_.scheduler.remove(*run);
+          has_left_end = run->take_end();
+        } else {
+          release(job);
+        }
+      }});
+  if (!told || was_final) {
+    return told;
+  }
+  if (auto run = job->run()) {
+    // The task may compute a last error estimate; the request does not wait for that.
+    savers_.post([this, job, run = std::move(run), has_left_end] {
+      if (has_left_end) {
+        settle_cancelled(job, run);
+      } else {
+        run->task().cancel();
+      }
+    });
+  }
+  admit();
+  return {};
+}
+
+void LifeCycle::follow_state(const JobPointer& job, JobState before, const JobRecord& after) {
+  if (before == after.view.state) {
+    return;
+  }
+  const Rank rank = rank_of(after.view.spec);
+  const auto run = job->run();
+  if (after.view.state == JobState::kPaused) {
+    parts_.book.dequeue(*job);
+    if (run) {
+      parts_.scheduler.remove(*run);
+      run->task().set_paused(true);
+    }
+    parts_.book.pause(*job);
+  } else if (after.view.state == JobState::kRendering) {
+    parts_.book.claim(*job, rank);
+    run->task().set_paused(false);
+    parts_.scheduler.add(run, rank, job->tenant());
+  } else if (after.view.state == JobState::kQueued) {
+    parts_.book.enqueue(job, rank, parts_.builder.memory_of(after.view.spec));
+  }
+}
+
+void LifeCycle::follow_patch(const JobPointer& job, const JobRecord& before,
+                             const JobRecord& after) {
+  const api::JobSpec& spec = after.view.spec;
+  const Rank rank = rank_of(spec);
+  parts_.book.set_rank(*job, rank);
+  const auto run = job->run();
+  if (run) {
+    parts_.scheduler.set_rank(*run, rank);
+  }
+  if (run && !api::is_final(after.view.state)) {
+    run->task().set_stop(spec.stop);
+  }
+  follow_state(job, before.view.state, after);
+}
+
+void LifeCycle::count_work(const RenderRun& run) {
+  const RenderRun::Work work = run.work();
+  rays_done_ += work.rays;
+  samples_done_ += work.samples;
+}
+
+RenderRun::Work LifeCycle::work_done() const {
+  // In this order a run that ends meanwhile is missed for once, not counted twice.
+  RenderRun::Work done{.rays = rays_done_, .samples = samples_done_};
+  for (const JobPointer& job : parts_.book.all()) {
+    if (const auto run = job->run()) {
+      const RenderRun::Work work = run->work();
+      done.rays += work.rays;
+      done.samples += work.samples;
+    }
+  }
+  return done;
+}
+
+}  // namespace server

@@ -1,0 +1,208 @@
+#include "server/jobs/run_builder.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/film/film.h"
+#include "core/render/allocation.h"
+#include "core/settings/photon_rules.h"
+#include "core/settings/registry.h"
+#include "server/store/files.h"
+#include "server/store/film_file.h"
+
+namespace server {
+
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+/// What a job that renders takes beside its film, measured by tests/stress/memory --measure: tiles
+/// that threads work on, blocks of the film file.
+constexpr std::uint64_t kWorkBytes = std::uint64_t{4} << 20U;
+
+std::uint64_t bytes_of_photons(const core::RenderSettings& settings) {
+  return core::integrator_has_photons(settings) ? core::photon_bytes(settings) : 0;
+}
+
+std::uint64_t work_bytes(const core::Film& film) {
+  const core::PixelRect crop = film.crop();
+  const auto pixels =
+      static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height);
+  // Small films have small tiles and files.
+  return std::min<std::uint64_t>(kWorkBytes, film.bytes()) +
+         (film.has_plan() ? pixels * core::kPlanWorkBytes : 0) +
+         // A checkpoint copies the sums of splats while it writes them.
+         (film.has_splats()
+              ? pixels * static_cast<std::uint64_t>(film.replicates()) * sizeof(core::SplatPixel)
+              : 0);
+}
+
+/// A restart may take a film back to its last checkpoint. No revision is given twice: a client that
+/// has seen the ones in between would miss tiles. More than this are not made between checkpoints.
+constexpr std::uint32_t kRevisionGap = 1U << 16U;
+constexpr int kLoadTries = 3;
+
+}  // namespace
+
+Rank rank_of(const api::JobSpec& spec) {
+  return Rank{.is_preview = spec.job_class == api::JobClass::kPreview, .priority = spec.priority};
+}
+
+JobMemory RunBuilder::memory_of(const api::JobSpec& spec) const {
+  const core::Film film(spec.render);
+  JobMemory memory{.film_bytes = film.bytes(),
+                   .work_bytes = work_bytes(film) + bytes_of_photons(spec.render)};
+  const auto hold = [&memory](const SceneService::Memory& needed) {
+    memory.shared_bytes.emplace(needed.name, needed.bytes);
+    memory.load_bytes = std::max(memory.load_bytes, needed.load_bytes);
+  };
+  hold(parts_.scenes.memory_of_scene(spec.scene, spec.time_seconds, spec.variant));
+  if (spec.environment_choice == api::EnvironmentChoice::kGiven && spec.environment_asset) {
+    hold(parts_.scenes.memory_of_environment(*spec.environment_asset, spec.environment));
+  }
+  return memory;
+}
+
+std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec) const {
+  const std::uint64_t most = parts_.book.memory_bytes_of(rank_of(spec));
+  if (most == 0) {
+    return std::nullopt;
+  }
+  const JobMemory memory = memory_of(spec);
+  if (memory.bytes() <= most) {
+    return std::nullopt;
+  }
+  const std::uint64_t film_bytes = memory.film_bytes + memory.work_bytes;
+  std::string detail = "the job would take " + memory_words(memory.bytes()) + " of memory, " +
+                       memory_words(film_bytes) +
+                       " of them for its film; a job of this server may hold " +
+                       memory_words(most) + " (--memory). ";
+  const bool is_film = film_bytes > most / 2;
+  detail += is_film ? "Fewer pixels, replicates or layers make it smaller"
+                    : "Its scene or environment is too large";
+  return api::FieldError{is_film ? "/film" : "/scene", std::move(detail)};
+}
+
+core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(
+    const api::JobSpec& spec, SceneService::Admission admission) const {
+  auto scene = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, admission);
+  if (!scene) {
+    return scene.error();
+  }
+  core::View view;
+  view.scene = *scene;
+  view.camera = spec.camera;
+  view.settings = spec.render;
+  if (spec.environment_choice == api::EnvironmentChoice::kGiven) {
+    auto environment =
+        parts_.scenes.environment(spec.environment_asset, spec.environment, admission);
+    if (!environment) {
+      return environment.error();
+    }
+    view.environment = std::move(*environment);
+  }
+  return core::Renderer::create(std::move(view));
+}
+
+core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::admitted_renderer(
+    const api::JobSpec& spec) const {
+  auto made = renderer(spec, SceneService::Admission::kGiven);
+  // A dry run that loads the same scene may have had no memory for it. The job has.
+  for (int tries = 0; tries < kLoadTries && !made && made.error().code == ErrorCode::kUnavailable;
+       ++tries) {
+    made = renderer(spec, SceneService::Admission::kGiven);
+  }
+  return made;
+}
+
+core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
+    const std::shared_ptr<JobBook::Place>& place, RenderRun::Owner& owner) {
+  const JobPointer& job = place->job();
+  const JobRecord record = job->record();
+  const api::JobSpec& spec = record.view.spec;
+  if (auto fault = too_large(spec)) {
+    return Error{ErrorCode::kUnavailable, std::move(fault->detail), ""};
+  }
+  auto renderer = admitted_renderer(spec);
+  if (!renderer) {
+    return renderer.error();
+  }
+  parts_.book.end_load(*job);
+  RenderRun::Parts parts;
+  parts.job = job;
+  parts.place = place;
+  parts.renderer = std::move(*renderer);
+  parts.film = std::make_shared<core::Film>(spec.render);
+  parts.scene_bytes = parts.renderer->view().scene->summary().bytes;
+  parts.arithmetic = arithmetic_;
+  parts.options.stop = spec.stop;
+  parts.options.samples_limit = samples_max_;
+  if (!job->memory_only()) {
+    auto file = open_film(*job, *parts.film, parts.options);
+    if (!file) {
+      return file.error();
+    }
+    parts.file.emplace(std::move(*file));
+    parts_.films.drop(*job);
+  }
+  if (const std::uint32_t seen = std::max(parts.film->revision(), record.view.progress.revision);
+      seen > 0) {
+    parts.film->restore(0, parts.film->tile(0), seen + kRevisionGap);
+  }
+  return std::make_shared<RenderRun>(std::move(parts), job->shared_log(), owner);
+}
+
+Status RunBuilder::warn(Job& job, const std::string& warning) {
+  const auto modify = [&](JobRecord& record) -> Verdict {
+    record.view.warnings.push_back(warning);
+    return {};
+  };
+  const Verdict warned =
+      parts_.journal.change(job, modify, {.unstored = Journal::Unstored::kInMemory});
+  return warned ? core::ok_status()
+                : Status(Error{ErrorCode::kCancelled, "the job was deleted", ""});
+}
+
+core::Result<FilmFile> RunBuilder::open_film(Job& job, core::Film& film,
+                                             core::TaskOptions& options) {
+  auto file = parts_.films.open_film_file(job);
+  if (!file) {
+    return file.error();
+  }
+  auto restored = file->restore(film);
+  if (!restored) {
+    // The samples are a function of the job: they can be made again.
+    parts_.log.write(LogLevel::kWarning, "film_damaged",
+                     {{"job", job.id()}, {"detail", restored.error().message}});
+    if (auto removed = remove_file(parts_.data.film_path(job.id())); !removed) {
+      return removed.error();
+    }
+    if (auto warned =
+            warn(job, "The stored film was damaged; rendering begins anew and will end the same.");
+        !warned) {
+      return warned.error();
+    }
+    file = parts_.films.open_film_file(job);
+    if (!file) {
+      return file.error();
+    }
+    restored = file->restore(film);
+    if (!restored) {
+      return restored.error();
+    }
+  }
+  if (const std::string& before = restored->arithmetic; !before.empty() && before != arithmetic_) {
+    if (auto warned = warn(job, "The film was begun with " + before + " and goes on with " +
+                                    arithmetic_ + "; its bits may be neither's.");
+        !warned) {
+      return warned.error();
+    }
+  }
+  options.elapsed_before = restored->elapsed_seconds;
+  options.points_before = std::move(restored->points);
+  return file;
+}
+
+}  // namespace server

@@ -1,0 +1,62 @@
+/// RunBuilder: what a job needs to be rendered, and how much memory that takes.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "api/job_spec.h"
+#include "api/problem.h"
+#include "core/base/result.h"
+#include "core/render/render_task.h"
+#include "server/jobs/film_library.h"
+#include "server/jobs/job_book.h"
+#include "server/jobs/journal.h"
+#include "server/jobs/render_run.h"
+#include "server/scenes/scene_service.h"
+
+namespace server {
+
+Rank rank_of(const api::JobSpec& spec);
+
+class RunBuilder {
+ public:
+  /// All outlive it.
+  struct Parts {
+    SceneService& scenes;
+    const DataDir& data;
+    Log& log;
+    JobBook& book;
+    Journal& journal;
+    FilmLibrary& films;
+  };
+  /// samples_max: of a pixel; arithmetic: core::arithmetic_class() of this process.
+  RunBuilder(Parts parts, int samples_max, std::string arithmetic)
+      : parts_(parts), samples_max_(samples_max), arithmetic_(std::move(arithmetic)) {}
+
+  /// What is admitted, and what dry_run gives: at most so much is taken, from loading on.
+  JobMemory memory_of(const api::JobSpec& spec) const;
+  /// Empty: it fits into what a job may hold.
+  std::optional<api::FieldError> too_large(const api::JobSpec& spec) const;
+  /// Loads the scene and the environment. Errors: of loading.
+  core::Result<std::shared_ptr<const core::Renderer>> renderer(
+      const api::JobSpec& spec, SceneService::Admission admission) const;
+  /// Loads all that the job needs and opens its film. Errors: of loading, of the film file;
+  /// kUnavailable when it is too large for the server; kCancelled when the job was deleted.
+  core::Result<std::shared_ptr<RenderRun>> build(const std::shared_ptr<JobBook::Place>& place,
+                                                 RenderRun::Owner& owner);
+  const std::string& arithmetic() const { return arithmetic_; }
+
+ private:
+  core::Result<std::shared_ptr<const core::Renderer>> admitted_renderer(
+      const api::JobSpec& spec) const;
+  core::Result<FilmFile> open_film(Job& job, core::Film& film, core::TaskOptions& options);
+  /// Errors: kCancelled when the job was deleted.
+  core::Status warn(Job& job, const std::string& warning);
+
+  const Parts parts_;
+  const int samples_max_;
+  const std::string arithmetic_;
+};
+
+}  // namespace server

@@ -1,0 +1,38 @@
+/// Verdict: whether a job was changed as asked; if not, the refusal that the API answers.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "api/errors.h"
+#include "api/problem.h"
+#include "core/base/check.h"
+#include "core/base/result.h"
+
+namespace server {
+
+class [[nodiscard]] Verdict {
+ public:
+  /// It was done.
+  Verdict() = default;
+  Verdict(core::Error error) : refusal_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
+  Verdict(api::Problem problem)
+      : refusal_(std::move(problem)) {}  // NOLINT(google-explicit-constructor)
+
+  explicit operator bool() const { return std::holds_alternative<std::monostate>(refusal_); }
+  /// Refused with that code; false for problems that a parser has found.
+  bool is(core::ErrorCode code) const { return error() != nullptr && error()->code == code; }
+  /// Null for problems that a parser has found.
+  const core::Error* error() const { return std::get_if<core::Error>(&refusal_); }
+  /// Pre: refused.
+  api::Problem problem() const {
+    CHECK(!*this);
+    return error() != nullptr ? api::from_error(*error()) : *std::get_if<api::Problem>(&refusal_);
+  }
+
+ private:
+  std::variant<std::monostate, core::Error, api::Problem> refusal_;
+};
+
+}  // namespace server

@@ -1,0 +1,70 @@
+#include "server/pictures/denoised_look.h"
+
+#include <cmath>
+#include <string_view>
+
+#include "api/values.h"
+#include "core/settings/registry.h"
+
+namespace server {
+namespace {
+
+bool is_full(const api::ImageQuery& query) { return query.denoise == api::DenoiseShow::kFull; }
+
+std::string denoiser_text(const api::DenoisedView& view, const api::ImageQuery& query) {
+  return view.type + " " + view.version + ", " + (is_full(query) ? "full" : "mixed") +
+         (view.has_features ? "" : ", without features");
+}
+
+}  // namespace
+
+bool wants_denoised(const api::ImageQuery& query) {
+  const core::LayerEntry* layer = query.layer ? core::find_layer(*query.layer) : nullptr;
+  return query.denoise != api::DenoiseShow::kOff ||
+         (layer != nullptr && layer->fill_denoised != nullptr);
+}
+
+core::Result<std::optional<std::string>> denoised_layer(const api::ImageQuery& query) {
+  if (!wants_denoised(query)) {
+    return query.layer;
+  }
+  if (!query.layer || *query.layer == core::kBeauty) {
+    return std::optional<std::string>("denoised");
+  }
+  if (core::find_layer(*query.layer)->fill_denoised == nullptr) {
+    return core::Error{core::ErrorCode::kInvalidArgument,
+                       "the layer '" + *query.layer + "' is not denoised", "/denoise"};
+  }
+  return query.layer;
+}
+
+DenoisedFacts denoised_facts(const api::DenoisedView& view, const api::ImageQuery& query) {
+  const core::ErrorInterval& error = is_full(query) ? view.full : view.mixed;
+  DenoisedFacts out;
+  out.denoiser = denoiser_text(view, query);
+  if (std::isfinite(error.relative_rmse)) {
+    out.error = api::number_text(error.relative_rmse);
+    if (std::isfinite(error.low)) {
+      out.error.append(", ").append(api::number_text(error.low));
+      out.error.append(", ").append(api::number_text(error.high));
+    }
+  }
+  // The denoiser's own picture stays biased; the mixed one converges to the plain one.
+  out.bias = is_full(query) ? "biased" : "consistent";
+  return out;
+}
+
+void add_denoised_origin(std::map<std::string, std::string>& texts, const api::DenoisedView& view,
+                         const api::ImageQuery& query) {
+  const core::ErrorInterval& error = is_full(query) ? view.full : view.mixed;
+  texts["tessera:denoiser"] = denoiser_text(view, query);
+  texts["tessera:bias"] = denoised_facts(view, query).bias;
+  texts.erase("tessera:relative_rmse_interval");
+  texts["tessera:relative_rmse"] = api::number_text(error.relative_rmse);
+  if (std::isfinite(error.low)) {
+    texts["tessera:relative_rmse_interval"] =
+        api::number_text(error.low) + " " + api::number_text(error.high);
+  }
+}
+
+}  // namespace server

@@ -1,0 +1,197 @@
+#include "server/pictures/picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "api/film_view.h"
+#include "api/picture_origin.h"
+#include "api/values.h"
+#include "core/layers/layers.h"
+#include "core/settings/registry.h"
+#include "server/pictures/denoised_look.h"
+#include "server/pictures/image_scale.h"
+
+namespace server {
+
+using core::Error;
+using core::ErrorCode;
+
+namespace {
+
+bool hides_environment(const api::JobSpec& spec) {
+  return spec.environment_choice == api::EnvironmentChoice::kGiven && !spec.environment.visible;
+}
+
+/// Without the channel named A; what stays keeps its order.
+core::ImageRows without_alpha(core::ImageRows image) {
+  std::vector<std::size_t> kept;
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < image.channel_names.size(); ++c) {
+    if (image.channel_names[c] != "A") {
+      kept.push_back(c);
+      names.push_back(image.channel_names[c]);
+    }
+  }
+  const std::size_t channels = image.channel_names.size();
+  const auto width = static_cast<std::size_t>(image.width);
+  image.channel_names = std::move(names);
+  image.row = [row = std::move(image.row), out = std::vector<float>(width * kept.size()), kept,
+               channels](int y) mutable {
+    const float* in = row(y);
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      out[i] = in[i / kept.size() * channels + kept[i % kept.size()]];
+    }
+    return static_cast<const float*>(out.data());
+  };
+  return image;
+}
+
+/// Where a picture comes from, in the file itself.
+std::map<std::string, std::string> provenance(const api::JobView& view,
+                                              const api::ServerView& about) {
+  const std::string build = view.build.empty() ? api::build_json(about) : view.build;
+  std::map<std::string, std::string> texts = {
+      {"tessera:job", view.id},
+      {"tessera:scene", view.spec.scene},
+      {"tessera:spec", api::picture_spec(view.spec)},
+      {"tessera:seed", std::to_string(view.spec.render.seed)},
+      {"tessera:build", build},
+      {"tessera:arithmetic", api::arithmetic_of(build)},
+      {"tessera:samples_per_pixel", api::number_text(view.progress.samples_mean)},
+      {"Software", "Tessera " + about.version},
+  };
+  if (std::isfinite(view.progress.error.relative_rmse)) {
+    texts["tessera:relative_rmse"] = api::number_text(view.progress.error.relative_rmse);
+    texts["tessera:relative_rmse_interval"] = api::number_text(view.progress.error.low) + " " +
+                                              api::number_text(view.progress.error.high);
+  }
+  if (!view.ledger.empty()) {
+    texts["tessera:samples"] = api::ledger_json(view.ledger);
+  }
+  if (!view.film_digest.empty()) {
+    texts["tessera:film_digest"] = view.film_digest;
+    texts["tessera:stop_reason"] = api::to_text(view.stop_reason);
+    if (view.samples_by_error > 0) {
+      texts["tessera:samples_by_error"] = std::to_string(view.samples_by_error);
+    }
+  }
+  return texts;
+}
+
+/// EXR shows all layers unless one is asked for, or the denoised picture.
+bool shows_all_layers(const Picture& picture) {
+  return !picture.query.layer && picture.format.extension == "exr" && !picture.denoised;
+}
+
+/// What a picture takes at most until it is sent.
+std::uint64_t working_bytes(const core::Film& film, const Picture& picture) {
+  constexpr int kChannelsMax = 16;  // of all layers
+  const bool all_layers = shows_all_layers(picture);
+  const int most = picture.query.max_size.value_or(std::numeric_limits<int>::max());
+  return core::LayerRows::bytes(film, picture.rect) +
+         core::encoding_bytes(std::min(picture.rect.width, most),
+                              std::min(picture.rect.height, most), all_layers ? kChannelsMax : 4,
+                              picture.format);
+}
+
+std::string_view layer_of(const api::ImageQuery& query) {
+  return query.layer ? std::string_view(*query.layer) : core::kBeauty;
+}
+
+bool is_color(const api::ImageQuery& query) {
+  const core::LayerEntry* layer = core::find_layer(layer_of(query));
+  return layer != nullptr && layer->is_color;
+}
+
+core::EncodeOptions encode_options(const Picture& picture, const api::ServerView& about) {
+  core::EncodeOptions options;
+  for (const core::ToneMapEntry& entry : core::tone_maps()) {
+    if (entry.name == picture.query.tone_map) {
+      options.tone_map = entry.tone_map;
+    }
+  }
+  options.is_color = is_color(picture.query);
+  options.exposure_stops = picture.query.exposure_stops;
+  options.background = picture.query.background;
+  options.metadata = provenance(picture.view, about);
+  if (picture.denoised_view) {
+    add_denoised_origin(options.metadata, *picture.denoised_view, picture.query);
+  }
+  return options;
+}
+
+}  // namespace
+
+core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Picture& picture,
+                                                std::chrono::milliseconds patience) const {
+  if (picture.query.range && (is_color(picture.query) || picture.format.high_dynamic_range)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "only layers of data (such as depth and normal) in display formats have a range",
+                 "/range"};
+  }
+  if (picture.query.background &&
+      (!is_color(picture.query) || (!picture.query.layer && picture.format.extension == "exr"))) {
+    return Error{ErrorCode::kInvalidArgument, "only one layer of colour stands before a background",
+                 "/background"};
+  }
+  auto lease = memory_.take(working_bytes(film, picture), "the picture", patience);
+  if (!lease) {
+    return Error{ErrorCode::kUnavailable, lease.error().message, ""};
+  }
+  const bool all_layers = shows_all_layers(picture);
+  const auto layer = denoised_layer(picture.query);
+  if (!layer) {
+    return layer.error();
+  }
+  const bool is_full = picture.query.denoise == api::DenoiseShow::kFull;
+  auto layers = core::LayerRows::create(
+      film, picture.rect,
+      all_layers ? std::nullopt : std::optional(layer->value_or(std::string(core::kBeauty))),
+      picture.view.spec.render.film,
+      {picture.denoised, is_full ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed});
+  if (!layers) {
+    return Error{layers.error().code, layers.error().message, "/layer"};
+  }
+  core::ImageRows rows = layers->rows();
+  // Formats without alpha need it to stand before something.
+  if (!all_layers && !hides_environment(picture.view.spec)) {
+    rows = without_alpha(std::move(rows));
+  }
+  if (picture.query.max_size) {
+    rows = scaled_down(std::move(rows), *picture.query.max_size);
+  }
+  std::optional<ValueRange> range;
+  if (picture.query.range) {
+    range = value_range(rows, *picture.query.range);
+    rows = rescaled(std::move(rows), *range);
+  }
+  auto encoded = core::encode_rows(rows, picture.format, encode_options(picture, about_));
+  if (!encoded) {
+    return encoded.error();
+  }
+  encoded->shrink_to_fit();
+  lease->shrink_to(encoded->size());
+  return EncodedPicture{
+      .content =
+          with_lease(std::make_shared<const std::string>(*std::move(encoded)), *std::move(lease)),
+      .range = range};
+}
+
+std::optional<Error> refused_part(core::PixelRect part, core::PixelRect crop) {
+  if (part.x >= crop.x && part.y >= crop.y && part.x + part.width <= crop.x + crop.width &&
+      part.y + part.height <= crop.y + crop.height) {
+    return std::nullopt;
+  }
+  return Error{ErrorCode::kInvalidArgument,
+               "the part reaches beyond the film's " + std::to_string(crop.width) + " by " +
+                   std::to_string(crop.height) + " pixels at " + std::to_string(crop.x) + ", " +
+                   std::to_string(crop.y),
+               "/x"};
+}
+
+}  // namespace server

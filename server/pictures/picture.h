@@ -1,0 +1,54 @@
+/// Pictures of films in the bytes of a file format: crop, layer, scale, range, look, metadata.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "api/job_view.h"
+#include "api/requests.h"
+#include "api/server_view.h"
+#include "core/base/result.h"
+#include "core/denoise/denoised_picture.h"
+#include "core/film/film.h"
+#include "core/image_io/image_io.h"
+#include "server/observe/memory_gate.h"
+#include "server/pictures/image_range.h"
+
+namespace server {
+
+/// What is asked for. All are borrowed.
+struct Picture {
+  const core::ImageFormat& format;
+  const api::ImageQuery& query;
+  const api::JobView& view;
+  core::PixelRect rect;
+  std::shared_ptr<const core::DenoisedPicture> denoised = nullptr;  ///< null: the plain picture
+  std::optional<api::DenoisedView> denoised_view = std::nullopt;    ///< of `denoised`
+};
+
+struct EncodedPicture {
+  std::shared_ptr<const std::string> content;  ///< holds the memory that it takes
+  std::optional<ValueRange> range;             ///< of a layer of data
+};
+
+class PictureMaker {
+ public:
+  /// about: for the metadata of pictures that are not of a finished job. Both outlive it.
+  PictureMaker(MemoryGate& memory, const api::ServerView& about) : memory_(memory), about_(about) {}
+
+  /// picture.rect: inside the film. patience: how long to wait for memory. Errors:
+  /// kInvalidArgument at the parameter; kUnavailable.
+  core::Result<EncodedPicture> make(const core::Film& film, const Picture& picture,
+                                    std::chrono::milliseconds patience) const;
+
+ private:
+  MemoryGate& memory_;
+  const api::ServerView& about_;
+};
+
+/// kInvalidArgument where the part that is asked for reaches beyond the film.
+std::optional<core::Error> refused_part(core::PixelRect part, core::PixelRect crop);
+
+}  // namespace server

@@ -1,0 +1,79 @@
+#include "server/pictures/pixel_view.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/error/pixel_error.h"
+#include "core/settings/registry.h"
+
+namespace server {
+namespace {
+
+std::vector<double> triple(core::Rgb value) {
+  return {static_cast<double>(value.r), static_cast<double>(value.g), static_cast<double>(value.b)};
+}
+
+std::vector<double> unknown(std::size_t count) {
+  return std::vector<double>(count, std::numeric_limits<double>::quiet_NaN());
+}
+
+/// A layer that is a mean over the samples, without an error of its own.
+api::PixelLayer plain_layer(const core::FilmSnapshot& snapshot, std::size_t index,
+                            const core::LayerEntry& row) {
+  const std::size_t channels = row.channels.size();
+  std::vector<float> plane(snapshot.pixel_count() * channels);
+  row.fill(snapshot, plane);
+  const std::size_t shown = std::min<std::size_t>(channels, 3);  // alpha is a layer of its own
+  const float* first = &plane[index * channels];
+  return api::PixelLayer{.name = std::string(row.name),
+                         .mean = std::vector<double>(first, first + shown),
+                         .standard_error = unknown(shown),
+                         .low = unknown(shown),
+                         .high = unknown(shown),
+                         .halves = {}};
+}
+
+void add_error(api::PixelLayer& beauty, const core::FilmSnapshot& snapshot, std::size_t index,
+               const core::PixelError& error, bool has_interval) {
+  beauty.standard_error = triple(error.standard_error);
+  if (has_interval) {
+    beauty.low = triple(error.low);
+    beauty.high = triple(error.high);
+  }
+  for (int half = 0; half < 2; ++half) {
+    const core::HalfValue part = core::half_value(snapshot, index, half);
+    beauty.halves.push_back(part.count > 0 ? triple(part.mean) : unknown(3));
+  }
+}
+
+}  // namespace
+
+api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec& spec, int x,
+                          int y) {
+  const std::size_t index = static_cast<std::size_t>(y - snapshot.rect.y) *
+                                static_cast<std::size_t>(snapshot.rect.width) +
+                            static_cast<std::size_t>(x - snapshot.rect.x);
+  api::PixelView pixel;
+  pixel.x = x;
+  pixel.y = y;
+  pixel.samples = core::pixel_value(snapshot, index).count;
+  for (const core::LayerEntry& row : core::layers()) {
+    const bool has =
+        row.recorded == nullptr || (snapshot.has_aux && spec.render.film.*row.recorded);
+    if (!row.is_mean || !has) {
+      continue;
+    }
+    pixel.layers.push_back(plain_layer(snapshot, index, row));
+    if (row.name == core::kBeauty) {
+      add_error(pixel.layers.back(), snapshot, index, core::pixel_error(snapshot, x, y),
+                core::errors_are_valid(spec.render));
+    }
+  }
+  return pixel;
+}
+
+}  // namespace server

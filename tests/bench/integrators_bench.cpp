@@ -1,0 +1,137 @@
+// Every integrator with equal CPU time on built-in scenes. Prints, never asserts: times belong to a
+// machine and a moment.
+//
+// relMSE: mean over pixels and channels of (a - b)^2 / (b^2 + 0.01), b the reference, which has
+// sixteen times the time and another seed: sppm for the pool, whose light under water no connection
+// finds, bdpt elsewhere. `without 1 %`: the same without the hundredth of the pixels that is worst,
+// for pictures whose error is a few bright points. Sample counts follow from what two samples cost.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/check.h"
+#include "core/scene_io/builtin_scenes.h"
+#include "core/scene_io/gltf_load.h"
+#include "core/settings/registry.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+struct Plan {
+  int width = 96;
+  int height = 54;
+  double seconds = 4;
+  std::string scene;  ///< empty: all
+};
+
+struct Case {
+  const char* scene;
+  const char* reference;
+};
+constexpr std::array<Case, 5> kCases = {{{"cornell-box", "bdpt"},
+                                         {"glass", "bdpt"},
+                                         {"interior", "bdpt"},
+                                         {"keyhole", "bdpt"},
+                                         {"caustic-pool", "sppm"}}};
+constexpr double kReferenceTimes = 16;
+
+core::View view_of(const char* scene, const Plan& plan) {
+  auto description = core::load_gltf(core::find_builtin_scene(scene)->make_glb(), {}, {});
+  CHECK(description);
+  return test_support::view_of(test_support::build(std::move(*description)), plan.width,
+                               plan.height);
+}
+
+struct Run {
+  std::vector<core::Rgb> pixels;
+  double cpu_seconds = 0;
+  int samples = 0;
+};
+
+Run render(core::View view, std::string_view integrator, double seconds, std::uint64_t seed) {
+  core::RenderSettings settings = core::default_settings(integrator);
+  settings.film = view.settings.film;
+  settings.seed = seed;
+  view.settings = settings;
+  const double two = test_support::render(view, 2).progress.cpu_seconds;
+  Run run;
+  run.samples = std::max(2, static_cast<int>(2 * seconds / std::max(two, 1e-4)) / 2 * 2);
+  const test_support::Picture picture = test_support::render(view, run.samples);
+  run.cpu_seconds = picture.progress.cpu_seconds;
+  for (std::size_t i = 0; i < picture.snapshot.pixel_count(); ++i) {
+    run.pixels.push_back(core::pixel_value(picture.snapshot, i).mean);
+  }
+  return run;
+}
+
+/// Of each pixel, the worst last.
+std::vector<double> errors(const Run& run, const Run& reference) {
+  std::vector<double> all;
+  for (std::size_t i = 0; i < run.pixels.size(); ++i) {
+    double sum = 0;
+    for (int c = 0; c < 3; ++c) {
+      const auto a = static_cast<double>(run.pixels[i][c]);
+      const auto b = static_cast<double>(reference.pixels[i][c]);
+      sum += (a - b) * (a - b) / (b * b + 0.01) / 3;
+    }
+    all.push_back(sum);
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+double mean(const std::vector<double>& sorted, double share) {
+  const auto count = static_cast<std::size_t>(static_cast<double>(sorted.size()) * share);
+  double sum = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    sum += sorted[i];
+  }
+  return sum / static_cast<double>(count);
+}
+
+void print(const Case& one, const Plan& plan) {
+  const core::View view = view_of(one.scene, plan);
+  const Run reference = render(view, one.reference, kReferenceTimes * plan.seconds, 1000);
+  std::printf("\n%-14s%10s%10s%12s%14s   reference: %s, %d samples, %.1f s\n", one.scene, "samples",
+              "CPU s", "relMSE", "without 1 %", one.reference, reference.samples,
+              reference.cpu_seconds);
+  for (const core::IntegratorEntry& row : core::integrators()) {
+    if (row.name == "direct") {
+      continue;  // another picture
+    }
+    const Run run = render(view, row.name, plan.seconds, 1);
+    const std::vector<double> sorted = errors(run, reference);
+    std::printf("%-14s%10d%10.1f%12.5f%14.5f\n", std::string(row.name).c_str(), run.samples,
+                run.cpu_seconds, mean(sorted, 1), mean(sorted, 0.99));
+    std::fflush(stdout);
+  }
+}
+
+}  // namespace
+
+// [--seconds N] [--scene NAME]
+int main(int argc, char** argv) {
+  Plan plan;
+  for (int i = 1; i + 1 < argc; i += 2) {
+    const std::string_view flag = argv[i];
+    if (flag == "--seconds") {
+      plan.seconds = std::stod(argv[i + 1]);
+    } else if (flag == "--scene") {
+      plan.scene = argv[i + 1];
+    } else {
+      std::fprintf(stderr, "usage: integrators_bench [--seconds N] [--scene NAME]\n");
+      return 2;
+    }
+  }
+  std::printf("%dx%d, %g CPU seconds a picture, box filter, max_depth 16\n", plan.width,
+              plan.height, plan.seconds);
+  for (const Case& one : kCases) {
+    if (plan.scene.empty() || plan.scene == one.scene) {
+      print(one, plan);
+    }
+  }
+  return 0;
+}

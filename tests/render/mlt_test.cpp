@@ -1,0 +1,96 @@
+// Metropolis light transport beyond its agreement with path tracing (agreement_test.cpp): known
+// light, and films that do not depend on who makes which chain.
+#include <cmath>
+#include <memory>
+
+#include "core/render/render_task.h"
+#include "tests/render/truth.h"
+#include "tests/support/caustic.h"
+
+namespace {
+
+using core::Rgb;
+using test_support::expect_truth;
+
+// Truth 1: L = L_e / (1 - rho) = 1, and 1 - rho^(k + 1) at depth k. What the camera sees at once
+// comes without chains: depth 0 is exact.
+TEST(Metropolis, ClosedSphereGlowsWithOne) {
+  auto lamp = test_support::lambert(Rgb(0.5F));
+  lamp.emissive = Rgb(0.5F);
+  core::View view =
+      test_support::view_of(test_support::build(test_support::scene_of(
+                                {lamp}, {test_support::sphere({0, 0, 0}, 1, 8, true, 0)})),
+                            24, 24);
+  test_support::look_at(view, {0.1F, 0.2F, 0.3F}, {1, 0.1F, -0.4F}, 70);
+  view.settings.integrator = "mlt";
+  for (const int depth : {0, 1, 2, 32}) {
+    view.settings.max_depth = depth;
+    expect_truth(test_support::render(view, 64), 1 - std::pow(0.5, depth + 1), 4e-3,
+                 "depth " + std::to_string(depth));
+  }
+}
+
+core::View caustic_view() {
+  core::View view = test_support::caustic();
+  view.settings.film.width = 72;
+  view.settings.film.height = 40;
+  view.settings.integrator = "mlt";
+  return view;
+}
+
+TEST(Metropolis, ACropIsTheCropOfTheFullPicture) {
+  core::View view = caustic_view();
+  view.settings.film.filter = {core::FilterType::kMitchell, 2};
+  const auto full = test_support::render(view, 2).film;
+  view.settings.film.crop = core::PixelRect{40, 10, 20, 25};
+  const auto crop = test_support::render(view, 2).film;
+  const core::FilmSnapshot a = full->snapshot(*view.settings.film.crop);
+  const core::FilmSnapshot b = crop->snapshot();
+  double light = 0;
+  for (std::size_t i = 0; i < b.pixels.size(); ++i) {
+    ASSERT_EQ(a.pixels[i].mean_r, b.pixels[i].mean_r) << i;
+    light += static_cast<double>(b.pixels[i].mean_r);
+  }
+  EXPECT_GT(light, 0);
+}
+
+class NoSink final : public core::RenderSink {
+ public:
+  void on_tile(int, std::uint32_t) override {}
+  void on_pass(const core::ConvergencePoint&) override {}
+  void on_finished(core::StopReason) override {}
+};
+
+TEST(Metropolis, FilmsAreTheSameAfterARestartAndForAnyThreads) {
+  core::View view = caustic_view();
+  const std::string calm = test_support::render(view, 4, 1).film->digest();
+  EXPECT_EQ(test_support::render(view, 4, 3).film->digest(), calm);
+  const auto renderer = core::Renderer::create(view);
+  ASSERT_TRUE(renderer);
+  core::TaskOptions options;
+  options.stop.samples_per_pixel = 4;
+  options.slice_target_seconds = 1e-4;
+  for (int taken = 3; taken < 30; taken += 9) {
+    const auto film = std::make_shared<core::Film>(view.settings);
+    NoSink sink;
+    core::RenderTask task(*renderer, film, options, sink);
+    for (int i = 0; i < taken; ++i) {
+      if (const auto slice = task.take()) {
+        task.run(*slice);
+      }
+    }
+    const auto again = std::make_shared<core::Film>(view.settings);
+    for (int t = 0; t < film->tile_count(); ++t) {
+      again->restore(t, film->tile(t), film->tile_revision(t));
+    }
+    again->restore_splats(film->splats());
+    core::RenderTask rest(*renderer, again, options, sink);
+    core::run_to_end(rest, 3);
+    EXPECT_EQ(again->digest(), calm) << taken;
+  }
+  // The twin: another seed is another film.
+  view.settings.seed = 1;
+  EXPECT_NE(test_support::render(view, 4, 1).film->digest(), calm);
+}
+
+}  // namespace

@@ -1,0 +1,418 @@
+// What a denoiser got wrong, against pictures whose truth is known; the faults that such an
+// estimate must not have are planted beside it.
+#include <array>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/denoise/denoised_picture.h"
+#include "core/denoise/statistical.h"
+#include "tests/support/errors.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::ColorPlanes;
+using core::DenoiseMode;
+using core::FilmSnapshot;
+using core::HalfPicture;
+using core::Plane;
+using test_support::Random;
+
+constexpr int kSide = 64;
+constexpr int kSamples = 16;  ///< of a half
+
+/// A ramp, an edge and fine stripes: what a filter smooths well, keeps, and gets wrong.
+double truth_at(int x, int y) {
+  const double ramp = 0.5 + 0.5 * x / kSide;
+  const double edge = y > kSide / 2 ? 1.5 : 0.5;
+  const double stripes = x > kSide / 2 && y < kSide / 2 ? 0.1 * (x % 4 < 2 ? 1 : -1) : 0;
+  return ramp * edge + stripes;
+}
+
+/// Both halves of a noisy picture of it; noise: deviation of one sample over the truth.
+FilmSnapshot noisy(double noise, std::uint64_t seed) {
+  FilmSnapshot film;
+  film.rect = {0, 0, kSide, kSide};
+  film.pixels.resize(film.pixel_count() * 2);
+  Random random(seed);
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    const auto pixel = static_cast<int>(i / 2);
+    const double mu = truth_at(pixel % kSide, pixel / kSide);
+    test_support::Moments moments;
+    for (int s = 0; s < kSamples; ++s) {
+      moments.add(mu * (1 + noise * random.normal()));
+    }
+    const auto v = static_cast<float>(moments.mean);
+    film.pixels[i] = {v, v, v, 1, static_cast<float>(moments.m2), kSamples};
+  }
+  return film;
+}
+
+double true_error(const ColorPlanes& seen) {
+  std::vector<test_support::PixelTruth> pixels;
+  for (std::size_t i = 0; i < seen[0].size(); ++i) {
+    const double mu = truth_at(static_cast<int>(i) % kSide, static_cast<int>(i) / kSide);
+    const double off = static_cast<double>(seen[0][i]) - mu;
+    pixels.push_back({core::Rgb(static_cast<float>(off * off)),
+                      core::Rgb(static_cast<float>(mu * mu)), mu, true});
+  }
+  return test_support::defined_error(pixels, kSide, kSide);
+}
+
+std::vector<ColorPlanes> filtered(std::span<const HalfPicture> halves) {
+  auto out = core::StatisticalDenoiser().denoise(halves, nullptr, core::parallel_for(1));
+  EXPECT_TRUE(out);
+  return *std::move(out);
+}
+
+std::array<HalfPicture, 2> halves_of(const FilmSnapshot& film) {
+  return {core::half_picture(film, 0), core::half_picture(film, 1)};
+}
+
+/// How estimates over many seeds compare to the truth.
+struct Verdict {
+  double ratio = 0;    ///< of the mean estimated square to the mean true one
+  double covered = 0;  ///< share of intervals that hold the true error
+};
+using MakePicture = std::function<core::DenoisedPicture(const FilmSnapshot&)>;
+
+Verdict judge(double noise, DenoiseMode mode, const MakePicture& make, int seeds) {
+  std::vector<core::ErrorInterval> intervals;
+  double truth = 0;
+  double estimate = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const core::DenoisedPicture picture = make(noisy(noise, static_cast<std::uint64_t>(seed)));
+    intervals.push_back(picture.interval(mode, 0.95));
+    truth += std::pow(true_error(picture.planes(mode)), 2) / seeds;
+    estimate += std::pow(intervals.back().relative_rmse, 2) / seeds;
+  }
+  Verdict out;
+  out.ratio = estimate / truth;
+  for (const core::ErrorInterval& e : intervals) {
+    const bool is_in = e.low * e.low <= truth && truth <= e.high * e.high;
+    out.covered += is_in ? 1.0 / seeds : 0;
+  }
+  return out;
+}
+
+core::DenoisedPicture honest(const FilmSnapshot& film) {
+  return core::denoised_picture(film, filtered(halves_of(film)));
+}
+
+/// Halves and what is made of them, for estimates that are wrong.
+double pooled(const FilmSnapshot& film, const std::vector<ColorPlanes>& clean,
+              const std::function<double(double a, double b, double fa, double fb)>& m) {
+  double sum = 0;
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    sum += m(static_cast<double>(film.pixels[2 * i].mean_r),
+             static_cast<double>(film.pixels[2 * i + 1].mean_r),
+             static_cast<double>(clean[0][0][i]), static_cast<double>(clean[1][0][i]));
+  }
+  return sum;
+}
+double honest_m(double a, double b, double fa, double fb) {
+  return 0.5 * ((fa - b) * (fa - b) + (fb - a) * (fb - a) - (a - b) * (a - b)) -
+         0.25 * (fa - fb) * (fa - fb);
+}
+/// Estimated over true squared error of F, over some seeds, and its standard error.
+struct Ratio {
+  double value = 0;
+  double error = 0;
+};
+constexpr int kSeeds = 30;
+constexpr double kNoise = 0.2;
+
+Ratio ratio_of(const std::function<double(double, double, double, double)>& m,
+               const std::function<std::vector<ColorPlanes>(const FilmSnapshot&)>& clean_of) {
+  std::vector<double> estimates;
+  std::vector<double> truths;
+  test_support::Moments truth;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const FilmSnapshot film = noisy(kNoise, seed);
+    const std::vector<ColorPlanes> clean = clean_of(film);
+    estimates.push_back(pooled(film, clean, m));
+    double off = 0;
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+      const double mu = truth_at(static_cast<int>(i) % kSide, static_cast<int>(i) / kSide);
+      const double f =
+          0.5 * (static_cast<double>(clean[0][0][i]) + static_cast<double>(clean[1][0][i]));
+      off += (f - mu) * (f - mu);
+    }
+    truths.push_back(off);
+    truth.add(off);
+  }
+  test_support::Moments ratio;
+  for (std::size_t k = 0; k < truths.size(); ++k) {
+    ratio.add(1 + (estimates[k] - truths[k]) / truth.mean);
+  }
+  return {ratio.mean, ratio.standard_error()};
+}
+/// Within 3.3 standard errors of 1, which are small themselves: a false alarm in a thousand.
+void expect_true(const Ratio& ratio) {
+  EXPECT_NEAR(ratio.value, 1, 3.3 * ratio.error);
+  EXPECT_LT(ratio.error, 0.1);
+}
+/// Farther from 1 than the test above lets pass, and than the 5 % that an estimate may be off by.
+void expect_false(const Ratio& ratio) {
+  EXPECT_GT(std::fabs(ratio.value - 1), std::max(5 * ratio.error, 0.05)) << ratio.value;
+}
+std::vector<ColorPlanes> honest_filter(const FilmSnapshot& film) {
+  return filtered(halves_of(film));
+}
+
+TEST(DenoisedError, HasTheSquaredErrorAsItsExpectedValue) {
+  expect_true(ratio_of(&honest_m, &honest_filter));
+}
+
+TEST(DenoisedError, AQuarterOfTheHalvesDifferenceAloneIsDetected) {
+  const auto quarter = [](double, double, double fa, double fb) {
+    return 0.25 * (fa - fb) * (fa - fb);
+  };
+  expect_false(ratio_of(quarter, &honest_filter));
+}
+
+TEST(DenoisedError, ClippingBeforePoolingIsDetected) {
+  const auto clipped = [](double a, double b, double fa, double fb) {
+    return std::max(honest_m(a, b, fa, fb), 0.0);
+  };
+  expect_false(ratio_of(clipped, &honest_filter));
+}
+
+// Weights of A from the values of B: what is left of B's noise in FA follows B.
+TEST(DenoisedError, GuidanceOfOneHalfByTheOtherIsDetected) {
+  const auto crossed = [](const FilmSnapshot& film) {
+    std::vector<ColorPlanes> out(2);
+    for (std::size_t h = 0; h < 2; ++h) {
+      for (Plane& plane : out[h]) {
+        plane.resize(film.pixel_count());
+      }
+      for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x) {
+          const auto value = [&](int px, int py, std::size_t half) {
+            return static_cast<double>(
+                film.pixels[static_cast<std::size_t>(py * kSide + px) * 2 + half].mean_r);
+          };
+          double sum = 0;
+          double weights = 0;
+          for (int py = std::max(y - 3, 0); py < std::min(y + 4, kSide); ++py) {
+            for (int px = std::max(x - 3, 0); px < std::min(x + 4, kSide); ++px) {
+              // Near in value to the other half's pixel.
+              const double d = (value(px, py, h) - value(x, y, 1 - h)) / 0.1;
+              const double w = std::exp(-0.5 * d * d);
+              sum += w * value(px, py, h);
+              weights += w;
+            }
+          }
+          out[h][0][static_cast<std::size_t>(y * kSide + x)] =
+              static_cast<float>(weights > 0 ? sum / weights : value(x, y, h));
+        }
+      }
+    }
+    return out;
+  };
+  expect_false(ratio_of(&honest_m, crossed));
+}
+
+// Features made of both halves carry the noise of B into FA: here the light itself is one.
+TEST(DenoisedError, FeaturesPooledWithTheHalvesAreDetected) {
+  const auto with_features = [](bool is_pooled) {
+    return [is_pooled](const FilmSnapshot& film) {
+      // Of a stream of its own, as noisy as the picture.
+      const FilmSnapshot other = noisy(kNoise, film.pixels[0].count + 1000);
+      core::FeaturePicture features = core::FeaturePicture::blank(kSide, kSide);
+      for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+        features.depth_m[i] = 1;
+        for (Plane& plane : features.albedo) {
+          plane[i] = core::pixel_value(is_pooled ? film : other, i).mean.r;
+        }
+      }
+      auto out =
+          core::StatisticalDenoiser().denoise(halves_of(film), &features, core::parallel_for(1));
+      EXPECT_TRUE(out);
+      return *std::move(out);
+    };
+  };
+  expect_true(ratio_of(&honest_m, with_features(false)));
+  expect_false(ratio_of(&honest_m, with_features(true)));
+}
+
+// With 60 seeds at two noises, 240 intervals: at 95 % fewer than 213 or more than 237 inside are
+// less likely than 0.5 %.
+TEST(DenoisedError, IntervalsHoldTheTruthAsOftenAsTheySay) {
+  double covered = 0;
+  for (const double noise : {0.2, 0.8}) {
+    for (const DenoiseMode mode : {DenoiseMode::kFull, DenoiseMode::kMixed}) {
+      const Verdict verdict = judge(noise, mode, &honest, 60);
+      EXPECT_NEAR(verdict.ratio, 1, 0.1) << noise;
+      EXPECT_GE(verdict.covered, 0.85) << noise;
+      covered += 0.25 * verdict.covered;
+    }
+  }
+  EXPECT_GE(covered, 0.88);
+  EXPECT_LE(covered, 0.99);
+}
+
+// The best weight for the very sums that judge it makes those sums too small.
+TEST(DenoisedError, WeightsThatIncludeTheOwnPixelsAreDetected) {
+  const auto mixed = [](bool is_own) {
+    return [is_own](const FilmSnapshot& film) {
+      std::vector<ColorPlanes> clean = honest_filter(film);
+      const core::DenoisedPicture picture = core::denoised_picture(film, clean);
+      for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+        const double a = static_cast<double>(film.pixels[2 * i].mean_r);
+        const double b = static_cast<double>(film.pixels[2 * i + 1].mean_r);
+        const double fa = static_cast<double>(clean[0][0][i]);
+        const double fb = static_cast<double>(clean[1][0][i]);
+        const double s = 0.25 * (fa + fb - a - b) * (fa + fb - a - b);
+        const double v = 0.25 * (a - b) * (a - b);
+        const double own = s > 0 ? 0.5 + (honest_m(a, b, fa, fb) - v) / (2 * s) : 0;
+        const double w =
+            is_own ? std::clamp(own, 0.0, 1.0) : static_cast<double>(picture.weight[i]);
+        clean[0][0][i] = static_cast<float>(fa + w * (a - fa));
+        clean[1][0][i] = static_cast<float>(fb + w * (b - fb));
+      }
+      return clean;
+    };
+  };
+  expect_true(ratio_of(&honest_m, mixed(false)));
+  expect_false(ratio_of(&honest_m, mixed(true)));
+}
+
+TEST(DenoisedError, OfThePlainPictureIsThePlainError) {
+  const FilmSnapshot film = noisy(0.4, 1);
+  std::vector<ColorPlanes> plain(2);
+  for (std::size_t h = 0; h < 2; ++h) {
+    plain[h] = core::half_picture(film, static_cast<int>(h)).mean;
+  }
+  const core::DenoisedPicture picture = core::denoised_picture(film, plain);
+  const core::ErrorInterval seen = picture.interval(DenoiseMode::kFull, 0.95);
+  const core::ErrorInterval expected = core::ErrorEstimate(picture.plain_tiles).image(0.95);
+  EXPECT_NEAR(seen.relative_rmse, expected.relative_rmse, 1e-5 * expected.relative_rmse);
+  EXPECT_NEAR(seen.high, expected.high, 0.02 * expected.high);
+}
+
+TEST(DenoisedPicture, MixedIsNoWorseThanTheBetterOfBothByMuch) {
+  for (const double noise : {0.05, 0.4, 1.6}) {
+    double full = 0;
+    double plain = 0;
+    double mixed = 0;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      const FilmSnapshot film = noisy(noise, seed);
+      const core::DenoisedPicture picture = honest(film);
+      ColorPlanes mean = picture.full;
+      for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+        mean[0][i] = core::pixel_value(film, i).mean.r;
+      }
+      full += true_error(picture.full);
+      plain += true_error(mean);
+      mixed += true_error(picture.mixed);
+    }
+    EXPECT_LT(mixed, 1.1 * std::min(full, plain)) << noise;
+  }
+}
+
+TEST(DenoisedPicture, HalvesOfSplattedFilmsHaveNoIntervals) {
+  FilmSnapshot film = noisy(0.4, 1);
+  film.has_splats = true;
+  const core::ErrorInterval e = honest(film).interval(DenoiseMode::kFull, 0.95);
+  EXPECT_GT(e.relative_rmse, 0);
+  EXPECT_TRUE(std::isnan(e.low));
+  EXPECT_TRUE(std::isnan(e.high));
+}
+
+// The ramp's bias is 0 in its middle, that of stripes that are smoothed is not in every window;
+// both errors are what the halves say.
+TEST(DenoisedPicture, BiasOfADenoiserThatDarkensIsDetected) {
+  const FilmSnapshot film = noisy(0.2, 1);
+  std::vector<ColorPlanes> dark = {core::half_picture(film, 0).mean,
+                                   core::half_picture(film, 1).mean};
+  for (ColorPlanes& planes : dark) {
+    for (Plane& plane : planes) {
+      for (float& v : plane) {
+        v *= 0.9F;
+      }
+    }
+  }
+  const core::DenoisedPicture picture = core::denoised_picture(film, dark);
+  const std::size_t middle = kSide * 48 + 32;
+  const double mu = truth_at(32, 48);
+  EXPECT_NEAR(static_cast<double>(picture.bias[0][middle]), -0.1 * mu, 0.02 * mu);
+  EXPECT_GT(static_cast<double>(picture.bias_error[0][middle]), 0);
+  EXPECT_LT(static_cast<double>(picture.bias_error[0][middle]), 0.01 * mu);
+}
+
+TEST(StatisticalDenoiser, TakesNoiseOutOfWhatIsFlat) {
+  double before = 0;
+  double after = 0;
+  const FilmSnapshot film = noisy(0.4, 1);
+  const core::DenoisedPicture picture = honest(film);
+  for (int y = 8; y < kSide / 2 - 8; ++y) {
+    for (int x = 8; x < kSide / 2 - 8; ++x) {
+      const auto i = static_cast<std::size_t>(y * kSide + x);
+      const double mu = truth_at(x, y);
+      before += std::pow(static_cast<double>(core::pixel_value(film, i).mean.r) - mu, 2);
+      after += std::pow(static_cast<double>(picture.full[0][i]) - mu, 2);
+    }
+  }
+  EXPECT_LT(after, 0.1 * before);
+}
+
+TEST(StatisticalDenoiser, GivesTheSameBitsForAnyNumberOfThreads) {
+  FilmSnapshot film = noisy(0.4, 1);
+  const std::array halves = halves_of(film);
+  std::vector<HalfPicture> wide;  // of several tiles
+  for (const HalfPicture& half : halves) {
+    HalfPicture big = half;
+    big.width = kSide * 4;
+    big.height = kSide * 2;
+    const auto repeat = [&](const Plane& plane) {
+      Plane out;
+      for (int y = 0; y < big.height; ++y) {
+        for (int x = 0; x < big.width; ++x) {
+          out.push_back(plane[static_cast<std::size_t>(y % kSide * kSide + x % kSide)]);
+        }
+      }
+      return out;
+    };
+    for (std::size_t c = 0; c < 3; ++c) {
+      big.mean[c] = repeat(half.mean[c]);
+    }
+    big.variance = repeat(half.variance);
+    wide.push_back(std::move(big));
+  }
+  const core::StatisticalDenoiser denoiser;
+  const auto one = denoiser.denoise(wide, nullptr, core::parallel_for(1));
+  const auto many = denoiser.denoise(wide, nullptr, core::parallel_for(5));
+  ASSERT_TRUE(one);
+  ASSERT_TRUE(many);
+  EXPECT_EQ(*one, *many);
+}
+
+TEST(StatisticalDenoiser, MakesOfAHalfTheSameWhateverTheOtherIs) {
+  const std::array first = halves_of(noisy(0.4, 1));
+  const std::array second = halves_of(noisy(0.4, 2));
+  const std::array other = {first[0], second[1]};
+  EXPECT_EQ(filtered(first)[0], filtered(other)[0]);
+  EXPECT_NE(filtered(first)[1], filtered(other)[1]);
+}
+
+// The variance is that of the mean of 16 samples, three channels together.
+TEST(HalfPicture, KnowsTheVarianceOfItsMeans) {
+  const FilmSnapshot film = noisy(0.4, 1);
+  const HalfPicture half = core::half_picture(film, 0);
+  double seen = 0;
+  double expected = 0;
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      seen += static_cast<double>(half.variance[static_cast<std::size_t>(y * kSide + x)]);
+      expected += 3 * 0.4 * 0.4 * truth_at(x, y) * truth_at(x, y) / kSamples;
+    }
+  }
+  EXPECT_NEAR(seen / expected, 1, 0.25);
+}
+
+}  // namespace

@@ -1,0 +1,148 @@
+// The kernel for scenes of a few dozen triangles beside Embree.
+#include "core/accel/few_triangles.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/bsdf_cases.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::Ray;
+using core::Vec3;
+
+/// Triangles in two meshes, with room behind the vertices as Embree asks.
+struct Meshes {
+  std::array<std::vector<Vec3>, 2> positions;
+  std::array<std::vector<std::uint32_t>, 2> indices;
+
+  std::vector<core::AccelGeometry> geometries() const {
+    std::vector<core::AccelGeometry> out;
+    for (std::size_t m = 0; m < 2; ++m) {
+      out.push_back({std::span(positions[m]).first(positions[m].size() - 2), indices[m]});
+    }
+    return out;
+  }
+  void close() {
+    for (auto& p : positions) {
+      p.resize(p.size() + 2);
+    }
+  }
+};
+
+/// A cube about `at` whose faces are two triangles each; a face may be left out.
+Meshes cube(Vec3 at, int missing = -1) {
+  Meshes out;
+  for (int i = 0; i < 8; ++i) {
+    out.positions[0].push_back(at + Vec3{static_cast<float>(i & 1) - 0.3F,
+                                         static_cast<float>(i >> 1 & 1) - 0.7F,
+                                         static_cast<float>(i >> 2) - 0.4F});
+  }
+  constexpr std::array<std::array<std::uint32_t, 4>, 6> kFaces = {
+      {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
+  for (int f = 0; f < 6; ++f) {
+    if (f != missing) {
+      const auto& c = kFaces[static_cast<std::size_t>(f)];
+      out.indices[0].insert(out.indices[0].end(), {c[0], c[1], c[2], c[0], c[2], c[3]});
+    }
+  }
+  out.positions[1] = {at, at, at};
+  out.close();
+  return out;
+}
+
+Meshes random_triangles(std::size_t count, test_support::Random& random) {
+  Meshes out;
+  for (std::size_t t = 0; t < count; ++t) {
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      auto& mesh = out.positions[t % 2];
+      out.indices[t % 2].push_back(static_cast<std::uint32_t>(mesh.size()));
+      mesh.push_back({random.uniform(), random.uniform(), random.uniform()});
+    }
+  }
+  out.close();
+  return out;
+}
+
+TEST(FewTriangles, MeetWhatEmbreeMeets) {
+  test_support::Random random(1);
+  int different = 0;
+  for (const std::size_t count : {2U, 9U, 33U, 64U}) {
+    const Meshes meshes = random_triangles(count, random);
+    const auto geometries = meshes.geometries();
+    const core::FewTriangles few(geometries);
+    ASSERT_FALSE(few.empty());
+    const auto embree = core::Accel::build(geometries, {}, {}, 1);
+    ASSERT_TRUE(embree);
+    for (int i = 0; i < 5000; ++i) {
+      Ray ray;
+      ray.origin = {random.uniform(), random.uniform(), 2 * random.uniform() - 0.5F};
+      ray.direction =
+          test_support::random_hemisphere(random) * (random.uniform() < 0.5F ? -1.0F : 1.0F);
+      ray.t_max = i % 3 == 0 ? 0.4F : 3.4e38F;
+      core::RawHit a;
+      core::RawHit b;
+      const bool met = few.intersect(ray, a);
+      if (met != (*embree)->intersect(ray, b) ||
+          (met && (a.geometry != b.geometry || a.primitive != b.primitive ||
+                   !(std::abs(a.t - b.t) < 1e-5F))) ||
+          met != few.occluded(ray)) {
+        ++different;
+      }
+    }
+  }
+  EXPECT_LE(different, 2);  // rays through an edge, to rounding
+}
+
+/// Rays from within that leave through an edge or a corner.
+int escapes(const Meshes& meshes, Vec3 at) {
+  test_support::Random random(4);
+  const auto geometries = meshes.geometries();
+  const core::FewTriangles few(geometries);
+  const auto& corners = meshes.positions[0];
+  int count = 0;
+  for (int i = 0; i < 1'000'000; ++i) {
+    const Vec3 a = corners[random.bits() % 8];
+    const Vec3 b = corners[random.bits() % 8];
+    Ray ray;
+    ray.origin = at + Vec3{0.4F * random.uniform() - 0.1F, -0.4F * random.uniform(),
+                           0.4F * random.uniform()};
+    ray.direction = a + (b - a) * random.uniform() - ray.origin;
+    core::RawHit hit;
+    count += few.intersect(ray, hit) ? 0 : 1;
+    count += few.occluded(ray) ? 0 : 1;
+  }
+  return count;
+}
+
+TEST(FewTriangles, LetNothingThroughEdgesAndCorners) {
+  EXPECT_EQ(escapes(cube({0, 0, 0}), {0, 0, 0}), 0);
+  EXPECT_EQ(escapes(cube({30, -20, 100}), {30, -20, 100}), 0);
+}
+
+// The twin.
+TEST(FewTriangles, AMissingFaceIsSeen) { EXPECT_GT(escapes(cube({0, 0, 0}, 2), {0, 0, 0}), 1000); }
+
+TEST(FewTriangles, AreNoMoreThanAFewDozen) {
+  test_support::Random random(2);
+  EXPECT_TRUE(core::FewTriangles({}).empty());
+  EXPECT_TRUE(core::FewTriangles(random_triangles(65, random).geometries()).empty());
+}
+
+TEST(FewTriangles, RaysThatAreNotFiniteMeetNothing) {
+  const Meshes meshes = cube({0, 0, 0});
+  const core::FewTriangles few(meshes.geometries());
+  Ray ray;
+  ray.direction = {0, __builtin_nanf(""), 1};
+  core::RawHit hit;
+  EXPECT_FALSE(few.intersect(ray, hit));
+  EXPECT_FALSE(few.occluded(ray));
+}
+
+}  // namespace

@@ -1,0 +1,105 @@
+// Levels of textures, and lookups that textures share.
+#include "core/textures/texture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::Image;
+using core::Texture;
+using core::Vec4;
+
+Image image_of(int width, int height, int channels, test_support::Random& random) {
+  Image image;
+  image.width = width;
+  image.height = height;
+  image.channels = channels;
+  image.bytes.resize(image.value_count());
+  for (std::byte& byte : image.bytes) {
+    byte = static_cast<std::byte>(random.bits() & 255U);
+  }
+  return image;
+}
+
+// IEC 61966-2-1.
+double linear_of(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
+double srgb_of(double c) {
+  return c <= 0.0031308 ? c * 12.92 : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
+}
+
+/// The largest distance, in steps of 1/255, between the 1x1 level of 2x2 images and the mean of
+/// their texels in linear light. scale: 1, or a fault.
+double worst_rounding(int channels, bool srgb, double scale = 1) {
+  test_support::Random random(8);
+  double worst = 0;
+  for (int round = 0; round < 20'000; ++round) {
+    const Image image = image_of(2, 2, channels, random);
+    const Vec4 coarsest = Texture::create(image, srgb)->mean();
+    const bool grey = channels <= 2;
+    for (int c = 0; c < (grey ? 1 : 3); ++c) {
+      double sum = 0;
+      for (int i = 0; i < 4; ++i) {
+        const double v =
+            std::to_integer<int>(image.bytes[static_cast<std::size_t>(i * channels + c)]) / 255.0;
+        sum += (srgb ? linear_of(v) : v) / 4;
+      }
+      const double found = c == 0 ? coarsest.x : c == 1 ? coarsest.y : coarsest.z;
+      const double steps = srgb ? srgb_of(found) - srgb_of(sum * scale) : found - sum * scale;
+      worst = std::max(worst, std::fabs(steps) * 255);
+    }
+  }
+  return worst;
+}
+
+TEST(TextureLevels, AreTheNearestStepToTheMeanInLinearLight) {
+  for (const int channels : {1, 2, 3, 4}) {
+    EXPECT_LE(worst_rounding(channels, true), 0.5001) << channels;
+    EXPECT_LE(worst_rounding(channels, false), 0.5001) << channels;
+  }
+}
+
+// The twin.
+TEST(TextureLevels, OnePercentMoreLightIsSeen) { EXPECT_GT(worst_rounding(3, true, 1.01), 0.55); }
+
+TEST(TextureLevels, HalveOddAndNarrowImages) {
+  test_support::Random random(2);
+  for (const auto& [width, height] : {std::pair{1, 7}, {5, 1}, {3, 5}, {1, 1}}) {
+    const auto texture = Texture::create(image_of(width, height, 4, random), false);
+    const Vec4 mean = texture->mean();
+    EXPECT_TRUE(mean.x >= 0 && mean.x <= 1 && mean.w >= 0 && mean.w <= 1);
+  }
+}
+
+TEST(TextureTaps, OfOneTextureReadAnotherOfItsSize) {
+  test_support::Random random(6);
+  const auto a = Texture::create(image_of(37, 20, 3, random), true);
+  const auto b = Texture::create(image_of(37, 20, 4, random), false);
+  for (int round = 0; round < 2000; ++round) {
+    Texture::Lookup at;
+    at.uv = {4 * random.uniform() - 2, 4 * random.uniform() - 2};
+    at.across = {0.1F * random.uniform(), 0.01F};
+    at.along = {0.02F, 0.3F * random.uniform()};
+    at.taps_max = round % 2 == 0 ? 1 : core::kTextureTapsMax;
+    at.wrap_u = core::TextureWrap::kMirroredRepeat;
+    at.nearest = round % 5 == 0;
+    Texture::Taps taps;
+    a->find_taps(at, taps);
+    const Vec4 shared = b->read(taps);
+    const Vec4 own = b->sample(at);
+    EXPECT_TRUE(shared.x == own.x && shared.y == own.y && shared.w == own.w);
+    float weights = 0;
+    for (int i = 0; i < taps.count; ++i) {
+      weights += taps.tap[static_cast<std::size_t>(i)].weight;
+    }
+    EXPECT_NEAR(weights, 1, 1e-5F);
+  }
+}
+
+}  // namespace

@@ -1,0 +1,163 @@
+// What lanes compute, beside the scalar code.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/math/lane_math.h"
+#include "core/samplers/path_sampler.h"
+#include "core/wave/lane_camera.h"
+#include "core/wave/lane_environment.h"
+#include "core/wave/lane_sampler.h"
+#include "tests/support/bsdf_cases.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+using core::Floats;
+using core::Rgb;
+using core::Vec3;
+
+TEST(WaveLanes, DrawTheNumbersOfTheScalarSampler) {
+  alignas(32) std::array<std::uint64_t, 8> base{};
+  alignas(32) std::array<std::uint32_t, 8> index{};
+  std::vector<core::PathSampler> samplers(8, {core::SamplerType::kSobol, 2, 7});
+  for (std::size_t k = 0; k < 8; ++k) {
+    samplers[k].start(static_cast<int>(3 * k), 5, static_cast<int>(29 * k));
+    base[k] = samplers[k].base();
+    index[k] = core::reverse_bits(samplers[k].index());
+  }
+  for (int group = 0; group < 40; ++group) {
+    const auto eight =
+        core::sobol_4d<8>(core::Hashes<8>::load(base.data()), core::load<8>(index.data()), group);
+    for (std::size_t k = 0; k < 8; ++k) {
+      const auto one =
+          core::sobol_4d<1>(core::Hashes<1>::load(&base[k]), core::load<1>(&index[k]), group);
+      const core::Vec4 u = samplers[k].get_4d(group);
+      EXPECT_TRUE(eight.x.v[k] == u.x && eight.y.v[k] == u.y && eight.z.v[k] == u.z &&
+                  eight.w.v[k] == u.w);
+      EXPECT_TRUE(one.x.v[0] == u.x && one.y.v[0] == u.y && one.z.v[0] == u.z && one.w.v[0] == u.w);
+    }
+  }
+}
+
+TEST(WaveLanes, SineAndCosineErrLessThanTwoInTenMillion) {
+  double worst = 0;
+  for (int i = -100'000; i <= 100'000; ++i) {
+    const float x = static_cast<float>(i) * (6.2831853F / 100'000);
+    Floats<8> sine;
+    Floats<8> cosine;
+    core::sincos(Floats<8>(x), sine, cosine);
+    const auto exact = static_cast<double>(x);
+    worst = std::max({worst, std::fabs(static_cast<double>(sine.v[3]) - std::sin(exact)),
+                      std::fabs(static_cast<double>(cosine.v[6]) - std::cos(exact))});
+  }
+  EXPECT_LT(worst, 2e-7);
+}
+
+TEST(WaveLanes, AnglesOfDirectionsErrLessThanFourInTenMillion) {
+  double worst = 0;
+  for (int i = -50'000; i <= 50'000; ++i) {
+    const double angle = i * (3.14159265358979 / 50'000);
+    const auto y = static_cast<float>(0.7 * std::sin(angle));
+    const auto x = static_cast<float>(0.7 * std::cos(angle));
+    const double exact = std::atan2(static_cast<double>(y), static_cast<double>(x));
+    const auto found = static_cast<double>(core::atan2(Floats<8>(y), Floats<8>(x)).v[5]);
+    worst = std::max(worst, std::fabs(found - exact));
+  }
+  EXPECT_LT(worst, 4e-7);
+  EXPECT_EQ(core::atan2(Floats<8>(0.0F), Floats<8>(0.0F)).v[0], 0.0F);
+}
+
+/// The largest difference between lanes and the scalar code, over 8,000 directions of a turned map.
+float worst_of_sky(bool is_background) {
+  const auto sky = test_support::sky_map(
+      32, 16,
+      [](int x, int y) {
+        return Rgb{static_cast<float>(x), static_cast<float>(y), 1};
+      },
+      37);
+  const core::LaneEnvironment lanes(sky.get());
+  test_support::Random random(3);
+  float worst = 0;
+  for (int round = 0; round < 1000; ++round) {
+    core::Vec3s<8> d;
+    for (std::size_t k = 0; k < 8; ++k) {
+      const float sign = random.uniform() < 0.5F ? -1.0F : 1.0F;
+      d.set(k, test_support::random_hemisphere(random) * sign);
+    }
+    const auto at = lanes.points(d);
+    const auto found = is_background ? lanes.background(at) : lanes.radiance(at);
+    for (std::size_t k = 0; k < 8; ++k) {
+      const Rgb exact = is_background ? sky->background(d.lane(k)) : sky->radiance(d.lane(k));
+      worst = std::max(
+          {worst, std::fabs(found.lane(k).x - exact.r), std::fabs(found.lane(k).y - exact.g)});
+      for (const auto density : {core::SkyDensity::kRadiance, core::SkyDensity::kCompensated}) {
+        EXPECT_NEAR(sky->pdf_solid_angle({at.u.v[k], at.v.v[k]}, at.sin_theta.v[k], density),
+                    sky->pdf_solid_angle(d.lane(k), density), 1e-3F);
+      }
+    }
+  }
+  return worst;
+}
+
+TEST(WaveLanes, ReadTheSkyAsTheScalarCode) {
+  EXPECT_LT(worst_of_sky(true), 1e-3F);
+  EXPECT_LE(worst_of_sky(false), 1e-3F);
+}
+
+TEST(WaveLanes, StartTheRaysOfEveryCamera) {
+  for (const bool has_lens : {false, true}) {
+    for (const auto filter : {core::FilterType::kBox, core::FilterType::kMitchell}) {
+      core::CameraSettings settings;
+      settings.position = Vec3{1, 2, 3};
+      settings.target = Vec3{0.2F, 0.1F, 0};
+      settings.aperture_radius_m = has_lens ? 0.1F : 0.0F;
+      settings.focus_distance_m = 2;
+      const auto camera = core::Camera::create(settings, {}, {{-1, -1, -1}, {1, 1, 1}}, 64, 48);
+      ASSERT_TRUE(camera);
+      const core::FilterSampler sampler({filter, 1.5F});
+      std::array<core::DueSample, 8> due{};
+      core::Vec4s<8> u;
+      test_support::Random random(4);
+      for (std::size_t k = 0; k < 8; ++k) {
+        due[k] = {static_cast<int>(7 * k), static_cast<int>(5 * k), 0, 0};
+        u.x.v[k] = random.uniform();
+        u.y.v[k] = random.uniform();
+        u.z.v[k] = random.uniform();
+        u.w.v[k] = random.uniform();
+      }
+      const auto rays = core::LaneCamera(*camera, sampler).rays<8>(due, u);
+      for (std::size_t k = 0; k < 8; ++k) {
+        const auto at = sampler.sample({u.x.v[k], u.y.v[k]});
+        const auto one = camera->ray({static_cast<float>(due[k].x) + 0.5F + at.offset_px.x,
+                                      static_cast<float>(due[k].y) + 0.5F + at.offset_px.y},
+                                     {u.z.v[k], u.w.v[k]});
+        EXPECT_NEAR(rays.direction.lane(k).x, one.ray.direction.x, 1e-6F);
+        EXPECT_NEAR(rays.direction.lane(k).y, one.ray.direction.y, 1e-6F);
+        EXPECT_NEAR(rays.origin.lane(k).z, one.ray.origin.z, 1e-6F);
+        EXPECT_EQ(rays.spread_rad.v[k], one.spread_rad);
+        EXPECT_NEAR(rays.weight.v[k], at.weight, 1e-6F);
+      }
+    }
+  }
+}
+
+TEST(WaveLanes, CompressKeepsTheOrderOfThoseTaken) {
+  alignas(32) std::array<std::int32_t, 8> from = {10, 11, 12, 13, 14, 15, 16, 17};
+  for (unsigned taken = 0; taken < 256; ++taken) {
+    std::array<std::int32_t, 8> to{};
+    core::compress<8>(to.data(), core::load<8>(from.data()), taken);
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < 8; ++k) {
+      if ((taken >> k & 1U) != 0) {
+        EXPECT_EQ(to[at++], from[k]);
+      }
+    }
+  }
+}
+
+}  // namespace

@@ -169,6 +169,7 @@ test('an error older than the picture tells its samples, and two points make no 
       await route.fulfill({ json: { points, slope: { value: -1, low: null, high: null } } });
     });
     await renderOf(page, 'cornell-box', 8);
+    await page.getByTestId('denoise').uncheck();  // The denoised picture has an error of its own.
     await page.getByTestId('error-age').waitFor();
     assert.match(await page.textContent('[data-testid=error]'), /% at 2 samples, [\d.]+ % to/);
     await page.waitForSelector('.plot svg');

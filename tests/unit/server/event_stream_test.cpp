@@ -8,12 +8,18 @@ using api::JobState;
 
 class Events : public test_support::JobsFixture {
  protected:
-  /// A paused job, and a stream that begins after all that has happened to it.
+  /// A paused job without slices under way, which commit after the pause: the server was restarted.
+  /// A stream that begins after all that has happened to it.
   void SetUp() override {
     test_support::JobsFixture::SetUp();
     job = submit(test_support::kForever);
     ASSERT_TRUE(wait_for_samples(job));
     ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt, server::Access::operators()));
+    const std::string id = job->id();
+    job.reset();
+    restart();
+    job = *jobs->find(id, server::Access::operators());
+    ASSERT_EQ(job->state(), JobState::kPaused);
     film = *jobs->films().film(*job);
     stream.emplace(*jobs, job, std::nullopt, gate, server::EventStream::Options{});
     stream->beginning();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/light_samplers/emitted_light.h"
+#include "core/math/frame.h"
 #include "core/math/numbers.h"
 #include "core/math/offset_ray.h"
 #include "core/sampling/warp.h"
@@ -104,9 +105,17 @@ LightSample LightSampler::from_punctual(std::size_t light, Vec3 point, float pro
   return s;
 }
 
-LightSample LightSampler::from_environment(float prob, Vec2 u) const noexcept {
+LightSample LightSampler::from_environment(Vec3 normal_world, float prob, Vec2 u) const noexcept {
   LightSample s;
-  const EnvironmentSample e = environment_->sample(u, sky_);
+  EnvironmentSample e;
+  if (by_cosine(normal_world)) {
+    const Vec3 local = cosine_hemisphere(u);
+    e.wi_world = frame_from_normal(normal_world).to_world(local);
+    e.radiance = environment_->radiance(e.wi_world);
+    e.pdf_solid_angle = cosine_hemisphere_pdf_solid_angle(local.z);
+  } else {
+    e = environment_->sample(u, sky_);
+  }
   s.wi_world = e.wi_world;
   s.radiance = e.radiance;
   s.is_far = true;
@@ -161,7 +170,7 @@ LightSample LightSampler::sample(Vec3 point, Vec3 normal_world, float u_pick,
   if (light < triangles_ + scene_.punctual_lights.size()) {
     return from_punctual(light - triangles_, point, prob);
   }
-  return from_environment(prob, u);
+  return from_environment(normal_world, prob, u);
 }
 
 LightSample LightSampler::sample_delta(Vec3 point, float u_pick) const noexcept {
@@ -211,11 +220,19 @@ float LightSampler::prob_environment(Vec3 point, Vec3 normal_world) const noexce
 float LightSampler::pdf_environment(Vec3 direction_world, Vec3 point,
                                     Vec3 normal_world) const noexcept {
   const float prob = prob_environment(point, normal_world);
-  return prob > 0 ? prob * environment_->pdf_solid_angle(direction_world, sky_) : 0.0F;
+  if (!(prob > 0)) {
+    return 0;
+  }
+  return prob * (by_cosine(normal_world)
+                     ? cosine_hemisphere_pdf_solid_angle(dot(normal_world, direction_world))
+                     : environment_->pdf_solid_angle(direction_world, sky_));
 }
 
-float LightSampler::pdf_environment(Vec2 uv, float sin_theta, Vec3 point,
+float LightSampler::pdf_environment(Vec3 direction_world, Vec2 uv, float sin_theta, Vec3 point,
                                     Vec3 normal_world) const noexcept {
+  if (environment_ != nullptr && by_cosine(normal_world)) {
+    return pdf_environment(direction_world, point, normal_world);
+  }
   const float prob = prob_environment(point, normal_world);
   return prob > 0 ? prob * environment_->pdf_solid_angle(uv, sin_theta, sky_) : 0.0F;
 }

@@ -74,8 +74,9 @@ class LightSampler {
                      float cos_light) const noexcept;
   /// The same for the environment.
   float pdf_environment(Vec3 direction_world, Vec3 point, Vec3 normal_world) const noexcept;
-  /// The same, of the direction to a place of the map (Environment::pdf_solid_angle()).
-  float pdf_environment(Vec2 uv, float sin_theta, Vec3 point, Vec3 normal_world) const noexcept;
+  /// The same; uv, sin_theta: where the direction meets the map (Environment::pdf_solid_angle()).
+  float pdf_environment(Vec3 direction_world, Vec2 uv, float sin_theta, Vec3 point,
+                        Vec3 normal_world) const noexcept;
   /// Probability with which sample() picks a punctual light; light: as in LightSample.
   float prob_delta(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept;
 
@@ -93,7 +94,13 @@ class LightSampler {
   float prob_environment(Vec3 point, Vec3 normal_world) const noexcept;
   LightSample from_triangle(std::uint32_t light, Vec3 point, float prob, Vec2 u) const noexcept;
   LightSample from_punctual(std::size_t light, Vec3 point, float prob) const noexcept;
-  LightSample from_environment(float prob, Vec2 u) const noexcept;
+  LightSample from_environment(Vec3 normal_world, float prob, Vec2 u) const noexcept;
+  /// Is a sky sampled in proportion to what arrives, its radiance times the cosine? Only where it
+  /// is the same everywhere, and the BSDF is sampled too: shading normals see below the horizon.
+  bool by_cosine(Vec3 normal_world) const noexcept {
+    return sky_ == SkyDensity::kCompensated && environment_->is_constant() &&
+           !(normal_world == Vec3{});
+  }
 
   const SceneData& scene_;
   const Environment* environment_;  ///< null when black

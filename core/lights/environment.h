@@ -25,7 +25,8 @@ struct EnvironmentSample {
 /// What directions are sampled by. kRadiance: in proportion to it, wherever there is any.
 /// kCompensated: only where it is above kCompensation of its mean, and the more the brighter; for
 /// those who also sample the BSDF and weight both by their densities, as dark places are then found
-/// by the BSDF. Source: Karlik et al., MIS Compensation, ACM TOG 38(6), 2019, eq. 15.
+/// by the BSDF; LightSampler samples a sky without a map by the cosine then.
+/// Source: Karlik et al., MIS Compensation, ACM TOG 38(6), 2019, eq. 15.
 enum class SkyDensity { kRadiance, kCompensated };
 /// The paper takes all of the mean away; half of it leaves light samples more of the sky, and on
 /// products both do as well. 1/(V T) against kRadiance at 16 samples: products under three maps 1.1
@@ -67,6 +68,7 @@ class Environment {
   float power_luminance() const noexcept { return power_luminance_; }
   bool visible() const noexcept { return visible_; }
   bool is_black() const noexcept { return !(power_luminance_ > 0); }
+  bool is_constant() const noexcept { return width_ == 0; }
 
  private:
   Environment() = default;

@@ -218,9 +218,9 @@ void LaneTracer<N>::add_environment(Wave& wave, std::size_t first, unsigned left
     Floats<N> pdf_light(0);
     for (unsigned rest = spread.bits(); rest != 0; rest &= rest - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      pdf_light.v[k] = scalar_.lights().pdf_environment({at.u.v[k], at.v.v[k]}, at.sin_theta.v[k],
-                                                        paths.last_origin.get(first + k),
-                                                        paths.last_normal.get(first + k));
+      pdf_light.v[k] = scalar_.lights().pdf_environment(
+          paths.direction.get(first + k), {at.u.v[k], at.v.v[k]}, at.sin_theta.v[k],
+          paths.last_origin.get(first + k), paths.last_normal.get(first + k));
     }
     radiance = select(spread, sky_.radiance(at) * mis_weight(pdf_bsdf, pdf_light), radiance);
   }

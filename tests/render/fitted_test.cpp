@@ -315,7 +315,7 @@ double error_of(const View& view, double truth, int samples) {
 
 // Under a uniform sky f is the BSDF's own density, times a number: there is a combination without
 // noise, and only the first samples of each replicate do not know it yet: 4 of 128, and some more
-// that know it badly.
+// that know it badly. The sky is a map: one without is sampled by the cosine, without noise for all.
 TEST(Fitted, OptimalWeightsFindTheCombinationWithoutNoise) {
   View view =
       test_support::view_of(test_support::build(test_support::scene_of(
@@ -323,7 +323,7 @@ TEST(Fitted, OptimalWeightsFindTheCombinationWithoutNoise) {
                                 {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)})),
                             16, 16);
   test_support::look_at(view, {-0.3F, 0.2F, 0.25F}, {0, 0, 0}, 0.001F);
-  view.environment = test_support::constant_sky(Rgb(1));
+  view.environment = test_support::sky_map(4, 2, [](int, int) { return Rgb(1); });
   view.settings.max_depth = 1;
   view.settings.sampler = SamplerType::kIndependent;
   View balance = view;

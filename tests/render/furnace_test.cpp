@@ -1,6 +1,7 @@
 // Closed spheres and constant skies (truths 1, 2 and 9), for every row of the registries.
 #include "core/settings/registry.h"
 #include "tests/render/truth.h"
+#include "tests/support/statistics.h"
 
 namespace {
 
@@ -88,22 +89,26 @@ TEST(WhiteFurnace, LosslessBallsCannotBeSeen) {
     test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);  // the ball fills the picture
     view.environment = test_support::constant_sky({1, 1, 1});
     view.settings.max_depth = 128;
-    const auto picture = test_support::render(view, 256);
     const std::string what =
         std::string(l.name) + " roughness " + std::to_string(l.material.roughness);
-    const auto mean = static_cast<double>(picture.mean().g);
-    const auto error = static_cast<double>(picture.standard_error().g);
-    EXPECT_NEAR(mean, 1, l.cap + 4 * error) << what;
-    EXPECT_LT(error, 5e-3) << what;
-    EXPECT_EQ(picture.progress.rejected_samples, 0U) << what;
-    // No pixel above 1 by more than noise: 400 pixels, standard error from the spread of the
-    // picture, and what the tables are allowed. A half has one degree of freedom a pixel, so the
-    // spread is taken over all.
-    const double spread = error * 20;
-    for (std::size_t i = 0; i < picture.snapshot.pixel_count(); ++i) {
-      EXPECT_LT(static_cast<double>(core::pixel_value(picture.snapshot, i).mean.g),
-                1 + l.cap + 6 * spread + 1e-5)
-          << what;
+    // Sixteen pictures of 16 samples: what they scatter by tells the error of each pixel by itself.
+    // At the rim, seen flat, it is ten times that of the middle.
+    std::vector<test_support::Moments> pixels(20 * 20);
+    test_support::Moments all;
+    for (view.settings.seed = 1; view.settings.seed <= 16; ++view.settings.seed) {
+      const auto picture = test_support::render(view, 16);
+      EXPECT_EQ(picture.progress.rejected_samples, 0U) << what;
+      all.add(static_cast<double>(picture.mean().g));
+      for (std::size_t i = 0; i < pixels.size(); ++i) {
+        pixels[i].add(static_cast<double>(core::pixel_value(picture.snapshot, i).mean.g));
+      }
+    }
+    EXPECT_NEAR(all.mean, 1, l.cap + 4 * all.standard_error()) << what;
+    EXPECT_LT(all.standard_error(), 5e-3) << what;
+    // No pixel above 1 by more than noise and what the tables are allowed. 19 x 400 pixels,
+    // Student's t with 15 degrees of freedom beyond 7: 1.6 % of such tests would alarm falsely.
+    for (const test_support::Moments& pixel : pixels) {
+      EXPECT_LT(pixel.mean, 1 + l.cap + 7 * pixel.standard_error() + 1e-5) << what;
     }
   }
 }

@@ -134,7 +134,11 @@ class HttpServer::Impl {
     errno = 0;
     const int port = listener->bind(options_.host, options_.port, options_.limits.backlog);
     if (port < 0) {
-      const std::string reason = errno != 0 ? std::strerror(errno) : "the host is unknown";
+      std::string reason = errno != 0 ? std::strerror(errno) : "the host is unknown";
+      if (errno == EADDRINUSE) {
+        reason.append("; another program has this port: choose another by --port N, or any free ");
+        reason.append("one by --port 0");
+      }
       return core::Error{.code = core::ErrorCode::kUnavailable,
                          .message = "cannot listen on " + options_.host + ":" +
                                     std::to_string(options_.port) + ": " + reason,

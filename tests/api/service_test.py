@@ -1,11 +1,22 @@
 """Probes, the server's description, the documents and the page."""
 
 import json
+import subprocess
+import tempfile
 
-from harness import ApiTest
+from harness import BINARY, PATIENCE_S, ApiTest
 
 
 class Service(ApiTest):
+    def test_a_taken_port_is_told_with_what_to_do(self):
+        with tempfile.TemporaryDirectory() as data:
+            done = subprocess.run(
+                [BINARY, "serve", "--port", str(self.server.port), "--data", data],
+                capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("in use; another program has this port", done.stderr)
+        self.assertIn("--port 0", done.stderr)
+
     def test_probes_answer_in_text(self):
         for path in ("/livez", "/readyz", "/metrics"):
             answer = self.server.get(path)

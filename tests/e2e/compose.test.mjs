@@ -101,6 +101,25 @@ test('a placed camera stands in the address and outlives a reload', { timeout: 1
   }),
 );
 
+for (const [size, name] of [
+  ['5', 'square'],
+  ['9', 'portrait'],
+])
+  test(`a ${name} preview is shown whole`, { timeout: 120_000 }, () =>
+    withPage('#/compose/cornell-box', async (page) => {
+      await until('the preview', () => pictureNow(page));
+      await page.selectOption('[data-testid=size]', size);
+      await until('the new shape', () => pictureNow(page));
+      const [canvas, stage] = await Promise.all(
+        ['picture', null].map((id) =>
+          (id ? page.getByTestId(id) : page.locator('.stage-orbit')).boundingBox(),
+        ),
+      );
+      assert.ok(canvas.height <= stage.height + 1, `${canvas.height} in ${stage.height}`);
+      assert.ok(canvas.width <= stage.width + 1, `${canvas.width} in ${stage.width}`);
+    }),
+  );
+
 /** One triangle with an orthographic camera and one that is turned upon its side. */
 function filmed() {
   const files = triangleFiles();

@@ -64,6 +64,25 @@ test('every operation of the document is there', { skip, timeout: 300_000 }, () 
   }),
 );
 
+test('code that scrolls can be reached by keyboard', { skip, timeout: 300_000 }, () =>
+  withDocs('', async (page) => {
+    await page.setViewportSize({ width: 600, height: 800 });
+    const operation = page.locator('#operations-Jobs-createJob');
+    await operation.locator('.opblock-summary-control').click();
+    await operation.locator('pre').first().waitFor();
+    const unreached = () =>
+      page
+        .locator('#reference pre')
+        .evaluateAll((all) =>
+          all
+            .filter((e) => e.scrollWidth > e.clientWidth + 1 || e.scrollHeight > e.clientHeight + 1)
+            .map((e) => e.closest('[tabindex="0"]') !== null),
+        );
+    await page.waitForFunction(() => document.querySelector('#reference [tabindex="0"].microlight, #reference pre[tabindex="0"]'));
+    assert.ok(!(await unreached()).includes(false));
+  }),
+);
+
 test('the type of a problem leads to its meaning', { skip, timeout: 300_000 }, async () => {
   const { type, title } = await (
     await fetch(`${server.url}/v1/jobs/nothing`, { headers: { authorization: `Bearer ${key}` } })

@@ -62,15 +62,19 @@ test('an experiment runs from its link, is plotted, compared and saved', { timeo
       await until('a verdict', async () => /theory/.test(await verdict(page)));
 
       const csv = await download(page, 'Save CSV');
-      assert.equal(csv.split('\n')[0], 'n,mean,rmse,standard_error,cost,seconds');
+      const head = 'estimator,sampler,n,mean,rmse,standard_error,cost,seconds';
+      assert.equal(csv.split('\n')[0], head);
       assert.deepEqual(
         csv
           .trim()
           .split('\n')
           .slice(1)
-          .map((row) => row.split(',')[0]),
-        ['16', '64', '256'],
+          .map((row) => row.split(',').slice(1, 3).join(' ')),
+        ['sobol', 'independent'].flatMap((sampler) => [16, 64, 256].map((n) => `${sampler} ${n}`)),
       );
+      const lines = (await download(page, 'Save JSON')).trim().split('\n').map((l) => JSON.parse(l));
+      assert.equal(lines.filter((line) => line.verdict).length, 2, 'both runs end');
+      assert.deepEqual([...new Set(lines.map((line) => line.sampler))], ['sobol', 'independent']);
       const svg = await download(page, 'Save SVG');
       assert.match(svg, /^<svg[^>]* xmlns="http:\/\/www\.w3\.org\/2000\/svg"/);
       assert.ok(!/class=/.test(svg), 'the drawing needs no style sheet');

@@ -216,6 +216,25 @@ test('a model and a panorama are taken together, and what is left out is named',
   }),
 );
 
+test('a file that is dropped during an upload is sent after it, under its own name', () =>
+  withPage(desktop, async (page) => {
+    const sent = [];
+    await page.route(/\/v1\/(scenes|assets)/, async (way) => {
+      if (way.request().method() === 'POST') {
+        sent.push(way.request().url());
+        await new Promise((resolve) => setTimeout(resolve, 300));
+      }
+      await way.continue();
+    });
+    await drop(page, [{ name: 'Chair & table.glb', bytes: triangleGlb() }]);
+    await drop(page, [{ name: 'sky.hdr', bytes: panorama() }]);
+    await until('the second', async () => /sky\.hdr/.test(await page.textContent('.submit-form')));
+    assert.equal(sent.length, 2, String(sent));
+    assert.match(sent[0], /\/v1\/scenes\?name=Chair%20%26%20table$/);
+    assert.equal(await page.locator('.drop-zone .wrong').count(), 0);
+  }),
+);
+
 test('a file that is no model is refused with the reason', () =>
   withPage(desktop, async (page) => {
     await drop(page, [{ name: 'broken.glb', bytes: Buffer.from('this is no model') }]);

@@ -18,6 +18,22 @@ if (meant?.closest('#problems')) {
   meant.classList.add('meant');
   meant.scrollIntoView();
 }
+// Long blocks of code scroll; Swagger UI leaves them out of the order of the Tab key.
+const blocks = '#reference pre, #reference .highlight-code > *';
+const addToTabOrder = () => {
+  for (const block of document.querySelectorAll(blocks)) {
+    const scrolls =
+      block.scrollWidth > block.clientWidth + 1 || block.scrollHeight > block.clientHeight + 1;
+    if (block.tabIndex === 0 || !scrolls) continue;
+    block.tabIndex = 0;
+    block.setAttribute('role', 'region');
+    block.setAttribute('aria-label', 'Code');
+  }
+};
+new MutationObserver(() => requestAnimationFrame(addToTabOrder)).observe(
+  document.getElementById('reference'),
+  { childList: true, subtree: true },
+);
 globalThis.SwaggerUIBundle({
   spec: openapi,
   dom_id: '#reference',

@@ -139,8 +139,11 @@ export const api = {
       method: 'POST',
       headers: { authorization: `Bearer ${key}` },
     })),
-  createScene: (gltf: string, files: Record<string, string>) =>
-    json<Scene>('/v1/scenes', { method: 'POST', json: { gltf, files } }),
+  createScene: (gltf: string, files: Record<string, string>, name: string) =>
+    json<Scene>(`/v1/scenes?name=${encodeURIComponent(name)}`, {
+      method: 'POST',
+      json: { gltf, files },
+    }),
 };
 
 export function imageUrl(

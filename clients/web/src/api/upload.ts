@@ -54,6 +54,11 @@ export const modelIn = (files: DroppedFile[]): DroppedFile | undefined =>
     .filter((f) => /\.gltf$/i.test(f.path))
     .sort((a, b) => a.path.length - b.path.length)[0];
 
+const nameCharacters = 255;
+/** What a person calls the model of a file; as long as the server takes it. */
+const nameOf = (file: File): string =>
+  [...file.name.replace(/\.\w+$/, '')].slice(0, nameCharacters).join('') || 'model';
+
 /** What became of a drop: the scene, and the files that it is made of. */
 export interface SentScene {
   scene: Scene;
@@ -74,7 +79,8 @@ export async function uploadScene(files: DroppedFile[], report: UploadReport): P
     : /\.zip$/i.test(model.path)
       ? 'application/zip'
       : 'model/gltf-binary';
-  const scene = await upload<Scene>('/v1/scenes', model.file, type, (share) =>
+  const query = `?name=${encodeURIComponent(nameOf(model.file))}`;
+  const scene = await upload<Scene>(`/v1/scenes${query}`, model.file, type, (share) =>
     report(model.file.name, share),
   );
   return { scene, used: [model.file] };
@@ -123,7 +129,8 @@ async function uploadFolder(
     ids[decodeUri(uri)] = id;
   }
   const root = await send(gltf.file);
-  return { scene: await api.createScene(root, ids), used: [gltf.file, ...found.values()] };
+  const scene = await api.createScene(root, ids, nameOf(gltf.file));
+  return { scene, used: [gltf.file, ...found.values()] };
 }
 
 /** URIs of buffers and images that are not embedded. */

@@ -91,6 +91,10 @@ export const sizePresets = [
   { label: '1280 × 720', note: 'HD', width: 1280, height: 720 },
   { label: '1920 × 1080', note: 'full HD', width: 1920, height: 1080 },
   { label: '512 × 512', note: 'square', width: 512, height: 512 },
+  { label: '1000 × 1000', note: 'square, shop', width: 1000, height: 1000 },
+  { label: '1200 × 1200', note: 'square, shop', width: 1200, height: 1200 },
+  { label: '2000 × 2000', note: 'square, zoom', width: 2000, height: 2000 },
+  { label: '2048 × 2048', note: 'square, texture', width: 2048, height: 2048 },
   { label: '1080 × 1350', note: 'portrait', width: 1080, height: 1350 },
 ];
 

@@ -1,4 +1,4 @@
-import type { Experiment, LabPoint, LabRequest } from '../api/types';
+import type { Experiment, LabOutcome, LabPoint, LabRequest } from '../api/types';
 
 /** What the form of an experiment holds; n as text, for lists are typed. */
 export interface LabForm {
@@ -92,14 +92,33 @@ export function curlOf(e: Experiment, form: LabForm): string {
   return `curl -N ${location.origin}/v1/lab/runs -H 'Content-Type: application/json' -d '${body}'`;
 }
 
-export function csvOf(points: LabPoint[]): string {
-  const head = 'n,mean,rmse,standard_error,cost,seconds';
-  return (
-    [
-      head,
-      ...points.map((p) => [p.n, p.mean, p.rmse, p.standard_error, p.cost, p.seconds].join(',')),
-    ].join('\n') + '\n'
+/** A run as it is kept in files. */
+export interface KeptRun {
+  estimator: string;
+  sampler: string;
+  points: LabPoint[];
+  outcome: LabOutcome | null;
+}
+
+/** All curves in one table, a point a line. */
+export function csvOf(runs: KeptRun[]): string {
+  const lines = runs.flatMap((run) =>
+    run.points.map((p) =>
+      [run.estimator, run.sampler, p.n, p.mean, p.rmse, p.standard_error, p.cost, p.seconds].join(),
+    ),
   );
+  return ['estimator,sampler,n,mean,rmse,standard_error,cost,seconds', ...lines, ''].join('\n');
+}
+
+/** The lines that the server sent, each with the run that it belongs to. */
+export function linesOf(runs: KeptRun[]): string {
+  return runs
+    .flatMap(({ estimator, sampler, points, outcome }) =>
+      [...points, ...(outcome ? [outcome] : [])].map(
+        (line) => `${JSON.stringify({ estimator, sampler, ...line })}\n`,
+      ),
+    )
+    .join('');
 }
 
 export function save(name: string, text: string, type: string): void {

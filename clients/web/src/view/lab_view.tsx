@@ -12,6 +12,7 @@ import {
   csvOf,
   defaultForm,
   formOfQuery,
+  linesOf,
   linkOf,
   requestOf,
   save,
@@ -228,7 +229,7 @@ function Bench({ experiment, query }: { experiment: Experiment; query: string })
             <Table series={shown} />
             <Files
               experiment={experiment}
-              shown={shown}
+              series={series}
               drawing={() => result.current?.querySelector<SVGSVGElement>('.lab-plot svg') ?? null}
             >
               {series.length > 1 && state !== 'running' && (
@@ -255,15 +256,16 @@ function Progress({ series }: { series: Series | undefined }) {
 
 interface FilesProps {
   experiment: Experiment;
-  shown: Series;
+  series: Series[];
   drawing: () => SVGSVGElement | null;
   children: ComponentChildren;
 }
 
-/** What can be kept of a run. */
-function Files({ experiment, shown, drawing, children }: FilesProps) {
-  const name = `${experiment.name}-${shown.estimator}-${shown.sampler}`;
-  const lines = [...shown.points, ...(shown.outcome ? [shown.outcome] : [])];
+/** What can be kept of the runs in the plot. */
+function Files({ experiment, series, drawing, children }: FilesProps) {
+  const runs = series.filter((s) => s.points.length > 0);
+  const parts = runs.length === 1 ? [runs[0].estimator, runs[0].sampler] : [`${runs.length}-runs`];
+  const name = [experiment.name, ...parts].join('-');
   const saveSvg = (): void => {
     const svg = drawing();
     if (svg) save(`${name}.svg`, svgText(svg), 'image/svg+xml');
@@ -273,20 +275,14 @@ function Files({ experiment, shown, drawing, children }: FilesProps) {
       <button
         type="button"
         class="quiet"
-        onClick={() => save(`${name}.csv`, csvOf(shown.points), 'text/csv')}
+        onClick={() => save(`${name}.csv`, csvOf(runs), 'text/csv')}
       >
         Save CSV
       </button>
       <button
         type="button"
         class="quiet"
-        onClick={() =>
-          save(
-            `${name}.ndjson`,
-            lines.map((line) => `${JSON.stringify(line)}\n`).join(''),
-            'application/x-ndjson',
-          )
-        }
+        onClick={() => save(`${name}.ndjson`, linesOf(runs), 'application/x-ndjson')}
       >
         Save JSON
       </button>

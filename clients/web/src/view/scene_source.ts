@@ -38,11 +38,22 @@ export function sceneName(scene: string): string {
   return fileNames.get()[scene] || own || `Model ${scene.slice(0, 8)}`;
 }
 
-/** Takes what was dropped or picked: a model, an environment, or one of each. The rest is named. */
-export async function take(files: DroppedFile[]): Promise<void> {
-  if (!files.length) return;
-  if (sending.get()) return say(`${sending.get()!.what} is still on its way.`, 'error');
-  sendFault.set(null);
+/** Ends when the last drop so far has been sent. */
+let lastDrop: Promise<void> = Promise.resolve();
+let drops = 0;
+
+/** Takes what was dropped or picked, after what was dropped before it. */
+export function take(files: DroppedFile[]): Promise<void> {
+  if (!files.length) return lastDrop;
+  if (drops) say(`${files[0].file.name} is next.`);
+  else sendFault.set(null);
+  drops += 1;
+  lastDrop = lastDrop.then(() => send(files)).finally(() => (drops -= 1));
+  return lastDrop;
+}
+
+/** Sends a model, an environment, or one of each. The rest is named. */
+async function send(files: DroppedFile[]): Promise<void> {
   sendNote.set(null);
   const report = (what: string, share: number): void => sending.set({ what, share });
   report(files[0].file.name, 0);
@@ -65,7 +76,8 @@ export async function take(files: DroppedFile[]): Promise<void> {
   if (modelIn(files) || !panorama) await attempt(() => takeModel(files, used, report));
   sending.set(null);
   const left = faults.length ? '' : leftOut(files, used);
-  if (faults.length) sendFault.set(faults.join(' '));
+  // What was refused of a drop before this one is still to be read.
+  if (faults.length) sendFault.set([sendFault.get(), ...faults].filter(Boolean).join(' '));
   if (left) sendNote.set(left);
   if (news.length) say([...news, left].join(' ').trim());
 }

@@ -101,7 +101,8 @@ void check_restir(const core::RenderSettings& render, Faults& faults) {
 
 }  // namespace
 
-void check_camera(const core::CameraSettings& camera, Faults& faults) {
+void check_camera(const JobSpec& spec, Faults& faults) {
+  const core::CameraSettings& camera = spec.camera;
   if (camera.name && camera.index) {
     faults.add("/camera/index",
                "name and index both choose a camera of the file; give one of them");
@@ -109,7 +110,9 @@ void check_camera(const core::CameraSettings& camera, Faults& faults) {
   if (camera.up && norm(exact(*camera.up)) == 0) {
     faults.add("/camera/up", "is the zero vector");
   }
-  if (camera.position && camera.target) {
+  if (spec.orbit && (camera.position || camera.target)) {
+    faults.add("/camera/orbit", "places the camera; give it, or position and target");
+  } else if (camera.position && camera.target) {
     check_view(camera, faults);
   } else if (camera.position) {
     faults.add("/camera/target", "is required with position; they come together");

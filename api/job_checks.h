@@ -8,7 +8,7 @@
 namespace api {
 
 /// Camera members that exclude or need each other, or that describe no view.
-void check_camera(const core::CameraSettings& camera, Faults& faults);
+void check_camera(const JobSpec& spec, Faults& faults);
 /// Crop inside the film; size of the film (the one fault that is 413).
 void check_film(const core::FilmSettings& film, Faults& faults);
 /// preview_key without class preview.

@@ -18,6 +18,10 @@ void read_environment(const Json& value, JobSpec& spec, const std::string& point
 void print_environment(const JobSpec& spec, Json& object);
 Json environment_schema(const JobSpec& defaults);
 
+void read_orbit(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void print_orbit(const JobSpec& spec, Json& object);
+Json orbit_schema(const JobSpec& defaults);
+
 void read_webhook(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
 void print_webhook(const JobSpec& spec, Json& object);
 Json webhook_schema(const JobSpec& defaults);

@@ -28,34 +28,35 @@ constexpr std::array kClasses = {
 std::span<const core::NamedValue<JobClass>> classes() { return kClasses; }
 
 constexpr auto camera_row() {
-  return nested(
-      "camera", [](auto& s) -> auto& { return s.camera; },
+  return group(
+      "camera",
       "Null members keep the value of the file's camera, chosen by name or index, else the first.",
       text(
-          "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
+          "name", [](auto& s) -> auto& { return s.camera.name; }, {1, limits::kNameCharacters},
           "Camera of the file by name."),
       number(
-          "index", [](auto& s) -> auto& { return s.index; }, {0, 65535},
+          "index", [](auto& s) -> auto& { return s.camera.index; }, {0, 65535},
           "Camera of the file by index; not together with name."),
       triple(
-          "position", [](auto& s) -> auto& { return s.position; }, kCoordinate,
+          "position", [](auto& s) -> auto& { return s.camera.position; }, kCoordinate,
           "Camera position in world space, metres. Comes with target; together they replace the "
           "file's pose."),
       triple(
-          "target", [](auto& s) -> auto& { return s.target; }, kCoordinate,
+          "target", [](auto& s) -> auto& { return s.camera.target; }, kCoordinate,
           "Point that the camera looks at, metres, world."),
       triple(
-          "up", [](auto& s) -> auto& { return s.up; }, kCoordinate,
+          "up", [](auto& s) -> auto& { return s.camera.up; }, kCoordinate,
           "Upward direction; [0, 1, 0] if position and target are given without it."),
+      CustomRow<JobSpec>{"orbit", &read_orbit, &print_orbit, &orbit_schema},
       number(
-          "vertical_fov_degrees", [](auto& s) -> auto& { return s.vertical_fov_degrees; },
+          "vertical_fov_degrees", [](auto& s) -> auto& { return s.camera.vertical_fov_degrees; },
           {0, 180, true, true}, "Vertical field of view, degrees; perspective cameras only."),
       number(
-          "aperture_radius", [](auto& s) -> auto& { return s.aperture_radius_m; }, {0, kFar},
+          "aperture_radius", [](auto& s) -> auto& { return s.camera.aperture_radius_m; }, {0, kFar},
           "Radius of the lens, metres; 0 is a pinhole."),
       number(
-          "focus_distance", [](auto& s) -> auto& { return s.focus_distance_m; }, {0, kFar, true},
-          "Distance of the plane in focus, metres."));
+          "focus_distance", [](auto& s) -> auto& { return s.camera.focus_distance_m; },
+          {0, kFar, true}, "Distance of the plane in focus, metres."));
 }
 
 constexpr auto film_row() {
@@ -372,7 +373,7 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   read_members(table(), *value, job.spec, "", faults);
   // The rules between members speak about values that are fine by themselves.
   if (faults.empty()) {
-    check_camera(job.spec.camera, faults);
+    check_camera(job.spec, faults);
     check_film(job.spec.render.film, faults);
     check_class(job.spec, faults);
     check_options(job.spec, faults);
@@ -449,6 +450,13 @@ bool same_spec(const JobSpec& a, const JobSpec& b) { return to_json(a) == to_jso
 
 Json job_request_schema() {
   return object_schema(table(), JobSpec{}, "A job: what to render, how, and when to stop.");
+}
+
+core::CameraSettings camera_in(const JobSpec& spec, const core::Bounds& bounds) {
+  const core::FilmSettings& film = spec.render.film;
+  return spec.orbit
+             ? core::placed_on_orbit(spec.camera, *spec.orbit, bounds, film.width, film.height)
+             : spec.camera;
 }
 
 std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSummary& scene) {

@@ -9,6 +9,7 @@
 
 #include "api/json.h"
 #include "api/problem.h"
+#include "core/camera/orbit.h"
 #include "core/denoise/denoiser_type.h"
 #include "core/scene/scene.h"
 #include "core/settings/settings.h"
@@ -44,6 +45,7 @@ struct JobSpec {
   std::map<std::string, std::string> labels;
   int priority = 0;
   core::CameraSettings camera;
+  std::optional<core::CameraOrbit> orbit;  ///< instead of the camera's position and target
   std::optional<std::string> variant;
   std::optional<double> time_seconds = 0;  ///< empty: the rest pose
   JobClass job_class = JobClass::kNormal;
@@ -93,6 +95,9 @@ std::vector<std::string> adaptive_warnings(const JobSpec& spec);
 
 /// Warnings about settings that have no effect; parse_job() adds them.
 std::vector<std::string> idle_warnings(const JobSpec& spec);
+
+/// The camera with its place on the orbit, if it has one. bounds: of the scene, world, metres.
+core::CameraSettings camera_in(const JobSpec& spec, const core::Bounds& bounds);
 
 /// The rule for an absent `environment`: white, unless the scene has a punctual light or a material
 /// with emissive strength above 1. Returns the warning that says so; empty if it was settled

@@ -49,6 +49,7 @@ constexpr std::array kLimits = {
              "Seconds for which a job may ask to be kept."},
     LimitRow{"webhook_url_characters", limits::kWebhookUrlCharacters, "Characters of a webhook."},
     LimitRow{"watched_jobs", limits::kWatchedJobs, "Jobs of one GET /v1/events or ticket."},
+    LimitRow{"batch_jobs", limits::kBatchJobs, "Jobs of one batch."},
     LimitRow{"lab_evaluations", limits::kLabEvaluations,
              "Random vectors of one run of the laboratory."},
     LimitRow{"lab_replicates", limits::kLabReplicates, "Replicates of one run of the laboratory."},

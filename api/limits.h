@@ -55,6 +55,7 @@ inline constexpr std::int64_t kExposureStops = 30;
 inline constexpr std::int64_t kRetentionSeconds = 315'576'000;
 inline constexpr std::int64_t kWebhookUrlCharacters = 2048;
 inline constexpr std::int64_t kWatchedJobs = 32;
+inline constexpr std::int64_t kBatchJobs = 512;
 inline constexpr std::int64_t kLabEvaluations = 1'000'000'000;
 inline constexpr std::int64_t kLabReplicates = 4096;
 inline constexpr std::int64_t kErrorsShown = 32;

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/batch.h"
 #include "api/errors.h"
 #include "api/examples.h"
 #include "api/lab.h"
@@ -201,6 +202,7 @@ Json tags() {
   };
   constexpr std::array kTags = {
       Tag{"Jobs", "Submit, monitor and manage render jobs."},
+      Tag{"Batches", "Series of jobs that vary a template."},
       Tag{"Results", "Images, pixel values and error estimates."},
       Tag{"Streams", "Live events and tiles."},
       Tag{"Scenes", "glTF scenes, loaded and checked."},
@@ -238,6 +240,7 @@ Json components() {
   schemas["LabRequest"] = as_request(lab_request_schema());
   add_view_schemas(schemas);
   add_tenant_schemas(schemas);
+  add_batch_schemas(schemas);
   if (find_operation("createComparison")->available) {
     schemas["ComparisonRequest"] = as_request(comparison_request_schema());
   } else {

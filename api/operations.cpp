@@ -27,6 +27,7 @@ constexpr HeaderRow kIdempotencyKey = {
 constexpr std::array kConditional = {kIfNoneMatch};
 constexpr std::array kFileHeaders = {kRange, kIfNoneMatch};
 constexpr std::array kSubmitHeaders = {kIdempotencyKey, kPrefer};
+constexpr std::array kBatchHeaders = {kIdempotencyKey};
 constexpr std::array kPatchHeaders = {kIfMatch};
 constexpr std::array kEventsHeaders = {
     HeaderRow{"Last-Event-ID", R"({"type":"string"})",
@@ -47,6 +48,13 @@ constexpr std::array kJobBodies = {ContentRow{"application/json", "JobRequest"},
                                    ContentRow{"image/png", ""}, ContentRow{"image/x-exr", ""}};
 constexpr std::array kJobPatch = {ContentRow{"application/json", "JobPatch"},
                                   ContentRow{"application/merge-patch+json", "JobPatch"}};
+constexpr std::array kBatchBody = {ContentRow{"application/json", "BatchRequest"}};
+constexpr std::array kBatch = {ContentRow{"application/json", "Batch"}};
+constexpr std::array kBatchOrDryRun = {
+    ContentRow{"application/json", R"({"anyOf":[{"$ref":"#/components/schemas/Batch"},)"
+                                   R"({"$ref":"#/components/schemas/BatchDryRun"}]})"}};
+constexpr std::array kBatchList = {ContentRow{"application/json", "BatchList"}};
+constexpr std::array kZip = {ContentRow{"application/zip", ""}};
 constexpr std::array kExtend = {ContentRow{"application/json", "ExtendRequest"}};
 constexpr std::array kMerge = {ContentRow{"application/json", "MergeRequest"}};
 constexpr std::array kComparisonRequest = {ContentRow{"application/json", "ComparisonRequest"}};
@@ -134,6 +142,15 @@ constexpr std::array kJobAnswer = {ResponseRow{200, "The job.", kJob},
 constexpr std::array kJobChanged = {ResponseRow{200, "The job as it is now.", kJob}};
 constexpr std::array kJobExtended = {ResponseRow{202, "The job resumes.", kJob}};
 constexpr std::array kJobRetried = {ResponseRow{202, "It is queued again.", kJob}};
+constexpr std::array kBatchMade = {
+    ResponseRow{201, "Accepted.", kBatch},
+    ResponseRow{200, "A dry run, or the batch that this Idempotency-Key made before.",
+                kBatchOrDryRun}};
+constexpr std::array kBatchAnswer = {ResponseRow{200, "The batch.", kBatch}};
+constexpr std::array kBatchRetried = {ResponseRow{202, "Failed jobs are queued again.", kBatch}};
+constexpr std::array kBatchListAnswer = {ResponseRow{200, "Batches, newest first.", kBatchList}};
+constexpr std::array kArchiveAnswer = {ResponseRow{200, "The archive.", kZip}};
+constexpr std::array kSheetAnswer = {ResponseRow{200, "The sheet.", kPng}};
 constexpr std::array kImageAnswer = {ResponseRow{200, "The picture.", kImages},
                                      ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kPixelAnswer = {ResponseRow{200, "The pixel.", kPixel}};
@@ -195,6 +212,8 @@ constexpr std::array kExtendProblems = {400, 404, 409, 415, 422, 507};
 constexpr std::array kImageProblems = {404, 406, 409, 410, 422};
 constexpr std::array kMergeProblems = {400, 404, 409, 410, 413, 415, 422, 507};
 constexpr std::array kFilmProblems = {404, 409, 410, 416};
+constexpr std::array kBatchProblems = {400, 404, 409, 413, 415, 422, 507};
+constexpr std::array kArchiveProblems = {404, 409, 410, 422};
 constexpr std::array kMapProblems = {404, 416};
 constexpr Headers kNoHeaders = {};
 constexpr Contents kNoBody = {};
@@ -291,6 +310,34 @@ constexpr std::array kOperations = {
               "write", kNoHeaders, kExtend, kJobExtended, kExtendProblems, true},
     Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Delete a job and its files.",
               "409 while it runs.", "write", kNoHeaders, kNoBody, kGone, kDeleteProblems, true},
+    Operation{"createBatch", "POST", "/v1/batches", "Batches", "Submit jobs that vary a template.",
+              "All of them or none. Jobs of the same scene share it in memory.", "write",
+              kBatchHeaders, kBatchBody, kBatchMade, kBatchProblems, true,
+              &batch_submit_parameters},
+    Operation{"listBatches", "GET", "/v1/batches", "Batches", "List batches.",
+              "A batch is forgotten with its last job.", "read", kNoHeaders, kNoBody,
+              kBatchListAnswer, k400, true, &batch_list_parameters},
+    Operation{"getBatch", "GET", "/v1/batches/{id}", "Batches", "Get a batch.", "", "read",
+              kNoHeaders, kNoBody, kBatchAnswer, k404, true},
+    Operation{"cancelBatch", "POST", "/v1/batches/{id}/cancel", "Batches",
+              "Cancel all jobs that have not ended.", "", "write", kNoHeaders, kNoBody,
+              kBatchAnswer, kCancelProblems, true},
+    Operation{"retryBatch", "POST", "/v1/batches/{id}/retry", "Batches",
+              "Try the failed jobs again.", "409 when none has failed.", "write", kNoHeaders,
+              kNoBody, kBatchRetried, kRetryProblems, true},
+    Operation{"deleteBatch", "DELETE", "/v1/batches/{id}", "Batches",
+              "Delete a batch and its jobs.", "409 while one of them runs.", "write", kNoHeaders,
+              kNoBody, kGone, kDeleteProblems, true},
+    Operation{"getBatchArchive", "GET", "/v1/batches/{id}/archive.zip", "Batches",
+              "Download the pictures of a batch.",
+              "A zip of one file for each job that has a picture. 409 while a job has not ended; "
+              "410 with the names where films were evicted.",
+              "read", kNoHeaders, kNoBody, kArchiveAnswer, kArchiveProblems, true,
+              &archive_parameters},
+    Operation{"getBatchSheet", "GET", "/v1/batches/{id}/sheet.png", "Batches",
+              "All pictures of a batch on one sheet.",
+              "In the order of the jobs, row by row; white where there is no picture yet.", "read",
+              kNoHeaders, kNoBody, kSheetAnswer, k404Or422, true, &sheet_parameters},
     Operation{
         "getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results",
         "Get the rendered image (partial while the job is running).",

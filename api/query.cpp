@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/batch.h"
 #include "api/errors.h"
 #include "api/faults.h"
 #include "api/limits.h"
@@ -193,169 +194,19 @@ const auto& submit_table() {
   return kTable;
 }
 
+const auto& batch_submit_table() {
+  static constexpr auto kTable = std::tuple{flag(
+      "dry_run", [](auto& s) -> auto& { return s.dry_run; },
+      "1: only validate the batch and name its jobs (200).")};
+  return kTable;
+}
+
 const auto& wait_table() {
   static constexpr auto kTable = std::tuple{
       number(
           "wait", [](auto& s) -> auto& { return s.wait_seconds; }, {0, limits::kWaitSeconds},
           "Answer at a final state (with If-None-Match: at any change), or after this many "
           "seconds."),
-  };
-  return kTable;
-}
-
-// Pictures.
-
-/// x, y, width and height come together; tone_maps are the names that are allowed.
-struct ImageReading {
-  ImageQuery query;
-  std::array<std::optional<int>, 4> rect;
-  std::vector<std::string> tone_maps;
-};
-constexpr std::array<std::string_view, 4> kRectNames = {"x", "y", "width", "height"};
-
-std::optional<core::PixelRect> rect_of(const ImageReading& reading, Faults& faults) {
-  const auto& parts = reading.rect;
-  const auto is_given = [](const auto& part) { return part.has_value(); };
-  if (std::none_of(parts.begin(), parts.end(), is_given) || !faults.empty()) {
-    return {};
-  }
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (!parts[i]) {
-      faults.add("/" + std::string(kRectNames[i]),
-                 "is required; x, y, width and height come together");
-    }
-  }
-  if (!faults.empty()) {
-    return {};
-  }
-  return core::PixelRect{*parts[0], *parts[1], *parts[2], *parts[3]};
-}
-
-template <std::size_t kPart>
-constexpr auto rect_row(std::string_view doc) {
-  constexpr Range kRange =
-      kPart < 2 ? Range{0, limits::kFilmSide - 1} : Range{1, limits::kFilmSide};
-  return number(
-      kRectNames[kPart], [](auto& s) -> auto& { return s.rect[kPart]; }, kRange, doc);
-}
-
-void read_tone_map(const std::string& value, ImageReading& out, const std::string& pointer,
-                   Faults& faults) {
-  const std::vector<std::string_view> names(out.tone_maps.begin(), out.tone_maps.end());
-  if (std::find(names.begin(), names.end(), value) == names.end()) {
-    faults.add(pointer, not_available(Json(value), names));
-  }
-  out.query.tone_map = value;
-}
-
-Json tone_map_schema(const ImageReading& defaults) {
-  Json schema = text_schema();
-  schema["default"] = defaults.query.tone_map;
-  if (!defaults.tone_maps.empty()) {
-    schema["enum"] = defaults.tone_maps;
-  }
-  return schema;
-}
-
-// "auto", or two numbers with a comma between them.
-void read_range(const std::string& value, ImageReading& out, const std::string& pointer,
-                Faults& faults) {
-  if (value == "auto") {
-    out.query.range = ImageRange{};
-    return;
-  }
-  const auto comma = value.find(',');
-  if (comma == std::string::npos) {
-    faults.add(pointer,
-               shown(Json(value)) + " is neither auto nor two numbers with a comma between");
-    return;
-  }
-  constexpr auto kMost = static_cast<double>(std::numeric_limits<float>::max());
-  const auto low =
-      read_number(number_in_query(value.substr(0, comma)), {-kMost, kMost}, pointer, faults);
-  const auto high =
-      read_number(number_in_query(value.substr(comma + 1)), {-kMost, kMost}, pointer, faults);
-  if (!low || !high) {
-    return;
-  }
-  const std::array<float, 2> ends = {static_cast<float>(*low), static_cast<float>(*high)};
-  if (!(ends[0] < ends[1])) {
-    faults.add(pointer, "the first number must be below the second");
-    return;
-  }
-  out.query.range = ImageRange{ends};
-}
-
-void read_background(const std::string& value, ImageReading& out, const std::string& pointer,
-                     Faults& faults) {
-  out.query.background = read_color(value, pointer, faults);
-}
-
-Json background_schema(const ImageReading& /*defaults*/) {
-  Json schema = text_schema();
-  schema["pattern"] = "^[0-9A-Fa-f]{6}$";
-  schema["example"] = "ffffff";
-  return schema;
-}
-
-Json range_schema(const ImageReading& /*defaults*/) {
-  Json schema = text_schema();
-  schema["example"] = "auto";
-  return schema;
-}
-
-constexpr std::array kDenoiseShows = {
-    core::NamedValue<DenoiseShow>{"off", DenoiseShow::kOff, "The plain picture."},
-    core::NamedValue<DenoiseShow>{"mixed", DenoiseShow::kMixed,
-                                  "Denoised, mixed with the plain one where that is better."},
-    core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own."},
-};
-std::span<const core::NamedValue<DenoiseShow>> denoise_shows() { return kDenoiseShows; }
-
-const auto& image_table() {
-  static constexpr auto kTable = std::tuple{
-      choice(
-          "layer", [](auto& s) -> auto& { return s.query.layer; }, &core::layers,
-          "Beauty when absent (EXR: all layers)."),
-      choice(
-          "denoise", [](auto& s) -> auto& { return s.query.denoise; }, &denoise_shows,
-          "off: the plain picture. mixed: the denoised one, with the plain one where that is "
-          "better; it converges to the plain one. full: the denoiser's own, which may stay biased. "
-          "Of beauty and the layers of denoised pictures; those show mixed when absent. "
-          "X-Tessera-Error tells how wrong it is. While the job renders, a picture may be some "
-          "revisions old: see X-Tessera-Revision."),
-      number(
-          "exposure", [](auto& s) -> auto& { return s.query.exposure_stops; },
-          {-limits::kExposureStops, limits::kExposureStops},
-          "Stops; display formats only. Not for exr and hdr, which are linear: 422. tif stays "
-          "linear too, and X-Tessera-Ignored tells."),
-      ParameterField<ImageReading>{"tonemap", "Display formats only, as with exposure.",
-                                   &read_tone_map, &tone_map_schema},
-      ParameterField<ImageReading>{
-          "background",
-          "Colour behind a transparent picture, as six digits of sRGB; the picture loses its "
-          "alpha. "
-          "When absent, formats without alpha (jpg, hdr) have white. Not for layers of data.",
-          &read_background, &background_schema},
-      ParameterField<ImageReading>{
-          "range",
-          "LOW,HIGH: values that become black and white, or auto. Layers of data in display "
-          "formats; X-Tessera-Range tells the values used.",
-          &read_range, &range_schema},
-      number(
-          "revision", [](auto& s) -> auto& { return s.query.revision; }, {0, kRevisionMax},
-          "At least this revision, else 409."),
-      rect_row<0>("Left column of a part; x, y, width and height come together."),
-      rect_row<1>("Top row of a part."),
-      rect_row<2>("Width of a part."),
-      rect_row<3>("Height of a part."),
-      number(
-          "max_size", [](auto& s) -> auto& { return s.query.max_size; }, {1, limits::kFilmSide},
-          "Longest side of the answer; larger pictures are scaled down."),
-      flag(
-          "stream", [](auto& s) -> auto& { return s.query.stream; },
-          "1, or Accept: multipart/x-mixed-replace: every new picture until the end, for <img>."),
-      ticket_row<ImageReading>(),
   };
   return kTable;
 }
@@ -392,16 +243,12 @@ Parsed<SubmitQuery> parse_submit_query(QueryParams query) {
 Parsed<WaitQuery> parse_wait_query(QueryParams query) {
   return parse_query(wait_table(), query, WaitQuery{});
 }
-Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps) {
-  ImageReading reading;
-  reading.tone_maps.assign(tone_maps.begin(), tone_maps.end());
-  Faults faults;
-  read_query(image_table(), query, reading, faults);
-  reading.query.rect = rect_of(reading, faults);
-  if (!faults.empty()) {
-    return faults.problem();
-  }
-  return reading.query;
+Parsed<ListQuery> parse_batch_list_query(QueryParams query) {
+  return parse_list_query<ListQuery>(scene_list_table(), query);
+}
+Parsed<bool> parse_batch_submit_query(QueryParams query) {
+  const auto parsed = parse_query(batch_submit_table(), query, SubmitQuery{});
+  return parsed ? Parsed<bool>(parsed->dry_run) : parsed.problem();
 }
 Parsed<std::monostate> parse_no_query(QueryParams query) {
   return parse_query(std::tuple{}, query, std::monostate{});
@@ -425,10 +272,11 @@ Json submit_parameters(const Capabilities& /*capabilities*/) {
 Json wait_parameters(const Capabilities& /*capabilities*/) {
   return query_parameters(wait_table(), WaitQuery{});
 }
-Json image_parameters(const Capabilities& capabilities) {
-  ImageReading defaults;
-  defaults.tone_maps = capabilities.tone_maps;
-  return query_parameters(image_table(), defaults);
+Json batch_list_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(scene_list_table(), ListQuery{});
+}
+Json batch_submit_parameters(const Capabilities& /*capabilities*/) {
+  return query_parameters(batch_submit_table(), SubmitQuery{});
 }
 
 }  // namespace api

@@ -110,9 +110,11 @@ struct TilesQuery {
 };
 Parsed<TilesQuery> parse_tiles_query(QueryParams query);
 
-/// GET /v1/events?jobs=ID,ID. 422 for a text that is not a job id, or for too many ids.
+/// GET /v1/events?jobs=ID,ID or ?batch=ID. 422 for a text that is not an id, for too many ids, and
+/// unless there is one of them.
 struct EventsQuery {
   std::vector<std::string> jobs;
+  std::string batch;
 };
 Parsed<EventsQuery> parse_events_query(QueryParams query);
 

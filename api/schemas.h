@@ -12,6 +12,7 @@ struct Capabilities;  // api/server_view.h
 
 // Requests, from the tables that read them; as_request() and as_answer() make components of them.
 Json job_request_schema();
+Json batch_request_schema();
 Json job_patch_schema();
 Json extend_schema();
 Json scene_from_assets_schema();
@@ -22,6 +23,10 @@ Json ticket_request_schema();
 // Query strings, from the tables that read them: lists of OpenAPI parameter objects.
 Json job_list_parameters(const Capabilities& capabilities);
 Json scene_list_parameters(const Capabilities& capabilities);
+Json batch_list_parameters(const Capabilities& capabilities);
+Json batch_submit_parameters(const Capabilities& capabilities);
+Json archive_parameters(const Capabilities& capabilities);
+Json sheet_parameters(const Capabilities& capabilities);
 Json delivery_list_parameters(const Capabilities& capabilities);
 Json scene_upload_parameters(const Capabilities& capabilities);
 Json submit_parameters(const Capabilities& capabilities);

@@ -65,6 +65,14 @@ void read_jobs(const std::string& text, EventsReading& out, const std::string& p
   }
 }
 
+void read_batch(const std::string& text, EventsReading& out, const std::string& pointer,
+                Faults& faults) {
+  if (!is_uuid(text)) {
+    faults.add(pointer, shown(Json(text)) + " is not a batch id (UUID)");
+  }
+  out.query.batch = text;
+}
+
 const auto& events_table() {
   static constexpr auto kTable = std::tuple{
       ParameterField<EventsReading>{
@@ -73,8 +81,12 @@ const auto& events_table() {
             return Json{{"type", "string"},
                         {"minLength", kUuidCharacters},
                         {"maxLength", limits::kWatchedJobs * (kUuidCharacters + 1) - 1}};
-          },
-          false, true},
+          }},
+      ParameterField<EventsReading>{"batch", "Id of a batch, instead of `jobs`: all of its jobs.",
+                                    &read_batch,
+                                    [](const EventsReading&) {
+                                      return Json{{"type", "string"}, {"format", "uuid"}};
+                                    }},
       last_event_id_row<EventsReading>(), ticket_row<EventsReading>()};
   return kTable;
 }
@@ -91,6 +103,12 @@ Parsed<EventsQuery> parse_events_query(QueryParams query) {
   const auto reading = parse_query(events_table(), query, EventsReading{});
   if (!reading) {
     return reading.problem();
+  }
+  if (reading->query.jobs.empty() == reading->query.batch.empty()) {
+    Faults faults;
+    faults.add("/jobs", reading->query.batch.empty() ? "is required, or batch"
+                                                     : "and batch do not come together");
+    return faults.problem();
   }
   return reading->query;
 }

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Writes client.py and job.py of the Python package from async_client.py and async_job.py.
+"""Writes client.py, job.py and batch.py of the Python package from their async_ twins.
 
     clients/synchronous.py [--check]
 
-Client and Job are AsyncClient and AsyncJob without `await`: words are replaced, nothing else.
+Client, Job and Batch are their asynchronous twins without `await`: words are replaced.
 --check writes nothing and exits 1, with the names, if a file is not what would be written.
 Standard library only.
 """
@@ -13,7 +13,11 @@ import re
 import sys
 
 PACKAGE = pathlib.Path(__file__).resolve().parent / "python/src/tessera"
-FILES = {"async_client.py": "client.py", "async_job.py": "job.py"}
+FILES = {
+    "async_client.py": "client.py",
+    "async_job.py": "job.py",
+    "async_batch.py": "batch.py",
+}
 HEAD = "# Written by clients/synchronous.py from {}: do not edit.\n"
 
 # Applied one after another.

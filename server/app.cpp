@@ -26,6 +26,7 @@
 #include "server/arrival.h"
 #include "server/guard.h"
 #include "server/http/http_server.h"
+#include "server/jobs/batch_service.h"
 #include "server/jobs/denoise_service.h"
 #include "server/jobs/job_service.h"
 #include "server/key_ring.h"
@@ -38,6 +39,7 @@
 #include "server/routes/context.h"
 #include "server/scenes/scene_service.h"
 #include "server/store/assets.h"
+#include "server/store/batch_table.h"
 #include "server/store/blob_store.h"
 #include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
@@ -124,6 +126,7 @@ class App {
         scene_table_(*database_),
         key_table_(*database_),
         deliveries_(*database_),
+        batch_table_(*database_),
         usage_(*database_),
         comparisons_(*database_, data_,
                      {.count = api::limits::kComparisons, .bytes = api::limits::kComparisonBytes}),
@@ -180,6 +183,8 @@ class App {
         JobServiceParts{app->job_table_, app->scenes_, app->data_, app->log_, app->metrics_,
                         app->quota_, app->memory_gate_},
         job_options(config, app->memory_, app->about_), *run);
+    app->batches_ =
+        std::make_unique<BatchService>(*app->jobs_, app->job_table_, app->batch_table_, app->log_);
     app->denoising_ = std::make_unique<DenoiseService>(*app->jobs_, app->memory_gate_, app->log_);
     if (const auto started = app->start_webhooks(); !started) {
       return started.error();
@@ -215,6 +220,7 @@ class App {
                                              comparisons_,
                                              quota_,
                                              *jobs_,
+                                             *batches_,
                                              *denoising_,
                                              streams_,
                                              tickets_,
@@ -244,6 +250,7 @@ class App {
       serving.join();
       return 1;
     }
+    batches_->resume();
     submit_demo();
     ready_ = true;
     resumed_.arrive();
@@ -411,6 +418,7 @@ class App {
   SceneTable scene_table_;
   KeyTable key_table_;
   DeliveryTable deliveries_;
+  BatchTable batch_table_;
   UsageTable usage_;
   ComparisonStore comparisons_;
   StorageQuota quota_;
@@ -424,6 +432,7 @@ class App {
   std::atomic<bool> ready_ = false;
   Arrival resumed_;
   std::unique_ptr<JobService> jobs_;
+  std::unique_ptr<BatchService> batches_;
   std::unique_ptr<DenoiseService> denoising_;
   std::unique_ptr<WebhookSecrets> webhook_secrets_;
   std::unique_ptr<WebhookSender> webhooks_;

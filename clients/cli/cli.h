@@ -31,6 +31,7 @@ struct Verb {
 std::span<const Verb> verbs();
 
 int submit(const Args& args);
+int batch(const Args& args);
 int watch(const Args& args);
 int fetch(const Args& args);
 int jobs(const Args& args);

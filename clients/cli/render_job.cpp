@@ -162,7 +162,7 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   }
   auto renderer = core::Renderer::create({.scene = *scene,
                                           .environment = *environment,
-                                          .camera = job.spec.camera,
+                                          .camera = api::camera_in(job.spec, summary.bounds),
                                           .settings = job.spec.render});
   if (!renderer) {
     return renderer.error();

@@ -1,3 +1,5 @@
+#include "clients/cli/submit.h"
+
 #include <cstdio>
 #include <random>
 #include <vector>
@@ -25,14 +27,6 @@ struct SubmitFlags {
   std::optional<int> priority;
   bool wait = false;
 };
-
-/// The same for every try of one call, so that a repeated request makes no second job.
-std::string idempotency_key() {
-  std::random_device device;
-  char text[40];
-  std::snprintf(text, sizeof text, "cli-%08x%08x%08x", device(), device(), device());
-  return text;
-}
 
 core::Status add_labels(const std::vector<std::string>& labels, Json& request) {
   for (const std::string& label : labels) {
@@ -171,6 +165,13 @@ int run(const SubmitFlags& flags) {
 }
 
 }  // namespace
+
+std::string idempotency_key() {
+  std::random_device device;
+  char text[40];
+  std::snprintf(text, sizeof text, "cli-%08x%08x%08x", device(), device(), device());
+  return text;
+}
 
 int submit(const Args& args) {
   CLI::App app(

@@ -14,6 +14,7 @@ constexpr std::array kVerbs = {
     Verb{"render", "render one picture without a service", nullptr},
     Verb{"lab", "run an experiment on estimators without a service", nullptr},
     Verb{"submit", "submit a job to a server", &submit},
+    Verb{"batch", "submit a series of jobs to a server", &batch},
     Verb{"watch", "follow a job until it ends", &watch},
     Verb{"fetch", "download the picture of a job", &fetch},
     Verb{"jobs", "list the jobs of a server", &jobs},

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/camera/orbit.h"
 #include "core/math/numbers.h"
 #include "core/sampling/warp.h"
 
@@ -86,9 +87,8 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   } else {
     const Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
     const float radius = bounds.empty() ? 1.0F : std::max(0.5F * length(bounds.diagonal()), 1e-6F);
-    const float horizontal = 2 * std::atan(std::tan(fov * 0.5F) * aspect);
-    const float narrow = std::min(fov, horizontal);
-    camera.eye_ = center + normalize(Vec3{0, 0.25F, 1}) * (radius / std::sin(narrow * 0.5F));
+    const float distance = fitting_distance_m(radius, fov, aspect);
+    camera.eye_ = center + normalize(Vec3{0, 0.25F, 1}) * distance;
     camera.forward_ = center - camera.eye_;
   }
   if (!(length_squared(camera.forward_) > 0)) {

@@ -110,6 +110,14 @@ bool JobBook::has_room(Rank rank, const JobMemory& memory, const std::string& te
          (waiting == 0 && may_start(rank, tenant) && fits(rank, memory));
 }
 
+bool JobBook::has_room_for(int jobs) const {
+  const core::MutexLock lock(mutex_);
+  const auto waiting = std::count_if(queue_.begin(), queue_.end(), [](const Waiting& item) {
+    return !item.rank.is_preview;
+  });
+  return waiting + jobs <= limits_.queue_max;
+}
+
 bool JobBook::has_its_previews(const std::string& tenant) const {
   if (tenant.empty() || limits_.previews_of_tenant_max == 0) {
     return false;

@@ -81,6 +81,8 @@ class JobBook {
 
   /// False when the queue is full and the job could not start at once.
   bool has_room(Rank rank, const JobMemory& memory = {}, const std::string& tenant = {}) const;
+  /// Could so many more jobs of class normal wait?
+  bool has_room_for(int jobs) const;
   /// Why one of this rank has no room, and what to do.
   std::string full_text(Rank rank) const;
   void enqueue(const JobPointer& job, Rank rank, JobMemory memory = {});

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -98,6 +99,17 @@ class JobService {
   /// may keep.
   api::Parsed<Submitted> submit(api::ParsedJob request, const Submission& submission);
 
+  /// Jobs of a batch: all of them or none.
+  struct Together {
+    Access access = {};
+    std::optional<IdempotencyRow> key = {};
+    /// Writes the batch, knowing the jobs' sequences, in the transaction that makes the jobs.
+    std::function<core::Status(Database::Session&, const std::vector<std::int64_t>&)> beside;
+  };
+  /// Problems: as submit().
+  api::Parsed<std::vector<JobPointer>> submit_together(std::vector<api::ParsedJob> requests,
+                                                       const Together& together);
+
   /// What a job would cost, from a pilot among the other jobs' slices; waits for it, some seconds
   /// at most. Errors: those of loading the scene; kUnavailable when the pilot got no turn.
   core::Result<CostEstimate> estimate(const api::JobSpec& spec);
@@ -169,7 +181,9 @@ class JobService {
   core::Result<JobPointer> find_replay(const Submission& submission);
   core::Result<JobPointer> find_own_id(const Submission& submission);
   /// The tenant's place among its unfinished jobs, held until the job counts; or why there is none.
-  api::Parsed<std::unique_lock<core::Mutex>> take_quota(const std::string& tenant);
+  api::Parsed<std::unique_lock<core::Mutex>> take_quota(const std::string& tenant, int jobs = 1);
+  core::Result<std::vector<JobPointer>> insert_together(std::vector<api::ParsedJob> requests,
+                                                        const Together& together);
   /// Cancels the previews that had the key before `by`.
   void supersede(const std::string& preview_key, const Job& by, const Access& access);
   Verdict apply_patch(JobRecord& record, const Job& job, const api::JobPatch& patch) const;

@@ -107,7 +107,8 @@ core::Result<JobPointer> JobService::find_own_id(const Submission& submission) {
   return job;
 }
 
-api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::string& tenant) {
+api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::string& tenant,
+                                                                  int jobs) {
   if (tenant.empty() || options_.quota_jobs == 0) {
     return std::unique_lock<core::Mutex>();
   }
@@ -116,7 +117,7 @@ api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::str
   if (!count) {
     return api::from_error(count.error());
   }
-  if (*count < options_.quota_jobs) {
+  if (*count + jobs <= options_.quota_jobs) {
     return api::Parsed<std::unique_lock<core::Mutex>>(std::move(held));
   }
   return api::make_problem(ErrorCode::kTooManyRequests,
@@ -171,6 +172,86 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
   book_.enqueue(*job, rank, std::move(memory));
   life_.admit();
   return Submitted{.job = std::move(*job), .is_replay = false};
+}
+
+api::Parsed<std::vector<JobPointer>> JobService::submit_together(
+    std::vector<api::ParsedJob> requests, const Together& together) {
+  if (const auto refused = refused_work()) {
+    return api::from_error(*refused);
+  }
+  const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
+  for (api::ParsedJob& request : requests) {
+    if (const Verdict allowed = priority_allowed(request.spec.priority, together.access);
+        !allowed) {
+      return allowed.problem();
+    }
+    auto checked = check(std::move(request), together.access);
+    if (!checked) {
+      return checked.problem();
+    }
+    request = *std::move(checked);
+  }
+  const auto jobs = static_cast<int>(requests.size());
+  if (!book_.has_room_for(jobs)) {
+    return api::make_problem(ErrorCode::kTooManyRequests,
+                             "the queue has no room for " + std::to_string(jobs) + " more jobs");
+  }
+  const auto counted = take_quota(together.access.tenant, jobs);
+  if (!counted) {
+    return counted.problem();
+  }
+  auto made = insert_together(std::move(requests), together);
+  if (!made) {
+    return api::from_error(made.error());
+  }
+  std::vector<JobBook::Entry> entries;
+  for (const JobPointer& job : *made) {
+    const api::JobSpec spec = job->record().view.spec;
+    entries.push_back({.job = job, .rank = rank_of(spec), .memory = builder_.memory_of(spec)});
+  }
+  book_.enqueue(std::move(entries));
+  life_.admit();
+  return *std::move(made);
+}
+
+core::Result<std::vector<JobPointer>> JobService::insert_together(
+    std::vector<api::ParsedJob> requests, const Together& together) {
+  std::vector<JobPointer> jobs;
+  std::vector<std::int64_t> sequences;
+  std::vector<std::uint64_t> reserved;
+  std::uint64_t reserved_in_all = 0;
+  for (api::ParsedJob& request : requests) {
+    JobRecord record;
+    record.sequence = ++last_sequence_;
+    record.tenant = together.access.tenant;
+    record.view.id = make_uuid();
+    record.view.created_at_unix_seconds = unix_now();
+    record.view.spec = std::move(request.spec);
+    record.view.warnings = std::move(request.warnings);
+    const bool counts = !record.tenant.empty();
+    reserved.push_back(counts ? FilmFile::disk_bytes_max(*blank_film(record.view)) : 0);
+    reserved_in_all += reserved.back();
+    sequences.push_back(record.sequence);
+    jobs.push_back(std::make_shared<Job>(std::move(record), Job::History::kInLog));
+  }
+  StorageQuota::Room room = quota_.room(together.access.tenant, StorageQuota::Kind::kFilm);
+  if (const Status fits = room.grow_to(reserved_in_all); !fits) {
+    return Error{fits.error().code, fits.error().message, "/film"};
+  }
+  const auto beside = [&](Database::Session& session) {
+    return together.beside(session, sequences);
+  };
+  if (const Status stored = journal_.enter_together(jobs, reserved, together.key, beside);
+      !stored) {
+    return stored.error();
+  }
+  for (const JobPointer& job : jobs) {
+    book_.add(job);
+  }
+  log_.write(
+      LogLevel::kInfo, "batch_submitted",
+      {{"jobs", static_cast<std::int64_t>(jobs.size())}, {"tenant", together.access.tenant}});
+  return jobs;
 }
 
 core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submission& submission) {

@@ -132,6 +132,9 @@ Verdict Journal::change(Job& job, const Modify& modify, const Options& options) 
                 {"stop_reason", api::to_text(after.view.stop_reason)}});
   }
   publish(job, first, std::move(news));
+  if (on_end_ && api::is_final(after.view.state) && !api::is_final(before.view.state)) {
+    on_end_(job);
+  }
   return {};
 }
 
@@ -174,6 +177,31 @@ Status Journal::enter(Job& job, const Beside& beside) {
   }
   note_end(job, first, news);
   publish(job, first, std::move(news));
+  return core::ok_status();
+}
+
+Status Journal::enter_together(const std::vector<JobPointer>& jobs,
+                               const std::vector<std::uint64_t>& reserved_bytes,
+                               const std::optional<IdempotencyRow>& key,
+                               const JobTable::Beside& beside) {
+  std::vector<JobTable::Insertion> rows;
+  std::vector<std::pair<std::uint64_t, std::vector<News>>> told;
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const JobRecord record = jobs[i]->record();
+    std::vector<News> news = news_between(*jobs[i], JobRecord{}, record);
+    JobTable::Insertion& row = rows.emplace_back();
+    row.row = to_row(record);
+    row.row.reserved_bytes = reserved_bytes[i];
+    row.deliveries = deliveries_of(record, news);
+    const std::uint64_t first = reserve(*jobs[i], news, row.events);
+    told.emplace_back(first, std::move(news));
+  }
+  if (Status stored = table_.insert(rows, key, beside); !stored) {
+    return stored;
+  }
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    publish(*jobs[i], told[i].first, std::move(told[i].second));
+  }
   return core::ok_status();
 }
 

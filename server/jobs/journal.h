@@ -51,6 +51,15 @@ class Journal {
   /// Commits and publishes the record that the job was made with. Errors: of the store.
   core::Status enter(Job& job, const Beside& beside);
 
+  /// The same for the jobs of a batch: all of them or none. reserved_bytes: of each job.
+  core::Status enter_together(const std::vector<JobPointer>& jobs,
+                              const std::vector<std::uint64_t>& reserved_bytes,
+                              const std::optional<IdempotencyRow>& key,
+                              const JobTable::Beside& beside);
+
+  /// Called, while the job's change_mutex() is held, when its end is committed.
+  void on_end(std::function<void(const Job&)> told) { on_end_ = std::move(told); }
+
   /// Durable events after a mark of any run, up to seq of this run's stream.
   core::Result<std::vector<EventRow>> events_after(const Job& job, std::int64_t stream,
                                                    std::uint64_t seq);
@@ -75,6 +84,7 @@ class Journal {
   Log& log_;
   Metrics& metrics_;
   const std::int64_t run_;
+  std::function<void(const Job&)> on_end_ = {};
 };
 
 }  // namespace server

@@ -93,7 +93,7 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(
   }
   core::View view;
   view.scene = *scene;
-  view.camera = spec.camera;
+  view.camera = api::camera_in(spec, (*scene)->summary().bounds);
   view.settings = spec.render;
   if (spec.environment_choice == api::EnvironmentChoice::kGiven) {
     auto environment =

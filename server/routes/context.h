@@ -14,6 +14,7 @@
 #include "server/http/message.h"
 #include "server/http/router.h"
 #include "server/http/stream_gate.h"
+#include "server/jobs/batch_service.h"
 #include "server/jobs/denoise_service.h"
 #include "server/jobs/job_service.h"
 #include "server/key_ring.h"
@@ -39,6 +40,7 @@ struct RouteContext {
   ComparisonStore& comparisons;
   StorageQuota& quota;
   JobService& jobs;
+  BatchService& batches;
   DenoiseService& denoising;
   StreamGate& streams;
   Tickets& tickets;
@@ -69,6 +71,7 @@ void add_system_handlers(const RouteContext& context, HandlerTable& table);
 void add_asset_handlers(const RouteContext& context, HandlerTable& table);
 void add_scene_handlers(const RouteContext& context, HandlerTable& table);
 void add_job_handlers(const RouteContext& context, HandlerTable& table);
+void add_batch_handlers(const RouteContext& context, HandlerTable& table);
 void add_result_handlers(const RouteContext& context, HandlerTable& table);
 void add_film_handlers(const RouteContext& context, HandlerTable& table);
 void add_comparison_handlers(const RouteContext& context, HandlerTable& table);

@@ -16,6 +16,7 @@ std::vector<Route> make_routes(const RouteContext& context) {
   add_asset_handlers(context, table);
   add_scene_handlers(context, table);
   add_job_handlers(context, table);
+  add_batch_handlers(context, table);
   add_result_handlers(context, table);
   add_film_handlers(context, table);
   add_comparison_handlers(context, table);

@@ -93,6 +93,13 @@ Response watch(const RouteContext& context, Request& request) {
     return problem_answer(request, query.problem());
   }
   std::vector<JobPointer> watched;
+  if (!query->batch.empty()) {
+    auto jobs = context.batches.jobs(query->batch, request.access);
+    if (!jobs) {
+      return error_answer(request, jobs.error());
+    }
+    watched = *std::move(jobs);
+  }
   for (const std::string& id : query->jobs) {
     auto job = context.jobs.find(id, request.access);
     if (!job) {

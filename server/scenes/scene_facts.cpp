@@ -128,7 +128,7 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
     }
   }
   if (chosen < facts.cameras.size() && facts.cameras[chosen].orthographic &&
-      spec.camera.vertical_fov_degrees && !spec.camera.position) {
+      spec.camera.vertical_fov_degrees && !spec.camera.position && !spec.orbit) {
     faults.push_back(
         {"/camera/vertical_fov_degrees", "the camera is orthographic and has no field of view"});
   }

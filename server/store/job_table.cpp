@@ -193,17 +193,10 @@ Status write_change(Database::Session& session, const JobRow& row,
   if (session.changes() == 0) {
     return core::ok_status();  // Deleted in the meantime.
   }
-  if (auto status = write_labels(session, row); !status) {
-    return status;
-  }
-  if (auto status = write_title(session, row); !status) {
-    return status;
-  }
-  if (auto status = write_expiry(session, row); !status) {
-    return status;
-  }
-  if (auto status = write_stored_bytes(session, row); !status) {
-    return status;
+  for (const auto write : {&write_labels, &write_title, &write_expiry, &write_stored_bytes}) {
+    if (auto status = write(session, row); !status) {
+      return status;
+    }
   }
   if (auto status = insert_deliveries(session, deliveries); !status) {
     return status;
@@ -215,6 +208,39 @@ Status write_key(Database::Session& session, const IdempotencyRow& key) {
   Statement keep = session.prepare(
       "INSERT OR REPLACE INTO idempotency(key, body_hash, job, created_at) VALUES(?,?,?,?)");
   return keep.bind(key.key).bind(key.body_hash).bind(key.job).bind(key.created_at).run();
+}
+
+Status write_new(Database::Session& session, const JobTable::Insertion& job) {
+  const JobRow& row = job.row;
+  Statement insert = session.prepare(kInsert);
+  bind_row(insert, row);
+  if (auto status = insert.bind(row.sequence).run(); !status) {
+    return status;
+  }
+  for (const auto write : {&write_labels, &write_title}) {
+    if (auto status = write(session, row); !status) {
+      return status;
+    }
+  }
+  if (!row.tenant.empty()) {
+    Statement own =
+        session.prepare("INSERT INTO job_owners(job, owner, reserved_bytes) VALUES(?,?,?)");
+    own.bind(row.sequence).bind(row.tenant).bind(signed_of(row.reserved_bytes));
+    if (auto status = own.run(); !status) {
+      return status;
+    }
+    if (auto status = write_stored_bytes(session, row); !status) {
+      return status;
+    }
+  }
+  Statement settle = session.prepare("DELETE FROM loose_films WHERE job=?");
+  if (auto status = settle.bind(row.id).run(); !status) {
+    return status;
+  }
+  if (auto status = insert_deliveries(session, job.deliveries); !status) {
+    return status;
+  }
+  return write_events(session, row.sequence, job.events);
 }
 
 core::Result<std::vector<JobRow>> read_rows(Statement& select) {
@@ -284,43 +310,23 @@ core::Result<std::int64_t> JobTable::last_sequence() {
 Status JobTable::insert(const JobRow& row, const std::vector<EventRow>& events,
                         const std::optional<IdempotencyRow>& key,
                         const std::vector<DeliveryRow>& deliveries) {
+  return insert({Insertion{row, events, deliveries}}, key, {});
+}
+
+Status JobTable::insert(const std::vector<Insertion>& jobs,
+                        const std::optional<IdempotencyRow>& key, const Beside& beside) {
   const auto work = [&](Database::Session& session) -> Status {
-    Statement insert = session.prepare(kInsert);
-    bind_row(insert, row);
-    if (auto status = insert.bind(row.sequence).run(); !status) {
-      return status;
-    }
-    if (auto status = write_labels(session, row); !status) {
-      return status;
-    }
-    if (auto status = write_title(session, row); !status) {
-      return status;
+    for (const Insertion& job : jobs) {
+      if (auto status = write_new(session, job); !status) {
+        return status;
+      }
     }
     if (key) {
       if (auto status = write_key(session, *key); !status) {
         return status;
       }
     }
-    if (!row.tenant.empty()) {
-      Statement own =
-          session.prepare("INSERT INTO job_owners(job, owner, reserved_bytes) VALUES(?,?,?)");
-      if (auto status =
-              own.bind(row.sequence).bind(row.tenant).bind(signed_of(row.reserved_bytes)).run();
-          !status) {
-        return status;
-      }
-      if (auto status = write_stored_bytes(session, row); !status) {
-        return status;
-      }
-    }
-    if (auto status = session.prepare("DELETE FROM loose_films WHERE job=?").bind(row.id).run();
-        !status) {
-      return status;
-    }
-    if (auto status = insert_deliveries(session, deliveries); !status) {
-      return status;
-    }
-    return write_events(session, row.sequence, events);
+    return beside ? beside(session) : core::ok_status();
   };
   return database_.transact(work, Database::Spend::kFreeSpace);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -115,6 +116,15 @@ class JobTable {
   core::Status insert(const JobRow& row, const std::vector<EventRow>& events,
                       const std::optional<IdempotencyRow>& key,
                       const std::vector<DeliveryRow>& deliveries = {});
+  /// Jobs of a batch, the batch and its key: all of them or none.
+  struct Insertion {
+    JobRow row;
+    std::vector<EventRow> events;
+    std::vector<DeliveryRow> deliveries;
+  };
+  using Beside = std::function<core::Status(Database::Session&)>;
+  core::Status insert(const std::vector<Insertion>& jobs, const std::optional<IdempotencyRow>& key,
+                      const Beside& beside);
   /// Replaces everything but the identity, and adds the events and webhooks.
   core::Status update(const JobRow& row, const std::vector<EventRow>& events,
                       const std::vector<DeliveryRow>& deliveries = {});

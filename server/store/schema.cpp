@@ -285,6 +285,30 @@ ALTER TABLE jobs ADD COLUMN pause_reason TEXT NOT NULL DEFAULT '';
 UPDATE jobs SET pause_reason='requested' WHERE state='paused';
 CREATE INDEX jobs_by_end ON jobs(finished_at);
 )sql",
+    // Jobs that were made together; a batch goes with its last job.
+    R"sql(
+CREATE TABLE batches(
+  sequence INTEGER PRIMARY KEY AUTOINCREMENT,
+  id TEXT NOT NULL UNIQUE,
+  tenant TEXT NOT NULL,
+  name TEXT NOT NULL,
+  webhook TEXT NOT NULL,
+  reported INTEGER NOT NULL,
+  created_at REAL NOT NULL
+);
+CREATE INDEX batches_by_tenant ON batches(tenant, sequence);
+CREATE TABLE batch_jobs(
+  job INTEGER PRIMARY KEY REFERENCES jobs(sequence) ON DELETE CASCADE,
+  batch INTEGER NOT NULL REFERENCES batches(sequence) ON DELETE CASCADE,
+  place INTEGER NOT NULL,
+  matrix_values TEXT NOT NULL
+);
+CREATE INDEX batch_jobs_by_batch ON batch_jobs(batch, place);
+CREATE TRIGGER forget_empty_batch AFTER DELETE ON batch_jobs
+  WHEN NOT EXISTS(SELECT 1 FROM batch_jobs WHERE batch=old.batch) BEGIN
+  DELETE FROM batches WHERE sequence=old.batch;
+END;
+)sql",
 };
 
 }  // namespace

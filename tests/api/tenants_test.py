@@ -88,10 +88,13 @@ class EveryRoute(Tenants):
     # Routes of the scope `admin`: 403 for both.
     OF_ADMINS = {"listKeys", "createKey", "deleteKey", "getDrain", "startDrain", "endDrain"}
     # Routes that list: the other tenant gets its own, which is empty.
-    LISTS = {"listJobs": "jobs", "listScenes": "scenes", "listDeliveries": "deliveries"}
+    LISTS = {"listJobs": "jobs", "listScenes": "scenes", "listDeliveries": "deliveries",
+             "listBatches": "batches"}
     # What a request names inside: the body, and the status that an unknown id gets there.
     BODIES = {
         "createJob": (lambda our: job_body(scene=our["scene"]), 404),
+        "createBatch": (lambda our: {"template": job_body(scene=our["scene"]),
+                                     "matrix": {"seed": [1]}}, 404),
         "createScene": (lambda our: {"gltf": our["sha256"], "files": {}}, 422),
         "mergeFilms": (lambda our: {"films": [our["job"], our["other"]]}, 404),
         "createComparison": (lambda our: {"a": our["job"], "b": our["job"]}, 404),
@@ -124,6 +127,8 @@ class EveryRoute(Tenants):
         self.our["other"] = other
         self.our["comparison"] = self.made(self.ours, "POST", "/v1/comparisons",
                                            {"a": self.our["job"], "b": other})
+        self.our["batch"] = self.made(self.ours, "POST", "/v1/batches",
+                                      {"template": job_body(), "matrix": {"seed": [5]}})
         receiver = "http://receiver.invalid/"
         self.rendered(self.ours, webhook={"url": receiver})
         self.our["delivery"] = self.ids(self.ours, "/v1/webhooks/deliveries", "deliveries")[0]
@@ -135,6 +140,7 @@ class EveryRoute(Tenants):
             "job": str(uuid.uuid4()),
             "other": str(uuid.uuid4()),
             "comparison": str(uuid.uuid4()),
+            "batch": str(uuid.uuid4()),
         }
 
     def tearDown(self):
@@ -156,6 +162,7 @@ class EveryRoute(Tenants):
             "scenes": "scene",
             "comparisons": "comparison",
             "deliveries": "delivery",
+            "batches": "batch",
             "keys": "job",
         }
         parts = []

@@ -170,6 +170,7 @@ class Contract(ApiTest):
         self.ask("patchJob", "PATCH", path, {"name": "first", "priority": 3})
         self.ask("patchJob", "PATCH", path, {"priority": 300})
         self.ask("retryJob", "POST", path + "/retry")  # 409: it has not failed
+        self.batches()
         self.retry_of_a_failed_job()
         self.ask("extendJob", "POST", path + "/extend", {"stop": {"samples_per_pixel": 16}})
         self.server.wait(ids[0])
@@ -180,6 +181,22 @@ class Contract(ApiTest):
         self.ask("createStreamTicket", "POST", "/v1/stream-tickets", {"jobs": ids})
         merged = self.ask("mergeFilms", "POST", "/v1/films/merge", {"films": ids}).json()
         self.ask("deleteJob", "DELETE", f"/v1/jobs/{merged['id']}")
+
+    def batches(self):
+        body = {"template": job_body(), "matrix": {"camera.orbit.theta_degrees": [0, 90]}}
+        self.ask("createBatch", "POST", "/v1/batches?dry_run=1", body)
+        self.ask("createBatch", "POST", "/v1/batches", body | {"matrix": {"seed": [-1]}})
+        made = self.ask("createBatch", "POST", "/v1/batches", body).json()
+        for job in made["jobs"]:
+            self.server.wait(job["id"])
+        path = "/v1/batches/" + made["id"]
+        self.ask("listBatches", "GET", "/v1/batches?limit=1")
+        self.ask("getBatch", "GET", path)
+        self.ask("getBatchArchive", "GET", path + "/archive.zip?format=jpg")
+        self.ask("getBatchSheet", "GET", path + "/sheet.png")
+        self.ask("cancelBatch", "POST", path + "/cancel")
+        self.ask("retryBatch", "POST", path + "/retry")  # 409: none has failed
+        self.ask("deleteBatch", "DELETE", path)
 
     def retry_of_a_failed_job(self):
         """Of a scene that its integrator refuses."""

@@ -1,9 +1,11 @@
 #include "core/camera/camera.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
 
+#include "core/camera/orbit.h"
 #include "tests/support/statistics.h"
 
 namespace {
@@ -51,6 +53,41 @@ TEST(Camera, VerticalFieldOfViewSpansTheHeight) {
   expect_direction(camera.ray({100, 100}, {}).ray.direction, {0, -s, -s});
   expect_direction(camera.ray({200, 50}, {}).ray.direction,
                    normalize(Vec3{2, 0, -1}));  // right edge
+}
+
+CameraSettings on_orbit(core::CameraOrbit orbit, int width = 200, int height = 100) {
+  return core::placed_on_orbit({}, orbit, unit_box(), width, height);
+}
+
+TEST(Camera, AnOrbitTurnsCounterClockwiseAboutYFromTheFront) {
+  core::CameraOrbit orbit{.phi_degrees = 90, .radius_m = 3, .target = Vec3{1, 2, 3}};
+  expect_direction(*on_orbit(orbit).position, {1, 2, 6});
+  orbit.theta_degrees = 90;
+  expect_direction(*on_orbit(orbit).position, {4, 2, 3});
+  expect_direction(*on_orbit(orbit).up, {0, 1, 0});
+  orbit.phi_degrees = 0;
+  EXPECT_NEAR(on_orbit(orbit).position->y, 5, 1e-5F);
+  // From above the front of the scene is at the picture's bottom, as in a step by step approach.
+  orbit.theta_degrees = 0;
+  expect_direction(*on_orbit(orbit).up, {0, 0, -1});
+  EXPECT_TRUE(Camera::create(on_orbit(orbit), {}, unit_box(), 200, 100));
+}
+
+TEST(Camera, AnAutomaticOrbitHoldsTheWholeBox) {
+  for (const int width : {200, 50}) {
+    for (const float theta : {0.0F, 35.0F, 200.0F}) {
+      const Camera camera = make(on_orbit({.theta_degrees = theta}, width, 100), {}, width, 100);
+      for (const float x : {-1.0F, 1.0F}) {
+        for (const float y : {-1.0F, 1.0F}) {
+          const auto seen = camera.project({x, y, 1}, {});
+          ASSERT_TRUE(seen);
+          EXPECT_GE(std::min(seen->x, seen->y), 0);
+          EXPECT_LE(seen->x, static_cast<float>(width));
+          EXPECT_LE(seen->y, 100);
+        }
+      }
+    }
+  }
 }
 
 TEST(Camera, AFileCameraLooksAlongMinusZ) {

@@ -14,8 +14,10 @@
 from . import models
 from ._version import __version__
 from ._wire import Retry
+from .async_batch import AsyncBatch
 from .async_client import AsyncClient
 from .async_job import AsyncJob
+from .batch import Batch
 from .client import Client
 from .errors import (
     BadRequest,
@@ -65,9 +67,11 @@ from .results import (
 from .tiles import Tile, TileImage
 
 __all__ = [
+    "AsyncBatch",
     "AsyncClient",
     "AsyncJob",
     "BadRequest",
+    "Batch",
     "Client",
     "Comparison",
     "Conflict",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import uuid
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -50,6 +51,22 @@ def wants_upload(side: JobData | str | PathLike[str]) -> TypeGuard[str | PathLik
 def comparison_call(a: JobData | str | PathLike[str], b: JobData | str | PathLike[str]) -> Call:
     ids = [side.id if isinstance(side, JobData) else str(side) for side in (a, b)]
     return Call("POST", "/v1/comparisons", json={"a": ids[0], "b": ids[1]}, timeout_s=120)
+
+
+def batch_call(
+    template: Json, matrix: Mapping[str, Sequence[Any]], pattern: str, webhook: str | None
+) -> Call:
+    """POST /v1/batches; the key makes a repeated request give the same batch."""
+    body: Json = {
+        "template": template,
+        "matrix": {path: list(values) for path, values in matrix.items()},
+    }
+    if pattern:
+        body["name"] = pattern
+    if webhook:
+        body["webhook"] = {"url": webhook}
+    key = f"python-{uuid.uuid4()}"
+    return Call("POST", "/v1/batches", json=body, headers={"Idempotency-Key": key}, timeout_s=120)
 
 
 def merge_call(films: Sequence[JobData | str | PathLike[str]]) -> Call:

@@ -15,6 +15,7 @@ import httpx
 from . import _upload, models
 from ._calls import (
     JobQuery,
+    batch_call,
     comparison_call,
     is_offered,
     lab_call,
@@ -38,6 +39,7 @@ from ._wire import (
     submit_call,
     unreachable,
 )
+from .async_batch import AsyncBatch
 from .async_job import AsyncJob
 from .errors import MethodNotAllowed, NotFound, problem_of
 from .options import JobOptions, make_request
@@ -148,6 +150,33 @@ class AsyncClient:
         call = submit_call(await self._request(scene, options), dry_run=True)
         dry_run: models.DryRun = await self.ask(call)
         return dry_run
+
+    # Series.
+
+    async def submit_batch(
+        self, scene: Scene | Pathish | None, matrix: Mapping[str, Sequence[Any]], *,
+        pattern: str = "", webhook: str | None = None, **options: Unpack[JobOptions],
+    ) -> AsyncBatch:  # fmt: skip
+        """A job for each combination of the matrix's values: all of them or none.
+
+        matrix: paths of members of the job request, each with its values, such as
+        {"camera.orbit.theta_degrees": [0, 90], "variant": ["red", "blue"]}. pattern: of the jobs'
+        names, such as "{variant}-{theta_degrees}". webhook: an address that is called when all have
+        ended. scene, options: as of submit(); scene may be None where the matrix has it.
+        """
+        request = await self._request(scene if scene is not None else "", options)
+        if scene is None:
+            request.pop("scene")
+        call = batch_call(request, matrix, pattern, webhook)
+        return AsyncBatch(self, await self.ask(call))
+
+    async def batch(self, batch_id: str) -> AsyncBatch:
+        return AsyncBatch(self, await self.ask(Call("GET", f"/v1/batches/{segment(batch_id)}")))
+
+    async def batches(self, limit: int | None = None) -> AsyncIterator[models.BatchSummary]:
+        """Batches without their jobs, newest first; pages are asked for as they are needed."""
+        async for data in self._pages("/v1/batches", {}, "batches", limit):
+            yield data
 
     # Jobs.
 

@@ -15,6 +15,7 @@ import httpx
 from . import _upload, models
 from ._calls import (
     JobQuery,
+    batch_call,
     comparison_call,
     is_offered,
     lab_call,
@@ -38,6 +39,7 @@ from ._wire import (
     submit_call,
     unreachable,
 )
+from .batch import Batch
 from .errors import MethodNotAllowed, NotFound, problem_of
 from .job import Job
 from .options import JobOptions, make_request
@@ -148,6 +150,32 @@ class Client:
         call = submit_call(self._request(scene, options), dry_run=True)
         dry_run: models.DryRun = self.ask(call)
         return dry_run
+
+    # Series.
+
+    def submit_batch(
+        self, scene: Scene | Pathish | None, matrix: Mapping[str, Sequence[Any]], *,
+        pattern: str = "", webhook: str | None = None, **options: Unpack[JobOptions],
+    ) -> Batch:  # fmt: skip
+        """A job for each combination of the matrix's values: all of them or none.
+
+        matrix: paths of members of the job request, each with its values, such as
+        {"camera.orbit.theta_degrees": [0, 90], "variant": ["red", "blue"]}. pattern: of the jobs'
+        names, such as "{variant}-{theta_degrees}". webhook: an address that is called when all have
+        ended. scene, options: as of submit(); scene may be None where the matrix has it.
+        """
+        request = self._request(scene if scene is not None else "", options)
+        if scene is None:
+            request.pop("scene")
+        call = batch_call(request, matrix, pattern, webhook)
+        return Batch(self, self.ask(call))
+
+    def batch(self, batch_id: str) -> Batch:
+        return Batch(self, self.ask(Call("GET", f"/v1/batches/{segment(batch_id)}")))
+
+    def batches(self, limit: int | None = None) -> Iterator[models.BatchSummary]:
+        """Batches without their jobs, newest first; pages are asked for as they are needed."""
+        yield from self._pages("/v1/batches", {}, "batches", limit)
 
     # Jobs.
 

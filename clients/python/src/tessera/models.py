@@ -11,6 +11,15 @@ if TYPE_CHECKING:
     from typing_extensions import NotRequired
 
 
+class JobRequestCameraOrbit(TypedDict):
+    """Place on a sphere around the target, instead of position and target."""
+
+    theta_degrees: NotRequired[float]
+    phi_degrees: NotRequired[float]
+    radius: NotRequired[str | float]
+    target: NotRequired[str | list[float]]
+
+
 class JobRequestCamera(TypedDict):
     """Null members keep the value of the file's camera, chosen by name or index, else the first."""
 
@@ -19,6 +28,7 @@ class JobRequestCamera(TypedDict):
     position: NotRequired[list[float] | None]
     target: NotRequired[list[float] | None]
     up: NotRequired[list[float] | None]
+    orbit: NotRequired[JobRequestCameraOrbit | None]
     vertical_fov_degrees: NotRequired[float | None]
     aperture_radius: NotRequired[float | None]
     focus_distance: NotRequired[float | None]
@@ -287,6 +297,15 @@ JobState: TypeAlias = Literal[
 ]
 
 
+class JobSpecCameraOrbit(TypedDict):
+    """Place on a sphere around the target, instead of position and target."""
+
+    theta_degrees: float
+    phi_degrees: float
+    radius: str | float
+    target: str | list[float]
+
+
 class JobSpecCamera(TypedDict):
     """Null members keep the value of the file's camera, chosen by name or index, else the first."""
 
@@ -295,6 +314,7 @@ class JobSpecCamera(TypedDict):
     position: list[float] | None
     target: list[float] | None
     up: list[float] | None
+    orbit: JobSpecCameraOrbit | None
     vertical_fov_degrees: float | None
     aperture_radius: float | None
     focus_distance: float | None
@@ -831,6 +851,15 @@ class Comparison(TypedDict):
     links: ComparisonLinks
 
 
+class JobDefaultsCameraOrbit(TypedDict):
+    """Place on a sphere around the target, instead of position and target."""
+
+    theta_degrees: float
+    phi_degrees: float
+    radius: str | float
+    target: str | list[float]
+
+
 class JobDefaultsCamera(TypedDict):
     """Null members keep the value of the file's camera, chosen by name or index, else the first."""
 
@@ -839,6 +868,7 @@ class JobDefaultsCamera(TypedDict):
     position: list[float] | None
     target: list[float] | None
     up: list[float] | None
+    orbit: JobDefaultsCameraOrbit | None
     vertical_fov_degrees: float | None
     aperture_radius: float | None
     focus_distance: float | None
@@ -1267,6 +1297,108 @@ class WebhookSecret(TypedDict):
     """What calls are signed with."""
 
     secret: str
+
+
+class BatchRequestWebhook(TypedDict):
+    """One call when all jobs have ended; `events` has no effect."""
+
+    url: str
+    events: NotRequired[list[Literal["state", "warning", "end"]]]
+
+
+class BatchRequest(TypedDict):
+    """A template and a matrix of values make jobs."""
+
+    template: dict[str, Any]
+    matrix: dict[str, list[Any]]
+    name: NotRequired[str]
+    webhook: NotRequired[BatchRequestWebhook | None]
+
+
+class BatchJob(TypedDict):
+    """A job of a batch."""
+
+    id: str
+    name: str
+    state: str
+    fraction: float
+    values: dict[str, Any]
+
+
+class BatchProgress(TypedDict):
+    """Of all jobs together."""
+
+    fraction: float
+    cpu_seconds: float
+
+
+class BatchCounts(TypedDict):
+    """Jobs in each state."""
+
+    queued: int
+    loading: int
+    rendering: int
+    paused: int
+    failed: int
+    cancelled: int
+    finished: int
+
+
+class Batch(TypedDict):
+    """Jobs that were made together."""
+
+    id: str
+    name: str
+    state: Literal["queued", "rendering", "paused", "failed", "cancelled", "finished"]
+    created_at: str
+    progress: BatchProgress
+    counts: BatchCounts
+    links: dict[str, str]
+    jobs: list[BatchJob]
+
+
+class BatchSummaryProgress(TypedDict):
+    """Of all jobs together."""
+
+    fraction: float
+    cpu_seconds: float
+
+
+class BatchSummaryCounts(TypedDict):
+    """Jobs in each state."""
+
+    queued: int
+    loading: int
+    rendering: int
+    paused: int
+    failed: int
+    cancelled: int
+    finished: int
+
+
+class BatchSummary(TypedDict):
+    """A batch without its jobs."""
+
+    id: str
+    name: str
+    state: Literal["queued", "rendering", "paused", "failed", "cancelled", "finished"]
+    created_at: str
+    progress: BatchSummaryProgress
+    counts: BatchSummaryCounts
+    links: dict[str, str]
+
+
+class BatchList(TypedDict):
+    """A page of batches."""
+
+    batches: list[BatchSummary]
+    next: str | None
+
+
+class BatchDryRun(TypedDict):
+    """What a batch would make."""
+
+    names: list[str]
 
 
 class ComparisonRequest(TypedDict):

@@ -30,6 +30,25 @@ export interface JobRequest {
     target?: [number, number, number] | null;
     /** Upward direction; [0, 1, 0] if position and target are given without it. */
     up?: [number, number, number] | null;
+    /** Place on a sphere around the target, instead of position and target. */
+    orbit?: {
+      /**
+       * Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z). Default:
+       * 0.
+       */
+      theta_degrees?: number;
+      /** From +y: 0 looks from above, 90 is level. Default: 75. */
+      phi_degrees?: number;
+      /**
+       * Distance from the target, metres; 'auto': all of the scene is in the view. Default: "auto".
+       */
+      radius?: string | number;
+      /**
+       * Point that the camera looks at, metres; 'auto': the centre of the scene's box. Default:
+       * "auto".
+       */
+      target?: string | [number, number, number];
+    } | null;
     /** Vertical field of view, degrees; perspective cameras only. */
     vertical_fov_degrees?: number | null;
     /** Radius of the lens, metres; 0 is a pinhole. */
@@ -406,6 +425,17 @@ export interface JobSpec {
     target: [number, number, number] | null;
     /** Upward direction; [0, 1, 0] if position and target are given without it. */
     up: [number, number, number] | null;
+    /** Place on a sphere around the target, instead of position and target. */
+    orbit: {
+      /** Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
+      theta_degrees: number;
+      /** From +y: 0 looks from above, 90 is level. */
+      phi_degrees: number;
+      /** Distance from the target, metres; 'auto': all of the scene is in the view. */
+      radius: string | number;
+      /** Point that the camera looks at, metres; 'auto': the centre of the scene's box. */
+      target: string | [number, number, number];
+    } | null;
     /** Vertical field of view, degrees; perspective cameras only. */
     vertical_fov_degrees: number | null;
     /** Radius of the lens, metres; 0 is a pinhole. */
@@ -1049,6 +1079,17 @@ export interface JobDefaults {
     target: [number, number, number] | null;
     /** Upward direction; [0, 1, 0] if position and target are given without it. */
     up: [number, number, number] | null;
+    /** Place on a sphere around the target, instead of position and target. */
+    orbit: {
+      /** Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
+      theta_degrees: number;
+      /** From +y: 0 looks from above, 90 is level. */
+      phi_degrees: number;
+      /** Distance from the target, metres; 'auto': all of the scene is in the view. */
+      radius: string | number;
+      /** Point that the camera looks at, metres; 'auto': the centre of the scene's box. */
+      target: string | [number, number, number];
+    } | null;
     /** Vertical field of view, degrees; perspective cameras only. */
     vertical_fov_degrees: number | null;
     /** Radius of the lens, metres; 0 is a pinhole. */
@@ -1587,6 +1628,118 @@ export interface WebhookTestRequest {
 export interface WebhookSecret {
   /** `whsec_` and base64. */
   secret: string;
+}
+
+/** A template and a matrix of values make jobs. */
+export interface BatchRequest {
+  /** A JobRequest; what the matrix gives may be missing. Class normal only. */
+  template: Record<string, unknown>;
+  /**
+   * Paths of members of the job request, each with its values: {"variant": ["a", "b"]}. Every
+   * combination is a job; the last member changes fastest. Values that are objects are merged into
+   * the member. At most `batch_jobs` jobs.
+   */
+  matrix: Record<string, unknown[]>;
+  /**
+   * Pattern of the jobs' names. {variant} stands for the value of a member, by its path or the last
+   * part of it; {index} counts from 1. Empty: all that the matrix changes. Default: "".
+   */
+  name?: string;
+  /** One call when all jobs have ended; `events` has no effect. */
+  webhook?: {
+    /** http or https; receives a signed POST (Standard Webhooks) for each event. */
+    url: string;
+    /** Events to send. Default: ["end"]. */
+    events?: ('state' | 'warning' | 'end')[];
+  } | null;
+}
+
+/** A job of a batch. */
+export interface BatchJob {
+  /** Of the job. */
+  id: string;
+  name: string;
+  /** Of the job. */
+  state: string;
+  fraction: number;
+  /** What the matrix gave it. */
+  values: Record<string, unknown>;
+}
+
+/** Jobs that were made together. */
+export interface Batch {
+  id: string;
+  /** The pattern of the jobs' names. */
+  name: string;
+  /**
+   * Of a batch whose jobs have ended: failed if one failed, else cancelled if one was cancelled.
+   */
+  state: 'queued' | 'rendering' | 'paused' | 'failed' | 'cancelled' | 'finished';
+  created_at: string;
+  /** Of all jobs together. */
+  progress: {
+    /** Mean over the jobs; 1 where one has ended. */
+    fraction: number;
+    cpu_seconds: number;
+  };
+  /** Jobs in each state. */
+  counts: {
+    queued: number;
+    loading: number;
+    rendering: number;
+    paused: number;
+    failed: number;
+    cancelled: number;
+    finished: number;
+  };
+  /** Paths of what belongs to the batch. */
+  links: Record<string, string>;
+  /** In the order of the matrix. */
+  jobs: BatchJob[];
+}
+
+/** A batch without its jobs. */
+export interface BatchSummary {
+  id: string;
+  /** The pattern of the jobs' names. */
+  name: string;
+  /**
+   * Of a batch whose jobs have ended: failed if one failed, else cancelled if one was cancelled.
+   */
+  state: 'queued' | 'rendering' | 'paused' | 'failed' | 'cancelled' | 'finished';
+  created_at: string;
+  /** Of all jobs together. */
+  progress: {
+    /** Mean over the jobs; 1 where one has ended. */
+    fraction: number;
+    cpu_seconds: number;
+  };
+  /** Jobs in each state. */
+  counts: {
+    queued: number;
+    loading: number;
+    rendering: number;
+    paused: number;
+    failed: number;
+    cancelled: number;
+    finished: number;
+  };
+  /** Paths of what belongs to the batch. */
+  links: Record<string, string>;
+}
+
+/** A page of batches. */
+export interface BatchList {
+  /** Newest first. */
+  batches: BatchSummary[];
+  /** Cursor of the next page; null: the last one. */
+  next: string | null;
+}
+
+/** What a batch would make. */
+export interface BatchDryRun {
+  /** Of the jobs, in their order. */
+  names: string[];
 }
 
 /** Two pictures; b is the reference. */

@@ -1,0 +1,267 @@
+// Queries of pictures: of one job, and of all jobs of a batch.
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include <nlohmann/json.hpp>
+
+#include "api/batch.h"
+#include "api/faults.h"
+#include "api/limits.h"
+#include "api/query_rows.h"
+#include "api/requests.h"
+#include "api/schemas.h"
+#include "api/server_view.h"
+#include "api/values.h"
+#include "core/settings/registry.h"
+
+namespace api {
+namespace {
+
+/// x, y, width and height come together; tone_maps are the names that are allowed.
+struct ImageReading {
+  ImageQuery query;
+  std::array<std::optional<int>, 4> rect;
+  std::vector<std::string> tone_maps;
+};
+constexpr std::array<std::string_view, 4> kRectNames = {"x", "y", "width", "height"};
+
+std::optional<core::PixelRect> rect_of(const ImageReading& reading, Faults& faults) {
+  const auto& parts = reading.rect;
+  const auto is_given = [](const auto& part) { return part.has_value(); };
+  if (std::none_of(parts.begin(), parts.end(), is_given) || !faults.empty()) {
+    return {};
+  }
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (!parts[i]) {
+      faults.add("/" + std::string(kRectNames[i]),
+                 "is required; x, y, width and height come together");
+    }
+  }
+  if (!faults.empty()) {
+    return {};
+  }
+  return core::PixelRect{*parts[0], *parts[1], *parts[2], *parts[3]};
+}
+
+template <std::size_t kPart>
+constexpr auto rect_row(std::string_view doc) {
+  constexpr Range kRange =
+      kPart < 2 ? Range{0, limits::kFilmSide - 1} : Range{1, limits::kFilmSide};
+  return number(
+      kRectNames[kPart], [](auto& s) -> auto& { return s.rect[kPart]; }, kRange, doc);
+}
+
+void read_tone_map(const std::string& value, ImageReading& out, const std::string& pointer,
+                   Faults& faults) {
+  const std::vector<std::string_view> names(out.tone_maps.begin(), out.tone_maps.end());
+  if (std::find(names.begin(), names.end(), value) == names.end()) {
+    faults.add(pointer, not_available(Json(value), names));
+  }
+  out.query.tone_map = value;
+}
+
+Json tone_map_schema(const ImageReading& defaults) {
+  Json schema = text_schema();
+  schema["default"] = defaults.query.tone_map;
+  if (!defaults.tone_maps.empty()) {
+    schema["enum"] = defaults.tone_maps;
+  }
+  return schema;
+}
+
+// "auto", or two numbers with a comma between them.
+void read_range(const std::string& value, ImageReading& out, const std::string& pointer,
+                Faults& faults) {
+  if (value == "auto") {
+    out.query.range = ImageRange{};
+    return;
+  }
+  const auto comma = value.find(',');
+  if (comma == std::string::npos) {
+    faults.add(pointer,
+               shown(Json(value)) + " is neither auto nor two numbers with a comma between");
+    return;
+  }
+  constexpr auto kMost = static_cast<double>(std::numeric_limits<float>::max());
+  const auto low =
+      read_number(number_in_query(value.substr(0, comma)), {-kMost, kMost}, pointer, faults);
+  const auto high =
+      read_number(number_in_query(value.substr(comma + 1)), {-kMost, kMost}, pointer, faults);
+  if (!low || !high) {
+    return;
+  }
+  const std::array<float, 2> ends = {static_cast<float>(*low), static_cast<float>(*high)};
+  if (!(ends[0] < ends[1])) {
+    faults.add(pointer, "the first number must be below the second");
+    return;
+  }
+  out.query.range = ImageRange{ends};
+}
+
+void read_background(const std::string& value, ImageReading& out, const std::string& pointer,
+                     Faults& faults) {
+  out.query.background = read_color(value, pointer, faults);
+}
+
+Json background_schema(const ImageReading& /*defaults*/) {
+  Json schema = text_schema();
+  schema["pattern"] = "^[0-9A-Fa-f]{6}$";
+  schema["example"] = "ffffff";
+  return schema;
+}
+
+Json range_schema(const ImageReading& /*defaults*/) {
+  Json schema = text_schema();
+  schema["example"] = "auto";
+  return schema;
+}
+
+constexpr std::array kDenoiseShows = {
+    core::NamedValue<DenoiseShow>{"off", DenoiseShow::kOff, "The plain picture."},
+    core::NamedValue<DenoiseShow>{"mixed", DenoiseShow::kMixed,
+                                  "Denoised, mixed with the plain one where that is better."},
+    core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own."},
+};
+std::span<const core::NamedValue<DenoiseShow>> denoise_shows() { return kDenoiseShows; }
+
+/// What a picture shows and how.
+constexpr auto look_rows() {
+  return std::tuple{
+      choice(
+          "layer", [](auto& s) -> auto& { return s.query.layer; }, &core::layers,
+          "Beauty when absent (EXR: all layers)."),
+      choice(
+          "denoise", [](auto& s) -> auto& { return s.query.denoise; }, &denoise_shows,
+          "off: the plain picture. mixed: the denoised one, with the plain one where that is "
+          "better; it converges to the plain one. full: the denoiser's own, which may stay biased. "
+          "Of beauty and the layers of denoised pictures; those show mixed when absent. "
+          "X-Tessera-Error tells how wrong it is. While the job renders, a picture may be some "
+          "revisions old: see X-Tessera-Revision."),
+      number(
+          "exposure", [](auto& s) -> auto& { return s.query.exposure_stops; },
+          {-limits::kExposureStops, limits::kExposureStops},
+          "Stops; display formats only. Not for exr and hdr, which are linear: 422. tif stays "
+          "linear too, and X-Tessera-Ignored tells."),
+      ParameterField<ImageReading>{"tonemap", "Display formats only, as with exposure.",
+                                   &read_tone_map, &tone_map_schema},
+      ParameterField<ImageReading>{
+          "background",
+          "Colour behind a transparent picture, as six digits of sRGB; the picture loses its "
+          "alpha. "
+          "When absent, formats without alpha (jpg, hdr) have white. Not for layers of data.",
+          &read_background, &background_schema},
+  };
+}
+
+const auto& image_table() {
+  static constexpr auto kTable = std::tuple_cat(
+      look_rows(),
+      std::tuple{
+          ParameterField<ImageReading>{
+              "range",
+              "LOW,HIGH: values that become black and white, or auto. Layers of data in display "
+              "formats; X-Tessera-Range tells the values used.",
+              &read_range, &range_schema},
+          number(
+              "revision", [](auto& s) -> auto& { return s.query.revision; }, {0, kRevisionMax},
+              "At least this revision, else 409."),
+          rect_row<0>("Left column of a part; x, y, width and height come together."),
+          rect_row<1>("Top row of a part."),
+          rect_row<2>("Width of a part."),
+          rect_row<3>("Height of a part."),
+          number(
+              "max_size", [](auto& s) -> auto& { return s.query.max_size; }, {1, limits::kFilmSide},
+              "Longest side of the answer; larger pictures are scaled down."),
+          flag(
+              "stream", [](auto& s) -> auto& { return s.query.stream; },
+              "1, or Accept: multipart/x-mixed-replace: every new picture until the end, for "
+              "<img>."),
+          ticket_row<ImageReading>(),
+      });
+  return kTable;
+}
+
+/// Of all pictures of a batch.
+struct ArchiveReading : ImageReading {
+  std::string format = BatchPicturesQuery{}.format;
+};
+// As core::image_formats(), which nobody who only parses requests has to link.
+constexpr std::array<std::string_view, 6> kExtensions = {"png", "jpg", "webp", "exr", "hdr", "tif"};
+
+void read_extension(const std::string& text, ArchiveReading& out, const std::string& pointer,
+                    Faults& faults) {
+  if (std::find(kExtensions.begin(), kExtensions.end(), text) == kExtensions.end()) {
+    faults.add(pointer, not_available(Json(text), kExtensions));
+  }
+  out.format = text;
+}
+
+const auto& archive_table() {
+  static constexpr auto kTable = std::tuple_cat(
+      std::tuple{ParameterField<ArchiveReading>{
+          "format", "Of the pictures.", &read_extension,
+          [](const ArchiveReading& defaults) {
+            return Json{{"type", "string"}, {"enum", kExtensions}, {"default", defaults.format}};
+          }}},
+      look_rows());
+  return kTable;
+}
+
+const auto& sheet_table() {
+  static constexpr auto kTable = look_rows();
+  return kTable;
+}
+
+template <typename Table>
+Parsed<BatchPicturesQuery> parse_pictures_query(const Table& table, QueryParams query,
+                                                std::span<const std::string> tone_maps) {
+  ArchiveReading reading;
+  reading.tone_maps.assign(tone_maps.begin(), tone_maps.end());
+  Faults faults;
+  read_query(table, query, reading, faults);
+  if (!faults.empty()) {
+    return faults.problem();
+  }
+  return BatchPicturesQuery{reading.format, reading.query};
+}
+
+}  // namespace
+
+Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps) {
+  ImageReading reading;
+  reading.tone_maps.assign(tone_maps.begin(), tone_maps.end());
+  Faults faults;
+  read_query(image_table(), query, reading, faults);
+  reading.query.rect = rect_of(reading, faults);
+  if (!faults.empty()) {
+    return faults.problem();
+  }
+  return reading.query;
+}
+Parsed<BatchPicturesQuery> parse_archive_query(QueryParams query,
+                                               std::span<const std::string> tone_maps) {
+  return parse_pictures_query(archive_table(), query, tone_maps);
+}
+Parsed<BatchPicturesQuery> parse_sheet_query(QueryParams query,
+                                             std::span<const std::string> tone_maps) {
+  return parse_pictures_query(sheet_table(), query, tone_maps);
+}
+
+Json archive_parameters(const Capabilities& capabilities) {
+  ArchiveReading defaults;
+  defaults.tone_maps = capabilities.tone_maps;
+  return query_parameters(archive_table(), defaults);
+}
+Json sheet_parameters(const Capabilities& capabilities) {
+  ImageReading defaults;
+  defaults.tone_maps = capabilities.tone_maps;
+  return query_parameters(sheet_table(), defaults);
+}
+Json image_parameters(const Capabilities& capabilities) {
+  ImageReading defaults;
+  defaults.tone_maps = capabilities.tone_maps;
+  return query_parameters(image_table(), defaults);
+}
+
+}  // namespace api

@@ -1,0 +1,203 @@
+// The verb for series of jobs: batch.
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <thread>
+
+#include "clients/cli/api_client.h"
+#include "clients/cli/command.h"
+#include "clients/cli/fetch.h"
+#include "clients/cli/files.h"
+#include "clients/cli/job_flags.h"
+#include "clients/cli/job_json.h"
+#include "clients/cli/submit.h"
+#include "clients/cli/terminal.h"
+#include "clients/cli/upload.h"
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+constexpr std::chrono::milliseconds kLook{500};
+
+struct BatchFlags {
+  ServerFlags server;
+  std::string file;
+  std::string output;  ///< .zip; empty: none
+  std::string sheet;   ///< .png; empty: none
+  std::string format = "png";
+  std::string denoise;
+  bool wait = false;
+  bool dry_run = false;
+  bool json = false;
+
+  bool waits() const { return wait || !output.empty() || !sheet.empty(); }
+};
+
+core::Result<Json> read_request(const std::string& path) {
+  const auto text = read_file(path);
+  if (!text) {
+    return text.error();
+  }
+  Json request = Json::parse(*text, nullptr, false);
+  if (!request.is_object() || !request.contains("template")) {
+    return Error{ErrorCode::kBadSyntax,
+                 R"(a batch is JSON: {"template": job, "matrix": {"variant": ["a", "b"]}})", path};
+  }
+  return request;
+}
+
+/// A model that the template names by its file is sent first.
+core::Status upload_model(ApiClient& client, Json& request) {
+  Json& job = request["template"];
+  const std::string scene = job.is_object() ? text_at(job, "scene") : "";
+  const auto file = model_file(scene);
+  if (!file) {
+    return file.error();
+  }
+  if (!*file) {
+    return core::ok_status();
+  }
+  const auto id = upload_scene(client, **file);
+  if (!id) {
+    return id.error();
+  }
+  job["scene"] = *id;
+  return core::ok_status();
+}
+
+/// Until all jobs have ended; the batch as it is then.
+core::Result<Json> wait_for_end(ApiClient& client, const std::string& path) {
+  const bool shows = is_terminal(stderr);
+  while (true) {
+    const auto reply = client.get(path);
+    if (!reply) {
+      return reply.error();
+    }
+    Json batch = parse_object(reply->body);
+    const bool ended = is_final_state(text_at(batch, "state"));
+    if (shows) {
+      std::fprintf(stderr, "\r%3.0f %%  %.0f of %zu pictures%s",
+                   100 * number_at(object_in(batch, "progress"), "fraction", 0),
+                   number_at(object_in(batch, "counts"), "finished", 0),
+                   batch.contains("jobs") ? batch["jobs"].size() : std::size_t{0},
+                   ended ? "\n" : "");
+      std::fflush(stderr);
+    }
+    if (ended) {
+      return batch;
+    }
+    std::this_thread::sleep_for(kLook);
+  }
+}
+
+core::Status download(ApiClient& client, const std::string& path, const std::string& output) {
+  const auto reply = client.get(path);
+  if (!reply) {
+    return reply.error();
+  }
+  return write_file(output, reply->body);
+}
+
+core::Status fetch_pictures(ApiClient& client, const BatchFlags& flags, const std::string& path) {
+  const std::string denoise = flags.denoise.empty() ? "" : "denoise=" + flags.denoise;
+  if (!flags.output.empty()) {
+    const std::string query =
+        "?format=" + encode_url(flags.format) + (denoise.empty() ? "" : "&" + denoise);
+    if (auto got = download(client, path + "/archive.zip" + query, flags.output); !got) {
+      return got;
+    }
+  }
+  return flags.sheet.empty()
+             ? core::ok_status()
+             : download(client, path + "/sheet.png" + (denoise.empty() ? "" : "?") + denoise,
+                        flags.sheet);
+}
+
+void print_batch(const BatchFlags& flags, const Json& batch) {
+  if (flags.json) {
+    std::printf("%s\n", batch.dump(2).c_str());
+    return;
+  }
+  for (const Json& job : batch.contains("jobs") ? batch["jobs"] : Json::array()) {
+    std::printf("%s  %-9s  %s\n", text_at(job, "id").c_str(), text_at(job, "state").c_str(),
+                text_at(job, "name").c_str());
+  }
+}
+
+int follow(ApiClient& client, const BatchFlags& flags, const std::string& path) {
+  const auto ended = wait_for_end(client, path);
+  if (!ended) {
+    return complain("batch", ended.error());
+  }
+  print_batch(flags, *ended);
+  if (const auto fetched = fetch_pictures(client, flags, path); !fetched) {
+    return complain("batch", fetched.error());
+  }
+  return text_at(*ended, "state") == "finished" ? kDone : kFailed;
+}
+
+int run(const BatchFlags& flags) {
+  auto request = read_request(flags.file);
+  if (!request) {
+    return complain("batch", request.error());
+  }
+  auto client = ApiClient::connect(flags.server.url, flags.server.key);
+  if (!client) {
+    return complain("batch", client.error());
+  }
+  if (const auto uploaded = upload_model(**client, *request); !uploaded) {
+    return complain("batch", uploaded.error());
+  }
+  const auto reply =
+      (*client)->post(flags.dry_run ? "/v1/batches?dry_run=1" : "/v1/batches", request->dump(),
+                      "application/json", {{"Idempotency-Key", idempotency_key()}});
+  if (!reply) {
+    return complain("batch", reply.error());
+  }
+  const Json batch = parse_object(reply->body);
+  if (flags.dry_run) {
+    for (const Json& name : batch.contains("names") ? batch["names"] : Json::array()) {
+      std::printf("%s\n", name.get<std::string>().c_str());
+    }
+    return kDone;
+  }
+  const std::string id = text_at(batch, "id");
+  if (!flags.waits()) {
+    std::printf("%s\n", flags.json ? batch.dump(2).c_str() : id.c_str());
+    return kDone;
+  }
+  std::fprintf(stderr, "%s\n", id.c_str());
+  return follow(**client, flags, "/v1/batches/" + encode_url(id));
+}
+
+}  // namespace
+
+int batch(const Args& args) {
+  CLI::App app(
+      "Submits a series of jobs, which a template and a matrix of values make, and prints its id. "
+      "With --wait, -o or --sheet, waits until all jobs have ended.",
+      "tessera batch");
+  BatchFlags flags;
+  app.add_option("file", flags.file,
+                 "JSON with template, matrix and name; the template's scene may be a model file")
+      ->required()
+      ->type_name("FILE");
+  app.add_flag("--wait", flags.wait, "Wait; exit code 1 unless all jobs finished");
+  app.add_option("-o,--output", flags.output, "Zip of all pictures to write")->type_name("FILE");
+  app.add_option("--format", flags.format, "Of the pictures in the zip")
+      ->check(CLI::IsMember({"png", "jpg", "webp", "exr", "hdr", "tif"}))
+      ->type_name("FORMAT")
+      ->capture_default_str();
+  app.add_option("--sheet", flags.sheet, "PNG to write with all pictures on one sheet")
+      ->type_name("FILE");
+  add_denoise_option(app, flags.denoise);
+  app.add_flag("--dry-run", flags.dry_run, "Only check the batch and print the jobs' names");
+  app.add_flag("--json", flags.json, "Print the batch as JSON");
+  add_server_flags(app, flags.server);
+  return parse_and_run(app, args, [&] { return run(flags); });
+}
+
+}  // namespace cli

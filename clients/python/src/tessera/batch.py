@@ -1,0 +1,115 @@
+# Written by clients/synchronous.py from async_batch.py: do not edit.
+"""Batch: jobs that were made together, with calls that wait."""
+
+from __future__ import annotations
+
+import time
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import models
+from ._wire import Call, segment
+from .errors import WaitTimeout
+
+if TYPE_CHECKING:
+    from .client import Client
+    from .job import Job
+
+_LOOK_S = 0.5
+
+
+class Batch:
+    """A series of jobs. What is known of it is of the last answer; `data` holds all of that.
+
+    Comes from `Client.submit_batch`, `Client.batch` or `Client.batches`.
+    """
+
+    def __init__(self, client: Client, data: models.Batch) -> None:
+        self._client = client
+        self.data = data
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.id} {self.state}>"
+
+    @property
+    def id(self) -> str:
+        return self.data["id"]
+
+    @property
+    def path(self) -> str:
+        return f"/v1/batches/{segment(self.id)}"
+
+    @property
+    def state(self) -> str:
+        """queued, rendering, paused, failed, cancelled or finished."""
+        return self.data["state"]
+
+    @property
+    def ended(self) -> bool:
+        return self.state in ("failed", "cancelled", "finished")
+
+    @property
+    def fraction(self) -> float:
+        """How much of all jobs is done."""
+        return self.data["progress"]["fraction"]
+
+    def refresh(self) -> Batch:
+        """Asks for the batch as it is now."""
+        return self._take(Call("GET", self.path))
+
+    def wait(self, timeout: float | None = None, *, check: bool = True) -> Batch:
+        """Until all jobs have ended, through restarts of the server.
+
+        timeout: seconds; then WaitTimeout. check: raise JobFailed for the first that failed.
+        """
+        began = time.monotonic()
+        while not self.ended:
+            if timeout is not None and time.monotonic() - began > timeout:
+                raise WaitTimeout(f"batch {self.id} is {self.state} after {timeout} s")
+            time.sleep(_LOOK_S)
+            self._take(Call("GET", self.path), patient=True)
+        for each in self.data["jobs"] if check else []:
+            if each["state"] == "failed":
+                job = self._client.job(each["id"])
+                job.raise_if_failed()
+        return self
+
+    def jobs(self) -> list[Job]:
+        """The jobs as they are now, in the order of the matrix."""
+        self.refresh()
+        return [self._client.job(job["id"]) for job in self.data["jobs"]]
+
+    def cancel(self) -> Batch:
+        """Ends all jobs; pictures so far are kept."""
+        return self._take(Call("POST", self.path + "/cancel"))
+
+    def retry(self) -> Batch:
+        """Queues the failed jobs again. Conflict where none has failed."""
+        return self._take(Call("POST", self.path + "/retry"))
+
+    def delete(self) -> None:
+        """Forgets the batch with its jobs and their files. Conflict while one runs."""
+        self._client.send(Call("DELETE", self.path))
+
+    def archive(self, path: str | PathLike[str], format: str = "png", **look: Any) -> Path:
+        """Writes a zip of all pictures. look: layer, exposure, tonemap, denoise, background."""
+        call = Call("GET", self.path + "/archive.zip", params=look | {"format": format})
+        return self._save(call, path)
+
+    def sheet(self, path: str | PathLike[str], **look: Any) -> Path:
+        """Writes a PNG of all pictures on one sheet. look: as of archive()."""
+        return self._save(Call("GET", self.path + "/sheet.png", params=look), path)
+
+    def _save(self, call: Call, path: str | PathLike[str]) -> Path:
+        place = Path(path)
+        # Many pictures take their time before the first byte.
+        response = self._client.send(
+            Call(call.method, call.path, params=call.params, timeout_s=600)
+        )
+        place.write_bytes(response.content)
+        return place
+
+    def _take(self, call: Call, *, patient: bool = False) -> Batch:
+        self.data = self._client.ask(call, patient=patient)
+        return self

@@ -1,0 +1,153 @@
+#include "server/routes/batch_pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "server/pictures/denoised_look.h"
+#include "server/scenes/zip_writer.h"
+
+namespace server {
+
+namespace {
+
+// Thumbnails of a sheet, pixels. Smaller ones where there are many: a sheet of 512 jobs, 23 in a
+// row, then needs no more memory than a picture of 4 megapixels.
+constexpr int kCell = 240;
+constexpr int kGap = 8;
+constexpr int kSheetSide = 2048;
+
+struct Grid {
+  explicit Grid(std::size_t jobs)
+      : columns(std::max(1, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(jobs)))))),
+        rows((static_cast<int>(jobs) + columns - 1) / columns),
+        cell(std::min(kCell, kSheetSide / columns - kGap)) {}
+  int width() const { return columns * (cell + kGap) + kGap; }
+  int height() const { return rows * (cell + kGap) + kGap; }
+  int columns;
+  int rows;
+  int cell;
+};
+
+/// Grey, grey with alpha, RGB or RGBA of 8 or 16 bits into three channels of [0,1].
+void paste(const core::Image& image, core::FloatImage& sheet, int left, int top) {
+  const auto value = [&image](std::size_t index) {
+    if (image.type == core::PixelType::kU16) {
+      const auto low = std::to_integer<unsigned>(image.bytes[2 * index]);
+      const auto high = std::to_integer<unsigned>(image.bytes[2 * index + 1]);
+      return static_cast<float>(low | (high << 8U)) / 65535.0F;
+    }
+    return static_cast<float>(std::to_integer<unsigned>(image.bytes[index])) / 255.0F;
+  };
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const std::size_t pixel =
+          (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+           static_cast<std::size_t>(x)) *
+          static_cast<std::size_t>(image.channels);
+      for (int channel = 0; channel < 3; ++channel) {
+        const int from = image.channels >= 3 ? channel : 0;
+        sheet.values[sheet.index(left + x, top + y, channel)] =
+            value(pixel + static_cast<std::size_t>(from));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+core::Result<EncodedPicture> BatchPictures::picture(const JobPointer& job,
+                                                    const core::ImageFormat& format,
+                                                    const api::ImageQuery& look) const {
+  const auto film = jobs_.films().film(*job);
+  if (!film) {
+    return film.error();
+  }
+  DenoiseService::Pointer denoised;
+  if (wants_denoised(look)) {
+    auto made = denoising_.get(job, **film, std::nullopt, MemoryGate::kPatience);
+    if (!made) {
+      return made.error();
+    }
+    denoised = *std::move(made);
+  }
+  const api::JobView view = jobs_.view(*job);
+  Picture wanted{.format = format, .query = look, .view = view, .rect = (*film)->crop()};
+  if (denoised) {
+    wanted.denoised = std::shared_ptr<const core::DenoisedPicture>(denoised, &denoised->picture);
+    wanted.denoised_view = denoised->view;
+  }
+  return maker_.make(**film, wanted, MemoryGate::kPatience);
+}
+
+void BatchPictures::write_archive(const std::vector<JobPointer>& jobs,
+                                  const core::ImageFormat& format, StreamWriter& writer) const {
+  ZipWriter zip;
+  std::set<std::string> names;
+  for (const JobPointer& job : jobs) {
+    const auto made = picture(job, format, look_);
+    if (!made) {
+      log_.write(LogLevel::kError, "archive_ended",
+                 {{"job", job->id()}, {"detail", made.error().message}});
+      return;
+    }
+    const std::string name = file_name_of(job->record().view.spec.name);
+    std::string unlike = name;
+    for (int i = 2; !names.insert(unlike).second; ++i) {
+      unlike = name + "-" + std::to_string(i);
+    }
+    unlike.append(".").append(format.extension);
+    if (!writer.write(zip.begin_entry(unlike, *made->content)) || !writer.write(*made->content)) {
+      return;
+    }
+  }
+  writer.write(zip.end());
+}
+
+core::Result<std::string> BatchPictures::sheet(const std::vector<JobPointer>& jobs,
+                                               const core::ImageFormat& png) const {
+  const Grid grid(jobs.size());
+  core::FloatImage sheet{.width = grid.width(),
+                         .height = grid.height(),
+                         .channel_names = {"R", "G", "B"},
+                         .values = {}};
+  const std::size_t count =
+      static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height) * 3;
+  const auto lease = memory_.take(
+      count * sizeof(float) + core::encoding_bytes(sheet.width, sheet.height, 3, png), "the sheet");
+  if (!lease) {
+    return lease.error();
+  }
+  sheet.values.assign(count, 1.0F);
+  api::ImageQuery look = look_;
+  look.max_size = grid.cell;
+  if (!look.background && !look.layer) {
+    look.background = core::Rgb{1, 1, 1};
+  }
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const auto made = picture(jobs[i], png, look);
+    if (!made) {
+      continue;  // Nothing rendered yet, or no more there.
+    }
+    const auto image =
+        core::decode_image(std::as_bytes(std::span(*made->content)), core::ImageLimits{});
+    if (!image) {
+      return image.error();
+    }
+    const int column = static_cast<int>(i) % grid.columns;
+    const int row = static_cast<int>(i) / grid.columns;
+    paste(*image, sheet, kGap + column * (grid.cell + kGap) + (grid.cell - image->width) / 2,
+          kGap + row * (grid.cell + kGap) + (grid.cell - image->height) / 2);
+  }
+  core::EncodeOptions as_it_is;
+  as_it_is.is_color = false;
+  const auto bytes = core::encode_image(sheet, png, as_it_is);
+  if (!bytes) {
+    return bytes.error();
+  }
+  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+}
+
+}  // namespace server

@@ -1,0 +1,240 @@
+// Batches: submit, list, look, cancel, try again, delete; their pictures.
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/batch.h"
+#include "api/errors.h"
+#include "api/limits.h"
+#include "core/base/sha256.h"
+#include "core/settings/registry.h"
+#include "server/pictures/image_look.h"
+#include "server/routes/answers.h"
+#include "server/routes/batch_pictures.h"
+#include "server/routes/context.h"
+#include "server/routes/webhook_address.h"
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+constexpr std::size_t kKeyBytesMax = 255;
+
+std::string id_of(const Request& request) { return std::string(request.path_param("id")); }
+
+Response batch_answer(int status, const api::BatchView& batch) {
+  Response response = json_response(status, api::batch_json(batch));
+  response.headers.set("Cache-Control", "no-cache");
+  response.compressible = true;
+  return response;
+}
+
+Response view_answer(const RouteContext& context, const Request& request, int status) {
+  const auto batch = context.batches.view(id_of(request), request.access);
+  return batch ? batch_answer(status, *batch) : error_answer(request, batch.error());
+}
+
+Response create(const RouteContext& context, Request& request) {
+  const auto dry_run = api::parse_batch_submit_query(request.query_params);
+  if (!dry_run) {
+    return problem_answer(request, dry_run.problem());
+  }
+  auto parsed = api::parse_batch(request.body);
+  if (!parsed) {
+    return problem_answer(request, parsed.problem());
+  }
+  if (parsed->webhook) {
+    if (auto fault = webhook_address_fault(context.config, parsed->webhook->url)) {
+      return error_answer(request,
+                          Error{ErrorCode::kInvalidArgument, *std::move(fault), "/webhook/url"});
+    }
+  }
+  for (const api::BatchJob& job : parsed->jobs) {
+    const auto& webhook = job.job.spec.webhook;
+    if (auto fault = webhook ? webhook_address_fault(context.config, webhook->url) : std::nullopt) {
+      return error_answer(
+          request, Error{ErrorCode::kInvalidArgument, *std::move(fault), "/template/webhook/url"});
+    }
+  }
+  if (*dry_run) {
+    const auto refused = context.batches.check(*parsed, request.access);
+    return refused ? problem_answer(request, *refused)
+                   : json_response(200, api::batch_dry_run_json(*parsed));
+  }
+  const std::string key(request.header("Idempotency-Key").value_or(""));
+  if (key.size() > kKeyBytesMax || (key.empty() && request.header("Idempotency-Key"))) {
+    return error_answer(
+        request, ErrorCode::kBadSyntax,
+        "Idempotency-Key has " + std::to_string(key.size()) + " bytes; 1 to 255 are allowed");
+  }
+  const auto submitted =
+      context.batches.submit(*std::move(parsed), request.access, key,
+                             core::sha256_hex(request.body.data(), request.body.size()));
+  if (!submitted) {
+    return problem_answer(request, submitted.problem());
+  }
+  Response response = batch_answer(submitted->is_replay ? 200 : 201, submitted->batch);
+  response.headers.set("Location", "/v1/batches/" + submitted->batch.id);
+  return response;
+}
+
+Response list(const RouteContext& context, Request& request) {
+  const auto query = api::parse_batch_list_query(request.query_params);
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
+  const auto before = cursor_sequence(query->cursor);
+  if (!query->cursor.empty() && !before) {
+    return error_answer(request,
+                        Error{ErrorCode::kBadSyntax, "not a cursor of this list", "/cursor"});
+  }
+  const auto page = context.batches.list(before, query->limit, request.access);
+  if (!page) {
+    return error_answer(request, page.error());
+  }
+  const auto next =
+      page->next ? std::optional<std::string>(std::to_string(*page->next)) : std::nullopt;
+  return list_answer(request, api::batch_list_json(page->batches, next), next);
+}
+
+Response look(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  return view_answer(context, request, 200);
+}
+
+/// The batch after the change that was asked for.
+Response changed(const RouteContext& context, Request& request, int status,
+                 Verdict (BatchService::*change)(std::string_view, const Access&)) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const Verdict done = (context.batches.*change)(id_of(request), request.access);
+  return done ? view_answer(context, request, status) : problem_answer(request, done.problem());
+}
+
+Response remove(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const Verdict done = context.batches.remove(id_of(request), request.access);
+  return done ? empty_response() : problem_answer(request, done.problem());
+}
+
+std::vector<std::string> tone_map_names() {
+  std::vector<std::string> names;
+  for (const core::ToneMapEntry& entry : core::tone_maps()) {
+    names.emplace_back(entry.name);
+  }
+  return names;
+}
+
+const core::ImageFormat& format_of(std::string_view extension) {
+  const auto formats = core::image_formats();
+  const auto found = std::find_if(formats.begin(), formats.end(), [&](const auto& format) {
+    return format.extension == extension;
+  });
+  CHECK(found != formats.end());
+  return *found;
+}
+
+/// Those that have a picture, or why there is no archive.
+core::Result<std::vector<JobPointer>> pictured(const std::vector<JobPointer>& jobs) {
+  std::vector<JobPointer> found;
+  std::string evicted;
+  for (const JobPointer& job : jobs) {
+    const JobRecord record = job->record();
+    if (!api::is_final(record.view.state)) {
+      return Error{ErrorCode::kConflict, "job \"" + record.view.spec.name + "\" has not ended", ""};
+    }
+    if (record.film == FilmPlace::kEvicted) {
+      evicted += (evicted.empty() ? "" : ", ") + record.view.spec.name;
+    } else if (record.film == FilmPlace::kOnDisk) {
+      found.push_back(job);
+    }
+  }
+  if (!evicted.empty()) {
+    return Error{ErrorCode::kGone, "evicted to make room for others: " + evicted, ""};
+  }
+  return found.empty() ? core::Result<std::vector<JobPointer>>(
+                             Error{ErrorCode::kConflict, "no job of the batch has a picture", ""})
+                       : found;
+}
+
+Response archive(const RouteContext& context, Request& request) {
+  const auto query = api::parse_archive_query(request.query_params, tone_map_names());
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
+  const core::ImageFormat& format = format_of(query->format);
+  if (const auto refused = refused_look(format, query->look)) {
+    return error_answer(request, *refused);
+  }
+  const auto jobs = context.batches.jobs(id_of(request), request.access);
+  if (!jobs) {
+    return error_answer(request, jobs.error());
+  }
+  auto found = pictured(*jobs);
+  if (!found) {
+    return error_answer(request, found.error());
+  }
+  const BatchPictures pictures(context, query->look);
+  Response response = stream_response(
+      "application/zip",
+      [pictures, &format, jobs_with_picture = *std::move(found)](StreamWriter& writer) {
+        pictures.write_archive(jobs_with_picture, format, writer);
+      });
+  response.headers.set("Content-Disposition",
+                       "attachment; filename=\"batch-" + id_of(request).substr(0, 8) + ".zip\"");
+  return response;
+}
+
+Response sheet(const RouteContext& context, Request& request) {
+  const auto query = api::parse_sheet_query(request.query_params, tone_map_names());
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
+  const auto jobs = context.batches.jobs(id_of(request), request.access);
+  if (!jobs) {
+    return error_answer(request, jobs.error());
+  }
+  const core::ImageFormat& png = format_of("png");
+  auto made = BatchPictures(context, query->look).sheet(*jobs, png);
+  if (!made) {
+    return error_answer(request, made.error());
+  }
+  Response response =
+      bytes_response(200, png.mime, std::make_shared<const std::string>(*std::move(made)));
+  response.headers.set("Cache-Control", "no-cache");
+  return response;
+}
+
+}  // namespace
+
+void add_batch_handlers(const RouteContext& context, HandlerTable& table) {
+  table["createBatch"] = {
+      .handler = [context](Request& request) { return create(context, request); },
+      .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
+  table["listBatches"] = {
+      .handler = [context](Request& request) { return list(context, request); }};
+  table["getBatch"] = {.handler = [context](Request& request) { return look(context, request); }};
+  table["cancelBatch"] = {.handler = [context](Request& request) {
+    return changed(context, request, 200, &BatchService::cancel);
+  }};
+  table["retryBatch"] = {.handler = [context](Request& request) {
+    return changed(context, request, 202, &BatchService::retry);
+  }};
+  table["deleteBatch"] = {
+      .handler = [context](Request& request) { return remove(context, request); }};
+  table["getBatchArchive"] = {
+      .handler = [context](Request& request) { return archive(context, request); }};
+  table["getBatchSheet"] = {
+      .handler = [context](Request& request) { return sheet(context, request); }};
+}
+
+}  // namespace server

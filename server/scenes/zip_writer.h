@@ -1,0 +1,39 @@
+/// Writes a zip archive piece by piece: stored entries, for files that are packed already.
+///
+/// Source: APPNOTE.TXT 6.3.10; Zip64 from 4.3.14 where the archive is longer than 4 GiB. The same
+/// entries give the same bytes: all have the earliest date.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace server {
+
+class ZipWriter {
+ public:
+  /// What stands before the content of the next entry, which follows as it is. name: UTF-8, unlike
+  /// all others. content: below 4 GiB.
+  std::string begin_entry(std::string_view name, std::string_view content);
+  /// What stands after the last entry.
+  std::string end() const;
+
+ private:
+  struct Entry {
+    std::string name;
+    std::uint32_t bytes = 0;
+    std::uint32_t crc32 = 0;
+    std::uint64_t offset = 0;
+  };
+  std::string directory() const;
+
+  std::vector<Entry> entries_;
+  std::uint64_t offset_ = 0;  ///< Of the next entry.
+};
+
+/// A name for a file inside an archive: letters, digits and . _ - are kept, others become _. Never
+/// empty or of dots alone.
+std::string file_name_of(std::string_view text);
+
+}  // namespace server

@@ -1,0 +1,137 @@
+#include "server/store/batch_table.h"
+
+namespace server {
+
+using core::Status;
+
+namespace {
+
+constexpr const char* kNoneUnfinished =
+    " AND NOT EXISTS(SELECT 1 FROM batch_jobs JOIN jobs ON jobs.sequence=job"
+    " WHERE batch=batches.sequence AND state NOT IN ('finished','failed','cancelled'))";
+
+#define TESSERA_BATCH_COLUMNS "SELECT sequence, id, tenant, name, webhook, created_at FROM batches"
+
+core::Result<std::vector<BatchRow>> read_rows(Statement& select) {
+  std::vector<BatchRow> rows;
+  while (select.step()) {
+    rows.push_back(BatchRow{.sequence = select.integer(0),
+                            .id = select.text(1),
+                            .tenant = select.text(2),
+                            .name = select.text(3),
+                            .webhook = select.text(4),
+                            .created_at = select.real(5)});
+  }
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return rows;
+}
+
+}  // namespace
+
+Status BatchTable::insert(Database::Session& session, const BatchRow& row,
+                          const std::vector<std::int64_t>& jobs,
+                          const std::vector<std::string>& values) {
+  Statement insert = session.prepare(
+      "INSERT INTO batches(id, tenant, name, webhook, reported, created_at) VALUES(?,?,?,?,0,?)");
+  insert.bind(row.id).bind(row.tenant).bind(row.name).bind(row.webhook).bind(row.created_at);
+  if (auto status = insert.run(); !status) {
+    return status;
+  }
+  const std::int64_t batch = session.last_row_id();
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    Statement add =
+        session.prepare("INSERT INTO batch_jobs(job, batch, place, matrix_values) VALUES(?,?,?,?)");
+    add.bind(jobs[i]).bind(batch).bind(static_cast<std::int64_t>(i)).bind(values[i]);
+    if (auto status = add.run(); !status) {
+      return status;
+    }
+  }
+  return core::ok_status();
+}
+
+core::Result<BatchRow> BatchTable::find(std::string_view id, const Access& access) {
+  auto session = database_.session();
+  Statement select = session.prepare(TESSERA_BATCH_COLUMNS " WHERE id=?");
+  select.bind(id);
+  auto rows = read_rows(select);
+  if (!rows) {
+    return rows.error();
+  }
+  if (rows->empty() || !access.sees(rows->front().tenant)) {
+    return core::Error{core::ErrorCode::kNotFound,
+                       "no batch has the id \"" + std::string(id) + "\"", ""};
+  }
+  return std::move(rows->front());
+}
+
+core::Result<std::vector<BatchJobRow>> BatchTable::jobs(const BatchRow& batch) {
+  auto session = database_.session();
+  Statement select = session.prepare(
+      "SELECT id, matrix_values FROM batch_jobs JOIN jobs ON sequence=job WHERE batch=? "
+      "ORDER BY place");
+  select.bind(batch.sequence);
+  std::vector<BatchJobRow> rows;
+  while (select.step()) {
+    rows.push_back({.id = select.text(0), .values = select.text(1)});
+  }
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return rows;
+}
+
+core::Result<std::vector<BatchRow>> BatchTable::list(std::optional<std::int64_t> before, int limit,
+                                                     const Access& access) {
+  auto session = database_.session();
+  const auto tenant = access.sees_all() ? std::nullopt : std::optional<std::string>(access.tenant);
+  std::string sql = TESSERA_BATCH_COLUMNS " WHERE 1";
+  sql += before ? " AND sequence<?" : "";
+  sql += tenant ? " AND tenant=?" : "";
+  sql += " ORDER BY sequence DESC LIMIT ?";
+  Statement select = session.prepare(sql.c_str());
+  if (before) {
+    select.bind(*before);
+  }
+  if (tenant) {
+    select.bind(*tenant);
+  }
+  select.bind(std::int64_t{limit});
+  return read_rows(select);
+}
+
+core::Result<std::vector<BatchRow>> BatchTable::ended(const std::optional<std::string>& job) {
+  auto session = database_.session();
+  std::string sql = TESSERA_BATCH_COLUMNS " WHERE reported=0 AND webhook<>''";
+  sql += job ? " AND sequence=(SELECT batch FROM batch_jobs JOIN jobs ON jobs.sequence=job WHERE "
+               "jobs.id=?)"
+             : "";
+  sql += kNoneUnfinished;
+  Statement select = session.prepare(sql.c_str());
+  if (job) {
+    select.bind(*job);
+  }
+  return read_rows(select);
+}
+
+Status BatchTable::report_end(const BatchRow& batch, const DeliveryRow& delivery) {
+  return database_.transact([&](Database::Session& session) -> Status {
+    Statement update =
+        session.prepare("UPDATE batches SET reported=1 WHERE sequence=? AND reported=0");
+    if (auto status = update.bind(batch.sequence).run(); !status) {
+      return status;
+    }
+    return session.changes() == 0 ? core::ok_status() : insert_deliveries(session, {delivery});
+  });
+}
+
+Status BatchTable::reopen(const BatchRow& batch) {
+  return database_.transact([&](Database::Session& session) -> Status {
+    return session.prepare("UPDATE batches SET reported=0 WHERE sequence=?")
+        .bind(batch.sequence)
+        .run();
+  });
+}
+
+}  // namespace server

@@ -1,0 +1,367 @@
+"""Batches: a template and a matrix become jobs, all of them or none; one end, one archive."""
+
+import io
+import json
+import os
+import tempfile
+import threading
+import time
+import unittest
+import zipfile
+
+from harness import (
+    PATIENCE_S,
+    SMALL,
+    ApiTest,
+    EventStream,
+    Server,
+    job_body,
+    png_size,
+    tessera,
+    triangle_glb,
+)
+from webhooks_test import Receiver
+
+LONG = 65536
+
+
+def batch_body(matrix=None, name="", template=None, **members):
+    return {
+        "template": template or job_body(),
+        "matrix": matrix or {"camera.orbit.theta_degrees": [160, 180], "seed": [1, 2]},
+        "name": name,
+        **members,
+    }
+
+
+class BatchStream(EventStream):
+    def path(self, batch):
+        return f"/v1/events?batch={batch}"
+
+
+class BatchTest(ApiTest):
+    def make(self, body, **headers):
+        answer = self.server.post("/v1/batches", body, headers)
+        self.assertEqual(answer.status, 201, answer)
+        return answer.json()
+
+    def batch(self, batch_id):
+        answer = self.server.get(f"/v1/batches/{batch_id}")
+        self.assertEqual(answer.status, 200, answer)
+        return answer.json()
+
+    def ended(self, batch_id):
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            batch = self.batch(batch_id)
+            if batch["state"] in ("finished", "failed", "cancelled"):
+                return batch
+            time.sleep(0.02)
+        self.fail(f"no end: {batch}")
+
+    def finished(self, body):
+        batch = self.ended(self.make(body)["id"])
+        self.assertEqual(batch["state"], "finished", batch)
+        return batch
+
+    def refused(self, body, pointer, status=422):
+        before = len(self.server.get("/v1/jobs?limit=200").json()["jobs"])
+        answer = self.server.post("/v1/batches", body)
+        self.assertEqual(answer.status, status, answer)
+        problem = answer.json()
+        if pointer is not None:
+            self.assertIn(pointer, [error["pointer"] for error in problem["errors"]])
+        self.assertEqual(len(self.server.get("/v1/jobs?limit=200").json()["jobs"]), before)
+        return problem
+
+
+class Batches(BatchTest):
+    def test_every_combination_is_a_job_with_its_name_and_values(self):
+        body = batch_body(name="view-{theta_degrees} seed {seed} of {scene}")
+        answer = self.server.post("/v1/batches", body)
+        self.assertEqual(answer.status, 201, answer)
+        made = answer.json()
+        self.assertEqual(answer.headers["Location"], "/v1/batches/" + made["id"])
+        self.assertEqual(made["name"], body["name"])
+        self.assertEqual([job["name"] for job in made["jobs"]],
+                         [f"view-{theta} seed {seed} of cornell-box"
+                          for theta in (160, 180) for seed in (1, 2)])
+        batch = self.ended(made["id"])
+        self.assertEqual(batch["state"], "finished")
+        self.assertEqual(batch["progress"]["fraction"], 1)
+        self.assertEqual(batch["counts"]["finished"], 4)
+        self.assertEqual(sum(batch["counts"].values()), 4)
+        for member in batch["jobs"]:
+            job = self.server.job(member["id"])
+            self.assertEqual(job["spec"]["name"], member["name"])
+            self.assertEqual(job["spec"]["seed"], member["values"]["seed"])
+            orbit = job["spec"]["camera"]["orbit"]
+            self.assertEqual(orbit["theta_degrees"], member["values"]["camera.orbit.theta_degrees"])
+        digests = {self.server.job(job["id"])["film_digest"] for job in batch["jobs"]}
+        self.assertEqual(len(digests), 4, "each has its own view and seed")
+        listed = self.server.get("/v1/batches?limit=1").json()
+        self.assertEqual([each["id"] for each in listed["batches"]], [made["id"]])
+        self.assertNotIn("jobs", listed["batches"][0])
+
+    def test_values_that_are_objects_are_merged_and_others_replace(self):
+        made = self.make(batch_body(
+            {"film": [{"width": 32}, {"width": 16, "height": 64}], "time_seconds": [None, 0]},
+            "{film}-{film.height}-{time_seconds}-{index}"))
+        self.assertEqual([job["name"] for job in made["jobs"]],
+                         ["32-32-default-1", "32-32-0-2", "16x64-64-default-3", "16x64-64-0-4"])
+        specs = [self.server.job(job["id"])["spec"] for job in made["jobs"]]
+        self.assertEqual([(s["film"]["width"], s["film"]["height"]) for s in specs],
+                         [(32, 32), (32, 32), (16, 64), (16, 64)])
+        self.assertEqual([s["time_seconds"] for s in specs], [None, 0, None, 0])
+        self.assertTrue(all(s["film"]["layers"] == SMALL["layers"] for s in specs))
+
+    def test_the_orbit_is_the_view_that_its_angles_say(self):
+        orbit = {"theta_degrees": 90, "phi_degrees": 90, "radius": 4, "target": [0, 1, 0]}
+        camera = {"position": [4, 1, 0], "target": [0, 1, 0]}
+        pictures = []
+        for view in ({"orbit": orbit}, camera):
+            job = self.server.render(job_body(samples=64, camera=view))
+            pictures.append(job["id"])
+        answer = self.server.post("/v1/comparisons", {"a": pictures[0], "b": pictures[1]})
+        # The same view up to the rounding of sines.
+        self.assertLess(answer.json()["flip"], 0.02, answer)
+        both = job_body(camera={"orbit": orbit, **camera})
+        answer = self.server.post("/v1/jobs", both)
+        self.assertEqual(answer.status, 422)
+        self.assertEqual(answer.json()["errors"][0]["pointer"], "/camera/orbit")
+
+    def test_what_is_wrong_is_told_at_its_place_and_nothing_is_made(self):
+        self.refused(batch_body({"seed": [1, -1]}), "/matrix/seed/1")
+        self.refused(batch_body({"camera": [{"orbit": {"phi_degrees": 181}}]}),
+                     "/matrix/camera/0/orbit/phi_degrees")
+        self.refused(batch_body({"colour": [1]}), "/matrix/colour/0")
+        self.refused(batch_body({"variant": ["red"]}), "/matrix/variant/0")
+        self.refused(batch_body(template=job_body(film={"width": 0})), "/template/film/width")
+        self.refused(batch_body(template=job_body("nowhere")), None, 404)
+        self.refused(batch_body(template=job_body() | {"class": "preview"}), "/template/class")
+        self.refused(batch_body({"seed": []}), "/matrix/seed")
+        self.refused(batch_body({"film..width": [8]}), "/matrix/film..width")
+        self.refused(batch_body({}) | {"matrix": {}}, "/matrix")
+        self.refused({"template": job_body()}, "/matrix")
+        most = self.server.get("/v1/server").json()["limits"]["batch_jobs"]
+        self.refused(batch_body({"seed": list(range(most + 1))}), "/matrix")
+        wrong = self.refused(batch_body(name="{theta_degrees}"), "/name")
+        self.assertIn("two jobs", wrong["errors"][0]["detail"])
+        self.refused(batch_body(name="{nothing}"), "/name")
+        self.refused(batch_body(name="x" * 250 + "-{theta_degrees}-{seed}-{index}{index}"), "/name")
+        private = {"url": "http://127.0.0.1:9/"}
+        self.refused(batch_body(webhook=private), "/webhook/url")
+
+    def test_a_dry_run_names_the_jobs_and_makes_none(self):
+        answer = self.server.post("/v1/batches?dry_run=1", batch_body())
+        self.assertEqual(answer.status, 200, answer)
+        self.assertEqual(answer.json()["names"], ["160-1", "160-2", "180-1", "180-2"])
+        answer = self.server.post("/v1/batches?dry_run=1", batch_body({"variant": ["red"]}))
+        self.assertEqual(answer.status, 422)
+
+    def test_the_same_key_makes_one_batch(self):
+        body = batch_body()
+        headers = {"Idempotency-Key": "series 7"}
+        made = self.make(body, **headers)
+        again = self.server.post("/v1/batches", body, headers)
+        self.assertEqual((again.status, again.json()["id"]), (200, made["id"]))
+        other = self.server.post("/v1/batches", batch_body({"seed": [3]}), headers)
+        self.assertEqual(other.status, 409, other)
+        self.ended(made["id"])
+
+    def test_the_archive_and_the_sheet_hold_the_pictures(self):
+        batch = self.finished(batch_body(name="at {theta_degrees}/{seed}"))
+        for extension in ("png", "jpg"):
+            answer = self.server.get(
+                f"/v1/batches/{batch['id']}/archive.zip?format={extension}&exposure=1")
+            self.assertEqual((answer.status, answer.headers["Content-Type"]),
+                             (200, "application/zip"))
+            archive = zipfile.ZipFile(io.BytesIO(answer.body))
+            self.assertIsNone(archive.testzip())
+            self.assertEqual(archive.namelist(),
+                             [f"at_{theta}_{seed}.{extension}" for theta in (160, 180)
+                              for seed in (1, 2)])
+            for name, job in zip(archive.namelist(), batch["jobs"]):
+                alone = self.server.get(f"/v1/jobs/{job['id']}/image.{extension}?exposure=1")
+                self.assertEqual(archive.read(name), alone.body)
+        sheet = self.server.get(f"/v1/batches/{batch['id']}/sheet.png")
+        self.assertEqual((sheet.status, sheet.headers["Content-Type"]), (200, "image/png"))
+        # Two in a row, cells of 240 with gaps of 8.
+        self.assertEqual(png_size(sheet.body)[:2], (2 * 248 + 8, 2 * 248 + 8))
+        wrong = self.server.get(f"/v1/batches/{batch['id']}/archive.zip?format=gif")
+        self.assertEqual(wrong.status, 422)
+
+    def test_a_batch_is_cancelled_and_deleted_as_a_whole(self):
+        made = self.make(batch_body({"seed": [1, 2, 3]}, template=job_body(samples=LONG)))
+        path = f"/v1/batches/{made['id']}"
+        for what in ("", "/archive.zip"):
+            method = "GET" if what else "DELETE"
+            answer = self.server.request(method, path + what)
+            self.assertEqual(answer.status, 409, answer)
+        self.assertEqual(self.server.post(path + "/cancel").status, 200)
+        batch = self.ended(made["id"])
+        self.assertEqual((batch["state"], batch["counts"]["cancelled"]), ("cancelled", 3))
+        self.assertEqual(self.server.post(path + "/retry").status, 409)
+        # A job ends before its place is given back: until then it counts as running.
+        deadline = time.monotonic() + PATIENCE_S
+        while (gone := self.server.request("DELETE", path)).status == 409:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.02)
+        self.assertEqual(gone.status, 204, gone)
+        self.assertEqual(self.server.get(path).status, 404)
+        for job in made["jobs"]:
+            self.assertEqual(self.server.get(f"/v1/jobs/{job['id']}").status, 404)
+
+    def test_a_batch_goes_with_its_last_job(self):
+        batch = self.finished(batch_body({"seed": [1, 2]}))
+        first, second = (job["id"] for job in batch["jobs"])
+        self.assertEqual(self.server.request("DELETE", f"/v1/jobs/{first}").status, 204)
+        self.assertEqual([job["id"] for job in self.batch(batch["id"])["jobs"]], [second])
+        self.assertEqual(self.server.request("DELETE", f"/v1/jobs/{second}").status, 204)
+        self.assertEqual(self.server.get(f"/v1/batches/{batch['id']}").status, 404)
+
+    def test_one_stream_tells_of_all_jobs(self):
+        most = self.server.get("/v1/server").json()["limits"]["watched_jobs"]
+        made = self.make(batch_body({"seed": list(range(most + 1))},
+                                    template=job_body(samples=1)))
+        ends = {event.json()["job"] for event in BatchStream(self.server, made["id"])
+                if event.name == "end"}
+        self.assertEqual(ends, {job["id"] for job in made["jobs"]})
+        for query in (f"batch={made['id']}&jobs={made['jobs'][0]['id']}", ""):
+            self.assertEqual(self.server.get("/v1/events?" + query).status, 422)
+
+    def test_failed_jobs_are_tried_again(self):
+        # Its integrator refuses a scene with dispersion, once it is loaded.
+        glass = {"KHR_materials_transmission": {"transmissionFactor": 1},
+                 "KHR_materials_volume": {"thicknessFactor": 1},
+                 "KHR_materials_dispersion": {"dispersion": 1}}
+        glb = triangle_glb(materials=[{"extensions": glass}], extensionsUsed=list(glass))
+        scene = self.server.post("/v1/scenes", glb, {"Content-Type": "model/gltf-binary"}).json()
+        made = self.make(batch_body({"integrator.type": ["path", "bdpt"]},
+                                    template=job_body(scene["id"])))
+        batch = self.ended(made["id"])
+        self.assertEqual(batch["state"], "failed")
+        self.assertEqual((batch["counts"]["finished"], batch["counts"]["failed"]), (1, 1))
+        answer = self.server.post(f"/v1/batches/{made['id']}/retry")
+        self.assertEqual(answer.status, 202, answer)
+        self.assertEqual(self.ended(made["id"])["counts"]["failed"], 1)
+        answer = self.server.get(f"/v1/batches/{made['id']}/archive.zip")
+        self.assertEqual(zipfile.ZipFile(io.BytesIO(answer.body)).namelist(), ["path.png"])
+
+    def test_the_command_line_makes_a_series_and_writes_its_pictures(self):
+        with tempfile.TemporaryDirectory() as folder:
+            model = os.path.join(folder, "triangle.glb")
+            with open(model, "wb") as file:
+                file.write(triangle_glb())
+            request = os.path.join(folder, "batch.json")
+            with open(request, "w", encoding="utf-8") as file:
+                json.dump(batch_body({"camera.orbit.theta_degrees": [0, 90]},
+                                     template=job_body(model)), file)
+            archive, sheet = (os.path.join(folder, name) for name in ("all.zip", "sheet.png"))
+            server = ["--server", f"http://127.0.0.1:{self.server.port}"]
+            code, names, said = tessera("batch", request, "--dry-run", *server)
+            self.assertEqual((code, names), (0, "0\n90\n"), said)
+            code, table, said = tessera("batch", request, "-o", archive, "--sheet", sheet, *server)
+            self.assertEqual(code, 0, said)
+            self.assertEqual([line.split()[1:] for line in table.splitlines()],
+                             [["finished", "0"], ["finished", "90"]])
+            self.assertEqual(zipfile.ZipFile(archive).namelist(), ["0.png", "90.png"])
+            with open(sheet, "rb") as file:
+                self.assertEqual(png_size(file.read())[:2], (2 * 248 + 8, 248 + 8))
+            code, _, said = tessera("batch", model, *server)
+            self.assertEqual(code, 1)
+            self.assertIn("a batch is JSON", said)
+
+
+class FewPlaces(BatchTest):
+    FLAGS = ("--max-queue", "3")
+
+    def test_a_batch_that_does_not_fit_the_queue_is_refused_as_a_whole(self):
+        body = batch_body({"seed": [1, 2, 3, 4]})
+        self.refused(body, None, 429)
+        self.finished(batch_body({"seed": [1, 2, 3]}))
+
+
+class Told(BatchTest):
+    FLAGS = ("--webhook-private",)
+
+    def setUp(self):
+        self.receiver = Receiver()
+        self.addCleanup(self.receiver.close)
+
+    def test_the_end_is_told_once_with_the_batch(self):
+        batch = self.finished(batch_body(webhook={"url": self.receiver.url}))
+        told = json.loads(self.receiver.next()[2])
+        self.assertEqual((told["type"], told["data"]["id"]), ("batch.end", batch["id"]))
+        self.assertEqual(told["data"]["counts"]["finished"], 4)
+        time.sleep(0.5)
+        self.assertTrue(self.receiver.calls.empty())
+
+
+class Killed(unittest.TestCase):
+    """kill -9 in the middle: all jobs are there, end with the digests of a calm server, and the
+    end is told."""
+
+    SAMPLES = 256
+
+    def body(self, **members):
+        template = job_body(samples=self.SAMPLES, film={"width": 64, "height": 48, "layers": []})
+        return batch_body({"camera.orbit.theta_degrees": [150, 180, 210], "seed": [1, 2]},
+                          template=template, **members)
+
+    def run_batch(self, server, webhook=None, interrupt=lambda: None):
+        members = {"webhook": {"url": webhook}} if webhook else {}
+        made = server.post("/v1/batches", self.body(**members)).json()
+        interrupt()
+        return made["id"], [server.wait(job["id"])["film_digest"] for job in made["jobs"]]
+
+    def test_a_killed_batch_ends_with_the_same_digests(self):
+        receiver = Receiver()
+        self.addCleanup(receiver.close)
+        server = Server("--webhook-private", "--checkpoint", "0.2")
+        self.addCleanup(server.close)
+        server.start()
+        _, calm = self.run_batch(server)
+
+        def kill_twice():
+            for _ in range(2):
+                time.sleep(0.7)
+                server.kill()
+                server.start()
+
+        batch_id, digests = self.run_batch(server, receiver.url, kill_twice)
+        self.assertEqual(digests, calm)
+        batch = server.get(f"/v1/batches/{batch_id}").json()
+        self.assertEqual((batch["state"], len(batch["jobs"])), ("finished", 6))
+        told = json.loads(receiver.next()[2])
+        self.assertEqual(told["data"]["id"], batch_id)
+
+    def test_a_submission_is_all_or_nothing_over_a_kill(self):
+        server = Server()
+        self.addCleanup(server.close)
+        server.start()
+        body = batch_body({"seed": list(range(64))}, template=job_body(samples=LONG))
+        acknowledged = []
+
+        def submit():
+            try:
+                while True:
+                    acknowledged.append(server.post("/v1/batches", body).json()["id"])
+            except Exception:  # Killed.
+                return
+
+        thread = threading.Thread(target=submit)
+        thread.start()
+        time.sleep(0.6)
+        server.kill()
+        thread.join()
+        server.start()
+        batches = server.get("/v1/batches").json()["batches"]
+        self.assertLessEqual(set(acknowledged), {batch["id"] for batch in batches})
+        for batch in batches:
+            self.assertEqual(sum(batch["counts"].values()), 64)
+        server.kill()
+
+
+if __name__ == "__main__":
+    unittest.main()

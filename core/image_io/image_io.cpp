@@ -6,6 +6,7 @@
 
 #include "core/image_io/image_codec.h"
 #include "core/image_io/image_size.h"
+#include "core/image_io/ktx2.h"
 
 namespace core {
 namespace {
@@ -22,7 +23,7 @@ Error failed(std::string message) { return {ErrorCode::kInternal, std::move(mess
 Result<std::string_view> check_file(std::span<const std::byte> file, const ImageLimits& limits) {
   const std::string_view kind = image_kind(file);
   if (kind.empty()) {
-    return invalid("not an image that is read here: PNG, JPEG, WebP, EXR, HDR or TIFF");
+    return invalid("not an image that is read here: PNG, JPEG, WebP, EXR, HDR, TIFF or KTX2");
   }
   if (const auto size = peek_image_size(file)) {
     if (auto fits = check_image_size(size->width, size->height, 1, limits); !fits) {
@@ -80,11 +81,13 @@ Result<Content> encode(const ImageRows& image, const ImageFormat& format,
 }  // namespace
 
 Result<Image> read_image_header(std::span<const std::byte> file) {
-  return read(file, {}, &ImageCodec::read_header);
+  return image_kind(file) == "ktx2" ? read_ktx2_header(file, {})
+                                    : read(file, {}, &ImageCodec::read_header);
 }
 
 Result<Image> decode_image(std::span<const std::byte> file, const ImageLimits& limits) {
-  return read(file, limits, &ImageCodec::decode);
+  return image_kind(file) == "ktx2" ? decode_ktx2(file, limits)
+                                    : read(file, limits, &ImageCodec::decode);
 }
 
 Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,

@@ -24,7 +24,7 @@ struct ImageLimits {
 };
 
 /// Width, height and channels from the header alone. Formats by magic bytes: PNG, JPEG, WebP, EXR,
-/// HDR (Radiance), TIFF. Errors: kInvalidArgument, kTooLarge.
+/// HDR (Radiance), TIFF, KTX2 (see ktx2.h). Errors: kInvalidArgument, kTooLarge.
 Result<Image> read_image_header(std::span<const std::byte> file);
 
 /// Of a value as it is decoded.

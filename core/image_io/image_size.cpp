@@ -105,6 +105,9 @@ std::string_view image_kind(Span file) noexcept {
       starts_with(file, std::string_view("MM\0*", 4))) {
     return "tif";
   }
+  if (starts_with(file, "\xABKTX 20\xBB\r\n\x1a\n")) {
+    return "ktx2";
+  }
   return {};
 }
 

@@ -10,7 +10,7 @@
 
 namespace core {
 
-/// "png" "jpg" "webp" "exr" "hdr" "tif" by magic bytes; empty for anything else.
+/// "png" "jpg" "webp" "exr" "hdr" "tif" "ktx2" by magic bytes; empty for anything else.
 std::string_view image_kind(std::span<const std::byte> file) noexcept;
 
 struct PixelSize {

@@ -1,0 +1,33 @@
+/// Huffman tables of BasisLZ: canonical as in Deflate, codes of up to 16 bits.
+/// Source: KTX File Format Specification 2.0, "Compressed Huffman Tables".
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/image_io/bit_reader.h"
+
+namespace core {
+
+class BasisHuffman {
+ public:
+  /// Empty for a table that is malformed. One without symbols is allowed and decodes nothing.
+  static std::optional<BasisHuffman> read(BitReader& bits);
+
+  /// The next symbol; empty where the bits are no code.
+  std::optional<std::uint32_t> decode(BitReader& bits) const noexcept;
+
+ private:
+  /// Empty for lengths that are no prefix code.
+  static std::optional<BasisHuffman> from_lengths(const std::vector<std::uint8_t>& lengths);
+
+  struct Entry {
+    std::uint16_t symbol = 0;
+    std::uint16_t length = 0;  ///< 0: no code
+  };
+  std::uint32_t bits_max_ = 0;
+  std::vector<Entry> entries_;  ///< by the next bits_max_ bits
+};
+
+}  // namespace core

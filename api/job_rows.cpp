@@ -140,8 +140,9 @@ void print_environment(const JobSpec& spec, Json& object) {
 Json environment_schema(const JobSpec& defaults) {
   Json schema = object_schema(environment_table(), defaults,
                               "Distant environment lighting, added to the scene's lights. Null: "
-                              "black. Absent: white, unless the scene "
-                              "has a punctual light or an emissive strength above 1.");
+                              "black. Absent: the scene's own, if it has one; else white, "
+                              "unless the scene has a punctual light or an emissive strength "
+                              "above 1.");
   schema["type"] = {"object", "null"};
   return schema;
 }

@@ -465,6 +465,9 @@ std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSu
   }
   spec.environment = core::EnvironmentSettings{};
   spec.environment_asset.reset();
+  if (scene.has_environment) {
+    return "environment: none was given; it is the scene's own.";
+  }
   if (scene.lights.empty() && !scene.has_emissive_strength) {
     spec.environment_choice = EnvironmentChoice::kGiven;
     return "environment: none was given; it is white, since the scene has no lights or strong "

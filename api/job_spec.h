@@ -19,7 +19,8 @@ namespace api {
 enum class JobClass { kNormal, kPreview };
 
 /// The environment of the request. kAutomatic (key absent) lasts until the scene is
-/// known: settle_environment() turns it into kGiven (white) or kBlack.
+/// known: settle_environment() turns it into kGiven (white) or kBlack, or leaves it for a scene
+/// that has an environment of its own.
 enum class EnvironmentChoice { kAutomatic, kBlack, kGiven };
 
 /// Where a job's events are sent, besides its stream.
@@ -99,9 +100,9 @@ std::vector<std::string> idle_warnings(const JobSpec& spec);
 /// The camera with its place on the orbit, if it has one. bounds: of the scene, world, metres.
 core::CameraSettings camera_in(const JobSpec& spec, const core::Bounds& bounds);
 
-/// The rule for an absent `environment`: white, unless the scene has a punctual light or a material
-/// with emissive strength above 1. Returns the warning that says so; empty if it was settled
-/// before.
+/// The rule for an absent `environment`: the scene's own; else white, unless the scene has a
+/// punctual light or a material with emissive strength above 1. Returns the warning that says so;
+/// empty if it was settled before.
 std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSummary& scene);
 
 }  // namespace api

@@ -156,7 +156,10 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   if (const auto settled = api::settle_environment(job.spec, summary)) {
     job.warnings.push_back(*settled);
   }
-  const auto environment = load_environment(job.spec, flags.environment);
+  const bool own = job.spec.environment_choice == api::EnvironmentChoice::kAutomatic;
+  const auto environment =
+      own ? core::Result<std::shared_ptr<const core::Environment>>((*scene)->environment())
+          : load_environment(job.spec, flags.environment);
   if (!environment) {
     return environment.error();
   }

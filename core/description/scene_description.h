@@ -143,6 +143,8 @@ struct SceneDescription {
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
   std::vector<PunctualLightDescription> lights;
+  /// The scene's own light from all around, as Environment::create() takes it: RGB floats; or null.
+  std::shared_ptr<const Image> environment;
   std::vector<CameraDescription> cameras;
   std::vector<std::string> variants;
   std::vector<std::string> animations;

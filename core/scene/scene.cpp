@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "core/lights/environment.h"
 #include "core/scene/scene_builder.h"
 #include "core/scene/scene_data.h"
 
@@ -21,6 +22,11 @@ std::size_t memory_of(const SceneData& data) {
     bytes += texture->bytes();
   }
   return bytes;
+}
+
+/// Colours and their distribution, as Environment keeps them of each texel.
+std::size_t environment_bytes(const Image* map) {
+  return map == nullptr ? 0 : map->value_count() / 3 * (sizeof(Rgb) + 2 * sizeof(float));
 }
 
 }  // namespace
@@ -46,10 +52,18 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
   if (!placed) {
     return placed.error();
   }
+  if (description.environment != nullptr) {
+    auto environment = Environment::create(description.environment.get(), {});
+    if (!environment) {
+      return Error{environment.error().code, environment.error().message, "/environment"};
+    }
+    scene->environment_ = *std::move(environment);
+    summary.has_environment = true;
+  }
   summary.bounds = placed->bounds;
   summary.triangles = placed->triangles;
   summary.instances = description.instances.size();
-  summary.bytes = memory_of(*scene->data_);
+  summary.bytes = memory_of(*scene->data_) + environment_bytes(description.environment.get());
   summary.emissive_triangles = scene->data_->triangle_lights.size();
   summary.cameras = std::move(description.cameras);
   summary.lights = std::move(description.lights);

@@ -1,5 +1,6 @@
 /// Scene: geometry, materials, textures and lights, ready to be traced. Immutable once built;
-/// shared by jobs. Camera and environment belong to the job (core::View).
+/// shared by jobs. The camera belongs to the job (core::View), and so does the environment: that of
+/// the scene is used when the job has none.
 #pragma once
 
 #include <cstddef>
@@ -15,6 +16,7 @@
 
 namespace core {
 
+class Environment;
 class SceneData;  // the parts the integrators use: core/scene/scene_data.h
 
 /// The facts of a scene that GET /v1/scenes/{id} shows.
@@ -33,6 +35,7 @@ struct SceneSummary {
   std::vector<std::string> extensions;
   std::vector<std::string> warnings;
   bool has_emissive_strength = false;
+  bool has_environment = false;  ///< of its own
 };
 
 class Scene {
@@ -47,11 +50,14 @@ class Scene {
 
   const SceneSummary& summary() const noexcept { return summary_; }
   const SceneData& data() const noexcept { return *data_; }
+  /// The scene's own environment, for jobs that give none; null when it has none.
+  const std::shared_ptr<const Environment>& environment() const noexcept { return environment_; }
 
  private:
   Scene();
   SceneSummary summary_;
   std::unique_ptr<SceneData> data_;
+  std::shared_ptr<const Environment> environment_;
 };
 
 }  // namespace core

@@ -97,8 +97,14 @@ std::vector<float> sample(const Track& track, double time, bool is_rotation) {
   return out;
 }
 
-Result<Track> read_track(const tinygltf::AnimationSampler& sampler, GltfSource& source,
-                         std::size_t width, const std::string& where) {
+struct SamplerUse {
+  int input = -1;
+  int output = -1;
+  std::string interpolation;
+};
+
+Result<Track> read_track(const SamplerUse& sampler, GltfSource& source, std::size_t width,
+                         const std::string& where) {
   Track track;
   track.interpolation = sampler.interpolation;
   if (auto status = check_shape(source, sampler.input, {1, 1}, where + "/input"); !status) {
@@ -124,15 +130,6 @@ Result<Track> read_track(const tinygltf::AnimationSampler& sampler, GltfSource& 
   return track;
 }
 
-// Whether `animation` moves anything that is in `taken`.
-bool moves_any(const tinygltf::Animation& animation,
-               const std::set<std::pair<int, std::string>>& taken) {
-  return std::any_of(animation.channels.begin(), animation.channels.end(),
-                     [&taken](const auto& channel) {
-                       return taken.contains({channel.target_node, channel.target_path});
-                     });
-}
-
 Vec4 unit(const std::vector<float>& q) {
   const float squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
   if (!(squared > 0) || !std::isfinite(squared)) {
@@ -154,45 +151,138 @@ void put(AnimatedNode& node, const std::string& path, const std::vector<float>& 
   }
 }
 
-}  // namespace
+std::string path_of(const tinygltf::AnimationChannel& channel) {
+  return "/nodes/" + std::to_string(channel.target_node) + "/" + channel.target_path;
+}
 
-Result<std::map<int, AnimatedNode>> evaluate_animations(const tinygltf::Model& model,
-                                                        GltfSource& source, double time_seconds,
-                                                        std::vector<std::string>& warnings) {
-  std::map<int, AnimatedNode> nodes;
-  std::set<std::pair<int, std::string>> taken;
-  for (std::size_t a = 0; a < model.animations.size(); ++a) {
-    const tinygltf::Animation& animation = model.animations[a];
-    const std::string where = "/animations/" + std::to_string(a);
-    if (moves_any(animation, taken)) {
-      warnings.push_back(where + ": \"" + animation.name +
-                         "\" is not played, because an earlier animation moves the same nodes");
-      continue;
-    }
-    for (std::size_t c = 0; c < animation.channels.size(); ++c) {
-      const tinygltf::AnimationChannel& channel = animation.channels[c];
-      const std::string& path = channel.target_path;
-      const bool rotation = path == "rotation";
-      if (!rotation && path != "translation" && path != "scale" && path != "weights") {
-        warnings.push_back(where + "/channels/" + std::to_string(c) + ": target \"" + path +
-                           "\" is not animated");
+/// Animations of a file at one moment.
+class Player {
+ public:
+  Player(const tinygltf::Model& model, GltfSource& source, double time_seconds,
+         std::vector<std::string>& warnings)
+      : model_(model), source_(source), time_seconds_(time_seconds), warnings_(warnings) {}
+
+  Result<AnimatedMoment> play() {
+    for (std::size_t a = 0; a < model_.animations.size(); ++a) {
+      if (moves_what_is_taken(a)) {
+        warnings_.push_back(where_of(a) + ": \"" + model_.animations[a].name +
+                            "\" is not played, because an earlier animation moves the same");
         continue;
       }
-      if (!taken.insert({channel.target_node, path}).second) {
-        return invalid(where + "/channels/" + std::to_string(c) + "/target",
-                       "two channels of one animation have the same target");
+      if (auto status = play_animation(a); !status) {
+        return status.error();
       }
-      const auto sampler = static_cast<std::size_t>(channel.sampler);
-      const std::size_t width = rotation ? 4 : (path == "weights" ? 0 : 3);
-      auto track = read_track(animation.samplers[sampler], source, width,
-                              where + "/samplers/" + std::to_string(sampler));
-      if (!track) {
-        return track.error();
-      }
-      put(nodes[channel.target_node], path, sample(*track, time_seconds, rotation));
     }
+    return std::move(moment_);
   }
-  return nodes;
+
+ private:
+  static std::string where_of(std::size_t animation) {
+    return "/animations/" + std::to_string(animation);
+  }
+
+  bool moves_what_is_taken(std::size_t animation) const {
+    const auto& channels = model_.animations[animation].channels;
+    const auto& pointers = source_.tables().pointers;
+    return std::any_of(channels.begin(), channels.end(),
+                       [this](const auto& c) { return taken_.contains(path_of(c)); }) ||
+           std::any_of(pointers.begin(), pointers.end(), [&](const GltfPointer& p) {
+             return p.animation == animation && taken_.contains(p.path);
+           });
+  }
+
+  Status play_animation(std::size_t a) {
+    const tinygltf::Animation& animation = model_.animations[a];
+    for (std::size_t c = 0; c < animation.channels.size(); ++c) {
+      const tinygltf::AnimationChannel& channel = animation.channels[c];
+      const auto sampler = static_cast<std::size_t>(channel.sampler);
+      const tinygltf::AnimationSampler& s = animation.samplers[sampler];
+      if (auto status = move_node(channel, {s.input, s.output, s.interpolation},
+                                  where_of(a) + "/channels/" + std::to_string(c),
+                                  where_of(a) + "/samplers/" + std::to_string(sampler));
+          !status) {
+        return status;
+      }
+    }
+    for (const GltfPointer& pointer : source_.tables().pointers) {
+      if (pointer.animation != a) {
+        continue;
+      }
+      if (auto status = set_value(pointer); !status) {
+        return status;
+      }
+    }
+    return ok_status();
+  }
+
+  Status take(const std::string& path, const std::string& channel) {
+    return taken_.insert(path).second
+               ? ok_status()
+               : Status(invalid(channel + "/target",
+                                "two channels of one animation have the same target"));
+  }
+
+  Status move_node(const tinygltf::AnimationChannel& channel, const SamplerUse& sampler,
+                   const std::string& where, const std::string& sampler_where) {
+    const std::string& path = channel.target_path;
+    const bool rotation = path == "rotation";
+    if (!rotation && path != "translation" && path != "scale" && path != "weights") {
+      warnings_.push_back(where + ": target \"" + path + "\" is not animated");
+      return ok_status();
+    }
+    if (auto status = take(path_of(channel), where); !status) {
+      return status;
+    }
+    const std::size_t width = rotation ? 4 : (path == "weights" ? 0 : 3);
+    auto track = read_track(sampler, source_, width, sampler_where);
+    if (!track) {
+      return track.error();
+    }
+    put(moment_.nodes[channel.target_node], path, sample(*track, time_seconds_, rotation));
+    return ok_status();
+  }
+
+  Status set_value(const GltfPointer& pointer) {
+    const std::string where =
+        where_of(pointer.animation) + "/channels/" + std::to_string(pointer.channel);
+    if (auto status = take(pointer.path, where); !status) {
+      return status;
+    }
+    const int rows = std::max(1, static_cast<int>(pointer.width));
+    if (auto status = check_shape(source_, pointer.output, {rows, 1}, where); !status) {
+      return status;
+    }
+    auto track = read_track({pointer.input, pointer.output, pointer.interpolation}, source_,
+                            pointer.width, where);
+    if (!track) {
+      return track.error();
+    }
+    AnimatedValue value = {pointer.path, sample(*track, time_seconds_, pointer.is_rotation),
+                           pointer.is_boolean, pointer.is_array};
+    for (float& v : value.values) {
+      if (std::isnan(v)) {
+        return invalid(where, "the animated value is not a number");
+      }
+      v = std::clamp(v, pointer.min, pointer.max);
+    }
+    moment_.values.push_back(std::move(value));
+    return ok_status();
+  }
+
+  const tinygltf::Model& model_;
+  GltfSource& source_;
+  double time_seconds_;
+  std::vector<std::string>& warnings_;
+  std::set<std::string> taken_;
+  AnimatedMoment moment_;
+};
+
+}  // namespace
+
+Result<AnimatedMoment> evaluate_animations(const tinygltf::Model& model, GltfSource& source,
+                                           double time_seconds,
+                                           std::vector<std::string>& warnings) {
+  return Player(model, source, time_seconds, warnings).play();
 }
 
 }  // namespace core

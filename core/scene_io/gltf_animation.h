@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/base/result.h"
@@ -19,11 +20,26 @@ struct AnimatedNode {
   std::vector<float> weights;  ///< empty: not animated
 };
 
-/// By node. Before its first and after its last key an animation holds that key, as glTF 2.0
-/// requires. All animations play at once; one that moves what an earlier one moves is left out with
-/// a warning. Errors: kInvalidArgument with a JSON pointer.
-Result<std::map<int, AnimatedNode>> evaluate_animations(const tinygltf::Model& model,
-                                                        GltfSource& source, double time_seconds,
-                                                        std::vector<std::string>& warnings);
+using AnimatedNodes = std::map<int, AnimatedNode>;
+
+/// What a channel of KHR_animation_pointer sets.
+struct AnimatedValue {
+  std::string path;  ///< JSON pointer into the document
+  std::vector<float> values;
+  bool is_boolean = false;
+  bool is_array = false;  ///< else a single number
+};
+
+struct AnimatedMoment {
+  AnimatedNodes nodes;
+  std::vector<AnimatedValue> values;
+};
+
+/// Before its first and after its last key an animation holds that key, as glTF 2.0 requires. All
+/// animations play at once; one that moves what an earlier one moves is left out with a warning.
+/// Values are held within the range of their member, which a cubic spline may leave.
+/// Errors: kInvalidArgument with a JSON pointer.
+Result<AnimatedMoment> evaluate_animations(const tinygltf::Model& model, GltfSource& source,
+                                           double time_seconds, std::vector<std::string>& warnings);
 
 }  // namespace core

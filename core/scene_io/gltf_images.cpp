@@ -47,25 +47,18 @@ std::array<float, 6> uv_matrix(const tinygltf::Value& transform) {
 
 }  // namespace
 
-Result<std::vector<int>> choose_texture_images(const tinygltf::Model& model,
-                                               const GltfTables& tables,
-                                               const ResolveUri& resolve) {
+std::vector<int> choose_texture_images(const tinygltf::Model& model, const GltfTables& tables,
+                                       const ResolveUri& resolve) {
   std::vector<int> chosen;
-  for (std::size_t i = 0; i < model.textures.size(); ++i) {
-    const tinygltf::Texture& texture = model.textures[i];
+  for (const tinygltf::Texture& texture : model.textures) {
     int image = texture.source;
-    if (const auto* webp = find_extension(texture.extensions, "EXT_texture_webp")) {
-      const int webp_image = value_integer(*webp, "source", -1);
-      if (image < 0 || is_there(tables.images[static_cast<std::size_t>(webp_image)], resolve)) {
-        image = webp_image;
+    for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {
+      const auto* extension = find_extension(texture.extensions, name);
+      const int other = extension == nullptr ? -1 : value_integer(*extension, "source", -1);
+      if (other >= 0 &&
+          (image < 0 || is_there(tables.images[static_cast<std::size_t>(other)], resolve))) {
+        image = other;
       }
-    }
-    if (image < 0 && find_extension(texture.extensions, "KHR_texture_basisu") != nullptr) {
-      return Error{
-          ErrorCode::kInvalidArgument,
-          "the texture has only a KTX2 image (KHR_texture_basisu), which is not available; convert "
-          "it to PNG, JPEG or WebP",
-          "/textures/" + std::to_string(i)};
     }
     chosen.push_back(image);
   }

@@ -18,10 +18,10 @@
 
 namespace core {
 
-/// For each texture the image that it reads, -1 for none: the WebP of EXT_texture_webp where its
-/// file is there, else the plain source. Errors: kInvalidArgument where only KTX2 is offered.
-Result<std::vector<int>> choose_texture_images(const tinygltf::Model& model,
-                                               const GltfTables& tables, const ResolveUri& resolve);
+/// For each texture the image that it reads, -1 for none: the KTX2 of KHR_texture_basisu or the
+/// WebP of EXT_texture_webp where its file is there, else the plain source.
+std::vector<int> choose_texture_images(const tinygltf::Model& model, const GltfTables& tables,
+                                       const ResolveUri& resolve);
 
 /// How a material refers to a texture.
 struct TextureReference {

@@ -4,13 +4,16 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/scene_io/gltf_animation.h"
 #include "core/scene_io/gltf_check.h"
 #include "core/scene_io/gltf_container.h"
+#include "core/scene_io/gltf_environment.h"
 #include "core/scene_io/gltf_images.h"
 #include "core/scene_io/gltf_materials.h"
 #include "core/scene_io/gltf_meshes.h"
 #include "core/scene_io/gltf_model.h"
 #include "core/scene_io/gltf_place.h"
+#include "core/scene_io/gltf_pointer.h"
 #include "core/scene_io/gltf_source.h"
 #include "core/scene_io/gltf_uri.h"
 
@@ -84,6 +87,27 @@ Result<int> find_variant(const SceneDescription& scene, const std::optional<std:
       "/variant"};
 }
 
+/// What animations move; what they set beside nodes is in `model` then.
+Result<AnimatedNodes> play_animations(const CheckedGltf& checked, GltfSource& source,
+                                      const GltfOptions& options, tinygltf::Model& model,
+                                      std::vector<std::string>& warnings) {
+  if (!options.time_seconds) {
+    return AnimatedNodes();
+  }
+  auto moment = evaluate_animations(model, source, *options.time_seconds, warnings);
+  if (!moment) {
+    return moment.error();
+  }
+  if (!moment->values.empty()) {
+    auto changed = parse_model(with_values(checked.model_json, moment->values));
+    if (!changed) {
+      return changed.error();
+    }
+    model = *std::move(changed);
+  }
+  return std::move(moment->nodes);
+}
+
 void keep_warnings_short(std::vector<std::string>& warnings) {
   if (warnings.size() > kWarningsMax) {
     const std::size_t more = warnings.size() - kWarningsMax;
@@ -111,12 +135,14 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   if (!model) {
     return model.error();
   }
-  auto texture_images = choose_texture_images(*model, checked->tables, resolve);
-  if (!texture_images) {
-    return texture_images.error();
-  }
-  std::vector<int> needed_images = *texture_images;
+  const std::vector<int> texture_images = choose_texture_images(*model, checked->tables, resolve);
+  std::vector<int> needed_images = texture_images;
   std::erase(needed_images, -1);
+  const auto environment_images = images_of_environment(*model, options.scene_index);
+  if (!environment_images) {
+    return environment_images.error();
+  }
+  needed_images.insert(needed_images.end(), environment_images->begin(), environment_images->end());
   auto source =
       GltfSource::open(checked->tables, *container, resolve, needed_images, options.limits);
   if (!source) {
@@ -129,7 +155,11 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   if (!variant) {
     return variant.error();
   }
-  GltfImages images(*model, *source, *texture_images, options.limits, scene);
+  auto animated = play_animations(*checked, *source, options, *model, scene.warnings);
+  if (!animated) {
+    return animated.error();
+  }
+  GltfImages images(*model, *source, texture_images, options.limits, scene);
   if (auto status = read_materials(*model, images, scene); !status) {
     return status.error();
   }
@@ -137,9 +167,14 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
     return status.error();
   }
   GltfMeshes meshes(*model, *source, options.limits, *variant, scene);
-  if (auto status = place_nodes(*model, *source, meshes, options, scene); !status) {
+  if (auto status = place_nodes(*model, *source, meshes, options, *animated, scene); !status) {
     return status.error();
   }
+  auto environment = read_environment(*model, *source, options);
+  if (!environment) {
+    return environment.error();
+  }
+  scene.environment = *std::move(environment);
   keep_warnings_short(scene.warnings);
   return scene;
 }

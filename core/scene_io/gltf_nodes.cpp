@@ -5,6 +5,8 @@
 #include <limits>
 #include <string>
 
+#include "core/scene_io/gltf_model.h"
+
 namespace core {
 namespace {
 
@@ -71,7 +73,7 @@ Affine local_matrix(const tinygltf::Node& node, const AnimatedNode* animated) {
 }
 
 // Whether only weights are animated, which leaves the node where it is.
-const AnimatedNode* moving(const std::map<int, AnimatedNode>& animated, int node) {
+const AnimatedNode* moving(const AnimatedNodes& animated, int node) {
   const auto it = animated.find(node);
   const bool moves =
       it != animated.end() && (it->second.translation || it->second.rotation || it->second.scale);
@@ -145,7 +147,7 @@ Affine affine_from_parts(Vec3 translation, Vec4 rotation, Vec3 scale) noexcept {
 }
 
 Result<std::vector<Affine>> world_matrices(const tinygltf::Model& model,
-                                           const std::map<int, AnimatedNode>& animated) {
+                                           const AnimatedNodes& animated) {
   std::vector<Affine> world(model.nodes.size());
   for (const int i : below(model, roots(model))) {
     const auto node = static_cast<std::size_t>(i);
@@ -163,7 +165,7 @@ Result<std::vector<Affine>> world_matrices(const tinygltf::Model& model,
   return world;
 }
 
-Result<std::vector<int>> nodes_of_scene(const tinygltf::Model& model, int scene_index) {
+Result<int> chosen_scene(const tinygltf::Model& model, int scene_index) {
   const auto count = static_cast<int>(model.scenes.size());
   if (scene_index >= count || scene_index < -1) {
     return Error{
@@ -171,11 +173,32 @@ Result<std::vector<int>> nodes_of_scene(const tinygltf::Model& model, int scene_
         std::to_string(scene_index) + " names none of the " + std::to_string(count) + " scenes",
         "/scene_index"};
   }
-  if (count == 0) {
-    return below(model, roots(model));
+  return count == 0 ? -1 : scene_index >= 0 ? scene_index : std::max(model.defaultScene, 0);
+}
+
+Result<std::vector<int>> nodes_of_scene(const tinygltf::Model& model, int scene_index) {
+  const auto chosen = chosen_scene(model, scene_index);
+  if (!chosen) {
+    return chosen.error();
   }
-  const int chosen = scene_index >= 0 ? scene_index : std::max(model.defaultScene, 0);
-  return below(model, model.scenes[static_cast<std::size_t>(chosen)].nodes);
+  return below(model,
+               *chosen < 0 ? roots(model) : model.scenes[static_cast<std::size_t>(*chosen)].nodes);
+}
+
+std::vector<bool> visible_nodes(const tinygltf::Model& model) {
+  std::vector<bool> visible(model.nodes.size(), true);
+  for (const int i : below(model, roots(model))) {
+    const auto node = static_cast<std::size_t>(i);
+    const auto* own = find_extension(model.nodes[node].extensions, "KHR_node_visibility");
+    if (own != nullptr && own->Has("visible") && !own->Get("visible").Get<bool>()) {
+      visible[node] = false;
+    }
+    // Parents come first.
+    for (const int child : model.nodes[node].children) {
+      visible[static_cast<std::size_t>(child)] = visible[node];
+    }
+  }
+  return visible;
 }
 
 }  // namespace core

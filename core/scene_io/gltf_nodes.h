@@ -28,10 +28,16 @@ Affine affine_from_parts(Vec3 translation, Vec4 rotation, Vec3 scale) noexcept;
 /// World matrices of all nodes. Pre: parse_model() accepted the nodes.
 /// Errors: kInvalidArgument at the node whose matrix does not fit in floats.
 Result<std::vector<Affine>> world_matrices(const tinygltf::Model& model,
-                                           const std::map<int, AnimatedNode>& animated);
+                                           const AnimatedNodes& animated);
 
 /// Nodes below the roots of a scene, parents first. scene_index -1: the file's own choice, or all
 /// roots when the file has no scenes. Errors: kInvalidArgument at "/scene_index".
 Result<std::vector<int>> nodes_of_scene(const tinygltf::Model& model, int scene_index);
+
+/// The scene that is read, or -1 where the file has none. Errors: those of nodes_of_scene().
+Result<int> chosen_scene(const tinygltf::Model& model, int scene_index);
+
+/// By node, whether it and all above it are visible: KHR_node_visibility.
+std::vector<bool> visible_nodes(const tinygltf::Model& model);
 
 }  // namespace core

@@ -37,25 +37,27 @@ bool is_singular(const Transform& m) {
 class NodePlacer {
  public:
   NodePlacer(const tinygltf::Model& model, GltfSource& source, GltfMeshes& meshes,
-             const GltfOptions& options, SceneDescription& scene)
-      : model_(model), source_(source), meshes_(meshes), options_(options), scene_(scene) {}
+             const GltfOptions& options, const AnimatedNodes& animated, SceneDescription& scene)
+      : model_(model),
+        source_(source),
+        meshes_(meshes),
+        options_(options),
+        animated_(animated),
+        scene_(scene) {}
 
   Status run() {
-    if (options_.time_seconds) {
-      auto animated = evaluate_animations(model_, source_, *options_.time_seconds, scene_.warnings);
-      if (!animated) {
-        return animated.error();
-      }
-      animated_ = *std::move(animated);
-    }
     auto world = world_matrices(model_, animated_);
     auto order = nodes_of_scene(model_, options_.scene_index);
     if (!world || !order) {
       return world ? order.error() : world.error();
     }
     world_ = *std::move(world);
+    const std::vector<bool> visible = visible_nodes(model_);
     for (const int node : *order) {
       place_camera(node);
+      if (!visible[static_cast<std::size_t>(node)]) {
+        continue;
+      }
       place_light(node);
       if (auto status = place_mesh(node); !status) {
         return status;
@@ -287,16 +289,17 @@ class NodePlacer {
   GltfSource& source_;
   GltfMeshes& meshes_;
   const GltfOptions& options_;
+  const AnimatedNodes& animated_;
   SceneDescription& scene_;
-  std::map<int, AnimatedNode> animated_;
   std::vector<Affine> world_;
 };
 
 }  // namespace
 
 Status place_nodes(const tinygltf::Model& model, GltfSource& source, GltfMeshes& meshes,
-                   const GltfOptions& options, SceneDescription& scene) {
-  return NodePlacer(model, source, meshes, options, scene).run();
+                   const GltfOptions& options, const AnimatedNodes& animated,
+                   SceneDescription& scene) {
+  return NodePlacer(model, source, meshes, options, animated, scene).run();
 }
 
 }  // namespace core

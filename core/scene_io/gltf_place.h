@@ -3,6 +3,7 @@
 
 #include "core/base/result.h"
 #include "core/description/scene_description.h"
+#include "core/scene_io/gltf_animation.h"
 #include "core/scene_io/gltf_load.h"
 #include "core/scene_io/gltf_meshes.h"
 #include "core/scene_io/gltf_source.h"
@@ -12,6 +13,7 @@ namespace core {
 
 /// Fills scene.instances, lights and cameras. Errors: kInvalidArgument, kTooLarge with a pointer.
 Status place_nodes(const tinygltf::Model& model, GltfSource& source, GltfMeshes& meshes,
-                   const GltfOptions& options, SceneDescription& scene);
+                   const GltfOptions& options, const AnimatedNodes& animated,
+                   SceneDescription& scene);
 
 }  // namespace core

@@ -137,6 +137,7 @@ constexpr std::array kNode = {
     numbers("scale", 3, -kBig, kBig), numbers("translation", 3, -kBig, kBig),
     number_list("weights"),           string("name")};
 constexpr std::array kNodeLight = {index("light", "lights", kRequired)};
+constexpr std::array kNodeVisibility = {boolean("visible")};
 constexpr std::array kGpuInstancing = {M{.name = "attributes",
                                          .kind = K::kIntegerMap,
                                          .required = true,
@@ -176,6 +177,7 @@ constexpr std::array kAnimation = {objects("channels", "channel", kRequired),
 constexpr std::array kChannel = {integer("sampler", kRequired, 0),
                                  object("target", "target", kRequired)};
 constexpr std::array kTarget = {index("node", "nodes"), string("path", kRequired)};
+constexpr std::array kPointerTarget = {string("pointer", kRequired)};
 constexpr std::array kAnimationSampler = {index("input", "accessors", kRequired),
                                           string("interpolation", false, "LINEAR|STEP|CUBICSPLINE"),
                                           index("output", "accessors", kRequired)};
@@ -188,6 +190,25 @@ constexpr std::array kLight = {numbers("color", 3, 0, 1),
                                string("name")};
 constexpr std::array kSpot = {number("innerConeAngle", 0, 1.5707964),
                               number("outerConeAngle", 0, 1.5707964)};
+constexpr std::array kImageLights = {objects("lights", "imageLight", kRequired)};
+constexpr std::array kImageLight = {string("name"),
+                                    numbers("rotation", 4, -1.001, 1.001),
+                                    number("intensity", 0, kBig),
+                                    M{.name = "irradianceCoefficients",
+                                      .kind = K::kNumberRows,
+                                      .required = true,
+                                      .count_min = 9,
+                                      .count_max = 9,
+                                      .row_count = 3},
+                                    M{.name = "specularImages",
+                                      .kind = K::kIntegerRows,
+                                      .required = true,
+                                      .min = 0,
+                                      .refers_to = "images",
+                                      .count_min = 1,
+                                      .row_count = 6},
+                                    integer("specularImageSize", kRequired, 1)};
+constexpr std::array kSceneImageLight = {index("light", "image-based lights", kRequired)};
 
 constexpr std::array kMaterial = {object("pbrMetallicRoughness", "pbr"),
                                   texture("normalTexture"),
@@ -261,6 +282,7 @@ constexpr std::array kSchemas = {
     Row{"scene", kScene},
     Row{"node", kNode},
     Row{"node/KHR_lights_punctual", kNodeLight},
+    Row{"node/KHR_node_visibility", kNodeVisibility},
     Row{"node/EXT_mesh_gpu_instancing", kGpuInstancing},
     Row{"mesh", kMesh},
     Row{"primitive", kPrimitive},
@@ -273,7 +295,11 @@ constexpr std::array kSchemas = {
     Row{"animation", kAnimation},
     Row{"channel", kChannel},
     Row{"target", kTarget},
+    Row{"target/KHR_animation_pointer", kPointerTarget},
     Row{"animationSampler", kAnimationSampler},
+    Row{"root/EXT_lights_image_based", kImageLights},
+    Row{"imageLight", kImageLight},
+    Row{"scene/EXT_lights_image_based", kSceneImageLight},
     Row{"root/KHR_lights_punctual", kLights},
     Row{"light", kLight},
     Row{"spot", kSpot},
@@ -293,9 +319,11 @@ constexpr std::array kSchemas = {
     Row{"material/KHR_materials_pbrSpecularGlossiness", kSpecGloss},
 };
 
-constexpr std::array<std::string_view, 23> kSupported = {"EXT_mesh_gpu_instancing",
+constexpr std::array<std::string_view, 27> kSupported = {"EXT_lights_image_based",
+                                                         "EXT_mesh_gpu_instancing",
                                                          "EXT_meshopt_compression",
                                                          "EXT_texture_webp",
+                                                         "KHR_animation_pointer",
                                                          "KHR_draco_mesh_compression",
                                                          "KHR_lights_punctual",
                                                          "KHR_materials_anisotropy",
@@ -313,6 +341,8 @@ constexpr std::array<std::string_view, 23> kSupported = {"EXT_mesh_gpu_instancin
                                                          "KHR_materials_variants",
                                                          "KHR_materials_volume",
                                                          "KHR_mesh_quantization",
+                                                         "KHR_node_visibility",
+                                                         "KHR_texture_basisu",
                                                          "KHR_texture_transform",
                                                          "KHR_xmp",
                                                          "KHR_xmp_json_ld"};

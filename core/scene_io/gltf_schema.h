@@ -17,13 +17,15 @@ enum class JsonKind : std::uint8_t {
   kNumber,
   kString,
   kBoolean,
-  kObject,      ///< of schema `child`
-  kIntegers,    ///< array; range and refers_to hold for each element
-  kNumbers,     ///< array
-  kStrings,     ///< array
-  kObjects,     ///< array of objects of schema `child`
-  kIntegerMap,  ///< object whose every member is an integer
-  kIntegerMaps  ///< array of these
+  kObject,       ///< of schema `child`
+  kIntegers,     ///< array; range and refers_to hold for each element
+  kNumbers,      ///< array
+  kStrings,      ///< array
+  kObjects,      ///< array of objects of schema `child`
+  kIntegerMap,   ///< object whose every member is an integer
+  kIntegerMaps,  ///< array of these
+  kIntegerRows,  ///< array of arrays of `row_count`; range and refers_to hold for each integer
+  kNumberRows    ///< array of arrays of `row_count`
 };
 
 struct SchemaMember {
@@ -32,10 +34,12 @@ struct SchemaMember {
   bool required = false;
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  /// Top-level array that an integer is an index into: "accessors"; or "lights", "variants".
+  /// Top-level array that an integer is an index into: "accessors"; or "lights",
+  /// "image-based lights", "variants".
   std::string_view refers_to = {};
   std::size_t count_min = 0;  ///< of an array or a map
   std::size_t count_max = std::numeric_limits<std::size_t>::max();
+  std::size_t row_count = 0;
   std::string_view child = {};
   std::string_view one_of = {};  ///< allowed values of a string or integer, "A|B|C"
 };

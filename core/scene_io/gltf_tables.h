@@ -95,11 +95,28 @@ struct GltfImage {
   int view = -1;
 };
 
+/// A channel of KHR_animation_pointer whose target is a member of the document that may change.
+struct GltfPointer {
+  std::size_t animation = 0;
+  std::size_t channel = 0;
+  int input = -1;   ///< accessor of the times
+  int output = -1;  ///< accessor of the values
+  std::string interpolation;
+  std::string path;       ///< JSON pointer
+  std::size_t width = 1;  ///< of a value; 0: as the accessor has it (morph target weights)
+  bool is_boolean = false;
+  bool is_array = false;
+  bool is_rotation = false;
+  float min = 0;
+  float max = 0;
+};
+
 struct GltfTables {
   std::vector<GltfBuffer> buffers;
   std::vector<GltfView> views;
   std::vector<GltfAccessor> accessors;
   std::vector<GltfImage> images;
+  std::vector<GltfPointer> pointers;
 };
 
 /// Ranges of everything in the tables: views in buffers, accessors and sparse parts in views.

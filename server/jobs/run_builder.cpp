@@ -102,6 +102,8 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(
       return environment.error();
     }
     view.environment = std::move(*environment);
+  } else if (spec.environment_choice == api::EnvironmentChoice::kAutomatic) {
+    view.environment = (*scene)->environment();
   }
   return core::Renderer::create(std::move(view));
 }

@@ -53,6 +53,9 @@ std::string encode_facts(const core::SceneSummary& summary, std::uint64_t load_b
   if (summary.has_emissive_strength) {
     text += "emissive_strength 1\n";
   }
+  if (summary.has_environment) {
+    text += "environment 1\n";
+  }
   text += "triangles " + std::to_string(summary.triangles) + "\n";
   text += "bytes " + std::to_string(summary.bytes) + "\n";
   text += "load_bytes " + std::to_string(load_bytes) + "\n";
@@ -94,6 +97,8 @@ core::SceneSummary decode_facts(std::string_view text) {
       summary.lights.push_back(std::move(light));
     } else if (kind == "emissive_strength") {
       summary.has_emissive_strength = true;
+    } else if (kind == "environment") {
+      summary.has_environment = true;
     } else if (kind == "triangles") {
       summary.triangles = static_cast<std::size_t>(parse_decimal(value).value_or(0));
     } else if (kind == "bytes") {

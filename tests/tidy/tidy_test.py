@@ -52,7 +52,7 @@ RENDERS_LOCALLY = {"clients/cli/denoise.cpp", "clients/cli/lab.cpp", "clients/cl
 CONFINED = {
     "httplib.h": ["server/http", "clients/cli", "tests"],
     "curl/": ["server/http"],
-    "nlohmann/": ["api", "clients/cli", "flags", "server", "tests"],
+    "nlohmann/": ["api", "clients/cli", "flags", "server", "tests", "core/scene_io/gltf_json.h"],
     "CLI/": ["clients/cli", "flags", "server/config.cpp"],
     "embree": ["core/accel"],
     "tbb/": ["core/accel"],
@@ -60,6 +60,7 @@ CONFINED = {
     "draco/": ["core/scene_io", "tests"],
     "meshoptimizer.h": ["core/scene_io", "tests"],
     "OpenImageIO/": ["core/image_io"],
+    "zstd.h": ["core/image_io"],
     "png.h": ["clients/cli/png.cpp"],
     "sqlite3.h": ["server/store", "tests"],
     "gtest/": ["tests"],

@@ -295,6 +295,13 @@ TEST(SettleEnvironment, IsWhiteUnlessTheSceneHasItsOwnLights) {
             "environment: none was given; it is black, since the scene has lights of its own.");
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kBlack);
 
+  core::SceneSummary with_its_own = lit;
+  with_its_own.has_environment = true;
+  spec = spec_of(R"({"scene":"x"})");
+  EXPECT_EQ(api::settle_environment(spec, with_its_own),
+            "environment: none was given; it is the scene's own.");
+  EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kAutomatic);
+
   core::SceneSummary glowing;
   glowing.has_emissive_strength = true;
   spec = spec_of(R"({"scene":"x"})");

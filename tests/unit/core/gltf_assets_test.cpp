@@ -61,7 +61,7 @@ std::size_t drawn_triangles(const core::SceneDescription& scene) {
   return triangles;
 }
 
-TEST_F(Assets, EveryFileLoadsButKtx2) {
+TEST_F(Assets, EveryFileLoads) {
   int files = 0;
   for (const auto& entry : fs::recursive_directory_iterator(assets())) {
     const std::string extension = entry.path().extension();
@@ -70,11 +70,6 @@ TEST_F(Assets, EveryFileLoadsButKtx2) {
     }
     ++files;
     const auto scene = load_asset(entry.path());
-    if (entry.path().filename() == "CesiumBalloon_ktx2.glb") {
-      ASSERT_FALSE(scene);
-      EXPECT_EQ(scene.error().where, "/extensionsRequired/0");
-      continue;
-    }
     EXPECT_TRUE(scene.has_value())
         << entry.path() << ": "
         << (scene ? "" : scene.error().where + ": " + scene.error().message);

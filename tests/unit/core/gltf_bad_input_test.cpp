@@ -56,11 +56,6 @@ TEST(GltfBadInput, UnknownUsedExtensionIsAWarning) {
   EXPECT_EQ(scene->warnings[0], "extension \"FOO_bar\" is used by the file and was ignored");
 }
 
-TEST(GltfBadInput, RequiredBasisuIsRefused) {
-  expect_error_at(load_json("{" + kAsset + R"(,"extensionsRequired":["KHR_texture_basisu"]})"),
-                  "/extensionsRequired/0");
-}
-
 TEST(GltfBadInput, ViewBeyondItsBufferIsRefused) {
   core::GlbWriter writer;
   const std::vector<float> data(16, 0.0F);

@@ -135,10 +135,9 @@ Document everything() {
       R"({"children": [2], "translation": [0.1, 0, 0], "rotation": [0, 0, 0, 1], "scale": [1,)"
       R"( 1, 1]})");
   writer.add("nodes", R"({"matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]})");
-  writer.add(
-      "nodes",
-      R"({"mesh": 1, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": )" +
-          number(ways) + R"(, "ROTATION": )" + number(turns) + "}}}}");
+  writer.add("nodes", R"({"mesh": 1, "extensions": {"KHR_node_visibility": {"visible": true},)"
+                      R"( "EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": )" +
+                          number(ways) + R"(, "ROTATION": )" + number(turns) + "}}}}");
   writer.add("nodes", R"({"camera": 0, "translation": [0, 0, 5]})");
   writer.add("nodes", R"({"camera": 1, "extensions": {"KHR_lights_punctual": {"light": 0}}})");
   writer.add("nodes",
@@ -157,16 +156,25 @@ Document everything() {
   };
   writer.add("animations",
              R"({"samplers": [)" + sampler(ways, "LINEAR") + ", " + sampler(turns, "STEP") + ", " +
-                 sampler(cubic, "CUBICSPLINE") + ", " + sampler(amounts, "LINEAR") +
+                 sampler(cubic, "CUBICSPLINE") + ", " + sampler(amounts, "LINEAR") + ", " +
+                 sampler(times, "LINEAR") +
                  R"(], "channels": [{"sampler": 0, "target": {"node": 1, "path": "translation"}},
   {"sampler": 1, "target": {"node": 1, "path": "rotation"}}, {"sampler": 2, "target": {"node": 1,
   "path": "scale"}},
-  {"sampler": 3, "target": {"node": 0, "path": "weights"}}]})");
+  {"sampler": 3, "target": {"node": 0, "path": "weights"}},
+  {"sampler": 4, "target": {"path": "pointer", "extensions": {"KHR_animation_pointer":
+  {"pointer": "/materials/0/pbrMetallicRoughness/roughnessFactor"}}}}]})");
   writer.set("extensions",
              R"({"KHR_lights_punctual": {"lights": [{"type": "spot", "color": [1, 1, 0.5],)"
              R"( "intensity": 5, "range": 20,
   "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}}, {"type": "point", "intensity": 3}]},
+  "EXT_lights_image_based": {"lights": [{"intensity": 0.5, "rotation": [0, 0, 0, 1],
+  "irradianceCoefficients": [[1, 1, 1], [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0],
+  [0, 0, 0], [0, 0, 0], [0, 0, 0]], "specularImageSize": 2,
+  "specularImages": [[0, 0, 0, 0, 0, 0]]}]},
   "KHR_materials_variants": {"variants": [{"name": "v"}]}})");
+  writer.add("scenes", R"({"nodes": [0, 1, 3, 4, 5, 6],)"
+                       R"( "extensions": {"EXT_lights_image_based": {"light": 0}}})");
   writer.set("extensionsRequired", R"(["KHR_texture_transform"])");
   auto separate = writer.finish_separate("a.bin");
   return {std::move(separate.json), std::move(separate.bin)};

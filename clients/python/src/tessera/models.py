@@ -35,8 +35,9 @@ class JobRequestCamera(TypedDict):
 
 
 class JobRequestEnvironment(TypedDict):
-    """Distant environment lighting, added to the scene's lights. Null: black. Absent: white,
-    unless the scene has a punctual light or an emissive strength above 1.
+    """Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
+    own, if it has one; else white, unless the scene has a punctual light or an emissive strength
+    above 1.
     """
 
     asset: NotRequired[str | None]
@@ -321,8 +322,9 @@ class JobSpecCamera(TypedDict):
 
 
 class JobSpecEnvironment(TypedDict):
-    """Distant environment lighting, added to the scene's lights. Null: black. Absent: white,
-    unless the scene has a punctual light or an emissive strength above 1.
+    """Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
+    own, if it has one; else white, unless the scene has a punctual light or an emissive strength
+    above 1.
     """
 
     asset: str | None
@@ -875,8 +877,9 @@ class JobDefaultsCamera(TypedDict):
 
 
 class JobDefaultsEnvironment(TypedDict):
-    """Distant environment lighting, added to the scene's lights. Null: black. Absent: white,
-    unless the scene has a punctual light or an emissive strength above 1.
+    """Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
+    own, if it has one; else white, unless the scene has a punctual light or an emissive strength
+    above 1.
     """
 
     asset: str | None

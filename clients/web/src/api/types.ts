@@ -69,8 +69,9 @@ export interface JobRequest {
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key?: string | null;
   /**
-   * Distant environment lighting, added to the scene's lights. Null: black. Absent: white, unless
-   * the scene has a punctual light or an emissive strength above 1.
+   * Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
+   * own, if it has one; else white, unless the scene has a punctual light or an emissive strength
+   * above 1.
    */
   environment?: {
     /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
@@ -454,8 +455,9 @@ export interface JobSpec {
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key: string | null;
   /**
-   * Distant environment lighting, added to the scene's lights. Null: black. Absent: white, unless
-   * the scene has a punctual light or an emissive strength above 1.
+   * Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
+   * own, if it has one; else white, unless the scene has a punctual light or an emissive strength
+   * above 1.
    */
   environment?: {
     /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
@@ -1108,8 +1110,9 @@ export interface JobDefaults {
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key: string | null;
   /**
-   * Distant environment lighting, added to the scene's lights. Null: black. Absent: white, unless
-   * the scene has a punctual light or an emissive strength above 1.
+   * Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
+   * own, if it has one; else white, unless the scene has a punctual light or an emissive strength
+   * above 1.
    */
   environment?: {
     /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */

@@ -1,0 +1,86 @@
+// KHR_texture_basisu: which image a texture reads, and what broken ones lead to.
+#include <fstream>
+#include <iterator>
+
+#include "tests/unit/core/gltf_test_support.h"
+
+namespace {
+
+using namespace gltf_test;
+
+core::Bytes ktx2_file(const char* name) {
+  std::ifstream file(std::string(TESSERA_SOURCE_DIR "/tests/ktx2/").append(name), std::ios::binary);
+  core::Bytes bytes;
+  for (auto it = std::istreambuf_iterator<char>(file); it != std::istreambuf_iterator<char>();
+       ++it) {
+    bytes.push_back(static_cast<std::byte>(*it));
+  }
+  return bytes;
+}
+
+/// A triangle whose base colour is this texture.
+void add_textured(core::GlbWriter& writer, const std::string& texture) {
+  writer.add("textures", texture);
+  writer.add("materials", R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})");
+  add_triangle(writer, "\"material\":0");
+}
+
+TEST(GltfBasisu, TextureIsRead) {
+  core::GlbWriter writer;
+  const int view = writer.add_view(ktx2_file("etc1s.ktx2"));
+  writer.add("images", R"({"mimeType":"image/ktx2","bufferView":)" + number(view) + "}");
+  add_textured(writer, R"({"extensions":{"KHR_texture_basisu":{"source":0}}})");
+  writer.set("extensionsRequired", R"(["KHR_texture_basisu"])");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene) << scene.error().where << ": " << scene.error().message;
+  EXPECT_TRUE(scene->warnings.empty());
+  ASSERT_EQ(scene->images.size(), 1U);
+  EXPECT_EQ(scene->images[0]->width, 36);
+  EXPECT_EQ(scene->materials[0].base_color_texture.image, 0);
+}
+
+// The image of the extension comes first; the plain one is read where that file is not there.
+TEST(GltfBasisu, PlainImageIsTheFallback) {
+  const core::Bytes ktx2 = ktx2_file("uastc_zstd.ktx2");
+  const auto resolve = [&](bool has_both) {
+    return [&ktx2, has_both](std::string_view uri) {
+      return uri == "b.ktx2" && !has_both ? core::SharedBytes()
+                                          : std::make_shared<const core::Bytes>(ktx2);
+    };
+  };
+  core::GlbWriter writer;
+  writer.add("images", R"({"uri":"a.png"})");
+  writer.add("images", R"({"uri":"b.ktx2"})");
+  add_textured(writer, R"({"source":0,"extensions":{"KHR_texture_basisu":{"source":1}}})");
+  const core::Bytes file = writer.finish();
+  std::vector<std::string> asked;
+  for (const bool has_both : {true, false}) {
+    const auto scene = core::load_gltf(file,
+                                       [&](std::string_view uri) {
+                                         asked.emplace_back(uri);
+                                         return resolve(has_both)(uri);
+                                       },
+                                       {});
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_EQ(scene->images.size(), 1U);
+    EXPECT_EQ(asked.back(), has_both ? "b.ktx2" : "a.png");
+  }
+}
+
+TEST(GltfBasisu, BrokenImageIsRefusedWithItsPlace) {
+  core::GlbWriter writer;
+  core::Bytes file = ktx2_file("etc1s.ktx2");
+  file.resize(file.size() / 2);
+  writer.add("images",
+             R"({"mimeType":"image/ktx2","bufferView":)" + number(writer.add_view(file)) + "}");
+  add_textured(writer, R"({"extensions":{"KHR_texture_basisu":{"source":0}}})");
+  expect_error_at(load(writer), "/images/0");
+}
+
+TEST(GltfBasisu, ImageThatIsNotThereIsRefused) {
+  core::GlbWriter writer;
+  add_textured(writer, R"({"extensions":{"KHR_texture_basisu":{"source":0}}})");
+  expect_error_at(load(writer), "/textures/0/extensions/KHR_texture_basisu/source");
+}
+
+}  // namespace

@@ -54,7 +54,8 @@ std::string fault_of(const CLI::App& app, const CLI::ParseError& error);
 /// the lower end of `above_zero`.
 CLI::Validator within(double min, double max);
 CLI::Validator above_zero(double max);
-/// For a share: "5%" stands for 0.05. Both ends are allowed.
+/// For a share: "5%" stands for 0.05. Both ends are allowed; a share above 1 has to be written with
+/// a percent sign, because 5 is likely to mean 5%.
 CLI::Validator share_within(double min, double max);
 
 /// Insertions, deletions and replacements of one character that make a of b.

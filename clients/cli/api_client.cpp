@@ -183,6 +183,12 @@ core::Result<Reply> ApiClient::put(const std::string& path, std::string_view bod
                 impl_->http.Put(impl_->prefix + path, body.data(), body.size(), content_type));
 }
 
+core::Result<Reply> ApiClient::patch(const std::string& path, std::string_view body,
+                                     const std::string& content_type) {
+  return finish(url_,
+                impl_->http.Patch(impl_->prefix + path, body.data(), body.size(), content_type));
+}
+
 core::Result<Reply> ApiClient::remove(const std::string& path) {
   return finish(url_, impl_->http.Delete(impl_->prefix + path));
 }

@@ -48,6 +48,8 @@ class ApiClient {
                            const std::string& content_type, const Headers& headers = {});
   core::Result<Reply> put(const std::string& path, std::string_view body,
                           const std::string& content_type);
+  core::Result<Reply> patch(const std::string& path, std::string_view body,
+                            const std::string& content_type);
   core::Result<Reply> remove(const std::string& path);
   /// The status of a HEAD request, whatever it is.
   core::Result<int> head(const std::string& path);

@@ -85,6 +85,97 @@ void add_denoise_option(CLI::App& app, std::string& denoise) {
       ->type_name("MODE");
 }
 
+namespace {
+
+/// What is seen, and from where.
+void add_view_flags(CLI::App& app, JobFlags& flags) {
+  app.add_option("--camera", flags.camera, "Camera of the scene, by name")->type_name("NAME");
+  auto* position =
+      app.add_option("--position", flags.position, "Where the camera is, metres; with --target")
+          ->delimiter(',')
+          ->expected(3)
+          ->type_name("X,Y,Z");
+  auto* target = app.add_option("--target", flags.target, "What the camera looks at, metres")
+                     ->delimiter(',')
+                     ->expected(3)
+                     ->type_name("X,Y,Z");
+  position->needs(target);
+  target->needs(position);
+  app.add_option("--orbit", flags.orbit,
+                 "Camera around the scene: degrees from the front, degrees from above, and the "
+                 "distance in metres (all of the scene in view)")
+      ->delimiter(',')
+      ->expected(2, 3)
+      ->type_name("THETA,PHI[,R]")
+      ->excludes(position);
+  app.add_option("--fov", flags.fov_degrees, "Vertical field of view, degrees")
+      ->check(above_zero(180))
+      ->type_name("D");
+  app.add_option("--aperture", flags.aperture_radius_m,
+                 "Radius of the lens, metres, for depth of field (0)")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("M");
+  app.add_option("--focus", flags.focus_distance_m, "Distance in focus, metres")
+      ->check(CLI::PositiveNumber)
+      ->type_name("M");
+  app.add_option("--variant", flags.variant, "Material variant of the scene, by name")
+      ->type_name("NAME");
+  app.add_option("--crop", flags.crop, "Render this part of the picture only, pixels")
+      ->delimiter(',')
+      ->expected(4)
+      ->type_name("X,Y,W,H");
+  app.add_option("--rotation", flags.environment_rotation_degrees,
+                 "Turns the environment counter-clockwise seen from above, degrees")
+      ->type_name("D");
+  app.add_flag("--transparent", flags.is_transparent,
+               "Transparent background: light from all around (white without --environment) that "
+               "is not seen itself");
+}
+
+void put_view(const JobFlags& flags, Json& request) {
+  if (flags.camera) {
+    object_at(request, "camera")["name"] = *flags.camera;
+    object_at(request, "camera").erase("index");
+  }
+  if (!flags.position.empty()) {
+    object_at(request, "camera")["position"] = flags.position;
+    object_at(request, "camera")["target"] = flags.target;
+    object_at(request, "camera").erase("orbit");
+  }
+  if (!flags.orbit.empty()) {
+    Json& orbit = object_at(object_at(request, "camera"), "orbit");
+    orbit["theta_degrees"] = flags.orbit[0];
+    orbit["phi_degrees"] = flags.orbit[1];
+    orbit["radius"] = flags.orbit.size() > 2 ? Json(flags.orbit[2]) : Json("auto");
+    object_at(request, "camera").erase("position");
+    object_at(request, "camera").erase("target");
+  }
+  const auto put_number = [&](const char* object, const char* member,
+                              const std::optional<double>& value) {
+    if (value) {
+      object_at(request, object)[member] = *value;
+    }
+  };
+  put_number("camera", "vertical_fov_degrees", flags.fov_degrees);
+  put_number("camera", "aperture_radius", flags.aperture_radius_m);
+  put_number("camera", "focus_distance", flags.focus_distance_m);
+  put_number("environment", "rotation_degrees", flags.environment_rotation_degrees);
+  if (flags.variant) {
+    request["variant"] = *flags.variant;
+  }
+  if (!flags.crop.empty()) {
+    object_at(request, "film")["crop"] = {{"x", flags.crop[0]},
+                                          {"y", flags.crop[1]},
+                                          {"width", flags.crop[2]},
+                                          {"height", flags.crop[3]}};
+  }
+  if (flags.is_transparent) {
+    object_at(request, "environment")["visible"] = false;
+  }
+}
+
+}  // namespace
+
 void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help) {
   app.add_option("scene", flags.scene, scene_help)->type_name("SCENE");
   app.add_option("-o,--output", flags.output,
@@ -104,7 +195,7 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("--size", flags.size, "Width and height in pixels (960x540)")
       ->check(CLI::Validator(fault_of_size, ""))
       ->type_name("WxH");
-  app.add_option("--camera", flags.camera, "Camera of the scene, by name")->type_name("NAME");
+  add_view_flags(app, flags);
   app.add_option("--environment", flags.environment,
                  "Equirectangular map that lights the scene: .hdr, .exr")
       ->type_name("FILE");
@@ -155,10 +246,7 @@ core::Result<Json> make_request(const JobFlags& flags) {
     object_at(request, "film")["width"] = size->first;
     object_at(request, "film")["height"] = size->second;
   }
-  if (flags.camera) {
-    object_at(request, "camera")["name"] = *flags.camera;
-    object_at(request, "camera").erase("index");
-  }
+  put_view(flags, request);
   if (flags.integrator) {
     object_at(request, "integrator")["type"] = *flags.integrator;
   }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -25,6 +26,16 @@ struct JobFlags {
   std::optional<double> seconds;
   std::optional<std::string> size;  ///< "640x360", checked by the parser
   std::optional<std::string> camera;
+  std::vector<double> position;  ///< three metres each, or empty
+  std::vector<double> target;
+  std::vector<double> orbit;  ///< theta and phi in degrees, and the radius in metres; or empty
+  std::optional<double> fov_degrees;
+  std::optional<double> aperture_radius_m;
+  std::optional<double> focus_distance_m;
+  std::optional<std::string> variant;
+  std::vector<int> crop;  ///< x, y, width, height in pixels; or empty
+  std::optional<double> environment_rotation_degrees;
+  bool is_transparent = false;
   std::optional<std::string> integrator;
   std::optional<std::string> sampler;
   std::optional<std::string> light_sampler;

@@ -4,7 +4,7 @@ import json
 import os
 import tempfile
 
-from harness import ApiTest, job_body, tessera, triangle_glb
+from harness import ApiTest, hdr_image, job_body, tessera, triangle_glb
 
 
 class CommandLine(ApiTest):
@@ -47,6 +47,80 @@ class CommandLine(ApiTest):
                 tessera("fetch", "-o", self.picture, *flags, *self.server_flags)[0], 2, flags
             )
         self.assertEqual(tessera("jobs", "--server", "localhost")[0], 2)
+
+    def test_an_error_above_one_without_percent_is_2_with_what_is_meant(self):
+        for verb in ("render", "submit"):
+            code, said = self.outcome(verb, "furnace", "--relative-error", "5")
+            self.assertEqual(code, 2)
+            self.assertIn("5 is 500 %", said)
+            self.assertIn("5% is more likely", said)
+
+    def test_the_view_comes_from_flags(self):
+        def spec(*flags):
+            code, printed, said = tessera("submit", "glass", "--spp", "1", "--size", "32x32",
+                                          "--json", *flags, *self.server_flags)
+            self.assertEqual(code, 0, said)
+            return json.loads(printed)["spec"]
+
+        placed = spec("--position", "-1,2,3", "--target", "0,0.5,0", "--fov", "30", "--aperture",
+                      "0.01", "--focus", "3", "--crop", "4,4,16,8")
+        camera = placed["camera"]
+        self.assertEqual((camera["position"], camera["target"]), ([-1, 2, 3], [0, 0.5, 0]))
+        self.assertEqual(
+            (camera["vertical_fov_degrees"], camera["aperture_radius"], camera["focus_distance"]),
+            (30, 0.01, 3))
+        self.assertEqual(placed["film"]["crop"], {"x": 4, "y": 4, "width": 16, "height": 8})
+        turned = spec("--orbit", "30,80", "--transparent", "--rotation", "45")
+        orbit = turned["camera"]["orbit"]
+        self.assertEqual((orbit["theta_degrees"], orbit["phi_degrees"], orbit["radius"]),
+                         (30, 80, "auto"))
+        sky = turned["environment"]
+        self.assertEqual((sky["visible"], sky["rotation_degrees"]), (False, 45))
+        self.assertEqual(spec("--orbit", "30,80,2.5")["camera"]["orbit"]["radius"], 2.5)
+        for wrong in (("--position", "1,2,3"), ("--orbit", "1"), ("--crop", "1,2,3")):
+            self.assertEqual(self.outcome("submit", "glass", *wrong)[0], 2, wrong)
+
+    def test_jobs_are_steered(self):
+        def run(verb, *flags):
+            code, printed, said = tessera(verb, *flags, *self.server_flags)
+            self.assertEqual(code, 0, said)
+            return printed
+
+        job = self.server.submit(job_body(samples=65536, name="steered"))["id"]
+        self.server.wait_for_samples(job)
+        self.assertEqual(run("pause", job), f"{job} paused\n")
+        shown = run("show", job)
+        self.assertIn("name       steered\n", shown)
+        self.assertIn("paused", shown)
+        self.assertEqual(json.loads(run("show", job, "--json"))["id"], job)
+        self.assertEqual(tessera("delete", job, *self.server_flags)[0], 1)
+        self.assertNotIn("paused", run("resume", job))
+        run("cancel", job)
+        done = self.server.render(job_body())["id"]
+        self.assertEqual(tessera("extend", done, *self.server_flags)[0], 2)
+        run("extend", done, "--spp", "16")
+        self.assertEqual(self.server.wait(done)["progress"]["samples_per_pixel"]["mean"], 16)
+        self.assertEqual(run("delete", done), f"{done} deleted\n")
+        self.assertEqual(self.server.get(f"/v1/jobs/{done}").status, 404)
+
+    def test_files_are_uploaded_and_scenes_listed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            model, light = (os.path.join(folder, name) for name in ("a chair.glb", "sky.hdr"))
+            with open(model, "wb") as file:
+                file.write(triangle_glb())
+            with open(light, "wb") as file:
+                file.write(hdr_image(4, 2, (1, 1, 1)))
+            code, printed, said = tessera("upload", model, light, *self.server_flags)
+            self.assertEqual(code, 0, said)
+            scene, asset = printed.split()
+            code, _, said = tessera("upload", os.path.join(folder, "none.glb"), *self.server_flags)
+            self.assertEqual(code, 1)
+            self.assertIn("no such file", said)
+        self.assertEqual(self.server.get("/v1/assets/" + asset).status, 200)
+        code, printed, said = tessera("scenes", *self.server_flags)
+        self.assertEqual(code, 0, said)
+        self.assertIn("cornell-box  ", printed)
+        self.assertIn(f"{scene}  a chair.glb\n", printed)
 
     def test_names_that_render_does_not_know_are_2(self):
         code, said = self.outcome("render", "furnace", "--sampler", "dice")

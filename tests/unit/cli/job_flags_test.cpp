@@ -101,8 +101,8 @@ TEST(ParseAndRun, WrongUsageIsTwoAndHelpIsZero) {
   for (const char* wrong :
        {"--size=3", "--size=0xAx1", "--size=0x10", "--size=16385x1", "--size=16384x16384",
         "--spp=many", "--spp=0", "--spp=-1", "--spp=65537", "--relative-error=0",
-        "--relative-error=few%", "--relative-error=1001%", "--seconds=0", "--seconds=604801",
-        "--split=65", "--seed=-1", "--threads=1025", "--nonsense"}) {
+        "--relative-error=few%", "--relative-error=1001%", "--relative-error=5", "--seconds=0",
+        "--seconds=604801", "--split=65", "--seed=-1", "--threads=1025", "--nonsense"}) {
     testing::internal::CaptureStderr();
     EXPECT_EQ(cli::parse_and_run(app, {wrong}, body), cli::kWrongUsage) << wrong;
     EXPECT_FALSE(testing::internal::GetCapturedStderr().empty());

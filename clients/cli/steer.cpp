@@ -1,0 +1,202 @@
+// The verbs that look at one job or change it: show, pause, resume, extend, delete.
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "api/limits.h"
+#include "clients/cli/api_client.h"
+#include "clients/cli/command.h"
+#include "clients/cli/follow.h"
+#include "clients/cli/job_json.h"
+#include "clients/cli/progress.h"
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+/// Asks about each job in its turn; an answer that is a job is printed with its state.
+using Ask = std::function<core::Result<Reply>(ApiClient&, const std::string& path)>;
+int each_job(const char* verb, const ServerFlags& server, const std::vector<std::string>& ids,
+             const Ask& ask) {
+  auto client = ApiClient::connect(server.url, server.key);
+  if (!client) {
+    return complain(verb, client.error());
+  }
+  int code = kDone;
+  for (const std::string& id : ids) {
+    const auto path = job_path(**client, id);
+    const auto reply = path ? ask(**client, *path) : core::Result<Reply>(path.error());
+    if (!reply) {
+      code = complain(verb, reply.error());
+      continue;
+    }
+    const Json job = parse_object(reply->body);
+    std::printf("%s %s\n", text_at(job, "id", id).c_str(),
+                text_at(job, "state", "deleted").c_str());
+  }
+  return code;
+}
+
+int steering_verb(const char* verb, const char* words, const Args& args, const Ask& ask) {
+  CLI::App app(words, std::string("tessera ") + verb);
+  ServerFlags server;
+  std::vector<std::string> ids;
+  app.add_option("id", ids, "Jobs")->required()->type_name("ID...");
+  add_server_flags(app, server);
+  return parse_and_run(app, args, [&] { return each_job(verb, server, ids, ask); });
+}
+
+core::Result<Reply> set_paused(ApiClient& client, const std::string& path, bool is_paused) {
+  return client.patch(path, Json{{"paused", is_paused}}.dump(), "application/json");
+}
+
+void line(const char* name, const std::string& value) {
+  if (!value.empty()) {
+    std::printf("%-10s %s\n", name, value.c_str());
+  }
+}
+
+std::string whole(double value) { return std::to_string(std::llround(value)); }
+
+std::string size_text(const Json& spec) {
+  const Json& film = object_in(spec, "film");
+  return whole(number_at(film, "width", 0)) + "x" + whole(number_at(film, "height", 0));
+}
+
+/// The rules in force, as they stand in the job.
+std::string stop_text(const Json& spec) {
+  std::string text;
+  for (const auto& rule : object_in(spec, "stop").items()) {
+    if (!rule.value().is_null()) {
+      text += (text.empty() ? "" : ", ") + rule.key() + " " + rule.value().dump();
+    }
+  }
+  return text;
+}
+
+void print_job(const Json& job) {
+  const Json& spec = object_in(job, "spec");
+  const ProgressFacts facts = facts_of(job);
+  line("job", text_at(job, "id"));
+  line("name", text_at(spec, "name"));
+  line("scene", text_at(spec, "scene"));
+  line("variant", text_at(spec, "variant"));
+  line("size", size_text(spec));
+  line("integrator", text_at(object_in(spec, "integrator"), "type"));
+  line("stop", stop_text(spec));
+  line("state", is_final_state(facts.state) ? closing_text(job) : progress_text(facts));
+  line("digest", text_at(job, "film_digest"));
+  if (const auto warnings = job.find("warnings"); warnings != job.end() && warnings->is_array()) {
+    for (const Json& warning : *warnings) {
+      line("warning", warning.is_string() ? warning.get<std::string>() : "");
+    }
+  }
+}
+
+int show_job(const ServerFlags& server, const std::string& id, bool as_json) {
+  auto client = ApiClient::connect(server.url, server.key);
+  if (!client) {
+    return complain("show", client.error());
+  }
+  const auto path = job_path(**client, id);
+  const auto reply = path ? (*client)->get(*path) : core::Result<Reply>(path.error());
+  if (!reply) {
+    return complain("show", reply.error());
+  }
+  const Json job = parse_object(reply->body);
+  if (as_json) {
+    std::printf("%s\n", job.dump(2).c_str());
+  } else {
+    print_job(job);
+  }
+  return kDone;
+}
+
+struct ExtendFlags {
+  ServerFlags server;
+  std::string id;
+  std::optional<int> samples_per_pixel;
+  std::optional<double> relative_error;
+  std::optional<double> seconds;
+};
+
+int extend_job(const ExtendFlags& flags) {
+  Json stop = Json::object();
+  if (flags.samples_per_pixel) {
+    stop["samples_per_pixel"] = *flags.samples_per_pixel;
+  }
+  if (flags.relative_error) {
+    stop["relative_error"] = *flags.relative_error;
+  }
+  if (flags.seconds) {
+    stop["seconds"] = *flags.seconds;
+  }
+  if (stop.empty()) {
+    complain("extend", Error{ErrorCode::kInvalidArgument,
+                             "say how far: --spp, --relative-error or --seconds", ""});
+    return kWrongUsage;
+  }
+  const std::string body = Json{{"stop", stop}}.dump();
+  return each_job("extend", flags.server, {flags.id},
+                  [&](ApiClient& client, const std::string& path) {
+                    return client.post(path + "/extend", body, "application/json");
+                  });
+}
+
+}  // namespace
+
+int show(const Args& args) {
+  CLI::App app("Shows a job: what it renders, how far it is, and how wrong it still is.",
+               "tessera show");
+  ServerFlags server;
+  std::string id = "latest";
+  bool as_json = false;
+  app.add_option("id", id, "Job; the newest one by default")->type_name("ID");
+  app.add_flag("--json", as_json, "Print the job as JSON");
+  add_server_flags(app, server);
+  return parse_and_run(app, args, [&] { return show_job(server, id, as_json); });
+}
+
+int pause_jobs(const Args& args) {
+  return steering_verb(
+      "pause", "Pauses jobs; what they have rendered stays.", args,
+      [](ApiClient& client, const std::string& path) { return set_paused(client, path, true); });
+}
+
+int resume_jobs(const Args& args) {
+  return steering_verb(
+      "resume", "Lets paused jobs go on.", args,
+      [](ApiClient& client, const std::string& path) { return set_paused(client, path, false); });
+}
+
+int delete_jobs(const Args& args) {
+  return steering_verb(
+      "delete", "Deletes jobs that have ended, with their files.", args,
+      [](ApiClient& client, const std::string& path) { return client.remove(path); });
+}
+
+int extend(const Args& args) {
+  namespace limits = api::limits;
+  CLI::App app("Lets a finished job go on, to more samples, a lower error or more time.",
+               "tessera extend");
+  ExtendFlags flags;
+  app.add_option("id", flags.id, "Job")->required()->type_name("ID");
+  app.add_option("--spp", flags.samples_per_pixel, "Samples per pixel in all")
+      ->check(within(1, limits::kSamplesPerPixel))
+      ->type_name("N");
+  app.add_option("--relative-error", flags.relative_error, "Relative error: 0.02, or 2%")
+      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
+      ->type_name("E");
+  app.add_option("--seconds", flags.seconds, "Seconds of rendering in all")
+      ->check(above_zero(limits::kStopSeconds))
+      ->type_name("S");
+  add_server_flags(app, flags.server);
+  return parse_and_run(app, args, [&] { return extend_job(flags); });
+}
+
+}  // namespace cli

@@ -47,7 +47,8 @@ constexpr auto camera_row() {
       triple(
           "up", [](auto& s) -> auto& { return s.camera.up; }, kCoordinate,
           "Upward direction; [0, 1, 0] if position and target are given without it."),
-      CustomRow<JobSpec>{"orbit", &read_orbit, &print_orbit, &orbit_schema},
+      shown_if([](const JobSpec& s) { return s.orbit.has_value(); },
+               CustomRow<JobSpec>{"orbit", &read_orbit, &print_orbit, &orbit_schema}),
       number(
           "vertical_fov_degrees", [](auto& s) -> auto& { return s.camera.vertical_fov_degrees; },
           {0, 180, true, true}, "Vertical field of view, degrees; perspective cameras only."),

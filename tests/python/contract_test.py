@@ -229,6 +229,15 @@ class Contract(ApiTest):
         self.assertEqual(again.status, 202, again)
         self.server.wait(job)
         self.server.request("DELETE", "/v1/jobs/" + job)
+        template = job_body(scene, integrator={"type": "bdpt"})
+        batch = self.ask("createBatch", "POST", "/v1/batches",
+                         {"template": template, "matrix": {"seed": [1]}}).json()
+        job = batch["jobs"][0]["id"]
+        self.assertEqual(self.server.wait(job)["state"], "failed")
+        again = self.ask("retryBatch", "POST", f"/v1/batches/{batch['id']}/retry")
+        self.assertEqual(again.status, 202, again)
+        self.server.wait(job)
+        self.server.request("DELETE", "/v1/jobs/" + job)
 
     def live_events(self):
         """Of a job that runs: progress and tiles, and the end by cancelling."""

@@ -4,6 +4,7 @@ import asyncio
 import math
 import os
 import tempfile
+import zipfile
 
 import numpy as np
 from harness import png_size
@@ -31,6 +32,29 @@ class Jobs(ServerTest):
         self.assertRegex(job.film_digest, "^[0-9a-f]{64}$")
         self.assertGreater(job.statistics["rays"], 0)
         self.assertEqual(self.client.job(job.id).data, job.data)
+
+    def test_a_batch_is_made_waited_for_downloaded_and_deleted(self):
+        matrix = {"camera.orbit.theta_degrees": [160, 180], "seed": [1, 2]}
+        batch = self.client.submit_batch("cornell-box", matrix, pattern="{theta_degrees}-{seed}",
+                                         samples_per_pixel=2, **SMALL)
+        self.assertIs(batch.wait(), batch)
+        self.assertEqual((batch.state, batch.fraction), ("finished", 1))
+        names = ["160-1", "160-2", "180-1", "180-2"]
+        self.assertEqual([job.name for job in batch.jobs()], names)
+        self.assertEqual(self.client.batch(batch.id).data, batch.data)
+        self.assertIn(batch.id, [each["id"] for each in self.client.batches(limit=5)])
+        with tempfile.TemporaryDirectory() as folder:
+            archive = batch.archive(os.path.join(folder, "all.zip"), "jpg", exposure=1)
+            self.assertEqual(zipfile.ZipFile(archive).namelist(), [n + ".jpg" for n in names])
+            sheet = batch.sheet(os.path.join(folder, "all.png"))
+            self.assertEqual(png_size(sheet.read_bytes())[0], 2 * 248 + 8)
+        with self.assertRaises(tessera.Conflict):
+            batch.retry()
+        batch.delete()
+        with self.assertRaises(tessera.NotFound):
+            batch.refresh()
+        with self.assertRaises(tessera.Invalid):
+            self.client.submit_batch("cornell-box", {"seed": [-1]})
 
     def test_every_layer_is_the_film_to_the_bit(self):
         job = self.client.submit("cornell-box", size=(70, 40), samples_per_pixel=4)

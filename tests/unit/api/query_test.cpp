@@ -115,7 +115,11 @@ TEST(EventsQuery, ReadsJobsAndTheLastEvent) {
       api::parse_events_query(Query{{"jobs", id + "," + id}, {"last_event_id", "k-3"}});
   ASSERT_TRUE(events);
   EXPECT_EQ(events->jobs, std::vector{id});
-  EXPECT_EQ(errors_of(api::parse_events_query(Query{}), 422), (Errors{{"/jobs", "is required"}}));
+  EXPECT_EQ(api::parse_events_query(Query{{"batch", id}})->batch, id);
+  EXPECT_EQ(errors_of(api::parse_events_query(Query{}), 422),
+            (Errors{{"/jobs", "is required, or batch"}}));
+  EXPECT_EQ(errors_of(api::parse_events_query(Query{{"batch", id}, {"jobs", id}}), 422),
+            (Errors{{"/jobs", "and batch do not come together"}}));
   EXPECT_EQ(errors_of(api::parse_events_query(Query{{"jobs", "a"}}), 422),
             (Errors{{"/jobs", "'a' is not a job id (UUID)"}}));
   EXPECT_EQ(api::parse_job_events_query(Query{{"last_event_id", "k-4"}})->last_event_id, "k-4");

@@ -315,7 +315,7 @@ class JobSpecCamera(TypedDict):
     position: list[float] | None
     target: list[float] | None
     up: list[float] | None
-    orbit: JobSpecCameraOrbit | None
+    orbit: NotRequired[JobSpecCameraOrbit | None]
     vertical_fov_degrees: float | None
     aperture_radius: float | None
     focus_distance: float | None
@@ -870,7 +870,7 @@ class JobDefaultsCamera(TypedDict):
     position: list[float] | None
     target: list[float] | None
     up: list[float] | None
-    orbit: JobDefaultsCameraOrbit | None
+    orbit: NotRequired[JobDefaultsCameraOrbit | None]
     vertical_fov_degrees: float | None
     aperture_radius: float | None
     focus_distance: float | None

@@ -1,4 +1,6 @@
 import type {
+  Batch,
+  BatchList,
   Comparison,
   Convergence,
   DryRun,
@@ -96,6 +98,7 @@ async function json<T>(path: string, options?: Options): Promise<T> {
 }
 
 const job = (id: string): string => `/v1/jobs/${encodeURIComponent(id)}`;
+const batch = (id: string): string => `/v1/batches/${encodeURIComponent(id)}`;
 
 export const api = {
   server: (signal?: AbortSignal) => json<Server>('/v1/server', { signal }),
@@ -127,6 +130,18 @@ export const api = {
   retry: (id: string) => json<Job>(`${job(id)}/retry`, { method: 'POST' }),
   extend: (id: string, stop: unknown) =>
     json<Job>(`${job(id)}/extend`, { method: 'POST', json: { stop } }),
+  submitBatch: (request: unknown) =>
+    json<Batch>('/v1/batches', {
+      method: 'POST',
+      json: request,
+      headers: { 'idempotency-key': crypto.randomUUID?.() ?? String(Math.random()) },
+    }),
+  batch: (id: string, signal?: AbortSignal) => json<Batch>(batch(id), { signal }),
+  batches: (limit: number, signal?: AbortSignal) =>
+    json<BatchList>(`/v1/batches?limit=${limit}`, { signal }),
+  cancelBatch: (id: string) => json<Batch>(`${batch(id)}/cancel`, { method: 'POST' }),
+  retryBatch: (id: string) => json<Batch>(`${batch(id)}/retry`, { method: 'POST' }),
+  removeBatch: async (id: string) => void (await call(batch(id), { method: 'DELETE' })),
   remove: async (id: string) => void (await call(job(id), { method: 'DELETE' })),
   convergence: (id: string, signal?: AbortSignal) =>
     json<Convergence>(`${job(id)}/convergence`, { signal }),

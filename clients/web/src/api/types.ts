@@ -427,7 +427,7 @@ export interface JobSpec {
     /** Upward direction; [0, 1, 0] if position and target are given without it. */
     up: [number, number, number] | null;
     /** Place on a sphere around the target, instead of position and target. */
-    orbit: {
+    orbit?: {
       /** Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
       theta_degrees: number;
       /** From +y: 0 looks from above, 90 is level. */
@@ -1082,7 +1082,7 @@ export interface JobDefaults {
     /** Upward direction; [0, 1, 0] if position and target are given without it. */
     up: [number, number, number] | null;
     /** Place on a sphere around the target, instead of position and target. */
-    orbit: {
+    orbit?: {
       /** Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
       theta_degrees: number;
       /** From +y: 0 looks from above, 90 is level. */

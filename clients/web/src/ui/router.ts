@@ -4,6 +4,7 @@ export type Route = (
   | { view: 'home' }
   | { view: 'job'; id: string }
   | { view: 'jobs' }
+  | { view: 'series'; id: string }
   | { view: 'compose'; scene: string }
   | { view: 'compare'; a: string; b: string }
   | { view: 'lab'; name: string }
@@ -28,6 +29,7 @@ function parse(whole: string): Route {
     .map(decoded);
   const [first = '', second = ''] = rest;
   if (head === 'jobs') return first ? { view: 'job', id: first, query } : { view: 'jobs', query };
+  if (head === 'series' && first) return { view: 'series', id: first, query };
   if (head === 'compare') return { view: 'compare', a: first, b: second, query };
   if (head === 'compose' && first) return { view: 'compose', scene: first, query };
   if (head === 'lab') return { view: 'lab', name: first, query };

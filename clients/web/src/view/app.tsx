@@ -22,6 +22,7 @@ import { JobView } from './job_view';
 import { JobsPage } from './jobs_page';
 import { LabView } from './lab_view';
 import { take } from './scene_source';
+import { SeriesView } from './series_view';
 import { KeyForm, SettingsPage } from './settings_page';
 import { SubmitForm } from './submit_form';
 
@@ -75,7 +76,7 @@ function TopBar({ current }: { current: Route['view'] }) {
         >
           New
         </a>
-        <a href="#/jobs" aria-current={at('jobs') ?? at('job')}>
+        <a href="#/jobs" aria-current={at('jobs') ?? at('job') ?? at('series')}>
           Renders
         </a>
         <a href="#/compare" aria-current={at('compare')}>
@@ -234,6 +235,8 @@ function Centre({ at }: { at: Route }) {
   switch (at.view) {
     case 'jobs':
       return <JobsPage />;
+    case 'series':
+      return <SeriesView id={at.id} />;
     case 'settings':
       return <SettingsPage />;
     case 'job':

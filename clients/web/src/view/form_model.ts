@@ -43,11 +43,14 @@ export interface FormValues {
   filter: string;
   seed: number;
   priority: number;
+  /** Of a series; 1: one picture. */
+  views: number;
+  allVariants: boolean;
   /** Chosen switches of the estimation: group to option name. */
   options: Record<string, string>;
 }
 
-const initial: FormValues = {
+export const initial: FormValues = {
   scene: '',
   name: '',
   width: 960,
@@ -76,6 +79,8 @@ const initial: FormValues = {
   filter: '',
   seed: 0,
   priority: 0,
+  views: 1,
+  allVariants: false,
   options: {},
 };
 

@@ -14,6 +14,7 @@ import { ErrorRuler } from './error_ruler';
 import { Filmstrip } from './filmstrip';
 import { Inspector } from './inspector';
 import { JobHeader } from './job_header';
+import { JobSettings } from './job_settings';
 import { absence, sceneTitle } from './job_words';
 import { Stage, type Probe } from './stage';
 import { Statistics } from './statistics';
@@ -208,6 +209,11 @@ export function JobView({ jobId }: { jobId: string }) {
         {job && (
           <Later>
             <Statistics job={job} />
+          </Later>
+        )}
+        {job && (
+          <Later>
+            <JobSettings job={job} />
           </Later>
         )}
       </aside>

@@ -10,6 +10,7 @@ import { refresh, sayError, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { useJobList } from './job_list';
 import { sceneTitle, stateLabel } from './job_words';
+import { SeriesLinks } from './series_view';
 import { Thumbnail } from './thumbnail';
 
 type Filter = 'all' | 'active' | 'finished' | 'other';
@@ -65,6 +66,7 @@ export function JobsPage() {
           onInput={(e) => setText(e.currentTarget.value)}
         />
       </header>
+      <SeriesLinks />
       <p class="visually-hidden" role="status">
         {settled && narrowed && `${list.length}${more ? ' or more' : ''} found`}
       </p>

@@ -1,4 +1,4 @@
-import type { Scene, SceneCamera } from '../api/types';
+import type { JobSpec, Scene, SceneCamera } from '../api/types';
 import type { Pose } from './form_model';
 
 type Triple = [number, number, number];
@@ -44,12 +44,12 @@ function anglesOf(back: Triple, up: Triple | undefined) {
 }
 
 /** As the server frames a scene without a camera. */
-export function framed(bounds: Scene['bounds'], aspect: number): Orbit {
+export function framed(bounds: Scene['bounds'], aspect: number, fovDegrees = startFov): Orbit {
   const low = bounds?.min ?? [-1, -1, -1];
   const high = bounds?.max ?? [1, 1, 1];
   const centre = low.map((v, i) => (v + high[i]) / 2) as [number, number, number];
   const radius = Math.hypot(...low.map((v, i) => high[i] - v)) / 2 || 1;
-  const vertical = (startFov * Math.PI) / 180;
+  const vertical = (fovDegrees * Math.PI) / 180;
   const horizontal = 2 * Math.atan(Math.tan(vertical / 2) * aspect);
   const distance = radius / Math.sin(Math.min(vertical, horizontal) / 2);
   return {
@@ -58,8 +58,25 @@ export function framed(bounds: Scene['bounds'], aspect: number): Orbit {
     azimuth: 0,
     elevation: Math.atan2(0.25, 1),
     roll: 0,
-    fovDegrees: startFov,
+    fovDegrees,
   };
+}
+
+/** The pose that `camera.orbit` of a job stands for in a scene of these bounds. */
+export function poseOnOrbit(
+  { camera, film }: Pick<JobSpec, 'camera' | 'film'>,
+  bounds: Scene['bounds'],
+): Pose | null {
+  const { orbit, vertical_fov_degrees: fov } = camera;
+  if (!orbit) return null;
+  const whole = framed(bounds, film.width / film.height, fov ?? startFov);
+  return poseOf({
+    ...whole,
+    azimuth: (orbit.theta_degrees * Math.PI) / 180,
+    elevation: ((90 - orbit.phi_degrees) * Math.PI) / 180,
+    distance: typeof orbit.radius === 'number' ? orbit.radius : whole.distance,
+    target: Array.isArray(orbit.target) ? (orbit.target as Triple) : whole.target,
+  });
 }
 
 /**

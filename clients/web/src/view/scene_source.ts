@@ -125,7 +125,7 @@ function leftOut(files: DroppedFile[], used: File[]): string {
 }
 
 export function chooseScene(scene: string): void {
-  change({ scene, camera: '', pose: null, variant: '' });
+  change({ scene, camera: '', pose: null, variant: '', allVariants: false });
   sendNote.set(null);
   refusals.set(refusals.get().filter((r) => r.pointer !== '/scene'));
 }

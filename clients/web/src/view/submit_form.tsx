@@ -23,6 +23,8 @@ import {
   sending,
   take,
 } from './scene_source';
+import { SeriesFields } from './series_fields';
+import { picturesOf, seriesOf } from './series_model';
 
 function useSceneDetails(scene: string): Scene | null {
   const details = useStore(sceneDetails);
@@ -394,6 +396,7 @@ const knownPointers = [
   '/seed',
   '/priority',
   '/name',
+  '/matrix',
 ];
 
 export function SubmitForm() {
@@ -402,6 +405,9 @@ export function SubmitForm() {
   const uploading = useStore(sending);
   const items = useStore(refusals);
   const [busy, setBusy] = useState(false);
+  const values = useStore(form);
+  const variants = useStore(sceneDetails)?.variants ?? [];
+  const pictures = picturesOf(values, variants);
   const general = items.filter((item) => !refusalsAt([item], knownPointers).length);
 
   const submit = async (event: Event): Promise<void> => {
@@ -414,11 +420,23 @@ export function SubmitForm() {
     if (faults.length || busy) return;
     setBusy(true);
     try {
-      const job = await api.submit(requestOf(values, info?.options));
-      go(`/jobs/${job.id}`);
+      const request = requestOf(values, info?.options);
+      if (pictures > 1) {
+        const batch = await api.submitBatch(
+          seriesOf({ ...values, name: values.name || sceneName(values.scene) }, variants, request),
+        );
+        go(`/series/${batch.id}`);
+      } else {
+        const job = await api.submit(request);
+        go(`/jobs/${job.id}`);
+      }
       void refresh();
     } catch (error) {
-      const found = refusalsOf(error);
+      // Of a series the template is what the form says.
+      const found = refusalsOf(error).map((r) => ({
+        ...r,
+        pointer: r.pointer.replace(/^\/template(?=\/)/, ''),
+      }));
       refusals.set(found.length ? found : [{ pointer: '', detail: explain(error) }]);
     } finally {
       setBusy(false);
@@ -439,6 +457,9 @@ export function SubmitForm() {
         <StopField />
       </Later>
       <Later>
+        <SeriesFields />
+      </Later>
+      <Later>
         <AdvancedFields info={info} />
       </Later>
       <div class="submit-bar">
@@ -453,7 +474,7 @@ export function SubmitForm() {
           disabled={busy || !!uploading || link === 'locked'}
           type="submit"
         >
-          {busy ? 'Submitting…' : 'Render'}
+          {busy ? 'Submitting…' : pictures > 1 ? `Render ${pictures} pictures` : 'Render'}
         </button>
       </div>
     </form>

@@ -1,0 +1,87 @@
+import type { Job, Server } from '../api/types';
+import { initial, type FormValues } from './form_model';
+import { holds, usualSettings } from './request_texts';
+
+/** "#rrggbb" of a colour in linear Rec.709, as near as eight bits are. */
+function hexOf(linear: number[]): string {
+  const channel = (v: number): string => {
+    const clipped = Math.min(1, Math.max(0, v));
+    const s = clipped <= 0.0031308 ? 12.92 * clipped : 1.055 * clipped ** (1 / 2.4) - 0.055;
+    return Math.round(255 * s)
+      .toString(16)
+      .padStart(2, '0');
+  };
+  return `#${linear.map(channel).join('')}`;
+}
+
+function cameraOf(spec: Job['spec']): Partial<FormValues> {
+  const { position, target, up, name, index, vertical_fov_degrees } = spec.camera;
+  if (position && target)
+    return {
+      pose: {
+        position: position as [number, number, number],
+        target: target as [number, number, number],
+        ...(up && { up: up as [number, number, number] }),
+        verticalFovDegrees: vertical_fov_degrees ?? 45,
+      },
+    };
+  return { camera: name ?? (index === null ? '' : `#${index}`) };
+}
+
+function environmentOf(spec: Job['spec']): Partial<FormValues> {
+  const { environment } = spec;
+  if (environment === undefined) return { environment: 'scene' };
+  if (environment === null) return { environment: 'none' };
+  return {
+    environment: environment.asset ? 'file' : 'colour',
+    environmentAsset: environment.asset ?? '',
+    environmentName: environment.asset ? environment.asset.slice(0, 8) : '',
+    environmentColour: hexOf(environment.color),
+    environmentIntensity: environment.intensity,
+    environmentRotation: environment.rotation_degrees,
+    environmentVisible: environment.visible,
+  };
+}
+
+/** Switches of the estimation that the job has and the usual settings do not. */
+function optionsOf(job: Job, info: Server | null): Record<string, string> {
+  const usual = usualSettings(job, info);
+  const chosen: Record<string, string> = {};
+  for (const { name, patch } of info?.options ?? [])
+    if (holds(job.spec, patch) && !holds(usual, patch)) {
+      const dot = name.lastIndexOf('.');
+      chosen[dot < 0 ? name : name.slice(0, dot)] = name;
+    }
+  return chosen;
+}
+
+/** The form as it would have been filled in for this job. */
+export function formOf(job: Job, info: Server | null): FormValues {
+  const { spec } = job;
+  const { stop } = spec;
+  return {
+    ...initial,
+    scene: spec.scene,
+    name: spec.name,
+    width: spec.film.width,
+    height: spec.film.height,
+    useSamples: stop.samples_per_pixel != null,
+    samples: stop.samples_per_pixel ?? initial.samples,
+    useError: stop.relative_error != null,
+    errorPercent: stop.relative_error != null ? stop.relative_error * 100 : initial.errorPercent,
+    useSeconds: stop.seconds != null,
+    seconds: stop.seconds ?? initial.seconds,
+    variant: spec.variant ?? '',
+    ...cameraOf(spec),
+    ...environmentOf(spec),
+    integrator: spec.integrator.type,
+    maxDepth: spec.integrator.max_depth,
+    sampler: spec.sampler.type,
+    lightSampler: spec.light_sampler.type,
+    adaptive: spec.adaptive.type,
+    filter: spec.film.filter.type,
+    seed: spec.seed,
+    priority: spec.priority,
+    options: optionsOf(job, info),
+  };
+}

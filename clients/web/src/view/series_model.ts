@@ -1,0 +1,57 @@
+import type { FormValues } from './form_model';
+import { fromPose } from './orbit';
+
+/** What POST /v1/batches takes. */
+export interface SeriesRequest {
+  template: Record<string, unknown>;
+  matrix: Record<string, unknown[]>;
+  name: string;
+}
+
+/** Of views around a model that nobody has placed a camera for, as model-viewer looks at first. */
+const usualPhi = 75;
+
+const hundredths = (degrees: number): number => Math.round(degrees * 100) / 100;
+
+/** A full turn in equal steps. */
+export const turntable = (views: number, from = 0): number[] =>
+  Array.from({ length: views }, (_, i) => hundredths((from + (i * 360) / views) % 360));
+
+/** Is more than one picture asked for? */
+export const picturesOf = (v: FormValues, variants: string[]): number =>
+  Math.max(1, v.views) * (v.allVariants && variants.length ? variants.length : 1);
+
+/**
+ * The jobs of a series: all views of each variant. request: of one picture. A camera that was
+ * placed by hand keeps its height and distance.
+ */
+export function seriesOf(
+  v: FormValues,
+  variants: string[],
+  request: Record<string, unknown>,
+): SeriesRequest {
+  const template = { ...request };
+  const matrix: Record<string, unknown[]> = {};
+  const parts: string[] = [];
+  if (v.allVariants && variants.length) {
+    matrix.variant = variants;
+    parts.push('{variant}');
+    delete template.variant;
+  }
+  if (v.views > 1) {
+    const placed = v.pose ? fromPose(v.pose) : null;
+    const theta = placed ? hundredths((placed.azimuth * 180) / Math.PI) : 0;
+    template.camera = {
+      orbit: {
+        phi_degrees: placed ? hundredths(90 - (placed.elevation * 180) / Math.PI) : usualPhi,
+        ...(placed && { radius: placed.distance, target: placed.target }),
+      },
+      ...(placed && { vertical_fov_degrees: placed.fovDegrees }),
+    };
+    matrix['camera.orbit.theta_degrees'] = turntable(v.views, (theta + 360) % 360);
+    parts.push('{theta_degrees}');
+  }
+  // Braces would be read as places of values.
+  const title = v.name.replace(/[{}]/g, '');
+  return { template, matrix, name: [title, ...parts].filter(Boolean).join(' ') };
+}

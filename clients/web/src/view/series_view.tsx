@@ -1,0 +1,222 @@
+import { useEffect, useState } from 'preact/hooks';
+import { api, explain, imageUrl, RequestError } from '../api/client';
+import { isFinal } from '../api/states';
+import type { Batch, BatchJob, BatchSummary, JobState } from '../api/types';
+import { ago, doneShare } from '../ui/format';
+import { go } from '../ui/router';
+import { sayError } from '../ui/server_state';
+
+const lookMs = 1000;
+const formats = ['png', 'jpg', 'webp', 'exr'] as const;
+
+const ended = (state: string): boolean => isFinal(state as JobState);
+
+const stateWords: Record<BatchSummary['state'], string> = {
+  queued: 'Waiting',
+  rendering: 'Rendering',
+  paused: 'Paused',
+  failed: 'Ended; some pictures failed',
+  cancelled: 'Cancelled',
+  finished: 'Finished',
+};
+
+/** The series as it is, asked for again until it ends; or why there is none. */
+function useSeries(id: string) {
+  const [batch, setBatch] = useState<Batch | null>(null);
+  const [fault, setFault] = useState('');
+  const [asked, ask] = useState(0);
+  useEffect(() => {
+    let timer = 0;
+    const abort = new AbortController();
+    const again = (): void => void (timer = window.setTimeout(look, lookMs));
+    const look = (): void =>
+      void api.batch(id, abort.signal).then(
+        (found) => {
+          setBatch(found);
+          setFault('');
+          if (!ended(found.state)) again();
+        },
+        (error: unknown) => {
+          if (abort.signal.aborted) return;
+          setFault(explain(error));
+          if (!(error instanceof RequestError)) again();
+        },
+      );
+    look();
+    return () => {
+      abort.abort();
+      clearTimeout(timer);
+    };
+  }, [id, asked]);
+  return { batch, fault, renew: () => ask((n) => n + 1) };
+}
+
+export function SeriesView({ id }: { id: string }) {
+  const { batch, fault, renew } = useSeries(id);
+  if (!batch)
+    return (
+      <div class="center-note">
+        {fault ? (
+          <>
+            <h1>This series is not here.</h1>
+            <p>{fault}</p>
+          </>
+        ) : (
+          <p class="pulse">Asking the server…</p>
+        )}
+      </div>
+    );
+  return (
+    <div class="page" data-testid="series">
+      <header class="page-head">
+        <div>
+          <h1>{batch.jobs.length} pictures</h1>
+          <p class="dim" role="status" data-testid="series-state">
+            {stateWords[batch.state]}
+            {!ended(batch.state) && `: ${doneShare(batch.progress.fraction)}`}
+          </p>
+        </div>
+        <progress max={1} value={batch.progress.fraction} aria-label="Progress of the series" />
+        <SeriesActions batch={batch} onChange={renew} />
+      </header>
+      {fault && (
+        <p class="wrong" role="alert">
+          {fault}
+        </p>
+      )}
+      <ul class="job-grid">
+        {batch.jobs.map((job) => (
+          <SeriesCard key={job.id} job={job} />
+        ))}
+      </ul>
+    </div>
+  );
+}
+
+function SeriesActions({ batch, onChange }: { batch: Batch; onChange: () => void }) {
+  const [format, setFormat] = useState<string>('png');
+  const [sure, setSure] = useState(false);
+  const [busy, setBusy] = useState(false);
+  const act = async (step: () => Promise<unknown>): Promise<void> => {
+    setBusy(true);
+    await step().then(onChange, sayError);
+    setBusy(false);
+  };
+  if (!ended(batch.state))
+    return (
+      <div class="job-actions">
+        <button
+          type="button"
+          class="quiet"
+          disabled={busy}
+          onClick={() => void act(() => api.cancelBatch(batch.id))}
+        >
+          Cancel all
+        </button>
+      </div>
+    );
+  return (
+    <div class="job-actions">
+      {batch.counts.failed > 0 && (
+        <button
+          type="button"
+          class="quiet"
+          disabled={busy}
+          onClick={() => void act(() => api.retryBatch(batch.id))}
+        >
+          Try failed ones again
+        </button>
+      )}
+      <label>
+        <span class="visually-hidden">Format of the pictures</span>
+        <select value={format} onChange={(e) => setFormat(e.currentTarget.value)}>
+          {formats.map((f) => (
+            <option key={f} value={f}>
+              {f.toUpperCase()}
+            </option>
+          ))}
+        </select>
+      </label>
+      <a
+        class="quiet"
+        data-testid="archive"
+        href={`${batch.links.archive}?format=${format}`}
+        download
+      >
+        Download zip
+      </a>
+      <a class="quiet" href={batch.links.sheet} target="_blank" rel="noopener">
+        Contact sheet
+      </a>
+      <button
+        type="button"
+        class="quiet"
+        disabled={busy}
+        onBlur={() => setSure(false)}
+        onClick={() =>
+          sure
+            ? void api.removeBatch(batch.id).then(() => go('/jobs'), sayError)
+            : setSure(true)
+        }
+      >
+        {sure ? 'Delete all pictures?' : 'Delete'}
+      </button>
+    </div>
+  );
+}
+
+function SeriesCard({ job }: { job: BatchJob }) {
+  const values = Object.values(job.values).map(String).join(' · ');
+  return (
+    <li class="job-card">
+      <a href={`#/jobs/${job.id}`}>
+        <span class="thumb">
+          {job.state === 'finished' ? (
+            <img
+              src={imageUrl(job.id, 'png', { max_size: 400 })}
+              alt=""
+              decoding="async"
+              loading="lazy"
+            />
+          ) : (
+            <span class={`thumb-empty thumb-${job.state}`} />
+          )}
+          {job.state === 'rendering' && (
+            <i class="thumb-progress" style={{ width: `${100 * job.fraction}%` }} />
+          )}
+        </span>
+        <strong>{job.name}</strong>
+      </a>
+      <p class="dim">
+        {values}
+        {job.state !== 'finished' && ` · ${job.state}`}
+      </p>
+    </li>
+  );
+}
+
+const listed = 6;
+
+/** Links to the newest series; nothing where there is none. */
+export function SeriesLinks() {
+  const [batches, setBatches] = useState<BatchSummary[]>([]);
+  useEffect(() => {
+    const abort = new AbortController();
+    api.batches(listed, abort.signal).then(
+      (page) => setBatches(page.batches),
+      () => undefined,
+    );
+    return () => abort.abort();
+  }, []);
+  if (!batches.length) return null;
+  return (
+    <nav class="series-links" aria-label="Series">
+      <span class="dim">Series</span>
+      {batches.map((b) => (
+        <a key={b.id} href={`#/series/${b.id}`}>
+          {Object.values(b.counts).reduce((sum, n) => sum + n, 0)} pictures, {ago(b.created_at)}
+        </a>
+      ))}
+    </nav>
+  );
+}

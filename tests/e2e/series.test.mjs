@@ -1,0 +1,145 @@
+// A series from the form to its archive.
+import assert from 'node:assert/strict';
+import fs from 'node:fs';
+import { after, before, test } from 'node:test';
+import {
+  accessibilityFaults,
+  desktop,
+  launch,
+  phone,
+  sceneOf,
+  Server,
+  settles,
+  until,
+  withPageOf,
+} from './harness.mjs';
+
+const server = new Server();
+let browser;
+// The mock server makes no batches.
+const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
+
+before(async () => {
+  if (skip) return;
+  await server.start();
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  await server.stop();
+});
+
+const stateOf = (page) => page.textContent('[data-testid=series-state]');
+
+/** Chooses so many views of small pictures and presses Render. */
+async function submitSeries(page, views) {
+  await until('scenes in the list', () => sceneOf(page));
+  await page.selectOption('[data-testid=scene]', 'glass');
+  await page.selectOption('[data-testid=size]', 'custom');
+  await page.fill('[data-testid=width]', '48');
+  await page.fill('[data-testid=height]', '32');
+  await page.fill('[data-testid=stop-samples]', '4');
+  await page.click('[data-testid=series-fields] summary');
+  await page.fill('[data-testid=views]', String(views));
+  const button = page.getByTestId('submit');
+  await settles('what is rendered', () => button.textContent(), `Render ${views} pictures`);
+  await button.click();
+  await page.waitForURL(/#\/series\//);
+}
+
+for (const [name, device] of [
+  ['desktop', desktop],
+  ['phone', phone],
+])
+  test(`a turntable is rendered, downloaded and deleted on a ${name}`, { skip, timeout: 300_000 }, () =>
+    withPageOf(browser, server, device, '#/jobs', async (page) => {
+      await submitSeries(page, 3);
+      await until('the end', async () => /^Finished/.test(await stateOf(page)));
+      const names = page.locator('.job-card strong');
+      await settles('all views', () => names.allTextContents(), ['glass 0', 'glass 120', 'glass 240']);
+      assert.deepEqual(await accessibilityFaults(page), []);
+      const [file] = await Promise.all([
+        page.waitForEvent('download'),
+        page.click('[data-testid=archive]'),
+      ]);
+      const bytes = fs.readFileSync(await file.path());
+      // The end of a zip's directory names three entries.
+      const end = bytes.lastIndexOf(Buffer.from('PK\x05\x06', 'latin1'));
+      assert.equal(bytes.readUInt16LE(end + 10), 3);
+      await page.goto(`${server.url}/#/jobs`);
+      await page.locator('.series-links a').first().click();
+      await page.waitForSelector('[data-testid=series]');
+      await page.getByRole('button', { name: 'Delete', exact: true }).click();
+      await page.getByRole('button', { name: 'Delete all pictures?' }).click();
+      await page.waitForURL(/#\/jobs$/);
+    }),
+  );
+
+test('the settings of a render are shown, used again and written for other places', {
+  skip,
+  timeout: 300_000,
+}, async () => {
+  const request = {
+    scene: 'glass',
+    name: "Ann's glass",
+    seed: 7,
+    camera: { orbit: { theta_degrees: 40 }, vertical_fov_degrees: 30 },
+    film: { width: 48, height: 32, filter: { type: 'box' } },
+    integrator: { max_depth: 5 },
+    estimator: { mis: { type: 'balance' } },
+    stop: { relative_error: 0.5, samples_per_pixel: 8 },
+  };
+  const post = (body) =>
+    fetch(`${server.url}/v1/jobs`, {
+      method: 'POST',
+      headers: { 'content-type': 'application/json' },
+      body: JSON.stringify(body),
+    }).then((r) => r.json());
+  const job = await post(request);
+  await withPageOf(browser, server, desktop, `#/jobs/${job.id}`, async (page) => {
+    const settings = page.getByTestId('settings');
+    await settings.waitFor();
+    assert.match(await settings.textContent(), /integrator max depth5/);
+    await settings.locator('summary').click();
+    const text = page.getByTestId('text');
+    // The request that is shown makes the same job.
+    assert.deepEqual((await post(JSON.parse(await text.textContent()))).spec, job.spec);
+    for (const [kind, words] of [
+      ['curl', /^curl http.*Ann'\\''s glass/s],
+      ['command', /^tessera submit --server .*--job \/dev\/stdin/],
+      ['python', /client\.submit\("glass", request=\{/],
+    ]) {
+      await page.selectOption('[data-testid=text-kind]', kind);
+      assert.match(await text.textContent(), words);
+    }
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await page.click('[data-testid=use-again]');
+    const sent = page.waitForRequest((r) => r.method() === 'POST' && /\/v1\/jobs$/.test(r.url()));
+    await until('the camera', async () =>
+      /Placed by hand/.test(await page.textContent('.submit-form')),
+    );
+    await page.click('[data-testid=submit]');
+    const again = (await sent).postDataJSON();
+    assert.deepEqual(
+      [again.scene, again.name, again.seed, again.film.width, again.film.filter.type],
+      ['glass', "Ann's glass", 7, 48, 'box'],
+    );
+    assert.equal(again.integrator.max_depth, 5);
+    assert.equal(again.estimator.mis.type, 'balance');
+    assert.deepEqual(again.stop, { samples_per_pixel: 8, relative_error: 0.5 });
+    assert.equal(again.camera.vertical_fov_degrees, 30);
+  });
+});
+
+test('what is wrong with a series is shown at its field', { skip, timeout: 120_000 }, () =>
+  withPageOf(browser, server, desktop, '#/jobs', async (page) => {
+    await until('scenes in the list', () => sceneOf(page));
+    await page.click('[data-testid=series-fields] summary');
+    await page.fill('[data-testid=views]', '2');
+    await page.fill('[data-testid=stop-samples]', '70000');
+    await page.click('[data-testid=submit]');
+    await page.waitForSelector('.stop .wrong:not(:empty)');
+    assert.match(await page.textContent('.stop .wrong'), /70000 is outside/);
+  }),
+);

@@ -99,6 +99,30 @@ void check_restir(const core::RenderSettings& render, Faults& faults) {
   }
 }
 
+/// What is not found along one path alone has no share.
+void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults& faults) {
+  const core::RenderSettings& render = spec.render;
+  if (!render.film.shares.empty() && !row.shares) {
+    faults.add("/film/layers", "'" + render.film.shares.front().layer + "': integrator '" +
+                                   std::string(row.name) +
+                                   "' keeps no shares of the light; 'path' does");
+  }
+  if (render.film.shares.empty() && !render.fog) {
+    return;
+  }
+  const std::string reason =
+      render.fog ? "does not go with a medium" : "does not go with layers bounce:N and light:NAME";
+  if (render.estimator.mis == core::MisType::kOptimal) {
+    faults.add("/estimator/mis/type", "'optimal' " + reason);
+  }
+  if (render.estimator.control_variate != core::ControlVariateType::kNone) {
+    faults.add("/estimator/control_variate/type", reason);
+  }
+  if (render.light_sampler == core::LightSamplerType::kRestir) {
+    faults.add("/light_sampler/type", "'restir' " + reason);
+  }
+}
+
 }  // namespace
 
 void check_camera(const JobSpec& spec, Faults& faults) {
@@ -179,6 +203,7 @@ void check_options(const JobSpec& spec, Faults& faults) {
   const core::IntegratorEntry* row = core::find_integrator(spec.render.integrator);
   CHECK(row != nullptr);
   check_error_target(spec.stop, *row, faults);
+  check_shares(spec, *row, faults);
   JobSpec plain;
   plain.render = core::default_settings(row->name, spec.stop.relative_error.has_value());
   const Json seen = to_json(spec);

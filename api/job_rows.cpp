@@ -29,6 +29,30 @@ const auto& crop_table() {
   return kTable;
 }
 
+const auto& medium_table() {
+  // Beyond, a metre of it is as good as a wall.
+  constexpr Range kCoefficient = {0, 1e6};
+  constexpr double kMostForward = 0.999;
+  static constexpr auto kTable = std::tuple{
+      choice(
+          "type", [](auto& s) -> auto& { return s.type; }, &core::fog_types, "Kind of medium."),
+      triple(
+          "scattering", [](auto& s) -> auto& { return s.scattering; }, kCoefficient,
+          "Coefficient in 1/m, linear RGB."),
+      triple(
+          "absorption", [](auto& s) -> auto& { return s.absorption; }, kCoefficient,
+          "Coefficient in 1/m, linear RGB."),
+      number(
+          "g", [](auto& s) -> auto& { return s.g; }, {-kMostForward, kMostForward},
+          "Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 "
+          "forward."),
+      number(
+          "height_falloff", [](auto& s) -> auto& { return s.height_falloff; }, {0, 1e3},
+          "Density falls with exp(-height_falloff y); coefficients are those at y = 0."),
+  };
+  return kTable;
+}
+
 void read_asset(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
   spec.environment_asset.reset();
   if (value.is_null()) {
@@ -262,6 +286,40 @@ Json crop_schema(const JobSpec& /*defaults*/) {
   return schema;
 }
 
+void read_medium(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  spec.render.fog.reset();
+  if (value.is_null() || !expect_object(value, pointer, faults)) {
+    return;
+  }
+  core::FogSettings fog;
+  read_members(medium_table(), value, fog, pointer, faults);
+  spec.render.fog = fog;
+}
+
+void print_medium(const JobSpec& spec, Json& object) {
+  const auto& fog = spec.render.fog;
+  object["medium"] = fog ? print_members(medium_table(), *fog) : Json(nullptr);
+}
+
+Json medium_schema(const JobSpec& /*defaults*/) {
+  Json schema = object_schema(medium_table(), core::FogSettings{},
+                              "Medium around the solids, within the sphere around the scene: fog, "
+                              "smoke, haze. null: none.");
+  schema["type"] = {"object", "null"};
+  schema["default"] = nullptr;
+  return schema;
+}
+
+Json layer_schema() {
+  Json names = Json::array();
+  for (const core::LayerEntry& layer : core::layers()) {
+    names.push_back(layer.name);
+  }
+  const Json shares = {{"type", "string"},
+                       {"pattern", "^(bounce:(0|[1-9][0-9]{0,5})-?|light:.+)$"}};
+  return {{"anyOf", {{{"type", "string"}, {"enum", std::move(names)}}, shares}}};
+}
+
 void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
   if (!value.is_array()) {
     faults.add(pointer, "expected an array of layer names, got " + std::string(type_text(value)));
@@ -279,7 +337,9 @@ void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, F
       continue;
     }
     const auto& name = value[i].get_ref<const std::string&>();
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
+    const bool is_known =
+        std::find(known.begin(), known.end(), name) != known.end() || core::light_share(name);
+    if (!is_known) {
       faults.add(place, not_available(value[i], known));
     } else if (std::find(asked.begin(), asked.end(), name) != asked.end()) {
       faults.add(place, shown(value[i]) + " appears more than once");
@@ -295,6 +355,18 @@ void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, F
     if (has(name)) {
       spec.layers.emplace_back(name);
     }
+  }
+  spec.render.film.shares.clear();
+  for (const std::string& name : asked) {
+    if (auto share = core::light_share(name)) {
+      spec.layers.push_back(name);
+      spec.render.film.shares.push_back(*std::move(share));
+    }
+  }
+  if (spec.render.film.shares.size() > static_cast<std::size_t>(limits::kLightShares)) {
+    faults.add(pointer, "names " + std::to_string(spec.render.film.shares.size()) +
+                            " shares of the light; at most " +
+                            std::to_string(limits::kLightShares) + " are allowed");
   }
   for (const core::LayerEntry& layer : core::layers()) {
     if (layer.recorded != nullptr) {
@@ -321,12 +393,10 @@ Json layers_schema(const JobSpec& defaults) {
     recordable += (recordable.empty() ? "" : ", ") + name;
   }
   Json schema =
-      basic_schema("array", "Layers to record: " + recordable + ". The others are always there.");
-  Json names = Json::array();
-  for (const core::LayerEntry& layer : core::layers()) {
-    names.push_back(layer.name);
-  }
-  schema["items"] = {{"type", "string"}, {"enum", std::move(names)}};
+      basic_schema("array", "Layers to record: " + recordable +
+                                ", and shares of the light, bounce:N and light:NAME (path only). "
+                                "The others are always there.");
+  schema["items"] = layer_schema();
   schema["uniqueItems"] = true;
   schema["default"] = defaults.layers;
   return schema;

@@ -30,6 +30,12 @@ void read_crop(const Json& value, JobSpec& spec, const std::string& pointer, Fau
 void print_crop(const JobSpec& spec, Json& object);
 Json crop_schema(const JobSpec& defaults);
 
+void read_medium(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void print_medium(const JobSpec& spec, Json& object);
+Json medium_schema(const JobSpec& defaults);
+
+/// Of the name of a layer.
+Json layer_schema();
 void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
 void print_layers(const JobSpec& spec, Json& object);
 Json layers_schema(const JobSpec& defaults);

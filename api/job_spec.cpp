@@ -229,7 +229,7 @@ const auto& table() {
       number(
           "time_seconds", [](auto& s) -> auto& { return s.time_seconds; }, {-1e6, 1e6},
           "Animation time, seconds; null: the rest pose, which the file's own transforms give."),
-      FixedRow{"medium", "null", "Participating medium around the scene."},
+      CustomRow<JobSpec>{"medium", &read_medium, &print_medium, &medium_schema},
       choice(
           "class", [](auto& s) -> auto& { return s.job_class; }, &classes, "How it is served."),
       text(

@@ -19,6 +19,8 @@ constexpr std::array kLimits = {
     LimitRow{"film_side", limits::kFilmSide, "Width or height in pixels."},
     LimitRow{"film_pixels", limits::kFilmPixels, "Width times height."},
     LimitRow{"filter_radius", limits::kFilterRadius, "Radius of the film filter in pixels."},
+    LimitRow{"light_shares", limits::kLightShares, "Layers bounce:N and light:NAME of a job."},
+    LimitRow{"mix_weight", limits::kMixWeight, "Weight of a share of the light in a mix."},
     LimitRow{"max_depth", limits::kMaxDepth, "Scattering events on a path."},
     LimitRow{"dilation", limits::kDilation,
              "Radius of adaptive sampling's dilation, pixels or tiles."},

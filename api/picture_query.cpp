@@ -7,6 +7,7 @@
 
 #include "api/batch.h"
 #include "api/faults.h"
+#include "api/job_rows.h"
 #include "api/limits.h"
 #include "api/query_rows.h"
 #include "api/requests.h"
@@ -52,6 +53,20 @@ constexpr auto rect_row(std::string_view doc) {
       kRectNames[kPart], [](auto& s) -> auto& { return s.rect[kPart]; }, kRange, doc);
 }
 
+void read_layer(const std::string& value, ImageReading& out, const std::string& pointer,
+                Faults& faults) {
+  if (core::find_layer(value) == nullptr && !core::light_share(value)) {
+    std::vector<std::string_view> names;
+    for (const core::LayerEntry& layer : core::layers()) {
+      names.push_back(layer.name);
+    }
+    faults.add(pointer, not_available(Json(value), names));
+  }
+  out.query.layer = value;
+}
+
+Json layer_parameter_schema(const ImageReading& /*defaults*/) { return layer_schema(); }
+
 void read_tone_map(const std::string& value, ImageReading& out, const std::string& pointer,
                    Faults& faults) {
   const std::vector<std::string_view> names(out.tone_maps.begin(), out.tone_maps.end());
@@ -67,6 +82,28 @@ Json tone_map_schema(const ImageReading& defaults) {
   if (!defaults.tone_maps.empty()) {
     schema["enum"] = defaults.tone_maps;
   }
+  return schema;
+}
+
+// Numbers with commas between them.
+void read_mix(const std::string& value, ImageReading& out, const std::string& pointer,
+              Faults& faults) {
+  out.query.mix.clear();
+  for (std::size_t begin = 0; begin <= value.size();) {
+    const std::size_t end = std::min(value.find(',', begin), value.size());
+    const auto weight = read_number(number_in_query(value.substr(begin, end - begin)),
+                                    {-limits::kMixWeight, limits::kMixWeight}, pointer, faults);
+    if (!weight) {
+      return;
+    }
+    out.query.mix.push_back(static_cast<float>(*weight));
+    begin = end + 1;
+  }
+}
+
+Json mix_schema(const ImageReading& /*defaults*/) {
+  Json schema = text_schema();
+  schema["example"] = "1,0.5,0";
   return schema;
 }
 
@@ -128,9 +165,8 @@ std::span<const core::NamedValue<DenoiseShow>> denoise_shows() { return kDenoise
 /// What a picture shows and how.
 constexpr auto look_rows() {
   return std::tuple{
-      choice(
-          "layer", [](auto& s) -> auto& { return s.query.layer; }, &core::layers,
-          "Beauty when absent (EXR: all layers)."),
+      ParameterField<ImageReading>{"layer", "Beauty when absent (EXR: all layers).", &read_layer,
+                                   &layer_parameter_schema},
       choice(
           "denoise", [](auto& s) -> auto& { return s.query.denoise; }, &denoise_shows,
           "off: the plain picture. mixed: the denoised one, with the plain one where that is "
@@ -163,6 +199,12 @@ const auto& image_table() {
               "LOW,HIGH: values that become black and white, or auto. Layers of data in display "
               "formats; X-Tessera-Range tells the values used.",
               &read_range, &range_schema},
+          ParameterField<ImageReading>{
+              "mix",
+              "Weights of the job's shares of the light (layers bounce:N and light:NAME) in their "
+              "order, "
+              "with commas between: their sum in place of the picture. Of beauty and error.",
+              &read_mix, &mix_schema},
           number(
               "revision", [](auto& s) -> auto& { return s.query.revision; }, {0, kRevisionMax},
               "At least this revision, else 409."),

@@ -125,7 +125,7 @@ struct ImageRange {
 
 /// GET
 /// /v1/jobs/{id}/image?layer=&exposure=&tonemap=&background=&range=&revision=&x=&y=&width=&height=
-/// &max_size=&stream=. 422 for wrong values. A path extension is the server's business.
+/// &max_size=&mix=&stream=. 422 for wrong values. A path extension is the server's business.
 /// Which picture is shown.
 enum class DenoiseShow { kOff, kMixed, kFull };
 
@@ -139,7 +139,8 @@ struct ImageQuery {
   std::optional<core::PixelRect> rect;    ///< pixels of the full film
   std::optional<int> max_size;            ///< longest side of the answer
   DenoiseShow denoise = DenoiseShow::kOff;
-  bool stream = false;  ///< every new revision, as multipart/x-mixed-replace
+  std::vector<float> mix;  ///< weights of the shares of the light, in the job's order; empty: none
+  bool stream = false;     ///< every new revision, as multipart/x-mixed-replace
 };
 /// tone_maps: the names that are allowed.
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps);

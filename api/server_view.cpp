@@ -228,6 +228,8 @@ const View<ServerView>& server_view() {
        {"options", shape::list(option_view().shape(), "Every other switch of the estimation."),
         [](const Server&) { return print_list(option_view(), estimation_options()); }},
        {"layers", shape::texts(), [](const Server&) { return names_of(core::layers()); }},
+       {"layer_patterns", shape::texts("Layers of which there is one for each number or name."),
+        [](const Server&) { return names_of(core::layer_patterns()); }},
        {"image_formats", shape::texts("Extensions."),
         [](const Server& s) {
           Json formats = Json::array();

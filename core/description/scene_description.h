@@ -65,6 +65,8 @@ struct MaterialDescription {
   TextureDescription thickness_texture;
   float attenuation_distance = 0;  ///< metres; 0 or less: infinite
   Rgb attenuation_color = {1, 1, 1};
+  Rgb multiscatter_color = {0, 0, 0};  ///< of a deep medium under diffuse light; 0: it absorbs only
+  float scatter_anisotropy = 0;        ///< mean cosine of the angle of scattering
   float clearcoat = 0;
   TextureDescription clearcoat_texture;  ///< R
   float clearcoat_roughness = 0;
@@ -111,6 +113,7 @@ struct MeshDescription {
 struct InstanceDescription {
   int mesh = -1;
   Transform to_world;
+  std::string group = {};  ///< of lights, if it shines; empty: the mesh's name
 };
 
 enum class PunctualType : std::uint8_t { kDirectional, kPoint, kSpot };
@@ -118,6 +121,7 @@ enum class PunctualType : std::uint8_t { kDirectional, kPoint, kSpot };
 /// KHR_lights_punctual. Shines along -z of to_world. Units: one candela is 1 W/sr, one lux 1 W/m^2.
 struct PunctualLightDescription {
   std::string name;
+  std::string group;  ///< of lights; empty: its name
   PunctualType type = PunctualType::kPoint;
   Rgb intensity = {1, 1, 1};  ///< color * intensity: W/sr (point, spot), W/m^2 (directional)
   float range_m = 0;          ///< 0: infinite

@@ -85,6 +85,7 @@ Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors, boo
       replicates_(replicates),
       has_aux_(settings.has_aux()),
       has_splats_(has_splats),
+      shares_(settings.shares),
       errors_(errors),
       rects_(tile_rects(crop_)),
       unit_rects_(has_splats ? units_of(settings, rects_) : rects_),
@@ -118,6 +119,7 @@ TileState Film::tile(int tile) const {
     if (has_aux_) {
       state.aux.resize(area(state.rect));
     }
+    state.shares.resize(state.pixels.size() * shares_.size());
   }
   return state;
 }
@@ -364,6 +366,11 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
   if (has_aux_) {
     out.aux.resize(area(rect));
   }
+  const std::size_t k = shares_.size();
+  out.shares.resize(out.pixels.size() * k);
+  for (const LightShare& share : shares_) {
+    out.share_layers.push_back(share.layer);
+  }
   MutexLock lock(mutex_);
   out.revision = revision_;
   for (const Slot& slot : tiles_) {
@@ -389,6 +396,9 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
       }
       if (has_aux_) {
         std::copy_n(&slot.state.aux[from], n, &out.aux[to]);
+      }
+      if (k > 0) {
+        std::copy_n(&slot.state.shares[from * r * k], n * r * k, &out.shares[to * r * k]);
       }
     }
   }
@@ -433,11 +443,12 @@ double Film::cpu_seconds_beside() const {
 }
 
 std::size_t Film::bytes() const noexcept {
-  return area(crop_) * (static_cast<std::size_t>(replicates_) *
-                            (sizeof(ReplicatePixel) + (has_fit() ? sizeof(ReplicateFit) : 0) +
-                             (has_splats() ? sizeof(SplatPixel) : 0)) +
-                        (has_aux_ ? sizeof(AuxPixel) : 0) + (has_plan() ? sizeof(PixelPlan) : 0) +
-                        (has_pilot() ? sizeof(PilotPixel) : 0)) +
+  return area(crop_) *
+             (static_cast<std::size_t>(replicates_) *
+                  (sizeof(ReplicatePixel) + (has_fit() ? sizeof(ReplicateFit) : 0) +
+                   (has_splats() ? sizeof(SplatPixel) : 0) + shares_.size() * sizeof(Rgb)) +
+              (has_aux_ ? sizeof(AuxPixel) : 0) + (has_plan() ? sizeof(PixelPlan) : 0) +
+              (has_pilot() ? sizeof(PilotPixel) : 0)) +
          rects_.size() * (sizeof(Slot) + sizeof(PixelRect));
 }
 
@@ -453,6 +464,7 @@ std::string Film::digest() const {
     hash.add(tile, sizeof(tile));
     hash.add(slot.state.pixels.data(), slot.state.pixels.size() * sizeof(ReplicatePixel));
     hash.add(slot.state.aux.data(), slot.state.aux.size() * sizeof(AuxPixel));
+    hash.add(slot.state.shares.data(), slot.state.shares.size() * sizeof(Rgb));
   }
   hash.add(splats_.light_paths.data(), splats_.light_paths.size() * sizeof(std::uint64_t));
   for (std::size_t t = 0; t < splats_.tiles.size(); ++t) {

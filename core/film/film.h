@@ -19,6 +19,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/mutex.h"
@@ -64,6 +65,8 @@ struct TileState {
   int pilot_samples = 0;               ///< per pixel
   std::vector<PilotPixel> pilot;       ///< [pixel]; empty without pilot samples
   std::vector<ReplicateFit> fit;       ///< [pixel * R + replicate]; empty where nothing is fitted
+  std::vector<Rgb> shares;  ///< means, [(pixel * R + replicate) * shares + share]; counts are
+                            ///< those of `pixels`
   std::uint64_t rejected_samples = 0;  ///< non-finite ones, counted as zero
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
@@ -95,6 +98,8 @@ struct FilmSnapshot {
   PixelErrors errors = PixelErrors::kIndependent;
   std::vector<ReplicatePixel> pixels;  ///< [pixel * R + replicate], row by row over rect
   std::vector<AuxPixel> aux;
+  std::vector<Rgb> shares;                ///< as in TileState
+  std::vector<std::string> share_layers;  ///< their names
   std::uint32_t revision = 0;
   /// Of the picture that this is a part of, where errors are to be those of the whole.
   std::optional<double> mean_luminance;
@@ -123,6 +128,7 @@ class Film {
   bool has_pilot() const noexcept { return adaptive_ == AdaptiveType::kPilot; }
   bool has_splats() const noexcept { return has_splats_; }
   bool has_fit() const noexcept { return fit_ != FitType::kNone; }
+  const std::vector<LightShare>& shares() const noexcept { return shares_; }
   int tile_count() const noexcept { return static_cast<int>(rects_.size()); }
   PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
   /// Of light samples; without splats the tiles.
@@ -201,6 +207,7 @@ class Film {
   int replicates_;
   bool has_aux_;
   bool has_splats_;
+  std::vector<LightShare> shares_;
   PixelErrors errors_;
   AdaptiveType adaptive_ = AdaptiveType::kNone;
   FitType fit_ = FitType::kNone;
@@ -215,6 +222,13 @@ class Film {
   SplatState splats_ GUARDED_BY(mutex_);
   bool is_settled_ GUARDED_BY(mutex_) = true;
 };
+
+/// Adds a sample's shares to the means of its replicate, which has `count` samples with it.
+/// means: of one pixel and replicate.
+void add_shares(std::span<Rgb> means, std::span<const Rgb> sample, std::uint32_t count);
+/// The snapshot with a share in place of the picture; its spreads within replicates are not known.
+/// Empty: no share of it is that layer.
+std::optional<FilmSnapshot> share_of(const FilmSnapshot& film, std::string_view layer);
 
 /// The tiles that cover `crop`, row by row.
 std::vector<PixelRect> tile_rects(PixelRect crop);

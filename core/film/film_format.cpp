@@ -23,6 +23,7 @@ constexpr std::uint32_t kSamplesMax = 1U << 25U;
 constexpr std::uint32_t kAuxFlag = 1;
 constexpr std::uint32_t kCorrelatedFlag = 2;
 constexpr std::uint32_t kSplatsFlag = 4;
+constexpr std::uint32_t kSharesShift = 8;
 /// Of a replicate: 65,536 samples of 64 megapixels.
 constexpr std::uint64_t kLightPathsMax = std::uint64_t{1} << 42U;
 
@@ -68,6 +69,8 @@ std::uint64_t head_bytes(std::uint64_t ranges, std::uint64_t text_bytes) {
   return sizeof(Head) + ranges * sizeof(Range) + aligned(text_bytes);
 }
 
+std::uint64_t shares_of(const Head& head) { return head.flags >> kSharesShift; }
+
 /// Light paths of the replicates, rejected splats, rays.
 std::uint64_t splat_head_bytes(const Head& head) {
   return (head.flags & kSplatsFlag) != 0 ? (head.replicates + 2) * sizeof(std::uint64_t) : 0;
@@ -86,7 +89,8 @@ std::uint64_t all_bytes(const Head& head) {
       static_cast<std::uint64_t>(head.crop.width) * static_cast<std::uint64_t>(head.crop.height);
   const std::uint64_t pixel_bytes =
       head.replicates *
-          (sizeof(ReplicatePixel) + ((head.flags & kSplatsFlag) != 0 ? sizeof(SplatPixel) : 0)) +
+          (sizeof(ReplicatePixel) + ((head.flags & kSplatsFlag) != 0 ? sizeof(SplatPixel) : 0) +
+           shares_of(head) * sizeof(Rgb)) +
       ((head.flags & kAuxFlag) != 0 ? sizeof(AuxPixel) : 0);
   return head.head_bytes + splat_head_bytes(head) + tile_count(head.crop) * sizeof(TileHead) +
          pixels * pixel_bytes + kHashBytes;
@@ -99,7 +103,8 @@ Head head_of(const Film& film, std::size_t ranges, std::size_t text_bytes) {
   head.ranges = static_cast<std::uint32_t>(ranges);
   head.flags = (film.has_aux() ? kAuxFlag : 0) |
                (film.errors() == PixelErrors::kCorrelated ? kCorrelatedFlag : 0) |
-               (film.has_splats() ? kSplatsFlag : 0);
+               (film.has_splats() ? kSplatsFlag : 0) |
+               (static_cast<std::uint32_t>(film.shares().size()) << kSharesShift);
   head.full_width = film.full_width();
   head.full_height = film.full_height();
   head.crop = film.crop();
@@ -256,13 +261,16 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
         return refused("tile " + std::to_string(tile) + " holds what no renderer makes");
       }
     }
+    reader.take(state.shares.data(), state.shares.size());
     state.samples = static_cast<int>(std::min(head.samples, kSamplesMax));
     state.rejected_samples = head.rejected_samples;
     state.rays = head.rays;
     state.cpu_seconds = head.cpu_seconds;
     if (head.x != state.rect.x || head.y != state.rect.y || head.zero != 0 ||
         !std::isfinite(head.cpu_seconds) || head.cpu_seconds < 0 || head.samples > kSamplesMax ||
-        !is_sane(state, ledger, most)) {
+        !is_sane(state, ledger, most) ||
+        !std::all_of(state.shares.begin(), state.shares.end(),
+                     [](Rgb c) { return is_finite(c); })) {
       return refused("tile " + std::to_string(tile) + " holds what no renderer makes");
     }
     if (state.samples > 0) {
@@ -340,6 +348,7 @@ bool write_film(const FilmPart& part, const std::string& text, const ByteSink& s
       const auto& sums = splats.tiles[static_cast<std::size_t>(tile)];
       add(sums.data(), sums.size() * sizeof(SplatPixel));
     }
+    add(state.shares.data(), state.shares.size() * sizeof(Rgb));
     if (!flush()) {
       return false;
     }
@@ -364,7 +373,8 @@ Status check_film_head(std::span<const std::byte> start, std::uint64_t file_byte
   // Ranges hold two replicates at least, so that these products stay small.
   if (head.ranges == 0 || head.ranges > head.replicates / 2 ||
       head.text_bytes > limits.text_bytes_max ||
-      head.flags > (kAuxFlag | kCorrelatedFlag | kSplatsFlag) ||
+      (head.flags & ((1U << kSharesShift) - 1)) > (kAuxFlag | kCorrelatedFlag | kSplatsFlag) ||
+      shares_of(head) > static_cast<std::uint64_t>(limits.shares_max) ||
       head.head_bytes != head_bytes(head.ranges, head.text_bytes) ||
       head.tiles != tile_count(head.crop)) {
     return refused("its head contradicts itself");
@@ -383,7 +393,8 @@ Status check_film_head(std::span<const std::byte> start, std::uint64_t file_byte
   return ok_status();
 }
 
-Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFormatLimits& limits) {
+Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFormatLimits& limits,
+                                  const SharesOfText& shares) {
   if (const auto fits = check_film_head(file, file.size(), limits); !fits) {
     return fits.error();
   }
@@ -411,6 +422,13 @@ Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFor
   settings.height = head.full_height;
   settings.crop = head.crop;
   settings.albedo = settings.normal = settings.depth = (head.flags & kAuxFlag) != 0;
+  if (shares != nullptr) {
+    settings.shares = shares(content.text);
+  }
+  if (shares != nullptr && settings.shares.size() != shares_of(head)) {
+    return refused("its text names other layers");
+  }
+  settings.shares.resize(shares_of(head));
   auto film = std::make_shared<Film>(
       settings, static_cast<int>(head.replicates),
       (head.flags & kCorrelatedFlag) != 0 ? PixelErrors::kCorrelated : PixelErrors::kIndependent,

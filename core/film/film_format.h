@@ -6,7 +6,8 @@
 ///    the full film 32  i32 crop x, y, width, height                                  48  u32
 ///    replicates 52  u32 tiles           56  u64 bytes of the file                 64  sha256 of
 ///    the content (Film::digest), hex
-/// Flags: 1 auxiliary values, 2 errors of neighbouring pixels are correlated, 4 splats.
+/// Flags: 1 auxiliary values, 2 errors of neighbouring pixels are correlated, 4 splats; from bit 8
+/// on the number of shares of the picture's light, whose layers the text names.
 /// Ledger, 24 bytes a range: u64 seed, u32 first replicate, u32 replicates, u32 samples, u32 0.
 /// Text: what the caller wants to say about the film (UTF-8), then zeros up to a multiple of 8.
 /// If flag 4: u64 light paths of each replicate, u64 rejected splats, u64 rays of light paths.
@@ -15,7 +16,8 @@
 /// was spent beside the samples); then for each pixel and replicate f32 mean r, g, b, alpha, f32 M2
 /// of the luminance, u32 count; then, if flag 1, for each pixel f32 albedo r, g, b, normal x, y, z,
 /// depth, u32 hits; then, if flag 4, for each pixel and replicate i128 sums r, g, b of splats in
-/// units of 2^-40. Last, 64 bytes: sha256 (hex) of everything before.
+/// units of 2^-40; then, for each pixel, replicate and share, f32 mean r, g, b. Last, 64 bytes:
+/// sha256 (hex) of everything before.
 #pragma once
 
 #include <cstddef>
@@ -23,6 +25,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/film/film_merge.h"
@@ -35,6 +38,7 @@ struct FilmFormatLimits {
   int side_max = 16384;
   std::int64_t pixels_max = 64'000'000;
   int replicates_max = 64;
+  int shares_max = 64;
   std::uint32_t text_bytes_max = std::uint32_t{1} << 20U;
   std::uint64_t file_bytes_max = std::uint64_t{4} << 30U;
 };
@@ -58,8 +62,11 @@ struct FilmFileContent {
   FilmPart part;
   std::string text;  ///< as it was given to write_film(); not interpreted here
 };
+/// The film's shares of the light, as its text names them; empty: it names none.
+using SharesOfText = std::function<std::vector<LightShare>(const std::string& text)>;
 /// Every value is checked: sizes before memory is taken, both checksums, finite means, counts that
 /// fit the ledger. Errors: as check_film_head().
-Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFormatLimits& limits);
+Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFormatLimits& limits,
+                                  const SharesOfText& shares = nullptr);
 
 }  // namespace core

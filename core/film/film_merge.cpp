@@ -52,7 +52,8 @@ Result<std::vector<Piece>> sorted_pieces(std::span<const FilmPart> parts, int re
       return at_film(ErrorCode::kInvalidArgument, i,
                      "the film has another size or crop than the first one");
     }
-    if (film.has_aux() != first.has_aux() || film.has_splats() != first.has_splats()) {
+    if (film.has_aux() != first.has_aux() || film.has_splats() != first.has_splats() ||
+        film.shares().size() != first.shares().size()) {
       return at_film(ErrorCode::kInvalidArgument, i,
                      "the film has other layers than the first one");
     }
@@ -139,6 +140,7 @@ TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>&
   }
   TileState state = out.tile(tile);
   const auto stride = static_cast<std::size_t>(out.replicates());
+  const std::size_t shares = out.shares().size();
   std::size_t at = 0;
   std::vector<bool> seen(parts.size());
   for (const Piece& piece : pieces) {
@@ -148,6 +150,12 @@ TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>&
     for (std::size_t pixel = 0; pixel * stride < state.pixels.size(); ++pixel) {
       std::copy_n(&source.pixels[pixel * source_stride + static_cast<std::size_t>(piece.offset)],
                   count, &state.pixels[pixel * stride + at]);
+      if (shares > 0) {
+        const std::size_t from_replicate =
+            pixel * source_stride + static_cast<std::size_t>(piece.offset);
+        std::copy_n(&source.shares[from_replicate * shares], count * shares,
+                    &state.shares[(pixel * stride + at) * shares]);
+      }
     }
     at += count;
     if (!seen[piece.part]) {
@@ -212,6 +220,7 @@ Result<FilmPart> merge_films(std::span<const FilmPart> parts, int replicates_max
   settings.height = first.full_height();
   settings.crop = first.crop();
   settings.albedo = settings.normal = settings.depth = first.has_aux();
+  settings.shares = first.shares();
   const int replicates =
       std::accumulate(pieces->begin(), pieces->end(), 0,
                       [](int sum, const Piece& piece) { return sum + piece.range.replicates; });

@@ -32,6 +32,7 @@ inline constexpr std::uint32_t kNoLight = 0xffffffffU;
 struct PlacedMesh {
   std::uint32_t mesh = 0;
   std::uint32_t first_light = kNoLight;  ///< light of triangle 0; the others follow
+  std::uint32_t group = 0;               ///< SceneData::light_groups
 };
 
 struct PlacedInstance {

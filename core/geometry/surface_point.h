@@ -31,6 +31,7 @@ struct SurfacePoint {
   float bulge_m = 0;
   std::uint32_t material = 0;
   std::uint32_t light = kNoLight;
+  std::uint32_t placed = 0;  ///< which PlacedMesh
 };
 
 }  // namespace core

@@ -60,6 +60,12 @@ class Integrator {
   /// The sampler has been started for this pixel and sample. rays: counts those traced.
   virtual PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                            std::uint64_t& rays) const noexcept = 0;
+  /// The same, and adds what the path found to the film's shares of the light, which begin black.
+  /// For integrators that keep shares.
+  virtual PathSample trace_shares(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                                  std::uint64_t& rays, std::span<Rgb> /*shares*/) const noexcept {
+    return trace(camera_ray, sampler, rays);
+  }
   /// One light path, for integrators that splat: as many as camera paths. The sampler has been
   /// started for a pixel and sample, of a stream of its own.
   virtual void trace_light(const PathSampler&, std::uint64_t&, CameraSplats&) const noexcept {}

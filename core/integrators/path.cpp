@@ -20,7 +20,18 @@ template <typename Options>
 PathSample PathTracer<Options>::trace(const Camera::CameraRay& camera_ray,
                                       const PathSampler& sampler,
                                       std::uint64_t& rays) const noexcept {
+  return trace_shares(camera_ray, sampler, rays, {});
+}
+
+template <typename Options>
+PathSample PathTracer<Options>::trace_shares(const Camera::CameraRay& camera_ray,
+                                             const PathSampler& sampler, std::uint64_t& rays,
+                                             std::span<Rgb> shares) const noexcept {
   TracedPath path{start_path(camera_ray, sampler, rays)};
+  if constexpr (Options::has_media) {
+    path.fog = fog_ ? &*fog_ : nullptr;
+    path.shares = shares.empty() ? nullptr : shares.data();
+  }
   follow(path);
   return path.out;
 }
@@ -47,7 +58,7 @@ void PathTracer<Options>::follow(TracedPath& path) const noexcept {
 }
 
 template <typename Options>
-bool PathTracer<Options>::next_vertex(TracedPath& path, PathVertex& vertex) const noexcept {
+bool PathTracer<Options>::reach_surface(TracedPath& path, PathVertex& vertex) const noexcept {
   if (!intersect(scene_, path, vertex)) {
     add_environment(path);
     return false;
@@ -57,6 +68,14 @@ bool PathTracer<Options>::next_vertex(TracedPath& path, PathVertex& vertex) cons
     return false;
   }
   path.beta *= passed;
+  return true;
+}
+
+template <typename Options>
+bool PathTracer<Options>::next_vertex(TracedPath& path, PathVertex& vertex) const noexcept {
+  if (!reach_surface(path, vertex)) {
+    return false;
+  }
   const Material& material = scene_.materials[vertex.point.material];
   if (material.factors.unlit) {
     const Rgb color = unlit_color(material, vertex.point, vertex.wo_world, path.footprint());
@@ -64,7 +83,8 @@ bool PathTracer<Options>::next_vertex(TracedPath& path, PathVertex& vertex) cons
       vertex.shading.frame.n = vertex.point.normal_shading;
       record_first_surface(path.out, vertex, color);
     }
-    path.out.radiance += path.beta * color;
+    credit(path, path.beta * color, path.bounces(),
+           [&] { return scene_.placed[vertex.point.placed].group; });
     return false;
   }
   surface_event(scene_, path, vertex);
@@ -90,13 +110,13 @@ bool PathTracer<Options>::visit(TracedPath& path, PathVertex& vertex,
 /// vertex gives the direction [1/sr]; is_sampled: it could have found it.
 template <typename Options>
 void PathTracer<Options>::add_found(TracedPath& path, Rgb radiance, float pdf_light,
-                                    bool is_sampled) const noexcept {
+                                    bool is_sampled, std::uint32_t group) const noexcept {
   float weight = 1;
   if (is_sampled && options_.strategy == Strategy::kMis) {
     weight = rule(path.last_fitted).weight(path.last.pdf_bsdf, path.last.light_samples * pdf_light);
   }
   const Rgb value = path.beta * radiance * weight;
-  path.out.radiance += value;
+  credit(path, value, path.bounces(), [group] { return group; });
   if (is_sampled && path.in_pair && !path.passed_hole) {
     note_pair(path.out.fit, 1 - weight, value);
   }
@@ -120,7 +140,7 @@ void PathTracer<Options>::add_environment(TracedPath& path) const noexcept {
       path, is_sampled ? environment_->radiance(direction) : environment_->background(direction),
       is_sampled ? lights_.pdf_environment(direction, path.last.origin, path.last.light_normal)
                  : 0.0F,
-      is_sampled);
+      is_sampled, kEnvironmentGroup);
 }
 
 template <typename Options>
@@ -130,10 +150,11 @@ void PathTracer<Options>::add_emission(TracedPath& path, const PathVertex& verte
   if (is_black(radiance)) {
     return;
   }
+  const std::uint32_t group = scene_.placed[vertex.point.placed].group;
   const LastScattering& last = path.last;
   const std::uint32_t light = vertex.point.light;
   if (!(last.pdf_bsdf > 0) || light == kNoLight) {
-    add_found(path, radiance, 0, false);
+    add_found(path, radiance, 0, false, group);
     return;
   }
   if (options_.strategy == Strategy::kLight ||
@@ -143,8 +164,8 @@ void PathTracer<Options>::add_emission(TracedPath& path, const PathVertex& verte
   const Vec3 d = vertex.point.position - last.origin;
   const float cos_light = std::fabs(dot(vertex.point.normal_geometric, vertex.wo_world));
   add_found(path, radiance,
-            lights_.pdf_triangle(light, last.origin, last.light_normal, length(d), cos_light),
-            true);
+            lights_.pdf_triangle(light, last.origin, last.light_normal, length(d), cos_light), true,
+            group);
 }
 
 template <typename Options>
@@ -155,7 +176,8 @@ void PathTracer<Options>::add_direct_light(TracedPath& path, const PathVertex& v
   }
   DirectLight direct = sample_light(path, vertex, bsdf);
   const Rgb value = arriving(path, vertex, direct);
-  path.out.radiance += value;
+  credit(path, value, path.bounces() + 1,
+         [&] { return scene_.group_of_light(direct.light.light); });
   if (fits_weights(path.depth, bsdf)) {
     note_light_sample(path.out.fit, direct.mis_weight, value, direct.in_pair);
   } else if (fits_control(path.depth, bsdf)) {
@@ -355,9 +377,13 @@ std::unique_ptr<GroupTracer> StudyTracer::make_group_tracer() const {
 
 template class PathTracer<StudyOptions>;
 template class PathTracer<DefaultOptions>;
+template class PathTracer<WholeOptions>;
 
 std::unique_ptr<const Integrator> make_path_tracer(const IntegratorInput& input) {
-  if (DefaultOptions::serves(input.settings)) {
+  if (needs_whole_options(input)) {
+    return std::make_unique<WholeTracer>(input);
+  }
+  if (DefaultOptions::serves(input)) {
     return std::make_unique<PathTracer<DefaultOptions>>(input);
   }
   return std::make_unique<StudyTracer>(input);

@@ -28,6 +28,14 @@ bool DefaultOptions::serves(const RenderSettings& settings) {
          settings.light_sampler != LightSamplerType::kRestir;
 }
 
+bool DefaultOptions::serves(const IntegratorInput& input) {
+  return serves(input.settings) && !needs_whole_options(input);
+}
+
+bool needs_whole_options(const IntegratorInput& input) {
+  return input.scene.has_scattering || input.settings.fog || !input.settings.film.shares.empty();
+}
+
 SkyDensity sky_density(const RenderSettings& settings) {
   const StudyOptions asked(settings);
   const bool stands_alone = asked.fit == FitType::kNone && asked.candidates == 1 &&

@@ -1,11 +1,13 @@
 /// What the path tracer does at a vertex, chosen once a job.
 ///
-/// Two types with the same members: StudyOptions holds whatever the settings ask for;
-/// DefaultOptions holds the defaults as constants, so that the default path is compiled without a
-/// branch for anything else. The loop (core/integrators/path_tracer.h) is one source for both.
+/// Types with the same members: StudyOptions holds whatever the settings ask for; WholeOptions also
+/// renders what few jobs have; DefaultOptions holds the defaults as constants, so that the default
+/// path is compiled without a branch for anything else. The loop (core/integrators/path_tracer.h)
+/// is one source for all.
 #pragma once
 
 #include "core/film/replicate_fit.h"
+#include "core/integrators/light_ledger.h"
 #include "core/lights/environment.h"
 #include "core/sampling/mis.h"
 #include "core/settings/settings.h"
@@ -13,6 +15,8 @@
 namespace core {
 
 struct StudyOptions {
+  using Ledger = NoLedger;
+  static constexpr bool has_media = false;  // NOLINT(readability-identifier-naming): a member
   explicit StudyOptions(const RenderSettings& settings);
 
   Strategy strategy;
@@ -28,10 +32,20 @@ struct StudyOptions {
   int max_depth;
 };
 
+/// The same with all that few jobs ask for: media that scatter, shares of the light.
+struct WholeOptions : StudyOptions {
+  using StudyOptions::StudyOptions;
+  using Ledger = LightLedger;
+  static constexpr bool has_media = true;  // NOLINT(readability-identifier-naming): as above
+};
+
 struct DefaultOptions {
+  using Ledger = NoLedger;
   explicit DefaultOptions(const RenderSettings& settings) : max_depth(settings.max_depth) {}
   /// Do the settings ask for nothing else?
   static bool serves(const RenderSettings& settings);
+  /// And has the scene nothing else?
+  static bool serves(const IntegratorInput& input);
 
   // NOLINTBEGIN(readability-identifier-naming): the names of StudyOptions' members
   static constexpr Strategy strategy = Strategy::kMis;
@@ -44,9 +58,13 @@ struct DefaultOptions {
   static constexpr int first_candidates = 1;
   static constexpr bool expected_values = true;
   static constexpr int split_count = 1;
+  static constexpr bool has_media = false;
   // NOLINTEND(readability-identifier-naming)
   int max_depth;
 };
+
+/// Does the job have media that scatter, or shares of the light?
+bool needs_whole_options(const IntegratorInput& input);
 
 /// What path samples the sky by: where each light sample is weighted against the BSDF's, and is no
 /// candidate or partner of others, it need not be found everywhere.

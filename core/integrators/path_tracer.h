@@ -2,6 +2,8 @@
 /// Source: Kajiya 1986; Veach 1997, chapters 9 and 10; PBR 4th ed., section 14.1.
 #pragma once
 
+#include <optional>
+
 #include "core/integrators/integrator.h"
 #include "core/integrators/path_options.h"
 #include "core/light_samplers/light_sampler.h"
@@ -20,7 +22,8 @@ struct TracedPath : PathState {
   std::uint32_t analog_draws = 0;
   bool last_controlled = false;  ///< at the last vertex light samples stand for closed-form lights
   bool last_fitted = false;      ///< at the last vertex weights are fitted
-  bool in_pair = false;  ///< nothing was met since: a light sample could have found this, too
+  bool in_pair = false;   ///< nothing was met since: a light sample could have found this, too
+  Rgb* shares = nullptr;  ///< of the light, one sum each; null: not asked for
 };
 
 /// What a light sample adds to the pixel if nothing is in its way: value * scale.
@@ -42,10 +45,17 @@ class PathTracer final : public Integrator {
         lights_(input.scene, input.environment, input.settings.light_sampler,
                 sky_density(input.settings)),
         options_(input.settings),
+        ledger_(input),
         shares_lights_(input.settings.light_sampler == LightSamplerType::kRestir &&
-                       samples_lights()) {}
+                       samples_lights()) {
+    if (input.settings.fog) {
+      fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m);
+    }
+  }
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                    std::uint64_t& rays) const noexcept override;
+  PathSample trace_shares(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                          std::uint64_t& rays, std::span<Rgb> shares) const noexcept override;
   std::unique_ptr<GroupTracer> make_group_tracer() const override;
 
   // The steps of the loop, for tracers that share light samples (core/policies/shared_lights.cpp).
@@ -102,9 +112,21 @@ class PathTracer final : public Integrator {
   MisRule rule(bool fitted) const noexcept {
     return fitted ? MisRule{MisType::kOptimal, 1} : options_.mis;
   }
+  /// Adds light to the picture, and to its shares. scatterings: on the whole path; group(): of its
+  /// light.
+  template <typename Group>
+  void credit(TracedPath& path, Rgb value, int scatterings, Group&& group) const noexcept {
+    path.out.radiance += value;
+    ledger_.add(path.shares, value * path.branch_weight, scatterings, group);
+  }
+  /// Extends the path to its next surface, through what is in between. False: the path is over.
+  bool reach_surface(TracedPath& path, PathVertex& vertex) const noexcept;
+  bool scatter_within(TracedPath& path, const Medium& medium, float distance_m) const noexcept;
+  void add_light_within(TracedPath& path, const Medium& medium, Vec3 point, Vec4 u) const noexcept;
   void add_environment(TracedPath& path) const noexcept;
   void add_emission(TracedPath& path, const PathVertex& vertex) const noexcept;
-  void add_found(TracedPath& path, Rgb radiance, float pdf_light, bool is_sampled) const noexcept;
+  void add_found(TracedPath& path, Rgb radiance, float pdf_light, bool is_sampled,
+                 std::uint32_t group) const noexcept;
   DirectLight sample_light(TracedPath& path, const PathVertex& vertex,
                            const Bsdf& bsdf) const noexcept;
   DirectLight unoccluded(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
@@ -117,8 +139,20 @@ class PathTracer final : public Integrator {
   const Environment* environment_;
   LightSampler lights_;
   Options options_;
+  [[no_unique_address]] typename Options::Ledger ledger_;
+  std::optional<Fog> fog_;  ///< around the solids
   bool shares_lights_;
 };
+
+using WholeTracer = PathTracer<WholeOptions>;
+template <>
+bool WholeTracer::reach_surface(TracedPath& path, PathVertex& vertex) const noexcept;
+template <>
+bool WholeTracer::scatter_within(TracedPath& path, const Medium& medium,
+                                 float distance_m) const noexcept;
+template <>
+void WholeTracer::add_light_within(TracedPath& path, const Medium& medium, Vec3 point,
+                                   Vec4 u) const noexcept;
 
 using StudyTracer = PathTracer<StudyOptions>;
 std::unique_ptr<GroupTracer> make_shared_lights_tracer(const StudyTracer& owner);

@@ -8,7 +8,7 @@
 namespace core {
 namespace {
 
-constexpr std::array<std::string_view, 11> kPathOptions = {
+constexpr std::array<std::string_view, 12> kPathOptions = {
     "/integrator/max_depth",
     "/estimator/strategy",
     "/estimator/mis",
@@ -20,6 +20,7 @@ constexpr std::array<std::string_view, 11> kPathOptions = {
     "/sampler/replicates",
     "/light_sampler",
     "/adaptive",
+    "/medium",
 };
 constexpr std::array<std::string_view, 3> kDirectOptions = {"/sampler/type", "/sampler/replicates",
                                                             "/adaptive"};
@@ -41,7 +42,9 @@ constexpr std::array kIntegrators = {
                     .bias = "none",
                     .error = ErrorValidity::kValid,
                     .make = &make_path_tracer,
-                    .accepts = kPathOptions},
+                    .accepts = kPathOptions,
+                    .media = true,
+                    .shares = true},
     IntegratorEntry{.name = "direct",
                     .summary = "Emitted and direct light only: the path tracer's picture at "
                                "max_depth 1.",

@@ -203,6 +203,23 @@ FloatImage blank(const FilmSnapshot& film, std::vector<std::string> channels) {
   return image;
 }
 
+void fill_colors(const FilmSnapshot& film, std::span<float> out) {
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    put(&out[3 * i], pixel_value(film, i).mean);
+  }
+}
+
+Result<FloatImage> share_image(const FilmSnapshot& film, std::string_view name) {
+  const auto share = share_of(film, name);
+  if (!share) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "the layer '" + std::string(name) + "' was not recorded by this job", ""};
+  }
+  FloatImage image = blank(film, letters("RGB"));
+  fill_colors(*share, image.values);
+  return image;
+}
+
 /// Rows that are made at a time: one row of tiles, and what the encoders ask for.
 constexpr int kBandRows = kTileSize;
 
@@ -213,6 +230,9 @@ std::span<const LayerEntry> layers() { return kLayers; }
 Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
                                const DenoisedLook* look) {
   const LayerEntry* row = find_layer(name);
+  if (row == nullptr && light_share(name)) {
+    return share_image(film, name);
+  }
   if (row == nullptr) {
     return Error{ErrorCode::kInvalidArgument, "there is no layer '" + std::string(name) + "'", ""};
   }
@@ -233,6 +253,20 @@ Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
   return image;
 }
 
+void mix_shares(FilmSnapshot& film, std::span<const float> weights) {
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    Rgb sum;
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+      sum += film.shares[i * weights.size() + k] * weights[k];
+    }
+    ReplicatePixel& p = film.pixels[i];
+    p.mean_r = sum.r;
+    p.mean_g = sum.g;
+    p.mean_b = sum.b;
+    p.m2_luminance = 0;
+  }
+}
+
 FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settings) {
   std::vector<const LayerEntry*> rows;
   std::vector<std::string> channels;
@@ -248,31 +282,48 @@ FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settin
     }
     rows.push_back(&row);
   }
+  for (const LightShare& share : settings.shares) {
+    for (const std::string& letter : letters("RGB")) {
+      channels.push_back(share.layer + "." + letter);
+    }
+  }
   FloatImage image = blank(film, std::move(channels));
   const std::size_t stride = image.channel_names.size();
   std::size_t first = 0;
-  for (const LayerEntry* row : rows) {
-    const std::size_t count = row->exr_channels.size();
-    std::vector<float> plane(film.pixel_count() * count);
-    row->fill(film, plane);
+  const auto add = [&](const std::vector<float>& plane) {
+    const std::size_t count = plane.size() / film.pixel_count();
     for (std::size_t i = 0; i < film.pixel_count(); ++i) {
       std::copy_n(&plane[i * count], count, &image.values[i * stride + first]);
     }
     first += count;
+  };
+  for (const LayerEntry* row : rows) {
+    std::vector<float> plane(film.pixel_count() * row->exr_channels.size());
+    row->fill(film, plane);
+    add(plane);
+  }
+  for (const LightShare& share : settings.shares) {
+    std::vector<float> plane(film.pixel_count() * 3);
+    if (const auto part = share_of(film, share.layer)) {
+      fill_colors(*part, plane);
+    }
+    add(plane);
   }
   return image;
 }
 
 Result<LayerRows> LayerRows::create(const Film& film, PixelRect rect,
                                     const std::optional<std::string>& layer,
-                                    const FilmSettings& settings, DenoisedLook denoised) {
+                                    const FilmSettings& settings, DenoisedLook denoised,
+                                    std::vector<float> mix) {
   LayerRows rows(film, rect, layer, settings);
   rows.denoised_ = std::move(denoised);
+  rows.mix_ = std::move(mix);
   if (rows.has_errors()) {
     Light light;
     for (int y = 0; y < rect.height; y += kBandRows) {
       light.add(
-          film.snapshot({rect.x, rect.y + y, rect.width, std::min(kBandRows, rect.height - y)}));
+          rows.snapshot({rect.x, rect.y + y, rect.width, std::min(kBandRows, rect.height - y)}));
     }
     rows.mean_luminance_ = light.mean();
   }
@@ -289,7 +340,7 @@ Result<FloatImage> LayerRows::band(int first, int count) const {
   const int above = has_errors() ? std::min(kErrorWindow, first) : 0;
   const int below = has_errors() ? std::min(kErrorWindow, rect_.height - first - count) : 0;
   FilmSnapshot snapshot =
-      film_->snapshot({rect_.x, rect_.y + first - above, rect_.width, above + count + below});
+      this->snapshot({rect_.x, rect_.y + first - above, rect_.width, above + count + below});
   snapshot.mean_luminance = mean_luminance_;
   auto image = layer_ ? layer_image(snapshot, *layer_, &denoised_)
                       : Result<FloatImage>(all_layers_image(snapshot, settings_));
@@ -301,6 +352,14 @@ Result<FloatImage> LayerRows::band(int first, int count) const {
     image->height = count;
   }
   return image;
+}
+
+FilmSnapshot LayerRows::snapshot(PixelRect rect) const {
+  FilmSnapshot out = film_->snapshot(rect);
+  if (!mix_.empty()) {
+    mix_shares(out, mix_);
+  }
+  return out;
 }
 
 ImageRows LayerRows::rows() {
@@ -319,10 +378,12 @@ std::uint64_t LayerRows::bytes(const Film& film, PixelRect rect) {
       static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height);
   const std::uint64_t pixels =
       static_cast<std::uint64_t>(rect.width) * (kBandRows + 2 * kErrorWindow);
-  // The snapshot; sums and planes of errors; the layers, 16 at most, as they were and as they are.
+  // The snapshot, and once more for a share; sums and planes of errors; the layers, 16 and the
+  // shares at most, as they were and as they are.
   constexpr std::uint64_t kErrorBytes = 3 * sizeof(double) + 2 * sizeof(float);
-  constexpr std::uint64_t kLayerBytes = 2 * 16 * sizeof(float);
-  return pixels * (film.bytes() / film_pixels + 1 + kErrorBytes + kLayerBytes);
+  const std::uint64_t layer_bytes = 2 * (16 + 3 * film.shares().size()) * sizeof(float);
+  const std::uint64_t snapshots = film.shares().empty() ? 1 : 2;
+  return pixels * (snapshots * (film.bytes() / film_pixels + 1) + kErrorBytes + layer_bytes);
 }
 
 }  // namespace core

@@ -33,6 +33,7 @@ struct PunctualLight {
   float range_m = 0;
   float cos_inner = 1;
   float cos_outer = 0;
+  std::uint32_t group = 0;  ///< SceneData::light_groups
 
   /// Light that arrives at `to` [W/(m^2 sr) integrated over the delta, i.e. W/m^2 facing the
   /// light]; wi_world and distance_m are set. Formulas: KHR_lights_punctual.

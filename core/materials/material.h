@@ -6,6 +6,7 @@
 #include "core/bsdf/bsdf.h"
 #include "core/color/rgb.h"
 #include "core/description/scene_description.h"
+#include "core/media/medium.h"
 #include "core/textures/texture.h"
 
 namespace core {
@@ -46,7 +47,7 @@ struct Material {
   bool is_volume = false;  ///< bounds a solid (thickness > 0)
   bool transmits = false;  ///< thin or solid, clear or diffuse
   bool is_clear = false;   ///< may have null scattering; Bsdf::straight() returns how much
-  Rgb sigma_a;             ///< absorption inside [1/m]
+  Medium medium;           ///< inside
 };
 
 }  // namespace core

@@ -192,6 +192,25 @@ void apply_anisotropy(const Material& material, const Seen& at, Shading& s) {
 
 }  // namespace
 
+Medium medium_within(const MaterialDescription& f) noexcept {
+  Medium m;
+  if (!(f.attenuation_distance > 0)) {
+    return m;
+  }
+  const auto sigma = [&f](float c) {
+    return -std::log(std::max(c, 1e-6F)) / f.attenuation_distance;
+  };
+  const auto albedo = [&f](float c) {
+    return c > 0 ? single_scattering_albedo(c, f.scatter_anisotropy) : 0.0F;
+  };
+  const Rgb color = f.attenuation_color;
+  const Rgb deep = f.multiscatter_color;
+  m.sigma_t = {sigma(color.r), sigma(color.g), sigma(color.b)};
+  m.sigma_s = m.sigma_t * Rgb{albedo(deep.r), albedo(deep.g), albedo(deep.b)};
+  m.g = f.scatter_anisotropy;
+  return m;
+}
+
 BsdfParameters plain_parameters(const MaterialDescription& f, bool is_volume) noexcept {
   BsdfParameters b;
   b.base_color = clamp01_rgb(f.base_color);

@@ -39,6 +39,9 @@ struct Footprint {
 void shade(const Material& material, const SurfacePoint& point, Vec3 wo_world, Footprint footprint,
            Shading& out) noexcept;
 
+/// What fills a solid of the material (KHR_materials_volume and its scattering extensions).
+Medium medium_within(const MaterialDescription& factors) noexcept;
+
 /// Result of shade() for materials with neither textures nor vertex colours.
 BsdfParameters plain_parameters(const MaterialDescription& factors, bool is_volume) noexcept;
 

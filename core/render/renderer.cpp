@@ -132,6 +132,8 @@ class PictureRenderer final : public Renderer {
   static void finish(PathSample& sample, float weight, std::uint64_t& rejected);
   bool render_waves(TileState& state, const FillRule& rule, int last_sample,
                     const std::stop_token& stop) const;
+  bool render_shares(TileState& state, const FillRule& rule, int last_sample,
+                     const std::stop_token& stop) const;
   bool render_groups(TileState& state, const FillRule& rule, int last_sample,
                      const std::stop_token& stop, GroupTracer& tracer) const;
 
@@ -185,6 +187,34 @@ bool PictureRenderer::render_waves(TileState& state, const FillRule& rule, int l
       [&](std::size_t i) { return wave->result(i); });
 }
 
+bool PictureRenderer::render_shares(TileState& state, const FillRule& rule, int last_sample,
+                                    const std::stop_token& stop) const {
+  const RenderSettings& settings = view_.settings;
+  PathSampler sampler(settings.sampler, settings.replicates, settings.seed,
+                      settings.first_replicate);
+  const auto replicates = static_cast<std::size_t>(settings.replicates);
+  const PixelRect rect = state.rect;
+  std::vector<Rgb> shares(settings.film.shares.size());
+  state.shares.resize(state.pixels.size() * shares.size());
+  return fill_tile(state, rule, last_sample, stop, [&](int x, int y, int s) {
+    const Start from = start(sampler, x, y, s);
+    std::fill(shares.begin(), shares.end(), Rgb{});
+    const std::uint64_t rejected = state.rejected_samples;
+    PathSample sample = planned_.integrator->trace_shares(from.ray, sampler, state.rays, shares);
+    finish(sample, from.weight, state.rejected_samples);
+    const float weight = state.rejected_samples == rejected ? from.weight : 0.0F;
+    for (Rgb& share : shares) {
+      share = weight != 0 ? share * weight : Rgb{};
+    }
+    const auto pixel = static_cast<std::size_t>(y - rect.y) * static_cast<std::size_t>(rect.width) +
+                       static_cast<std::size_t>(x - rect.x);
+    const std::size_t at = pixel * replicates + static_cast<std::size_t>(s) % replicates;
+    add_shares(std::span(state.shares).subspan(at * shares.size(), shares.size()), shares,
+               state.pixels[at].count + 1);
+    return sample;
+  });
+}
+
 bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int last_sample,
                                     const std::stop_token& stop, GroupTracer& tracer) const {
   const RenderSettings& settings = view_.settings;
@@ -222,6 +252,8 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   bool whole = false;
   if (groups != nullptr) {
     whole = render_groups(state, rule, last_sample, stop, *groups);
+  } else if (!settings.film.shares.empty()) {
+    whole = render_shares(state, rule, last_sample, stop);
   } else if (planned_.waves != nullptr) {
     whole = render_waves(state, rule, last_sample, stop);
   } else {
@@ -308,6 +340,46 @@ bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_
   return whole;
 }
 
+/// Media and shares of the light: does the integrator render them, with these options?
+Status check_light(const View& view, const IntegratorEntry* integrator) {
+  const RenderSettings& settings = view.settings;
+  const SceneData& scene = view.scene->data();
+  const auto refused = [](std::string message, std::string pointer) {
+    return Error{ErrorCode::kInvalidArgument, std::move(message), std::move(pointer)};
+  };
+  const bool has_media = scene.has_scattering || settings.fog;
+  if (integrator == nullptr || (!has_media && settings.film.shares.empty())) {
+    return ok_status();
+  }
+  if (has_media && !integrator->media) {
+    return refused("the scene has media that scatter light, which " + settings.integrator +
+                       " does not render; path does",
+                   "/integrator/type");
+  }
+  if (!settings.film.shares.empty() && !integrator->shares) {
+    return refused(settings.integrator + " keeps no shares of the light; path does",
+                   "/film/layers");
+  }
+  for (const LightShare& share : settings.film.shares) {
+    const auto& groups = scene.light_groups;
+    if (share.group && std::find(groups.begin(), groups.end(), *share.group) == groups.end()) {
+      return refused("'" + *share.group + "' is no group of lights of the scene", "/film/layers");
+    }
+  }
+  const std::string reason =
+      has_media ? "does not go with media that scatter" : "does not go with shares of the light";
+  if (settings.light_sampler == LightSamplerType::kRestir) {
+    return refused("'restir' " + reason, "/light_sampler/type");
+  }
+  if (settings.estimator.control_variate != ControlVariateType::kNone) {
+    return refused("a control variate " + reason, "/estimator/control_variate/type");
+  }
+  if (fit_type(settings) != FitType::kNone) {
+    return refused("'optimal' " + reason, "/estimator/mis/type");
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
@@ -328,6 +400,9 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
                  "the scene has dispersion, which " + view.settings.integrator +
                      " does not render; path does",
                  "/integrator/type"};
+  }
+  if (const Status fits = check_light(view, integrator); !fits) {
+    return fits.error();
   }
   const SceneSummary& summary = view.scene->summary();
   const auto camera =

@@ -14,15 +14,18 @@
 ///                                                         integrators/bdpt
 ///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
+///                                                         integrators/path_media
 ///                                                         wave/wave_tracer
 ///   light   y z     where on it                           integrators/path integrators/direct
 ///                                                         integrators/bdpt
 ///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
+///                                                         integrators/path_media
 ///                                                         wave/wave_tracer
 ///   light   w       Russian roulette of the path          integrators/path
 ///                                                         integrators/bdpt
 ///                                                         integrators/shared_lights
+///                                                         integrators/path_media
 ///                                                         wave/wave_tracer
 ///   bsdf    x       which lobe                            integrators/path integrators/direct
 ///                                                         integrators/light_trace integrators/bdpt
@@ -31,9 +34,12 @@
 ///   bsdf    y z     direction                             integrators/path integrators/direct
 ///                                                         integrators/light_trace integrators/bdpt
 ///                                                         integrators/photon_mapping
+///                                                         integrators/path_media
 ///                                                         wave/wave_tracer render/feature_pass
 ///   bsdf    w       delta lobe or not, where directions   integrators/path
 ///                   do not follow the BSDF
+///   volume  x       which channel's extinction            transport/medium_sample
+///   volume  y       how far within a medium               transport/medium_sample
 ///   volume  w       hero wavelength                       transport/surface_event
 ///   choice  x       which of several light candidates     integrators/path
 ///                                                         integrators/shared_lights

@@ -67,6 +67,7 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
   summary.emissive_triangles = scene->data_->triangle_lights.size();
   summary.cameras = std::move(description.cameras);
   summary.lights = std::move(description.lights);
+  summary.light_groups = scene->data_->light_groups;
   summary.variants = std::move(description.variants);
   summary.animations = std::move(description.animations);
   summary.extensions = std::move(description.extensions);

@@ -30,6 +30,7 @@ struct SceneSummary {
   std::vector<CameraDescription> cameras;
   std::vector<PunctualLightDescription> lights;
   std::vector<std::string> materials;
+  std::vector<std::string> light_groups;
   std::vector<std::string> variants;
   std::vector<std::string> animations;
   std::vector<std::string> extensions;

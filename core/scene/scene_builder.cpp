@@ -10,6 +10,7 @@
 
 #include "core/materials/shade.h"
 #include "core/math/numbers.h"
+#include "core/scene/light_groups.h"
 #include "core/textures/colored_blocks.h"
 
 namespace core {
@@ -21,6 +22,7 @@ class Builder {
   Builder(SceneDescription& from, SceneData& to) : from_(from), to_(to) {}
 
   Status run(int threads, std::string_view isa) {
+    to_.light_groups = {"environment"};
     if (Status s = add_materials(); !s) {
       return s;
     }
@@ -128,15 +130,10 @@ class Builder {
       m.has_alpha = d.alpha_mode == AlphaMode::kMask || (d.alpha_mode == AlphaMode::kBlend);
       m.transmits = (d.transmission > 0 && d.ior != 0) || d.diffuse_transmission > 0;
       m.is_volume = (d.transmission > 0 || d.diffuse_transmission > 0) && d.thickness > 0;
-      if (m.is_volume && d.attenuation_distance > 0) {
-        const auto sigma = [&d](float c) {
-          return -std::log(std::max(c, 1e-6F)) / d.attenuation_distance;
-        };
-        m.sigma_a = {sigma(d.attenuation_color.r), sigma(d.attenuation_color.g),
-                     sigma(d.attenuation_color.b)};
-      }
+      m.medium = m.is_volume ? medium_within(d) : Medium{};
       m.plain = plain_parameters(d, m.is_volume);
       to_.has_volumes = to_.has_volumes || m.is_volume;
+      to_.has_scattering = to_.has_scattering || m.medium.scatters();
       to_.materials.push_back(std::move(m));
     }
     for (Material& m : to_.materials) {
@@ -244,7 +241,7 @@ class Builder {
       ++uses[static_cast<std::size_t>(instance.mesh)];
     }
     // Meshes used once are moved into world space: one level less to traverse.
-    std::vector<std::uint32_t> group_of(from_.meshes.size(), 0);
+    std::vector<std::uint32_t> tree_of(from_.meshes.size(), 0);
     for (const InstanceDescription& instance : from_.instances) {
       const auto id = static_cast<std::size_t>(instance.mesh);
       if (uses[id] != 1) {
@@ -255,7 +252,8 @@ class Builder {
           continue;
         }
         to_.meshes.push_back(take(std::move(p), &instance.to_world));
-        to_.placed.push_back({static_cast<std::uint32_t>(to_.meshes.size() - 1), kNoLight});
+        to_.placed.push_back({static_cast<std::uint32_t>(to_.meshes.size() - 1), kNoLight,
+                              group_of(instance, to_.meshes.back().material)});
       }
     }
     top_level_ = to_.placed.size();
@@ -263,7 +261,7 @@ class Builder {
       if (uses[id] < 2) {
         continue;
       }
-      group_of[id] = static_cast<std::uint32_t>(groups_.size());
+      tree_of[id] = static_cast<std::uint32_t>(groups_.size());
       groups_.emplace_back();
       for (PrimitiveDescription& p : from_.meshes[id].primitives) {
         if (p.indices.empty()) {
@@ -275,16 +273,26 @@ class Builder {
     }
     for (const InstanceDescription& instance : from_.instances) {
       const auto id = static_cast<std::size_t>(instance.mesh);
-      if (uses[id] < 2 || groups_[group_of[id]].empty() ||
+      if (uses[id] < 2 || groups_[tree_of[id]].empty() ||
           std::fabs(instance.to_world.determinant()) < 1e-30F) {
         continue;
       }
       to_.instances.push_back({instance.to_world, static_cast<std::uint32_t>(to_.placed.size())});
-      instance_groups_.push_back(group_of[id]);
-      for (const std::uint32_t mesh : groups_[group_of[id]]) {
-        to_.placed.push_back({mesh, kNoLight});
+      instance_groups_.push_back(tree_of[id]);
+      for (const std::uint32_t mesh : groups_[tree_of[id]]) {
+        to_.placed.push_back({mesh, kNoLight, group_of(instance, to_.meshes[mesh].material)});
       }
     }
+  }
+
+  /// Of lights; what does not shine has none, and is given the first.
+  std::uint32_t group_of(const InstanceDescription& instance, std::uint32_t material) {
+    const Material& m = to_.materials[material];
+    if (!m.is_emissive && !m.factors.unlit) {
+      return kEnvironmentGroup;
+    }
+    const std::string& mesh = from_.meshes[static_cast<std::size_t>(instance.mesh)].name;
+    return light_group(to_.light_groups, instance.group.empty() ? mesh : instance.group);
   }
 
   static AccelGeometry geometry(const MeshData& mesh) {
@@ -340,6 +348,7 @@ class Builder {
       light.range_m = d.range_m;
       light.cos_inner = std::cos(d.inner_cone_rad);
       light.cos_outer = std::cos(d.outer_cone_rad);
+      light.group = light_group(to_.light_groups, d.group.empty() ? d.name : d.group);
       to_.punctual_lights.push_back(light);
     }
     // Directional lights have no place in the tree: they come last.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/accel/accel.h"
@@ -14,6 +15,9 @@
 #include "core/textures/texture.h"
 
 namespace core {
+
+/// SceneData::light_groups.
+inline constexpr std::uint32_t kEnvironmentGroup = 0;
 
 class SceneData {
  public:
@@ -31,7 +35,18 @@ class SceneData {
   bool has_alpha = false;
   bool has_volumes = false;
   bool has_clear = false;
+  bool has_scattering = false;  ///< inside of a solid
+  /// Names of groups of lights; the first is the environment's.
+  std::vector<std::string> light_groups;
 
+  /// Of light number `light` (LightSample::light).
+  std::uint32_t group_of_light(std::uint32_t light) const noexcept {
+    if (light < triangle_lights.size()) {
+      return placed[triangle_lights[light].placed].group;
+    }
+    light -= static_cast<std::uint32_t>(triangle_lights.size());
+    return light < punctual_lights.size() ? punctual_lights[light].group : kEnvironmentGroup;
+  }
   const PlacedMesh& placed_mesh(const RawHit& hit) const noexcept {
     return placed[hit.instance == kNoInstance
                       ? hit.geometry

@@ -125,6 +125,7 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
     s.tangent_sign = (t.w < 0) != mirrored ? -1.0F : 1.0F;
   }
   s.material = mesh.material;
+  s.placed = static_cast<std::uint32_t>(&here - placed.data());
   s.light = here.first_light == kNoLight ? kNoLight : here.first_light + hit.primitive;
   return s;
 }

@@ -161,6 +161,7 @@ class SceneWriter {
     put_extension(json, "KHR_materials_specular", specular_json(m));
     put_extension(json, "KHR_materials_transmission", transmission_json(m));
     put_extension(json, "KHR_materials_volume", volume_json(m));
+    put_extension(json, "KHR_materials_volume_scatter", scatter_json(m));
     put_extension(json, "KHR_materials_clearcoat", clearcoat_json(m));
     put_extension(json, "KHR_materials_sheen", sheen_json(m));
     put_extension(json, "KHR_materials_iridescence", iridescence_json(m));
@@ -195,6 +196,12 @@ class SceneWriter {
     put(e, "attenuationDistance", std::max(m.attenuation_distance, 0.0F), 0);
     put(e, "attenuationColor", m.attenuation_color, {1, 1, 1});
     put_texture(e, "thicknessTexture", m.thickness_texture);
+    return e;
+  }
+  Json scatter_json(const MaterialDescription& m) {
+    Json e;
+    put(e, "multiscatterColor", m.multiscatter_color, {0, 0, 0});
+    put(e, "scatterAnisotropy", m.scatter_anisotropy, 0);
     return e;
   }
   Json clearcoat_json(const MaterialDescription& m) {

@@ -241,6 +241,11 @@ class MaterialReader {
       m_.attenuation_distance = value_number(*e, "attenuationDistance", 0);
       m_.attenuation_color = value_rgb(*e, "attenuationColor", {1, 1, 1});
     }
+    if (const auto* e = extension("KHR_materials_volume_scatter")) {
+      const Rgb color = value_rgb(*e, "multiscatterColor", {0, 0, 0});
+      m_.multiscatter_color = value_rgb(*e, "multiscatterColorFactor", color);
+      m_.scatter_anisotropy = value_number(*e, "scatterAnisotropy", 0);
+    }
     if (const auto* e = extension("KHR_materials_dispersion")) {
       m_.dispersion = value_number(*e, "dispersion", 0);
     }
@@ -250,6 +255,34 @@ class MaterialReader {
       m_.diffuse_transmission_color = value_rgb(*e, "diffuseTransmissionColorFactor", {1, 1, 1});
       texture(m_.diffuse_transmission_color_texture,
               reference_of(*e, "diffuseTransmissionColorTexture"));
+    }
+    if (const auto* e = extension("KHR_materials_scatter")) {
+      read_scatter(*e);
+    }
+  }
+
+  /// KHR_materials_scatter: with a volume the medium scatters; thin walls transmit that share
+  /// diffusely instead of straight on.
+  void read_scatter(const tinygltf::Value& e) {
+    const float strength = value_number(e, "scatterStrengthFactor", 1);
+    const Rgb color = value_rgb(e, "multiscatterColorFactor", {1, 1, 1});
+    if (m_.thickness > 0) {
+      m_.multiscatter_color = color * strength;
+      m_.scatter_anisotropy = value_number(e, "scatterAnisotropy", 0);
+      return;
+    }
+    const float straight = m_.transmission * (1 - strength);
+    if (straight < 1) {
+      m_.diffuse_transmission = m_.transmission * strength / (1 - straight);
+      m_.diffuse_transmission_color = color;
+      texture(m_.diffuse_transmission_color_texture, reference_of(e, "multiscatterColorTexture"));
+    }
+    m_.transmission = straight;
+    if (m_.transmission_texture.image >= 0) {
+      scene_.warnings.push_back("material '" + m_.name +
+                                "': KHR_materials_scatter takes transmissionFactor alone for thin "
+                                "walls, not its texture");
+      m_.transmission_texture = {};
     }
   }
 

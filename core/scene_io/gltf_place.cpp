@@ -113,6 +113,17 @@ class NodePlacer {
     light.inner_cone_rad = static_cast<float>(in.spot.innerConeAngle);
     light.outer_cone_rad = static_cast<float>(in.spot.outerConeAngle);
     light.to_world = transform_of(node);
+    light.group = group_of(node);
+  }
+
+  /// Of lights: extras.light_group, else the node's name.
+  std::string group_of(int node) const {
+    const tinygltf::Node& n = node_at(node);
+    if (n.extras.IsObject() && n.extras.Has("light_group") &&
+        n.extras.Get("light_group").IsString()) {
+      return n.extras.Get("light_group").Get<std::string>();
+    }
+    return n.name;
   }
 
   std::vector<float> weights_of(int node) const {
@@ -174,7 +185,7 @@ class NodePlacer {
           "more than " + std::to_string(options_.limits.instances_max) + " instances in the scene",
           "/nodes/" + std::to_string(node)};
     }
-    scene_.instances.push_back({*mesh, to_world});
+    scene_.instances.push_back({*mesh, to_world, group_of(node)});
     return ok_status();
   }
 

@@ -249,6 +249,12 @@ constexpr std::array kDispersion = {number("dispersion", 0, kBig)};
 constexpr std::array kDiffuseTransmission = {
     factor("diffuseTransmissionFactor"), texture("diffuseTransmissionTexture"),
     numbers("diffuseTransmissionColorFactor", 3, 0, 1), texture("diffuseTransmissionColorTexture")};
+constexpr std::array kVolumeScatter = {numbers("multiscatterColor", 3, 0, 1),
+                                       numbers("multiscatterColorFactor", 3, 0, 1),
+                                       number("scatterAnisotropy", -0.999, 0.999)};
+constexpr std::array kScatter = {
+    factor("scatterStrengthFactor"), numbers("multiscatterColorFactor", 3, 0, 1),
+    texture("multiscatterColorTexture"), number("scatterAnisotropy", -0.999, 0.999)};
 constexpr std::array kSpecGloss = {numbers("diffuseFactor", 4, 0, 1), texture("diffuseTexture"),
                                    numbers("specularFactor", 3, 0, 1), factor("glossinessFactor"),
                                    texture("specularGlossinessTexture")};
@@ -316,10 +322,12 @@ constexpr std::array kSchemas = {
     Row{"material/KHR_materials_anisotropy", kAnisotropy},
     Row{"material/KHR_materials_dispersion", kDispersion},
     Row{"material/KHR_materials_diffuse_transmission", kDiffuseTransmission},
+    Row{"material/KHR_materials_scatter", kScatter},
+    Row{"material/KHR_materials_volume_scatter", kVolumeScatter},
     Row{"material/KHR_materials_pbrSpecularGlossiness", kSpecGloss},
 };
 
-constexpr std::array<std::string_view, 27> kSupported = {"EXT_lights_image_based",
+constexpr std::array<std::string_view, 29> kSupported = {"EXT_lights_image_based",
                                                          "EXT_mesh_gpu_instancing",
                                                          "EXT_meshopt_compression",
                                                          "EXT_texture_webp",
@@ -334,12 +342,14 @@ constexpr std::array<std::string_view, 27> kSupported = {"EXT_lights_image_based
                                                          "KHR_materials_ior",
                                                          "KHR_materials_iridescence",
                                                          "KHR_materials_pbrSpecularGlossiness",
+                                                         "KHR_materials_scatter",
                                                          "KHR_materials_sheen",
                                                          "KHR_materials_specular",
                                                          "KHR_materials_transmission",
                                                          "KHR_materials_unlit",
                                                          "KHR_materials_variants",
                                                          "KHR_materials_volume",
+                                                         "KHR_materials_volume_scatter",
                                                          "KHR_mesh_quantization",
                                                          "KHR_node_visibility",
                                                          "KHR_texture_basisu",

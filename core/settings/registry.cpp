@@ -192,6 +192,11 @@ constexpr std::array kFilters = {
                            "Blackman-Harris window."},
 };
 
+constexpr std::array kFogTypes = {
+    NamedValue<FogType>{"homogeneous", FogType::kHomogeneous,
+                        "The same coefficients everywhere; density may fall with height."},
+};
+
 }  // namespace
 
 std::span<const NamedValue<ErrorValidity>> error_validities() { return kErrorValidities; }
@@ -209,6 +214,7 @@ std::span<const NamedValue<AdaptiveType>> adaptive_types() { return kAdaptiveTyp
 std::span<const LaboratoryRule> laboratory_rules() { return kLaboratoryRules; }
 std::span<const NamedValue<Granularity>> granularities() { return kGranularities; }
 std::span<const NamedValue<FilterType>> filters() { return kFilters; }
+std::span<const NamedValue<FogType>> fog_types() { return kFogTypes; }
 
 namespace {
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -53,6 +54,8 @@ struct IntegratorEntry {
   bool splats = false;    ///< light paths add to any pixel: errors of pixels are correlated
   bool disperses = true;  ///< false: scenes with dispersion are refused
   bool photons = false;   ///< camera paths look up photons, of each sample anew
+  bool media = false;     ///< false: scenes with media that scatter are refused
+  bool shares = false;    ///< keeps shares of the picture's light in layers of their own
   /// Its own defaults, over those of RenderSettings; null: it has none.
   void (*set_defaults)(RenderSettings& settings) = nullptr;
 };
@@ -88,6 +91,7 @@ std::span<const NamedValue<bool>> expected_value_types();
 std::span<const NamedValue<AdaptiveType>> adaptive_types();
 std::span<const NamedValue<Granularity>> granularities();
 std::span<const NamedValue<FilterType>> filters();
+std::span<const NamedValue<FogType>> fog_types();
 
 /// The row of a value. Pre: there is one.
 template <typename T>
@@ -134,6 +138,15 @@ struct LayerEntry {
 std::span<const LayerEntry> layers();
 /// Null: no such row.
 const LayerEntry* find_layer(std::string_view name);
+
+/// Layers that have no row, for there is one for each number or name.
+struct LayerPattern {
+  std::string_view name;
+  std::string_view summary;
+};
+std::span<const LayerPattern> layer_patterns();
+/// Of a layer `bounce:N`, `bounce:N-` (N and more) or `light:NAME`; empty: it is none of them.
+std::optional<LightShare> light_share(std::string_view layer);
 
 /// Samples per pixel of one whole set in every replicate, for samplers whose sets have no prefixes;
 /// 1 for the others.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,6 +29,15 @@ struct FilterSettings {
   float radius_px = 1.5F;
 };
 
+/// A part of the picture's light that a film keeps beside it: a layer `bounce:N` or `light:NAME`.
+struct LightShare {
+  std::string layer;
+  int first_bounce = 0;  ///< scatterings of the paths, from the first to the last
+  int last_bounce = std::numeric_limits<int>::max();
+  std::optional<std::string> group;  ///< lights that they come from; empty: all
+  friend bool operator==(const LightShare&, const LightShare&) = default;
+};
+
 struct FilmSettings {
   int width = 960;
   int height = 540;
@@ -37,8 +47,9 @@ struct FilmSettings {
   bool albedo = true;
   bool normal = true;
   bool depth = true;
+  std::vector<LightShare> shares;
 
-  constexpr bool has_aux() const noexcept { return albedo || normal || depth; }
+  bool has_aux() const noexcept { return albedo || normal || depth; }
 };
 
 /// Overrides of the file's camera; empty members are the file's own values.
@@ -106,6 +117,17 @@ struct PhotonSettings {
   int final_gather = 1;    ///< photon-map: directions in which the map is looked up; 0: here
 };
 
+enum class FogType { kHomogeneous };
+
+/// A medium around everything, within the sphere around the scene. Coefficients at height 0 [1/m].
+struct FogSettings {
+  FogType type = FogType::kHomogeneous;
+  Rgb scattering;
+  Rgb absorption;
+  float g = 0;               ///< mean cosine of the angle of scattering
+  float height_falloff = 0;  ///< density falls with exp(-height_falloff * y) [1/m]
+};
+
 struct RenderSettings {
   FilmSettings film;
   std::string integrator = "path";
@@ -122,6 +144,7 @@ struct RenderSettings {
   int block_candidates = 1;  ///< restir: light samples of each path, of which one is shared
   AdaptiveSettings adaptive;
   PhotonSettings photons;
+  std::optional<FogSettings> fog;
   std::uint64_t seed = 0;
 };
 

@@ -8,6 +8,7 @@
 #include "core/accel/accel.h"
 #include "core/camera/camera.h"
 #include "core/materials/shade.h"
+#include "core/media/fog.h"
 #include "core/samplers/path_sampler.h"
 #include "core/transport/medium_stack.h"
 
@@ -26,11 +27,11 @@ struct LastScattering {
 };
 
 struct PathState {
-  PathSampler sampler;       ///< started for the pixel and sample
-  std::uint64_t& rays;       ///< counts the rays traced
-  Ray ray{};                 ///< direction is unit
-  Rgb beta = {1, 1, 1};      ///< throughput: BSDF, cosine and transmittance over density
-  int depth = 0;             ///< surfaces met so far, holes left out; names the random numbers
+  PathSampler sampler;   ///< started for the pixel and sample
+  std::uint64_t& rays;   ///< counts the rays traced
+  Ray ray{};             ///< direction is unit
+  Rgb beta = {1, 1, 1};  ///< throughput: BSDF, cosine and transmittance over density
+  int depth = 0;         ///< surfaces met and scatterings in media so far; names the random numbers
   int null_scatterings = 0;  ///< of these, clear surfaces passed without a change of direction
   LastScattering last{};
   float eta_scale =
@@ -43,8 +44,13 @@ struct PathState {
   MediumStack media{};          ///< the solids around the current segment
   std::uint32_t alpha_tests = 0;  ///< random numbers drawn for holes so far
   float wavelength_nm = 0;        ///< hero wavelength; 0: the path carries all of them
+  int medium_scatterings = 0;     ///< of `depth`, those within media
+  const Fog* fog = nullptr;       ///< around the solids; null: there is none
 
-  int scatterings() const noexcept { return depth - null_scatterings; }
+  /// At surfaces.
+  int scatterings() const noexcept { return depth - null_scatterings - medium_scatterings; }
+  /// Everywhere.
+  int bounces() const noexcept { return depth - null_scatterings; }
   Footprint footprint() const noexcept { return {cone_width_m, is_sharp}; }
 };
 

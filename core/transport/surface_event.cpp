@@ -52,11 +52,6 @@ void solid_boundary(PathState& path, const Material& material, PathVertex& verte
 
 }  // namespace
 
-Rgb transmittance(Rgb sigma_a, float distance_m) noexcept {
-  return {std::exp(-sigma_a.r * distance_m), std::exp(-sigma_a.g * distance_m),
-          std::exp(-sigma_a.b * distance_m)};
-}
-
 float relative_ior(const PathState& path, const MediumStack& media, const Material& material,
                    bool front) noexcept {
   const Material* around = front ? media.top() : media.without(&material);
@@ -64,16 +59,22 @@ float relative_ior(const PathState& path, const MediumStack& media, const Materi
   return inner / ior_of(path, around);
 }
 
-Rgb segment_transmittance(const SceneData& scene, PathState& path,
-                          const PathVertex& vertex) noexcept {
+const Medium* segment_medium(const SceneData& scene, PathState& path,
+                             const PathVertex& vertex) noexcept {
   path.cone_width_m += path.cone_spread_rad * vertex.distance_m;
   const Material& material = scene.materials[vertex.point.material];
   const bool from_inside = dot(vertex.point.normal_geometric, vertex.wo_world) < 0;
   if (from_inside && material.is_volume && path.media.top() == nullptr) {
     path.media.enter(&material);
   }
-  const Material* medium = path.media.top();
-  return medium != nullptr ? transmittance(medium->sigma_a, vertex.distance_m) : Rgb(1);
+  const Material* solid = path.media.top();
+  return solid != nullptr ? &solid->medium : nullptr;
+}
+
+Rgb segment_transmittance(const SceneData& scene, PathState& path,
+                          const PathVertex& vertex) noexcept {
+  const Medium* medium = segment_medium(scene, path, vertex);
+  return medium != nullptr ? transmittance(medium->sigma_t, vertex.distance_m) : Rgb(1);
 }
 
 void surface_event(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept {

@@ -9,7 +9,12 @@ namespace core {
 
 /// Widens the ray cone over the segment to `vertex`, enters the solid when the segment turns out to
 /// lie inside one that was never entered (the eye is inside, or the way led through a hole), and
-/// returns the transmittance of the segment (Beer and Lambert), per channel.
+/// returns what fills the solid around the segment; null: it is in none.
+const Medium* segment_medium(const SceneData& scene, PathState& path,
+                             const PathVertex& vertex) noexcept;
+
+/// The same for media that absorb only: returns the transmittance of the segment (Beer and
+/// Lambert), per channel.
 Rgb segment_transmittance(const SceneData& scene, PathState& path,
                           const PathVertex& vertex) noexcept;
 
@@ -24,8 +29,5 @@ void surface_event(const SceneData& scene, PathState& path, PathVertex& vertex) 
 /// front: the boundary is seen from outside.
 float relative_ior(const PathState& path, const MediumStack& media, const Material& material,
                    bool front) noexcept;
-
-/// exp(-sigma_a distance): Beer-Lambert transmittance. sigma_a [1/m].
-Rgb transmittance(Rgb sigma_a, float distance_m) noexcept;
 
 }  // namespace core

@@ -9,9 +9,18 @@ Visibility visibility(const SceneData& scene, PathState& path, const Ray& shadow
                       MediumStack& media, ClearSurfaces clear) noexcept {
   ++path.rays;
   Rgb open(1);
-  const auto absorb = [&open, &media](Vec3 segment) {
+  const auto absorb = [&open, &media, &path](Vec3 from, Vec3 segment) {
     if (media.top() != nullptr) {
-      open *= transmittance(media.top()->sigma_a, length(segment));
+      open *= transmittance(media.top()->medium.sigma_t, length(segment));
+    } else if (path.fog != nullptr) {
+      const float distance_m = length(segment);
+      open *= path.fog->transmittance(from, segment * (1 / distance_m), distance_m);
+    }
+  };
+  // To infinity solids end somewhere; where they do not, their mesh has a hole.
+  const auto absorb_far = [&open, &media, &path](const Ray& ray) {
+    if (media.top() == nullptr && path.fog != nullptr) {
+      open *= path.fog->transmittance(ray.origin, ray.direction, kFar);
     }
   };
   const bool passes_clear = clear == ClearSurfaces::kPass && scene.has_clear;
@@ -20,7 +29,9 @@ Visibility visibility(const SceneData& scene, PathState& path, const Ray& shadow
       return {};
     }
     if (shadow.t_max <= 1) {
-      absorb(shadow.direction);
+      absorb(shadow.origin, shadow.direction);
+    } else {
+      absorb_far(shadow);
     }
     return {open, true};
   }
@@ -30,8 +41,10 @@ Visibility visibility(const SceneData& scene, PathState& path, const Ray& shadow
   for (int pass = 0; pass < kNullScatteringMax; ++pass) {
     RawHit hit;
     if (!scene.accel->intersect(ray, hit)) {
-      if (!far) {
-        absorb(ray.direction);
+      if (far) {
+        absorb_far(ray);
+      } else {
+        absorb(ray.origin, ray.direction);
       }
       return {open, pass == 0};
     }
@@ -42,7 +55,7 @@ Visibility visibility(const SceneData& scene, PathState& path, const Ray& shadow
       return {};
     }
     const SurfacePoint hole = scene.surface_point(hit, ray);
-    absorb(hole.position - ray.origin);
+    absorb(ray.origin, hole.position - ray.origin);
     Rgb transmitted(1 - coverage);
     if (is_clear && coverage > 0) {
       const Vec3 wo = -normalize(ray.direction);

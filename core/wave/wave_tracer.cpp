@@ -490,7 +490,7 @@ std::unique_ptr<const WaveTracer> make_tracer(const IntegratorInput& input, int 
 bool waves_serve(std::string_view isa) noexcept { return kHasLanes && isa.starts_with("avx"); }
 
 std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width) {
-  if (input.settings.integrator != "path" || !DefaultOptions::serves(input.settings) ||
+  if (input.settings.integrator != "path" || !DefaultOptions::serves(input) ||
       !input.scene.accel->has_packets()) {
     return nullptr;
   }

@@ -31,7 +31,8 @@ core::Result<std::optional<std::string>> denoised_layer(const api::ImageQuery& q
   if (!query.layer || *query.layer == core::kBeauty) {
     return std::optional<std::string>("denoised");
   }
-  if (core::find_layer(*query.layer)->fill_denoised == nullptr) {
+  const core::LayerEntry* layer = core::find_layer(*query.layer);
+  if (layer == nullptr || layer->fill_denoised == nullptr) {
     return core::Error{core::ErrorCode::kInvalidArgument,
                        "the layer '" + *query.layer + "' is not denoised", "/denoise"};
   }

@@ -85,17 +85,18 @@ std::map<std::string, std::string> provenance(const api::JobView& view,
 
 /// EXR shows all layers unless one is asked for, or the denoised picture.
 bool shows_all_layers(const Picture& picture) {
-  return !picture.query.layer && picture.format.extension == "exr" && !picture.denoised;
+  return picture.query.mix.empty() && !picture.query.layer && picture.format.extension == "exr" &&
+         !picture.denoised;
 }
 
 /// What a picture takes at most until it is sent.
 std::uint64_t working_bytes(const core::Film& film, const Picture& picture) {
-  constexpr int kChannelsMax = 16;  // of all layers
+  const int channels_max = 16 + 3 * static_cast<int>(film.shares().size());  // of all layers
   const bool all_layers = shows_all_layers(picture);
   const int most = picture.query.max_size.value_or(std::numeric_limits<int>::max());
   return core::LayerRows::bytes(film, picture.rect) +
          core::encoding_bytes(std::min(picture.rect.width, most),
-                              std::min(picture.rect.height, most), all_layers ? kChannelsMax : 4,
+                              std::min(picture.rect.height, most), all_layers ? channels_max : 4,
                               picture.format);
 }
 
@@ -105,7 +106,7 @@ std::string_view layer_of(const api::ImageQuery& query) {
 
 bool is_color(const api::ImageQuery& query) {
   const core::LayerEntry* layer = core::find_layer(layer_of(query));
-  return layer != nullptr && layer->is_color;
+  return layer == nullptr || layer->is_color;  // shares of the light have no row
 }
 
 core::EncodeOptions encode_options(const Picture& picture, const api::ServerView& about) {
@@ -125,6 +126,28 @@ core::EncodeOptions encode_options(const Picture& picture, const api::ServerView
   return options;
 }
 
+/// Sums of shares of the light stand for the picture, and have its error.
+std::optional<Error> refused_mix(const core::Film& film, const Picture& picture) {
+  const api::ImageQuery& query = picture.query;
+  if (query.mix.empty()) {
+    return std::nullopt;
+  }
+  const auto refused = [](std::string why) {
+    return Error{ErrorCode::kInvalidArgument, std::move(why), "/mix"};
+  };
+  if (query.mix.size() != film.shares().size()) {
+    return refused("has " + std::to_string(query.mix.size()) + " weights; the job keeps " +
+                   std::to_string(film.shares().size()) + " shares of the light");
+  }
+  if (layer_of(query) != core::kBeauty && layer_of(query) != "error") {
+    return refused("is of the layers beauty and error");
+  }
+  if (query.denoise != api::DenoiseShow::kOff) {
+    return refused("is not denoised");
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Picture& picture,
@@ -138,6 +161,9 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
       (!is_color(picture.query) || (!picture.query.layer && picture.format.extension == "exr"))) {
     return Error{ErrorCode::kInvalidArgument, "only one layer of colour stands before a background",
                  "/background"};
+  }
+  if (const auto refused = refused_mix(film, picture)) {
+    return *refused;
   }
   auto lease = memory_.take(working_bytes(film, picture), "the picture", patience);
   if (!lease) {
@@ -153,7 +179,8 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
       film, picture.rect,
       all_layers ? std::nullopt : std::optional(layer->value_or(std::string(core::kBeauty))),
       picture.view.spec.render.film,
-      {picture.denoised, is_full ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed});
+      {picture.denoised, is_full ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed},
+      picture.query.mix);
   if (!layers) {
     return Error{layers.error().code, layers.error().message, "/layer"};
   }

@@ -50,6 +50,24 @@ void add_error(api::PixelLayer& beauty, const core::FilmSnapshot& snapshot, std:
   }
 }
 
+struct PixelPlace {
+  int x = 0;
+  int y = 0;
+};
+
+/// A share of the light; snapshot: with the share in place of the picture.
+api::PixelLayer share_layer(const core::FilmSnapshot& snapshot, const std::string& layer,
+                            std::size_t index, PixelPlace at, bool has_interval) {
+  api::PixelLayer out{.name = layer,
+                      .mean = triple(core::pixel_value(snapshot, index).mean),
+                      .standard_error = {},
+                      .low = unknown(3),
+                      .high = unknown(3),
+                      .halves = {}};
+  add_error(out, snapshot, index, core::pixel_error(snapshot, at.x, at.y), has_interval);
+  return out;
+}
+
 }  // namespace
 
 api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec& spec, int x,
@@ -72,6 +90,10 @@ api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec
       add_error(pixel.layers.back(), snapshot, index, core::pixel_error(snapshot, x, y),
                 core::errors_are_valid(spec.render));
     }
+  }
+  for (const std::string& layer : snapshot.share_layers) {
+    pixel.layers.push_back(share_layer(*core::share_of(snapshot, layer), layer, index, {x, y},
+                                       core::errors_are_valid(spec.render)));
   }
   return pixel;
 }

@@ -32,6 +32,7 @@ core::FilmFormatLimits film_limits() {
   return {.side_max = static_cast<int>(api::limits::kFilmSide),
           .pixels_max = api::limits::kFilmPixels,
           .replicates_max = static_cast<int>(api::limits::kReplicates),
+          .shares_max = static_cast<int>(api::limits::kLightShares),
           .text_bytes_max = static_cast<std::uint32_t>(api::limits::kBodyBytes),
           .file_bytes_max = static_cast<std::uint64_t>(api::limits::kFilmBytes)};
 }
@@ -78,8 +79,14 @@ bool speaks_of(const api::JobSpec& spec, const core::FilmPart& part) {
   return settings.width == film.full_width() && settings.height == film.full_height() &&
          settings.crop.value_or(whole) == film.crop() &&
          spec.render.replicates == film.replicates() && settings.has_aux() == film.has_aux() &&
+         settings.shares.size() == film.shares().size() &&
          core::pixel_errors(spec.render) == film.errors() && spec.render.seed == first.seed &&
          spec.render.first_replicate == first.first_replicate;
+}
+
+std::vector<core::LightShare> shares_of_text(const std::string& text) {
+  const auto origin = api::parse_film_text(text);
+  return origin ? origin->spec.render.film.shares : std::vector<core::LightShare>();
 }
 
 /// A film file that was uploaded. Pre: film_bytes() found it usable.
@@ -89,7 +96,7 @@ core::Result<Source> film_of_asset(const RouteContext& context, const std::strin
   if (!content) {
     return content.error();
   }
-  auto file = core::read_film(**content, film_limits());
+  auto file = core::read_film(**content, film_limits(), &shares_of_text);
   if (!file) {
     return file.error();
   }

@@ -47,6 +47,9 @@ std::string encode_facts(const core::SceneSummary& summary, std::uint64_t load_b
   for (const std::string& variant : summary.variants) {
     text += "variant " + word(variant) + "\n";
   }
+  for (const std::string& group : summary.light_groups) {
+    text += "light_group " + word(group) + "\n";
+  }
   for (const core::PunctualLightDescription& light : summary.lights) {
     text += "light " + word(light.name) + "\n";
   }
@@ -91,6 +94,8 @@ core::SceneSummary decode_facts(std::string_view text) {
       summary.cameras.push_back(std::move(camera));
     } else if (kind == "variant") {
       summary.variants.push_back(value);
+    } else if (kind == "light_group") {
+      summary.light_groups.push_back(value);
     } else if (kind == "light") {
       core::PunctualLightDescription light;
       light.name = value;
@@ -142,6 +147,15 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
     faults.push_back(
         {"/variant", '"' + *spec.variant +
                          "\" is no variant of the scene, which has: " + listed(facts.variants)});
+  }
+  const auto& groups = facts.light_groups;  // none: of a scene that was loaded by an older build
+  for (const core::LightShare& share : spec.render.film.shares) {
+    if (share.group && !groups.empty() &&
+        std::find(groups.begin(), groups.end(), *share.group) == groups.end()) {
+      faults.push_back({"/film/layers",
+                        '"' + *share.group +
+                            "\" is no group of lights of the scene, which has: " + listed(groups)});
+    }
   }
   return faults;
 }

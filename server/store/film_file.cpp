@@ -232,6 +232,8 @@ Status FilmFile::restore_tiles(core::Film& film, Checkpoint& checkpoint) const {
       sums.resize(state.pixels.size());
       take(rest, sums.data(), sums.size());
     }
+    state.shares.resize(state.pixels.size() * film.shares().size());
+    take(rest, state.shares.data(), state.shares.size());
     film.restore(tile, std::move(state), entry.revision);
   }
   if (film.has_splats()) {
@@ -308,6 +310,7 @@ Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before
     const auto& sums = splats.tiles[static_cast<std::size_t>(tile)];
     append(buffer_, sums.data(), sums.size());
   }
+  append(buffer_, state.shares.data(), state.shares.size());
   const auto bytes = static_cast<std::uint32_t>(buffer_.size());
   std::memcpy(buffer_.data() + 8, &bytes, sizeof bytes);
   seal(buffer_);

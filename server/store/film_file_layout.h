@@ -35,11 +35,14 @@ inline constexpr std::int32_t kPlan = 2;
 inline constexpr std::int32_t kPilot = 4;
 inline constexpr std::int32_t kFit = 8;
 inline constexpr std::int32_t kSplats = 16;
+/// From this bit on: the number of shares.
+inline constexpr std::int32_t kSharesShift = 8;
 
 inline std::int32_t parts_of(const core::Film& film) {
   return (film.has_aux() ? kAux : 0) | (film.has_plan() ? kPlan : 0) |
          (film.has_pilot() ? kPilot : 0) | (film.has_fit() ? kFit : 0) |
-         (film.has_splats() ? kSplats : 0);
+         (film.has_splats() ? kSplats : 0) |
+         (static_cast<std::int32_t>(film.shares().size()) << kSharesShift);
 }
 
 /// In front of each part. The CRC covers everything after itself.
@@ -55,7 +58,7 @@ struct HeadFields {
   std::int32_t width = 0;
   std::int32_t height = 0;
   std::int32_t replicates = 0;
-  std::int32_t parts = 0;  ///< What a tile may have: kAux, kPlan, kPilot, kFit, kSplats.
+  std::int32_t parts = 0;  ///< What a tile may have: kAux, kPlan, kPilot, kFit, kSplats, shares.
   std::uint32_t tile_count = 0;
   std::uint32_t point_count = 0;
   double elapsed_seconds = 0;
@@ -99,7 +102,8 @@ inline std::size_t pixels_of(const core::PixelRect& rect) {
 inline std::size_t replicate_bytes(const core::Film& film) {
   return static_cast<std::size_t>(film.replicates()) *
          (sizeof(core::ReplicatePixel) + (film.has_fit() ? sizeof(core::ReplicateFit) : 0) +
-          (film.has_splats() ? sizeof(core::SplatPixel) : 0));
+          (film.has_splats() ? sizeof(core::SplatPixel) : 0) +
+          film.shares().size() * sizeof(core::Rgb));
 }
 
 /// In the head: light samples of each unit, light paths of each replicate, rejected splats, rays.

@@ -39,8 +39,8 @@ class Scenes(ApiTest):
         self.assertEqual(first.headers["Location"], "/v1/scenes/" + scene["id"])
         self.assertEqual(self.server.get("/v1/scenes/" + scene["id"]).json(), scene)
         self.assertEqual(set(scene), {"id", "name", "bytes", "bounds", "triangles", "instances",
-                                      "cameras", "lights", "materials", "variants", "animations",
-                                      "extensions", "warnings"})
+                                      "cameras", "lights", "light_groups", "materials",
+                                      "variants", "animations", "extensions", "warnings"})
         self.assertEqual(scene["triangles"], 1)
         self.assertEqual(scene["bounds"], {"min": [-1, -1, 0], "max": [1, 1, 0]})
         self.assertIn("front", json.dumps(scene["cameras"]))

@@ -4,6 +4,7 @@ set(RENDER_TEST_SOURCES
   fitted_test.cpp
   furnace_test.cpp
   irradiance_test.cpp
+  media_test.cpp
   mlt_test.cpp
   options_test.cpp
   photons_test.cpp

@@ -28,7 +28,7 @@ core::View box(std::string_view integrator) {
       test_support::view_of(test_support::build(test_support::cornell()), kWidth, kHeight);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.35F, 0}, 24);
   view.settings = core::default_settings(integrator);
-  view.settings.film = {.width = kWidth, .height = kHeight, .crop = {}, .filter = {}};
+  view.settings.film = {.width = kWidth, .height = kHeight, .crop = {}, .filter = {}, .shares = {}};
   view.settings.max_depth = 4;
   return view;
 }

@@ -13,8 +13,8 @@ import sys
 
 # The folders of core, bottom to top: each may include those before it, and never one after it.
 CORE_ORDER = ["base", "math", "color", "settings", "image_io", "description", "sampling",
-              "samplers", "textures", "accel", "geometry", "bsdf", "materials", "lights", "camera",
-              "scene", "light_samplers", "film", "error", "denoise", "layers", "compare",
+              "samplers", "textures", "accel", "geometry", "media", "bsdf", "materials", "lights",
+              "camera", "scene", "light_samplers", "film", "error", "denoise", "layers", "compare",
               "transport", "policies", "integrators", "wave", "render", "scene_io", "lab"]
 # Folder -> folders (or headers) it may include besides itself. The longest folder that fits counts.
 LAYERS = {f"core/{name}": [f"core/{lower}" for lower in CORE_ORDER[:i]]

@@ -129,7 +129,10 @@ TEST(JobSpec, EveryMemberArrives) {
     "visible": false,
                     "asset": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"},
     "film": {"width": 100, "height": 50, "crop": {"x": 1, "y": 2, "width": 3, "height": 4},
-             "filter": {"type": "box", "radius": 0.5}, "layers": ["depth", "beauty"]},
+             "filter": {"type": "box", "radius": 0.5},
+             "layers": ["light:lamp", "depth", "bounce:2-", "beauty"]},
+    "medium": {"scattering": [1, 2, 3], "absorption": [0, 0, 0.5], "g": -0.5,
+               "height_falloff": 0.25},
     "integrator": {"type": "path", "max_depth": 0},
     "estimator": {"strategy": "mis", "mis": {"type": "power", "exponent": 3},
                   "roulette": {"type": "threshold", "delta": 0.25},
@@ -166,7 +169,15 @@ TEST(JobSpec, EveryMemberArrives) {
   EXPECT_EQ(spec.render.film.crop, (core::PixelRect{1, 2, 3, 4}));
   EXPECT_EQ(spec.render.film.filter.type, core::FilterType::kBox);
   EXPECT_EQ(spec.render.film.filter.radius_px, 0.5F);
-  EXPECT_EQ(spec.layers, (std::vector<std::string>{"beauty", "depth"}));
+  EXPECT_EQ(spec.layers, (std::vector<std::string>{"beauty", "depth", "light:lamp", "bounce:2-"}));
+  ASSERT_EQ(spec.render.film.shares.size(), 2U);
+  EXPECT_EQ(spec.render.film.shares[0].group, "lamp");
+  EXPECT_EQ(spec.render.film.shares[1].first_bounce, 2);
+  ASSERT_TRUE(spec.render.fog);
+  EXPECT_EQ(spec.render.fog->scattering, (core::Rgb{1, 2, 3}));
+  EXPECT_EQ(spec.render.fog->absorption.b, 0.5F);
+  EXPECT_EQ(spec.render.fog->g, -0.5F);
+  EXPECT_EQ(spec.render.fog->height_falloff, 0.25F);
   EXPECT_FALSE(spec.render.film.albedo);
   EXPECT_FALSE(spec.render.film.normal);
   EXPECT_TRUE(spec.render.film.depth);

@@ -201,6 +201,10 @@ TEST(OpenApi, SchemaAndParserAgree) {
       {R"({"scene":"x","film":{"crop":null}})", true},
       {R"({"scene":"x","film":{"layers":["error"]}})", true},
       {R"({"scene":"x","film":{"layers":["heat"]}})", false},
+      {R"({"scene":"x","film":{"layers":["bounce:2","bounce:3-","light:left lamp"]}})", true},
+      {R"({"scene":"x","film":{"layers":["bounce:02"]}})", false},
+      {R"({"scene":"x","medium":{"scattering":[1,1,1],"g":0.5}})", true},
+      {R"({"scene":"x","medium":{"density":1}})", false},
       {R"({"scene":"x","sampler":{"replicates":3}})", false},
       {R"({"scene":"x","adaptive":{"type":"none"}})", true},
       {R"({"scene":"x","adaptive":{"type":"pilot","min_samples":16,"granularity":"tile",)"

@@ -12,6 +12,7 @@ set(CORE_TEST_SOURCES
   film_test.cpp
   flip_test.cpp
   integrators_test.cpp
+  light_shares_test.cpp
   pass_plan_test.cpp
   pass_policy_test.cpp
   photon_map_test.cpp

@@ -25,7 +25,7 @@ using core::PixelRect;
 using core::TileState;
 
 FilmSettings size(int width, int height) {
-  return {.width = width, .height = height, .crop = {}, .filter = {}};
+  return {.width = width, .height = height, .crop = {}, .filter = {}, .shares = {}};
 }
 
 TEST(TileRects, AreAnchoredAtTheFullFilmsOriginAndCoverTheCropOnce) {

@@ -106,6 +106,43 @@ TEST(GltfMaterial, TransmissionAndVolumeAreRead) {
   EXPECT_EQ(m.dispersion, 0.2F);
 }
 
+TEST(GltfMaterial, MediaThatScatterAreRead) {
+  const char* volume = R"("KHR_materials_transmission":{"transmissionFactor":1},)"
+                       R"("KHR_materials_volume":{"thicknessFactor":2,"attenuationDistance":0.5,)"
+                       R"("attenuationColor":[0.25,0.5,1]})";
+  const auto with = [volume](const std::string& extension) {
+    std::string text = R"("extensions":{)";
+    text.append(volume).append(",").append(extension).append("}");
+    return material_of(text.c_str());
+  };
+  const MaterialDescription old = with(
+      R"("KHR_materials_volume_scatter":{"multiscatterColor":[0.1,0.2,0.3],"scatterAnisotropy":0.5})");
+  EXPECT_EQ(old.multiscatter_color, (Rgb{0.1F, 0.2F, 0.3F}));
+  EXPECT_EQ(old.scatter_anisotropy, 0.5F);
+  const MaterialDescription renamed =
+      with(R"("KHR_materials_volume_scatter":{"multiscatterColorFactor":[0.1,0.2,0.3]})");
+  EXPECT_EQ(renamed.multiscatter_color, (Rgb{0.1F, 0.2F, 0.3F}));
+  const MaterialDescription newer =
+      with(R"("KHR_materials_scatter":{"multiscatterColorFactor":[0.2,0.4,0.8],)"
+           R"("scatterStrengthFactor":0.5,"scatterAnisotropy":-0.25})");
+  EXPECT_EQ(newer.multiscatter_color, (Rgb{0.1F, 0.2F, 0.4F}));
+  EXPECT_EQ(newer.scatter_anisotropy, -0.25F);
+  EXPECT_EQ(newer.transmission, 1);
+  EXPECT_EQ(newer.diffuse_transmission, 0);
+}
+
+// Of the light that goes through, the share that scatters leaves diffusely.
+TEST(GltfMaterial, ScatteringOfThinWallsIsDiffuseTransmission) {
+  const MaterialDescription m =
+      material_of(R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":0.8},)"
+                  R"("KHR_materials_scatter":{"multiscatterColorFactor":[0.2,0.4,0.8],)"
+                  R"("scatterStrengthFactor":0.25}})");
+  EXPECT_FLOAT_EQ(m.transmission, 0.6F);
+  EXPECT_FLOAT_EQ(m.diffuse_transmission * (1 - m.transmission), 0.2F);
+  EXPECT_EQ(m.diffuse_transmission_color, (Rgb{0.2F, 0.4F, 0.8F}));
+  EXPECT_EQ(m.multiscatter_color, (Rgb{0, 0, 0}));
+}
+
 TEST(GltfMaterial, ClearcoatIsRead) {
   const MaterialDescription m = extended(
       "KHR_materials_clearcoat", R"("clearcoatFactor":0.5,"clearcoatRoughnessFactor":0.25)");

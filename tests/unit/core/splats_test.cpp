@@ -23,7 +23,7 @@ constexpr int kWidth = 80;
 constexpr int kHeight = 40;
 
 core::FilmSettings settings_of(std::optional<core::PixelRect> crop = {}) {
-  return {.width = kWidth, .height = kHeight, .crop = crop, .filter = {}};
+  return {.width = kWidth, .height = kHeight, .crop = crop, .filter = {}, .shares = {}};
 }
 
 Film splat_film(std::optional<core::PixelRect> crop = {}, int replicates = 2) {

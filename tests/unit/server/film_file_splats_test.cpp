@@ -49,4 +49,25 @@ TEST(FilmFile, SplatsComeBackWithTheLightSamplesThatTheyAreFrom) {
   EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without splats";
 }
 
+TEST(FilmFile, SharesOfTheLightComeBack) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  core::FilmSettings settings = small_film();
+  settings.shares = {{.layer = "bounce:1", .group = {}}, {.layer = "light:lamp", .group = "lamp"}};
+  core::Film film(settings, 2);
+  auto file = FilmFile::open(path);
+  ASSERT_TRUE(file->restore(film));
+  core::TileState tile = made_tile(film, 1, 6);
+  tile.shares.assign(tile.pixels.size() * 2, core::Rgb{0.25F, 0.5F, 0.75F});
+  tile.shares.back() = {7, 8, 9};
+  film.commit(1, std::move(tile));
+  ASSERT_TRUE(file->write(film, FilmRecord{}, false));
+  core::Film again(settings, 2);
+  ASSERT_TRUE(FilmFile::open(path)->restore(again));
+  EXPECT_EQ(again.tile(1).shares, film.tile(1).shares);
+  EXPECT_EQ(again.tile(1).shares.back(), (core::Rgb{7, 8, 9}));
+  core::Film other(small_film(), 2);
+  EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without shares";
+}
+
 }  // namespace

@@ -34,6 +34,18 @@ class JobRequestCamera(TypedDict):
     focus_distance: NotRequired[float | None]
 
 
+class JobRequestMedium(TypedDict):
+    """Medium around the solids, within the sphere around the scene: fog, smoke, haze. null:
+    none.
+    """
+
+    type: NotRequired[str]
+    scattering: NotRequired[list[float]]
+    absorption: NotRequired[list[float]]
+    g: NotRequired[float]
+    height_falloff: NotRequired[float]
+
+
 class JobRequestEnvironment(TypedDict):
     """Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
     own, if it has one; else white, unless the scene has a punctual light or an emissive strength
@@ -190,7 +202,7 @@ class JobRequest(_JobRequest):
     camera: NotRequired[JobRequestCamera]
     variant: NotRequired[str | None]
     time_seconds: NotRequired[float | None]
-    medium: NotRequired[dict[str, Any] | None]
+    medium: NotRequired[JobRequestMedium | None]
     preview_key: NotRequired[str | None]
     environment: NotRequired[JobRequestEnvironment | None]
     film: NotRequired[JobRequestFilm]
@@ -319,6 +331,18 @@ class JobSpecCamera(TypedDict):
     vertical_fov_degrees: float | None
     aperture_radius: float | None
     focus_distance: float | None
+
+
+class JobSpecMedium(TypedDict):
+    """Medium around the solids, within the sphere around the scene: fog, smoke, haze. null:
+    none.
+    """
+
+    type: str
+    scattering: list[float]
+    absorption: list[float]
+    g: float
+    height_falloff: float
 
 
 class JobSpecEnvironment(TypedDict):
@@ -475,7 +499,7 @@ class JobSpec(_JobSpec):
     camera: JobSpecCamera
     variant: str | None
     time_seconds: float | None
-    medium: dict[str, Any] | None
+    medium: JobSpecMedium | None
     preview_key: str | None
     environment: NotRequired[JobSpecEnvironment | None]
     film: JobSpecFilm
@@ -754,6 +778,7 @@ class Scene(TypedDict):
     instances: int
     cameras: list[SceneCamera]
     lights: list[SceneLight]
+    light_groups: list[str]
     materials: list[str]
     variants: list[str]
     animations: list[str]
@@ -874,6 +899,18 @@ class JobDefaultsCamera(TypedDict):
     vertical_fov_degrees: float | None
     aperture_radius: float | None
     focus_distance: float | None
+
+
+class JobDefaultsMedium(TypedDict):
+    """Medium around the solids, within the sphere around the scene: fog, smoke, haze. null:
+    none.
+    """
+
+    type: str
+    scattering: list[float]
+    absorption: list[float]
+    g: float
+    height_falloff: float
 
 
 class JobDefaultsEnvironment(TypedDict):
@@ -1029,7 +1066,7 @@ class JobDefaults(_JobDefaults):
     camera: JobDefaultsCamera
     variant: str | None
     time_seconds: float | None
-    medium: dict[str, Any] | None
+    medium: JobDefaultsMedium | None
     preview_key: str | None
     environment: NotRequired[JobDefaultsEnvironment | None]
     film: JobDefaultsFilm
@@ -1139,6 +1176,7 @@ class Server(TypedDict):
     adaptive: list[TypeInfo]
     options: list[EstimationOption]
     layers: list[str]
+    layer_patterns: list[str]
     image_formats: list[str]
     tone_maps: list[str]
     filters: list[str]

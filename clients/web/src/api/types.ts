@@ -62,8 +62,22 @@ export interface JobRequest {
    * Animation time, seconds; null: the rest pose, which the file's own transforms give. Default: 0.
    */
   time_seconds?: number | null;
-  /** Participating medium around the scene. Only null is available in this build. */
-  medium?: Record<string, unknown> | null;
+  /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
+  medium?: {
+    /** Kind of medium. Default: "homogeneous". */
+    type?: string;
+    /** Coefficient in 1/m, linear RGB. Default: [0,0,0]. */
+    scattering?: [number, number, number];
+    /** Coefficient in 1/m, linear RGB. Default: [0,0,0]. */
+    absorption?: [number, number, number];
+    /**
+     * Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 forward.
+     * Default: 0.
+     */
+    g?: number;
+    /** Density falls with exp(-height_falloff y); coefficients are those at y = 0. Default: 0. */
+    height_falloff?: number;
+  } | null;
   /** How it is served. Default: "normal". */
   class?: string;
   /** A later preview with the same key supersedes this one; class preview only. */
@@ -112,8 +126,8 @@ export interface JobRequest {
       radius?: number;
     };
     /**
-     * Layers to record: albedo, normal, depth. The others are always there. Default:
-     * ["albedo","normal","depth"].
+     * Layers to record: albedo, normal, depth, and shares of the light, bounce:N and light:NAME
+     * (path only). The others are always there. Default: ["albedo","normal","depth"].
      */
     layers?: string[];
   };
@@ -448,8 +462,21 @@ export interface JobSpec {
   variant: string | null;
   /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
   time_seconds: number | null;
-  /** Participating medium around the scene. Only null is available in this build. */
-  medium: Record<string, unknown> | null;
+  /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
+  medium: {
+    /** Kind of medium. */
+    type: string;
+    /** Coefficient in 1/m, linear RGB. */
+    scattering: [number, number, number];
+    /** Coefficient in 1/m, linear RGB. */
+    absorption: [number, number, number];
+    /**
+     * Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 forward.
+     */
+    g: number;
+    /** Density falls with exp(-height_falloff y); coefficients are those at y = 0. */
+    height_falloff: number;
+  } | null;
   /** How it is served. */
   class: string;
   /** A later preview with the same key supersedes this one; class preview only. */
@@ -495,7 +522,10 @@ export interface JobSpec {
       /** Radius in pixels. */
       radius: number;
     };
-    /** Layers to record: albedo, normal, depth. The others are always there. */
+    /**
+     * Layers to record: albedo, normal, depth, and shares of the light, bounce:N and light:NAME
+     * (path only). The others are always there.
+     */
     layers: string[];
   };
   /** How light paths are traced. */
@@ -962,6 +992,8 @@ export interface Scene {
   cameras: SceneCamera[];
   /** Punctual lights. */
   lights: SceneLight[];
+  /** Names for layers light:NAME. */
+  light_groups: string[];
   /** Names. */
   materials: string[];
   /** Names. */
@@ -1103,8 +1135,21 @@ export interface JobDefaults {
   variant: string | null;
   /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
   time_seconds: number | null;
-  /** Participating medium around the scene. Only null is available in this build. */
-  medium: Record<string, unknown> | null;
+  /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
+  medium: {
+    /** Kind of medium. */
+    type: string;
+    /** Coefficient in 1/m, linear RGB. */
+    scattering: [number, number, number];
+    /** Coefficient in 1/m, linear RGB. */
+    absorption: [number, number, number];
+    /**
+     * Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 forward.
+     */
+    g: number;
+    /** Density falls with exp(-height_falloff y); coefficients are those at y = 0. */
+    height_falloff: number;
+  } | null;
   /** How it is served. */
   class: string;
   /** A later preview with the same key supersedes this one; class preview only. */
@@ -1150,7 +1195,10 @@ export interface JobDefaults {
       /** Radius in pixels. */
       radius: number;
     };
-    /** Layers to record: albedo, normal, depth. The others are always there. */
+    /**
+     * Layers to record: albedo, normal, depth, and shares of the light, bounce:N and light:NAME
+     * (path only). The others are always there.
+     */
     layers: string[];
   };
   /** How light paths are traced. */
@@ -1398,6 +1446,8 @@ export interface Server {
   /** Every other switch of the estimation. */
   options: EstimationOption[];
   layers: string[];
+  /** Layers of which there is one for each number or name. */
+  layer_patterns: string[];
   /** Extensions. */
   image_formats: string[];
   tone_maps: string[];

@@ -16,6 +16,8 @@ const plain: Record<string, string> = {
   film_bytes: 'Film that is sent or merged',
   merge_films: 'Films of one merge',
   filter_radius: 'Radius of the pixel filter',
+  light_shares: 'Shares of the light that a render keeps',
+  mix_weight: 'Weight of a share in a mix',
   max_depth: 'Scattering events on a path',
   split_count: 'Continuations of a split path',
   light_block: 'Side of squares that share light samples',

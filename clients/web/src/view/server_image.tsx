@@ -5,7 +5,8 @@ import type { Job } from '../api/types';
 import { number } from '../ui/format';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
-import { isLayer, layerModes, type Mode } from './view_modes';
+import { useMix } from './light_mixer';
+import { isLayer, isShare, layerModes, lightModes, type Mode } from './view_modes';
 
 /** The newest revision, taken up now and then while the film grows. */
 function useRevision(job: Job, large: boolean, mode: Mode): number {
@@ -63,9 +64,15 @@ const ranges: Partial<Record<Mode, string>> = {
 export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large: boolean }) {
   const look = useStore(display);
   const revision = useRevision(job, large, mode);
-  const query = isLayer(mode)
-    ? { layer: mode, range: ranges[mode] }
-    : { exposure: look.exposure, tonemap: look.tone };
+  const light = { exposure: look.exposure, tonemap: look.tone };
+  const mix = useMix(job);
+  const query = isShare(mode)
+    ? { layer: mode, ...light }
+    : mode === 'mix'
+      ? { mix, ...light }
+      : isLayer(mode)
+        ? { layer: mode, range: ranges[mode] }
+        : light;
   const shown = usePicture(
     revision
       ? imageUrl(job.id, 'png', { ...query, revision, ...(large && { max_size: 2048 }) })
@@ -74,7 +81,8 @@ export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large:
   );
   if (!revision || !shown) return null;
   if (shown === 'missing') return <p class="stage-note">This layer is not there yet.</p>;
-  const meaning = layerModes.find((m) => m.mode === mode)?.meaning;
+  const modes = [...layerModes, ...lightModes(job.spec.film.layers ?? [])];
+  const meaning = modes.find((m) => m.mode === mode)?.meaning;
   return (
     <>
       <img

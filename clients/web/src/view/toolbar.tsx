@@ -7,7 +7,8 @@ import { useStore } from '../ui/store';
 import type { Job } from '../api/types';
 import { DenoiseControls } from './denoised_image';
 import { autoExposure } from './film_reading';
-import { layerModes, planeModes, type Mode } from './view_modes';
+import { LightMixer } from './light_mixer';
+import { isShare, layerModes, lightModes, planeModes, type Mode } from './view_modes';
 
 interface ToolbarProps {
   job: Job | null;
@@ -23,6 +24,7 @@ export function Toolbar({ job, mode, film, tooLarge, onMode }: ToolbarProps) {
   const modes = [
     ...(tooLarge ? planeModes.slice(0, 1) : planeModes),
     ...layerModes.filter((m) => !offered || offered.includes(m.mode)),
+    ...lightModes(job?.spec.film.layers ?? []),
   ];
   const row = useRef<HTMLFieldSetElement>(null);
   useEffect(() => {
@@ -52,7 +54,11 @@ export function Toolbar({ job, mode, film, tooLarge, onMode }: ToolbarProps) {
         ))}
       </fieldset>
       <DenoiseControls job={job} disabled={mode !== 'picture' || tooLarge} />
-      <LightControls film={film} disabled={mode !== 'picture'} />
+      <LightControls
+        film={film}
+        disabled={mode !== 'picture' && mode !== 'mix' && !isShare(mode)}
+      />
+      {job && mode === 'mix' && <LightMixer job={job} />}
     </div>
   );
 }

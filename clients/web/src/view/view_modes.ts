@@ -3,7 +3,9 @@ import type { Plane } from '../live/picture';
 import type { Display } from '../ui/server_state';
 
 /** What the stage shows: a plane of the live film, or a layer that the server encodes. */
-export type Mode = Plane | 'albedo' | 'normal' | 'depth' | 'denoise_bias';
+/** A share of the light that the job was asked to keep. */
+export type Share = `bounce:${string}` | `light:${string}`;
+export type Mode = Plane | 'albedo' | 'normal' | 'depth' | 'denoise_bias' | 'mix' | Share;
 
 export interface ModeInfo {
   mode: Mode;
@@ -47,11 +49,50 @@ export const layerModes: ModeInfo[] = [
   },
 ];
 
-export const modeNamed = (name: string): Mode =>
-  [...planeModes, ...layerModes].find((m) => m.mode === name)?.mode ?? 'picture';
+export const isShare = (name: string): name is Share => /^(bounce|light):./.test(name);
 
-export const isLayer = (mode: Mode): mode is 'albedo' | 'normal' | 'depth' | 'denoise_bias' =>
-  mode === 'albedo' || mode === 'normal' || mode === 'depth' || mode === 'denoise_bias';
+function shareMode(name: Share): ModeInfo {
+  const [kind, which] = [name.slice(0, name.indexOf(':')), name.slice(name.indexOf(':') + 1)];
+  if (kind === 'light')
+    return { mode: name, label: which, meaning: `Light of the group of lights “${which}”.` };
+  const more = which.endsWith('-') ? ' and more' : '';
+  const count = which.replace('-', '');
+  return {
+    mode: name,
+    label: `Bounce ${count}${more && '+'}`,
+    meaning: `Light of paths with ${count}${more} scatterings: 0 is emitted, 1 direct light.`,
+  };
+}
+
+/** Views of the shares that a job keeps. */
+export const shareModes = (layers: readonly string[]): ModeInfo[] =>
+  layers.filter(isShare).map(shareMode);
+
+const mixMode: ModeInfo = {
+  mode: 'mix',
+  label: 'Mix',
+  meaning: 'Sum of the shares of the light, each turned up or down.',
+};
+/** The same, and their sum where there are several. */
+export const lightModes = (layers: readonly string[]): ModeInfo[] => {
+  const shares = shareModes(layers);
+  return shares.length > 1 ? [...shares, mixMode] : shares;
+};
+
+export const modeNamed = (name: string): Mode =>
+  isShare(name) || name === 'mix'
+    ? name
+    : ([...planeModes, ...layerModes].find((m) => m.mode === name)?.mode ?? 'picture');
+
+export const isLayer = (
+  mode: Mode,
+): mode is 'albedo' | 'normal' | 'depth' | 'denoise_bias' | 'mix' | Share =>
+  mode === 'albedo' ||
+  mode === 'normal' ||
+  mode === 'depth' ||
+  mode === 'denoise_bias' ||
+  mode === 'mix' ||
+  isShare(mode);
 export const isHeat = (mode: Mode): boolean => mode !== 'picture' && !isLayer(mode);
 
 /** Ends of the error ramp; the ruler under the picture has the same ones. */

@@ -1,0 +1,58 @@
+#include "core/media/fog.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace core {
+namespace {
+
+/// Below this exponent exp() - 1 is its argument to float precision.
+constexpr float kStraight = 1e-5F;
+/// Keeps products of densities and lengths finite.
+constexpr float kDensest = 1e18F;
+
+}  // namespace
+
+Fog::Fog(const FogSettings& settings, Vec3 center, float radius_m) noexcept
+    : medium_{settings.scattering + settings.absorption, settings.scattering, settings.g},
+      center_(center),
+      radius_m_(radius_m),
+      falloff_(settings.height_falloff) {}
+
+Fog::Span Fog::span(Vec3 origin, Vec3 direction, float distance_m) const noexcept {
+  const Vec3 from = origin - center_;
+  const float along = -dot(from, direction);
+  const float off2 = length_squared(from + direction * along);
+  const float half2 = radius_m_ * radius_m_ - off2;
+  Span out;
+  if (!(half2 > 0)) {
+    return out;
+  }
+  const float half = std::sqrt(half2);
+  out.begin = std::max(along - half, 0.0F);
+  out.end = std::max(std::min(along + half, distance_m), out.begin);
+  out.density = std::min(std::exp(-falloff_ * (origin.y + direction.y * out.begin)), kDensest);
+  out.slope = -falloff_ * direction.y;
+  return out;
+}
+
+float Fog::depth(Vec3 origin, Vec3 direction, float distance_m) const noexcept {
+  const Span s = span(origin, direction, distance_m);
+  const float length = s.end - s.begin;
+  const float exponent = s.slope * length;
+  if (std::fabs(exponent) < kStraight) {
+    return s.density * length;
+  }
+  return std::min(s.density * (std::expm1(exponent) / s.slope), std::numeric_limits<float>::max());
+}
+
+float Fog::distance(Vec3 origin, Vec3 direction, float depth_m) const noexcept {
+  const Span s = span(origin, direction, std::numeric_limits<float>::max());
+  const float scaled = depth_m / s.density;
+  const float exponent = s.slope * scaled;
+  const float length = std::fabs(exponent) < kStraight ? scaled : std::log1p(exponent) / s.slope;
+  return std::min(s.begin + length, s.end);
+}
+
+}  // namespace core

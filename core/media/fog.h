@@ -1,0 +1,41 @@
+/// Fog: a medium within a sphere, thinner with height.
+///
+/// Along a ray the depth is the path length weighted with the density exp(-falloff * y), which has
+/// a closed form and a closed inverse: distances are sampled exactly, without null collisions.
+#pragma once
+
+#include "core/media/medium.h"
+#include "core/settings/settings.h"
+
+namespace core {
+
+class Fog {
+ public:
+  /// center, radius_m: of the sphere.
+  Fog(const FogSettings& settings, Vec3 center, float radius_m) noexcept;
+
+  const Medium& medium() const noexcept { return medium_; }
+  /// Depth along a ray of unit direction up to `distance_m`, which may be infinite [m at y = 0].
+  float depth(Vec3 origin, Vec3 direction, float distance_m) const noexcept;
+  /// How far along the ray the depth is reached. Pre: it is less than depth() of the whole ray.
+  float distance(Vec3 origin, Vec3 direction, float depth_m) const noexcept;
+  Rgb transmittance(Vec3 origin, Vec3 direction, float distance_m) const noexcept {
+    return core::transmittance(medium_.sigma_t, depth(origin, direction, distance_m));
+  }
+
+ private:
+  struct Span {
+    float begin = 0;
+    float end = 0;
+    float density = 0;  ///< at its beginning
+    float slope = 0;    ///< of the density's logarithm along the ray [1/m]
+  };
+  Span span(Vec3 origin, Vec3 direction, float distance_m) const noexcept;
+
+  Medium medium_;
+  Vec3 center_;
+  float radius_m_;
+  float falloff_;
+};
+
+}  // namespace core

@@ -1,0 +1,315 @@
+// Media that scatter: closed forms (truths 11 and 12), the phase function, fog.
+#include <array>
+#include <numbers>
+
+#include "core/media/fog.h"
+#include "core/samplers/path_sampler.h"
+#include "core/transport/medium_sample.h"
+#include "tests/render/truth.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::Rgb;
+using core::Vec3;
+using test_support::expect_truth;
+using test_support::Moments;
+using test_support::Random;
+
+/// The colour of KHR_materials_volume_scatter that asks for this albedo of one scattering.
+float color_for(float albedo, float g) {
+  float low = 0;
+  float high = 1;
+  for (int i = 0; i < 40; ++i) {
+    const float middle = 0.5F * (low + high);
+    (core::single_scattering_albedo(middle, g) < albedo ? low : high) = middle;
+  }
+  return high;
+}
+
+/// A solid with extinction 1 in every `mean_free_path_m`; ior 1: its boundary is not seen.
+core::MaterialDescription milk(float albedo, float mean_free_path_m, float g = 0, float ior = 1) {
+  core::MaterialDescription m;
+  m.metallic = 0;
+  m.roughness = 0;
+  m.ior = ior;
+  m.transmission = 1;
+  m.thickness = 1;
+  m.attenuation_distance = mean_free_path_m;
+  m.attenuation_color = Rgb(std::exp(-1.0F));
+  m.multiscatter_color = Rgb(color_for(albedo, g));
+  m.scatter_anisotropy = g;
+  return m;
+}
+
+core::View ball(const core::MaterialDescription& material) {
+  core::View view =
+      test_support::view_of(test_support::build(test_support::scene_of(
+                                {material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})),
+                            12, 12);
+  test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);  // the ball fills the picture
+  view.environment = test_support::constant_sky({1, 1, 1});
+  view.settings.max_depth = 64;
+  return view;
+}
+
+TEST(HenyeyGreenstein, DirectionsFollowItsDensity) {
+  constexpr int kSamples = 200000;
+  for (const float g : {-0.7F, 0.0F, 5e-4F, 0.3F, 0.9F}) {
+    Random random(3);
+    Moments cosine;
+    Moments ratio;  // of an even density over this one: its mean is 1
+    const Vec3 before = normalize(Vec3{0.3F, -0.5F, 0.8F});
+    for (int i = 0; i < kSamples; ++i) {
+      const Vec3 after = core::sample_henyey_greenstein(before, g, random.uniform_2d());
+      cosine.add(static_cast<double>(dot(before, after)));
+      if (g > -0.75F && g < 0.75F) {
+        ratio.add(0.25 * std::numbers::inv_pi /
+                  static_cast<double>(core::henyey_greenstein(dot(before, after), g)));
+      }
+    }
+    EXPECT_LT(std::fabs(cosine.z(static_cast<double>(g))), 4) << g;
+    EXPECT_GT(std::fabs(cosine.z(static_cast<double>(g) + 0.02)), 4) << "of another g is refused";
+    if (ratio.n > 0) {
+      EXPECT_LT(std::fabs(ratio.z(1)), 4) << g;
+    }
+  }
+}
+
+// Truth 11: nothing is lost, so nothing can be seen.
+TEST(MediumFurnace, BallsOfMilkCannotBeSeen) {
+  struct Case {
+    float mean_free_path_m;
+    float g;
+    float ior;
+  };
+  for (const Case& c :
+       {Case{1, 0, 1}, Case{0.25F, 0.8F, 1}, Case{0.5F, -0.5F, 1}, Case{0.5F, 0, 1.3F}}) {
+    const auto picture = test_support::render(ball(milk(1, c.mean_free_path_m, c.g, c.ior)), 128);
+    const std::string what = std::to_string(c.mean_free_path_m) + " m, g " + std::to_string(c.g) +
+                             ", ior " + std::to_string(c.ior);
+    expect_truth(picture, 1, 2e-3, what);
+  }
+}
+
+TEST(MediumFurnace, ChannelsOfTheirOwnExtinctionStayWhite) {
+  core::MaterialDescription m = milk(1, 1);
+  m.attenuation_color = {std::exp(-0.2F), std::exp(-1.0F), std::exp(-4.0F)};
+  const auto picture = test_support::render(ball(m), 512);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_LT(std::fabs(picture.mean()[c] - 1), 4 * picture.standard_error()[c] + 1e-5F) << c;
+    EXPECT_LT(picture.standard_error()[c], 5e-3F) << c;
+  }
+}
+
+TEST(MediumFurnace, StrategiesAgree) {
+  for (const auto strategy : {core::Strategy::kLight, core::Strategy::kBsdf}) {
+    core::View view = ball(milk(1, 0.5F, 0.4F));
+    view.settings.estimator.strategy = strategy;
+    expect_truth(test_support::render(view, 128), 1, 1e-2, "strategy");
+  }
+}
+
+TEST(MediumFurnace, AMediumThatAbsorbsIsDarker) {
+  const auto picture = test_support::render(ball(milk(0.9F, 0.5F)), 64);
+  EXPECT_LT(picture.mean().g, 0.95F) << "the furnace can fail";
+}
+
+enum class Fault { kNone, kEndUnweighted, kWrongExtinction };
+
+/// Light that leaves a ball of three extinctions, by walks made of the renderer's own parts.
+std::array<Moments, 3> walks(Fault fault, int count) {
+  core::Medium medium;
+  medium.sigma_t = medium.sigma_s = {0.3F, 1, 3};
+  if (fault == Fault::kWrongExtinction) {
+    medium.sigma_t = medium.sigma_t * 1.05F;
+  }
+  core::PathSampler sampler(core::SamplerType::kIndependent, 2, 5, 0);
+  Random random(4);
+  std::array<Moments, 3> out;
+  for (int i = 0; i < count; ++i) {
+    sampler.start(i % 1024, i / 1024, 0);
+    std::uint64_t rays = 0;
+    core::PathState path{.sampler = sampler, .rays = rays};
+    path.ray.origin = {};
+    path.ray.direction = {0, 0, 1};
+    for (int k = 0; k < 400; ++k, ++path.depth) {
+      const float along = -dot(path.ray.origin, path.ray.direction);
+      const float to_edge =
+          along + std::sqrt(std::max(
+                      1 - length_squared(path.ray.origin + path.ray.direction * along), 0.0F));
+      const auto step = core::sample_medium(path, &medium, to_edge);
+      const bool is_end = step.scatterer == nullptr;
+      path.beta *= is_end && fault == Fault::kEndUnweighted ? Rgb(1) : step.weight;
+      if (is_end) {
+        break;
+      }
+      path.ray.origin = path.ray.origin + path.ray.direction * step.distance_m;
+      path.ray.direction =
+          core::sample_henyey_greenstein(path.ray.direction, 0, random.uniform_2d());
+    }
+    for (int c = 0; c < 3; ++c) {
+      out[static_cast<std::size_t>(c)].add(static_cast<double>(path.beta[c]));
+    }
+  }
+  return out;
+}
+
+double worst_z(const std::array<Moments, 3>& of) {
+  return std::max({std::fabs(of[0].z(1)), std::fabs(of[1].z(1)), std::fabs(of[2].z(1))});
+}
+
+TEST(MediumWalk, LosesNothing) { EXPECT_LT(worst_z(walks(Fault::kNone, 40000)), 4); }
+TEST(MediumWalk, AWeightLeftOutAtTheEndIsRefused) {
+  EXPECT_GT(worst_z(walks(Fault::kEndUnweighted, 40000)), 4);
+}
+TEST(MediumWalk, ExtinctionAboveScatteringIsRefused) {
+  EXPECT_GT(worst_z(walks(Fault::kWrongExtinction, 40000)), 4);
+}
+
+// Truth 12: reflectance of a deep even medium, seen at right angles under an even sky (which is
+// that for light at right angles).
+TEST(DeepMedium, ReflectsWhatTheHFunctionSays) {
+  struct Case {
+    float albedo;
+    double truth;
+  };
+  for (const Case& c : {Case{0.5F, 0.11523}, Case{0.8F, 0.28525}, Case{0.9F, 0.41495}}) {
+    std::vector<core::PrimitiveDescription> sides;
+    constexpr float kHalf = 60;
+    const auto side = [&](Vec3 corner, Vec3 a, Vec3 b) {
+      sides.push_back(test_support::quad(corner, a, b, 0));
+    };
+    const Vec3 x = {2 * kHalf, 0, 0};
+    const Vec3 y = {0, kHalf, 0};
+    const Vec3 z = {0, 0, 2 * kHalf};
+    const Vec3 low = {-kHalf, -kHalf, -kHalf};
+    side(low + y, z, x);
+    side(low, x, z);
+    side(low, z, y);
+    side(low + x, y, z);
+    side(low, y, x);
+    side(low + z, x, y);
+    core::View view = test_support::view_of(
+        test_support::build(test_support::scene_of({milk(c.albedo, 1)}, std::move(sides))), 8, 8);
+    test_support::look_at(view, {0, 1, 0}, {0, 0, 0}, 1);
+    view.camera.up = Vec3{0, 0, 1};
+    view.environment = test_support::constant_sky({1, 1, 1});
+    expect_truth(test_support::render(view, 2048), c.truth, 5e-3, std::to_string(c.albedo));
+  }
+}
+
+core::FogSettings haze(float scattering, float absorption, float falloff = 0) {
+  return {.scattering = Rgb(scattering),
+          .absorption = Rgb(absorption),
+          .g = 0.3F,
+          .height_falloff = falloff};
+}
+
+TEST(Fog, DepthIsTheIntegralOfItsDensity) {
+  const core::Fog fog(haze(0.4F, 0.1F, 0.7F), {0.5F, 1, 0}, 3);
+  Random random(6);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 origin = {4 * random.uniform() - 2, 4 * random.uniform() - 1,
+                         4 * random.uniform() - 2};
+    const Vec3 direction = core::sample_henyey_greenstein({0, 1, 0}, 0, random.uniform_2d());
+    const float distance = 6 * random.uniform();
+    double sum = 0;
+    constexpr int kSteps = 20000;
+    for (int k = 0; k < kSteps; ++k) {
+      const float t = distance * (static_cast<float>(k) + 0.5F) / kSteps;
+      const Vec3 at = origin + direction * t;
+      if (length(at - Vec3{0.5F, 1, 0}) < 3) {
+        sum += std::exp(-0.7 * static_cast<double>(at.y)) * static_cast<double>(distance) / kSteps;
+      }
+    }
+    const float depth = fog.depth(origin, direction, distance);
+    EXPECT_NEAR(static_cast<double>(depth), sum, 1e-3 * sum + 2e-3);
+    const float half = 0.5F * depth;
+    if (half > 1e-3F) {
+      const float at = fog.distance(origin, direction, half);
+      EXPECT_NEAR(fog.depth(origin, direction, at), half, 1e-3F * half);
+      EXPECT_LT(at, distance);
+    }
+  }
+}
+
+core::View in_fog(const core::FogSettings& fog, const core::MaterialDescription& material) {
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of(
+          {material}, {test_support::quad({-2, -1, 2}, {4, 0, 0}, {0, 0, -4}, 0)})),
+      12, 12);
+  test_support::look_at(view, {0, 0.5F, 4}, {0, -0.5F, 0}, 40);
+  view.settings.fog = fog;
+  view.settings.max_depth = 64;
+  return view;
+}
+
+TEST(Fog, ThatLosesNothingIsWhiteUnderAWhiteSky) {
+  for (const float falloff : {0.0F, 0.8F}) {
+    core::View view = in_fog(haze(0.5F, 0, falloff), test_support::lambert(Rgb(1)));
+    view.environment = test_support::constant_sky({1, 1, 1});
+    expect_truth(test_support::render(view, 128), 1, 2e-3, std::to_string(falloff));
+    view.settings.fog = haze(0.5F, 0.02F, falloff);
+    EXPECT_LT(test_support::render(view, 32).mean().g, 0.99F) << "the furnace can fail";
+  }
+}
+
+TEST(Fog, ThatAbsorbsDimsALampByBeersLaw) {
+  core::View view = in_fog(haze(0, 0.4F), test_support::emitter(Rgb(2)));
+  test_support::look_at(view, {0, 1, 0}, {0, -1, 0}, 1);
+  view.camera.up = Vec3{0, 0, 1};
+  view.settings.max_depth = 1;
+  expect_truth(test_support::render(view, 4), 2 * std::exp(-0.8), 1e-3, "2 m of fog",
+               5e-5);  // half a degree aside the way is longer
+}
+
+// One scattering between a point light and the eye has a closed form in no case; strategies and
+// samplers that share nothing but the scene agree instead.
+TEST(Fog, StrategiesAgreeOnALampInIt) {
+  core::SceneDescription scene = test_support::cornell();
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), 12, 12);
+  test_support::look_at(view, {0.5F, 0.5F, 2}, {0.5F, 0.5F, 0}, 40);
+  view.settings.fog = haze(0.6F, 0.2F, 0.5F);
+  view.settings.max_depth = 4;
+  const auto both = test_support::render(view, 512);
+  for (const auto strategy : {core::Strategy::kLight, core::Strategy::kBsdf}) {
+    view.settings.estimator.strategy = strategy;
+    const auto one = test_support::render(view, 2048);
+    const float z = (one.mean().g - both.mean().g) /
+                    std::hypot(one.standard_error().g, both.standard_error().g);
+    EXPECT_LT(std::fabs(z), 4) << one.mean().g << " and " << both.mean().g;
+  }
+  view.settings.estimator.strategy = core::Strategy::kMis;
+  view.settings.fog = haze(0.6F, 0.4F, 0.5F);
+  const auto other = test_support::render(view, 512);
+  EXPECT_GT((both.mean().g - other.mean().g) /
+                std::hypot(other.standard_error().g, both.standard_error().g),
+            4)
+      << "more absorption is told apart";
+}
+
+TEST(Media, AreRefusedWhereTheyAreNotRendered) {
+  const auto message = [](const core::View& view) {
+    const auto renderer = core::Renderer::create(view);
+    return renderer ? std::string() : renderer.error().message;
+  };
+  core::View view = ball(milk(0.9F, 1));
+  EXPECT_EQ(message(view), "");
+  for (const char* name : {"direct", "bdpt", "light-trace", "mlt", "sppm", "photon-map"}) {
+    view.settings.integrator = name;
+    EXPECT_NE(message(view).find("media that scatter"), std::string::npos) << name;
+  }
+  view.settings.integrator = "path";
+  view.settings.estimator.control_variate = core::ControlVariateType::kAnalytic;
+  EXPECT_NE(message(view).find("media that scatter"), std::string::npos);
+}
+
+TEST(Media, BitsDoNotDependOnThreads) {
+  core::View view = in_fog(haze(0.5F, 0.1F), test_support::lambert(Rgb(0.8F)));
+  view.environment = test_support::constant_sky({1, 1, 1});
+  EXPECT_EQ(test_support::render(view, 4, 1).film->digest(),
+            test_support::render(view, 4, 2).film->digest());
+}
+
+}  // namespace

@@ -1,0 +1,244 @@
+// Shares of the light: layers bounce:N and light:NAME.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/film/film_format.h"
+#include "core/layers/layers.h"
+#include "core/settings/registry.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+using core::Rgb;
+
+void record(core::View& view, const std::vector<std::string>& layers) {
+  view.settings.film.shares.clear();
+  for (const std::string& layer : layers) {
+    view.settings.film.shares.push_back(*core::light_share(layer));
+  }
+}
+
+core::View box(int max_depth = 6) {
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 24, 20);
+  test_support::look_at(view, {0.5F, 0.5F, 2}, {0.5F, 0.5F, 0}, 40);
+  view.settings.max_depth = max_depth;
+  return view;
+}
+
+/// Two lamps with names, one of them a punctual light, under a sky.
+core::View lamps() {
+  core::SceneDescription scene = test_support::cornell();
+  scene.meshes[0].primitives.pop_back();  // all but the top of the second box
+  scene.instances[0].group = "ceiling";
+  scene.meshes.emplace_back();
+  scene.meshes.back().name = "panel";
+  scene.meshes.back().primitives = {
+      test_support::quad({0.02F, 0.2F, 0.3F}, {0, 0.2F, 0}, {0, 0, 0.2F}, 3)};
+  scene.instances.push_back({1, {}, {}});
+  core::PunctualLightDescription point;
+  point.intensity = {0, 0.3F, 0};
+  point.to_world.t = {0.8F, 0.8F, 0.8F};
+  scene.lights.push_back(point);
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), 24, 20);
+  test_support::look_at(view, {0.5F, 0.5F, 2}, {0.5F, 0.5F, 0}, 40);
+  view.environment = test_support::constant_sky({0.2F, 0.2F, 0.4F});
+  view.settings.max_depth = 4;
+  return view;
+}
+
+std::vector<float> layer(const test_support::Picture& picture, const std::string& name) {
+  auto image = core::layer_image(picture.snapshot, name);
+  EXPECT_TRUE(image) << name;
+  const std::size_t channels = image->channel_names.size();
+  std::vector<float> out;
+  for (std::size_t i = 0; i < picture.snapshot.pixel_count(); ++i) {
+    out.insert(out.end(), {image->values[i * channels], image->values[i * channels + 1],
+                           image->values[i * channels + 2]});
+  }
+  return out;
+}
+
+std::vector<float> sum_of(const test_support::Picture& picture,
+                          const std::vector<std::string>& names) {
+  std::vector<float> sum(3 * picture.snapshot.pixel_count());
+  for (const std::string& name : names) {
+    const std::vector<float> part = layer(picture, name);
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      sum[i] += part[i];
+    }
+  }
+  return sum;
+}
+
+/// Largest difference, relative to the larger of the value and 1.
+float difference(const std::vector<float>& a, const std::vector<float>& b) {
+  float most = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    most = std::max(most, std::fabs(a[i] - b[i]) / std::max(std::fabs(b[i]), 1.0F));
+  }
+  return most;
+}
+
+constexpr float kExact = 1e-5F;
+
+TEST(LightShares, NamesAreRead) {
+  const auto two = core::light_share("bounce:2");
+  ASSERT_TRUE(two);
+  EXPECT_EQ(two->first_bounce, 2);
+  EXPECT_EQ(two->last_bounce, 2);
+  EXPECT_FALSE(two->group);
+  EXPECT_GT(core::light_share("bounce:2-")->last_bounce, 1000000);
+  EXPECT_EQ(core::light_share("light:left lamp")->group, "left lamp");
+  for (const char* name : {"bounce:", "bounce:-", "bounce:-1", "bounce:02", "bounce:1.5",
+                           "light:", "bounce:1 ", "beauty", "bounce:99999999999"}) {
+    EXPECT_FALSE(core::light_share(name)) << name;
+  }
+}
+
+TEST(LightShares, BouncesAddUpToThePicture) {
+  core::View view = box();
+  const std::vector<std::string> all = {"bounce:0", "bounce:1", "bounce:2", "bounce:3",
+                                        "bounce:4-"};
+  record(view, all);
+  for (const int splits : {1, 3}) {
+    view.settings.estimator.split_count = splits;
+    view.settings.estimator.splitting =
+        splits > 1 ? core::SplittingType::kFixed : core::SplittingType::kNone;
+    const auto picture = test_support::render(view, 32);
+    EXPECT_LT(difference(sum_of(picture, all), layer(picture, "beauty")), kExact) << splits;
+    const std::vector<std::string> lacking = {"bounce:0", "bounce:1", "bounce:2", "bounce:4-"};
+    EXPECT_GT(difference(sum_of(picture, lacking), layer(picture, "beauty")), 100 * kExact)
+        << "a sum that lacks a bounce is told apart";
+  }
+}
+
+TEST(LightShares, EachBounceIsThePictureOfThatDepth) {
+  core::View view = box();
+  view.settings.estimator.roulette = core::RouletteType::kNone;
+  record(view, {"bounce:0", "bounce:1", "bounce:2"});
+  const auto picture = test_support::render(view, 8);
+  std::vector<std::string> so_far;
+  for (const int depth : {0, 1, 2}) {
+    so_far.push_back("bounce:" + std::to_string(depth));
+    core::View shallow = box(depth);
+    shallow.settings.estimator.roulette = core::RouletteType::kNone;
+    const auto other = test_support::render(shallow, 8);
+    EXPECT_LT(difference(sum_of(picture, so_far), layer(other, "beauty")), kExact) << depth;
+    so_far.back() = "bounce:" + std::to_string((depth + 1) % 3);
+    EXPECT_GT(difference(sum_of(picture, so_far), layer(other, "beauty")), 100 * kExact)
+        << "another bounce is told apart";
+    so_far.back() = "bounce:" + std::to_string(depth);
+  }
+}
+
+TEST(LightShares, GroupsOfLightsAddUpToThePicture) {
+  core::View view = lamps();
+  EXPECT_EQ(view.scene->summary().light_groups,
+            (std::vector<std::string>{"environment", "ceiling", "panel", "unnamed"}));
+  const std::vector<std::string> all = {"light:environment", "light:ceiling", "light:panel",
+                                        "light:unnamed"};
+  record(view, all);
+  for (const auto lights : {core::LightSamplerType::kTree, core::LightSamplerType::kRis}) {
+    view.settings.light_sampler = lights;
+    const auto picture = test_support::render(view, 32);
+    EXPECT_LT(difference(sum_of(picture, all), layer(picture, "beauty")), kExact);
+    for (const std::string& name : all) {
+      const auto part = core::share_of(picture.snapshot, name);
+      double light = 0;
+      for (std::size_t i = 0; i < part->pixel_count(); ++i) {
+        light += static_cast<double>(core::pixel_value(*part, i).mean.g);
+      }
+      EXPECT_GT(light, 0) << name;
+    }
+  }
+}
+
+TEST(LightShares, AGroupIsThePictureWithoutTheOtherLights) {
+  core::View view = lamps();
+  record(view, {"light:environment"});
+  const auto both = test_support::render(view, 256);
+  core::SceneDescription dark = test_support::cornell();
+  dark.meshes[0].primitives.pop_back();
+  dark.meshes.emplace_back();
+  dark.meshes.back().primitives = {
+      test_support::quad({0.02F, 0.2F, 0.3F}, {0, 0.2F, 0}, {0, 0, 0.2F}, 3)};
+  dark.instances.push_back({1, {}, {}});
+  dark.materials[3].emissive = {};
+  core::View alone = view;
+  alone.scene = test_support::build(std::move(dark));
+  record(alone, {});
+  const auto only = test_support::render(alone, 256);
+  test_support::Picture share = both;
+  share.snapshot = *core::share_of(both.snapshot, "light:environment");
+  const auto z = [](const test_support::Picture& a, const test_support::Picture& b) {
+    return (a.mean().b - b.mean().b) / std::hypot(a.standard_error().b, b.standard_error().b);
+  };
+  EXPECT_LT(std::fabs(z(share, only)), 4);
+  EXPECT_GT(std::fabs(z(both, only)), 4) << "the other lights are told apart";
+}
+
+TEST(LightShares, DoNotDependOnThreadsAndTravelInFilms) {
+  core::View view = lamps();
+  record(view, {"bounce:1", "light:panel"});
+  const auto one = test_support::render(view, 6, 1);
+  const auto two = test_support::render(view, 6, 2);
+  EXPECT_EQ(one.film->digest(), two.film->digest());
+  const auto ledger = core::ledger_of(*one.film, view.settings.seed, 0);
+  std::vector<std::byte> file;
+  ASSERT_TRUE(core::write_film({one.film, ledger}, "{}", [&](std::span<const std::byte> piece) {
+    file.insert(file.end(), piece.begin(), piece.end());
+    return true;
+  }));
+  EXPECT_EQ(file.size(), core::film_file_bytes(*one.film, ledger, 2));
+  const auto again = core::read_film(file, {});
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->part.film->digest(), one.film->digest());
+  EXPECT_FALSE(core::read_film(file, {.shares_max = 1})) << "more shares than allowed";
+  core::TileState changed = one.film->tile(0);
+  changed.shares[0].r += 1;
+  one.film->commit(0, std::move(changed));
+  EXPECT_NE(one.film->digest(), two.film->digest()) << "the digest covers shares";
+}
+
+TEST(LightShares, PartsOfAJobMergeToItsShares) {
+  core::View view = box(3);
+  view.settings.replicates = 4;
+  record(view, {"bounce:1", "bounce:2-"});
+  const auto whole = test_support::render(view, 8);
+  std::vector<core::FilmPart> parts;
+  for (const int first : {0, 2}) {
+    view.settings.replicates = 2;
+    view.settings.first_replicate = first;
+    auto part = test_support::render(view, 4).film;
+    auto ledger = core::ledger_of(*part, view.settings.seed, first);
+    parts.push_back({std::move(part), std::move(ledger)});
+  }
+  const auto merged = core::merge_films(parts, 64);
+  ASSERT_TRUE(merged) << merged.error().message;
+  EXPECT_EQ(merged->film->digest(), whole.film->digest());
+}
+
+TEST(LightShares, OptionsThatMixPathsAreRefused) {
+  const auto error_of = [](const core::View& view) {
+    const auto renderer = core::Renderer::create(view);
+    return renderer ? std::string() : renderer.error().where;
+  };
+  core::View view = box();
+  record(view, {"bounce:1"});
+  EXPECT_EQ(error_of(view), "");
+  view.settings.light_sampler = core::LightSamplerType::kRestir;
+  EXPECT_EQ(error_of(view), "/light_sampler/type");
+  view = box();
+  record(view, {"bounce:1"});
+  view.settings.estimator.mis = core::MisType::kOptimal;
+  EXPECT_EQ(error_of(view), "/estimator/mis/type");
+  view = box();
+  record(view, {"light:no such lamp"});
+  EXPECT_EQ(error_of(view), "/film/layers");
+  record(view, {"bounce:1"});
+  view.settings.integrator = "bdpt";
+  EXPECT_EQ(error_of(view), "/film/layers");
+}
+
+}  // namespace

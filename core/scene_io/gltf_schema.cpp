@@ -94,7 +94,7 @@ constexpr std::array kBufferView = {
     integer("byteOffset", false, 0),
     integer("byteLength", kRequired, 1),
     M{.name = "byteStride", .kind = K::kInteger, .min = 4, .max = 252},
-    integer("target", false, 0),
+    integer("target", false, -kBig),
     string("name")};
 constexpr std::array kMeshopt = {
     index("buffer", "buffers", kRequired),

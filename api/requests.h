@@ -104,9 +104,12 @@ Parsed<WaitQuery> parse_wait_query(QueryParams query);
 /// Seconds of `Prefer: wait=N` (RFC 7240), at most 60; empty when the header does not ask for it.
 std::optional<int> prefer_wait_seconds(std::string_view prefer_header);
 
+enum class TilePlanes { kAll, kMean };
+
 /// GET /v1/jobs/{id}/tiles?after=REVISION.
 struct TilesQuery {
   std::uint32_t after = 0;
+  TilePlanes planes = TilePlanes::kAll;
 };
 Parsed<TilesQuery> parse_tiles_query(QueryParams query);
 

@@ -1,5 +1,7 @@
 // Queries of the streams: tiles and events.
 #include <algorithm>
+#include <array>
+#include <span>
 
 #include <nlohmann/json.hpp>
 
@@ -18,11 +20,22 @@ constexpr std::string_view kLastEventIdDoc =
     "As the header Last-Event-ID, for pages whose EventSource cannot send it at first.";
 constexpr std::int64_t kUuidCharacters = 36;
 
+constexpr std::array kTilePlanes = {
+    core::NamedValue<TilePlanes>{"all", TilePlanes::kAll,
+                                 "Mean, variance and sample count, 28 bytes a pixel."},
+    core::NamedValue<TilePlanes>{"mean", TilePlanes::kMean, "The mean alone, 6 bytes a pixel."},
+};
+std::span<const core::NamedValue<TilePlanes>> tile_planes() { return kTilePlanes; }
+
 const auto& tiles_table() {
   static constexpr auto kTable = std::tuple{
       number(
           "after", [](auto& s) -> auto& { return s.after; }, {0, kRevisionMax},
           "Only tiles that are newer than this revision."),
+      choice(
+          "planes", [](auto& s) -> auto& { return s.planes; }, &tile_planes,
+          "mean: float16 planes of the mean, and of alpha where flagged; enough to show the "
+          "picture."),
       ticket_row<TilesQuery>(),
   };
   return kTable;

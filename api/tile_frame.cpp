@@ -1,9 +1,11 @@
 #include "api/tile_frame.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
 
+#include <immintrin.h>
 #include <zlib.h>
 
 #include "core/base/check.h"
@@ -12,8 +14,8 @@ namespace api {
 namespace {
 
 constexpr std::array<unsigned char, 4> kMagic = {'T', 'S', 'R', '1'};
-constexpr std::size_t kPlanes = 7;
 constexpr int kSideMax = 65535;
+constexpr float kHalfMax = 65504;  // of float16
 
 // Bytes are put and taken one by one, so that the order is the same on every machine.
 void put(std::string& out, std::uint64_t value, int bytes) {
@@ -40,13 +42,16 @@ std::uint32_t checksum(const void* data, std::size_t size) {
       crc32_z(crc32_z(0, nullptr, 0), static_cast<const Bytef*>(data), size));
 }
 
-std::size_t float_count(const core::PixelRect& rect, std::uint32_t flags) {
-  if ((flags & kTileEnd) != 0) {
-    return 0;
-  }
-  return (kPlanes + ((flags & kTileAlpha) != 0 ? 1U : 0U)) * static_cast<std::size_t>(rect.width) *
+void put_f16(std::string& out, float value) {
+  put(out, _cvtss_sh(std::clamp(value, -kHalfMax, kHalfMax), _MM_FROUND_TO_NEAREST_INT), 2);
+}
+float f16(std::uint32_t bits) { return _cvtsh_ss(static_cast<unsigned short>(bits)); }
+
+std::size_t value_count(const core::PixelRect& rect, std::uint32_t flags) {
+  return plane_count(flags) * static_cast<std::size_t>(rect.width) *
          static_cast<std::size_t>(rect.height);
 }
+std::size_t value_bytes(std::uint32_t flags) { return (flags & kTileMean) != 0 ? 2 : 4; }
 
 core::Error broken(std::string message) {
   return {core::ErrorCode::kInvalidArgument, std::move(message), ""};
@@ -54,12 +59,24 @@ core::Error broken(std::string message) {
 
 }  // namespace
 
+std::size_t plane_count(std::uint32_t flags) {
+  if ((flags & kTileEnd) != 0) {
+    return 0;
+  }
+  return ((flags & kTileMean) != 0 ? 3U : 7U) + ((flags & kTileAlpha) != 0 ? 1U : 0U);
+}
+
 std::string encode_tile_frame(const TileFrame& frame) {
-  CHECK(frame.planes.size() == float_count(frame.rect, frame.flags));
+  CHECK(frame.planes.size() == value_count(frame.rect, frame.flags));
+  const std::size_t bytes_each = value_bytes(frame.flags);
   std::string payload;
-  payload.reserve(frame.planes.size() * sizeof(float));
+  payload.reserve(frame.planes.size() * bytes_each);
   for (const float value : frame.planes) {
-    put_f32(payload, value);
+    if (bytes_each == 2) {
+      put_f16(payload, value);
+    } else {
+      put_f32(payload, value);
+    }
   }
   std::string out;
   out.reserve(kTileHeaderBytes + payload.size());
@@ -103,7 +120,8 @@ core::Result<DecodedFrame> decode_tile_frame(std::span<const std::byte> bytes) {
                 static_cast<int>(take(bytes, 16, 2)), static_cast<int>(take(bytes, 18, 2))};
   frame.flags = take(bytes, 20, 4);
   frame.relative_error = std::bit_cast<float>(take(bytes, 24, 4));
-  const std::size_t expected = float_count(frame.rect, frame.flags) * sizeof(float);
+  const std::size_t bytes_each = value_bytes(frame.flags);
+  const std::size_t expected = value_count(frame.rect, frame.flags) * bytes_each;
   if (payload_bytes != expected) {
     return broken("The frame has " + std::to_string(payload_bytes) +
                   " bytes of payload; its size and "
@@ -117,9 +135,10 @@ core::Result<DecodedFrame> decode_tile_frame(std::span<const std::byte> bytes) {
   if (checksum(payload.data(), payload.size()) != take(bytes, 28, 4)) {
     return broken("The checksum of the frame's payload does not fit.");
   }
-  frame.planes.resize(payload_bytes / sizeof(float));
+  frame.planes.resize(payload_bytes / bytes_each);
   for (std::size_t i = 0; i < frame.planes.size(); ++i) {
-    frame.planes[i] = std::bit_cast<float>(take(payload, i * sizeof(float), 4));
+    const std::uint32_t bits = take(payload, i * bytes_each, bytes_each);
+    frame.planes[i] = bytes_each == 2 ? f16(bits) : std::bit_cast<float>(bits);
   }
   decoded.consumed = kTileHeaderBytes + payload_bytes;
   return decoded;

@@ -24,7 +24,7 @@ bool has_alpha(const api::JobSpec& spec) {
 
 }  // namespace
 
-api::TileFrame tile_frame(const core::TileState& state, int replicates, bool has_alpha) {
+api::TileFrame tile_frame(const core::TileState& state, int replicates, std::uint32_t flags) {
   core::FilmSnapshot film;
   film.rect = state.rect;
   film.replicates = replicates;
@@ -32,31 +32,37 @@ api::TileFrame tile_frame(const core::TileState& state, int replicates, bool has
   const std::size_t count = film.pixel_count();
   api::TileFrame frame;
   frame.rect = state.rect;
-  frame.flags = has_alpha ? api::kTileAlpha : 0;
-  frame.planes.resize(count * (has_alpha ? 8 : 7));
+  frame.flags = flags;
+  const std::size_t planes = api::plane_count(flags);
+  frame.planes.resize(count * planes);
   const auto plane = [&](std::size_t p, std::size_t pixel) -> float& {
     return frame.planes[p * count + pixel];
   };
   for (std::size_t i = 0; i < count; ++i) {
     const core::HalfValue value = core::pixel_value(film, i);
+    for (int c = 0; c < 3; ++c) {
+      plane(static_cast<std::size_t>(c), i) = value.mean[c];
+    }
+    if ((flags & api::kTileAlpha) != 0) {
+      plane(planes - 1, i) = value.alpha;
+    }
+    if ((flags & api::kTileMean) != 0) {
+      continue;
+    }
     const core::HalfValue a = core::half_value(film, i, 0);
     const core::HalfValue b = core::half_value(film, i, 1);
     const core::Rgb variance = core::raw_variance(a, b);
     for (int c = 0; c < 3; ++c) {
-      plane(static_cast<std::size_t>(c), i) = value.mean[c];
       plane(static_cast<std::size_t>(c) + 3, i) = variance[c];
     }
     plane(6, i) = static_cast<float>(value.count);
-    if (has_alpha) {
-      plane(7, i) = value.alpha;
-    }
   }
   return frame;
 }
 
-TileStream::TileStream(JobService& jobs, JobPointer job, std::uint32_t after,
+TileStream::TileStream(JobService& jobs, JobPointer job, const api::TilesQuery& query,
                        const StreamGate& streams)
-    : jobs_(jobs), job_(std::move(job)), after_(after), streams_(streams) {}
+    : jobs_(jobs), job_(std::move(job)), query_(query), streams_(streams) {}
 
 void TileStream::run(StreamWriter& writer) {
   while (!writer.client_gone() && !writer.stopping()) {
@@ -84,8 +90,9 @@ void TileStream::run(StreamWriter& writer) {
 
 bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film) {
   const auto tiles = static_cast<std::size_t>(film.tile_count());
-  sent_.resize(tiles, after_);
-  const bool alpha = has_alpha(job_->record().view.spec);
+  sent_.resize(tiles, query_.after);
+  const std::uint32_t flags = (has_alpha(job_->record().view.spec) ? api::kTileAlpha : 0U) |
+                              (query_.planes == api::TilePlanes::kMean ? api::kTileMean : 0U);
   std::string piece;
   for (std::size_t t = 0; t < tiles; ++t) {
     const int tile = static_cast<int>(t);
@@ -93,7 +100,7 @@ bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film) {
     if (revision <= sent_[t] || film.tile_samples(tile) == 0) {
       continue;
     }
-    api::TileFrame frame = tile_frame(film.shown_tile(tile), film.replicates(), alpha);
+    api::TileFrame frame = tile_frame(film.shown_tile(tile), film.replicates(), flags);
     if (film.errors() == core::PixelErrors::kCorrelated) {
       frame.flags |= api::kTileCorrelated;
     }

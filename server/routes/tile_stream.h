@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "api/requests.h"
 #include "api/tile_frame.h"
 #include "core/film/film.h"
 #include "server/http/message.h"
@@ -13,14 +14,15 @@
 
 namespace server {
 
-/// Means, variances of the mean (NaN with one half) and counts of one tile.
-api::TileFrame tile_frame(const core::TileState& state, int replicates, bool has_alpha);
+/// Means, variances of the mean (NaN with one half) and counts of one tile; with kTileMean in
+/// flags means alone. flags: kTileAlpha and kTileMean count.
+api::TileFrame tile_frame(const core::TileState& state, int replicates, std::uint32_t flags);
 
 class TileStream {
  public:
-  /// after: the client has all revisions up to this one. streams: how many there are; the more, the
-  /// longer between two looks at the film.
-  TileStream(JobService& jobs, JobPointer job, std::uint32_t after, const StreamGate& streams);
+  /// streams: how many there are; the more, the longer between two looks at the film.
+  TileStream(JobService& jobs, JobPointer job, const api::TilesQuery& query,
+             const StreamGate& streams);
 
   /// Sends until the job has ended or the client has gone; the end frame comes last.
   void run(StreamWriter& writer);
@@ -31,7 +33,7 @@ class TileStream {
 
   JobService& jobs_;
   const JobPointer job_;
-  const std::uint32_t after_;
+  const api::TilesQuery query_;
   const StreamGate& streams_;
   std::vector<std::uint32_t> sent_;  ///< Newest revision that was sent, by tile.
 };

@@ -283,7 +283,7 @@ def tessera(*arguments, environ=None):
 
 
 class Tile:
-    END, CORRELATED, ALPHA = 1, 2, 4
+    END, CORRELATED, ALPHA, MEAN = 1, 2, 4, 8
 
     def __init__(self, header, payload):
         (
@@ -309,11 +309,12 @@ class Tile:
         """The sum and the size; returns the planes."""
         if zlib.crc32(self.payload) != self.crc:
             raise AssertionError("CRC-32 differs")
-        planes = 8 if self.flags & self.ALPHA else 7
-        if len(self.payload) != (0 if self.is_end else planes * 4 * self.width * self.height):
+        planes = (3 if self.flags & self.MEAN else 7) + (1 if self.flags & self.ALPHA else 0)
+        kind, size = ("e", 2) if self.flags & self.MEAN else ("f", 4)
+        if len(self.payload) != (0 if self.is_end else planes * size * self.width * self.height):
             raise AssertionError(f"{len(self.payload)} bytes for {self.width} x {self.height}")
         count = self.width * self.height
-        values = struct.unpack(f"<{len(self.payload) // 4}f", self.payload)
+        values = struct.unpack(f"<{len(self.payload) // size}{kind}", self.payload)
         return [values[p * count:(p + 1) * count] for p in range(planes if not self.is_end else 0)]
 
     def place(self):

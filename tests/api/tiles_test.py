@@ -62,6 +62,28 @@ class Tiles(ApiTest):
                         shown = rows[tile.y + y][tile.x + x][c] / 255
                         self.assertLessEqual(abs(value - shown), 1.01 / 255)
 
+    def test_means_alone_come_as_half_floats(self):
+        for hidden in (False, True):
+            members = {"environment": {"visible": False}} if hidden else {}
+            job = self.submit(**members)
+            self.server.wait(job)
+            full = {tile.place(): tile for tile in self.newest(job)[:-1]}
+            small = self.newest(job, "?planes=mean")
+            self.assertTrue(small[-1].is_end)
+            self.assertEqual({tile.place() for tile in small[:-1]}, set(full))
+            sent = sum(32 + len(tile.payload) for tile in small[:-1])
+            self.assertLessEqual(sent, (9 if hidden else 7) * 80 * 50)
+            for tile in small[:-1]:
+                self.assertEqual(tile.flags, Tile.MEAN | (Tile.ALPHA if hidden else 0))
+                means, planes = tile.check(), full[tile.place()].check()
+                wanted = planes[:3] + ([planes[7]] if hidden else [])
+                for plane, exact in zip(means, wanted, strict=True):
+                    for a, b in zip(plane, exact, strict=True):
+                        # Half a step of float16: 2^-11 of the value, 2^-25 near 0.
+                        self.assertLessEqual(abs(a - b), max(abs(b) * 2**-11, 2**-25))
+        refused = self.server.get(f"/v1/jobs/{job}/tiles?planes=some")
+        self.assertEqual(refused.status, 422)
+
     def test_variance_is_that_of_the_halves(self):
         job = self.submit()
         self.server.wait(job)

@@ -73,6 +73,26 @@ test('on a phone, too, the new picture is what one sees', { timeout: 300_000 }, 
   }),
 );
 
+test('tiles bring means alone until somebody looks at errors', { timeout: 300_000 }, () =>
+  withPage(desktop, async (page) => {
+    const asked = [];
+    page.on('request', (request) => {
+      const planes = /\/tiles\?.*planes=(\w+)/.exec(request.url());
+      if (planes) asked.push(planes[1]);
+    });
+    await submit(page, { scene: 'cornell-box', samples: 16 });
+    await finished(page);
+    const { hash } = await until('the picture', () => pictureNow(page));
+    assert.ok(asked.length > 0 && asked.every((planes) => planes === 'mean'), asked.join());
+    await choose(page, 'variance');
+    await until('all planes', () => asked.includes('all'));
+    await until('variances', async () => {
+      const now = await pictureNow(page);
+      return now && now.hash !== hash;
+    });
+  }),
+);
+
 test('the measuring views show other pictures, each with a legend', { timeout: 300_000 }, () =>
   withPage(desktop, async (page) => {
     await submit(page, { scene: 'cornell-box', samples: 16 });

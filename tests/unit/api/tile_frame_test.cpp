@@ -73,6 +73,22 @@ TEST(TileFrame, ReadsWrittenFrames) {
   }
 }
 
+TEST(TileFrame, MeansAreHalfFloatsThatEndAt65504) {
+  api::TileFrame frame;
+  frame.rect = {0, 0, 2, 1};
+  frame.flags = api::kTileMean | api::kTileAlpha;
+  frame.planes = {1, 1e9F, -2, -1e9F, 0, 0.1F, 1, 0.5F};
+  const std::string text = api::encode_tile_frame(frame);
+  ASSERT_EQ(text.size(), 32U + 16U);
+  // IEEE 754 binary16: 1 is 3c00, 65504 is 7bff, -2 is c000.
+  EXPECT_EQ(text.substr(32, 8), std::string("\x00\x3c\xff\x7b\x00\xc0\xff\xfb", 8));
+  const auto decoded = api::decode_tile_frame(bytes_of(text));
+  ASSERT_TRUE(decoded);
+  EXPECT_EQ(decoded->consumed, text.size());
+  const std::vector<float> shown = {1, 65504, -2, -65504, 0, 0.0999755859375F, 1, 0.5F};
+  EXPECT_EQ(decoded->frame.planes, shown);
+}
+
 TEST(TileFrame, KeepsNotANumber) {
   api::TileFrame frame = small_frame(0);
   frame.relative_error = std::nanf("");

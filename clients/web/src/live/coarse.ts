@@ -17,7 +17,7 @@ export function assembled(tiles: TileFrame[], width: number, height: number): Ti
     }
   }
   const whole = { revision: 0, x: 0, y: 0, end: false, correlated: true, error: NaN };
-  return { ...whole, width, height, hasAlpha, planes };
+  return { ...whole, width, height, hasAlpha, meanOnly: false, planes };
 }
 
 /**

@@ -6,7 +6,7 @@
  * `Last-Event-ID` is ours to send.
  */
 import { EventParser, type ServerEvent } from './event_parser';
-import type { FromFeed, LinkState, ToFeed } from './feed_messages';
+import type { FromFeed, LinkState, TilePlanes, ToFeed } from './feed_messages';
 import { FrameParser } from './frames';
 import { plainProblem } from '../api/client';
 import type { Job, Problem, WarningEvent } from '../api/types';
@@ -33,6 +33,7 @@ class Feed {
   constructor(
     jobId: string,
     private readonly tiles: boolean,
+    private readonly planes: TilePlanes,
   ) {
     this.address = `/v1/jobs/${encodeURIComponent(jobId)}`;
   }
@@ -158,7 +159,8 @@ class Feed {
 
   private async readTiles(signal: AbortSignal, onLife: () => void): Promise<boolean> {
     const headers = { accept: 'application/vnd.tessera.tiles' };
-    const response = await fetch(`${this.address}/tiles?after=${this.revision}`, {
+    const query = `after=${this.revision}&planes=${this.planes}`;
+    const response = await fetch(`${this.address}/tiles?${query}`, {
       headers,
       signal,
       cache: 'no-store',
@@ -227,7 +229,7 @@ self.onmessage = (message: MessageEvent<ToFeed>) => {
   const request = message.data;
   if (request.type === 'open') {
     feed?.stop();
-    feed = new Feed(request.jobId, request.tiles);
+    feed = new Feed(request.jobId, request.tiles, request.planes);
     feed.start();
   } else if (request.type === 'wake') {
     feed?.start();

@@ -10,8 +10,11 @@ export type LinkState =
   | 'gone'
   | 'refused';
 
+/** What is sent of a tile: its mean, or variance and sample count too. */
+export type TilePlanes = 'mean' | 'all';
+
 export type ToFeed =
-  | { type: 'open'; jobId: string; tiles: boolean }
+  | { type: 'open'; jobId: string; tiles: boolean; planes: TilePlanes }
   | { type: 'sleep' }
   | { type: 'wake' }
   | { type: 'close' };

@@ -17,6 +17,7 @@ export const maxLivePixels = 12_000_000;
 export class LiveFilm {
   readonly rgb: Float32Array;
   readonly variance: Float32Array;
+  /** Above 0 where there are any; how many, and their variance, only with all planes. */
   readonly samples: Float32Array;
   /** Relative error of the tile a pixel is in; in a film made from others, the value to show. */
   readonly tileError: Float32Array;
@@ -52,6 +53,7 @@ export class LiveFilm {
     const height = Math.min(tile.height, this.height - y);
     if (width <= 0 || height <= 0) return;
     const plane = tile.width * tile.height;
+    const last = planes.length - plane;
     if (tile.hasAlpha && !this.alpha)
       this.alpha = new Float32Array(this.width * this.height).fill(1);
     for (let row = 0; row < height; ++row) {
@@ -61,11 +63,11 @@ export class LiveFilm {
         this.weigh(to, -1);
         for (let c = 0; c < 3; ++c) {
           this.rgb[3 * to + c] = planes[c * plane + from];
-          this.variance[3 * to + c] = planes[(3 + c) * plane + from];
+          this.variance[3 * to + c] = tile.meanOnly ? NaN : planes[(3 + c) * plane + from];
         }
-        this.samples[to] = planes[6 * plane + from];
+        this.samples[to] = tile.meanOnly ? 1 : planes[6 * plane + from];
         this.tileError[to] = tile.error;
-        if (this.alpha && tile.hasAlpha) this.alpha[to] = planes[7 * plane + from];
+        if (this.alpha && tile.hasAlpha) this.alpha[to] = planes[last + from];
         this.weigh(to, 1);
       }
     }

@@ -13,6 +13,8 @@ export interface TileFrame {
   /** Errors of neighbouring pixels hang together: variances do not add up over a block. */
   correlated: boolean;
   hasAlpha: boolean;
+  /** Planes r g b and, if hasAlpha, alpha; no others. */
+  meanOnly: boolean;
   /** Relative error of the tile; NaN when unknown. */
   error: number;
   /** Planes r g b, vr vg vb, n and, if hasAlpha, alpha; each width * height values, row by row. */
@@ -29,6 +31,20 @@ function crc32(bytes: Uint8Array): number {
   let c = 0xffffffff;
   for (let i = 0; i < bytes.length; ++i) c = crcTable[(c ^ bytes[i]) & 255] ^ (c >>> 8);
   return (c ^ 0xffffffff) >>> 0;
+}
+
+/** float16, as `planes=mean` sends it. */
+function fromHalves(bytes: Uint8Array): Float32Array {
+  const halves = new Uint16Array(bytes.buffer);
+  const out = new Float32Array(halves.length);
+  for (let i = 0; i < halves.length; ++i) {
+    const bits = halves[i];
+    const exponent = (bits >> 10) & 31;
+    const fraction = bits & 1023;
+    const size = exponent === 0 ? fraction * 2 ** -24 : (1024 + fraction) * 2 ** (exponent - 25);
+    out[i] = bits & 0x8000 ? -size : size;
+  }
+  return out;
 }
 
 /**
@@ -79,10 +95,11 @@ export class FrameParser {
       end: (flags & 1) !== 0,
       correlated: (flags & 2) !== 0,
       hasAlpha: (flags & 4) !== 0,
+      meanOnly: (flags & 8) !== 0,
       error: view.getFloat32(24, true),
-      planes: new Float32Array(payload.buffer),
+      planes: flags & 8 ? fromHalves(payload) : new Float32Array(payload.buffer),
     };
-    const planes = frame.hasAlpha ? 8 : 7;
+    const planes = (frame.meanOnly ? 3 : 7) + (frame.hasAlpha ? 1 : 0);
     if (!frame.end && frame.planes.length !== planes * frame.width * frame.height)
       throw new Error('a tile has the wrong size');
     return frame;

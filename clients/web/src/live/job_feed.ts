@@ -1,7 +1,7 @@
 import { api, RequestError } from '../api/client';
 import { isFinal } from '../api/states';
 import type { Job, Problem } from '../api/types';
-import type { FromFeed, LinkState, ToFeed } from './feed_messages';
+import type { FromFeed, LinkState, TilePlanes, ToFeed } from './feed_messages';
 import type { TileFrame } from './frames';
 import { LiveFilm, maxLivePixels, type Rect } from './film';
 import { takeTurn } from './turns';
@@ -34,7 +34,10 @@ export class JobFeed {
   /** Tiles that came before the record which tells the size of the film. */
   private early: TileFrame[] = [];
 
-  constructor(readonly jobId: string) {
+  constructor(
+    readonly jobId: string,
+    private planes: TilePlanes,
+  ) {
     this.worker = new Worker(new URL('./feed.worker.ts', import.meta.url), { type: 'module' });
     this.worker.onmessage = (e: MessageEvent<FromFeed>) => this.receive(e.data);
     this.open();
@@ -75,6 +78,13 @@ export class JobFeed {
     }
   }
 
+  /** Variances and sample counts are on their way from now on: more than four times the bytes. */
+  wantAllPlanes(): void {
+    if (this.planes === 'all') return;
+    this.planes = 'all';
+    this.open();
+  }
+
   close(): void {
     document.removeEventListener('visibilitychange', this.onVisibility);
     window.removeEventListener('online', this.onOnline);
@@ -85,7 +95,8 @@ export class JobFeed {
   }
 
   private open(): void {
-    this.send({ type: 'open', jobId: this.jobId, tiles: !this.state.tooLarge });
+    const { jobId, planes } = this;
+    this.send({ type: 'open', jobId, tiles: !this.state.tooLarge, planes });
   }
 
   private receiveTile(tile: TileFrame): void {

@@ -136,7 +136,7 @@ export class Preview {
   private async fine(request: Record<string, unknown>): Promise<void> {
     const { width, height } = this.film;
     const job = await this.submit(request, { width, height }, 64);
-    this.post({ type: 'open', jobId: job.id, tiles: true });
+    this.post({ type: 'open', jobId: job.id, tiles: true, planes: 'mean' });
   }
 
   /** Fewer pixels when an answer took too long, more when there is time for four times as many. */

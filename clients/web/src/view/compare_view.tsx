@@ -187,8 +187,8 @@ export function CompareView({ a, b }: { a: string; b: string }) {
 }
 
 function Comparing({ a, b }: { a: string; b: string }) {
-  const left = useFeed(a).state;
-  const right = useFeed(b).state;
+  const left = useFeed(a, 'all').state;
+  const right = useFeed(b, 'all').state;
   const asked = choiceIn(useStore(route), 'show');
   const view = views.find((v) => v.view === asked)?.view ?? 'wipe';
   const tail = view === 'wipe' ? '' : `?show=${view}`;

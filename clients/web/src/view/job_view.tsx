@@ -2,6 +2,7 @@ import { useEffect, useReducer, useRef, useState } from 'preact/hooks';
 import { api } from '../api/client';
 import { isFinal } from '../api/states';
 import type { Convergence, Job } from '../api/types';
+import type { TilePlanes } from '../live/feed_messages';
 import { JobFeed } from '../live/job_feed';
 import { doneShare } from '../ui/format';
 import { choiceIn, keepChoice, route, type Route } from '../ui/router';
@@ -19,15 +20,15 @@ import { absence, sceneTitle } from './job_words';
 import { Stage, type Probe } from './stage';
 import { Statistics } from './statistics';
 import { Toolbar } from './toolbar';
-import { modeNamed } from './view_modes';
+import { modeNamed, needsAllPlanes } from './view_modes';
 
 /** Opens the job's feed while the component is there and redraws it when the feed changes. */
-export function useFeed(jobId: string): JobFeed {
+export function useFeed(jobId: string, planes: TilePlanes): JobFeed {
   const [, again] = useReducer<number, void>((n) => n + 1, 0);
   const holder = useRef<JobFeed | null>(null);
   if (holder.current?.jobId !== jobId) {
     holder.current?.close();
-    holder.current = new JobFeed(jobId);
+    holder.current = new JobFeed(jobId, planes);
   }
   const feed = holder.current;
   const drawn = feed.state;
@@ -120,11 +121,15 @@ function useProbe(jobId: string): [Probe | null, (probe: Probe | null) => void] 
 }
 
 export function JobView({ jobId }: { jobId: string }) {
-  const feed = useFeed(jobId);
+  const feed = useFeed(jobId, 'mean');
   const { state } = feed;
   const { job, link, film } = state;
   const mode = modeNamed(choiceIn(useStore(route), 'show'));
   const [probe, setProbe] = useProbe(jobId);
+  const needsAll = probe != null || needsAllPlanes(mode);
+  useEffect(() => {
+    if (needsAll) feed.wantAllPlanes();
+  }, [feed, needsAll]);
   const convergence = useConvergence(job);
   const [denoised, setDenoised] = useState<DenoisedError | null>(null);
   useListWatch(feed);

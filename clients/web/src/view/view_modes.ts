@@ -93,6 +93,10 @@ export const isLayer = (
   mode === 'denoise_bias' ||
   mode === 'mix' ||
   isShare(mode);
+
+/** Modes that show more than means. */
+export const needsAllPlanes = (mode: Mode): boolean =>
+  mode === 'error' || mode === 'variance' || mode === 'samples';
 export const isHeat = (mode: Mode): boolean => mode !== 'picture' && !isLayer(mode);
 
 /** Ends of the error ramp; the ruler under the picture has the same ones. */

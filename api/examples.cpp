@@ -101,6 +101,15 @@ Json example_of(std::string_view schema) {
   if (schema == "JobPatch") {
     return {{"priority", 10}, {"stop", {{"samples_per_pixel", 1024}}}};
   }
+  if (schema == "BatchRequest") {
+    return {{"template",
+             {{"scene", "glass"},
+              {"camera", {{"orbit", {{"phi_degrees", 80}}}}},
+              {"film", {{"width", 1200}, {"height", 1200}}},
+              {"stop", {{"relative_error", 0.03}}}}},
+            {"matrix", {{"camera.orbit.theta_degrees", {0, 90, 180, 270}}}},
+            {"name", "view-{theta_degrees}"}};
+  }
   if (schema == "ExtendRequest") {
     return {{"stop", {{"samples_per_pixel", 1024}}}};
   }

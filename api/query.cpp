@@ -145,7 +145,8 @@ void read_delivery_state(const std::string& text, DeliveryListQuery& out,
 const auto& delivery_list_table() {
   static constexpr auto kTable = std::tuple_cat(
       std::tuple{
-          ParameterField<DeliveryListQuery>{"job", "Only calls of this job.", &read_delivery_job,
+          ParameterField<DeliveryListQuery>{"job", "Only calls of this job or batch.",
+                                            &read_delivery_job,
                                             [](const DeliveryListQuery&) {
                                               return Json{{"type", "string"}, {"format", "uuid"}};
                                             }},

@@ -142,7 +142,7 @@ const Columns<DeliveryView>& delivery_columns() {
   static const Columns<DeliveryView> kColumns = {
       {"id", text_schema("The webhook-id that the receiver gets, each time."),
        [](const DeliveryView& call) { return Json(call.id); }},
-      {"job", text_schema("null: a test.", true),
+      {"job", text_schema("Or batch that it is about; null: a test.", true),
        [](const DeliveryView& call) { return call.job.empty() ? Json(nullptr) : Json(call.job); }},
       {"event", text_schema("What it tells: `state`, `end` or `test`."),
        [](const DeliveryView& call) { return Json(call.event); }},

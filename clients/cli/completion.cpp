@@ -30,6 +30,7 @@ struct Offer {
 };
 constexpr std::array kOffers = {
     Offer{.value = "FILE", .files = true},
+    Offer{.value = "FILE...", .files = true},
     Offer{.value = "DIR", .folders = true},
     Offer{.value = "SCENE", .words = &kScenes, .files = true},
     Offer{.value = "EXPERIMENT", .words = &kExperiments},

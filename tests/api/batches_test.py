@@ -282,6 +282,24 @@ class FewPlaces(BatchTest):
         self.finished(batch_body({"seed": [1, 2, 3]}))
 
 
+class LittleDisk(BatchTest):
+    FLAGS = ("--disk-limit", "1M")
+
+    def test_an_archive_without_evicted_films_is_410_with_their_names(self):
+        # A film of 96 x 64 pixels has 400 kB: three do not fit.
+        template = job_body(film={"width": 96, "height": 64, "layers": []})
+        batch = self.finished(batch_body({"seed": [1, 2, 3, 4, 5]}, "number {seed}", template))
+        deadline = time.monotonic() + PATIENCE_S
+        while True:
+            answer = self.server.get(f"/v1/batches/{batch['id']}/archive.zip")
+            if answer.status == 410:
+                break
+            self.assertLess(time.monotonic(), deadline, answer.status)
+            time.sleep(0.1)
+        self.assertRegex(answer.json()["detail"], "number [1-5]")
+        self.assertEqual(self.server.get(f"/v1/batches/{batch['id']}/sheet.png").status, 200)
+
+
 class Told(BatchTest):
     FLAGS = ("--webhook-private",)
 

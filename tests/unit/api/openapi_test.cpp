@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "api/batch.h"
 #include "api/errors.h"
 #include "api/events.h"
 #include "api/examples.h"
@@ -150,6 +151,7 @@ TEST(OpenApi, ExampleRequestsAreAccepted) {
   EXPECT_TRUE(api::parse_extend(api::dump(api::example_of("ExtendRequest")), api::JobSpec{}));
   EXPECT_TRUE(api::parse_scene_from_assets(api::dump(api::example_of("SceneFromAssets"))));
   EXPECT_TRUE(api::parse_comparison(api::dump(api::example_of("ComparisonRequest"))));
+  EXPECT_TRUE(api::parse_batch(api::dump(api::example_of("BatchRequest"))));
   EXPECT_TRUE(api::parse_merge(api::dump(api::example_of("MergeRequest"))));
   EXPECT_TRUE(api::parse_lab_request(api::dump(api::example_of("LabRequest"))));
 }

@@ -47,9 +47,9 @@ class JobRequestMedium(TypedDict):
 
 
 class JobRequestEnvironment(TypedDict):
-    """Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
-    own, if it has one; else white, unless the scene has a punctual light or an emissive strength
-    above 1.
+    """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
+    scene's own, if it has one; else white, unless the scene has a punctual light or an emissive
+    strength above 1.
     """
 
     asset: NotRequired[str | None]
@@ -346,9 +346,9 @@ class JobSpecMedium(TypedDict):
 
 
 class JobSpecEnvironment(TypedDict):
-    """Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
-    own, if it has one; else white, unless the scene has a punctual light or an emissive strength
-    above 1.
+    """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
+    scene's own, if it has one; else white, unless the scene has a punctual light or an emissive
+    strength above 1.
     """
 
     asset: str | None
@@ -914,9 +914,9 @@ class JobDefaultsMedium(TypedDict):
 
 
 class JobDefaultsEnvironment(TypedDict):
-    """Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
-    own, if it has one; else white, unless the scene has a punctual light or an emissive strength
-    above 1.
+    """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
+    scene's own, if it has one; else white, unless the scene has a punctual light or an emissive
+    strength above 1.
     """
 
     asset: str | None

@@ -1644,7 +1644,7 @@ export interface Usage {
 export interface Delivery {
   /** The webhook-id that the receiver gets, each time. */
   id: string;
-  /** null: a test. */
+  /** Or batch that it is about; null: a test. */
   job: string | null;
   /** What it tells: `state`, `end` or `test`. */
   event: string;

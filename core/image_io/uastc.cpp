@@ -227,12 +227,9 @@ std::uint8_t between(std::uint32_t low, std::uint32_t high, std::uint32_t weight
 }
 
 UastcTexels solid(BitReader& bits) {
-  std::array<std::uint8_t, 4> color{};
-  for (std::uint8_t& c : color) {
-    c = static_cast<std::uint8_t>(bits.read(8));
-  }
+  const auto byte = [&bits] { return static_cast<std::uint8_t>(bits.read(8)); };
   UastcTexels texels;
-  texels.fill(color);
+  texels.fill({byte(), byte(), byte(), byte()});
   return texels;
 }
 

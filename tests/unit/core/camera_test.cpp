@@ -76,7 +76,9 @@ TEST(Camera, AnOrbitTurnsCounterClockwiseAboutYFromTheFront) {
 TEST(Camera, AnAutomaticOrbitHoldsTheWholeBox) {
   for (const int width : {200, 50}) {
     for (const float theta : {0.0F, 35.0F, 200.0F}) {
-      const Camera camera = make(on_orbit({.theta_degrees = theta}, width, 100), {}, width, 100);
+      core::CameraOrbit orbit;
+      orbit.theta_degrees = theta;
+      const Camera camera = make(on_orbit(orbit, width, 100), {}, width, 100);
       for (const float x : {-1.0F, 1.0F}) {
         for (const float y : {-1.0F, 1.0F}) {
           const auto seen = camera.project({x, y, 1}, {});

@@ -58,10 +58,10 @@ const View<JobView>& state_event_view() {
 std::string state_event(const JobView& job) { return dump(state_event_view().print(job)); }
 
 const View<JobView>& progress_event_view() {
-  static const View<JobView> kView = {
-      "ProgressEvent",
-      "The picture has come on.",
-      {state_row(), progress_row(), error_estimate_row(), statistics_row(), revision_row()}};
+  static const View<JobView> kView = {"ProgressEvent",
+                                      "The picture has come on.",
+                                      {state_row(), progress_row(), error_estimate_row(),
+                                       statistics_row(), revision_row(), denoised_row()}};
   return kView;
 }
 

@@ -135,9 +135,8 @@ Parsed<FilmOrigin> parse_film_text(std::string_view text) {
   return FilmOrigin{
       .spec = std::move(parsed->spec),
       .stop_reason = *stop_reason,
-      .is_ended_by_error =
-          (reason != nullptr && *reason == to_text(core::StopReason::kRelativeError)) ||
-          (by_error != nullptr && by_error->is_number_integer() && *by_error > 0),
+      .is_ended_by_error = core::is_by_error(*stop_reason) ||
+                           (by_error != nullptr && by_error->is_number_integer() && *by_error > 0),
       .elapsed_seconds = *seconds,
       .build = build != nullptr && build->is_object() ? dump(*build) : std::string()};
 }

@@ -179,11 +179,26 @@ void check_class(const JobSpec& spec, Faults& faults) {
   }
 }
 
-void check_error_target(const core::StopRules& stop, const core::IntegratorEntry& row,
-                        Faults& faults) {
-  if (stop.relative_error && row.error == core::ErrorValidity::kNone) {
-    faults.add("/stop/relative_error", "the error of integrator '" + std::string(row.name) +
-                                           "' is unknown; give samples_per_pixel or seconds");
+void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults& faults) {
+  const core::RenderSettings& render = spec.render;
+  // Stored jobs may name an integrator that this build does not have.
+  const bool is_known = core::find_integrator(render.integrator) != nullptr;
+  const auto refuse = [&](const char* pointer, const std::string& whose) {
+    faults.add(pointer, whose + " '" + render.integrator +
+                            "' is unknown; give samples_per_pixel or seconds");
+  };
+  if (stop.relative_error && is_known && !core::errors_are_valid(render)) {
+    refuse("/stop/relative_error", "the error of integrator");
+  }
+  if (stop.denoised_error && spec.denoise.type == core::DenoiserType::kNone) {
+    faults.add("/stop/denoised_error", "the job's denoise.type is 'none'");
+  } else if (stop.denoised_error && is_known &&
+             core::pixel_errors(render) != core::PixelErrors::kIndependent) {
+    faults.add("/stop/denoised_error",
+               "errors of neighbouring pixels are correlated, so that the error of a denoised "
+               "picture has no interval; give samples_per_pixel or seconds");
+  } else if (stop.denoised_error && is_known && !core::errors_are_valid(render)) {
+    refuse("/stop/denoised_error", "the error of integrator");
   }
 }
 
@@ -202,7 +217,7 @@ void check_options(const JobSpec& spec, Faults& faults) {
   check_restir(spec.render, faults);
   const core::IntegratorEntry* row = core::find_integrator(spec.render.integrator);
   CHECK(row != nullptr);
-  check_error_target(spec.stop, *row, faults);
+  check_error_target(spec.stop, spec, faults);
   check_shares(spec, *row, faults);
   JobSpec plain;
   plain.render = core::default_settings(row->name, spec.stop.relative_error.has_value());

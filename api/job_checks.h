@@ -15,8 +15,7 @@ void check_film(const core::FilmSettings& film, Faults& faults);
 void check_class(const JobSpec& spec, Faults& faults);
 /// An option that differs from its default, though neither strategy nor integrator uses it.
 void check_options(const JobSpec& spec, Faults& faults);
-/// A stop rule that needs the error of an integrator that has none.
-void check_error_target(const core::StopRules& stop, const core::IntegratorEntry& row,
-                        Faults& faults);
+/// A stop rule that needs an error that the job has not. stop: may be other rules than the job's.
+void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults& faults);
 
 }  // namespace api

@@ -64,6 +64,7 @@ struct JobSpec {
                           .relative_error = {},
                           .confidence = 0.95,
                           .worst_tile = false,
+                          .denoised_error = {},
                           .seconds = {},
                           .deadline_unix_seconds = {}};
 };

@@ -20,7 +20,7 @@ constexpr std::array<std::string_view, 7> kStates = {"queued",   "loading", "ren
                                                      "finished", "failed",  "cancelled"};
 constexpr std::array<std::string_view, 3> kPauseReasons = {"", "requested", "storage_full"};
 constexpr std::array<std::string_view, 8> kReasons = {
-    "",      "samples_per_pixel", "relative_error", "seconds", "deadline",
+    "",      "samples_per_pixel", "relative_error", "denoised_error", "seconds", "deadline",
     "limit", "cancelled",         "failed"};
 
 Json time_json(const std::optional<double>& unix_seconds) {
@@ -141,7 +141,15 @@ const View<JobView>& progress_view() {
 
 bool is_ended_by_error(const JobView& job) {
   // It stays so when a clock ends the job later: the count is the larger of the two.
-  return job.stop_reason == core::StopReason::kRelativeError || job.samples_by_error > 0;
+  return core::is_by_error(job.stop_reason) || job.samples_by_error > 0;
+}
+
+DenoisedView promised(DenoisedView denoised, const JobView& job) {
+  // The errors that ended it were looked for: what is above them is promised, not what is below.
+  for (core::ErrorInterval* error : {&denoised.mixed, &denoised.full}) {
+    error->low = is_ended_by_error(job) && std::isfinite(error->low) ? 0 : error->low;
+  }
+  return denoised;
 }
 
 std::string_view bias_of(const core::RenderSettings& render, bool is_by_error) {
@@ -291,16 +299,21 @@ const ViewRow<JobView>& digest_row() {
   return kRow;
 }
 
+Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+
 const View<DenoisedView>& denoised_view() {
   static const View<DenoisedView> kView = {
       "Denoised",
       "The newest denoised picture that was made; the mixed one's error.",
-      {{"type", shape::text("The denoiser."), [](const DenoisedView& d) -> Json { return d.type; }},
-       {"version", shape::text(), [](const DenoisedView& d) -> Json { return d.version; }},
+      {{"type", shape::text("The denoiser."),
+        [](const DenoisedView& d) -> Json { return d.by.type; }},
+       {"version", shape::text(), [](const DenoisedView& d) -> Json { return d.by.version; }},
+       {"sha256", shape::nullable(shape::text("Of the file with its weights; null: it has none.")),
+        [](const DenoisedView& d) { return text_or_null(d.by.sha256); }},
        {"quality", shape::nullable(shape::text("null: it has none to choose.")),
-        [](const DenoisedView& d) { return d.quality.empty() ? Json(nullptr) : Json(d.quality); }},
+        [](const DenoisedView& d) { return text_or_null(d.by.quality); }},
        {"note", shape::nullable(shape::text("Why `auto` did not take the better denoiser.")),
-        [](const DenoisedView& d) { return d.note.empty() ? Json(nullptr) : Json(d.note); }},
+        [](const DenoisedView& d) { return text_or_null(d.note); }},
        {"features",
         shape::flag("Albedo, normal, depth and emission were used; false: the scene is gone."),
         [](const DenoisedView& d) -> Json { return d.has_features; }},
@@ -308,7 +321,9 @@ const View<DenoisedView>& denoised_view() {
         shape::nullable(shape::real("As in `error`, N being an estimate of the squared error, "
                                     "bias included; 0 where it is too small to be seen.")),
         [](const DenoisedView& d) { return number_json(d.mixed.relative_rmse); }},
-       {"low", shape::nullable(shape::real("Of its 95 % interval; null: not valid.")),
+       {"low",
+        shape::nullable(shape::real("Of its 95 % interval; null: not valid; 0 where an error ended "
+                                    "the job: `high` alone is promised then.")),
         [](const DenoisedView& d) { return number_json(d.mixed.low); }},
        {"high", shape::nullable(shape::real()),
         [](const DenoisedView& d) { return number_json(d.mixed.high); }},
@@ -326,6 +341,14 @@ const View<DenoisedView>& denoised_view() {
        {"seconds", shape::real("That it took."),
         [](const DenoisedView& d) { return number_json(d.seconds); }}}};
   return kView;
+}
+
+const ViewRow<JobView>& denoised_row() {
+  static const ViewRow<JobView> kRow = {
+      "denoised", shape::nullable(denoised_view().shape()), [](const JobView& j) {
+        return j.denoised ? denoised_view().print(promised(*j.denoised, j)) : Json(nullptr);
+      }};
+  return kRow;
 }
 
 const View<JobView>& job_view() {
@@ -350,10 +373,7 @@ const View<JobView>& job_view() {
        statistics_row(),
        revision_row(),
        digest_row(),
-       {"denoised", shape::nullable(denoised_view().shape()),
-        [](const JobView& j) {
-          return j.denoised ? denoised_view().print(*j.denoised) : Json(nullptr);
-        }},
+       denoised_row(),
        {"warnings", shape::texts("What is in force instead of what was asked, and the like."),
         [](const JobView& j) -> Json { return j.warnings; }},
        {"links", shape::map(shape::text(), "Paths of what belongs to the job."), &links_json}}};

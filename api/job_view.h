@@ -12,6 +12,7 @@
 
 #include "api/job_spec.h"
 #include "api/problem.h"
+#include "core/denoise/denoiser.h"
 #include "core/error/error_estimate.h"
 #include "core/film/film_merge.h"
 #include "core/render/render_task.h"
@@ -40,9 +41,7 @@ std::optional<core::StopReason> stop_reason_from_text(std::string_view text);
 /// A job as the server knows it at one moment.
 /// The newest denoised picture that was made of a job.
 struct DenoisedView {
-  std::string type;  ///< a row of core::denoisers()
-  std::string version;
-  std::string quality;       ///< empty: it has none to choose
+  core::DenoiserFacts by;
   std::string note;          ///< why `auto` did not take the better one; empty: it did
   bool has_features = true;  ///< false: the scene is gone
   core::ErrorInterval mixed;
@@ -83,6 +82,8 @@ struct JobView {
 
 /// Did an error choose the job's sample count?
 bool is_ended_by_error(const JobView& job);
+/// What is told of the denoised picture of such a job: `low` is 0.
+DenoisedView promised(DenoisedView denoised, const JobView& job);
 
 /// "none", "consistent" or "biased": the worst of what the job chooses and of how its sample count
 /// came about.

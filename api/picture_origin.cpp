@@ -61,10 +61,12 @@ Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>&
                                .relative_error = {},
                                .confidence = job.stop.confidence,
                                .worst_tile = false,
+                               .denoised_error = {},
                                .seconds = {},
                                .deadline_unix_seconds = {}};
     const std::string* reason = find(texts, "tessera:stop_reason");
-    if ((reason != nullptr && *reason == to_text(core::StopReason::kRelativeError)) ||
+    if (core::is_by_error(stop_reason_from_text(reason != nullptr ? *reason : "")
+                              .value_or(core::StopReason::kNone)) ||
         find(texts, "tessera:samples_by_error") != nullptr) {
       parsed->samples_by_error = *job.stop.samples_per_pixel;
     }

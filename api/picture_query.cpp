@@ -160,7 +160,6 @@ constexpr std::array kDenoiseShows = {
                                   "Denoised, mixed with the plain one where that is better."},
     core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own."},
 };
-std::span<const core::NamedValue<DenoiseShow>> denoise_shows() { return kDenoiseShows; }
 
 /// What a picture shows and how.
 constexpr auto look_rows() {
@@ -269,6 +268,8 @@ Parsed<BatchPicturesQuery> parse_pictures_query(const Table& table, QueryParams 
 }
 
 }  // namespace
+
+std::span<const core::NamedValue<DenoiseShow>> denoise_shows() { return kDenoiseShows; }
 
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps) {
   ImageReading reading;

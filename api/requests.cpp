@@ -175,12 +175,26 @@ void check_id(const std::string& id, const std::string& pointer, Faults& faults)
   }
 }
 
+void check_denoise(const std::string& id, DenoiseShow denoise, const std::string& pointer,
+                   Faults& faults) {
+  if (denoise != DenoiseShow::kOff && !is_uuid(id)) {
+    faults.add(pointer, "applies to jobs only");
+  }
+}
+
 const auto& comparison_table() {
   static constexpr auto kTable = std::tuple{
       required_text(
           "a", [](auto& s) -> auto& { return s.a; }, {1, 64}, kIdDoc),
       required_text(
           "b", [](auto& s) -> auto& { return s.b; }, {1, 64}, kIdDoc),
+      choice(
+          "a_denoise", [](auto& s) -> auto& { return s.a_denoise; }, &denoise_shows,
+          "Which picture of a job. Errors of the pixels of a denoised one are not known singly: "
+          "bias.low, bias.high and z are null then."),
+      choice(
+          "b_denoise", [](auto& s) -> auto& { return s.b_denoise; }, &denoise_shows,
+          "The same of b."),
   };
   return kTable;
 }
@@ -281,13 +295,6 @@ Parsed<Body> parse_body(const Table& table, std::string_view text, Body body) {
   return body;
 }
 
-/// Stored jobs may name an integrator that this build does not have.
-void check_error_target_of(const core::StopRules& stop, const JobSpec& spec, Faults& faults) {
-  if (const core::IntegratorEntry* row = core::find_integrator(spec.render.integrator)) {
-    check_error_target(stop, *row, faults);
-  }
-}
-
 }  // namespace
 
 Parsed<JobPatch> parse_job_patch(std::string_view body, const JobSpec& current) {
@@ -301,7 +308,7 @@ Parsed<JobPatch> parse_job_patch(std::string_view body, const JobSpec& current) 
   JobPatch patch;
   if (faults.empty() && value->contains("stop")) {
     patch.stop_named = true;
-    check_error_target_of(patched.spec.stop, patched.spec, faults);
+    check_error_target(patched.spec.stop, patched.spec, faults);
     round_stop(patched.spec.stop, patched.spec.render, patch.warnings);
   }
   if (!faults.empty()) {
@@ -319,7 +326,7 @@ Parsed<ExtendRequest> parse_extend(std::string_view body, const JobSpec& current
   }
   ExtendRequest request{parsed->stop, {}};
   Faults faults;
-  check_error_target_of(request.stop, current, faults);
+  check_error_target(request.stop, current, faults);
   round_stop(request.stop, current.render, request.warnings);
   if (!faults.empty()) {
     return faults.problem();
@@ -337,6 +344,8 @@ Parsed<ComparisonRequest> parse_comparison(std::string_view body) {
     Faults faults;
     check_id(parsed->a, "/a", faults);
     check_id(parsed->b, "/b", faults);
+    check_denoise(parsed->a, parsed->a_denoise, "/a_denoise", faults);
+    check_denoise(parsed->b, parsed->b_denoise, "/b_denoise", faults);
     if (!faults.empty()) {
       return faults.problem();
     }

@@ -46,10 +46,16 @@ struct SceneFromAssets {
 };
 Parsed<SceneFromAssets> parse_scene_from_assets(std::string_view body);
 
+/// Which picture of a job is shown.
+enum class DenoiseShow { kOff, kMixed, kFull };
+std::span<const core::NamedValue<DenoiseShow>> denoise_shows();
+
 /// POST /v1/comparisons: ids of a job (UUID) or an asset (sha256).
 struct ComparisonRequest {
   std::string a;
   std::string b;
+  DenoiseShow a_denoise = DenoiseShow::kOff;  ///< kOff for assets
+  DenoiseShow b_denoise = DenoiseShow::kOff;
 };
 Parsed<ComparisonRequest> parse_comparison(std::string_view body);
 
@@ -106,10 +112,11 @@ std::optional<int> prefer_wait_seconds(std::string_view prefer_header);
 
 enum class TilePlanes { kAll, kMean };
 
-/// GET /v1/jobs/{id}/tiles?after=REVISION.
+/// GET /v1/jobs/{id}/tiles?after=REVISION&planes=&denoise=.
 struct TilesQuery {
   std::uint32_t after = 0;
   TilePlanes planes = TilePlanes::kAll;
+  DenoiseShow denoise = DenoiseShow::kOff;
 };
 Parsed<TilesQuery> parse_tiles_query(QueryParams query);
 
@@ -129,9 +136,6 @@ struct ImageRange {
 /// GET
 /// /v1/jobs/{id}/image?layer=&exposure=&tonemap=&background=&range=&revision=&x=&y=&width=&height=
 /// &max_size=&mix=&stream=. 422 for wrong values. A path extension is the server's business.
-/// Which picture is shown.
-enum class DenoiseShow { kOff, kMixed, kFull };
-
 struct ImageQuery {
   std::optional<std::string> layer;  ///< empty: beauty, or all layers for EXR
   float exposure_stops = 0;

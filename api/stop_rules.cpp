@@ -51,10 +51,20 @@ const auto& table() {
                    "relative_error", [](auto& s) -> auto& { return s.relative_error; },
                    {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
                    "Stop when the relative error is at most this, with `confidence`.")),
-      shown_if([](const StopRules& s) { return s.relative_error || s.confidence != kConfidence; },
+      shown_if([](const StopRules& s) { return s.denoised_error.has_value(); },
                number(
-                   "confidence", [](auto& s) -> auto& { return s.confidence; }, {0.5, 0.9999},
-                   "Confidence of relative_error and of the interval in `error`.")),
+                   "denoised_error", [](auto& s) -> auto& { return s.denoised_error; },
+                   {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
+                   "Stop when the relative error of the denoised picture (`mixed`) is at most "
+                   "this, with `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... "
+                   "samples to see.")),
+      shown_if(
+          [](const StopRules& s) {
+            return s.relative_error || s.denoised_error || s.confidence != kConfidence;
+          },
+          number(
+              "confidence", [](auto& s) -> auto& { return s.confidence; }, {0.5, 0.9999},
+              "Confidence of relative_error, of denoised_error and of the interval in `error`.")),
       shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
                when([](const StopRules& s) { return s.relative_error.has_value(); },
                     "applies to relative_error only",
@@ -93,9 +103,11 @@ StopRules read_stop(const Json& value, const std::string& pointer, Faults& fault
     faults.append(inner);
     return rules;
   }
-  if (!rules.samples_per_pixel && !rules.relative_error && !rules.seconds &&
-      !rules.deadline_unix_seconds) {
-    faults.add(pointer, "has no rule; give samples_per_pixel, relative_error, seconds or deadline");
+  if (!rules.samples_per_pixel && !rules.relative_error && !rules.denoised_error &&
+      !rules.seconds && !rules.deadline_unix_seconds) {
+    faults.add(pointer,
+               "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds or "
+               "deadline");
   }
   return rules;
 }

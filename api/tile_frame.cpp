@@ -63,7 +63,8 @@ std::size_t plane_count(std::uint32_t flags) {
   if ((flags & kTileEnd) != 0) {
     return 0;
   }
-  return ((flags & kTileMean) != 0 ? 3U : 7U) + ((flags & kTileAlpha) != 0 ? 1U : 0U);
+  return ((flags & (kTileMean | kTileDenoised)) != 0 ? 3U : 7U) +
+         ((flags & kTileAlpha) != 0 ? 1U : 0U);
 }
 
 std::string encode_tile_frame(const TileFrame& frame) {

@@ -3,7 +3,8 @@
 /// Little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, height, u32 flags,
 /// f32 relative error, u32 CRC-32 (zlib's) of the payload: 32 bytes. Payload: planes of float32,
 /// row by row: mean r g b, variance of the mean vr vg vb, sample count n, and alpha if flagged. Of
-/// float16 instead: mean r g b alone, and alpha if flagged, at most 65504.
+/// float16 instead: mean r g b alone, and alpha if flagged, at most 65504. Of denoised pictures:
+/// r g b alone, as float32 or, if flagged, float16.
 #pragma once
 
 #include <cstddef>
@@ -21,9 +22,10 @@ namespace api {
 inline constexpr std::size_t kTileHeaderBytes = 32;
 inline constexpr std::uint32_t kTileEnd = 1U << 0U;  ///< end frame, no payload
 inline constexpr std::uint32_t kTileCorrelated = 1U
-                                                 << 1U;  ///< variances do not add up over a block
-inline constexpr std::uint32_t kTileAlpha = 1U << 2U;    ///< an alpha plane comes last
-inline constexpr std::uint32_t kTileMean = 1U << 3U;     ///< means alone, as float16
+                                                 << 1U;   ///< variances do not add up over a block
+inline constexpr std::uint32_t kTileAlpha = 1U << 2U;     ///< an alpha plane comes last
+inline constexpr std::uint32_t kTileMean = 1U << 3U;      ///< means alone, as float16
+inline constexpr std::uint32_t kTileDenoised = 1U << 4U;  ///< of a denoised picture
 
 /// Planes of a frame with these flags.
 std::size_t plane_count(std::uint32_t flags);

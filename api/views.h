@@ -91,6 +91,7 @@ const ViewRow<JobView>& statistics_row();
 const ViewRow<JobView>& failure_row();
 const ViewRow<JobView>& revision_row();
 const ViewRow<JobView>& digest_row();
+const ViewRow<JobView>& denoised_row();
 const View<DryRunView>& dry_run_view();
 const View<TicketView>& ticket_view();
 

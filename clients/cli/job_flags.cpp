@@ -189,6 +189,10 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
                  "Stop when the relative error is at most this: 0.02, or 2%")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
+  app.add_option("--denoised-error", flags.denoised_error,
+                 "Stop when the relative error of the denoised picture (mixed) is at most this")
+      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
+      ->type_name("E");
   app.add_option("--seconds", flags.seconds, "Stop after so many seconds of rendering")
       ->check(above_zero(limits::kStopSeconds))
       ->type_name("S");
@@ -279,6 +283,9 @@ core::Result<Json> make_request(const JobFlags& flags) {
   }
   if (flags.relative_error) {
     object_at(request, "stop")["relative_error"] = *flags.relative_error;
+  }
+  if (flags.denoised_error) {
+    object_at(request, "stop")["denoised_error"] = *flags.denoised_error;
   }
   if (flags.seconds) {
     object_at(request, "stop")["seconds"] = *flags.seconds;

@@ -23,6 +23,7 @@ struct JobFlags {
   std::string job_file;
   std::optional<int> samples_per_pixel;
   std::optional<double> relative_error;
+  std::optional<double> denoised_error;
   std::optional<double> seconds;
   std::optional<std::string> size;  ///< "640x360", checked by the parser
   std::optional<std::string> camera;

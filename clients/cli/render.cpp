@@ -3,6 +3,8 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <limits>
+#include <optional>
 #include <thread>
 
 #include "api/job_view.h"
@@ -86,38 +88,68 @@ const core::ImageFormat* find_format(const std::string& output) {
   return nullptr;
 }
 
-/// What --denoise shows; its picture is null where it shows the plain one. Errors: a half is
-/// missing; the job's denoise.type is none.
-core::Result<core::DenoisedLook> denoised_look(const core::RenderTask& task, const LocalJob& job,
-                                               const JobFlags& flags, int threads) {
+/// What --denoise shows; its picture is null where it shows the plain one.
+struct Shown {
+  core::DenoisedLook look;
+  core::DenoiserFacts by;
+  std::string note;
+};
+
+/// Denoised pictures of a job's film; its features are made once.
+class FilmDenoiser {
+ public:
+  FilmDenoiser(const LocalJob& job, int threads)
+      : job_(job), parallel_(core::parallel_for(threads)) {}
+
+  /// Errors: a half is missing; the job's denoise.type is none.
+  core::Result<core::MadeDenoised> denoise(const core::FilmSnapshot& film) {
+    const core::DenoiserType type = job_.spec.denoise.type;
+    if (type == core::DenoiserType::kNone) {
+      return Error{ErrorCode::kInvalidArgument, "the job's denoise.type is none", "--denoise"};
+    }
+    if (!core::has_both_halves(film)) {
+      return Error{ErrorCode::kInvalidArgument,
+                   "a pixel has samples of one half only; denoising needs both (--spp 2 or more)",
+                   "--denoise"};
+    }
+    if (!features_) {
+      auto made = core::feature_pass(job_.renderer->view(), parallel_);
+      if (!made) {
+        return made.error();
+      }
+      features_ = **std::move(made);
+    }
+    return core::denoise_with(type, film, &*features_, parallel_);
+  }
+
+  double bound(const core::Film& film, double alpha) {
+    const auto made = denoise(film.snapshot());
+    return made ? made->picture.bound(core::DenoiseMode::kMixed, alpha)
+                : std::numeric_limits<double>::infinity();
+  }
+
+ private:
+  const LocalJob& job_;
+  const core::ParallelFor parallel_;
+  std::optional<core::FeaturePicture> features_;
+};
+
+core::Result<Shown> shown_picture(FilmDenoiser& denoiser, const core::Film& film,
+                                  const JobFlags& flags) {
   if (flags.denoise.empty() || flags.denoise == "off") {
-    return core::DenoisedLook{};
+    return Shown{};
   }
-  const core::DenoiserType type = job.spec.denoise.type;
-  if (type == core::DenoiserType::kNone) {
-    return Error{ErrorCode::kInvalidArgument, "the job's denoise.type is none", "--denoise"};
-  }
-  const core::FilmSnapshot film = task.film().snapshot();
-  if (!core::has_both_halves(film)) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "a pixel has samples of one half only; denoising needs both (--spp 2 or more)",
-                 "--denoise"};
-  }
-  const core::ParallelFor parallel = core::parallel_for(threads);
-  const auto features = core::feature_pass(job.renderer->view(), parallel);
-  if (!features) {
-    return features.error();
-  }
-  auto made = core::denoise_with(type, film, &**features, parallel);
+  auto made = denoiser.denoise(film.snapshot());
   if (!made) {
     return made.error();
   }
   if (!made->note.empty()) {
     std::fprintf(stderr, "warning: %s\n", made->note.c_str());
   }
-  return core::DenoisedLook{
-      std::make_shared<const core::DenoisedPicture>(std::move(made->picture)),
-      flags.denoise == "full" ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed};
+  Shown out = {.look = {}, .by = std::move(made->by), .note = std::move(made->note)};
+  out.look = {std::make_shared<const core::DenoisedPicture>(std::move(made->picture)),
+              flags.denoise == "full" ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed};
+  return out;
 }
 
 core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spec,
@@ -138,15 +170,33 @@ core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spe
   return write_file(output, {reinterpret_cast<const char*>(file->data()), file->size()});
 }
 
+/// Where an error ended the job, what is above it is promised and nothing below.
+core::ErrorInterval told_error(const core::DenoisedLook& look, const core::RenderTask& task,
+                               double confidence) {
+  core::ErrorInterval out = look.picture->interval(look.mode, confidence);
+  if (core::is_by_error(task.stop_reason()) && std::isfinite(out.low)) {
+    out.low = 0;
+  }
+  return out;
+}
+
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-Json denoised_json(const core::DenoisedLook& look, double confidence) {
+Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+
+Json denoised_json(const Shown& shown, const core::RenderTask& task, double confidence) {
+  const core::DenoisedLook& look = shown.look;
   if (look.picture == nullptr) {
     return nullptr;
   }
-  const core::ErrorInterval error = look.picture->interval(look.mode, confidence);
+  const core::ErrorInterval error = told_error(look, task, confidence);
   const bool is_full = look.mode == core::DenoiseMode::kFull;
-  return {{"mode", is_full ? "full" : "mixed"},
+  return {{"type", shown.by.type},
+          {"version", shown.by.version},
+          {"sha256", text_or_null(shown.by.sha256)},
+          {"quality", text_or_null(shown.by.quality)},
+          {"note", text_or_null(shown.note)},
+          {"mode", is_full ? "full" : "mixed"},
           {"bias", is_full ? "biased" : "consistent"},
           {"relative_rmse", number_or_null(error.relative_rmse)},
           {"low", number_or_null(error.low)},
@@ -155,33 +205,33 @@ Json denoised_json(const core::DenoisedLook& look, double confidence) {
 }
 
 Json result_json(const core::RenderTask& task, const LocalJob& job, const std::string& output,
-                 const core::DenoisedLook& look) {
+                 const Shown& shown) {
   const core::Progress progress = task.progress();
   const bool valid = core::errors_are_valid(job.spec.render);
-  return {{"output", output},
-          {"stop_reason", std::string(api::to_text(task.stop_reason()))},
-          {"samples_per_pixel",
-           {{"min", progress.samples_min},
-            {"mean", progress.samples_mean},
-            {"max", progress.samples_max}}},
-          {"elapsed_seconds", progress.elapsed_seconds},
-          {"cpu_seconds", progress.cpu_seconds},
-          {"rays", progress.rays},
-          {"rays_per_second", progress.rays_per_second},
-          {"error",
-           {{"relative_rmse", number_or_null(progress.error.relative_rmse)},
-            {"low", valid ? number_or_null(progress.error.low) : Json(nullptr)},
-            {"high", valid ? number_or_null(progress.error.high) : Json(nullptr)},
-            {"bias", std::string(api::bias_of(
-                         job.spec.render, task.stop_reason() == core::StopReason::kRelativeError))},
-            {"valid", valid},
-            {"unreliable", progress.error.unreliable},
-            {"confidence", job.spec.stop.confidence}}},
-          {"denoised", denoised_json(look, job.spec.stop.confidence)},
-          {"efficiency", number_or_null(progress.efficiency)},
-          {"rejected_samples", progress.rejected_samples},
-          {"film_digest", task.film().digest()},
-          {"warnings", job.warnings}};
+  return {
+      {"output", output},
+      {"stop_reason", std::string(api::to_text(task.stop_reason()))},
+      {"samples_per_pixel",
+       {{"min", progress.samples_min},
+        {"mean", progress.samples_mean},
+        {"max", progress.samples_max}}},
+      {"elapsed_seconds", progress.elapsed_seconds},
+      {"cpu_seconds", progress.cpu_seconds},
+      {"rays", progress.rays},
+      {"rays_per_second", progress.rays_per_second},
+      {"error",
+       {{"relative_rmse", number_or_null(progress.error.relative_rmse)},
+        {"low", valid ? number_or_null(progress.error.low) : Json(nullptr)},
+        {"high", valid ? number_or_null(progress.error.high) : Json(nullptr)},
+        {"bias", std::string(api::bias_of(job.spec.render, core::is_by_error(task.stop_reason())))},
+        {"valid", valid},
+        {"unreliable", progress.error.unreliable},
+        {"confidence", job.spec.stop.confidence}}},
+      {"denoised", denoised_json(shown, task, job.spec.stop.confidence)},
+      {"efficiency", number_or_null(progress.efficiency)},
+      {"rejected_samples", progress.rejected_samples},
+      {"film_digest", task.film().digest()},
+      {"warnings", job.warnings}};
 }
 
 int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
@@ -190,6 +240,10 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   auto film = std::make_shared<core::Film>(settings);
   core::TaskOptions options;
   options.stop = job.spec.stop;
+  FilmDenoiser denoiser(job, threads);
+  options.denoised_bound = [&denoiser](const core::Film& seen, double alpha) {
+    return denoiser.bound(seen, alpha);
+  };
   core::RenderTask task(job.renderer, std::move(film), std::move(options), sink);
   const bool valid = core::errors_are_valid(settings);
   run_with_progress(task, threads, valid);
@@ -199,15 +253,16 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     return complain("render",
                     {ErrorCode::kCancelled, "interrupted before there was a picture", ""});
   }
-  const auto look = denoised_look(task, job, flags, threads);
-  if (!look) {
-    return complain("render", look.error());
+  const auto shown = shown_picture(denoiser, task.film(), flags);
+  if (!shown) {
+    return complain("render", shown.error());
   }
-  if (const auto written = write_picture(task, job.spec, flags.output, *look); !written) {
+  const core::DenoisedLook& look = shown->look;
+  if (const auto written = write_picture(task, job.spec, flags.output, look); !written) {
     return complain("render", written.error());
   }
   if (flags.json) {
-    std::printf("%s\n", result_json(task, job, flags.output, *look).dump(2).c_str());
+    std::printf("%s\n", result_json(task, job, flags.output, *shown).dump(2).c_str());
   }
   const ProgressFacts facts = facts_of(progress, valid);
   std::fprintf(stderr, "%s: %.0f samples in %s, %s%s, %s\n", flags.output.c_str(),
@@ -215,8 +270,8 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
                interval_text(facts).c_str(),
                valid ? "" : " without an interval: the samples were chosen by what was seen",
                rate_text(facts.rays_per_second).c_str());
-  if (look->picture != nullptr) {
-    const core::ErrorInterval error = look->picture->interval(look->mode, job.spec.stop.confidence);
+  if (look.picture != nullptr) {
+    const core::ErrorInterval error = told_error(look, task, job.spec.stop.confidence);
     ProgressFacts denoised;
     denoised.relative_error = error.relative_rmse;
     denoised.error_low = error.low;

@@ -111,8 +111,15 @@ void warn_of_display_values(const std::vector<std::string>& names) {
   }
 }
 
-int compare_pictures(const ServerFlags& server, const std::string& a, const std::string& b,
-                     bool json) {
+/// One side of a comparison.
+struct Side {
+  std::string picture;
+  std::string denoise;  ///< empty: as the server does
+};
+
+int compare_pictures(const ServerFlags& server, const Side& left, const Side& right, bool json) {
+  const std::string& a = left.picture;
+  const std::string& b = right.picture;
   auto client = ApiClient::connect(server.url, server.key);
   if (!client) {
     return complain("compare", client.error());
@@ -123,8 +130,14 @@ int compare_pictures(const ServerFlags& server, const std::string& a, const std:
     return complain("compare", second.error());
   }
   warn_of_display_values({a, b});
-  const auto reply = (*client)->post("/v1/comparisons", Json{{"a", *first}, {"b", *second}}.dump(),
-                                     "application/json");
+  Json request = {{"a", *first}, {"b", *second}};
+  if (!left.denoise.empty()) {
+    request["a_denoise"] = left.denoise;
+  }
+  if (!right.denoise.empty()) {
+    request["b_denoise"] = right.denoise;
+  }
+  const auto reply = (*client)->post("/v1/comparisons", request.dump(), "application/json");
   if (!reply) {
     return complain("compare", with_argument(reply.error(), {{"/a", a}, {"/b", b}}));
   }
@@ -161,11 +174,13 @@ int compare(const Args& args) {
   CLI::App app("Compares two jobs, or a job and an image; the second is the reference.",
                "tessera compare");
   ServerFlags server;
-  std::string a;
-  std::string b;
+  Side a;
+  Side b;
   bool json = false;
-  app.add_option("a", a, "Job or image file")->required()->type_name("ID|FILE");
-  app.add_option("b", b, "Job or image file")->required()->type_name("ID|FILE");
+  app.add_option("a", a.picture, "Job or image file")->required()->type_name("ID|FILE");
+  app.add_option("b", b.picture, "Job or image file")->required()->type_name("ID|FILE");
+  app.add_option("--a-denoise", a.denoise, "Picture of job a: off, mixed, full")->type_name("MODE");
+  app.add_option("--b-denoise", b.denoise, "The same of job b")->type_name("MODE");
   app.add_flag("--json", json, "Print the comparison as JSON");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return compare_pictures(server, a, b, json); });

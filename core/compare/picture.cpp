@@ -161,6 +161,17 @@ Picture picture_of(const FilmSnapshot& film) {
   return picture;
 }
 
+Picture picture_of(const std::array<std::vector<float>, 3>& planes, int width, int height) {
+  Picture picture;
+  picture.width = width;
+  picture.height = height;
+  picture.values.resize(planes[0].size());
+  for (std::size_t i = 0; i < picture.values.size(); ++i) {
+    picture.values[i] = {planes[0][i], planes[1][i], planes[2][i]};
+  }
+  return picture;
+}
+
 Result<Picture> picture_of(const Image& image) {
   Picture picture;
   picture.width = image.width;

@@ -1,6 +1,7 @@
 /// Picture: one side of a comparison: pixel values and their variances.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -38,6 +39,9 @@ struct Picture {
 
 /// The beauty layer over the snapshot's rectangle.
 Picture picture_of(const FilmSnapshot& film);
+
+/// A denoised picture, of whose pixels no error is known singly. planes: of width by height.
+Picture picture_of(const std::array<std::vector<float>, 3>& planes, int width, int height);
 
 /// A decoded file: 8 and 16 bits are taken as sRGB beside their alpha, floats as linear and
 /// multiplied by it, as a film's values are; grey counts for all channels. Errors: kInvalidArgument

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/error/energy_sums.h"
 #include "core/error/pixel_error.h"
 #include "core/film/summed_area.h"
 
@@ -18,21 +19,16 @@ namespace {
 constexpr int kWeightWindow = 48;
 constexpr int kWeightGap = 16;
 
-/// Of one pixel, summed over its channels, of the picture X = (XA + XB) / 2.
-struct PixelTerms {
-  double energy = 0;    ///< m
-  double distance = 0;  ///< (X - I)^2
-  double noise = 0;     ///< (A - B)^2 / 4
-  double together = 0;  ///< (XA - XB) (A - B) / 4: over noise, the share of the plain picture in X
-};
-
 struct Halves {
   ColorPlanes a;
   ColorPlanes b;
 };
 
-PixelTerms terms_of(const Halves& plain, const Halves& filtered, std::size_t i, float w) {
-  PixelTerms out;
+/// Of the picture that has the share w of the plain one, without variances. distance: from it.
+PixelEnergy terms_of(const Halves& plain, const Halves& filtered, std::size_t i, float w,
+                     double* distance = nullptr) {
+  PixelEnergy out;
+  double squares = 0;
   for (std::size_t c = 0; c < 3; ++c) {
     const auto a = static_cast<double>(plain.a[c][i]);
     const auto b = static_cast<double>(plain.b[c][i]);
@@ -41,27 +37,14 @@ PixelTerms terms_of(const Halves& plain, const Halves& filtered, std::size_t i, 
     const double xb = std::lerp(static_cast<double>(filtered.b[c][i]), b, share);
     out.energy += 0.5 * ((xa - b) * (xa - b) + (xb - a) * (xb - a) - (a - b) * (a - b)) -
                   0.25 * (xa - xb) * (xa - xb);
-    const double apart = 0.5 * (xa + xb - a - b);
-    out.distance += apart * apart;
     out.noise += 0.25 * (a - b) * (a - b);
     out.together += 0.25 * (xa - xb) * (a - b);
+    out.apart_a += (a - xa) * (a - xa);
+    out.apart_b += (b - xb) * (b - xb);
+    squares += 0.25 * (xa + xb - a - b) * (xa + xb - a - b);
   }
-  return out;
-}
-
-Halves plain_halves(const FilmSnapshot& film) {
-  Halves out;
-  for (std::size_t c = 0; c < 3; ++c) {
-    out.a[c].resize(film.pixel_count());
-    out.b[c].resize(film.pixel_count());
-  }
-  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-    const Rgb a = half_value(film, i, 0).mean;
-    const Rgb b = half_value(film, i, 1).mean;
-    for (int c = 0; c < 3; ++c) {
-      out.a[static_cast<std::size_t>(c)][i] = a[c];
-      out.b[static_cast<std::size_t>(c)][i] = b[c];
-    }
+  if (distance != nullptr) {
+    *distance = squares;
   }
   return out;
 }
@@ -104,9 +87,10 @@ Plane mixing_weights(const PixelRect& rect, const Halves& plain, const Halves& f
   SummedArea gain(rect.width, rect.height);  // m - v
   SummedArea distance(rect.width, rect.height);
   for_pixels(rect, [&](std::size_t i, int x, int y) {
-    const PixelTerms t = terms_of(plain, filtered, i, 0);
+    double apart = 0;
+    const PixelEnergy t = terms_of(plain, filtered, i, 0, &apart);
     gain.set(x, y, (t.energy - t.noise) / scales[i]);
-    distance.set(x, y, t.distance / scales[i]);
+    distance.set(x, y, apart / scales[i]);
   });
   Plane out(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height));
   for_pixels(rect, [&](std::size_t i, int x, int y) {
@@ -127,18 +111,18 @@ struct Errors {
   Plane plane;
 };
 
-Errors errors_of(const FilmSnapshot& film, const Halves& plain, const Halves& filtered,
-                 const Plane* weights) {
+Errors errors_of(const FilmSnapshot& film, std::span<const HalfPicture> halves, const Halves& plain,
+                 const Halves& filtered, const Plane* weights) {
   const PixelRect& rect = film.rect;
-  SummedArea noise(rect.width, rect.height);
   SummedArea energy(rect.width, rect.height);
   SummedArea signal(rect.width, rect.height);
-  std::vector<PixelTerms> terms(film.pixel_count());
+  std::vector<PixelEnergy> terms(film.pixel_count());
   Light light;
   light.add(film);
   for_pixels(rect, [&](std::size_t i, int x, int y) {
     terms[i] = terms_of(plain, filtered, i, weights != nullptr ? (*weights)[i] : 0);
-    noise.set(x, y, terms[i].noise);
+    terms[i].variance_a = static_cast<double>(halves[0].variance[i]);
+    terms[i].variance_b = static_cast<double>(halves[1].variance[i]);
     energy.set(x, y, terms[i].energy);
     double product = 0;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -159,14 +143,8 @@ Errors errors_of(const FilmSnapshot& film, const Halves& plain, const Halves& fi
     EnergySums sums;
     for (int y = tile.y - rect.y; y < tile.y - rect.y + tile.height; ++y) {
       for (int x = tile.x - rect.x; x < tile.x - rect.x + tile.width; ++x) {
-        const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(rect.width) +
-                              static_cast<std::size_t>(x);
-        const PixelTerms& t = terms[i];
-        const PixelRect window = window_around(x, y, kErrorWindow, rect.width, rect.height);
-        const double others = window.width * window.height - 1;
-        const double around =
-            others > 0 ? std::max(noise.sum(window) - t.noise, 0.0) / others : t.noise;
-        sums.add(t.energy, t.distance, t.noise, t.together, around);
+        sums.add(terms[static_cast<std::size_t>(y) * static_cast<std::size_t>(rect.width) +
+                       static_cast<std::size_t>(x)]);
       }
     }
     out.tiles.push_back(sums.result());
@@ -235,12 +213,16 @@ bool has_both_halves(const FilmSnapshot& film) {
 }
 
 ErrorInterval DenoisedPicture::interval(DenoiseMode mode, double confidence) const {
-  ErrorInterval out = denoised_error(
-      plain_tiles, mode == DenoiseMode::kFull ? full_tiles : mixed_tiles, confidence);
+  ErrorInterval out = denoised_error(plain_tiles, tiles(mode), confidence);
   if (!has_intervals) {
     out.low = out.high = std::numeric_limits<double>::quiet_NaN();
   }
   return out;
+}
+
+double DenoisedPicture::bound(DenoiseMode mode, double alpha) const {
+  return has_intervals ? denoised_bound(plain_tiles, tiles(mode), alpha)
+                       : std::numeric_limits<double>::infinity();
 }
 
 std::size_t DenoisedPicture::bytes() const noexcept {
@@ -249,13 +231,14 @@ std::size_t DenoisedPicture::bytes() const noexcept {
          plain_tiles.size() * (sizeof(TileSums) + 2 * sizeof(TileEnergy));
 }
 
-DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const ColorPlanes> filtered) {
-  CHECK(filtered.size() == 2);
+DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfPicture> halves,
+                                 std::span<const ColorPlanes> filtered) {
+  CHECK(halves.size() == 2 && filtered.size() == 2);
   DenoisedPicture out;
   out.rect = film.rect;
   out.revision = film.revision;
   out.has_intervals = !film.has_splats && film.errors == PixelErrors::kIndependent;
-  const Halves plain = plain_halves(film);
+  const Halves plain = {halves[0].mean, halves[1].mean};
   const Halves clean = {filtered[0], filtered[1]};
   Light light;
   light.add(film);
@@ -271,24 +254,25 @@ DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const Color
     }
   }
   out.plain_tiles = plain_sums(film);
-  Errors full = errors_of(film, plain, clean, nullptr);
+  Errors full = errors_of(film, halves, plain, clean, nullptr);
   out.full_tiles = std::move(full.tiles);
   out.full_error = std::move(full.plane);
-  Errors mixed = errors_of(film, plain, clean, &out.weight);
+  Errors mixed = errors_of(film, halves, plain, clean, &out.weight);
   out.mixed_tiles = std::move(mixed.tiles);
   out.mixed_error = std::move(mixed.plane);
   fill_bias(plain, clean, out);
   return out;
 }
 
-Result<DenoisedPicture> denoise(const FilmSnapshot& film, const FeaturePicture* features,
-                                const Denoiser& denoiser, const ParallelFor& parallel) {
+Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* features,
+                             const Denoiser& denoiser, const ParallelFor& parallel) {
   const std::array halves = {half_picture(film, 0), half_picture(film, 1)};
-  const auto filtered = denoiser.denoise(halves, features, parallel);
+  auto filtered = denoiser.denoise(halves, features, parallel);
   if (!filtered) {
     return filtered.error();
   }
-  return denoised_picture(film, *filtered);
+  return MadeDenoised{
+      denoised_picture(film, halves, filtered->planes), std::move(filtered->by), {}};
 }
 
 std::uint64_t denoising_bytes(std::uint64_t pixels) {

@@ -45,10 +45,15 @@ struct DenoisedPicture {
   const ColorPlanes& planes(DenoiseMode mode) const {
     return mode == DenoiseMode::kFull ? full : mixed;
   }
+  const std::vector<TileEnergy>& tiles(DenoiseMode mode) const {
+    return mode == DenoiseMode::kFull ? full_tiles : mixed_tiles;
+  }
   const Plane& error(DenoiseMode mode) const {
     return mode == DenoiseMode::kFull ? full_error : mixed_error;
   }
   ErrorInterval interval(DenoiseMode mode, double confidence) const;
+  /// Of the error of this very picture, exceeded with probability alpha at most; infinite: unknown.
+  double bound(DenoiseMode mode, double alpha) const;
   std::size_t bytes() const noexcept;
 };
 
@@ -56,11 +61,19 @@ struct DenoisedPicture {
 inline constexpr int kDenoisedWindow = 32;
 inline constexpr int kBiasWindow = 7;
 
+/// A denoised picture and its maker.
+struct MadeDenoised {
+  DenoisedPicture picture;
+  DenoiserFacts by;
+  std::string note;  ///< why `auto` did not take the better one; empty: it did
+};
+
 /// Pre: every pixel of the film has samples of both halves. features: null, or of the film's crop.
-Result<DenoisedPicture> denoise(const FilmSnapshot& film, const FeaturePicture* features,
-                                const Denoiser& denoiser, const ParallelFor& parallel);
-/// The same of halves that have been denoised. filtered: FA, FB.
-DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const ColorPlanes> filtered);
+Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* features,
+                             const Denoiser& denoiser, const ParallelFor& parallel);
+/// The same of halves that have been denoised. halves: A, B; filtered: FA, FB.
+DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfPicture> halves,
+                                 std::span<const ColorPlanes> filtered);
 
 /// Does every pixel have samples of both halves?
 bool has_both_halves(const FilmSnapshot& film);

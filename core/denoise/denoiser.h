@@ -8,7 +8,6 @@
 #include <functional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/base/result.h"
@@ -56,18 +55,31 @@ using ParallelFor = std::function<void(int count, const std::function<void(int)>
 /// On so many threads of its own.
 ParallelFor parallel_for(int threads);
 
+/// What made a picture.
+struct DenoiserFacts {
+  std::string type;  ///< a row of denoisers()
+  std::string version;
+  std::string sha256;   ///< hex, of the file that holds what was learnt; empty: nothing was
+  std::string quality;  ///< empty: there is nothing to choose
+};
+
+/// "oidn 2.5.1, balanced, sha256 ..."
+std::string to_text(const DenoiserFacts& facts);
+
+/// FA and FB of A and B, in their order.
+struct FilteredHalves {
+  std::vector<ColorPlanes> planes;
+  DenoiserFacts by;
+};
+
 class Denoiser {
  public:
   virtual ~Denoiser() = default;
-  virtual std::string_view name() const noexcept = 0;
-  virtual std::string version() const = 0;
-  /// Empty: there is nothing to choose.
-  virtual std::string quality() const { return {}; }
   /// Each of the halves by itself. features: null, or of the same size. Errors: kUnavailable where
   /// it failed.
-  virtual Result<std::vector<ColorPlanes>> denoise(std::span<const HalfPicture> halves,
-                                                   const FeaturePicture* features,
-                                                   const ParallelFor& parallel) const = 0;
+  virtual Result<FilteredHalves> denoise(std::span<const HalfPicture> halves,
+                                         const FeaturePicture* features,
+                                         const ParallelFor& parallel) const = 0;
 };
 
 }  // namespace core

@@ -1,20 +1,10 @@
 /// Denoises by the denoiser that a job asks for.
 #pragma once
 
-#include <string>
-
 #include "core/denoise/denoised_picture.h"
 #include "core/denoise/denoiser_type.h"
 
 namespace core {
-
-struct MadeDenoised {
-  DenoisedPicture picture;
-  std::string denoiser;
-  std::string version;
-  std::string quality;  ///< empty: it has none to choose
-  std::string note;     ///< why `auto` did not take the better one; empty: it did
-};
 
 /// type: not kNone. kAuto takes oidn where its library is, and statistical where that fails.
 /// Errors: kUnavailable.

@@ -27,7 +27,10 @@ using Clock = std::chrono::steady_clock;
 constexpr int kNiceness = 5;
 constexpr std::size_t kTextMost = 4096;
 
-Error failed(const std::string& why) {
+/// why: may come from the library; it stands in headers too.
+Error failed(std::string why) {
+  std::replace_if(
+      why.begin(), why.end(), [](char c) { return c < ' ' || c > '~'; }, ' ');
   return Error{ErrorCode::kUnavailable, "Open Image Denoise: " + why, ""};
 }
 
@@ -131,21 +134,19 @@ bool has_library(const std::filesystem::path& folder) {
 }  // namespace
 
 std::string find_oidn() {
-  std::vector<std::filesystem::path> places;
   if (const char* named = std::getenv("TESSERA_OIDN"); named != nullptr && *named != '\0') {
-    places = {named, std::filesystem::path(named) / "lib"};
-  } else {
-    std::error_code none;
-    const auto self = std::filesystem::read_symlink("/proc/self/exe", none);
-    places = {self.parent_path() / "oidn" / "lib"};
+    const std::filesystem::path within = std::filesystem::path(named) / "lib";
+    return has_library(within) ? within.string() : named;
   }
-  const auto found = std::find_if(places.begin(), places.end(), &has_library);
-  return found == places.end() ? "" : found->string();
+  std::error_code none;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", none);
+  const std::filesystem::path beside = self.parent_path() / "oidn" / "lib";
+  return has_library(beside) ? beside.string() : "";
 }
 
-Result<std::vector<ColorPlanes>> OidnDenoiser::denoise(std::span<const HalfPicture> halves,
-                                                       const FeaturePicture* features,
-                                                       const ParallelFor& /*parallel*/) const {
+Result<FilteredHalves> OidnDenoiser::denoise(std::span<const HalfPicture> halves,
+                                             const FeaturePicture* features,
+                                             const ParallelFor& /*parallel*/) const {
   if (options_.folder.empty()) {
     return failed("its library is not there; TESSERA_OIDN names its folder");
   }
@@ -183,9 +184,10 @@ Result<std::vector<ColorPlanes>> OidnDenoiser::denoise(std::span<const HalfPictu
     std::string text(std::min<std::size_t>(answer.text_bytes, kTextMost), '\0');
     return failed(helper->receive(text.data(), text.size(), until) ? text : "it failed");
   }
-  std::vector<ColorPlanes> out(halves.size());
+  FilteredHalves out;
+  out.planes.resize(halves.size());
   std::vector<float> all(3 * halves[0].variance.size());
-  for (ColorPlanes& planes : out) {
+  for (ColorPlanes& planes : out.planes) {
     if (!helper->receive(all.data(), all.size() * sizeof(float), until)) {
       return failed("its process ended without an answer");
     }
@@ -194,7 +196,8 @@ Result<std::vector<ColorPlanes>> OidnDenoiser::denoise(std::span<const HalfPictu
       planes[i % 3][i / 3] = all[i];
     }
   }
-  version_ = version_text(answer.version);
+  out.by = {"oidn", version_text(answer.version), std::string(answer.sha256, sizeof(answer.sha256)),
+            "balanced"};
   return out;
 }
 

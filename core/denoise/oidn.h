@@ -16,24 +16,19 @@ struct OidnOptions {
   std::chrono::seconds patience{20};
 };
 
-/// The folder that TESSERA_OIDN names or its `lib`, else `oidn/lib` beside the program; empty: no
-/// library is there.
+/// The folder that TESSERA_OIDN names, or its `lib` if the library is there; else `oidn/lib` beside
+/// the program; empty: none is named, and no library is there.
 std::string find_oidn();
 
 class OidnDenoiser final : public Denoiser {
  public:
   explicit OidnDenoiser(OidnOptions options) : options_(std::move(options)) {}
-  std::string_view name() const noexcept override { return "oidn"; }
-  /// Known after a picture.
-  std::string version() const override { return version_; }
-  std::string quality() const override { return "balanced"; }
-  Result<std::vector<ColorPlanes>> denoise(std::span<const HalfPicture> halves,
-                                           const FeaturePicture* features,
-                                           const ParallelFor& parallel) const override;
+  Result<FilteredHalves> denoise(std::span<const HalfPicture> halves,
+                                 const FeaturePicture* features,
+                                 const ParallelFor& parallel) const override;
 
  private:
   OidnOptions options_;
-  mutable std::string version_;
 };
 
 }  // namespace core

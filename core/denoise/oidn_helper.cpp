@@ -1,12 +1,16 @@
 #include "core/denoise/oidn_helper.h"
 
+#include <algorithm>
 #include <cstddef>
+#include <fstream>
 #include <optional>
 #include <vector>
 
 #include <dlfcn.h>
+#include <link.h>
 #include <unistd.h>
 
+#include "core/base/sha256.h"
 #include "core/color/rgb.h"
 #include "core/denoise/oidn_protocol.h"
 
@@ -51,9 +55,11 @@ bool find(void* handle, const char* name, Function& function) {
   return function != nullptr;
 }
 
+std::string library_in(const std::string& folder) { return folder + "/libOpenImageDenoise.so.2"; }
+
 /// Empty: it is loaded.
 std::string load(const std::string& folder, Library& l) {
-  const std::string path = folder + "/libOpenImageDenoise.so.2";
+  const std::string path = library_in(folder);
   void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
     const char* why = dlerror();
@@ -175,8 +181,34 @@ std::string filter(const Library& l, Device device, Work& work, Picture& picture
   return error_of(l, device);
 }
 
-/// Empty: the pictures are denoised. version: of the library, as far as it is known.
-std::string denoise(const std::string& folder, Work& work, std::uint32_t& version) {
+/// The part of the library that holds the weights has a file of its own, which the first device
+/// loads.
+std::string weights_file(const std::string& library) {
+  std::string out = library;
+  dl_iterate_phdr(
+      [](dl_phdr_info* object, std::size_t /*bytes*/, void* found) {
+        const std::string name = object->dlpi_name;
+        if (name.find("libOpenImageDenoise_core") != std::string::npos) {
+          *static_cast<std::string*>(found) = name;
+        }
+        return 0;
+      },
+      &out);
+  return out;
+}
+
+std::string sha256_of_file(const std::string& path) {
+  Sha256 hash;
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> part(std::size_t{1} << 20U);
+  while (file.read(part.data(), static_cast<std::streamsize>(part.size())) || file.gcount() > 0) {
+    hash.add(part.data(), static_cast<std::size_t>(file.gcount()));
+  }
+  return hash.hex();
+}
+
+/// Empty: the pictures are denoised. answer: what is known of the library.
+std::string denoise(const std::string& folder, Work& work, OidnAnswer& answer) {
   Library l;
   if (std::string fault = load(folder, l); !fault.empty()) {
     return fault;
@@ -187,7 +219,7 @@ std::string denoise(const std::string& folder, Work& work, std::uint32_t& versio
     return fault.empty() ? "there is no device" : fault;
   }
   const int seen = l.get_device_int(device, "version");
-  version = static_cast<std::uint32_t>(seen);
+  answer.version = static_cast<std::uint32_t>(seen);
   if (seen < kOldestVersion || seen >= kNewestVersion) {
     return "version " + std::to_string(seen / 10000) + " is not supported; 2 is";
   }
@@ -199,6 +231,8 @@ std::string denoise(const std::string& folder, Work& work, std::uint32_t& versio
     fault = fault.empty() ? filter(l, device, work, picture) : fault;
   }
   l.release_device(device);
+  const std::string sha256 = sha256_of_file(weights_file(library_in(folder)));
+  std::copy(sha256.begin(), sha256.end(), answer.sha256);
   return fault;
 }
 
@@ -210,7 +244,7 @@ bool serve_oidn(int socket, const std::string& folder) {
     return false;
   }
   OidnAnswer answer;
-  const std::string fault = denoise(folder, *work, answer.version);
+  const std::string fault = denoise(folder, *work, answer);
   answer.text_bytes = static_cast<std::uint32_t>(fault.size());
   bool sent =
       write_all(socket, &answer, sizeof(answer)) && write_all(socket, fault.data(), fault.size());

@@ -17,6 +17,7 @@ struct OidnRequest {
 
 struct OidnAnswer {
   std::uint32_t version = 0;     ///< of the library, 20501 for 2.5.1
+  char sha256[64] = {};          ///< hex, of the file that holds its weights
   std::uint32_t text_bytes = 0;  ///< not 0: it failed, and a text follows instead of pictures
 };
 

@@ -1,5 +1,5 @@
 #include <array>
-#include <utility>
+#include <string>
 
 #include "core/base/check.h"
 #include "core/denoise/make_denoiser.h"
@@ -19,22 +19,21 @@ constexpr std::array kDenoisers = {
                              "Intel's Open Image Denoise, a neural network, if it is installed."},
 };
 
-Result<MadeDenoised> denoise_by(const Denoiser& denoiser, const FilmSnapshot& film,
-                                const FeaturePicture* features, const ParallelFor& parallel) {
-  auto picture = denoise(film, features, denoiser, parallel);
-  if (!picture) {
-    return picture.error();
-  }
-  return MadeDenoised{.picture = *std::move(picture),
-                      .denoiser = std::string(denoiser.name()),
-                      .version = denoiser.version(),
-                      .quality = denoiser.quality(),
-                      .note = {}};
-}
-
 }  // namespace
 
 std::span<const NamedValue<DenoiserType>> denoisers() { return kDenoisers; }
+
+std::string to_text(const DenoiserFacts& facts) {
+  std::string out = facts.type;
+  out.append(" ").append(facts.version);
+  if (!facts.quality.empty()) {
+    out.append(", ").append(facts.quality);
+  }
+  if (!facts.sha256.empty()) {
+    out.append(", sha256 ").append(facts.sha256);
+  }
+  return out;
+}
 
 Result<MadeDenoised> denoise_with(DenoiserType type, const FilmSnapshot& film,
                                   const FeaturePicture* features, const ParallelFor& parallel) {
@@ -44,14 +43,14 @@ Result<MadeDenoised> denoise_with(DenoiserType type, const FilmSnapshot& film,
   const bool takes_oidn =
       type == DenoiserType::kOidn || (type == DenoiserType::kAuto && !folder.empty());
   if (!takes_oidn) {
-    return denoise_by(statistical, film, features, parallel);
+    return denoise(film, features, statistical, parallel);
   }
-  auto made = denoise_by(OidnDenoiser({.folder = folder}), film, features, parallel);
+  auto made = denoise(film, features, OidnDenoiser({.folder = folder}), parallel);
   if (made || type == DenoiserType::kOidn) {
     return made;
   }
   const std::string why = made.error().message;
-  made = denoise_by(statistical, film, features, parallel);
+  made = denoise(film, features, statistical, parallel);
   if (made) {
     made->note = why;
   }

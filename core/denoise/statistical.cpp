@@ -400,9 +400,9 @@ class TileFilter {
 
 }  // namespace
 
-Result<std::vector<ColorPlanes>> StatisticalDenoiser::denoise(std::span<const HalfPicture> halves,
-                                                              const FeaturePicture* features,
-                                                              const ParallelFor& parallel) const {
+Result<FilteredHalves> StatisticalDenoiser::denoise(std::span<const HalfPicture> halves,
+                                                    const FeaturePicture* features,
+                                                    const ParallelFor& parallel) const {
   CHECK(halves.size() == 1 || halves.size() == 2);
   const int width = halves[0].width;
   const int height = halves[0].height;
@@ -455,7 +455,7 @@ Result<std::vector<ColorPlanes>> StatisticalDenoiser::denoise(std::span<const Ha
       }
     }
   }
-  return out;
+  return FilteredHalves{std::move(out), {"statistical", "1", {}, {}}};
 }
 
 }  // namespace core

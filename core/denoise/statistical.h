@@ -15,11 +15,9 @@ namespace core {
 
 class StatisticalDenoiser final : public Denoiser {
  public:
-  std::string_view name() const noexcept override { return "statistical"; }
-  std::string version() const override { return "1"; }
-  Result<std::vector<ColorPlanes>> denoise(std::span<const HalfPicture> halves,
-                                           const FeaturePicture* features,
-                                           const ParallelFor& parallel) const override;
+  Result<FilteredHalves> denoise(std::span<const HalfPicture> halves,
+                                 const FeaturePicture* features,
+                                 const ParallelFor& parallel) const override;
 };
 
 }  // namespace core

@@ -50,14 +50,13 @@ double floor_of(std::span<const TileSums> tiles) {
   return pixels > 0 ? 3 * error_floor(light / pixels) : 0;
 }
 
-/// N / (S + F) of a denoised picture, and its standard deviation by one of the two variances.
+/// N / (S + F) of a denoised picture, and its standard deviation.
 struct SignedRatio {
   double value = 0;
   double deviation = 0;
   bool valid = false;
 };
-SignedRatio denoised_ratio(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
-                           double TileEnergy::*variance) {
+SignedRatio denoised_ratio(std::span<const TileSums> tiles, std::span<const TileEnergy> energies) {
   const double floor = floor_of(tiles);
   SignedRatio out;
   out.valid = !tiles.empty();
@@ -65,7 +64,7 @@ SignedRatio denoised_ratio(std::span<const TileSums> tiles, std::span<const Tile
   double squares = 0;
   double pixels = 0;
   for (std::size_t t = 0; t < tiles.size(); ++t) {
-    const Weighted of_tile = weighted(tiles[t], energies[t].energy, energies[t].*variance, floor);
+    const Weighted of_tile = weighted(tiles[t], energies[t].energy, energies[t].variance, floor);
     sum += of_tile.ratio;
     squares += of_tile.variance;
     pixels += tiles[t].pixels;
@@ -80,34 +79,10 @@ SignedRatio denoised_ratio(std::span<const TileSums> tiles, std::span<const Tile
 
 }  // namespace
 
-void EnergySums::add(double energy, double distance, double noise, double together, double around) {
-  energy_ += energy;
-  noise_ += noise;
-  together_ += together;
-  distance_noise_ += distance * around;
-  noise_noise_ += noise * around;
-  noise_squares_ += noise * noise;
-}
-
-TileEnergy EnergySums::result() const {
-  const double share = noise_ > 0 ? std::clamp(together_ / noise_, 0.0, 1.0) : 0;
-  const double rest2 = (1 - share) * (1 - share);
-  const double apart2 = (1 - 2 * share) * (1 - 2 * share);
-  const double tails = share * share * share * share * (noise_squares_ - 2 * noise_noise_);
-  TileEnergy out;
-  out.energy = energy_;
-  out.variance = std::max(4 * rest2 * distance_noise_ +
-                              2 * noise_noise_ * (apart2 - rest2 * rest2) + std::max(tails, 0.0),
-                          0.0);
-  out.own_variance = std::max(
-      4 * distance_noise_ + 4 * noise_noise_ * (apart2 - rest2) + 2 * std::max(tails, 0.0), 0.0);
-  return out;
-}
-
 ErrorInterval denoised_error(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
                              double confidence) {
   ErrorInterval out;
-  const SignedRatio ratio = denoised_ratio(tiles, energies, &TileEnergy::variance);
+  const SignedRatio ratio = denoised_ratio(tiles, energies);
   if (!ratio.valid) {
     out.relative_rmse = out.low = out.high = std::numeric_limits<double>::quiet_NaN();
     return out;
@@ -122,11 +97,22 @@ ErrorInterval denoised_error(std::span<const TileSums> tiles, std::span<const Ti
 
 double denoised_bound(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
                       double alpha) {
-  const SignedRatio ratio = denoised_ratio(tiles, energies, &TileEnergy::own_variance);
+  const SignedRatio ratio = denoised_ratio(tiles, energies);
   if (!ratio.valid) {
     return std::numeric_limits<double>::infinity();
   }
   return std::sqrt(std::max(ratio.value + normal_quantile(1 - alpha) * ratio.deviation, 0.0));
+}
+
+std::vector<double> denoised_tile_errors(std::span<const TileSums> tiles,
+                                         std::span<const TileEnergy> energies) {
+  const double floor = floor_of(tiles);
+  std::vector<double> out;
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    const double ratio = weighted(tiles[t], energies[t].energy, 0, floor).ratio;
+    out.push_back(ratio > 0 ? std::sqrt(ratio / tiles[t].pixels) : 0.0);
+  }
+  return out;
 }
 
 ErrorEstimate::Ratio ErrorEstimate::ratio_of(std::span<const TileSums> tiles, double floor) {

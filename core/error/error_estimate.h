@@ -39,40 +39,22 @@ struct ErrorInterval {
 /// the sum of m (core/denoise/denoised_picture.h), of either sign.
 struct TileEnergy {
   double energy = 0;
-  double variance = 0;      ///< of the energy, about what is expected of it
-  double own_variance = 0;  ///< about what this very picture is off by
+  double variance = 0;  ///< of the energy, about what this very picture is off by
 };
 
-/// Adds up the pixels of a tile. With s the share of the plain picture in what is shown and b its
-/// bias, m is (F - mu)^2 + (1 - 2 s) eA eB - 2 b e, where e = (eA + eB) / 2 is the plain picture's
-/// error, of variance V. So Var m = 2 V^2 ((1 - s)^4 + (1 - 2 s)^2) + 4 (1 - s)^2 b^2 V, and the
-/// distance r^2 from the plain picture is b^2 + (1 - s)^2 V. V is taken from the pixels around
-/// without the pixel itself: an event in one half alone meets the other half's noise, not its own.
-/// With s = 1 the square of (A - B)^2 / 4 stands in, as in the plain picture's error.
-class EnergySums {
- public:
-  /// distance: r^2; noise: (A - B)^2 / 4; together: (XA - XB) (A - B) / 4; around: mean noise of
-  /// the pixels around.
-  void add(double energy, double distance, double noise, double together, double around);
-  TileEnergy result() const;
-
- private:
-  double energy_ = 0;
-  double noise_ = 0;
-  double together_ = 0;
-  double distance_noise_ = 0;
-  double noise_noise_ = 0;
-  double noise_squares_ = 0;
-};
-
-/// Relative error of such a picture, its interval from the variance of the sums: N may be negative,
-/// so the interval is symmetric in the square of the error and ends at 0. The floor and S are the
-/// plain picture's, so that both errors compare. tiles, energies: of the whole picture.
+/// Relative error of such a picture; the interval, from the variance of the sums, is that of what
+/// this very picture is off by. N may be negative, so it is symmetric in the square of the error
+/// and ends at 0. The floor and S are the plain picture's, so that both errors compare. tiles,
+/// energies: of the whole picture.
 ErrorInterval denoised_error(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
                              double confidence);
-/// Upper bound of the error of this very picture; exceeded with probability alpha at most.
+/// Its upper bound alone; exceeded with probability alpha at most.
 double denoised_bound(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
                       double alpha);
+
+/// The same of each tile, without intervals.
+std::vector<double> denoised_tile_errors(std::span<const TileSums> tiles,
+                                         std::span<const TileEnergy> energies);
 
 /// Relative error of one tile of a picture; NaN when a half is missing.
 float tile_error(const Film& film, int tile);

@@ -11,9 +11,9 @@ long rounded_up(long samples, int unit) { return (samples + unit - 1) / unit * u
 
 }  // namespace
 
-int next_look(int samples, int replicates, int unit) {
+int next_look(int samples, int replicates, int unit, int steps) {
   for (long per = 1;; per *= 2) {
-    const long cuts = std::min(per, 4L);
+    const long cuts = std::min(per, static_cast<long>(steps));
     for (long k = 0; k < cuts; ++k) {
       const long look = rounded_up((per + per * k / cuts) * replicates, unit);
       if (look > samples) {

@@ -10,8 +10,8 @@
 namespace core {
 
 /// The first count above `samples` at which a task estimates its error: 1, 1.25, 1.5 and 1.75 times
-/// 2^k samples per replicate.
-int next_look(int samples, int replicates, int unit = 1);
+/// 2^k samples per replicate, or so many steps of an octave.
+int next_look(int samples, int replicates, int unit = 1, int steps = 4);
 
 /// Where the pass that starts at `samples` ends: one sample, one more, then at most an eighth of
 /// what is there, never beyond the next look or `samples_max`, and even. With sets, a whole one is

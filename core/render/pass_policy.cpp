@@ -13,6 +13,9 @@ namespace {
 /// the estimate. Between looks errors fall by 6 to 13 %: before the last two of these looks the
 /// error is too far away, and they see nearly the same samples.
 constexpr int kLooksAtRisk = 2;
+/// In an octave of samples: to denoise takes as long as some samples of the picture, so that more
+/// looks would cost more than they save.
+constexpr int kDenoisedLooks = 2;
 /// No error target ends a job before: fewer samples have not met what is rare.
 constexpr int kSamplesBeforeErrorStop = 4;
 
@@ -64,16 +67,31 @@ int PassPolicy::stop_at(double samples) const {
                         samples_max_);
 }
 
+double PassPolicy::alpha() const { return (1 - stop_.confidence) / kLooksAtRisk; }
+
 double PassPolicy::error_bound(const ErrorEstimate& look) const {
-  const double alpha = (1 - stop_.confidence) / kLooksAtRisk;
-  return stop_.worst_tile ? look.worst_tile_bound(alpha) : look.bound(alpha);
+  return stop_.worst_tile ? look.worst_tile_bound(alpha()) : look.bound(alpha());
 }
 
-StopReason PassPolicy::decide(int samples, double relative_rmse, double bound) const {
-  const bool may_stop = samples >= std::min(kSamplesBeforeErrorStop, samples_max_);
+bool PassPolicy::may_stop_at(int samples) const {
+  return samples >= std::min(kSamplesBeforeErrorStop, samples_max_);
+}
+
+bool PassPolicy::denoises_at(int samples) const {
+  return stop_.denoised_error && may_stop_at(samples) &&
+         (samples >= samples_max_ ||
+          next_look(samples - 1, replicates_, unit_, kDenoisedLooks) == samples);
+}
+
+StopReason PassPolicy::decide(int samples, double relative_rmse, double bound,
+                              double denoised_bound) const {
+  const bool may_stop = may_stop_at(samples);
   // The reported error also meets the target.
   if (stop_.relative_error && may_stop && std::max(bound, relative_rmse) <= *stop_.relative_error) {
     return StopReason::kRelativeError;
+  }
+  if (stop_.denoised_error && may_stop && denoised_bound <= *stop_.denoised_error) {
+    return StopReason::kDenoisedError;
   }
   if (samples >= samples_max_) {
     return asked_ ? StopReason::kSamples : StopReason::kLimit;

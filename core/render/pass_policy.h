@@ -41,11 +41,18 @@ class PassPolicy {
 
   /// What is compared with the error target; infinite where nothing is known.
   double error_bound(const ErrorEstimate& look) const;
+  /// With what probability a bound may be exceeded at a look.
+  double alpha() const;
+  /// Is the picture denoised at such a look, to see whether that ends the job?
+  bool denoises_at(int samples) const;
   /// After a complete pass of `samples`. bound: error_bound() of a look at them, infinite without
-  /// one. kNone: go on.
-  StopReason decide(int samples, double relative_rmse, double bound) const;
+  /// one; denoised_bound: of the denoised picture. kNone: go on.
+  StopReason decide(int samples, double relative_rmse, double bound,
+                    double denoised_bound = std::numeric_limits<double>::infinity()) const;
 
  private:
+  bool may_stop_at(int samples) const;
+
   StopRules stop_;
   int replicates_;
   int unit_;

@@ -72,8 +72,10 @@ void ProgressMeter::tell(const PassPolicy& policy, double samples, int base, boo
   const Remaining end = samples_at_end(policy, base);
   double share = samples / end.expected;
   std::optional<Remaining> left;
-  // Before the first estimate any count may meet a target.
-  const bool unknown = stop.relative_error && !stop.samples_per_pixel && !(e > 0);
+  // Before the first estimate any count may meet a target; how the error of the denoised picture
+  // falls is not known at all.
+  const bool has_target = stop.denoised_error || (stop.relative_error && !(e > 0));
+  const bool unknown = has_target && !stop.samples_per_pixel;
   const auto rate = seconds_for(pace_, 1.0);
   if (!unknown && rate) {
     left = Remaining{std::max(end.expected - samples, 0.0) * rate->expected,

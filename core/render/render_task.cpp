@@ -38,6 +38,7 @@ RenderTask::Impl::Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> 
       film(std::move(f)),
       samples_limit(o.samples_limit),
       slice_seconds(o.slice_target_seconds),
+      denoised_bound(std::move(o.denoised_bound)),
       sink(s),
       policy(renderer->view().settings, o.stop, o.samples_limit),
       meter(std::move(o.points_before)) {
@@ -227,8 +228,12 @@ void RenderTask::Impl::settle_splats() {
 RenderTask::Impl::Due RenderTask::Impl::decide(const Due& due) {
   settle_splats();
   const PassPolicy by = policy_now();
-  const Look seen = due.looks ? look(due, by) : Look{};
-  return settle(due.samples, by.decide(due.samples, seen.point.error.relative_rmse, seen.bound));
+  Look seen = due.looks ? look(due, by) : Look{};
+  if (due.looks && by.denoises_at(due.samples) && denoised_bound) {
+    seen.denoised_bound = denoised_bound(*film, by.alpha());
+  }
+  return settle(due.samples, by.decide(due.samples, seen.point.error.relative_rmse, seen.bound,
+                                       seen.denoised_bound));
 }
 
 /// Makes the plan of the epoch that begins where every tile is.

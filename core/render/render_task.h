@@ -10,6 +10,7 @@
 /// owner of the threads calls take() and run(); run() tells the sink.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -81,6 +82,10 @@ struct TaskOptions {
   double elapsed_before = 0;  ///< seconds already spent before a restart
   double slice_target_seconds = 0.02;
   std::vector<ConvergencePoint> points_before;
+  /// Upper bound of the error of the film's denoised picture, exceeded with probability alpha at
+  /// most; infinite where it is not known. Asked at looks of jobs with stop.denoised_error, by one
+  /// thread, while no slice of the task is out. Empty: such a rule never ends the task.
+  std::function<double(const Film& film, double alpha)> denoised_bound = {};
 };
 
 class RenderTask {

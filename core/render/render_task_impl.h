@@ -49,6 +49,7 @@ struct RenderTask::Impl {
   struct Look {
     ConvergencePoint point;
     double bound = std::numeric_limits<double>::infinity();  ///< PassPolicy::error_bound()
+    double denoised_bound = std::numeric_limits<double>::infinity();
   };
   struct Tile {
     int samples = 0;  ///< both of camera and light paths, where it has both
@@ -69,6 +70,7 @@ struct RenderTask::Impl {
   const std::shared_ptr<Film> film;
   const int samples_limit;
   const double slice_seconds;
+  const std::function<double(const Film&, double)> denoised_bound;
   RenderSink& sink;
   std::stop_source stop_source;  // of slices: cancelled, or a clock ran out
 

@@ -154,7 +154,8 @@ struct StopRules {
   std::optional<double> relative_error;
   double confidence = 0.95;
   bool worst_tile = false;
-  std::optional<double> seconds;  ///< rendering time without pauses and downtime
+  std::optional<double> denoised_error;  ///< of the mixed picture
+  std::optional<double> seconds;         ///< rendering time without pauses and downtime
   std::optional<double> deadline_unix_seconds;
 };
 
@@ -162,12 +163,17 @@ enum class StopReason {
   kNone,
   kSamples,
   kRelativeError,
+  kDenoisedError,
   kSeconds,
   kDeadline,
   kLimit,
   kCancelled,
   kFailed
 };
+
+constexpr bool is_by_error(StopReason reason) {
+  return reason == StopReason::kRelativeError || reason == StopReason::kDenoisedError;
+}
 
 /// Environment of a job; pixels come from a decoded image or are constant.
 struct EnvironmentSettings {

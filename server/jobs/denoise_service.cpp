@@ -1,6 +1,7 @@
 #include "server/jobs/denoise_service.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "core/denoise/make_denoiser.h"
@@ -25,6 +26,8 @@ std::uint64_t feature_bytes(const core::FeaturePicture& features) {
   constexpr std::uint64_t kPlanes = 14;
   return features.depth_m.size() * kPlanes * sizeof(float);
 }
+
+std::string key_of(const Job& job) { return std::to_string(job.sequence()) + "."; }
 
 core::DenoiserType type_of(const Job& job) { return job.record().view.spec.denoise.type; }
 
@@ -53,12 +56,24 @@ core::Result<DenoiseService::Pointer> DenoiseService::get(const JobPointer& job,
                  "the job renders, and its denoise.preview is false: it is denoised at its end",
                  "/denoise"};
   }
-  const std::string job_key = std::to_string(job->sequence()) + ".";
   if (!is_final) {
-    if (Pointer last = last_shown(job_key, revision)) {
+    if (Pointer last = last_shown(key_of(*job), revision)) {
       return last;
     }
   }
+  return kept(job, film, patience);
+}
+
+double DenoiseService::bound(const JobPointer& job, const core::Film& film, double alpha) {
+  const auto made = kept(job, film, MemoryGate::kPatience);
+  return made ? (*made)->picture.bound(core::DenoiseMode::kMixed, alpha)
+              : std::numeric_limits<double>::infinity();
+}
+
+core::Result<DenoiseService::Pointer> DenoiseService::kept(const JobPointer& job,
+                                                           const core::Film& film,
+                                                           std::chrono::milliseconds patience) {
+  const std::string job_key = key_of(*job);
   const std::string key = job_key + std::to_string(film.revision());
   return pictures_.get(key, [&]() -> core::Result<SingleFlightCache<Made>::Made> {
     auto made = make(job, film, patience);
@@ -67,6 +82,9 @@ core::Result<DenoiseService::Pointer> DenoiseService::get(const JobPointer& job,
     }
     const std::uint64_t bytes = (*made)->picture.bytes();
     job->set_denoised((*made)->view);
+    if (!api::is_final(job->state())) {
+      job->shared_log()->progress_changed();
+    }
     const core::MutexLock lock(mutex_);
     if (last_.size() >= kLastMost) {
       last_.clear();
@@ -122,9 +140,7 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   auto made = std::make_shared<Made>();
   made->picture = std::move(denoised->picture);
   api::DenoisedView& view = made->view;
-  view.type = denoised->denoiser;
-  view.version = denoised->version;
-  view.quality = denoised->quality;
+  view.by = denoised->by;
   view.note = denoised->note;
   view.has_features = features != nullptr;
   view.mixed = made->picture.interval(core::DenoiseMode::kMixed, 0.95);

@@ -39,6 +39,8 @@ class DenoiseService {
   core::Result<Pointer> get(const JobPointer& job, const core::Film& film,
                             std::optional<std::uint32_t> revision,
                             std::chrono::milliseconds patience);
+  /// As core::TaskOptions::denoised_bound.
+  double bound(const JobPointer& job, const core::Film& film, double alpha);
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -49,6 +51,8 @@ class DenoiseService {
     double seconds = 0;
   };
 
+  core::Result<Pointer> kept(const JobPointer& job, const core::Film& film,
+                             std::chrono::milliseconds patience);
   core::Result<Pointer> make(const JobPointer& job, const core::Film& film,
                              std::chrono::milliseconds patience);
   std::shared_ptr<const core::FeaturePicture> features_of(const Job& job);

@@ -59,7 +59,7 @@ std::shared_ptr<core::Film> blank_film(const api::JobView& view) {
 
 void note_samples_by_error(api::JobView& view) {
   const auto samples = static_cast<int>(std::llround(view.progress.samples_mean));
-  if (view.stop_reason == core::StopReason::kRelativeError) {
+  if (core::is_by_error(view.stop_reason)) {
     view.samples_by_error = std::max(samples, 1);
     return;
   }

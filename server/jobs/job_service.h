@@ -73,6 +73,10 @@ class JobService {
   core::Status resume();
   /// No new jobs, nothing rendered any more, every film on the disk as far as it is.
   void stop();
+  /// For jobs with stop.denoised_error; before resume().
+  void set_denoised_bound(RunBuilder::DenoisedBound bound) {
+    builder_.set_denoised_bound(std::move(bound));
+  }
 
   /// Draining: no new jobs are taken and none of the queue begins, until it is ended. What has
   /// begun goes on. A restart ends it.

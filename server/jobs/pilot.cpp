@@ -102,6 +102,7 @@ Pilot::Pilot(std::shared_ptr<const core::Renderer> renderer)
                                        .relative_error = {},
                                        .confidence = 0.95,
                                        .worst_tile = false,
+                                       .denoised_error = {},
                                        .seconds = kSeconds,
                                        .deadline_unix_seconds = {}},
                               .slice_target_seconds = 0.005,

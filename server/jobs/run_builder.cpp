@@ -1,6 +1,7 @@
 #include "server/jobs/run_builder.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "core/film/film.h"
@@ -141,6 +142,12 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   parts.arithmetic = arithmetic_;
   parts.options.stop = spec.stop;
   parts.options.samples_limit = samples_max_;
+  // The run belongs to the job: a pointer here would keep both alive.
+  parts.options.denoised_bound = [ask = denoised_bound_, weak = parts.job](const core::Film& film,
+                                                                           double alpha) {
+    const JobPointer job = weak.lock();
+    return job != nullptr && ask ? ask(job, film, alpha) : std::numeric_limits<double>::infinity();
+  };
   if (!job->memory_only()) {
     auto file = open_film(*job, *parts.film, parts.options);
     if (!file) {

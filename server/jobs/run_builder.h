@@ -1,6 +1,7 @@
 /// RunBuilder: what a job needs to be rendered, and how much memory that takes.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -46,6 +47,10 @@ class RunBuilder {
   core::Result<std::shared_ptr<RenderRun>> build(const std::shared_ptr<JobBook::Place>& place,
                                                  RenderRun::Owner& owner);
   const std::string& arithmetic() const { return arithmetic_; }
+  /// As core::TaskOptions::denoised_bound, of the job's film.
+  using DenoisedBound = std::function<double(const JobPointer&, const core::Film&, double alpha)>;
+  /// Before the first build().
+  void set_denoised_bound(DenoisedBound bound) { denoised_bound_ = std::move(bound); }
 
  private:
   core::Result<std::shared_ptr<const core::Renderer>> admitted_renderer(
@@ -57,6 +62,7 @@ class RunBuilder {
   const Parts parts_;
   const int samples_max_;
   const std::string arithmetic_;
+  DenoisedBound denoised_bound_;
 };
 
 }  // namespace server

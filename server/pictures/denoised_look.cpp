@@ -12,8 +12,10 @@ namespace {
 bool is_full(const api::ImageQuery& query) { return query.denoise == api::DenoiseShow::kFull; }
 
 std::string denoiser_text(const api::DenoisedView& view, const api::ImageQuery& query) {
-  return view.type + " " + view.version + ", " + (is_full(query) ? "full" : "mixed") +
-         (view.has_features ? "" : ", without features");
+  std::string out = core::to_text(view.by);
+  out.append(is_full(query) ? ", full" : ", mixed");
+  out.append(view.has_features ? "" : ", without features");
+  return view.note.empty() ? out : out.append("; ").append(view.note);
 }
 
 }  // namespace

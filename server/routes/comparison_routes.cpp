@@ -59,9 +59,15 @@ core::Status take_side(MemoryGate::Lease& lease, int width, int height) {
                     kSideBytes);
 }
 
-core::Result<core::Picture> picture_of_job(const RouteContext& context, const std::string& id,
+struct Side {
+  std::string id;
+  api::DenoiseShow denoise = api::DenoiseShow::kOff;
+  const char* where;
+};
+
+core::Result<core::Picture> picture_of_job(const RouteContext& context, const Side& side,
                                            const Request& request, MemoryGate::Lease& lease) {
-  const auto job = context.jobs.find(id, request.access);
+  const auto job = context.jobs.find(side.id, request.access);
   if (!job) {
     return job.error();
   }
@@ -75,6 +81,15 @@ core::Result<core::Picture> picture_of_job(const RouteContext& context, const st
   }
   if ((*film)->sample_counts().min == 0) {
     return Error{ErrorCode::kConflict, "the job ended before every pixel had a sample", ""};
+  }
+  if (side.denoise != api::DenoiseShow::kOff) {
+    const auto made = context.denoising.get(*job, **film, std::nullopt, MemoryGate::kPatience);
+    if (!made) {
+      return made.error();
+    }
+    const auto mode = side.denoise == api::DenoiseShow::kFull ? core::DenoiseMode::kFull
+                                                              : core::DenoiseMode::kMixed;
+    return core::picture_of((*made)->picture.planes(mode), crop.width, crop.height);
   }
   core::Picture picture = core::picture_of((*film)->snapshot());
   if (!core::errors_are_valid((*job)->record().view.spec.render)) {
@@ -108,14 +123,13 @@ core::Result<core::Picture> picture_of_asset(const RouteContext& context, const 
   return core::picture_of(*image);
 }
 
-core::Result<core::Picture> find_picture(const RouteContext& context, const std::string& id,
-                                         const char* where, const Request& request,
-                                         MemoryGate::Lease& lease) {
-  auto picture = api::is_uuid(id) ? picture_of_job(context, id, request, lease)
-                                  : picture_of_asset(context, id, request, lease);
+core::Result<core::Picture> find_picture(const RouteContext& context, const Side& side,
+                                         const Request& request, MemoryGate::Lease& lease) {
+  auto picture = api::is_uuid(side.id) ? picture_of_job(context, side, request, lease)
+                                       : picture_of_asset(context, side.id, request, lease);
   if (!picture) {
     Error error = picture.error();
-    error.where = error.code == ErrorCode::kUnavailable ? "" : where;
+    error.where = error.code == ErrorCode::kUnavailable ? "" : side.where;
     return error;
   }
   return picture;
@@ -191,11 +205,11 @@ Response create(const RouteContext& context, Turn& turn, Request& request) {
   if (!lease) {
     return error_answer(request, lease.error());
   }
-  const auto a = find_picture(context, parsed->a, "/a", request, *lease);
+  const auto a = find_picture(context, {parsed->a, parsed->a_denoise, "/a"}, request, *lease);
   if (!a) {
     return error_answer(request, a.error());
   }
-  const auto b = find_picture(context, parsed->b, "/b", request, *lease);
+  const auto b = find_picture(context, {parsed->b, parsed->b_denoise, "/b"}, request, *lease);
   if (!b) {
     return error_answer(request, b.error());
   }

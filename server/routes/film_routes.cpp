@@ -243,6 +243,7 @@ api::JobSpec merged_spec(const api::JobSpec& first, const core::FilmPart& merged
       .relative_error = {},
       .confidence = first.stop.confidence,
       .worst_tile = false,
+      .denoised_error = {},
       .seconds = {},
       .deadline_unix_seconds = {}};
   // As it will be read from the store: counts in whole sets.

@@ -97,8 +97,9 @@ bool wants_stream(const Request& request, const api::ImageQuery& query) {
 std::shared_ptr<const core::DenoisedPicture> planes_of(const DenoiseService::Pointer& made) {
   return made ? std::shared_ptr<const core::DenoisedPicture>(made, &made->picture) : nullptr;
 }
-std::optional<api::DenoisedView> view_of(const DenoiseService::Pointer& made) {
-  return made ? std::optional(made->view) : std::nullopt;
+std::optional<api::DenoisedView> view_of(const DenoiseService::Pointer& made,
+                                         const api::JobView& job) {
+  return made ? std::optional(api::promised(made->view, job)) : std::nullopt;
 }
 
 /// One picture after the other until the job has ended: what browsers show in an <img>.
@@ -161,7 +162,7 @@ class PictureStream {
                           .view = view,
                           .rect = query_.rect.value_or((*film)->crop()),
                           .denoised = planes_of(denoised),
-                          .denoised_view = view_of(denoised)};
+                          .denoised_view = view_of(denoised, view)};
     // The last picture waits for its room; of the others the next look may have one.
     const auto encoded = maker_.make(
         **film, picture, is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
@@ -269,7 +270,7 @@ Response image(const RouteContext& context, Request& request) {
                         .view = view,
                         .rect = query->rect.value_or(crop),
                         .denoised = planes_of(denoised),
-                        .denoised_view = view_of(denoised)};
+                        .denoised_view = view_of(denoised, view)};
   if (const auto refused = refused_part(picture.rect, crop)) {
     return error_answer(request, *refused);
   }
@@ -300,8 +301,8 @@ Response image(const RouteContext& context, Request& request) {
   }
   response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
   response.headers.set("X-Tessera-Bias", api::bias_of(view));
-  if (denoised) {
-    const DenoisedFacts facts = denoised_facts(denoised->view, *query);
+  if (picture.denoised_view) {
+    const DenoisedFacts facts = denoised_facts(*picture.denoised_view, *query);
     response.headers.set("X-Tessera-Denoiser", facts.denoiser);
     response.headers.set("X-Tessera-Bias", facts.bias);
     if (!facts.error.empty()) {

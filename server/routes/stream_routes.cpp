@@ -79,7 +79,8 @@ Response tiles(const RouteContext& context, Request& request) {
   if (!slot) {
     return error_answer(request, core::ErrorCode::kUnavailable, "too many streams are open");
   }
-  auto stream = std::make_shared<TileStream>(context.jobs, job, *query, context.streams);
+  auto stream =
+      std::make_shared<TileStream>(context.jobs, context.denoising, job, *query, context.streams);
   Response response = stream_response(
       "application/vnd.tessera.tiles", [stream](StreamWriter& writer) { stream->run(writer); },
       std::move(slot));

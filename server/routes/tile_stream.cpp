@@ -60,9 +60,25 @@ api::TileFrame tile_frame(const core::TileState& state, int replicates, std::uin
   return frame;
 }
 
-TileStream::TileStream(JobService& jobs, JobPointer job, const api::TilesQuery& query,
-                       const StreamGate& streams)
-    : jobs_(jobs), job_(std::move(job)), query_(query), streams_(streams) {}
+api::TileFrame denoised_frame(const core::DenoisedPicture& picture, core::DenoiseMode mode,
+                              const core::PixelRect& tile) {
+  api::TileFrame frame;
+  frame.rect = tile;
+  frame.revision = picture.revision;
+  frame.flags = api::kTileDenoised;
+  for (const core::Plane& plane : picture.planes(mode)) {
+    for (int y = tile.y - picture.rect.y; y < tile.y - picture.rect.y + tile.height; ++y) {
+      const auto row =
+          plane.begin() + std::ptrdiff_t{y} * picture.rect.width + (tile.x - picture.rect.x);
+      frame.planes.insert(frame.planes.end(), row, row + tile.width);
+    }
+  }
+  return frame;
+}
+
+TileStream::TileStream(JobService& jobs, DenoiseService& denoising, JobPointer job,
+                       const api::TilesQuery& query, const StreamGate& streams)
+    : jobs_(jobs), denoising_(denoising), job_(std::move(job)), query_(query), streams_(streams) {}
 
 void TileStream::run(StreamWriter& writer) {
   while (!writer.client_gone() && !writer.stopping()) {
@@ -70,7 +86,7 @@ void TileStream::run(StreamWriter& writer) {
     const std::uint64_t seq = job_->log().last_seq();
     const bool is_final = api::is_final(job_->state());
     const auto film = jobs_.films().film(*job_);
-    if (film && !send_new_tiles(writer, **film)) {
+    if (film && !(send_new_tiles(writer, **film) && send_denoised(writer, **film, is_final))) {
       return;
     }
     if (is_final) {
@@ -116,6 +132,33 @@ bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film) {
     }
   }
   return piece.empty() || writer.write(piece);
+}
+
+bool TileStream::send_denoised(StreamWriter& writer, const core::Film& film, bool is_final) {
+  if (query_.denoise == api::DenoiseShow::kOff) {
+    return true;
+  }
+  // The last one waits for its room; of the others the next look may have one.
+  const auto made = denoising_.get(job_, film, std::nullopt,
+                                   is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
+  if (!made || (*made)->view.revision <= std::max(denoised_sent_, query_.after)) {
+    return true;
+  }
+  denoised_sent_ = (*made)->view.revision;
+  const auto mode = query_.denoise == api::DenoiseShow::kFull ? core::DenoiseMode::kFull
+                                                              : core::DenoiseMode::kMixed;
+  const core::DenoisedPicture& picture = (*made)->picture;
+  const auto errors = core::denoised_tile_errors(picture.plain_tiles, picture.tiles(mode));
+  const auto tiles = core::tile_rects(picture.rect);
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    api::TileFrame frame = denoised_frame(picture, mode, tiles[t]);
+    frame.flags |= query_.planes == api::TilePlanes::kMean ? api::kTileMean : 0U;
+    frame.relative_error = static_cast<float>(errors[t]);
+    if (!writer.write(api::encode_tile_frame(frame))) {
+      return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace server

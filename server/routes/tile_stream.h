@@ -10,6 +10,7 @@
 #include "core/film/film.h"
 #include "server/http/message.h"
 #include "server/http/stream_gate.h"
+#include "server/jobs/denoise_service.h"
 #include "server/jobs/job_service.h"
 
 namespace server {
@@ -18,11 +19,16 @@ namespace server {
 /// flags means alone. flags: kTileAlpha and kTileMean count.
 api::TileFrame tile_frame(const core::TileState& state, int replicates, std::uint32_t flags);
 
+/// r g b of one tile of a denoised picture.
+api::TileFrame denoised_frame(const core::DenoisedPicture& picture, core::DenoiseMode mode,
+                              const core::PixelRect& tile);
+
 class TileStream {
  public:
-  /// streams: how many there are; the more, the longer between two looks at the film.
-  TileStream(JobService& jobs, JobPointer job, const api::TilesQuery& query,
-             const StreamGate& streams);
+  /// query.after: the client has all revisions up to this one. streams: how many there are; the
+  /// more, the longer between two looks at the film.
+  TileStream(JobService& jobs, DenoiseService& denoising, JobPointer job,
+             const api::TilesQuery& query, const StreamGate& streams);
 
   /// Sends until the job has ended or the client has gone; the end frame comes last.
   void run(StreamWriter& writer);
@@ -30,12 +36,15 @@ class TileStream {
  private:
   /// False when the client has gone.
   bool send_new_tiles(StreamWriter& writer, const core::Film& film);
+  bool send_denoised(StreamWriter& writer, const core::Film& film, bool is_final);
 
   JobService& jobs_;
+  DenoiseService& denoising_;
   const JobPointer job_;
   const api::TilesQuery query_;
   const StreamGate& streams_;
   std::vector<std::uint32_t> sent_;  ///< Newest revision that was sent, by tile.
+  std::uint32_t denoised_sent_ = 0;
 };
 
 }  // namespace server

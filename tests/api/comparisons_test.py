@@ -22,8 +22,8 @@ def wide_png(width, height):
 
 
 class Comparisons(ApiTest):
-    def compare(self, a, b):
-        return self.server.post("/v1/comparisons", {"a": a, "b": b})
+    def compare(self, a, b, **members):
+        return self.server.post("/v1/comparisons", {"a": a, "b": b, **members})
 
     def upload(self, data):
         return self.server.request(
@@ -54,6 +54,24 @@ class Comparisons(ApiTest):
         self.server.start()
         self.assertEqual(self.server.get(result["links"]["self"]).json(), result)
         self.assertEqual(self.server.get(result["links"]["z"]).body, maps[1])
+
+    def test_a_job_and_its_denoised_pictures(self):
+        job = self.server.render(job_body(samples=32))["id"]
+        path = f"/v1/jobs/{job}/image.exr?layer=denoised&denoise="
+        for denoise in ("mixed", "full"):
+            answer = self.compare(job, job, a_denoise=denoise)
+            self.assertEqual(answer.status, 201, answer)
+            result = answer.json()
+            self.assertGreater(result["mse"], 0)
+            self.assertEqual([result["bias"]["low"], result["z"]["mean"]], [None, None])
+            own = self.upload(self.server.get(path + denoise).body)
+            same = self.compare(job, own, a_denoise=denoise).json()
+            # The file has half floats.
+            self.assertLess(same["mse"], 1e-3 * result["mse"])
+        self.assert_problem(self.compare(job, own, b_denoise="full"), 422, "/b_denoise")
+        self.assert_problem(self.compare(job, job, a_denoise="some"), 422, "/a_denoise")
+        refuses = self.server.render(job_body(denoise={"type": "none"}))["id"]
+        self.assert_problem(self.compare(job, refuses, b_denoise="full"), 422, "/b")
 
     def test_a_job_and_its_own_pictures(self):
         job = self.server.render(job_body(samples=32))["id"]

@@ -1,10 +1,20 @@
 """Denoised pictures: made on demand, told from the plain ones, never part of the film."""
 
-from harness import ApiTest, job_body, png_pixels, png_size
+import hashlib
+import json
+import os
+
+import harness
+from harness import (
+    ApiTest, EventStream, Server, in_background, job_body, png_pixels, png_size, tessera
+)
+
+# A library that does what FAKE_OIDN says (tests/support/fake_oidn.cpp).
+FAKE_OIDN = os.path.join(os.path.dirname(harness.BINARY), "tests", "fake_oidn")
 
 
 def small(samples=16, **members):
-    return job_body(samples=samples, film={"width": 70, "height": 40}, **members)
+    return job_body(samples=samples, **{"film": {"width": 70, "height": 40}, **members})
 
 
 class DenoisedPictures(ApiTest):
@@ -48,6 +58,7 @@ class DenoisedPictures(ApiTest):
         denoised = self.server.job(self.job["id"])["denoised"]
         self.assert_close(denoised["relative_rmse"], error, 1e-5 * error)
         self.assertEqual(denoised["type"], "statistical")
+        self.assertEqual([denoised[k] for k in ("sha256", "quality", "note")], [None] * 3)
         self.assertEqual(denoised["revision"], self.job["revision"])
         self.assertTrue(denoised["features"])
         plain = self.job["error"]["relative_rmse"]
@@ -136,3 +147,163 @@ class DenoisedJobs(ApiTest):
         self.server.post(f"/v1/jobs/{job['id']}/cancel")
         self.server.wait(job["id"])
         self.assertEqual(self.server.get(path).status, 200)
+
+    def test_progress_events_tell_of_previews(self):
+        job = self.server.submit(small(samples=65536))
+        self.server.wait_for_samples(job["id"], 4)
+        with EventStream(self.server, job["id"]) as events:
+            self.server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed")
+            for event in events:
+                if event.name == "progress" and event.json()["denoised"]:
+                    self.assertGreaterEqual(event.json()["denoised"]["relative_rmse"], 0)
+                    break
+            else:
+                self.fail("the stream ended")
+        self.server.post(f"/v1/jobs/{job['id']}/cancel")
+
+
+class DenoisedTargets(ApiTest):
+    """stop.denoised_error."""
+
+    STOP = {"denoised_error": 0.2, "samples_per_pixel": 4096}
+
+    def test_a_job_ends_when_its_denoised_picture_is_good_enough(self):
+        job = self.server.render(small(stop=self.STOP))
+        self.assertEqual(job["stop_reason"], "denoised_error")
+        self.assertEqual(job["error"]["bias"], "consistent")
+        self.assertEqual(job["spec"]["stop"]["denoised_error"], 0.2)
+        denoised = job["denoised"]
+        self.assertEqual(denoised["revision"], job["revision"])
+        self.assertLessEqual(denoised["high"], 0.2)
+        self.assertEqual(denoised["low"], 0, "only the upper bound is promised")
+        # The plain picture is not that good.
+        self.assertGreater(job["error"]["relative_rmse"], denoised["relative_rmse"])
+        answer = self.server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed")
+        self.assertEqual([float(x) for x in answer.headers["X-Tessera-Error"].split(",")[1:]],
+                         [0, denoised["high"]])
+        self.assertEqual(answer.headers["X-Tessera-Revision"], str(job["revision"]))
+
+    def test_it_ends_the_same_after_a_restart(self):
+        stop = {"denoised_error": 0.05, "samples_per_pixel": 65536}
+        whole = self.server.render(small(stop=stop))
+        self.assertEqual(whole["stop_reason"], "denoised_error")
+        job = self.server.submit(small(stop=stop))
+        self.server.wait_for_samples(job["id"], 4)
+        self.server.kill()
+        self.server.start()
+        done = self.server.wait(job["id"])
+        self.assertEqual(done["stop_reason"], "denoised_error")
+        self.assertEqual(done["film_digest"], whole["film_digest"])
+
+    def test_a_finished_job_goes_on_to_a_lower_one(self):
+        job = self.server.render(small(stop=self.STOP))
+        answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"denoised_error": 0.1}})
+        self.assertEqual(answer.status, 202, answer)
+        done = self.server.wait(job["id"])
+        self.assertEqual(done["stop_reason"], "denoised_error")
+        self.assertLessEqual(done["denoised"]["high"], 0.1)
+
+    def test_what_has_no_interval_is_refused(self):
+        for members in (
+            {"denoise": {"type": "none"}},
+            {"integrator": {"type": "light-trace"}},
+            {"sampler": {"type": "zsobol"}},
+        ):
+            answer = self.server.post("/v1/jobs", small(stop=self.STOP, **members))
+            self.assert_problem(answer, 422, "/stop/denoised_error")
+        job = self.server.render(small(denoise={"type": "none"}))
+        answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": self.STOP})
+        self.assert_problem(answer, 422, "/stop/denoised_error")
+
+    def test_a_denoiser_that_fails_leaves_the_other_rules(self):
+        server = Server(environ={"TESSERA_OIDN": FAKE_OIDN, "FAKE_OIDN": "crash"})
+        self.addCleanup(server.close)
+        server.start()
+        job = server.render(small(stop={"denoised_error": 9, "samples_per_pixel": 8},
+                                  denoise={"type": "oidn"}))
+        self.assertEqual((job["state"], job["stop_reason"]), ("finished", "samples_per_pixel"))
+
+    def test_the_command_line_takes_it_and_tells_the_bound(self):
+        output = os.path.join(self.server.data, "clean.png")
+        code, printed, said = tessera(
+            "render", "cornell-box", "-o", output, "--size", "70x40", "--denoised-error", "20%",
+            "--denoise", "mixed", "--json")
+        self.assertEqual(code, 0, said)
+        result = json.loads(printed)
+        self.assertEqual(result["stop_reason"], "denoised_error")
+        self.assertLessEqual(result["denoised"]["high"], 0.2)
+        self.assertEqual(result["denoised"]["low"], 0)
+        self.assertEqual(result["denoised"]["type"], "statistical")
+
+
+class OpenImageDenoise(ApiTest):
+    """A library that stands in for it works, and fails in every way."""
+
+    def serve(self, fault="", folder=FAKE_OIDN):
+        server = Server(environ={"TESSERA_OIDN": folder, "FAKE_OIDN": fault})
+        self.addCleanup(server.close)
+        return server.start()
+
+    def refusal(self, fault, folder=FAKE_OIDN):
+        """What `oidn` says when it fails so, that `auto` falls back and says the same, and that
+        nothing else is touched."""
+        server = self.serve(fault, folder)
+        job = server.render(small(denoise={"type": "oidn"}))
+        path = f"/v1/jobs/{job['id']}"
+        film = server.get(path + "/film").body
+        answer = server.get(path + "/image.png?denoise=mixed")
+        self.assert_problem(answer, 503)
+        why = answer.json()["detail"]
+        self.assertEqual(server.get(path + "/image.png").status, 200)
+        self.assertEqual(server.get(path + "/film").body, film)
+        after = server.job(job["id"])
+        self.assertEqual((after["state"], after["denoised"]), ("finished", None))
+        other = server.render(small())
+        answer = server.get(f"/v1/jobs/{other['id']}/image.png?denoise=mixed")
+        self.assertEqual(answer.status, 200, answer)
+        self.assertEqual(answer.headers["X-Tessera-Denoiser"], "statistical 1, mixed; " + why)
+        denoised = server.job(other["id"])["denoised"]
+        self.assertEqual((denoised["type"], denoised["note"]), ("statistical", why))
+        return why
+
+    def test_answers_tell_version_quality_and_hash(self):
+        server = self.serve()
+        job = server.render(small())
+        answer = server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed")
+        with open(os.path.join(FAKE_OIDN, "lib", "libOpenImageDenoise.so.2"), "rb") as library:
+            sha256 = hashlib.sha256(library.read()).hexdigest()
+        text = f"oidn 2.5.1, balanced, sha256 {sha256}, mixed"
+        self.assertEqual(answer.headers["X-Tessera-Denoiser"], text)
+        denoised = server.job(job["id"])["denoised"]
+        made = {"type": "oidn", "version": "2.5.1", "sha256": sha256, "quality": "balanced",
+                "note": None}
+        self.assertEqual({k: denoised[k] for k in made}, made)
+
+    def test_a_crash_is_told(self):
+        self.assertIn("ended without an answer", self.refusal("crash"))
+
+    def test_another_major_version_is_told(self):
+        self.assertIn("version 3 is not supported", self.refusal("version 3"))
+
+    def test_a_missing_library_is_told(self):
+        why = self.refusal("", "/no/such/folder")
+        self.assertIn("/no/such/folder/libOpenImageDenoise.so.2", why)
+
+    def test_a_hang_holds_up_nobody_and_is_ended(self):
+        server = self.serve("hang")
+        job = server.render(small(denoise={"type": "oidn"}))
+        path = f"/v1/jobs/{job['id']}"
+        denoised = in_background(lambda: server.get(path + "/image.png?denoise=mixed"))
+        self.assertEqual(server.get(path + "/image.png").status, 200)
+        self.assertEqual(server.render(small())["state"], "finished")
+        answer = denoised()
+        self.assert_problem(answer, 503)
+        self.assertIn("took too long and was ended", answer.json()["detail"])
+
+    def test_the_command_line_tells_it_too(self):
+        environ = {"TESSERA_OIDN": FAKE_OIDN, "FAKE_OIDN": "crash"}
+        output = os.path.join(self.server.data, "fallback.png")
+        code, _, said = tessera("render", "cornell-box", "-o", output, "--size", "48x32",
+                                "--spp", "4", "--denoise", "mixed", environ=environ)
+        self.assertEqual(code, 0, said)
+        self.assertIn("ended without an answer", said)

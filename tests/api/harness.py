@@ -50,8 +50,10 @@ class Answer:
 class Server:
     """A server with a data directory, which outlives kill() and stop() until close()."""
 
-    def __init__(self, *flags, threads=2, data=None, key=None, preexec=None, scheme="http"):
+    def __init__(self, *flags, threads=2, data=None, key=None, preexec=None, scheme="http",
+                 environ=None):
         self.flags = list(flags)
+        self.environ = environ or {}  # On top of this process's, of which TESSERA_* is left out.
         self.scheme = scheme
         self.key = key  # Brought with every request.
         self.preexec = preexec  # Called in the child before it becomes the server.
@@ -67,7 +69,8 @@ class Server:
         environ = {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")}
         with open(self.log, "ab") as log:
             self.process = subprocess.Popen(
-                command, stdout=subprocess.PIPE, stderr=log, env=environ, preexec_fn=self.preexec
+                command, stdout=subprocess.PIPE, stderr=log, env={**environ, **self.environ},
+                preexec_fn=self.preexec
             )
         line = self.process.stdout.readline().decode()
         if not line.startswith(f"listening on {self.scheme}://127.0.0.1:"):
@@ -283,7 +286,7 @@ def tessera(*arguments, environ=None):
 
 
 class Tile:
-    END, CORRELATED, ALPHA, MEAN = 1, 2, 4, 8
+    END, CORRELATED, ALPHA, MEAN, DENOISED = 1, 2, 4, 8, 16
 
     def __init__(self, header, payload):
         (
@@ -309,7 +312,8 @@ class Tile:
         """The sum and the size; returns the planes."""
         if zlib.crc32(self.payload) != self.crc:
             raise AssertionError("CRC-32 differs")
-        planes = (3 if self.flags & self.MEAN else 7) + (1 if self.flags & self.ALPHA else 0)
+        planes = (3 if self.flags & (self.MEAN | self.DENOISED) else 7) + (
+            1 if self.flags & self.ALPHA else 0)
         kind, size = ("e", 2) if self.flags & self.MEAN else ("f", 4)
         if len(self.payload) != (0 if self.is_end else planes * size * self.width * self.height):
             raise AssertionError(f"{len(self.payload)} bytes for {self.width} x {self.height}")

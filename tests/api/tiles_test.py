@@ -49,6 +49,47 @@ class Tiles(ApiTest):
             for variance in planes[3] + planes[4] + planes[5]:
                 self.assertGreaterEqual(variance, 0)
 
+    def test_frames_of_the_denoised_picture_come_where_they_are_asked_for(self):
+        job = self.submit()
+        self.server.wait(job)
+        rows = png_pixels(
+            self.server.get(f"/v1/jobs/{job}/image.png?tonemap=linear&denoise=full").body
+        )
+        tiles = self.newest(job, "?denoise=full")[:-1]
+        plain = [tile for tile in tiles if not tile.flags & Tile.DENOISED]
+        denoised = [tile for tile in tiles if tile.flags & Tile.DENOISED]
+        for some in (plain, denoised):
+            self.assertEqual({tile.place() for tile in some}, tile_places(0, 0, 80, 50))
+        for tile in denoised:
+            planes = tile.check()
+            self.assertGreaterEqual(tile.error, 0)
+            for y in range(tile.height):
+                for x in range(tile.width):
+                    for c in range(3):
+                        value = min(max(planes[c][y * tile.width + x], 0), 1)
+                        shown = rows[tile.y + y][tile.x + x][c]
+                        # tonemap=linear ends at white; bytes are encoded as sRGB.
+                        linear = value * 12.92 if value <= 0.0031308 else (
+                            1.055 * value ** (1 / 2.4) - 0.055)
+                        self.assertLess(abs(255 * linear - shown), 1.01)
+
+    def test_denoised_frames_come_while_the_job_renders_and_at_its_end(self):
+        job = self.submit(65536)
+        revisions = set()
+        with TileStream(self.server, job, "?denoise=mixed") as stream:
+            for tile in stream:
+                if tile.flags & Tile.DENOISED:
+                    revisions.add(tile.revision)
+                    if len(revisions) == 1:
+                        self.server.post(f"/v1/jobs/{job}/cancel")
+        done = self.server.wait(job)
+        self.assertEqual(done["state"], "cancelled")
+        self.assertEqual(max(revisions), done["revision"])
+
+    def test_other_words_than_off_mixed_and_full_are_refused(self):
+        job = self.submit()
+        self.assert_problem(self.server.get(f"/v1/jobs/{job}/tiles?denoise=yes"), 422, "/denoise")
+
     def test_planes_are_the_pixels_of_the_picture(self):
         job = self.submit()
         self.server.wait(job)

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "core/base/check.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/settings/registry.h"
+#include "tests/bench/bench_views.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -24,22 +24,6 @@ struct Variant {
   const char* name;
   core::AdaptiveSettings settings;
 };
-
-core::View view_of(const core::BuiltinScene& builtin, int width, int height) {
-  auto description = core::load_gltf(builtin.make_glb(), {}, {});
-  CHECK(description);
-  auto scene = core::Scene::build(std::move(*description), 2);
-  CHECK(scene);
-  core::View view;
-  view.scene = *scene;
-  view.settings.film.width = width;
-  view.settings.film.height = height;
-  const core::SceneSummary& facts = (*scene)->summary();
-  if (facts.lights.empty() && !facts.has_emissive_strength) {
-    view.environment = test_support::constant_sky(core::Rgb(1));
-  }
-  return view;
-}
 
 Run render(core::View view, const core::AdaptiveSettings& adaptive, int samples, int seed) {
   view.settings.adaptive = adaptive;
@@ -112,7 +96,7 @@ int main(int argc, char** argv) {
       width, height, samples, seeds);
   std::array<double, variants.size()> logs{};
   for (const core::BuiltinScene& builtin : core::builtin_scenes()) {
-    const core::View view = view_of(builtin, width, height);
+    const core::View view = bench::builtin_view(builtin.name, width, height);
     std::array<std::vector<Run>, variants.size()> runs;
     for (int seed = 1; seed <= seeds; ++seed) {
       for (std::size_t v = 0; v < variants.size(); ++v) {

@@ -17,19 +17,19 @@ endif()
 
 # Over the built-in scenes: 1/(V T) of adaptive sampling.
 if(TARGET core_scene_io AND TARGET core_image_io)
-  add_executable(adaptive_bench bench/adaptive_bench.cpp)
+  add_executable(adaptive_bench bench/adaptive_bench.cpp bench/bench_views.cpp)
   target_link_libraries(adaptive_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 
   # Are error targets kept?
-  add_executable(targets_bench bench/targets_bench.cpp)
+  add_executable(targets_bench bench/targets_bench.cpp bench/bench_views.cpp)
   target_link_libraries(targets_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 
   # Do intervals of single pixels hold the truth as often as they say?
-  add_executable(coverage_bench bench/coverage_bench.cpp)
+  add_executable(coverage_bench bench/coverage_bench.cpp bench/bench_views.cpp)
   target_link_libraries(coverage_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 
   # What is denoising worth, and do its errors hold the truth?
-  add_executable(denoise_bench bench/denoise_bench.cpp)
+  add_executable(denoise_bench bench/denoise_bench.cpp bench/bench_views.cpp render/asset_files.cpp)
   target_link_libraries(denoise_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()
 

@@ -9,11 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "core/base/check.h"
 #include "core/error/error_estimate.h"
 #include "core/error/pixel_error.h"
-#include "core/scene_io/builtin_scenes.h"
 #include "core/settings/registry.h"
+#include "tests/bench/bench_views.h"
 #include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 
@@ -26,25 +25,6 @@ struct Plan {
   int width = 64;
   int threads = 2;
 };
-
-core::View view_of(std::string_view name, int width) {
-  const core::BuiltinScene* builtin = core::find_builtin_scene(name);
-  CHECK(builtin != nullptr);
-  auto description = core::load_gltf(builtin->make_glb(), {}, {});
-  CHECK(description);
-  auto scene = core::Scene::build(std::move(*description), 2);
-  CHECK(scene);
-  core::View view;
-  view.scene = *scene;
-  view.settings.film.width = width;
-  view.settings.film.height = width * 9 / 16;
-  view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = false;
-  const core::SceneSummary& facts = (*scene)->summary();
-  if (facts.lights.empty() && !facts.has_emissive_strength) {
-    view.environment = test_support::constant_sky(core::Rgb(1));
-  }
-  return view;
-}
 
 /// For each pixel that has noise the class that it belongs to, from dark to bright; kClasses: it
 /// has none.
@@ -151,7 +131,7 @@ int main(int argc, char** argv) {
     if (!only.empty() && only != scene) {
       continue;
     }
-    const core::View view = view_of(scene, plan.width);
+    const core::View view = bench::builtin_view(scene, plan.width);
     for (const int samples : {16, 64}) {
       measure(std::string(scene), view, samples, plan);
     }
@@ -170,7 +150,7 @@ int main(int argc, char** argv) {
   }
   for (const std::string_view scene : {"cornell-box", "interior"}) {
     for (const auto& sampler : core::samplers()) {
-      core::View view = view_of(scene, plan.width);
+      core::View view = bench::builtin_view(scene, plan.width);
       view.settings.sampler = sampler.value;
       measure(std::string(scene) + ", " + std::string(sampler.name), view, 16, plan);
       view.settings.adaptive.type = core::AdaptiveType::kPilot;

@@ -1,7 +1,10 @@
-// What denoising is worth, and whether its errors are true: for each scene the true error of the
-// plain picture and of every denoiser's, full and mixed, at 4 to 256 samples with the denoiser's
-// seconds; and how often the intervals hold the truth, at 32 and 128 samples. The truth comes from
-// a reference of many samples, whose own error is taken out by its halves. Prints, never asserts.
+// What denoising is worth, and whether its errors are true, for six scenes and each denoiser: the
+// true error of the plain picture, the denoiser's and the mixed one at 4 to 256 samples with
+// seconds and the gain at equal time; when 5 % are reached; and how often the intervals hold the
+// truth, over as many seeds as are asked for. The truth comes from a reference of many samples,
+// whose own error is taken out by its halves. Prints, never asserts.
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -16,43 +19,48 @@
 #include "core/denoise/oidn_helper.h"
 #include "core/denoise/statistical.h"
 #include "core/render/feature_pass.h"
-#include "core/scene_io/builtin_scenes.h"
+#include "tests/bench/bench_views.h"
+#include "tests/render/asset_files.h"
 #include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 
 namespace {
 
-constexpr int kReferenceFactor = 32;  ///< samples of the reference over the most of the table
-constexpr int kMostSamples = 256;
+constexpr std::array kCounts = {4, 16, 64, 256};
+constexpr double kTarget = 0.05;
 
 struct Plan {
   int seeds = 20;
   int width = 96;
   int threads = 2;
+  int reference = 8192;  ///< samples
 };
 
-core::View view_of(std::string_view name, int width) {
-  const core::BuiltinScene* builtin = core::find_builtin_scene(name);
-  CHECK(builtin != nullptr);
-  auto description = core::load_gltf(builtin->make_glb(), {}, {});
+/// Pooled over everything that is printed.
+struct Pooled {
+  double cells = 0;
+  double covered = 0;
+  double least = 100;
+  double off = 0;  ///< of the estimates, mean of |estimate / truth - 1|
+};
+
+core::View asset_view(const Plan& plan) {
+  const std::filesystem::path folder = *test_support::assets_folder();
+  auto description = test_support::load_asset(folder / "Fox.glb");
   CHECK(description);
   auto scene = core::Scene::build(std::move(*description), 2);
   CHECK(scene);
   core::View view;
   view.scene = *scene;
-  view.settings.film.width = width;
-  view.settings.film.height = width * 9 / 16;
+  view.environment = test_support::load_sky(folder / "env" / "venice_sunset_256.hdr");
+  view.settings.film.width = plan.width;
+  view.settings.film.height = plan.width * 9 / 16;
   view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = false;
-  const core::SceneSummary& facts = (*scene)->summary();
-  if (facts.lights.empty() && !facts.has_emissive_strength) {
-    view.environment = test_support::constant_sky(core::Rgb(1));
-  }
   return view;
 }
 
 /// (X - RA) (X - RB), the halves of the reference being independent, and what it is divided by.
-std::vector<test_support::PixelTruth> truth_of(const core::ColorPlanes& seen,
-                                               const core::FilmSnapshot& reference) {
+double true_error(const core::ColorPlanes& seen, const core::FilmSnapshot& reference) {
   std::vector<test_support::PixelTruth> out(reference.pixel_count());
   for (std::size_t p = 0; p < out.size(); ++p) {
     const core::Rgb x = {seen[0][p], seen[1][p], seen[2][p]};
@@ -61,19 +69,12 @@ std::vector<test_support::PixelTruth> truth_of(const core::ColorPlanes& seen,
     const core::HalfValue mean = core::pixel_value(reference, p);
     out[p] = {(x - a) * (x - b), a * b, static_cast<double>(luminance(mean.mean)), mean.alpha > 0};
   }
-  return out;
-}
-
-double true_error(const core::ColorPlanes& seen, const core::FilmSnapshot& reference) {
-  return test_support::defined_error(truth_of(seen, reference), reference.rect.width,
-                                     reference.rect.height);
+  return test_support::defined_error(out, reference.rect.width, reference.rect.height);
 }
 
 core::ColorPlanes plain_planes(const core::FilmSnapshot& film) {
   core::ColorPlanes out;
-  for (core::Plane& plane : out) {
-    plane.resize(film.pixel_count());
-  }
+  out.fill(core::Plane(film.pixel_count()));
   for (std::size_t p = 0; p < film.pixel_count(); ++p) {
     const core::Rgb v = core::pixel_value(film, p).mean;
     out[0][p] = v.r;
@@ -83,9 +84,9 @@ core::ColorPlanes plain_planes(const core::FilmSnapshot& film) {
   return out;
 }
 
-core::FilmSnapshot render(core::View view, int samples, std::uint64_t seed, int threads) {
-  view.settings.seed = seed;
-  return test_support::render(view, samples, threads).snapshot;
+test_support::Picture render(core::View view, int samples, int seed, int threads) {
+  view.settings.seed = static_cast<std::uint64_t>(seed);
+  return test_support::render(view, samples, threads);
 }
 
 struct Scene {
@@ -93,85 +94,135 @@ struct Scene {
   core::View view;
   core::FilmSnapshot reference;
   core::FeaturePicture features;
+  double feature_seconds = 0;
 };
 
-Scene prepare(std::string_view name, const Plan& plan) {
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+Scene prepare(std::string name, core::View view, const Plan& plan) {
+  constexpr int kReferenceSeed = 1'000'000;
   Scene out;
-  out.name = name;
-  out.view = view_of(name, plan.width);
-  out.reference =
-      render(out.view, kMostSamples * kReferenceFactor, std::uint64_t{1} << 40U, plan.threads);
+  out.name = std::move(name);
+  out.view = std::move(view);
+  out.reference = render(out.view, plan.reference, kReferenceSeed, plan.threads).snapshot;
+  const auto begin = std::chrono::steady_clock::now();
   auto features = core::feature_pass(out.view, core::parallel_for(plan.threads));
   CHECK(features && *features);
   out.features = std::move(**features);
+  out.feature_seconds = seconds_since(begin);
   return out;
 }
 
-void print_table(const Scene& scene, const core::Denoiser& denoiser, const Plan& plan) {
-  for (const int samples : {4, 16, 64, kMostSamples}) {
-    const core::FilmSnapshot film = render(scene.view, samples, 1, plan.threads);
-    const auto begin = std::chrono::steady_clock::now();
-    const auto picture =
-        core::denoise(film, &scene.features, denoiser, core::parallel_for(plan.threads));
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    CHECK(picture);
-    const core::ErrorInterval full = picture->interval(core::DenoiseMode::kFull, 0.95);
-    const core::ErrorInterval mixed = picture->interval(core::DenoiseMode::kMixed, 0.95);
-    std::printf("%-12s %-12s %5d  %7.4f  %7.4f [%.4f %.4f]  %7.4f [%.4f %.4f]  %6.2f\n",
-                scene.name.c_str(), std::string(denoiser.name()).c_str(), samples,
-                true_error(plain_planes(film), scene.reference),
-                true_error(picture->full, scene.reference), full.low, full.high,
-                true_error(picture->mixed, scene.reference), mixed.low, mixed.high, seconds);
-    std::fflush(stdout);
+using Denoisers = std::vector<std::unique_ptr<core::Denoiser>>;
+
+/// Seconds at which errors that fall like a power between the counts meet the target; 0: not yet.
+double seconds_to_target(const std::vector<std::pair<double, double>>& seconds_and_errors) {
+  for (std::size_t i = 0; i < seconds_and_errors.size(); ++i) {
+    const auto [seconds, error] = seconds_and_errors[i];
+    if (error > kTarget) {
+      continue;
+    }
+    if (i == 0) {
+      return seconds;
+    }
+    const auto [before, worse] = seconds_and_errors[i - 1];
+    const double share = std::log(kTarget / worse) / std::log(error / worse);
+    return before * std::pow(seconds / before, share);
   }
+  return 0;
 }
 
-/// Of one mode over the seeds.
-struct Coverage {
-  double covered = 0;
-  double estimate = 0;  ///< of the square
-  double truth = 0;
-  double plain = 0;
-  double median = 0;
-};
+void print_table(const Scene& scene, const Denoisers& denoisers, const Plan& plan) {
+  std::vector<test_support::Picture> pictures;
+  std::vector<std::pair<double, double>> plain;
+  for (const int samples : kCounts) {
+    pictures.push_back(render(scene.view, samples, 1, plan.threads));
+    plain.emplace_back(pictures.back().progress.elapsed_seconds,
+                       true_error(plain_planes(pictures.back().snapshot), scene.reference));
+  }
+  std::printf("%-12s %-12s 5 %% after %.2f s\n", scene.name.c_str(), "plain",
+              seconds_to_target(plain));
+  for (const auto& denoiser : denoisers) {
+    std::vector<std::pair<double, double>> mixed;
+    std::string type;
+    for (std::size_t k = 0; k < kCounts.size(); ++k) {
+      const auto begin = std::chrono::steady_clock::now();
+      const auto made = core::denoise(pictures[k].snapshot, &scene.features, *denoiser,
+                                      core::parallel_for(plan.threads));
+      const double seconds = seconds_since(begin) + scene.feature_seconds;
+      CHECK(made);
+      type = made->by.type;
+      const double full = true_error(made->picture.full, scene.reference);
+      mixed.emplace_back(plain[k].first + seconds,
+                         true_error(made->picture.mixed, scene.reference));
+      // With the time of the denoiser the plain picture would have more samples.
+      const double equal_time = std::pow(plain[k].second / mixed[k].second, 2) * plain[k].first /
+                                (plain[k].first + seconds);
+      const core::ErrorInterval e = made->picture.interval(core::DenoiseMode::kMixed, 0.95);
+      std::printf("%-12s %-12s %5d  %7.4f  %7.4f  %7.4f [%.4f %.4f]  %7.2f  %6.2f  %6.1f\n",
+                  scene.name.c_str(), type.c_str(), kCounts[k], plain[k].second, full,
+                  mixed[k].second, e.low, e.high, plain[k].first, seconds, equal_time);
+    }
+    std::printf("%-12s %-12s 5 %% after %.2f s\n", scene.name.c_str(), type.c_str(),
+                seconds_to_target(mixed));
+  }
+  std::fflush(stdout);
+}
 
-void print_coverage(const Scene& scene, const core::Denoiser& denoiser, int samples,
-                    const Plan& plan) {
-  std::vector<core::DenoisedPicture> pictures;
-  double plain = 0;
-  for (int i = 0; i < plan.seeds; ++i) {
-    const core::FilmSnapshot film =
-        render(scene.view, samples, static_cast<std::uint64_t>(i) + 1, plan.threads);
-    auto picture = core::denoise(film, &scene.features, denoiser, core::parallel_for(plan.threads));
-    CHECK(picture);
-    pictures.push_back(*std::move(picture));
-    const double error = true_error(plain_planes(film), scene.reference);
-    plain += error * error / plan.seeds;
+void print_cell(const Scene& scene, const std::vector<core::MadeDenoised>& made,
+                core::DenoiseMode mode, int samples, Pooled& pooled) {
+  const auto seeds = static_cast<double>(made.size());
+  double truth = 0;
+  double estimate = 0;
+  double inside = 0;
+  double width = 0;
+  for (const core::MadeDenoised& m : made) {
+    const double error = true_error(m.picture.planes(mode), scene.reference);
+    const core::ErrorInterval e = m.picture.interval(mode, 0.95);
+    truth += error * error / seeds;
+    estimate += e.relative_rmse * e.relative_rmse / seeds;
+    inside += e.low <= error && error <= e.high ? 100 / seeds : 0;
+    width += (e.high - e.low) / seeds;
   }
-  for (const core::DenoiseMode mode : {core::DenoiseMode::kFull, core::DenoiseMode::kMixed}) {
-    double truth = 0;
-    double estimate = 0;
-    for (const core::DenoisedPicture& picture : pictures) {
-      const double error = true_error(picture.planes(mode), scene.reference);
-      truth += error * error / plan.seeds;
-      const double value = picture.interval(mode, 0.95).relative_rmse;
-      estimate += value * value / plan.seeds;
+  width /= std::sqrt(truth);
+  const double off = std::sqrt(estimate / truth) - 1;
+  std::printf("%-12s %-12s %-5s %5d  true %.4f  estimate %+5.1f %%  covered %5.1f %%  width %.2f\n",
+              scene.name.c_str(), made[0].by.type.c_str(),
+              mode == core::DenoiseMode::kFull ? "full" : "mixed", samples, std::sqrt(truth),
+              100 * off, inside, width);
+  pooled.cells += 1;
+  pooled.covered += inside;
+  pooled.least = std::min(pooled.least, inside);
+  pooled.off += std::fabs(100 * off);
+}
+
+void print_coverage(const Scene& scene, const Denoisers& denoisers, int samples, const Plan& plan,
+                    Pooled& pooled) {
+  std::vector<std::vector<core::MadeDenoised>> made(denoisers.size());
+  std::vector<double> ratios;  // of mixed to the better of plain and denoised
+  for (int seed = 1; seed <= plan.seeds; ++seed) {
+    const core::FilmSnapshot film = render(scene.view, samples, seed, plan.threads).snapshot;
+    const double plain = true_error(plain_planes(film), scene.reference);
+    for (std::size_t d = 0; d < denoisers.size(); ++d) {
+      auto one =
+          core::denoise(film, &scene.features, *denoisers[d], core::parallel_for(plan.threads));
+      CHECK(one);
+      made[d].push_back(*std::move(one));
+      const core::DenoisedPicture& picture = made[d].back().picture;
+      ratios.push_back(true_error(picture.mixed, scene.reference) /
+                       std::min(plain, true_error(picture.full, scene.reference)));
     }
-    double inside = 0;
-    double width = 0;
-    for (const core::DenoisedPicture& picture : pictures) {
-      const core::ErrorInterval e = picture.interval(mode, 0.95);
-      inside += e.low <= std::sqrt(truth) && std::sqrt(truth) <= e.high ? 100.0 / plan.seeds : 0;
-      width += (e.high - e.low) / std::sqrt(truth) / plan.seeds;
-    }
-    std::printf(
-        "%-12s %-12s %-5s %5d  plain %.4f  true %.4f  estimate %+5.1f %%  covered %5.1f %%"
-        "  width %.2f\n",
-        scene.name.c_str(), std::string(denoiser.name()).c_str(),
-        mode == core::DenoiseMode::kFull ? "full" : "mixed", samples, std::sqrt(plain),
-        std::sqrt(truth), 100 * (std::sqrt(estimate / truth) - 1), inside, width);
   }
+  for (const auto& of_denoiser : made) {
+    print_cell(scene, of_denoiser, core::DenoiseMode::kFull, samples, pooled);
+    print_cell(scene, of_denoiser, core::DenoiseMode::kMixed, samples, pooled);
+  }
+  std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2),
+                   ratios.end());
+  std::printf("%-12s mixed over the better of plain and full, median: %.2f\n", scene.name.c_str(),
+              ratios[ratios.size() / 2]);
   std::fflush(stdout);
 }
 
@@ -185,28 +236,38 @@ int main(int argc, char** argv) {
   plan.seeds = argc > 1 ? std::atoi(argv[1]) : plan.seeds;
   plan.width = argc > 2 ? std::atoi(argv[2]) : plan.width;
   plan.threads = argc > 3 ? std::atoi(argv[3]) : plan.threads;
-  const std::string only = argc > 4 ? argv[4] : "";  // scene instead of all
-  std::vector<std::unique_ptr<core::Denoiser>> denoisers;
+  plan.reference = argc > 4 ? std::atoi(argv[4]) : plan.reference;
+  const std::string only = argc > 5 ? argv[5] : "";  // scene instead of all
+  const std::vector<int> counts = argc > 6 ? std::vector{std::atoi(argv[6])} : std::vector{32, 128};
+  Denoisers denoisers;
   denoisers.push_back(std::make_unique<core::StatisticalDenoiser>());
   if (const std::string folder = core::find_oidn(); !folder.empty()) {
     denoisers.push_back(std::make_unique<core::OidnDenoiser>(core::OidnOptions{.folder = folder}));
   }
   std::printf(
-      "%-12s %-12s   spp    plain     full  95 %% interval    mixed  95 %% interval  seconds\n",
+      "%-12s %-12s   spp    plain     full    mixed  95 %% interval    seconds  denoise"
+      "  gain at equal time\n",
       "scene", "denoiser");
-  for (const core::BuiltinScene& builtin : core::builtin_scenes()) {
-    if (!only.empty() && only != builtin.name) {
+  Pooled pooled;
+  for (const std::string name :
+       {"cornell-box", "interior", "many-lights", "glass", "veach-mis", "asset"}) {
+    const bool is_asset = name == "asset";
+    if ((!only.empty() && only != name) || (is_asset && !test_support::assets_folder())) {
       continue;
     }
-    const Scene scene = prepare(builtin.name, plan);
-    for (const auto& denoiser : denoisers) {
-      print_table(scene, *denoiser, plan);
-      for (const int samples : {32, 128}) {
-        if (plan.seeds > 0) {
-          print_coverage(scene, *denoiser, samples, plan);
-        }
+    const Scene scene =
+        prepare(name, is_asset ? asset_view(plan) : bench::builtin_view(name, plan.width), plan);
+    print_table(scene, denoisers, plan);
+    for (const int samples : counts) {
+      if (plan.seeds > 0) {
+        print_coverage(scene, denoisers, samples, plan, pooled);
       }
     }
+  }
+  if (pooled.cells > 0) {
+    std::printf("%d cells: covered %.1f %%, at least %.1f %%; estimates off by %.1f %%\n",
+                static_cast<int>(pooled.cells), pooled.covered / pooled.cells, pooled.least,
+                pooled.off / pooled.cells);
   }
   return 0;
 }

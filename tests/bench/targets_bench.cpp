@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "core/base/check.h"
 #include "core/render/render_task.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/settings/registry.h"
+#include "tests/bench/bench_views.h"
 #include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 
@@ -20,22 +20,6 @@ namespace {
 
 constexpr double kConfidence = 0.95;
 constexpr int kReferenceSamples = 4096;  // what it is off by is taken off
-
-core::View view_of(const core::BuiltinScene& builtin, int width) {
-  auto description = core::load_gltf(builtin.make_glb(), {}, {});
-  CHECK(description);
-  auto scene = core::Scene::build(std::move(*description), 2);
-  CHECK(scene);
-  core::View view;
-  view.scene = *scene;
-  view.settings.film.width = width;
-  view.settings.film.height = width * 9 / 16;
-  const core::SceneSummary& facts = (*scene)->summary();
-  if (facts.lights.empty() && !facts.has_emissive_strength) {
-    view.environment = test_support::constant_sky(core::Rgb(1));
-  }
-  return view;
-}
 
 /// Relative error against the reference, less what that is off by itself.
 double true_error(const core::FilmSnapshot& seen, const core::FilmSnapshot& reference) {
@@ -63,7 +47,7 @@ int main(int argc, char** argv) {
     if (!only.empty() && builtin.name != only) {
       continue;
     }
-    core::View view = view_of(builtin, width);
+    core::View view = bench::builtin_view(builtin.name, width);
     view.settings.seed = 999;
     const auto probe = test_support::render(view, 64, threads);
     const double at_64 = probe.progress.error.relative_rmse;

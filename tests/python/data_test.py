@@ -103,6 +103,21 @@ class Tiles(unittest.TestCase):
         (tile,) = FrameParser().feed(frame([*PLANES, [0.5, 1]], width=2, height=1, flags=4))
         np.testing.assert_array_equal(tile.alpha, [[0.5, 1]])
 
+    def test_a_denoised_frame_has_colours_alone(self):
+        (tile,) = FrameParser().feed(frame([[1, 2], [3, 4], [5, 6]], width=2, height=1, flags=16))
+        self.assertTrue(tile.denoised)
+        self.assertEqual(tile.mean.tolist(), [[[1, 3, 5], [2, 4, 6]]])
+        self.assertTrue(np.isnan(tile.variance).all() and np.isnan(tile.samples).all())
+        self.assertIsNone(tile.alpha)
+
+    def test_tiles_of_both_pictures_are_told_apart(self):
+        feed = TileFeed("/v1/jobs/x", 0, compressed=False, denoise="mixed")
+        self.assertEqual(feed.call().params, {"after": 0, "denoise": "mixed"})
+        plain = frame(PLANES, width=2, height=1)
+        denoised = frame(PLANES[:3], width=2, height=1, flags=16)
+        kinds = [tile.denoised for tile in feed.take(plain + denoised + plain + denoised)]
+        self.assertEqual(kinds, [False, True])
+
     def test_pieces_may_end_anywhere(self):
         data = frame(PLANES, width=2) + frame(PLANES, x=32, width=2) + END
         for size in (1, 5, 31, 33):

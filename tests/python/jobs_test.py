@@ -153,6 +153,12 @@ class Jobs(ServerTest):
         self.assertEqual(job.stop_reason, "relative_error")
         self.assertLessEqual(job.error.relative_rmse, 0.3)
 
+    def test_a_target_of_the_denoised_picture_is_kept(self):
+        job = self.client.submit("cornell-box", denoised_error=0.3, **SMALL).wait()
+        self.assertEqual(job.stop_reason, "denoised_error")
+        comparison = self.client.compare(job, job, a_denoise="mixed")
+        self.assertGreater(comparison.mse, 0)
+
     def test_extending_gives_the_digest_of_a_longer_job(self):
         job = self.client.submit("cornell-box", samples_per_pixel=4, **SMALL).wait()
         before = job.film_digest

@@ -1,2 +1,15 @@
 #Helpers shared by the test programs.
 set(SUPPORT_SOURCES bsdf_cases.cpp errors.cpp scenes.cpp statistics.cpp synthetic.cpp)
+
+# A library that stands in for Open Image Denoise, where the API tests look for it too, and its helper.
+add_library(fake_oidn SHARED support/fake_oidn.cpp)
+set_target_properties(fake_oidn PROPERTIES
+  OUTPUT_NAME OpenImageDenoise SUFFIX .so.2
+  LIBRARY_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/fake_oidn/lib)
+add_executable(oidn_helper support/oidn_helper.cpp)
+target_link_libraries(oidn_helper PRIVATE tessera_flags core)
+add_library(fake_oidn_paths INTERFACE)
+target_compile_definitions(fake_oidn_paths INTERFACE
+  TESSERA_FAKE_OIDN="${CMAKE_CURRENT_BINARY_DIR}/fake_oidn/lib"
+  TESSERA_OIDN_HELPER="$<TARGET_FILE:oidn_helper>")
+add_dependencies(fake_oidn_paths fake_oidn oidn_helper)

@@ -311,11 +311,14 @@ INSTANTIATE_TEST_SUITE_P(
     Stop, JobRefusal,
     testing::Values(
         Case{R"("stop":{})", "/stop",
-             "has no rule; give samples_per_pixel, relative_error, seconds or deadline"},
+             "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds or "
+             "deadline"},
         Case{R"("stop":{"samples_per_pixel":null})", "/stop",
-             "has no rule; give samples_per_pixel, relative_error, seconds or deadline"},
+             "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds or "
+             "deadline"},
         Case{R"("stop":{"confidence":0.9})", "/stop",
-             "has no rule; give samples_per_pixel, relative_error, seconds or deadline"},
+             "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds or "
+             "deadline"},
         Case{R"("stop":null)", "/stop", "expected an object, got null"},
         Case{R"("stop":{"samples_per_pixel":0})", "/stop/samples_per_pixel",
              "0 is outside [1, 65536]"},
@@ -324,6 +327,13 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("stop":{"relative_error":0})", "/stop/relative_error", "0 is outside [1e-05, 10]"},
         Case{R"("stop":{"relative_error":10.5})", "/stop/relative_error",
              "10.5 is outside [1e-05, 10]"},
+        Case{R"("stop":{"denoised_error":0})", "/stop/denoised_error", "0 is outside [1e-05, 10]"},
+        Case{R"("stop":{"denoised_error":0.1},"denoise":{"type":"none"})", "/stop/denoised_error",
+             "the job's denoise.type is 'none'"},
+        Case{R"("stop":{"denoised_error":0.1},"integrator":{"type":"light-trace"})",
+             "/stop/denoised_error",
+             "errors of neighbouring pixels are correlated, so that the error of a denoised "
+             "picture has no interval; give samples_per_pixel or seconds"},
         Case{R"("stop":{"relative_error":0.1,"confidence":1})", "/stop/confidence",
              "1 is outside [0.5, 0.9999]"},
         Case{R"("stop":{"relative_error":0.1,"scope":"tile"})", "/stop/scope",

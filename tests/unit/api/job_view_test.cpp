@@ -144,6 +144,8 @@ TEST(StateNames, ReadBack) {
   }
   EXPECT_EQ(api::to_text(core::StopReason::kSamples), "samples_per_pixel");
   EXPECT_EQ(api::to_text(core::StopReason::kRelativeError), "relative_error");
+  EXPECT_EQ(api::to_text(core::StopReason::kDenoisedError), "denoised_error");
+  EXPECT_EQ(api::to_text(core::StopReason::kFailed), "failed");
   EXPECT_EQ(api::to_text(core::StopReason::kLimit), "limit");
   EXPECT_FALSE(api::job_state_from_text("done").has_value());
 }

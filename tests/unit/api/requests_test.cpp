@@ -118,14 +118,16 @@ TEST(JobPatch, RefusesWithPointers) {
             (Errors{{"/paused", "expected true or false, got a number"}}));
   EXPECT_EQ(errors_of(api::parse_job_patch(R"({"labels":{"c":3}})", spec)),
             (Errors{{"/labels/c", "expected a string, got a number"}}));
-  EXPECT_EQ(errors_of(api::parse_job_patch(
-                R"({"stop":{"relative_error":null,"samples_per_pixel":null}})", spec)),
-            (Errors{{"/stop",
-                     "has no rule; give samples_per_pixel, relative_error, seconds or deadline"}}));
+  EXPECT_EQ(
+      errors_of(api::parse_job_patch(R"({"stop":{"relative_error":null,"samples_per_pixel":null}})",
+                                     spec)),
+      (Errors{{"/stop",
+               "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds or "
+               "deadline"}}));
   EXPECT_EQ(errors_of(api::parse_job_patch(R"({"stop":{"spp":null}})", spec)),
             (Errors{{"/stop/spp",
                      "unknown member; known: samples_per_pixel, relative_error, "
-                     "confidence, scope, seconds, deadline"}}));
+                     "denoised_error, confidence, scope, seconds, deadline"}}));
   EXPECT_EQ(api::parse_job_patch("{", spec).problem().status, 400);
 }
 

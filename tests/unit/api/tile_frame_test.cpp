@@ -18,7 +18,9 @@ api::TileFrame small_frame(std::uint32_t flags) {
   frame.revision = 258;
   frame.flags = flags;
   frame.relative_error = 0.5F;
-  frame.planes.resize((flags & api::kTileAlpha) != 0 ? 48 : 42);
+  frame.planes.resize((flags & api::kTileDenoised) != 0 ? 18
+                      : (flags & api::kTileAlpha) != 0  ? 48
+                                                        : 42);
   std::iota(frame.planes.begin(), frame.planes.end(), -3.5F);
   return frame;
 }
@@ -60,7 +62,8 @@ TEST(TileFrame, EndFrameIsAHeaderAlone) {
 }
 
 TEST(TileFrame, ReadsWrittenFrames) {
-  for (const std::uint32_t flags : {0U, api::kTileCorrelated, api::kTileAlpha}) {
+  for (const std::uint32_t flags :
+       {0U, api::kTileCorrelated, api::kTileAlpha, api::kTileDenoised}) {
     const api::TileFrame frame = small_frame(flags);
     const auto decoded = api::decode_tile_frame(bytes_of(api::encode_tile_frame(frame) + "more"));
     ASSERT_TRUE(decoded);

@@ -7,12 +7,14 @@ set(CORE_TEST_SOURCES
   denoise_test.cpp
   distribution_test.cpp
   error_estimate_test.cpp
+  feature_pass_test.cpp
   film_format_test.cpp
   film_merge_test.cpp
   film_test.cpp
   flip_test.cpp
   integrators_test.cpp
   light_shares_test.cpp
+  oidn_test.cpp
   pass_plan_test.cpp
   pass_policy_test.cpp
   photon_map_test.cpp
@@ -33,3 +35,4 @@ set(CORE_TEST_SOURCES
   triangle_irradiance_test.cpp
   wave_lanes_test.cpp
   wave_test.cpp)
+set(CORE_TEST_LIBRARIES fake_oidn_paths)

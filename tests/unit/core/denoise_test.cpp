@@ -33,8 +33,9 @@ double truth_at(int x, int y) {
   return ramp * edge + stripes;
 }
 
-/// Both halves of a noisy picture of it; noise: deviation of one sample over the truth.
-FilmSnapshot noisy(double noise, std::uint64_t seed) {
+/// Both halves of a noisy picture of it; noise(x, y): deviation of one sample over the truth.
+template <typename Noise>
+FilmSnapshot noisy_where(const Noise& noise, std::uint64_t seed) {
   FilmSnapshot film;
   film.rect = {0, 0, kSide, kSide};
   film.pixels.resize(film.pixel_count() * 2);
@@ -42,14 +43,19 @@ FilmSnapshot noisy(double noise, std::uint64_t seed) {
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     const auto pixel = static_cast<int>(i / 2);
     const double mu = truth_at(pixel % kSide, pixel / kSide);
+    const double deviation = noise(pixel % kSide, pixel / kSide);
     test_support::Moments moments;
     for (int s = 0; s < kSamples; ++s) {
-      moments.add(mu * (1 + noise * random.normal()));
+      moments.add(mu * (1 + deviation * random.normal()));
     }
     const auto v = static_cast<float>(moments.mean);
     film.pixels[i] = {v, v, v, 1, static_cast<float>(moments.m2), kSamples};
   }
   return film;
+}
+
+FilmSnapshot noisy(double noise, std::uint64_t seed) {
+  return noisy_where([noise](int, int) { return noise; }, seed);
 }
 
 double true_error(const ColorPlanes& seen) {
@@ -66,7 +72,7 @@ double true_error(const ColorPlanes& seen) {
 std::vector<ColorPlanes> filtered(std::span<const HalfPicture> halves) {
   auto out = core::StatisticalDenoiser().denoise(halves, nullptr, core::parallel_for(1));
   EXPECT_TRUE(out);
-  return *std::move(out);
+  return std::move(out->planes);
 }
 
 std::array<HalfPicture, 2> halves_of(const FilmSnapshot& film) {
@@ -76,31 +82,28 @@ std::array<HalfPicture, 2> halves_of(const FilmSnapshot& film) {
 /// How estimates over many seeds compare to the truth.
 struct Verdict {
   double ratio = 0;    ///< of the mean estimated square to the mean true one
-  double covered = 0;  ///< share of intervals that hold the true error
+  double covered = 0;  ///< share of intervals that hold what their picture is off by
 };
 using MakePicture = std::function<core::DenoisedPicture(const FilmSnapshot&)>;
 
 Verdict judge(double noise, DenoiseMode mode, const MakePicture& make, int seeds) {
-  std::vector<core::ErrorInterval> intervals;
+  Verdict out;
   double truth = 0;
   double estimate = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
     const core::DenoisedPicture picture = make(noisy(noise, static_cast<std::uint64_t>(seed)));
-    intervals.push_back(picture.interval(mode, 0.95));
-    truth += std::pow(true_error(picture.planes(mode)), 2) / seeds;
-    estimate += std::pow(intervals.back().relative_rmse, 2) / seeds;
+    const core::ErrorInterval e = picture.interval(mode, 0.95);
+    const double error = true_error(picture.planes(mode));
+    truth += error * error;
+    estimate += e.relative_rmse * e.relative_rmse;
+    out.covered += e.low <= error && error <= e.high ? 1.0 / seeds : 0;
   }
-  Verdict out;
   out.ratio = estimate / truth;
-  for (const core::ErrorInterval& e : intervals) {
-    const bool is_in = e.low * e.low <= truth && truth <= e.high * e.high;
-    out.covered += is_in ? 1.0 / seeds : 0;
-  }
   return out;
 }
 
 core::DenoisedPicture honest(const FilmSnapshot& film) {
-  return core::denoised_picture(film, filtered(halves_of(film)));
+  return core::denoised_picture(film, halves_of(film), filtered(halves_of(film)));
 }
 
 /// Halves and what is made of them, for estimates that are wrong.
@@ -233,7 +236,7 @@ TEST(DenoisedError, FeaturesPooledWithTheHalvesAreDetected) {
       auto out =
           core::StatisticalDenoiser().denoise(halves_of(film), &features, core::parallel_for(1));
       EXPECT_TRUE(out);
-      return *std::move(out);
+      return std::move(out->planes);
     };
   };
   expect_true(ratio_of(&honest_m, with_features(false)));
@@ -256,12 +259,66 @@ TEST(DenoisedError, IntervalsHoldTheTruthAsOftenAsTheySay) {
   EXPECT_LE(covered, 0.99);
 }
 
+/// Means of 3 x 3 pixels.
+std::vector<ColorPlanes> blurred(std::span<const HalfPicture> halves) {
+  std::vector<ColorPlanes> out;
+  for (const HalfPicture& half : halves) {
+    ColorPlanes planes = half.mean;
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (int y = 1; y + 1 < kSide; ++y) {
+        for (int x = 1; x + 1 < kSide; ++x) {
+          float sum = 0;
+          for (int k = 0; k < 9; ++k) {
+            sum += half.mean[c][static_cast<std::size_t>((y + k / 3 - 1) * kSide + x + k % 3 - 1)];
+          }
+          planes[c][static_cast<std::size_t>(y * kSide + x)] = sum / 9;
+        }
+      }
+    }
+    out.push_back(std::move(planes));
+  }
+  return out;
+}
+
+/// How often intervals hold where one column in 16 has nearly all of the noise. flat: with
+/// variances that do not know where.
+double covered_with_noisy_columns(bool flat) {
+  constexpr int kPictures = 200;
+  int inside = 0;
+  for (int seed = 1; seed <= kPictures; ++seed) {
+    const FilmSnapshot film = noisy_where([](int x, int) { return x % 16 == 8 ? 2.0 : 0.05; },
+                                          static_cast<std::uint64_t>(seed));
+    std::array<HalfPicture, 2> halves = halves_of(film);
+    const std::vector<ColorPlanes> clean = blurred(halves);
+    for (HalfPicture& half : halves) {
+      half.variance = flat ? Plane(half.variance.size(), 1.0F) : half.variance;
+    }
+    const core::DenoisedPicture picture = core::denoised_picture(film, halves, clean);
+    const core::ErrorInterval e = picture.interval(DenoiseMode::kFull, 0.95);
+    const double error = true_error(picture.full);
+    inside += e.low <= error && error <= e.high ? 1 : 0;
+  }
+  return static_cast<double>(inside) / kPictures;
+}
+
+// 95 % of 200 within 3.3 standard errors, a little more for the columns' neighbours, who are taken
+// to be noisy too.
+TEST(DenoisedError, NoiseAtAnEdgeCountsAtTheEdge) {
+  const double covered = covered_with_noisy_columns(false);
+  EXPECT_GE(covered, 0.9);
+  EXPECT_LT(covered, 1);
+}
+
+TEST(DenoisedError, VariancesThatDoNotKnowWhereTheNoiseIsAreDetected) {
+  EXPECT_LT(covered_with_noisy_columns(true), 0.85);
+}
+
 // The best weight for the very sums that judge it makes those sums too small.
 TEST(DenoisedError, WeightsThatIncludeTheOwnPixelsAreDetected) {
   const auto mixed = [](bool is_own) {
     return [is_own](const FilmSnapshot& film) {
       std::vector<ColorPlanes> clean = honest_filter(film);
-      const core::DenoisedPicture picture = core::denoised_picture(film, clean);
+      const core::DenoisedPicture picture = core::denoised_picture(film, halves_of(film), clean);
       for (std::size_t i = 0; i < film.pixel_count(); ++i) {
         const double a = static_cast<double>(film.pixels[2 * i].mean_r);
         const double b = static_cast<double>(film.pixels[2 * i + 1].mean_r);
@@ -288,11 +345,13 @@ TEST(DenoisedError, OfThePlainPictureIsThePlainError) {
   for (std::size_t h = 0; h < 2; ++h) {
     plain[h] = core::half_picture(film, static_cast<int>(h)).mean;
   }
-  const core::DenoisedPicture picture = core::denoised_picture(film, plain);
+  const core::DenoisedPicture picture = core::denoised_picture(film, halves_of(film), plain);
   const core::ErrorInterval seen = picture.interval(DenoiseMode::kFull, 0.95);
   const core::ErrorInterval expected = core::ErrorEstimate(picture.plain_tiles).image(0.95);
   EXPECT_NEAR(seen.relative_rmse, expected.relative_rmse, 1e-5 * expected.relative_rmse);
-  EXPECT_NEAR(seen.high, expected.high, 0.02 * expected.high);
+  // This very picture may be farther off, or less, than is expected of such pictures.
+  EXPECT_LT(seen.low, expected.low);
+  EXPECT_GT(seen.high, expected.high);
 }
 
 TEST(DenoisedPicture, MixedIsNoWorseThanTheBetterOfBothByMuch) {
@@ -337,7 +396,7 @@ TEST(DenoisedPicture, BiasOfADenoiserThatDarkensIsDetected) {
       }
     }
   }
-  const core::DenoisedPicture picture = core::denoised_picture(film, dark);
+  const core::DenoisedPicture picture = core::denoised_picture(film, halves_of(film), dark);
   const std::size_t middle = kSide * 48 + 32;
   const double mu = truth_at(32, 48);
   EXPECT_NEAR(static_cast<double>(picture.bias[0][middle]), -0.1 * mu, 0.02 * mu);
@@ -389,7 +448,7 @@ TEST(StatisticalDenoiser, GivesTheSameBitsForAnyNumberOfThreads) {
   const auto many = denoiser.denoise(wide, nullptr, core::parallel_for(5));
   ASSERT_TRUE(one);
   ASSERT_TRUE(many);
-  EXPECT_EQ(*one, *many);
+  EXPECT_EQ(one->planes, many->planes);
 }
 
 TEST(StatisticalDenoiser, MakesOfAHalfTheSameWhateverTheOtherIs) {

@@ -204,10 +204,10 @@ TEST(Film, NoLayerIsInfiniteWhereTheVarianceOverflows) {
 
 // Rows are made a band at a time; pixels of the error are pooled over rows of the bands beside.
 core::DenoisedLook denoised_look(const core::Film& film) {
-  auto picture =
+  auto made =
       core::denoise(film.snapshot(), nullptr, core::StatisticalDenoiser(), core::parallel_for(1));
-  EXPECT_TRUE(picture);
-  return {std::make_shared<const core::DenoisedPicture>(*std::move(picture)),
+  EXPECT_TRUE(made);
+  return {std::make_shared<const core::DenoisedPicture>(std::move(made->picture)),
           core::DenoiseMode::kMixed};
 }
 

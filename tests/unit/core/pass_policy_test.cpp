@@ -2,6 +2,7 @@
 #include "core/render/pass_policy.h"
 
 #include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -103,6 +104,23 @@ TEST(PassPolicy, FewSamplesMeetNoErrorTargetUnlessTheyAreAll) {
   StopRules both = error_target(0.1);
   both.samples_per_pixel = 2;
   EXPECT_EQ(policy(both).decide(2, 0.01, 0.02), StopReason::kRelativeError);
+}
+
+TEST(PassPolicy, ADenoisedErrorIsSoughtTwiceAnOctaveFromFourSamplesOn) {
+  StopRules stop;
+  stop.denoised_error = 0.1;
+  const PassPolicy by = policy(stop, 100);
+  std::vector<int> looks;
+  for (int n = 1; n <= 100; ++n) {
+    if (by.looks_at(n) && by.denoises_at(n)) {
+      looks.push_back(n);
+    }
+  }
+  EXPECT_EQ(looks, (std::vector<int>{4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 100}));
+  EXPECT_FALSE(policy(samples(100)).denoises_at(16)) << "nobody asked for it";
+  EXPECT_EQ(by.decide(16, 0.5, kInfinity, 0.11), StopReason::kNone);
+  EXPECT_EQ(by.decide(16, 0.5, kInfinity, 0.09), StopReason::kDenoisedError);
+  EXPECT_EQ(by.decide(2, 0.5, kInfinity, 0.09), StopReason::kNone);
 }
 
 TEST(PassPolicy, TellsTheLookThatMayEndAJob) {

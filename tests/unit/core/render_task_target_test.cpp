@@ -1,5 +1,6 @@
-// Progress of jobs with an error target.
+// Jobs with an error target.
 #include <memory>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -54,6 +55,65 @@ TEST(RenderTaskProgress, OfAnErrorTargetDoesNotFall) {
     EXPECT_LE(early, 0.75) << "three of at least four samples";
     EXPECT_EQ(task.progress().fraction, 1);
   }
+}
+
+/// Samples at which the task asks for the bound of its denoised picture, which is 1 over them.
+struct Asked {
+  std::vector<double> samples;
+  std::vector<double> alphas;
+
+  core::TaskOptions options(double target) {
+    core::TaskOptions out;
+    out.stop.denoised_error = target;
+    out.denoised_bound = [this](const core::Film& film, double alpha) {
+      samples.push_back(film.sample_counts().mean);
+      alphas.push_back(alpha);
+      return 1 / samples.back();
+    };
+    return out;
+  }
+};
+
+TEST(RenderTask, EndsWhenTheDenoisedBoundMeetsItsTarget) {
+  const core::View view = small_view();
+  SilentSink sink;
+  Asked asked;
+  core::RenderTask task(renderer_of(view), std::make_shared<core::Film>(view.settings),
+                        asked.options(0.1), sink);
+  core::run_to_end(task, 2);
+  EXPECT_EQ(task.stop_reason(), core::StopReason::kDenoisedError);
+  EXPECT_EQ(asked.samples, (std::vector<double>{4, 6, 8, 12}));
+  for (const double alpha : asked.alphas) {
+    EXPECT_DOUBLE_EQ(alpha, (1 - 0.95) / 2) << "of two looks at risk";
+  }
+}
+
+TEST(RenderTask, WithoutAnybodyToDenoiseGoesToItsOtherRules) {
+  const core::View view = small_view();
+  SilentSink sink;
+  core::TaskOptions options;
+  options.stop.denoised_error = 10;
+  options.stop.samples_per_pixel = 8;
+  core::RenderTask task(renderer_of(view), std::make_shared<core::Film>(view.settings), options,
+                        sink);
+  core::run_to_end(task, 2);
+  EXPECT_EQ(task.stop_reason(), core::StopReason::kSamples);
+}
+
+// The film of a job that was stopped in the middle and went on ends with the same samples.
+TEST(RenderTask, GoesOnToTheSameDenoisedTarget) {
+  const core::View view = small_view();
+  SilentSink sink;
+  const auto film = std::make_shared<core::Film>(view.settings);
+  core::TaskOptions first;
+  first.stop.samples_per_pixel = 6;
+  core::RenderTask before(renderer_of(view), film, first, sink);
+  core::run_to_end(before, 2);
+  Asked asked;
+  core::RenderTask after(renderer_of(view), film, asked.options(0.1), sink);
+  core::run_to_end(after, 2);
+  EXPECT_EQ(after.stop_reason(), core::StopReason::kDenoisedError);
+  EXPECT_EQ(asked.samples, (std::vector<double>{8, 12}));
 }
 
 }  // namespace

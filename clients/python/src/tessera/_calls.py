@@ -48,9 +48,14 @@ def wants_upload(side: JobData | str | PathLike[str]) -> TypeGuard[str | PathLik
     return not (isinstance(side, str) and (_is_asset_id(side) or side.count("-") == 4))
 
 
-def comparison_call(a: JobData | str | PathLike[str], b: JobData | str | PathLike[str]) -> Call:
+def comparison_call(
+    a: JobData | str | PathLike[str], b: JobData | str | PathLike[str],
+    a_denoise: str | None = None, b_denoise: str | None = None,
+) -> Call:  # fmt: skip
     ids = [side.id if isinstance(side, JobData) else str(side) for side in (a, b)]
-    return Call("POST", "/v1/comparisons", json={"a": ids[0], "b": ids[1]}, timeout_s=120)
+    shown = {"a_denoise": a_denoise, "b_denoise": b_denoise}
+    body = {"a": ids[0], "b": ids[1]} | {k: v for k, v in shown.items() if v is not None}
+    return Call("POST", "/v1/comparisons", json=body, timeout_s=120)
 
 
 def batch_call(

@@ -198,14 +198,18 @@ class AsyncClient:
 
     # Comparing and teaching.
 
-    async def compare(self, a: AsyncJob | Pathish, b: AsyncJob | Pathish) -> Comparison:
+    async def compare(
+        self, a: AsyncJob | Pathish, b: AsyncJob | Pathish, *, a_denoise: str | None = None,
+        b_denoise: str | None = None,
+    ) -> Comparison:  # fmt: skip
         """Two jobs, or a job and an image (a file, which is uploaded, or an asset id).
 
-        NotOffered where the server's build has no comparisons.
+        a_denoise, b_denoise: mixed or full for a job's denoised picture. NotOffered where the
+        server's build has no comparisons.
         """
         sides = [await self.upload_asset(s) if wants_upload(s) else s for s in (a, b)]
         try:
-            return Comparison.of(await self.ask(comparison_call(*sides)))
+            return Comparison.of(await self.ask(comparison_call(*sides, a_denoise, b_denoise)))
         except (NotFound, MethodNotAllowed) as error:
             if await self._offers("/v1/comparisons"):
                 raise

@@ -83,13 +83,13 @@ class AsyncJob(JobData):
                 broken = error
             await asyncio.sleep(feed.pause_s(comeback.pause_s(broken)))
 
-    async def tiles(self, after: int = 0) -> AsyncGenerator[Tile, None]:
+    async def tiles(self, after: int = 0, denoise: str = "off") -> AsyncGenerator[Tile, None]:
         """Tiles as they come, to the job's end; every tile of the final picture is among them.
 
-        after: only tiles newer than this revision. A slow reader gets the newest state of a tile,
-        no backlog.
+        after: only tiles newer than this revision. denoise: mixed or full for tiles of the denoised
+        picture too. A slow reader gets the newest state of a tile, no backlog.
         """
-        feed = TileFeed(self.path, after, self._client.compressed)
+        feed = TileFeed(self.path, after, self._client.compressed, denoise)
         comeback = Comeback(self._client.retry, self._client.server)
         while True:
             broken: Exception | None = None

@@ -12,11 +12,12 @@ from ._wire import Json
 class JobOptions(TypedDict, total=False):
     """Everything that `submit` takes besides the scene. What is left out has the server's default.
 
-    Short forms: size, crop, layers, samples_per_pixel, relative_error, confidence, scope, seconds
-    and deadline go into `film` and `stop`; integrator, sampler, light_sampler and adaptive may be
-    the name of a type, camera a name or an index, environment the path of an .hdr or .exr file. All
-    other members are those of the request (`/docs` of the server describes them). `request` is a
-    whole request, over which the options are put: the way to what this list does not name.
+    Short forms: size, crop, layers, samples_per_pixel, relative_error, denoised_error, confidence,
+    scope, seconds and deadline go into `film` and `stop`; integrator, sampler, light_sampler and
+    adaptive may be the name of a type, camera a name or an index, environment the path of an .hdr
+    or .exr file. All other members are those of the request (`/docs` of the server describes them).
+    `request` is a whole request, over which the options are put: the way to what this list does not
+    name.
     """
 
     name: str
@@ -43,6 +44,7 @@ class JobOptions(TypedDict, total=False):
     stop: Mapping[str, Any]
     samples_per_pixel: int
     relative_error: float
+    denoised_error: float
     confidence: float
     scope: str
     seconds: float
@@ -50,7 +52,10 @@ class JobOptions(TypedDict, total=False):
     request: Mapping[str, Any]
 
 
-_STOP = ("samples_per_pixel", "relative_error", "confidence", "scope", "seconds", "deadline")
+_STOP = (
+    "samples_per_pixel", "relative_error", "denoised_error", "confidence", "scope", "seconds",
+    "deadline",
+)
 _TYPED = ("integrator", "sampler", "light_sampler", "adaptive")
 
 

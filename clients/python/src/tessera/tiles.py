@@ -2,7 +2,8 @@
 
 A frame is a 32-byte header, little endian: bytes `T S R 1`, u32 payload bytes, u32 revision, u16 x,
 y, width, height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32,
-row by row: r g b, their variances, the sample count, and alpha if flagged.
+row by row: r g b, their variances, the sample count, and alpha if flagged; of denoised frames r g b
+alone.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from .png import encode_png, srgb8
 FloatArray: TypeAlias = npt.NDArray[np.float32]
 
 _HEADER = struct.Struct("<4sIIHHHHIfI")
-_END, _CORRELATED, _ALPHA = 1, 2, 4
+_END, _CORRELATED, _ALPHA, _DENOISED = 1, 2, 4, 16
 # The stream has no pings, so a dead line looks like a paused job: after so long, a new connection.
 _QUIET_S = 60.0
 
@@ -36,7 +37,8 @@ class Tile:
     of the mean, same shape; NaN while only one half of the samples is there. samples: (height,
     width). alpha: (height, width), or None where the background is opaque; mean is associated with
     it. relative_error: of the tile, NaN if unknown. correlated: errors of neighbouring pixels hang
-    together, so `variance` does not add up over a block.
+    together, so `variance` does not add up over a block. denoised: of the denoised picture, whose
+    variance and samples are NaN.
     """
 
     x: int
@@ -50,6 +52,7 @@ class Tile:
     variance: FloatArray
     samples: FloatArray
     alpha: FloatArray | None
+    denoised: bool = False
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,9 @@ class _Header(NamedTuple):
     crc: int
 
     def planes(self) -> int:
-        return 0 if self.flags & _END else 8 if self.flags & _ALPHA else 7
+        if self.flags & (_END | _DENOISED):
+            return 0 if self.flags & _END else 3
+        return 8 if self.flags & _ALPHA else 7
 
     def check(self) -> None:
         if self.magic != b"TSR1":
@@ -111,6 +116,10 @@ def _decode(header: _Header, payload: bytes) -> Tile | EndFrame:
         return EndFrame(header.revision, header.relative_error)
     shape = (header.planes(), header.height, header.width)
     planes = np.frombuffer(payload, dtype="<f4").astype(np.float32).reshape(shape)
+    denoised = bool(header.flags & _DENOISED)
+    if denoised:
+        unknown = np.full((4, *shape[1:]), np.nan, dtype=np.float32)
+        planes = np.concatenate([planes, unknown])
     return Tile(
         x=header.x,
         y=header.y,
@@ -122,7 +131,8 @@ def _decode(header: _Header, payload: bytes) -> Tile | EndFrame:
         mean=np.ascontiguousarray(np.moveaxis(planes[0:3], 0, -1)),
         variance=np.ascontiguousarray(np.moveaxis(planes[3:6], 0, -1)),
         samples=planes[6],
-        alpha=planes[7] if header.flags & _ALPHA else None,
+        alpha=planes[7] if header.flags & _ALPHA and not denoised else None,
+        denoised=denoised,
     )
 
 
@@ -132,12 +142,14 @@ class TileFeed:
     A new connection sends every tile again: one that is the same as before is left out here.
     """
 
-    def __init__(self, job_path: str, after: int, compressed: bool) -> None:
+    def __init__(
+        self, job_path: str, after: int, compressed: bool, denoise: str = "off"
+    ) -> None:
         self._path = job_path + "/tiles"
-        self._after = after
+        self._params = {"after": after, **({"denoise": denoise} if denoise != "off" else {})}
         self._compressed = compressed
         self._parser = FrameParser()
-        self._seen: dict[tuple[int, int], tuple[int, float]] = {}
+        self._seen: dict[tuple[int, int, bool], tuple[int, float]] = {}
         self.end: EndFrame | None = None
 
     def call(self) -> Call:
@@ -146,7 +158,7 @@ class TileFeed:
         if not self._compressed:
             headers["Accept-Encoding"] = "identity"
         return Call(
-            "GET", self._path, params={"after": self._after}, headers=headers, timeout_s=_QUIET_S
+            "GET", self._path, params=self._params, headers=headers, timeout_s=_QUIET_S
         )
 
     def take(self, piece: bytes) -> Iterator[Tile]:
@@ -154,9 +166,9 @@ class TileFeed:
             if isinstance(frame, EndFrame):
                 self.end = frame
                 return
-            mark = (frame.revision, float(frame.samples.sum()))
-            if self._seen.get((frame.x, frame.y)) != mark:
-                self._seen[frame.x, frame.y] = mark
+            mark = (frame.revision, 0.0 if frame.denoised else float(frame.samples.sum()))
+            if self._seen.get((frame.x, frame.y, frame.denoised)) != mark:
+                self._seen[frame.x, frame.y, frame.denoised] = mark
                 yield frame
 
 

@@ -22,6 +22,8 @@ export interface FormValues {
   samples: number;
   useError: boolean;
   errorPercent: number;
+  useDenoisedError: boolean;
+  denoisedErrorPercent: number;
   useSeconds: boolean;
   seconds: number;
   camera: string;
@@ -59,6 +61,8 @@ export const initial: FormValues = {
   samples: 256,
   useError: false,
   errorPercent: 1,
+  useDenoisedError: false,
+  denoisedErrorPercent: 2,
   useSeconds: false,
   seconds: 60,
   camera: '',
@@ -111,6 +115,7 @@ export function requestOf(
   const stop: Record<string, number> = {};
   if (v.useSamples) stop.samples_per_pixel = v.samples;
   if (v.useError) stop.relative_error = round(v.errorPercent / 100);
+  if (v.useDenoisedError) stop.denoised_error = round(v.denoisedErrorPercent / 100);
   if (v.useSeconds) stop.seconds = v.seconds;
   const request: Record<string, unknown> = {
     scene: v.scene,
@@ -192,7 +197,7 @@ const round = (v: number): number => Number(v.toPrecision(7));
 export function check(v: FormValues): FieldError[] {
   const out: FieldError[] = [];
   if (!v.scene) out.push({ pointer: '/scene', detail: 'Choose a scene or drop a model.' });
-  if (!v.useSamples && !v.useError && !v.useSeconds)
+  if (!v.useSamples && !v.useError && !v.useDenoisedError && !v.useSeconds)
     out.push({ pointer: '/stop', detail: 'Choose at least one rule, so that the render ends.' });
   if (v.environment === 'file' && !v.environmentAsset)
     out.push({ pointer: '/environment', detail: 'Choose an .hdr or .exr file.' });

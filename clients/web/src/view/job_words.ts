@@ -18,6 +18,7 @@ const labels: Record<JobState, string> = {
 const reasons: Record<string, string> = {
   samples_per_pixel: 'all samples taken',
   relative_error: 'error reached',
+  denoised_error: 'error of the denoised picture reached',
   seconds: 'time is up',
   deadline: 'deadline',
   limit: 'sample limit of the server',

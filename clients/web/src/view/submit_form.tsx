@@ -348,6 +348,18 @@ function StopField() {
         onValue={(errorPercent) => change({ errorPercent })}
       />
       <Rule
+        on={v.useDenoisedError}
+        label="error, denoised, is below"
+        unit="%"
+        value={v.denoisedErrorPercent}
+        min={0.01}
+        max={100}
+        step="any"
+        testId="stop-denoised-error"
+        onToggle={(useDenoisedError) => change({ useDenoisedError })}
+        onValue={(denoisedErrorPercent) => change({ denoisedErrorPercent })}
+      />
+      <Rule
         on={v.useSamples}
         label="samples reach"
         unit="/ pixel"

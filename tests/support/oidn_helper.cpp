@@ -1,0 +1,6 @@
+// The helper process by itself: oidn_helper denoise FOLDER.
+#include "core/denoise/oidn_helper.h"
+
+#include <string>
+
+int main(int argc, char** argv) { return argc == 3 && core::serve_oidn(0, argv[2]) ? 0 : 1; }

@@ -19,7 +19,7 @@ namespace {
 constexpr std::array<std::string_view, 7> kStates = {"queued",   "loading", "rendering", "paused",
                                                      "finished", "failed",  "cancelled"};
 constexpr std::array<std::string_view, 3> kPauseReasons = {"", "requested", "storage_full"};
-constexpr std::array<std::string_view, 8> kReasons = {
+constexpr std::array<std::string_view, 9> kReasons = {
     "",      "samples_per_pixel", "relative_error", "denoised_error", "seconds", "deadline",
     "limit", "cancelled",         "failed"};
 

@@ -145,8 +145,9 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   // The run belongs to the job: a pointer here would keep both alive.
   parts.options.denoised_bound = [ask = denoised_bound_, weak = parts.job](const core::Film& film,
                                                                            double alpha) {
-    const JobPointer job = weak.lock();
-    return job != nullptr && ask ? ask(job, film, alpha) : std::numeric_limits<double>::infinity();
+    const JobPointer asked = weak.lock();
+    return asked != nullptr && ask ? ask(asked, film, alpha)
+                                   : std::numeric_limits<double>::infinity();
   };
   if (!job->memory_only()) {
     auto file = open_film(*job, *parts.film, parts.options);

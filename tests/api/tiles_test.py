@@ -61,17 +61,8 @@ class Tiles(ApiTest):
         for some in (plain, denoised):
             self.assertEqual({tile.place() for tile in some}, tile_places(0, 0, 80, 50))
         for tile in denoised:
-            planes = tile.check()
             self.assertGreaterEqual(tile.error, 0)
-            for y in range(tile.height):
-                for x in range(tile.width):
-                    for c in range(3):
-                        value = min(max(planes[c][y * tile.width + x], 0), 1)
-                        shown = rows[tile.y + y][tile.x + x][c]
-                        # tonemap=linear ends at white; bytes are encoded as sRGB.
-                        linear = value * 12.92 if value <= 0.0031308 else (
-                            1.055 * value ** (1 / 2.4) - 0.055)
-                        self.assertLess(abs(255 * linear - shown), 1.01)
+            self.assert_shown(tile, rows)
 
     def test_denoised_frames_come_while_the_job_renders_and_at_its_end(self):
         job = self.submit(65536)
@@ -90,18 +81,22 @@ class Tiles(ApiTest):
         job = self.submit()
         self.assert_problem(self.server.get(f"/v1/jobs/{job}/tiles?denoise=yes"), 422, "/denoise")
 
+    def assert_shown(self, tile, rows):
+        """rows: bytes of the whole picture, linear."""
+        planes = tile.check()
+        for y in range(tile.height):
+            for x in range(tile.width):
+                for c in range(3):
+                    value = min(1, max(0, planes[c][y * tile.width + x]))
+                    shown = rows[tile.y + y][tile.x + x][c] / 255
+                    self.assertLessEqual(abs(value - shown), 1.01 / 255)
+
     def test_planes_are_the_pixels_of_the_picture(self):
         job = self.submit()
         self.server.wait(job)
         rows = png_pixels(self.server.get(f"/v1/jobs/{job}/image.png?tonemap=linear").body)
         for tile in self.newest(job)[:-1]:
-            planes = tile.check()
-            for y in range(tile.height):
-                for x in range(tile.width):
-                    for c in range(3):
-                        value = min(1, max(0, planes[c][y * tile.width + x]))
-                        shown = rows[tile.y + y][tile.x + x][c] / 255
-                        self.assertLessEqual(abs(value - shown), 1.01 / 255)
+            self.assert_shown(tile, rows)
 
     def test_means_alone_come_as_half_floats(self):
         for hidden in (False, True):

@@ -168,6 +168,7 @@ class JobRequestStop(TypedDict):
 
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
+    denoised_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
@@ -223,6 +224,7 @@ class JobPatchStop(TypedDict):
 
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
+    denoised_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
@@ -251,6 +253,7 @@ class ExtendRequestStop(TypedDict):
 
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
+    denoised_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
@@ -465,6 +468,7 @@ class JobSpecStop(TypedDict):
 
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
+    denoised_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
@@ -562,6 +566,7 @@ class Denoised(TypedDict):
 
     type: str
     version: str
+    sha256: str | None
     quality: str | None
     note: str | None
     features: bool
@@ -583,6 +588,7 @@ class Job(TypedDict):
     stop_reason: Literal[
         "samples_per_pixel",
         "relative_error",
+        "denoised_error",
         "seconds",
         "deadline",
         "limit",
@@ -652,6 +658,7 @@ class StateEvent(TypedDict):
     stop_reason: Literal[
         "samples_per_pixel",
         "relative_error",
+        "denoised_error",
         "seconds",
         "deadline",
         "limit",
@@ -671,6 +678,7 @@ class ProgressEvent(TypedDict):
     error: ErrorEstimate
     statistics: Statistics
     revision: int
+    denoised: Denoised | None
 
 
 class TileEvent(TypedDict):
@@ -699,6 +707,7 @@ class EndEvent(TypedDict):
     stop_reason: Literal[
         "samples_per_pixel",
         "relative_error",
+        "denoised_error",
         "seconds",
         "deadline",
         "limit",
@@ -1033,6 +1042,7 @@ class JobDefaultsStop(TypedDict):
 
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
+    denoised_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
@@ -1447,3 +1457,5 @@ class ComparisonRequest(TypedDict):
 
     a: str
     b: str
+    a_denoise: NotRequired[Literal["off", "mixed", "full"]]
+    b_denoise: NotRequired[Literal["off", "mixed", "full"]]

@@ -259,7 +259,15 @@ export interface JobRequest {
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
-    /** Confidence of relative_error and of the interval in `error`. Default: 0.95. */
+    /**
+     * Stop when the relative error of the denoised picture (`mixed`) is at most this, with
+     * `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     */
+    denoised_error?: number | null;
+    /**
+     * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
+     * 0.95.
+     */
     confidence?: number;
     /** Whose error has to be small enough. Default: "image". */
     scope?: string;
@@ -303,7 +311,15 @@ export interface JobPatch {
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
-    /** Confidence of relative_error and of the interval in `error`. Default: 0.95. */
+    /**
+     * Stop when the relative error of the denoised picture (`mixed`) is at most this, with
+     * `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     */
+    denoised_error?: number | null;
+    /**
+     * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
+     * 0.95.
+     */
     confidence?: number;
     /** Whose error has to be small enough. Default: "image". */
     scope?: string;
@@ -335,7 +351,15 @@ export interface ExtendRequest {
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
-    /** Confidence of relative_error and of the interval in `error`. Default: 0.95. */
+    /**
+     * Stop when the relative error of the denoised picture (`mixed`) is at most this, with
+     * `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     */
+    denoised_error?: number | null;
+    /**
+     * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
+     * 0.95.
+     */
     confidence?: number;
     /** Whose error has to be small enough. Default: "image". */
     scope?: string;
@@ -644,7 +668,12 @@ export interface JobSpec {
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
-    /** Confidence of relative_error and of the interval in `error`. */
+    /**
+     * Stop when the relative error of the denoised picture (`mixed`) is at most this, with
+     * `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     */
+    denoised_error?: number | null;
+    /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
     confidence?: number;
     /** Whose error has to be small enough. */
     scope?: string;
@@ -735,6 +764,8 @@ export interface Denoised {
   /** The denoiser. */
   type: string;
   version: string;
+  /** Of the file with its weights; null: it has none. */
+  sha256: string | null;
   /** null: it has none to choose. */
   quality: string | null;
   /** Why `auto` did not take the better denoiser. */
@@ -746,7 +777,10 @@ export interface Denoised {
    * to be seen.
    */
   relative_rmse: number | null;
-  /** Of its 95 % interval; null: not valid. */
+  /**
+   * Of its 95 % interval; null: not valid; 0 where an error ended the job: `high` alone is promised
+   * then.
+   */
   low: number | null;
   high: number | null;
   /** Of the denoiser's own picture. */
@@ -775,6 +809,7 @@ export interface Job {
   stop_reason:
     | 'samples_per_pixel'
     | 'relative_error'
+    | 'denoised_error'
     | 'seconds'
     | 'deadline'
     | 'limit'
@@ -859,6 +894,7 @@ export interface StateEvent {
   stop_reason:
     | 'samples_per_pixel'
     | 'relative_error'
+    | 'denoised_error'
     | 'seconds'
     | 'deadline'
     | 'limit'
@@ -879,6 +915,7 @@ export interface ProgressEvent {
   statistics: Statistics;
   /** Counts the changes of the picture. */
   revision: number;
+  denoised: Denoised | null;
 }
 
 /** A tile has changed; only the newest of each tile is kept. */
@@ -911,6 +948,7 @@ export interface EndEvent {
   stop_reason:
     | 'samples_per_pixel'
     | 'relative_error'
+    | 'denoised_error'
     | 'seconds'
     | 'deadline'
     | 'limit'
@@ -1317,7 +1355,12 @@ export interface JobDefaults {
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
-    /** Confidence of relative_error and of the interval in `error`. */
+    /**
+     * Stop when the relative error of the denoised picture (`mixed`) is at most this, with
+     * `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     */
+    denoised_error?: number | null;
+    /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
     confidence?: number;
     /** Whose error has to be small enough. */
     scope?: string;
@@ -1801,4 +1844,11 @@ export interface ComparisonRequest {
   a: string;
   /** Job id (UUID) or asset id (64 hex digits). */
   b: string;
+  /**
+   * Which picture of a job. Errors of the pixels of a denoised one are not known singly: bias.low,
+   * bias.high and z are null then. Default: "off".
+   */
+  a_denoise?: 'off' | 'mixed' | 'full';
+  /** The same of b. Default: "off". */
+  b_denoise?: 'off' | 'mixed' | 'full';
 }

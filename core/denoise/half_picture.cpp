@@ -14,7 +14,9 @@ namespace {
 /// Pixels to each side over which variances of samples are pooled.
 constexpr int kSpreadWindow = 2;
 /// The neighbours' pooled variance counts as so many samples of the pixel's own: few samples say
-/// little about their variance, many are believed.
+/// little about their variance, many are believed. Eight degrees of freedom are those of a variance
+/// that is known to a half of itself, sqrt(2 / 8), as neighbours' are. Source: Gelman et al.,
+/// Bayesian Data Analysis, 2.6 (scaled inverse chi^2).
 constexpr double kPrior = 8;
 /// Side of the blocks in which the noise between neighbouring pixels is measured.
 constexpr int kBlock = 8;

@@ -14,7 +14,8 @@
 namespace core {
 namespace {
 
-/// Pixels around that may be taken, and side of what is compared around both.
+/// Pixels around that may be taken (the deviation of the weights in Sakai 2024), and side of what
+/// is compared around both.
 constexpr int kRadius = 10;
 constexpr int kPatch = 2;
 /// Squared differences over their variance have mean 1 where nothing but noise is different, and

@@ -149,7 +149,9 @@ CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_
   double samples = stop.samples_per_pixel.value_or(samples_max);
   double samples_low = samples;
   double samples_high = samples;
-  if (stop.relative_error) {
+  // The denoised picture (mixed) is as good as the plain one at least, as far as that goes.
+  const double target = std::max(stop.relative_error.value_or(0), stop.denoised_error.value_or(0));
+  if (target > 0) {
     std::vector<core::SeenError> seen;
     for (const core::ConvergencePoint& point : task_.points()) {
       seen.push_back({static_cast<double>(point.samples_per_pixel), point.error.relative_rmse});
@@ -159,8 +161,7 @@ CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_
     const auto needed = [&](double error, double falls) {
       const double at = progress.samples_mean;
       return std::isfinite(error)
-                 ? std::clamp(core::samples_for_error(at, error, *stop.relative_error, falls), 1.0,
-                              most_samples)
+                 ? std::clamp(core::samples_for_error(at, error, target, falls), 1.0, most_samples)
                  : at;
     };
     const double gain = spec.render.adaptive.type == core::AdaptiveType::kNone ? 1 : kAdaptiveGain;

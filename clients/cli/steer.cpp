@@ -122,6 +122,7 @@ struct ExtendFlags {
   std::string id;
   std::optional<int> samples_per_pixel;
   std::optional<double> relative_error;
+  std::optional<double> denoised_error;
   std::optional<double> seconds;
 };
 
@@ -133,12 +134,16 @@ int extend_job(const ExtendFlags& flags) {
   if (flags.relative_error) {
     stop["relative_error"] = *flags.relative_error;
   }
+  if (flags.denoised_error) {
+    stop["denoised_error"] = *flags.denoised_error;
+  }
   if (flags.seconds) {
     stop["seconds"] = *flags.seconds;
   }
   if (stop.empty()) {
-    complain("extend", Error{ErrorCode::kInvalidArgument,
-                             "say how far: --spp, --relative-error or --seconds", ""});
+    complain("extend",
+             Error{ErrorCode::kInvalidArgument,
+                   "say how far: --spp, --relative-error, --denoised-error or --seconds", ""});
     return kWrongUsage;
   }
   const std::string body = Json{{"stop", stop}}.dump();
@@ -190,6 +195,9 @@ int extend(const Args& args) {
       ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");
   app.add_option("--relative-error", flags.relative_error, "Relative error: 0.02, or 2%")
+      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
+      ->type_name("E");
+  app.add_option("--denoised-error", flags.denoised_error, "The same of the denoised picture")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
   app.add_option("--seconds", flags.seconds, "Seconds of rendering in all")

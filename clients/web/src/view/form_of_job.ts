@@ -68,6 +68,9 @@ export function formOf(job: Job, info: Server | null): FormValues {
     useSamples: stop.samples_per_pixel != null,
     samples: stop.samples_per_pixel ?? initial.samples,
     useError: stop.relative_error != null,
+    useDenoisedError: stop.denoised_error != null,
+    denoisedErrorPercent:
+      stop.denoised_error != null ? stop.denoised_error * 100 : initial.denoisedErrorPercent,
     errorPercent: stop.relative_error != null ? stop.relative_error * 100 : initial.errorPercent,
     useSeconds: stop.seconds != null,
     seconds: stop.seconds ?? initial.seconds,

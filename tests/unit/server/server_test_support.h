@@ -50,6 +50,7 @@ std::string triangle_buffer();
 
 /// Brings a store's tables back to how they were before there were tenants.
 inline constexpr const char* kBackToSchema7 = R"sql(
+DROP TABLE batch_jobs; DROP TABLE batches;
 DROP INDEX jobs_by_end; ALTER TABLE jobs DROP COLUMN pause_reason;
 DROP TABLE sessions; DROP TABLE webhook_deliveries; DROP TABLE webhook_secrets;
 CREATE TABLE deliveries(id TEXT PRIMARY KEY, job TEXT NOT NULL,

@@ -315,7 +315,8 @@ double error_of(const View& view, double truth, int samples) {
 
 // Under a uniform sky f is the BSDF's own density, times a number: there is a combination without
 // noise, and only the first samples of each replicate do not know it yet: 4 of 128, and some more
-// that know it badly. The sky is a map: one without is sampled by the cosine, without noise for all.
+// that know it badly. The sky is a map: one without is sampled by the cosine, without noise for
+// all.
 TEST(Fitted, OptimalWeightsFindTheCombinationWithoutNoise) {
   View view =
       test_support::view_of(test_support::build(test_support::scene_of(

@@ -92,7 +92,7 @@ TEST(WhiteFurnace, LosslessBallsCannotBeSeen) {
     const std::string what =
         std::string(l.name) + " roughness " + std::to_string(l.material.roughness);
     // Sixteen pictures of 16 samples: what they scatter by tells the error of each pixel by itself.
-    // At the rim, seen flat, it is ten times that of the middle.
+    // At the silhouette, seen flat, it is ten times that of the middle.
     std::vector<test_support::Moments> pixels(20 * 20);
     test_support::Moments all;
     for (view.settings.seed = 1; view.settings.seed <= 16; ++view.settings.seed) {

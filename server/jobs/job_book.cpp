@@ -112,9 +112,8 @@ bool JobBook::has_room(Rank rank, const JobMemory& memory, const std::string& te
 
 bool JobBook::has_room_for(int jobs) const {
   const core::MutexLock lock(mutex_);
-  const auto waiting = std::count_if(queue_.begin(), queue_.end(), [](const Waiting& item) {
-    return !item.rank.is_preview;
-  });
+  const auto waiting = std::count_if(queue_.begin(), queue_.end(),
+                                     [](const Waiting& item) { return !item.rank.is_preview; });
   return waiting + jobs <= limits_.queue_max;
 }
 

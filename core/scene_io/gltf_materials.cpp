@@ -245,6 +245,7 @@ class MaterialReader {
       const Rgb color = value_rgb(*e, "multiscatterColor", {0, 0, 0});
       m_.multiscatter_color = value_rgb(*e, "multiscatterColorFactor", color);
       m_.scatter_anisotropy = value_number(*e, "scatterAnisotropy", 0);
+      warn_of_scatter_texture(*e);
     }
     if (const auto* e = extension("KHR_materials_dispersion")) {
       m_.dispersion = value_number(*e, "dispersion", 0);
@@ -261,6 +262,15 @@ class MaterialReader {
     }
   }
 
+  void warn(const char* what) { scene_.warnings.push_back("material '" + m_.name + "': " + what); }
+
+  /// A texture lies on the surface; what scatters is inside.
+  void warn_of_scatter_texture(const tinygltf::Value& e) {
+    if (e.Has("multiscatterColorTexture")) {
+      warn("a volume scatters by multiscatterColorFactor alone, not by its texture");
+    }
+  }
+
   /// KHR_materials_scatter: with a volume the medium scatters; thin walls transmit that share
   /// diffusely instead of straight on.
   void read_scatter(const tinygltf::Value& e) {
@@ -269,6 +279,7 @@ class MaterialReader {
     if (m_.thickness > 0) {
       m_.multiscatter_color = color * strength;
       m_.scatter_anisotropy = value_number(e, "scatterAnisotropy", 0);
+      warn_of_scatter_texture(e);
       return;
     }
     const float straight = m_.transmission * (1 - strength);
@@ -279,9 +290,7 @@ class MaterialReader {
     }
     m_.transmission = straight;
     if (m_.transmission_texture.image >= 0) {
-      scene_.warnings.push_back("material '" + m_.name +
-                                "': KHR_materials_scatter takes transmissionFactor alone for thin "
-                                "walls, not its texture");
+      warn("KHR_materials_scatter takes transmissionFactor alone for thin walls, not its texture");
       m_.transmission_texture = {};
     }
   }

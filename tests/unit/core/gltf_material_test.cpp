@@ -132,6 +132,19 @@ TEST(GltfMaterial, MediaThatScatterAreRead) {
 }
 
 // Of the light that goes through, the share that scatters leaves diffusely.
+TEST(GltfMaterial, ATextureOfAMediumLeavesAWarning) {
+  core::GlbWriter writer;
+  add_image(writer, pixel_png(1, 1, 1, 1));
+  writer.add("textures", R"({"source":0})");
+  writer.add("materials", R"({"extensions":{"KHR_materials_volume":{"thicknessFactor":2},)"
+                          R"("KHR_materials_scatter":{"multiscatterColorTexture":{"index":0}}}})");
+  add_triangle(writer, "\"material\":0");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene) << scene.error().message;
+  ASSERT_EQ(scene->warnings.size(), 1U);
+  EXPECT_NE(scene->warnings[0].find("not by its texture"), std::string::npos);
+}
+
 TEST(GltfMaterial, ScatteringOfThinWallsIsDiffuseTransmission) {
   const MaterialDescription m =
       material_of(R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":0.8},)"

@@ -305,7 +305,7 @@ void Etc1sCodebooks::write_block(const Endpoint& endpoint, const Selector& selec
   const std::size_t columns = std::min<std::size_t>(4, target.width - x);
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t column = 0; column < columns; ++column) {
-      const auto& color = colors[(selector[row] >> (2 * column)) & 3U];
+      const auto& color = colors[std::uint32_t{selector[row]} >> (2 * column) & 3U];
       const std::size_t texel = (y + row) * target.width + x + column;
       for (std::size_t c = 0; c < target.count; ++c) {
         target.pixels[texel * target.channels + target.first + c] =

@@ -349,7 +349,7 @@ function StopField() {
       />
       <Rule
         on={v.useDenoisedError}
-        label="error, denoised, is below"
+        label="denoised error"
         unit="%"
         value={v.denoisedErrorPercent}
         min={0.01}

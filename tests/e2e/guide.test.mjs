@@ -186,7 +186,8 @@ test('every flag in the guide exists', { skip }, () => {
         checked += 1;
       }
     }
-    const verbs = ['serve', 'submit', 'keys', 'check', 'lab', 'fetch', 'watch', 'drain', 'retry'];
+    const verbs =
+      'serve submit keys check lab fetch watch drain retry compare'.split(' ');
     const ofBench = (word) => word.startsWith('tests/bench/run');
     for (const flag of words.filter(ofBench).flatMap(flagsIn)) {
       assert.ok(flagsIn(bench).includes(flag), `${name}: tests/bench/run ${flag}`);

@@ -49,10 +49,9 @@ def wants_upload(side: JobData | str | PathLike[str]) -> TypeGuard[str | PathLik
 
 
 def comparison_call(
-    a: JobData | str | PathLike[str], b: JobData | str | PathLike[str],
-    a_denoise: str | None = None, b_denoise: str | None = None,
-) -> Call:  # fmt: skip
-    ids = [side.id if isinstance(side, JobData) else str(side) for side in (a, b)]
+    sides: Sequence[JobData | str | PathLike[str]], a_denoise: str | None, b_denoise: str | None
+) -> Call:
+    ids = [side.id if isinstance(side, JobData) else str(side) for side in sides]
     shown = {"a_denoise": a_denoise, "b_denoise": b_denoise}
     body = {"a": ids[0], "b": ids[1]} | {k: v for k, v in shown.items() if v is not None}
     return Call("POST", "/v1/comparisons", json=body, timeout_s=120)

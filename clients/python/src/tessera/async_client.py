@@ -209,7 +209,7 @@ class AsyncClient:
         """
         sides = [await self.upload_asset(s) if wants_upload(s) else s for s in (a, b)]
         try:
-            return Comparison.of(await self.ask(comparison_call(*sides, a_denoise, b_denoise)))
+            return Comparison.of(await self.ask(comparison_call(sides, a_denoise, b_denoise)))
         except (NotFound, MethodNotAllowed) as error:
             if await self._offers("/v1/comparisons"):
                 raise

@@ -208,7 +208,7 @@ class Client:
         """
         sides = [self.upload_asset(s) if wants_upload(s) else s for s in (a, b)]
         try:
-            return Comparison.of(self.ask(comparison_call(*sides, a_denoise, b_denoise)))
+            return Comparison.of(self.ask(comparison_call(sides, a_denoise, b_denoise)))
         except (NotFound, MethodNotAllowed) as error:
             if self._offers("/v1/comparisons"):
                 raise

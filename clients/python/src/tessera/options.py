@@ -53,7 +53,12 @@ class JobOptions(TypedDict, total=False):
 
 
 _STOP = (
-    "samples_per_pixel", "relative_error", "denoised_error", "confidence", "scope", "seconds",
+    "samples_per_pixel",
+    "relative_error",
+    "denoised_error",
+    "confidence",
+    "scope",
+    "seconds",
     "deadline",
 )
 _TYPED = ("integrator", "sampler", "light_sampler", "adaptive")

@@ -142,11 +142,11 @@ class TileFeed:
     A new connection sends every tile again: one that is the same as before is left out here.
     """
 
-    def __init__(
-        self, job_path: str, after: int, compressed: bool, denoise: str = "off"
-    ) -> None:
+    def __init__(self, job_path: str, after: int, compressed: bool, denoise: str = "off") -> None:
         self._path = job_path + "/tiles"
-        self._params = {"after": after, **({"denoise": denoise} if denoise != "off" else {})}
+        self._params: dict[str, str | int] = {"after": after}
+        if denoise != "off":
+            self._params["denoise"] = denoise
         self._compressed = compressed
         self._parser = FrameParser()
         self._seen: dict[tuple[int, int, bool], tuple[int, float]] = {}
@@ -157,9 +157,7 @@ class TileFeed:
         headers = {"Accept": "application/vnd.tessera.tiles"}
         if not self._compressed:
             headers["Accept-Encoding"] = "identity"
-        return Call(
-            "GET", self._path, params=self._params, headers=headers, timeout_s=_QUIET_S
-        )
+        return Call("GET", self._path, params=self._params, headers=headers, timeout_s=_QUIET_S)
 
     def take(self, piece: bytes) -> Iterator[Tile]:
         for frame in self._parser.feed(piece):

@@ -105,7 +105,8 @@ class Submitting(ApiTest):
         # one. Errors of the sampler fall faster than those of independent samples, by which three
         # times as many would be needed here. The sky is a map: one without is sampled by the cosine,
         # which leaves noise at silhouettes alone.
-        sky = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n" + b"\x80\x80\x80\x81" * 2048
+        head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n"
+        sky = head + b"\x80\x80\x80\x81" * (64 * 32)
         asset = self.server.post("/v1/assets", sky, {"Content-Type": "image/vnd.radiance"})
         job = {
             "scene": "furnace",

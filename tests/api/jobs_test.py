@@ -103,8 +103,8 @@ class Submitting(ApiTest):
     def test_dry_run_foresees_the_samples_of_an_error_target(self):
         # Furnace: the same noise everywhere, so that the small pilot picture stands for the large
         # one. Errors of the sampler fall faster than those of independent samples, by which three
-        # times as many would be needed here. The sky is a map: one without is sampled by the cosine,
-        # which leaves noise at silhouettes alone.
+        # times as many would be needed here. The sky is a map: one without is sampled by the
+        # cosine, which leaves noise at silhouettes alone.
         head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n"
         sky = head + b"\x80\x80\x80\x81" * (64 * 32)
         asset = self.server.post("/v1/assets", sky, {"Content-Type": "image/vnd.radiance"})

@@ -207,8 +207,9 @@ class Retry(unittest.TestCase):
         return failed
 
     def test_a_failed_job_goes_on_from_its_checkpoint_to_the_same_end(self):
-        calm = self.server.render(body(32))
-        job = self.server.submit(body(32))["id"]
+        # Long enough for several checkpoints: with 32 samples it once ended before the first.
+        calm = self.server.render(body(192))
+        job = self.server.submit(body(192))["id"]
         deadline = time.monotonic() + PATIENCE_S
         while '"checkpoint"' not in self.server.log_text() and time.monotonic() < deadline:
             time.sleep(0.02)

@@ -2,13 +2,16 @@
 """Runs the API tests against a built server.
 
     tests/api/run.py BINARY [PATTERN...]     BINARY: build/release/tessera
-    tests/api/run.py --binary BINARY [--tests FOLDER] [...]
+    tests/api/run.py --binary BINARY [--tests FOLDER] [--jobs N] [...]
 
 PATTERN picks tests whose name contains it; FOLDER holds other tests that use this folder's harness.
+N classes run at a time (2: most of a test is waiting), each in a process of its own.
 The last line counts; exit code 0 only when none failed.
 """
 
 import argparse
+import concurrent.futures
+import io
 import os
 import sys
 import time
@@ -51,10 +54,21 @@ def chosen(suite, patterns):
             yield test
 
 
+def run_class(tests):
+    """Output and counts of the tests of a class."""
+    stream = io.StringIO()
+    result = Report(unittest.runner._WritelnDecorator(stream), True, 0)
+    unittest.TestSuite(tests).run(result)
+    result.printErrors()
+    failed = len(result.failures) + len(result.errors) + len(result.unexpectedSuccesses)
+    return stream.getvalue(), getattr(result, "good", 0), failed
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--binary")
     parser.add_argument("--tests", default=HERE)
+    parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("rest", nargs="*")
     options = parser.parse_args()
     binary = options.binary or (options.rest.pop(0) if options.rest else "build/release/tessera")
@@ -62,11 +76,16 @@ def main():
     sys.path.insert(0, HERE)
     found = unittest.defaultTestLoader.discover(
         options.tests, pattern="*_test.py", top_level_dir=options.tests)
-    suite = unittest.TestSuite(chosen(found, options.rest))
-    runner = unittest.TextTestRunner(stream=sys.stdout, resultclass=Report, verbosity=0)
-    result = runner.run(suite)
-    failed = len(result.failures) + len(result.errors) + len(result.unexpectedSuccesses)
-    passed = getattr(result, "good", 0)
+    classes = {}
+    for test in chosen(found, options.rest):
+        classes.setdefault(type(test), []).append(test)
+    passed = failed = 0
+    with concurrent.futures.ProcessPoolExecutor(options.jobs) as pool:
+        running = [pool.submit(run_class, tests) for tests in classes.values()]
+        for done in concurrent.futures.as_completed(running):
+            said, good, bad = done.result()
+            print(said, end="", flush=True)
+            passed, failed = passed + good, failed + bad
     print(f"{passed} passed, {failed} failed", flush=True)
     return 0 if failed == 0 and passed > 0 else 1
 

@@ -102,16 +102,25 @@ void check_restir(const core::RenderSettings& render, Faults& faults) {
 /// What is not found along one path alone has no share.
 void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults& faults) {
   const core::RenderSettings& render = spec.render;
-  if (!render.film.shares.empty() && !row.shares) {
-    faults.add("/film/layers", "'" + render.film.shares.front().layer + "': integrator '" +
-                                   std::string(row.name) +
-                                   "' keeps no shares of the light; 'path' does");
+  for (const core::LightShare& share : render.film.shares) {
+    if (core::keeps_share(row, share)) {
+      continue;
+    }
+    std::string others;
+    for (const core::IntegratorEntry& other : core::integrators()) {
+      if (core::keeps_share(other, share)) {
+        others += (others.empty() ? ", but by '" : ", '") + std::string(other.name) + "'";
+      }
+    }
+    faults.add("/film/layers", "'" + share.layer + "' is not kept by integrator '" +
+                                   std::string(row.name) + "'" + others);
   }
   if (render.film.shares.empty() && !render.fog) {
     return;
   }
-  const std::string reason =
-      render.fog ? "does not go with a medium" : "does not go with layers bounce:N and light:NAME";
+  const std::string reason = render.fog
+                                 ? "does not go with a medium"
+                                 : "does not go with layers bounce:N, light:NAME and irradiance";
   if (render.estimator.mis == core::MisType::kOptimal) {
     faults.add("/estimator/mis/type", "'optimal' " + reason);
   }

@@ -316,7 +316,7 @@ Json layer_schema() {
     names.push_back(layer.name);
   }
   const Json shares = {{"type", "string"},
-                       {"pattern", "^(bounce:(0|[1-9][0-9]{0,5})-?|light:.+)$"}};
+                       {"pattern", "^(bounce:(0|[1-9][0-9]{0,5})-?|light:.+|irradiance)$"}};
   return {{"anyOf", {{{"type", "string"}, {"enum", std::move(names)}}, shares}}};
 }
 
@@ -394,8 +394,8 @@ Json layers_schema(const JobSpec& defaults) {
   }
   Json schema =
       basic_schema("array", "Layers to record: " + recordable +
-                                ", and shares of the light, bounce:N and light:NAME (path only). "
-                                "The others are always there.");
+                                ", shares of the light, bounce:N and light:NAME (path only), "
+                                "and irradiance. The others are always there.");
   schema["items"] = layer_schema();
   schema["uniqueItems"] = true;
   schema["default"] = defaults.layers;

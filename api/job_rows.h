@@ -34,6 +34,10 @@ void read_medium(const Json& value, JobSpec& spec, const std::string& pointer, F
 void print_medium(const JobSpec& spec, Json& object);
 Json medium_schema(const JobSpec& defaults);
 
+void read_meter(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void print_meter(const JobSpec& spec, Json& object);
+Json meter_schema(const JobSpec& defaults);
+
 /// Of the name of a layer.
 Json layer_schema();
 void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);

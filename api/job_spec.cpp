@@ -291,6 +291,8 @@ const auto& table() {
                                &first_replicate_schema, false, true}),
       light_sampler_row(),
       adaptive_row(),
+      shown_if([](const JobSpec& s) { return !s.render.meter.empty(); },
+               CustomRow<JobSpec>{"meter", &read_meter, &print_meter, &meter_schema}),
       FixedRow{"spectral", "false", "Wavelengths instead of three colours."},
       CustomRow<JobSpec>{
           "stop",

@@ -15,6 +15,7 @@
 #include "core/denoise/denoiser.h"
 #include "core/error/error_estimate.h"
 #include "core/film/film_merge.h"
+#include "core/meter/meter_reading.h"
 #include "core/render/render_task.h"
 #include "core/scene/scene.h"
 #include "core/settings/settings.h"
@@ -122,6 +123,11 @@ struct Slope {
 };
 Slope fit_slope(std::span<const core::ConvergencePoint> points);
 std::string convergence_json(std::span<const core::ConvergencePoint> points);
+
+/// {"bias", "points"} of a job's meter.
+std::string meter_json(std::span<const core::MeterReading> readings);
+/// The same as a table (RFC 4180).
+std::string meter_csv(std::span<const core::MeterReading> readings);
 
 struct PixelLayer {
   std::string name;

@@ -30,6 +30,7 @@ inline constexpr std::int64_t kFilmSide = 16384;
 inline constexpr std::int64_t kFilmPixels = 64'000'000;
 inline constexpr std::int64_t kFilterRadius = 8;
 inline constexpr std::int64_t kLightShares = 64;
+inline constexpr std::int64_t kMeterPoints = 4096;
 inline constexpr std::int64_t kMixWeight = 1'000'000;
 inline constexpr std::int64_t kMaxDepth = 1024;
 inline constexpr std::int64_t kReplicates = 64;

@@ -83,6 +83,8 @@ constexpr std::array kJobOrDryRun = {ContentRow{"application/json",
                                                 R"({"$ref":"#/components/schemas/DryRun"}]})"}};
 constexpr std::array kJobList = {ContentRow{"application/json", "JobList"}};
 constexpr std::array kPixel = {ContentRow{"application/json", "Pixel"}};
+constexpr std::array kMeter = {ContentRow{"application/json", "Meter"}};
+constexpr std::array kCsv = {ContentRow{"text/csv", ""}};
 constexpr std::array kConvergence = {ContentRow{"application/json", "Convergence"}};
 constexpr std::array kComparison = {ContentRow{"application/json", "Comparison"}};
 constexpr std::array kFilm = {ContentRow{"application/vnd.tessera.film", ""}};
@@ -154,6 +156,8 @@ constexpr std::array kSheetAnswer = {ResponseRow{200, "The sheet.", kPng}};
 constexpr std::array kImageAnswer = {ResponseRow{200, "The picture.", kImages},
                                      ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kPixelAnswer = {ResponseRow{200, "The pixel.", kPixel}};
+constexpr std::array kMeterAnswer = {ResponseRow{200, "The readings.", kMeter}};
+constexpr std::array kMeterTableAnswer = {ResponseRow{200, "The readings as a table.", kCsv}};
 constexpr std::array kConvergenceAnswer = {ResponseRow{200, "The curve.", kConvergence}};
 constexpr std::array kEventsAnswer = {
     ResponseRow{200, "Server-sent events, until the job ends.", kEvents},
@@ -210,6 +214,7 @@ constexpr std::array kTicketProblems = {400, 404, 415, 422};
 constexpr std::array kPatchProblems = {400, 404, 409, 412, 415, 422, 507};
 constexpr std::array kExtendProblems = {400, 404, 409, 415, 422, 507};
 constexpr std::array kImageProblems = {404, 406, 409, 410, 422};
+constexpr std::array kMeterProblems = {404, 409, 410};
 constexpr std::array kMergeProblems = {400, 404, 409, 410, 413, 415, 422, 507};
 constexpr std::array kFilmProblems = {404, 409, 410, 416};
 constexpr std::array kBatchProblems = {400, 404, 409, 413, 415, 422, 507};
@@ -349,6 +354,12 @@ constexpr std::array kOperations = {
     Operation{"getConvergence", "GET", "/v1/jobs/{id}/convergence", "Results",
               "Error over samples and time.", "", "read", kNoHeaders, kNoBody, kConvergenceAnswer,
               k404, true},
+    Operation{"getMeter", "GET", "/v1/jobs/{id}/meter", "Results",
+              "Irradiance at the points of the job's meter.",
+              "409 before the first sample of all of them; 404 for a job without a meter.", "read",
+              kNoHeaders, kNoBody, kMeterAnswer, kMeterProblems, true},
+    Operation{"getMeterTable", "GET", "/v1/jobs/{id}/meter.csv", "Results", "The same as CSV.", "",
+              "read", kNoHeaders, kNoBody, kMeterTableAnswer, kMeterProblems, true},
     Operation{"getFilm", "GET", "/v1/jobs/{id}/film", "Results",
               "Download the film (raw sample sums).",
               "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and "

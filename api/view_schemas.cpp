@@ -106,6 +106,8 @@ void add_view_schemas(Json& components) {
   add(components, convergence_view());
   add(components, pixel_layer_view());
   add(components, pixel_view());
+  add(components, meter_reading_view());
+  add(components, meter_view());
   add(components, comparison_view());
   Json defaults = job_request_schema();
   defaults["properties"].erase("scene");

@@ -60,6 +60,9 @@ struct AssetView {
 struct ConvergenceView {
   std::span<const core::ConvergencePoint> points;
 };
+struct MeterView {
+  std::span<const core::MeterReading> readings;
+};
 /// A name that requests may use, from a registry.
 struct TypeView {
   std::string_view type;
@@ -117,6 +120,8 @@ const View<core::ConvergencePoint>& curve_point_view();
 const View<PixelLayer>& pixel_layer_view();
 const View<ConvergenceView>& convergence_view();
 const View<PixelView>& pixel_view();
+const View<core::MeterReading>& meter_reading_view();
+const View<MeterView>& meter_view();
 const View<ComparisonView>& comparison_view();
 
 // api/lab_view.cpp

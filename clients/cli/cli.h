@@ -47,6 +47,7 @@ int scenes(const Args& args);
 int drain(const Args& args);
 int merge(const Args& args);
 int compare(const Args& args);
+int meter(const Args& args);
 int health(const Args& args);
 int completion(const Args& args);
 int man(const Args& args);

@@ -1,4 +1,4 @@
-// The verbs for what came of jobs: merge, compare.
+// The verbs for what came of jobs: merge, compare, meter.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -154,6 +154,24 @@ int compare_pictures(const ServerFlags& server, const Side& left, const Side& ri
   return kDone;
 }
 
+int print_meter(const ServerFlags& server, const std::string& id, bool json) {
+  auto client = ApiClient::connect(server.url, server.key);
+  if (!client) {
+    return complain("meter", client.error());
+  }
+  const auto path = job_path(**client, id);
+  if (!path) {
+    return complain("meter", path.error());
+  }
+  const auto reply = (*client)->get(*path + (json ? "/meter" : "/meter.csv"));
+  if (!reply) {
+    return complain("meter", reply.error());
+  }
+  std::printf("%s",
+              json ? (parse_object(reply->body).dump(2) + "\n").c_str() : reply->body.c_str());
+  return kDone;
+}
+
 }  // namespace
 
 int merge(const Args& args) {
@@ -184,6 +202,17 @@ int compare(const Args& args) {
   app.add_flag("--json", json, "Print the comparison as JSON");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return compare_pictures(server, a, b, json); });
+}
+
+int meter(const Args& args) {
+  CLI::App app("Prints what the meter of a job has measured so far, as CSV.", "tessera meter");
+  ServerFlags server;
+  std::string id = "latest";
+  bool json = false;
+  app.add_option("id", id, "Job; without one the newest")->type_name("ID");
+  app.add_flag("--json", json, "Print JSON");
+  add_server_flags(app, server);
+  return parse_and_run(app, args, [&] { return print_meter(server, id, json); });
 }
 
 }  // namespace cli

@@ -29,6 +29,7 @@ constexpr std::array kVerbs = {
     Verb{"scenes", "list the scenes of a server", &scenes},
     Verb{"merge", "merge films of the same image", &merge},
     Verb{"compare", "compare two jobs, or a job and an image", &compare},
+    Verb{"meter", "print what the meter of a job has measured", &meter},
     Verb{"drain", "have a server take no new jobs", &drain},
     Verb{"health", "check whether a server is ready", &health},
     Verb{"completion", "print completions for a shell", &completion},

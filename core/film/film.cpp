@@ -106,6 +106,10 @@ Film::Film(const RenderSettings& settings)
            integrator_splats(settings)) {
   adaptive_ = settings.adaptive.type;
   fit_ = fit_type(settings);
+  meter_points_ = settings.meter.count();
+  meter_chunk_count_ = static_cast<int>(meter_chunks(meter_points_));
+  MutexLock lock(mutex_);
+  meter_.resize(static_cast<std::size_t>(meter_chunk_count_));
 }
 
 TileState Film::tile(int tile) const {
@@ -408,6 +412,9 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
 std::uint64_t Film::rejected_samples() const {
   MutexLock lock(mutex_);
   std::uint64_t sum = splats_.rejected_samples;
+  for (const MeterChunk& chunk : meter_) {
+    sum += chunk.rejected_samples;
+  }
   for (const Slot& slot : tiles_) {
     sum += slot.state.rejected_samples;
   }
@@ -417,6 +424,9 @@ std::uint64_t Film::rejected_samples() const {
 std::uint64_t Film::rays() const {
   MutexLock lock(mutex_);
   std::uint64_t sum = splats_.rays;
+  for (const MeterChunk& chunk : meter_) {
+    sum += chunk.rays;
+  }
   for (const Slot& slot : tiles_) {
     sum += slot.state.rays;
   }
@@ -426,6 +436,9 @@ std::uint64_t Film::rays() const {
 double Film::cpu_seconds() const {
   MutexLock lock(mutex_);
   double sum = cpu_seconds_beside_;
+  for (const MeterChunk& chunk : meter_) {
+    sum += chunk.cpu_seconds;
+  }
   for (const Slot& slot : tiles_) {
     sum += slot.state.cpu_seconds;
   }
@@ -449,7 +462,8 @@ std::size_t Film::bytes() const noexcept {
                    (has_splats() ? sizeof(SplatPixel) : 0) + shares_.size() * sizeof(Rgb)) +
               (has_aux_ ? sizeof(AuxPixel) : 0) + (has_plan() ? sizeof(PixelPlan) : 0) +
               (has_pilot() ? sizeof(PilotPixel) : 0)) +
-         rects_.size() * (sizeof(Slot) + sizeof(PixelRect));
+         rects_.size() * (sizeof(Slot) + sizeof(PixelRect)) +
+         meter_points_ * kMeterReplicates * sizeof(MeterSum);
 }
 
 std::string Film::digest() const {

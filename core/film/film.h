@@ -13,6 +13,7 @@
 /// since light that starts anywhere may end in the crop.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -31,6 +32,7 @@
 #include "core/film/sample_plan.h"
 #include "core/film/splats.h"
 #include "core/math/vec.h"
+#include "core/meter/meter_chunk.h"
 #include "core/settings/settings.h"
 
 namespace core {
@@ -153,6 +155,17 @@ class Film {
   std::vector<std::uint32_t> settle_splats();
   /// All at one time; no tile is empty.
   SplatState splats() const;
+  /// Of the job's meter; empty: it has none.
+  std::vector<MeterChunk> meter() const;
+  int meter_chunk_count() const noexcept { return meter_chunk_count_; }
+  MeterChunk meter_chunk(int chunk) const;
+  void commit_meter(int chunk, MeterChunk state);
+  std::size_t meter_points() const noexcept { return meter_points_; }
+  /// Of a chunk: sums that it has once it has samples.
+  std::size_t meter_sums(int chunk) const noexcept {
+    const std::size_t first = static_cast<std::size_t>(chunk) * kMeterChunk;
+    return std::min<std::size_t>(kMeterChunk, meter_points_ - first) * kMeterReplicates;
+  }
   void restore_splats(SplatState state);
   /// A tile with its splats in the means.
   TileState shown_tile(int tile) const;
@@ -213,6 +226,8 @@ class Film {
   FitType fit_ = FitType::kNone;
   std::vector<PixelRect> rects_;
   std::vector<PixelRect> unit_rects_;
+  std::size_t meter_points_ = 0;
+  int meter_chunk_count_ = 0;
   mutable Mutex mutex_;
   std::vector<Slot> tiles_ GUARDED_BY(mutex_);
   std::uint32_t revision_ GUARDED_BY(mutex_) = 0;
@@ -221,6 +236,7 @@ class Film {
   double cpu_seconds_beside_ GUARDED_BY(mutex_) = 0;
   SplatState splats_ GUARDED_BY(mutex_);
   bool is_settled_ GUARDED_BY(mutex_) = true;
+  std::vector<MeterChunk> meter_ GUARDED_BY(mutex_);
 };
 
 /// Adds a sample's shares to the means of its replicate, which has `count` samples with it.

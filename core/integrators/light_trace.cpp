@@ -6,12 +6,9 @@
 #include "core/integrators/path_tracer.h"
 #include "core/integrators/registry.h"
 #include "core/light_samplers/emission_sampler.h"
-#include "core/materials/adjoint_bsdf.h"
 #include "core/samplers/dimensions.h"
-#include "core/transport/intersect.h"
 #include "core/transport/light_path.h"
 #include "core/transport/scatter.h"
-#include "core/transport/surface_event.h"
 
 namespace core {
 namespace {
@@ -30,11 +27,7 @@ class LightTracer final : public Integrator {
                    CameraSplats& splats) const noexcept override;
 
  private:
-  /// power: that arrives at the vertex.
-  void connect(PathState& path, Rgb power, const PathVertex& vertex, const ScatterPoint& at,
-               const SeenSurface& from_light, CameraSplats& splats) const noexcept;
-  bool extend(PathState& path, Rgb power, const PathVertex& vertex, const ScatterPoint& at,
-              const SeenSurface& from_light) const noexcept;
+  void connect(PathState& path, const LightVertex& vertex, CameraSplats& splats) const noexcept;
 
   const SceneData& scene_;
   EmissionSampler emission_;
@@ -67,72 +60,31 @@ PathSample LightTracer::trace(const Camera::CameraRay& camera_ray, const PathSam
 void LightTracer::trace_light(const PathSampler& sampler, std::uint64_t& rays,
                               CameraSplats& splats) const noexcept {
   PathState path = start_path({}, sampler, rays);
-  const EmissionSample light = start_light_path(path, emission_);
-  const float first_size = throughput_size(path.beta);
-  PathVertex vertex;
-  while (first_size > 0 && path.scatterings() < max_depth_ &&
-         path.null_scatterings <= kNullScatteringMax && intersect(scene_, path, vertex)) {
-    path.beta *= segment_transmittance(scene_, path, vertex);
-    const Material& material = scene_.materials[vertex.point.material];
-    if (material.factors.unlit) {
-      return;
-    }
-    surface_event(scene_, path, vertex);
-    const BsdfParameters& b = vertex.shading.bsdf;
-    const ScatterPoint at = {material, vertex.point,        path.footprint(),
-                             b.ior,    b.reflection_weight, b.refraction_weight};
-    const SeenSurface from_light(at, vertex.wo_world);
-    Rgb power = path.beta;
-    if (path.scatterings() == 0) {  // a range ends at the first surface that scatters
-      power *=
-          emission_.range_factor(light.light, length(vertex.point.position - path.last.origin));
-    }
-    connect(path, power, vertex, at, from_light, splats);
-    const int depth = path.depth;
-    if (!extend(path, power, vertex, at, from_light) ||
-        !survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
-                           throughput_size(path.beta) / first_size)) {
-      return;
-    }
-  }
+  follow_light_path(scene_, emission_, max_depth_, path,
+                    [&](const LightVertex& vertex) { connect(path, vertex, splats); });
 }
 
-void LightTracer::connect(PathState& path, Rgb power, const PathVertex& vertex,
-                          const ScatterPoint& at, const SeenSurface& from_light,
+void LightTracer::connect(PathState& path, const LightVertex& vertex,
                           CameraSplats& splats) const noexcept {
-  if (!from_light.bsdf().has_spread()) {
+  if (!vertex.from_light.bsdf().has_spread()) {
     return;
   }
   const Vec4 u = path.sampler.get_4d(vertex_group(path.depth));
-  const Camera::ImportanceSample to = splats.camera().sample_wi(vertex.shading.origin, {u.x, u.y});
+  const Camera::ImportanceSample to =
+      splats.camera().sample_wi(vertex.surface.shading.origin, {u.x, u.y});
   if (!(to.pdf_solid_angle > 0) || !splats.reaches(to.importance.film_px)) {
     return;
   }
-  const SeenSurface from_camera(at, to.wi_world);
-  const Rgb f = evaluate_scatter(from_light, from_camera, TransportMode::kImportance).value_cos;
+  const SeenSurface from_camera(vertex.at, to.wi_world);
+  const Rgb f =
+      evaluate_scatter(vertex.from_light, from_camera, TransportMode::kImportance).value_cos;
   if (is_black(f)) {
     return;
   }
-  const Visibility seen =
-      visibility_from(scene_, path, vertex, to.wi_world, to.origin, false, ClearSurfaces::kBlock);
+  const Visibility seen = visibility_from(scene_, path, vertex.surface, to.wi_world, to.origin,
+                                          false, ClearSurfaces::kBlock);
   splats.add(to.importance.film_px,
-             power * f * seen.transmittance * (to.importance.we / to.pdf_solid_angle));
-}
-
-/// False: the path is over.
-bool LightTracer::extend(PathState& path, Rgb power, const PathVertex& vertex,
-                         const ScatterPoint& at, const SeenSurface& from_light) const noexcept {
-  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
-  const ScatterSample next =
-      sample_scatter(at, from_light, u.x, {u.y, u.z}, TransportMode::kImportance);
-  if (is_black(next.weight)) {
-    return false;
-  }
-  if (!next.is_straight) {
-    path.beta = power;
-  }
-  scatter(scene_, path, vertex, next, TransportMode::kImportance);
-  return true;
+             vertex.power * f * seen.transmittance * (to.importance.we / to.pdf_solid_angle));
 }
 
 }  // namespace

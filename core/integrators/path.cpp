@@ -29,7 +29,7 @@ PathSample PathTracer<Options>::trace_shares(const Camera::CameraRay& camera_ray
                                              std::span<Rgb> shares) const noexcept {
   TracedPath path{start_path(camera_ray, sampler, rays)};
   if constexpr (Options::has_media) {
-    path.fog = fog_ ? &*fog_ : nullptr;
+    path.fog = fog();
     path.shares = shares.empty() ? nullptr : shares.data();
   }
   follow(path);

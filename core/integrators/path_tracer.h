@@ -79,6 +79,8 @@ class PathTracer final : public Integrator {
 
   const LightSampler& lights() const noexcept { return lights_; }
   const Options& options() const noexcept { return options_; }
+  /// Around the solids; null: there is none.
+  const Fog* fog() const noexcept { return fog_ ? &*fog_ : nullptr; }
 
  private:
   bool samples_lights() const noexcept {
@@ -140,7 +142,7 @@ class PathTracer final : public Integrator {
   LightSampler lights_;
   Options options_;
   [[no_unique_address]] typename Options::Ledger ledger_;
-  std::optional<Fog> fog_;  ///< around the solids
+  std::optional<Fog> fog_;
   bool shares_lights_;
 };
 

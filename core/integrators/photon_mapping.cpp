@@ -159,50 +159,15 @@ void PhotonTracer::trace_photons(PhotonPass& pass, int part, std::uint64_t& rays
 }
 
 void PhotonTracer::follow_particle(PathState& path, std::vector<Photon>& out) const {
-  const EmissionSample light = start_light_path(path, emission_);
-  const float first_size = throughput_size(path.beta);
-  bool is_smooth = true;  // every scattering so far
-  PathVertex vertex;
-  while (first_size > 0 && path.scatterings() < settings_.max_depth &&
-         path.null_scatterings <= kNullScatteringMax && intersect(scene_, path, vertex)) {
-    path.beta *= segment_transmittance(scene_, path, vertex);
-    const Material& material = scene_.materials[vertex.point.material];
-    if (material.factors.unlit) {
-      return;
-    }
-    surface_event(scene_, path, vertex);
-    const BsdfParameters& b = vertex.shading.bsdf;
-    const ScatterPoint at = {material, vertex.point,        path.footprint(),
-                             b.ior,    b.reflection_weight, b.refraction_weight};
-    const SeenSurface from_light(at, vertex.wo_world);
+  follow_light_path(scene_, emission_, settings_.max_depth, path, [&](const LightVertex& vertex) {
+    const PathVertex& at = vertex.surface;
     const int before = path.scatterings();
-    Rgb power = path.beta;
-    if (before == 0) {  // a range ends at the first surface that scatters
-      power *=
-          emission_.range_factor(light.light, length(vertex.point.position - path.last.origin));
+    if (vertex.from_light.bsdf().has_spread() && is_finite(vertex.power)) {
+      out.push_back({at.point.position, vertex.power, PackedDirection(at.wo_world),
+                     PackedDirection(at.shading.normal_geometric),
+                     static_cast<std::uint16_t>(before), before > 0 && vertex.is_smooth});
     }
-    if (from_light.bsdf().has_spread() && is_finite(power)) {
-      out.push_back({vertex.point.position, power, PackedDirection(vertex.wo_world),
-                     PackedDirection(vertex.shading.normal_geometric),
-                     static_cast<std::uint16_t>(before), before > 0 && is_smooth});
-    }
-    const int depth = path.depth;
-    const Vec4 u = path.sampler.get_4d(dimension_group(depth, BounceGroup::kBsdf));
-    const ScatterSample next =
-        sample_scatter(at, from_light, u.x, {u.y, u.z}, TransportMode::kImportance);
-    if (is_black(next.weight)) {
-      return;
-    }
-    if (!next.is_straight) {
-      path.beta = power;
-    }
-    is_smooth = is_smooth && (next.is_delta || next.is_straight);
-    scatter(scene_, path, vertex, next, TransportMode::kImportance);
-    if (!survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
-                           throughput_size(path.beta) / first_size)) {
-      return;
-    }
-  }
+  });
 }
 
 PathSample PhotonTracer::gather(const Camera::CameraRay& camera_ray, const PathSampler& sampler,

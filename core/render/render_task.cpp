@@ -21,13 +21,9 @@ bool is_past(const std::optional<double>& unix_seconds) {
   return unix_seconds && std::chrono::duration<double>(now).count() >= *unix_seconds;
 }
 
-/// Samples that a slice is to have, all pixels of the tile together, for so many seconds.
 int slice_length(const TileState& tile, double seconds) {
-  constexpr double kFirstGuess =
-      1.5e-6;  // seconds a sample; only the first slice of a tile uses it
   const double area = static_cast<double>(tile.rect.width) * tile.rect.height;
-  const double each = tile.samples > 0 ? tile.cpu_seconds / tile.samples : area * kFirstGuess;
-  return std::max(1, static_cast<int>(seconds / std::max(each, 1e-9)));
+  return core::slice_length(area, tile.samples, tile.cpu_seconds, seconds);
 }
 
 }  // namespace
@@ -51,6 +47,12 @@ RenderTask::Impl::Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> 
     tiles.push_back({has_pixels ? std::min(light, film->tile_samples(t)) : light, pilot, false});
     pass.target = std::max(pass.target, tiles.back().samples);
     pass.base = t == 0 ? tiles.back().samples : std::min(pass.base, tiles.back().samples);
+  }
+  for (int chunk = 0; chunk < film->meter_chunk_count(); ++chunk) {
+    const int samples = film->meter_chunk(chunk).samples;
+    tiles.push_back({samples, std::numeric_limits<int>::max(), false});
+    pass.target = std::max(pass.target, samples);
+    pass.base = std::min(pass.base, samples);
   }
   pass.base_is_whole = pass.base == pass.target;
   if (film->has_plan()) {
@@ -354,6 +356,10 @@ void RenderTask::run(const Slice& slice) {
   Impl& m = *impl_;
   if (slice.kind == SliceKind::kPhotons) {
     m.run_photons(slice);
+    return;
+  }
+  if (slice.tile >= m.film->unit_count()) {
+    m.run_meter(slice);
     return;
   }
   if (slice.tile >= m.film->tile_count()) {

@@ -1,7 +1,8 @@
 /// RenderTask: one picture being made, as slices for whichever threads come along.
 ///
 /// A slice is (tile, samples [first, last)): the tile's camera paths and, where the integrator
-/// splats, light paths of its unit; units outside of the crop have light paths alone. Passes: every
+/// splats, light paths of its unit; units outside of the crop have light paths alone, and chunks of
+/// a meter's points come after them. Passes: every
 /// tile gets to the same sample count before a decision (stop, look at the error), so the film at
 /// the end does not depend on threads. Where sampling is adaptive, an epoch begins at some of them:
 /// pilot slices come first, then the plan is made and every tile gets its part. Where camera paths
@@ -32,7 +33,8 @@ enum class SliceKind {
 };
 
 struct Slice {
-  int tile = 0;  ///< or a unit outside of the crop: from Film::tile_count() on
+  int tile = 0;  ///< or a unit outside of the crop: from Film::tile_count() on; or a chunk of the
+                 ///< meter: from Film::unit_count() on
   int first_sample = 0;
   int last_sample = 0;
   SliceKind kind = SliceKind::kPicture;
@@ -68,6 +70,11 @@ class Renderer {
   /// The same for pilot samples [state.pilot_samples, last_sample), which are independent of all
   /// others.
   virtual bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const = 0;
+  /// Brings a chunk of the job's meter to last_sample. False when stop was requested.
+  virtual bool render_meter(int /*chunk*/, MeterChunk&, int /*last_sample*/,
+                            std::stop_token) const {
+    return true;
+  }
   /// Null: samples need no photons. As Integrator::start_photons().
   virtual std::unique_ptr<PhotonPass> start_photons(int) const { return nullptr; }
   virtual void trace_photons(PhotonPass&, int /*part*/, std::uint64_t& /*rays*/) const {}

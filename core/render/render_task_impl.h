@@ -1,6 +1,7 @@
 /// RenderTask::Impl: the phases of a task, for render_task.cpp alone.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <limits>
 #include <map>
@@ -29,6 +30,15 @@ struct Stopwatch {
     since.reset();
   }
 };
+
+/// Samples that a slice is to have for so many seconds. pixels: of each sample; samples,
+/// cpu_seconds: so far.
+inline int slice_length(double pixels, int samples, double cpu_seconds, double seconds) {
+  constexpr double kFirstGuess =
+      1.5e-6;  // seconds a sample; only the first slice of a tile uses it
+  const double each = samples > 0 ? cpu_seconds / samples : pixels * kFirstGuess;
+  return std::max(1, static_cast<int>(seconds / std::max(each, 1e-9)));
+}
 
 /// Phases: rendering passes, piloting before an epoch, tracing photons before a pass, deciding (one
 /// thread does, and no slice is out), over. Every function takes the lock once at most; what is
@@ -105,6 +115,7 @@ struct RenderTask::Impl {
 
   LightBatch light_of(int unit, int last_sample) const;
   void run_light(const Slice& slice) EXCLUDES(mutex);
+  void run_meter(const Slice& slice) EXCLUDES(mutex);
   void run_photons(const Slice& slice) EXCLUDES(mutex);
   bool gather(TileState& state, std::stop_token stop) EXCLUDES(mutex);
   Due begin_photons(int sample) EXCLUDES(mutex);

@@ -13,6 +13,7 @@
 #include "core/camera/camera.h"
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
+#include "core/render/meter.h"
 #include "core/render/pass_plan.h"
 #include "core/render/render_task.h"
 #include "core/render/split_pilot.h"
@@ -102,7 +103,18 @@ class PictureRenderer final : public Renderer {
       : view_(std::move(view)),
         camera_(camera),
         filter_(view_.settings.film.filter),
-        planned_(planned_integrator(view_, camera_)) {}
+        planned_(planned_integrator(view_, camera_)) {
+    const RenderSettings& settings = view_.settings;
+    const IntegratorInput input = {view_.scene->data(), view_.environment.get(), settings};
+    if (!settings.meter.empty()) {
+      meter_.emplace(input);
+    }
+    const auto& shares = settings.film.shares;
+    if (std::any_of(shares.begin(), shares.end(),
+                    [](const LightShare& share) { return share.is_irradiance; })) {
+      irradiance_.emplace(input);
+    }
+  }
 
   const View& view() const noexcept override { return view_; }
   int measured_split_count() const noexcept override { return planned_.split_count; }
@@ -117,6 +129,11 @@ class PictureRenderer final : public Renderer {
     planned_.integrator->trace_photons(pass, part, rays);
   }
   bool gather(TileState& state, const PhotonPass& photons, std::stop_token stop) const override;
+  bool render_meter(int chunk, MeterChunk& state, int last_sample,
+                    std::stop_token stop) const override {
+    prepare_tracing_thread();
+    return meter_->render(chunk, state, last_sample, stop);
+  }
 
  private:
   /// One camera path; what is not finite counts as zero and is counted.
@@ -130,6 +147,8 @@ class PictureRenderer final : public Renderer {
   };
   Start start(PathSampler& sampler, int x, int y, int s) const;
   static void finish(PathSample& sample, float weight, std::uint64_t& rejected);
+  /// Of the layer, W/m^2.
+  Rgb irradiance(const Camera::CameraRay& ray, const PathSampler& sampler, TileState& state) const;
   bool render_waves(TileState& state, const FillRule& rule, int last_sample,
                     const std::stop_token& stop) const;
   bool render_shares(TileState& state, const FillRule& rule, int last_sample,
@@ -141,6 +160,8 @@ class PictureRenderer final : public Renderer {
   Camera camera_;
   FilterSampler filter_;
   Planned planned_;
+  std::optional<Meter> meter_;
+  std::optional<IrradianceTracer> irradiance_;  ///< where a share is that
 };
 
 PathSample PictureRenderer::trace(PathSampler& sampler, int x, int y, int s, std::uint64_t& rays,
@@ -194,6 +215,8 @@ bool PictureRenderer::render_shares(TileState& state, const FillRule& rule, int 
                       settings.first_replicate);
   const auto replicates = static_cast<std::size_t>(settings.replicates);
   const PixelRect rect = state.rect;
+  PathSampler falling(settings.sampler, settings.replicates, settings.seed | kIrradianceStream,
+                      settings.first_replicate);
   std::vector<Rgb> shares(settings.film.shares.size());
   state.shares.resize(state.pixels.size() * shares.size());
   return fill_tile(state, rule, last_sample, stop, [&](int x, int y, int s) {
@@ -203,8 +226,12 @@ bool PictureRenderer::render_shares(TileState& state, const FillRule& rule, int 
     PathSample sample = planned_.integrator->trace_shares(from.ray, sampler, state.rays, shares);
     finish(sample, from.weight, state.rejected_samples);
     const float weight = state.rejected_samples == rejected ? from.weight : 0.0F;
-    for (Rgb& share : shares) {
-      share = weight != 0 ? share * weight : Rgb{};
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+      if (settings.film.shares[i].is_irradiance) {
+        falling.start(x, y, s);
+        shares[i] = irradiance(from.ray, falling, state);
+      }
+      shares[i] = weight != 0 ? shares[i] * weight : Rgb{};
     }
     const auto pixel = static_cast<std::size_t>(y - rect.y) * static_cast<std::size_t>(rect.width) +
                        static_cast<std::size_t>(x - rect.x);
@@ -213,6 +240,16 @@ bool PictureRenderer::render_shares(TileState& state, const FillRule& rule, int 
                state.pixels[at].count + 1);
     return sample;
   });
+}
+
+Rgb PictureRenderer::irradiance(const Camera::CameraRay& ray, const PathSampler& sampler,
+                                TileState& state) const {
+  const Rgb found = irradiance_->sample_seen(ray, sampler, state.rays);
+  if (!is_finite(found)) {
+    ++state.rejected_samples;
+    return {};
+  }
+  return found * static_cast<float>(1 / kLumensPerWatt);
 }
 
 bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int last_sample,
@@ -356,11 +393,10 @@ Status check_light(const View& view, const IntegratorEntry* integrator) {
                        " does not render; path does",
                    "/integrator/type");
   }
-  if (!settings.film.shares.empty() && !integrator->shares) {
-    return refused(settings.integrator + " keeps no shares of the light; path does",
-                   "/film/layers");
-  }
   for (const LightShare& share : settings.film.shares) {
+    if (!keeps_share(*integrator, share)) {
+      return refused(settings.integrator + " does not keep '" + share.layer + "'", "/film/layers");
+    }
     const auto& groups = scene.light_groups;
     if (share.group && std::find(groups.begin(), groups.end(), *share.group) == groups.end()) {
       return refused("'" + *share.group + "' is no group of lights of the scene", "/film/layers");

@@ -11,13 +11,13 @@
 ///                                                         wave/wave_tracer integrators/mlt
 ///                                                         render/feature_pass
 ///   light   x       which light                           integrators/path integrators/direct
-///                                                         integrators/bdpt
+///                                                         integrators/bdpt integrators/irradiance
 ///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
 ///                                                         integrators/path_media
 ///                                                         wave/wave_tracer
 ///   light   y z     where on it                           integrators/path integrators/direct
-///                                                         integrators/bdpt
+///                                                         integrators/bdpt integrators/irradiance
 ///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
 ///                                                         integrators/path_media
@@ -28,11 +28,14 @@
 ///                                                         integrators/path_media
 ///                                                         wave/wave_tracer
 ///   bsdf    x       which lobe                            integrators/path integrators/direct
-///                                                         integrators/light_trace integrators/bdpt
+///                                                         transport/light_path integrators/bdpt
+///                                                         integrators/light_trace
 ///                                                         integrators/photon_mapping
 ///                                                         wave/wave_tracer render/feature_pass
 ///   bsdf    y z     direction                             integrators/path integrators/direct
-///                                                         integrators/light_trace integrators/bdpt
+///                                                         transport/light_path integrators/bdpt
+///                                                         integrators/irradiance
+///                                                         integrators/light_trace
 ///                                                         integrators/photon_mapping
 ///                                                         integrators/path_media
 ///                                                         wave/wave_tracer render/feature_pass
@@ -52,9 +55,8 @@
 ///   aim     x y     its direction                         transport/light_path
 ///   vertex  x y     position on the lens                  integrators/light_trace
 ///                                                         integrators/bdpt
-///   vertex  z       Russian roulette of a light path      integrators/light_trace
+///   vertex  z       Russian roulette of a light path      transport/light_path
 ///                                                         integrators/bdpt
-///                                                         integrators/photon_mapping
 ///   extra   0..     holes along a segment                 transport/intersect
 ///   extra   2^31..  analog absorption                     integrators/path
 #pragma once

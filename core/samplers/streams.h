@@ -11,5 +11,7 @@ inline constexpr std::uint64_t kLightStream = std::uint64_t{1} << 61U;
 inline constexpr std::uint64_t kPhotonStream = std::uint64_t{1} << 60U;
 inline constexpr std::uint64_t kChainStream = std::uint64_t{1} << 59U;
 inline constexpr std::uint64_t kFeatureStream = std::uint64_t{1} << 58U;
+inline constexpr std::uint64_t kMeterStream = std::uint64_t{1} << 57U;
+inline constexpr std::uint64_t kIrradianceStream = std::uint64_t{1} << 56U;
 
 }  // namespace core

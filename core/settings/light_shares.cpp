@@ -7,6 +7,10 @@ namespace core {
 namespace {
 
 constexpr std::array kLayerPatterns = {
+    LayerPattern{
+        "irradiance",
+        "Light that falls on the first surface, W/m2 of nominal white (683 lm/W), whatever "
+        "the surface does with it."},
     LayerPattern{"bounce:N",
                  "Light of paths with N scatterings: 0 is emitted, 1 direct light; `bounce:N-` of "
                  "those with N and more."},
@@ -17,9 +21,12 @@ constexpr std::array kLayerPatterns = {
 
 constexpr std::string_view kBounce = "bounce:";
 constexpr std::string_view kLight = "light:";
+constexpr std::string_view kStrategy = "st:";
+constexpr std::string_view kUnweighted = ":unweighted";
+constexpr std::string_view kIrradiance = "irradiance";
 
 /// Digits without a sign or zeros in front; empty: it is none.
-std::optional<int> bounce_of(std::string_view text) {
+std::optional<int> count_of(std::string_view text) {
   constexpr std::size_t kDigitsMost = 6;
   if (text.empty() || text.size() > kDigitsMost || (text.size() > 1 && text.front() == '0')) {
     return std::nullopt;
@@ -30,15 +37,38 @@ std::optional<int> bounce_of(std::string_view text) {
   return is_whole && value >= 0 ? std::optional(value) : std::nullopt;
 }
 
+/// "S,T"; the camera has one vertex at least, and a path two.
+std::optional<SubpathLengths> lengths_of(std::string_view text) {
+  const std::size_t comma = text.find(',');
+  if (comma == std::string_view::npos) {
+    return std::nullopt;
+  }
+  const auto light = count_of(text.substr(0, comma));
+  const auto camera = count_of(text.substr(comma + 1));
+  const bool is_path = light && camera && *camera >= 1 && *light + *camera >= 2;
+  return is_path ? std::optional(SubpathLengths{*light, *camera}) : std::nullopt;
+}
+
 }  // namespace
 
 std::span<const LayerPattern> layer_patterns() { return kLayerPatterns; }
 
 std::optional<LightShare> light_share(std::string_view layer) {
-  LightShare share{.layer = std::string(layer), .group = {}};
+  LightShare share{.layer = std::string(layer), .group = {}, .strategy = {}};
   if (layer.starts_with(kLight) && layer.size() > kLight.size()) {
     share.group = layer.substr(kLight.size());
     return share;
+  }
+  if (layer == kIrradiance) {
+    share.is_irradiance = true;
+    return share;
+  }
+  if (layer.starts_with(kStrategy)) {
+    share.is_weighted = !layer.ends_with(kUnweighted);
+    std::string_view lengths = layer.substr(kStrategy.size());
+    lengths.remove_suffix(share.is_weighted ? 0 : kUnweighted.size());
+    share.strategy = lengths_of(lengths);
+    return share.strategy ? std::optional(share) : std::nullopt;
   }
   if (!layer.starts_with(kBounce)) {
     return std::nullopt;
@@ -46,7 +76,7 @@ std::optional<LightShare> light_share(std::string_view layer) {
   std::string_view number = layer.substr(kBounce.size());
   const bool is_open = number.ends_with('-');
   number.remove_suffix(is_open ? 1 : 0);
-  const auto bounce = bounce_of(number);
+  const auto bounce = count_of(number);
   if (!bounce) {
     return std::nullopt;
   }
@@ -55,6 +85,13 @@ std::optional<LightShare> light_share(std::string_view layer) {
     share.last_bounce = *bounce;
   }
   return share;
+}
+
+bool keeps_share(const IntegratorEntry& integrator, const LightShare& share) {
+  if (share.is_irradiance) {
+    return !integrator.photons;
+  }
+  return share.strategy ? integrator.strategies : integrator.shares;
 }
 
 }  // namespace core

@@ -51,11 +51,12 @@ struct IntegratorEntry {
   /// Of integrator_options(): it honours these, and refuses other values than its defaults for the
   /// rest.
   Options accepts;
-  bool splats = false;    ///< light paths add to any pixel: errors of pixels are correlated
-  bool disperses = true;  ///< false: scenes with dispersion are refused
-  bool photons = false;   ///< camera paths look up photons, of each sample anew
-  bool media = false;     ///< false: scenes with media that scatter are refused
-  bool shares = false;    ///< keeps shares of the picture's light in layers of their own
+  bool splats = false;      ///< light paths add to any pixel: errors of pixels are correlated
+  bool disperses = true;    ///< false: scenes with dispersion are refused
+  bool photons = false;     ///< camera paths look up photons, of each sample anew
+  bool media = false;       ///< false: scenes with media that scatter are refused
+  bool shares = false;      ///< keeps shares of the picture's light in layers of their own
+  bool strategies = false;  ///< also of its strategies
   /// Its own defaults, over those of RenderSettings; null: it has none.
   void (*set_defaults)(RenderSettings& settings) = nullptr;
 };
@@ -145,8 +146,11 @@ struct LayerPattern {
   std::string_view summary;
 };
 std::span<const LayerPattern> layer_patterns();
-/// Of a layer `bounce:N`, `bounce:N-` (N and more) or `light:NAME`; empty: it is none of them.
+/// Of a layer `bounce:N`, `bounce:N-` (N and more), `light:NAME`, `st:S,T`, `st:S,T:unweighted` or
+/// `irradiance`; empty: it is none of them.
 std::optional<LightShare> light_share(std::string_view layer);
+/// Does the integrator keep it beside the picture?
+bool keeps_share(const IntegratorEntry& integrator, const LightShare& share);
 
 /// Samples per pixel of one whole set in every replicate, for samplers whose sets have no prefixes;
 /// 1 for the others.

@@ -1,6 +1,7 @@
 /// What a picture is made with: plain values, checked by api::parse before they come here.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -29,12 +30,24 @@ struct FilterSettings {
   float radius_px = 1.5F;
 };
 
-/// A part of the picture's light that a film keeps beside it: a layer `bounce:N` or `light:NAME`.
+/// Vertices of a path's two halves: s from the light, t from the camera, both ends counted.
+struct SubpathLengths {
+  int light = 0;
+  int camera = 0;
+  friend bool operator==(const SubpathLengths&, const SubpathLengths&) = default;
+};
+
+/// A plane of light that a film keeps beside the picture. A layer `bounce:N`, `light:NAME` or
+/// `st:S,T` is a part of the picture; `irradiance` is what falls on its first surfaces.
 struct LightShare {
   std::string layer;
   int first_bounce = 0;  ///< scatterings of the paths, from the first to the last
   int last_bounce = std::numeric_limits<int>::max();
-  std::optional<std::string> group;  ///< lights that they come from; empty: all
+  std::optional<std::string> group;        ///< lights that they come from; empty: all
+  std::optional<SubpathLengths> strategy;  ///< which makes them; empty: any
+  bool is_weighted = true;                 ///< false: as if that strategy were the only one
+  bool is_irradiance = false;
+  bool is_part() const noexcept { return is_weighted && !is_irradiance; }
   friend bool operator==(const LightShare&, const LightShare&) = default;
 };
 
@@ -128,6 +141,34 @@ struct FogSettings {
   float height_falloff = 0;  ///< density falls with exp(-height_falloff * y) [1/m]
 };
 
+/// Where irradiance is measured: on a small plane at `position` that faces along `normal`.
+struct MeterPoint {
+  Vec3 position;  ///< world [m]
+  Vec3 normal;    ///< of any length but 0
+  friend bool operator==(const MeterPoint&, const MeterPoint&) = default;
+};
+
+/// The centres of a rectangle's cells, which face along edge_u x edge_v. World [m].
+struct MeterPlane {
+  Vec3 origin;
+  Vec3 edge_u;
+  Vec3 edge_v;
+  int columns = 0;  ///< along edge_u
+  int rows = 0;
+};
+
+struct MeterSettings {
+  std::vector<MeterPoint> points;
+  std::optional<MeterPlane> plane;
+
+  bool empty() const noexcept { return points.empty() && !plane; }
+  std::size_t count() const noexcept {
+    return points.size() +
+           (plane ? static_cast<std::size_t>(plane->columns) * static_cast<std::size_t>(plane->rows)
+                  : 0);
+  }
+};
+
 struct RenderSettings {
   FilmSettings film;
   std::string integrator = "path";
@@ -145,6 +186,7 @@ struct RenderSettings {
   AdaptiveSettings adaptive;
   PhotonSettings photons;
   std::optional<FogSettings> fog;
+  MeterSettings meter;
   std::uint64_t seed = 0;
 };
 

@@ -313,6 +313,10 @@ core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
   const core::Film& film = *finished.film;
   JobRecord record;
   record.view = view_of_finished(finished);
+  if (!record.view.spec.render.meter.empty()) {
+    record.view.spec.render.meter = {};
+    record.view.warnings.emplace_back("meter: films have no readings, and so has their sum none.");
+  }
   record.sequence = ++last_sequence_;
   record.view.id = make_uuid();
   record.tenant = finished.tenant;

@@ -6,6 +6,7 @@
 #include <exception>
 #include <vector>
 
+#include "core/meter/meter_chunk.h"
 #include "core/render/eta.h"
 #include "core/settings/registry.h"
 #include "server/observe/clock.h"
@@ -92,6 +93,7 @@ api::JobSpec pilot_spec(api::JobSpec spec) {
     film.crop = small;
   }
   spec.render.adaptive.type = core::AdaptiveType::kNone;
+  spec.render.meter = {};
   return spec;
 }
 
@@ -170,7 +172,8 @@ CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_
     samples = needed(progress.error.relative_rmse, exponent);
   }
   const PathCost cost = path_cost(*film_);
-  const double pixels = pixels_of(crop_of(spec.render.film));
+  const double pixels = pixels_of(crop_of(spec.render.film)) +
+                        static_cast<double>(spec.render.meter.count()) * core::kMeterReplicates;
   CostEstimate out;
   out.samples_per_pixel = std::min(samples, most);
   out.cpu_seconds = pixels * out.samples_per_pixel * cost.mean;

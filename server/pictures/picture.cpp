@@ -106,7 +106,11 @@ std::string_view layer_of(const api::ImageQuery& query) {
 
 bool is_color(const api::ImageQuery& query) {
   const core::LayerEntry* layer = core::find_layer(layer_of(query));
-  return layer == nullptr || layer->is_color;  // shares of the light have no row
+  if (layer != nullptr) {
+    return layer->is_color;
+  }
+  const auto share = core::light_share(layer_of(query));  // has no row
+  return !share || !share->is_irradiance;
 }
 
 core::EncodeOptions encode_options(const Picture& picture, const api::ServerView& about) {

@@ -14,6 +14,7 @@
 #include "core/base/sha256.h"
 #include "core/error/pixel_error.h"
 #include "core/image_io/image_io.h"
+#include "core/meter/meter_reading.h"
 #include "core/settings/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/negotiation.h"
@@ -368,11 +369,50 @@ Response convergence(const RouteContext& context, Request& request) {
   return json_response(200, api::convergence_json(points));
 }
 
+/// What the job's meter has read, or why there is nothing.
+core::Result<std::vector<core::MeterReading>> meter_of(const RouteContext& context,
+                                                       const Job& job) {
+  const core::MeterSettings meter = job.record().view.spec.render.meter;
+  if (meter.empty()) {
+    return Error{ErrorCode::kNotFound, "the job has no meter", ""};
+  }
+  const auto film = context.jobs.films().film(job);
+  if (!film) {
+    return film.error();
+  }
+  const std::vector<core::MeterChunk> chunks = (*film)->meter();
+  if (chunks.empty() || std::any_of(chunks.begin(), chunks.end(),
+                                    [](const auto& chunk) { return chunk.samples == 0; })) {
+    return Error{ErrorCode::kConflict, "the meter has no sample yet", ""};
+  }
+  return core::meter_readings(core::meter_points(meter), chunks);
+}
+
+Response meter(const RouteContext& context, Request& request, bool as_table) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const auto readings = meter_of(context, **std::get_if<JobPointer>(&found));
+  if (!readings) {
+    return error_answer(request, readings.error());
+  }
+  return as_table ? text_response(200, "text/csv; charset=utf-8", api::meter_csv(*readings))
+                  : json_response(200, api::meter_json(*readings));
+}
+
 }  // namespace
 
 void add_result_handlers(const RouteContext& context, HandlerTable& table) {
   table["getImage"] = {.handler = [context](Request& request) { return image(context, request); }};
   table["getPixel"] = {.handler = [context](Request& request) { return pixel(context, request); }};
+  table["getMeter"] = {
+      .handler = [context](Request& request) { return meter(context, request, false); }};
+  table["getMeterTable"] = {
+      .handler = [context](Request& request) { return meter(context, request, true); }};
   table["getConvergence"] = {
       .handler = [context](Request& request) { return convergence(context, request); }};
 }

@@ -84,6 +84,9 @@ struct FilmFile::Layout {
                                                 static_cast<std::uint64_t>(pixel_bytes));
   }
   std::uint64_t head_offset(std::uint32_t sequence) const { return sequence % 2 * head_bytes; }
+  std::uint64_t meter_offset(const core::Film& film, std::uint32_t sequence) const {
+    return slot_offset(film.tile_count(), 0) + sequence % 2 * align(meter_size(film));
+  }
   std::uint64_t slot_offset(int tile, std::uint32_t slot) const {
     return 2 * head_bytes + (static_cast<std::uint64_t>(tile) * 2 + slot) * slot_bytes;
   }
@@ -242,6 +245,58 @@ Status FilmFile::restore_tiles(core::Film& film, Checkpoint& checkpoint) const {
   return core::ok_status();
 }
 
+Status FilmFile::restore_meter(core::Film& film, std::uint32_t sequence) const {
+  if (film.meter_chunk_count() == 0) {
+    return core::ok_status();
+  }
+  std::vector<std::byte> part(meter_size(film));
+  const auto got = read_at(fd_.get(), part, Layout(film).meter_offset(film, sequence), path_);
+  if (!got) {
+    return got.error();
+  }
+  MeterFields fields;
+  std::memcpy(&fields, part.data(), sizeof fields);
+  if (*got < part.size() || fields.magic != MeterFields{}.magic || fields.sequence != sequence ||
+      fields.bytes != part.size() || crc_after_field(part) != fields.crc) {
+    return damaged(path_, "the meter does not fit its checksum");
+  }
+  auto rest = std::span<const std::byte>(part).subspan(sizeof fields);
+  for (int i = 0; i < film.meter_chunk_count(); ++i) {
+    MeterChunkFields chunk;
+    take(rest, &chunk, 1);
+    core::MeterChunk state = {.samples = static_cast<int>(chunk.samples),
+                              .sums = {},
+                              .rejected_samples = chunk.rejected_samples,
+                              .rays = chunk.rays,
+                              .cpu_seconds = chunk.cpu_seconds};
+    state.sums.resize(film.meter_sums(i));
+    take(rest, state.sums.data(), state.sums.size());
+    film.commit_meter(i, std::move(state));
+  }
+  return core::ok_status();
+}
+
+Status FilmFile::write_meter(const core::Film& film, std::uint32_t sequence) {
+  if (film.meter_chunk_count() == 0) {
+    return core::ok_status();
+  }
+  MeterFields fields;
+  fields.bytes = static_cast<std::uint32_t>(meter_size(film));
+  fields.sequence = sequence;
+  buffer_.clear();
+  append(buffer_, &fields, 1);
+  for (int i = 0; i < film.meter_chunk_count(); ++i) {
+    core::MeterChunk state = film.meter_chunk(i);
+    state.sums.resize(film.meter_sums(i));  // before its first sample
+    const MeterChunkFields chunk = {state.samples, state.rejected_samples, state.rays,
+                                    state.cpu_seconds};
+    append(buffer_, &chunk, 1);
+    append(buffer_, state.sums.data(), state.sums.size());
+  }
+  seal(buffer_);
+  return write_at(fd_.get(), buffer_, Layout(film).meter_offset(film, sequence), path_);
+}
+
 core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
   auto first = read_checkpoint(film, 0);
   auto second = read_checkpoint(film, 1);
@@ -250,7 +305,7 @@ core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
     if (!*candidate || (*candidate)->sequence == 0) {
       continue;
     }
-    if (restore_tiles(film, **candidate)) {
+    if (restore_tiles(film, **candidate) && restore_meter(film, (*candidate)->sequence)) {
       film.add_cpu_seconds((*candidate)->cpu_seconds_beside);
       sequence_ = (*candidate)->sequence;
       tiles_ = std::move((*candidate)->tiles);
@@ -391,6 +446,9 @@ Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is
     }
     again = film.plan_epoch() != epoch;
   }
+  if (status) {
+    status = write_meter(film, sequence);
+  }
   // The slots must be on the disk before a head names them.
   if (status) {
     status = sync_file(fd_.get(), path_);
@@ -427,7 +485,7 @@ void FilmFile::release_old_slots(const core::Film& film) const {
 }
 
 std::uint64_t FilmFile::disk_bytes_max(const core::Film& film) {
-  return Layout(film).slot_offset(film.tile_count(), 0);
+  return Layout(film).meter_offset(film, 0) + 2 * align(meter_size(film));
 }
 
 std::uint64_t FilmFile::disk_bytes() const {

@@ -6,11 +6,13 @@
 /// short leaves the checkpoint before it. Heads and slots carry a CRC-32; when the newest
 /// checkpoint is damaged the one before it is taken, whole.
 ///
+/// A meter's sums come after the slots, twice as well: each checkpoint writes all of them.
+///
 /// Of a film with splats all tiles are written, with the splats of one moment: a light path adds to
 /// any of them.
 ///
 /// Layout, little endian, parts aligned to 4096 bytes: head 0, head 1, then for each tile slot 0
-/// and slot 1. An object is used by one thread at a time.
+/// and slot 1, then the meter. An object is used by one thread at a time.
 #pragma once
 
 #include <array>
@@ -70,6 +72,8 @@ class FilmFile {
                           std::uint32_t sequence, const core::SplatState& splats);
   core::Status write_head(const core::Film& film, const FilmRecord& record, std::uint32_t sequence,
                           const core::SplatState& splats);
+  core::Status restore_meter(core::Film& film, std::uint32_t sequence) const;
+  core::Status write_meter(const core::Film& film, std::uint32_t sequence);
   void release_old_slots(const core::Film& film) const;
 
   std::string path_;

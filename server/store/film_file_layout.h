@@ -35,13 +35,14 @@ inline constexpr std::int32_t kPlan = 2;
 inline constexpr std::int32_t kPilot = 4;
 inline constexpr std::int32_t kFit = 8;
 inline constexpr std::int32_t kSplats = 16;
+inline constexpr std::int32_t kMeter = 32;
 /// From this bit on: the number of shares.
 inline constexpr std::int32_t kSharesShift = 8;
 
 inline std::int32_t parts_of(const core::Film& film) {
   return (film.has_aux() ? kAux : 0) | (film.has_plan() ? kPlan : 0) |
          (film.has_pilot() ? kPilot : 0) | (film.has_fit() ? kFit : 0) |
-         (film.has_splats() ? kSplats : 0) |
+         (film.has_splats() ? kSplats : 0) | (film.meter_chunk_count() > 0 ? kMeter : 0) |
          (static_cast<std::int32_t>(film.shares().size()) << kSharesShift);
 }
 
@@ -58,7 +59,8 @@ struct HeadFields {
   std::int32_t width = 0;
   std::int32_t height = 0;
   std::int32_t replicates = 0;
-  std::int32_t parts = 0;  ///< What a tile may have: kAux, kPlan, kPilot, kFit, kSplats, shares.
+  std::int32_t parts =
+      0;  ///< What a tile may have: kAux, kPlan, kPilot, kFit, kSplats, kMeter, shares.
   std::uint32_t tile_count = 0;
   std::uint32_t point_count = 0;
   double elapsed_seconds = 0;
@@ -77,6 +79,20 @@ struct PointFields {
   std::int32_t unreliable = 0;
 };
 static_assert(sizeof(PointFields) == 56);
+
+/// In front of the meter's sums: of each chunk its fields, then its sums.
+struct MeterFields {
+  std::array<char, 4> magic = {'T', 'S', 'M', '1'};
+  std::uint32_t crc = 0;
+  std::uint32_t bytes = 0;  ///< Of the whole part.
+  std::uint32_t sequence = 0;
+};
+struct MeterChunkFields {
+  std::int64_t samples = 0;
+  std::uint64_t rejected_samples = 0;
+  std::uint64_t rays = 0;
+  double cpu_seconds = 0;
+};
 
 struct SlotFields {
   std::array<char, 4> magic = kSlotMagic;
@@ -111,6 +127,15 @@ inline std::size_t splat_head_bytes(const core::Film& film) {
   return film.has_splats()
              ? static_cast<std::size_t>(film.unit_count()) * sizeof(std::int32_t) +
                    (static_cast<std::size_t>(film.replicates()) + 2) * sizeof(std::uint64_t)
+             : 0;
+}
+
+/// Of the meter's part; 0: there is none.
+inline std::size_t meter_size(const core::Film& film) {
+  return film.meter_chunk_count() > 0
+             ? sizeof(MeterFields) +
+                   static_cast<std::size_t>(film.meter_chunk_count()) * sizeof(MeterChunkFields) +
+                   film.meter_points() * core::kMeterReplicates * sizeof(core::MeterSum)
              : 0;
 }
 

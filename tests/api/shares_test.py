@@ -19,9 +19,8 @@ class Shares(ApiTest):
         return self.server.get(f"/v1/jobs/{job['id']}/pixels/{x}/{y}").json()["layers"]
 
     def test_the_server_names_the_patterns_and_scenes_their_groups(self):
-        self.assertEqual(
-            self.server.get("/v1/server").json()["layer_patterns"], ["bounce:N", "light:NAME"]
-        )
+        self.assertEqual(self.server.get("/v1/server").json()["layer_patterns"],
+                         ["irradiance", "bounce:N", "light:NAME"])
         groups = self.server.get("/v1/scenes/cornell-box").json()["light_groups"]
         self.assertEqual(groups[0], "environment")
         self.assertGreater(len(groups), 1)

@@ -5,6 +5,7 @@ set(RENDER_TEST_SOURCES
   furnace_test.cpp
   irradiance_test.cpp
   media_test.cpp
+  meter_test.cpp
   mlt_test.cpp
   options_test.cpp
   photons_test.cpp

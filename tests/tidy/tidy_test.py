@@ -14,8 +14,9 @@ import sys
 # The folders of core, bottom to top: each may include those before it, and never one after it.
 CORE_ORDER = ["base", "math", "color", "settings", "image_io", "description", "sampling",
               "samplers", "textures", "accel", "geometry", "media", "bsdf", "materials", "lights",
-              "camera", "scene", "light_samplers", "film", "error", "denoise", "layers", "compare",
-              "transport", "policies", "integrators", "wave", "render", "scene_io", "lab"]
+              "camera", "scene", "light_samplers", "meter", "film", "error", "denoise", "layers",
+              "compare", "transport", "policies", "integrators", "wave", "render", "scene_io",
+              "lab"]
 # Folder -> folders (or headers) it may include besides itself. The longest folder that fits counts.
 LAYERS = {f"core/{name}": [f"core/{lower}" for lower in CORE_ORDER[:i]]
           for i, name in enumerate(CORE_ORDER)}

@@ -49,6 +49,34 @@ TEST(FilmFile, SplatsComeBackWithTheLightSamplesThatTheyAreFrom) {
   EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without splats";
 }
 
+TEST(FilmFile, AMeterComesBackFromTheNewestWholeCheckpoint) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  core::RenderSettings settings;
+  settings.film = small_film();
+  settings.meter.points.assign(20, {{0, 0, 0}, {0, 1, 0}});  // two chunks
+  core::Film film(settings);
+  auto file = FilmFile::open(path);
+  ASSERT_TRUE(file->restore(film));
+  const auto chunk_of = [&film](int chunk, int samples) {
+    core::MeterChunk made{.samples = samples, .sums = {}, .rays = 5};
+    made.sums.assign(film.meter_sums(chunk), {0.5, 1, static_cast<double>(samples)});
+    return made;
+  };
+  for (const int samples : {2, 4, 7}) {
+    film.commit_meter(1, chunk_of(1, samples));
+    ASSERT_TRUE(file->write(film, FilmRecord{}, false));
+    core::Film again(settings);
+    ASSERT_TRUE(FilmFile::open(path)->restore(again));
+    EXPECT_EQ(again.meter_chunk(0).samples, 0);
+    EXPECT_EQ(again.meter_chunk(1).samples, samples);
+    EXPECT_EQ(again.meter_chunk(1).sums, film.meter_chunk(1).sums);
+    EXPECT_EQ(again.rays(), 5U);
+  }
+  core::Film other(small_film(), settings.replicates);
+  EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without a meter";
+}
+
 TEST(FilmFile, SharesOfTheLightComeBack) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");

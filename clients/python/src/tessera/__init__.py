@@ -54,6 +54,7 @@ from .png import encode_png, srgb8
 from .results import (
     Comparison,
     Convergence,
+    Meter,
     ErrorBar,
     Interval,
     LabPoint,
@@ -77,6 +78,7 @@ __all__ = [
     "Conflict",
     "ConnectionFailed",
     "Convergence",
+    "Meter",
     "CorruptData",
     "ErrorBar",
     "Event",

@@ -15,7 +15,7 @@ from ._job_data import FORMATS, JobData
 from ._wire import LONG_POLL_S, Call, Comeback, Json
 from .errors import Conflict, Gone, WaitTimeout
 from .events import Event, EventFeed
-from .results import Convergence, Pixel
+from .results import Convergence, Meter, Pixel
 from .tiff import decode_tiff
 from .tiles import FloatArray, Tile, TileFeed
 
@@ -159,6 +159,10 @@ class AsyncJob(JobData):
     async def convergence(self) -> Convergence:
         """The error over samples and time."""
         return Convergence.of(await self._client.ask(Call("GET", self.path + "/convergence")))
+
+    async def meter(self) -> Meter:
+        """What the job's meter has measured so far."""
+        return Meter.of(await self._client.ask(Call("GET", self.path + "/meter")))
 
     # Steering.
 

@@ -15,7 +15,7 @@ from ._job_data import FORMATS, JobData
 from ._wire import LONG_POLL_S, Call, Comeback, Json
 from .errors import Conflict, Gone, WaitTimeout
 from .events import Event, EventFeed
-from .results import Convergence, Pixel
+from .results import Convergence, Meter, Pixel
 from .tiff import decode_tiff
 from .tiles import FloatArray, Tile, TileFeed
 
@@ -158,6 +158,10 @@ class Job(JobData):
     def convergence(self) -> Convergence:
         """The error over samples and time."""
         return Convergence.of(self._client.ask(Call("GET", self.path + "/convergence")))
+
+    def meter(self) -> Meter:
+        """What the job's meter has measured so far."""
+        return Meter.of(self._client.ask(Call("GET", self.path + "/meter")))
 
     # Steering.
 

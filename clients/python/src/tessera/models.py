@@ -161,6 +161,32 @@ class JobRequestAdaptive(TypedDict):
     dilation: NotRequired[int]
 
 
+class JobRequestMeterPoints(TypedDict):
+    """A small plane."""
+
+    position: list[float]
+    normal: list[float]
+
+
+class JobRequestMeterPlane(TypedDict):
+    """The centres of a rectangle's cells, after the points, row by row."""
+
+    origin: list[float]
+    edge_u: list[float]
+    edge_v: list[float]
+    columns: int
+    rows: int
+
+
+class JobRequestMeter(TypedDict):
+    """Where irradiance is measured beside the picture, by path tracing with 16 paths for each
+    sample of a pixel; GET /v1/jobs/{id}/meter.
+    """
+
+    points: NotRequired[list[JobRequestMeterPoints]]
+    plane: NotRequired[JobRequestMeterPlane | None]
+
+
 class JobRequestStop(TypedDict):
     """When to stop: the first rule met ends the job. If given, only the rules in it apply.
     Default: {"samples_per_pixel":256}.
@@ -212,6 +238,7 @@ class JobRequest(_JobRequest):
     sampler: NotRequired[JobRequestSampler]
     light_sampler: NotRequired[JobRequestLightSampler]
     adaptive: NotRequired[JobRequestAdaptive]
+    meter: NotRequired[JobRequestMeter | None]
     spectral: NotRequired[bool]
     stop: NotRequired[JobRequestStop]
     denoise: NotRequired[JobRequestDenoise]
@@ -463,6 +490,32 @@ class JobSpecAdaptive(TypedDict):
     dilation: NotRequired[int]
 
 
+class JobSpecMeterPoints(TypedDict):
+    """A small plane."""
+
+    position: list[float]
+    normal: list[float]
+
+
+class JobSpecMeterPlane(TypedDict):
+    """The centres of a rectangle's cells, after the points, row by row."""
+
+    origin: list[float]
+    edge_u: list[float]
+    edge_v: list[float]
+    columns: int
+    rows: int
+
+
+class JobSpecMeter(TypedDict):
+    """Where irradiance is measured beside the picture, by path tracing with 16 paths for each
+    sample of a pixel; GET /v1/jobs/{id}/meter.
+    """
+
+    points: list[JobSpecMeterPoints]
+    plane: JobSpecMeterPlane | None
+
+
 class JobSpecStop(TypedDict):
     """When to stop: the first rule met ends the job. If given, only the rules in it apply."""
 
@@ -512,6 +565,7 @@ class JobSpec(_JobSpec):
     sampler: JobSpecSampler
     light_sampler: JobSpecLightSampler
     adaptive: JobSpecAdaptive
+    meter: NotRequired[JobSpecMeter | None]
     spectral: bool
     stop: JobSpecStop
     denoise: NotRequired[JobSpecDenoise]
@@ -848,6 +902,26 @@ class Pixel(TypedDict):
     layers: dict[str, PixelLayer]
 
 
+class MeterReading(TypedDict):
+    """Light that falls on one side of a point. One lux of a light of the scene is one lux here."""
+
+    position: list[float]
+    normal: list[float]
+    irradiance_w_m2: float
+    illuminance_lux: float
+    low: float
+    high: float
+    irradiance_rgb: list[float]
+    samples: int
+
+
+class Meter(TypedDict):
+    """What a job's meter has measured so far."""
+
+    bias: Literal["none", "consistent", "biased"]
+    points: list[MeterReading]
+
+
 class ComparisonBias(TypedDict):
     """Mean of a - b; its interval is null where a side does not know its error."""
 
@@ -1037,6 +1111,32 @@ class JobDefaultsAdaptive(TypedDict):
     dilation: NotRequired[int]
 
 
+class JobDefaultsMeterPoints(TypedDict):
+    """A small plane."""
+
+    position: list[float]
+    normal: list[float]
+
+
+class JobDefaultsMeterPlane(TypedDict):
+    """The centres of a rectangle's cells, after the points, row by row."""
+
+    origin: list[float]
+    edge_u: list[float]
+    edge_v: list[float]
+    columns: int
+    rows: int
+
+
+class JobDefaultsMeter(TypedDict):
+    """Where irradiance is measured beside the picture, by path tracing with 16 paths for each
+    sample of a pixel; GET /v1/jobs/{id}/meter.
+    """
+
+    points: list[JobDefaultsMeterPoints]
+    plane: JobDefaultsMeterPlane | None
+
+
 class JobDefaultsStop(TypedDict):
     """When to stop: the first rule met ends the job. If given, only the rules in it apply."""
 
@@ -1085,6 +1185,7 @@ class JobDefaults(_JobDefaults):
     sampler: JobDefaultsSampler
     light_sampler: JobDefaultsLightSampler
     adaptive: JobDefaultsAdaptive
+    meter: NotRequired[JobDefaultsMeter | None]
     spectral: bool
     stop: JobDefaultsStop
     denoise: NotRequired[JobDefaultsDenoise]

@@ -178,6 +178,44 @@ class Convergence:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class Meter:
+    """Light that falls on the points of a job's meter, one array element for each.
+
+    low, high: 95 % interval of illuminance_lux. irradiance_w_m2: that over 683 lm/W.
+    """
+
+    position: DoubleArray
+    normal: DoubleArray
+    irradiance_w_m2: DoubleArray
+    illuminance_lux: DoubleArray
+    low: DoubleArray
+    high: DoubleArray
+    irradiance_rgb: DoubleArray
+    samples: DoubleArray
+
+    def __len__(self) -> int:
+        return len(self.samples)
+
+    @staticmethod
+    def of(data: models.Meter) -> Meter:
+        points: Sequence[Mapping[str, Any]] = data["points"]
+
+        def column(name: str) -> DoubleArray:
+            return numbers([point.get(name) for point in points])
+
+        return Meter(
+            position=column("position"),
+            normal=column("normal"),
+            irradiance_w_m2=column("irradiance_w_m2"),
+            illuminance_lux=column("illuminance_lux"),
+            low=column("low"),
+            high=column("high"),
+            irradiance_rgb=column("irradiance_rgb"),
+            samples=column("samples"),
+        )
+
+
 @dataclass(frozen=True)
 class Comparison:
     """How two pictures differ. relmse: mean of (a-b)^2 / (b^2 + 0.01). bias: signed, mean of a - b.

@@ -126,8 +126,9 @@ export interface JobRequest {
       radius?: number;
     };
     /**
-     * Layers to record: albedo, normal, depth, and shares of the light, bounce:N and light:NAME
-     * (path only). The others are always there. Default: ["albedo","normal","depth"].
+     * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
+     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there. Default:
+     * ["albedo","normal","depth"].
      */
     layers?: string[];
   };
@@ -243,6 +244,32 @@ export interface JobRequest {
      */
     dilation?: number;
   };
+  /**
+   * Where irradiance is measured beside the picture, by path tracing with 16 paths for each sample
+   * of a pixel; GET /v1/jobs/{id}/meter.
+   */
+  meter?: {
+    /** Where it is measured. Default: []. */
+    points?: {
+      /** World, metres. */
+      position: [number, number, number];
+      /** Where it faces, of any length but 0. */
+      normal: [number, number, number];
+    }[];
+    /** The centres of a rectangle's cells, after the points, row by row. */
+    plane?: {
+      /** Corner of the rectangle, world, metres. */
+      origin: [number, number, number];
+      /** From there to the next corner; the plane faces along edge_u x edge_v. */
+      edge_u: [number, number, number];
+      /** From there to the corner before. */
+      edge_v: [number, number, number];
+      /** Cells along edge_u. */
+      columns: number;
+      /** Cells along edge_v. */
+      rows: number;
+    } | null;
+  } | null;
   /**
    * Wavelengths instead of three colours. Only false is available in this build. Default: false.
    */
@@ -547,8 +574,8 @@ export interface JobSpec {
       radius: number;
     };
     /**
-     * Layers to record: albedo, normal, depth, and shares of the light, bounce:N and light:NAME
-     * (path only). The others are always there.
+     * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
+     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
      */
     layers: string[];
   };
@@ -657,6 +684,32 @@ export interface JobSpec {
     /** Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts. */
     dilation?: number;
   };
+  /**
+   * Where irradiance is measured beside the picture, by path tracing with 16 paths for each sample
+   * of a pixel; GET /v1/jobs/{id}/meter.
+   */
+  meter?: {
+    /** Where it is measured. */
+    points: {
+      /** World, metres. */
+      position: [number, number, number];
+      /** Where it faces, of any length but 0. */
+      normal: [number, number, number];
+    }[];
+    /** The centres of a rectangle's cells, after the points, row by row. */
+    plane: {
+      /** Corner of the rectangle, world, metres. */
+      origin: [number, number, number];
+      /** From there to the next corner; the plane faces along edge_u x edge_v. */
+      edge_u: [number, number, number];
+      /** From there to the corner before. */
+      edge_v: [number, number, number];
+      /** Cells along edge_u. */
+      columns: number;
+      /** Cells along edge_v. */
+      rows: number;
+    } | null;
+  } | null;
   /** Wavelengths instead of three colours. Only false is available in this build. */
   spectral: boolean;
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
@@ -1095,6 +1148,34 @@ export interface Pixel {
   layers: Record<string, PixelLayer>;
 }
 
+/** Light that falls on one side of a point. One lux of a light of the scene is one lux here. */
+export interface MeterReading {
+  /** World, metres. */
+  position: [number, number, number];
+  /** Where it faces, unit. */
+  normal: [number, number, number];
+  /** Illuminance over 683 lm/W: of nominal white. */
+  irradiance_w_m2: number;
+  /** Luminance (Rec. 709) of irradiance_rgb. */
+  illuminance_lux: number;
+  /** Of the 95 % interval of illuminance_lux. */
+  low: number;
+  /** Of the 95 % interval of illuminance_lux. */
+  high: number;
+  /** In the scene's units, linear. */
+  irradiance_rgb: [number, number, number];
+  /** Paths, of 16 independent randomisations. */
+  samples: number;
+}
+
+/** What a job's meter has measured so far. */
+export interface Meter {
+  /** How the expected picture relates to the truth. */
+  bias: 'none' | 'consistent' | 'biased';
+  /** The points, then the plane's cells. */
+  points: MeterReading[];
+}
+
 /** Two pictures compared; b is the reference. */
 export interface Comparison {
   id: string;
@@ -1234,8 +1315,8 @@ export interface JobDefaults {
       radius: number;
     };
     /**
-     * Layers to record: albedo, normal, depth, and shares of the light, bounce:N and light:NAME
-     * (path only). The others are always there.
+     * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
+     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
      */
     layers: string[];
   };
@@ -1344,6 +1425,32 @@ export interface JobDefaults {
     /** Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts. */
     dilation?: number;
   };
+  /**
+   * Where irradiance is measured beside the picture, by path tracing with 16 paths for each sample
+   * of a pixel; GET /v1/jobs/{id}/meter.
+   */
+  meter?: {
+    /** Where it is measured. */
+    points: {
+      /** World, metres. */
+      position: [number, number, number];
+      /** Where it faces, of any length but 0. */
+      normal: [number, number, number];
+    }[];
+    /** The centres of a rectangle's cells, after the points, row by row. */
+    plane: {
+      /** Corner of the rectangle, world, metres. */
+      origin: [number, number, number];
+      /** From there to the next corner; the plane faces along edge_u x edge_v. */
+      edge_u: [number, number, number];
+      /** From there to the corner before. */
+      edge_v: [number, number, number];
+      /** Cells along edge_u. */
+      columns: number;
+      /** Cells along edge_v. */
+      rows: number;
+    } | null;
+  } | null;
   /** Wavelengths instead of three colours. Only false is available in this build. */
   spectral: boolean;
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */

@@ -1,6 +1,6 @@
 import type { Job } from '../api/types';
 import { Store, useStore } from '../ui/store';
-import { isShare, shareModes } from './view_modes';
+import { isPart, isShare, shareModes } from './view_modes';
 
 const most = 4;
 
@@ -14,7 +14,7 @@ const sharesOf = (job: Job): string[] => (job.spec.film.layers ?? []).filter(isS
 export function useMix(job: Job): string {
   const set = useStore(weights);
   return sharesOf(job)
-    .map((layer) => set[keyOf(job, layer)] ?? 1)
+    .map((layer) => (isPart(layer) ? (set[keyOf(job, layer)] ?? 1) : 0))
     .join(',');
 }
 
@@ -26,7 +26,7 @@ export function LightMixer({ job }: { job: Job }) {
   return (
     <fieldset class="mixer" data-testid="mixer">
       <legend class="visually-hidden">Shares of the light</legend>
-      {shareModes(sharesOf(job)).map(({ mode, label, meaning }) => {
+      {shareModes(sharesOf(job).filter(isPart)).map(({ mode, label, meaning }) => {
         const weight = set[keyOf(job, mode)] ?? 1;
         return (
           <label key={mode} class="exposure" title={`${meaning} Double-click resets.`}>

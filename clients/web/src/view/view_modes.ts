@@ -4,7 +4,7 @@ import type { Display } from '../ui/server_state';
 
 /** What the stage shows: a plane of the live film, or a layer that the server encodes. */
 /** A share of the light that the job was asked to keep. */
-export type Share = `bounce:${string}` | `light:${string}`;
+export type Share = `bounce:${string}` | `light:${string}` | `st:${string}` | 'irradiance';
 export type Mode = Plane | 'albedo' | 'normal' | 'depth' | 'denoise_bias' | 'mix' | Share;
 
 export interface ModeInfo {
@@ -49,12 +49,33 @@ export const layerModes: ModeInfo[] = [
   },
 ];
 
-export const isShare = (name: string): name is Share => /^(bounce|light):./.test(name);
+export const isShare = (name: string): name is Share =>
+  /^(bounce|light|st):./.test(name) || name === 'irradiance';
+/** Is it a part of the picture, so that it has a place in the mix? */
+export const isPart = (name: string): boolean =>
+  isShare(name) && name !== 'irradiance' && !name.endsWith(':unweighted');
 
 function shareMode(name: Share): ModeInfo {
+  if (name === 'irradiance')
+    return {
+      mode: name,
+      label: 'Irradiance',
+      meaning: 'Light that falls on the surfaces, whatever they do with it.',
+    };
   const [kind, which] = [name.slice(0, name.indexOf(':')), name.slice(name.indexOf(':') + 1)];
   if (kind === 'light')
     return { mode: name, label: which, meaning: `Light of the group of lights “${which}”.` };
+  if (kind === 'st') {
+    const [lengths, bare] = which.split(':');
+    const [s, t] = lengths.split(',');
+    return {
+      mode: name,
+      label: `s${s} t${t}${bare ? ' bare' : ''}`,
+      meaning: `Light of paths with ${s} vertices from the light and ${t} from the camera${
+        bare ? ', without the weight of that strategy' : ''
+      }.`,
+    };
+  }
   const more = which.endsWith('-') ? ' and more' : '';
   const count = which.replace('-', '');
   return {
@@ -76,7 +97,7 @@ const mixMode: ModeInfo = {
 /** The same, and their sum where there are several. */
 export const lightModes = (layers: readonly string[]): ModeInfo[] => {
   const shares = shareModes(layers);
-  return shares.length > 1 ? [...shares, mixMode] : shares;
+  return layers.filter(isPart).length > 1 ? [...shares, mixMode] : shares;
 };
 
 export const modeNamed = (name: string): Mode =>

@@ -1,0 +1,74 @@
+// What a job's meter has measured.
+#include "api/job_view.h"
+#include "api/view_rows.h"
+#include "api/views.h"
+
+namespace api {
+namespace {
+
+Json triple_of(core::Vec3 v) { return {number_json(v.x), number_json(v.y), number_json(v.z)}; }
+
+double watts(const core::MeterReading& reading) {
+  return reading.illuminance / core::kLumensPerWatt;
+}
+
+}  // namespace
+
+const View<core::MeterReading>& meter_reading_view() {
+  using Reading = core::MeterReading;
+  static const View<Reading> kView = {
+      "MeterReading",
+      "Light that falls on one side of a point. One lux of a light of the scene is one lux here.",
+      {{"position", shape::triple("World, metres."),
+        [](const Reading& r) { return triple_of(r.at.position); }},
+       {"normal", shape::triple("Where it faces, unit."),
+        [](const Reading& r) { return triple_of(r.at.normal); }},
+       {"irradiance_w_m2", shape::real("Illuminance over 683 lm/W: of nominal white."),
+        [](const Reading& r) { return number_json(watts(r)); }},
+       {"illuminance_lux", shape::real("Luminance (Rec. 709) of irradiance_rgb."),
+        [](const Reading& r) { return number_json(r.illuminance); }},
+       {"low", shape::real("Of the 95 % interval of illuminance_lux."),
+        [](const Reading& r) { return number_json(r.low); }},
+       {"high", shape::real("Of the 95 % interval of illuminance_lux."),
+        [](const Reading& r) { return number_json(r.high); }},
+       {"irradiance_rgb", shape::triple("In the scene's units, linear."),
+        [](const Reading& r) -> Json {
+          return {number_json(r.irradiance[0]), number_json(r.irradiance[1]),
+                  number_json(r.irradiance[2])};
+        }},
+       {"samples", shape::count("Paths, of 16 independent randomisations."),
+        [](const Reading& r) -> Json { return r.samples; }}}};
+  return kView;
+}
+
+const View<MeterView>& meter_view() {
+  static const View<MeterView> kView = {
+      "Meter",
+      "What a job's meter has measured so far.",
+      {{"bias", shape::bias(), [](const MeterView&) -> Json { return "none"; }},
+       {"points", shape::list(meter_reading_view().shape(), "The points, then the plane's cells."),
+        [](const MeterView& m) { return print_list(meter_reading_view(), m.readings); }}}};
+  return kView;
+}
+
+std::string meter_json(std::span<const core::MeterReading> readings) {
+  return dump(meter_view().print({readings}));
+}
+
+std::string meter_csv(std::span<const core::MeterReading> readings) {
+  std::string text =
+      "x,y,z,normal_x,normal_y,normal_z,irradiance_w_m2,illuminance_lux,low,high,samples\r\n";
+  for (const core::MeterReading& r : readings) {
+    for (const float value : {r.at.position.x, r.at.position.y, r.at.position.z, r.at.normal.x,
+                              r.at.normal.y, r.at.normal.z}) {
+      text += number_json(value).dump() + ",";
+    }
+    for (const double value : {watts(r), r.illuminance, r.low, r.high}) {
+      text += number_text(value) + ",";
+    }
+    text += std::to_string(r.samples) + "\r\n";
+  }
+  return text;
+}
+
+}  // namespace api

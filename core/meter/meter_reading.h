@@ -1,0 +1,33 @@
+/// MeterReading: what a meter has measured at one point, with its interval.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/meter/meter_chunk.h"
+#include "core/settings/settings.h"
+
+namespace core {
+
+/// Lumens of a watt of nominal white. A scene's candelas, nits and lux are taken 1:1, so that the
+/// luminance of its irradiance is in lux. Source: SI, the luminous efficacy at 555 nm.
+inline constexpr double kLumensPerWatt = 683;
+
+/// Normals of length 1; the plane's cells follow the points, row by row.
+std::vector<MeterPoint> meter_points(const MeterSettings& settings);
+
+/// Of one point, in the scene's units.
+struct MeterReading {
+  MeterPoint at;
+  std::array<double, 3> irradiance{};  ///< linear RGB
+  double illuminance = 0;              ///< its luminance: lux
+  double low = 0;                      ///< 95 % interval of the luminance, by Student's t
+  double high = 0;
+  std::int64_t samples = 0;  ///< paths
+};
+/// chunks: of these points, all with at least one sample.
+std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
+                                         const std::vector<MeterChunk>& chunks);
+
+}  // namespace core

@@ -1,0 +1,132 @@
+"""The irradiance meter of a job, and the layer of irradiance."""
+
+import csv
+import io
+import math
+import unittest
+
+from harness import ApiTest, Server, job_body, tessera
+
+POINT = {"position": [2, 0, 0], "normal": [0, 2, 0]}
+PLANE = {"origin": [0, 0, 0], "edge_u": [0, 0, 1], "edge_v": [1, 0, 0], "columns": 3, "rows": 2}
+BOX = {"points": [{"position": [0, 0.001, 0], "normal": [0, 1, 0]}],
+       "plane": {**PLANE, "origin": [-0.5, 0.5, -0.5]}}
+
+
+def body(meter, samples=8, scene="cornell-box", **members):
+    wanted = job_body(samples=samples, **members)
+    wanted["scene"] = scene
+    wanted["film"] = {"width": 24, "height": 20, "layers": []}
+    wanted["meter"] = meter
+    return wanted
+
+
+class Meter(ApiTest):
+    def readings(self, job):
+        return self.server.get(f"/v1/jobs/{job['id']}/meter").json()["points"]
+
+    def test_an_even_sky_gives_pi(self):
+        # Lossless things under a sky of radiance 1 take no light away.
+        job = self.server.render(body({"points": [POINT], "plane": None}, 64, "furnace",
+                                      integrator={"type": "path", "max_depth": 128}))
+        self.assertEqual(job["spec"]["meter"], {"points": [POINT], "plane": None})
+        reading = self.readings(job)[0]
+        self.assertEqual(reading["normal"], [0, 1, 0])
+        self.assertEqual(reading["samples"], 64 * 16)
+        self.assertLessEqual(reading["low"], reading["illuminance_lux"])
+        self.assertLessEqual(reading["illuminance_lux"], reading["high"])
+        spread = reading["high"] - reading["low"]
+        self.assert_close(reading["illuminance_lux"], math.pi, 2 * spread + 1e-3 * math.pi)
+        self.assert_close(reading["irradiance_w_m2"] * 683, reading["illuminance_lux"], 1e-6)
+
+    def test_the_table_says_the_same(self):
+        job = self.server.render(body(BOX))
+        readings = self.readings(job)
+        self.assertEqual(len(readings), 7)
+        answer = self.server.get(f"/v1/jobs/{job['id']}/meter.csv")
+        self.assertEqual(answer.headers["Content-Type"], "text/csv; charset=utf-8")
+        rows = list(csv.DictReader(io.StringIO(answer.body.decode())))
+        for row, reading in zip(rows, readings, strict=True):
+            for name in ("irradiance_w_m2", "illuminance_lux", "low", "high", "samples"):
+                self.assertEqual(float(row[name]), reading[name])
+            self.assertEqual([float(row[c]) for c in "xyz"], reading["position"])
+        status, printed, complaint = tessera(
+            "meter", job["id"], "--server", f"http://127.0.0.1:{self.server.port}")
+        self.assertEqual(status, 0, complaint)
+        self.assertEqual(printed.split(), answer.body.decode().split())
+
+    def test_the_picture_is_the_same_and_the_readings_do_not_depend_on_the_integrator(self):
+        plain = self.server.render(body(None))
+        self.assertNotIn("meter", plain["spec"])
+        self.assert_problem(self.server.get(f"/v1/jobs/{plain['id']}/meter"), 404)
+        job = self.server.render(body(BOX))
+        self.assertEqual(job["film_digest"], plain["film_digest"])
+        other = self.server.render(body(BOX, integrator={"type": "bdpt"}))
+        self.assertEqual(self.readings(other), self.readings(job))
+
+    def test_extending_gives_the_readings_of_a_longer_job(self):
+        long = self.server.render(body(BOX, 16))
+        job = self.server.render(body(BOX, 8))
+        answer = self.server.post(f"/v1/jobs/{job['id']}/extend",
+                                  {"stop": {"samples_per_pixel": 16}})
+        self.assertEqual(answer.status, 202, answer)
+        self.server.wait(job["id"])
+        self.assertEqual(self.readings(job), self.readings(long))
+
+    def test_what_is_no_meter_is_refused_at_its_place(self):
+        cases = (
+            ({"points": [{"position": [0, 0, 0], "normal": [0, 0, 0]}]}, "/meter/points/0/normal"),
+            ({"points": [{"position": [0, 0, 0]}]}, "/meter/points/0/normal"),
+            ({"points": []}, "/meter"),
+            ({"plane": {**PLANE, "edge_v": [0, 0, 3]}}, "/meter/plane"),
+            ({"plane": {**PLANE, "rows": 0}}, "/meter/plane/rows"),
+            ({"plane": {**PLANE, "columns": 4096}}, "/meter"),
+            ({"points": 3}, "/meter/points"),
+            ({"spots": []}, "/meter/spots"),
+        )
+        for meter, pointer in cases:
+            with self.subTest(pointer=pointer):
+                self.assert_problem(self.server.post("/v1/jobs", body(meter)), 422, pointer)
+
+    def test_a_merged_film_has_no_readings(self):
+        parts = []
+        for first in (0, 2):
+            sampler = {"type": "sobol", "replicates": 2, "first_replicate": first}
+            parts.append(self.server.render(body(BOX, sampler=sampler))["id"])
+        merged = self.server.post("/v1/films/merge", {"films": parts})
+        self.assertEqual(merged.status, 201, merged)
+        self.assertTrue(any(w.startswith("meter:") for w in merged.json()["warnings"]))
+        self.assert_problem(self.server.get(f"/v1/jobs/{merged.json()['id']}/meter"), 404)
+
+    def test_irradiance_is_a_layer_of_data(self):
+        wanted = body(None)
+        wanted["film"]["layers"] = ["irradiance"]
+        job = self.server.render(wanted)
+        pixel = self.server.get(f"/v1/jobs/{job['id']}/pixels/12/15").json()["layers"]["irradiance"]
+        for c in range(3):
+            self.assertGreater(pixel["mean"][c], 0)
+            self.assertLessEqual(pixel["low"][c], pixel["high"][c])
+        image = self.server.get(f"/v1/jobs/{job['id']}/image.png?layer=irradiance&range=auto")
+        self.assertEqual(image.status, 200, image)
+        self.assertIn(",", image.headers["X-Tessera-Range"])
+        wanted["integrator"] = {"type": "sppm"}
+        self.assert_problem(self.server.post("/v1/jobs", wanted), 422, "/film/layers")
+
+
+class Restart(unittest.TestCase):
+    def test_readings_survive_a_kill(self):
+        server = Server("--checkpoint", "0.3")
+        self.addCleanup(server.close)
+        server.start()
+        calm = server.render(body(BOX, 512))
+        job = server.submit(body(BOX, 512, name="killed"))["id"]
+        server.wait_until(job, lambda now: now["progress"]["samples_per_pixel"]["max"] >= 64)
+        server.kill()
+        server.start(1)
+        server.wait(job)
+        self.assertEqual(server.get(f"/v1/jobs/{job}/meter").json(),
+                         server.get(f"/v1/jobs/{calm['id']}/meter").json())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -127,8 +127,7 @@ export interface JobRequest {
     };
     /**
      * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
-     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there. Default:
-     * ["albedo","normal","depth"].
+     * only), and irradiance. The others are always there. Default: ["albedo","normal","depth"].
      */
     layers?: string[];
   };
@@ -575,7 +574,7 @@ export interface JobSpec {
     };
     /**
      * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
-     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
+     * only), and irradiance. The others are always there.
      */
     layers: string[];
   };
@@ -1316,7 +1315,7 @@ export interface JobDefaults {
     };
     /**
      * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
-     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
+     * only), and irradiance. The others are always there.
      */
     layers: string[];
   };

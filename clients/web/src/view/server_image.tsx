@@ -135,8 +135,8 @@ export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large:
             <>
               {' '}
               {number(shown.range[0] * lumensPerWatt)} to{' '}
-              {number(shown.range[1] * lumensPerWatt)} lux, which are {number(shown.range[0])} to{' '}
-              {number(shown.range[1])} W/m² of nominal white.
+              {number(shown.range[1] * lumensPerWatt)} lux, which are{' '}
+              {number(shown.range[0])} to {number(shown.range[1])} W/m² of nominal white.
             </>
           )}
           {mode === 'denoise_bias' && shown.range && (

@@ -238,7 +238,8 @@ INSTANTIATE_TEST_SUITE_P(
              "unknown member; known: scene, name, labels, priority, seed, camera, variant, "
              "time_seconds, "
              "medium, class, preview_key, environment, film, integrator, estimator, sampler, "
-             "light_sampler, adaptive, spectral, stop, denoise, webhook, retention_seconds"}));
+             "light_sampler, adaptive, meter, spectral, stop, denoise, webhook, "
+             "retention_seconds"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Camera, JobRefusal,

@@ -81,7 +81,8 @@ TEST(FilmFile, SharesOfTheLightComeBack) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::FilmSettings settings = small_film();
-  settings.shares = {{.layer = "bounce:1", .group = {}}, {.layer = "light:lamp", .group = "lamp"}};
+  settings.shares = {{.layer = "bounce:1", .group = {}, .strategy = {}},
+                     {.layer = "light:lamp", .group = "lamp", .strategy = {}}};
   core::Film film(settings, 2);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));

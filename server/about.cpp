@@ -1,15 +1,11 @@
 #include "server/about.h"
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
-#include <span>
-
-#include <elf.h>
-#include <link.h>
 
 #include "core/accel/accel.h"
 #include "core/accel/arithmetic.h"
+#include "core/base/build_id.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/wave/wave_tracer.h"
@@ -18,50 +14,6 @@
 
 namespace server {
 namespace {
-
-std::string hex(std::span<const unsigned char> bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const unsigned char byte : bytes) {
-    text += kDigits[byte >> 4U];
-    text += kDigits[byte & 15U];
-  }
-  return text;
-}
-
-/// The linker's hash of this program, from its NT_GNU_BUILD_ID note; empty when it made none.
-std::string linker_build_id() {
-  std::string id;
-  const auto visit = [](dl_phdr_info* object, std::size_t, void* result) -> int {
-    for (int i = 0; i < object->dlpi_phnum; ++i) {
-      const ElfW(Phdr)& segment = object->dlpi_phdr[i];
-      if (segment.p_type != PT_NOTE) {
-        continue;
-      }
-      const auto* begin =
-          reinterpret_cast<const unsigned char*>(object->dlpi_addr + segment.p_vaddr);
-      std::span<const unsigned char> notes(begin, segment.p_memsz);
-      while (notes.size() >= sizeof(ElfW(Nhdr))) {
-        ElfW(Nhdr) note;
-        std::memcpy(&note, notes.data(), sizeof note);
-        const std::size_t name_bytes = (note.n_namesz + 3U) & ~std::size_t{3};
-        const std::size_t head_bytes = sizeof note + name_bytes;
-        const std::size_t all_bytes = head_bytes + ((note.n_descsz + 3U) & ~std::size_t{3});
-        if (all_bytes > notes.size()) {
-          break;
-        }
-        if (note.n_type == NT_GNU_BUILD_ID) {
-          *static_cast<std::string*>(result) = hex(notes.subspan(head_bytes, note.n_descsz));
-          return 1;
-        }
-        notes = notes.subspan(all_bytes);
-      }
-    }
-    return 1;  // The first object is the program itself.
-  };
-  dl_iterate_phdr(visit, &id);
-  return id;
-}
 
 std::string compiler_name() {
 #ifdef __clang__
@@ -116,7 +68,7 @@ api::ServerView about_server(const Config& config, const MemoryLimits& memory,
   api::ServerView about;
   about.version = program_version();
   about.build.commit = TESSERA_COMMIT;
-  about.build.id = linker_build_id();
+  about.build.id = core::linker_build_id();
   if (about.build.id.empty()) {
     about.build.id = about.build.commit;
   }

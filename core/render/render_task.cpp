@@ -21,11 +21,6 @@ bool is_past(const std::optional<double>& unix_seconds) {
   return unix_seconds && std::chrono::duration<double>(now).count() >= *unix_seconds;
 }
 
-int slice_length(const TileState& tile, double seconds) {
-  const double area = static_cast<double>(tile.rect.width) * tile.rect.height;
-  return core::slice_length(area, tile.samples, tile.cpu_seconds, seconds);
-}
-
 }  // namespace
 
 RenderTask::Impl::Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> f, TaskOptions o,
@@ -326,70 +321,6 @@ std::optional<Slice> RenderTask::take() {
   }
   m.advance(std::move(due));
   return std::nullopt;
-}
-
-/// A unit outside of the crop. Its slices are as long as the first tile's.
-void RenderTask::Impl::run_light(const Slice& slice) {
-  const int length = slice_length(film->tile(0), slice_seconds);
-  LightBatch light = light_of(slice.tile, std::min(slice.last_sample, slice.first_sample + length));
-  const bool whole =
-      renderer->render_light(film->unit_rect(slice.tile), light, stop_source.get_token());
-  if (whole) {
-    film->commit_light(light);
-  }
-  advance(complete(slice, whole ? light.last_sample : slice.first_sample, std::nullopt));
-}
-
-/// What the unit lacks of light samples up to last_sample.
-LightBatch RenderTask::Impl::light_of(int unit, int last_sample) const {
-  LightBatch light;
-  light.unit = unit;
-  if (film->has_splats()) {
-    light.first_sample = film->light_samples(unit);
-    light.last_sample = std::max(light.first_sample, last_sample);
-    light.splats.resize(static_cast<std::size_t>(film->replicates()));
-  }
-  return light;
-}
-
-void RenderTask::run(const Slice& slice) {
-  Impl& m = *impl_;
-  if (slice.kind == SliceKind::kPhotons) {
-    m.run_photons(slice);
-    return;
-  }
-  if (slice.tile >= m.film->unit_count()) {
-    m.run_meter(slice);
-    return;
-  }
-  if (slice.tile >= m.film->tile_count()) {
-    m.run_light(slice);
-    return;
-  }
-  const bool is_pilot = slice.kind == SliceKind::kPilot;
-  TileState before = m.film->tile(slice.tile);
-  TileState state = before;
-  const int window = shared_window(m.settings());
-  const int end = slice.first_sample + slice_length(state, m.slice_seconds);
-  const bool has_photons = integrator_has_photons(m.settings());
-  const int last = has_photons ? slice.first_sample + 1
-                               : std::min(slice.last_sample, (end + window - 1) / window * window);
-  const std::stop_token stop = m.stop_source.get_token();
-  LightBatch light = m.light_of(slice.tile, last);
-  const bool whole = is_pilot ? m.renderer->render_pilot(state, last, stop)
-                     : has_photons
-                         ? m.gather(state, stop)
-                         : m.renderer->render(state, std::max(last, state.samples), stop) &&
-                               m.renderer->render_light(m.film->unit_rect(slice.tile), light, stop);
-  state.cpu_seconds += light.cpu_seconds;
-  if (whole && is_pilot) {
-    m.film->keep(slice.tile, std::move(state));
-  } else if (whole) {
-    m.sink.on_tile(slice.tile, m.film->commit(slice.tile, std::move(state), light));
-  }
-  const bool is_changed = whole && !is_pilot;
-  m.advance(m.complete(slice, whole ? last : slice.first_sample,
-                       is_changed ? std::optional(std::move(before)) : std::nullopt));
 }
 
 void RenderTask::cancel() {

@@ -40,6 +40,8 @@ struct Slice {
   SliceKind kind = SliceKind::kPicture;
 };
 
+struct SliceWork;  // core/render/slice_work.h
+
 /// Called from the worker threads, without locks held; must be quick.
 class RenderSink {
  public:
@@ -108,6 +110,19 @@ class RenderTask {
   std::optional<Slice> take();
   /// Renders and commits a slice that take() gave. The last one of a pass takes the decisions.
   void run(const Slice& slice);
+
+  /// Can slices be rendered elsewhere, from what prepare() gives alone? Not where they need photons
+  /// or bring splats, nor with a meter.
+  bool can_lend() const;
+  /// What a slice of take() needs, cut to some CPU seconds. accept() or give_back() has to follow.
+  /// Pre: not of photons, nor of a meter.
+  SliceWork prepare(const Slice& slice, double seconds) const;
+  /// Commits what became of it, as run() does.
+  void accept(SliceWork done);
+  /// The slice was not rendered: take() gives it again.
+  void give_back(const Slice& slice);
+  /// The task wants no slice any more: those that are out need not be finished.
+  bool is_stopping() const;
 
   void cancel();  ///< slices in flight stop within a row of pixels or a wave; then
                   ///< on_finished(kCancelled)

@@ -31,13 +31,19 @@ struct Stopwatch {
   }
 };
 
+/// CPU time that a sample of all pixels takes, from what some took.
+inline double seconds_of_sample(double pixels, int samples, double cpu_seconds) {
+  constexpr double kFirstGuess =
+      1.5e-6;  // seconds a sample; only the first slice of a tile uses it
+  return std::max(samples > 0 ? cpu_seconds / samples : pixels * kFirstGuess, 1e-9);
+}
+
 /// Samples that a slice is to have for so many seconds. pixels: of each sample; samples,
 /// cpu_seconds: so far.
 inline int slice_length(double pixels, int samples, double cpu_seconds, double seconds) {
-  constexpr double kFirstGuess =
-      1.5e-6;  // seconds a sample; only the first slice of a tile uses it
-  const double each = samples > 0 ? cpu_seconds / samples : pixels * kFirstGuess;
-  return std::max(1, static_cast<int>(seconds / std::max(each, 1e-9)));
+  const double each = seconds_of_sample(pixels, samples, cpu_seconds);
+  // Samples of a pixel are far fewer.
+  return std::max(1, static_cast<int>(std::min(seconds / each, 1e6)));
 }
 
 /// Phases: rendering passes, piloting before an epoch, tracing photons before a pass, deciding (one
@@ -114,7 +120,6 @@ struct RenderTask::Impl {
   Due complete(const Slice& slice, int last, std::optional<TileState> before) EXCLUDES(mutex);
 
   LightBatch light_of(int unit, int last_sample) const;
-  void run_light(const Slice& slice) EXCLUDES(mutex);
   void run_meter(const Slice& slice) EXCLUDES(mutex);
   void run_photons(const Slice& slice) EXCLUDES(mutex);
   bool gather(TileState& state, std::stop_token stop) EXCLUDES(mutex);

@@ -27,6 +27,7 @@ set(CORE_TEST_SOURCES
   sample_sets_test.cpp
   sampler_test.cpp
   shared_lights_test.cpp
+  slice_work_test.cpp
   splats_test.cpp
   split_pilot_test.cpp
   texture_test.cpp

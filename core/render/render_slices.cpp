@@ -1,0 +1,100 @@
+// Slices of a task: what they need, rendered here or elsewhere, and into the film with them.
+#include <algorithm>
+#include <utility>
+
+#include "core/render/render_task_impl.h"
+#include "core/render/slice_work.h"
+#include "core/settings/registry.h"
+
+namespace core {
+
+/// What the unit lacks of light samples up to last_sample.
+LightBatch RenderTask::Impl::light_of(int unit, int last_sample) const {
+  LightBatch light;
+  light.unit = unit;
+  if (film->has_splats()) {
+    light.first_sample = film->light_samples(unit);
+    light.last_sample = std::max(light.first_sample, last_sample);
+    light.splats.resize(static_cast<std::size_t>(film->replicates()));
+  }
+  return light;
+}
+
+bool RenderTask::can_lend() const {
+  const Film& film = *impl_->film;
+  return !film.has_splats() && film.meter_chunk_count() == 0 &&
+         !integrator_has_photons(impl_->settings());
+}
+
+SliceWork RenderTask::prepare(const Slice& slice, double seconds) const {
+  const Impl& m = *impl_;
+  SliceWork work;
+  work.slice = slice;
+  const bool has_pixels = slice.tile < m.film->tile_count();
+  // Slices of units outside of the crop are as long as the first tile's.
+  TileState state = m.film->tile(has_pixels ? slice.tile : 0);
+  const double pixels = static_cast<double>(state.rect.width) * state.rect.height;
+  const int length = slice_length(pixels, state.samples, state.cpu_seconds, seconds);
+  const double each = seconds_of_sample(pixels, state.samples, state.cpu_seconds);
+  if (has_pixels) {
+    const int window = shared_window(m.settings());
+    const int end = slice.first_sample + length;
+    work.slice.last_sample =
+        integrator_has_photons(m.settings())
+            ? slice.first_sample + 1
+            : std::min(slice.last_sample, (end + window - 1) / window * window);
+    work.state = std::move(state);
+  } else {
+    work.slice.last_sample = std::min(slice.last_sample, slice.first_sample + length);
+  }
+  work.expected_seconds = each * (work.slice.last_sample - slice.first_sample);
+  work.unit = m.film->unit_rect(slice.tile);
+  if (slice.kind == SliceKind::kPicture) {
+    work.light = m.light_of(slice.tile, work.slice.last_sample);
+  }
+  return work;
+}
+
+void RenderTask::run(const Slice& slice) {
+  Impl& m = *impl_;
+  if (slice.kind == SliceKind::kPhotons) {
+    m.run_photons(slice);
+    return;
+  }
+  if (slice.tile >= m.film->unit_count()) {
+    m.run_meter(slice);
+    return;
+  }
+  SliceWork work = prepare(slice, m.slice_seconds);
+  const bool looks_up_photons =
+      slice.kind == SliceKind::kPicture && integrator_has_photons(m.settings());
+  const std::stop_token stop = m.stop_source.get_token();
+  if (looks_up_photons ? m.gather(work.state, stop) : render_slice(*m.renderer, work, stop)) {
+    accept(std::move(work));
+  } else {
+    give_back(slice);
+  }
+}
+
+void RenderTask::accept(SliceWork done) {
+  Impl& m = *impl_;
+  const Slice slice = done.slice;
+  std::optional<TileState> before;
+  if (slice.kind == SliceKind::kPilot) {
+    m.film->keep(slice.tile, std::move(done.state));
+  } else if (slice.tile < m.film->tile_count()) {
+    before = m.film->tile(slice.tile);
+    m.sink.on_tile(slice.tile, m.film->commit(slice.tile, std::move(done.state), done.light));
+  } else {
+    m.film->commit_light(done.light);
+  }
+  m.advance(m.complete(slice, slice.last_sample, std::move(before)));
+}
+
+void RenderTask::give_back(const Slice& slice) {
+  impl_->advance(impl_->complete(slice, slice.first_sample, std::nullopt));
+}
+
+bool RenderTask::is_stopping() const { return impl_->stop_source.stop_requested(); }
+
+}  // namespace core

@@ -1,0 +1,277 @@
+#include "core/render/slice_work.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+#include "core/base/check.h"
+#include "core/base/sha256.h"
+#include "core/render/pass_plan.h"
+
+namespace core {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "values are written as they are in memory");
+
+constexpr std::string_view kMagic = "TSRWORK1";
+constexpr std::size_t kHashBytes = 64;
+
+struct Head {
+  std::array<char, 8> magic{};
+  std::uint32_t slices = 0;
+  std::uint32_t zero = 0;
+};
+struct SliceHead {
+  std::int32_t tile = 0;
+  std::int32_t first_sample = 0;
+  std::int32_t last_sample = 0;
+  std::int32_t kind = 0;
+  PixelRect rect;
+  std::int32_t samples = 0;
+  PlanSpan span;
+  std::int32_t pilot_samples = 0;
+  std::uint32_t pixels = 0;
+  std::uint32_t aux = 0;
+  std::uint32_t plan = 0;
+  std::uint32_t pilot = 0;
+  std::uint32_t fit = 0;
+  std::uint32_t shares = 0;
+  std::uint64_t rejected_samples = 0;
+  std::uint64_t rays = 0;
+  double cpu_seconds = 0;
+};
+static_assert(sizeof(Head) == 16 && sizeof(PixelRect) == 16 && sizeof(SliceHead) == 96);
+static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(PixelPlan) == 8 &&
+              sizeof(PilotPixel) == 32 && sizeof(ReplicateFit) == 48 && sizeof(Rgb) == 12);
+
+Error refused(std::string detail) {
+  return Error{ErrorCode::kInvalidArgument, "not a usable piece of work: " + std::move(detail), ""};
+}
+
+template <typename Value>
+void append(std::string& bytes, const Value* values, std::size_t count) {
+  bytes.append(reinterpret_cast<const char*>(values), count * sizeof(Value));
+}
+
+class Reader {
+ public:
+  explicit Reader(std::string_view rest) : rest_(rest) {}
+  /// False: there is not as much.
+  template <typename Value>
+  bool take(Value* values, std::size_t count) {
+    const std::size_t bytes = count * sizeof(Value);
+    if (bytes > rest_.size()) {
+      return false;
+    }
+    if (count > 0) {
+      std::memcpy(static_cast<void*>(values), rest_.data(), bytes);
+    }
+    rest_.remove_prefix(bytes);
+    return true;
+  }
+  template <typename Value>
+  bool take(std::vector<Value>& values, std::uint32_t count) {
+    if (std::uint64_t{count} * sizeof(Value) > rest_.size()) {
+      return false;
+    }
+    values.resize(count);
+    return take(values.data(), values.size());
+  }
+  bool is_empty() const { return rest_.empty(); }
+
+ private:
+  std::string_view rest_;
+};
+
+bool is_sane(const ReplicatePixel& p) {
+  return std::isfinite(p.mean_r) && std::isfinite(p.mean_g) && std::isfinite(p.mean_b) &&
+         std::isfinite(p.mean_alpha) && std::isfinite(p.m2_luminance);
+}
+
+bool is_sane(const AuxPixel& p, std::uint64_t samples) {
+  const Vec3 n = p.normal_world;
+  return is_finite(p.albedo) && std::isfinite(n.x) && std::isfinite(n.y) && std::isfinite(n.z) &&
+         std::isfinite(p.depth_m) && p.hits <= samples;
+}
+
+bool is_sane(const ReplicateFit& f) {
+  return std::isfinite(f.n) && std::isfinite(f.x) && std::isfinite(f.xx) && is_finite(f.y) &&
+         is_finite(f.xy) && is_finite(f.coefficient);
+}
+
+/// Has every half of every pixel what the plan, or the same for all, says?
+bool has_counts(const TileState& state, const RenderSettings& settings) {
+  const auto replicates = static_cast<std::size_t>(settings.replicates);
+  const int step = plan_step(settings);
+  for (std::size_t pixel = 0; pixel * replicates < state.pixels.size(); ++pixel) {
+    std::array<std::uint64_t, 2> has{};
+    for (std::size_t r = 0; r < replicates; ++r) {
+      has[r % 2] += state.pixels[pixel * replicates + r].count;
+    }
+    const int x = state.rect.x + static_cast<int>(pixel) % state.rect.width;
+    const int y = state.rect.y + static_cast<int>(pixel) / state.rect.width;
+    for (const int half : {0, 1}) {
+      const std::uint64_t want =
+          state.plan.empty()
+              ? static_cast<std::uint64_t>(uniform_count(state.samples, settings.replicates, half))
+              : planned_count(state.plan[pixel], {state.span, step, x, y}, state.samples);
+      if (has[static_cast<std::size_t>(half)] != want) {
+        return false;
+      }
+    }
+    if (!state.aux.empty() && !is_sane(state.aux[pixel], has[0] + has[1])) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool render_slice(const Renderer& renderer, SliceWork& work, std::stop_token stop) {
+  const int last = work.slice.last_sample;
+  if (work.slice.kind == SliceKind::kPilot) {
+    return renderer.render_pilot(work.state, last, std::move(stop));
+  }
+  const bool has_pixels = !work.state.pixels.empty();
+  if (has_pixels && !renderer.render(work.state, std::max(last, work.state.samples), stop)) {
+    return false;
+  }
+  if (!renderer.render_light(work.unit, work.light, std::move(stop))) {
+    return false;
+  }
+  work.state.cpu_seconds += work.light.cpu_seconds;
+  return true;
+}
+
+std::string encode_work(std::span<const SliceWork> work, WorkPart part) {
+  Head head;
+  std::copy_n(kMagic.begin(), head.magic.size(), head.magic.begin());
+  head.slices = static_cast<std::uint32_t>(work.size());
+  std::string bytes;
+  append(bytes, &head, 1);
+  for (const SliceWork& each : work) {
+    CHECK(each.light.splats.empty() && each.slice.kind != SliceKind::kPhotons);
+    const TileState& s = each.state;
+    const std::size_t plans = part == WorkPart::kInput ? s.plan.size() : 0;
+    const auto count = [](std::size_t size) { return static_cast<std::uint32_t>(size); };
+    const SliceHead slice = {each.slice.tile,
+                             each.slice.first_sample,
+                             each.slice.last_sample,
+                             static_cast<std::int32_t>(each.slice.kind),
+                             s.rect,
+                             s.samples,
+                             s.span,
+                             s.pilot_samples,
+                             count(s.pixels.size()),
+                             count(s.aux.size()),
+                             count(plans),
+                             count(s.pilot.size()),
+                             count(s.fit.size()),
+                             count(s.shares.size()),
+                             s.rejected_samples,
+                             s.rays,
+                             s.cpu_seconds};
+    append(bytes, &slice, 1);
+    append(bytes, s.pixels.data(), s.pixels.size());
+    append(bytes, s.aux.data(), s.aux.size());
+    append(bytes, s.plan.data(), plans);
+    append(bytes, s.pilot.data(), s.pilot.size());
+    append(bytes, s.fit.data(), s.fit.size());
+    append(bytes, s.shares.data(), s.shares.size());
+  }
+  return bytes + sha256_hex(bytes.data(), bytes.size());
+}
+
+Result<std::vector<SliceWork>> decode_work(std::string_view bytes) {
+  Head head;
+  if (bytes.size() < sizeof head + kHashBytes || !bytes.starts_with(kMagic)) {
+    return refused("it does not begin with TSRWORK1");
+  }
+  const std::string_view hashed = bytes.substr(0, bytes.size() - kHashBytes);
+  if (sha256_hex(hashed.data(), hashed.size()) != bytes.substr(hashed.size())) {
+    return refused("the checksum at its end does not fit");
+  }
+  Reader reader(hashed);
+  reader.take(&head, 1);
+  if (head.slices == 0 || head.slices > hashed.size() / sizeof(SliceHead) || head.zero != 0) {
+    return refused("it has " + std::to_string(head.slices) + " slices");
+  }
+  std::vector<SliceWork> work(head.slices);
+  for (SliceWork& each : work) {
+    SliceHead slice;
+    TileState& s = each.state;
+    if (!reader.take(&slice, 1) || !reader.take(s.pixels, slice.pixels) ||
+        !reader.take(s.aux, slice.aux) || !reader.take(s.plan, slice.plan) ||
+        !reader.take(s.pilot, slice.pilot) || !reader.take(s.fit, slice.fit) ||
+        !reader.take(s.shares, slice.shares)) {
+      return refused("it is cut off");
+    }
+    if (slice.kind != static_cast<std::int32_t>(SliceKind::kPicture) &&
+        slice.kind != static_cast<std::int32_t>(SliceKind::kPilot)) {
+      return refused("a slice is of no kind");
+    }
+    each.slice = {slice.tile, slice.first_sample, slice.last_sample,
+                  static_cast<SliceKind>(slice.kind)};
+    s.rect = slice.rect;
+    s.samples = slice.samples;
+    s.span = slice.span;
+    s.pilot_samples = slice.pilot_samples;
+    s.rejected_samples = slice.rejected_samples;
+    s.rays = slice.rays;
+    s.cpu_seconds = slice.cpu_seconds;
+  }
+  if (!reader.is_empty()) {
+    return refused("something follows its slices");
+  }
+  return work;
+}
+
+Status check_result(const SliceWork& given, const RenderSettings& settings, SliceWork& done) {
+  const TileState& before = given.state;
+  TileState& after = done.state;
+  const bool is_pilot = given.slice.kind == SliceKind::kPilot;
+  if (done.slice.tile != given.slice.tile || done.slice.kind != given.slice.kind ||
+      done.slice.first_sample != given.slice.first_sample ||
+      done.slice.last_sample != given.slice.last_sample) {
+    return refused("it is of other samples than were asked for");
+  }
+  const int last = given.slice.last_sample;
+  const std::size_t area = before.pixels.size() / static_cast<std::size_t>(settings.replicates);
+  const std::size_t fits =
+      is_pilot || fit_type(settings) == FitType::kNone ? before.fit.size() : before.pixels.size();
+  const std::size_t pilots = is_pilot ? area : before.pilot.size();
+  if (!(after.rect == before.rect) || !(after.span == before.span) || !after.plan.empty() ||
+      after.samples != (is_pilot ? before.samples : std::max(last, before.samples)) ||
+      after.pilot_samples != (is_pilot ? last : before.pilot_samples) ||
+      after.pixels.size() != before.pixels.size() || after.aux.size() != before.aux.size() ||
+      after.pilot.size() != pilots || after.fit.size() != fits ||
+      after.shares.size() != before.shares.size()) {
+    return refused("tile " + std::to_string(given.slice.tile) + " has another shape");
+  }
+  after.plan = before.plan;
+  const auto all = [](const auto& values, const auto& test) {
+    return std::all_of(values.begin(), values.end(), test);
+  };
+  const bool is_pilot_sane = all(after.pilot, [&](const PilotPixel& p) {
+    return is_finite(p.mean) && is_finite(p.m2) && std::isfinite(p.rays) &&
+           p.count == static_cast<std::uint32_t>(after.pilot_samples);
+  });
+  if (!is_pilot_sane || !has_counts(after, settings) ||
+      !all(after.pixels, [](const ReplicatePixel& p) { return is_sane(p); }) ||
+      !all(after.fit, [](const ReplicateFit& f) { return is_sane(f); }) ||
+      !all(after.shares, [](Rgb c) { return is_finite(c); }) || !std::isfinite(after.cpu_seconds) ||
+      after.cpu_seconds < before.cpu_seconds || after.rays < before.rays ||
+      after.rejected_samples < before.rejected_samples) {
+    return refused("tile " + std::to_string(given.slice.tile) + " holds what no renderer makes");
+  }
+  return ok_status();
+}
+
+}  // namespace core

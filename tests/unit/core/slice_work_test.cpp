@@ -1,0 +1,198 @@
+// Slices that are rendered elsewhere, from their bytes alone: the film is the same, and results
+// that no renderer made are refused.
+#include "core/render/slice_work.h"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "core/base/sha256.h"
+#include "core/settings/registry.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+using core::SliceWork;
+using core::WorkPart;
+
+class QuietSink : public core::RenderSink {
+ public:
+  void on_tile(int, std::uint32_t) override {}
+  void on_pass(const core::ConvergencePoint&) override {}
+  void on_finished(core::StopReason) override {}
+};
+
+core::View small_view() {
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 70, 45);
+  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = true;
+  return view;
+}
+
+std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
+  auto renderer = core::Renderer::create(view);
+  EXPECT_TRUE(renderer);
+  return *renderer;
+}
+
+core::TaskOptions samples(int n) {
+  core::TaskOptions options;
+  options.stop.samples_per_pixel = n;
+  return options;
+}
+
+/// The digest of the view's film when every slice goes as bytes to another renderer and back.
+std::string digest_of_lent(const core::View& view, int sample_count) {
+  const auto here = renderer_of(view);
+  const auto elsewhere = renderer_of(view);
+  auto film = std::make_shared<core::Film>(view.settings);
+  QuietSink sink;
+  core::RenderTask task(here, film, samples(sample_count), sink);
+  EXPECT_TRUE(task.can_lend());
+  while (!task.finished()) {
+    const auto slice = task.take();
+    if (!slice) {
+      continue;
+    }
+    const SliceWork given = task.prepare(*slice, 1e-4);
+    auto sent = core::decode_work(core::encode_work({&given, 1}, WorkPart::kInput));
+    EXPECT_TRUE(sent);
+    EXPECT_TRUE(core::render_slice(*elsewhere, sent->front(), {}));
+    auto done = core::decode_work(core::encode_work(*sent, WorkPart::kResult));
+    EXPECT_TRUE(done);
+    const auto checked = core::check_result(given, view.settings, done->front());
+    EXPECT_TRUE(checked) << checked.error().message;
+    task.accept(std::move(done->front()));
+  }
+  return film->digest();
+}
+
+std::string digest_of_local(const core::View& view, int sample_count) {
+  auto film = std::make_shared<core::Film>(view.settings);
+  QuietSink sink;
+  core::RenderTask task(renderer_of(view), film, samples(sample_count), sink);
+  core::run_to_end(task, 1);
+  return film->digest();
+}
+
+TEST(SliceWork, MakesTheSameFilmWithEverySampler) {
+  for (const auto& sampler : core::samplers()) {
+    core::View view = small_view();
+    view.settings.sampler = sampler.value;
+    EXPECT_EQ(digest_of_lent(view, 6), digest_of_local(view, 6)) << sampler.name;
+  }
+}
+
+TEST(SliceWork, MakesTheSameFilmWithAnAdaptivePlan) {
+  core::View view = small_view();
+  view.settings.adaptive.type = core::AdaptiveType::kPilot;
+  EXPECT_EQ(digest_of_lent(view, 48), digest_of_local(view, 48));
+}
+
+TEST(SliceWork, MakesTheSameFilmWithFittedCoefficientsAndSharedSamples) {
+  core::View fitted = small_view();
+  fitted.settings.estimator.control_variate = core::ControlVariateType::kRegression;
+  EXPECT_EQ(digest_of_lent(fitted, 16), digest_of_local(fitted, 16));
+  core::View shared = small_view();
+  shared.settings.light_sampler = core::LightSamplerType::kRestir;
+  EXPECT_EQ(digest_of_lent(shared, 16), digest_of_local(shared, 16));
+}
+
+TEST(SliceWork, IsNotLentWhereLightPathsSplat) {
+  core::View view = small_view();
+  view.settings.integrator = "light-trace";
+  auto film = std::make_shared<core::Film>(view.settings);
+  QuietSink sink;
+  EXPECT_FALSE(core::RenderTask(renderer_of(view), film, samples(2), sink).can_lend());
+}
+
+TEST(SliceWork, ThatIsGivenBackIsTakenAgain) {
+  const core::View view = small_view();
+  auto film = std::make_shared<core::Film>(view.settings);
+  QuietSink sink;
+  core::RenderTask task(renderer_of(view), film, samples(4), sink);
+  for (int i = 0; i < 20; ++i) {
+    const auto slice = task.take();
+    ASSERT_TRUE(slice);
+    task.give_back(*slice);
+  }
+  core::run_to_end(task, 1);
+  EXPECT_EQ(film->digest(), digest_of_local(view, 4));
+}
+
+class SliceResult : public ::testing::Test {
+ protected:
+  SliceResult()
+      : film_(std::make_shared<core::Film>(view_.settings)),
+        task_(renderer_of(view_), film_, samples(4), sink_),
+        given_(task_.prepare(*task_.take(), 1)),
+        done_(given_) {
+    EXPECT_TRUE(core::render_slice(task_.renderer(), done_, {}));
+    done_.state.plan.clear();
+  }
+  bool is_taken() {
+    SliceWork copy = done_;
+    return core::check_result(given_, view_.settings, copy).has_value();
+  }
+
+  core::View view_ = small_view();
+  std::shared_ptr<core::Film> film_;
+  QuietSink sink_;
+  core::RenderTask task_;
+  SliceWork given_;
+  SliceWork done_;
+};
+
+TEST_F(SliceResult, IsTakenAsItWasRendered) { EXPECT_TRUE(is_taken()); }
+
+TEST_F(SliceResult, OfOtherSamplesIsRefused) {
+  ++done_.slice.first_sample;
+  EXPECT_FALSE(is_taken());
+}
+
+TEST_F(SliceResult, OfAnotherTileIsRefused) {
+  done_.slice.tile = 1;
+  EXPECT_FALSE(is_taken());
+}
+
+TEST_F(SliceResult, OfAnotherRectangleIsRefused) {
+  done_.state.rect.x += 32;
+  EXPECT_FALSE(is_taken());
+}
+
+TEST_F(SliceResult, ThatIsNotFiniteIsRefused) {
+  done_.state.pixels[3].mean_g = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(is_taken());
+}
+
+TEST_F(SliceResult, WithASampleTooManyIsRefused) {
+  ++done_.state.pixels[3].count;
+  EXPECT_FALSE(is_taken());
+}
+
+TEST_F(SliceResult, WithMoreHitsThanSamplesIsRefused) {
+  done_.state.aux[3].hits = 5;
+  EXPECT_FALSE(is_taken());
+}
+
+TEST_F(SliceResult, OfFewerPixelsIsRefused) {
+  done_.state.pixels.pop_back();
+  EXPECT_FALSE(is_taken());
+}
+
+TEST_F(SliceResult, IsRefusedWhereItsBytesAreCutOrChanged) {
+  const std::string bytes = core::encode_work({&done_, 1}, WorkPart::kResult);
+  EXPECT_TRUE(core::decode_work(bytes));
+  std::string changed = bytes;
+  changed[200] = static_cast<char>(changed[200] ^ 1);
+  EXPECT_FALSE(core::decode_work(changed));
+  // A length that fits nothing, under a checksum that fits: what is cut is the array.
+  for (std::size_t cut : {1U, 64U, 1000U}) {
+    std::string shorter = bytes.substr(0, bytes.size() - 64 - cut);
+    shorter += core::sha256_hex(shorter.data(), shorter.size());
+    EXPECT_FALSE(core::decode_work(shorter)) << cut;
+  }
+}
+
+}  // namespace

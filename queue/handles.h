@@ -1,0 +1,25 @@
+/// What the NATS library has open for a link, for the sources of this folder.
+#pragma once
+
+#include <string>
+
+#include <nats/nats.h>
+
+#include "queue/nats_link.h"
+
+namespace queue {
+
+struct NatsLink::Handles {
+  natsConnection* connection = nullptr;
+  jsCtx* jetstream = nullptr;
+};
+
+inline core::Error nats_error(const std::string& what, natsStatus status) {
+  return core::Error{core::ErrorCode::kUnavailable, what + ": " + natsStatus_GetText(status), ""};
+}
+
+inline constexpr const char* kStream = "TESSERA_UNITS";
+inline constexpr const char* kSubject = "tessera.units";
+inline constexpr const char* kConsumer = "tessera-workers";
+
+}  // namespace queue

@@ -1,0 +1,139 @@
+// The address and the version of a NATS server.
+#include <array>
+#include <charconv>
+#include <cstring>
+#include <optional>
+#include <string>
+
+#include <netdb.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+#include "queue/nats_link.h"
+
+namespace queue {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+struct Place {
+  std::string host;
+  std::string port = "4222";  // the one that NATS has with IANA
+};
+
+std::optional<Place> place_of(std::string_view url) {
+  const std::size_t scheme = url.find("://");
+  const std::string_view kind = url.substr(0, scheme == std::string_view::npos ? 0 : scheme);
+  if (kind != "nats" && kind != "tls") {
+    return std::nullopt;
+  }
+  url.remove_prefix(scheme + 3);
+  if (const std::size_t user = url.rfind('@'); user != std::string_view::npos) {
+    url.remove_prefix(user + 1);
+  }
+  Place place;
+  const std::size_t bracket = url.starts_with('[') ? url.find(']') : std::string_view::npos;
+  const std::size_t colon = url.find(':', bracket == std::string_view::npos ? 0 : bracket);
+  place.host =
+      bracket == std::string_view::npos ? url.substr(0, colon) : url.substr(1, bracket - 1);
+  if (colon != std::string_view::npos) {
+    place.port = url.substr(colon + 1);
+  }
+  const bool is_number =
+      !place.port.empty() && place.port.find_first_not_of("0123456789") == std::string::npos;
+  return place.host.empty() || !is_number ? std::nullopt : std::optional(place);
+}
+
+class Socket {
+ public:
+  explicit Socket(int fd) : fd_(fd) {}
+  ~Socket() {
+    if (fd_ >= 0) {
+      ::close(fd_);
+    }
+  }
+  Socket(const Socket&) = delete;
+  Socket& operator=(const Socket&) = delete;
+  int fd() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+}  // namespace
+
+core::Result<std::string> host_and_port(const std::string& url) {
+  if (const auto place = place_of(url)) {
+    return place->host + ":" + place->port;
+  }
+  return Error{ErrorCode::kInvalidArgument,
+               "\"" + url + "\" is no address of a NATS server; one looks like nats://HOST:4222",
+               ""};
+}
+
+core::Status check_version(std::string_view version) {
+  std::array<int, 3> parts{};
+  const char* at = version.data();
+  const char* end = version.data() + version.size();
+  for (int& part : parts) {
+    const auto read = std::from_chars(at, end, part);
+    at = read.ptr < end ? read.ptr + 1 : read.ptr;
+  }
+  constexpr int kRepaired = 23;
+  if (parts[0] == 2 && parts[1] == 10 && parts[2] < kRepaired) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "nats-server " + std::string(version) +
+                     " is not used: versions 2.10.0 to 2.10.22 may lose a stream when their "
+                     "process ends; take 2.10.23 or newer, or 2.9",
+                 ""};
+  }
+  return core::ok_status();
+}
+
+core::Result<std::string> server_version(const std::string& url) {
+  const auto place = place_of(url);
+  if (!place) {
+    return host_and_port(url).error();
+  }
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  if (::getaddrinfo(place->host.c_str(), place->port.c_str(), &hints, &found) != 0) {
+    return Error{ErrorCode::kUnavailable, "the host \"" + place->host + "\" is not known", ""};
+  }
+  const std::unique_ptr<addrinfo, void (*)(addrinfo*)> list(found, &::freeaddrinfo);
+  for (const addrinfo* each = found; each != nullptr; each = each->ai_next) {
+    const Socket socket(::socket(each->ai_family, each->ai_socktype | SOCK_CLOEXEC, 0));
+    const timeval patience{.tv_sec = 2, .tv_usec = 0};
+    if (socket.fd() < 0 ||
+        ::setsockopt(socket.fd(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) != 0 ||
+        ::setsockopt(socket.fd(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience) != 0 ||
+        ::connect(socket.fd(), each->ai_addr, each->ai_addrlen) != 0) {
+      continue;
+    }
+    // "INFO {...,"version":"2.9.10",...}\r\n", of some hundred bytes.
+    std::string line;
+    constexpr std::size_t kLineMax = 65536;
+    while (line.find('\n') == std::string::npos && line.size() < kLineMax) {
+      std::array<char, 1024> piece{};
+      const auto got = ::recv(socket.fd(), piece.data(), piece.size(), 0);
+      if (got <= 0) {
+        break;
+      }
+      line.append(piece.data(), static_cast<std::size_t>(got));
+    }
+    constexpr std::string_view kName = "\"version\":\"";
+    const std::size_t begin = line.find(kName);
+    if (!line.starts_with("INFO ") || begin == std::string::npos) {
+      return std::string();
+    }
+    const std::size_t first = begin + kName.size();
+    return line.substr(first, line.find('"', first) - first);
+  }
+  return Error{ErrorCode::kUnavailable,
+               "no NATS server answers at " + place->host + ":" + place->port, ""};
+}
+
+}  // namespace queue

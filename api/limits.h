@@ -61,6 +61,7 @@ inline constexpr std::int64_t kWatchedJobs = 32;
 inline constexpr std::int64_t kBatchJobs = 512;
 inline constexpr std::int64_t kLabEvaluations = 1'000'000'000;
 inline constexpr std::int64_t kLabReplicates = 4096;
+inline constexpr std::int64_t kWorkerThreads = 1024;
 inline constexpr std::int64_t kErrorsShown = 32;
 }  // namespace limits
 

@@ -14,6 +14,7 @@
 #include "api/operations.h"
 #include "api/schemas.h"
 #include "api/tenant_view.h"
+#include "api/worker_view.h"
 
 namespace api {
 namespace {
@@ -210,6 +211,8 @@ Json tags() {
       Tag{"Service", "The server itself."},
       Tag{"Webhooks", "Calls that jobs make when something happens."},
       Tag{"Keys", "Who may ask, and what tenants use."},
+      Tag{"Workers",
+          "Machines that render units of jobs; all but the list is for `tessera worker`."},
       Tag{"Laboratory", "Monte Carlo experiments."},
   };
   Json list = Json::array();
@@ -240,6 +243,7 @@ Json components() {
   schemas["LabRequest"] = as_request(lab_request_schema());
   add_view_schemas(schemas);
   add_tenant_schemas(schemas);
+  add_worker_schemas(schemas);
   add_batch_schemas(schemas);
   if (find_operation("createComparison")->available) {
     schemas["ComparisonRequest"] = as_request(comparison_request_schema());

@@ -65,6 +65,11 @@ constexpr std::array kKeyRequest = {ContentRow{"application/json", "KeyRequest"}
 constexpr std::array kKeyList = {ContentRow{"application/json", "KeyList"}};
 constexpr std::array kNewKey = {ContentRow{"application/json", "NewKey"}};
 constexpr std::array kDrain = {ContentRow{"application/json", "Drain"}};
+constexpr std::array kWorkerReport = {ContentRow{"application/json", "WorkerReport"}};
+constexpr std::array kWorkerOrders = {ContentRow{"application/json", "WorkerOrders"}};
+constexpr std::array kWorkerList = {ContentRow{"application/json", "WorkerList"}};
+constexpr std::array kUnitRequest = {ContentRow{"application/json", "UnitRequest"}};
+constexpr std::array kInputs = {ContentRow{"application/json", "WorkInputs"}};
 constexpr std::array kUsage = {ContentRow{"application/json", "Usage"}};
 constexpr std::array kDelivery = {ContentRow{"application/json", "Delivery"}};
 constexpr std::array kDeliveryList = {ContentRow{"application/json", "DeliveryList"}};
@@ -181,10 +186,14 @@ constexpr std::array kMapAnswer = {ResponseRow{200, "The map.", kPng},
                                    ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kLabAnswer = {ResponseRow{
     200, "JSON lines: a LabPoint for each n as it is done, then a LabOutcome.", kLines}};
-
 constexpr std::array kKeyListAnswer = {ResponseRow{200, "The keys.", kKeyList}};
 constexpr std::array kKeyMade = {ResponseRow{201, "The key, with its text.", kNewKey}};
 constexpr std::array kDrainAnswer = {ResponseRow{200, "How far it is.", kDrain}};
+constexpr std::array kWorkersAnswer = {ResponseRow{200, "The workers.", kWorkerList}};
+constexpr std::array kOrdersAnswer = {ResponseRow{200, "What it is to do.", kWorkerOrders}};
+constexpr std::array kInputsAnswer = {ResponseRow{200, "The inputs.", kInputs}};
+constexpr std::array kLeaseAnswer = {ResponseRow{200, "Its slices.", kBytes}};
+constexpr std::array kWorkDone = {ResponseRow{204, "Done, now or before.", kNothing}};
 constexpr std::array kUsageAnswer = {ResponseRow{200, "What is used.", kUsage}};
 constexpr std::array kDeliveryAnswer = {ResponseRow{200, "The call.", kDelivery}};
 constexpr std::array kDeliveryBegun = {ResponseRow{202, "It will be sent at once.", kDelivery}};
@@ -197,7 +206,6 @@ constexpr std::array k400 = {400};
 constexpr std::array k404 = {404};
 constexpr std::array kCancelProblems = {404, 507};
 constexpr std::array kRetryProblems = {404, 409, 507};
-constexpr std::array kDeleteProblems = {404, 409, 507};
 constexpr std::array kLabProblems = {400, 413, 415, 422};
 constexpr std::array k404Or422 = {404, 422};
 constexpr std::array k400Or422 = {400, 422};
@@ -272,7 +280,7 @@ constexpr std::array kOperations = {
               kAssetContent, kContentProblems, true},
     Operation{"deleteAsset", "DELETE", "/v1/assets/{sha256}", "Assets", "Delete a file.",
               "409 while a scene or job uses it.", "write", kNoHeaders, kNoBody, kGone,
-              kDeleteProblems, true},
+              kRetryProblems, true},
     Operation{
         "createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
         "A GLB, a glTF without other files, a zip with everything (the three also as "
@@ -285,7 +293,7 @@ constexpr std::array kOperations = {
     Operation{"getScene", "GET", "/v1/scenes/{id}", "Scenes", "Describe a scene.", "", "read",
               kNoHeaders, kNoBody, kSceneAnswer, k404, true},
     Operation{"deleteScene", "DELETE", "/v1/scenes/{id}", "Scenes", "Delete a scene.",
-              "409 while a job uses it.", "write", kNoHeaders, kNoBody, kGone, kDeleteProblems,
+              "409 while a job uses it.", "write", kNoHeaders, kNoBody, kGone, kRetryProblems,
               true},
     Operation{"getSceneGltf", "GET", "/v1/scenes/{id}/gltf", "Scenes",
               "Download a built-in scene as GLB.", "", "read", kNoHeaders, kNoBody, kGlbAnswer,
@@ -314,7 +322,7 @@ constexpr std::array kOperations = {
     Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Extend a finished job.", "",
               "write", kNoHeaders, kExtend, kJobExtended, kExtendProblems, true},
     Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Delete a job and its files.",
-              "409 while it runs.", "write", kNoHeaders, kNoBody, kGone, kDeleteProblems, true},
+              "409 while it runs.", "write", kNoHeaders, kNoBody, kGone, kRetryProblems, true},
     Operation{"createBatch", "POST", "/v1/batches", "Batches", "Submit jobs that vary a template.",
               "All of them or none. Jobs of the same scene share it in memory.", "write",
               kBatchHeaders, kBatchBody, kBatchMade, kBatchProblems, true,
@@ -332,7 +340,7 @@ constexpr std::array kOperations = {
               kNoBody, kBatchRetried, kRetryProblems, true},
     Operation{"deleteBatch", "DELETE", "/v1/batches/{id}", "Batches",
               "Delete a batch and its jobs.", "409 while one of them runs.", "write", kNoHeaders,
-              kNoBody, kGone, kDeleteProblems, true},
+              kNoBody, kGone, kRetryProblems, true},
     Operation{"getBatchArchive", "GET", "/v1/batches/{id}/archive.zip", "Batches",
               "Download the pictures of a batch.",
               "A zip of one file for each job that has a picture. 409 while a job has not ended; "
@@ -363,34 +371,27 @@ constexpr std::array kOperations = {
     Operation{"getFilm", "GET", "/v1/jobs/{id}/film", "Results",
               "Download the film (raw sample sums).",
               "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and "
-              "text, u32 bytes of the text, "
-              "u32 ranges, u32 flags (1: auxiliary values; 2: errors of neighbours are "
-              "correlated), i32 full width, full height, "
-              "crop x, y, width, height, u32 replicates, u32 tiles, u64 bytes of the file, sha256 "
-              "of the content (hex). Then 24 "
-              "bytes a range of samples: u64 seed, u32 first replicate, replicates, samples, 0. "
-              "Then the text (JSON: spec, build, "
-              "error, warnings), zeros up to a multiple of 8. Then the tiles: i32 x, y, u32 "
-              "samples, 0, u64 rejected samples, "
-              "rays, f64 CPU seconds; "
-              "for each pixel and replicate f32 mean r, g, b, alpha, M2 of the luminance, u32 "
-              "count; with flag 1 for each pixel "
-              "f32 albedo, normal, depth, u32 hits. Last the sha256 (hex) of everything before.",
+              "text, u32 bytes of the text, u32 ranges, u32 flags (1: auxiliary values; 2: errors "
+              "of neighbours are correlated), i32 full width, full height, crop x, y, width, "
+              "height, u32 replicates, u32 tiles, u64 bytes of the file, sha256 of the content "
+              "(hex). Then 24 bytes a range of samples: u64 seed, u32 first replicate, replicates, "
+              "samples, 0. Then the text (JSON: spec, build, error, warnings), zeros up to a "
+              "multiple of 8. Then the tiles: i32 x, y, u32 samples, 0, u64 rejected samples, "
+              "rays, f64 CPU seconds; for each pixel and replicate f32 mean r, g, b, alpha, M2 of "
+              "the luminance, u32 count; with flag 1 for each pixel f32 albedo, normal, depth, u32 "
+              "hits. Last the sha256 (hex) of everything before.",
               "read", kFileHeaders, kNoBody, kFilmAnswer, kFilmProblems, true},
     Operation{"mergeFilms", "POST", "/v1/films/merge", "Results", "Merge films.",
               "Films of jobs that have ended, or film files that were uploaded as assets. Their "
-              "jobs may differ in seed, "
-              "replicates, stop rules and names only (422). Samples in common are refused (409). "
-              "Replicates are put side by side: "
-              "jobs that hold replicates 0 to 1 and 2 to 3 of a seed give the film of the one job "
-              "with four, bit for bit "
-              "(auxiliary layers to rounding); other seeds count as further independent "
+              "jobs may differ in seed, replicates, stop rules and names only (422). Samples in "
+              "common are refused (409). Replicates are put side by side: jobs that hold "
+              "replicates 0 to 1 and 2 to 3 of a seed give the film of the one job with four, bit "
+              "for bit (auxiliary layers to rounding); other seeds count as further independent "
               "replicates. Weights are the counts.",
               "write", kNoHeaders, kMerge, kMergeAnswer, kMergeProblems, true},
     Operation{"streamEvents", "GET", "/v1/jobs/{id}/events", "Streams", "Watch a job.",
               "Events: snapshot, state, progress, tile, warning, end; reset after a loss; "
-              "overloaded at the "
-              "limit of streams.",
+              "overloaded at the limit of streams.",
               "read", kEventsHeaders, kNoBody, kEventsAnswer, k404, true, &job_events_parameters},
     Operation{"watchJobs", "GET", "/v1/events", "Streams", "Watch several jobs on one connection.",
               "The events of each job, with `job` in their data.", "read", kWatchHeaders, kNoBody,
@@ -404,32 +405,28 @@ constexpr std::array kOperations = {
     Operation{
         "streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Stream tiles.",
         "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, "
-        "height, "
-        "u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32, r g b, "
-        "their variances, the sample count. Flag 1: end frame; 2: correlated errors (zsobol, "
-        "restir); 4: an alpha "
-        "plane comes last; 8: planes of float16, r g b and no more, at most 65504 (planes=mean); "
-        "16: of the denoised picture (`?denoise=`), r g b alone.",
+        "height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of "
+        "float32, r g b, their variances, the sample count. Flag 1: end frame; 2: correlated "
+        "errors (zsobol, restir); 4: an alpha plane comes last; 8: planes of float16, r g b and "
+        "no more, at most 65504 (planes=mean); 16: of the denoised picture (`?denoise=`), r g b "
+        "alone.",
         "read", kNoHeaders, kNoBody, kTilesAnswer, k404Or422, true, &tiles_parameters},
     Operation{"createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.",
               "Two jobs that have ended, or a job and an image that was uploaded (8 and 16 bits "
-              "are taken as sRGB, floats as "
-              "linear; it counts as exact but for its rounding). b is the reference. The interval "
-              "of the bias comes from the "
-              "halves of both, and for a job whose pixels have correlated errors (zsobol, restir) "
-              "from the means of its replicates "
-              "(with two of them it is wide); z is the difference of the luminances in standard "
-              "errors, pooled over 3 x 3 pixels. Both take the "
-              "two for independent: jobs with a seed in common are not.",
+              "are taken as sRGB, floats as linear; it counts as exact but for its rounding). b is "
+              "the reference. The interval of the bias comes from the halves of both, and for a "
+              "job whose pixels have correlated errors (zsobol, restir) from the means of its "
+              "replicates (with two of them it is wide); z is the difference of the luminances in "
+              "standard errors, pooled over 3 x 3 pixels. Both take the two for independent: jobs "
+              "with a seed in common are not.",
               "write", kNoHeaders, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
     Operation{"getComparison", "GET", "/v1/comparisons/{id}", "Results", "Get a comparison.", "",
               "read", kNoHeaders, kNoBody, kComparisonKept, k404, true},
     Operation{"getComparisonMap", "GET", "/v1/comparisons/{id}/{map}", "Results",
               "Get a comparison image (difference, z or FLIP).",
               "`difference.png`: blue where a is darker, red where it is brighter; the root of |a "
-              "- b| / sqrt(b^2 + 0.01). "
-              "`z.png`: the same colours from -5 to 5 standard errors. `flip.png`: 0 black to 1 "
-              "pale yellow.",
+              "- b| / sqrt(b^2 + 0.01). `z.png`: the same colours from -5 to 5 standard errors. "
+              "`flip.png`: 0 black to 1 pale yellow.",
               "read", kFileHeaders, kNoBody, kMapAnswer, kMapProblems, true},
     Operation{
         "runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.",
@@ -468,6 +465,22 @@ constexpr std::array kOperations = {
     Operation{"deleteKey", "DELETE", "/v1/keys/{id}", "Keys", "Remove a key.",
               "It stops working within a second; what it made stays with its tenant.", "admin",
               kNoHeaders, kNoBody, kGone, k404, true},
+    Operation{"listWorkers", "GET", "/v1/workers", "Workers", "List the workers.", "", "read",
+              kNoHeaders, kNoBody, kWorkersAnswer, kNoProblems, true},
+    Operation{"reportWorker", "PUT", "/v1/workers/{id}", "Workers", "A worker lives.", "", "worker",
+              kNoHeaders, kWorkerReport, kOrdersAnswer, kSubmitProblems, true},
+    Operation{"getWorkInputs", "GET", "/v1/work/jobs/{id}", "Workers", "What its units need.",
+              "404 without open units.", "worker", kNoHeaders, kNoBody, kInputsAnswer, k404, true},
+    Operation{"getWorkFile", "GET", "/v1/work/jobs/{id}/files/{sha256}", "Workers", "A file of it.",
+              "", "worker", kNoHeaders, kNoBody, kAssetContent, kContentProblems, true},
+    Operation{"leaseUnit", "POST", "/v1/work/units/{id}/lease", "Workers", "Take a unit.", "",
+              "worker", kNoHeaders, kUnitRequest, kLeaseAnswer, kSubmitProblems, true},
+    Operation{"putUnitResult", "PUT", "/v1/work/units/{id}/results/{worker}", "Workers",
+              "Bring the result of a unit.", "422 for what no renderer makes of it.", "worker",
+              kNoHeaders, kBytes, kWorkDone, kSubmitProblems, true},
+    Operation{"handBackUnit", "POST", "/v1/work/units/{id}/hand-back", "Workers",
+              "Give a unit back.", "", "worker", kNoHeaders, kUnitRequest, kWorkDone,
+              kSubmitProblems, true},
     Operation{"getUsage", "GET", "/v1/usage", "Keys", "What tenants use.",
               "All of them for the operator and keys with scope `admin`, else one's own.", "read",
               kNoHeaders, kNoBody, kUsageAnswer, kNoProblems, true},

@@ -41,7 +41,8 @@ struct Operation {
   std::string_view tag;
   std::string_view summary;
   std::string_view description;
-  std::string_view scope;  ///< "", "read", "write" or "admin": what a key needs; "" needs none
+  std::string_view
+      scope;  ///< "", "read", "write", "admin" or "worker": what a key needs; "" needs none
   std::span<const HeaderRow> headers;
   std::span<const ContentRow> request;
   std::span<const ResponseRow> responses;

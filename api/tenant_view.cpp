@@ -14,7 +14,7 @@
 namespace api {
 namespace {
 
-constexpr std::array<std::string_view, 3> kScopes = {"read", "write", "admin"};
+constexpr std::array<std::string_view, 4> kScopes = {"read", "write", "admin", "worker"};
 constexpr std::array<std::string_view, 3> kDeliveryStates = {"pending", "delivered", "failed"};
 constexpr std::int64_t kRateMax = 100'000'000;
 constexpr std::int64_t kDaysMax = 36'500;
@@ -171,7 +171,7 @@ const Columns<DeliveryView>& delivery_columns() {
 
 void read_scopes(const Json& value, KeyRequest& out, const std::string& pointer, Faults& faults) {
   if (!value.is_array() || value.empty()) {
-    faults.add(pointer, "expected an array of read, write and admin, got " +
+    faults.add(pointer, "expected an array of read, write, admin and worker, got " +
                             std::string(value.is_array() ? "none" : type_text(value)));
     return;
   }
@@ -180,7 +180,7 @@ void read_scopes(const Json& value, KeyRequest& out, const std::string& pointer,
     const std::string place = join_pointer(pointer, std::to_string(i));
     const auto scope = read_text(value[i], {1, 16}, place, faults);
     if (scope && std::find(kScopes.begin(), kScopes.end(), *scope) == kScopes.end()) {
-      faults.add(place, shown(value[i]) + " is none of read, write, admin");
+      faults.add(place, shown(value[i]) + " is none of read, write, admin, worker");
     } else if (scope) {
       out.scopes.push_back(*scope);
     }
@@ -200,8 +200,10 @@ const auto& key_request_table() {
           "scopes", &read_scopes,
           [](const KeyRequest& body, Json& json) { json["scopes"] = body.scopes; },
           [](const KeyRequest& defaults) {
-            Json schema = array_schema(enum_schema(kScopes, ""),
-                                       "What it may do; `admin` goes with both others.");
+            Json schema = array_schema(
+                enum_schema(kScopes, ""),
+                "What it may do; `admin` goes with `read` and `write`; `worker` is for "
+                "`tessera worker` alone.");
             schema["minItems"] = 1;
             schema["default"] = defaults.scopes;
             return schema;

@@ -35,8 +35,12 @@ int dispatch(std::span<char*> args) {
   if (verb == "lab") {
     return cli::lab_command(cli::Args(args.begin() + 2, args.end()));
   }
+  if (verb == "worker") {
+    return cli::worker(cli::Args(args.begin() + 2, args.end()));
+  }
   std::fprintf(stderr,
-               "tessera-server: knows only serve, keys, check, backup, denoise, render and lab; "
+               "tessera-server: knows only serve, keys, check, backup, worker, denoise, render and "
+               "lab; "
                "`tessera --help` "
                "has all verbs\n");
   return cli::kWrongUsage;

@@ -26,6 +26,7 @@
 #include "server/arrival.h"
 #include "server/guard.h"
 #include "server/http/http_server.h"
+#include "server/job_setup.h"
 #include "server/jobs/batch_service.h"
 #include "server/jobs/denoise_service.h"
 #include "server/jobs/job_service.h"
@@ -57,29 +58,6 @@ namespace server {
 namespace {
 
 using std::chrono::milliseconds;
-
-int render_threads(const Config& config) {
-  const auto cores = static_cast<int>(std::thread::hardware_concurrency());
-  return config.threads > 0 ? config.threads : std::max(cores, 1);
-}
-
-JobServiceOptions job_options(const Config& config, const MemoryLimits& memory,
-                              const api::ServerView& about) {
-  JobServiceOptions options;
-  options.quota_jobs = config.quota_jobs;
-  options.retention = {.seconds = static_cast<double>(config.retention_seconds),
-                       .count = config.ended_max};
-  options.arithmetic = about.build.arithmetic;
-  options.threads = render_threads(config);
-  options.book.queue_max = config.queue_max;
-  options.book.running_max = config.running_max;
-  options.book.previews_of_tenant_max = config.quota_previews;
-  options.samples_max = config.samples_max;
-  options.checkpoint_seconds = config.checkpoint_seconds;
-  options.film_cache_bytes = memory.film_cache_bytes;
-  options.build = api::build_json(about);
-  return options;
-}
 
 /// Ends the process, successfully, unless it is stopped before.
 void end_after(milliseconds time, const std::stop_token& stop) {
@@ -179,10 +157,14 @@ class App {
     if (!run) {
       return run.error();
     }
+    auto options = job_options(config, app->memory_, app->about_);
+    if (!options) {
+      return options.error();
+    }
     app->jobs_ = std::make_unique<JobService>(
         JobServiceParts{app->job_table_, app->scenes_, app->data_, app->log_, app->metrics_,
                         app->quota_, app->memory_gate_},
-        job_options(config, app->memory_, app->about_), *run);
+        *std::move(options), *run);
     app->batches_ =
         std::make_unique<BatchService>(*app->jobs_, app->job_table_, app->batch_table_, app->log_);
     app->denoising_ = std::make_unique<DenoiseService>(*app->jobs_, app->memory_gate_, app->log_);

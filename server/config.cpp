@@ -189,6 +189,18 @@ void add_flags(CLI::App& app, Config& config) {
   row("tls-cert", config.tls_cert, "FILE",
       "Certificate chain (PEM); with --tls-key the server speaks https.");
   row("tls-key", config.tls_key, "FILE", "Private key of the certificate (PEM).");
+  row("queue", config.queue, "URL",
+      "NATS server (nats://HOST:4222, tls://...) that hands parts of pictures to `tessera "
+      "worker`.");
+  row("queue-creds", config.queue_creds, "FILE", "Credentials (JWT and seed) for --queue.");
+  row("queue-ca", config.queue_ca, "FILE", "Certificates (PEM) that --queue is checked with.");
+  row("render-threads", config.render_threads, "N",
+      "With --queue: threads of this server that render what workers can, too; others render "
+      "only what workers cannot.")
+      ->check(flags::within(0, 1024));
+  row("lease", config.lease_seconds, "SECONDS",
+      "With --queue: a part whose worker makes no progress for so long goes to another one.")
+      ->check(flags::within(0.5, 3600));
   row("announce", config.announce, "URL",
       "Public URL to print, if it differs from the listen address.")
       ->configurable(false);

@@ -77,6 +77,7 @@ std::optional<Holder> KeyRing::holder_of_hash(std::string_view hash) {
                     .may_read = row.may_read,
                     .may_write = row.may_write,
                     .may_admin = row.may_admin,
+                    .may_work = row.may_work,
                     .priority_max = row.priority_max,
                     .rate_limit = row.rate_limit.value_or(config->rate_limit)};
     }

@@ -25,6 +25,7 @@ struct Holder {
   bool may_read = true;
   bool may_write = true;
   bool may_admin = true;
+  bool may_work = true;
   int priority_max = 100;
   int rate_limit = 0;  ///< Requests a minute; 0: any number.
 };

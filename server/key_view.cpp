@@ -20,6 +20,9 @@ api::KeyView key_view(const KeyRow& row) {
   if (row.may_admin) {
     view.scopes.emplace_back("admin");
   }
+  if (row.may_work) {
+    view.scopes.emplace_back("worker");
+  }
   return view;
 }
 

@@ -159,15 +159,16 @@ int keys_command(const std::vector<std::string>& args) {
       ->required();
   app.add_option("--data", given.data, "The server's data directory.")->type_name("DIR");
   app.add_option("--scope", given.scopes,
-                 "What an added key may do: read, write, or admin, with commas between "
-                 "(read,write). admin is both, for the work of all tenants, and manages keys.")
+                 "What an added key may do: read, write, admin or worker, with commas "
+                 "between (read,write). admin is both, for the work of all tenants, and manages "
+                 "keys; worker is for `tessera worker`.")
       ->type_name("SCOPES")
       ->check(needs(
           [](const std::string& text) {
             KeyRow row;
             return read_scopes(text, row);
           },
-          "list of read, write and admin"));
+          "list of read, write, admin and worker"));
   app.add_option("--tenant", given.tenant,
                  "Whose work an added key sees and makes (its own). A key that replaces another "
                  "names the tenant of that one.")

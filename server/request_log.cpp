@@ -83,7 +83,7 @@ void RequestLog::note_key(KeyRing::Change change, const KeyRow& key) {
   if (audit_path_.empty() && !log_.enabled(LogLevel::kInfo)) {
     return;
   }
-  const std::string_view scopes = !key.may_write ? "read" : key.may_read ? "read,write" : "write";
+  const std::string scopes = scopes_text(key);
   write_audit(log_line(unix_now(), LogLevel::kInfo, "audit",
                        {{"outcome", "done"},
                         {"action", change == KeyRing::Change::kAdded ? "key-added" : "key-removed"},

@@ -57,5 +57,7 @@ int denoise(const Args& args);
 int render(const Args& args);
 /// An experiment of the estimator laboratory; in the same library.
 int lab_command(const Args& args);
+/// Renders units of a server's jobs; the same.
+int worker(const Args& args);
 
 }  // namespace cli

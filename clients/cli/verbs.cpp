@@ -10,6 +10,7 @@ constexpr std::array kVerbs = {
     Verb{"keys", "add, list and remove the keys of a server", nullptr},
     Verb{"check", "verify a data directory", nullptr},
     Verb{"backup", "copy a data directory that a server uses", nullptr},
+    Verb{"worker", "render parts of a server's jobs on this machine", nullptr},
     Verb{"denoise", "the helper process of Open Image Denoise", nullptr},
     Verb{"render", "render one picture without a service", nullptr},
     Verb{"lab", "run an experiment on estimators without a service", nullptr},

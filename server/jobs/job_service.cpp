@@ -53,6 +53,12 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
             options.checkpoint_seconds, options.build),
       upkeep_([this](const std::stop_token& stop) { upkeep(stop); }) {
   memory_.add_reclaimer([this] { return films_.drop_unused() || book_.forget_oldest_preview(); });
+  if (options_.queue) {
+    local_.max = options_.render_threads;
+    builder_.set_local_threads(&local_);
+    board_ = std::make_unique<WorkBoard>(std::make_unique<queue::UnitPublisher>(options_.queue),
+                                         scheduler_, log_, options_.work);
+  }
 }
 
 JobService::~JobService() { stop(); }
@@ -106,6 +112,9 @@ void JobService::stop() {
   upkeep_.request_stop();
   if (upkeep_.joinable()) {
     upkeep_.join();
+  }
+  if (board_) {
+    board_->stop();
   }
   life_.finish_stop();
 }

@@ -28,6 +28,7 @@
 #include "server/jobs/pilot.h"
 #include "server/jobs/run_builder.h"
 #include "server/jobs/verdict.h"
+#include "server/jobs/work_board.h"
 #include "server/store/storage_quota.h"
 
 namespace server {
@@ -44,10 +45,13 @@ struct JobServiceOptions {
   int samples_max = 65536;
   double checkpoint_seconds = 10;  ///< A checkpoint is complete this long after the one before.
   std::uint64_t film_cache_bytes = std::uint64_t{512} << 20U;
-  JobTable::Retention retention = {};  ///< Of jobs that have ended.
-  int quota_jobs = 0;                  ///< Unfinished jobs of one tenant; 0: any number.
-  std::string arithmetic = {};         ///< core::arithmetic_class() of this process.
-  std::string build = {};              ///< JSON text that goes with films made here.
+  JobTable::Retention retention = {};           ///< Of jobs that have ended.
+  int quota_jobs = 0;                           ///< Unfinished jobs of one tenant; 0: any number.
+  std::string arithmetic = {};                  ///< core::arithmetic_class() of this process.
+  std::string build = {};                       ///< JSON text that goes with films made here.
+  std::shared_ptr<queue::NatsLink> queue = {};  ///< That workers take units from; null: none do.
+  int render_threads = 0;                       ///< With a queue: as LocalThreads::max.
+  WorkOptions work = {};
 };
 
 /// What the service is built on; all outlive it.
@@ -177,6 +181,8 @@ class JobService {
   int jobs_without_room() const;
   bool any_job() const { return last_sequence_ > 0; }
   int threads() const { return scheduler_.threads(); }
+  /// Null: there is no queue.
+  WorkBoard* board() { return board_.get(); }
 
  private:
   /// Empty: new work is taken.
@@ -214,8 +220,10 @@ class JobService {
   JobIndex index_;
   FilmLibrary films_;
   RunBuilder builder_;
+  LocalThreads local_;
   Scheduler scheduler_;
   LifeCycle life_;
+  std::unique_ptr<WorkBoard> board_;
   std::jthread upkeep_;
 };
 

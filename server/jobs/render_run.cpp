@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <limits>
 #include <new>
 #include <utility>
+
+#include "core/render/slice_work.h"
 
 namespace server {
 namespace {
@@ -26,6 +29,7 @@ RenderRun::RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner)
       scene_bytes_(parts.scene_bytes),
       arithmetic_(std::move(parts.arithmetic)),
       log_(std::move(log)),
+      local_(parts.local),
       owner_(owner),
       place_(std::move(parts.place)),
       file_(std::move(parts.file)),
@@ -46,22 +50,71 @@ RenderRun::Work RenderRun::work() const {
           .samples = now.samples - std::min(now.samples, before_.samples)};
 }
 
-bool RenderRun::run_slice() {
+template <typename Call>
+void RenderRun::guarded(Call&& call) {
   try {
-    const auto slice = task_.take();
-    if (!slice) {
-      return false;
-    }
-    if (!started_.exchange(true)) {
-      owner_.on_first_slice(*this);
-    }
-    task_.run(*slice);
+    call();
   } catch (const std::bad_alloc&) {
     fail(core::Error{core::ErrorCode::kUnavailable, "not enough memory to go on rendering", ""});
   } catch (const std::exception& error) {
     fail(core::Error{core::ErrorCode::kInternal, error.what(), ""});
   }
-  return true;
+}
+
+void RenderRun::note_start() {
+  if (!started_.exchange(true)) {
+    owner_.on_first_slice(*this);
+  }
+}
+
+bool RenderRun::run_slice() {
+  const bool is_shared = local_ != nullptr && task_.can_lend();
+  if (is_shared && local_->busy.fetch_add(1) >= local_->max) {
+    --local_->busy;
+    return false;
+  }
+  bool ran = true;
+  guarded([&] {
+    const auto slice = task_.take();
+    ran = slice.has_value();
+    if (slice) {
+      note_start();
+      task_.run(*slice);
+    }
+  });
+  if (is_shared) {
+    --local_->busy;
+  }
+  return ran;
+}
+
+std::vector<core::Slice> RenderRun::lend(double seconds, std::size_t count_max) {
+  std::vector<core::Slice> lent;
+  guarded([&] {
+    for (double sum = 0; sum < seconds && lent.size() < count_max && task_.can_lend();) {
+      const auto slice = task_.take();
+      if (!slice) {
+        return;
+      }
+      note_start();
+      const core::SliceWork work = task_.prepare(*slice, seconds);
+      lent.push_back(work.slice);
+      sum += work.expected_seconds;
+    }
+  });
+  return lent;
+}
+
+core::SliceWork RenderRun::prepare(const core::Slice& slice) const {
+  return task_.prepare(slice, std::numeric_limits<double>::infinity());
+}
+
+void RenderRun::accept(core::SliceWork done) {
+  guarded([&] { task_.accept(std::move(done)); });
+}
+
+void RenderRun::give_back(const core::Slice& slice) {
+  guarded([&] { task_.give_back(slice); });
 }
 
 void RenderRun::leave() {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/mutex.h"
 #include "core/render/render_task.h"
@@ -19,6 +20,13 @@
 namespace server {
 
 class Job;
+
+/// How many threads of this process may render what workers can: with a queue, those of
+/// --render-threads.
+struct LocalThreads {
+  int max = 0;
+  std::atomic<int> busy = 0;
+};
 
 class RenderRun final : public SliceSource,
                         public std::enable_shared_from_this<RenderRun>,
@@ -40,13 +48,22 @@ class RenderRun final : public SliceSource,
     std::optional<FilmFile> file;  ///< Empty: memory only.
     core::TaskOptions options;
     std::uint64_t scene_bytes = 0;
-    std::string arithmetic = {};  ///< Noted in the film file.
+    std::string arithmetic = {};    ///< Noted in the film file.
+    LocalThreads* local = nullptr;  ///< Null: there are no workers. Outlives the run.
   };
 
   /// owner must outlive the run; log is shared with the job.
   RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner);
 
   bool run_slice() override;
+
+  /// Slices for a worker, which take about so many CPU seconds together; empty: there are none now.
+  /// accept() or give_back() has to follow for each.
+  std::vector<core::Slice> lend(double seconds, std::size_t count_max);
+  /// What the slice needs, as it was lent.
+  core::SliceWork prepare(const core::Slice& slice) const;
+  void accept(core::SliceWork done);
+  void give_back(const core::Slice& slice);
 
   /// Null: the job is gone.
   std::shared_ptr<Job> job() const { return job_.lock(); }
@@ -92,12 +109,17 @@ class RenderRun final : public SliceSource,
   void on_pass(const core::ConvergencePoint& point) override;
   void on_finished(core::StopReason reason) override;
   void end_with(End end);
+  void note_start();
+  /// Calls it; what it throws ends the run.
+  template <typename Call>
+  void guarded(Call&& call);
 
   const std::weak_ptr<Job> job_;
   const std::shared_ptr<core::Film> film_;
   const std::uint64_t scene_bytes_;
   const std::string arithmetic_;
   const std::shared_ptr<EventLog> log_;
+  LocalThreads* const local_;
   Owner& owner_;
   std::atomic<bool> started_ = false;
   mutable core::Mutex end_mutex_;

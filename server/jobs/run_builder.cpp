@@ -140,6 +140,7 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   parts.film = std::make_shared<core::Film>(spec.render);
   parts.scene_bytes = parts.renderer->view().scene->summary().bytes;
   parts.arithmetic = arithmetic_;
+  parts.local = local_;
   parts.options.stop = spec.stop;
   parts.options.samples_limit = samples_max_;
   // The run belongs to the job: a pointer here would keep both alive.

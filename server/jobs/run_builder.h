@@ -49,6 +49,8 @@ class RunBuilder {
   const std::string& arithmetic() const { return arithmetic_; }
   /// As core::TaskOptions::denoised_bound, of the job's film.
   using DenoisedBound = std::function<double(const JobPointer&, const core::Film&, double alpha)>;
+  /// The same. local outlives the runs.
+  void set_local_threads(LocalThreads* local) { local_ = local; }
   /// Before the first build().
   void set_denoised_bound(DenoisedBound bound) { denoised_bound_ = std::move(bound); }
 
@@ -63,6 +65,7 @@ class RunBuilder {
   const int samples_max_;
   const std::string arithmetic_;
   DenoisedBound denoised_bound_;
+  LocalThreads* local_ = nullptr;
 };
 
 }  // namespace server

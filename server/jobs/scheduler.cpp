@@ -111,6 +111,31 @@ void Scheduler::remove(const SliceSource& source) {
   }
 }
 
+std::vector<std::shared_ptr<SliceSource>> Scheduler::in_turn() const {
+  const core::MutexLock lock(mutex_);
+  auto entries = entries_;
+  std::vector<std::shared_ptr<SliceSource>> sources;
+  while (!entries.empty()) {
+    auto first = entries.begin();
+    for (auto each = first + 1; each != entries.end(); ++each) {
+      first = goes_before(**each, **first) ? each : first;
+    }
+    sources.push_back((*first)->source);
+    entries.erase(first);
+  }
+  return sources;
+}
+
+void Scheduler::charge(const SliceSource& source, double seconds) {
+  const core::MutexLock lock(mutex_);
+  for (const auto& entry : entries_) {
+    if (entry->source.get() == &source) {
+      entry->served_seconds += seconds;
+      shares_[entry->tenant].served_seconds += seconds;
+    }
+  }
+}
+
 void Scheduler::wake() {
   {
     const core::MutexLock lock(mutex_);

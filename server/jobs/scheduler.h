@@ -43,6 +43,10 @@ class Scheduler {
   void set_rank(const SliceSource& source, Rank rank);
   /// Slices that are running go on; no new ones are started. Unknown sources are no error.
   void remove(const SliceSource& source);
+  /// Whose turn it is, the first one first; for slices that are rendered elsewhere.
+  std::vector<std::shared_ptr<SliceSource>> in_turn() const;
+  /// The source was served so much elsewhere. Unknown sources are no error.
+  void charge(const SliceSource& source, double seconds);
   /// There may be slices again where there were none.
   void wake();
   /// Hands out nothing more and waits for what is running.

@@ -79,6 +79,7 @@ void add_stream_handlers(const RouteContext& context, HandlerTable& table);
 void add_lab_handlers(const RouteContext& context, HandlerTable& table);
 void add_webhook_handlers(const RouteContext& context, HandlerTable& table);
 void add_key_handlers(const RouteContext& context, HandlerTable& table);
+void add_work_handlers(const RouteContext& context, HandlerTable& table);
 
 /// All routes: one for each available row of api::operations(), and the files of the page. Stops
 /// the process (CHECK) when a row has no handler, or a handler no row.

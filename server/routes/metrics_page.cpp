@@ -37,6 +37,34 @@ void write_jobs(MetricsText& text, const RouteContext& context) {
              counts.waits_for_memory ? 1 : 0);
 }
 
+void write_workers(MetricsText& text, const RouteContext& context) {
+  WorkBoard* board = context.jobs.board();
+  if (board == nullptr) {
+    return;
+  }
+  std::map<std::string, int> states;
+  double rate = 0;
+  for (const api::WorkerView& worker : board->workers()) {
+    ++states[worker.state];
+    rate += worker.state == "working" ? worker.rate : 0;
+  }
+  text.family("tessera_workers", "gauge", "Workers that were seen lately, by state.");
+  for (const auto& [state, count] : states) {
+    text.sample("tessera_workers", metric_label("state", state), count);
+  }
+  const WorkBoard::Counts counts = board->counts();
+  text.gauge("tessera_workers_samples_per_second", "Pixel samples of all that work.", rate);
+  text.gauge("tessera_units_open", "Units whose results are awaited.", counts.open);
+  text.gauge("tessera_queue_connected", "1: the broker of --queue is in use.",
+             counts.has_broker ? 1 : 0);
+  text.counter("tessera_units_taken_total", "Results that went into a film.",
+               static_cast<double>(counts.taken));
+  text.counter("tessera_units_expired_total", "Leases that ran out.",
+               static_cast<double>(counts.expired));
+  text.counter("tessera_units_refused_total", "Results that were refused.",
+               static_cast<double>(counts.refused));
+}
+
 void write_storage(MetricsText& text, const RouteContext& context) {
   if (const auto stored = context.quota.total()) {
     text.family("tessera_stored_bytes", "gauge", "What the data directory keeps.");
@@ -90,6 +118,7 @@ std::string metrics_text(const RouteContext& context) {
               1);
   write_process_metrics(text);
   write_jobs(text, context);
+  write_workers(text, context);
   write_storage(text, context);
   write_connections(text, context);
   context.metrics.write(text);

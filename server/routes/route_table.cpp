@@ -24,6 +24,7 @@ std::vector<Route> make_routes(const RouteContext& context) {
   add_lab_handlers(context, table);
   add_webhook_handlers(context, table);
   add_key_handlers(context, table);
+  add_work_handlers(context, table);
   std::vector<Route> routes;
   for (const api::Operation& operation : api::operations()) {
     if (!operation.available) {

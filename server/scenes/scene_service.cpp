@@ -99,6 +99,14 @@ core::SharedBytes SceneService::builtin_glb(std::string_view name) {
   return builtin_.emplace(std::string(name), std::move(made)).first->second;
 }
 
+core::Result<SceneFiles> SceneService::files(const std::string& id) {
+  auto row = table_.find_scene(id, Access::operators());
+  if (!row) {
+    return row.error();
+  }
+  return *row ? core::Result<SceneFiles>(std::move((*row)->files)) : unknown_scene(id, "");
+}
+
 core::Result<SceneService::Document> SceneService::document_of(const std::string& id) {
   if (auto glb = builtin_glb(id)) {
     return Document{.bytes = std::move(glb), .files = {}};

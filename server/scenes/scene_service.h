@@ -82,6 +82,8 @@ class SceneService {
   /// it, those of a tenant or (empty) of all. Errors: kNotFound (built-in scenes too); kConflict
   /// while a job that would lose it needs it.
   core::Status remove(const std::string& id, const Access& access, const Assets::InUse& in_use);
+  /// Of a stored scene. Errors: kNotFound.
+  core::Result<SceneFiles> files(const std::string& id);
   /// A built-in scene as a GLB; null for any other name.
   core::SharedBytes builtin_glb(std::string_view name);
 

@@ -26,25 +26,32 @@ std::string random_hex(std::size_t bytes) {
 }
 
 std::string scopes_text(const KeyRow& row) {
-  return row.may_admin                   ? "read,write,admin"
-         : row.may_read && row.may_write ? "read,write"
-         : row.may_write                 ? "write"
-                                         : "read";
+  std::string text;
+  for (const auto& [may, scope] : {std::pair(row.may_read, "read"),
+                                   {row.may_write, "write"},
+                                   {row.may_admin, "admin"},
+                                   {row.may_work, "worker"}}) {
+    if (may) {
+      text.append(text.empty() ? "" : ",").append(scope);
+    }
+  }
+  return text;
 }
 
 bool read_scopes(std::string_view text, KeyRow& row) {
-  row.may_read = row.may_write = row.may_admin = false;
+  row.may_read = row.may_write = row.may_admin = row.may_work = false;
   while (!text.empty()) {
     const std::string_view scope = text.substr(0, text.find(','));
     row.may_admin = row.may_admin || scope == "admin";
     row.may_read = row.may_read || scope == "read" || scope == "admin";
     row.may_write = row.may_write || scope == "write" || scope == "admin";
-    if (scope != "read" && scope != "write" && scope != "admin") {
+    row.may_work = row.may_work || scope == "worker";
+    if (scope != "read" && scope != "write" && scope != "admin" && scope != "worker") {
       return false;
     }
     text.remove_prefix(std::min(scope.size() + 1, text.size()));
   }
-  return row.may_read || row.may_write;
+  return row.may_read || row.may_write || row.may_work;
 }
 
 bool is_tenant_name(std::string_view text) {

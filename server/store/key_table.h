@@ -21,6 +21,7 @@ struct KeyRow {
   std::string tenant;        ///< Whose it is: what it makes belongs to all keys of that tenant.
   bool may_read = true;
   bool may_write = true;
+  bool may_work = false;          ///< Renders units of jobs: `tessera worker`.
   bool may_admin = false;         ///< Sees the things of all tenants, manages keys.
   int priority_max = 0;           ///< Of the jobs that it submits.
   std::optional<int> rate_limit;  ///< Requests a minute, 0 for any number; empty: the server's.
@@ -28,7 +29,7 @@ struct KeyRow {
   std::optional<double> expires_at;
 };
 
-/// "read,write"; "admin" goes with both others.
+/// "read,write"; "admin" goes with these two.
 std::string scopes_text(const KeyRow& row);
 /// From such a text. False: it is not one.
 bool read_scopes(std::string_view text, KeyRow& row);

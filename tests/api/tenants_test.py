@@ -82,11 +82,14 @@ class EveryRoute(Tenants):
         "getWebhookSecret",
         "replaceWebhookSecret",
         "getUsage",
+        "listWorkers",
         "createSession",
         "deleteSession",
     }
-    # Routes of the scope `admin`: 403 for both.
-    OF_ADMINS = {"listKeys", "createKey", "deleteKey", "getDrain", "startDrain", "endDrain"}
+    # Routes of the scopes `admin` and `worker`: 403 for both.
+    OF_ADMINS = {"listKeys", "createKey", "deleteKey", "getDrain", "startDrain", "endDrain",
+                 "reportWorker", "getWorkInputs", "getWorkFile", "leaseUnit", "putUnitResult",
+                 "handBackUnit"}
     # Routes that list: the other tenant gets its own, which is empty.
     LISTS = {"listJobs": "jobs", "listScenes": "scenes", "listDeliveries": "deliveries",
              "listBatches": "batches"}
@@ -122,6 +125,7 @@ class EveryRoute(Tenants):
             "y": "1",
             "format": "png",
             "map": "z.png",
+            "worker": "w",
         }
         other = self.rendered(self.ours, seed=2)
         self.our["other"] = other
@@ -164,6 +168,8 @@ class EveryRoute(Tenants):
             "deliveries": "delivery",
             "batches": "batch",
             "keys": "job",
+            "workers": "job",
+            "units": "job",
         }
         parts = []
         for part in path.split("/"):

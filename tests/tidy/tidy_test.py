@@ -27,16 +27,17 @@ LAYERS |= {
     "server/store": ["server/store", "server/access.h", "api", "core"],
     "server/scenes": ["server/scenes", "server/store", "server/access.h", "server/observe",
                       "server/http/text.h", "api", "core"],
-    "server/jobs": ["server/jobs", "server/scenes", "server/store", "server/access.h",
+    "queue": ["queue", "core/base"],
+    "server/jobs": ["server/jobs", "queue", "server/scenes", "server/store", "server/access.h",
                     "server/observe", "api", "core"],
     "server/pictures": ["server/pictures", "server/observe", "api", "core"],
-    "server/routes": ["server", "api", "core", "clients/web"],
-    "server": ["server", "clients/web", "flags", "api", "core"],
-    "clients/cli": ["clients/cli", "flags", "api", "core"],
+    "server/routes": ["server", "queue", "api", "core", "clients/web"],
+    "server": ["server", "queue", "clients/web", "flags", "api", "core"],
+    "clients/cli": ["clients/cli", "queue", "flags", "api", "core"],
     "flags": ["flags", "core/base"],
     "app": ["server", "clients/cli", "core/base"],
     "clients/web": ["clients/web", "core/base"],
-    "tests": ["tests", "clients/cli", "clients/web", "server", "flags", "api", "core"],
+    "tests": ["tests", "clients/cli", "clients/web", "server", "queue", "flags", "api", "core"],
 }
 # Folder -> what it never includes although the table above would let it.
 NEVER = {
@@ -48,7 +49,9 @@ NEVER = {
 }
 # Only these files of the client may link the renderer: the others start without its libraries.
 RENDERS_LOCALLY = {"clients/cli/denoise.cpp", "clients/cli/lab.cpp", "clients/cli/render.cpp",
-                   "clients/cli/render_job.cpp", "clients/cli/render_job.h"}
+                   "clients/cli/render_job.cpp", "clients/cli/render_job.h",
+                   "clients/cli/worker.cpp", "clients/cli/worker_jobs.cpp",
+                   "clients/cli/worker_jobs.h"}
 # Third-party header -> the only folders (or files) that may include it.
 CONFINED = {
     "httplib.h": ["server/http", "clients/cli", "tests"],
@@ -63,6 +66,7 @@ CONFINED = {
     "OpenImageIO/": ["core/image_io"],
     "zstd.h": ["core/image_io"],
     "png.h": ["clients/cli/png.cpp"],
+    "nats/": ["queue"],
     "sqlite3.h": ["server/store", "tests"],
     "gtest/": ["tests"],
 }
@@ -128,9 +132,9 @@ SOURCES = {".h", ".cpp", ".py", ".ts", ".tsx", ".sh"}
 # Folders of installed packages and of what is built.
 NOT_OURS = {"node_modules", "__pycache__", "dist", ".venv"}
 THIS = "tests/tidy/tidy_test.py"
-ROOTS = ("core", "api", "flags", "server", "clients/cli", "app", "tests")
+ROOTS = ("core", "api", "flags", "queue", "server", "clients/cli", "app", "tests")
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "server", "core", "api",
-             "clients", "flags", "app", "tests", "docker", "build"}
+             "clients", "flags", "queue", "app", "tests", "docker", "build"}
 
 
 def inside(path: str, place: str) -> bool:

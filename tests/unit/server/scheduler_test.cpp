@@ -188,4 +188,24 @@ TEST(Scheduler, AChangedPriorityCountsAtTheNextSlice) {
   EXPECT_LE(a->done() - before, 2);
 }
 
+TEST(Scheduler, TellsWhoseTurnItIsAndCountsWhatWasServedElsewhere) {
+  Scheduler scheduler(1);
+  const auto none = [] { return std::make_shared<Burner>(0.001, 0); };
+  const auto low = none();
+  const auto first = none();
+  const auto second = none();
+  const auto preview = none();
+  scheduler.add(low, Rank{.is_preview = false, .priority = -1}, "a");
+  scheduler.add(first, {}, "a");
+  scheduler.add(second, {}, "b");
+  scheduler.add(preview, Rank{.is_preview = true, .priority = 0}, "a");
+  const auto is_turn_of = [&](const std::vector<std::shared_ptr<SliceSource>>& wanted) {
+    return eventually([&] { return scheduler.in_turn() == wanted; });  // What is asked, runs.
+  };
+  scheduler.charge(*second, 1);
+  EXPECT_TRUE(is_turn_of({preview, first, second, low}));
+  scheduler.charge(*first, 2);
+  EXPECT_TRUE(is_turn_of({preview, second, first, low}));
+}
+
 }  // namespace

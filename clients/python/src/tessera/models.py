@@ -1349,7 +1349,7 @@ class KeyRequest(TypedDict):
 
     name: str
     tenant: NotRequired[str | None]
-    scopes: NotRequired[list[Literal["read", "write", "admin"]]]
+    scopes: NotRequired[list[Literal["read", "write", "admin", "worker"]]]
     rate_limit: NotRequired[int | None]
     max_priority: NotRequired[int]
     days: NotRequired[int | None]
@@ -1361,7 +1361,7 @@ class Key(TypedDict):
     id: str
     name: str
     tenant: str
-    scopes: list[Literal["read", "write", "admin"]]
+    scopes: list[Literal["read", "write", "admin", "worker"]]
     rate_limit: int | None
     max_priority: int
     created_at: str
@@ -1374,7 +1374,7 @@ class NewKey(TypedDict):
     id: str
     name: str
     tenant: str
-    scopes: list[Literal["read", "write", "admin"]]
+    scopes: list[Literal["read", "write", "admin", "worker"]]
     rate_limit: int | None
     max_priority: int
     created_at: str
@@ -1449,6 +1449,61 @@ class WebhookSecret(TypedDict):
     """What calls are signed with."""
 
     secret: str
+
+
+class WorkerReport(TypedDict):
+    """A worker lives, and what it is busy with."""
+
+    build: str
+    arithmetic: str
+    threads: NotRequired[int]
+    draining: NotRequired[bool]
+    units: NotRequired[dict[str, float]]
+
+
+class UnitRequest(TypedDict):
+    """A worker takes a unit, or hands it back."""
+
+    worker: str
+    fault: NotRequired[str]
+
+
+class WorkerOrders(TypedDict):
+    """What a worker is to do."""
+
+    suitable: bool
+    reason: str | None
+    report_seconds: float
+    dropped: list[str]
+
+
+class WorkInputs(TypedDict):
+    """What the units of a job need."""
+
+    spec: dict[str, Any]
+    files: dict[str, str]
+
+
+class Worker(TypedDict):
+    """A process that renders units of this server's jobs."""
+
+    id: str
+    build: str
+    arithmetic: str
+    threads: int
+    rate: float
+    leases: int
+    units: int
+    faults: int
+    state: Literal["idle", "working", "draining", "unsuitable", "left", "lost"]
+    reason: str | None
+    seen_at: str
+
+
+class WorkerList(TypedDict):
+    """All workers that were seen lately."""
+
+    workers: list[Worker]
 
 
 class BatchRequestWebhook(TypedDict):

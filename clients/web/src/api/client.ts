@@ -13,6 +13,7 @@ import type {
   Scene,
   SceneList,
   Server,
+  WorkerList,
 } from './types';
 
 /** The server answered, and said no. */
@@ -102,6 +103,7 @@ const batch = (id: string): string => `/v1/batches/${encodeURIComponent(id)}`;
 
 export const api = {
   server: (signal?: AbortSignal) => json<Server>('/v1/server', { signal }),
+  workers: (signal?: AbortSignal) => json<WorkerList>('/v1/workers', { signal }),
   scene: (id: string, signal?: AbortSignal) =>
     json<Scene>(`/v1/scenes/${encodeURIComponent(id)}`, { signal }),
   scenes: () => json<SceneList>('/v1/scenes'),

@@ -1697,8 +1697,11 @@ export interface KeyRequest {
    * replaces another names the tenant of that one.
    */
   tenant?: string | null;
-  /** What it may do; `admin` goes with both others. Default: ["read","write"]. */
-  scopes?: ('read' | 'write' | 'admin')[];
+  /**
+   * What it may do; `admin` goes with `read` and `write`; `worker` is for `tessera worker` alone.
+   * Default: ["read","write"].
+   */
+  scopes?: ('read' | 'write' | 'admin' | 'worker')[];
   /** Requests a minute; 0: any number; null: the server's. */
   rate_limit?: number | null;
   /** Highest priority of its jobs. Default: 0. */
@@ -1716,7 +1719,7 @@ export interface Key {
   /** Whose work it sees and makes. */
   tenant: string;
   /** What it may do. */
-  scopes: ('read' | 'write' | 'admin')[];
+  scopes: ('read' | 'write' | 'admin' | 'worker')[];
   /** Requests a minute; 0: any number; null: the server's. */
   rate_limit: number | null;
   /** Highest priority of its jobs. */
@@ -1735,7 +1738,7 @@ export interface NewKey {
   /** Whose work it sees and makes. */
   tenant: string;
   /** What it may do. */
-  scopes: ('read' | 'write' | 'admin')[];
+  scopes: ('read' | 'write' | 'admin' | 'worker')[];
   /** Requests a minute; 0: any number; null: the server's. */
   rate_limit: number | null;
   /** Highest priority of its jobs. */
@@ -1830,6 +1833,80 @@ export interface WebhookTestRequest {
 export interface WebhookSecret {
   /** `whsec_` and base64. */
   secret: string;
+}
+
+/** A worker lives, and what it is busy with. */
+export interface WorkerReport {
+  /** Id of its build. */
+  build: string;
+  /** Its arithmetic class. */
+  arithmetic: string;
+  /** Units that it renders at a time. Default: 1. */
+  threads?: number;
+  /** It takes no more units. Default: false. */
+  draining?: boolean;
+  /** Units that it holds. */
+  units?: Record<string, number>;
+}
+
+/** A worker takes a unit, or hands it back. */
+export interface UnitRequest {
+  /** Who asks. */
+  worker: string;
+  /**
+   * Why a unit that is handed back was not rendered; empty: for no fault of its own. Default: "".
+   */
+  fault?: string;
+}
+
+/** What a worker is to do. */
+export interface WorkerOrders {
+  /** It gets units. */
+  suitable: boolean;
+  /** Why it gets none. */
+  reason: string | null;
+  /** Until its next report. */
+  report_seconds: number;
+  /** Units whose results are not wanted any more. */
+  dropped: string[];
+}
+
+/** What the units of a job need. */
+export interface WorkInputs {
+  /** The job's `spec`. */
+  spec: Record<string, unknown>;
+  /** Asset ids by uri; "" is the glTF document. Empty: the scene is built in. */
+  files: Record<string, string>;
+}
+
+/** A process that renders units of this server's jobs. */
+export interface Worker {
+  /** A new one each time that it is started. */
+  id: string;
+  /** Its build. */
+  build: string;
+  /** Its arithmetic class. */
+  arithmetic: string;
+  /** Units that it renders at a time. */
+  threads: number;
+  /** Pixel samples a second, lately. */
+  rate: number;
+  /** Units that it holds. */
+  leases: number;
+  /** Results of it that were taken. */
+  units: number;
+  /** Units that it lost, failed, or brought wrong results of. */
+  faults: number;
+  state: 'idle' | 'working' | 'draining' | 'unsuitable' | 'left' | 'lost';
+  /** Why it is unsuitable. */
+  reason: string | null;
+  /** Its last report. */
+  seen_at: string;
+}
+
+/** All workers that were seen lately. */
+export interface WorkerList {
+  workers: Worker[];
 }
 
 /** A template and a matrix of values make jobs. */

@@ -11,6 +11,7 @@ import {
 } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { limitName, limitText } from './limit_names';
+import { WorkersCard } from './workers_card';
 
 const themes: Record<Theme, string> = { auto: 'Like my system', dark: 'Dark', light: 'Light' };
 
@@ -48,6 +49,7 @@ export function SettingsPage() {
         </label>
       </section>
       <KeyForm />
+      <WorkersCard />
       {info && (
         <section class="card">
           <h2>Server</h2>

@@ -1,0 +1,180 @@
+#include "api/worker_view.h"
+
+#include <tuple>
+
+#include "api/faults.h"
+#include "api/field_rows.h"
+#include "api/fields.h"
+#include "api/limits.h"
+#include "api/schemas.h"
+#include "api/shapes.h"
+#include "api/time_text.h"
+#include "api/values.h"
+#include "api/view_rows.h"
+
+namespace api {
+namespace {
+
+constexpr std::int64_t kTextCharacters = 255;
+constexpr double kSecondsMax = 1e9;
+
+void read_units(const Json& value, WorkerReport& out, const std::string& pointer, Faults& faults) {
+  if (!value.is_object() || value.size() > static_cast<std::size_t>(limits::kWorkerThreads)) {
+    faults.add(pointer, "expected an object of at most " + std::to_string(limits::kWorkerThreads) +
+                            " units with their CPU seconds");
+    return;
+  }
+  for (const auto& unit : value.items()) {
+    const std::string place = join_pointer(pointer, unit.key());
+    if (const auto seconds = read_number(unit.value(), {0, kSecondsMax}, place, faults)) {
+      out.units[unit.key()] = *seconds;
+    }
+  }
+}
+
+const auto& report_table() {
+  static constexpr auto kTable = std::tuple{
+      required_text(
+          "build", [](auto& s) -> auto& { return s.build; }, {1, kTextCharacters},
+          "Id of its build."),
+      required_text(
+          "arithmetic", [](auto& s) -> auto& { return s.arithmetic; }, {1, kTextCharacters},
+          "Its arithmetic class."),
+      number(
+          "threads", [](auto& s) -> auto& { return s.threads; }, {1, limits::kWorkerThreads},
+          "Units that it renders at a time."),
+      flag(
+          "draining", [](auto& s) -> auto& { return s.draining; }, "It takes no more units."),
+      CustomRow<WorkerReport>{
+          "units", &read_units,
+          [](const WorkerReport& report, Json& json) { json["units"] = report.units; },
+          [](const WorkerReport&) {
+            return shape::map(shape::real("CPU seconds spent on it."), "Units that it holds.");
+          }},
+  };
+  return kTable;
+}
+
+const auto& unit_table() {
+  static constexpr auto kTable = std::tuple{
+      required_text(
+          "worker", [](auto& s) -> auto& { return s.worker; }, {1, kTextCharacters}, "Who asks."),
+      text(
+          "fault", [](auto& s) -> auto& { return s.fault; }, {0, limits::kNameCharacters},
+          "Why a unit that is handed back was not rendered; empty: for no fault of its own."),
+  };
+  return kTable;
+}
+
+template <typename Body, typename Table>
+Parsed<Body> parse_body(const Table& table, std::string_view text) {
+  const Parsed<Json> value = parse_json(text, limits::kBodyBytes);
+  if (!value) {
+    return value.problem();
+  }
+  Body body;
+  Faults faults;
+  read_members(table, *value, body, "", faults);
+  if (!faults.empty()) {
+    return faults.problem();
+  }
+  return body;
+}
+
+const View<WorkerOrders>& orders_view() {
+  static const View<WorkerOrders> kView = {
+      "WorkerOrders",
+      "What a worker is to do.",
+      {{"suitable", shape::flag("It gets units."),
+        [](const WorkerOrders& o) -> Json { return o.reason.empty(); }},
+       {"reason", shape::nullable(shape::text("Why it gets none.")),
+        [](const WorkerOrders& o) -> Json {
+          return o.reason.empty() ? Json(nullptr) : Json(o.reason);
+        }},
+       {"report_seconds", shape::real("Until its next report."),
+        [](const WorkerOrders& o) -> Json { return o.report_seconds; }},
+       {"dropped", shape::texts("Units whose results are not wanted any more."),
+        [](const WorkerOrders& o) -> Json { return o.dropped; }}}};
+  return kView;
+}
+
+const View<WorkInputs>& inputs_view() {
+  static const View<WorkInputs> kView = {
+      "WorkInputs",
+      "What the units of a job need.",
+      {{"spec", shape::object("The job's `spec`."),
+        [](const WorkInputs& w) { return to_json(w.spec); }},
+       {"files",
+        shape::map(shape::text(),
+                   "Asset ids by uri; \"\" is the glTF document. Empty: "
+                   "the scene is built in."),
+        [](const WorkInputs& w) -> Json { return w.files; }}}};
+  return kView;
+}
+
+const View<WorkerView>& worker_view() {
+  static const View<WorkerView> kView = {
+      "Worker",
+      "A process that renders units of this server's jobs.",
+      {{"id", shape::text("A new one each time that it is started."),
+        [](const WorkerView& w) -> Json { return w.id; }},
+       {"build", shape::text("Its build."), [](const WorkerView& w) -> Json { return w.build; }},
+       {"arithmetic", shape::text("Its arithmetic class."),
+        [](const WorkerView& w) -> Json { return w.arithmetic; }},
+       {"threads", shape::count("Units that it renders at a time."),
+        [](const WorkerView& w) -> Json { return w.threads; }},
+       {"rate", shape::real("Pixel samples a second, lately."),
+        [](const WorkerView& w) { return number_json(w.rate); }},
+       {"leases", shape::count("Units that it holds."),
+        [](const WorkerView& w) -> Json { return w.leases; }},
+       {"units", shape::count("Results of it that were taken."),
+        [](const WorkerView& w) -> Json { return w.units; }},
+       {"faults", shape::count("Units that it lost, failed, or brought wrong results of."),
+        [](const WorkerView& w) -> Json { return w.faults; }},
+       {"state", shape::one_of({"idle", "working", "draining", "unsuitable", "left", "lost"}),
+        [](const WorkerView& w) -> Json { return w.state; }},
+       {"reason", shape::nullable(shape::text("Why it is unsuitable.")),
+        [](const WorkerView& w) -> Json {
+          return w.reason.empty() ? Json(nullptr) : Json(w.reason);
+        }},
+       {"seen_at", shape::time("Its last report."),
+        [](const WorkerView& w) -> Json { return rfc3339(w.seen_at_unix_seconds); }}}};
+  return kView;
+}
+
+}  // namespace
+
+Parsed<WorkerReport> parse_worker_report(std::string_view body) {
+  return parse_body<WorkerReport>(report_table(), body);
+}
+
+Parsed<UnitRequest> parse_unit_request(std::string_view body) {
+  return parse_body<UnitRequest>(unit_table(), body);
+}
+
+std::string worker_orders_json(const WorkerOrders& orders) {
+  return dump(orders_view().print(orders));
+}
+
+std::string work_inputs_json(const WorkInputs& inputs) { return dump(inputs_view().print(inputs)); }
+
+std::string worker_list_json(std::span<const WorkerView> workers) {
+  return dump({{"workers", print_list(worker_view(), workers)}});
+}
+
+void add_worker_schemas(Json& components) {
+  components["WorkerReport"] = as_request(
+      object_schema(report_table(), WorkerReport{}, "A worker lives, and what it is busy with."));
+  components["UnitRequest"] = as_request(
+      object_schema(unit_table(), UnitRequest{}, "A worker takes a unit, or hands it back."));
+  components["WorkerOrders"] = orders_view().schema();
+  components["WorkInputs"] = inputs_view().schema();
+  components["Worker"] = worker_view().schema();
+  Json list = basic_schema("object", "All workers that were seen lately.");
+  list["properties"] = {{"workers", shape::list(shape::reference("Worker"), "")}};
+  list["required"] = {"workers"};
+  list["additionalProperties"] = false;
+  components["WorkerList"] = std::move(list);
+}
+
+}  // namespace api

@@ -1,0 +1,415 @@
+// `tessera worker`: renders units of a server's jobs, which it takes from the server's queue.
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <random>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+#include <pthread.h>
+
+#include "clients/cli/command.h"
+#include "clients/cli/worker_jobs.h"
+#include "core/accel/arithmetic.h"
+#include "core/base/build_id.h"
+#include "core/render/slice_work.h"
+#include "queue/units.h"
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+struct WorkerFlags {
+  ServerFlags server;
+  queue::Address queue;
+  int threads = 0;
+  std::string cache;
+  std::uint64_t cache_bytes = std::uint64_t{10} << 30U;
+  double idle_seconds = 0;
+  double grace_seconds = 30;
+  std::string isa = "native";
+};
+
+double seconds_of(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+std::string random_id() {
+  std::random_device random;
+  std::string id;
+  for (int i = 0; i < 4; ++i) {
+    char digits[9];
+    std::snprintf(digits, sizeof digits, "%08x", random());
+    id += digits;
+  }
+  return id;
+}
+
+std::string default_cache() {
+  const char* cache = std::getenv("XDG_CACHE_HOME");
+  const char* home = std::getenv("HOME");
+  const std::string base = cache != nullptr && *cache != '\0' ? std::string(cache)
+                           : home != nullptr && *home != '\0' ? std::string(home) + "/.cache"
+                                                              : "/var/cache";
+  return base + "/tessera/worker";
+}
+
+/// A unit that a thread is busy with.
+struct Held {
+  std::string name;
+  const queue::UnitPuller::Unit* unit = nullptr;
+  clockid_t clock{};     ///< CPU time that tells that it comes along: of the process while the job
+                         ///< is loaded, then of the thread
+  double start = 0;      ///< of that clock
+  double spent = 0;      ///< before
+  double reported = -1;  ///< as last reported
+  std::stop_source stop;
+
+  double progress() const { return spent + seconds_of(clock) - start; }
+};
+
+class Worker {
+ public:
+  Worker(const WorkerFlags& flags, std::shared_ptr<queue::NatsLink> link, std::string isa)
+      : flags_(flags),
+        link_(std::move(link)),
+        id_(random_id()),
+        arithmetic_(core::arithmetic_class(isa)),
+        threads_(flags.threads > 0
+                     ? flags.threads
+                     : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))),
+        jobs_({.folder = flags.cache,
+               .folder_bytes_max = flags.cache_bytes,
+               .threads = threads_,
+               .isa = flags.isa == "native" ? std::string() : isa}) {}
+
+  /// Until it is stopped by a signal, or has had nothing to do for long.
+  int run(const sigset_t& signals);
+
+ private:
+  using Server = std::unique_ptr<ApiClient>;
+  Server connect() const {
+    auto made = ApiClient::connect(flags_.server.url, flags_.server.key);
+    return made ? *std::move(made) : nullptr;  // The address was checked with the flags.
+  }
+  void work();
+  void do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server);
+  /// Empty: it could not be rendered. Errors: why it is handed back.
+  core::Result<std::string> render(Held& held, const std::string& input, ApiClient& server);
+  void deliver(const Held& held, const std::string& result, ApiClient& server);
+  void hand_back(const std::string& name, const std::string& fault, ApiClient& server) const;
+  /// Returns how long to wait until the next one.
+  double report(ApiClient& server);
+  bool is_idle();
+
+  const WorkerFlags flags_;
+  const std::shared_ptr<queue::NatsLink> link_;
+  const std::string id_;
+  const std::string arithmetic_;
+  const int threads_;
+  WorkerJobs jobs_;
+  std::atomic<bool> is_suitable_ = false;
+  std::atomic<bool> is_draining_ = false;
+  std::string told_;  ///< the latest complaint; of the reporting thread
+  std::mutex mutex_;
+  std::vector<Held*> held_;                // guarded by mutex_
+  Clock::time_point busy_ = Clock::now();  // guarded by mutex_
+};
+
+bool Worker::is_idle() {
+  const std::lock_guard lock(mutex_);
+  return flags_.idle_seconds > 0 && held_.empty() &&
+         std::chrono::duration<double>(Clock::now() - busy_).count() > flags_.idle_seconds;
+}
+
+double Worker::report(ApiClient& server) {
+  json units = json::object();
+  {
+    const std::lock_guard lock(mutex_);
+    for (Held* held : held_) {
+      const double progress = held->progress();
+      units[held->name] = progress;
+      if (progress > held->reported) {
+        held->unit->renew();
+      }
+      held->reported = progress;
+    }
+  }
+  const json body = {{"build", core::linker_build_id()},
+                     {"arithmetic", arithmetic_},
+                     {"threads", threads_},
+                     {"draining", is_draining_.load()},
+                     {"units", std::move(units)}};
+  const auto reply = server.put("/v1/workers/" + id_, body.dump(), "application/json");
+  const auto tell = [this](const std::string& text) {
+    if (text != told_ && !text.empty()) {
+      std::fprintf(stderr, "tessera worker: %s\n", text.c_str());
+    }
+    told_ = text;
+  };
+  constexpr double kAskAgain = 0.5;
+  if (!reply) {
+    tell(reply.error().message);
+    is_suitable_ = false;
+    return kAskAgain;
+  }
+  const json orders = json::parse(reply->body, nullptr, false);
+  if (!orders.is_object() || !orders.contains("suitable") || !orders.contains("dropped")) {
+    tell("the server's answer is not understood");
+    return kAskAgain;
+  }
+  is_suitable_ = orders["suitable"] == true;
+  tell(is_suitable_ ? "" : "it gets no units: " + orders.value("reason", ""));
+  const std::lock_guard lock(mutex_);
+  for (const json& name : orders["dropped"]) {
+    for (Held* held : held_) {
+      if (name == held->name) {
+        held->stop.request_stop();
+      }
+    }
+  }
+  return orders.value("report_seconds", kAskAgain);
+}
+
+void Worker::work() {
+  constexpr std::chrono::milliseconds kPull{500};
+  const Server server = connect();
+  queue::UnitPuller puller(link_);
+  while (!is_draining_) {
+    if (!is_suitable_) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      continue;
+    }
+    if (const auto unit = puller.next(kPull)) {
+      do_unit(*unit, *server);
+    }
+  }
+}
+
+void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server) {
+  if (is_draining_) {
+    unit.hand_back();
+    return;
+  }
+  const auto input = server.post("/v1/work/units/" + unit.name() + "/lease",
+                                 json{{"worker", id_}}.dump(), "application/json");
+  if (!input && input.error().code == ErrorCode::kUnavailable) {
+    unit.hand_back();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    return;
+  }
+  if (!input) {  // It is done, or another worker has it.
+    unit.done();
+    return;
+  }
+  Held held;
+  held.name = unit.name();
+  held.unit = &unit;
+  held.clock = CLOCK_PROCESS_CPUTIME_ID;
+  held.start = seconds_of(held.clock);
+  {
+    const std::lock_guard lock(mutex_);
+    held_.push_back(&held);
+  }
+  const auto result = render(held, input->body, server);
+  if (result) {
+    deliver(held, *result, server);
+  } else {
+    // Dropped by the server, or by the end of the grace time: no fault.
+    const bool was_stopped = held.stop.stop_requested();
+    hand_back(held.name, was_stopped ? "" : result.error().message, server);
+  }
+  unit.done();
+  const std::lock_guard lock(mutex_);
+  std::erase(held_, &held);
+  busy_ = Clock::now();
+}
+
+core::Result<std::string> Worker::render(Held& held, const std::string& input, ApiClient& server) {
+  try {
+    auto work = core::decode_work(input);
+    if (!work) {
+      return work.error();
+    }
+    const auto renderer = jobs_.renderer(held.name.substr(0, held.name.find('.')), server);
+    if (!renderer) {
+      return renderer.error();
+    }
+    {
+      const std::lock_guard lock(mutex_);
+      held.spent = held.progress();
+      pthread_getcpuclockid(pthread_self(), &held.clock);
+      held.start = seconds_of(held.clock);
+    }
+    for (core::SliceWork& each : *work) {
+      if (!core::render_slice(**renderer, each, held.stop.get_token())) {
+        return Error{ErrorCode::kCancelled, "stopped", ""};
+      }
+    }
+    return core::encode_work(*work, core::WorkPart::kResult);
+  } catch (const std::exception& error) {
+    return Error{ErrorCode::kInternal, error.what(), ""};
+  }
+}
+
+void Worker::deliver(const Held& held, const std::string& result, ApiClient& server) {
+  while (!held.stop.stop_requested()) {
+    const auto put = server.put("/v1/work/units/" + held.name + "/results/" + id_, result,
+                                "application/octet-stream");
+    if (put || put.error().code == ErrorCode::kNotFound ||
+        put.error().code == ErrorCode::kConflict) {
+      return;  // It is in the film, or nobody needs it any more.
+    }
+    if (put.error().code != ErrorCode::kUnavailable) {
+      std::fprintf(stderr, "tessera worker: %s\n", put.error().message.c_str());
+      return;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  }
+}
+
+void Worker::hand_back(const std::string& name, const std::string& fault, ApiClient& server) const {
+  constexpr std::size_t kFaultCharacters = 200;
+  if (!fault.empty()) {
+    std::fprintf(stderr, "tessera worker: %s: %s\n", name.c_str(), fault.c_str());
+  }
+  // Where the server does not hear of it the lease runs out.
+  static_cast<void>(
+      server.post("/v1/work/units/" + name + "/hand-back",
+                  json{{"worker", id_}, {"fault", fault.substr(0, kFaultCharacters)}}.dump(
+                      -1, ' ', false, json::error_handler_t::replace),
+                  "application/json"));
+}
+
+int Worker::run(const sigset_t& signals) {
+  std::printf("worker %s\n", id_.c_str());
+  std::fflush(stdout);
+  std::vector<std::jthread> threads;
+  std::atomic<int> working = threads_;
+  for (int i = 0; i < threads_; ++i) {
+    threads.emplace_back([this, &working] {
+      work();
+      --working;
+    });
+  }
+  const Server server = connect();
+  Clock::time_point next = Clock::now();
+  Clock::time_point end{};
+  while (working > 0) {
+    if (Clock::now() >= next) {
+      next = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                std::chrono::duration<double>(report(*server)));
+    }
+    constexpr timespec kTick{.tv_sec = 0, .tv_nsec = 50'000'000};
+    const bool is_told = sigtimedwait(&signals, nullptr, &kTick) > 0;
+    if ((is_told || is_idle()) && !is_draining_.exchange(true)) {
+      end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                               std::chrono::duration<double>(flags_.grace_seconds));
+      next = Clock::now();
+    }
+    if (is_draining_ && Clock::now() > end) {
+      const std::lock_guard lock(mutex_);
+      for (Held* held : held_) {
+        held->stop.request_stop();
+      }
+    }
+  }
+  report(*server);
+  return kDone;
+}
+
+int start(const WorkerFlags& flags) {
+  const auto isa = core::resolve_isa(flags.isa);
+  if (!isa) {
+    return complain("worker", {isa.error().code, isa.error().message, "--isa"});
+  }
+  // Signals are taken by sigtimedwait() in this thread; all others inherit the mask.
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  auto link = queue::NatsLink::open(flags.queue, "tessera worker");
+  if (!link) {
+    return complain("worker", {link.error().code, link.error().message, "--queue"});
+  }
+  return Worker(flags, *std::move(link), *isa).run(signals);
+}
+
+}  // namespace
+
+int worker(const Args& args) {
+  WorkerFlags flags;
+  flags.cache = default_cache();
+  CLI::App app(
+      "Renders parts of the pictures of a server that was started with --queue. Joins and leaves "
+      "at "
+      "any\ntime: SIGTERM lets it finish what it has.",
+      "tessera worker");
+  app.add_option("--queue", flags.queue.url, "NATS server that hands the parts out")
+      ->envname("TESSERA_QUEUE")
+      ->required()
+      ->check(CLI::Validator(
+          [](const std::string& url) {
+            const auto place = queue::host_and_port(url);
+            return place ? std::string() : place.error().message;
+          },
+          ""))
+      ->type_name("URL");
+  app.add_option("--queue-creds", flags.queue.credentials, "Credentials (JWT and seed) for --queue")
+      ->envname("TESSERA_QUEUE_CREDS")
+      ->type_name("FILE");
+  app.add_option("--queue-ca", flags.queue.ca, "Certificates (PEM) that --queue is checked with")
+      ->envname("TESSERA_QUEUE_CA")
+      ->type_name("FILE");
+  add_server_flags(app, flags.server);
+  app.add_option("--threads", flags.threads, "Parts at a time; 0: as many as the machine has cores")
+      ->envname("TESSERA_THREADS")
+      ->capture_default_str()
+      ->check(within(0, 1024))
+      ->type_name("N");
+  app.add_option("--cache", flags.cache, "Folder for files of scenes")
+      ->envname("TESSERA_CACHE")
+      ->default_str("$XDG_CACHE_HOME/tessera/worker")
+      ->type_name("DIR");
+  app.add_option("--cache-size", flags.cache_bytes, "Files beyond it go, the oldest first")
+      ->envname("TESSERA_CACHE_SIZE")
+      ->default_str("10G")
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("BYTES");
+  app.add_option("--idle", flags.idle_seconds, "Leave after so long without work; 0: never")
+      ->envname("TESSERA_IDLE")
+      ->capture_default_str()
+      ->check(within(0, 1e9))
+      ->type_name("SECONDS");
+  app.add_option("--grace", flags.grace_seconds,
+                 "After SIGTERM: what is not finished by then is handed back")
+      ->envname("TESSERA_GRACE")
+      ->capture_default_str()
+      ->check(within(0, 3600))
+      ->type_name("SECONDS");
+  app.add_option("--isa", flags.isa,
+                 "Instruction set Embree is held to: native, sse2, sse4.2, avx, avx2, avx512")
+      ->envname("TESSERA_ISA")
+      ->capture_default_str()
+      ->type_name("NAME");
+  return parse_and_run(app, args, [&] { return start(flags); });
+}
+
+}  // namespace cli

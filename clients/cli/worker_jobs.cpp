@@ -1,0 +1,186 @@
+#include "clients/cli/worker_jobs.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <span>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "api/job_spec.h"
+#include "clients/cli/files.h"
+#include "core/image_io/image_io.h"
+#include "core/scene_io/builtin_scenes.h"
+#include "core/scene_io/gltf_load.h"
+
+namespace cli {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+/// Jobs whose units come in turns; each holds its scene.
+constexpr std::size_t kLoadedMax = 4;
+
+std::span<const std::byte> bytes_of(const std::string& text) {
+  return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+core::SharedBytes shared(const std::string& text) {
+  const auto bytes = bytes_of(text);
+  return std::make_shared<const core::Bytes>(bytes.begin(), bytes.end());
+}
+
+}  // namespace
+
+core::Result<std::string> WorkerJobs::file(const std::string& job, const std::string& id,
+                                           ApiClient& server) {
+  const fs::path path = fs::path(options_.folder) / id;
+  if (auto kept = read_file(path.string()); kept && sha256_hex(*kept) == id) {
+    std::error_code ignored;  // A file that is not touched goes earlier, no more.
+    fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
+    return kept;
+  }
+  auto reply = server.get("/v1/work/jobs/" + job + "/files/" + id);
+  if (!reply) {
+    return reply.error();
+  }
+  if (sha256_hex(reply->body) != id) {
+    return Error{ErrorCode::kUnavailable, "the file came damaged", id};
+  }
+  std::error_code code;
+  fs::create_directories(options_.folder, code);
+  if (code) {
+    return Error{ErrorCode::kInternal, "cannot be made: " + code.message(), options_.folder};
+  }
+  if (const auto written = write_file(path.string(), reply->body); !written) {
+    return written.error();
+  }
+  keep_within_bounds(path);
+  return std::move(reply->body);
+}
+
+/// The files that were not used for longest go first.
+void WorkerJobs::keep_within_bounds(const fs::path& newest) const {
+  struct Kept {
+    fs::file_time_type used;
+    std::uint64_t bytes = 0;
+    fs::path path;
+  };
+  std::vector<Kept> files;
+  std::uint64_t all = 0;
+  std::error_code code;
+  for (fs::directory_iterator at(options_.folder, code), end; !code && at != end;
+       at.increment(code)) {
+    std::error_code is_gone;  // Another worker may share the folder.
+    const Kept kept = {at->last_write_time(is_gone), at->file_size(is_gone), at->path()};
+    if (!is_gone && kept.path != newest) {
+      files.push_back(kept);
+      all += kept.bytes;
+    }
+  }
+  std::sort(files.begin(), files.end(),
+            [](const Kept& a, const Kept& b) { return a.used < b.used; });
+  for (const Kept& kept : files) {
+    if (all <= options_.folder_bytes_max) {
+      return;
+    }
+    fs::remove(kept.path, code);
+    all -= kept.bytes;
+  }
+}
+
+core::Result<std::shared_ptr<const core::Renderer>> WorkerJobs::renderer(const std::string& job,
+                                                                         ApiClient& server) {
+  const core::MutexLock lock(mutex_);
+  const auto found = std::find_if(loaded_.begin(), loaded_.end(),
+                                  [&job](const Loaded& each) { return each.job == job; });
+  if (found != loaded_.end()) {
+    loaded_.splice(loaded_.begin(), loaded_, found);
+    return found->renderer;
+  }
+  const auto reply = server.get("/v1/work/jobs/" + job);
+  if (!reply) {
+    return reply.error();
+  }
+  const json inputs = json::parse(reply->body, nullptr, false);
+  const bool is_whole = inputs.is_object() && inputs.contains("spec") && inputs.contains("files") &&
+                        inputs["files"].is_object();
+  const auto parsed =
+      is_whole ? api::parse_job(inputs["spec"].dump()) : api::parse_job(std::string_view());
+  if (!parsed) {
+    return Error{ErrorCode::kInternal,
+                 "the server's job is not understood: " + parsed.problem().detail, ""};
+  }
+  const api::JobSpec& spec = parsed->spec;
+  std::map<std::string, core::SharedBytes> files;
+  for (const auto& each : inputs["files"].items()) {
+    auto content = file(job, each.value().get<std::string>(), server);
+    if (!content) {
+      return content.error();
+    }
+    files[each.key()] = shared(*content);
+  }
+  if (const core::BuiltinScene* scene = core::find_builtin_scene(spec.scene)) {
+    files[""] = std::make_shared<const core::Bytes>(scene->make_glb());
+  }
+  if (!files.contains("")) {
+    return Error{ErrorCode::kInternal, "the server's job has no document", ""};
+  }
+  core::GltfOptions options;
+  options.time_seconds = spec.time_seconds;
+  options.variant = spec.variant;
+  const auto resolve = [&files](std::string_view uri) -> core::SharedBytes {
+    const auto at = files.find(std::string(uri));
+    return at == files.end() ? nullptr : at->second;
+  };
+  auto description = core::load_gltf(*files[""], resolve, options);
+  if (!description) {
+    return description.error();
+  }
+  auto scene = core::Scene::build(*std::move(description), options_.threads, options_.isa);
+  if (!scene) {
+    return scene.error();
+  }
+  core::View view;
+  view.scene = *scene;
+  view.camera = api::camera_in(spec, (*scene)->summary().bounds);
+  view.settings = spec.render;
+  if (spec.environment_choice == api::EnvironmentChoice::kAutomatic) {
+    view.environment = (*scene)->environment();
+  } else if (spec.environment_choice == api::EnvironmentChoice::kGiven) {
+    std::optional<core::Image> image;
+    if (spec.environment_asset) {
+      const auto content = file(job, *spec.environment_asset, server);
+      if (!content) {
+        return content.error();
+      }
+      auto decoded = core::decode_image(bytes_of(*content), core::ImageLimits());
+      if (!decoded) {
+        return decoded.error();
+      }
+      image = *std::move(decoded);
+    }
+    auto environment = core::Environment::create(image ? &*image : nullptr, spec.environment);
+    if (!environment) {
+      return environment.error();
+    }
+    view.environment = *std::move(environment);
+  }
+  auto made = core::Renderer::create(std::move(view));
+  if (!made) {
+    return made.error();
+  }
+  loaded_.push_front({job, *made});
+  if (loaded_.size() > kLoadedMax) {
+    loaded_.pop_back();
+  }
+  return made;
+}
+
+}  // namespace cli

@@ -1,0 +1,48 @@
+/// WorkerJobs: the renderers of the jobs that a worker has units of. Files come from the server by
+/// their hash and stay in a folder up to a number of bytes; loaded jobs stay in memory up to a
+/// number of them.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <list>
+#include <memory>
+#include <string>
+
+#include "clients/cli/api_client.h"
+#include "core/base/mutex.h"
+#include "core/base/result.h"
+#include "core/render/render_task.h"
+#include "core/scene/scene.h"
+
+namespace cli {
+
+class WorkerJobs {
+ public:
+  struct Options {
+    std::string folder;  ///< made where it is missing
+    std::uint64_t folder_bytes_max = 0;
+    int threads = 1;  ///< for acceleration structures
+    std::string isa;  ///< what Embree is held to; empty: nothing
+  };
+  explicit WorkerJobs(Options options) : options_(std::move(options)) {}
+
+  /// Loads the job where it is not loaded yet; one at a time. Errors: kNotFound when no unit of it
+  /// is open any more; kUnavailable when the server does not answer; those of loading.
+  core::Result<std::shared_ptr<const core::Renderer>> renderer(const std::string& job,
+                                                               ApiClient& server);
+
+ private:
+  struct Loaded {
+    std::string job;
+    std::shared_ptr<const core::Renderer> renderer;
+  };
+  core::Result<std::string> file(const std::string& job, const std::string& id, ApiClient& server);
+  void keep_within_bounds(const std::filesystem::path& newest) const;
+
+  const Options options_;
+  core::Mutex mutex_;
+  std::list<Loaded> loaded_ GUARDED_BY(mutex_);  ///< latest first
+};
+
+}  // namespace cli

@@ -1,0 +1,62 @@
+import { useEffect, useState } from 'preact/hooks';
+import { api } from '../api/client';
+import type { Worker as Machine } from '../api/types';
+import { count } from '../ui/format';
+
+const lookEveryMs = 2000;
+const columns = ['Worker', 'State', 'Threads', 'Parts', 'Samples/s', 'Done', 'Faults'];
+
+/** Machines that render parts of this server's pictures; nothing where there are none. */
+export function WorkersCard() {
+  const [workers, setWorkers] = useState<Machine[]>([]);
+  useEffect(() => {
+    const leaving = new AbortController();
+    const look = async (): Promise<void> => {
+      try {
+        setWorkers((await api.workers(leaving.signal)).workers);
+      } catch {
+        setWorkers([]); // The rest of the page says what is wrong with the server.
+      }
+    };
+    void look();
+    const timer = setInterval(() => void look(), lookEveryMs);
+    return () => {
+      clearInterval(timer);
+      leaving.abort();
+    };
+  }, []);
+  if (workers.length === 0) return null;
+  return (
+    <section class="card" data-testid="workers">
+      <h2>Workers</h2>
+      <div class="lab-table">
+        <table>
+          <thead>
+            <tr>
+              {columns.map((name) => (
+                <th key={name} scope="col">
+                  {name}
+                </th>
+              ))}
+            </tr>
+          </thead>
+          <tbody>
+            {workers.map((w) => (
+              <tr key={w.id} title={w.reason ?? w.arithmetic}>
+                <th scope="row" class="mono">
+                  {w.id.slice(0, 8)}
+                </th>
+                <td>{w.state}</td>
+                <td>{w.threads}</td>
+                <td>{w.leases}</td>
+                <td>{count(w.rate)}</td>
+                <td>{count(w.units)}</td>
+                <td>{count(w.faults)}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+    </section>
+  );
+}

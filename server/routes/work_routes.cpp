@@ -1,0 +1,175 @@
+// Workers: the list, and what `tessera worker` asks for and brings.
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "api/limits.h"
+#include "api/worker_view.h"
+#include "core/scene_io/builtin_scenes.h"
+#include "server/http/file_response.h"
+#include "server/routes/answers.h"
+#include "server/routes/context.h"
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+/// Of a unit: as many tiles as one has, of films with more replicates and shares than are usual.
+constexpr std::uint64_t kResultBytesMax = std::uint64_t{256} << 20U;
+
+Response without_queue(const Request& request) {
+  return error_answer(request, ErrorCode::kConflict,
+                      "this server has no workers; they need `tessera serve --queue`");
+}
+
+Response list(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const WorkBoard* board = context.jobs.board();
+  return json_response(200, api::worker_list_json(board == nullptr ? std::vector<api::WorkerView>()
+                                                                   : board->workers()));
+}
+
+Response report(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const auto told = api::parse_worker_report(request.body);
+  if (!told) {
+    return problem_answer(request, told.problem());
+  }
+  WorkBoard* board = context.jobs.board();
+  if (board == nullptr) {
+    return without_queue(request);
+  }
+  const auto orders = board->report(std::string(request.path_param("id")), *told);
+  return orders ? json_response(200, api::worker_orders_json(*orders))
+                : error_answer(request, orders.error());
+}
+
+/// Of a job with open units.
+core::Result<api::WorkInputs> inputs_of(const RouteContext& context, const Request& request) {
+  const std::string id(request.path_param("id"));
+  WorkBoard* board = context.jobs.board();
+  const JobPointer job = board == nullptr ? nullptr : board->job_of_units(id);
+  if (!job) {
+    return Error{ErrorCode::kNotFound, "no unit of a job \"" + id + "\" is open", ""};
+  }
+  api::WorkInputs inputs{.spec = job->record().view.spec, .files = {}};
+  if (core::find_builtin_scene(inputs.spec.scene) == nullptr) {
+    auto files = context.scenes.files(inputs.spec.scene);
+    if (!files) {
+      return files.error();
+    }
+    inputs.files = *std::move(files);
+  }
+  return inputs;
+}
+
+Response inputs(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const auto found = inputs_of(context, request);
+  return found ? json_response(200, api::work_inputs_json(*found))
+               : error_answer(request, found.error());
+}
+
+Response file(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const auto found = inputs_of(context, request);
+  if (!found) {
+    return error_answer(request, found.error());
+  }
+  const std::string id(request.path_param("sha256"));
+  const bool is_input = found->spec.environment_asset == id ||
+                        std::any_of(found->files.begin(), found->files.end(),
+                                    [&id](const auto& each) { return each.second == id; });
+  if (!is_input) {
+    return error_answer(request, ErrorCode::kNotFound, "the job does not need the file");
+  }
+  return file_response(request, {.path = context.assets.path_of(id)});
+}
+
+/// Calls work(board, unit, what the body says).
+template <typename Work>
+Response on_unit(const RouteContext& context, Request& request, Work&& work) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  const auto asked = api::parse_unit_request(request.body);
+  if (!asked) {
+    return problem_answer(request, asked.problem());
+  }
+  WorkBoard* board = context.jobs.board();
+  return board == nullptr ? without_queue(request)
+                          : work(*board, std::string(request.path_param("id")), *asked);
+}
+
+Response lease(const RouteContext& context, Request& request) {
+  return on_unit(
+      context, request, [&](WorkBoard& board, const std::string& unit, const auto& asked) {
+        auto work = board.lease(unit, asked.worker);
+        return work ? bytes_response(200, "application/octet-stream",
+                                     std::make_shared<const std::string>(*std::move(work)))
+                    : error_answer(request, work.error());
+      });
+}
+
+Response hand_back(const RouteContext& context, Request& request) {
+  return on_unit(context, request,
+                 [&](WorkBoard& board, const std::string& unit, const auto& asked) {
+                   const auto status = board.hand_back(unit, asked.worker, asked.fault);
+                   return status ? empty_response() : error_answer(request, status.error());
+                 });
+}
+
+Response result(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  WorkBoard* board = context.jobs.board();
+  if (board == nullptr) {
+    return without_queue(request);
+  }
+  auto lease = context.memory.take(0, "the result");
+  std::string body;
+  const bool is_whole = request.body_reader->read([&](std::string_view piece) {
+    if (lease && lease->grow(piece.size())) {
+      body.append(piece);
+      return true;
+    }
+    return false;
+  });
+  if (!is_whole) {
+    return error_answer(request, ErrorCode::kUnavailable, "there is no memory for the result");
+  }
+  const auto taken = board->take(std::string(request.path_param("id")),
+                                 std::string(request.path_param("worker")), body);
+  return taken ? empty_response() : error_answer(request, taken.error());
+}
+
+}  // namespace
+
+void add_work_handlers(const RouteContext& context, HandlerTable& table) {
+  const BodyPolicy json = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes));
+  table["listWorkers"] = {.handler = [context](Request& r) { return list(context, r); }};
+  table["reportWorker"] = {.handler = [context](Request& r) { return report(context, r); },
+                           .body = json};
+  table["getWorkInputs"] = {.handler = [context](Request& r) { return inputs(context, r); }};
+  table["getWorkFile"] = {.handler = [context](Request& r) { return file(context, r); }};
+  table["leaseUnit"] = {.handler = [context](Request& r) { return lease(context, r); },
+                        .body = json};
+  table["putUnitResult"] = {.handler = [context](Request& r) { return result(context, r); },
+                            .body = BodyPolicy::stream(kResultBytesMax)};
+  table["handBackUnit"] = {.handler = [context](Request& r) { return hand_back(context, r); },
+                           .body = json};
+}
+
+}  // namespace server

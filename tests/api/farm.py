@@ -1,0 +1,178 @@
+"""A coordinator, its broker and its workers as processes of their own, and a worker by hand.
+
+Standard library only; nats-server is Debian's.
+"""
+
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+
+from harness import BINARY, PATIENCE_S, Server
+
+NATS_SERVER = shutil.which("nats-server") or "/usr/sbin/nats-server"
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def clean_environ():
+    return {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")}
+
+
+class Broker:
+    """A NATS server; start() after kill() is one that has lost everything."""
+
+    def __init__(self):
+        self.port = free_port()
+        self.url = f"nats://127.0.0.1:{self.port}"
+        self.process = None
+        self.start()
+
+    def start(self):
+        self.folder = tempfile.mkdtemp(prefix="tessera-nats-")
+        self.process = subprocess.Popen(
+            [NATS_SERVER, "-js", "-a", "127.0.0.1", "-p", str(self.port), "-sd", self.folder],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        deadline = time.monotonic() + PATIENCE_S
+        while True:
+            try:
+                socket.create_connection(("127.0.0.1", self.port), timeout=1).close()
+                return
+            except OSError:
+                if time.monotonic() > deadline:
+                    raise
+                time.sleep(0.02)
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+class Worker:
+    def __init__(self, broker, server, *flags, key=None):
+        self.cache = tempfile.mkdtemp(prefix="tessera-worker-")
+        environ = clean_environ() | ({"TESSERA_KEY": key} if key else {})
+        self.process = subprocess.Popen(
+            [BINARY, "worker", "--queue", broker.url, "--server",
+             f"http://127.0.0.1:{server.port}", "--threads", "1", "--cache", self.cache, *flags],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environ)
+        self.id = self.process.stdout.readline().split()[-1]
+
+    def kill(self):
+        self.process.kill()
+        return self.end()
+
+    def stop(self):
+        """SIGTERM; the exit code."""
+        self.process.send_signal(signal.SIGTERM)
+        return self.end()
+
+    def end(self):
+        code = self.process.wait(PATIENCE_S)
+        self.process.stdout.close()
+        self.complaints = self.process.stderr.read()
+        self.process.stderr.close()
+        shutil.rmtree(self.cache, ignore_errors=True)
+        return code
+
+
+class Farm:
+    """close() ends all that is left."""
+
+    def __init__(self, *flags, workers=0, key=None, lease=60):
+        self.broker = Broker()
+        # A fixed port: workers find a coordinator that was started again.
+        self.server = Server("--queue", self.broker.url, "--lease", str(lease), "--port",
+                             str(free_port()), "--checkpoint", "0.2", *flags, key=key)
+        self.workers = []
+        self.server.start()
+        for _ in range(workers):
+            self.add_worker()
+
+    def add_worker(self, *flags, key=None):
+        self.workers.append(Worker(self.broker, self.server, *flags, key=key))
+        return self.workers[-1]
+
+    def listed(self):
+        return {w["id"]: w for w in self.server.get("/v1/workers").json()["workers"]}
+
+    def wait_for_worker(self, worker, condition, what):
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            seen = self.listed().get(worker)
+            if seen and condition(seen):
+                return seen
+            time.sleep(0.02)
+        raise AssertionError(f"{what} never came: {seen}; {self.server.log_text()}")
+
+    def close(self):
+        for worker in self.workers:
+            if worker.process.poll() is None:
+                worker.kill()
+        self.server.close()
+        self.broker.kill()
+
+
+class HandWorker:
+    """Speaks NATS and HTTP itself, to do what `tessera worker` never does."""
+
+    def __init__(self, farm, name="hand", **report):
+        self.farm = farm
+        self.id = name
+        build = farm.server.get("/v1/server").json()["build"]["id"]
+        # The refusal of another arithmetic names the server's own.
+        self.report_body = {"build": build, "arithmetic": "none"}
+        own = re.search(r'the server\'s is "(.*)";', self.report().json()["reason"])[1]
+        self.report_body = {"build": build, "arithmetic": own, **report}
+
+    def report(self, **members):
+        return self.farm.server.request("PUT", f"/v1/workers/{self.id}",
+                                        self.report_body | members)
+
+    def next_unit(self):
+        """The name of a unit from the queue."""
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            self.report()
+            if name := self.pull():
+                return name
+            time.sleep(0.05)
+        raise AssertionError("no unit came")
+
+    def pull(self):
+        """The name of a unit, acknowledged at once; None: there is none, or no answer came."""
+        with socket.create_connection(("127.0.0.1", self.farm.broker.port), timeout=1) as plug:
+            inbox = b"inbox.%s" % self.id.encode()
+            plug.sendall(b'CONNECT {"verbose":false,"headers":true,"no_responders":true}\r\n'
+                         b"SUB %s 1\r\n"
+                         b"PUB $JS.API.CONSUMER.MSG.NEXT.TESSERA_UNITS.tessera-workers %s 1\r\n"
+                         b"1\r\n" % (inbox, inbox))
+            received = b""
+            while True:
+                try:
+                    received += plug.recv(4096)
+                except TimeoutError:
+                    return None
+                if unit := re.search(rb"\r\nMSG \S+ 1 (\S+) \d+\r\n(.*)\r\n", received):
+                    plug.sendall(b"PUB %s 4\r\n+ACK\r\nPING\r\n" % unit[1])
+                    plug.recv(4096)  # PONG: the broker has taken it.
+                    return unit[2].decode()
+                if re.search(rb"\r\nHMSG .*\r\n", received):
+                    return None
+
+    def lease(self, unit):
+        return self.farm.server.post(f"/v1/work/units/{unit}/lease", {"worker": self.id})
+
+    def deliver(self, unit, result):
+        return self.farm.server.request(
+            "PUT", f"/v1/work/units/{unit}/results/{self.id}", result,
+            {"Content-Type": "application/octet-stream"})

@@ -1,0 +1,293 @@
+"""One job on many machines: the film is that of one process, whatever dies on the way."""
+
+import hashlib
+import socket
+import subprocess
+import threading
+import time
+import unittest
+
+from farm import Farm, HandWorker, clean_environ, free_port
+from harness import BINARY, PATIENCE_S, Server, job_body, tessera, triangle_glb
+
+# Long enough to be interrupted, on a fast machine too: whole seconds of one thread.
+LONG = 64
+
+
+def long_job(**members):
+    return job_body(samples=LONG, **members) | {
+        "film": {"width": 160, "height": 128, "layers": ["albedo", "normal", "depth"]}}
+
+
+class Alone:
+    """Digests of one process without workers; each is made once."""
+
+    lock = threading.Lock()
+    digests = {}
+
+    @classmethod
+    def digest(cls, body, prepare=None):
+        with cls.lock:
+            name = repr(body)
+            if name not in cls.digests:
+                server = Server().start()
+                try:
+                    if prepare:
+                        prepare(server)
+                    cls.digests[name] = server.render(body)["film_digest"]
+                finally:
+                    server.close()
+            return cls.digests[name]
+
+
+class FarmTest(unittest.TestCase):
+    def farm(self, *flags, **options):
+        farm = Farm(*flags, **options)
+        self.addCleanup(farm.close)
+        return farm
+
+    def check_film(self, farm, job_id, body):
+        job = farm.server.wait(job_id)
+        self.assertEqual(job["state"], "finished", job)
+        self.assertEqual(job["film_digest"], Alone.digest(body))
+        return job
+
+
+class WorkersTest(FarmTest):
+    def test_two_workers_make_the_film_of_one_process(self):
+        farm = self.farm(workers=2)
+        glb = triangle_glb()
+
+        def upload(server):
+            return server.request("POST", "/v1/scenes", glb, {"Content-Type": "model/gltf-binary"})
+
+        upload(farm.server)
+        scene = hashlib.sha256(glb).hexdigest()
+        film = {"width": 100, "height": 70, "crop": {"x": 9, "y": 5, "width": 80, "height": 60}}
+        for body in (
+            long_job(),
+            job_body(scene, 64, sampler={"type": "halton", "replicates": 4}) | {"film": film},
+            job_body("veach-mis", stop={"relative_error": 0.1, "samples_per_pixel": 512},
+                     adaptive={"type": "pilot"}),
+            job_body(samples=64, estimator={"control_variate": {"type": "regression"}}),
+            job_body(samples=64, light_sampler={"type": "restir"}),
+        ):
+            with self.subTest(body=body):
+                job = farm.server.render(body)
+                self.assertEqual(job["film_digest"], Alone.digest(body, upload))
+        listed = farm.listed()
+        for worker in farm.workers:
+            self.assertGreater(listed[worker.id]["units"], 0)
+            self.assertGreater(listed[worker.id]["rate"], 0)
+            self.assertEqual(listed[worker.id]["faults"], 0)
+
+    def test_what_workers_cannot_render_the_coordinator_does(self):
+        farm = self.farm(workers=1)
+        body = job_body(samples=4, integrator={"type": "light-trace"})
+        self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
+        self.assertEqual(farm.listed()[farm.workers[0].id]["units"], 0)
+
+    def test_render_threads_work_beside_none(self):
+        farm = self.farm("--render-threads", "1")
+        body = job_body(samples=16)
+        self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
+
+    def test_a_job_waits_for_workers_and_can_be_cancelled_while_they_work(self):
+        farm = self.farm()
+        job = farm.server.submit(long_job())
+        farm.server.wait_until(job["id"], lambda j: j["state"] == "rendering", "rendering")
+        self.assertEqual(farm.server.job(job["id"])["progress"]["samples_per_pixel"]["max"], 0)
+        farm.add_worker()
+        farm.server.wait_for_samples(job["id"], 2)
+        farm.server.post(f"/v1/jobs/{job['id']}/cancel")
+        self.assertEqual(farm.server.wait(job["id"])["state"], "cancelled")
+        # What was under way is dropped, and the next job gets the worker.
+        body = job_body(samples=8)
+        self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
+
+    def test_a_worker_drains_on_sigterm_and_leaves_when_idle(self):
+        farm = self.farm(workers=1)
+        body = long_job()
+        job = farm.server.submit(body)
+        farm.server.wait_for_samples(job["id"], 2)
+        self.assertEqual(farm.workers[0].stop(), 0)
+        self.assertEqual(farm.workers[0].complaints, "")
+        self.assertEqual(farm.listed()[farm.workers[0].id]["faults"], 0)
+        idle = farm.add_worker("--idle", "1")
+        self.check_film(farm, job["id"], body)
+        self.assertEqual(idle.end(), 0)
+
+
+class KillTest(FarmTest):
+    def test_a_killed_worker_costs_nothing_but_time(self):
+        farm = self.farm(workers=2, lease=2)
+        body = long_job(seed=1)
+        job = farm.server.submit(body)
+        worker = farm.workers[0]
+        farm.wait_for_worker(worker.id, lambda w: w["leases"] > 0 and w["units"] > 0, "a lease")
+        worker.kill()
+        farm.wait_for_worker(worker.id, lambda w: w["state"] == "lost", "the loss")
+        self.check_film(farm, job["id"], body)
+
+    def test_a_killed_broker_that_forgets_all_costs_nothing_but_time(self):
+        farm = self.farm(workers=2)
+        body = long_job(seed=1)
+        job = farm.server.submit(body)
+        farm.server.wait_for_samples(job["id"], 4)
+        farm.broker.kill()
+        farm.broker.start()
+        self.check_film(farm, job["id"], body)
+
+    def test_a_killed_coordinator_goes_on_with_the_same_workers(self):
+        farm = self.farm(workers=2)
+        body = long_job(seed=1)
+        job = farm.server.submit(body)
+        farm.server.wait_for_samples(job["id"], 4)
+        farm.server.kill()
+        farm.server.start()
+        self.check_film(farm, job["id"], body)
+
+    def test_a_unit_that_ends_three_workers_fails_its_job(self):
+        farm = self.farm(lease=1)
+        job = farm.server.submit(long_job())
+        for name in ("first", "second", "third"):
+            hand = HandWorker(farm, name)
+            # Only one unit is asked for, and only of the one that was lost before.
+            unit = hand.next_unit()
+            if name == "first":
+                lost = unit
+            while unit != lost:
+                unit = hand.next_unit()
+            self.assertEqual(hand.lease(unit).status, 200)
+            farm.wait_for_worker(name, lambda w: w["faults"] == 1, "the loss")
+        ended = farm.server.wait(job["id"])
+        self.assertEqual(ended["state"], "failed", ended)
+        for name in ("first", "second", "third"):
+            self.assertIn(name, ended["failure"]["detail"])
+
+
+class RefusedTest(FarmTest):
+    def test_results_that_are_none_are_refused(self):
+        farm = self.farm()
+        farm.server.submit(long_job())
+        hand = HandWorker(farm)
+        other = HandWorker(farm, "other")
+        other.report()
+        unit = hand.next_unit()
+        given = hand.lease(unit).body
+        self.assertEqual(other.lease(unit).status, 409)
+        self.assertEqual(other.deliver(unit, given).status, 409)
+        self.assertEqual(hand.deliver("no-unit", given).status, 404)
+
+        def sealed(data):
+            return data + hashlib.sha256(data).hexdigest().encode()
+
+        content = given[:-64]
+        for fault, result in (
+            ("cut", given[:-100]),
+            ("another checksum", content + b"0" * 64),
+            ("not rendered at all", given),
+            ("something after it", sealed(content + b"\0" * 8)),
+            ("a huge count", sealed(content[:64] + b"\xff" * 4 + content[68:])),
+            ("nothing", b""),
+        ):
+            with self.subTest(fault=fault):
+                self.assertEqual(hand.lease(unit).status, 200)
+                self.assertEqual(hand.deliver(unit, result).status, 422)
+        self.assertEqual(farm.listed()["hand"]["faults"], 6)
+
+    def test_an_unsuitable_worker_is_listed_with_the_reason(self):
+        farm = self.farm()
+        farm.server.submit(long_job())
+        hand = HandWorker(farm, build="another")
+        orders = hand.report().json()
+        self.assertFalse(orders["suitable"])
+        self.assertIn("another", orders["reason"])
+        listed = farm.listed()["hand"]
+        self.assertEqual((listed["state"], listed["reason"]), ("unsuitable", orders["reason"]))
+
+    def test_a_worker_key_opens_nothing_but_work(self):
+        farm = self.farm("--key", "operator", key="operator")
+        code, text, fault = tessera("keys", "add", "farm", "--scope", "worker", "--data",
+                                    farm.server.data)
+        self.assertEqual(code, 0, fault)
+        key = text.split()[-1]
+        code, text, fault = tessera("keys", "add", "user", "--data", farm.server.data)
+        self.assertEqual(code, 0, fault)
+        user = {"Authorization": "Bearer " + text.split()[-1]}
+        deadline = time.monotonic() + PATIENCE_S
+        while farm.server.request("GET", "/v1/server", headers=user).status == 401:
+            self.assertLess(time.monotonic(), deadline, "the new keys never work")
+            time.sleep(0.05)
+        job = farm.server.submit(job_body(samples=8))
+        farm.add_worker(key=key)
+        self.assertEqual(farm.server.wait(job["id"])["state"], "finished")
+        worker = {"Authorization": "Bearer " + key}
+        for method, path in (("GET", "/v1/jobs"), ("GET", f"/v1/jobs/{job['id']}"),
+                             ("POST", "/v1/jobs"), ("GET", "/v1/scenes"), ("GET", "/v1/workers"),
+                             ("GET", "/v1/keys"), ("GET", "/v1/server")):
+            with self.subTest(path=path):
+                answer = farm.server.request(method, path, headers=worker)
+                self.assertEqual(answer.status, 403, answer)
+        # The job has ended: nothing of it is there for workers any more.
+        ended = farm.server.request("GET", f"/v1/work/jobs/{job['id']}", headers=worker)
+        self.assertEqual(ended.status, 404)
+        answer = farm.server.request("GET", f"/v1/work/jobs/{job['id']}", headers=user)
+        self.assertEqual(answer.status, 403)
+
+    def test_servers_that_lose_streams_are_refused(self):
+        for version, is_used in (("2.10.0", False), ("2.10.22", False), ("2.10.23", True),
+                                 ("2.9.10", True)):
+            with self.subTest(version=version):
+                self.assertEqual(self.starts_with(version), is_used)
+
+    def starts_with(self, version):
+        with socket.socket() as listener:
+            listener.bind(("127.0.0.1", 0))
+            listener.listen()
+
+            def greet():
+                while True:
+                    try:
+                        plug, _ = listener.accept()
+                    except OSError:
+                        return
+                    plug.sendall(b'INFO {"server_id":"x","version":"%s"}\r\n' % version.encode())
+                    plug.close()
+
+            threading.Thread(target=greet, daemon=True).start()
+            server = Server("--queue", f"nats://127.0.0.1:{listener.getsockname()[1]}")
+            try:
+                server.start()
+                return True
+            except RuntimeError as refused:
+                self.assertIn(version, str(refused))
+                return False
+            finally:
+                server.close()
+                listener.shutdown(socket.SHUT_RDWR)
+
+    def test_without_a_queue_there_are_no_workers(self):
+        server = Server().start()
+        self.addCleanup(server.close)
+        self.assertEqual(server.get("/v1/workers").json(), {"workers": []})
+        report = {"build": "x", "arithmetic": "y"}
+        self.assertEqual(server.request("PUT", "/v1/workers/w", report).status, 409)
+        self.assertEqual(server.get("/v1/work/jobs/x").status, 404)
+
+    def test_a_queue_that_is_not_there_yet_is_waited_for(self):
+        port = free_port()
+        server = Server("--queue", f"nats://127.0.0.1:{port}", "--render-threads", "1").start()
+        self.addCleanup(server.close)
+        body = job_body(samples=8)
+        self.assertEqual(server.render(body)["film_digest"], Alone.digest(body))
+
+    def test_an_address_that_is_none_is_wrong_usage(self):
+        done = subprocess.run([BINARY, "worker", "--queue", "http://x"], capture_output=True,
+                              text=True, env=clean_environ())
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("nats://HOST:4222", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

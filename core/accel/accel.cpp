@@ -211,14 +211,15 @@ bool Accel::occluded(const Ray& ray) const noexcept {
 }
 
 unsigned Accel::intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept {
+  if (!impl_->few.empty()) {
+    return impl_->few.intersect8(rays, active, hits);
+  }
   unsigned met = 0;
-  const bool is_few = !impl_->few.empty();
-  if (is_few || impl_->has_instances) {
+  if (impl_->has_instances) {
     for (unsigned rest = active; rest != 0; rest &= rest - 1) {
       const auto k = static_cast<unsigned>(std::countr_zero(rest));
-      const Ray ray = ray_of(rays, k);
       RawHit hit;
-      if (is_few ? impl_->few.intersect(ray, hit) : intersect(ray, hit)) {
+      if (intersect(ray_of(rays, k), hit)) {
         met |= 1U << k;
         hits.instance[k] = hit.instance;
         hits.geometry[k] = hit.geometry;
@@ -245,13 +246,14 @@ unsigned Accel::intersect8(const RayPacket& rays, unsigned active, HitPacket& hi
 }
 
 unsigned Accel::occluded8(const RayPacket& rays, unsigned active) const noexcept {
+  if (!impl_->few.empty()) {
+    return impl_->few.occluded8(rays, active);
+  }
   unsigned met = 0;
-  const bool is_few = !impl_->few.empty();
-  if (is_few || impl_->has_instances) {
+  if (impl_->has_instances) {
     for (unsigned rest = active; rest != 0; rest &= rest - 1) {
       const auto k = static_cast<unsigned>(std::countr_zero(rest));
-      const Ray ray = ray_of(rays, k);
-      met |= (is_few ? impl_->few.occluded(ray) : occluded(ray)) ? 1U << k : 0U;
+      met |= occluded(ray_of(rays, k)) ? 1U << k : 0U;
     }
     return met;
   }

@@ -1,6 +1,8 @@
 #include "core/accel/few_triangles.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "core/math/lane_math.h"
 
@@ -9,40 +11,26 @@ namespace {
 
 using Lanes = Floats<8>;
 
-/// How far beyond its edges a triangle reaches, as a part of its size: 16 roundings.
+/// How far beyond its edges a triangle reaches, seen along the ray, as a part of what its
+/// coordinates measure: 16 roundings.
 constexpr float kSlack = 0x1p-20F;
 
-Lanes inner(Lanes ax, Lanes ay, Lanes az, const float (&b)[3][8]) {
-  return ax * load<8>(b[0]) + ay * load<8>(b[1]) + az * load<8>(b[2]);
-}
-
-/// Products of floats are exact in double, so that cross(a, b) is -cross(b, a) in every bit.
-Vec3 exact_cross(Vec3 a, Vec3 b) {
-  const auto minor = [](float p, float q, float r, float s) {
-    return static_cast<float>(static_cast<double>(p) * static_cast<double>(q) -
-                              static_cast<double>(r) * static_cast<double>(s));
-  };
-  return {minor(a.y, b.z, a.z, b.y), minor(a.z, b.x, a.x, b.z), minor(a.x, b.y, a.y, b.x)};
+Lanes inner(const Vec3s<8>& a, Vec3 b, Lanes beside) {
+  return fused(a.x, Lanes(b.x), fused(a.y, Lanes(b.y), fused(a.z, Lanes(b.z), beside)));
 }
 
 }  // namespace
 
-/// A ray in all lanes.
-struct FewTriangles::RayLanes {
+struct FewTriangles::Rays {
   Vec3s<8> origin;
   Vec3s<8> direction;
-  Vec3s<8> moment;
+  Lanes scale;  ///< of coordinates, times the length of the direction
 
-  RayLanes(const Ray& ray, Vec3 center)
-      : origin(ray.origin - center),
-        direction(ray.direction),
-        moment(core::cross(origin, direction)) {}
-};
-
-/// Where a ray crosses the planes of eight triangles, and which of them within.
-struct FewTriangles::Crossing {
-  Mask<8> inside;
-  Lanes t;
+  Rays(const RayPacket& rays, Vec3 center, float radius_m)
+      : origin(load<8>(rays.origin_x) - Lanes(center.x), load<8>(rays.origin_y) - Lanes(center.y),
+               load<8>(rays.origin_z) - Lanes(center.z)),
+        direction(load<8>(rays.direction_x), load<8>(rays.direction_y), load<8>(rays.direction_z)),
+        scale((length(origin) + Lanes(radius_m)) * length(direction)) {}
 };
 
 FewTriangles::FewTriangles(std::span<const AccelGeometry> top_level) {
@@ -60,86 +48,100 @@ FewTriangles::FewTriangles(std::span<const AccelGeometry> top_level) {
     return;
   }
   center_ = box.center();
-  groups_.resize((count + 7) / 8);  // zeros: triangles that nothing meets
   for (std::uint32_t geometry = 0; geometry < top_level.size(); ++geometry) {
     const AccelGeometry& mesh = top_level[geometry];
     for (std::uint32_t t = 0; 3 * std::size_t{t} < mesh.indices.size(); ++t) {
-      const std::size_t k = names_.size() % 8;
-      Group& group = groups_[names_.size() / 8];
       names_.push_back({geometry, t});
       Vec3 p[3];
       for (std::size_t c = 0; c < 3; ++c) {
         p[c] = mesh.positions[mesh.indices[3 * std::size_t{t} + c]] - center_;
       }
-      const auto put = [k](float(&to)[3][8], Vec3 v) {
-        to[0][k] = v.x;
-        to[1][k] = v.y;
-        to[2][k] = v.z;
-      };
-      for (std::size_t e = 0; e < 3; ++e) {
-        put(group.edge[e], p[(e + 1) % 3] - p[e]);
-        put(group.moment[e], exact_cross(p[e], p[(e + 1) % 3]));
+      for (const Vec3 corner : p) {
+        radius_m_ = std::max(radius_m_, length(corner));
       }
-      const Vec3 normal = exact_cross(p[1] - p[0], p[2] - p[0]);
-      put(group.normal, normal);
-      group.offset[k] = dot(normal, p[0]);
+      triangles_.push_back(triangle_of(p));
     }
   }
 }
 
-FewTriangles::Crossing FewTriangles::cross(const Group& group, const RayLanes& ray) noexcept {
-  const Vec3s<8>& d = ray.direction;
-  const Vec3s<8>& m = ray.moment;
-  Lanes side[3];
-  for (std::size_t e = 0; e < 3; ++e) {
-    side[e] = inner(m.x, m.y, m.z, group.edge[e]) + inner(d.x, d.y, d.z, group.moment[e]);
+FewTriangles::Triangle FewTriangles::triangle_of(const Vec3 (&corner)[3]) {
+  const Vec3 e1 = corner[1] - corner[0];
+  const Vec3 e2 = corner[2] - corner[0];
+  const Vec3 n = core::cross(e1, e2);
+  const float twice_area = std::hypot(n.x, n.y, n.z);
+  Triangle out;  // that nothing meets: no rays cross a plane without a normal
+  if (twice_area > 0) {
+    const auto affine = [&](Vec3 at) { return Affine{at, -dot(at, corner[0])}; };
+    const float scale = kSlack * twice_area;
+    const Vec3 unit = n * (1 / twice_area);
+    const Vec3 u = core::cross(e2, unit) * (1 / twice_area);
+    const Vec3 v = core::cross(unit, e1) * (1 / twice_area);
+    out = {affine(n),
+           {affine(u), affine(v)},
+           {scale * length(u + v), scale * length(u), scale * length(v)}};
   }
-  const Lanes zero(0);
-  const Lanes least = min(side[0], min(side[1], side[2]));
-  const Lanes most = max(side[0], max(side[1], side[2]));
-  // At a corner rounding may send a ray past all edges that meet there.
-  const Lanes slack = Lanes(kSlack) * max(most, -least);
-  // A triangle seen edge on divides 0 by 0 or gives an infinite t, and neither is nearer.
-  const Lanes t =
-      (load<8>(group.offset) - inner(ray.origin.x, ray.origin.y, ray.origin.z, group.normal)) /
-      inner(d.x, d.y, d.z, group.normal);
-  return {((least >= -slack) | (most <= slack)) & (t > zero), t};
+  return out;
 }
 
-bool FewTriangles::intersect(const Ray& ray, RawHit& hit) const noexcept {
-  const RayLanes lanes(ray, center_);
-  Lanes nearest(ray.t_max);
-  Ints<8> group_of(-1);
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const Crossing at = cross(groups_[g], lanes);
-    const Mask<8> nearer = at.inside & (at.t < nearest);
+/// Where rays cross the plane of a triangle: within it and in front of them if least > 0.
+struct FewTriangles::Crossing {
+  Lanes least;
+  Lanes t;
+};
+
+/// Seen along the ray, rounding moves the point by some 2^-24 of the coordinates. On the plane that
+/// is more by the cosine, and in barycentric coordinates by their gradients: within as much of an
+/// edge a point belongs to the triangles on both sides of it, so no ray passes between the two.
+inline FewTriangles::Crossing FewTriangles::cross(const Triangle& triangle,
+                                                  const Rays& rays) noexcept {
+  const Lanes cosine = inner(rays.direction, triangle.plane.at, Lanes(0));
+  const Lanes over = Lanes(-1) / cosine;
+  const Lanes t = inner(rays.origin, triangle.plane.at, Lanes(triangle.plane.beside)) * over;
+  const Vec3s<8> point = {fused(rays.direction.x, t, rays.origin.x),
+                          fused(rays.direction.y, t, rays.origin.y),
+                          fused(rays.direction.z, t, rays.origin.z)};
+  const auto barycentric = [&](const Affine& of) { return inner(point, of.at, Lanes(of.beside)); };
+  const Lanes b1 = barycentric(triangle.barycentric[0]);
+  const Lanes b2 = barycentric(triangle.barycentric[1]);
+  const Lanes b0 = Lanes(1) - b1 - b2;
+  const Lanes near = rays.scale * abs(over);
+  const auto beyond = [&](Lanes b, float slack) { return fused(near, Lanes(slack), b); };
+  return {min(min(beyond(b0, triangle.slack[0]), beyond(b1, triangle.slack[1])),
+              min(beyond(b2, triangle.slack[2]), t)),
+          t};
+}
+
+unsigned FewTriangles::intersect8(const RayPacket& packet, unsigned active,
+                                  HitPacket& hits) const noexcept {
+  const Rays rays(packet, center_, radius_m_);
+  Lanes nearest = load<8>(packet.t_max);
+  Ints<8> triangle(-1);
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    const Crossing at = cross(triangles_[i], rays);
+    const Mask<8> nearer = (at.least > Lanes(0)) & (at.t < nearest);
     nearest = select(nearer, at.t, nearest);
-    group_of = select(nearer, Ints<8>(static_cast<std::int32_t>(g)), group_of);
+    triangle = select(nearer, Ints<8>(static_cast<std::int32_t>(i)), triangle);
   }
-  const unsigned met = (~(group_of < Ints<8>(0))).bits();
-  if (met == 0) {
-    return false;
-  }
-  std::size_t lane = static_cast<std::size_t>(std::countr_zero(met));
-  for (unsigned rest = met & (met - 1); rest != 0; rest &= rest - 1) {
+  const unsigned met = active & (~(triangle < Ints<8>(0))).bits();
+  for (unsigned rest = met; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-    lane = nearest.v[k] < nearest.v[lane] ? k : lane;
+    const Name name = names_[static_cast<std::size_t>(triangle.v[k])];
+    hits.instance[k] = kNoInstance;
+    hits.geometry[k] = name.geometry;
+    hits.primitive[k] = name.primitive;
   }
-  const Name name = names_[static_cast<std::size_t>(group_of.v[lane]) * 8 + lane];
-  hit = {nearest.v[lane], kNoInstance, name.geometry, name.primitive};
-  return true;
+  return met;
 }
 
-bool FewTriangles::occluded(const Ray& ray) const noexcept {
-  const RayLanes lanes(ray, center_);
-  const Lanes end(ray.t_max);
-  for (const Group& group : groups_) {
-    const Crossing at = cross(group, lanes);
-    if ((at.inside & (at.t < end)).any()) {
-      return true;
-    }
+unsigned FewTriangles::occluded8(const RayPacket& packet, unsigned active) const noexcept {
+  const Rays rays(packet, center_, radius_m_);
+  const Lanes end = load<8>(packet.t_max);
+  unsigned open = active;
+  for (std::size_t i = 0; i < triangles_.size() && open != 0; ++i) {
+    const Crossing at = cross(triangles_[i], rays);
+    open &= ~((at.least > Lanes(0)) & (at.t < end)).bits();
   }
-  return false;
+  return active & ~open;
 }
 
 }  // namespace core

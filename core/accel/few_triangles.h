@@ -1,9 +1,8 @@
-/// Rays against a few dozen triangles, eight at a time: below what a tree costs.
+/// Packets of eight rays against a few dozen triangles, one after another: below what a tree costs.
 ///
-/// The side of a ray on which an edge runs is the permuted inner product of their Plücker
-/// coordinates. Those of an edge that two triangles share differ in sign alone, exactly, so no ray
-/// passes between the two. Source: Shoemake, Plücker Coordinate Tutorial, Ray Tracing News 11(1),
-/// 1998; Davidovic et al., 3D Rasterization II, 2011.
+/// A ray meets the plane first; the barycentric coordinates of that point then are two affine
+/// functions of it. Source: Havel and Herout, Yet Faster Ray-Triangle Intersection, IEEE TVCG
+/// 16(3), 2010.
 #pragma once
 
 #include <cstddef>
@@ -16,36 +15,41 @@ namespace core {
 
 class FewTriangles {
  public:
-  /// A ray takes some 58 instructions for eight triangles and 120 beside them, so at most 600,
-  /// where Embree's packets take 910 in a box of 36 triangles (callgrind, cornell-box).
+  /// Eight rays take some 60 instructions for a triangle, so a ray takes at most 480, where
+  /// Embree's packets take 910 in a box of 36 triangles (callgrind, cornell-box).
   static constexpr std::size_t kMost = 64;
 
   /// Of the top level; without triangles where it has more than kMost.
   explicit FewTriangles(std::span<const AccelGeometry> top_level);
 
-  bool empty() const noexcept { return groups_.empty(); }
-  /// Nearest hit in (0, t_max]. A ray that is not finite meets nothing.
-  bool intersect(const Ray& ray, RawHit& hit) const noexcept;
-  bool occluded(const Ray& ray) const noexcept;
+  bool empty() const noexcept { return triangles_.empty(); }
+  /// Accel::intersect8() and occluded8(). A ray that is not finite meets nothing.
+  unsigned intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept;
+  unsigned occluded8(const RayPacket& rays, unsigned active) const noexcept;
 
  private:
-  /// [axis][triangle]; about center_.
-  struct alignas(32) Group {
-    float edge[3][3][8];    ///< [which]: from corner to corner
-    float moment[3][3][8];  ///< cross product of the edge's ends
-    float normal[3][8];
-    float offset[8];  ///< normal dot corner
+  /// About center_: value = dot(at, point) + beside.
+  struct Affine {
+    Vec3 at;
+    float beside = 0;
+  };
+  struct Triangle {
+    Affine plane;           ///< of the distance in lengths of the normal
+    Affine barycentric[2];  ///< of the second and third corner
+    float slack[3] = {};    ///< see cross()
   };
   struct Name {
     std::uint32_t geometry;
     std::uint32_t primitive;
   };
-  struct RayLanes;
+  struct Rays;
+  static Triangle triangle_of(const Vec3 (&corner)[3]);
   struct Crossing;
-  static Crossing cross(const Group& group, const RayLanes& ray) noexcept;
+  static Crossing cross(const Triangle& triangle, const Rays& rays) noexcept;
 
+  float radius_m_ = 0;
   Vec3 center_;
-  std::vector<Group> groups_;
+  std::vector<Triangle> triangles_;
   std::vector<Name> names_;
 };
 

@@ -178,6 +178,19 @@ Floats<N> sqrt(Floats<N> x) {
     return Floats<N>(std::sqrt(x.v[0]));
   }
 }
+/// a b + c, rounded once.
+template <std::size_t N>
+Floats<N> fused(Floats<N> a, Floats<N> b, Floats<N> c) {
+  if constexpr (N == 8) {
+    return typename Floats<N>::Raw(_mm256_fmadd_ps(a.v, b.v, c.v));
+  } else {
+    Floats<N> out;
+    for (std::size_t k = 0; k < N; ++k) {
+      out.v[k] = std::fma(a.v[k], b.v[k], c.v[k]);
+    }
+    return out;
+  }
+}
 template <std::size_t N>
 Floats<N> safe_sqrt(Floats<N> x) {
   return sqrt(max(x, Floats<N>(0)));

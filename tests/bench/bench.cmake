@@ -33,5 +33,13 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   target_link_libraries(denoise_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()
 
+# A render for callgrind.
+if(TARGET core_scene_io AND TARGET core_image_io)
+  add_executable(instructions_bench bench/instructions_bench.cpp bench/bench_views.cpp
+    render/asset_files.cpp)
+  target_link_libraries(instructions_bench PRIVATE test_support core_scene_io core_image_io core
+    tessera_lto)
+endif()
+
 # Small requests, as many as the server answers.
 add_executable(http_load bench/http_load.cpp)

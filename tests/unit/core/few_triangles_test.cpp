@@ -70,6 +70,28 @@ Meshes random_triangles(std::size_t count, test_support::Random& random) {
   return out;
 }
 
+/// A ray in the fourth of eight lanes, others in the rest.
+core::RayPacket packet_of(const Ray& ray) {
+  core::RayPacket out{};
+  for (int k = 0; k < 8; ++k) {
+    const Vec3 d = k == 3 ? ray.direction : Vec3{1, static_cast<float>(k), 2};
+    out.origin_x[k] = ray.origin.x;
+    out.origin_y[k] = ray.origin.y;
+    out.origin_z[k] = ray.origin.z;
+    out.direction_x[k] = d.x;
+    out.direction_y[k] = d.y;
+    out.direction_z[k] = d.z;
+    out.t_max[k] = ray.t_max;
+  }
+  return out;
+}
+bool intersect(const core::FewTriangles& few, const Ray& ray, core::HitPacket& hits) {
+  return few.intersect8(packet_of(ray), 1U << 3, hits) != 0;
+}
+bool occluded(const core::FewTriangles& few, const Ray& ray) {
+  return few.occluded8(packet_of(ray), 1U << 3) != 0;
+}
+
 TEST(FewTriangles, MeetWhatEmbreeMeets) {
   test_support::Random random(1);
   int different = 0;
@@ -86,13 +108,13 @@ TEST(FewTriangles, MeetWhatEmbreeMeets) {
       ray.direction =
           test_support::random_hemisphere(random) * (random.uniform() < 0.5F ? -1.0F : 1.0F);
       ray.t_max = i % 3 == 0 ? 0.4F : 3.4e38F;
-      core::RawHit a;
+      core::HitPacket a{};
       core::RawHit b;
-      const bool met = few.intersect(ray, a);
+      const bool met = intersect(few, ray, a);
       if (met != (*embree)->intersect(ray, b) ||
-          (met && (a.geometry != b.geometry || a.primitive != b.primitive ||
-                   !(std::abs(a.t - b.t) < 1e-5F))) ||
-          met != few.occluded(ray)) {
+          (met && (a.instance[3] != core::kNoInstance || a.geometry[3] != b.geometry ||
+                   a.primitive[3] != b.primitive)) ||
+          met != occluded(few, ray)) {
         ++different;
       }
     }
@@ -100,7 +122,7 @@ TEST(FewTriangles, MeetWhatEmbreeMeets) {
   EXPECT_LE(different, 2);  // rays through an edge, to rounding
 }
 
-/// Rays from within that leave through an edge or a corner.
+/// Rays from within, half of them along a face, that leave through an edge or a corner.
 int escapes(const Meshes& meshes, Vec3 at) {
   test_support::Random random(4);
   const auto geometries = meshes.geometries();
@@ -113,10 +135,13 @@ int escapes(const Meshes& meshes, Vec3 at) {
     Ray ray;
     ray.origin = at + Vec3{0.4F * random.uniform() - 0.1F, -0.4F * random.uniform(),
                            0.4F * random.uniform()};
+    if (i % 2 == 0) {
+      ray.origin.y = at.y + 0.3F - 1e-3F * random.uniform();
+    }
     ray.direction = a + (b - a) * random.uniform() - ray.origin;
-    core::RawHit hit;
-    count += few.intersect(ray, hit) ? 0 : 1;
-    count += few.occluded(ray) ? 0 : 1;
+    core::HitPacket hits;
+    count += intersect(few, ray, hits) ? 0 : 1;
+    count += occluded(few, ray) ? 0 : 1;
   }
   return count;
 }
@@ -140,9 +165,9 @@ TEST(FewTriangles, RaysThatAreNotFiniteMeetNothing) {
   const core::FewTriangles few(meshes.geometries());
   Ray ray;
   ray.direction = {0, __builtin_nanf(""), 1};
-  core::RawHit hit;
-  EXPECT_FALSE(few.intersect(ray, hit));
-  EXPECT_FALSE(few.occluded(ray));
+  core::HitPacket hits;
+  EXPECT_FALSE(intersect(few, ray, hits));
+  EXPECT_FALSE(occluded(few, ray));
 }
 
 }  // namespace

@@ -35,6 +35,10 @@ inline HalfValue half_value(std::span<const ReplicatePixel> replicates, int half
     if (p.count == 0) {
       continue;
     }
+    if (out.count == 0) {
+      out = {{p.mean_r, p.mean_g, p.mean_b}, p.mean_alpha, p.count};
+      continue;
+    }
     out.count += p.count;
     const float w = static_cast<float>(p.count) / static_cast<float>(out.count);
     out.mean = lerp(out.mean, {p.mean_r, p.mean_g, p.mean_b}, w);

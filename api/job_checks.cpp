@@ -118,9 +118,9 @@ void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults&
   if (render.film.shares.empty() && !render.fog) {
     return;
   }
-  const std::string reason = render.fog
-                                 ? "does not go with a medium"
-                                 : "does not go with layers bounce:N, light:NAME and irradiance";
+  const std::string reason =
+      render.fog ? "does not go with a medium"
+                 : "does not go with layers bounce:N, light:NAME, st:S,T and irradiance";
   if (render.estimator.mis == core::MisType::kOptimal) {
     faults.add("/estimator/mis/type", "'optimal' " + reason);
   }

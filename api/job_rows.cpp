@@ -316,7 +316,9 @@ Json layer_schema() {
     names.push_back(layer.name);
   }
   const Json shares = {{"type", "string"},
-                       {"pattern", "^(bounce:(0|[1-9][0-9]{0,5})-?|light:.+|irradiance)$"}};
+                       {"pattern",
+                        "^(bounce:(0|[1-9][0-9]{0,5})-?|light:.+|irradiance|st:(0|[1-9][0-9]{0,5}),"
+                        "[1-9][0-9]{0,5}(:unweighted)?)$"}};
   return {{"anyOf", {{{"type", "string"}, {"enum", std::move(names)}}, shares}}};
 }
 
@@ -392,10 +394,10 @@ Json layers_schema(const JobSpec& defaults) {
   for (const std::string& name : recordable_layers()) {
     recordable += (recordable.empty() ? "" : ", ") + name;
   }
-  Json schema =
-      basic_schema("array", "Layers to record: " + recordable +
-                                ", shares of the light, bounce:N and light:NAME (path only), "
-                                "and irradiance. The others are always there.");
+  Json schema = basic_schema(
+      "array", "Layers to record: " + recordable +
+                   ", shares of the light, bounce:N and light:NAME (path and bdpt) and "
+                   "st:S,T (bdpt), and irradiance. The others are always there.");
   schema["items"] = layer_schema();
   schema["uniqueItems"] = true;
   schema["default"] = defaults.layers;

@@ -20,7 +20,7 @@ constexpr std::array kLimits = {
     LimitRow{"film_pixels", limits::kFilmPixels, "Width times height."},
     LimitRow{"filter_radius", limits::kFilterRadius, "Radius of the film filter in pixels."},
     LimitRow{"light_shares", limits::kLightShares,
-             "Layers bounce:N, light:NAME and irradiance of a job."},
+             "Layers bounce:N, light:NAME, st:S,T and irradiance of a job."},
     LimitRow{"meter_points", limits::kMeterPoints,
              "Points of a job's meter, those of its plane too."},
     LimitRow{"mix_weight", limits::kMixWeight, "Weight of a share of the light in a mix."},

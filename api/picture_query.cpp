@@ -200,9 +200,9 @@ const auto& image_table() {
               &read_range, &range_schema},
           ParameterField<ImageReading>{
               "mix",
-              "Weights of the job's shares of the light (layers bounce:N, light:NAME) in "
+              "Weights of the job's shares of the light (layers bounce:N, light:NAME, st:S,T) in "
               "their order, with commas between: their sum in place of the picture. Of beauty and "
-              "error. What is no part of the picture, irradiance, gets 0.",
+              "error. What is no part of the picture, irradiance and st:S,T:unweighted, gets 0.",
               &read_mix, &mix_schema},
           number(
               "revision", [](auto& s) -> auto& { return s.query.revision; }, {0, kRevisionMax},

@@ -6,6 +6,7 @@
 
 #include "clients/cli/files.h"
 #include "core/image_io/image_io.h"
+#include "core/render/choose_integrator.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
 
@@ -163,10 +164,17 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   if (!environment) {
     return environment.error();
   }
-  auto renderer = core::Renderer::create({.scene = *scene,
-                                          .environment = *environment,
-                                          .camera = api::camera_in(job.spec, summary.bounds),
-                                          .settings = job.spec.render});
+  core::View view = {.scene = *scene,
+                     .environment = *environment,
+                     .camera = api::camera_in(job.spec, summary.bounds),
+                     .settings = job.spec.render};
+  if (auto chosen = core::settle_integrator(view); !chosen) {
+    return chosen.error();
+  } else if (!chosen->empty()) {
+    job.spec.render.integrator = view.settings.integrator;
+    job.warnings.push_back(*std::move(chosen));
+  }
+  auto renderer = core::Renderer::create(std::move(view));
   if (!renderer) {
     return renderer.error();
   }

@@ -183,8 +183,9 @@ void Film::add_light(const LightBatch& light) {
       const auto pixel =
           static_cast<std::size_t>((splat.y - rect.y) * rect.width + splat.x - rect.x);
       std::vector<SplatPixel>& sums = splats_.tiles[tile];
-      sums.resize(area(rect) * r);  // the first time
-      add_splat(sums[pixel * r + k], splat.value);
+      sums.resize(splats_of(static_cast<int>(tile)));  // the first time
+      const std::size_t plane = static_cast<std::size_t>(splat.plane) * area(rect);
+      add_splat(sums[(plane + pixel) * r + k], splat.value);
     }
     const int replicate = static_cast<int>(k);
     splats_.light_paths[k] += area(unit_rect(light.unit)) *
@@ -195,6 +196,10 @@ void Film::add_light(const LightBatch& light) {
   splats_.rejected_samples += light.rejected_samples;
   splats_.rays += light.rays;
   is_settled_ = false;
+}
+
+std::size_t Film::splats_of(int tile) const noexcept {
+  return area(tile_rect(tile)) * static_cast<std::size_t>(replicates_) * (1 + shares_.size());
 }
 
 double Film::paths_per_pixel(std::size_t replicate) const {
@@ -236,7 +241,7 @@ SplatState Film::splats() const {
     out = splats_;
   }
   for (std::size_t t = 0; t < out.tiles.size(); ++t) {
-    out.tiles[t].resize(area(rects_[t]) * static_cast<std::size_t>(replicates_));
+    out.tiles[t].resize(splats_of(static_cast<int>(t)));
   }
   return out;
 }
@@ -263,7 +268,7 @@ TileState Film::shown_tile(int tile) const {
   const auto r = static_cast<std::size_t>(replicates_);
   MutexLock lock(mutex_);
   const std::vector<SplatPixel>& splats = splats_.tiles[static_cast<std::size_t>(tile)];
-  for (std::size_t i = 0; i < splats.size(); ++i) {
+  for (std::size_t i = 0; !splats.empty() && i < state.pixels.size(); ++i) {
     fold_splats(state.pixels[i], splats[i], paths_per_pixel(i % r));
   }
   return state;
@@ -403,6 +408,7 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
       }
       if (k > 0) {
         std::copy_n(&slot.state.shares[from * r * k], n * r * k, &out.shares[to * r * k]);
+        add_splatted_shares(tile, {from, to, n}, out);
       }
     }
   }
@@ -456,18 +462,17 @@ double Film::cpu_seconds_beside() const {
 }
 
 std::size_t Film::bytes() const noexcept {
-  return area(crop_) *
-             (static_cast<std::size_t>(replicates_) *
-                  (sizeof(ReplicatePixel) + (has_fit() ? sizeof(ReplicateFit) : 0) +
-                   (has_splats() ? sizeof(SplatPixel) : 0) + shares_.size() * sizeof(Rgb)) +
-              (has_aux_ ? sizeof(AuxPixel) : 0) + (has_plan() ? sizeof(PixelPlan) : 0) +
-              (has_pilot() ? sizeof(PilotPixel) : 0)) +
+  return area(crop_) * (static_cast<std::size_t>(replicates_) *
+                            (sizeof(ReplicatePixel) + (has_fit() ? sizeof(ReplicateFit) : 0) +
+                             (has_splats() ? (1 + shares_.size()) * sizeof(SplatPixel) : 0) +
+                             shares_.size() * sizeof(Rgb)) +
+                        (has_aux_ ? sizeof(AuxPixel) : 0) + (has_plan() ? sizeof(PixelPlan) : 0) +
+                        (has_pilot() ? sizeof(PilotPixel) : 0)) +
          rects_.size() * (sizeof(Slot) + sizeof(PixelRect)) +
          meter_points_ * kMeterReplicates * sizeof(MeterSum);
 }
 
 std::string Film::digest() const {
-  const auto r = static_cast<std::size_t>(replicates_);
   Sha256 hash;
   const std::int32_t header[] = {crop_.x,     crop_.y,      crop_.width, crop_.height,
                                  full_width_, full_height_, replicates_, has_aux_ ? 1 : 0};
@@ -482,7 +487,7 @@ std::string Film::digest() const {
   }
   hash.add(splats_.light_paths.data(), splats_.light_paths.size() * sizeof(std::uint64_t));
   for (std::size_t t = 0; t < splats_.tiles.size(); ++t) {
-    std::vector<SplatPixel> none(splats_.tiles[t].empty() ? area(rects_[t]) * r : 0);
+    std::vector<SplatPixel> none(splats_.tiles[t].empty() ? splats_of(static_cast<int>(t)) : 0);
     const std::vector<SplatPixel>& sums = none.empty() ? splats_.tiles[t] : none;
     hash.add(sums.data(), sums.size() * sizeof(SplatPixel));
   }

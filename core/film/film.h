@@ -84,9 +84,10 @@ struct SampleCounts {
 
 /// The sums of all splats, and which light paths they are from.
 struct SplatState {
-  std::vector<int> light_samples;              ///< [unit]; empty in films of a file or a merge
-  std::vector<std::uint64_t> light_paths;      ///< [replicate]
-  std::vector<std::vector<SplatPixel>> tiles;  ///< [tile][pixel * R + replicate]; empty: zeros
+  std::vector<int> light_samples;          ///< [unit]; empty in films of a file or a merge
+  std::vector<std::uint64_t> light_paths;  ///< [replicate]
+  /// [tile][pixel * R + replicate], then the same for each share of the light; empty: zeros.
+  std::vector<std::vector<SplatPixel>> tiles;
   std::uint64_t rejected_samples = 0;
   std::uint64_t rays = 0;
 };
@@ -206,6 +207,15 @@ class Film {
 
  private:
   void add_light(const LightBatch& light) REQUIRES(mutex_);
+  std::size_t splats_of(int tile) const noexcept;
+  /// Pixels of a row, of a tile and of a snapshot.
+  struct Run {
+    std::size_t from = 0;
+    std::size_t to = 0;
+    std::size_t count = 0;
+  };
+  void add_splatted_shares(std::size_t tile, const Run& run, FilmSnapshot& out) const
+      REQUIRES(mutex_);
   double paths_per_pixel(std::size_t replicate) const REQUIRES(mutex_);
   struct Slot {
     TileState state;

@@ -89,7 +89,8 @@ std::uint64_t all_bytes(const Head& head) {
       static_cast<std::uint64_t>(head.crop.width) * static_cast<std::uint64_t>(head.crop.height);
   const std::uint64_t pixel_bytes =
       head.replicates *
-          (sizeof(ReplicatePixel) + ((head.flags & kSplatsFlag) != 0 ? sizeof(SplatPixel) : 0) +
+          (sizeof(ReplicatePixel) +
+           ((head.flags & kSplatsFlag) != 0 ? (1 + shares_of(head)) * sizeof(SplatPixel) : 0) +
            shares_of(head) * sizeof(Rgb)) +
       ((head.flags & kAuxFlag) != 0 ? sizeof(AuxPixel) : 0);
   return head.head_bytes + splat_head_bytes(head) + tile_count(head.crop) * sizeof(TileHead) +

@@ -31,6 +31,7 @@ struct Splat {
   int x = 0;  ///< of the full film
   int y = 0;
   Rgb value;
+  int plane = 0;  ///< 0: of the picture; k + 1: of share number k of its light
 };
 
 /// Light paths of one unit: samples [first_sample, last_sample) of every pixel of a tile of the

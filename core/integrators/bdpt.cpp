@@ -17,10 +17,11 @@
 #include <memory_resource>
 #include <optional>
 
+#include "core/integrators/bdpt_vertex.h"
+#include "core/integrators/light_ledger.h"
 #include "core/integrators/registry.h"
 #include "core/light_samplers/emission_sampler.h"
 #include "core/light_samplers/light_sampler.h"
-#include "core/materials/adjoint_bsdf.h"
 #include "core/math/numbers.h"
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
@@ -33,55 +34,6 @@
 namespace core {
 namespace {
 
-/// Of the power heuristic.
-double squared(double x) noexcept { return x * x; }
-
-/// Partial sums of the weights at the end of a subpath, in squares. vcm: the density with which the
-/// strategy that makes this vertex from the other side does so, over that of this subpath; vc: the
-/// same for all vertices before it, without the density of the next one backwards.
-struct PartialSums {
-  double vcm = 0;
-  double vc = 0;
-};
-
-/// A subpath under construction. Sums are as of its last vertex, before the next segment.
-struct Subpath : PathState {
-  PartialSums sums{};
-};
-
-/// A surface that a subpath has met.
-struct Vertex {
-  Vertex(const SceneData& scene, const PathState& path, const PathVertex& met)
-      : surface(met),
-        at{scene.materials[surface.point.material],
-           surface.point,
-           path.footprint(),
-           surface.shading.bsdf.ior,
-           surface.shading.bsdf.reflection_weight,
-           surface.shading.bsdf.refraction_weight},
-        seen(at, surface.wo_world),
-        beta(path.beta),
-        scatterings(path.scatterings()) {}
-  Vertex(const Vertex&) = delete;
-  Vertex& operator=(const Vertex&) = delete;
-
-  Vec3 origin() const noexcept { return surface.shading.origin; }
-  float cosine(Vec3 direction) const noexcept {
-    return std::fabs(dot(surface.point.normal_geometric, direction));
-  }
-  /// For the choice of a light, the same whichever way the path goes.
-  Vec3 light_normal() const noexcept {
-    return seen.bsdf().transmits() ? Vec3{} : surface.shading.normal_geometric;
-  }
-
-  PathVertex surface;
-  ScatterPoint at;
-  SeenSurface seen;  ///< from where the subpath comes
-  Rgb beta;
-  int scatterings;
-  PartialSums sums{};  ///< here, after the segment
-};
-
 class BidirectionalPathTracer final : public Integrator {
  public:
   explicit BidirectionalPathTracer(const IntegratorInput& input)
@@ -90,11 +42,16 @@ class BidirectionalPathTracer final : public Integrator {
         camera_(*input.camera),
         lights_(input.scene, input.environment, LightSamplerType::kTree),
         emission_(input.scene, input.environment),
+        ledger_(input),
         max_depth_(input.settings.max_depth),
         light_paths_(static_cast<double>(input.settings.film.width) * input.settings.film.height) {}
 
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
-                   std::uint64_t& rays) const noexcept override;
+                   std::uint64_t& rays) const noexcept override {
+    return trace_shares(camera_ray, sampler, rays, {});
+  }
+  PathSample trace_shares(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                          std::uint64_t& rays, std::span<Rgb> shares) const noexcept override;
   void trace_light(const PathSampler& sampler, std::uint64_t& rays,
                    CameraSplats& splats) const noexcept override;
 
@@ -108,10 +65,15 @@ class BidirectionalPathTracer final : public Integrator {
   PartialSums after_segment(const Subpath& path, const Vertex& vertex) const noexcept;
   bool extend(Subpath& path, const Vertex& vertex, TransportMode mode) const noexcept;
 
-  Rgb background(const Subpath& path) const noexcept;
-  Rgb emission(const Subpath& path, const Vertex& vertex) const noexcept;
-  Rgb light_sample(Subpath& path, const Vertex& vertex) const noexcept;
-  Rgb connection(Subpath& path, const Vertex& vertex, const Vertex& from_light) const noexcept;
+  /// Adds light to the picture, and to its shares.
+  void credit(CameraSubpath& path, const Found& found, const LightOrigin& from) const noexcept;
+  std::uint32_t group_at(const PathVertex& met) const noexcept {
+    return scene_.placed[met.point.placed].group;
+  }
+  Found background(const Subpath& path) const noexcept;
+  Found emission(const Subpath& path, const Vertex& vertex) const noexcept;
+  void add_light_sample(CameraSubpath& path, const Vertex& vertex) const noexcept;
+  Found connection(Subpath& path, const Vertex& vertex, const Vertex& from_light) const noexcept;
   void splat(Subpath& path, const Vertex& vertex, CameraSplats& splats) const noexcept;
   double camera_density(const Camera::Importance& importance) const noexcept {
     return static_cast<double>(camera_.is_orthographic() ? importance.pdf_area
@@ -123,6 +85,7 @@ class BidirectionalPathTracer final : public Integrator {
   const Camera& camera_;
   LightSampler lights_;
   EmissionSampler emission_;
+  LightLedger ledger_;
   int max_depth_;
   double light_paths_;  ///< one for each pixel of the full film
 };
@@ -228,6 +191,7 @@ void BidirectionalPathTracer::follow_light(Subpath& path, Visit& visit) const no
       vertex.beta *=
           emission_.range_factor(light.light, length(met.point.position - path.last.origin));
     }
+    vertex.light = light.light;
     vertex.sums = after_light(path, light, vertex);
     visit(path, vertex);
     const int depth = path.depth;
@@ -264,8 +228,18 @@ void BidirectionalPathTracer::splat(Subpath& path, const Vertex& vertex,
   const Visibility seen =
       visibility_from(scene_, path, vertex.surface, to.wi_world, to.origin, false);
   const auto weight = static_cast<float>(1 / (1 + others));
-  splats.add(to.importance.film_px, vertex.beta * f.value_cos * seen.transmittance *
-                                        (weight * to.importance.we / to.pdf_solid_angle));
+  const Found found = {vertex.beta * f.value_cos * seen.transmittance *
+                           (weight * to.importance.we / to.pdf_solid_angle),
+                       weight};
+  splats.add(to.importance.film_px, found.value);
+  if (!ledger_.empty() && !is_black(found.value)) {
+    ledger_.each(
+        {vertex.scatterings + 1, scene_.group_of_light(vertex.light), {vertex.scatterings + 2, 1}},
+        [&](std::size_t share, bool is_weighted) {
+          splats.add_to_share(to.importance.film_px, share,
+                              is_weighted ? found.value : found.unweighted());
+        });
+  }
 }
 
 void BidirectionalPathTracer::trace_light(const PathSampler& sampler, std::uint64_t& rays,
@@ -284,10 +258,20 @@ void BidirectionalPathTracer::trace_light(const PathSampler& sampler, std::uint6
   follow_light(path, visit);
 }
 
-Rgb BidirectionalPathTracer::background(const Subpath& path) const noexcept {
+void BidirectionalPathTracer::credit(CameraSubpath& path, const Found& found,
+                                     const LightOrigin& from) const noexcept {
+  path.out.radiance += found.value;
+  if (!path.shares.empty() && !is_black(found.value)) {
+    ledger_.each(from, [&](std::size_t share, bool is_weighted) {
+      path.shares[share] += is_weighted ? found.value : found.unweighted();
+    });
+  }
+}
+
+Found BidirectionalPathTracer::background(const Subpath& path) const noexcept {
   const Vec3 direction = path.ray.direction;
   if (path.scatterings() == 0) {
-    return environment_->background(direction);
+    return {environment_->background(direction)};
   }
   const auto light =
       static_cast<std::uint32_t>(scene_.triangle_lights.size() + scene_.punctual_lights.size());
@@ -298,17 +282,19 @@ Rgb BidirectionalPathTracer::background(const Subpath& path) const noexcept {
       squared(environment_->is_black() ? 0 : density(emission_.pdf(light, -direction))) *
           path.sums.vc;
   const bool is_seen = path.last.pdf_bsdf > 0;
-  return (is_seen ? environment_->radiance(direction) : environment_->background(direction)) *
-         static_cast<float>(1 / (1 + others));
+  const auto weight = static_cast<float>(1 / (1 + others));
+  return {
+      (is_seen ? environment_->radiance(direction) : environment_->background(direction)) * weight,
+      weight};
 }
 
 /// What the surface emits towards the camera's subpath.
-Rgb BidirectionalPathTracer::emission(const Subpath& path, const Vertex& vertex) const noexcept {
+Found BidirectionalPathTracer::emission(const Subpath& path, const Vertex& vertex) const noexcept {
   const PathVertex& met = vertex.surface;
   const Rgb radiance = emitted(vertex.at.material, met.point, met.wo_world);
   const std::uint32_t light = met.point.light;
   if (is_black(radiance) || path.scatterings() == 0 || light == kNoLight) {
-    return radiance;
+    return {radiance};
   }
   const float distance_m = length(met.point.position - path.last.origin);
   const float cos_light = vertex.cosine(met.wo_world);
@@ -318,19 +304,21 @@ Rgb BidirectionalPathTracer::emission(const Subpath& path, const Vertex& vertex)
       static_cast<double>(cos_light) / squared(static_cast<double>(distance_m));
   const double others = squared(direct) * vertex.sums.vcm +
                         squared(density(emission_.pdf(light, met.wo_world))) * vertex.sums.vc;
-  return radiance * static_cast<float>(1 / (1 + others));
+  const auto weight = static_cast<float>(1 / (1 + others));
+  return {radiance * weight, weight};
 }
 
-Rgb BidirectionalPathTracer::light_sample(Subpath& path, const Vertex& vertex) const noexcept {
+void BidirectionalPathTracer::add_light_sample(CameraSubpath& path,
+                                               const Vertex& vertex) const noexcept {
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
   const LightSample light = lights_.sample(vertex.origin(), vertex.light_normal(), u.x, {u.y, u.z});
   if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
-    return {};
+    return;
   }
   const SeenSurface from_light(vertex.at, light.wi_world);
   const ScatterEval f = evaluate_scatter(vertex.seen, from_light, TransportMode::kRadiance);
   if (is_black(f.value_cos)) {
-    return {};
+    return;
   }
   const auto pdf = static_cast<double>(light.pdf_solid_angle);
   double direct = pdf;
@@ -349,13 +337,17 @@ Rgb BidirectionalPathTracer::light_sample(Subpath& path, const Vertex& vertex) c
           (vertex.sums.vcm + vertex.sums.vc * squared(static_cast<double>(f.pdf_reverse)));
   const Visibility seen =
       visibility_from(scene_, path, vertex.surface, light.wi_world, light.target, light.is_far);
-  return vertex.beta * f.value_cos * light.radiance * seen.transmittance *
-         (static_cast<float>(1 / (1 + others)) / light.pdf_solid_angle);
+  const auto weight = static_cast<float>(1 / (1 + others));
+  credit(path,
+         {vertex.beta * f.value_cos * light.radiance * seen.transmittance *
+              (weight / light.pdf_solid_angle),
+          weight},
+         {vertex.scatterings + 1, scene_.group_of_light(light.light), {1, vertex.scatterings + 2}});
 }
 
 /// Of a vertex of the camera's subpath with one of the light's.
-Rgb BidirectionalPathTracer::connection(Subpath& path, const Vertex& vertex,
-                                        const Vertex& from_light) const noexcept {
+Found BidirectionalPathTracer::connection(Subpath& path, const Vertex& vertex,
+                                          const Vertex& from_light) const noexcept {
   const Vec3 d = from_light.origin() - vertex.origin();
   const float distance2 = dot(d, d);
   if (!(distance2 > 0)) {
@@ -385,14 +377,15 @@ Rgb BidirectionalPathTracer::connection(Subpath& path, const Vertex& vertex,
   const Vec3 n = from_light.surface.point.normal_geometric;
   const Vec3 target = offset_ray(from_light.origin(), dot(n, wi) < 0 ? n : -n);
   const Visibility seen = visibility_from(scene_, path, vertex.surface, wi, target, false);
-  return vertex.beta * f.value_cos * from_light.beta * g.value_cos * seen.transmittance *
-         (static_cast<float>(1 / (1 + others)) / distance2);
+  const auto weight = static_cast<float>(1 / (1 + others));
+  return {vertex.beta * f.value_cos * from_light.beta * g.value_cos * seen.transmittance *
+              (weight / distance2),
+          weight};
 }
 
-PathSample BidirectionalPathTracer::trace(const Camera::CameraRay& camera_ray,
-                                          const PathSampler& sampler,
-                                          std::uint64_t& rays) const noexcept {
-  PathSample out;
+PathSample BidirectionalPathTracer::trace_shares(const Camera::CameraRay& camera_ray,
+                                                 const PathSampler& sampler, std::uint64_t& rays,
+                                                 std::span<Rgb> shares) const noexcept {
   // Vertices of most light subpaths fit the buffer; longer ones go on in memory of their own.
   constexpr std::size_t kBuffer = std::size_t{16} << 10U;
   std::array<std::byte, kBuffer> buffer;
@@ -409,7 +402,8 @@ PathSample BidirectionalPathTracer::trace(const Camera::CameraRay& camera_ray,
   Subpath light_path{start_path({}, sampler.branch(1, 2), rays)};
   follow_light(light_path, light);
 
-  Subpath path{start_path(camera_ray, sampler, rays)};
+  CameraSubpath path{{start_path(camera_ray, sampler, rays)}, {}, shares};
+  PathSample& out = path.out;
   path.last.origin = path.ray.origin;
   path.sums.vcm = squared(light_paths_ /
                           camera_density(camera_.importance(path.ray.origin, path.ray.direction)));
@@ -419,7 +413,9 @@ PathSample BidirectionalPathTracer::trace(const Camera::CameraRay& camera_ray,
       if (environment_ != nullptr && path.depth == 0 && !environment_->visible()) {
         out.alpha = 0;
       } else if (environment_ != nullptr) {
-        out.radiance += path.beta * background(path);
+        Found found = background(path);
+        found.value = path.beta * found.value;
+        credit(path, found, {path.scatterings(), kEnvironmentGroup, {0, path.scatterings() + 2}});
       }
       return out;
     }
@@ -431,7 +427,8 @@ PathSample BidirectionalPathTracer::trace(const Camera::CameraRay& camera_ray,
         met.shading.frame.n = met.point.normal_shading;
         record_first_surface(out, met, color);
       }
-      out.radiance += path.beta * color;
+      credit(path, {path.beta * color},
+             {path.scatterings(), group_at(met), {0, path.scatterings() + 2}});
       return out;
     }
     surface_event(scene_, path, met);
@@ -441,19 +438,24 @@ PathSample BidirectionalPathTracer::trace(const Camera::CameraRay& camera_ray,
     if (!out.hit) {
       record_first_surface(out, met, bsdf.albedo());
     }
-    out.radiance += path.beta * emission(path, vertex);
     const int scatterings = path.scatterings();
+    Found found = emission(path, vertex);
+    found.value = path.beta * found.value;
+    credit(path, found, {scatterings, group_at(met), {0, scatterings + 2}});
     if (scatterings >= max_depth_ && is_black(bsdf.straight())) {
       return out;
     }
     if (scatterings < max_depth_ && bsdf.has_spread()) {
       if (!lights_.empty()) {
-        out.radiance += light_sample(path, vertex);
+        add_light_sample(path, vertex);
       }
       for (const Vertex& from_light : light.vertices) {
         if (scatterings + from_light.scatterings + 2 <= max_depth_ &&
             from_light.seen.bsdf().has_spread()) {
-          out.radiance += connection(path, vertex, from_light);
+          credit(path, connection(path, vertex, from_light),
+                 {scatterings + from_light.scatterings + 2,
+                  scene_.group_of_light(from_light.light),
+                  {from_light.scatterings + 2, scatterings + 2}});
         }
       }
     }

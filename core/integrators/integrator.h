@@ -1,6 +1,7 @@
 /// Integrator: the light that comes along one camera ray.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -43,6 +44,8 @@ class CameraSplats {
   /// film_px: of the full film, where ray() of the camera begins; value: what one light path for
   /// each pixel of the film would add to a pixel of box filter.
   virtual void add(Vec2 film_px, Rgb value) noexcept = 0;
+  /// The same for a share of the film's light, by its number.
+  virtual void add_to_share(Vec2 /*film_px*/, std::size_t /*share*/, Rgb /*value*/) noexcept {}
 };
 
 /// Names a Markov chain: light sample `sample` of a unit whose corner is pixel (x, y).

@@ -17,6 +17,13 @@ struct NoLedger {
   void add(Rgb*, Rgb, int, Group&&) const noexcept {}
 };
 
+/// What a ledger goes by.
+struct LightOrigin {
+  int scatterings = 0;      ///< of the path from the light to the camera
+  std::uint32_t group = 0;  ///< number of the light's group
+  SubpathLengths strategy{};
+};
+
 class LightLedger {
  public:
   explicit LightLedger(const IntegratorInput& input) {
@@ -24,33 +31,36 @@ class LightLedger {
     for (const LightShare& share : input.settings.film.shares) {
       const auto found =
           share.group ? std::find(groups.begin(), groups.end(), *share.group) : groups.end();
-      rows_.push_back({share.first_bounce, share.last_bounce, share.group.has_value(),
-                       static_cast<std::uint32_t>(found - groups.begin())});
+      rows_.push_back({share, static_cast<std::uint32_t>(found - groups.begin())});
     }
   }
-  /// to: one sum for each share; null: not asked for. scatterings: of the path from the light to
-  /// the camera. group(): number of the light's group.
+  bool empty() const noexcept { return rows_.empty(); }
+  /// to: one sum for each share; null: not asked for. group(): as in LightOrigin.
   template <typename Group>
   void add(Rgb* to, Rgb value, int scatterings, Group&& group) const noexcept {
     if (to == nullptr || is_black(value)) {
       return;
     }
-    const std::uint32_t from = group();
-    for (const Row& row : rows_) {
-      const bool is_in = scatterings >= row.first && scatterings <= row.last &&
-                         (!row.has_group || row.group == from);
+    each({scatterings, group()}, [to, value](std::size_t i, bool) { to[i] += value; });
+  }
+  /// visit(share, is_weighted) for each share that has light of this origin.
+  template <typename Visit>
+  void each(const LightOrigin& from, Visit&& visit) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const LightShare& share = rows_[i].share;
+      const bool is_in = !share.is_irradiance && from.scatterings >= share.first_bounce &&
+                         from.scatterings <= share.last_bounce &&
+                         (!share.group || rows_[i].group == from.group) &&
+                         (!share.strategy || *share.strategy == from.strategy);
       if (is_in) {
-        *to += value;
+        visit(i, share.is_weighted);
       }
-      ++to;
     }
   }
 
  private:
   struct Row {
-    int first = 0;
-    int last = 0;
-    bool has_group = false;
+    LightShare share;
     std::uint32_t group = 0;
   };
   std::vector<Row> rows_;

@@ -69,7 +69,9 @@ constexpr std::array kIntegrators = {
                     .make = &make_bdpt,
                     .accepts = kLightTraceOptions,
                     .splats = true,
-                    .disperses = false},
+                    .disperses = false,
+                    .shares = true,
+                    .strategies = true},
     IntegratorEntry{.name = "mlt",
                     .summary = "Metropolis light transport: chains of paths that stay where light "
                                "is, each a little different from the one before; light through a "
@@ -100,6 +102,18 @@ constexpr std::array kIntegrators = {
                     .accepts = kSppmOptions,
                     .disperses = false,
                     .photons = true},
+    // Chosen before a picture is begun (core/render/choose_integrator.h), so that there is nothing
+    // of its own to make; what either of the two needs room for has it here.
+    IntegratorEntry{.name = kAutomaticIntegrator,
+                    .summary = "path or bdpt, whichever is the more efficient in small pictures "
+                               "made before; the job says which, and why.",
+                    .bias = "none",
+                    .error = ErrorValidity::kValid,
+                    .make = &make_path_tracer,
+                    .accepts = kLightTraceOptions,
+                    .splats = true,
+                    .media = true,
+                    .shares = true},
 };
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "core/camera/camera.h"
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
+#include "core/render/choose_integrator.h"
 #include "core/render/meter.h"
 #include "core/render/pass_plan.h"
 #include "core/render/render_task.h"
@@ -41,9 +42,14 @@ class FilteredSplats final : public CameraSplats {
     };
     return near(film_px.x, film_.width) && near(film_px.y, film_.height);
   }
-  void add(Vec2 film_px, Rgb value) noexcept override;
+  void add(Vec2 film_px, Rgb value) noexcept override { add_to_plane(film_px, 0, value); }
+  void add_to_share(Vec2 film_px, std::size_t share, Rgb value) noexcept override {
+    add_to_plane(film_px, static_cast<int>(share) + 1, value);
+  }
 
  private:
+  void add_to_plane(Vec2 film_px, int plane, Rgb value) noexcept;
+
   const Camera& camera_;
   const FilterSampler& filter_;
   const FilmSettings& film_;
@@ -51,7 +57,7 @@ class FilteredSplats final : public CameraSplats {
   int replicate_ = 0;
 };
 
-void FilteredSplats::add(Vec2 film_px, Rgb value) noexcept {
+void FilteredSplats::add_to_plane(Vec2 film_px, int plane, Rgb value) noexcept {
   const Rgb each = value / (static_cast<float>(film_.width) * static_cast<float>(film_.height));
   // The pixel at i has its centre at i + 1/2.
   const auto first = [this](float at) {
@@ -66,7 +72,7 @@ void FilteredSplats::add(Vec2 film_px, Rgb value) noexcept {
     const float weight_y = filter_.density(film_px.y - 0.5F - static_cast<float>(y));
     for (int x = first(film_px.x); x < right; ++x) {
       const float weight = weight_y * filter_.density(film_px.x - 0.5F - static_cast<float>(x));
-      to_.add(replicate_, {x, y, each * weight});
+      to_.add(replicate_, {x, y, each * weight, plane});
     }
   }
 }
@@ -426,6 +432,9 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
         c.y > film.height - c.height) {
       return Error{ErrorCode::kInvalidArgument, "the crop reaches outside the film", "/film/crop"};
     }
+  }
+  if (const auto settled = settle_integrator(view); !settled) {
+    return settled.error();
   }
   const IntegratorEntry* integrator = find_integrator(view.settings.integrator);
   const std::vector<Material>& materials = view.scene->data().materials;

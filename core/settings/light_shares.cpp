@@ -17,6 +17,10 @@ constexpr std::array kLayerPatterns = {
     LayerPattern{"light:NAME",
                  "Light of a group of lights: extras.light_group of their nodes, or their names; "
                  "`environment` is the sky's."},
+    LayerPattern{"st:S,T",
+                 "bdpt: light of paths whose S vertices come from the light and T from the camera, "
+                 "both ends counted, with the weight of that strategy; `st:S,T:unweighted` without "
+                 "it."},
 };
 
 constexpr std::string_view kBounce = "bounce:";

@@ -60,6 +60,8 @@ struct IntegratorEntry {
   /// Its own defaults, over those of RenderSettings; null: it has none.
   void (*set_defaults)(RenderSettings& settings) = nullptr;
 };
+/// Stands for the row that choose_integrator() picks (core/render/choose_integrator.h).
+inline constexpr std::string_view kAutomaticIntegrator = "auto";
 /// The table is in core/integrators/registry.cpp.
 std::span<const IntegratorEntry> integrators();
 /// Null: no such row.

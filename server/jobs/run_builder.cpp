@@ -6,6 +6,7 @@
 
 #include "core/film/film.h"
 #include "core/render/allocation.h"
+#include "core/render/choose_integrator.h"
 #include "core/settings/photon_rules.h"
 #include "core/settings/registry.h"
 #include "server/store/files.h"
@@ -35,9 +36,9 @@ std::uint64_t work_bytes(const core::Film& film) {
   return std::min<std::uint64_t>(kWorkBytes, film.bytes()) +
          (film.has_plan() ? pixels * core::kPlanWorkBytes : 0) +
          // A checkpoint copies the sums of splats while it writes them.
-         (film.has_splats()
-              ? pixels * static_cast<std::uint64_t>(film.replicates()) * sizeof(core::SplatPixel)
-              : 0);
+         (film.has_splats() ? pixels * static_cast<std::uint64_t>(film.replicates()) *
+                                  (1 + film.shares().size()) * sizeof(core::SplatPixel)
+                            : 0);
 }
 
 /// A restart may take a film back to its last checkpoint. No revision is given twice: a client that
@@ -86,8 +87,8 @@ std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec) c
   return api::FieldError{is_film ? "/film" : "/scene", std::move(detail)};
 }
 
-core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(
-    const api::JobSpec& spec, SceneService::Admission admission) const {
+core::Result<core::View> RunBuilder::view_of(const api::JobSpec& spec,
+                                             SceneService::Admission admission) const {
   auto scene = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, admission);
   if (!scene) {
     return scene.error();
@@ -106,32 +107,65 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(
   } else if (spec.environment_choice == api::EnvironmentChoice::kAutomatic) {
     view.environment = (*scene)->environment();
   }
-  return core::Renderer::create(std::move(view));
+  return view;
 }
 
-core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::admitted_renderer(
-    const api::JobSpec& spec) const {
-  auto made = renderer(spec, SceneService::Admission::kGiven);
+core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(
+    const api::JobSpec& spec, SceneService::Admission admission) const {
+  auto view = view_of(spec, admission);
+  if (!view) {
+    return view.error();
+  }
+  return core::Renderer::create(*std::move(view));
+}
+
+core::Result<core::View> RunBuilder::admitted_view(const api::JobSpec& spec) const {
+  auto made = view_of(spec, SceneService::Admission::kGiven);
   // A dry run that loads the same scene may have had no memory for it. The job has.
   for (int tries = 0; tries < kLoadTries && !made && made.error().code == ErrorCode::kUnavailable;
        ++tries) {
-    made = renderer(spec, SceneService::Admission::kGiven);
+    made = view_of(spec, SceneService::Admission::kGiven);
   }
   return made;
+}
+
+core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer(Job& job) {
+  auto view = admitted_view(job.record().view.spec);
+  if (!view) {
+    return view.error();
+  }
+  auto settled = core::settle_integrator(*view);
+  if (!settled) {
+    return settled.error();
+  }
+  if (!settled->empty()) {
+    // Stored before there is a film of it: a restart does not choose anew.
+    const auto modify = [&](JobRecord& record) -> Verdict {
+      record.view.spec.render.integrator = view->settings.integrator;
+      record.view.warnings.push_back(*settled);
+      return {};
+    };
+    const Verdict noted =
+        parts_.journal.change(job, modify, {.unstored = Journal::Unstored::kInMemory});
+    if (!noted) {
+      return Error{ErrorCode::kCancelled, "the job was deleted", ""};
+    }
+  }
+  return core::Renderer::create(*std::move(view));
 }
 
 core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
     const std::shared_ptr<JobBook::Place>& place, RenderRun::Owner& owner) {
   const JobPointer& job = place->job();
-  const JobRecord record = job->record();
-  const api::JobSpec& spec = record.view.spec;
-  if (auto fault = too_large(spec)) {
+  if (auto fault = too_large(job->record().view.spec)) {
     return Error{ErrorCode::kUnavailable, std::move(fault->detail), ""};
   }
-  auto renderer = admitted_renderer(spec);
+  auto renderer = settled_renderer(*job);
   if (!renderer) {
     return renderer.error();
   }
+  const JobRecord record = job->record();
+  const api::JobSpec& spec = record.view.spec;
   parts_.book.end_load(*job);
   RenderRun::Parts parts;
   parts.job = job;

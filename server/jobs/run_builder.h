@@ -55,8 +55,11 @@ class RunBuilder {
   void set_denoised_bound(DenoisedBound bound) { denoised_bound_ = std::move(bound); }
 
  private:
-  core::Result<std::shared_ptr<const core::Renderer>> admitted_renderer(
-      const api::JobSpec& spec) const;
+  core::Result<core::View> view_of(const api::JobSpec& spec,
+                                   SceneService::Admission admission) const;
+  core::Result<core::View> admitted_view(const api::JobSpec& spec) const;
+  /// With the integrator that `auto` chooses, which the job then names.
+  core::Result<std::shared_ptr<const core::Renderer>> settled_renderer(Job& job);
   core::Result<FilmFile> open_film(Job& job, core::Film& film, core::TaskOptions& options);
   /// Errors: kCancelled when the job was deleted.
   core::Status warn(Job& job, const std::string& warning);

@@ -232,7 +232,7 @@ Status FilmFile::restore_tiles(core::Film& film, Checkpoint& checkpoint) const {
     take(rest, state.fit.data(), state.fit.size());
     if (film.has_splats()) {
       auto& sums = checkpoint.splats.tiles[static_cast<std::size_t>(tile)];
-      sums.resize(state.pixels.size());
+      sums.resize(state.pixels.size() * (1 + film.shares().size()));
       take(rest, sums.data(), sums.size());
     }
     state.shares.resize(state.pixels.size() * film.shares().size());

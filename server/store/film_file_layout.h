@@ -118,7 +118,7 @@ inline std::size_t pixels_of(const core::PixelRect& rect) {
 inline std::size_t replicate_bytes(const core::Film& film) {
   return static_cast<std::size_t>(film.replicates()) *
          (sizeof(core::ReplicatePixel) + (film.has_fit() ? sizeof(core::ReplicateFit) : 0) +
-          (film.has_splats() ? sizeof(core::SplatPixel) : 0) +
+          (film.has_splats() ? (1 + film.shares().size()) * sizeof(core::SplatPixel) : 0) +
           film.shares().size() * sizeof(core::Rgb));
 }
 

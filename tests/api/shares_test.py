@@ -20,7 +20,7 @@ class Shares(ApiTest):
 
     def test_the_server_names_the_patterns_and_scenes_their_groups(self):
         self.assertEqual(self.server.get("/v1/server").json()["layer_patterns"],
-                         ["irradiance", "bounce:N", "light:NAME"])
+                         ["irradiance", "bounce:N", "light:NAME", "st:S,T"])
         groups = self.server.get("/v1/scenes/cornell-box").json()["light_groups"]
         self.assertEqual(groups[0], "environment")
         self.assertGreater(len(groups), 1)

@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Case{R"("integrator":{"type":"ray-march"})", "/integrator/type",
              "'ray-march' is not available in this build; available: path, direct, "
-             "light-trace, bdpt, mlt, photon-map, sppm"},
+             "light-trace, bdpt, mlt, photon-map, sppm, auto"},
         Case{R"("integrator":"path")", "/integrator", "expected an object, got a string"},
         Case{R"("sampler":{"type":"dice"})", "/sampler/type",
              "'dice' is not available in this build; available: independent, antithetic, "
@@ -168,9 +168,9 @@ INSTANTIATE_TEST_SUITE_P(
              "/estimator/control_variate/type", "does not go with a medium"},
         Case{R"("film":{"layers":["bounce:1"]},"estimator":{"mis":{"type":"optimal"}})",
              "/estimator/mis/type",
-             "'optimal' does not go with layers bounce:N, light:NAME and irradiance"},
-        Case{R"("film":{"layers":["bounce:1"]},"integrator":{"type":"bdpt"})", "/film/layers",
-             "'bounce:1' is not kept by integrator 'bdpt', but by 'path'"},
+             "'optimal' does not go with layers bounce:N, light:NAME, st:S,T and irradiance"},
+        Case{R"("film":{"layers":["bounce:1"]},"integrator":{"type":"mlt"})", "/film/layers",
+             "'bounce:1' is not kept by integrator 'mlt', but by 'path', 'bdpt', 'auto'"},
         Case{R"("class":"urgent")", "/class",
              "'urgent' is not available in this build; available: normal, preview"},
         Case{R"("webhook":{"url":"x"})", "/webhook/url",

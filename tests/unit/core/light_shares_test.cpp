@@ -1,5 +1,7 @@
 // Shares of the light: layers bounce:N and light:NAME.
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -237,8 +239,136 @@ TEST(LightShares, OptionsThatMixPathsAreRefused) {
   record(view, {"light:no such lamp"});
   EXPECT_EQ(error_of(view), "/film/layers");
   record(view, {"bounce:1"});
-  view.settings.integrator = "bdpt";
+  view.settings.integrator = "mlt";
   EXPECT_EQ(error_of(view), "/film/layers");
+}
+
+/// Layers of all strategies of bdpt for paths of at most so many scatterings.
+std::vector<std::string> strategies(int max_depth) {
+  std::vector<std::string> all;
+  for (int vertices = 2; vertices <= max_depth + 2; ++vertices) {
+    for (int light = 0; light < vertices; ++light) {
+      all.push_back("st:" + std::to_string(light) + "," + std::to_string(vertices - light));
+    }
+  }
+  return all;
+}
+
+TEST(StrategyShares, AddUpToThePicture) {
+  for (core::View view : {lamps(), box()}) {
+    view.settings.integrator = "bdpt";
+    view.settings.max_depth = 3;
+    const std::vector<std::string> all = strategies(3);
+    record(view, all);
+    const auto picture = test_support::render(view, 16);
+    EXPECT_LT(difference(sum_of(picture, all), layer(picture, "beauty")), kExact);
+    for (const char* lost : {"st:1,2", "st:2,1", "st:2,2"}) {
+      std::vector<std::string> lacking = all;
+      lacking.erase(std::find(lacking.begin(), lacking.end(), lost));
+      EXPECT_GT(difference(sum_of(picture, lacking), layer(picture, "beauty")), 100 * kExact)
+          << "a sum that lacks " << lost << " is told apart";
+    }
+  }
+}
+
+TEST(StrategyShares, BouncesAndGroupsOfBdptAddUpToThePicture) {
+  core::View view = lamps();
+  view.settings.integrator = "bdpt";
+  for (const std::vector<std::string>& all :
+       {std::vector<std::string>{"bounce:0", "bounce:1", "bounce:2-"},
+        std::vector<std::string>{"light:environment", "light:ceiling", "light:panel",
+                                 "light:unnamed"}}) {
+    record(view, all);
+    const auto picture = test_support::render(view, 16);
+    EXPECT_LT(difference(sum_of(picture, all), layer(picture, "beauty")), kExact);
+  }
+}
+
+/// Mean of a layer and its standard error, green.
+std::pair<double, double> mean_of(const test_support::Picture& picture, const std::string& name) {
+  test_support::Picture share = picture;
+  share.snapshot = *core::share_of(picture.snapshot, name);
+  return {static_cast<double>(share.mean().g), static_cast<double>(share.standard_error().g)};
+}
+
+double z_of(std::pair<double, double> a, std::pair<double, double> b) {
+  return std::fabs(a.first - b.first) / std::hypot(a.second, b.second);
+}
+
+// Splats of a light path reach some pixels around the one that it meets, which a box filter keeps
+// to one: errors of pixels are independent but for the paths' later vertices. Each comparison is a
+// false alarm in 1 of 16,000.
+TEST(StrategyShares, EachBounceOfBdptIsThatOfPath) {
+  const std::vector<std::string> bounces = {"bounce:0", "bounce:1", "bounce:2", "bounce:3"};
+  core::View view = lamps();
+  record(view, bounces);
+  const auto path = test_support::render(view, 256);
+  view.settings.integrator = "bdpt";
+  const auto bdpt = test_support::render(view, 128);
+  for (std::size_t i = 0; i < bounces.size(); ++i) {
+    const auto of_path = mean_of(path, bounces[i]);
+    EXPECT_LT(z_of(of_path, mean_of(bdpt, bounces[i])), 4) << bounces[i];
+    EXPECT_GT(z_of(of_path, mean_of(bdpt, bounces[(i + 1) % 4])), 4) << "another is told apart";
+  }
+}
+
+// A strategy by itself finds all light of its length, for every surface here is diffuse.
+TEST(StrategyShares, EachStrategyAloneIsTheBounce) {
+  core::View view = box(2);
+  view.settings.integrator = "bdpt";
+  record(view, {"bounce:2", "st:0,4:unweighted", "st:1,3:unweighted", "st:2,2:unweighted",
+                "st:3,1:unweighted", "st:1,3", "st:2,2"});
+  const auto picture = test_support::render(view, 256);
+  const auto bounce = mean_of(picture, "bounce:2");
+  for (const char* name :
+       {"st:0,4:unweighted", "st:1,3:unweighted", "st:2,2:unweighted", "st:3,1:unweighted"}) {
+    EXPECT_LT(z_of(mean_of(picture, name), bounce), 4) << name;
+  }
+  for (const char* name : {"st:1,3", "st:2,2"}) {
+    EXPECT_GT(z_of(mean_of(picture, name), bounce), 4) << name << " has a weight";
+  }
+}
+
+TEST(StrategyShares, AreNamedByTheirVertices) {
+  const auto share = core::light_share("st:2,3");
+  ASSERT_TRUE(share);
+  EXPECT_EQ(share->strategy, (core::SubpathLengths{2, 3}));
+  EXPECT_TRUE(share->is_part());
+  EXPECT_FALSE(core::light_share("st:0,12:unweighted")->is_part());
+  for (const char* name :
+       {"st:", "st:2", "st:2,0", "st:0,1", "st:02,1", "st:1,2:weighted", "st:-1,3", "st:1,2,3"}) {
+    EXPECT_FALSE(core::light_share(name)) << name;
+  }
+  for (const core::IntegratorEntry& row : core::integrators()) {
+    EXPECT_EQ(core::keeps_share(row, *share), row.name == "bdpt") << row.name;
+  }
+}
+
+TEST(StrategyShares, TravelInFilmsAndMerge) {
+  core::View view = lamps();
+  view.settings.integrator = "bdpt";
+  view.settings.replicates = 4;
+  record(view, {"st:2,1", "bounce:1"});
+  const auto whole = test_support::render(view, 8, 1);
+  EXPECT_EQ(whole.film->digest(), test_support::render(view, 8, 3).film->digest());
+  std::vector<core::FilmPart> parts;
+  for (const int first : {0, 2}) {
+    view.settings.replicates = 2;
+    view.settings.first_replicate = first;
+    auto part = test_support::render(view, 4).film;
+    const auto ledger = core::ledger_of(*part, view.settings.seed, first);
+    std::vector<std::byte> file;
+    ASSERT_TRUE(core::write_film({part, ledger}, "{}", [&](std::span<const std::byte> piece) {
+      file.insert(file.end(), piece.begin(), piece.end());
+      return true;
+    }));
+    auto again = core::read_film(file, {});
+    ASSERT_TRUE(again) << again.error().message;
+    parts.push_back(std::move(again->part));
+  }
+  const auto merged = core::merge_films(parts, 64);
+  ASSERT_TRUE(merged) << merged.error().message;
+  EXPECT_EQ(merged->film->digest(), whole.film->digest());
 }
 
 }  // namespace

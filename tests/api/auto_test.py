@@ -1,0 +1,49 @@
+"""Integrator auto: the job says what it chose and why, and is that integrator's."""
+
+import unittest
+
+from harness import ApiTest, job_body
+
+
+def body(integrator, **members):
+    wanted = job_body(samples=8, **members)
+    wanted["film"] = {"width": 40, "height": 30, "layers": []}
+    wanted["integrator"] = {"type": integrator, "max_depth": 4}
+    return wanted
+
+
+class Auto(ApiTest):
+    def test_a_job_says_what_was_chosen_and_why(self):
+        job = self.server.render(body("auto"))
+        chosen = job["spec"]["integrator"]["type"]
+        self.assertIn(chosen, ("path", "bdpt"))
+        said = [w for w in job["warnings"] if w.startswith("integrator.type:")]
+        self.assertEqual(len(said), 1)
+        self.assertIn(f"it is '{chosen}', since", said[0])
+        named = self.server.render(body(chosen))
+        self.assertEqual(job["film_digest"], named["film_digest"])
+        other = self.server.render(body("bdpt" if chosen == "path" else "path"))
+        self.assertNotEqual(job["film_digest"], other["film_digest"])
+
+    def test_parts_of_a_picture_agree(self):
+        parts = []
+        for first in (0, 2):
+            sampler = {"type": "sobol", "replicates": 2, "first_replicate": first}
+            parts.append(self.server.render(body("auto", sampler=sampler))["id"])
+        merged = self.server.post("/v1/films/merge", {"films": parts})
+        self.assertEqual(merged.status, 201, merged)
+
+    def test_options_of_one_of_them_are_refused(self):
+        wanted = body("auto", estimator={"strategy": "light"})
+        self.assert_problem(self.server.post("/v1/jobs", wanted), 422, "/estimator/strategy")
+        row = [r for r in self.server.get("/v1/server").json()["integrators"]
+               if r["type"] == "auto"]
+        self.assertEqual(row[0]["bias"], "none")
+
+    def test_a_dry_run_knows_what_it_costs(self):
+        answer = self.server.post("/v1/jobs?dry_run=1", body("auto"))
+        self.assertEqual(answer.status, 200, answer)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,123 @@
+// Integrator `auto`: what it goes by, and that the choice is a function of scene and job.
+#include "core/render/choose_integrator.h"
+
+#include <gtest/gtest.h>
+
+#include "core/scene_io/builtin_scenes.h"
+#include "core/scene_io/gltf_load.h"
+#include "core/settings/registry.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+using core::Rgb;
+
+/// Every pixel: half A is a, half B is b.
+core::FilmSnapshot picture_of(float a, float b) {
+  core::FilmSnapshot film;
+  film.rect = {0, 0, 40, 36};
+  film.pixels.resize(film.pixel_count() * 2);
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    core::ReplicatePixel& p = film.pixels[i];
+    p.count = 1;
+    p.mean_r = p.mean_g = p.mean_b = i % 2 == 0 ? a : b;
+    p.mean_alpha = 1;
+  }
+  return film;
+}
+
+// Of the picture's light 0.05 is added as the error's floor has it.
+constexpr double kFloor = 0.05 * 0.05;
+
+TEST(PairedVariances, AreThoseOfTheHalvesWhereThePicturesAgree) {
+  const auto v = core::paired_variances(picture_of(1.1F, 0.9F), picture_of(1.3F, 0.7F));
+  EXPECT_NEAR(v[0], 0.01 / (0.99 + kFloor), 1e-7);  // 1.1 0.9 is the most light that was seen twice
+  EXPECT_NEAR(v[1], 0.09 / (0.99 + kFloor), 1e-6);
+}
+
+TEST(PairedVariances, CountLightThatAPictureHasMissed) {
+  const auto v = core::paired_variances(picture_of(0.5F, 0.5F), picture_of(1, 1));
+  EXPECT_NEAR(v[0], 0.25 / (1 + kFloor), 1e-6);
+  EXPECT_EQ(v[1], 0) << "the brighter one has missed nothing";
+  const auto none = core::paired_variances(picture_of(0, 0), picture_of(0, 0));
+  EXPECT_EQ(none[0] + none[1], 0) << "black pictures have no variance";
+}
+
+core::View automatic(const char* scene) {
+  auto description = core::load_gltf(core::find_builtin_scene(scene)->make_glb(), {}, {});
+  core::View view = test_support::view_of(test_support::build(*std::move(description)), 48, 27);
+  view.settings.integrator = "auto";
+  return view;
+}
+
+/// A small lamp above a ball of clear glass: its caustic is found from the camera by chance alone.
+core::View caustic() {
+  core::MaterialDescription glass;
+  glass.metallic = 0;
+  glass.roughness = 0;
+  glass.transmission = 1;
+  glass.thickness = 1;
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of(
+          {test_support::lambert(Rgb(0.6F)), glass, test_support::emitter(Rgb(1200))},
+          {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0),
+           test_support::sphere({0, 0.7F, 0}, 0.5F, 16, false, 1),
+           test_support::quad({-0.05F, 2, -0.05F}, {0.1F, 0, 0}, {0, 0, 0.1F}, 2)})),
+      48, 48);
+  test_support::look_at(view, {0, 1.2F, 3}, {0, 0.4F, 0}, 40);
+  view.settings.max_depth = 6;
+  view.settings.integrator = "auto";
+  return view;
+}
+
+TEST(ChooseIntegrator, TakesPathInTheOpenAndBdptForACaustic) {
+  for (const auto& [view, integrator] :
+       {std::pair(automatic("cornell-box"), "path"), std::pair(caustic(), "bdpt")}) {
+    const auto choice = core::choose_integrator(view);
+    ASSERT_TRUE(choice);
+    const auto& [path, bdpt] = choice->pilots;
+    EXPECT_EQ(choice->integrator, integrator)
+        << path.variance << " " << path.work << "; " << bdpt.variance << " " << bdpt.work;
+    EXPECT_EQ(bdpt.efficiency > 1.5 * path.efficiency, choice->integrator == "bdpt");
+    EXPECT_NEAR(path.efficiency * path.variance * path.work, 1, 1e-9);
+  }
+}
+
+TEST(ChooseIntegrator, DoesNotDependOnSeedCropOrReplicates) {
+  core::View view = automatic("cornell-box");
+  const auto choice = core::choose_integrator(view);
+  view.settings.seed = 77;
+  view.settings.replicates = 8;
+  view.settings.first_replicate = 4;
+  view.settings.film.crop = core::PixelRect{3, 4, 20, 10};
+  const auto other = core::choose_integrator(view);
+  ASSERT_TRUE(choice && other);
+  EXPECT_EQ(choice->reason, other->reason);
+  view.settings.max_depth = 1;
+  EXPECT_NE(core::choose_integrator(view)->reason, choice->reason);
+}
+
+TEST(ChooseIntegrator, TakesWhatRendersTheScene) {
+  core::SceneDescription scene = test_support::cornell();
+  scene.materials[0].dispersion = 0.1F;
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), 40, 40);
+  view.settings.integrator = "auto";
+  EXPECT_EQ(core::choose_integrator(view)->reason, "'path', since the scene has dispersion");
+  view = automatic("cornell-box");
+  view.settings.fog.emplace();
+  EXPECT_EQ(core::choose_integrator(view)->integrator, "path");
+}
+
+TEST(ChooseIntegrator, ThePictureIsThatOfTheIntegratorItself) {
+  core::View view = automatic("cornell-box");
+  const auto renderer = core::Renderer::create(view);
+  ASSERT_TRUE(renderer);
+  EXPECT_EQ((*renderer)->view().settings.integrator, "path");
+  const std::string warning = *core::settle_integrator(view);
+  EXPECT_EQ(view.settings.integrator, "path");
+  EXPECT_TRUE(warning.starts_with("integrator.type: 'auto' was asked for; it is 'path', since"))
+      << warning;
+  EXPECT_EQ(*core::settle_integrator(view), "") << "once";
+}
+
+}  // namespace

@@ -127,7 +127,8 @@ export interface JobRequest {
     };
     /**
      * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
-     * only), and irradiance. The others are always there. Default: ["albedo","normal","depth"].
+     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there. Default:
+     * ["albedo","normal","depth"].
      */
     layers?: string[];
   };
@@ -574,7 +575,7 @@ export interface JobSpec {
     };
     /**
      * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
-     * only), and irradiance. The others are always there.
+     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
      */
     layers: string[];
   };
@@ -1315,7 +1316,7 @@ export interface JobDefaults {
     };
     /**
      * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
-     * only), and irradiance. The others are always there.
+     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
      */
     layers: string[];
   };

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/errors.h"
+#include "api/objects_view.h"
 #include "api/time_text.h"
 
 namespace api {
@@ -59,6 +60,32 @@ PixelView example_pixel() {
                           {0.56, 0.33, 0.14},
                           {{0.51, 0.31, 0.12}, {0.53, 0.31, 0.12}}});
   return pixel;
+}
+
+ObjectsView example_objects() {
+  ObjectsView out;
+  out.camera = {.orthographic = false,
+                .width = 960,
+                .height = 540,
+                .focal_px = 651.8,
+                .pixels_per_metre = 0,
+                .to_world = {}};
+  out.has_ids = true;
+  ObjectView chair{.id = 4,
+                   .pointer = "/nodes/3",
+                   .name = "chair",
+                   .first_instance = 3,
+                   .instances = 1,
+                   .place = {}};
+  chair.place.bounds.add(core::Vec3{-0.5F, 0, -0.5F});
+  chair.place.bounds.add(core::Vec3{0.5F, 1, 0.5F});
+  chair.place.visible = BoxView{310, 120, 84, 201, 9320};
+  chair.place.amodal = BoxView{309.6, 119.7, 120.2, 201.9, 0};
+  out.objects = {chair};
+  out.instances = {{3, 4, chair.place}};
+  out.materials = {{1, "/materials/0", "oak"}};
+  out.primitives = {{1, "/meshes/0/primitives/0", ""}};
+  return out;
 }
 
 }  // namespace
@@ -135,6 +162,9 @@ Json example_of(std::string_view schema) {
   }
   if (schema == "Job") {
     return parsed(job_json(example_job()));
+  }
+  if (schema == "Objects") {
+    return parsed(objects_json(example_objects()));
   }
   if (schema == "Convergence") {
     return parsed(convergence_json(example_points()));

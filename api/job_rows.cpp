@@ -387,6 +387,16 @@ std::vector<std::string> recordable_layers() {
   return names;
 }
 
+std::vector<std::string> default_layers() {
+  std::vector<std::string> names;
+  for (const core::LayerEntry& layer : core::layers()) {
+    if (layer.recorded != nullptr && core::FilmSettings().*layer.recorded) {
+      names.emplace_back(layer.name);
+    }
+  }
+  return names;
+}
+
 void print_layers(const JobSpec& spec, Json& object) { object["layers"] = spec.layers; }
 
 Json layers_schema(const JobSpec& defaults) {

@@ -30,8 +30,10 @@ struct Webhook {
   friend bool operator==(const Webhook&, const Webhook&) = default;
 };
 
-/// Layers that a job may leave out; a job that does not say records them all.
+/// Layers that a job may leave out.
 std::vector<std::string> recordable_layers();
+/// Of these, what a job records that does not say.
+std::vector<std::string> default_layers();
 
 /// What is made of the picture on demand; no part of the film.
 struct DenoiseSpec {
@@ -55,7 +57,7 @@ struct JobSpec {
   core::EnvironmentSettings environment;         ///< counts when kGiven
   std::optional<std::string> environment_asset;  ///< sha256 (hex) of an asset; empty: constant
   /// Recorded layers as asked for, in the order of core::layers(); render.film has the switches.
-  std::vector<std::string> layers = recordable_layers();
+  std::vector<std::string> layers = default_layers();
   DenoiseSpec denoise;
   std::optional<Webhook> webhook;
   std::optional<double> retention_seconds;  ///< deleted so long after its end; empty: kept

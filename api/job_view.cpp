@@ -30,7 +30,8 @@ Json time_json(const std::optional<double>& unix_seconds) {
 Json links_json(const JobView& job) {
   const std::string self = "/v1/jobs/" + job.id;
   Json links = {{"self", self}};
-  for (const char* part : {"image", "events", "tiles", "convergence", "film", "cancel"}) {
+  for (const char* part :
+       {"image", "events", "tiles", "convergence", "objects", "film", "cancel"}) {
     links[part] = self + "/" + part;
   }
   links["scene"] = "/v1/scenes/" + job.spec.scene;

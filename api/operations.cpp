@@ -91,6 +91,7 @@ constexpr std::array kPixel = {ContentRow{"application/json", "Pixel"}};
 constexpr std::array kMeter = {ContentRow{"application/json", "Meter"}};
 constexpr std::array kCsv = {ContentRow{"text/csv", ""}};
 constexpr std::array kConvergence = {ContentRow{"application/json", "Convergence"}};
+constexpr std::array kObjects = {ContentRow{"application/json", "Objects"}};
 constexpr std::array kComparison = {ContentRow{"application/json", "Comparison"}};
 constexpr std::array kFilm = {ContentRow{"application/vnd.tessera.film", ""}};
 constexpr std::array kEvents = {
@@ -164,6 +165,7 @@ constexpr std::array kPixelAnswer = {ResponseRow{200, "The pixel.", kPixel}};
 constexpr std::array kMeterAnswer = {ResponseRow{200, "The readings.", kMeter}};
 constexpr std::array kMeterTableAnswer = {ResponseRow{200, "The readings as a table.", kCsv}};
 constexpr std::array kConvergenceAnswer = {ResponseRow{200, "The curve.", kConvergence}};
+constexpr std::array kObjectsAnswer = {ResponseRow{200, "The ids.", kObjects}};
 constexpr std::array kEventsAnswer = {
     ResponseRow{200, "Server-sent events, until the job ends.", kEvents},
     ResponseRow{204, "Last-Event-ID was the end: nothing will follow.", kNothing}};
@@ -368,6 +370,12 @@ constexpr std::array kOperations = {
               kNoHeaders, kNoBody, kMeterAnswer, kMeterProblems, true},
     Operation{"getMeterTable", "GET", "/v1/jobs/{id}/meter.csv", "Results", "The same as CSV.", "",
               "read", kNoHeaders, kNoBody, kMeterTableAnswer, kMeterProblems, true},
+    Operation{
+        "getObjects", "GET", "/v1/jobs/{id}/objects", "Results",
+        "What the ids of the layers object, instance, material and primitive are.",
+        "JSON pointers into the glTF document, names, boxes and the camera. 404 also once the "
+        "scene is gone.",
+        "read", kNoHeaders, kNoBody, kObjectsAnswer, k404, true},
     Operation{"getFilm", "GET", "/v1/jobs/{id}/film", "Results",
               "Download the film (raw sample sums).",
               "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and "
@@ -379,7 +387,9 @@ constexpr std::array kOperations = {
               "multiple of 8. Then the tiles: i32 x, y, u32 samples, 0, u64 rejected samples, "
               "rays, f64 CPU seconds; for each pixel and replicate f32 mean r, g, b, alpha, M2 of "
               "the luminance, u32 count; with flag 1 for each pixel f32 albedo, normal, depth, u32 "
-              "hits. Last the sha256 (hex) of everything before.",
+              "hits; with flag 8 u32 object, instance, material, primitive, f32 position, uv; with "
+              "flags 16 and 32 the mattes of objects and of materials: six times u32 id, samples "
+              "of half A and B. Last the sha256 (hex) of everything before.",
               "read", kFileHeaders, kNoBody, kFilmAnswer, kFilmProblems, true},
     Operation{"mergeFilms", "POST", "/v1/films/merge", "Results", "Merge films.",
               "Films of jobs that have ended, or film files that were uploaded as assets. Their "

@@ -37,6 +37,18 @@ Json names_of(const Entries& entries) {
   return list;
 }
 
+/// Of layers that every film has or a job records unless it says otherwise; or of the others.
+Json layer_names(bool by_default) {
+  Json names = Json::array();
+  for (const core::LayerEntry& row : core::layers()) {
+    const bool is_there = row.recorded == nullptr || core::FilmSettings().*row.recorded;
+    if (is_there == by_default) {
+      names.push_back(row.name);
+    }
+  }
+  return names;
+}
+
 /// Switches of one group: a patch of one string at `path` for each row, and of null at what rows of
 /// other values accept, which takes it out of a request that has it.
 template <typename Value>
@@ -227,7 +239,10 @@ const View<ServerView>& server_view() {
        {"adaptive", kTypes, [](const Server&) { return print_types(core::adaptive_types()); }},
        {"options", shape::list(option_view().shape(), "Every other switch of the estimation."),
         [](const Server&) { return print_list(option_view(), estimation_options()); }},
-       {"layers", shape::texts(), [](const Server&) { return names_of(core::layers()); }},
+       {"layers", shape::texts("Of a job that does not say which to record."),
+        [](const Server&) { return layer_names(true); }},
+       {"optional_layers", shape::texts("Those that `film.layers` has to ask for."),
+        [](const Server&) { return layer_names(false); }},
        {"layer_patterns", shape::texts("Layers of which there is one for each number or name."),
         [](const Server&) { return names_of(core::layer_patterns()); }},
        {"image_formats", shape::texts("Extensions."),

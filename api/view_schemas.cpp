@@ -109,6 +109,10 @@ void add_view_schemas(Json& components) {
   add(components, meter_reading_view());
   add(components, meter_view());
   add(components, comparison_view());
+  add(components, object_view());
+  add(components, instance_view());
+  add(components, label_view());
+  add(components, objects_view());
   Json defaults = job_request_schema();
   defaults["properties"].erase("scene");
   components["JobDefaults"] = as_answer(

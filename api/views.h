@@ -12,6 +12,7 @@
 #include "api/dry_run.h"
 #include "api/events.h"
 #include "api/job_view.h"
+#include "api/objects_view.h"
 #include "api/lab.h"
 #include "api/problem.h"
 #include "api/server_view.h"
@@ -123,6 +124,12 @@ const View<PixelView>& pixel_view();
 const View<core::MeterReading>& meter_reading_view();
 const View<MeterView>& meter_view();
 const View<ComparisonView>& comparison_view();
+
+// api/objects_view.cpp
+const View<ObjectView>& object_view();
+const View<InstanceView>& instance_view();
+const View<LabelView>& label_view();
+const View<ObjectsView>& objects_view();
 
 // api/lab_view.cpp
 const View<core::lab::Point>& lab_point_view();

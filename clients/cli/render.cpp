@@ -163,7 +163,9 @@ core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spe
   if (!image) {
     return image.error();
   }
-  const auto file = core::encode_image(*image, format, core::EncodeOptions());
+  core::EncodeOptions options;
+  options.whole_channels = core::whole_channels();
+  const auto file = core::encode_image(*image, format, options);
   if (!file) {
     return file.error();
   }

@@ -102,6 +102,8 @@ struct PrimitiveDescription {
   std::vector<Vec4> colors;             ///< linear RGBA
   std::vector<std::uint32_t> indices;   ///< three a triangle; never empty, each < positions.size()
   int material = -1;                    ///< -1: glTF's default material
+  std::uint32_t id = 0;  ///< 1 + its number among the primitives of all meshes of the file; 0: of
+                         ///< those here
 };
 
 struct MeshDescription {
@@ -113,7 +115,18 @@ struct MeshDescription {
 struct InstanceDescription {
   int mesh = -1;
   Transform to_world;
-  std::string group = {};  ///< of lights, if it shines; empty: the mesh's name
+  std::string group = {};      ///< of lights, if it shines; empty: the mesh's name
+  std::uint32_t object = 0;    ///< ObjectDescription::id; 0: an object of its own
+  std::uint32_t instance = 0;  ///< of the object's range; 0: the object's own
+};
+
+/// A node of the file that shows a mesh. Ids follow from the file alone, so that all views,
+/// variants and times of a scene have the same ones.
+struct ObjectDescription {
+  std::uint32_t id = 0;              ///< 1 + the node's number
+  std::string name;                  ///< of the node, or of its mesh; may be empty
+  std::uint32_t first_instance = 0;  ///< ids of its instances begin here, at 1 for the first node
+  std::uint32_t instances = 1;       ///< several: EXT_mesh_gpu_instancing
 };
 
 enum class PunctualType : std::uint8_t { kDirectional, kPoint, kSpot };
@@ -146,6 +159,8 @@ struct SceneDescription {
   std::vector<MaterialDescription> materials;
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
+  std::vector<ObjectDescription> objects;      ///< by id; empty: one for each instance
+  std::vector<std::uint32_t> mesh_primitives;  ///< of each mesh of the file; empty: of `meshes`
   std::vector<PunctualLightDescription> lights;
   /// The scene's own light from all around, as Environment::create() takes it: RGB floats; or null.
   std::shared_ptr<const Image> environment;

@@ -16,6 +16,8 @@ static_assert(sizeof(AuxPixel) == 32);
 static_assert(sizeof(PilotPixel) == 32);
 static_assert(sizeof(PixelPlan) == 8);
 static_assert(sizeof(ReplicateFit) == 48);
+static_assert(sizeof(LabelPixel) == 36);
+static_assert(sizeof(MattePixel) == 72);
 
 std::size_t area(const PixelRect& r) {
   return static_cast<std::size_t>(r.width) * static_cast<std::size_t>(r.height);
@@ -86,6 +88,8 @@ Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors, boo
       has_aux_(settings.has_aux()),
       has_splats_(has_splats),
       shares_(settings.shares),
+      has_labels_(settings.has_labels()),
+      matte_kinds_{settings.object_mattes, settings.material_mattes},
       errors_(errors),
       rects_(tile_rects(crop_)),
       unit_rects_(has_splats ? units_of(settings, rects_) : rects_),
@@ -124,6 +128,8 @@ TileState Film::tile(int tile) const {
       state.aux.resize(area(state.rect));
     }
     state.shares.resize(state.pixels.size() * shares_.size());
+    state.labels.resize(has_labels_ ? area(state.rect) : 0);
+    state.mattes.resize(area(state.rect) * matte_kinds_.count());
   }
   return state;
 }
@@ -363,58 +369,6 @@ void Film::restore(int tile, TileState state, std::uint32_t tile_revision) {
   revision_ = std::max(revision_, tile_revision);
 }
 
-FilmSnapshot Film::snapshot(PixelRect rect) const {
-  FilmSnapshot out;
-  out.rect = rect;
-  out.replicates = replicates_;
-  out.has_aux = has_aux_;
-  out.has_splats = has_splats_;
-  out.errors = errors_;
-  const auto r = static_cast<std::size_t>(replicates_);
-  out.pixels.resize(area(rect) * r);
-  if (has_aux_) {
-    out.aux.resize(area(rect));
-  }
-  const std::size_t k = shares_.size();
-  out.shares.resize(out.pixels.size() * k);
-  for (const LightShare& share : shares_) {
-    out.share_layers.push_back(share.layer);
-  }
-  MutexLock lock(mutex_);
-  out.revision = revision_;
-  for (const Slot& slot : tiles_) {
-    const PixelRect& t = slot.state.rect;
-    const int x0 = std::max(t.x, rect.x);
-    const int x1 = std::min(t.x + t.width, rect.x + rect.width);
-    const int y0 = std::max(t.y, rect.y);
-    const int y1 = std::min(t.y + t.height, rect.y + rect.height);
-    if (x0 >= x1 || slot.state.pixels.empty()) {
-      continue;
-    }
-    for (int y = y0; y < y1; ++y) {
-      const auto from = static_cast<std::size_t>(y - t.y) * static_cast<std::size_t>(t.width) +
-                        static_cast<std::size_t>(x0 - t.x);
-      const auto to = static_cast<std::size_t>(y - rect.y) * static_cast<std::size_t>(rect.width) +
-                      static_cast<std::size_t>(x0 - rect.x);
-      const auto n = static_cast<std::size_t>(x1 - x0);
-      std::copy_n(&slot.state.pixels[from * r], n * r, &out.pixels[to * r]);
-      const auto tile = static_cast<std::size_t>(&slot - tiles_.data());
-      for (std::size_t i = 0; has_splats_ && !splats_.tiles[tile].empty() && i < n * r; ++i) {
-        const std::vector<SplatPixel>& splats = splats_.tiles[tile];
-        fold_splats(out.pixels[to * r + i], splats[from * r + i], paths_per_pixel(i % r));
-      }
-      if (has_aux_) {
-        std::copy_n(&slot.state.aux[from], n, &out.aux[to]);
-      }
-      if (k > 0) {
-        std::copy_n(&slot.state.shares[from * r * k], n * r * k, &out.shares[to * r * k]);
-        add_splatted_shares(tile, {from, to, n}, out);
-      }
-    }
-  }
-  return out;
-}
-
 std::uint64_t Film::rejected_samples() const {
   MutexLock lock(mutex_);
   std::uint64_t sum = splats_.rejected_samples;
@@ -461,13 +415,17 @@ double Film::cpu_seconds_beside() const {
   return cpu_seconds_beside_;
 }
 
+std::size_t Film::label_bytes() const noexcept {
+  return (has_labels_ ? sizeof(LabelPixel) : 0) + matte_kinds_.count() * sizeof(MattePixel);
+}
+
 std::size_t Film::bytes() const noexcept {
   return area(crop_) * (static_cast<std::size_t>(replicates_) *
                             (sizeof(ReplicatePixel) + (has_fit() ? sizeof(ReplicateFit) : 0) +
                              (has_splats() ? (1 + shares_.size()) * sizeof(SplatPixel) : 0) +
                              shares_.size() * sizeof(Rgb)) +
                         (has_aux_ ? sizeof(AuxPixel) : 0) + (has_plan() ? sizeof(PixelPlan) : 0) +
-                        (has_pilot() ? sizeof(PilotPixel) : 0)) +
+                        (has_pilot() ? sizeof(PilotPixel) : 0) + label_bytes()) +
          rects_.size() * (sizeof(Slot) + sizeof(PixelRect)) +
          meter_points_ * kMeterReplicates * sizeof(MeterSum);
 }
@@ -484,6 +442,8 @@ std::string Film::digest() const {
     hash.add(slot.state.pixels.data(), slot.state.pixels.size() * sizeof(ReplicatePixel));
     hash.add(slot.state.aux.data(), slot.state.aux.size() * sizeof(AuxPixel));
     hash.add(slot.state.shares.data(), slot.state.shares.size() * sizeof(Rgb));
+    hash.add(slot.state.labels.data(), slot.state.labels.size() * sizeof(LabelPixel));
+    hash.add(slot.state.mattes.data(), slot.state.mattes.size() * sizeof(MattePixel));
   }
   hash.add(splats_.light_paths.data(), splats_.light_paths.size() * sizeof(std::uint64_t));
   for (std::size_t t = 0; t < splats_.tiles.size(); ++t) {

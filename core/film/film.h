@@ -27,6 +27,7 @@
 #include "core/base/result.h"
 #include "core/color/rgb.h"
 #include "core/film/half_sums.h"
+#include "core/film/label_pixel.h"
 #include "core/film/replicate_fit.h"
 #include "core/film/replicate_pixel.h"
 #include "core/film/sample_plan.h"
@@ -56,6 +57,14 @@ struct PathSample {
   FitSample fit;  ///< where something is fitted; its control is not in the radiance
 };
 
+/// Which mattes of Cryptomatte a film has, in this order.
+struct MatteKinds {
+  bool object = false;
+  bool material = false;
+  std::size_t count() const noexcept { return std::size_t{object} + std::size_t{material}; }
+  friend bool operator==(const MatteKinds&, const MatteKinds&) = default;
+};
+
 /// One tile's statistics. Copyable: a slice works on a copy and commits it.
 struct TileState {
   PixelRect rect;                      ///< in pixels of the full film
@@ -69,6 +78,8 @@ struct TileState {
   std::vector<ReplicateFit> fit;       ///< [pixel * R + replicate]; empty where nothing is fitted
   std::vector<Rgb> shares;  ///< means, [(pixel * R + replicate) * shares + share]; counts are
                             ///< those of `pixels`
+  std::vector<LabelPixel> labels;      ///< [pixel]; empty when no layer of them is recorded
+  std::vector<MattePixel> mattes;      ///< [pixel * MatteKinds::count() + kind]
   std::uint64_t rejected_samples = 0;  ///< non-finite ones, counted as zero
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
@@ -103,6 +114,10 @@ struct FilmSnapshot {
   std::vector<AuxPixel> aux;
   std::vector<Rgb> shares;                ///< as in TileState
   std::vector<std::string> share_layers;  ///< their names
+  bool has_labels = false;
+  MatteKinds matte_kinds;
+  std::vector<LabelPixel> labels;
+  std::vector<MattePixel> mattes;  ///< as in TileState
   std::uint32_t revision = 0;
   /// Of the picture that this is a part of, where errors are to be those of the whole.
   std::optional<double> mean_luminance;
@@ -132,6 +147,9 @@ class Film {
   bool has_splats() const noexcept { return has_splats_; }
   bool has_fit() const noexcept { return fit_ != FitType::kNone; }
   const std::vector<LightShare>& shares() const noexcept { return shares_; }
+  bool has_labels() const noexcept { return has_labels_; }
+  MatteKinds matte_kinds() const noexcept { return matte_kinds_; }
+  std::size_t label_bytes() const noexcept;  ///< of a pixel: labels and mattes
   int tile_count() const noexcept { return static_cast<int>(rects_.size()); }
   PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
   /// Of light samples; without splats the tiles.
@@ -231,6 +249,8 @@ class Film {
   bool has_aux_;
   bool has_splats_;
   std::vector<LightShare> shares_;
+  bool has_labels_;
+  MatteKinds matte_kinds_;
   PixelErrors errors_;
   AdaptiveType adaptive_ = AdaptiveType::kNone;
   FitType fit_ = FitType::kNone;

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <utility>
 
 #include "core/base/sha256.h"
@@ -14,7 +15,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little,
               "values are written as they are in memory");
-static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32);
+static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(LabelPixel) == 36 &&
+              sizeof(MattePixel) == 72);
 
 constexpr std::array<char, 8> kMagic = {'T', 'S', 'R', 'F', 'I', 'L', 'M', '1'};
 constexpr std::uint64_t kHashBytes = 64;
@@ -23,6 +25,10 @@ constexpr std::uint32_t kSamplesMax = 1U << 25U;
 constexpr std::uint32_t kAuxFlag = 1;
 constexpr std::uint32_t kCorrelatedFlag = 2;
 constexpr std::uint32_t kSplatsFlag = 4;
+constexpr std::uint32_t kLabelsFlag = 8;
+constexpr std::uint32_t kObjectMattesFlag = 16;
+constexpr std::uint32_t kMaterialMattesFlag = 32;
+constexpr std::uint32_t kFlags = 63;
 constexpr std::uint32_t kSharesShift = 8;
 /// Of a replicate: 65,536 samples of 64 megapixels.
 constexpr std::uint64_t kLightPathsMax = std::uint64_t{1} << 42U;
@@ -92,7 +98,10 @@ std::uint64_t all_bytes(const Head& head) {
           (sizeof(ReplicatePixel) +
            ((head.flags & kSplatsFlag) != 0 ? (1 + shares_of(head)) * sizeof(SplatPixel) : 0) +
            shares_of(head) * sizeof(Rgb)) +
-      ((head.flags & kAuxFlag) != 0 ? sizeof(AuxPixel) : 0);
+      ((head.flags & kAuxFlag) != 0 ? sizeof(AuxPixel) : 0) +
+      ((head.flags & kLabelsFlag) != 0 ? sizeof(LabelPixel) : 0) +
+      ((head.flags & kObjectMattesFlag) != 0 ? sizeof(MattePixel) : 0) +
+      ((head.flags & kMaterialMattesFlag) != 0 ? sizeof(MattePixel) : 0);
   return head.head_bytes + splat_head_bytes(head) + tile_count(head.crop) * sizeof(TileHead) +
          pixels * pixel_bytes + kHashBytes;
 }
@@ -104,7 +113,9 @@ Head head_of(const Film& film, std::size_t ranges, std::size_t text_bytes) {
   head.ranges = static_cast<std::uint32_t>(ranges);
   head.flags = (film.has_aux() ? kAuxFlag : 0) |
                (film.errors() == PixelErrors::kCorrelated ? kCorrelatedFlag : 0) |
-               (film.has_splats() ? kSplatsFlag : 0) |
+               (film.has_splats() ? kSplatsFlag : 0) | (film.has_labels() ? kLabelsFlag : 0) |
+               (film.matte_kinds().object ? kObjectMattesFlag : 0) |
+               (film.matte_kinds().material ? kMaterialMattesFlag : 0) |
                (static_cast<std::uint32_t>(film.shares().size()) << kSharesShift);
   head.full_width = film.full_width();
   head.full_height = film.full_height();
@@ -208,9 +219,32 @@ bool is_sane(const AuxPixel& p, std::uint64_t samples) {
          std::isfinite(p.depth_m) && p.hits <= samples;
 }
 
+bool is_sane(const LabelPixel& p) {
+  return is_finite(p.position) && std::isfinite(p.uv.x) && std::isfinite(p.uv.y);
+}
+
+/// Ids in their order, each met by some of the samples.
+bool is_sane(const MattePixel& p, std::uint64_t samples) {
+  std::uint64_t hits = 0;
+  std::uint32_t last = 0;
+  for (const MatteRank& rank : p) {
+    const std::uint64_t here = std::uint64_t{rank.hits[0]} + rank.hits[1];
+    if (rank.id == 0 ? here != 0 : rank.id <= last || here == 0) {
+      return false;
+    }
+    hits += here;
+    last = rank.id == 0 ? ~0U : rank.id;
+  }
+  return hits <= samples;
+}
+
 /// Counts of each range at most what the ledger says, values that a renderer could have made.
 bool is_sane(const TileState& state, const SampleLedger& ledger, std::vector<std::uint64_t>& most) {
   std::size_t at = 0;
+  const auto ledger_replicates = std::accumulate(
+      ledger.begin(), ledger.end(), std::size_t{0}, [](std::size_t sum, const SampleRange& range) {
+        return sum + static_cast<std::size_t>(range.replicates);
+      });
   for (std::size_t pixel = 0; at < state.pixels.size(); ++pixel) {
     std::uint64_t all = 0;
     for (std::size_t r = 0; r < ledger.size(); ++r) {
@@ -224,7 +258,12 @@ bool is_sane(const TileState& state, const SampleLedger& ledger, std::vector<std
       most[r] = std::max(most[r], count);
       all += count;
     }
-    if (!state.aux.empty() && !is_sane(state.aux[pixel], all)) {
+    const std::size_t kinds = state.mattes.size() * ledger_replicates / state.pixels.size();
+    const auto mattes = std::span(state.mattes).subspan(pixel * kinds, kinds);
+    if ((!state.aux.empty() && !is_sane(state.aux[pixel], all)) ||
+        (!state.labels.empty() && !is_sane(state.labels[pixel])) ||
+        !std::all_of(mattes.begin(), mattes.end(),
+                     [all](const MattePixel& p) { return is_sane(p, all); })) {
       return false;
     }
   }
@@ -263,6 +302,8 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
       }
     }
     reader.take(state.shares.data(), state.shares.size());
+    reader.take(state.labels.data(), state.labels.size());
+    reader.take(state.mattes.data(), state.mattes.size());
     state.samples = static_cast<int>(std::min(head.samples, kSamplesMax));
     state.rejected_samples = head.rejected_samples;
     state.rays = head.rays;
@@ -350,6 +391,8 @@ bool write_film(const FilmPart& part, const std::string& text, const ByteSink& s
       add(sums.data(), sums.size() * sizeof(SplatPixel));
     }
     add(state.shares.data(), state.shares.size() * sizeof(Rgb));
+    add(state.labels.data(), state.labels.size() * sizeof(LabelPixel));
+    add(state.mattes.data(), state.mattes.size() * sizeof(MattePixel));
     if (!flush()) {
       return false;
     }
@@ -374,7 +417,7 @@ Status check_film_head(std::span<const std::byte> start, std::uint64_t file_byte
   // Ranges hold two replicates at least, so that these products stay small.
   if (head.ranges == 0 || head.ranges > head.replicates / 2 ||
       head.text_bytes > limits.text_bytes_max ||
-      (head.flags & ((1U << kSharesShift) - 1)) > (kAuxFlag | kCorrelatedFlag | kSplatsFlag) ||
+      (head.flags & ((1U << kSharesShift) - 1)) > kFlags ||
       shares_of(head) > static_cast<std::uint64_t>(limits.shares_max) ||
       head.head_bytes != head_bytes(head.ranges, head.text_bytes) ||
       head.tiles != tile_count(head.crop)) {
@@ -423,6 +466,9 @@ Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFor
   settings.height = head.full_height;
   settings.crop = head.crop;
   settings.albedo = settings.normal = settings.depth = (head.flags & kAuxFlag) != 0;
+  settings.object = (head.flags & kLabelsFlag) != 0;
+  settings.object_mattes = (head.flags & kObjectMattesFlag) != 0;
+  settings.material_mattes = (head.flags & kMaterialMattesFlag) != 0;
   if (shares != nullptr) {
     settings.shares = shares(content.text);
   }

@@ -53,7 +53,8 @@ Result<std::vector<Piece>> sorted_pieces(std::span<const FilmPart> parts, int re
                      "the film has another size or crop than the first one");
     }
     if (film.has_aux() != first.has_aux() || film.has_splats() != first.has_splats() ||
-        film.shares().size() != first.shares().size()) {
+        film.shares().size() != first.shares().size() || film.has_labels() != first.has_labels() ||
+        film.matte_kinds() != first.matte_kinds()) {
       return at_film(ErrorCode::kInvalidArgument, i,
                      "the film has other layers than the first one");
     }
@@ -130,6 +131,16 @@ void add_aux(std::vector<AuxPixel>& sums, const std::vector<AuxPixel>& more) {
   }
 }
 
+void add_mattes(std::vector<MattePixel>& sums, const std::vector<MattePixel>& more) {
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    for (const MatteRank& rank : more[i]) {
+      if (rank.id != 0) {
+        add_matte(sums[i], rank);
+      }
+    }
+  }
+}
+
 /// Tile `tile` of all parts in one; samples 0 when none of them has any.
 TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>& pieces,
                       const Film& out, int tile) {
@@ -161,6 +172,10 @@ TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>&
     if (!seen[piece.part]) {
       seen[piece.part] = true;
       add_aux(state.aux, source.aux);
+      add_mattes(state.mattes, source.mattes);
+      if (state.samples == 0) {
+        state.labels = source.labels;
+      }
       state.samples += source.samples;
       state.rejected_samples += source.rejected_samples;
       state.rays += source.rays;
@@ -221,6 +236,9 @@ Result<FilmPart> merge_films(std::span<const FilmPart> parts, int replicates_max
   settings.crop = first.crop();
   settings.albedo = settings.normal = settings.depth = first.has_aux();
   settings.shares = first.shares();
+  settings.object = first.has_labels();
+  settings.object_mattes = first.matte_kinds().object;
+  settings.material_mattes = first.matte_kinds().material;
   const int replicates =
       std::accumulate(pieces->begin(), pieces->end(), 0,
                       [](int sum, const Piece& piece) { return sum + piece.range.replicates; });

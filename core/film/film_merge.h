@@ -5,7 +5,8 @@
 /// side, which copies and computes nothing: parts that hold replicates 0 to 1 and 2 to 3 of a seed
 /// give the film of the one job that has four, bit for bit. The picture weighs replicates by their
 /// counts, never by what was found. Means of the auxiliary layers are over all samples together;
-/// they are combined by their counts of hits, and agree with those of one job to rounding.
+/// they are combined by their counts of hits, and agree with those of one job to rounding. Labels
+/// are those of any of them; counts of mattes are added.
 #pragma once
 
 #include <cstdint>

@@ -20,6 +20,7 @@ struct MeshData {
   std::array<std::vector<Vec2>, 2> uv;
   std::vector<Vec4> colors;
   std::uint32_t material = 0;
+  std::uint32_t primitive = 0;  ///< PrimitiveDescription::id
   bool in_world_space = false;
 
   std::size_t triangle_count() const noexcept { return indices.size() / 3; }
@@ -33,6 +34,8 @@ struct PlacedMesh {
   std::uint32_t mesh = 0;
   std::uint32_t first_light = kNoLight;  ///< light of triangle 0; the others follow
   std::uint32_t group = 0;               ///< SceneData::light_groups
+  std::uint32_t object = 0;              ///< ObjectDescription::id
+  std::uint32_t instance = 0;
 };
 
 struct PlacedInstance {

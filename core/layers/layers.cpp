@@ -20,176 +20,36 @@ void put(float* out, Rgb c) {
   out[2] = c.b;
 }
 
-/// write(film, pixel, out) for each pixel.
-template <auto kWrite>
-void fill(const FilmSnapshot& film, std::span<float> out) {
-  const std::size_t channels = out.size() / film.pixel_count();
-  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-    kWrite(film, i, &out[i * channels]);
-  }
-}
-
-void write_beauty(const FilmSnapshot& film, std::size_t i, float* out) {
-  const HalfValue v = pixel_value(film, i);
-  put(out, v.mean);
-  out[3] = v.alpha;
-}
-void write_albedo(const FilmSnapshot& film, std::size_t i, float* out) {
-  put(out, film.aux[i].albedo);
-}
-void write_normal(const FilmSnapshot& film, std::size_t i, float* out) {
-  const Vec3 n = film.aux[i].normal_world;
-  put(out, {n.x, n.y, n.z});
-}
-void write_depth(const FilmSnapshot& film, std::size_t i, float* out) {
-  *out = film.aux[i].depth_m;
-}
-void write_alpha(const FilmSnapshot& film, std::size_t i, float* out) {
-  *out = pixel_value(film, i).alpha;
-}
-void write_samples(const FilmSnapshot& film, std::size_t i, float* out) {
-  *out = static_cast<float>(pixel_value(film, i).count);
-}
-void write_variance(const FilmSnapshot& film, std::size_t i, float* out) {
-  put(out, raw_variance(half_value(film, i, 0), half_value(film, i, 1)));
-}
-void fill_error(const FilmSnapshot& film, std::span<float> out) {
-  const std::vector<float> error = relative_error_plane(film);
-  std::copy(error.begin(), error.end(), out.begin());
-}
-
-/// write(look, pixel of the denoised picture, out) for each pixel; the picture is of the whole
-/// film.
-template <auto kWrite>
-void fill_denoised(const FilmSnapshot& film, const DenoisedLook& look, std::span<float> out) {
-  const PixelRect& whole = look.picture->rect;
-  const std::size_t channels = out.size() / film.pixel_count();
-  std::size_t i = 0;
-  for (int y = film.rect.y - whole.y; y < film.rect.y - whole.y + film.rect.height; ++y) {
-    for (int x = film.rect.x - whole.x; x < film.rect.x - whole.x + film.rect.width; ++x, ++i) {
-      const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(whole.width) +
-                      static_cast<std::size_t>(x);
-      kWrite(look, at, &out[i * channels]);
-    }
-  }
-}
-
-void put(float* out, const ColorPlanes& planes, std::size_t i) {
-  put(out, {planes[0][i], planes[1][i], planes[2][i]});
-}
-void write_denoised(const DenoisedLook& look, std::size_t i, float* out) {
-  put(out, look.picture->planes(look.mode), i);
-}
-void write_denoised_error(const DenoisedLook& look, std::size_t i, float* out) {
-  *out = look.picture->error(look.mode)[i];
-}
-void write_denoise_bias(const DenoisedLook& look, std::size_t i, float* out) {
-  put(out, look.picture->bias, i);
-}
-void write_denoise_bias_error(const DenoisedLook& look, std::size_t i, float* out) {
-  put(out, look.picture->bias_error, i);
-}
-/// Coverage is that of the plain picture.
-void fill_denoised_beauty(const FilmSnapshot& film, const DenoisedLook& look,
-                          std::span<float> out) {
-  fill_denoised<&write_denoised>(film, look, out);
-  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-    out[4 * i + 3] = pixel_value(film, i).alpha;
-  }
-}
-
-constexpr std::array kLayers = {
-    LayerEntry{.name = kBeauty,
-               .summary = "The picture: radiance and coverage.",
-               .is_color = true,
-               .channels = "RGBA",
-               .exr_channels = "RGBA",
-               .fill = &fill<&write_beauty>,
-               .is_mean = true},
-    LayerEntry{.name = "albedo",
-               .summary = "Fraction of light that the first surface reflects or transmits.",
-               .is_color = true,
-               .channels = "RGB",
-               .exr_channels = "RGB",
-               .fill = &fill<&write_albedo>,
-               .is_mean = true,
-               .recorded = &FilmSettings::albedo},
-    LayerEntry{.name = "normal",
-               .summary = "Shading normal of the first surface, world space, in [-1, 1].",
-               .is_color = false,
-               .channels = "RGB",
-               .exr_channels = "XYZ",
-               .fill = &fill<&write_normal>,
-               .is_mean = true,
-               .recorded = &FilmSettings::normal},
-    LayerEntry{.name = "depth",
-               .summary = "Distance from the eye to the first surface in metres, mean over hits.",
-               .is_color = false,
-               .channels = "Y",
-               .exr_channels = "Z",
-               .fill = &fill<&write_depth>,
-               .is_mean = true,
-               .recorded = &FilmSettings::depth},
-    LayerEntry{.name = "alpha",
-               .summary = "Coverage; below 1 where a hidden environment shows.",
-               .is_color = false,
-               .channels = "Y",
-               .exr_channels = "",  // the A of beauty
-               .fill = &fill<&write_alpha>,
-               .is_mean = true},
-    LayerEntry{.name = "samples",
-               .summary = "Samples taken.",
-               .is_color = false,
-               .channels = "Y",
-               .exr_channels = "Y",
-               .fill = &fill<&write_samples>},
-    LayerEntry{.name = "variance",
-               .summary = "Variance of the mean, raw estimate from the two halves.",
-               .is_color = false,
-               .channels = "RGB",
-               .exr_channels = "RGB",
-               .fill = &fill<&write_variance>},
-    LayerEntry{.name = "error",
-               .summary = "Relative error of the pixel, pooled over its neighbourhood.",
-               .is_color = false,
-               .channels = "Y",
-               .exr_channels = "Y",
-               .fill = &fill_error},
-    LayerEntry{.name = "denoised",
-               .summary = "The denoised picture, mixed with the plain one where that is better.",
-               .is_color = true,
-               .channels = "RGBA",
-               .exr_channels = "",
-               .fill = nullptr,
-               .fill_denoised = &fill_denoised_beauty},
-    LayerEntry{.name = "denoised_error",
-               .summary = "Relative error of the denoised picture, bias included, over 64 pixels.",
-               .is_color = false,
-               .channels = "Y",
-               .exr_channels = "",
-               .fill = nullptr,
-               .fill_denoised = &fill_denoised<&write_denoised_error>},
-    LayerEntry{.name = "denoise_bias",
-               .summary = "Light that the denoiser adds or takes, signed, over 15 pixels.",
-               .is_color = false,
-               .channels = "RGB",
-               .exr_channels = "",
-               .fill = nullptr,
-               .fill_denoised = &fill_denoised<&write_denoise_bias>},
-    LayerEntry{.name = "denoise_bias_error",
-               .summary = "Standard error of denoise_bias.",
-               .is_color = false,
-               .channels = "RGB",
-               .exr_channels = "",
-               .fill = nullptr,
-               .fill_denoised = &fill_denoised<&write_denoise_bias_error>},
-};
-
-/// Channel names of a row's image.
 std::vector<std::string> letters(std::string_view channels) {
   std::vector<std::string> names;
   for (const char letter : channels) {
     names.emplace_back(1, letter);
+  }
+  return names;
+}
+
+/// CryptoObject00.R and so on, as readers of Cryptomatte look for them.
+std::vector<std::string> matte_channels(const LayerEntry& row) {
+  std::vector<std::string> names = letters(row.channels);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    names[i] = std::string(matte_layer(row)) + "0" + std::to_string(i / 4) + "." + names[i];
+  }
+  return names;
+}
+
+/// Of a row's image.
+std::vector<std::string> channels_of(const LayerEntry& row) {
+  return row.form == LayerForm::kMattes ? matte_channels(row) : letters(row.channels);
+}
+
+/// Of a row in an EXR of all layers. The picture's own have no prefix: viewers show them first.
+std::vector<std::string> exr_channels_of(const LayerEntry& row) {
+  if (row.form == LayerForm::kMattes) {
+    return matte_channels(row);
+  }
+  std::vector<std::string> names = letters(row.exr_channels);
+  for (std::string& name : names) {
+    name.insert(0, row.name == kBeauty ? "" : std::string(row.name) + ".");
   }
   return names;
 }
@@ -225,7 +85,30 @@ constexpr int kBandRows = kTileSize;
 
 }  // namespace
 
-std::span<const LayerEntry> layers() { return kLayers; }
+bool has_layer(const FilmSnapshot& film, const FilmSettings& settings, const LayerEntry& row) {
+  return row.recorded == nullptr || (row.is_held(film) && settings.*row.recorded);
+}
+
+std::string_view matte_layer(const LayerEntry& row) {
+  return row.recorded == &FilmSettings::object_mattes ? "CryptoObject" : "CryptoMaterial";
+}
+
+std::vector<std::string> whole_channels() {
+  std::vector<std::string> names;
+  for (const LayerEntry& row : layers()) {
+    if (row.form == LayerForm::kIds) {
+      names.push_back(exr_channels_of(row).front());
+    }
+  }
+  return names;
+}
+
+std::size_t channels_max(const Film& film) {
+  constexpr std::size_t kOfSamples = 16;
+  constexpr std::size_t kOfLabels = 4 + 3 + 3;
+  return kOfSamples + 3 * film.shares().size() + (film.has_labels() ? kOfLabels : 0) +
+         film.matte_kinds().count() * 2 * kMatteRanks;
+}
 
 Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
                                const DenoisedLook* look) {
@@ -236,7 +119,7 @@ Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
   if (row == nullptr) {
     return Error{ErrorCode::kInvalidArgument, "there is no layer '" + std::string(name) + "'", ""};
   }
-  if (row->recorded != nullptr && !film.has_aux) {
+  if (row->recorded != nullptr && !row->is_held(film)) {
     return Error{ErrorCode::kInvalidArgument,
                  "the layer '" + std::string(name) + "' was not recorded by this job", ""};
   }
@@ -244,7 +127,7 @@ Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
     return Error{ErrorCode::kInvalidArgument,
                  "the layer '" + std::string(name) + "' needs a denoised picture", ""};
   }
-  FloatImage image = blank(film, letters(row->channels));
+  FloatImage image = blank(film, channels_of(*row));
   if (row->fill_denoised != nullptr) {
     row->fill_denoised(film, *look, image.values);
   } else {
@@ -270,15 +153,12 @@ void mix_shares(FilmSnapshot& film, std::span<const float> weights) {
 FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settings) {
   std::vector<const LayerEntry*> rows;
   std::vector<std::string> channels;
-  for (const LayerEntry& row : kLayers) {
-    const bool has = row.recorded == nullptr || (film.has_aux && settings.*row.recorded);
-    if (!has || row.exr_channels.empty()) {
+  for (const LayerEntry& row : layers()) {
+    if (!has_layer(film, settings, row) || row.exr_channels.empty()) {
       continue;
     }
-    // The picture's own channels have no prefix: viewers show them first.
-    const std::string prefix = row.name == kBeauty ? "" : std::string(row.name) + ".";
-    for (const std::string& letter : letters(row.exr_channels)) {
-      channels.push_back(prefix + letter);
+    for (std::string& name : exr_channels_of(row)) {
+      channels.push_back(std::move(name));
     }
     rows.push_back(&row);
   }
@@ -378,10 +258,10 @@ std::uint64_t LayerRows::bytes(const Film& film, PixelRect rect) {
       static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height);
   const std::uint64_t pixels =
       static_cast<std::uint64_t>(rect.width) * (kBandRows + 2 * kErrorWindow);
-  // The snapshot, and once more for a share; sums and planes of errors; the layers, 16 and the
-  // shares at most, as they were and as they are.
+  // The snapshot, and once more for a share; sums and planes of errors; the layers, as they were
+  // and as they are.
   constexpr std::uint64_t kErrorBytes = 3 * sizeof(double) + 2 * sizeof(float);
-  const std::uint64_t layer_bytes = 2 * (16 + 3 * film.shares().size()) * sizeof(float);
+  const std::uint64_t layer_bytes = 2 * channels_max(film) * sizeof(float);
   const std::uint64_t snapshots = film.shares().empty() ? 1 : 2;
   return pixels * (snapshots * (film.bytes() / film_pixels + 1) + kErrorBytes + layer_bytes);
 }

@@ -15,6 +15,7 @@
 #include "core/film/film.h"
 #include "core/image_io/image.h"
 #include "core/image_io/image_rows.h"
+#include "core/settings/registry.h"
 
 namespace core {
 
@@ -24,11 +25,24 @@ struct DenoisedLook {
   DenoiseMode mode = DenoiseMode::kMixed;
 };
 
+/// Does a film of such a job have the layer?
+bool has_layer(const FilmSnapshot& film, const FilmSettings& settings, const LayerEntry& row);
+
+/// The name that readers of Cryptomatte find a layer of mattes by: CryptoObject. Pre: it is one.
+std::string_view matte_layer(const LayerEntry& row);
+
+/// Channels of an EXR of all layers whose values are whole numbers.
+std::vector<std::string> whole_channels();
+
+/// The most channels that an EXR of all layers has.
+std::size_t channels_max(const Film& film);
+
 /// Layer `name` (a row of layers()) as a float image. Unknown errors are NaN. Errors:
 /// kInvalidArgument when the layer is unknown, was not recorded, or needs a denoised picture.
 Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
                                const DenoisedLook* look = nullptr);
-/// All recorded layers in one image, for EXR: R G B A of beauty, then channels such as albedo.R.
+/// All recorded layers in one image, for EXR: R G B A of beauty, then channels such as albedo.R,
+/// and CryptoObject00.R.
 FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settings);
 
 /// Puts the weighted sum of the shares of the light in place of the picture. Its halves are those

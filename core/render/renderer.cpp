@@ -13,6 +13,7 @@
 #include "core/camera/camera.h"
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
+#include "core/labels/label.h"
 #include "core/render/choose_integrator.h"
 #include "core/render/meter.h"
 #include "core/render/pass_plan.h"
@@ -22,6 +23,7 @@
 #include "core/samplers/dimensions.h"
 #include "core/samplers/streams.h"
 #include "core/settings/registry.h"
+#include "core/transport/intersect.h"
 #include "core/wave/wave_tracer.h"
 
 namespace core {
@@ -161,6 +163,9 @@ class PictureRenderer final : public Renderer {
                      const std::stop_token& stop) const;
   bool render_groups(TileState& state, const FillRule& rule, int last_sample,
                      const std::stop_token& stop, GroupTracer& tracer) const;
+  void put_labels(TileState& state) const;
+  bool count_mattes(TileState& state, const FillRule& rule, int first_sample,
+                    const std::stop_token& stop) const;
 
   View view_;
   Camera camera_;
@@ -281,6 +286,51 @@ bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int 
       });
 }
 
+void PictureRenderer::put_labels(TileState& state) const {
+  const PixelRect& rect = state.rect;
+  auto to = state.labels.begin();
+  for (int y = rect.y; y < rect.y + rect.height; ++y) {
+    for (int x = rect.x; x < rect.x + rect.width && to != state.labels.end(); ++x, ++to) {
+      const Vec2 centre_px = {static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F};
+      *to = label(view_.scene->data(), camera_.ray(centre_px, {0.5F, 0.5F}).ray, state.rays);
+    }
+  }
+}
+
+/// Camera rays of the samples from first_sample on once more, for the first surfaces that they
+/// meet: the same ones whatever the integrator is, since holes follow from the sample's numbers.
+bool PictureRenderer::count_mattes(TileState& state, const FillRule& rule, int first_sample,
+                                   const std::stop_token& stop) const {
+  if (state.mattes.empty()) {
+    return true;
+  }
+  const RenderSettings& settings = view_.settings;
+  const SceneData& scene = view_.scene->data();
+  const bool has_objects = settings.film.object_mattes;
+  const bool has_materials = settings.film.material_mattes;
+  const std::size_t kinds = std::size_t{has_objects} + std::size_t{has_materials};
+  PathSampler sampler(settings.sampler, settings.replicates, settings.seed,
+                      settings.first_replicate);
+  PathVertex vertex;
+  return visit_samples(
+      state, rule, first_sample, state.samples, stop, [&](std::size_t pixel, int x, int y, int s) {
+        PathState path = start_path(start(sampler, x, y, s).ray, sampler, state.rays);
+        if (!intersect(scene, path, vertex)) {
+          return;
+        }
+        MatteRank hit;
+        hit.hits[static_cast<std::size_t>(s % 2)] = 1;  // replicates are even in number
+        if (has_objects) {
+          hit.id = scene.object_mattes[scene.placed[vertex.point.placed].object];
+          add_matte(state.mattes[pixel * kinds], hit);
+        }
+        if (has_materials) {
+          hit.id = scene.material_mattes[vertex.point.material];
+          add_matte(state.mattes[pixel * kinds + kinds - 1], hit);
+        }
+      });
+}
+
 bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token stop) const {
   prepare_tracing_thread();
   const double cpu_start = thread_cpu_seconds();
@@ -292,6 +342,10 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings),
                          settings.light_history};
   const std::unique_ptr<GroupTracer> groups = planned_.integrator->make_group_tracer();
+  const int first_sample = state.samples;
+  if (first_sample == 0) {
+    put_labels(state);
+  }
   bool whole = false;
   if (groups != nullptr) {
     whole = render_groups(state, rule, last_sample, stop, *groups);
@@ -303,6 +357,7 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
     whole = fill_tile(state, rule, last_sample, stop,
                       [&](int x, int y, int s) { return trace(sampler, x, y, s, rays, rejected); });
   }
+  whole = whole && count_mattes(state, rule, first_sample, stop);
   state.rejected_samples += rejected;
   state.rays += rays;
   state.cpu_seconds += thread_cpu_seconds() - cpu_start;
@@ -357,12 +412,16 @@ bool PictureRenderer::gather(TileState& state, const PhotonPass& photons,
                       settings.first_replicate);
   const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings),
                          settings.light_history};
-  const bool whole = fill_tile(state, rule, photons.sample() + 1, stop, [&](int x, int y, int s) {
+  if (state.samples == 0) {
+    put_labels(state);
+  }
+  bool whole = fill_tile(state, rule, photons.sample() + 1, stop, [&](int x, int y, int s) {
     const Start from = start(sampler, x, y, s);
     PathSample sample = planned_.integrator->gather(from.ray, sampler, photons, state.rays);
     finish(sample, from.weight, state.rejected_samples);
     return sample;
   });
+  whole = whole && count_mattes(state, rule, photons.sample(), stop);
   state.cpu_seconds += thread_cpu_seconds() - cpu_start;
   return whole;
 }

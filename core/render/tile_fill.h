@@ -72,57 +72,66 @@ struct FillRule {
   int history = 1;  ///< samples of a replicate, one after another, that are traced together
 };
 
-/// Brings every pixel of the tile from state.samples to last_sample, in the order of the plan.
-/// trace(x, y, sample) gives the PathSample of a pixel of the full film. Returns false, leaving
-/// `state` half done, when stop was requested.
-template <typename Trace>
-bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const std::stop_token& stop,
-               Trace&& trace) {
-  const int replicates = rule.replicates;
-  const auto r = static_cast<std::size_t>(replicates);
-  if (rule.fit != FitType::kNone) {
-    state.fit.resize(state.pixels.size());
-  }
+/// Calls take(pixel, x, y, sample) for every sample that brings the pixels of the tile from
+/// first_sample to last_sample, in the order of the plan. Returns false when stop was requested.
+template <typename Take>
+bool visit_samples(const TileState& state, const FillRule& rule, int first_sample, int last_sample,
+                   const std::stop_token& stop, Take&& take) {
   std::size_t pixel = 0;
   for (int y = state.rect.y; y < state.rect.y + state.rect.height; ++y) {
     if (stop.stop_requested()) {
       return false;
     }
     for (int x = state.rect.x; x < state.rect.x + state.rect.width; ++x, ++pixel) {
-      const auto take = [&](int s) {
-        PathSample sample = trace(x, y, s);
-        const auto replicate = static_cast<std::size_t>(s % replicates);
-        ReplicatePixel& to = state.pixels[pixel * r + replicate];
-        if (rule.fit != FitType::kNone) {
-          apply_fit(std::span(state.fit).subspan(pixel * r, r), replicate, to.count, rule.fit,
-                    sample);
-        }
-        add_sample(to, sample);
-        if (!state.aux.empty()) {
-          add_auxiliary(state.aux[pixel], sample);
-        }
-      };
       if (state.plan.empty()) {
-        for (int s = state.samples; s < last_sample; ++s) {
-          take(s);
+        for (int s = first_sample; s < last_sample; ++s) {
+          take(pixel, x, y, s);
         }
         continue;
       }
       const PixelPlan& plan = state.plan[pixel];
       const PlanPosition at = {state.span, rule.step, x, y};
-      std::uint32_t has = planned_count(plan, at, state.samples);
+      std::uint32_t has = planned_count(plan, at, first_sample);
       // One step of the mean after the other: the order is then the same however a pass is cut into
       // slices.
-      for (int s = state.samples + 1; s <= last_sample; ++s) {
+      for (int s = first_sample + 1; s <= last_sample; ++s) {
         const std::uint32_t want = planned_count(plan, at, s);
         for (const int half : {0, 1}) {
           for (std::uint32_t k = has; k < want; ++k) {
-            take(sample_of_half(k, replicates, half));
+            take(pixel, x, y, sample_of_half(k, rule.replicates, half));
           }
         }
         has = want;
       }
     }
+  }
+  return true;
+}
+
+/// Brings every pixel of the tile from state.samples to last_sample, in the order of the plan.
+/// trace(x, y, sample) gives the PathSample of a pixel of the full film. Returns false, leaving
+/// `state` half done, when stop was requested.
+template <typename Trace>
+bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const std::stop_token& stop,
+               Trace&& trace) {
+  const auto r = static_cast<std::size_t>(rule.replicates);
+  if (rule.fit != FitType::kNone) {
+    state.fit.resize(state.pixels.size());
+  }
+  const auto take = [&](std::size_t pixel, int x, int y, int s) {
+    PathSample sample = trace(x, y, s);
+    const auto replicate = static_cast<std::size_t>(s % rule.replicates);
+    ReplicatePixel& to = state.pixels[pixel * r + replicate];
+    if (rule.fit != FitType::kNone) {
+      apply_fit(std::span(state.fit).subspan(pixel * r, r), replicate, to.count, rule.fit, sample);
+    }
+    add_sample(to, sample);
+    if (!state.aux.empty()) {
+      add_auxiliary(state.aux[pixel], sample);
+    }
+  };
+  if (!visit_samples(state, rule, state.samples, last_sample, stop, take)) {
+    return false;
   }
   state.samples = last_sample;
   return true;

@@ -52,6 +52,8 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
   if (!placed) {
     return placed.error();
   }
+  summary.objects = std::move(description.objects);
+  summary.mesh_primitives = std::move(description.mesh_primitives);
   if (description.environment != nullptr) {
     auto environment = Environment::create(description.environment.get(), {});
     if (!environment) {

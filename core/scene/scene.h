@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -30,6 +31,8 @@ struct SceneSummary {
   std::vector<CameraDescription> cameras;
   std::vector<PunctualLightDescription> lights;
   std::vector<std::string> materials;
+  std::vector<ObjectDescription> objects;      ///< by id
+  std::vector<std::uint32_t> mesh_primitives;  ///< of each mesh of the file
   std::vector<std::string> light_groups;
   std::vector<std::string> variants;
   std::vector<std::string> animations;

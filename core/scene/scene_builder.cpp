@@ -11,6 +11,7 @@
 #include "core/materials/shade.h"
 #include "core/math/numbers.h"
 #include "core/scene/light_groups.h"
+#include "core/scene/matte_names.h"
 #include "core/textures/colored_blocks.h"
 
 namespace core {
@@ -29,6 +30,7 @@ class Builder {
     if (Status s = check_meshes(); !s) {
       return s;
     }
+    number_objects(from_, to_);
     place_meshes();
     if (Status s = build_accel(threads, isa); !s) {
       return s;
@@ -205,6 +207,7 @@ class Builder {
     mesh.material = p.material < 0 || p.material + 1 >= static_cast<int>(to_.materials.size())
                         ? static_cast<std::uint32_t>(to_.materials.size() - 1)
                         : static_cast<std::uint32_t>(p.material);
+    mesh.primitive = p.id;
     mesh.positions = std::move(p.positions);
     mesh.indices = std::move(p.indices);
     mesh.normals = std::move(p.normals);
@@ -253,7 +256,8 @@ class Builder {
         }
         to_.meshes.push_back(take(std::move(p), &instance.to_world));
         to_.placed.push_back({static_cast<std::uint32_t>(to_.meshes.size() - 1), kNoLight,
-                              group_of(instance, to_.meshes.back().material)});
+                              group_of(instance, to_.meshes.back().material), instance.object,
+                              instance.instance});
       }
     }
     top_level_ = to_.placed.size();
@@ -280,7 +284,8 @@ class Builder {
       to_.instances.push_back({instance.to_world, static_cast<std::uint32_t>(to_.placed.size())});
       instance_groups_.push_back(tree_of[id]);
       for (const std::uint32_t mesh : groups_[tree_of[id]]) {
-        to_.placed.push_back({mesh, kNoLight, group_of(instance, to_.meshes[mesh].material)});
+        to_.placed.push_back({mesh, kNoLight, group_of(instance, to_.meshes[mesh].material),
+                              instance.object, instance.instance});
       }
     }
   }

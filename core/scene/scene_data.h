@@ -38,6 +38,8 @@ class SceneData {
   bool has_scattering = false;  ///< inside of a solid
   /// Names of groups of lights; the first is the environment's.
   std::vector<std::string> light_groups;
+  std::vector<std::uint32_t> object_mattes;    ///< of matte_id(), by the object's id
+  std::vector<std::uint32_t> material_mattes;  ///< by number
 
   /// Of light number `light` (LightSample::light).
   std::uint32_t group_of_light(std::uint32_t light) const noexcept {
@@ -54,6 +56,8 @@ class SceneData {
   }
   /// The point where `ray` meets the triangle of `hit`.
   SurfacePoint surface_point(const RawHit& hit, const Ray& ray) const noexcept;
+  /// First set of texture coordinates at the point; zero without one.
+  Vec2 uv(const RawHit& hit, const Ray& ray) const noexcept;
   /// Coverage at the point: 1 for OPAQUE, 0 or 1 for MASK, alpha for BLEND.
   float coverage(const RawHit& hit, const Ray& ray) const noexcept;
 };

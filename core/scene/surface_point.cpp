@@ -130,6 +130,17 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
   return s;
 }
 
+Vec2 SceneData::uv(const RawHit& hit, const Ray& ray) const noexcept {
+  const MeshData& mesh = meshes[placed_mesh(hit).mesh];
+  if (mesh.uv[0].empty()) {
+    return {};
+  }
+  const Transform* to_world =
+      hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
+  const Corners c = corners(mesh, to_world, hit.primitive);
+  return blend(mesh.uv[0], c, barycentrics(c, cross(c.p[1] - c.p[0], c.p[2] - c.p[0]), ray));
+}
+
 float SceneData::coverage(const RawHit& hit, const Ray& ray) const noexcept {
   const PlacedMesh& here = placed_mesh(hit);
   const MeshData& mesh = meshes[here.mesh];

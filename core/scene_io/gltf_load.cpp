@@ -12,6 +12,7 @@
 #include "core/scene_io/gltf_materials.h"
 #include "core/scene_io/gltf_meshes.h"
 #include "core/scene_io/gltf_model.h"
+#include "core/scene_io/gltf_objects.h"
 #include "core/scene_io/gltf_place.h"
 #include "core/scene_io/gltf_pointer.h"
 #include "core/scene_io/gltf_source.h"
@@ -164,6 +165,9 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
     return status.error();
   }
   if (auto status = images.decode_all(); !status) {
+    return status.error();
+  }
+  if (auto status = number_objects(*model, checked->tables, scene); !status) {
     return status.error();
   }
   GltfMeshes meshes(*model, *source, options.limits, *variant, scene);

@@ -1,6 +1,8 @@
 #include "core/scene_io/gltf_meshes.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -68,6 +70,8 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
   const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(use.mesh)];
   MeshDescription description;
   description.name = mesh.name;
+  const auto counts = scene_.mesh_primitives.begin();
+  const std::uint32_t first_id = std::accumulate(counts, counts + use.mesh, std::uint32_t{1});
   for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
     const std::string where =
         "/meshes/" + std::to_string(use.mesh) + "/primitives/" + std::to_string(i);
@@ -84,6 +88,7 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
     }
     GltfPrimitive primitive = std::move(**read);
     primitive.base.material = material;
+    primitive.base.id = first_id + static_cast<std::uint32_t>(i);
     apply_morph_targets(primitive, use.weights);
     if (!use.joint_matrices.empty() && !primitive.joint_sets.empty()) {
       if (auto status = apply_skin(primitive, use.joint_matrices, where); !status) {

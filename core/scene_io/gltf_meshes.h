@@ -25,6 +25,7 @@ struct MeshUse {
 class GltfMeshes {
  public:
   /// variant: index into KHR_materials_variants, -1 for none. All references outlive this.
+  /// Pre: scene.mesh_primitives are there.
   GltfMeshes(const tinygltf::Model& model, GltfSource& source, const GltfLimits& limits,
              int variant, SceneDescription& scene)
       : model_(model), source_(source), limits_(limits), variant_(variant), scene_(scene) {}

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -52,6 +53,10 @@ class NodePlacer {
       return world ? order.error() : world.error();
     }
     world_ = *std::move(world);
+    first_instance_.resize(model_.nodes.size());
+    for (const ObjectDescription& object : scene_.objects) {
+      first_instance_[object.id - 1] = object.first_instance;
+    }
     const std::vector<bool> visible = visible_nodes(model_);
     for (const int node : *order) {
       place_camera(node);
@@ -171,7 +176,9 @@ class NodePlacer {
 
   static bool is_zero(Vec3 v) { return !(length_squared(v) > 0); }
 
-  Status add_instance(const MeshUse& use, const Transform& to_world, int node) {
+  /// copy: which of the node's instances.
+  Status add_instance(const MeshUse& use, const Transform& to_world, int node,
+                      std::uint32_t copy = 0) {
     auto mesh = meshes_.mesh_for(use);
     if (!mesh) {
       return mesh.error();
@@ -185,7 +192,9 @@ class NodePlacer {
           "more than " + std::to_string(options_.limits.instances_max) + " instances in the scene",
           "/nodes/" + std::to_string(node)};
     }
-    scene_.instances.push_back({*mesh, to_world, group_of(node)});
+    scene_.instances.push_back({*mesh, to_world, group_of(node),
+                                static_cast<std::uint32_t>(node) + 1,
+                                first_instance_[static_cast<std::size_t>(node)] + copy});
     return ok_status();
   }
 
@@ -263,7 +272,8 @@ class NodePlacer {
       if (is_singular(to_world.to_transform())) {
         continue;
       }
-      if (status = add_instance(use, to_world.to_transform(), node); !status) {
+      if (status = add_instance(use, to_world.to_transform(), node, static_cast<std::uint32_t>(i));
+          !status) {
         return status;
       }
     }
@@ -303,6 +313,7 @@ class NodePlacer {
   const AnimatedNodes& animated_;
   SceneDescription& scene_;
   std::vector<Affine> world_;
+  std::vector<std::uint32_t> first_instance_;  ///< of each node
 };
 
 }  // namespace

@@ -121,6 +121,13 @@ bool errors_are_valid(const RenderSettings& settings);
 /// The layer that is the picture.
 inline constexpr std::string_view kBeauty = "beauty";
 
+/// What the values of a layer are.
+enum class LayerForm {
+  kValues,  ///< colours or data, which can be averaged
+  kIds,     ///< whole numbers
+  kMattes   ///< pairs of Cryptomatte: an id whose bits are a float, its coverage
+};
+
 /// A layer that a film can show.
 struct LayerEntry {
   std::string_view name;
@@ -131,8 +138,11 @@ struct LayerEntry {
   std::string_view exr_channels;
   /// Values of all pixels, channels together; NaN where unknown.
   void (*fill)(const FilmSnapshot& film, std::span<float> out);
-  bool is_mean = false;                    ///< of the samples, so that a pixel has a value
+  bool has_value = false;                  ///< of a pixel by itself
   bool FilmSettings::*recorded = nullptr;  ///< its switch; null: every film has it
+  /// Does this film have it? For layers with a switch.
+  bool (*is_held)(const FilmSnapshot& film) = nullptr;
+  LayerForm form = LayerForm::kValues;
   /// Of layers that show a denoised picture, which is made on demand; null: of the film alone.
   void (*fill_denoised)(const FilmSnapshot& film, const DenoisedLook& look,
                         std::span<float> out) = nullptr;

@@ -61,8 +61,20 @@ struct FilmSettings {
   bool normal = true;
   bool depth = true;
   std::vector<LightShare> shares;
+  /// Of the ray through the pixel's centre.
+  bool object = false;
+  bool instance = false;
+  bool material = false;
+  bool primitive = false;
+  bool position = false;
+  bool uv = false;
+  bool object_mattes = false;  ///< Cryptomatte
+  bool material_mattes = false;
 
   bool has_aux() const noexcept { return albedo || normal || depth; }
+  bool has_labels() const noexcept {
+    return object || instance || material || primitive || position || uv;
+  }
 };
 
 /// Overrides of the file's camera; empty members are the file's own values.

@@ -14,7 +14,9 @@
 #include "core/layers/layers.h"
 #include "core/settings/registry.h"
 #include "server/pictures/denoised_look.h"
+#include "server/pictures/false_colors.h"
 #include "server/pictures/image_scale.h"
+#include "server/pictures/matte_manifest.h"
 
 namespace server {
 
@@ -91,17 +93,21 @@ bool shows_all_layers(const Picture& picture) {
 
 /// What a picture takes at most until it is sent.
 std::uint64_t working_bytes(const core::Film& film, const Picture& picture) {
-  const int channels_max = 16 + 3 * static_cast<int>(film.shares().size());  // of all layers
   const bool all_layers = shows_all_layers(picture);
   const int most = picture.query.max_size.value_or(std::numeric_limits<int>::max());
   return core::LayerRows::bytes(film, picture.rect) +
-         core::encoding_bytes(std::min(picture.rect.width, most),
-                              std::min(picture.rect.height, most), all_layers ? channels_max : 4,
-                              picture.format);
+         core::encoding_bytes(
+             std::min(picture.rect.width, most), std::min(picture.rect.height, most),
+             all_layers ? static_cast<int>(core::channels_max(film)) : 4, picture.format);
 }
 
 std::string_view layer_of(const api::ImageQuery& query) {
   return query.layer ? std::string_view(*query.layer) : core::kBeauty;
+}
+
+core::LayerForm form_of(const api::ImageQuery& query) {
+  const core::LayerEntry* layer = core::find_layer(layer_of(query));
+  return layer == nullptr ? core::LayerForm::kValues : layer->form;
 }
 
 bool is_color(const api::ImageQuery& query) {
@@ -115,6 +121,12 @@ bool is_color(const api::ImageQuery& query) {
 
 core::EncodeOptions encode_options(const Picture& picture, const api::ServerView& about) {
   core::EncodeOptions options;
+  const bool is_exr = picture.format.extension == "exr";
+  if (is_exr && shows_all_layers(picture)) {
+    options.whole_channels = core::whole_channels();
+  } else if (is_exr && form_of(picture.query) == core::LayerForm::kIds) {
+    options.whole_channels = {"Y"};
+  }
   for (const core::ToneMapEntry& entry : core::tone_maps()) {
     if (entry.name == picture.query.tone_map) {
       options.tone_map = entry.tone_map;
@@ -124,10 +136,41 @@ core::EncodeOptions encode_options(const Picture& picture, const api::ServerView
   options.exposure_stops = picture.query.exposure_stops;
   options.background = picture.query.background;
   options.metadata = provenance(picture.view, about);
+  if (is_exr) {
+    add_mattes(options.metadata, picture.view.spec.render.film, picture.scene.get());
+  }
   if (picture.denoised_view) {
     add_denoised_origin(options.metadata, *picture.denoised_view, picture.query);
   }
   return options;
+}
+
+/// Ids are whole and mattes belong to their pixel: neither has a scale, a range or a mean.
+std::optional<Error> refused_ids(const Picture& picture) {
+  const core::LayerForm form = form_of(picture.query);
+  const core::FilmSettings& film = picture.view.spec.render.film;
+  const bool has_ids = film.object || film.instance || film.material || film.primitive ||
+                       film.object_mattes || film.material_mattes;
+  const bool is_linear = picture.format.high_dynamic_range;
+  const bool is_plain = form == core::LayerForm::kValues;
+  const auto refused = [](std::string why, std::string where) {
+    return Error{ErrorCode::kInvalidArgument, std::move(why), std::move(where)};
+  };
+  if (!is_plain && picture.query.range) {
+    return refused("ids have no range", "/range");
+  }
+  if (picture.query.max_size && is_linear &&
+      (!is_plain || (has_ids && shows_all_layers(picture)))) {
+    return refused("ids cannot be averaged; png, jpg and webp show them in colours", "/max_size");
+  }
+  const bool is_exact = picture.format.extension == "exr" ||
+                        (form == core::LayerForm::kIds && picture.format.extension == "tif");
+  if (!is_plain && is_linear && !is_exact) {
+    return refused("." + std::string(picture.format.extension) +
+                       " does not hold this layer; exr does, and tif holds ids",
+                   "/layer");
+  }
+  return std::nullopt;
 }
 
 /// Sums of shares of the light stand for the picture, and have its error.
@@ -169,6 +212,9 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   if (const auto refused = refused_mix(film, picture)) {
     return *refused;
   }
+  if (const auto refused = refused_ids(picture)) {
+    return *refused;
+  }
   auto lease = memory_.take(working_bytes(film, picture), "the picture", patience);
   if (!lease) {
     return Error{ErrorCode::kUnavailable, lease.error().message, ""};
@@ -193,6 +239,10 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   if (!all_layers && !hides_environment(picture.view.spec)) {
     rows = without_alpha(std::move(rows));
   }
+  if (!all_layers && form_of(picture.query) != core::LayerForm::kValues &&
+      !picture.format.high_dynamic_range) {
+    rows = false_colors(std::move(rows), form_of(picture.query));
+  }
   if (picture.query.max_size) {
     rows = scaled_down(std::move(rows), *picture.query.max_size);
   }
@@ -211,6 +261,10 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
       .content =
           with_lease(std::make_shared<const std::string>(*std::move(encoded)), *std::move(lease)),
       .range = range};
+}
+
+bool wants_names(const core::ImageFormat& format, const core::FilmSettings& film) {
+  return format.extension == "exr" && (film.object_mattes || film.material_mattes);
 }
 
 std::optional<Error> refused_part(core::PixelRect part, core::PixelRect crop) {

@@ -13,6 +13,7 @@
 #include "core/denoise/denoised_picture.h"
 #include "core/film/film.h"
 #include "core/image_io/image_io.h"
+#include "core/scene/scene.h"
 #include "server/observe/memory_gate.h"
 #include "server/pictures/image_range.h"
 
@@ -26,6 +27,7 @@ struct Picture {
   core::PixelRect rect;
   std::shared_ptr<const core::DenoisedPicture> denoised = nullptr;  ///< null: the plain picture
   std::optional<api::DenoisedView> denoised_view = std::nullopt;    ///< of `denoised`
+  std::shared_ptr<const core::Scene> scene = nullptr;  ///< for the names of mattes; null: without
 };
 
 struct EncodedPicture {
@@ -47,6 +49,9 @@ class PictureMaker {
   MemoryGate& memory_;
   const api::ServerView& about_;
 };
+
+/// Do the names of the job's scene belong into the picture?
+bool wants_names(const core::ImageFormat& format, const core::FilmSettings& film);
 
 /// kInvalidArgument where the part that is asked for reaches beyond the film.
 std::optional<core::Error> refused_part(core::PixelRect part, core::PixelRect crop);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error/pixel_error.h"
+#include "core/layers/layers.h"
 #include "core/settings/registry.h"
 
 namespace server {
@@ -80,9 +81,7 @@ api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec
   pixel.y = y;
   pixel.samples = core::pixel_value(snapshot, index).count;
   for (const core::LayerEntry& row : core::layers()) {
-    const bool has =
-        row.recorded == nullptr || (snapshot.has_aux && spec.render.film.*row.recorded);
-    if (!row.is_mean || !has) {
+    if (!row.has_value || !core::has_layer(snapshot, spec.render.film, row)) {
       continue;
     }
     pixel.layers.push_back(plain_layer(snapshot, index, row));

@@ -75,6 +75,10 @@ core::Result<EncodedPicture> BatchPictures::picture(const JobPointer& job,
   }
   const api::JobView view = jobs_.view(*job);
   Picture wanted{.format = format, .query = look, .view = view, .rect = (*film)->crop()};
+  if (wants_names(format, view.spec.render.film)) {
+    const auto scene = jobs_.scene_view(*job);
+    wanted.scene = scene ? scene->scene : nullptr;
+  }
   if (denoised) {
     wanted.denoised = std::shared_ptr<const core::DenoisedPicture>(denoised, &denoised->picture);
     wanted.denoised_view = denoised->view;

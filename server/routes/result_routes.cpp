@@ -21,6 +21,7 @@
 #include "server/http/text.h"
 #include "server/pictures/denoised_look.h"
 #include "server/pictures/image_look.h"
+#include "server/pictures/objects.h"
 #include "server/pictures/picture.h"
 #include "server/pictures/pixel_view.h"
 #include "server/routes/answers.h"
@@ -103,6 +104,16 @@ std::optional<api::DenoisedView> view_of(const DenoiseService::Pointer& made,
   return made ? std::optional(api::promised(made->view, job)) : std::nullopt;
 }
 
+/// Null where the picture shows no names, or the scene is gone.
+std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const Job& job,
+                                                   const core::ImageFormat& format) {
+  if (!wants_names(format, job.record().view.spec.render.film)) {
+    return nullptr;
+  }
+  const auto view = jobs.scene_view(job);
+  return view ? view->scene : nullptr;
+}
+
 /// One picture after the other until the job has ended: what browsers show in an <img>.
 class PictureStream {
  public:
@@ -163,7 +174,8 @@ class PictureStream {
                           .view = view,
                           .rect = query_.rect.value_or((*film)->crop()),
                           .denoised = planes_of(denoised),
-                          .denoised_view = view_of(denoised, view)};
+                          .denoised_view = view_of(denoised, view),
+                          .scene = scene_for_names(jobs_, *job_, format_)};
     // The last picture waits for its room; of the others the next look may have one.
     const auto encoded = maker_.make(
         **film, picture, is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
@@ -271,7 +283,8 @@ Response image(const RouteContext& context, Request& request) {
                         .view = view,
                         .rect = query->rect.value_or(crop),
                         .denoised = planes_of(denoised),
-                        .denoised_view = view_of(denoised, view)};
+                        .denoised_view = view_of(denoised, view),
+                        .scene = scene_for_names(context.jobs, job, *format)};
   if (const auto refused = refused_part(picture.rect, crop)) {
     return error_answer(request, *refused);
   }
@@ -404,6 +417,27 @@ Response meter(const RouteContext& context, Request& request, bool as_table) {
                   : json_response(200, api::meter_json(*readings));
 }
 
+Response job_objects(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const Job& job = **std::get_if<JobPointer>(&found);
+  const auto film = context.jobs.films().film(job);
+  if (!film) {
+    return error_answer(request, film.error());
+  }
+  const auto view = context.jobs.scene_view(job);
+  if (!view) {
+    return error_answer(request, view.error());
+  }
+  const auto made = objects(**film, *view);
+  return made ? json_response(200, api::objects_json(*made)) : error_answer(request, made.error());
+}
+
 }  // namespace
 
 void add_result_handlers(const RouteContext& context, HandlerTable& table) {
@@ -413,6 +447,8 @@ void add_result_handlers(const RouteContext& context, HandlerTable& table) {
       .handler = [context](Request& request) { return meter(context, request, false); }};
   table["getMeterTable"] = {
       .handler = [context](Request& request) { return meter(context, request, true); }};
+  table["getObjects"] = {
+      .handler = [context](Request& request) { return job_objects(context, request); }};
   table["getConvergence"] = {
       .handler = [context](Request& request) { return convergence(context, request); }};
 }

@@ -74,7 +74,7 @@ struct FilmFile::Layout {
   explicit Layout(const core::Film& film) {
     pixel_bytes = replicate_bytes(film) + (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
                   (film.has_plan() ? sizeof(StoredPlan) : 0) +
-                  (film.has_pilot() ? sizeof(core::PilotPixel) : 0);
+                  (film.has_pilot() ? sizeof(core::PilotPixel) : 0) + film.label_bytes();
     // As of the first version, so that its slots stay where they are: kPointsWritten leaves room
     // for what came later.
     head_bytes = align(kFirstHeadBytes + kPointsMax * sizeof(PointFields) +
@@ -237,6 +237,10 @@ Status FilmFile::restore_tiles(core::Film& film, Checkpoint& checkpoint) const {
     }
     state.shares.resize(state.pixels.size() * film.shares().size());
     take(rest, state.shares.data(), state.shares.size());
+    state.labels.resize(film.has_labels() ? pixels : 0);
+    take(rest, state.labels.data(), state.labels.size());
+    state.mattes.resize(pixels * film.matte_kinds().count());
+    take(rest, state.mattes.data(), state.mattes.size());
     film.restore(tile, std::move(state), entry.revision);
   }
   if (film.has_splats()) {
@@ -366,6 +370,8 @@ Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before
     append(buffer_, sums.data(), sums.size());
   }
   append(buffer_, state.shares.data(), state.shares.size());
+  append(buffer_, state.labels.data(), state.labels.size());
+  append(buffer_, state.mattes.data(), state.mattes.size());
   const auto bytes = static_cast<std::uint32_t>(buffer_.size());
   std::memcpy(buffer_.data() + 8, &bytes, sizeof bytes);
   seal(buffer_);

@@ -21,7 +21,8 @@ inline constexpr std::size_t kFirstHeadBytes = 64;
 inline constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
 
 static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32 &&
-                  sizeof(core::PilotPixel) == 32 && sizeof(core::ReplicateFit) == 48,
+                  sizeof(core::PilotPixel) == 32 && sizeof(core::ReplicateFit) == 48 &&
+                  sizeof(core::LabelPixel) == 36 && sizeof(core::MattePixel) == 72,
               "the file holds these as they are in memory; a change needs a new magic");
 
 /// As it was when the halves of a pixel could have different counts; both are the same now.
@@ -36,6 +37,10 @@ inline constexpr std::int32_t kPilot = 4;
 inline constexpr std::int32_t kFit = 8;
 inline constexpr std::int32_t kSplats = 16;
 inline constexpr std::int32_t kMeter = 32;
+/// Beyond the number of shares.
+inline constexpr std::int32_t kLabels = 1 << 16;
+inline constexpr std::int32_t kObjectMattes = 1 << 17;
+inline constexpr std::int32_t kMaterialMattes = 1 << 18;
 /// From this bit on: the number of shares.
 inline constexpr std::int32_t kSharesShift = 8;
 
@@ -43,6 +48,8 @@ inline std::int32_t parts_of(const core::Film& film) {
   return (film.has_aux() ? kAux : 0) | (film.has_plan() ? kPlan : 0) |
          (film.has_pilot() ? kPilot : 0) | (film.has_fit() ? kFit : 0) |
          (film.has_splats() ? kSplats : 0) | (film.meter_chunk_count() > 0 ? kMeter : 0) |
+         (film.has_labels() ? kLabels : 0) | (film.matte_kinds().object ? kObjectMattes : 0) |
+         (film.matte_kinds().material ? kMaterialMattes : 0) |
          (static_cast<std::int32_t>(film.shares().size()) << kSharesShift);
 }
 
@@ -59,8 +66,8 @@ struct HeadFields {
   std::int32_t width = 0;
   std::int32_t height = 0;
   std::int32_t replicates = 0;
-  std::int32_t parts =
-      0;  ///< What a tile may have: kAux, kPlan, kPilot, kFit, kSplats, kMeter, shares.
+  std::int32_t parts = 0;  ///< What a tile may have: kAux, kPlan, kPilot, kFit, kSplats, kMeter,
+                           ///< shares, kLabels, mattes.
   std::uint32_t tile_count = 0;
   std::uint32_t point_count = 0;
   double elapsed_seconds = 0;
@@ -144,7 +151,7 @@ inline std::size_t slot_size(const core::Film& film, const core::PixelRect& rect
                              const SlotFields& fields) {
   return sizeof fields +
          pixels_of(rect) * (replicate_bytes(film) + (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
-                            (fields.span_to != 0 ? sizeof(StoredPlan) : 0) +
+                            film.label_bytes() + (fields.span_to != 0 ? sizeof(StoredPlan) : 0) +
                             (fields.pilot_samples != 0 ? sizeof(core::PilotPixel) : 0));
 }
 

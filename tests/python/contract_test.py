@@ -258,6 +258,7 @@ class Contract(ApiTest):
         self.ask("getPixel", "GET", path + "/pixels/3/4")
         self.ask("getPixel", "GET", path + "/pixels/3/4000")
         self.ask("getConvergence", "GET", path + "/convergence")
+        self.ask("getObjects", "GET", path + "/objects")
         self.ask("getFilm", "GET", path + "/film")
         self.ask("streamTiles", "GET", path + "/tiles")
         compared = self.ask(

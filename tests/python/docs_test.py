@@ -91,6 +91,22 @@ class Documents(ServerTest):
             len(list(self.client.jobs(label="turntable"))), jobs, "found by their labels"
         )
 
+    def test_dataset(self):
+        self.run_example("dataset.py", "--count", "3", "--size", "48x36", "--samples", "4")
+        folder = self.folder / "dataset"
+        for kind in ("instances", "panoptic"):
+            data = json.loads((folder / f"annotations/{kind}.json").read_text())
+            self.assertEqual(len(data["images"]), 3)
+            self.assertGreater(len(data["annotations"]), 0)
+        cameras = {str(image["camera"]["to_world"]) for image in data["images"]}
+        self.assertEqual(len(cameras), 3)
+        for image, seen in zip(data["images"], data["annotations"], strict=True):
+            rows = np.array(png_pixels((folder / "panoptic" / seen["file_name"]).read_bytes()))
+            ids = rows @ np.array([1, 256, 65536])
+            self.assertEqual(ids.shape, (image["height"], image["width"]))
+            for segment in seen["segments_info"]:
+                self.assertEqual((ids == segment["id"]).sum(), segment["area"])
+
     def test_variants(self):
         told = self.run_example("variants.py", "--size", "40x60", "--samples", "16")
         names = re.findall(

@@ -15,8 +15,8 @@ import sys
 CORE_ORDER = ["base", "math", "color", "settings", "image_io", "description", "sampling",
               "samplers", "textures", "accel", "geometry", "media", "bsdf", "materials", "lights",
               "camera", "scene", "light_samplers", "meter", "film", "error", "denoise", "layers",
-              "compare", "transport", "policies", "integrators", "wave", "render", "scene_io",
-              "lab"]
+              "compare", "transport", "labels", "policies", "integrators", "wave", "render",
+              "scene_io", "lab"]
 # Folder -> folders (or headers) it may include besides itself. The longest folder that fits counts.
 LAYERS = {f"core/{name}": [f"core/{lower}" for lower in CORE_ORDER[:i]]
           for i, name in enumerate(CORE_ORDER)}

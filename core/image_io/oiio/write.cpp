@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <exception>
@@ -197,12 +198,21 @@ Status write_linear(const ImageRows& image, const ImageFormat& format, const Enc
   OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::FLOAT);
   spec.attribute("oiio:ColorSpace", "Linear");
   std::vector<bool> half(static_cast<std::size_t>(channels), false);
+  std::vector<bool> whole(half.size(), false);
+  bool has_whole = false;
   if (exr) {
     spec.channelnames = image.channel_names;
     spec.channelnames.resize(half.size());
     for (std::size_t c = 0; c < half.size(); ++c) {
-      half[c] = options.is_color && is_half_channel(spec.channelnames[c]);
-      spec.channelformats.emplace_back(half[c] ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+      whole[c] = std::find(options.whole_channels.begin(), options.whole_channels.end(),
+                           spec.channelnames[c]) != options.whole_channels.end();
+      has_whole = has_whole || whole[c];
+    }
+    for (std::size_t c = 0; c < half.size(); ++c) {
+      half[c] = options.is_color && !has_whole && is_half_channel(spec.channelnames[c]);
+      spec.channelformats.emplace_back(whole[c]  ? OIIO::TypeDesc::UINT
+                                       : half[c] ? OIIO::TypeDesc::HALF
+                                                 : OIIO::TypeDesc::FLOAT);
       spec.alpha_channel = spec.channelnames[c] == "A" ? static_cast<int>(c) : spec.alpha_channel;
     }
     spec.attribute("compression", "zip");
@@ -212,17 +222,19 @@ Status write_linear(const ImageRows& image, const ImageFormat& format, const Enc
   } else if (format.extension == "tif") {
     spec.attribute("compression", "zip");
   }
-  return write_rows<float>(
-      format.extension, spec, OIIO::TypeDesc::FLOAT, sink, [&](int y, float* to) {
-        const float* in = image.row(y);
-        for (int x = 0; x < image.width; ++x, in += in_channels) {
-          for (std::size_t c = 0; c < half.size(); ++c) {
-            float v = in[spreads_grey ? 0 : c];
-            v = is_before && in[3] < 1 ? v + (1 - in[3]) * behind[static_cast<int>(c)] : v;
-            *to++ = half[c] && std::isfinite(v) ? std::clamp(v, -kHalfMax, kHalfMax) : v;
-          }
-        }
-      });
+  // OpenImageIO would scale floats that become integers, so that it gets the bits of either.
+  const OIIO::TypeDesc given = has_whole ? OIIO::TypeDesc::UNKNOWN : OIIO::TypeDesc::FLOAT;
+  return write_rows<float>(format.extension, spec, given, sink, [&](int y, float* to) {
+    const float* in = image.row(y);
+    for (int x = 0; x < image.width; ++x, in += in_channels) {
+      for (std::size_t c = 0; c < half.size(); ++c) {
+        float v = in[spreads_grey ? 0 : c];
+        v = is_before && in[3] < 1 ? v + (1 - in[3]) * behind[static_cast<int>(c)] : v;
+        v = whole[c] ? std::bit_cast<float>(static_cast<std::uint32_t>(v)) : v;
+        *to++ = half[c] && std::isfinite(v) ? std::clamp(v, -kHalfMax, kHalfMax) : v;
+      }
+    }
+  });
 }
 
 }  // namespace

@@ -184,7 +184,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{
             R"("film":{"layers":["albedo","heat"]})", "/film/layers/1",
             "'heat' is not available in this build; available: beauty, albedo, normal, depth, "
-            "alpha, "
+            "object, instance, material, primitive, position, uv, cryptomatte:object, "
+            "cryptomatte:material, alpha, "
             "samples, variance, error, denoised, denoised_error, denoise_bias, denoise_bias_error"},
         Case{R"("film":{"layers":["albedo","albedo"]})", "/film/layers/1",
              "'albedo' appears more than once"},

@@ -184,11 +184,14 @@ TEST(ImageQuery, Answers422ToWrongValues) {
   const auto errors = [](Query query) {
     return errors_of(api::parse_image_query(query, kToneMaps), 422);
   };
-  EXPECT_EQ(errors({{"layer", "heat"}}),
-            (Errors{{"/layer",
-                     "'heat' is not available in this build; available: beauty, albedo, "
-                     "normal, depth, alpha, samples, variance, error, denoised, "
-                     "denoised_error, denoise_bias, denoise_bias_error"}}));
+  EXPECT_EQ(
+      errors({{"layer", "heat"}}),
+      (Errors{
+          {"/layer",
+           "'heat' is not available in this build; available: beauty, albedo, "
+           "normal, depth, object, instance, material, primitive, position, uv, "
+           "cryptomatte:object, cryptomatte:material, alpha, samples, variance, error, denoised, "
+           "denoised_error, denoise_bias, denoise_bias_error"}}));
   EXPECT_EQ(errors({{"exposure", "30.5"}}), (Errors{{"/exposure", "30.5 is outside [-30, 30]"}}));
   EXPECT_EQ(errors({{"exposure", "inf"}}),
             (Errors{{"/exposure", "expected a number, got a string"}}));

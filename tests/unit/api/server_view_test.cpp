@@ -34,11 +34,11 @@ TEST(ServerView, HasTheMembersOfTheContract) {
   for (const auto& member : body.items()) {
     keys.push_back(member.key());
   }
-  EXPECT_EQ(keys,
-            (std::vector<std::string>{"version", "build", "limits", "defaults", "integrators",
-                                      "samplers", "light_samplers", "adaptive", "options", "layers",
-                                      "layer_patterns", "image_formats", "tone_maps", "filters",
-                                      "scenes", "experiments", "extensions"}));
+  EXPECT_EQ(keys, (std::vector<std::string>{"version", "build", "limits", "defaults", "integrators",
+                                            "samplers", "light_samplers", "adaptive", "options",
+                                            "layers", "optional_layers", "layer_patterns",
+                                            "image_formats", "tone_maps", "filters", "scenes",
+                                            "experiments", "extensions"}));
 }
 
 TEST(ServerView, ShowsEveryLimit) {

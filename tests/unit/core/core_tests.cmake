@@ -13,6 +13,7 @@ set(CORE_TEST_SOURCES
   film_test.cpp
   flip_test.cpp
   integrators_test.cpp
+  labels_test.cpp
   light_shares_test.cpp
   oidn_test.cpp
   pass_plan_test.cpp

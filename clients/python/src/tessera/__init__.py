@@ -11,7 +11,7 @@
 `AsyncClient` has the same calls to be awaited. Values, units and names are those of the HTTP API.
 """
 
-from . import models
+from . import datasets, models
 from ._version import __version__
 from ._wire import Retry
 from .async_batch import AsyncBatch
@@ -19,6 +19,7 @@ from .async_client import AsyncClient
 from .async_job import AsyncJob
 from .batch import Batch
 from .client import Client
+from .datasets import CocoFolder, Segment
 from .errors import (
     BadRequest,
     Conflict,
@@ -74,6 +75,7 @@ __all__ = [
     "BadRequest",
     "Batch",
     "Client",
+    "CocoFolder",
     "Comparison",
     "Conflict",
     "ConnectionFailed",
@@ -106,6 +108,7 @@ __all__ = [
     "Progress",
     "Retry",
     "Scene",
+    "Segment",
     "ServerFault",
     "ServerInfo",
     "TesseraError",
@@ -118,6 +121,7 @@ __all__ = [
     "UnsupportedMedia",
     "WaitTimeout",
     "__version__",
+    "datasets",
     "encode_png",
     "models",
     "srgb8",

@@ -10,7 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import display
+from . import display, models
 from ._job_data import FORMATS, JobData
 from ._wire import LONG_POLL_S, Call, Comeback, Json
 from .errors import Conflict, Gone, WaitTimeout
@@ -115,9 +115,10 @@ class AsyncJob(JobData):
 
         layer: beauty (RGB; RGBA with an environment that is not visible), albedo, normal, depth
         [m], alpha, samples, variance (of the mean), error (relative), as far as the job records
-        them; denoised, denoised_error, denoise_bias. part: x, y, width, height in pixels of the
-        full film. max_size: longest side. denoise: mixed or full for the denoised picture. Raises
-        Conflict before the first sample.
+        them; denoised, denoised_error, denoise_bias; object, instance, material, primitive (ids,
+        see objects()), position [m], uv. part: x, y, width, height in pixels of the full film.
+        max_size: longest side. denoise: mixed or full for the denoised picture. Raises Conflict
+        before the first sample.
         """
         options = {"layer": layer, "part": part, "max_size": max_size, "denoise": denoise}
         response = await self._client.send(self.picture_call("tif", options))
@@ -163,6 +164,11 @@ class AsyncJob(JobData):
     async def meter(self) -> Meter:
         """What the job's meter has measured so far."""
         return Meter.of(await self._client.ask(Call("GET", self.path + "/meter")))
+
+    async def objects(self) -> models.Objects:
+        """What the ids of the layers are: glTF paths, names, boxes; and the camera."""
+        data: models.Objects = await self._client.ask(Call("GET", self.path + "/objects"))
+        return data
 
     # Steering.
 

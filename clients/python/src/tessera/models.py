@@ -961,6 +961,118 @@ class Comparison(TypedDict):
     links: ComparisonLinks
 
 
+class SceneObjectBounds(TypedDict):
+    """Box in the world, metres; null: not placed in this view."""
+
+    min: list[float]
+    max: list[float]
+
+
+class SceneObjectVisible(TypedDict):
+    """Pixels of the full film whose centre shows it; null: none, or the job did not record ids."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    pixels: int
+
+
+class SceneObjectAmodal(TypedDict):
+    """Of all of it that lies within the film, hidden or not, in pixels; null: nothing."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+class SceneObject(TypedDict):
+    """A node of the file that shows a mesh."""
+
+    id: int
+    pointer: str
+    name: str
+    first_instance: int
+    instances: int
+    bounds: SceneObjectBounds | None
+    visible: SceneObjectVisible | None
+    amodal: SceneObjectAmodal | None
+
+
+class ObjectInstanceBounds(TypedDict):
+    """Box in the world, metres; null: not placed in this view."""
+
+    min: list[float]
+    max: list[float]
+
+
+class ObjectInstanceVisible(TypedDict):
+    """Pixels of the full film whose centre shows it; null: none, or the job did not record ids."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    pixels: int
+
+
+class ObjectInstanceAmodal(TypedDict):
+    """Of all of it that lies within the film, hidden or not, in pixels; null: nothing."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+class ObjectInstance(TypedDict):
+    """An instance of an object that the picture shows."""
+
+    id: int
+    object: int
+    bounds: ObjectInstanceBounds | None
+    visible: ObjectInstanceVisible | None
+    amodal: ObjectInstanceAmodal | None
+
+
+class Label(TypedDict):
+    """What an id of the layers material and primitive stands for."""
+
+    id: int
+    pointer: str | None
+    name: str
+
+
+class ObjectsCamera(TypedDict):
+    """The camera without its lens. A point (x, y, z) of its space, y up, z < 0 before it, is
+    seen at the pixel (cx - fx x / z, cy + fy y / z); an orthographic one sees it at (cx + fx x,
+    cy - fy y).
+    """
+
+    type: Literal["perspective", "orthographic"]
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    to_world: list[float | None]
+
+
+class Objects(TypedDict):
+    """What the ids of a picture's layers are. They follow from the file alone: all views,
+    variants and times of a scene have the same ones.
+    """
+
+    camera: ObjectsCamera
+    has_ids: bool
+    objects: list[SceneObject]
+    instances: list[ObjectInstance]
+    materials: list[Label]
+    primitives: list[Label]
+
+
 class JobDefaultsCameraOrbit(TypedDict):
     """Place on a sphere around the target, instead of position and target."""
 
@@ -1287,6 +1399,7 @@ class Server(TypedDict):
     adaptive: list[TypeInfo]
     options: list[EstimationOption]
     layers: list[str]
+    optional_layers: list[str]
     layer_patterns: list[str]
     image_formats: list[str]
     tone_maps: list[str]

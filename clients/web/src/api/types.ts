@@ -126,7 +126,8 @@ export interface JobRequest {
       radius?: number;
     };
     /**
-     * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
+     * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
+     * cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and light:NAME (path
      * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there. Default:
      * ["albedo","normal","depth"].
      */
@@ -574,7 +575,8 @@ export interface JobSpec {
       radius: number;
     };
     /**
-     * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
+     * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
+     * cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and light:NAME (path
      * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
      */
     layers: string[];
@@ -1207,6 +1209,111 @@ export interface Comparison {
   };
 }
 
+/** A node of the file that shows a mesh. */
+export interface SceneObject {
+  /** Of the layer object: 1 + the node's number. */
+  id: number;
+  /** JSON pointer into the glTF document. */
+  pointer: string;
+  /** Of the node or its mesh, made unlike all others; Cryptomatte's. */
+  name: string;
+  /** Of the layer instance. */
+  first_instance: number;
+  /** Ids of the layer instance, one after another. */
+  instances: number;
+  /** Box in the world, metres; null: not placed in this view. */
+  bounds: {
+    min: [number, number, number];
+    max: [number, number, number];
+  } | null;
+  /** Pixels of the full film whose centre shows it; null: none, or the job did not record ids. */
+  visible: {
+    x: number;
+    y: number;
+    width: number;
+    height: number;
+    /** That show it. */
+    pixels: number;
+  } | null;
+  /** Of all of it that lies within the film, hidden or not, in pixels; null: nothing. */
+  amodal: {
+    x: number;
+    y: number;
+    width: number;
+    height: number;
+  } | null;
+}
+
+/** An instance of an object that the picture shows. */
+export interface ObjectInstance {
+  /** Of the layer instance. */
+  id: number;
+  /** Id of its object. */
+  object: number;
+  /** Box in the world, metres; null: not placed in this view. */
+  bounds: {
+    min: [number, number, number];
+    max: [number, number, number];
+  } | null;
+  /** Pixels of the full film whose centre shows it; null: none, or the job did not record ids. */
+  visible: {
+    x: number;
+    y: number;
+    width: number;
+    height: number;
+    /** That show it. */
+    pixels: number;
+  } | null;
+  /** Of all of it that lies within the film, hidden or not, in pixels; null: nothing. */
+  amodal: {
+    x: number;
+    y: number;
+    width: number;
+    height: number;
+  } | null;
+}
+
+/** What an id of the layers material and primitive stands for. */
+export interface Label {
+  id: number;
+  /** Null: glTF's default material. */
+  pointer: string | null;
+  name: string;
+}
+
+/**
+ * What the ids of a picture's layers are. They follow from the file alone: all views, variants and
+ * times of a scene have the same ones.
+ */
+export interface Objects {
+  /**
+   * The camera without its lens. A point (x, y, z) of its space, y up, z < 0 before it, is seen at
+   * the pixel (cx - fx x / z, cy + fy y / z); an orthographic one sees it at (cx + fx x, cy - fy
+   * y).
+   */
+  camera: {
+    type: 'perspective' | 'orthographic';
+    width: number;
+    height: number;
+    /** Focal length in pixels, or pixels per metre. */
+    fx: number;
+    fy: number;
+    /** Centre of the film; the centre of pixel 0 is at 0.5. */
+    cx: number;
+    cy: number;
+    /** 16 numbers, column by column as in glTF. */
+    to_world: (number | null)[];
+  };
+  /** The job recorded ids, and `visible` is known. */
+  has_ids: boolean;
+  /** All of the file. */
+  objects: SceneObject[];
+  /** Those that are seen. */
+  instances: ObjectInstance[];
+  materials: Label[];
+  primitives: Label[];
+}
+
 /** What is in force where a job request does not say otherwise. */
 export interface JobDefaults {
   /** Display name. */
@@ -1315,7 +1422,8 @@ export interface JobDefaults {
       radius: number;
     };
     /**
-     * Layers to record: albedo, normal, depth, shares of the light, bounce:N and light:NAME (path
+     * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
+     * cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and light:NAME (path
      * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
      */
     layers: string[];
@@ -1595,7 +1703,10 @@ export interface Server {
   adaptive: TypeInfo[];
   /** Every other switch of the estimation. */
   options: EstimationOption[];
+  /** Of a job that does not say which to record. */
   layers: string[];
+  /** Those that `film.layers` has to ask for. */
+  optional_layers: string[];
   /** Layers of which there is one for each number or name. */
   layer_patterns: string[];
   /** Extensions. */

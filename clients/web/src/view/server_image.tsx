@@ -7,7 +7,7 @@ import { number } from '../ui/format';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { useMix } from './light_mixer';
-import { isLayer, isShare, layerModes, lightModes, type Mode } from './view_modes';
+import { isLayer, isShare, jobModes, layerModes, type Mode } from './view_modes';
 
 /** The newest revision, taken up now and then while the film grows. */
 function useRevision(job: Job, large: boolean, mode: Mode): number {
@@ -60,6 +60,7 @@ const ranges: Partial<Record<Mode, string>> = {
   depth: 'auto',
   denoise_bias: 'auto',
   irradiance: 'auto',
+  position: 'auto',
 };
 
 /** Rec. 709, a row of a colour matrix. */
@@ -110,7 +111,7 @@ export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large:
   );
   if (!revision || !shown) return null;
   if (shown === 'missing') return <p class="stage-note">This layer is not there yet.</p>;
-  const modes = [...layerModes, ...lightModes(job.spec.film.layers ?? [])];
+  const modes = [...layerModes, ...jobModes(job.spec.film.layers ?? [])];
   const meaning = modes.find((m) => m.mode === mode)?.meaning;
   return (
     <>

@@ -8,7 +8,7 @@ import type { Job } from '../api/types';
 import { DenoiseControls } from './denoised_image';
 import { autoExposure } from './film_reading';
 import { LightMixer } from './light_mixer';
-import { isShare, layerModes, lightModes, planeModes, type Mode } from './view_modes';
+import { isShare, jobModes, layerModes, planeModes, type Mode } from './view_modes';
 
 interface ToolbarProps {
   job: Job | null;
@@ -24,7 +24,7 @@ export function Toolbar({ job, mode, film, tooLarge, onMode }: ToolbarProps) {
   const modes = [
     ...(tooLarge ? planeModes.slice(0, 1) : planeModes),
     ...layerModes.filter((m) => !offered || offered.includes(m.mode)),
-    ...lightModes(job?.spec.film.layers ?? []),
+    ...jobModes(job?.spec.film.layers ?? []),
   ];
   const row = useRef<HTMLFieldSetElement>(null);
   useEffect(() => {

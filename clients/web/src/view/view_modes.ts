@@ -5,7 +5,17 @@ import type { Display } from '../ui/server_state';
 /** What the stage shows: a plane of the live film, or a layer that the server encodes. */
 /** A share of the light that the job was asked to keep. */
 export type Share = `bounce:${string}` | `light:${string}` | `st:${string}` | 'irradiance';
-export type Mode = Plane | 'albedo' | 'normal' | 'depth' | 'denoise_bias' | 'mix' | Share;
+/** What the pixels show, of the labels that the job was asked to keep. */
+export type Label =
+  | 'object'
+  | 'instance'
+  | 'material'
+  | 'primitive'
+  | 'position'
+  | 'uv'
+  | 'cryptomatte:object'
+  | 'cryptomatte:material';
+export type Mode = Plane | 'albedo' | 'normal' | 'depth' | 'denoise_bias' | 'mix' | Share | Label;
 
 export interface ModeInfo {
   mode: Mode;
@@ -48,6 +58,26 @@ export const layerModes: ModeInfo[] = [
     meaning: 'Light that the denoiser adds (bright) or takes (dark), over 15 pixels.',
   },
 ];
+
+const labelModes: (ModeInfo & { mode: Label })[] = [
+  { mode: 'object', label: 'Objects', meaning: 'A colour for each node of the file.' },
+  { mode: 'instance', label: 'Instances', meaning: 'A colour for each place of a node.' },
+  { mode: 'material', label: 'Materials', meaning: 'A colour for each material.' },
+  { mode: 'primitive', label: 'Primitives', meaning: 'A colour for each primitive of a mesh.' },
+  { mode: 'position', label: 'Position', meaning: 'Where the surfaces are: x, y, z as colours.' },
+  { mode: 'uv', label: 'UV', meaning: 'Texture coordinates: red is u, green v.' },
+  {
+    mode: 'cryptomatte:object',
+    label: 'Object mattes',
+    meaning: 'How much each object covers of a pixel, in its colour.',
+  },
+  {
+    mode: 'cryptomatte:material',
+    label: 'Material mattes',
+    meaning: 'How much each material covers of a pixel, in its colour.',
+  },
+];
+export const isLabel = (name: string): name is Label => labelModes.some((m) => m.mode === name);
 
 export const isShare = (name: string): name is Share =>
   /^(bounce|light|st):./.test(name) || name === 'irradiance';
@@ -94,26 +124,28 @@ const mixMode: ModeInfo = {
   label: 'Mix',
   meaning: 'Sum of the shares of the light, each turned up or down.',
 };
-/** The same, and their sum where there are several. */
-export const lightModes = (layers: readonly string[]): ModeInfo[] => {
+/** Of the layers that a job keeps: labels, shares, and their sum where there are several. */
+export const jobModes = (layers: readonly string[]): ModeInfo[] => {
   const shares = shareModes(layers);
-  return layers.filter(isPart).length > 1 ? [...shares, mixMode] : shares;
+  const labels = labelModes.filter((m) => layers.includes(m.mode));
+  return [...labels, ...shares, ...(layers.filter(isPart).length > 1 ? [mixMode] : [])];
 };
 
 export const modeNamed = (name: string): Mode =>
-  isShare(name) || name === 'mix'
+  isShare(name) || isLabel(name) || name === 'mix'
     ? name
     : ([...planeModes, ...layerModes].find((m) => m.mode === name)?.mode ?? 'picture');
 
 export const isLayer = (
   mode: Mode,
-): mode is 'albedo' | 'normal' | 'depth' | 'denoise_bias' | 'mix' | Share =>
+): mode is 'albedo' | 'normal' | 'depth' | 'denoise_bias' | 'mix' | Share | Label =>
   mode === 'albedo' ||
   mode === 'normal' ||
   mode === 'depth' ||
   mode === 'denoise_bias' ||
   mode === 'mix' ||
-  isShare(mode);
+  isShare(mode) ||
+  isLabel(mode);
 
 /** Modes that show more than means. */
 export const needsAllPlanes = (mode: Mode): boolean =>

@@ -1,0 +1,179 @@
+#include "api/objects_view.h"
+
+#include <nlohmann/json.hpp>
+
+#include "api/json.h"
+#include "api/views.h"
+
+namespace api {
+namespace {
+
+Json triple_of(core::Vec3 v) {
+  return Json::array(
+      {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)});
+}
+
+Json box_shape(std::string_view doc, bool has_pixels) {
+  Json shape = shape::object(doc);
+  for (const char* name : {"x", "y", "width", "height"}) {
+    shape["properties"][name] = shape::real();
+    shape["required"].push_back(name);
+  }
+  if (has_pixels) {
+    shape["properties"]["pixels"] = shape::count("That show it.");
+    shape["required"].push_back("pixels");
+  }
+  shape["additionalProperties"] = false;
+  return shape::nullable(std::move(shape));
+}
+
+Json box_json(const std::optional<BoxView>& box, bool has_pixels) {
+  if (!box) {
+    return nullptr;
+  }
+  Json out = {{"x", box->x}, {"y", box->y}, {"width", box->width}, {"height", box->height}};
+  if (has_pixels) {
+    out["pixels"] = box->pixels;
+  }
+  return out;
+}
+
+Json bounds_shape() {
+  Json shape = shape::object("Box in the world, metres; null: not placed in this view.");
+  for (const char* name : {"min", "max"}) {
+    shape["properties"][name] = shape::triple();
+    shape["required"].push_back(name);
+  }
+  shape["additionalProperties"] = false;
+  return shape::nullable(std::move(shape));
+}
+
+Json bounds_json(const core::Bounds& bounds) {
+  return bounds.empty() ? Json(nullptr)
+                        : Json{{"min", triple_of(bounds.min)}, {"max", triple_of(bounds.max)}};
+}
+
+template <typename S>
+std::vector<ViewRow<S>> place_rows() {
+  return {{"bounds", bounds_shape(), [](const S& s) { return bounds_json(s.place.bounds); }},
+          {"visible",
+           box_shape("Pixels of the full film whose centre shows it; null: none, or the job did "
+                     "not record ids.",
+                     true),
+           [](const S& s) { return box_json(s.place.visible, true); }},
+          {"amodal",
+           box_shape("Of all of it that lies within the film, hidden or not, in pixels; null: "
+                     "nothing.",
+                     false),
+           [](const S& s) { return box_json(s.place.amodal, false); }}};
+}
+
+template <typename S>
+std::vector<ViewRow<S>> with_place(std::vector<ViewRow<S>> rows) {
+  for (ViewRow<S>& row : place_rows<S>()) {
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Json matrix_json(const ViewpointView& c) {
+  Json rows = Json::array();
+  for (const core::Vec3 column : {c.to_world.x, c.to_world.y, c.to_world.z, c.to_world.t}) {
+    for (const float v : {column.x, column.y, column.z}) {
+      rows.push_back(static_cast<double>(v));
+    }
+    rows.push_back(rows.size() == 15 ? 1 : 0);
+  }
+  return rows;
+}
+
+const View<ViewpointView>& viewpoint_view() {
+  using Seen = ViewpointView;
+  static const View<Seen> kView = {
+      "",
+      "The camera without its lens. A point (x, y, z) of its space, y up, z < 0 before it, is seen "
+      "at the pixel (cx - fx x / z, cy + fy y / z); an orthographic one sees it at (cx + fx x, cy "
+      "- "
+      "fy y).",
+      {{"type", shape::one_of({"perspective", "orthographic"}),
+        [](const Seen& c) -> Json { return c.orthographic ? "orthographic" : "perspective"; }},
+       {"width", shape::count(), [](const Seen& c) -> Json { return c.width; }},
+       {"height", shape::count(), [](const Seen& c) -> Json { return c.height; }},
+       {"fx", shape::real("Focal length in pixels, or pixels per metre."),
+        [](const Seen& c) -> Json { return c.orthographic ? c.pixels_per_metre : c.focal_px; }},
+       {"fy", shape::real(),
+        [](const Seen& c) -> Json { return c.orthographic ? c.pixels_per_metre : c.focal_px; }},
+       {"cx", shape::real("Centre of the film; the centre of pixel 0 is at 0.5."),
+        [](const Seen& c) -> Json { return 0.5 * c.width; }},
+       {"cy", shape::real(), [](const Seen& c) -> Json { return 0.5 * c.height; }},
+       {"to_world", shape::reals("16 numbers, column by column as in glTF."), &matrix_json}}};
+  return kView;
+}
+
+}  // namespace
+
+const View<ObjectView>& object_view() {
+  using Object = ObjectView;
+  static const View<Object> kView = {
+      "SceneObject", "A node of the file that shows a mesh.",
+      with_place<Object>(
+          {{"id", shape::count("Of the layer object: 1 + the node's number."),
+            [](const Object& o) -> Json { return o.id; }},
+           {"pointer", shape::text("JSON pointer into the glTF document."),
+            [](const Object& o) -> Json { return o.pointer; }},
+           {"name", shape::text("Of the node or its mesh, made unlike all others; Cryptomatte's."),
+            [](const Object& o) -> Json { return o.name; }},
+           {"first_instance", shape::count("Of the layer instance."),
+            [](const Object& o) -> Json { return o.first_instance; }},
+           {"instances", shape::count("Ids of the layer instance, one after another."),
+            [](const Object& o) -> Json { return o.instances; }}})};
+  return kView;
+}
+
+const View<InstanceView>& instance_view() {
+  using Instance = InstanceView;
+  static const View<Instance> kView = {
+      "ObjectInstance", "An instance of an object that the picture shows.",
+      with_place<Instance>({{"id", shape::count("Of the layer instance."),
+                             [](const Instance& i) -> Json { return i.id; }},
+                            {"object", shape::count("Id of its object."),
+                             [](const Instance& i) -> Json { return i.object; }}})};
+  return kView;
+}
+
+const View<LabelView>& label_view() {
+  static const View<LabelView> kView = {
+      "Label",
+      "What an id of the layers material and primitive stands for.",
+      {{"id", shape::count(), [](const LabelView& l) -> Json { return l.id; }},
+       {"pointer", shape::nullable(shape::text("Null: glTF's default material.")),
+        [](const LabelView& l) { return l.pointer.empty() ? Json(nullptr) : Json(l.pointer); }},
+       {"name", shape::text(), [](const LabelView& l) -> Json { return l.name; }}}};
+  return kView;
+}
+
+const View<ObjectsView>& objects_view() {
+  using Objects = ObjectsView;
+  static const View<Objects> kView = {
+      "Objects",
+      "What the ids of a picture's layers are. They follow from the file alone: all views, "
+      "variants "
+      "and times of a scene have the same ones.",
+      {{"camera", viewpoint_view().shape(),
+        [](const Objects& o) { return viewpoint_view().print(o.camera); }},
+       {"has_ids", shape::flag("The job recorded ids, and `visible` is known."),
+        [](const Objects& o) -> Json { return o.has_ids; }},
+       {"objects", shape::list(object_view().shape(), "All of the file."),
+        [](const Objects& o) { return print_list(object_view(), o.objects); }},
+       {"instances", shape::list(instance_view().shape(), "Those that are seen."),
+        [](const Objects& o) { return print_list(instance_view(), o.instances); }},
+       {"materials", shape::list(label_view().shape()),
+        [](const Objects& o) { return print_list(label_view(), o.materials); }},
+       {"primitives", shape::list(label_view().shape()),
+        [](const Objects& o) { return print_list(label_view(), o.primitives); }}}};
+  return kView;
+}
+
+std::string objects_json(const ObjectsView& objects) { return dump(objects_view().print(objects)); }
+
+}  // namespace api

@@ -1,0 +1,65 @@
+/// GET /v1/jobs/{id}/objects: what the ids of a picture's layers are.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/math/bounds.h"
+#include "core/math/transform.h"
+
+namespace api {
+
+struct BoxView {
+  double x = 0;
+  double y = 0;
+  double width = 0;
+  double height = 0;
+  std::uint64_t pixels = 0;  ///< that show it
+};
+
+struct PlaceView {
+  core::Bounds bounds;             ///< empty: it is not placed
+  std::optional<BoxView> visible;  ///< of pixels whose centre shows it
+  std::optional<BoxView> amodal;   ///< of all of it within the film, hidden or not
+};
+
+struct ObjectView {
+  std::uint32_t id = 0;
+  std::string pointer;  ///< JSON pointer into the glTF document
+  std::string name;     ///< no two are equal
+  std::uint32_t first_instance = 0;
+  std::uint32_t instances = 1;
+  PlaceView place;
+};
+struct InstanceView {
+  std::uint32_t id = 0;
+  std::uint32_t object = 0;
+  PlaceView place;
+};
+struct LabelView {
+  std::uint32_t id = 0;
+  std::string pointer;  ///< "": the default material, which stands in no document
+  std::string name;     ///< "" for primitives
+};
+struct ViewpointView {
+  bool orthographic = false;
+  int width = 0;
+  int height = 0;
+  double focal_px = 0;          ///< perspective
+  double pixels_per_metre = 0;  ///< orthographic
+  core::Transform to_world;     ///< x to the right, y up, looks along -z
+};
+struct ObjectsView {
+  ViewpointView camera;
+  bool has_ids = false;  ///< the job recorded the layers
+  std::vector<ObjectView> objects;
+  std::vector<InstanceView> instances;
+  std::vector<LabelView> materials;
+  std::vector<LabelView> primitives;
+};
+std::string objects_json(const ObjectsView& objects);
+
+}  // namespace api

@@ -1,0 +1,197 @@
+"""Labelled pictures: masks, boxes, and the JSON of COCO, from the layers of ids of a job.
+
+    job = client.submit("glass", layers=["instance"], samples_per_pixel=64).wait()
+    folder = CocoFolder("out")
+    folder.add("glass", job.picture(), job.image("instance"), job.objects())
+    folder.write()
+
+Of whole films: a film with a crop has boxes of the full film, but a picture of the crop.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import models
+from .png import encode_png
+
+Mask = npt.NDArray[np.bool_]
+Ids = npt.NDArray[np.uint32]
+Box = tuple[float, float, float, float]
+
+
+def ids_of(image: npt.ArrayLike) -> Ids:
+    """A layer of ids, as Job.image() gives it, as whole numbers."""
+    values = np.asarray(image)
+    whole = values.astype(np.uint32)
+    if values.ndim != 2 or not np.array_equal(whole, values):
+        raise ValueError("no layer of ids: object, instance, material or primitive is")
+    return whole
+
+
+def masks(ids: npt.ArrayLike) -> dict[int, Mask]:
+    """What each id covers; 0, where there is nothing, is left out."""
+    whole = ids_of(ids)
+    return {int(i): whole == i for i in np.unique(whole) if i != 0}
+
+
+def box_of(mask: Mask) -> Box:
+    """x, y, width, height in pixels. The mask holds something."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    x, y = int(columns[0]), int(rows[0])
+    return (x, y, int(columns[-1]) - x + 1, int(rows[-1]) - y + 1)
+
+
+def run_lengths(mask: Mask) -> dict[str, Any]:
+    """COCO's uncompressed RLE: column by column, runs of 0 and 1 in turn, 0 first."""
+    flat = np.concatenate(([False], mask.T.ravel()))
+    ends = np.flatnonzero(flat[1:] != flat[:-1])
+    counts = np.diff(np.concatenate(([0], ends, [mask.size])))
+    return {"size": list(mask.shape), "counts": [int(count) for count in counts]}
+
+
+def panoptic_png(ids: npt.ArrayLike) -> bytes:
+    """COCO's picture of segments: id = R + 256 G + 256^2 B."""
+    whole = ids_of(ids)
+    return encode_png(
+        np.stack([(whole >> shift & 255).astype(np.uint8) for shift in (0, 8, 16)], axis=2)
+    )
+
+
+@dataclass(frozen=True)
+class Segment:
+    """An instance that a picture shows."""
+
+    id: int  # of the layer instance
+    object: int
+    name: str
+    mask: Mask
+    box: Box
+    amodal_box: Box | None  # of all of it within the film, hidden or not
+
+    @property
+    def area(self) -> int:
+        return int(self.mask.sum())
+
+
+def segments(ids: npt.ArrayLike, objects: models.Objects) -> list[Segment]:
+    """ids: the layer instance. objects: of Job.objects()."""
+    instances = {each["id"]: each for each in objects["instances"]}
+    names = {each["id"]: each["name"] for each in objects["objects"]}
+    found = []
+    for number, mask in masks(ids).items():
+        instance = instances[number]
+        amodal = instance["amodal"]
+        found.append(
+            Segment(
+                id=number,
+                object=instance["object"],
+                name=names[instance["object"]],
+                mask=mask,
+                box=box_of(mask),
+                amodal_box=None
+                if amodal is None
+                else (amodal["x"], amodal["y"], amodal["width"], amodal["height"]),
+            )
+        )
+    return found
+
+
+def name_without_number(segment: Segment) -> str:
+    """The name of the object, without what makes it unlike others of that name."""
+    return segment.name.split("#")[0]
+
+
+class CocoFolder:
+    """Pictures and what they show, as COCO has them: detection with masks, and panoptic.
+
+    images/NAME.png, panoptic/NAME.png, annotations/instances.json, annotations/panoptic.json.
+    Beside what COCO says, annotations have `amodal_bbox` and `instance_id`, images `camera`
+    (intrinsics and pose).
+    """
+
+    def __init__(
+        self,
+        folder: str | PathLike[str],
+        category: Callable[[Segment], str | None] = name_without_number,
+    ) -> None:
+        """category: of a segment; None leaves it out."""
+        self.folder = Path(folder)
+        self._category = category
+        self._categories: dict[str, int] = {}
+        self._images: list[dict[str, Any]] = []
+        self._annotations: list[dict[str, Any]] = []
+        self._panoptic: list[dict[str, Any]] = []
+        for name in ("images", "panoptic", "annotations"):
+            (self.folder / name).mkdir(parents=True, exist_ok=True)
+
+    def add(
+        self, name: str, picture: bytes, ids: npt.ArrayLike, objects: models.Objects
+    ) -> list[Segment]:
+        """name: of its files. picture: a PNG. ids: the layer instance. The segments kept."""
+        whole = ids_of(ids)
+        image = len(self._images) + 1
+        kept, infos = [], []
+        panoptic = np.zeros_like(whole)
+        for segment in segments(whole, objects):
+            category = self._category(segment)
+            if category is None:
+                continue
+            number = self._categories.setdefault(category, len(self._categories) + 1)
+            common = {
+                "category_id": number,
+                "bbox": list(segment.box),
+                "area": segment.area,
+                "iscrowd": 0,
+            }
+            self._annotations.append(
+                {
+                    "id": len(self._annotations) + 1,
+                    "image_id": image,
+                    **common,
+                    "segmentation": run_lengths(segment.mask),
+                    "amodal_bbox": None if segment.amodal_box is None else list(segment.amodal_box),
+                    "instance_id": segment.id,
+                }
+            )
+            infos.append({"id": segment.id, **common})
+            panoptic[segment.mask] = segment.id
+            kept.append(segment)
+        file = f"{name}.png"
+        (self.folder / "images" / file).write_bytes(picture)
+        (self.folder / "panoptic" / file).write_bytes(panoptic_png(panoptic))
+        self._images.append(
+            {
+                "id": image,
+                "file_name": file,
+                "width": int(whole.shape[1]),
+                "height": int(whole.shape[0]),
+                "camera": objects["camera"],
+            }
+        )
+        self._panoptic.append({"image_id": image, "file_name": file, "segments_info": infos})
+        return kept
+
+    def write(self) -> None:
+        """The JSON of all that was added."""
+        categories: list[Mapping[str, Any]] = [
+            {"id": number, "name": name, "supercategory": "object", "isthing": 1}
+            for name, number in self._categories.items()
+        ]
+        parts = {"instances": self._annotations, "panoptic": self._panoptic}
+        for name, found in parts.items():
+            data = {
+                "info": {"description": "Rendered by Tessera"},
+                "images": self._images,
+                "annotations": found,
+                "categories": categories,
+            }
+            (self.folder / "annotations" / f"{name}.json").write_text(json.dumps(data))

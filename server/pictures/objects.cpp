@@ -1,0 +1,153 @@
+#include "server/pictures/objects.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/camera/camera.h"
+#include "core/labels/object_boxes.h"
+#include "core/scene/matte_names.h"
+#include "core/scene/scene.h"
+
+namespace server {
+namespace {
+
+/// Where pixels show something.
+struct Seen {
+  std::uint32_t object = 0;
+  int left = 0;
+  int top = 0;
+  int right = 0;  ///< the last column
+  int bottom = 0;
+  std::uint64_t pixels = 0;
+};
+
+struct SeenIds {
+  std::map<std::uint32_t, Seen> objects;
+  std::map<std::uint32_t, Seen> instances;
+};
+
+void add(std::map<std::uint32_t, Seen>& to, std::uint32_t id, std::uint32_t object, int x, int y) {
+  const auto [at, is_new] = to.try_emplace(id, Seen{object, x, y, x, y, 0});
+  Seen& seen = at->second;
+  seen.left = std::min(seen.left, x);
+  seen.top = std::min(seen.top, y);
+  seen.right = std::max(seen.right, x);
+  seen.bottom = std::max(seen.bottom, y);
+  ++seen.pixels;
+}
+
+SeenIds seen_ids(const core::Film& film) {
+  SeenIds out;
+  for (int tile = 0; tile < film.tile_count(); ++tile) {
+    const core::TileState state = film.tile(tile);
+    auto label = state.labels.begin();
+    for (int y = state.rect.y; y < state.rect.y + state.rect.height; ++y) {
+      for (int x = state.rect.x; x < state.rect.x + state.rect.width; ++x, ++label) {
+        if (label->object != 0) {
+          add(out.objects, label->object, label->object, x, y);
+          add(out.instances, label->instance, label->object, x, y);
+        }
+      }
+    }
+  }
+  return out;
+}
+
+api::PlaceView place_of(std::uint32_t id, const std::map<std::uint32_t, core::ObjectBox>& boxes,
+                        const std::map<std::uint32_t, Seen>& seen) {
+  api::PlaceView out;
+  if (const auto box = boxes.find(id); box != boxes.end()) {
+    out.bounds = box->second.bounds;
+    if (const auto& in_view = box->second.in_view) {
+      const auto x = static_cast<double>(in_view->min.x);
+      const auto y = static_cast<double>(in_view->min.y);
+      out.amodal = {x, y, static_cast<double>(in_view->max.x) - x,
+                    static_cast<double>(in_view->max.y) - y, 0};
+    }
+  }
+  if (const auto found = seen.find(id); found != seen.end()) {
+    const Seen& s = found->second;
+    out.visible = {static_cast<double>(s.left), static_cast<double>(s.top),
+                   static_cast<double>(s.right - s.left + 1),
+                   static_cast<double>(s.bottom - s.top + 1), s.pixels};
+  }
+  return out;
+}
+
+/// From rays through the middle of the film and of its right edge.
+api::ViewpointView viewpoint_of(const core::Camera& camera, int width, int height) {
+  const auto w = static_cast<float>(width);
+  const auto h = static_cast<float>(height);
+  const core::Camera::CameraRay middle = camera.ray({0.5F * w, 0.5F * h}, {0.5F, 0.5F});
+  const core::Camera::CameraRay edge = camera.ray({w, 0.5F * h}, {0.5F, 0.5F});
+  const core::Vec3 back = -camera.forward();
+  const core::Vec3 aside =
+      edge.ray.origin - middle.ray.origin + edge.ray.direction - middle.ray.direction;
+  const core::Vec3 right = core::normalize(aside - back * core::dot(aside, back));
+  api::ViewpointView out;
+  out.orthographic = camera.is_orthographic();
+  out.width = width;
+  out.height = height;
+  out.focal_px = out.orthographic ? 0 : 1 / static_cast<double>(middle.spread_rad);
+  out.pixels_per_metre = out.orthographic ? 1 / static_cast<double>(middle.width_m) : 0;
+  out.to_world = {right, core::cross(back, right), back, middle.ray.origin};
+  return out;
+}
+
+}  // namespace
+
+core::Result<api::ObjectsView> objects(const core::Film& film, const core::View& view) {
+  const core::SceneSummary& summary = view.scene->summary();
+  const int width = film.full_width();
+  const int height = film.full_height();
+  const auto camera =
+      core::Camera::create(view.camera, summary.cameras, summary.bounds, width, height);
+  if (!camera) {
+    return camera.error();
+  }
+  api::ObjectsView out;
+  out.camera = viewpoint_of(*camera, width, height);
+  out.has_ids = film.has_labels();
+  const SeenIds seen = out.has_ids ? seen_ids(film) : SeenIds{};
+  std::set<std::uint32_t> instances;
+  for (const auto& [id, where] : seen.instances) {
+    instances.insert(id);
+  }
+  const core::ObjectBoxes boxes =
+      core::object_boxes(*view.scene, *camera, width, height, instances);
+  const std::vector<std::string> names = core::object_names(summary.objects);
+  for (std::size_t i = 0; i < summary.objects.size(); ++i) {
+    const core::ObjectDescription& object = summary.objects[i];
+    out.objects.push_back({.id = object.id,
+                           .pointer = "/nodes/" + std::to_string(object.id - 1),
+                           .name = names[i],
+                           .first_instance = object.first_instance,
+                           .instances = object.instances,
+                           .place = place_of(object.id, boxes.objects, seen.objects)});
+  }
+  for (const auto& [id, where] : seen.instances) {
+    out.instances.push_back({id, where.object, place_of(id, boxes.instances, seen.instances)});
+  }
+  std::vector<std::string> materials = summary.materials;
+  materials.emplace_back("default");
+  const std::vector<std::string> unlike = core::material_names(materials);
+  for (std::uint32_t i = 0; i < unlike.size(); ++i) {
+    const bool is_default = i == summary.materials.size();
+    out.materials.push_back(
+        {i + 1, is_default ? "" : "/materials/" + std::to_string(i), unlike[i]});
+  }
+  std::uint32_t id = 1;
+  for (std::size_t m = 0; m < summary.mesh_primitives.size(); ++m) {
+    for (std::uint32_t p = 0; p < summary.mesh_primitives[m]; ++p) {
+      out.primitives.push_back(
+          {id++, "/meshes/" + std::to_string(m) + "/primitives/" + std::to_string(p), ""});
+    }
+  }
+  return out;
+}
+
+}  // namespace server

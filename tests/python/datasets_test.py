@@ -1,0 +1,113 @@
+"""Masks, boxes and COCO from ids: against what the formats say, by hand."""
+
+import json
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+from harness import png_pixels
+from tessera import CocoFolder
+from tessera.datasets import box_of, ids_of, masks, panoptic_png, run_lengths, segments
+
+IDS = np.array([[0, 7, 7, 0], [0, 7, 300, 300], [0, 0, 300, 0]], dtype=np.float32)
+
+
+def place(**more):
+    return {"bounds": None, "visible": None, "amodal": None, **more}
+
+
+OBJECTS = {
+    "camera": {"type": "perspective", "fx": 10.0},
+    "has_ids": True,
+    "objects": [
+        {"id": 2, "pointer": "/nodes/1", "name": "chair", "first_instance": 7, "instances": 1,
+         **place()},
+        {"id": 5, "pointer": "/nodes/4", "name": "chair#4", "first_instance": 300, "instances": 1,
+         **place()},
+    ],
+    "instances": [
+        {"id": 7, "object": 2, **place(amodal={"x": 1, "y": 0, "width": 3, "height": 2})},
+        {"id": 300, "object": 5, **place()},
+    ],
+    "materials": [],
+    "primitives": [],
+}
+
+
+def from_run_lengths(rle):
+    """As pycocotools decodes it: column by column."""
+    flat = []
+    for i, count in enumerate(rle["counts"]):
+        flat += [i % 2] * count
+    height, width = rle["size"]
+    return np.array(flat, dtype=bool).reshape(width, height).T
+
+
+class Datasets(unittest.TestCase):
+    def test_masks_and_boxes_are_those_of_the_pixels(self):
+        found = masks(IDS)
+        self.assertEqual(sorted(found), [7, 300])
+        self.assertEqual(found[7].sum(), 3)
+        self.assertEqual(box_of(found[7]), (1, 0, 2, 2))
+        self.assertEqual(box_of(found[300]), (2, 1, 2, 2))
+
+    def test_what_is_no_layer_of_ids_is_refused(self):
+        for wrong in (np.zeros((2, 2, 3)), np.array([[0.5]]), np.array([[-1.0]])):
+            with self.assertRaises(ValueError):
+                ids_of(wrong)
+
+    def test_run_lengths_begin_with_zeros_and_run_down_the_columns(self):
+        mask = np.array([[True, False], [True, True]])
+        self.assertEqual(run_lengths(mask), {"size": [2, 2], "counts": [0, 2, 1, 1]})
+        numbers = np.random.default_rng(3)
+        for shape in ((1, 1), (5, 3), (4, 9)):
+            for share in (0.0, 0.5, 1.0):
+                mask = numbers.random(shape) < share
+                rle = run_lengths(mask)
+                self.assertEqual(sum(rle["counts"]), mask.size)
+                np.testing.assert_array_equal(from_run_lengths(rle), mask)
+
+    def test_a_panoptic_picture_holds_the_ids(self):
+        rows = np.array(png_pixels(panoptic_png(IDS)))
+        back = rows[:, :, 0] + 256 * rows[:, :, 1] + 65536 * rows[:, :, 2]
+        np.testing.assert_array_equal(back, IDS)
+
+    def test_segments_have_the_names_of_their_objects(self):
+        first, second = segments(IDS, OBJECTS)
+        self.assertEqual((first.id, first.object, first.name), (7, 2, "chair"))
+        self.assertEqual(first.amodal_box, (1, 0, 3, 2))
+        self.assertEqual((second.name, second.amodal_box, second.area), ("chair#4", None, 3))
+
+    def test_a_folder_is_what_coco_describes(self):
+        with tempfile.TemporaryDirectory() as place:
+            folder = CocoFolder(place)
+            folder.add("a", b"PNG", IDS, OBJECTS)
+            folder.add("b", b"PNG", np.where(IDS == 7, IDS, 0), OBJECTS)
+            folder.write()
+            root = Path(place)
+            data = json.loads((root / "annotations/instances.json").read_text())
+            self.assertEqual([c["name"] for c in data["categories"]], ["chair"])
+            self.assertEqual([a["image_id"] for a in data["annotations"]], [1, 1, 2])
+            self.assertEqual(len({a["id"] for a in data["annotations"]}), 3)
+            for annotation in data["annotations"]:
+                mask = from_run_lengths(annotation["segmentation"])
+                self.assertEqual(mask.sum(), annotation["area"])
+                self.assertEqual(list(box_of(mask)), annotation["bbox"])
+            self.assertEqual(data["images"][0]["camera"], OBJECTS["camera"])
+            self.assertEqual((root / "images/a.png").read_bytes(), b"PNG")
+            panoptic = json.loads((root / "annotations/panoptic.json").read_text())
+            for each, kept in zip(panoptic["annotations"], ({7, 300}, {7}), strict=True):
+                rows = np.array(png_pixels((root / "panoptic" / each["file_name"]).read_bytes()))
+                shown = set(np.unique(rows @ np.array([1, 256, 65536]))) - {0}
+                self.assertEqual(shown, kept)
+                self.assertEqual({s["id"] for s in each["segments_info"]}, kept)
+
+    def test_a_category_may_leave_segments_out(self):
+        with tempfile.TemporaryDirectory() as place:
+            folder = CocoFolder(place, lambda s: None if s.id == 7 else "seat")
+            self.assertEqual([s.id for s in folder.add("a", b"", IDS, OBJECTS)], [300])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,77 @@
+"""Labelled pictures, read by the tools that others use: OpenEXR and pycocotools."""
+
+import contextlib
+import io
+import json
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+from pycocotools.coco import COCO
+from support import ServerTest
+from tessera import CocoFolder
+from tessera.datasets import masks, segments
+
+LAYERS = ["object", "instance", "material", "primitive", "cryptomatte:object",
+          "cryptomatte:material"]
+
+
+class Labelled(ServerTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.folder = Path(tempfile.mkdtemp(prefix="tessera-labels-"))
+
+    def job(self):
+        return self.client.submit(
+            "cornell-box", size=(64, 48), samples_per_pixel=16, layers=LAYERS,
+            camera={"orbit": {"theta_degrees": 30, "phi_degrees": 70}},
+            environment={"color": [1, 1, 1], "visible": False},
+        ).wait()  # fmt: skip
+
+    def test_openexr_reads_whole_ids_and_cryptomatte(self):
+        job = self.job()
+        place = job.save(self.folder / "all.exr")
+        file = OpenEXR.File(str(place), separate_channels=True)
+        header, channels = file.header(), file.channels()
+        for layer in LAYERS[:4]:
+            pixels = channels[f"{layer}.Y"].pixels
+            self.assertEqual(pixels.dtype, np.uint32)
+            np.testing.assert_array_equal(pixels, job.image(layer))
+        alpha = channels["A"].pixels.astype(np.float64)
+        self.assertGreater(((alpha > 0.01) & (alpha < 0.99)).sum(), 20)
+        objects = job.objects()
+        for name, rows in (("CryptoObject", "objects"), ("CryptoMaterial", "materials")):
+            (key,) = [k for k, v in header.items() if k.endswith("/name") and v == name]
+            manifest = json.loads(header[key.removesuffix("name") + "manifest"])
+            self.assertEqual(set(manifest), {each["name"] for each in objects[rows]})
+            known = {int(number, 16) for number in manifest.values()}
+            total = np.zeros_like(alpha)
+            for k in range(3):
+                for identity, coverage in (("R", "G"), ("B", "A")):
+                    ids = channels[f"{name}0{k}.{identity}"].pixels
+                    share = channels[f"{name}0{k}.{coverage}"].pixels
+                    self.assertEqual(ids.dtype, np.float32)
+                    self.assertLessEqual(set(np.unique(ids.view(np.uint32)[share > 0])), known)
+                    total += share
+            # Alpha is a float here, since ids stand beside it: means of 16 samples, rounded.
+            np.testing.assert_allclose(total, alpha, atol=1e-5)
+
+    def test_pycocotools_reads_the_masks(self):
+        job = self.job()
+        ids, objects = job.image("instance"), job.objects()
+        folder = CocoFolder(self.folder / "coco")
+        folder.add("a", job.picture(), ids, objects)
+        folder.write()
+        with contextlib.redirect_stdout(io.StringIO()):
+            coco = COCO(str(self.folder / "coco/annotations/instances.json"))
+        annotations = coco.loadAnns(coco.getAnnIds())
+        found = masks(ids)
+        self.assertEqual({each["instance_id"] for each in annotations}, set(found))
+        for each in annotations:
+            np.testing.assert_array_equal(coco.annToMask(each), found[each["instance_id"]])
+        self.assertEqual(
+            {c["name"] for c in coco.loadCats(coco.getCatIds())},
+            {segment.name.split("#")[0] for segment in segments(ids, objects)},
+        )

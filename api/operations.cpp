@@ -240,8 +240,8 @@ constexpr std::array kOperations = {
               kNoProblems, true},
     Operation{
         "getReadiness", "GET", "/readyz", "Service", "Readiness check.",
-        "503 while it starts or stops. A line `storage_full: ...` follows while the disk is "
-        "full: what needs room is refused with 507, rendering jobs pause, and all else works.",
+        "503 while it starts or stops. A line `storage_full: ...` follows while the disk is full: "
+        "what needs room is refused with 507, rendering jobs pause, and all else works.",
         "", kNoHeaders, kNoBody, kReadyAnswer, kNoProblems, true},
     Operation{"getMetrics", "GET", "/metrics", "Service", "Prometheus metrics.",
               "Where the operator has set `--metrics-key`, it has to come as the bearer token.", "",
@@ -253,11 +253,10 @@ constexpr std::array kOperations = {
               kPageAnswer, kNoProblems, true},
     Operation{"getPage", "GET", "/", "Service", "The web page.", "", "", kNoHeaders, kNoBody,
               kPageAnswer, kNoProblems, true},
-    Operation{
-        "createSession", "POST", "/v1/session", "Service", "Exchange a key for a cookie.",
-        "The key comes as the bearer token. The cookie is random, for this browser alone, and "
-        "ends after a week, or with its key.",
-        "", kNoHeaders, kNoBody, kSessionMade, kSessionProblems, true},
+    Operation{"createSession", "POST", "/v1/session", "Service", "Exchange a key for a cookie.",
+              "The key comes as the bearer token. The cookie is random, for this browser alone, "
+              "and ends after a week, or with its key.",
+              "", kNoHeaders, kNoBody, kSessionMade, kSessionProblems, true},
     Operation{"deleteSession", "DELETE", "/v1/session", "Service", "End the session of the cookie.",
               "", "", kNoHeaders, kNoBody, kSessionEnded, kNoProblems, true},
     Operation{"getServer", "GET", "/v1/server", "Service", "Server capabilities.",
@@ -283,13 +282,12 @@ constexpr std::array kOperations = {
     Operation{"deleteAsset", "DELETE", "/v1/assets/{sha256}", "Assets", "Delete a file.",
               "409 while a scene or job uses it.", "write", kNoHeaders, kNoBody, kGone,
               kRetryProblems, true},
-    Operation{
-        "createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
-        "A GLB, a glTF without other files, a zip with everything (the three also as "
-        "application/octet-stream), or asset ids. The file can name only what is uploaded with it; "
-        "424 lists what is missing.",
-        "write", kNoHeaders, kSceneBodies, kSceneMade, kSceneProblems, true,
-        &scene_upload_parameters},
+    Operation{"createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
+              "A GLB, a glTF without other files, a zip with everything (the three also as "
+              "application/octet-stream), or asset ids. The file can name only what is uploaded "
+              "with it; 424 lists what is missing.",
+              "write", kNoHeaders, kSceneBodies, kSceneMade, kSceneProblems, true,
+              &scene_upload_parameters},
     Operation{"listScenes", "GET", "/v1/scenes", "Scenes", "List scenes.", "", "read", kNoHeaders,
               kNoBody, kSceneListAnswer, k400, true, &scene_list_parameters},
     Operation{"getScene", "GET", "/v1/scenes/{id}", "Scenes", "Describe a scene.", "", "read",
@@ -370,35 +368,30 @@ constexpr std::array kOperations = {
               kNoHeaders, kNoBody, kMeterAnswer, kMeterProblems, true},
     Operation{"getMeterTable", "GET", "/v1/jobs/{id}/meter.csv", "Results", "The same as CSV.", "",
               "read", kNoHeaders, kNoBody, kMeterTableAnswer, kMeterProblems, true},
+    Operation{"getObjects", "GET", "/v1/jobs/{id}/objects", "Results",
+              "What the ids of a picture's layers are.", "404 also once the scene is gone.", "read",
+              kNoHeaders, kNoBody, kObjectsAnswer, k404, true},
     Operation{
-        "getObjects", "GET", "/v1/jobs/{id}/objects", "Results",
-        "What the ids of the layers object, instance, material and primitive are.",
-        "JSON pointers into the glTF document, names, boxes and the camera. 404 also once the "
-        "scene is gone.",
-        "read", kNoHeaders, kNoBody, kObjectsAnswer, k404, true},
-    Operation{"getFilm", "GET", "/v1/jobs/{id}/film", "Results",
-              "Download the film (raw sample sums).",
-              "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and "
-              "text, u32 bytes of the text, u32 ranges, u32 flags (1: auxiliary values; 2: errors "
-              "of neighbours are correlated), i32 full width, full height, crop x, y, width, "
-              "height, u32 replicates, u32 tiles, u64 bytes of the file, sha256 of the content "
-              "(hex). Then 24 bytes a range of samples: u64 seed, u32 first replicate, replicates, "
-              "samples, 0. Then the text (JSON: spec, build, error, warnings), zeros up to a "
-              "multiple of 8. Then the tiles: i32 x, y, u32 samples, 0, u64 rejected samples, "
-              "rays, f64 CPU seconds; for each pixel and replicate f32 mean r, g, b, alpha, M2 of "
-              "the luminance, u32 count; with flag 1 for each pixel f32 albedo, normal, depth, u32 "
-              "hits; with flag 8 u32 object, instance, material, primitive, f32 position, uv; with "
-              "flags 16 and 32 the mattes of objects and of materials: six times u32 id, samples "
-              "of half A and B. Last the sha256 (hex) of everything before.",
-              "read", kFileHeaders, kNoBody, kFilmAnswer, kFilmProblems, true},
-    Operation{"mergeFilms", "POST", "/v1/films/merge", "Results", "Merge films.",
-              "Films of jobs that have ended, or film files that were uploaded as assets. Their "
-              "jobs may differ in seed, replicates, stop rules and names only (422). Samples in "
-              "common are refused (409). Replicates are put side by side: jobs that hold "
-              "replicates 0 to 1 and 2 to 3 of a seed give the film of the one job with four, bit "
-              "for bit (auxiliary layers to rounding); other seeds count as further independent "
-              "replicates. Weights are the counts.",
-              "write", kNoHeaders, kMerge, kMergeAnswer, kMergeProblems, true},
+        "getFilm", "GET", "/v1/jobs/{id}/film", "Results", "Download the film (raw sample sums).",
+        "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and text, "
+        "u32 bytes of the text, u32 ranges, u32 flags (1: auxiliary values; 2: errors of "
+        "neighbours are correlated), i32 full width, full height, crop x, y, width, height, u32 "
+        "replicates, u32 tiles, u64 bytes of the file, sha256 of the content (hex). Then 24 bytes "
+        "a range of samples: u64 seed, u32 first replicate, replicates, samples, 0. Then the text "
+        "(JSON: spec, build, error, warnings), zeros up to a multiple of 8. Then the tiles: i32 x, "
+        "y, u32 samples, 0, u64 rejected samples, rays, f64 CPU seconds; for each pixel and "
+        "replicate f32 mean r, g, b, alpha, M2 of the luminance, u32 count; with flag 1 for each "
+        "pixel f32 albedo, normal, depth, u32 hits; with flags 8, 16 and 32 ids and mattes. Last "
+        "the sha256 (hex) of everything before.",
+        "read", kFileHeaders, kNoBody, kFilmAnswer, kFilmProblems, true},
+    Operation{
+        "mergeFilms", "POST", "/v1/films/merge", "Results", "Merge films.",
+        "Films of jobs that have ended, or film files that were uploaded as assets. Their jobs may "
+        "differ in seed, replicates, stop rules and names only (422). Samples in common are "
+        "refused (409). Replicates are put side by side: jobs that hold replicates 0 to 1 and 2 to "
+        "3 of a seed give the film of the one job with four, bit for bit (auxiliary layers to "
+        "rounding); other seeds count as further independent replicates. Weights are the counts.",
+        "write", kNoHeaders, kMerge, kMergeAnswer, kMergeProblems, true},
     Operation{"streamEvents", "GET", "/v1/jobs/{id}/events", "Streams", "Watch a job.",
               "Events: snapshot, state, progress, tile, warning, end; reset after a loss; "
               "overloaded at the limit of streams.",
@@ -406,30 +399,28 @@ constexpr std::array kOperations = {
     Operation{"watchJobs", "GET", "/v1/events", "Streams", "Watch several jobs on one connection.",
               "The events of each job, with `job` in their data.", "read", kWatchHeaders, kNoBody,
               kWatchAnswer, k404Or422, true, &events_parameters},
-    Operation{
-        "createStreamTicket", "POST", "/v1/stream-tickets", "Streams",
-        "Create a short-lived stream ticket (valid for one minute).",
-        "Added as `?ticket=` to events, tiles or image, it stands for the key, which pages cannot "
-        "send with an EventSource or a picture.",
-        "read", kNoHeaders, kTicketRequest, kTicketMade, kTicketProblems, true},
+    Operation{"createStreamTicket", "POST", "/v1/stream-tickets", "Streams",
+              "Create a short-lived stream ticket (valid for one minute).",
+              "Added as `?ticket=` to events, tiles or image, it stands for the key, which pages "
+              "cannot send with an EventSource or a picture.",
+              "read", kNoHeaders, kTicketRequest, kTicketMade, kTicketProblems, true},
     Operation{
         "streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Stream tiles.",
         "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, "
-        "height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of "
-        "float32, r g b, their variances, the sample count. Flag 1: end frame; 2: correlated "
-        "errors (zsobol, restir); 4: an alpha plane comes last; 8: planes of float16, r g b and "
-        "no more, at most 65504 (planes=mean); 16: of the denoised picture (`?denoise=`), r g b "
-        "alone.",
+        "height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32, "
+        "r g b, their variances, the sample count. Flag 1: end frame; 2: correlated errors "
+        "(zsobol, restir); 4: an alpha plane comes last; 8: planes of float16, r g b and no more, "
+        "at most 65504 (planes=mean); 16: of the denoised picture (`?denoise=`), r g b alone.",
         "read", kNoHeaders, kNoBody, kTilesAnswer, k404Or422, true, &tiles_parameters},
-    Operation{"createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.",
-              "Two jobs that have ended, or a job and an image that was uploaded (8 and 16 bits "
-              "are taken as sRGB, floats as linear; it counts as exact but for its rounding). b is "
-              "the reference. The interval of the bias comes from the halves of both, and for a "
-              "job whose pixels have correlated errors (zsobol, restir) from the means of its "
-              "replicates (with two of them it is wide); z is the difference of the luminances in "
-              "standard errors, pooled over 3 x 3 pixels. Both take the two for independent: jobs "
-              "with a seed in common are not.",
-              "write", kNoHeaders, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
+    Operation{
+        "createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.",
+        "Two jobs that have ended, or a job and an image that was uploaded (8 and 16 bits are "
+        "taken as sRGB, floats as linear; it counts as exact but for its rounding). b is the "
+        "reference. The interval of the bias comes from the halves of both, and for a job whose "
+        "pixels have correlated errors (zsobol, restir) from the means of its replicates (with two "
+        "of them it is wide); z is the difference of the luminances in standard errors, pooled "
+        "over 3 x 3 pixels. Both take the two for independent: jobs with a seed in common are not.",
+        "write", kNoHeaders, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
     Operation{"getComparison", "GET", "/v1/comparisons/{id}", "Results", "Get a comparison.", "",
               "read", kNoHeaders, kNoBody, kComparisonKept, k404, true},
     Operation{"getComparisonMap", "GET", "/v1/comparisons/{id}/{map}", "Results",
@@ -441,8 +432,8 @@ constexpr std::array kOperations = {
     Operation{
         "runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.",
         "Trials with the renderer's own classes, at each n; the same request gives the same lines, "
-        "but for `seconds` and `efficiency`, which are measured. Closing the connection "
-        "cancels. 429 while `lab_runs` others run, or `lab_runs_of_a_key` of the same key.",
+        "but for `seconds` and `efficiency`, which are measured. Closing the connection cancels. "
+        "429 while `lab_runs` others run, or `lab_runs_of_a_key` of the same key.",
         "write", kNoHeaders, kLabRequest, kLabAnswer, kLabProblems, true},
     Operation{"listDeliveries", "GET", "/v1/webhooks/deliveries", "Webhooks", "List webhook calls.",
               "Those to come and, for a week, those that were made.", "read", kNoHeaders, kNoBody,

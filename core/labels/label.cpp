@@ -1,7 +1,7 @@
 #include "core/labels/label.h"
 
 #include "core/math/offset_ray.h"
-#include "core/transport/path_state.h"
+#include "core/transport/intersect.h"
 
 namespace core {
 
@@ -27,6 +27,35 @@ LabelPixel label(const SceneData& scene, Ray ray, std::uint64_t& rays) noexcept 
             .uv = scene.uv(hit, ray)};
   }
   return {};
+}
+
+void put_labels(TileState& state, const SceneData& scene, const Camera& camera) noexcept {
+  const PixelRect& rect = state.rect;
+  auto to = state.labels.begin();
+  for (int y = rect.y; y < rect.y + rect.height; ++y) {
+    for (int x = rect.x; x < rect.x + rect.width && to != state.labels.end(); ++x, ++to) {
+      const Vec2 centre_px = {static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F};
+      *to = label(scene, camera.ray(centre_px, {0.5F, 0.5F}).ray, state.rays);
+    }
+  }
+}
+
+void count_matte(const SceneData& scene, PathState& path, MatteKinds kinds, int half,
+                 std::span<MattePixel> pixel) noexcept {
+  PathVertex vertex;
+  if (!intersect(scene, path, vertex)) {
+    return;
+  }
+  MatteRank hit;
+  hit.hits[static_cast<std::size_t>(half)] = 1;
+  if (kinds.object) {
+    hit.id = scene.object_mattes[scene.placed[vertex.point.placed].object];
+    add_matte(pixel.front(), hit);
+  }
+  if (kinds.material) {
+    hit.id = scene.material_mattes[vertex.point.material];
+    add_matte(pixel.back(), hit);
+  }
 }
 
 }  // namespace core

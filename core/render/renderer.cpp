@@ -23,7 +23,7 @@
 #include "core/samplers/dimensions.h"
 #include "core/samplers/streams.h"
 #include "core/settings/registry.h"
-#include "core/transport/intersect.h"
+#include "core/transport/path_state.h"
 #include "core/wave/wave_tracer.h"
 
 namespace core {
@@ -163,7 +163,6 @@ class PictureRenderer final : public Renderer {
                      const std::stop_token& stop) const;
   bool render_groups(TileState& state, const FillRule& rule, int last_sample,
                      const std::stop_token& stop, GroupTracer& tracer) const;
-  void put_labels(TileState& state) const;
   bool count_mattes(TileState& state, const FillRule& rule, int first_sample,
                     const std::stop_token& stop) const;
 
@@ -286,17 +285,6 @@ bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int 
       });
 }
 
-void PictureRenderer::put_labels(TileState& state) const {
-  const PixelRect& rect = state.rect;
-  auto to = state.labels.begin();
-  for (int y = rect.y; y < rect.y + rect.height; ++y) {
-    for (int x = rect.x; x < rect.x + rect.width && to != state.labels.end(); ++x, ++to) {
-      const Vec2 centre_px = {static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F};
-      *to = label(view_.scene->data(), camera_.ray(centre_px, {0.5F, 0.5F}).ray, state.rays);
-    }
-  }
-}
-
 /// Camera rays of the samples from first_sample on once more, for the first surfaces that they
 /// meet: the same ones whatever the integrator is, since holes follow from the sample's numbers.
 bool PictureRenderer::count_mattes(TileState& state, const FillRule& rule, int first_sample,
@@ -305,29 +293,14 @@ bool PictureRenderer::count_mattes(TileState& state, const FillRule& rule, int f
     return true;
   }
   const RenderSettings& settings = view_.settings;
-  const SceneData& scene = view_.scene->data();
-  const bool has_objects = settings.film.object_mattes;
-  const bool has_materials = settings.film.material_mattes;
-  const std::size_t kinds = std::size_t{has_objects} + std::size_t{has_materials};
+  const MatteKinds kinds = {settings.film.object_mattes, settings.film.material_mattes};
   PathSampler sampler(settings.sampler, settings.replicates, settings.seed,
                       settings.first_replicate);
-  PathVertex vertex;
   return visit_samples(
       state, rule, first_sample, state.samples, stop, [&](std::size_t pixel, int x, int y, int s) {
         PathState path = start_path(start(sampler, x, y, s).ray, sampler, state.rays);
-        if (!intersect(scene, path, vertex)) {
-          return;
-        }
-        MatteRank hit;
-        hit.hits[static_cast<std::size_t>(s % 2)] = 1;  // replicates are even in number
-        if (has_objects) {
-          hit.id = scene.object_mattes[scene.placed[vertex.point.placed].object];
-          add_matte(state.mattes[pixel * kinds], hit);
-        }
-        if (has_materials) {
-          hit.id = scene.material_mattes[vertex.point.material];
-          add_matte(state.mattes[pixel * kinds + kinds - 1], hit);
-        }
+        count_matte(view_.scene->data(), path, kinds, s % 2,  // replicates are even in number
+                    std::span(state.mattes).subspan(pixel * kinds.count(), kinds.count()));
       });
 }
 
@@ -344,7 +317,7 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   const std::unique_ptr<GroupTracer> groups = planned_.integrator->make_group_tracer();
   const int first_sample = state.samples;
   if (first_sample == 0) {
-    put_labels(state);
+    put_labels(state, view_.scene->data(), camera_);
   }
   bool whole = false;
   if (groups != nullptr) {
@@ -413,7 +386,7 @@ bool PictureRenderer::gather(TileState& state, const PhotonPass& photons,
   const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings),
                          settings.light_history};
   if (state.samples == 0) {
-    put_labels(state);
+    put_labels(state, view_.scene->data(), camera_);
   }
   bool whole = fill_tile(state, rule, photons.sample() + 1, stop, [&](int x, int y, int s) {
     const Start from = start(sampler, x, y, s);

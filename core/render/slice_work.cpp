@@ -42,13 +42,16 @@ struct SliceHead {
   std::uint32_t pilot = 0;
   std::uint32_t fit = 0;
   std::uint32_t shares = 0;
+  std::uint32_t labels = 0;
+  std::uint32_t mattes = 0;
   std::uint64_t rejected_samples = 0;
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
 };
-static_assert(sizeof(Head) == 16 && sizeof(PixelRect) == 16 && sizeof(SliceHead) == 96);
+static_assert(sizeof(Head) == 16 && sizeof(PixelRect) == 16 && sizeof(SliceHead) == 104);
 static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(PixelPlan) == 8 &&
-              sizeof(PilotPixel) == 32 && sizeof(ReplicateFit) == 48 && sizeof(Rgb) == 12);
+              sizeof(PilotPixel) == 32 && sizeof(ReplicateFit) == 48 && sizeof(Rgb) == 12 &&
+              sizeof(LabelPixel) == 36 && sizeof(MattePixel) == 72);
 
 Error refused(std::string detail) {
   return Error{ErrorCode::kInvalidArgument, "not a usable piece of work: " + std::move(detail), ""};
@@ -175,6 +178,8 @@ std::string encode_work(std::span<const SliceWork> work, WorkPart part) {
                              count(s.pilot.size()),
                              count(s.fit.size()),
                              count(s.shares.size()),
+                             count(s.labels.size()),
+                             count(s.mattes.size()),
                              s.rejected_samples,
                              s.rays,
                              s.cpu_seconds};
@@ -185,6 +190,8 @@ std::string encode_work(std::span<const SliceWork> work, WorkPart part) {
     append(bytes, s.pilot.data(), s.pilot.size());
     append(bytes, s.fit.data(), s.fit.size());
     append(bytes, s.shares.data(), s.shares.size());
+    append(bytes, s.labels.data(), s.labels.size());
+    append(bytes, s.mattes.data(), s.mattes.size());
   }
   return bytes + sha256_hex(bytes.data(), bytes.size());
 }
@@ -210,7 +217,8 @@ Result<std::vector<SliceWork>> decode_work(std::string_view bytes) {
     if (!reader.take(&slice, 1) || !reader.take(s.pixels, slice.pixels) ||
         !reader.take(s.aux, slice.aux) || !reader.take(s.plan, slice.plan) ||
         !reader.take(s.pilot, slice.pilot) || !reader.take(s.fit, slice.fit) ||
-        !reader.take(s.shares, slice.shares)) {
+        !reader.take(s.shares, slice.shares) || !reader.take(s.labels, slice.labels) ||
+        !reader.take(s.mattes, slice.mattes)) {
       return refused("it is cut off");
     }
     if (slice.kind != static_cast<std::int32_t>(SliceKind::kPicture) &&
@@ -252,7 +260,8 @@ Status check_result(const SliceWork& given, const RenderSettings& settings, Slic
       after.pilot_samples != (is_pilot ? last : before.pilot_samples) ||
       after.pixels.size() != before.pixels.size() || after.aux.size() != before.aux.size() ||
       after.pilot.size() != pilots || after.fit.size() != fits ||
-      after.shares.size() != before.shares.size()) {
+      after.shares.size() != before.shares.size() || after.labels.size() != before.labels.size() ||
+      after.mattes.size() != before.mattes.size()) {
     return refused("tile " + std::to_string(given.slice.tile) + " has another shape");
   }
   after.plan = before.plan;
@@ -266,9 +275,10 @@ Status check_result(const SliceWork& given, const RenderSettings& settings, Slic
   if (!is_pilot_sane || !has_counts(after, settings) ||
       !all(after.pixels, [](const ReplicatePixel& p) { return is_sane(p); }) ||
       !all(after.fit, [](const ReplicateFit& f) { return is_sane(f); }) ||
-      !all(after.shares, [](Rgb c) { return is_finite(c); }) || !std::isfinite(after.cpu_seconds) ||
-      after.cpu_seconds < before.cpu_seconds || after.rays < before.rays ||
-      after.rejected_samples < before.rejected_samples) {
+      !all(after.shares, [](Rgb c) { return is_finite(c); }) ||
+      !all(after.labels, [](const LabelPixel& p) { return is_finite(p.position); }) ||
+      !std::isfinite(after.cpu_seconds) || after.cpu_seconds < before.cpu_seconds ||
+      after.rays < before.rays || after.rejected_samples < before.rejected_samples) {
     return refused("tile " + std::to_string(given.slice.tile) + " holds what no renderer makes");
   }
   return ok_status();

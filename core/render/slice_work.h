@@ -4,8 +4,8 @@
 /// the same build and arithmetic class. As bytes, little endian: "TSRWORK1", u32 slices, u32 0; for
 /// each slice i32 tile, first and last sample, kind, the tile's rectangle (x, y, width, height),
 /// samples, span (from, to), pilot samples; u32 pixels, auxiliary pixels, plans, pilot pixels,
-/// fits, shares; u64 rejected samples, u64 rays, f64 CPU seconds; then these arrays as they are in
-/// memory. Last 64 bytes: sha256 (hex) of everything before.
+/// fits, shares, labels, mattes; u64 rejected samples, u64 rays, f64 CPU seconds; then these arrays
+/// as they are in memory. Last 64 bytes: sha256 (hex) of everything before.
 #pragma once
 
 #include <cstddef>

@@ -237,10 +237,8 @@ Status FilmFile::restore_tiles(core::Film& film, Checkpoint& checkpoint) const {
     }
     state.shares.resize(state.pixels.size() * film.shares().size());
     take(rest, state.shares.data(), state.shares.size());
-    state.labels.resize(film.has_labels() ? pixels : 0);
-    take(rest, state.labels.data(), state.labels.size());
-    state.mattes.resize(pixels * film.matte_kinds().count());
-    take(rest, state.mattes.data(), state.mattes.size());
+    size_labels(film, pixels, state);
+    visit_labels(state, [&](auto& values) { take(rest, values.data(), values.size()); });
     film.restore(tile, std::move(state), entry.revision);
   }
   if (film.has_splats()) {
@@ -370,8 +368,7 @@ Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before
     append(buffer_, sums.data(), sums.size());
   }
   append(buffer_, state.shares.data(), state.shares.size());
-  append(buffer_, state.labels.data(), state.labels.size());
-  append(buffer_, state.mattes.data(), state.mattes.size());
+  visit_labels(state, [&](auto& values) { append(buffer_, values.data(), values.size()); });
   const auto bytes = static_cast<std::uint32_t>(buffer_.size());
   std::memcpy(buffer_.data() + 8, &bytes, sizeof bytes);
   seal(buffer_);

@@ -155,4 +155,16 @@ inline std::size_t slot_size(const core::Film& film, const core::PixelRect& rect
                             (fields.pilot_samples != 0 ? sizeof(core::PilotPixel) : 0));
 }
 
+inline void size_labels(const core::Film& film, std::size_t pixels, core::TileState& state) {
+  state.labels.resize(film.has_labels() ? pixels : 0);
+  state.mattes.resize(pixels * film.matte_kinds().count());
+}
+
+/// Arrays that come last, in their order.
+template <typename Visit>
+void visit_labels(core::TileState& state, const Visit& visit) {
+  visit(state.labels);
+  visit(state.mattes);
+}
+
 }  // namespace server

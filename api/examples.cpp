@@ -110,7 +110,6 @@ JobView example_job() {
   job.progress.rays = 66'355'200;
   job.progress.rays_per_second = 20'736'000;
   job.progress.error = {0.079, 0.077, 0.081, false};
-  job.progress.efficiency = 25.4;
   job.progress.revision = 2040;
   job.peak_bytes = 41'943'040;
   job.warnings = {

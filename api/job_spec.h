@@ -68,6 +68,7 @@ struct JobSpec {
                           .worst_tile = false,
                           .denoised_error = {},
                           .seconds = {},
+                          .cpu_seconds = {},
                           .deadline_unix_seconds = {}};
 };
 

@@ -19,9 +19,16 @@ namespace {
 constexpr std::array<std::string_view, 7> kStates = {"queued",   "loading", "rendering", "paused",
                                                      "finished", "failed",  "cancelled"};
 constexpr std::array<std::string_view, 3> kPauseReasons = {"", "requested", "storage_full"};
-constexpr std::array<std::string_view, 9> kReasons = {
-    "",      "samples_per_pixel", "relative_error", "denoised_error", "seconds", "deadline",
-    "limit", "cancelled",         "failed"};
+constexpr std::array<std::string_view, 10> kReasons = {"",
+                                                       "samples_per_pixel",
+                                                       "relative_error",
+                                                       "denoised_error",
+                                                       "seconds",
+                                                       "cpu_seconds",
+                                                       "deadline",
+                                                       "limit",
+                                                       "cancelled",
+                                                       "failed"};
 
 Json time_json(const std::optional<double>& unix_seconds) {
   return unix_seconds ? Json(rfc3339(*unix_seconds)) : Json(nullptr);
@@ -76,7 +83,6 @@ core::Progress JobView::nothing_rendered() {
   progress.error.relative_rmse = unknown;
   progress.error.low = unknown;
   progress.error.high = unknown;
-  progress.efficiency = unknown;
   return progress;
 }
 
@@ -209,7 +215,17 @@ const View<JobView>& statistics_view() {
        {"rays_per_second", shape::nullable(shape::real()),
         [](const JobView& j) { return number_json(j.progress.rays_per_second); }},
        {"efficiency", shape::nullable(shape::real("1 / (relative error^2 * CPU seconds).")),
-        [](const JobView& j) { return number_json(j.progress.efficiency); }},
+        [](const JobView& j) { return number_json(j.progress.efficiency()); }},
+       {"efficiency_low",
+        shape::nullable(shape::real("Lower end of its interval, which is that of `error`.")),
+        [](const JobView& j) {
+          return has_interval(j) ? number_json(j.progress.efficiency_low()) : Json(nullptr);
+        }},
+       {"efficiency_high",
+        shape::nullable(shape::real("Upper end; null also where `error.low` is 0.")),
+        [](const JobView& j) {
+          return has_interval(j) ? number_json(j.progress.efficiency_high()) : Json(nullptr);
+        }},
        {"rejected_samples", shape::count("Non-finite ones, counted as zero."),
         [](const JobView& j) -> Json { return j.progress.rejected_samples; }},
        {"peak_bytes", shape::nullable(shape::count("Memory; null: unknown.")),

@@ -38,6 +38,7 @@ constexpr std::array kLimits = {
     LimitRow{"samples_per_pixel", limits::kSamplesPerPixel,
              "Samples a pixel, all replicates together."},
     LimitRow{"stop_seconds", limits::kStopSeconds, "Rendering seconds that a job may ask for."},
+    LimitRow{"stop_cpu_seconds", limits::kStopCpuSeconds, "CPU seconds that a job may ask for."},
     LimitRow{"wait_seconds", limits::kWaitSeconds, "Seconds of ?wait and of Prefer: wait."},
     LimitRow{"page_size", limits::kPageSize, "Items of one page of a list."},
     LimitRow{"scene_files", limits::kSceneFiles, "Files of a scene made from assets."},

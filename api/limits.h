@@ -44,6 +44,7 @@ inline constexpr std::int64_t kDilation = 8;
 inline constexpr std::int64_t kFirstReplicate = 65536;
 inline constexpr std::int64_t kSamplesPerPixel = 65536;
 inline constexpr std::int64_t kStopSeconds = 604800;
+inline constexpr std::int64_t kStopCpuSeconds = 1024 * kStopSeconds;  // as many threads, at most
 inline constexpr double kRelativeErrorMin = 1e-5;
 inline constexpr double kRelativeErrorMax = 10;
 inline constexpr std::int64_t kWaitSeconds = 60;

@@ -76,6 +76,11 @@ const auto& table() {
                    "seconds", [](auto& s) -> auto& { return s.seconds; },
                    {0, limits::kStopSeconds, true},
                    "Stop after this many seconds of rendering, without pauses and downtime.")),
+      shown_if([](const StopRules& s) { return s.cpu_seconds.has_value(); },
+               number(
+                   "cpu_seconds", [](auto& s) -> auto& { return s.cpu_seconds; },
+                   {0, limits::kStopCpuSeconds, true},
+                   "Stop after this many CPU seconds of rendering, summed over all threads.")),
       CustomRow<StopRules>{"deadline", &read_deadline,
                            [](const StopRules& s, Json& object) {
                              if (s.deadline_unix_seconds) {
@@ -104,10 +109,10 @@ StopRules read_stop(const Json& value, const std::string& pointer, Faults& fault
     return rules;
   }
   if (!rules.samples_per_pixel && !rules.relative_error && !rules.denoised_error &&
-      !rules.seconds && !rules.deadline_unix_seconds) {
+      !rules.seconds && !rules.cpu_seconds && !rules.deadline_unix_seconds) {
     faults.add(pointer,
-               "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds or "
-               "deadline");
+               "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds, "
+               "cpu_seconds or deadline");
   }
   return rules;
 }

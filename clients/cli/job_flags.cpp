@@ -196,6 +196,10 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("--seconds", flags.seconds, "Stop after so many seconds of rendering")
       ->check(above_zero(limits::kStopSeconds))
       ->type_name("S");
+  app.add_option("--cpu-seconds", flags.cpu_seconds,
+                 "Stop after so many CPU seconds of rendering, summed over all threads")
+      ->check(above_zero(limits::kStopCpuSeconds))
+      ->type_name("S");
   app.add_option("--size", flags.size, "Width and height in pixels (960x540)")
       ->check(CLI::Validator(fault_of_size, ""))
       ->type_name("WxH");
@@ -289,6 +293,9 @@ core::Result<Json> make_request(const JobFlags& flags) {
   }
   if (flags.seconds) {
     object_at(request, "stop")["seconds"] = *flags.seconds;
+  }
+  if (flags.cpu_seconds) {
+    object_at(request, "stop")["cpu_seconds"] = *flags.cpu_seconds;
   }
   return request;
 }

@@ -25,6 +25,7 @@ struct JobFlags {
   std::optional<double> relative_error;
   std::optional<double> denoised_error;
   std::optional<double> seconds;
+  std::optional<double> cpu_seconds;
   std::optional<std::string> size;  ///< "640x360", checked by the parser
   std::optional<std::string> camera;
   std::vector<double> position;  ///< three metres each, or empty

@@ -230,7 +230,9 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
         {"unreliable", progress.error.unreliable},
         {"confidence", job.spec.stop.confidence}}},
       {"denoised", denoised_json(shown, task, job.spec.stop.confidence)},
-      {"efficiency", number_or_null(progress.efficiency)},
+      {"efficiency", number_or_null(progress.efficiency())},
+      {"efficiency_low", valid ? number_or_null(progress.efficiency_low()) : Json(nullptr)},
+      {"efficiency_high", valid ? number_or_null(progress.efficiency_high()) : Json(nullptr)},
       {"rejected_samples", progress.rejected_samples},
       {"film_digest", task.film().digest()},
       {"warnings", job.warnings}};

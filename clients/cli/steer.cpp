@@ -124,6 +124,7 @@ struct ExtendFlags {
   std::optional<double> relative_error;
   std::optional<double> denoised_error;
   std::optional<double> seconds;
+  std::optional<double> cpu_seconds;
 };
 
 int extend_job(const ExtendFlags& flags) {
@@ -140,10 +141,15 @@ int extend_job(const ExtendFlags& flags) {
   if (flags.seconds) {
     stop["seconds"] = *flags.seconds;
   }
+  if (flags.cpu_seconds) {
+    stop["cpu_seconds"] = *flags.cpu_seconds;
+  }
   if (stop.empty()) {
-    complain("extend",
-             Error{ErrorCode::kInvalidArgument,
-                   "say how far: --spp, --relative-error, --denoised-error or --seconds", ""});
+    complain(
+        "extend",
+        Error{ErrorCode::kInvalidArgument,
+              "say how far: --spp, --relative-error, --denoised-error, --seconds or --cpu-seconds",
+              ""});
     return kWrongUsage;
   }
   const std::string body = Json{{"stop", stop}}.dump();
@@ -202,6 +208,9 @@ int extend(const Args& args) {
       ->type_name("E");
   app.add_option("--seconds", flags.seconds, "Seconds of rendering in all")
       ->check(above_zero(limits::kStopSeconds))
+      ->type_name("S");
+  app.add_option("--cpu-seconds", flags.cpu_seconds, "CPU seconds of rendering in all")
+      ->check(above_zero(limits::kStopCpuSeconds))
       ->type_name("S");
   add_server_flags(app, flags.server);
   return parse_and_run(app, args, [&] { return extend_job(flags); });

@@ -28,7 +28,9 @@ class PassPolicy {
   PassPolicy(const RenderSettings& settings, const StopRules& stop, int samples_limit);
 
   const StopRules& stop() const noexcept { return stop_; }
-  bool has_clock() const noexcept { return stop_.seconds || stop_.deadline_unix_seconds; }
+  bool has_clock() const noexcept {
+    return stop_.seconds || stop_.cpu_seconds || stop_.deadline_unix_seconds;
+  }
   int samples_max() const noexcept { return samples_max_; }
 
   /// No tile goes beyond this before every tile is there.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "core/error/error_estimate.h"
@@ -30,9 +31,21 @@ struct Progress {
   std::uint64_t rays = 0;
   double rays_per_second = 0;
   std::uint64_t rejected_samples = 0;
-  ErrorInterval error;    ///< of the last estimate; NaN before
-  double efficiency = 0;  ///< 1 / (relative error^2 * CPU seconds); NaN when unknown
+  ErrorInterval error;  ///< of the last estimate; NaN before
   std::uint32_t revision = 0;
+
+  /// 1 / (relative error^2 * CPU seconds); NaN when unknown.
+  double efficiency() const noexcept { return efficiency_at(error.relative_rmse); }
+  /// Ends of its interval, with the confidence of the error's.
+  double efficiency_low() const noexcept { return efficiency_at(error.high); }
+  double efficiency_high() const noexcept { return efficiency_at(error.low); }
+
+ private:
+  double efficiency_at(double relative_error) const noexcept {
+    return relative_error > 0 && cpu_seconds > 0
+               ? 1 / (relative_error * relative_error * cpu_seconds)
+               : std::numeric_limits<double>::quiet_NaN();
+  }
 };
 
 }  // namespace core

@@ -67,8 +67,6 @@ void ProgressMeter::tell(const PassPolicy& policy, double samples, int base, boo
   const StopRules& stop = policy.stop();
   p.error = error();
   const double e = p.error.relative_rmse;
-  p.efficiency = e > 0 && p.cpu_seconds > 0 ? 1 / (e * e * p.cpu_seconds)
-                                            : std::numeric_limits<double>::quiet_NaN();
   const Remaining end = samples_at_end(policy, base);
   double share = samples / end.expected;
   std::optional<Remaining> left;
@@ -92,6 +90,10 @@ void ProgressMeter::tell(const PassPolicy& policy, double samples, int base, boo
   };
   if (stop.seconds) {
     clock(*stop.seconds - p.elapsed_seconds, *stop.seconds);
+  }
+  if (stop.cpu_seconds && p.cpu_seconds > 0) {
+    const double pace = p.elapsed_seconds / p.cpu_seconds;
+    clock((*stop.cpu_seconds - p.cpu_seconds) * pace, *stop.cpu_seconds * pace);
   }
   if (stop.deadline_unix_seconds) {
     const double rest = *stop.deadline_unix_seconds - unix_seconds();

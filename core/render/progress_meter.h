@@ -21,7 +21,7 @@ class ProgressMeter {
   void note_look(const ConvergencePoint& point, double bound);
   void forget_fraction() { fraction_ = 0; }  ///< the stop rules have changed
 
-  /// Fills fraction, ETA, error and efficiency of `p`, which has the other members. samples: mean
+  /// Fills fraction, ETA and error of `p`, which has the other members. samples: mean
   /// over the film as its tiles are; base: of the last complete pass.
   void tell(const PassPolicy& policy, double samples, int base, bool is_over, Progress& p);
 

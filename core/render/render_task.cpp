@@ -113,6 +113,8 @@ void RenderTask::Impl::note_clock() {
   const StopRules& stop = policy.stop();
   if (stop.seconds && clock.seconds() >= *stop.seconds) {
     ending = StopReason::kSeconds;
+  } else if (stop.cpu_seconds && film->cpu_seconds() >= *stop.cpu_seconds) {
+    ending = StopReason::kCpuSeconds;
   } else if (is_past(stop.deadline_unix_seconds)) {
     ending = StopReason::kDeadline;
   }

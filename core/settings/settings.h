@@ -210,6 +210,7 @@ struct StopRules {
   bool worst_tile = false;
   std::optional<double> denoised_error;  ///< of the mixed picture
   std::optional<double> seconds;         ///< rendering time without pauses and downtime
+  std::optional<double> cpu_seconds;     ///< summed over all threads
   std::optional<double> deadline_unix_seconds;
 };
 
@@ -219,6 +220,7 @@ enum class StopReason {
   kRelativeError,
   kDenoisedError,
   kSeconds,
+  kCpuSeconds,
   kDeadline,
   kLimit,
   kCancelled,

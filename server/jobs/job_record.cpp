@@ -189,10 +189,6 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   if (row.elapsed_seconds > 0) {
     progress.rays_per_second = static_cast<double>(row.rays) / row.elapsed_seconds;
   }
-  const double error = progress.error.relative_rmse;
-  if (error > 0 && row.cpu_seconds > 0) {
-    progress.efficiency = 1 / (error * error * row.cpu_seconds);
-  }
   return record;
 }
 

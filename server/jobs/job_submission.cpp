@@ -53,10 +53,6 @@ api::JobView view_of_finished(const JobService::FinishedFilm& finished) {
   progress.revision = film.revision();
   note_samples_by_error(view);
   progress.error = core::ErrorEstimate(film).image(finished.spec.stop.confidence);
-  const double error = progress.error.relative_rmse;
-  if (error > 0 && progress.cpu_seconds > 0) {
-    progress.efficiency = 1 / (error * error * progress.cpu_seconds);
-  }
   if (progress.elapsed_seconds > 0) {
     progress.rays_per_second = static_cast<double>(progress.rays) / progress.elapsed_seconds;
   }

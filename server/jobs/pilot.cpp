@@ -184,6 +184,9 @@ CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_
   if (stop.deadline_unix_seconds) {
     limit = std::min(limit, std::max(0.0, *stop.deadline_unix_seconds - unix_now()));
   }
+  if (stop.cpu_seconds) {
+    limit = std::min(limit, *stop.cpu_seconds / threads);
+  }
   if (out.seconds > limit) {
     out.samples_per_pixel *= limit / out.seconds;
     out.cpu_seconds *= limit / out.seconds;

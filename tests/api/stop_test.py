@@ -33,6 +33,19 @@ class Stopping(ApiTest):
         self.assertGreater(closer["progress"]["samples_per_pixel"]["mean"],
                            job["progress"]["samples_per_pixel"]["mean"])
 
+    def test_cpu_seconds_end_a_job_after_its_last_whole_pass(self):
+        job = self.render({"cpu_seconds": 0.3}, adaptive={"type": "none"})
+        self.assertEqual(job["stop_reason"], "cpu_seconds")
+        self.assertEqual(job["spec"]["stop"], {"cpu_seconds": 0.3})
+        self.assertGreaterEqual(job["progress"]["cpu_seconds"], 0.3)
+        self.assert_whole(job)
+        figures, error = job["statistics"], job["error"]
+        for name, end in (("efficiency", "relative_rmse"), ("efficiency_low", "high"),
+                          ("efficiency_high", "low")):
+            self.assertAlmostEqual(
+                figures[name] * error[end] ** 2 * job["progress"]["cpu_seconds"], 1, delta=1e-4
+            )
+
     def extend(self, job, **stop):
         answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": stop})
         self.assertEqual(answer.status, 202, answer)

@@ -79,7 +79,7 @@ void measure(const char* name, const core::View& view, int samples, int threads)
       "relative RMSE %.4f  efficiency %.3f\n",
       name, count / seconds / 1e6, static_cast<double>(p.progress.rays) / seconds / 1e6,
       static_cast<double>(p.progress.rays) / count, 100 * embree.share(),
-      p.progress.error.relative_rmse, p.progress.efficiency);
+      p.progress.error.relative_rmse, p.progress.efficiency());
 }
 
 /// CPU time of a look at the error of a film of 1920x1080, and of the sums that it stands on, which

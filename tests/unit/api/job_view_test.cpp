@@ -35,8 +35,9 @@ TEST(JobView, HasTheMembersOfTheContract) {
             (std::vector<std::string>{"fraction", "samples_per_pixel", "elapsed_seconds",
                                       "cpu_seconds", "eta_seconds", "eta_interval_seconds"}));
   EXPECT_EQ(keys(job["statistics"]),
-            (std::vector<std::string>{"rays", "rays_per_second", "efficiency", "rejected_samples",
-                                      "peak_bytes", "split_count"}));
+            (std::vector<std::string>{"rays", "rays_per_second", "efficiency", "efficiency_low",
+                                      "efficiency_high", "rejected_samples", "peak_bytes",
+                                      "split_count"}));
   EXPECT_EQ(job["created_at"], "2026-01-01T00:00:00Z");
   EXPECT_EQ(job["started_at"], "2026-01-01T00:00:00.25Z");
   EXPECT_EQ(job["state"], "rendering");
@@ -50,8 +51,8 @@ TEST(JobView, WritesNullForUnknownValues) {
   for (const char* pointer :
        {"/pause_reason", "/stop_reason", "/started_at", "/finished_at", "/failure",
         "/queue_position", "/film_digest", "/error/relative_rmse", "/error/low", "/error/high",
-        "/statistics/efficiency", "/statistics/peak_bytes", "/progress/eta_seconds",
-        "/progress/eta_interval_seconds"}) {
+        "/statistics/efficiency", "/statistics/efficiency_low", "/statistics/efficiency_high",
+        "/statistics/peak_bytes", "/progress/eta_seconds", "/progress/eta_interval_seconds"}) {
     EXPECT_TRUE(body.at(Json::json_pointer(pointer)).is_null()) << pointer;
   }
 }

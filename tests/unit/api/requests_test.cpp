@@ -124,12 +124,13 @@ TEST(JobPatch, RefusesWithPointers) {
       errors_of(api::parse_job_patch(R"({"stop":{"relative_error":null,"samples_per_pixel":null}})",
                                      spec)),
       (Errors{{"/stop",
-               "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds or "
-               "deadline"}}));
+               "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds, "
+               "cpu_seconds or deadline"}}));
   EXPECT_EQ(errors_of(api::parse_job_patch(R"({"stop":{"spp":null}})", spec)),
             (Errors{{"/stop/spp",
                      "unknown member; known: samples_per_pixel, relative_error, "
-                     "denoised_error, confidence, scope, seconds, deadline"}}));
+                     "denoised_error, confidence, scope, seconds, cpu_seconds, "
+                     "deadline"}}));
   EXPECT_EQ(api::parse_job_patch("{", spec).problem().status, 400);
 }
 

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -291,15 +292,17 @@ TEST(RenderTaskStop, TheServersLimitEndsJobsThatNoRuleEnds) {
 TEST(RenderTaskStop, SecondsKeepTheLastCompletePass) {
   const core::View view = small_view();
   const auto renderer = renderer_of(view);
-  for (const double seconds : {0.02, 0.05, 0.11}) {
+  for (const double seconds : {0.02, 0.05, 0.11, -0.05, -0.11}) {
+    const bool by_cpu = seconds < 0;
     const auto film = film_of(view);
     RecordingSink sink;
     TaskOptions options;
-    options.stop.seconds = seconds;
+    (by_cpu ? options.stop.cpu_seconds : options.stop.seconds) = std::fabs(seconds);
     options.slice_target_seconds = 1e-4;
     RenderTask task(renderer, film, options, sink);
     core::run_to_end(task, 2);
-    EXPECT_EQ(sink.reason, StopReason::kSeconds);
+    EXPECT_EQ(sink.reason, by_cpu ? StopReason::kCpuSeconds : StopReason::kSeconds);
+    EXPECT_TRUE(!by_cpu || film->cpu_seconds() >= -seconds);
     EXPECT_EQ(tiles_apart(*film), 0) << seconds;
     const int n = film->tile_samples(0);
     EXPECT_GE(n, 1);

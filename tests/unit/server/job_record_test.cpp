@@ -67,7 +67,9 @@ TEST(JobRecord, IsRestoredFromItsRow) {
   EXPECT_EQ(back->view.failure->status, 507);
   EXPECT_EQ(back->view.progress.samples_max, 4);
   EXPECT_EQ(back->view.progress.rays_per_second, 50);
-  EXPECT_EQ(back->view.progress.efficiency, 1.0);  // 1 / (0.5^2 * 4 s)
+  EXPECT_EQ(back->view.progress.efficiency(), 1.0);  // 1 / (0.5^2 * 4 s)
+  EXPECT_EQ(back->view.progress.efficiency_low(), 0.25);
+  EXPECT_EQ(back->view.progress.efficiency_high(), 4.0);
 }
 
 TEST(JobRecord, AnUnknownErrorStaysUnknown) {

@@ -13,7 +13,7 @@ class JobOptions(TypedDict, total=False):
     """Everything that `submit` takes besides the scene. What is left out has the server's default.
 
     Short forms: size, crop, layers, samples_per_pixel, relative_error, denoised_error, confidence,
-    scope, seconds and deadline go into `film` and `stop`; integrator, sampler, light_sampler and
+    scope, seconds, cpu_seconds and deadline go into `film` and `stop`; integrator, sampler, light_sampler and
     adaptive may be the name of a type, camera a name or an index, environment the path of an .hdr
     or .exr file. All other members are those of the request (`/docs` of the server describes them).
     `request` is a whole request, over which the options are put: the way to what this list does not
@@ -48,6 +48,7 @@ class JobOptions(TypedDict, total=False):
     confidence: float
     scope: str
     seconds: float
+    cpu_seconds: float
     deadline: str
     request: Mapping[str, Any]
 
@@ -59,6 +60,7 @@ _STOP = (
     "confidence",
     "scope",
     "seconds",
+    "cpu_seconds",
     "deadline",
 )
 _TYPED = ("integrator", "sampler", "light_sampler", "adaptive")

@@ -25,6 +25,8 @@ export interface FormValues {
   useDenoisedError: boolean;
   denoisedErrorPercent: number;
   useSeconds: boolean;
+  useCpuSeconds: boolean;
+  cpuSeconds: number;
   seconds: number;
   camera: string;
   pose: Pose | null;
@@ -65,6 +67,8 @@ export const initial: FormValues = {
   denoisedErrorPercent: 2,
   useSeconds: false,
   seconds: 60,
+  useCpuSeconds: false,
+  cpuSeconds: 60,
   camera: '',
   pose: null,
   variant: '',
@@ -117,6 +121,7 @@ export function requestOf(
   if (v.useError) stop.relative_error = round(v.errorPercent / 100);
   if (v.useDenoisedError) stop.denoised_error = round(v.denoisedErrorPercent / 100);
   if (v.useSeconds) stop.seconds = v.seconds;
+  if (v.useCpuSeconds) stop.cpu_seconds = v.cpuSeconds;
   const request: Record<string, unknown> = {
     scene: v.scene,
     film: { width: v.width, height: v.height, ...(v.filter && { filter: { type: v.filter } }) },
@@ -197,7 +202,8 @@ const round = (v: number): number => Number(v.toPrecision(7));
 export function check(v: FormValues): FieldError[] {
   const out: FieldError[] = [];
   if (!v.scene) out.push({ pointer: '/scene', detail: 'Choose a scene or drop a model.' });
-  if (!v.useSamples && !v.useError && !v.useDenoisedError && !v.useSeconds)
+  const rules = [v.useSamples, v.useError, v.useDenoisedError, v.useSeconds, v.useCpuSeconds];
+  if (!rules.includes(true))
     out.push({ pointer: '/stop', detail: 'Choose at least one rule, so that the render ends.' });
   if (v.environment === 'file' && !v.environmentAsset)
     out.push({ pointer: '/environment', detail: 'Choose an .hdr or .exr file.' });

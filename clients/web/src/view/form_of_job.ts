@@ -74,6 +74,8 @@ export function formOf(job: Job, info: Server | null): FormValues {
     errorPercent: stop.relative_error != null ? stop.relative_error * 100 : initial.errorPercent,
     useSeconds: stop.seconds != null,
     seconds: stop.seconds ?? initial.seconds,
+    useCpuSeconds: stop.cpu_seconds != null,
+    cpuSeconds: stop.cpu_seconds ?? initial.cpuSeconds,
     variant: spec.variant ?? '',
     ...cameraOf(spec),
     ...environmentOf(spec),

@@ -20,6 +20,7 @@ const reasons: Record<string, string> = {
   relative_error: 'error reached',
   denoised_error: 'error of the denoised picture reached',
   seconds: 'time is up',
+  cpu_seconds: 'CPU time is used up',
   deadline: 'deadline',
   limit: 'sample limit of the server',
 };

@@ -29,7 +29,13 @@ export function Statistics({ job }: { job: Job }) {
     ['Rays per second', count(s?.rays_per_second)],
     ['Render time', duration(p?.elapsed_seconds)],
     ['CPU time', duration(p?.cpu_seconds)],
-    ['Efficiency', number(s?.efficiency), '1 / (error² × CPU seconds)'],
+    [
+      'Efficiency',
+      s?.efficiency_low != null
+        ? `${number(s.efficiency)} (${number(s.efficiency_low)}–${number(s.efficiency_high)})`
+        : number(s?.efficiency),
+      '1 / (error² × CPU seconds), with the interval of the error',
+    ],
     ['Peak memory', s?.peak_bytes ? bytes(s.peak_bytes) : '–'],
     [
       'Rejected samples',

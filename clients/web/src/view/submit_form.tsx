@@ -25,6 +25,7 @@ import {
 } from './scene_source';
 import { SeriesFields } from './series_fields';
 import { picturesOf, seriesOf } from './series_model';
+import { StopField } from './stop_field';
 
 function useSceneDetails(scene: string): Scene | null {
   const details = useStore(sceneDetails);
@@ -284,112 +285,6 @@ function SizeField() {
         </div>
       )}
     </>
-  );
-}
-
-interface RuleProps {
-  on: boolean;
-  label: string;
-  unit: string;
-  value: number;
-  min: number;
-  max?: number;
-  step: number | 'any';
-  testId: string;
-  onToggle: (on: boolean) => void;
-  onValue: (value: number) => void;
-}
-
-function Rule(p: RuleProps) {
-  return (
-    <div class={`rule${p.on ? ' rule-on' : ''}`}>
-      <label class="check">
-        <input
-          type="checkbox"
-          checked={p.on}
-          onChange={(e) => p.onToggle(e.currentTarget.checked)}
-        />
-        {p.label}
-      </label>
-      <NumberInput
-        aria-label={`${p.label}, ${p.unit}`}
-        data-testid={p.testId}
-        value={p.value}
-        min={p.min}
-        max={p.max}
-        step={p.step}
-        disabled={!p.on}
-        onValue={p.onValue}
-      />
-      <span class="unit" aria-hidden="true">
-        {p.unit}
-      </span>
-    </div>
-  );
-}
-
-function StopField() {
-  const v = useStore(form);
-  const info = useStore(serverInfo);
-  const wrong = refusalsAt(useStore(refusals), ['/stop']);
-  return (
-    <fieldset class={`stop${wrong.length ? ' field-wrong' : ''}`}>
-      <legend>Stop when</legend>
-      <Rule
-        on={v.useError}
-        label="error is below"
-        unit="%"
-        value={v.errorPercent}
-        min={0.01}
-        max={100}
-        step="any"
-        testId="stop-error"
-        onToggle={(useError) => change({ useError })}
-        onValue={(errorPercent) => change({ errorPercent })}
-      />
-      <Rule
-        on={v.useDenoisedError}
-        label="denoised error"
-        unit="%"
-        value={v.denoisedErrorPercent}
-        min={0.01}
-        max={100}
-        step="any"
-        testId="stop-denoised-error"
-        onToggle={(useDenoisedError) => change({ useDenoisedError })}
-        onValue={(denoisedErrorPercent) => change({ denoisedErrorPercent })}
-      />
-      <Rule
-        on={v.useSamples}
-        label="samples reach"
-        unit="/ pixel"
-        value={v.samples}
-        min={1}
-        max={info?.limits.samples_per_pixel}
-        step={1}
-        testId="stop-samples"
-        onToggle={(useSamples) => change({ useSamples })}
-        onValue={(samples) => change({ samples })}
-      />
-      <Rule
-        on={v.useSeconds}
-        label="time is up after"
-        unit="s"
-        value={v.seconds}
-        min={0.1}
-        max={info?.limits.stop_seconds}
-        step="any"
-        testId="stop-seconds"
-        onToggle={(useSeconds) => change({ useSeconds })}
-        onValue={(seconds) => change({ seconds })}
-      />
-      <p class="hint">
-        The first rule met ends the render. Half the error takes four times the samples.
-      </p>
-      <p class="wrong" role={wrong.length ? 'alert' : undefined}>
-        {wrong.map((w) => w.detail).join(' ')}
-      </p>
-    </fieldset>
   );
 }
 

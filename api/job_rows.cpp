@@ -53,52 +53,6 @@ const auto& medium_table() {
   return kTable;
 }
 
-void read_asset(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
-  spec.environment_asset.reset();
-  if (value.is_null()) {
-    return;
-  }
-  if (!value.is_string()) {
-    faults.add(pointer, "expected a string, got " + std::string(type_text(value)));
-  } else if (const auto& id = value.get_ref<const std::string&>(); !is_sha256(id)) {
-    faults.add(pointer, shown(value) + " is not an asset id (64 lower-case hex digits)");
-  } else {
-    spec.environment_asset = id;
-  }
-}
-
-const auto& environment_table() {
-  constexpr Range kRadiance = {0, 1e9};
-  static constexpr auto kTable = std::tuple{
-      CustomRow<JobSpec>{
-          "asset", &read_asset,
-          [](const JobSpec& s, Json& object) {
-            object["asset"] = s.environment_asset ? Json(*s.environment_asset) : Json(nullptr);
-          },
-          [](const JobSpec& /*defaults*/) {
-            Json schema = basic_schema(
-                "string", "Asset with an equirectangular picture (.hdr, .exr); null: one colour.",
-                true);
-            schema["pattern"] = "^[0-9a-f]{64}$";
-            schema["default"] = nullptr;
-            return schema;
-          }},
-      triple(
-          "color", [](auto& s) -> auto& { return s.environment.color; }, kRadiance,
-          "Linear Rec.709; multiplies the picture."),
-      number(
-          "intensity", [](auto& s) -> auto& { return s.environment.intensity; }, kRadiance,
-          "Multiplies colour and picture."),
-      number(
-          "rotation_degrees", [](auto& s) -> auto& { return s.environment.rotation_degrees; },
-          {-36000, 36000}, "Positive turns it counter-clockwise seen from above."),
-      flag(
-          "visible", [](auto& s) -> auto& { return s.environment.visible; },
-          "If false, the environment lights the scene but the background is transparent."),
-  };
-  return kTable;
-}
-
 }  // namespace
 
 void read_labels(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
@@ -138,36 +92,6 @@ Json labels_schema(const JobSpec& /*defaults*/) {
   schema["additionalProperties"] = {{"type", "string"},
                                     {"maxLength", limits::kLabelValueCharacters}};
   schema["default"] = Json::object();
-  return schema;
-}
-
-void read_environment(const Json& value, JobSpec& spec, const std::string& pointer,
-                      Faults& faults) {
-  spec.environment = core::EnvironmentSettings{};
-  spec.environment_asset.reset();
-  if (value.is_null()) {
-    spec.environment_choice = EnvironmentChoice::kBlack;
-    return;
-  }
-  spec.environment_choice = EnvironmentChoice::kGiven;
-  read_members(environment_table(), value, spec, pointer, faults);
-}
-
-void print_environment(const JobSpec& spec, Json& object) {
-  if (spec.environment_choice == EnvironmentChoice::kBlack) {
-    object["environment"] = nullptr;
-  } else if (spec.environment_choice == EnvironmentChoice::kGiven) {
-    object["environment"] = print_members(environment_table(), spec);
-  }
-}
-
-Json environment_schema(const JobSpec& defaults) {
-  Json schema = object_schema(environment_table(), defaults,
-                              "Distant environment lighting, added to the scene's lights. Null: "
-                              "black. Absent: the scene's own, if it has one; else white, "
-                              "unless the scene has a punctual light or an emissive strength "
-                              "above 1.");
-  schema["type"] = {"object", "null"};
   return schema;
 }
 

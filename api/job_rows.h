@@ -18,6 +18,19 @@ void read_environment(const Json& value, JobSpec& spec, const std::string& point
 void print_environment(const JobSpec& spec, Json& object);
 Json environment_schema(const JobSpec& defaults);
 
+void read_background(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void print_background(const JobSpec& spec, Json& object);
+Json background_schema(const JobSpec& defaults);
+
+void read_ground(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void print_ground(const JobSpec& spec, Json& object);
+Json ground_schema(const JobSpec& defaults);
+
+/// What follows from what the request leaves out, for background and denoising.
+void settle_stage(const Json& request, JobSpec& spec);
+/// Rules between environment, background, ground and other members.
+void check_stage(const Json& request, const JobSpec& spec, Faults& faults);
+
 void read_orbit(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
 void print_orbit(const JobSpec& spec, Json& object);
 Json orbit_schema(const JobSpec& defaults);

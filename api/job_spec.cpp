@@ -238,6 +238,15 @@ const auto& table() {
           "A later preview with the same key supersedes this one; class preview only."),
       CustomRow<JobSpec>{"environment", &read_environment, &print_environment, &environment_schema,
                          false, true},
+      shown_if(
+          [](const JobSpec& s) {
+            return s.render.background.type != core::BackgroundType::kEnvironment ||
+                   core::has_catcher(s.render);
+          },
+          CustomRow<JobSpec>{"background", &read_background, &print_background,
+                             &background_schema}),
+      shown_if([](const JobSpec& s) { return s.render.ground.type != core::GroundType::kNone; },
+               CustomRow<JobSpec>{"ground", &read_ground, &print_ground, &ground_schema}),
       film_row(),
       group("integrator", "How light paths are traced.",
             choice(
@@ -374,11 +383,13 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
                                            value->contains(target) && !value->at(target).is_null());
   Faults faults;
   read_members(table(), *value, job.spec, "", faults);
+  settle_stage(*value, job.spec);
   // The rules between members speak about values that are fine by themselves.
   if (faults.empty()) {
     check_camera(job.spec, faults);
     check_film(job.spec.render.film, faults);
     check_class(job.spec, faults);
+    check_stage(*value, job.spec, faults);
     check_options(job.spec, faults);
     round_stop(job.spec.stop, job.spec.render, job.warnings);
     const int asked = job.spec.render.adaptive.min_samples;

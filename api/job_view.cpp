@@ -172,6 +172,9 @@ std::string_view bias_of(const JobView& job) {
 namespace {
 
 bool has_interval(const JobView& job) { return core::errors_are_valid(job.spec.render); }
+Json interval_end(const JobView& job, double value) {
+  return has_interval(job) ? number_json(value) : Json(nullptr);
+}
 
 }  // namespace
 
@@ -188,13 +191,9 @@ const View<JobView>& error_view() {
         [](const JobView& j) { return number_json(j.progress.error.relative_rmse); }},
        {"low",
         shape::nullable(shape::real("Lower end of the interval; null: unknown, or not valid.")),
-        [](const JobView& j) {
-          return has_interval(j) ? number_json(j.progress.error.low) : Json(nullptr);
-        }},
+        [](const JobView& j) { return interval_end(j, j.progress.error.low); }},
        {"high", shape::nullable(shape::real("Upper end of the interval.")),
-        [](const JobView& j) {
-          return has_interval(j) ? number_json(j.progress.error.high) : Json(nullptr);
-        }},
+        [](const JobView& j) { return interval_end(j, j.progress.error.high); }},
        {"confidence", shape::real("Of the interval."),
         [](const JobView& j) { return number_json(j.spec.stop.confidence); }},
        {"bias", shape::bias(), [](const JobView& j) -> Json { return bias_of(j); }},
@@ -216,16 +215,10 @@ const View<JobView>& statistics_view() {
         [](const JobView& j) { return number_json(j.progress.rays_per_second); }},
        {"efficiency", shape::nullable(shape::real("1 / (relative error^2 * CPU seconds).")),
         [](const JobView& j) { return number_json(j.progress.efficiency()); }},
-       {"efficiency_low",
-        shape::nullable(shape::real("Lower end of its interval, which is that of `error`.")),
-        [](const JobView& j) {
-          return has_interval(j) ? number_json(j.progress.efficiency_low()) : Json(nullptr);
-        }},
-       {"efficiency_high",
-        shape::nullable(shape::real("Upper end; null also where `error.low` is 0.")),
-        [](const JobView& j) {
-          return has_interval(j) ? number_json(j.progress.efficiency_high()) : Json(nullptr);
-        }},
+       {"efficiency_low", shape::nullable(shape::real("From the interval of `error`.")),
+        [](const JobView& j) { return interval_end(j, j.progress.efficiency_low()); }},
+       {"efficiency_high", shape::nullable(shape::real("Null also if `error.low` is 0.")),
+        [](const JobView& j) { return interval_end(j, j.progress.efficiency_high()); }},
        {"rejected_samples", shape::count("Non-finite ones, counted as zero."),
         [](const JobView& j) -> Json { return j.progress.rejected_samples; }},
        {"peak_bytes", shape::nullable(shape::count("Memory; null: unknown.")),

@@ -34,8 +34,8 @@ enum class PauseReason { kNone, kRequested, kStorageFull };
 /// "requested" "storage_full"; "" for kNone.
 std::string_view to_text(PauseReason reason);
 std::optional<PauseReason> pause_reason_from_text(std::string_view text);
-/// "samples_per_pixel" "relative_error" "seconds" "cpu_seconds" "deadline" "limit" "cancelled" "failed"; "" for
-/// kNone.
+/// "samples_per_pixel" "relative_error" "seconds" "cpu_seconds" "deadline" "limit" "cancelled"
+/// "failed"; "" for kNone.
 std::string_view to_text(core::StopReason reason);
 std::optional<core::StopReason> stop_reason_from_text(std::string_view text);
 

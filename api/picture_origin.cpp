@@ -63,6 +63,7 @@ Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>&
                                .worst_tile = false,
                                .denoised_error = {},
                                .seconds = {},
+                               .cpu_seconds = {},
                                .deadline_unix_seconds = {}};
     const std::string* reason = find(texts, "tessera:stop_reason");
     if (core::is_by_error(stop_reason_from_text(reason != nullptr ? *reason : "")

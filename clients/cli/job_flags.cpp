@@ -1,6 +1,8 @@
 #include "clients/cli/job_flags.h"
 
+#include <array>
 #include <charconv>
+#include <cmath>
 #include <utility>
 
 #include "api/limits.h"
@@ -132,6 +134,82 @@ void add_view_flags(CLI::App& app, JobFlags& flags) {
                "is not seen itself");
 }
 
+/// What the model stands in.
+void add_stage_flags(CLI::App& app, JobFlags& flags) {
+  auto* map = app.add_option("--environment", flags.environment,
+                             "Equirectangular map that lights the scene: .hdr, .exr")
+                  ->type_name("FILE");
+  auto* preset =
+      app.add_option("--preset", flags.preset, "Studio light made in code: studio, tent, rim")
+          ->type_name("NAME")
+          ->excludes(map);
+  app.add_option("--sun", flags.sun,
+                 "Sun and sky of a place (degrees north and east) and a time such as "
+                 "2026-06-21T12:00:00+02:00")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("LAT,LON,TIME")
+      ->excludes(map)
+      ->excludes(preset);
+  app.add_option("--background", flags.background,
+                 "environment, transparent, blurred, or a colour as six digits of sRGB")
+      ->type_name("TYPE");
+  app.add_option(
+         "--ground", flags.ground,
+         "catcher (only its shadow is seen, and the background is transparent), sweep, none")
+      ->type_name("TYPE");
+  app.add_option("--ground-height", flags.ground_height,
+                 "y of the ground, metres (the model's lowest point)")
+      ->type_name("M");
+}
+
+/// Linear Rec.709 of six hexadecimal digits; empty: they are none.
+std::optional<Json> linear_color(const std::string& text) {
+  const bool is_hex =
+      text.size() == 6 && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
+  if (!is_hex) {
+    return std::nullopt;
+  }
+  Json color = Json::array();
+  for (std::size_t i = 0; i < 6; i += 2) {
+    const double s = std::stoi(text.substr(i, 2), nullptr, 16) / 255.0;
+    // IEC 61966-2-1
+    color.push_back(s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
+  }
+  return color;
+}
+
+core::Status put_stage(const JobFlags& flags, Json& request) {
+  if (flags.preset) {
+    object_at(request, "environment")["preset"] = *flags.preset;
+  }
+  if (!flags.sun.empty()) {
+    std::array<double, 2> place{};
+    for (std::size_t i = 0; i < 2; ++i) {
+      const std::string& text = flags.sun[i];
+      const auto read = std::from_chars(text.data(), text.data() + text.size(), place[i]);
+      if (read.ec != std::errc() || read.ptr != text.data() + text.size()) {
+        return Error{ErrorCode::kInvalidArgument, "--sun: \"" + text + "\" is no number of degrees",
+                     ""};
+      }
+    }
+    object_at(request, "environment")["sun"] = {
+        {"latitude", place[0]}, {"longitude", place[1]}, {"time", flags.sun[2]}};
+  }
+  if (flags.background) {
+    const auto color = linear_color(*flags.background);
+    request["background"] =
+        color ? Json{{"type", "color"}, {"color", *color}} : Json{{"type", *flags.background}};
+  }
+  if (flags.ground) {
+    object_at(request, "ground")["type"] = *flags.ground;
+  }
+  if (flags.ground_height) {
+    object_at(request, "ground")["height"] = *flags.ground_height;
+  }
+  return core::ok_status();
+}
+
 void put_view(const JobFlags& flags, Json& request) {
   if (flags.camera) {
     object_at(request, "camera")["name"] = *flags.camera;
@@ -204,9 +282,7 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
       ->check(CLI::Validator(fault_of_size, ""))
       ->type_name("WxH");
   add_view_flags(app, flags);
-  app.add_option("--environment", flags.environment,
-                 "Equirectangular map that lights the scene: .hdr, .exr")
-      ->type_name("FILE");
+  add_stage_flags(app, flags);
   app.add_option("--integrator", flags.integrator, "How light is estimated (path)")->type_name("T");
   app.add_option("--sampler", flags.sampler, "Where samples come from (sobol)")->type_name("T");
   app.add_option("--light-sampler", flags.light_sampler, "How lights are chosen (tree)")
@@ -255,6 +331,9 @@ core::Result<Json> make_request(const JobFlags& flags) {
     object_at(request, "film")["height"] = size->second;
   }
   put_view(flags, request);
+  if (const core::Status put = put_stage(flags, request); !put) {
+    return put.error();
+  }
   if (flags.integrator) {
     object_at(request, "integrator")["type"] = *flags.integrator;
   }

@@ -38,6 +38,11 @@ struct JobFlags {
   std::vector<int> crop;  ///< x, y, width, height in pixels; or empty
   std::optional<double> environment_rotation_degrees;
   bool is_transparent = false;
+  std::optional<std::string> preset;      ///< of the environment
+  std::vector<std::string> sun;           ///< latitude, longitude, time; or empty
+  std::optional<std::string> background;  ///< a type, or a colour as six digits of sRGB
+  std::optional<std::string> ground;
+  std::optional<double> ground_height;
   std::optional<std::string> integrator;
   std::optional<std::string> sampler;
   std::optional<std::string> light_sampler;

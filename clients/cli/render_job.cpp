@@ -5,8 +5,11 @@
 #include <utility>
 
 #include "clients/cli/files.h"
+#include "core/camera/camera.h"
 #include "core/image_io/image_io.h"
+#include "core/lights/made_environment.h"
 #include "core/render/choose_integrator.h"
+#include "core/scene/ground.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
 
@@ -95,7 +98,7 @@ core::Result<std::shared_ptr<const core::Environment>> load_environment(const ap
     return Pointer();
   }
   if (!spec.environment_asset) {
-    return core::Environment::create(nullptr, spec.environment);
+    return core::make_environment(spec.environment);
   }
   if (path.empty()) {
     return Error{
@@ -144,6 +147,16 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   auto description = load_scene(job.spec.scene, options);
   if (!description) {
     return description.error();
+  }
+  if (job.spec.render.ground.type != core::GroundType::kNone) {
+    const core::Bounds bounds = core::bounds_of(*description);
+    const core::FilmSettings& film = job.spec.render.film;
+    const auto camera = core::Camera::create(api::camera_in(job.spec, bounds), description->cameras,
+                                             bounds, film.width, film.height);
+    if (!camera) {
+      return camera.error();
+    }
+    core::add_ground(*description, job.spec.render.ground, camera->forward());
   }
   const auto scene = core::Scene::build(*std::move(description), threads);
   if (!scene) {

@@ -6,14 +6,8 @@
 #include <cstddef>
 
 namespace core {
-namespace {
 
-constexpr float kFirst = 390;
-constexpr float kLast = 710;
-constexpr std::size_t kCells = 160;
-constexpr float kStep = (kLast - kFirst) / static_cast<float>(kCells);
-
-Rgb matching(float nm) {
+Rgb color_matching(float nm) noexcept {
   const auto bell = [nm](float alpha, float mu, float below, float above) {
     const float t = (nm - mu) / (nm < mu ? below : above);
     return alpha * std::exp(-0.5F * t * t);
@@ -27,6 +21,13 @@ Rgb matching(float nm) {
           0.0556434F * x - 0.2040259F * y + 1.0572252F * z};
 }
 
+namespace {
+
+constexpr float kFirst = 390;
+constexpr float kLast = 710;
+constexpr std::size_t kCells = 160;
+constexpr float kStep = (kLast - kFirst) / static_cast<float>(kCells);
+
 struct Table {
   std::array<float, kCells + 1> cdf{};
   std::array<Rgb, kCells> weight;
@@ -36,7 +37,7 @@ struct Table {
     std::array<Rgb, kCells> rgb;
     std::array<double, 3> mean{};
     for (std::size_t i = 0; i < kCells; ++i) {
-      rgb[i] = matching(kFirst + (static_cast<float>(i) + 0.5F) * kStep);
+      rgb[i] = color_matching(kFirst + (static_cast<float>(i) + 0.5F) * kStep);
       for (std::size_t c = 0; c < 3; ++c) {
         mean[c] += static_cast<double>(rgb[i][static_cast<int>(c)]) / kCells;
       }

@@ -14,8 +14,12 @@ struct WavelengthSample {
   Rgb weight = {1, 1, 1};
 };
 
-/// u in [0,1). Colour matching functions: Wyman, Sloan and Shirley, Simple Analytic Approximations
-/// to the CIE XYZ Color Matching Functions, JCGT 2013; the density is the least one, up to scale,
+/// What light of a wavelength is in linear Rec.709, in units of luminance (CIE Y).
+/// Source: Wyman, Sloan and Shirley, Simple Analytic Approximations to the CIE XYZ Color Matching
+/// Functions, JCGT 2013.
+Rgb color_matching(float wavelength_nm) noexcept;
+
+/// u in [0,1). By color_matching(); the density is the least one, up to scale,
 /// that keeps weights in those bounds. (None keeps them above -0.58; the bounds trade the depth of
 /// negative values against the height of positive ones.)
 WavelengthSample sample_wavelength(float u) noexcept;

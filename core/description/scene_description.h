@@ -118,6 +118,7 @@ struct InstanceDescription {
   std::string group = {};      ///< of lights, if it shines; empty: the mesh's name
   std::uint32_t object = 0;    ///< ObjectDescription::id; 0: an object of its own
   std::uint32_t instance = 0;  ///< of the object's range; 0: the object's own
+  bool is_ground = false;      ///< added to the model (core/scene/ground.h), outside of its bounds
 };
 
 /// A node of the file that shows a mesh. Ids follow from the file alone, so that all views,

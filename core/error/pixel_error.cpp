@@ -30,8 +30,7 @@ PixelError pixel_error(const FilmSnapshot& film, int x, int y) {
   int count = 0;
   for (int row = window.y; row < window.y + window.height; ++row) {
     for (int column = window.x; column < window.x + window.width; ++column) {
-      const HalfValue a = half_value(film, index(column, row), 0);
-      const HalfValue b = half_value(film, index(column, row), 1);
+      const auto [a, b] = error_halves(film, index(column, row));
       if (has_halves(a, b)) {
         for (int c = 0; c < 3; ++c) {
           const double d = static_cast<double>(a.mean[c]) - static_cast<double>(b.mean[c]);
@@ -72,8 +71,7 @@ Rgb raw_variance(const HalfValue& a, const HalfValue& b) {
 
 void Light::add(const FilmSnapshot& film) {
   for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-    const HalfValue a = half_value(film, i, 0);
-    const HalfValue b = half_value(film, i, 1);
+    const auto [a, b] = error_halves(film, i);
     if (a.alpha + b.alpha > 0) {
       sum +=
           0.5 * (static_cast<double>(luminance(a.mean)) + static_cast<double>(luminance(b.mean)));
@@ -96,8 +94,7 @@ std::vector<float> relative_error_plane(const FilmSnapshot& film) {
   std::size_t i = 0;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x, ++i) {
-      const HalfValue a = half_value(film, i, 0);
-      const HalfValue b = half_value(film, i, 1);
+      const auto [a, b] = error_halves(film, i);
       const bool known = has_halves(a, b);
       out[i] = known ? 0 : kNan;
       const auto ya = static_cast<double>(luminance(a.mean));

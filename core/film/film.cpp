@@ -91,6 +91,7 @@ Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors, boo
       has_labels_(settings.has_labels()),
       matte_kinds_{settings.object_mattes, settings.material_mattes},
       errors_(errors),
+      over_white_(settings.errors_over_white),
       rects_(tile_rects(crop_)),
       unit_rects_(has_splats ? units_of(settings, rects_) : rects_),
       tiles_(rects_.size()) {
@@ -148,8 +149,9 @@ std::uint32_t Film::commit(int tile, TileState state) { return commit(tile, std:
 
 std::uint32_t Film::commit(int tile, TileState state, const LightBatch& light) {
   const SampleCounts counts = counts_of(state, replicates_);
-  const TileSums sums =
-      has_splats_ ? TileSums{} : core::half_sums(state.rect, state.pixels, replicates_);
+  const TileSums sums = has_splats_
+                            ? TileSums{}
+                            : core::half_sums(state.rect, state.pixels, replicates_, over_white_);
   MutexLock lock(mutex_);
   add_light(light);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
@@ -229,7 +231,7 @@ std::vector<std::uint32_t> Film::settle_splats() {
   }
   for (int tile = 0; tile < tile_count(); ++tile) {
     const TileState state = shown_tile(tile);
-    const TileSums sums = core::half_sums(state.rect, state.pixels, replicates_);
+    const TileSums sums = core::half_sums(state.rect, state.pixels, replicates_, over_white_);
     MutexLock lock(mutex_);
     Slot& slot = tiles_[static_cast<std::size_t>(tile)];
     slot.sums = sums;
@@ -260,7 +262,7 @@ void Film::restore_splats(SplatState state) {
   }
   for (int tile = 0; tile < tile_count(); ++tile) {
     const TileState shown = shown_tile(tile);
-    const TileSums sums = core::half_sums(shown.rect, shown.pixels, replicates_);
+    const TileSums sums = core::half_sums(shown.rect, shown.pixels, replicates_, over_white_);
     MutexLock lock(mutex_);
     tiles_[static_cast<std::size_t>(tile)].sums = sums;
   }
@@ -358,7 +360,7 @@ std::uint32_t Film::revision() const {
 
 void Film::restore(int tile, TileState state, std::uint32_t tile_revision) {
   const SampleCounts counts = counts_of(state, replicates_);
-  const TileSums sums = core::half_sums(state.rect, state.pixels, replicates_);
+  const TileSums sums = core::half_sums(state.rect, state.pixels, replicates_, over_white_);
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
   slot.sums = has_splats_ ? slot.sums : sums;

@@ -110,6 +110,7 @@ struct FilmSnapshot {
   bool has_aux = false;
   bool has_splats = false;  ///< spreads within a replicate lack those of splats
   PixelErrors errors = PixelErrors::kIndependent;
+  bool errors_over_white = false;
   std::vector<ReplicatePixel> pixels;  ///< [pixel * R + replicate], row by row over rect
   std::vector<AuxPixel> aux;
   std::vector<Rgb> shares;                ///< as in TileState
@@ -142,6 +143,7 @@ class Film {
   int replicates() const noexcept { return replicates_; }
   bool has_aux() const noexcept { return has_aux_; }
   PixelErrors errors() const noexcept { return errors_; }
+  bool errors_over_white() const noexcept { return over_white_; }
   bool has_plan() const noexcept { return adaptive_ != AdaptiveType::kNone; }
   bool has_pilot() const noexcept { return adaptive_ == AdaptiveType::kPilot; }
   bool has_splats() const noexcept { return has_splats_; }
@@ -252,6 +254,7 @@ class Film {
   bool has_labels_;
   MatteKinds matte_kinds_;
   PixelErrors errors_;
+  bool over_white_;
   AdaptiveType adaptive_ = AdaptiveType::kNone;
   FitType fit_ = FitType::kNone;
   std::vector<PixelRect> rects_;
@@ -281,6 +284,8 @@ std::vector<PixelRect> tile_rects(PixelRect crop);
 
 /// Of pixel number `pixel` of the snapshot.
 HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half);
+/// Both, as errors are taken from them.
+std::array<HalfValue, 2> error_halves(const FilmSnapshot& film, std::size_t pixel);
 /// The picture's value: (A + B) / 2, whatever their counts, which may depend on the samples of the
 /// other half; A alone where B is empty. (A - B)^2 / 4 estimates the variance of exactly this.
 /// Alpha in [0,1].

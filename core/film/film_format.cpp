@@ -28,7 +28,8 @@ constexpr std::uint32_t kSplatsFlag = 4;
 constexpr std::uint32_t kLabelsFlag = 8;
 constexpr std::uint32_t kObjectMattesFlag = 16;
 constexpr std::uint32_t kMaterialMattesFlag = 32;
-constexpr std::uint32_t kFlags = 63;
+constexpr std::uint32_t kOverWhiteFlag = 64;
+constexpr std::uint32_t kFlags = 127;
 constexpr std::uint32_t kSharesShift = 8;
 /// Of a replicate: 65,536 samples of 64 megapixels.
 constexpr std::uint64_t kLightPathsMax = std::uint64_t{1} << 42U;
@@ -116,6 +117,7 @@ Head head_of(const Film& film, std::size_t ranges, std::size_t text_bytes) {
                (film.has_splats() ? kSplatsFlag : 0) | (film.has_labels() ? kLabelsFlag : 0) |
                (film.matte_kinds().object ? kObjectMattesFlag : 0) |
                (film.matte_kinds().material ? kMaterialMattesFlag : 0) |
+               (film.errors_over_white() ? kOverWhiteFlag : 0) |
                (static_cast<std::uint32_t>(film.shares().size()) << kSharesShift);
   head.full_width = film.full_width();
   head.full_height = film.full_height();
@@ -469,6 +471,7 @@ Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFor
   settings.object = (head.flags & kLabelsFlag) != 0;
   settings.object_mattes = (head.flags & kObjectMattesFlag) != 0;
   settings.material_mattes = (head.flags & kMaterialMattesFlag) != 0;
+  settings.errors_over_white = (head.flags & kOverWhiteFlag) != 0;
   if (shares != nullptr) {
     settings.shares = shares(content.text);
   }

@@ -7,20 +7,20 @@
 ///    replicates 52  u32 tiles           56  u64 bytes of the file                 64  sha256 of
 ///    the content (Film::digest), hex
 /// Flags: 1 auxiliary values, 2 errors of neighbouring pixels are correlated, 4 splats, 8 labels,
-/// 16 mattes of objects, 32 of materials; from bit 8 on the number of shares of the picture's
-/// light, whose layers the text names. Ledger, 24 bytes a range: u64 seed, u32 first replicate, u32
-/// replicates, u32 samples, u32 0. Text: what the caller wants to say about the film (UTF-8), then
-/// zeros up to a multiple of 8. If flag 4: u64 light paths of each replicate, u64 rejected splats,
-/// u64 rays of light paths. Tiles, row by row, 32x32 anchored at the full film's origin and cut by
-/// the crop: i32 x, i32 y, u32 samples, u32 0, u64 rejected samples, u64 rays, f64 CPU seconds
-/// (with an equal share of what was spent beside the samples); then for each pixel and replicate
-/// f32 mean r, g, b, alpha, f32 M2 of the luminance, u32 count; then, if flag 1, for each pixel f32
-/// albedo r, g, b, normal x, y, z, depth, u32 hits; then, if flag 4, for each pixel and replicate
-/// i128 sums r, g, b of splats in units of 2^-40; then, for each pixel, replicate and share, f32
-/// mean r, g, b; then, if flag 8, for each pixel u32 object, instance, material, primitive, f32
-/// position x, y, z, u, v; then, for each pixel and flag 16 and 32, six times u32 id of
-/// Cryptomatte, u32 samples of half A and B that met it. Last, 64 bytes: sha256 (hex) of everything
-/// before.
+/// 16 mattes of objects, 32 of materials, 64 errors are of the picture over white; from bit 8 on
+/// the number of shares of the picture's light, whose layers the text names. Ledger, 24 bytes a
+/// range: u64 seed, u32 first replicate, u32 replicates, u32 samples, u32 0. Text: what the caller
+/// wants to say about the film (UTF-8), then zeros up to a multiple of 8. If flag 4: u64 light
+/// paths of each replicate, u64 rejected splats, u64 rays of light paths. Tiles, row by row, 32x32
+/// anchored at the full film's origin and cut by the crop: i32 x, i32 y, u32 samples, u32 0, u64
+/// rejected samples, u64 rays, f64 CPU seconds (with an equal share of what was spent beside the
+/// samples); then for each pixel and replicate f32 mean r, g, b, alpha, f32 M2 of the luminance,
+/// u32 count; then, if flag 1, for each pixel f32 albedo r, g, b, normal x, y, z, depth, u32 hits;
+/// then, if flag 4, for each pixel and replicate i128 sums r, g, b of splats in units of 2^-40;
+/// then, for each pixel, replicate and share, f32 mean r, g, b; then, if flag 8, for each pixel u32
+/// object, instance, material, primitive, f32 position x, y, z, u, v; then, for each pixel and flag
+/// 16 and 32, six times u32 id of Cryptomatte, u32 samples of half A and B that met it. Last, 64
+/// bytes: sha256 (hex) of everything before.
 #pragma once
 
 #include <cstddef>

@@ -239,6 +239,7 @@ Result<FilmPart> merge_films(std::span<const FilmPart> parts, int replicates_max
   settings.object = first.has_labels();
   settings.object_mattes = first.matte_kinds().object;
   settings.material_mattes = first.matte_kinds().material;
+  settings.errors_over_white = first.errors_over_white();
   const int replicates =
       std::accumulate(pieces->begin(), pieces->end(), 0,
                       [](int sum, const Piece& piece) { return sum + piece.range.replicates; });

@@ -14,6 +14,7 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
   out.has_aux = has_aux_;
   out.has_splats = has_splats_;
   out.errors = errors_;
+  out.errors_over_white = over_white_;
   const auto r = static_cast<std::size_t>(replicates_);
   out.pixels.resize(pixels * r);
   if (has_aux_) {
@@ -87,6 +88,14 @@ HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel) {
   out.mean = lerp(a.mean, b.mean, w);
   out.alpha = lerp(a.alpha, b.alpha, w);
   return out;
+}
+
+std::array<HalfValue, 2> error_halves(const FilmSnapshot& film, std::size_t pixel) {
+  std::array<HalfValue, 2> halves = {half_value(film, pixel, 0), half_value(film, pixel, 1)};
+  if (film.errors_over_white) {
+    put_over_white(halves[0], halves[1]);
+  }
+  return halves;
 }
 
 SampleVariance sample_variance(const FilmSnapshot& film, std::size_t pixel) {

@@ -31,7 +31,8 @@ inline Half half_of(std::span<const ReplicatePixel> pixel, int half) {
 
 }  // namespace
 
-TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels, int replicates) {
+TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels, int replicates,
+                   bool over_white) {
   TileSums out;
   out.has_halves = !pixels.empty();
   const auto r = static_cast<std::size_t>(replicates);
@@ -41,8 +42,13 @@ TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels
   Doubles luminance = {};
   for (std::size_t i = 0; i < count && out.has_halves; ++i) {
     const auto pixel = pixels.subspan(i * r, r);
-    const auto [a, count_a] = half_of(pixel, 0);
-    const auto [b, count_b] = half_of(pixel, 1);
+    auto [a, count_a] = half_of(pixel, 0);
+    auto [b, count_b] = half_of(pixel, 1);
+    if (over_white && a[3] + b[3] > 0) {  // put_over_white()
+      constexpr Doubles kWhite = {1, 1, 1, 0};
+      a += kWhite * (1 - a[3]);
+      b += kWhite * (1 - b[3]);
+    }
     out.has_halves = count_a > 0 && count_b > 0;
     const Doubles squares = 0.25 * (a - b) * (a - b);
     const double noise = squares[0] + squares[1] + squares[2];

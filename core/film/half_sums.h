@@ -26,6 +26,8 @@ struct TileSums {
 };
 
 /// pixels: [pixel * replicates + replicate], row by row over rect, which lies within one tile.
-TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels, int replicates);
+/// over_white: FilmSettings::errors_over_white.
+TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels, int replicates,
+                   bool over_white = false);
 
 }  // namespace core

@@ -47,4 +47,12 @@ inline HalfValue half_value(std::span<const ReplicatePixel> replicates, int half
   return out;
 }
 
+/// The halves of a pixel before white; where both are wholly transparent they stay.
+inline void put_over_white(HalfValue& a, HalfValue& b) {
+  if (a.alpha + b.alpha > 0) {
+    a.mean += Rgb(1 - a.alpha);
+    b.mean += Rgb(1 - b.alpha);
+  }
+}
+
 }  // namespace core

@@ -22,6 +22,7 @@
 #include "core/integrators/registry.h"
 #include "core/light_samplers/emission_sampler.h"
 #include "core/light_samplers/light_sampler.h"
+#include "core/lights/backdrop.h"
 #include "core/math/numbers.h"
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
@@ -39,6 +40,7 @@ class BidirectionalPathTracer final : public Integrator {
   explicit BidirectionalPathTracer(const IntegratorInput& input)
       : scene_(input.scene),
         environment_(input.environment),
+        backdrop_(input.settings.background, input.environment),
         camera_(*input.camera),
         lights_(input.scene, input.environment, LightSamplerType::kTree),
         emission_(input.scene, input.environment),
@@ -82,6 +84,7 @@ class BidirectionalPathTracer final : public Integrator {
 
   const SceneData& scene_;
   const Environment* environment_;
+  Backdrop backdrop_;
   const Camera& camera_;
   LightSampler lights_;
   EmissionSampler emission_;
@@ -410,8 +413,10 @@ PathSample BidirectionalPathTracer::trace_shares(const Camera::CameraRay& camera
   PathVertex met;
   while (true) {
     if (!intersect(scene_, path, met)) {
-      if (environment_ != nullptr && path.depth == 0 && !environment_->visible()) {
-        out.alpha = 0;
+      if (path.depth == 0 && !backdrop_.is_environment()) {
+        const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
+        out.alpha = seen ? 1.0F : 0.0F;
+        out.radiance += path.beta * seen.value_or(Rgb{});
       } else if (environment_ != nullptr) {
         Found found = background(path);
         found.value = path.beta * found.value;

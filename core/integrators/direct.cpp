@@ -4,6 +4,7 @@
 
 #include "core/integrators/registry.h"
 #include "core/light_samplers/light_sampler.h"
+#include "core/lights/backdrop.h"
 #include "core/samplers/dimensions.h"
 #include "core/sampling/mis.h"
 #include "core/transport/intersect.h"
@@ -21,6 +22,7 @@ class DirectIntegrator final : public Integrator {
   explicit DirectIntegrator(const IntegratorInput& input)
       : scene_(input.scene),
         environment_(input.environment),
+        backdrop_(input.settings.background, input.environment),
         lights_(input.scene, input.environment, LightSamplerType::kTree, SkyDensity::kCompensated) {
   }
 
@@ -34,6 +36,7 @@ class DirectIntegrator final : public Integrator {
 
   const SceneData& scene_;
   const Environment* environment_;
+  Backdrop backdrop_;
   LightSampler lights_;
 };
 
@@ -95,8 +98,10 @@ PathSample DirectIntegrator::trace(const Camera::CameraRay& camera_ray, const Pa
   PathVertex vertex;
   while (true) {
     if (!intersect(scene_, path, vertex)) {
-      if (path.depth == 0 && environment_ != nullptr && !environment_->visible()) {
-        out.alpha = 0;
+      if (path.depth == 0 && !backdrop_.is_environment()) {
+        const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
+        out.alpha = seen ? 1.0F : 0.0F;
+        out.radiance += path.beta * seen.value_or(Rgb{});
       } else {
         out.radiance += path.beta * background(path);
       }

@@ -10,6 +10,7 @@
 #include "core/policies/study_directions.h"
 #include "core/samplers/dimensions.h"
 #include "core/sampling/reservoir.h"
+#include "core/settings/registry.h"
 #include "core/transport/intersect.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
@@ -124,11 +125,13 @@ void PathTracer<Options>::add_found(TracedPath& path, Rgb radiance, float pdf_li
 
 template <typename Options>
 void PathTracer<Options>::add_environment(TracedPath& path) const noexcept {
-  if (environment_ == nullptr) {
+  if (path.depth == 0 && !backdrop_.is_environment()) {
+    const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
+    path.out.alpha = seen ? 1.0F : 0.0F;
+    credit(path, seen ? path.beta * *seen : Rgb{}, 0, [] { return kEnvironmentGroup; });
     return;
   }
-  if (path.depth == 0 && !environment_->visible()) {
-    path.out.alpha = 0;
+  if (environment_ == nullptr) {
     return;
   }
   const bool is_sampled = path.last.pdf_bsdf > 0;
@@ -380,6 +383,9 @@ template class PathTracer<DefaultOptions>;
 template class PathTracer<WholeOptions>;
 
 std::unique_ptr<const Integrator> make_path_tracer(const IntegratorInput& input) {
+  if (has_catcher(input.settings)) {
+    return make_catcher(input);
+  }
   if (needs_whole_options(input)) {
     return std::make_unique<WholeTracer>(input);
   }

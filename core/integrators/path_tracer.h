@@ -7,6 +7,7 @@
 #include "core/integrators/integrator.h"
 #include "core/integrators/path_options.h"
 #include "core/light_samplers/light_sampler.h"
+#include "core/lights/backdrop.h"
 #include "core/transport/path_state.h"
 #include "core/transport/vertex.h"
 #include "core/transport/visibility.h"
@@ -42,6 +43,7 @@ class PathTracer final : public Integrator {
   explicit PathTracer(const IntegratorInput& input)
       : scene_(input.scene),
         environment_(input.environment),
+        backdrop_(input.settings.background, input.environment),
         lights_(input.scene, input.environment, input.settings.light_sampler,
                 sky_density(input.settings)),
         options_(input.settings),
@@ -139,6 +141,7 @@ class PathTracer final : public Integrator {
 
   const SceneData& scene_;
   const Environment* environment_;
+  Backdrop backdrop_;
   LightSampler lights_;
   Options options_;
   [[no_unique_address]] typename Options::Ledger ledger_;

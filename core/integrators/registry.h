@@ -8,6 +8,8 @@
 namespace core {
 
 std::unique_ptr<const Integrator> make_path_tracer(const IntegratorInput& input);
+/// Path tracing where the ground is a catcher.
+std::unique_ptr<const Integrator> make_catcher(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_direct(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_light_tracer(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_bdpt(const IntegratorInput& input);

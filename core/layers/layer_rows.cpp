@@ -53,7 +53,8 @@ void write_samples(const FilmSnapshot& film, std::size_t i, float* out) {
   *out = static_cast<float>(pixel_value(film, i).count);
 }
 void write_variance(const FilmSnapshot& film, std::size_t i, float* out) {
-  put(out, raw_variance(half_value(film, i, 0), half_value(film, i, 1)));
+  const auto [a, b] = error_halves(film, i);
+  put(out, raw_variance(a, b));
 }
 template <auto kMember>
 void write_id(const FilmSnapshot& film, std::size_t i, float* out) {

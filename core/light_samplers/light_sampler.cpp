@@ -234,7 +234,8 @@ float LightSampler::pdf_environment(Vec3 direction_world, Vec2 uv, float sin_the
     return pdf_environment(direction_world, point, normal_world);
   }
   const float prob = prob_environment(point, normal_world);
-  return prob > 0 ? prob * environment_->pdf_solid_angle(uv, sin_theta, sky_) : 0.0F;
+  return prob > 0 ? prob * environment_->pdf_solid_angle(direction_world, uv, sin_theta, sky_)
+                  : 0.0F;
 }
 
 float LightSampler::prob_delta(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept {

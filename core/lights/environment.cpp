@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/math/frame.h"
 #include "core/math/numbers.h"
 #include "core/sampling/warp.h"
 #include "core/textures/texture.h"
@@ -17,12 +18,42 @@ struct MapPoint {
   float sin_theta = 0;
 };
 
+/// Of the map that blurred() reads, and the lobe that it is blurred by: a von Mises-Fisher
+/// distribution, whose standard deviation on the sphere is near 1 / sqrt(concentration) each way.
+constexpr int kBlurredWidth = 128;
+constexpr int kBlurredHeight = 64;
+constexpr float kBlurRadians = 7 * kPi / 180;
+
+/// Solid angle of a texel of a map of so many rows and columns: dphi * (cos theta0 - cos theta1),
+/// exact.
+float texel_solid_angle(std::size_t row, std::size_t rows, std::size_t columns) noexcept {
+  const float cos0 = std::cos(kPi * static_cast<float>(row) / static_cast<float>(rows));
+  const float cos1 = std::cos(kPi * static_cast<float>(row + 1) / static_cast<float>(rows));
+  return kTwoPi / static_cast<float>(columns) * (cos0 - cos1);
+}
+
 /// d: unit, in the map's frame. Near the poles 1 - y^2 has no digits left and acos(y) few; x and z
 /// have all of theirs.
 MapPoint map_point(Vec3 d) noexcept {
   const float sin_theta = std::sqrt(d.x * d.x + d.z * d.z);
   return {0.5F + std::atan2(d.z, d.x) * (0.5F * kInvPi), std::atan2(sin_theta, d.y) * kInvPi,
           sin_theta};
+}
+
+Rgb bilinear(const Rgb* texels, int width, int height, const MapPoint& at) noexcept {
+  const float x = at.u * static_cast<float>(width) - 0.5F;
+  const float y = at.v * static_cast<float>(height) - 0.5F;
+  const float fx = std::floor(x);
+  const float fy = std::floor(y);
+  const int x0 = (static_cast<int>(fx) + width) % width;
+  const int x1 = (x0 + 1) % width;
+  const auto row = [&](int r) {
+    return texels +
+           static_cast<std::size_t>(std::clamp(r, 0, height - 1)) * static_cast<std::size_t>(width);
+  };
+  const Rgb* above = row(static_cast<int>(fy));
+  const Rgb* below = row(static_cast<int>(fy) + 1);
+  return lerp(lerp(above[x0], above[x1], x - fx), lerp(below[x0], below[x1], x - fx), y - fy);
 }
 
 }  // namespace
@@ -43,10 +74,10 @@ Rgb Environment::texel(int x, int y) const noexcept {
                  static_cast<std::size_t>(x)];
 }
 
-Result<std::shared_ptr<const Environment>> Environment::create(
-    const Image* image, const EnvironmentSettings& settings) {
+Result<std::shared_ptr<const Environment>> Environment::create(const Image* image,
+                                                               const EnvironmentSettings& settings,
+                                                               const SunDisc* sun) {
   std::shared_ptr<Environment> out(new Environment());
-  out->visible_ = settings.visible;
   const Rgb scale = settings.color * settings.intensity;
   out->constant_ = scale;
   if (image == nullptr) {
@@ -72,10 +103,7 @@ Result<std::shared_ptr<const Environment>> Environment::create(
   std::vector<float> solid_angles(h);
   double power = 0;
   for (std::size_t y = 0; y < h; ++y) {
-    // The solid angle of a texel: dphi * (cos theta0 - cos theta1), exact.
-    const float cos0 = std::cos(kPi * static_cast<float>(y) / static_cast<float>(h));
-    const float cos1 = std::cos(kPi * static_cast<float>(y + 1) / static_cast<float>(h));
-    const float solid_angle = kTwoPi / static_cast<float>(w) * (cos0 - cos1);
+    const float solid_angle = texel_solid_angle(y, h, w);
     solid_angles[y] = solid_angle;
     for (std::size_t x = 0; x < w; ++x) {
       const Vec4 c = decoded[y * w + x];
@@ -98,6 +126,17 @@ Result<std::shared_ptr<const Environment>> Environment::create(
     weights[i] = std::max(weights[i] - least * solid_angles[i / w], 0.0F);
   }
   out->distribution_[1] = Distribution2D(weights, image->width, image->height);
+  if (sun != nullptr && !core::is_black(sun->radiance * scale)) {
+    const float half = std::sin(0.5F * sun->angular_radius_rad);
+    out->sun_ = *sun;
+    out->sun_.radiance *= scale;
+    out->sun_world_ = out->from_map(sun->direction);
+    out->sun_chord_squared_ = 4 * half * half;
+    out->sun_solid_angle_ = kPi * out->sun_chord_squared_;  // 2 pi (1 - cos), as 4 pi sin^2
+    const float fluence = luminance(out->sun_.radiance) * out->sun_solid_angle_;
+    out->power_luminance_ += fluence;
+    out->prob_sun_ = fluence / out->power_luminance_;
+  }
   return std::shared_ptr<const Environment>(out);
 }
 
@@ -110,34 +149,91 @@ Rgb Environment::radiance(Vec3 direction_world) const noexcept {
   const MapPoint at = map_point(to_map(direction_world));
   const int x = std::clamp(static_cast<int>(at.u * static_cast<float>(width_)), 0, width_ - 1);
   const int y = std::clamp(static_cast<int>(at.v * static_cast<float>(height_)), 0, height_ - 1);
-  return texel(x, y);
+  return has_sun() ? texel(x, y) + sun_radiance(direction_world) : texel(x, y);
 }
 
 Rgb Environment::background(Vec3 direction_world) const noexcept {
   if (width_ == 0) {
     return constant_;
   }
-  const MapPoint at = map_point(to_map(direction_world));
-  const float x = at.u * static_cast<float>(width_) - 0.5F;
-  const float y = at.v * static_cast<float>(height_) - 0.5F;
-  const float fx = std::floor(x);
-  const float fy = std::floor(y);
-  const int x0 = (static_cast<int>(fx) + width_) % width_;
-  const int x1 = (x0 + 1) % width_;
-  const int y0 = std::clamp(static_cast<int>(fy), 0, height_ - 1);
-  const int y1 = std::clamp(static_cast<int>(fy) + 1, 0, height_ - 1);
-  return lerp(lerp(texel(x0, y0), texel(x1, y0), x - fx),
-              lerp(texel(x0, y1), texel(x1, y1), x - fx), y - fy);
+  const Rgb seen = bilinear(texels_.data(), width_, height_, map_point(to_map(direction_world)));
+  return has_sun() ? seen + sun_radiance(direction_world) : seen;
 }
 
-EnvironmentSample Environment::sample(Vec2 u, SkyDensity density) const noexcept {
-  EnvironmentSample s;
+Rgb Environment::blurred(Vec3 direction_world) const {
   if (width_ == 0) {
-    s.wi_world = uniform_sphere(u);
-    s.radiance = constant_;
-    s.pdf_solid_angle = kInvPi * 0.25F;
-    return s;
+    return constant_;
   }
+  std::call_once(is_blurred_, [this] { blur(); });
+  return bilinear(blurred_.data(), kBlurredWidth, kBlurredHeight,
+                  map_point(to_map(direction_world)));
+}
+
+void Environment::blur() const {
+  constexpr auto kWidth = static_cast<std::size_t>(kBlurredWidth);
+  constexpr auto kHeight = static_cast<std::size_t>(kBlurredHeight);
+  std::vector<Rgb> energy(kWidth * kHeight);
+  std::vector<float> solid_angles(kWidth * kHeight);
+  const auto add = [&](const MapPoint& at, Rgb radiance, float solid_angle) {
+    const std::size_t x = std::min(static_cast<std::size_t>(at.u * kWidth), kWidth - 1);
+    const std::size_t y = std::min(static_cast<std::size_t>(at.v * kHeight), kHeight - 1);
+    energy[y * kWidth + x] += radiance * solid_angle;
+    solid_angles[y * kWidth + x] += solid_angle;
+  };
+  // Every texel goes to a cell, in parts where cells are smaller.
+  const std::size_t parts_x =
+      (kWidth + static_cast<std::size_t>(width_) - 1) / static_cast<std::size_t>(width_) * 2;
+  const std::size_t parts_y =
+      (kHeight + static_cast<std::size_t>(height_) - 1) / static_cast<std::size_t>(height_) * 2;
+  const std::size_t columns = static_cast<std::size_t>(width_) * parts_x;
+  const std::size_t rows = static_cast<std::size_t>(height_) * parts_y;
+  for (std::size_t y = 0; y < rows; ++y) {
+    const float solid_angle = texel_solid_angle(y, rows, columns);
+    for (std::size_t x = 0; x < columns; ++x) {
+      const MapPoint at = {(static_cast<float>(x) + 0.5F) / static_cast<float>(columns),
+                           (static_cast<float>(y) + 0.5F) / static_cast<float>(rows)};
+      add(at, texel(static_cast<int>(x / parts_x), static_cast<int>(y / parts_y)), solid_angle);
+    }
+  }
+  if (has_sun()) {
+    const MapPoint at = map_point(sun_.direction);
+    const std::size_t x = std::min(static_cast<std::size_t>(at.u * kWidth), kWidth - 1);
+    const std::size_t y = std::min(static_cast<std::size_t>(at.v * kHeight), kHeight - 1);
+    energy[y * kWidth + x] += sun_.radiance * sun_solid_angle_;
+  }
+  const float concentration = 1 / (kBlurRadians * kBlurRadians);
+  std::vector<float> lobe(kWidth);
+  blurred_.assign(kWidth * kHeight, {});
+  for (std::size_t to = 0; to < kHeight; ++to) {
+    std::vector<float> weight(kWidth);
+    for (std::size_t from = 0; from < kHeight; ++from) {
+      const float theta_to = kPi * (static_cast<float>(to) + 0.5F) / kHeight;
+      const float theta_from = kPi * (static_cast<float>(from) + 0.5F) / kHeight;
+      if (concentration * (std::cos(theta_to - theta_from) - 1) < -12) {  // below e^-12
+        continue;
+      }
+      for (std::size_t k = 0; k < kWidth; ++k) {
+        const float phi = kTwoPi * static_cast<float>(k) / kWidth;
+        lobe[k] = std::exp(concentration *
+                           (std::cos(theta_to - theta_from) - 1 -
+                            std::sin(theta_to) * std::sin(theta_from) * (1 - std::cos(phi))));
+      }
+      for (std::size_t x = 0; x < kWidth; ++x) {
+        for (std::size_t k = 0; k < kWidth; ++k) {
+          const std::size_t cell = from * kWidth + (x + k) % kWidth;
+          blurred_[to * kWidth + x] += energy[cell] * lobe[k];
+          weight[x] += solid_angles[cell] * lobe[k];
+        }
+      }
+    }
+    for (std::size_t x = 0; x < kWidth; ++x) {
+      blurred_[to * kWidth + x] *= 1 / weight[x];
+    }
+  }
+}
+
+EnvironmentSample Environment::sample_map(Vec2 u, SkyDensity density) const noexcept {
+  EnvironmentSample s;
   const auto at = distribution(density).sample(u);
   const float phi = kTwoPi * (at.uv.x - 0.5F);
   const float theta = kPi * at.uv.y;
@@ -150,15 +246,56 @@ EnvironmentSample Environment::sample(Vec2 u, SkyDensity density) const noexcept
   return s;
 }
 
-float Environment::pdf_solid_angle(Vec3 direction_world, SkyDensity density) const noexcept {
-  const MapPoint at = map_point(to_map(direction_world));
-  return pdf_solid_angle({at.u, at.v}, at.sin_theta, density);
+/// Of the disc and the map together; the first number chooses, and is used again.
+EnvironmentSample Environment::sample_sun(Vec2 u, SkyDensity density) const noexcept {
+  if (u.x >= prob_sun_) {
+    EnvironmentSample s = sample_map({(u.x - prob_sun_) / (1 - prob_sun_), u.y}, density);
+    const Rgb sun = sun_radiance(s.wi_world);
+    s.radiance += sun;
+    s.pdf_solid_angle = (1 - prob_sun_) * s.pdf_solid_angle +
+                        (core::is_black(sun) ? 0.0F : prob_sun_ / sun_solid_angle_);
+    return s;
+  }
+  // 1 - cosine, which keeps its digits in narrow cones.
+  const float below = u.x / prob_sun_ * 0.5F * sun_chord_squared_;
+  const float r = safe_sqrt(below * (2 - below));
+  const float phi = kTwoPi * u.y;
+  EnvironmentSample s;
+  s.wi_world =
+      frame_from_normal(sun_world_).to_world({r * std::cos(phi), r * std::sin(phi), 1 - below});
+  const MapPoint at = map_point(to_map(s.wi_world));
+  s.radiance = radiance(s.wi_world);
+  s.pdf_solid_angle =
+      (1 - prob_sun_) * pdf_map({at.u, at.v}, at.sin_theta, density) + prob_sun_ / sun_solid_angle_;
+  return s;
 }
 
-float Environment::pdf_solid_angle(Vec2 uv, float sin_theta, SkyDensity density) const noexcept {
+EnvironmentSample Environment::sample(Vec2 u, SkyDensity density) const noexcept {
+  if (width_ == 0) {
+    return {uniform_sphere(u), constant_, kInvPi * 0.25F};
+  }
+  return has_sun() ? sample_sun(u, density) : sample_map(u, density);
+}
+
+float Environment::pdf_solid_angle(Vec3 direction_world, SkyDensity density) const noexcept {
+  const MapPoint at = map_point(to_map(direction_world));
+  return pdf_solid_angle(direction_world, {at.u, at.v}, at.sin_theta, density);
+}
+
+float Environment::pdf_solid_angle(Vec3 direction_world, Vec2 uv, float sin_theta,
+                                   SkyDensity density) const noexcept {
   if (width_ == 0) {
     return kInvPi * 0.25F;
   }
+  const float of_map = pdf_map(uv, sin_theta, density);
+  if (!has_sun()) {
+    return of_map;
+  }
+  const bool is_sun = !core::is_black(sun_radiance(direction_world));
+  return (1 - prob_sun_) * of_map + (is_sun ? prob_sun_ / sun_solid_angle_ : 0.0F);
+}
+
+float Environment::pdf_map(Vec2 uv, float sin_theta, SkyDensity density) const noexcept {
   return sin_theta > 0 ? distribution(density).pdf_unit(uv) / (2 * kPi * kPi * sin_theta) : 0.0F;
 }
 

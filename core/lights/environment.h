@@ -6,6 +6,8 @@
 
 #include <cstddef>
 #include <memory>
+#include <mutex>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/color/rgb.h"
@@ -33,25 +35,49 @@ enum class SkyDensity { kRadiance, kCompensated };
 /// to 1.6, a hall 1.3, glass 1.05, rooms with lights 1.0.
 inline constexpr float kCompensation = 0.5F;
 
+/// A disc of even radiance, infinitely far away, before the map.
+struct SunDisc {
+  Vec3 direction;  ///< unit, to it, in the map's frame
+  Rgb radiance;
+  float angular_radius_rad = 0;
+};
+
 class Environment {
  public:
   /// image: null for a constant environment of settings.color * settings.intensity; else an RGB
-  /// image (any PixelType; 8-bit is taken as sRGB) multiplied by both.
+  /// image (any PixelType; 8-bit is taken as sRGB) multiplied by both. sun: before the image, and
+  /// multiplied too; null: none.
   /// Errors: kInvalidArgument for an image without three channels or with negative or NaN pixels.
   static Result<std::shared_ptr<const Environment>> create(const Image* image,
-                                                           const EnvironmentSettings& settings);
+                                                           const EnvironmentSettings& settings,
+                                                           const SunDisc* sun = nullptr);
 
   /// Constant over each texel, so that light sampling matches it exactly.
   Rgb radiance(Vec3 direction_world) const noexcept;
   /// Bilinear between texels: as seen directly, or in mirrors and clear glass.
   Rgb background(Vec3 direction_world) const noexcept;
+  /// The background as if out of focus. The first call takes the time to blur it.
+  Rgb blurred(Vec3 direction_world) const;
   EnvironmentSample sample(Vec2 u, SkyDensity density = SkyDensity::kRadiance) const noexcept;
   float pdf_solid_angle(Vec3 direction_world,
                         SkyDensity density = SkyDensity::kRadiance) const noexcept;
-  /// The same for a point of the map, [0, 1) both ways, and the sine of its angle to the pole.
-  float pdf_solid_angle(Vec2 uv, float sin_theta, SkyDensity density) const noexcept;
+  /// The same where the direction's point of the map is known, [0, 1) both ways, and the sine of
+  /// its angle to the pole.
+  float pdf_solid_angle(Vec3 direction_world, Vec2 uv, float sin_theta,
+                        SkyDensity density) const noexcept;
 
-  /// What is read at a direction, for those who read for many at once.
+  bool has_sun() const noexcept { return prob_sun_ > 0; }
+  /// What the sun alone adds to radiance() and background().
+  Rgb sun_radiance(Vec3 direction_world) const noexcept {
+    const Vec3 apart = direction_world - sun_world_;
+    return dot(apart, apart) < sun_chord_squared_ ? sun_.radiance : Rgb{};
+  }
+
+  /// Of a surface that faces the sun, by it alone.
+  Rgb sun_irradiance() const noexcept { return sun_.radiance * sun_solid_angle_; }
+  Vec3 sun_world() const noexcept { return sun_world_; }  ///< direction to it, unit
+
+  /// What is read at a direction, without the sun, for those who read for many at once.
   struct Map {
     const Rgb* texels = nullptr;  ///< rows from the top; one more lies behind the last
     int width = 0;                ///< 0: `constant` everywhere
@@ -66,7 +92,6 @@ class Environment {
 
   /// Integral of luminance over the sphere [W/m^2].
   float power_luminance() const noexcept { return power_luminance_; }
-  bool visible() const noexcept { return visible_; }
   bool is_black() const noexcept { return !(power_luminance_ > 0); }
   bool is_constant() const noexcept { return width_ == 0; }
 
@@ -75,6 +100,10 @@ class Environment {
   Vec3 to_map(Vec3 d) const noexcept;
   Vec3 from_map(Vec3 d) const noexcept;
   Rgb texel(int x, int y) const noexcept;
+  EnvironmentSample sample_map(Vec2 u, SkyDensity density) const noexcept;
+  EnvironmentSample sample_sun(Vec2 u, SkyDensity density) const noexcept;
+  float pdf_map(Vec2 uv, float sin_theta, SkyDensity density) const noexcept;
+  void blur() const;
   const Distribution2D& distribution(SkyDensity density) const noexcept {
     return distribution_[static_cast<std::size_t>(density)];
   }
@@ -87,7 +116,13 @@ class Environment {
   float cos_rotation_ = 1;
   float sin_rotation_ = 0;
   float power_luminance_ = 0;
-  bool visible_ = true;
+  SunDisc sun_;
+  Vec3 sun_world_;
+  float sun_chord_squared_ = 0;  ///< of its edge and centre as unit vectors; 0: there is none
+  float sun_solid_angle_ = 0;
+  float prob_sun_ = 0;  ///< with which samples are of it
+  mutable std::once_flag is_blurred_;
+  mutable std::vector<Rgb> blurred_;
 };
 
 }  // namespace core

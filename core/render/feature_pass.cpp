@@ -6,6 +6,7 @@
 #include "core/accel/accel.h"
 #include "core/camera/camera.h"
 #include "core/film/filter.h"
+#include "core/lights/backdrop.h"
 #include "core/samplers/dimensions.h"
 #include "core/samplers/streams.h"
 #include "core/transport/intersect.h"
@@ -38,7 +39,10 @@ Found first_rough_surface(const View& view, const Camera::CameraRay& camera_ray,
   float way_m = 0;
   for (int k = 0; k < kSmoothMost; ++k) {
     if (!intersect(scene, path, vertex)) {
-      if (view.environment != nullptr && (path.depth > 0 || view.environment->visible())) {
+      if (path.depth == 0) {
+        const Backdrop backdrop(view.settings.background, view.environment.get());
+        out.emission = path.beta * backdrop.seen(path.ray.direction).value_or(Rgb{});
+      } else if (view.environment != nullptr) {
         out.emission = path.beta * view.environment->background(path.ray.direction);
       }
       return out;

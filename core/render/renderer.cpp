@@ -154,7 +154,7 @@ class PictureRenderer final : public Renderer {
     float weight = 1;
   };
   Start start(PathSampler& sampler, int x, int y, int s) const;
-  static void finish(PathSample& sample, float weight, std::uint64_t& rejected);
+  void finish(PathSample& sample, float weight, std::uint64_t& rejected) const;
   /// Of the layer, W/m^2.
   Rgb irradiance(const Camera::CameraRay& ray, const PathSampler& sampler, TileState& state) const;
   bool render_waves(TileState& state, const FillRule& rule, int last_sample,
@@ -191,11 +191,16 @@ PictureRenderer::Start PictureRenderer::start(PathSampler& sampler, int x, int y
   return {camera_.ray(film_px, {u.z, u.w}), at.weight};
 }
 
-void PictureRenderer::finish(PathSample& sample, float weight, std::uint64_t& rejected) {
+void PictureRenderer::finish(PathSample& sample, float weight, std::uint64_t& rejected) const {
   sample.radiance *= weight;
   sample.fit.control *= weight;
-  if (!is_finite(sample.radiance + sample.fit.control + sample.fit.y + sample.fit.xy)) {
+  if (view_.settings.film.errors_over_white) {
+    sample.alpha *= weight;  // has to fit the radiance
+  }
+  if (!is_finite(sample.radiance + sample.fit.control + sample.fit.y + sample.fit.xy +
+                 Rgb(sample.alpha))) {
     sample.radiance = {};
+    sample.alpha = view_.settings.film.errors_over_white ? 0.0F : sample.alpha;
     sample.fit = {};
     ++rejected;
   }
@@ -408,7 +413,9 @@ bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_
   std::uint64_t rejected = 0;
   const bool whole =
       fill_pilot(state, last_sample, stop, [&](int x, int y, int s, std::uint64_t& rays) {
-        return trace(sampler, x, y, s, rays, rejected).radiance;
+        const PathSample sample = trace(sampler, x, y, s, rays, rejected);
+        return settings.film.errors_over_white ? sample.radiance + Rgb(1 - sample.alpha)
+                                               : sample.radiance;
       });
   state.rejected_samples += rejected;
   state.cpu_seconds += thread_cpu_seconds() - cpu_start;
@@ -480,6 +487,16 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
   }
   if (const Status fits = check_light(view, integrator); !fits) {
     return fits.error();
+  }
+  const RenderSettings& settings = view.settings;
+  if (has_catcher(settings) &&
+      (settings.integrator != "path" || settings.estimator.strategy != Strategy::kMis ||
+       settings.light_sampler == LightSamplerType::kRestir || settings.fog ||
+       !film.shares.empty())) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "'catcher' goes with path and strategy 'mis', and not with 'restir', a medium or "
+                 "shares of the light",
+                 "/ground/type"};
   }
   const SceneSummary& summary = view.scene->summary();
   const auto camera =

@@ -12,16 +12,16 @@
 ///                                                         render/feature_pass
 ///   light   x       which light                           integrators/path integrators/direct
 ///                                                         integrators/bdpt integrators/irradiance
+///                                                         integrators/catcher
 ///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
-///                                                         integrators/path_media
-///                                                         wave/wave_tracer
+///                                                         integrators/path_media wave/wave_tracer
 ///   light   y z     where on it                           integrators/path integrators/direct
 ///                                                         integrators/bdpt integrators/irradiance
+///                                                         integrators/catcher
 ///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
-///                                                         integrators/path_media
-///                                                         wave/wave_tracer
+///                                                         integrators/path_media wave/wave_tracer
 ///   light   w       Russian roulette of the path          integrators/path
 ///                                                         integrators/bdpt
 ///                                                         integrators/shared_lights
@@ -31,12 +31,14 @@
 ///                                                         transport/light_path integrators/bdpt
 ///                                                         integrators/light_trace
 ///                                                         integrators/photon_mapping
+///                                                         integrators/catcher
 ///                                                         wave/wave_tracer render/feature_pass
 ///   bsdf    y z     direction                             integrators/path integrators/direct
 ///                                                         transport/light_path integrators/bdpt
 ///                                                         integrators/irradiance
 ///                                                         integrators/light_trace
 ///                                                         integrators/photon_mapping
+///                                                         integrators/catcher
 ///                                                         integrators/path_media
 ///                                                         wave/wave_tracer render/feature_pass
 ///   bsdf    w       delta lobe or not, where directions   integrators/path

@@ -36,7 +36,8 @@ class Builder {
       return s;
     }
     add_lights();
-    const Bounds& box = bounds_;
+    Bounds box = bounds_;
+    box.add(ground_bounds_);
     to_.center = box.empty() ? Vec3{} : box.center();
     to_.radius_m = box.empty() ? 0.0F : 0.5F * length(box.diagonal());
     return ok_status();
@@ -255,6 +256,9 @@ class Builder {
           continue;
         }
         to_.meshes.push_back(take(std::move(p), &instance.to_world));
+        if (instance.is_ground) {
+          to_.ground = static_cast<std::uint32_t>(to_.placed.size());
+        }
         to_.placed.push_back({static_cast<std::uint32_t>(to_.meshes.size() - 1), kNoLight,
                               group_of(instance, to_.meshes.back().material), instance.object,
                               instance.instance});
@@ -381,7 +385,8 @@ class Builder {
     const Material& material = to_.materials[mesh.material];
     placed_triangles_ += mesh.triangle_count();
     for (std::size_t i = 0; i + 1 < mesh.positions.size(); ++i) {
-      bounds_.add(to_world == nullptr ? mesh.positions[i] : to_world->point(mesh.positions[i]));
+      (placed == to_.ground ? ground_bounds_ : bounds_)
+          .add(to_world == nullptr ? mesh.positions[i] : to_world->point(mesh.positions[i]));
     }
     if (!material.is_emissive) {
       return;
@@ -478,7 +483,8 @@ class Builder {
   std::vector<std::uint32_t> instance_groups_;
   std::size_t top_level_ = 0;
   std::size_t placed_triangles_ = 0;
-  Bounds bounds_;
+  Bounds bounds_;         ///< of the model
+  Bounds ground_bounds_;  ///< of what it stands on
 };
 
 }  // namespace

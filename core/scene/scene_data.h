@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@ class SceneData {
   std::vector<Material> materials;
   std::vector<MeshData> meshes;
   std::vector<PlacedMesh> placed;  ///< first those of the top level, then per instance
+  /// Of `placed`, what was added for the model to stand on.
+  std::optional<std::uint32_t> ground;
   std::vector<PlacedInstance> instances;
   std::unique_ptr<Accel> accel;
   std::vector<TriangleLight> triangle_lights;

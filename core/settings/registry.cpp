@@ -197,6 +197,33 @@ constexpr std::array kFogTypes = {
                         "The same coefficients everywhere; density may fall with height."},
 };
 
+constexpr std::array kBackgrounds = {
+    NamedValue<BackgroundType>{"environment", BackgroundType::kEnvironment,
+                               "The environment that lights the scene; black without one."},
+    NamedValue<BackgroundType>{"transparent", BackgroundType::kTransparent,
+                               "Nothing: the picture has alpha there."},
+    NamedValue<BackgroundType>{"color", BackgroundType::kColor, "One colour."},
+    NamedValue<BackgroundType>{"blurred", BackgroundType::kBlurred,
+                               "The environment, out of focus."},
+};
+constexpr std::array kGrounds = {
+    NamedValue<GroundType>{"none", GroundType::kNone, "What the scene has."},
+    NamedValue<GroundType>{"catcher", GroundType::kCatcher,
+                           "A plane that is seen by the shadows on it alone, and by the light that "
+                           "the model throws there."},
+    NamedValue<GroundType>{"sweep", GroundType::kSweep,
+                           "A studio sweep: a floor that curves up into a wall behind the model, "
+                           "as the camera sees it."},
+};
+constexpr std::array kPresets = {
+    NamedValue<EnvironmentPreset>{"studio", EnvironmentPreset::kStudio,
+                                  "Soft boxes: key, fill, one above and one behind, before grey."},
+    NamedValue<EnvironmentPreset>{"tent", EnvironmentPreset::kTent,
+                                  "A product tent: bright cloth all around, open to the front."},
+    NamedValue<EnvironmentPreset>{"rim", EnvironmentPreset::kRim,
+                                  "Two strips behind the model, and little light from the front."},
+};
+
 }  // namespace
 
 std::span<const NamedValue<ErrorValidity>> error_validities() { return kErrorValidities; }
@@ -215,6 +242,9 @@ std::span<const LaboratoryRule> laboratory_rules() { return kLaboratoryRules; }
 std::span<const NamedValue<Granularity>> granularities() { return kGranularities; }
 std::span<const NamedValue<FilterType>> filters() { return kFilters; }
 std::span<const NamedValue<FogType>> fog_types() { return kFogTypes; }
+std::span<const NamedValue<BackgroundType>> backgrounds() { return kBackgrounds; }
+std::span<const NamedValue<GroundType>> grounds() { return kGrounds; }
+std::span<const NamedValue<EnvironmentPreset>> environment_presets() { return kPresets; }
 
 namespace {
 

@@ -95,6 +95,17 @@ std::span<const NamedValue<AdaptiveType>> adaptive_types();
 std::span<const NamedValue<Granularity>> granularities();
 std::span<const NamedValue<FilterType>> filters();
 std::span<const NamedValue<FogType>> fog_types();
+std::span<const NamedValue<BackgroundType>> backgrounds();
+std::span<const NamedValue<GroundType>> grounds();
+std::span<const NamedValue<EnvironmentPreset>> environment_presets();
+
+/// Is the ground seen by its shadow alone?
+inline bool has_catcher(const RenderSettings& settings) {
+  return settings.ground.type == GroundType::kCatcher;
+}
+inline bool is_transparent(const RenderSettings& settings) {
+  return settings.background.type == BackgroundType::kTransparent;
+}
 
 /// The row of a value. Pre: there is one.
 template <typename T>

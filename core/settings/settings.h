@@ -70,6 +70,8 @@ struct FilmSettings {
   bool uv = false;
   bool object_mattes = false;  ///< Cryptomatte
   bool material_mattes = false;
+  /// Errors are those of the picture over white (radiance 1): of one whose noise is in its alpha.
+  bool errors_over_white = false;
 
   bool has_aux() const noexcept { return albedo || normal || depth; }
   bool has_labels() const noexcept {
@@ -181,6 +183,23 @@ struct MeterSettings {
   }
 };
 
+enum class BackgroundType { kEnvironment, kTransparent, kColor, kBlurred };
+
+/// What camera rays see that meet nothing; mirrors and glass show the environment all the same.
+struct BackgroundSettings {
+  BackgroundType type = BackgroundType::kEnvironment;
+  Rgb color = {1, 1, 1};  ///< radiance, with kColor
+};
+
+enum class GroundType { kNone, kCatcher, kSweep };
+
+/// Something for the model to stand on, horizontal and diffuse.
+struct GroundSettings {
+  GroundType type = GroundType::kNone;
+  std::optional<float> height_m;  ///< y; empty: the model's lowest point
+  Rgb color = {0.8F, 0.8F, 0.8F};
+};
+
 struct RenderSettings {
   FilmSettings film;
   std::string integrator = "path";
@@ -199,6 +218,8 @@ struct RenderSettings {
   PhotonSettings photons;
   std::optional<FogSettings> fog;
   MeterSettings meter;
+  BackgroundSettings background;
+  GroundSettings ground;
   std::uint64_t seed = 0;
 };
 
@@ -231,12 +252,23 @@ constexpr bool is_by_error(StopReason reason) {
   return reason == StopReason::kRelativeError || reason == StopReason::kDenoisedError;
 }
 
-/// Environment of a job; pixels come from a decoded image or are constant.
+enum class EnvironmentPreset { kStudio, kTent, kRim };
+
+/// Where and when the sun shines.
+struct SunSettings {
+  double latitude_degrees = 0;   ///< north is positive
+  double longitude_degrees = 0;  ///< east is positive
+  double unix_seconds = 0;
+};
+
+/// Environment of a job; pixels come from a decoded image, a preset, the sky model, or are
+/// constant.
 struct EnvironmentSettings {
   Rgb color = {1, 1, 1};
   float intensity = 1;
   float rotation_degrees = 0;
-  bool visible = true;
+  std::optional<EnvironmentPreset> preset;
+  std::optional<SunSettings> sun;  ///< and its sky
 };
 
 }  // namespace core

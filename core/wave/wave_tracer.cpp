@@ -5,6 +5,7 @@
 
 #include "core/integrators/path_tracer.h"
 #include "core/samplers/dimensions.h"
+#include "core/settings/registry.h"
 #include "core/transport/roulette.h"
 #include "core/transport/visibility.h"
 #include "core/wave/lane_camera.h"
@@ -12,46 +13,10 @@
 #include "core/wave/lane_lights.h"
 #include "core/wave/lane_sampler.h"
 #include "core/wave/lane_surfaces.h"
+#include "core/wave/wave_access.h"
 
 namespace core {
 namespace {
-
-using core::compress;
-using core::load;
-using core::store;
-
-template <std::size_t N>
-Vec3s<N> load(const WaveVec3& from, std::size_t first) {
-  return {load<N>(from.x.at + first), load<N>(from.y.at + first), load<N>(from.z.at + first)};
-}
-template <std::size_t N>
-void store(WaveVec3& to, std::size_t first, Vec3s<N> value) {
-  store(to.x.at + first, value.x);
-  store(to.y.at + first, value.y);
-  store(to.z.at + first, value.z);
-}
-template <std::size_t N>
-void compress(WaveVec3& to, std::size_t first, Vec3s<N> value, unsigned taken) {
-  compress(to.x.at + first, value.x, taken);
-  compress(to.y.at + first, value.y, taken);
-  compress(to.z.at + first, value.z, taken);
-}
-std::size_t slot_of(const WavePaths& paths, std::size_t i) {
-  return static_cast<std::size_t>(paths.slot.at[i]);
-}
-void add_radiance(WaveResults& results, std::size_t slot, Vec3 value) {
-  results.radiance.set(slot, results.radiance.get(slot) + value);
-}
-unsigned lanes_below(std::size_t count) { return count >= 8 ? 0xffU : (1U << count) - 1; }
-/// The packet of eight that begins at `first`.
-void fill(RayPacket& packet, const WaveVec3& origin, const WaveVec3& direction, std::size_t first) {
-  std::copy_n(origin.x.at + first, 8, packet.origin_x);
-  std::copy_n(origin.y.at + first, 8, packet.origin_y);
-  std::copy_n(origin.z.at + first, 8, packet.origin_z);
-  std::copy_n(direction.x.at + first, 8, packet.direction_x);
-  std::copy_n(direction.y.at + first, 8, packet.direction_y);
-  std::copy_n(direction.z.at + first, 8, packet.direction_z);
-}
 
 /// DefaultOptions::mis in lanes: MisRule::weight() with exponent 2.
 template <std::size_t N>
@@ -67,6 +32,7 @@ class LaneTracer final : public WaveTracer {
   explicit LaneTracer(const IntegratorInput& input)
       : scene_(input.scene),
         environment_(input.environment),
+        backdrop_(input.settings.background, input.environment),
         max_depth_(input.settings.max_depth),
         is_sobol_(input.settings.sampler == SamplerType::kSobol),
         scalar_(input),
@@ -115,6 +81,7 @@ class LaneTracer final : public WaveTracer {
 
   const SceneData& scene_;
   const Environment* environment_;
+  Backdrop backdrop_;
   int max_depth_;
   bool is_sobol_;
   PathTracer<DefaultOptions> scalar_;
@@ -180,6 +147,7 @@ template <std::size_t N>
 void LaneTracer<N>::find_hits(Wave& wave, int depth, std::uint64_t& rays) const {
   WavePaths& paths = wave.paths;
   rays += paths.count;
+  const bool has_sky = environment_ != nullptr || (depth == 0 && !backdrop_.is_environment());
   RayPacket packet;
   std::fill_n(packet.t_max, 8, Ray{}.t_max);
   for (std::size_t first = 0; first < paths.count; first += 8) {
@@ -191,7 +159,7 @@ void LaneTracer<N>::find_hits(Wave& wave, int depth, std::uint64_t& rays) const 
     std::copy_n(hits.geometry, 8, wave.hits.geometry.at + first);
     std::copy_n(hits.primitive, 8, wave.hits.primitive.at + first);
     wave.hits.is_hit.at[first / 8] = met;
-    for (std::size_t k = 0; k < 8 && environment_ != nullptr; k += N) {
+    for (std::size_t k = 0; k < 8 && has_sky; k += N) {
       const unsigned left = (active & ~met) >> k & ((1U << N) - 1);
       if (left != 0) {
         add_environment(wave, first + k, left, depth);
@@ -204,16 +172,27 @@ void LaneTracer<N>::find_hits(Wave& wave, int depth, std::uint64_t& rays) const 
 template <std::size_t N>
 void LaneTracer<N>::add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const {
   const WavePaths& paths = wave.paths;
-  if (depth == 0 && !environment_->visible()) {
+  if (depth == 0 && !backdrop_.is_environment()) {
     for (; left != 0; left &= left - 1) {
-      wave.results.alpha.at[first + static_cast<std::size_t>(std::countr_zero(left))] = 0;
+      const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(left));
+      const std::optional<Rgb> seen = backdrop_.seen(paths.direction.get(i));
+      const Rgb value = seen.value_or(Rgb{});
+      wave.results.alpha.at[i] = seen ? 1.0F : 0.0F;
+      add_radiance(wave.results, i, {value.r, value.g, value.b});
     }
     return;
   }
   const MapPoints<N> at = sky_.points(load<N>(paths.direction, first));
   const Floats<N> pdf_bsdf = load<N>(paths.pdf_bsdf.at + first);
   const Mask<N> spread = Mask<N>::of(left) & (pdf_bsdf > Floats<N>(0));
-  Vec3s<N> radiance = (Mask<N>::of(left) & ~spread).any() ? sky_.background(at) : Vec3s<N>{};
+  Vec3s<N> sun(Vec3{});
+  for (std::size_t k = 0; k < N && environment_->has_sun(); ++k) {
+    const Rgb disc = environment_->sun_radiance(paths.direction.get(first + k));
+    sun.x.v[k] = disc.r;
+    sun.y.v[k] = disc.g;
+    sun.z.v[k] = disc.b;
+  }
+  Vec3s<N> radiance = (Mask<N>::of(left) & ~spread).any() ? sky_.background(at) + sun : Vec3s<N>{};
   if (spread.any()) {
     Floats<N> pdf_light(0);
     for (unsigned rest = spread.bits(); rest != 0; rest &= rest - 1) {
@@ -222,7 +201,8 @@ void LaneTracer<N>::add_environment(Wave& wave, std::size_t first, unsigned left
           paths.direction.get(first + k), {at.u.v[k], at.v.v[k]}, at.sin_theta.v[k],
           paths.last_origin.get(first + k), paths.last_normal.get(first + k));
     }
-    radiance = select(spread, sky_.radiance(at) * mis_weight(pdf_bsdf, pdf_light), radiance);
+    radiance =
+        select(spread, (sky_.radiance(at) + sun) * mis_weight(pdf_bsdf, pdf_light), radiance);
   }
   radiance = radiance * load<N>(paths.beta, first);
   for (; left != 0; left &= left - 1) {
@@ -490,8 +470,8 @@ std::unique_ptr<const WaveTracer> make_tracer(const IntegratorInput& input, int 
 bool waves_serve(std::string_view isa) noexcept { return kHasLanes && isa.starts_with("avx"); }
 
 std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width) {
-  if (input.settings.integrator != "path" || !DefaultOptions::serves(input) ||
-      !input.scene.accel->has_packets()) {
+  if (input.settings.integrator != "path" || has_catcher(input.settings) ||
+      !DefaultOptions::serves(input) || !input.scene.accel->has_packets()) {
     return nullptr;
   }
   return make_tracer<kHasLanes>(input, width);

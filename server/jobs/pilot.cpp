@@ -106,6 +106,7 @@ Pilot::Pilot(std::shared_ptr<const core::Renderer> renderer)
                                        .worst_tile = false,
                                        .denoised_error = {},
                                        .seconds = kSeconds,
+                                       .cpu_seconds = {},
                                        .deadline_unix_seconds = {}},
                               .slice_target_seconds = 0.005,
                               .points_before = {}},

@@ -4,7 +4,9 @@
 #include <limits>
 #include <utility>
 
+#include "core/camera/camera.h"
 #include "core/film/film.h"
+#include "core/lights/made_environment.h"
 #include "core/render/allocation.h"
 #include "core/render/choose_integrator.h"
 #include "core/settings/photon_rules.h"
@@ -55,12 +57,18 @@ Rank rank_of(const api::JobSpec& spec) {
 JobMemory RunBuilder::memory_of(const api::JobSpec& spec) const {
   const core::Film film(spec.render);
   JobMemory memory{.film_bytes = film.bytes(),
-                   .work_bytes = work_bytes(film) + bytes_of_photons(spec.render)};
+                   .work_bytes = work_bytes(film) + bytes_of_photons(spec.render) +
+                                 core::made_environment_bytes(spec.environment)};
   const auto hold = [&memory](const SceneService::Memory& needed) {
     memory.shared_bytes.emplace(needed.name, needed.bytes);
     memory.load_bytes = std::max(memory.load_bytes, needed.load_bytes);
   };
   hold(parts_.scenes.memory_of_scene(spec.scene, spec.time_seconds, spec.variant));
+  if (spec.render.ground.type != core::GroundType::kNone) {
+    // A scene of its own, beside the one without ground.
+    hold(parts_.scenes.memory_of_scene(spec.scene, spec.time_seconds, spec.variant,
+                                       {.ground = spec.render.ground}));
+  }
   if (spec.environment_choice == api::EnvironmentChoice::kGiven && spec.environment_asset) {
     hold(parts_.scenes.memory_of_environment(*spec.environment_asset, spec.environment));
   }
@@ -89,7 +97,23 @@ std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec) c
 
 core::Result<core::View> RunBuilder::view_of(const api::JobSpec& spec,
                                              SceneService::Admission admission) const {
-  auto scene = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, admission);
+  SceneStand stand = {.ground = spec.render.ground};
+  if (stand.ground.type == core::GroundType::kSweep) {
+    // Where its wall stands depends on the camera, which may depend on the model.
+    const auto model = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, admission);
+    if (!model) {
+      return model.error();
+    }
+    const core::SceneSummary& summary = (*model)->summary();
+    const core::FilmSettings& film = spec.render.film;
+    const auto camera = core::Camera::create(api::camera_in(spec, summary.bounds), summary.cameras,
+                                             summary.bounds, film.width, film.height);
+    if (!camera) {
+      return camera.error();
+    }
+    stand.view_direction = camera->forward();
+  }
+  auto scene = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, admission, stand);
   if (!scene) {
     return scene.error();
   }

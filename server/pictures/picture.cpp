@@ -25,10 +25,6 @@ using core::ErrorCode;
 
 namespace {
 
-bool hides_environment(const api::JobSpec& spec) {
-  return spec.environment_choice == api::EnvironmentChoice::kGiven && !spec.environment.visible;
-}
-
 /// Without the channel named A; what stays keeps its order.
 core::ImageRows without_alpha(core::ImageRows image) {
   std::vector<std::size_t> kept;
@@ -236,7 +232,7 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   }
   core::ImageRows rows = layers->rows();
   // Formats without alpha need it to stand before something.
-  if (!all_layers && !hides_environment(picture.view.spec)) {
+  if (!all_layers && !core::is_transparent(picture.view.spec.render)) {
     rows = without_alpha(std::move(rows));
   }
   if (!all_layers && form_of(picture.query) != core::LayerForm::kValues &&

@@ -245,6 +245,7 @@ api::JobSpec merged_spec(const api::JobSpec& first, const core::FilmPart& merged
       .worst_tile = false,
       .denoised_error = {},
       .seconds = {},
+      .cpu_seconds = {},
       .deadline_unix_seconds = {}};
   // As it will be read from the store: counts in whole sets.
   auto settled = api::parse_job(api::spec_json(spec));

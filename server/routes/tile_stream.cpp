@@ -6,6 +6,7 @@
 
 #include "core/error/error_estimate.h"
 #include "core/error/pixel_error.h"
+#include "core/settings/registry.h"
 
 namespace server {
 namespace {
@@ -17,10 +18,6 @@ constexpr std::size_t kPieceBytes = 128U << 10U;
 constexpr std::chrono::milliseconds kLookAgain{1000};
 constexpr std::chrono::microseconds kPace{20'000};
 constexpr std::chrono::microseconds kPaceForEach{500};
-
-bool has_alpha(const api::JobSpec& spec) {
-  return spec.environment_choice == api::EnvironmentChoice::kGiven && !spec.environment.visible;
-}
 
 }  // namespace
 
@@ -107,8 +104,9 @@ void TileStream::run(StreamWriter& writer) {
 bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film) {
   const auto tiles = static_cast<std::size_t>(film.tile_count());
   sent_.resize(tiles, query_.after);
-  const std::uint32_t flags = (has_alpha(job_->record().view.spec) ? api::kTileAlpha : 0U) |
-                              (query_.planes == api::TilePlanes::kMean ? api::kTileMean : 0U);
+  const std::uint32_t flags =
+      (core::is_transparent(job_->record().view.spec.render) ? api::kTileAlpha : 0U) |
+      (query_.planes == api::TilePlanes::kMean ? api::kTileMean : 0U);
   std::string piece;
   for (std::size_t t = 0; t < tiles; ++t) {
     const int tile = static_cast<int>(t);

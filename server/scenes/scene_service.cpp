@@ -1,12 +1,16 @@
 #include "server/scenes/scene_service.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "api/job_view.h"
 #include "api/json.h"
 #include "core/image_io/image_io.h"
+#include "core/lights/made_environment.h"
+#include "core/scene/ground.h"
 #include "core/scene_io/builtin_scenes.h"
+#include "core/settings/registry.h"
 #include "server/scenes/scene_facts.h"
 
 namespace server {
@@ -28,7 +32,7 @@ std::string environment_key(const std::string& asset, const core::EnvironmentSet
                              settings.intensity, settings.rotation_degrees}) {
     key += " " + api::number_text(api::shortest_double(number));
   }
-  return key + (settings.visible ? " visible" : "");
+  return key;
 }
 
 std::uint64_t pixels_of(const core::Image& image) {
@@ -58,9 +62,25 @@ Error unknown_environment(const std::string& asset) {
 }  // namespace
 
 std::string SceneService::cache_key(const std::string& id, std::optional<double> time_seconds,
-                                    const std::optional<std::string>& variant) {
-  return id + "\n" + (time_seconds ? std::to_string(*time_seconds) : "rest") + "\n" +
-         (variant ? "=" + *variant : "");
+                                    const std::optional<std::string>& variant,
+                                    const SceneStand& stand) {
+  std::string key = id + "\n" + (time_seconds ? std::to_string(*time_seconds) : "rest") + "\n" +
+                    (variant ? "=" + *variant : "");
+  const core::GroundSettings& ground = stand.ground;
+  if (ground.type == core::GroundType::kNone) {
+    return key;
+  }
+  key += "\n" + std::string(core::row_of(core::grounds(), ground.type).name);
+  for (const float number :
+       {ground.height_m.value_or(NAN), ground.color.r, ground.color.g, ground.color.b}) {
+    key += " " + api::number_text(api::shortest_double(number));
+  }
+  if (ground.type == core::GroundType::kSweep) {
+    for (const float number : {stand.view_direction.x, stand.view_direction.z}) {
+      key += " " + api::number_text(api::shortest_double(number));
+    }
+  }
+  return key;
 }
 
 SceneService::SceneService(Assets& assets, SceneTable& table, StorageQuota& quota,
@@ -138,7 +158,7 @@ core::Result<SceneService::Document> SceneService::document_of(const std::string
 }
 
 core::Result<std::shared_ptr<const core::Scene>> SceneService::build(
-    const Document& document, const core::GltfOptions& options) {
+    const Document& document, const core::GltfOptions& options, const SceneStand& stand) {
   core::GltfOptions bounded = options;
   if (memory_.bytes_max() > 0) {
     bounded.limits.decoded_bytes_max =
@@ -152,18 +172,19 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::build(
   if (!description) {
     return description.error();
   }
+  core::add_ground(*description, stand.ground, stand.view_direction);
   return core::Scene::build(std::move(*description), options_.threads, options_.isa);
 }
 
 core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
     const std::string& id, std::optional<double> time_seconds,
-    const std::optional<std::string>& variant, Admission admission) {
+    const std::optional<std::string>& variant, Admission admission, const SceneStand& stand) {
   using Made = SingleFlightCache<core::Scene>::Made;
-  const std::string key = cache_key(id, time_seconds, variant);
+  const std::string key = cache_key(id, time_seconds, variant, stand);
   return scenes_.get(key, [&]() -> core::Result<Made> {
     MemoryGate::Lease lease;
     if (admission == Admission::kNeeded) {
-      const Memory needed = memory_of_scene(id, time_seconds, variant);
+      const Memory needed = memory_of_scene(id, time_seconds, variant, stand);
       auto taken = memory_.take(
           {.bytes = needed.load_bytes, .shared = {{needed.name, needed.bytes}}}, "the scene");
       if (!taken) {
@@ -178,7 +199,7 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
     core::GltfOptions options;
     options.time_seconds = time_seconds;
     options.variant = variant;
-    auto scene = build(*document, options);
+    auto scene = build(*document, options, stand);
     if (!scene) {
       return scene.error();
     }
@@ -305,8 +326,9 @@ Status SceneService::check_environment(const std::string& asset, const Access& a
 
 SceneService::Memory SceneService::memory_of_scene(const std::string& id,
                                                    std::optional<double> time_seconds,
-                                                   const std::optional<std::string>& variant) {
-  std::string name = cache_key(id, time_seconds, variant);
+                                                   const std::optional<std::string>& variant,
+                                                   const SceneStand& stand) {
+  std::string name = cache_key(id, time_seconds, variant, stand);
   if (const auto glb = builtin_glb(id)) {
     const core::MutexLock lock(builtin_mutex_);
     const auto known = builtin_bytes_.find(id);
@@ -338,7 +360,7 @@ core::Result<std::shared_ptr<const core::Environment>> SceneService::environment
     Admission admission) {
   using Made = SingleFlightCache<core::Environment>::Made;
   if (!asset) {
-    return core::Environment::create(nullptr, settings);
+    return core::make_environment(settings);
   }
   const std::string key = environment_key(*asset, settings);
   return environments_.get(key, [&]() -> core::Result<Made> {

@@ -44,6 +44,12 @@ struct SceneOrigin {
   std::string name = {};  ///< Empty: the one inside the file.
 };
 
+/// What is added to a scene for a job.
+struct SceneStand {
+  core::GroundSettings ground;
+  core::Vec3 view_direction = {0, 0, -1};  ///< as add_ground() takes it
+};
+
 class SceneService {
  public:
   /// All but the options must outlive this.
@@ -95,7 +101,8 @@ class SceneService {
   core::Result<std::shared_ptr<const core::Scene>> load(const std::string& id,
                                                         std::optional<double> time_seconds,
                                                         const std::optional<std::string>& variant,
-                                                        Admission admission = Admission::kNeeded);
+                                                        Admission admission = Admission::kNeeded,
+                                                        const SceneStand& stand = {});
 
   /// Null for a constant one is not used: settings alone give a constant environment.
   /// Errors: kInvalidArgument at "/environment/asset" for an unknown asset or one that is no image;
@@ -114,7 +121,7 @@ class SceneService {
     std::uint64_t load_bytes = 0;  ///< Beside them, while it is loaded.
   };
   Memory memory_of_scene(const std::string& id, std::optional<double> time_seconds,
-                         const std::optional<std::string>& variant);
+                         const std::optional<std::string>& variant, const SceneStand& stand = {});
   Memory memory_of_environment(const std::string& asset, const core::EnvironmentSettings& settings);
 
   /// Held shared from finding a scene or asset to naming it in a record; alone from looking for
@@ -129,7 +136,7 @@ class SceneService {
     std::map<std::string, core::SharedBytes> files;
   };
   static std::string cache_key(const std::string& id, std::optional<double> time_seconds,
-                               const std::optional<std::string>& variant);
+                               const std::optional<std::string>& variant, const SceneStand& stand);
   struct EnvironmentSize {
     std::uint64_t bytes = 0;
     std::uint64_t load_bytes = 0;
@@ -137,7 +144,8 @@ class SceneService {
   core::Result<EnvironmentSize> size_of_environment(const std::string& asset);
   core::Result<Document> document_of(const std::string& id);
   core::Result<std::shared_ptr<const core::Scene>> build(const Document& document,
-                                                         const core::GltfOptions& options);
+                                                         const core::GltfOptions& options,
+                                                         const SceneStand& stand = {});
   core::Result<Added> add_document(Document document, MemoryGate::Lease lease,
                                    const SceneOrigin& origin);
   /// The scene with what it takes, for the cache.

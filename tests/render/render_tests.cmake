@@ -4,6 +4,7 @@ set(RENDER_TEST_SOURCES
   control_variate_test.cpp
   fitted_test.cpp
   furnace_test.cpp
+  ground_test.cpp
   irradiance_test.cpp
   media_test.cpp
   meter_test.cpp

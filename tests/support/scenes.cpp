@@ -120,7 +120,9 @@ std::shared_ptr<const core::Scene> build(core::SceneDescription description) {
 }
 
 std::shared_ptr<const core::Environment> constant_sky(Rgb radiance) {
-  auto sky = core::Environment::create(nullptr, {.color = radiance});
+  core::EnvironmentSettings settings;
+  settings.color = radiance;
+  auto sky = core::Environment::create(nullptr, settings);
   CHECK(sky);
   return *sky;
 }
@@ -142,7 +144,9 @@ std::shared_ptr<const core::Environment> sky_map(int width, int height,
   }
   image.bytes.resize(values.size() * sizeof(float));
   std::memcpy(image.bytes.data(), values.data(), image.bytes.size());
-  auto sky = core::Environment::create(&image, {.rotation_degrees = rotation_degrees});
+  core::EnvironmentSettings settings;
+  settings.rotation_degrees = rotation_degrees;
+  auto sky = core::Environment::create(&image, settings);
   CHECK(sky);
   return *sky;
 }

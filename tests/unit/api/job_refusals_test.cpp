@@ -238,8 +238,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("cameras":{})", "/cameras",
              "unknown member; known: scene, name, labels, priority, seed, camera, variant, "
              "time_seconds, "
-             "medium, class, preview_key, environment, film, integrator, estimator, sampler, "
-             "light_sampler, adaptive, meter, spectral, stop, denoise, webhook, "
+             "medium, class, preview_key, environment, background, ground, film, integrator, "
+             "estimator, sampler, light_sampler, adaptive, meter, spectral, stop, denoise, webhook, "
              "retention_seconds"}));
 
 INSTANTIATE_TEST_SUITE_P(
@@ -308,7 +308,59 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("environment":{"asset":"sky.hdr"})", "/environment/asset",
              "'sky.hdr' is not an asset id (64 lower-case hex digits)"},
         Case{R"("environment":{"colour":[1,1,1]})", "/environment/colour",
-             "unknown member; known: asset, color, intensity, rotation_degrees, visible"}));
+             "unknown member; known: asset, preset, sun, color, intensity, rotation_degrees, "
+             "visible"},
+        Case{R"("environment":{"preset":"studio","sun":{"latitude":0,"longitude":0,)"
+             R"("time":"2026-06-21T12:00:00Z"}})",
+             "/environment/preset",
+             "asset, preset and sun are different environments; give one of them"},
+        Case{R"("environment":{"preset":"beach"})", "/environment/preset",
+             "'beach' is not available in this build; available: studio, tent, rim"},
+        Case{R"("environment":{"sun":{"latitude":0,"longitude":0}})", "/environment/sun/time",
+             "is required"},
+        Case{R"("environment":{"sun":{"latitude":91,"longitude":0,)"
+             R"("time":"2026-06-21T12:00:00Z"}})",
+             "/environment/sun/latitude", "91 is outside [-90, 90]"},
+        Case{R"("environment":{"sun":{"latitude":0,"longitude":0,"time":"noon"}})",
+             "/environment/sun/time",
+             "'noon' is not an RFC 3339 time such as 2026-06-21T12:00:00+02:00"},
+        // Midnight under the sun's own meridian in June: as deep below as the declination leaves.
+        Case{R"("environment":{"sun":{"latitude":0,"longitude":0,)"
+             R"("time":"2026-06-21T00:01:50Z"}})",
+             "/environment/sun/time",
+             "the sun stands 66.6 degrees below the horizon then; the model of the sky is one of "
+             "the day"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Stage, JobRefusal,
+    testing::Values(
+        Case{R"("environment":{"visible":false},"background":{"type":"color"})",
+             "/environment/visible",
+             "false contradicts background type 'color'; give one of them"},
+        Case{R"("environment":{"visible":true},"background":{"type":"transparent"})",
+             "/environment/visible",
+             "true contradicts background type 'transparent'; give one of them"},
+        Case{R"("background":{"type":"blurred","color":[1,1,1]})", "/background/color",
+             "applies to type 'color' only"},
+        Case{R"("ground":{"height":1})", "/ground/height",
+             "applies to types 'catcher' and 'sweep' only"},
+        Case{R"("ground":{"type":"catcher","color":[2,0,0]})", "/ground/color/0",
+             "2 is outside [0, 1]"},
+        Case{R"("ground":{"type":"catcher"},"integrator":{"type":"bdpt"})", "/ground/type",
+             "'catcher' is for integrator 'path' only"},
+        Case{R"("ground":{"type":"catcher"},"estimator":{"strategy":"light"})",
+             "/estimator/strategy", "'light' does not go with ground 'catcher'"},
+        Case{R"("ground":{"type":"catcher"},"light_sampler":{"type":"restir"})",
+             "/light_sampler/type", "'restir' does not go with ground 'catcher'"},
+        Case{R"("ground":{"type":"catcher"},"medium":{"scattering":[1,1,1]})", "/medium",
+             "a medium does not go with ground 'catcher'"},
+        Case{R"("ground":{"type":"catcher"},"film":{"layers":["bounce:1"]})", "/film/layers",
+             "'bounce:1' does not go with ground 'catcher'"},
+        Case{R"("ground":{"type":"catcher"},"denoise":{"type":"auto"})", "/denoise/type",
+             "the noise of a transparent picture with ground 'catcher' is in its alpha, which is "
+             "not denoised; give 'none' or another background"},
+        Case{R"("ground":{"type":"catcher"},"stop":{"denoised_error":0.1})",
+             "/stop/denoised_error", "the job's denoise.type is 'none'"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Stop, JobRefusal,

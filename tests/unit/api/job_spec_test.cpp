@@ -162,7 +162,7 @@ TEST(JobSpec, EveryMemberArrives) {
   EXPECT_EQ(spec.environment.color, (core::Rgb{0.1F, 0.2F, 0.3F}));
   EXPECT_EQ(spec.environment.intensity, 4.0F);
   EXPECT_EQ(spec.environment.rotation_degrees, -90.0F);
-  EXPECT_FALSE(spec.environment.visible);
+  EXPECT_TRUE(core::is_transparent(spec.render));
   EXPECT_TRUE(spec.environment_asset.has_value());
   EXPECT_EQ(spec.render.film.width, 100);
   EXPECT_EQ(spec.render.film.height, 50);
@@ -414,6 +414,16 @@ class RandomRequests {
       maybe([&] { environment["rotation_degrees"] = real(-720, 720); });
       maybe([&] { environment["visible"] = integer(0, 1) == 1; });
       maybe([&] { environment["asset"] = std::string(64, 'a'); });
+      if (!environment.contains("asset")) {
+        maybe([&] { environment["preset"] = name(core::environment_presets()); });
+      }
+      if (!environment.contains("asset") && !environment.contains("preset")) {
+        maybe([&] {
+          environment["sun"] = {{"latitude", real(-60, 60)},
+                                {"longitude", real(-5, 5)},
+                                {"time", "2026-03-20T12:00:00.125+00:30"}};
+        });
+      }
     }
     return environment;
   }

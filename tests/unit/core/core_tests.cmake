@@ -31,6 +31,7 @@ set(CORE_TEST_SOURCES
   slice_work_test.cpp
   splats_test.cpp
   split_pilot_test.cpp
+  stage_light_test.cpp
   texture_test.cpp
   textured_emission_test.cpp
   tile_fill_test.cpp

@@ -96,8 +96,9 @@ float worst_of_sky(bool is_background) {
       worst = std::max(
           {worst, std::fabs(found.lane(k).x - exact.r), std::fabs(found.lane(k).y - exact.g)});
       for (const auto density : {core::SkyDensity::kRadiance, core::SkyDensity::kCompensated}) {
-        EXPECT_NEAR(sky->pdf_solid_angle({at.u.v[k], at.v.v[k]}, at.sin_theta.v[k], density),
-                    sky->pdf_solid_angle(d.lane(k), density), 1e-3F);
+        EXPECT_NEAR(
+            sky->pdf_solid_angle(d.lane(k), {at.u.v[k], at.v.v[k]}, at.sin_theta.v[k], density),
+            sky->pdf_solid_angle(d.lane(k), density), 1e-3F);
       }
     }
   }

@@ -46,6 +46,17 @@ class JobRequestMedium(TypedDict):
     height_falloff: NotRequired[float]
 
 
+class JobRequestEnvironmentSun(TypedDict):
+    """Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+    some 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position:
+    NOAA. The sun is a disc that is sampled. North is -z, east +x.
+    """
+
+    latitude: float
+    longitude: float
+    time: str
+
+
 class JobRequestEnvironment(TypedDict):
     """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
     scene's own, if it has one; else white, unless the scene has a punctual light or an emissive
@@ -53,10 +64,27 @@ class JobRequestEnvironment(TypedDict):
     """
 
     asset: NotRequired[str | None]
+    preset: NotRequired[str]
+    sun: NotRequired[JobRequestEnvironmentSun | None]
     color: NotRequired[list[float]]
     intensity: NotRequired[float]
     rotation_degrees: NotRequired[float]
     visible: NotRequired[bool]
+
+
+class JobRequestBackground(TypedDict):
+    """What the camera sees where it meets nothing; mirrors and glass show the environment."""
+
+    type: NotRequired[str]
+    color: NotRequired[list[float]]
+
+
+class JobRequestGround(TypedDict):
+    """Level, diffuse ground that is added to the scene."""
+
+    type: NotRequired[str]
+    height: NotRequired[float | None]
+    color: NotRequired[list[float]]
 
 
 class JobRequestFilmCrop(TypedDict):
@@ -198,6 +226,7 @@ class JobRequestStop(TypedDict):
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
+    cpu_seconds: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -232,6 +261,8 @@ class JobRequest(_JobRequest):
     medium: NotRequired[JobRequestMedium | None]
     preview_key: NotRequired[str | None]
     environment: NotRequired[JobRequestEnvironment | None]
+    background: NotRequired[JobRequestBackground]
+    ground: NotRequired[JobRequestGround]
     film: NotRequired[JobRequestFilm]
     integrator: NotRequired[JobRequestIntegrator]
     estimator: NotRequired[JobRequestEstimator]
@@ -255,6 +286,7 @@ class JobPatchStop(TypedDict):
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
+    cpu_seconds: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -284,6 +316,7 @@ class ExtendRequestStop(TypedDict):
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
+    cpu_seconds: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -375,6 +408,17 @@ class JobSpecMedium(TypedDict):
     height_falloff: float
 
 
+class JobSpecEnvironmentSun(TypedDict):
+    """Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+    some 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position:
+    NOAA. The sun is a disc that is sampled. North is -z, east +x.
+    """
+
+    latitude: float
+    longitude: float
+    time: str
+
+
 class JobSpecEnvironment(TypedDict):
     """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
     scene's own, if it has one; else white, unless the scene has a punctual light or an emissive
@@ -382,10 +426,27 @@ class JobSpecEnvironment(TypedDict):
     """
 
     asset: str | None
+    preset: NotRequired[str]
+    sun: NotRequired[JobSpecEnvironmentSun | None]
     color: list[float]
     intensity: float
     rotation_degrees: float
     visible: bool
+
+
+class JobSpecBackground(TypedDict):
+    """What the camera sees where it meets nothing; mirrors and glass show the environment."""
+
+    type: str
+    color: NotRequired[list[float]]
+
+
+class JobSpecGround(TypedDict):
+    """Level, diffuse ground that is added to the scene."""
+
+    type: str
+    height: NotRequired[float | None]
+    color: NotRequired[list[float]]
 
 
 class JobSpecFilmCrop(TypedDict):
@@ -525,6 +586,7 @@ class JobSpecStop(TypedDict):
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
+    cpu_seconds: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -559,6 +621,8 @@ class JobSpec(_JobSpec):
     medium: JobSpecMedium | None
     preview_key: str | None
     environment: NotRequired[JobSpecEnvironment | None]
+    background: NotRequired[JobSpecBackground]
+    ground: NotRequired[JobSpecGround]
     film: JobSpecFilm
     integrator: JobSpecIntegrator
     estimator: JobSpecEstimator
@@ -610,6 +674,8 @@ class Statistics(TypedDict):
     rays: int
     rays_per_second: float | None
     efficiency: float | None
+    efficiency_low: float | None
+    efficiency_high: float | None
     rejected_samples: int
     peak_bytes: int | None
     split_count: int | None
@@ -644,6 +710,7 @@ class Job(TypedDict):
         "relative_error",
         "denoised_error",
         "seconds",
+        "cpu_seconds",
         "deadline",
         "limit",
         "cancelled",
@@ -714,6 +781,7 @@ class StateEvent(TypedDict):
         "relative_error",
         "denoised_error",
         "seconds",
+        "cpu_seconds",
         "deadline",
         "limit",
         "cancelled",
@@ -763,6 +831,7 @@ class EndEvent(TypedDict):
         "relative_error",
         "denoised_error",
         "seconds",
+        "cpu_seconds",
         "deadline",
         "limit",
         "cancelled",
@@ -1108,6 +1177,17 @@ class JobDefaultsMedium(TypedDict):
     height_falloff: float
 
 
+class JobDefaultsEnvironmentSun(TypedDict):
+    """Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+    some 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position:
+    NOAA. The sun is a disc that is sampled. North is -z, east +x.
+    """
+
+    latitude: float
+    longitude: float
+    time: str
+
+
 class JobDefaultsEnvironment(TypedDict):
     """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
     scene's own, if it has one; else white, unless the scene has a punctual light or an emissive
@@ -1115,10 +1195,27 @@ class JobDefaultsEnvironment(TypedDict):
     """
 
     asset: str | None
+    preset: NotRequired[str]
+    sun: NotRequired[JobDefaultsEnvironmentSun | None]
     color: list[float]
     intensity: float
     rotation_degrees: float
     visible: bool
+
+
+class JobDefaultsBackground(TypedDict):
+    """What the camera sees where it meets nothing; mirrors and glass show the environment."""
+
+    type: str
+    color: NotRequired[list[float]]
+
+
+class JobDefaultsGround(TypedDict):
+    """Level, diffuse ground that is added to the scene."""
+
+    type: str
+    height: NotRequired[float | None]
+    color: NotRequired[list[float]]
 
 
 class JobDefaultsFilmCrop(TypedDict):
@@ -1258,6 +1355,7 @@ class JobDefaultsStop(TypedDict):
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
+    cpu_seconds: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -1291,6 +1389,8 @@ class JobDefaults(_JobDefaults):
     medium: JobDefaultsMedium | None
     preview_key: str | None
     environment: NotRequired[JobDefaultsEnvironment | None]
+    background: NotRequired[JobDefaultsBackground]
+    ground: NotRequired[JobDefaultsGround]
     film: JobDefaultsFilm
     integrator: JobDefaultsIntegrator
     estimator: JobDefaultsEstimator

@@ -13,11 +13,11 @@ class JobOptions(TypedDict, total=False):
     """Everything that `submit` takes besides the scene. What is left out has the server's default.
 
     Short forms: size, crop, layers, samples_per_pixel, relative_error, denoised_error, confidence,
-    scope, seconds, cpu_seconds and deadline go into `film` and `stop`; integrator, sampler, light_sampler and
-    adaptive may be the name of a type, camera a name or an index, environment the path of an .hdr
-    or .exr file. All other members are those of the request (`/docs` of the server describes them).
-    `request` is a whole request, over which the options are put: the way to what this list does not
-    name.
+    scope, seconds, cpu_seconds and deadline go into `film` and `stop`; integrator, sampler,
+    light_sampler, adaptive, background and ground may be the name of a type, camera a name or an
+    index, environment the path of an .hdr or .exr file. All other members are those of the request
+    (`/docs` of the server describes them). `request` is a whole request, over which the options are
+    put: the way to what this list does not name.
     """
 
     name: str
@@ -29,6 +29,8 @@ class JobOptions(TypedDict, total=False):
     variant: str | None
     time_seconds: float | None
     medium: Mapping[str, Any] | None
+    background: str | Mapping[str, Any]
+    ground: str | Mapping[str, Any]
     job_class: str  # the member `class`
     preview_key: str | None
     integrator: str | Mapping[str, Any]
@@ -63,7 +65,7 @@ _STOP = (
     "cpu_seconds",
     "deadline",
 )
-_TYPED = ("integrator", "sampler", "light_sampler", "adaptive")
+_TYPED = ("integrator", "sampler", "light_sampler", "adaptive", "background", "ground")
 
 
 def stop_rules(options: Mapping[str, Any]) -> Json:

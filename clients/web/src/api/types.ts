@@ -90,6 +90,21 @@ export interface JobRequest {
   environment?: {
     /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
     asset?: string | null;
+    /** Studio light made in code, as strong as a white environment; instead of an asset. */
+    preset?: string;
+    /**
+     * Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon some
+     * 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA.
+     * The sun is a disc that is sampled. North is -z, east +x.
+     */
+    sun?: {
+      /** Degrees; north is positive. */
+      latitude: number;
+      /** Degrees; east is positive. */
+      longitude: number;
+      /** RFC 3339, by day. */
+      time: string;
+    } | null;
     /** Linear Rec.709; multiplies the picture. Default: [1,1,1]. */
     color?: [number, number, number];
     /** Multiplies colour and picture. Default: 1. */
@@ -97,10 +112,33 @@ export interface JobRequest {
     /** Positive turns it counter-clockwise seen from above. Default: 0. */
     rotation_degrees?: number;
     /**
-     * If false, the environment lights the scene but the background is transparent. Default: true.
+     * If false, the environment lights the scene but the background is transparent: short for
+     * background type 'transparent'. Default: true.
      */
     visible?: boolean;
   } | null;
+  /** What the camera sees where it meets nothing; mirrors and glass show the environment. */
+  background?: {
+    /**
+     * Kind of background. When it is not given: 'transparent' with ground 'catcher', else
+     * 'environment'. Default: "environment".
+     */
+    type?: string;
+    /** Linear Rec.709. Default: [1,1,1]. */
+    color?: [number, number, number];
+  };
+  /** Level, diffuse ground that is added to the scene. */
+  ground?: {
+    /** Kind of ground. Default: "none". */
+    type?: string;
+    /** Its y, metres; null: the model's lowest point. */
+    height?: number | null;
+    /**
+     * Of its surface, linear Rec.709: also of a catcher, which lights the model from below.
+     * Default: [0.8,0.8,0.8].
+     */
+    color?: [number, number, number];
+  };
   /** Size, filter and recorded layers. */
   film?: {
     /** Pixels. Width times height is limited to 64 megapixels (413). Default: 960. */
@@ -301,6 +339,8 @@ export interface JobRequest {
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
+    /** Stop after this many CPU seconds of rendering, summed over all threads. */
+    cpu_seconds?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -353,6 +393,8 @@ export interface JobPatch {
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
+    /** Stop after this many CPU seconds of rendering, summed over all threads. */
+    cpu_seconds?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -393,6 +435,8 @@ export interface ExtendRequest {
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
+    /** Stop after this many CPU seconds of rendering, summed over all threads. */
+    cpu_seconds?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -541,15 +585,52 @@ export interface JobSpec {
   environment?: {
     /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
     asset: string | null;
+    /** Studio light made in code, as strong as a white environment; instead of an asset. */
+    preset?: string;
+    /**
+     * Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon some
+     * 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA.
+     * The sun is a disc that is sampled. North is -z, east +x.
+     */
+    sun?: {
+      /** Degrees; north is positive. */
+      latitude: number;
+      /** Degrees; east is positive. */
+      longitude: number;
+      /** RFC 3339, by day. */
+      time: string;
+    } | null;
     /** Linear Rec.709; multiplies the picture. */
     color: [number, number, number];
     /** Multiplies colour and picture. */
     intensity: number;
     /** Positive turns it counter-clockwise seen from above. */
     rotation_degrees: number;
-    /** If false, the environment lights the scene but the background is transparent. */
+    /**
+     * If false, the environment lights the scene but the background is transparent: short for
+     * background type 'transparent'.
+     */
     visible: boolean;
   } | null;
+  /** What the camera sees where it meets nothing; mirrors and glass show the environment. */
+  background?: {
+    /**
+     * Kind of background. When it is not given: 'transparent' with ground 'catcher', else
+     * 'environment'.
+     */
+    type: string;
+    /** Linear Rec.709. */
+    color?: [number, number, number];
+  };
+  /** Level, diffuse ground that is added to the scene. */
+  ground?: {
+    /** Kind of ground. */
+    type: string;
+    /** Its y, metres; null: the model's lowest point. */
+    height?: number | null;
+    /** Of its surface, linear Rec.709: also of a catcher, which lights the model from below. */
+    color?: [number, number, number];
+  };
   /** Size, filter and recorded layers. */
   film: {
     /** Pixels. Width times height is limited to 64 megapixels (413). */
@@ -734,6 +815,8 @@ export interface JobSpec {
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
+    /** Stop after this many CPU seconds of rendering, summed over all threads. */
+    cpu_seconds?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -803,6 +886,10 @@ export interface Statistics {
   rays_per_second: number | null;
   /** 1 / (relative error^2 * CPU seconds). */
   efficiency: number | null;
+  /** Lower end of its interval, which is that of `error`. */
+  efficiency_low: number | null;
+  /** Upper end; null also where `error.low` is 0. */
+  efficiency_high: number | null;
   /** Non-finite ones, counted as zero. */
   rejected_samples: number;
   /** Memory; null: unknown. */
@@ -866,6 +953,7 @@ export interface Job {
     | 'relative_error'
     | 'denoised_error'
     | 'seconds'
+    | 'cpu_seconds'
     | 'deadline'
     | 'limit'
     | 'cancelled'
@@ -951,6 +1039,7 @@ export interface StateEvent {
     | 'relative_error'
     | 'denoised_error'
     | 'seconds'
+    | 'cpu_seconds'
     | 'deadline'
     | 'limit'
     | 'cancelled'
@@ -1005,6 +1094,7 @@ export interface EndEvent {
     | 'relative_error'
     | 'denoised_error'
     | 'seconds'
+    | 'cpu_seconds'
     | 'deadline'
     | 'limit'
     | 'cancelled'
@@ -1388,15 +1478,52 @@ export interface JobDefaults {
   environment?: {
     /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
     asset: string | null;
+    /** Studio light made in code, as strong as a white environment; instead of an asset. */
+    preset?: string;
+    /**
+     * Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon some
+     * 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA.
+     * The sun is a disc that is sampled. North is -z, east +x.
+     */
+    sun?: {
+      /** Degrees; north is positive. */
+      latitude: number;
+      /** Degrees; east is positive. */
+      longitude: number;
+      /** RFC 3339, by day. */
+      time: string;
+    } | null;
     /** Linear Rec.709; multiplies the picture. */
     color: [number, number, number];
     /** Multiplies colour and picture. */
     intensity: number;
     /** Positive turns it counter-clockwise seen from above. */
     rotation_degrees: number;
-    /** If false, the environment lights the scene but the background is transparent. */
+    /**
+     * If false, the environment lights the scene but the background is transparent: short for
+     * background type 'transparent'.
+     */
     visible: boolean;
   } | null;
+  /** What the camera sees where it meets nothing; mirrors and glass show the environment. */
+  background?: {
+    /**
+     * Kind of background. When it is not given: 'transparent' with ground 'catcher', else
+     * 'environment'.
+     */
+    type: string;
+    /** Linear Rec.709. */
+    color?: [number, number, number];
+  };
+  /** Level, diffuse ground that is added to the scene. */
+  ground?: {
+    /** Kind of ground. */
+    type: string;
+    /** Its y, metres; null: the model's lowest point. */
+    height?: number | null;
+    /** Of its surface, linear Rec.709: also of a catcher, which lights the model from below. */
+    color?: [number, number, number];
+  };
   /** Size, filter and recorded layers. */
   film: {
     /** Pixels. Width times height is limited to 64 megapixels (413). */
@@ -1581,6 +1708,8 @@ export interface JobDefaults {
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
+    /** Stop after this many CPU seconds of rendering, summed over all threads. */
+    cpu_seconds?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };

@@ -3,7 +3,7 @@ import { filesOfInput } from '../api/upload';
 import { useStore } from '../ui/store';
 import { blackbodyColour } from './blackbody';
 import { Field, NumberInput } from './field';
-import { change, form, type EnvironmentMode } from './form_model';
+import { change, form, type Background, type EnvironmentMode, type Ground } from './form_model';
 import { take } from './scene_source';
 
 const kinds = [
@@ -22,6 +22,10 @@ const kinds = [
 
 const environmentHints: Record<EnvironmentMode, string> = {
   scene: 'The scene’s own lights; a model without any gets a white sky.',
+  studio: 'Soft boxes before grey: key, fill, one above and one behind.',
+  tent: 'Bright cloth all around, as for small products.',
+  rim: 'Two strips behind the model draw its outline.',
+  sun: 'Sun and clear sky. North is away from the front of the model.',
   colour: 'One colour from all sides, as in a light tent.',
   file: 'A panorama (.hdr or .exr) lights the scene and shows behind it.',
   none: 'Only lights that are in the scene.',
@@ -52,6 +56,10 @@ export function EnvironmentField() {
             }}
           >
             <option value="scene">As the scene has it</option>
+            <option value="studio">Studio</option>
+            <option value="tent">Product tent</option>
+            <option value="rim">Rim light</option>
+            <option value="sun">Sun and sky</option>
             <option value="colour">Plain colour</option>
             <option value="file">Panorama file</option>
             <option value="none">None</option>
@@ -110,7 +118,8 @@ export function EnvironmentField() {
           </Field>
         </div>
       )}
-      {(v.environment === 'colour' || v.environment === 'file') && (
+      {v.environment === 'sun' && <SunFields />}
+      {v.environment !== 'scene' && v.environment !== 'none' && (
         <>
           <div class="pair">
             <Field label="Strength" pointers={[]}>
@@ -135,16 +144,108 @@ export function EnvironmentField() {
               )}
             </Field>
           </div>
-          <label class="check">
-            <input
-              type="checkbox"
-              checked={v.environmentVisible}
-              onChange={(e) => change({ environmentVisible: e.currentTarget.checked })}
-            />
-            Show it behind the scene
-          </label>
         </>
       )}
+      <StageFields />
     </>
+  );
+}
+
+function SunFields() {
+  const v = useStore(form);
+  return (
+    <>
+      <div class="pair">
+        <Field label="Latitude (north)" pointers={[]}>
+          {(a) => (
+            <NumberInput
+              {...a}
+              value={v.sunLatitude}
+              min={-90}
+              max={90}
+              step="any"
+              onValue={(sunLatitude) => change({ sunLatitude })}
+            />
+          )}
+        </Field>
+        <Field label="Longitude (east)" pointers={[]}>
+          {(a) => (
+            <NumberInput
+              {...a}
+              value={v.sunLongitude}
+              min={-180}
+              max={180}
+              step="any"
+              onValue={(sunLongitude) => change({ sunLongitude })}
+            />
+          )}
+        </Field>
+      </div>
+      <Field
+        label="Date and time (UTC)"
+        pointers={[]}
+        hint="At noon a picture needs about 5 stops less exposure, or a strength of 0.03."
+      >
+        {(a) => (
+          <input
+            {...a}
+            type="datetime-local"
+            value={v.sunTime}
+            onInput={(e) => change({ sunTime: e.currentTarget.value.slice(0, 16) })}
+          />
+        )}
+      </Field>
+    </>
+  );
+}
+
+/** What is behind the model and below it. */
+function StageFields() {
+  const v = useStore(form);
+  return (
+    <div class="pair">
+      <Field label="Background" pointers={['/background']}>
+        {(a) => (
+          <>
+            <select
+              {...a}
+              data-testid="background"
+              value={v.background}
+              onChange={(e) => change({ background: e.currentTarget.value as Background })}
+            >
+              <option value="environment">The light around</option>
+              <option value="blurred">The same, blurred</option>
+              <option value="color">Colour</option>
+              <option value="transparent">Transparent</option>
+            </select>
+            {v.background === 'color' && (
+              <input
+                type="color"
+                aria-label="Colour of the background"
+                value={v.backgroundColour}
+                onInput={(e) => change({ backgroundColour: e.currentTarget.value })}
+              />
+            )}
+          </>
+        )}
+      </Field>
+      <Field label="Ground" pointers={['/ground']}>
+        {(a) => (
+          <select
+            {...a}
+            data-testid="ground"
+            value={v.ground}
+            onChange={(e) => {
+              const ground = e.currentTarget.value as Ground;
+              change(ground === 'catcher' ? { ground, background: 'transparent' } : { ground });
+            }}
+          >
+            <option value="none">As the scene has it</option>
+            <option value="catcher">Shadow alone</option>
+            <option value="sweep">Studio sweep</option>
+          </select>
+        )}
+      </Field>
+    </div>
   );
 }

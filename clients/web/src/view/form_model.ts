@@ -2,7 +2,13 @@ import { RequestError } from '../api/client';
 import type { FieldError } from '../api/types';
 import { Store } from '../ui/store';
 
-export type EnvironmentMode = 'scene' | 'colour' | 'file' | 'none';
+/** Presets of the server come between; the rest is made here. */
+export const presets = ['studio', 'tent', 'rim'] as const;
+export type Preset = (typeof presets)[number];
+export type EnvironmentMode = 'scene' | Preset | 'sun' | 'colour' | 'file' | 'none';
+export const isPreset = (mode: string): mode is Preset => presets.some((p) => p === mode);
+export type Background = 'environment' | 'transparent' | 'color' | 'blurred';
+export type Ground = 'none' | 'catcher' | 'sweep';
 
 /** A camera placed by hand. */
 export interface Pose {
@@ -37,7 +43,13 @@ export interface FormValues {
   environmentColour: string;
   environmentIntensity: number;
   environmentRotation: number;
-  environmentVisible: boolean;
+  /** Degrees, and a time in UTC as the browser's field has it. */
+  sunLatitude: number;
+  sunLongitude: number;
+  sunTime: string;
+  background: Background;
+  backgroundColour: string;
+  ground: Ground;
   integrator: string;
   /** Null: the server's default. */
   maxDepth: number | null;
@@ -78,7 +90,12 @@ export const initial: FormValues = {
   environmentColour: '#ffffff',
   environmentIntensity: 1,
   environmentRotation: 0,
-  environmentVisible: true,
+  sunLatitude: 52.5,
+  sunLongitude: 13.4,
+  sunTime: '2026-06-21T10:00',
+  background: 'environment',
+  backgroundColour: '#ffffff',
+  ground: 'none',
   integrator: '',
   maxDepth: null,
   sampler: '',
@@ -143,6 +160,9 @@ export function requestOf(
   if (v.adaptive) request.adaptive = { type: v.adaptive };
   const environment = environmentOf(v);
   if (environment !== undefined) request.environment = environment;
+  const background = backgroundOf(v);
+  if (background) request.background = background;
+  if (v.ground !== 'none') request.ground = { type: v.ground };
   const chosen = new Set(Object.values(v.options));
   for (const option of offered) if (chosen.has(option.name)) merge(request, option.patch);
   return request;
@@ -181,11 +201,21 @@ function environmentOf(v: FormValues): unknown {
   const common = {
     intensity: v.environmentIntensity,
     rotation_degrees: v.environmentRotation,
-    visible: v.environmentVisible,
   };
-  return v.environment === 'file'
-    ? { asset: v.environmentAsset, ...common }
-    : { color: linearOf(v.environmentColour), ...common };
+  if (v.environment === 'file') return { asset: v.environmentAsset, ...common };
+  if (isPreset(v.environment)) return { preset: v.environment, ...common };
+  if (v.environment === 'sun') {
+    const sun = { latitude: v.sunLatitude, longitude: v.sunLongitude, time: `${v.sunTime}:00Z` };
+    return { sun, ...common };
+  }
+  return { color: linearOf(v.environmentColour), ...common };
+}
+
+function backgroundOf(v: FormValues): unknown {
+  if (v.background === 'color') return { type: 'color', color: linearOf(v.backgroundColour) };
+  return v.background === 'environment' && v.ground !== 'catcher'
+    ? undefined
+    : { type: v.background };
 }
 
 /** "#rrggbb" as linear Rec.709. */
@@ -207,6 +237,8 @@ export function check(v: FormValues): FieldError[] {
     out.push({ pointer: '/stop', detail: 'Choose at least one rule, so that the render ends.' });
   if (v.environment === 'file' && !v.environmentAsset)
     out.push({ pointer: '/environment', detail: 'Choose an .hdr or .exr file.' });
+  if (v.environment === 'sun' && !v.sunTime)
+    out.push({ pointer: '/environment', detail: 'Choose a date and a time.' });
   return out;
 }
 

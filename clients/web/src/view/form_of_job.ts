@@ -32,14 +32,28 @@ function environmentOf(spec: Job['spec']): Partial<FormValues> {
   const { environment } = spec;
   if (environment === undefined) return { environment: 'scene' };
   if (environment === null) return { environment: 'none' };
+  const { preset, sun } = environment;
   return {
-    environment: environment.asset ? 'file' : 'colour',
+    environment: environment.asset ? 'file' : sun ? 'sun' : (preset ?? 'colour'),
+    ...(sun && {
+      sunLatitude: sun.latitude,
+      sunLongitude: sun.longitude,
+      sunTime: sun.time.slice(0, 16),
+    }),
     environmentAsset: environment.asset ?? '',
     environmentName: environment.asset ? environment.asset.slice(0, 8) : '',
     environmentColour: hexOf(environment.color),
     environmentIntensity: environment.intensity,
     environmentRotation: environment.rotation_degrees,
-    environmentVisible: environment.visible,
+  };
+}
+
+function stageOf(spec: Job['spec']): Partial<FormValues> {
+  const { background, ground } = spec;
+  return {
+    background: background?.type ?? 'environment',
+    ...(background?.color && { backgroundColour: hexOf(background.color) }),
+    ground: ground?.type ?? 'none',
   };
 }
 
@@ -79,6 +93,7 @@ export function formOf(job: Job, info: Server | null): FormValues {
     variant: spec.variant ?? '',
     ...cameraOf(spec),
     ...environmentOf(spec),
+    ...stageOf(spec),
     integrator: spec.integrator.type,
     maxDepth: spec.integrator.max_depth,
     sampler: spec.sampler.type,

@@ -11,7 +11,7 @@ import {
 import { go, route } from '../ui/router';
 import { say } from '../ui/server_state';
 import { persistent, Store } from '../ui/store';
-import { change, refusals } from './form_model';
+import { change, form, refusals } from './form_model';
 
 /** Models sent from this page or found on the server; the newest first. */
 export const models = new Store<Scene[]>([]);
@@ -101,11 +101,19 @@ async function takeModel(
   fileNames.set({ ...fileNames.get(), [scene.id]: name });
   models.set([scene, ...models.get().filter((m) => m.id !== scene.id)]);
   chooseScene(scene.id);
+  // A model that brings no light gets the studio's, unless something else was chosen.
+  if (!bringsLight(scene) && form.get().environment === 'scene') change({ environment: 'studio' });
   // What a person wants next is to look at it; where there is no form, they are about something
   // else.
   if (['home', 'job', 'jobs', 'compose'].includes(route.get().view)) go(`/compose/${scene.id}`);
   return `${name} is ready to render.`;
 }
+
+/** The first group of lights is the environment's. */
+const bringsLight = (scene: Scene): boolean =>
+  scene.lights.length > 0 ||
+  scene.light_groups.length > 1 ||
+  scene.extensions.includes('EXT_lights_image_based');
 
 const namedAtMost = 3;
 

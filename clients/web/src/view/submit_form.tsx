@@ -295,6 +295,8 @@ const knownPointers = [
   '/film',
   '/stop',
   '/environment',
+  '/background',
+  '/ground',
   '/integrator',
   '/sampler',
   '/estimator',

@@ -1,0 +1,331 @@
+// What a model stands in: environment, background, ground.
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <tuple>
+
+#include "api/fields.h"
+#include "api/job_rows.h"
+#include "api/requests.h"
+#include "api/time_text.h"
+#include "core/lights/sun_position.h"
+#include "core/settings/registry.h"
+
+namespace api {
+namespace {
+
+void read_asset(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  spec.environment_asset.reset();
+  if (value.is_null()) {
+    return;
+  }
+  if (!value.is_string()) {
+    faults.add(pointer, "expected a string, got " + std::string(type_text(value)));
+  } else if (const auto& id = value.get_ref<const std::string&>(); !is_sha256(id)) {
+    faults.add(pointer, shown(value) + " is not an asset id (64 lower-case hex digits)");
+  } else {
+    spec.environment_asset = id;
+  }
+}
+
+void read_sun_time(const Json& value, core::SunSettings& sun, const std::string& pointer,
+                   Faults& faults) {
+  const auto text = read_text(value, {1, 64}, pointer, faults);
+  if (!text) {
+    return;
+  }
+  if (const auto seconds = parse_rfc3339(*text)) {
+    sun.unix_seconds = *seconds;
+  } else {
+    faults.add(pointer,
+               shown(value) + " is not an RFC 3339 time such as 2026-06-21T12:00:00+02:00");
+  }
+}
+
+const auto& sun_table() {
+  static constexpr auto kTable = std::tuple{
+      number(
+          "latitude", [](auto& s) -> auto& { return s.latitude_degrees; }, {-90, 90},
+          "Degrees; north is positive."),
+      number(
+          "longitude", [](auto& s) -> auto& { return s.longitude_degrees; }, {-180, 180},
+          "Degrees; east is positive."),
+      CustomRow<core::SunSettings>{"time", &read_sun_time,
+                                   [](const core::SunSettings& s, Json& object) {
+                                     object["time"] = rfc3339(s.unix_seconds);
+                                   },
+                                   [](const core::SunSettings&) {
+                                     Json schema = basic_schema("string", "RFC 3339, by day.");
+                                     schema["format"] = "date-time";
+                                     return schema;
+                                   }},
+  };
+  return kTable;
+}
+
+void read_sun(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  spec.environment.sun.reset();
+  if (value.is_null() || !expect_object(value, pointer, faults)) {
+    return;
+  }
+  for (const std::string_view member : member_names(sun_table())) {
+    if (!value.contains(std::string(member))) {
+      faults.add(join_pointer(pointer, member), "is required");
+    }
+  }
+  read_members(sun_table(), value, spec.environment.sun.emplace(), pointer, faults);
+}
+
+void print_sun(const JobSpec& spec, Json& object) {
+  if (spec.environment.sun) {
+    object["sun"] = print_members(sun_table(), *spec.environment.sun);
+  }
+}
+
+Json sun_schema(const JobSpec& /*defaults*/) {
+  Json schema = object_schema(sun_table(), core::SunSettings{},
+                              "Sun and clear sky of a place and time, in W/(m2 sr) of nominal "
+                              "white (683 lm/W): at noon some 100 times as bright as 1. Sky: "
+                              "Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA. The "
+                              "sun is a disc that is sampled. North is -z, east +x.");
+  for (auto& property : schema["properties"]) {
+    property.erase("default");
+  }
+  schema["type"] = {"object", "null"};
+  schema["required"] = member_names(sun_table());
+  schema["default"] = nullptr;
+  return schema;
+}
+
+// The short form of background type 'transparent'.
+void read_visible(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  const auto visible = read_flag(value, pointer, faults);
+  if (visible && !*visible) {
+    spec.render.background.type = core::BackgroundType::kTransparent;
+  }
+}
+
+const auto& environment_table() {
+  constexpr Range kRadiance = {0, 1e9};
+  static constexpr auto kTable = std::tuple{
+      CustomRow<JobSpec>{
+          "asset", &read_asset,
+          [](const JobSpec& s, Json& object) {
+            object["asset"] = s.environment_asset ? Json(*s.environment_asset) : Json(nullptr);
+          },
+          [](const JobSpec& /*defaults*/) {
+            Json schema = basic_schema(
+                "string", "Asset with an equirectangular picture (.hdr, .exr); null: one colour.",
+                true);
+            schema["pattern"] = "^[0-9a-f]{64}$";
+            schema["default"] = nullptr;
+            return schema;
+          }},
+      shown_if([](const JobSpec& s) { return s.environment.preset.has_value(); },
+               choice(
+                   "preset", [](auto& s) -> auto& { return s.environment.preset; },
+                   &core::environment_presets,
+                   "Studio light made in code, as strong as a white environment; instead of an "
+                   "asset.")),
+      CustomRow<JobSpec>{"sun", &read_sun, &print_sun, &sun_schema, false, true},
+      triple(
+          "color", [](auto& s) -> auto& { return s.environment.color; }, kRadiance,
+          "Linear Rec.709; multiplies the picture."),
+      number(
+          "intensity", [](auto& s) -> auto& { return s.environment.intensity; }, kRadiance,
+          "Multiplies colour and picture."),
+      number(
+          "rotation_degrees", [](auto& s) -> auto& { return s.environment.rotation_degrees; },
+          {-36000, 36000}, "Positive turns it counter-clockwise seen from above."),
+      CustomRow<JobSpec>{"visible", &read_visible,
+                         [](const JobSpec& s, Json& object) {
+                           object["visible"] = !core::is_transparent(s.render);
+                         },
+                         [](const JobSpec& /*defaults*/) {
+                           Json schema = basic_schema(
+                               "boolean",
+                               "If false, the environment lights the scene but the background is "
+                               "transparent: short for background type 'transparent'.");
+                           schema["default"] = true;
+                           return schema;
+                         }},
+  };
+  return kTable;
+}
+
+const auto& background_table() {
+  constexpr Range kRadiance = {0, 1e9};
+  static constexpr auto kTable = std::tuple{
+      choice(
+          "type", [](auto& s) -> auto& { return s.type; }, &core::backgrounds,
+          "Kind of background. When it is not given: 'transparent' with ground 'catcher', else "
+          "'environment'."),
+      when([](const core::BackgroundSettings& s) { return s.type == core::BackgroundType::kColor; },
+           "applies to type 'color' only",
+           triple(
+               "color", [](auto& s) -> auto& { return s.color; }, kRadiance, "Linear Rec.709.")),
+  };
+  return kTable;
+}
+
+const auto& ground_table() {
+  constexpr Range kMetres = {-1e9, 1e9};  // as of cameras
+  constexpr Range kAlbedo = {0, 1};
+  constexpr auto kIsThere = [](const core::GroundSettings& s) {
+    return s.type != core::GroundType::kNone;
+  };
+  constexpr std::string_view kElse = "applies to types 'catcher' and 'sweep' only";
+  static constexpr auto kTable = std::tuple{
+      choice(
+          "type", [](auto& s) -> auto& { return s.type; }, &core::grounds, "Kind of ground."),
+      when(kIsThere, kElse,
+           number(
+               "height", [](auto& s) -> auto& { return s.height_m; }, kMetres,
+               "Its y, metres; null: the model's lowest point.")),
+      when(kIsThere, kElse,
+           triple(
+               "color", [](auto& s) -> auto& { return s.color; }, kAlbedo,
+               "Of its surface, linear Rec.709: also of a catcher, which lights the model from "
+               "below.")),
+  };
+  return kTable;
+}
+
+void check_environment(const JobSpec& spec, Faults& faults) {
+  const core::EnvironmentSettings& environment = spec.environment;
+  const int sources =
+      (spec.environment_asset ? 1 : 0) + (environment.preset ? 1 : 0) + (environment.sun ? 1 : 0);
+  if (sources > 1) {
+    faults.add(environment.preset ? "/environment/preset" : "/environment/sun",
+               "asset, preset and sun are different environments; give one of them");
+    return;
+  }
+  if (environment.sun) {
+    const double elevation = core::sun_position(*environment.sun).elevation_degrees;
+    if (!(elevation > 0)) {
+      faults.add("/environment/sun/time",
+                 "the sun stands " + number_text(std::round(-elevation * 10) / 10) +
+                     " degrees below the horizon then; the model of the sky is one of the day");
+    }
+  }
+}
+
+void check_catcher(const JobSpec& spec, bool asks_for_denoising, Faults& faults) {
+  const core::RenderSettings& render = spec.render;
+  constexpr const char* kWith = " does not go with ground 'catcher'";
+  if (render.integrator != "path") {
+    faults.add("/ground/type", "'catcher' is for integrator 'path' only");
+    return;
+  }
+  if (render.estimator.strategy != core::Strategy::kMis) {
+    faults.add(
+        "/estimator/strategy",
+        shown(Json(core::row_of(core::strategies(), render.estimator.strategy).name)) + kWith);
+  }
+  if (render.light_sampler == core::LightSamplerType::kRestir) {
+    faults.add("/light_sampler/type", std::string("'restir'") + kWith);
+  }
+  if (render.fog) {
+    faults.add("/medium", std::string("a medium") + kWith);
+  }
+  if (!render.film.shares.empty()) {
+    faults.add("/film/layers", "'" + render.film.shares.front().layer + "'" + kWith);
+  }
+  if (asks_for_denoising && core::is_transparent(render)) {
+    faults.add("/denoise/type",
+               "the noise of a transparent picture with ground 'catcher' is in its alpha, which is "
+               "not denoised; give 'none' or another background");
+  }
+}
+
+}  // namespace
+
+void read_environment(const Json& value, JobSpec& spec, const std::string& pointer,
+                      Faults& faults) {
+  spec.environment = core::EnvironmentSettings{};
+  spec.environment_asset.reset();
+  if (value.is_null()) {
+    spec.environment_choice = EnvironmentChoice::kBlack;
+    return;
+  }
+  spec.environment_choice = EnvironmentChoice::kGiven;
+  read_members(environment_table(), value, spec, pointer, faults);
+}
+
+void print_environment(const JobSpec& spec, Json& object) {
+  if (spec.environment_choice == EnvironmentChoice::kBlack) {
+    object["environment"] = nullptr;
+  } else if (spec.environment_choice == EnvironmentChoice::kGiven) {
+    object["environment"] = print_members(environment_table(), spec);
+  }
+}
+
+Json environment_schema(const JobSpec& defaults) {
+  Json schema = object_schema(environment_table(), defaults,
+                              "Distant environment lighting, added to the scene's lights. Null: "
+                              "black. Absent: the scene's own, if it has one; else white, "
+                              "unless the scene has a punctual light or an emissive strength "
+                              "above 1.");
+  schema["type"] = {"object", "null"};
+  return schema;
+}
+
+void read_background(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  read_members(background_table(), value, spec.render.background, pointer, faults);
+}
+
+void print_background(const JobSpec& spec, Json& object) {
+  object["background"] = print_members(background_table(), spec.render.background);
+}
+
+Json background_schema(const JobSpec& defaults) {
+  return object_schema(
+      background_table(), defaults.render.background,
+      "What the camera sees where it meets nothing; mirrors and glass show the environment.");
+}
+
+void read_ground(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
+  read_members(ground_table(), value, spec.render.ground, pointer, faults);
+}
+
+void print_ground(const JobSpec& spec, Json& object) {
+  object["ground"] = print_members(ground_table(), spec.render.ground);
+}
+
+Json ground_schema(const JobSpec& defaults) {
+  return object_schema(ground_table(), defaults.render.ground,
+                       "Level, diffuse ground that is added to the scene.");
+}
+
+void settle_stage(const Json& request, JobSpec& spec) {
+  const auto is_given = [&request](const char* pointer) {
+    return request.contains(Json::json_pointer(pointer));
+  };
+  if (core::has_catcher(spec.render) && !is_given("/background/type") &&
+      !is_given("/environment/visible")) {
+    spec.render.background.type = core::BackgroundType::kTransparent;
+  }
+  if (core::has_catcher(spec.render) && core::is_transparent(spec.render) &&
+      !is_given("/denoise/type")) {
+    spec.denoise.type = core::DenoiserType::kNone;
+  }
+  spec.render.film.errors_over_white =
+      core::has_catcher(spec.render) && core::is_transparent(spec.render);
+}
+
+void check_stage(const Json& request, const JobSpec& spec, Faults& faults) {
+  check_environment(spec, faults);
+  const Json::json_pointer visible("/environment/visible");
+  const Json::json_pointer type("/background/type");
+  if (request.contains(visible) && request.contains(type) &&
+      (request.at(visible) == false) != (request.at(type) == "transparent")) {
+    faults.add("/environment/visible", dump(request.at(visible)) + " contradicts background type " +
+                                           shown(request.at(type)) + "; give one of them");
+  }
+  if (core::has_catcher(spec.render)) {
+    check_catcher(spec, spec.denoise.type != core::DenoiserType::kNone, faults);
+  }
+}
+
+}  // namespace api

@@ -1,0 +1,69 @@
+/// Shadow catcher: a diffuse ground that the camera sees by what the model does to it alone.
+///
+/// With B the radiance of the ground without the model, and the radiance with it
+/// W = B - blocked + bounced, where `blocked` is light of the lights that does not arrive and
+/// `bounced` what comes by way of the model: alpha a = blocked / B, as luminances, and the colour,
+/// premultiplied, C = W - (1 - a) B. So C + (1 - a) X is W over a ground that looks like X = B,
+/// whatever the noise, and where the model changes nothing a and C are 0 without noise: blocked
+/// light is that of the very samples that meet the model. Where the background X is known the
+/// shadow is coloured as the light is: W over it is X (1 - blocked / B) + bounced, by channel. B
+/// has a closed form: distant lights are the same everywhere on the ground, punctual ones are sums.
+/// Lights of the model are bounced. Source of the idea: Debevec, Rendering Synthetic Objects into
+/// Real Scenes, SIGGRAPH 1998.
+#pragma once
+
+#include <array>
+
+#include "core/integrators/path_tracer.h"
+
+namespace core {
+
+/// Radiance of a level diffuse surface under the lights alone.
+class BareGround {
+ public:
+  BareGround(const SceneData& scene, const Environment* environment, Rgb albedo);
+  /// At a point, of the side that a normal of (0, up, 0) is on; up: 1 or -1.
+  Rgb radiance(Vec3 point, float up) const noexcept;
+
+ private:
+  const SceneData& scene_;
+  Rgb albedo_;
+  std::array<Rgb, 2> distant_;  ///< irradiance from the environment: from above, from below
+};
+
+/// Irradiance of a level surface by the environment: from above (up 1) or below (-1).
+Rgb level_irradiance(const Environment& environment, float up);
+
+/// Path tracing for jobs with a catcher: from elsewhere than the ground as Options' path tracer.
+template <typename Options>
+class CatcherTracer final : public Integrator {
+ public:
+  explicit CatcherTracer(const IntegratorInput& input)
+      : scene_(input.scene),
+        environment_(input.environment),
+        backdrop_(input.settings.background, input.environment),
+        bare_(input.scene, input.environment, input.settings.ground.color),
+        paths_(input) {}
+  PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                   std::uint64_t& rays) const noexcept override;
+
+ private:
+  /// What the ground's light is more with the model than without; blocked: what the model keeps
+  /// away.
+  struct Change {
+    Rgb more;
+    Rgb blocked;
+  };
+  void add_light_sample(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
+                        Change& change) const noexcept;
+  void add_direction(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
+                     Change& change) const noexcept;
+
+  const SceneData& scene_;
+  const Environment* environment_;
+  Backdrop backdrop_;
+  BareGround bare_;
+  PathTracer<Options> paths_;
+};
+
+}  // namespace core

@@ -1,0 +1,47 @@
+/// Sky: light of a clear day's sky and sun.
+///
+/// Source: Preetham, Shirley and Smits, A Practical Analytic Model for Daylight, SIGGRAPH 1999:
+/// luminance and chromaticity of the sky, and what the air leaves of the sun (without ozone, water
+/// vapour and mixed gases, which take a few percent).
+/// Radiance is in W/(m^2 sr) of nominal white: luminance in cd/m^2 over 683 lm/W.
+#pragma once
+
+#include "core/color/rgb.h"
+#include "core/lights/environment.h"
+#include "core/lights/sun_position.h"
+
+namespace core {
+
+class Sky {
+ public:
+  /// Pre: the sun is above the horizon.
+  explicit Sky(const SunPosition& sun);
+
+  /// From a direction (unit, y up). Below the horizon: of ground that reflects kGroundAlbedo.
+  Rgb radiance(Vec3 direction) const;
+  const SunDisc& sun() const { return sun_; }
+  /// Of a level surface, by the sky and the sun.
+  Rgb irradiance() const { return irradiance_; }
+
+  /// Source: ASHRAE Handbook, Fundamentals: ground reflectance where nothing is known.
+  static constexpr float kGroundAlbedo = 0.2F;
+
+ private:
+  /// Perez' distribution of luminance Y or of a chromaticity, over its value at the zenith.
+  struct Perez {
+    double a, b, c, d, e;
+    double zenith;
+    double value(double cos_theta, double gamma) const;
+    double over_zenith(double cos_theta, double gamma, double theta_sun) const;
+  };
+  Rgb above(Vec3 direction) const;
+
+  SunDisc sun_;
+  double theta_sun_ = 0;
+  Perez luminance_{};
+  Perez x_{};
+  Perez y_{};
+  Rgb irradiance_;
+};
+
+}  // namespace core

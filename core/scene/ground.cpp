@@ -1,0 +1,142 @@
+#include "core/scene/ground.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/math/numbers.h"
+
+namespace core {
+namespace {
+
+/// A surface between two directions: columns along `across`, rows along a profile in the plane of
+/// `along` and up.
+struct Strip {
+  Vec3 center;
+  Vec3 across;  ///< unit
+  Vec3 along;   ///< unit, level
+};
+
+/// Of a profile: place along and height, and the angle by which its normal leans back.
+struct ProfilePoint {
+  float along = 0;
+  float up = 0;
+  float angle_rad = 0;
+};
+
+PrimitiveDescription extruded(const Strip& strip, const std::vector<float>& columns,
+                              const std::vector<ProfilePoint>& profile) {
+  PrimitiveDescription out;
+  for (const ProfilePoint& p : profile) {
+    for (const float x : columns) {
+      out.positions.push_back(strip.center + strip.across * x + strip.along * p.along +
+                              Vec3{0, p.up, 0});
+      out.normals.push_back(Vec3{0, std::cos(p.angle_rad), 0} -
+                            strip.along * std::sin(p.angle_rad));
+    }
+  }
+  const auto width = static_cast<std::uint32_t>(columns.size());
+  for (std::uint32_t row = 0; row + 1 < profile.size(); ++row) {
+    for (std::uint32_t column = 0; column + 1 < width; ++column) {
+      const std::uint32_t a = row * width + column;
+      // Counter-clockwise from above, as across x up is along's opposite.
+      for (const std::uint32_t v : {a, a + 1, a + width, a + 1, a + width + 1, a + width}) {
+        out.indices.push_back(v);
+      }
+    }
+  }
+  return out;
+}
+
+/// Steps out from the middle, each the double of the one before: triangles are small where the
+/// model stands, which keeps the digits of points on them.
+std::vector<float> doubling(float first, float last) {
+  std::vector<float> out = {0};
+  for (float at = first; at < last; at *= 2) {
+    out.push_back(at);
+    out.insert(out.begin(), -at);
+  }
+  out.push_back(last);
+  out.insert(out.begin(), -last);
+  return out;
+}
+
+}  // namespace
+
+Bounds bounds_of(const SceneDescription& scene) {
+  Bounds out;
+  for (const InstanceDescription& instance : scene.instances) {
+    const auto mesh = static_cast<std::size_t>(instance.mesh);
+    if (instance.is_ground || instance.mesh < 0 || mesh >= scene.meshes.size()) {
+      continue;
+    }
+    for (const PrimitiveDescription& primitive : scene.meshes[mesh].primitives) {
+      for (const Vec3 p : primitive.positions) {
+        out.add(instance.to_world.point(p));
+      }
+    }
+  }
+  return out;
+}
+
+void add_ground(SceneDescription& scene, const GroundSettings& settings, Vec3 view_direction) {
+  if (settings.type == GroundType::kNone) {
+    return;
+  }
+  const Bounds bounds = bounds_of(scene);
+  const float radius = bounds.empty() ? 1.0F : std::max(0.5F * length(bounds.diagonal()), 1e-6F);
+  // A hair below the model: it may have a floor of its own.
+  constexpr float kGap = 1e-4F;
+  const float height =
+      settings.height_m.value_or(bounds.empty() ? 0.0F : bounds.min.y - kGap * radius);
+  Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
+  center.y = height;
+  const Vec3 level = {view_direction.x, 0, view_direction.z};
+  // From straight above, "behind" is where -z is.
+  const Vec3 along = length(level) > 1e-3F ? normalize(level) : Vec3{0, 0, -1};
+  const Strip strip = {center, cross(along, Vec3{0, 1, 0}), along};
+  std::vector<ProfilePoint> profile;
+  if (settings.type == GroundType::kCatcher) {
+    // Light that comes from below the horizon of its edge is 1e-6 of that of an even sky.
+    constexpr float kExtent = 1024;
+    for (const float at : doubling(radius, kExtent * radius)) {
+      profile.push_back({at, 0, 0});
+    }
+    scene.meshes.push_back(
+        {"ground", {extruded(strip, doubling(radius, kExtent * radius), profile)}});
+  } else {
+    // In radii of the model: floor to the front and the sides, its end behind, the curve, the wall.
+    constexpr float kFloor = 16;
+    constexpr float kBehind = 2;
+    constexpr float kCurve = 2;
+    constexpr float kWall = 16;
+    constexpr int kCurveSteps = 32;
+    for (const float at : {-kFloor, -8.0F, -4.0F, -2.0F, -1.0F, 0.0F, 1.0F}) {
+      profile.push_back({at * radius, 0, 0});
+    }
+    for (int i = 0; i <= kCurveSteps; ++i) {
+      const float angle = 0.5F * kPi * static_cast<float>(i) / kCurveSteps;
+      profile.push_back({(kBehind + kCurve * std::sin(angle)) * radius,
+                         kCurve * (1 - std::cos(angle)) * radius, angle});
+    }
+    profile.push_back({(kBehind + kCurve) * radius, kWall * radius, 0.5F * kPi});
+    scene.meshes.push_back(
+        {"ground", {extruded(strip, doubling(radius, kFloor * radius), profile)}});
+  }
+  MaterialDescription material;
+  material.name = "ground";
+  material.base_color = settings.color;
+  material.metallic = 0;
+  material.specular = 0;  // diffuse alone
+  material.double_sided = true;
+  scene.meshes.back().primitives[0].material = static_cast<int>(scene.materials.size());
+  scene.materials.push_back(std::move(material));
+  InstanceDescription instance;
+  instance.mesh = static_cast<int>(scene.meshes.size()) - 1;
+  instance.is_ground = true;
+  scene.instances.push_back(std::move(instance));
+}
+
+}  // namespace core

@@ -1,0 +1,71 @@
+"""What a model stands in: backgrounds, light made in code, ground."""
+
+from harness import ApiTest, job_body, png_pixels
+
+
+class Stage(ApiTest):
+    def picture(self, query="", **members):
+        body = job_body("furnace", samples=8, **members)
+        body["film"] = {"width": 48, "height": 32}
+        job = self.server.render(body)
+        self.assertEqual(job["state"], "finished", job)
+        answer = self.server.get(f"/v1/jobs/{job['id']}/image.png{query}")
+        return job, png_pixels(answer.body)
+
+    def test_a_colour_stands_behind_the_scene(self):
+        job, rows = self.picture(background={"type": "color", "color": [0, 0, 1]})
+        self.assertEqual(job["spec"]["background"], {"type": "color", "color": [0, 0, 1]})
+        self.assertEqual(tuple(rows[0][0]), (0, 0, 255))
+
+    def test_presets_and_the_sun_light_the_scene(self):
+        sun = {"latitude": 52.5, "longitude": 13.4, "time": "2026-06-21T10:00:00Z"}
+        for environment in ({"preset": "studio"}, {"preset": "tent"}, {"preset": "rim"},
+                            {"sun": sun, "intensity": 0.03}):
+            job, rows = self.picture(environment=environment,
+                                     background={"type": "blurred"})
+            shades = {pixel for row in rows for pixel in map(tuple, row)}
+            self.assertGreater(len(shades), 20, environment)
+            for name, value in environment.items():
+                self.assertEqual(job["spec"]["environment"][name], value)
+
+    def test_a_catcher_has_alpha_in_its_shadow_and_goes_before_a_colour(self):
+        job, rows = self.picture(ground={"type": "catcher"}, environment={"preset": "studio"})
+        self.assertEqual(job["spec"]["background"], {"type": "transparent"})
+        self.assertEqual(job["spec"]["denoise"]["type"], "none")
+        alphas = [pixel[3] for row in rows for pixel in row]
+        self.assertTrue(any(20 < a < 200 for a in alphas), "no shadow")
+        self.assertTrue(job["error"]["valid"])
+        self.assertLess(job["error"]["low"], job["error"]["high"])
+        image = f"/v1/jobs/{job['id']}/image.png?denoise=mixed"
+        self.assert_problem(self.server.get(image), 422)
+        # As the film's own picture says: the shadow is darker than the white that it falls on.
+        white = png_pixels(
+            self.server.get(f"/v1/jobs/{job['id']}/image.png?background=ffffff").body
+        )
+        self.assertEqual(len(white[0][0]), 3)
+
+    def test_a_sweep_fills_the_picture_and_is_no_part_of_the_model(self):
+        job, rows = self.picture(ground={"type": "sweep"}, background={"type": "transparent"})
+        self.assertEqual({pixel[3] for row in rows for pixel in row}, {255})
+        self.assertEqual(job["spec"]["ground"],
+                         {"type": "sweep", "height": None, "color": [0.8, 0.8, 0.8]})
+        # A second job of another view has a sweep of its own.
+        camera = {"orbit": {"theta_degrees": 120, "phi_degrees": 70}}
+        _, other = self.picture(ground={"type": "sweep"}, camera=camera,
+                                background={"type": "transparent"})
+        self.assertEqual({pixel[3] for row in other for pixel in row}, {255})
+
+    def test_contradictions_are_refused_with_their_place(self):
+        for members, pointer in (
+            ({"environment": {"visible": True}, "background": {"type": "transparent"}},
+             "/environment/visible"),
+            ({"ground": {"type": "catcher"}, "integrator": {"type": "sppm"}}, "/ground/type"),
+            ({"environment": {"sun": {"latitude": 0, "longitude": 0,
+                                      "time": "2026-06-21T00:00:00Z"}}},
+             "/environment/sun/time"),
+        ):
+            body = job_body("furnace")
+            body.update(members)
+            answer = self.server.post("/v1/jobs", body)
+            self.assert_problem(answer, 422)
+            self.assertEqual([e["pointer"] for e in answer.json()["errors"]], [pointer])

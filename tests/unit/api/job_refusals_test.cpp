@@ -239,8 +239,8 @@ INSTANTIATE_TEST_SUITE_P(
              "unknown member; known: scene, name, labels, priority, seed, camera, variant, "
              "time_seconds, "
              "medium, class, preview_key, environment, background, ground, film, integrator, "
-             "estimator, sampler, light_sampler, adaptive, meter, spectral, stop, denoise, webhook, "
-             "retention_seconds"}));
+             "estimator, sampler, light_sampler, adaptive, meter, spectral, stop, denoise, "
+             "webhook, retention_seconds"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Camera, JobRefusal,
@@ -335,8 +335,7 @@ INSTANTIATE_TEST_SUITE_P(
     Stage, JobRefusal,
     testing::Values(
         Case{R"("environment":{"visible":false},"background":{"type":"color"})",
-             "/environment/visible",
-             "false contradicts background type 'color'; give one of them"},
+             "/environment/visible", "false contradicts background type 'color'; give one of them"},
         Case{R"("environment":{"visible":true},"background":{"type":"transparent"})",
              "/environment/visible",
              "true contradicts background type 'transparent'; give one of them"},
@@ -359,8 +358,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("ground":{"type":"catcher"},"denoise":{"type":"auto"})", "/denoise/type",
              "the noise of a transparent picture with ground 'catcher' is in its alpha, which is "
              "not denoised; give 'none' or another background"},
-        Case{R"("ground":{"type":"catcher"},"stop":{"denoised_error":0.1})",
-             "/stop/denoised_error", "the job's denoise.type is 'none'"}));
+        Case{R"("ground":{"type":"catcher"},"stop":{"denoised_error":0.1})", "/stop/denoised_error",
+             "the job's denoise.type is 'none'"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Stop, JobRefusal,

@@ -1,5 +1,11 @@
 import type { Job, Server } from '../api/types';
-import { initial, type FormValues } from './form_model';
+import {
+  initial,
+  type Background,
+  type EnvironmentMode,
+  type FormValues,
+  type Ground,
+} from './form_model';
 import { holds, usualSettings } from './request_texts';
 
 /** "#rrggbb" of a colour in linear Rec.709, as near as eight bits are. */
@@ -33,8 +39,9 @@ function environmentOf(spec: Job['spec']): Partial<FormValues> {
   if (environment === undefined) return { environment: 'scene' };
   if (environment === null) return { environment: 'none' };
   const { preset, sun } = environment;
+  const mode = environment.asset ? 'file' : sun ? 'sun' : (preset ?? 'colour');
   return {
-    environment: environment.asset ? 'file' : sun ? 'sun' : (preset ?? 'colour'),
+    environment: mode as EnvironmentMode,
     ...(sun && {
       sunLatitude: sun.latitude,
       sunLongitude: sun.longitude,
@@ -51,9 +58,9 @@ function environmentOf(spec: Job['spec']): Partial<FormValues> {
 function stageOf(spec: Job['spec']): Partial<FormValues> {
   const { background, ground } = spec;
   return {
-    background: background?.type ?? 'environment',
+    background: (background?.type ?? 'environment') as Background,
     ...(background?.color && { backgroundColour: hexOf(background.color) }),
-    ground: ground?.type ?? 'none',
+    ground: (ground?.type ?? 'none') as Ground,
   };
 }
 

@@ -119,6 +119,21 @@ core::Result<std::shared_ptr<const core::Environment>> load_environment(const ap
 
 }  // namespace
 
+core::Status add_ground_of(const api::JobSpec& spec, core::SceneDescription& description) {
+  if (spec.render.ground.type == core::GroundType::kNone) {
+    return core::ok_status();
+  }
+  const core::Bounds bounds = core::bounds_of(description);
+  const core::FilmSettings& film = spec.render.film;
+  const auto camera = core::Camera::create(api::camera_in(spec, bounds), description.cameras,
+                                           bounds, film.width, film.height);
+  if (!camera) {
+    return camera.error();
+  }
+  core::add_ground(description, spec.render.ground, camera->forward());
+  return core::ok_status();
+}
+
 core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags) {
   auto request = make_request(flags);
   if (!request) {
@@ -148,15 +163,8 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   if (!description) {
     return description.error();
   }
-  if (job.spec.render.ground.type != core::GroundType::kNone) {
-    const core::Bounds bounds = core::bounds_of(*description);
-    const core::FilmSettings& film = job.spec.render.film;
-    const auto camera = core::Camera::create(api::camera_in(job.spec, bounds), description->cameras,
-                                             bounds, film.width, film.height);
-    if (!camera) {
-      return camera.error();
-    }
-    core::add_ground(*description, job.spec.render.ground, camera->forward());
+  if (const core::Status added = add_ground_of(job.spec, *description); !added) {
+    return added.error();
   }
   const auto scene = core::Scene::build(*std::move(description), threads);
   if (!scene) {

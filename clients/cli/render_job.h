@@ -18,6 +18,9 @@ struct LocalJob {
   std::shared_ptr<const core::Renderer> renderer;
 };
 
+/// Adds the ground that the job asks for, as its camera sees it. Errors: those of the camera.
+core::Status add_ground_of(const api::JobSpec& spec, core::SceneDescription& description);
+
 /// The request that the flags and the job file stand for, checked.
 core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags);
 

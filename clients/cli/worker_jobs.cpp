@@ -12,7 +12,9 @@
 
 #include "api/job_spec.h"
 #include "clients/cli/files.h"
+#include "clients/cli/render_job.h"
 #include "core/image_io/image_io.h"
+#include "core/lights/made_environment.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
 
@@ -143,6 +145,9 @@ core::Result<std::shared_ptr<const core::Renderer>> WorkerJobs::renderer(const s
   if (!description) {
     return description.error();
   }
+  if (const core::Status added = add_ground_of(spec, *description); !added) {
+    return added.error();
+  }
   auto scene = core::Scene::build(*std::move(description), options_.threads, options_.isa);
   if (!scene) {
     return scene.error();
@@ -166,7 +171,8 @@ core::Result<std::shared_ptr<const core::Renderer>> WorkerJobs::renderer(const s
       }
       image = *std::move(decoded);
     }
-    auto environment = core::Environment::create(image ? &*image : nullptr, spec.environment);
+    auto environment = image ? core::Environment::create(&*image, spec.environment)
+                             : core::make_environment(spec.environment);
     if (!environment) {
       return environment.error();
     }

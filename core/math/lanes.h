@@ -274,6 +274,24 @@ void compress(float* p, Floats<N> x, unsigned taken) {
   }
 }
 
+/// p[index] of each lane.
+template <std::size_t N>
+Floats<N> gather(const float* p, Ints<N> index) {
+  if constexpr (N == 8) {
+    return typename Floats<N>::Raw(_mm256_i32gather_ps(p, reinterpret_cast<__m256i>(index.v), 4));
+  } else {
+    Floats<N> out;
+    for (std::size_t k = 0; k < N; ++k) {
+      out.v[k] = p[index.v[k]];
+    }
+    return out;
+  }
+}
+template <std::size_t N>
+Ints<N> gather(const std::int32_t* p, Ints<N> index) {
+  return bits_of(gather(reinterpret_cast<const float*>(p), index));
+}
+
 /// Four floats of each row, as four times N lanes. The rows need no alignment.
 template <std::size_t N>
 void transpose(const float* const (&rows)[N], Floats<N> (&columns)[4]) {

@@ -30,6 +30,14 @@ class Distribution1D {
   /// Sum of the weights.
   double total() const noexcept { return total_; }
 
+  /// What sample() reads, for those who draw many at once; with a guide.
+  struct Table {
+    const float* cdf;
+    const std::uint32_t* guide;
+    int size;
+  };
+  Table table() const noexcept { return {cdf_.data(), guide_.data(), static_cast<int>(size())}; }
+
  private:
   std::size_t cell_of(float u) const noexcept;
 

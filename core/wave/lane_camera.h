@@ -21,7 +21,8 @@ struct CameraRayLanes {
   Floats<N> weight;  ///< of the filter
 };
 
-/// Box filters and cameras without a lens side by side, whatever else lane by lane.
+/// Filters without negative lobes and cameras without a lens side by side, whatever else lane by
+/// lane.
 class LaneCamera {
  public:
   LaneCamera(const Camera& camera, const FilterSampler& filter)
@@ -37,9 +38,13 @@ class LaneCamera {
       x.v[k] += static_cast<float>(due[k].x);
       y.v[k] += static_cast<float>(due[k].y);
     }
-    if (filter_.is_box()) {
+    if (filter_.is_positive()) {
+      const bool is_box = filter_.is_box();
       const Floats<N> radius(filter_.radius_px());
-      const auto offset = [&](Floats<N> t) { return (t + t - Floats<N>(1)) * radius; };
+      const auto offset = [&](Floats<N> t) {
+        const Floats<N> at = is_box ? t : sample(filter_.table(), t);
+        return (at + at - Floats<N>(1)) * radius;
+      };
       x = x + offset(u.x);
       y = y + offset(u.y);
       out.weight = Floats<N>(1);
@@ -66,6 +71,32 @@ class LaneCamera {
   }
 
  private:
+  /// Distribution1D::sample()
+  template <std::size_t N>
+  static Floats<N> sample(const Distribution1D::Table& table, Floats<N> u) {
+    const auto* guide = reinterpret_cast<const std::int32_t*>(table.guide);
+    const Floats<N> n(static_cast<float>(table.size));
+    const Ints<N> one(1);
+    const Ints<N> last(table.size - 1);
+    const Ints<N> start = truncated(u * n);
+    Ints<N> cell = gather(guide, select(last < start, last, start));
+    const auto step = [&](Mask<N> wrong, Ints<N> by) {
+      cell = select(wrong, cell + by, cell);
+      return wrong.any();
+    };
+    while (step((Ints<N>(0) < cell) & (gather(table.cdf, cell) > u), Ints<N>(-1))) {
+    }
+    while (step((cell < last) & (gather(table.cdf, cell + one) <= u), one)) {
+    }
+    const Floats<N> low = gather(table.cdf, cell);
+    const Floats<N> width = gather(table.cdf, cell + one) - low;
+    const Floats<N> within = select(width > Floats<N>(0), (u - low) / width, Floats<N>(0.5F));
+    Floats<N> x = min((to_floats(cell) + within) / n, Floats<N>(kOneMinusEpsilon));
+    for (Mask<N> over = cell < truncated(x * n); over.any(); over = cell < truncated(x * n)) {
+      x = select(over, floats_of(bits_of(x) - one), x);
+    }
+    return x;
+  }
   template <std::size_t N>
   static void through_pinhole(const Camera::Pinhole& p, Floats<N> x_px, Floats<N> y_px,
                               CameraRayLanes<N>& out) {

@@ -79,10 +79,8 @@ std::optional<core::StopReason> stop_reason_from_text(std::string_view text) {
 
 core::Progress JobView::nothing_rendered() {
   core::Progress progress;
-  const double unknown = std::numeric_limits<double>::quiet_NaN();
-  progress.error.relative_rmse = unknown;
-  progress.error.low = unknown;
-  progress.error.high = unknown;
+  core::ErrorInterval& error = progress.error;
+  error.relative_rmse = error.low = error.high = std::numeric_limits<double>::quiet_NaN();
   return progress;
 }
 

@@ -15,6 +15,7 @@
 #include "core/integrators/integrator.h"
 #include "core/labels/label.h"
 #include "core/render/choose_integrator.h"
+#include "core/render/filtered_splats.h"
 #include "core/render/meter.h"
 #include "core/render/pass_plan.h"
 #include "core/render/render_task.h"
@@ -28,56 +29,6 @@
 
 namespace core {
 namespace {
-
-/// Distributes what arrives at a point of the film over the pixels whose filters reach it.
-class FilteredSplats final : public CameraSplats {
- public:
-  FilteredSplats(const Camera& camera, const FilterSampler& filter, const FilmSettings& film,
-                 LightBatch& to)
-      : camera_(camera), filter_(filter), film_(film), to_(to) {}
-  void begin(int replicate) noexcept { replicate_ = replicate; }
-  const Camera& camera() const noexcept override { return camera_; }
-  bool reaches(Vec2 film_px) const noexcept override {
-    const auto near = [this](float at, int size) {
-      const float reach = filter_.radius_px();
-      return at > 0.5F - reach && at < static_cast<float>(size) - 0.5F + reach;
-    };
-    return near(film_px.x, film_.width) && near(film_px.y, film_.height);
-  }
-  void add(Vec2 film_px, Rgb value) noexcept override { add_to_plane(film_px, 0, value); }
-  void add_to_share(Vec2 film_px, std::size_t share, Rgb value) noexcept override {
-    add_to_plane(film_px, static_cast<int>(share) + 1, value);
-  }
-
- private:
-  void add_to_plane(Vec2 film_px, int plane, Rgb value) noexcept;
-
-  const Camera& camera_;
-  const FilterSampler& filter_;
-  const FilmSettings& film_;
-  LightBatch& to_;
-  int replicate_ = 0;
-};
-
-void FilteredSplats::add_to_plane(Vec2 film_px, int plane, Rgb value) noexcept {
-  const Rgb each = value / (static_cast<float>(film_.width) * static_cast<float>(film_.height));
-  // The pixel at i has its centre at i + 1/2.
-  const auto first = [this](float at) {
-    return std::max(0, static_cast<int>(std::ceil(at - 0.5F - filter_.radius_px())));
-  };
-  const auto end = [this](float at, int size) {
-    return std::min(size, static_cast<int>(std::floor(at - 0.5F + filter_.radius_px())) + 1);
-  };
-  const int right = end(film_px.x, film_.width);
-  const int bottom = end(film_px.y, film_.height);
-  for (int y = first(film_px.y); y < bottom; ++y) {
-    const float weight_y = filter_.density(film_px.y - 0.5F - static_cast<float>(y));
-    for (int x = first(film_px.x); x < right; ++x) {
-      const float weight = weight_y * filter_.density(film_px.x - 0.5F - static_cast<float>(x));
-      to_.add(replicate_, {x, y, each * weight, plane});
-    }
-  }
-}
 
 struct Planned {
   std::unique_ptr<const Integrator> integrator;

@@ -248,11 +248,8 @@ class Builder {
     std::vector<std::uint32_t> tree_of(from_.meshes.size(), 0);
     for (const InstanceDescription& instance : from_.instances) {
       const auto id = static_cast<std::size_t>(instance.mesh);
-      if (uses[id] != 1) {
-        continue;
-      }
       for (PrimitiveDescription& p : from_.meshes[id].primitives) {
-        if (p.indices.empty()) {
+        if (uses[id] != 1 || p.indices.empty()) {
           continue;
         }
         to_.meshes.push_back(take(std::move(p), &instance.to_world));

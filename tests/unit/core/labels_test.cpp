@@ -329,8 +329,8 @@ Mattes sums(const core::FilmSnapshot& film, const char* layer) {
 
 core::View matte_view() {
   core::View view = view_of(cards_scene());
-  auto sky = core::Environment::create(nullptr, {.visible = false});
-  view.environment = *sky;
+  view.environment = test_support::constant_sky(core::Rgb(1));
+  view.settings.background.type = core::BackgroundType::kTransparent;
   view.settings.film.object_mattes = true;
   view.settings.film.material_mattes = true;
   view.settings.film.filter = {core::FilterType::kBlackmanHarris, 1.5F};

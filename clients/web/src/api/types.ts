@@ -886,9 +886,9 @@ export interface Statistics {
   rays_per_second: number | null;
   /** 1 / (relative error^2 * CPU seconds). */
   efficiency: number | null;
-  /** Lower end of its interval, which is that of `error`. */
+  /** From the interval of `error`. */
   efficiency_low: number | null;
-  /** Upper end; null also where `error.low` is 0. */
+  /** Null also if `error.low` is 0. */
   efficiency_high: number | null;
   /** Non-finite ones, counted as zero. */
   rejected_samples: number;

@@ -92,8 +92,7 @@ class Helper {
   bool transfer(short event, std::size_t bytes, Clock::time_point until, const Some& some) const {
     std::size_t done = 0;
     while (done < bytes) {
-      const auto left =
-          std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now()).count();
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now()).count();
       pollfd wait = {.fd = socket_, .events = event, .revents = 0};
       if (left <= 0 || ::poll(&wait, 1, static_cast<int>(left)) == 0) {
         return false;

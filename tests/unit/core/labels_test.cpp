@@ -346,6 +346,7 @@ TEST(Cryptomatte, CoverageAddsUpToAlpha) {
       view.settings = core::default_settings(integrator);
       const core::View plain = matte_view();
       view.settings.film = plain.settings.film;
+      view.settings.background = plain.settings.background;
       view.settings.max_depth = 3;
       view.wave_width = waves;
       const auto film = test_support::render(view, 12).snapshot;

@@ -179,7 +179,8 @@ class Manual(ApiTest):
                 )
         for flag in ("--mis", "--roulette", "--control-variate"):
             self.assertIn("none" if flag != "--mis" else "balance", self.bash("submit", flag, ""))
-        self.assertEqual(self.bash("fetch", "--layer", ""), server["layers"])
+        layers = server["layers"] + server["optional_layers"]
+        self.assertEqual(sorted(self.bash("fetch", "--layer", "")), sorted(layers))
         self.assertEqual(self.bash("fetch", "--tonemap", ""), server["tone_maps"])
         self.assertEqual(self.bash("jobs", "--state", "q"), ["queued"])
         self.assertEqual(self.bash("jobs", "--state", "c"), ["cancelled"])

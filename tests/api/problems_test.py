@@ -119,7 +119,7 @@ class RequestProblems(ApiTest):
             ({"medium": {"g": 1}}, "/medium/g"),
             ({"medium": {}, "integrator": {"type": "bdpt"}}, "/medium"),
             ({"film": {"layers": ["bounce:01"]}}, "/film/layers/0"),
-            ({"film": {"layers": ["depth", "bounce:1"]}, "integrator": {"type": "bdpt"}},
+            ({"film": {"layers": ["depth", "bounce:1"]}, "integrator": {"type": "mlt"}},
              "/film/layers"),
             ({"film": {"layers": ["light:no such lamp"]}}, "/film/layers"),
             (

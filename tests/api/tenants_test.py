@@ -31,6 +31,9 @@ def add_key(server, name, *flags):
     return key.strip()
 
 
+METER = {"points": [{"position": [0, 0, 1], "normal": [0, 0, 1]}]}
+
+
 class Tenants(unittest.TestCase):
     FLAGS = ()
 
@@ -120,14 +123,14 @@ class EveryRoute(Tenants):
         self.our = {
             "sha256": asset,
             "scene": self.made(self.ours, "POST", "/v1/scenes", triangle_glb(), GLB),
-            "job": self.rendered(self.ours),
+            "job": self.rendered(self.ours, meter=METER),
             "x": "1",
             "y": "1",
             "format": "png",
             "map": "z.png",
             "worker": "w",
         }
-        other = self.rendered(self.ours, seed=2)
+        other = self.rendered(self.ours, seed=2, meter=METER)
         self.our["other"] = other
         self.our["comparison"] = self.made(self.ours, "POST", "/v1/comparisons",
                                            {"a": self.our["job"], "b": other})

@@ -133,7 +133,8 @@ Json parameter_json(const Row& row, const S& defaults) {
       found != schema.end() && (found->is_null() || *found == Json(""))) {
     schema.erase("default");
   }
-  if (schema["type"].is_array()) {  // [type, "null"]: a query string has no null
+  // [type, "null"]: a query string has no null.
+  if (schema.contains("type") && schema["type"].is_array()) {
     schema["type"] = Json(schema["type"].front());
   }
   return {{"name", row.name()},

@@ -318,6 +318,13 @@ class Contract(ApiTest):
         request = {"experiment": "pi", "n": [16, 64], "replicates": 8}
         self.ask("runExperiment", "POST", "/v1/lab/runs", request)
 
+    def test_the_document_is_one_of_json_schema(self):
+        for path, methods in self.document["paths"].items():
+            for operation in methods.values():
+                for each in operation.get("parameters", []):
+                    with self.subTest(path=path, parameter=each["name"]):
+                        Draft202012Validator.check_schema(each["schema"])
+
     def test_parameters_are_those_of_the_document(self):
         """None that is documented is unknown, and no other is known."""
         ids = {

@@ -59,7 +59,7 @@ std::string state_event(const JobView& job) { return dump(state_event_view().pri
 
 const View<JobView>& progress_event_view() {
   static const View<JobView> kView = {"ProgressEvent",
-                                      "The picture has come on.",
+                                      "The image has come on.",
                                       {state_row(), progress_row(), error_estimate_row(),
                                        statistics_row(), revision_row(), denoised_row()}};
   return kView;
@@ -90,7 +90,7 @@ const View<TileEventView>& tile_event_view() {
        {"width", shape::count(), [](const TileEventView& t) -> Json { return t.tile.rect.width; }},
        {"height", shape::count(),
         [](const TileEventView& t) -> Json { return t.tile.rect.height; }},
-       {"revision", shape::count("Of the picture."),
+       {"revision", shape::count("Of the image."),
         [](const TileEventView& t) -> Json { return t.tile.revision; }},
        {"samples", shape::real("Per pixel."),
         [](const TileEventView& t) { return number_json(t.tile.samples); }},

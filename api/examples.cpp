@@ -113,8 +113,7 @@ JobView example_job() {
   job.progress.revision = 2040;
   job.peak_bytes = 41'943'040;
   job.warnings = {
-      "environment: none was given; it is white, since the scene has no lights or strong emission "
-      "of its own."};
+      "No environment was given, so it is white: the scene has no lights and no strong emission."};
   return job;
 }
 

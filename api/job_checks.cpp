@@ -205,7 +205,7 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
              core::pixel_errors(render) != core::PixelErrors::kIndependent) {
     faults.add("/stop/denoised_error",
                "errors of neighbouring pixels are correlated, so that the error of a denoised "
-               "picture has no interval; give samples_per_pixel or seconds");
+               "image has no interval; give samples_per_pixel or seconds");
   } else if (stop.denoised_error && is_known && !core::errors_are_valid(render)) {
     refuse("/stop/denoised_error", "the error of integrator");
   }

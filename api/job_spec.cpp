@@ -88,7 +88,7 @@ struct AdaptiveTypeRow : Row {
     for (const core::LaboratoryRule& rule : core::laboratory_rules()) {
       if (value.is_string() && value.get_ref<const std::string&>() == rule.name) {
         faults.add(pointer, "'" + std::string(rule.name) +
-                                "' is in the laboratory, because its picture or its error is not "
+                                "' is in the laboratory, because its image or its error is not "
                                 "right: experiment '" +
                                 std::string(rule.experiment) + "', estimator '" +
                                 std::string(rule.estimator) + "'");
@@ -310,15 +310,15 @@ const auto& table() {
           },
           [](const JobSpec& s, Json& object) { object["stop"] = print_stop(s.stop); },
           [](const JobSpec& defaults) { return stop_schema(defaults.stop); }},
-      shown_if([](const JobSpec& s) { return !(s.denoise == DenoiseSpec{}); },
-               group("denoise",
-                     "Denoised pictures, which are made on demand and are no part of the film.",
-                     choice(
-                         "type", [](auto& s) -> auto& { return s.denoise.type; }, &core::denoisers,
-                         "What makes them."),
-                     flag(
-                         "preview", [](auto& s) -> auto& { return s.denoise.preview; },
-                         "If false, there are none before the job has ended."))),
+      shown_if(
+          [](const JobSpec& s) { return !(s.denoise == DenoiseSpec{}); },
+          group("denoise", "Denoised images, which are made on demand and are no part of the film.",
+                choice(
+                    "type", [](auto& s) -> auto& { return s.denoise.type; }, &core::denoisers,
+                    "What makes them."),
+                flag(
+                    "preview", [](auto& s) -> auto& { return s.denoise.preview; },
+                    "If false, there are none before the job has ended."))),
       shown_if([](const JobSpec& s) { return s.webhook.has_value(); },
                CustomRow<JobSpec>{"webhook", &read_webhook, &print_webhook, &webhook_schema}),
       shown_if([](const JobSpec& s) { return s.retention_seconds.has_value(); },
@@ -480,15 +480,15 @@ std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSu
   spec.environment = core::EnvironmentSettings{};
   spec.environment_asset.reset();
   if (scene.has_environment) {
-    return "environment: none was given; it is the scene's own.";
+    return "No environment was given, so the scene's own is used.";
   }
   if (scene.lights.empty() && !scene.has_emissive_strength) {
     spec.environment_choice = EnvironmentChoice::kGiven;
-    return "environment: none was given; it is white, since the scene has no lights or strong "
-           "emission of its own.";
+    return "No environment was given, so it is white: the scene has no lights and no strong "
+           "emission.";
   }
   spec.environment_choice = EnvironmentChoice::kBlack;
-  return "environment: none was given; it is black, since the scene has lights of its own.";
+  return "No environment was given, so the background is black: the scene has its own lights.";
 }
 
 }  // namespace api

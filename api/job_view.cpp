@@ -131,7 +131,7 @@ const View<JobView>& progress_view() {
         [](const JobView& j) { return samples_view().print(j); }},
        {"elapsed_seconds", shape::real("Rendering time without pauses and downtime."),
         [](const JobView& j) { return number_json(j.progress.elapsed_seconds); }},
-       {"cpu_seconds", shape::real("Of all threads."),
+       {"cpu_seconds", shape::real("CPU time summed over all threads."),
         [](const JobView& j) { return number_json(j.progress.cpu_seconds); }},
        {"eta_seconds", shape::nullable(shape::real("Until the end; null: unknown.")),
         [](const JobView& j) {
@@ -179,12 +179,12 @@ Json interval_end(const JobView& job, double value) {
 const View<JobView>& error_view() {
   static const View<JobView> kView = {
       "ErrorEstimate",
-      "How wrong the picture still is.",
+      "Error estimate of the current image.",
       {{"relative_rmse",
         shape::nullable(shape::real(
             "Noise over signal of the average tile: sqrt(mean over tiles of N / (S + F)), N the "
             "sum of (A - B)^2 / 4 over pixels and channels, S that of A B, A and B the "
-            "halves' means, F the floor 3 n (0.05 L)^2 of n pixels in a picture of mean "
+            "halves' means, F the floor 3 n (0.05 L)^2 of n pixels in an image of mean "
             "luminance L; null: unknown.")),
         [](const JobView& j) { return number_json(j.progress.error.relative_rmse); }},
        {"low",
@@ -199,7 +199,7 @@ const View<JobView>& error_view() {
         shape::flag("False: the two halves depend on each other, and there is no interval."),
         [](const JobView& j) -> Json { return has_interval(j); }},
        {"unreliable",
-        shape::flag("Few places of the picture carry the error: the interval is a guess."),
+        shape::flag("Few places of the image carry the error: the interval is a guess."),
         [](const JobView& j) -> Json { return j.progress.error.unreliable; }}}};
   return kView;
 }
@@ -294,7 +294,7 @@ const ViewRow<JobView>& failure_row() {
 
 const ViewRow<JobView>& revision_row() {
   static const ViewRow<JobView> kRow = {
-      "revision", shape::count("Counts the changes of the picture."),
+      "revision", shape::count("Counts the changes of the image."),
       [](const JobView& j) -> Json { return j.progress.revision; }};
   return kRow;
 }
@@ -312,7 +312,7 @@ Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr)
 const View<DenoisedView>& denoised_view() {
   static const View<DenoisedView> kView = {
       "Denoised",
-      "The newest denoised picture that was made; the mixed one's error.",
+      "The newest denoised image that was made; the mixed one's error.",
       {{"type", shape::text("The denoiser."),
         [](const DenoisedView& d) -> Json { return d.by.type; }},
        {"version", shape::text(), [](const DenoisedView& d) -> Json { return d.by.version; }},
@@ -330,21 +330,21 @@ const View<DenoisedView>& denoised_view() {
                                     "bias included; 0 where it is too small to be seen.")),
         [](const DenoisedView& d) { return number_json(d.mixed.relative_rmse); }},
        {"low",
-        shape::nullable(shape::real("Of its 95 % interval; null: not valid; 0 where an error ended "
+        shape::nullable(shape::real("Of its 95% interval; null: not valid; 0 where an error ended "
                                     "the job: `high` alone is promised then.")),
         [](const DenoisedView& d) { return number_json(d.mixed.low); }},
        {"high", shape::nullable(shape::real()),
         [](const DenoisedView& d) { return number_json(d.mixed.high); }},
-       {"full_relative_rmse", shape::nullable(shape::real("Of the denoiser's own picture.")),
+       {"full_relative_rmse", shape::nullable(shape::real("Of the denoiser's own image.")),
         [](const DenoisedView& d) { return number_json(d.full.relative_rmse); }},
        {"gain",
         shape::nullable(shape::real("(plain relative_rmse / this one)^2: samples that the plain "
-                                    "picture needs for the same error, over those it has.")),
+                                    "image needs for the same error, over those it has.")),
         [](const DenoisedView& d) {
           const double ratio = d.plain.relative_rmse / d.mixed.relative_rmse;
           return number_json(ratio * ratio);
         }},
-       {"revision", shape::count("Of the picture it was made from."),
+       {"revision", shape::count("Of the image it was made from."),
         [](const DenoisedView& d) -> Json { return d.revision; }},
        {"seconds", shape::real("That it took."),
         [](const DenoisedView& d) { return number_json(d.seconds); }}}};
@@ -382,9 +382,9 @@ const View<JobView>& job_view() {
        revision_row(),
        digest_row(),
        denoised_row(),
-       {"warnings", shape::texts("What is in force instead of what was asked, and the like."),
+       {"warnings", shape::texts("Adjustments made to the request, and other warnings."),
         [](const JobView& j) -> Json { return j.warnings; }},
-       {"links", shape::map(shape::text(), "Paths of what belongs to the job."), &links_json}}};
+       {"links", shape::map(shape::text(), "URLs of related resources."), &links_json}}};
   return kView;
 }
 
@@ -418,7 +418,7 @@ std::optional<std::uint32_t> etag_spec_version(std::string_view etag) {
 const View<TicketView>& ticket_view() {
   static const View<TicketView> kView = {
       "Ticket",
-      "Leave to watch.",
+      "A stream ticket.",
       {{"ticket", shape::text("Goes into `?ticket=`."),
         [](const TicketView& t) -> Json { return t.ticket; }},
        {"expires_at", shape::time(),
@@ -465,7 +465,7 @@ const View<CostView>& cost_view() {
        {"confidence", shape::real("Of the interval."),
         [](const CostView& c) { return number_json(c.confidence); }},
        {"cpu_seconds", shape::real(), [](const CostView& c) { return number_json(c.cpu_seconds); }},
-       {"samples_per_pixel", shape::real("That will be needed."),
+       {"samples_per_pixel", shape::real("Estimated samples per pixel required."),
         [](const CostView& c) { return number_json(c.samples_per_pixel); }},
        {"memory_bytes", shape::real("Film and scene."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes)); }},

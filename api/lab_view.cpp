@@ -75,7 +75,7 @@ const View<LabOutcomeView>& lab_outcome_view() {
                                     "two n, or without an error.")),
         [](const Out& o) { return optional_json(o.outcome.slope); }},
        {"slope_interval",
-        shape::nullable(shape::interval("95 %, low and high; null without a slope.")),
+        shape::nullable(shape::interval("95%, low and high; null without a slope.")),
         [](const Out& o) {
           const auto& interval = o.outcome.slope_interval;
           return interval ? Json::array({number_json(interval->low), number_json(interval->high)})
@@ -96,7 +96,7 @@ const View<LabOutcomeView>& lab_outcome_view() {
        {"verdict",
         shape::one_of({"agrees", "differs", "biased", "undecided"},
                       "agrees: means and slope are those of theory (a wrong `differs` has a chance "
-                      "of 0.2 %); biased: as the estimator says of itself; undecided: nothing to "
+                      "of 0.2%); biased: as the estimator says of itself; undecided: nothing to "
                       "compare, fewer than eight replicates, or a slope whose interval is too wide "
                       "to tell."),
         [](const Out& o) -> Json { return lab::to_text(o.outcome.verdict); }},

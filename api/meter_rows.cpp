@@ -163,7 +163,7 @@ void print_meter(const JobSpec& spec, Json& object) {
 
 Json meter_schema(const JobSpec& /*defaults*/) {
   Json schema = object_schema(meter_table(), core::MeterSettings{},
-                              "Where irradiance is measured beside the picture, by path tracing "
+                              "Where irradiance is measured beside the image, by path tracing "
                               "with 16 paths for each sample of a pixel; GET /v1/jobs/{id}/meter.");
   schema["type"] = {"object", "null"};
   schema["default"] = nullptr;

@@ -27,9 +27,9 @@ const View<core::MeterReading>& meter_reading_view() {
         [](const Reading& r) { return number_json(watts(r)); }},
        {"illuminance_lux", shape::real("Luminance (Rec. 709) of irradiance_rgb."),
         [](const Reading& r) { return number_json(r.illuminance); }},
-       {"low", shape::real("Of the 95 % interval of illuminance_lux."),
+       {"low", shape::real("Of the 95% interval of illuminance_lux."),
         [](const Reading& r) { return number_json(r.low); }},
-       {"high", shape::real("Of the 95 % interval of illuminance_lux."),
+       {"high", shape::real("Of the 95% interval of illuminance_lux."),
         [](const Reading& r) { return number_json(r.high); }},
        {"irradiance_rgb", shape::triple("In the scene's units, linear."),
         [](const Reading& r) -> Json {

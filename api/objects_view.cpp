@@ -133,7 +133,7 @@ const View<ObjectView>& object_view() {
 const View<InstanceView>& instance_view() {
   using Instance = InstanceView;
   static const View<Instance> kView = {
-      "ObjectInstance", "An instance of an object that the picture shows.",
+      "ObjectInstance", "An instance of an object that the image shows.",
       with_place<Instance>({{"id", shape::count("Of the layer instance."),
                              [](const Instance& i) -> Json { return i.id; }},
                             {"object", shape::count("Id of its object."),
@@ -156,7 +156,7 @@ const View<ObjectsView>& objects_view() {
   using Objects = ObjectsView;
   static const View<Objects> kView = {
       "Objects",
-      "What the ids of a picture's layers are. They follow from the file alone: all views, "
+      "What the ids of an image's layers are. They follow from the file alone: all views, "
       "variants "
       "and times of a scene have the same ones.",
       {{"camera", viewpoint_view().shape(),

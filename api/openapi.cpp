@@ -280,10 +280,10 @@ Json openapi_document(const Capabilities& capabilities, std::string_view version
                       {"version", version},
                       {"summary", "A render server."},
                       {"description",
-                       "Upload a glTF scene, post a job, watch the picture converge. Bodies are "
+                       "Upload a glTF scene, post a job, watch the image converge. Bodies are "
                        "JSON in UTF-8; errors are "
                        "application/problem+json (RFC 9457) with JSON pointers to what is wrong; "
-                       "unknown members are "
+                       "unknown fields are "
                        "refused; every answer has X-Request-Id."},
                       {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}};
   document["servers"] = Json::array({{{"url", "/"}, {"description", "This server."}}});

@@ -159,7 +159,7 @@ constexpr std::array kBatchRetried = {ResponseRow{202, "Failed jobs are queued a
 constexpr std::array kBatchListAnswer = {ResponseRow{200, "Batches, newest first.", kBatchList}};
 constexpr std::array kArchiveAnswer = {ResponseRow{200, "The archive.", kZip}};
 constexpr std::array kSheetAnswer = {ResponseRow{200, "The sheet.", kPng}};
-constexpr std::array kImageAnswer = {ResponseRow{200, "The picture.", kImages},
+constexpr std::array kImageAnswer = {ResponseRow{200, "The image.", kImages},
                                      ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kPixelAnswer = {ResponseRow{200, "The pixel.", kPixel}};
 constexpr std::array kMeterAnswer = {ResponseRow{200, "The readings.", kMeter}};
@@ -313,8 +313,8 @@ constexpr std::array kOperations = {
               "A merge patch (RFC 7396) of priority, labels, name, stop and paused.", "write",
               kPatchHeaders, kJobPatch, kJobChanged, kPatchProblems, true},
     Operation{"cancelJob", "POST", "/v1/jobs/{id}/cancel", "Jobs", "Cancel a job.",
-              "Keeps the picture so far. Cancelling twice is no error.", "write", kNoHeaders,
-              kNoBody, kJobChanged, kCancelProblems, true},
+              "Keeps the image so far. Cancelling twice is no error.", "write", kNoHeaders, kNoBody,
+              kJobChanged, kCancelProblems, true},
     Operation{"retryJob", "POST", "/v1/jobs/{id}/retry", "Jobs", "Try a failed job again.",
               "It goes on from its last whole checkpoint, or begins anew where there is none. 409 "
               "for a job that has not failed, or whose scene was deleted.",
@@ -342,14 +342,14 @@ constexpr std::array kOperations = {
               "Delete a batch and its jobs.", "409 while one of them runs.", "write", kNoHeaders,
               kNoBody, kGone, kRetryProblems, true},
     Operation{"getBatchArchive", "GET", "/v1/batches/{id}/archive.zip", "Batches",
-              "Download the pictures of a batch.",
-              "A zip of one file for each job that has a picture. 409 while a job has not ended; "
+              "Download the images of a batch.",
+              "A zip of one file for each job that has an image. 409 while a job has not ended; "
               "410 with the names where films were evicted.",
               "read", kNoHeaders, kNoBody, kArchiveAnswer, kArchiveProblems, true,
               &archive_parameters},
     Operation{"getBatchSheet", "GET", "/v1/batches/{id}/sheet.png", "Batches",
-              "All pictures of a batch on one sheet.",
-              "In the order of the jobs, row by row; white where there is no picture yet.", "read",
+              "All images of a batch on one sheet.",
+              "In the order of the jobs, row by row; white where there is no image yet.", "read",
               kNoHeaders, kNoBody, kSheetAnswer, k404Or422, true, &sheet_parameters},
     Operation{
         "getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results",
@@ -369,7 +369,7 @@ constexpr std::array kOperations = {
     Operation{"getMeterTable", "GET", "/v1/jobs/{id}/meter.csv", "Results", "The same as CSV.", "",
               "read", kNoHeaders, kNoBody, kMeterTableAnswer, kMeterProblems, true},
     Operation{"getObjects", "GET", "/v1/jobs/{id}/objects", "Results",
-              "What the ids of a picture's layers are.", "404 also once the scene is gone.", "read",
+              "What the ids of an image's layers are.", "404 also once the scene is gone.", "read",
               kNoHeaders, kNoBody, kObjectsAnswer, k404, true},
     Operation{
         "getFilm", "GET", "/v1/jobs/{id}/film", "Results", "Download the film (raw sample sums).",
@@ -402,7 +402,7 @@ constexpr std::array kOperations = {
     Operation{"createStreamTicket", "POST", "/v1/stream-tickets", "Streams",
               "Create a short-lived stream ticket (valid for one minute).",
               "Added as `?ticket=` to events, tiles or image, it stands for the key, which pages "
-              "cannot send with an EventSource or a picture.",
+              "cannot send with an EventSource or an image.",
               "read", kNoHeaders, kTicketRequest, kTicketMade, kTicketProblems, true},
     Operation{
         "streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Stream tiles.",
@@ -410,10 +410,10 @@ constexpr std::array kOperations = {
         "height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32, "
         "r g b, their variances, the sample count. Flag 1: end frame; 2: correlated errors "
         "(zsobol, restir); 4: an alpha plane comes last; 8: planes of float16, r g b and no more, "
-        "at most 65504 (planes=mean); 16: of the denoised picture (`?denoise=`), r g b alone.",
+        "at most 65504 (planes=mean); 16: of the denoised image (`?denoise=`), r g b alone.",
         "read", kNoHeaders, kNoBody, kTilesAnswer, k404Or422, true, &tiles_parameters},
     Operation{
-        "createComparison", "POST", "/v1/comparisons", "Results", "Compare two pictures.",
+        "createComparison", "POST", "/v1/comparisons", "Results", "Compare two images.",
         "Two jobs that have ended, or a job and an image that was uploaded (8 and 16 bits are "
         "taken as sRGB, floats as linear; it counts as exact but for its rounding). b is the "
         "reference. The interval of the bias comes from the halves of both, and for a job whose "

@@ -155,7 +155,7 @@ Json range_schema(const ImageReading& /*defaults*/) {
 }
 
 constexpr std::array kDenoiseShows = {
-    core::NamedValue<DenoiseShow>{"off", DenoiseShow::kOff, "The plain picture."},
+    core::NamedValue<DenoiseShow>{"off", DenoiseShow::kOff, "The plain image."},
     core::NamedValue<DenoiseShow>{"mixed", DenoiseShow::kMixed,
                                   "Denoised, mixed with the plain one where that is better."},
     core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own."},
@@ -168,10 +168,10 @@ constexpr auto look_rows() {
                                    &layer_parameter_schema},
       choice(
           "denoise", [](auto& s) -> auto& { return s.query.denoise; }, &denoise_shows,
-          "off: the plain picture. mixed: the denoised one, with the plain one where that is "
+          "off: the plain image. mixed: the denoised one, with the plain one where that is "
           "better; it converges to the plain one. full: the denoiser's own, which may stay biased. "
-          "Of beauty and the layers of denoised pictures; those show mixed when absent. "
-          "X-Tessera-Error tells how wrong it is. While the job renders, a picture may be some "
+          "Of beauty and the layers of denoised images; those show mixed when absent. "
+          "X-Tessera-Error gives its error. While the job renders, an image may be some "
           "revisions old: see X-Tessera-Revision."),
       number(
           "exposure", [](auto& s) -> auto& { return s.query.exposure_stops; },
@@ -182,7 +182,7 @@ constexpr auto look_rows() {
                                    &read_tone_map, &tone_map_schema},
       ParameterField<ImageReading>{
           "background",
-          "Colour behind a transparent picture, as six digits of sRGB; the picture loses its "
+          "Colour behind a transparent image, as six digits of sRGB; the image loses its "
           "alpha. "
           "When absent, formats without alpha (jpg, hdr) have white. Not for layers of data.",
           &read_background, &background_schema},
@@ -201,8 +201,8 @@ const auto& image_table() {
           ParameterField<ImageReading>{
               "mix",
               "Weights of the job's shares of the light (layers bounce:N, light:NAME, st:S,T) in "
-              "their order, with commas between: their sum in place of the picture. Of beauty and "
-              "error. What is no part of the picture, irradiance and st:S,T:unweighted, gets 0.",
+              "their order, with commas between: their sum in place of the image. Of beauty and "
+              "error. What is no part of the image, irradiance and st:S,T:unweighted, gets 0.",
               &read_mix, &mix_schema},
           number(
               "revision", [](auto& s) -> auto& { return s.query.revision; }, {0, kRevisionMax},
@@ -213,10 +213,10 @@ const auto& image_table() {
           rect_row<3>("Height of a part."),
           number(
               "max_size", [](auto& s) -> auto& { return s.query.max_size; }, {1, limits::kFilmSide},
-              "Longest side of the answer; larger pictures are scaled down."),
+              "Longest side of the answer; larger images are scaled down."),
           flag(
               "stream", [](auto& s) -> auto& { return s.query.stream; },
-              "1, or Accept: multipart/x-mixed-replace: every new picture until the end, for "
+              "1, or Accept: multipart/x-mixed-replace: every new image until the end, for "
               "<img>."),
           ticket_row<ImageReading>(),
       });
@@ -241,7 +241,7 @@ void read_extension(const std::string& text, ArchiveReading& out, const std::str
 const auto& archive_table() {
   static constexpr auto kTable = std::tuple_cat(
       std::tuple{ParameterField<ArchiveReading>{
-          "format", "Of the pictures.", &read_extension,
+          "format", "Of the images.", &read_extension,
           [](const ArchiveReading& defaults) {
             return Json{{"type", "string"}, {"enum", kExtensions}, {"default", defaults.format}};
           }}},

@@ -70,14 +70,14 @@ void read_cursor(const std::string& text, S& out, const std::string& pointer, Fa
            c == '_';
   };
   if (text.empty() || text.size() > kLongest || !std::all_of(text.begin(), text.end(), allowed)) {
-    faults.add(pointer, shown(Json(text)) + " is not a cursor of this list");
+    faults.add(pointer, "Invalid page cursor " + shown(Json(text)));
     return;
   }
   out.cursor = text;
 }
 
 constexpr std::array kJobClasses = {
-    core::NamedValue<ListQuery::Class>{"normal", ListQuery::Class::kNormal, "Pictures to keep."},
+    core::NamedValue<ListQuery::Class>{"normal", ListQuery::Class::kNormal, "Images to keep."},
     core::NamedValue<ListQuery::Class>{"preview", ListQuery::Class::kPreview,
                                        "Previews, kept in memory."},
     core::NamedValue<ListQuery::Class>{"all", ListQuery::Class::kAll, "Both."},
@@ -179,7 +179,7 @@ const auto& submit_table() {
           "1: only validate the job and estimate its cost (200)."),
       ParameterField<SubmitQuery>{
           "from",
-          "`image`: the body is a PNG or EXR picture that a Tessera server made; its job is "
+          "`image`: the body is a PNG or EXR image that a Tessera server made; its job is "
           "submitted again and gives the same film.",
           [](const std::string& value, SubmitQuery& out, const std::string& pointer,
              Faults& faults) {

@@ -33,7 +33,7 @@ void read_stop_patch(const Json& value, PatchBody& out, const std::string& point
   if (!expect_object(value, pointer, faults)) {
     return;
   }
-  // Merging would drop an unknown member that is null without a word.
+  // Merging would drop a field of no row that is null without a word.
   refuse_unknown_members(value, stop_member_names(), pointer, faults);
   Json merged = print_stop(out.spec.stop);
   merged.merge_patch(value);
@@ -62,7 +62,7 @@ const auto& patch_table() {
                            }},
       text(
           "name", [](auto& s) -> auto& { return s.spec.name; }, {0, limits::kNameCharacters},
-          "For people."),
+          "Display name."),
       CustomRow<PatchBody>{"stop", &read_stop_patch, [](const PatchBody&, Json&) {},
                            [](const PatchBody& defaults) {
                              Json schema = stop_schema(defaults.spec.stop);
@@ -190,7 +190,7 @@ const auto& comparison_table() {
           "b", [](auto& s) -> auto& { return s.b; }, {1, 64}, kIdDoc),
       choice(
           "a_denoise", [](auto& s) -> auto& { return s.a_denoise; }, &denoise_shows,
-          "Which picture of a job. Errors of the pixels of a denoised one are not known singly: "
+          "Which image of a job. Errors of the pixels of a denoised one are not known singly: "
           "bias.low, bias.high and z are null then."),
       choice(
           "b_denoise", [](auto& s) -> auto& { return s.b_denoise; }, &denoise_shows,
@@ -374,8 +374,7 @@ Json scene_from_assets_schema() {
   return object_schema(scene_table(), SceneFromAssets{}, "A scene whose files are assets.");
 }
 Json comparison_request_schema() {
-  return object_schema(comparison_table(), ComparisonRequest{},
-                       "Two pictures; b is the reference.");
+  return object_schema(comparison_table(), ComparisonRequest{}, "Two images; b is the reference.");
 }
 Json ticket_request_schema() {
   return object_schema(ticket_table(), TicketRequest{}, "What a ticket is for.");

@@ -113,7 +113,7 @@ namespace {
 const View<Slope>& slope_view() {
   static const View<Slope> kView = {
       "",
-      "Of log error against log samples, least squares, 95 % interval.",
+      "Of log error against log samples, least squares, 95% interval.",
       {{"value", shape::nullable(shape::real()),
         [](const Slope& s) { return number_json(s.value); }},
        {"low", shape::nullable(shape::real()), [](const Slope& s) { return number_json(s.low); }},
@@ -131,9 +131,9 @@ const View<PixelLayer>& pixel_layer_view() {
       {{"mean", shape::reals(), [](const PixelLayer& l) { return numbers_json(l.mean); }},
        {"standard_error", shape::reals(),
         [](const PixelLayer& l) { return numbers_json(l.standard_error); }},
-       {"low", shape::reals("Of the 95 % interval."),
+       {"low", shape::reals("Of the 95% interval."),
         [](const PixelLayer& l) { return numbers_json(l.low); }},
-       {"high", shape::reals("Of the 95 % interval."),
+       {"high", shape::reals("Of the 95% interval."),
         [](const PixelLayer& l) { return numbers_json(l.high); }},
        {"halves",
         shape::nullable(
@@ -235,7 +235,7 @@ const View<ComparisonView>& comparison_view() {
   using Compared = ComparisonView;
   static const View<Compared> kView = {
       "Comparison",
-      "Two pictures compared; b is the reference.",
+      "Two images compared; b is the reference.",
       {{"id", shape::text(), [](const Compared& c) -> Json { return c.id; }},
        {"mse", shape::nullable(shape::real()),
         [](const Compared& c) { return number_json(c.mse); }},

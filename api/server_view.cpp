@@ -196,7 +196,7 @@ const View<core::IntegratorEntry>& integrator_view() {
       "An algorithm that traces light paths.",
       {{"type", shape::text("Name in requests."), [](const Entry& e) -> Json { return e.name; }},
        {"bias", shape::bias(), [](const Entry& e) -> Json { return e.bias; }},
-       {"error", shape::one_of(error_names(), "Do the halves of its pictures tell the error?"),
+       {"error", shape::one_of(error_names(), "Do the halves of its images tell the error?"),
         [](const Entry& e) -> Json {
           return core::row_of(core::error_validities(), e.error).name;
         }},

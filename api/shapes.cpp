@@ -31,7 +31,7 @@ Json one_of(const std::vector<std::string_view>& names, std::string_view doc) {
 }
 
 Json bias() {
-  return one_of({"none", "consistent", "biased"}, "How the expected picture relates to the truth.");
+  return one_of({"none", "consistent", "biased"}, "How the expected image relates to the truth.");
 }
 
 Json list(Json items, std::string_view doc) {

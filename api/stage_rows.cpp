@@ -116,7 +116,7 @@ const auto& environment_table() {
           },
           [](const JobSpec& /*defaults*/) {
             Json schema = basic_schema(
-                "string", "Asset with an equirectangular picture (.hdr, .exr); null: one colour.",
+                "string", "Asset with an equirectangular image (.hdr, .exr); null: one colour.",
                 true);
             schema["pattern"] = "^[0-9a-f]{64}$";
             schema["default"] = nullptr;
@@ -131,10 +131,10 @@ const auto& environment_table() {
       CustomRow<JobSpec>{"sun", &read_sun, &print_sun, &sun_schema, false, true},
       triple(
           "color", [](auto& s) -> auto& { return s.environment.color; }, kRadiance,
-          "Linear Rec.709; multiplies the picture."),
+          "Linear Rec.709; multiplies the image."),
       number(
           "intensity", [](auto& s) -> auto& { return s.environment.intensity; }, kRadiance,
-          "Multiplies colour and picture."),
+          "Multiplies colour and image."),
       number(
           "rotation_degrees", [](auto& s) -> auto& { return s.environment.rotation_degrees; },
           {-36000, 36000}, "Positive turns it counter-clockwise seen from above."),
@@ -234,7 +234,7 @@ void check_catcher(const JobSpec& spec, bool asks_for_denoising, Faults& faults)
   }
   if (asks_for_denoising && core::is_transparent(render)) {
     faults.add("/denoise/type",
-               "the noise of a transparent picture with ground 'catcher' is in its alpha, which is "
+               "the noise of a transparent image with ground 'catcher' is in its alpha, which is "
                "not denoised; give 'none' or another background");
   }
 }

@@ -17,7 +17,7 @@ using core::StopRules;
 constexpr double kConfidence = 0.95;
 
 constexpr std::array kScopes = {
-    core::NamedValue<bool>{"image", false, "The error of the whole picture."},
+    core::NamedValue<bool>{"image", false, "The error of the whole image."},
     core::NamedValue<bool>{"worst_tile", true, "The error of the worst tile."},
 };
 std::span<const core::NamedValue<bool>> scopes() { return kScopes; }
@@ -55,8 +55,8 @@ const auto& table() {
                number(
                    "denoised_error", [](auto& s) -> auto& { return s.denoised_error; },
                    {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
-                   "Stop when the relative error of the denoised picture (`mixed`) is at most "
-                   "this, with `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... "
+                   "Stop when the relative error of the denoised image (`mixed`) is at most "
+                   "this, with `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... "
                    "samples to see.")),
       shown_if(
           [](const StopRules& s) {

@@ -35,11 +35,11 @@ const auto& tiles_table() {
       choice(
           "planes", [](auto& s) -> auto& { return s.planes; }, &tile_planes,
           "mean: float16 planes of the mean, and of alpha where flagged; enough to show the "
-          "picture."),
+          "image."),
       choice(
           "denoise", [](auto& s) -> auto& { return s.denoise; }, &denoise_shows,
-          "mixed, full: frames of the denoised picture come too, flagged 16, all tiles at once: "
-          "every two seconds at most, and for at most 5 % of the job's time."),
+          "mixed, full: frames of the denoised image come too, flagged 16, all tiles at once: "
+          "every two seconds at most, and for at most 5% of the job's time."),
       ticket_row<TilesQuery>(),
   };
   return kTable;

@@ -84,7 +84,7 @@ const Columns<KeyView>& key_columns() {
   static const Columns<KeyView> kColumns = {
       {"id", text_schema("Names the key in lists and logs."),
        [](const KeyView& key) { return Json(key.id); }},
-      {"name", text_schema("For people."), [](const KeyView& key) { return Json(key.name); }},
+      {"name", text_schema("Display name."), [](const KeyView& key) { return Json(key.name); }},
       {"tenant", text_schema("Whose work it sees and makes."),
        [](const KeyView& key) { return Json(key.tenant); }},
       {"scopes", array_schema(enum_schema(kScopes, ""), "What it may do."),
@@ -191,7 +191,7 @@ const auto& key_request_table() {
   static constexpr auto kTable = std::tuple{
       required_text(
           "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
-          "For people."),
+          "Display name."),
       text(
           "tenant", [](auto& s) -> auto& { return s.tenant; }, {1, kTenantCharacters},
           "Whose work it sees and makes: letters, digits, `.`, `_`, `-`; null: its own. A key that "

@@ -186,7 +186,7 @@ void refuse_unknown_members(const Json& object, std::span<const std::string_view
       continue;
     }
     std::string detail =
-        known.empty() ? "unknown member; none is known here" : "unknown member; known: ";
+        known.empty() ? "Unknown field; none is known here" : "Unknown field; expected one of: ";
     for (std::size_t i = 0; i < known.size(); ++i) {
       detail += (i == 0 ? "" : ", ") + std::string(known[i]);
     }
@@ -195,7 +195,7 @@ void refuse_unknown_members(const Json& object, std::span<const std::string_view
 }
 
 std::string not_available(const Json& value, std::span<const std::string_view> available) {
-  std::string text = shown(value) + " is not available in this build; available: ";
+  std::string text = "Unknown value " + shown(value) + "; expected one of: ";
   for (std::size_t i = 0; i < available.size(); ++i) {
     text += (i == 0 ? "" : ", ") + std::string(available[i]);
   }

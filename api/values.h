@@ -66,7 +66,7 @@ bool expect_object(const Json& value, const std::string& pointer, Faults& faults
 /// A fault for each member that is not in `known`.
 void refuse_unknown_members(const Json& object, std::span<const std::string_view> known,
                             const std::string& pointer, Faults& faults);
-/// "'x' is not available in this build; available: a, b".
+/// "Unknown value 'x'; expected one of: a, b".
 std::string not_available(const Json& value, std::span<const std::string_view> available);
 
 /// Whole numbers are written without a fraction.

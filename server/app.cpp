@@ -377,7 +377,7 @@ class App {
     }
     constexpr std::string_view kDemo =
         // Requested work comes first.
-        R"({"scene": "interior", "name": "Welcome to Tessera", "labels": {"demo": "1"},)"
+        R"({"scene": "still-life", "name": "Welcome to Tessera", "labels": {"demo": "1"},)"
         R"( "priority": -10,
             "film": {"width": 960, "height": 540}, "stop": {"samples_per_pixel": 512}})";
     auto parsed = api::parse_job(kDemo);

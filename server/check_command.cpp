@@ -283,8 +283,7 @@ int check_command(const std::vector<std::string>& args) {
   bool as_json = false;
   bool with_repair = false;
   CLI::App app(kText, "tessera check");
-  app.add_option("--data", data, "The data directory; no server may use it meanwhile.")
-      ->type_name("DIR");
+  app.add_option("--data", data, "The data directory; stop the server first.")->type_name("DIR");
   app.add_flag("--json", as_json, "Print the findings as JSON.");
   app.add_flag("--repair", with_repair, "Remove what is left over: files that no record names.");
   return flags::parse_and_run(app, args, [&] { return check(data, with_repair, as_json); });

@@ -190,7 +190,7 @@ void add_flags(CLI::App& app, Config& config) {
       "Certificate chain (PEM); with --tls-key the server speaks https.");
   row("tls-key", config.tls_key, "FILE", "Private key of the certificate (PEM).");
   row("queue", config.queue, "URL",
-      "NATS server (nats://HOST:4222, tls://...) that hands parts of pictures to `tessera "
+      "NATS server (nats://HOST:4222, tls://...) that hands parts of images to `tessera "
       "worker`.");
   row("queue-creds", config.queue_creds, "FILE", "Credentials (JWT and seed) for --queue.");
   row("queue-ca", config.queue_ca, "FILE", "Certificates (PEM) that --queue is checked with.");

@@ -79,7 +79,7 @@ core::Result<Json> wait_for_end(ApiClient& client, const std::string& path) {
     Json batch = parse_object(reply->body);
     const bool ended = is_final_state(text_at(batch, "state"));
     if (shows) {
-      std::fprintf(stderr, "\r%3.0f %%  %.0f of %zu pictures%s",
+      std::fprintf(stderr, "\r%3.0f%%  %.0f of %zu images%s",
                    100 * number_at(object_in(batch, "progress"), "fraction", 0),
                    number_at(object_in(batch, "counts"), "finished", 0),
                    batch.contains("jobs") ? batch["jobs"].size() : std::size_t{0},
@@ -186,12 +186,12 @@ int batch(const Args& args) {
       ->required()
       ->type_name("FILE");
   app.add_flag("--wait", flags.wait, "Wait; exit code 1 unless all jobs finished");
-  app.add_option("-o,--output", flags.output, "Zip of all pictures to write")->type_name("FILE");
-  app.add_option("--format", flags.format, "Of the pictures in the zip")
+  app.add_option("-o,--output", flags.output, "Zip of all images to write")->type_name("FILE");
+  app.add_option("--format", flags.format, "Of the images in the zip")
       ->check(CLI::IsMember({"png", "jpg", "webp", "exr", "hdr", "tif"}))
       ->type_name("FORMAT")
       ->capture_default_str();
-  app.add_option("--sheet", flags.sheet, "PNG to write with all pictures on one sheet")
+  app.add_option("--sheet", flags.sheet, "PNG to write with all images on one sheet")
       ->type_name("FILE");
   add_denoise_option(app, flags.denoise);
   app.add_flag("--dry-run", flags.dry_run, "Only check the batch and print the jobs' names");

@@ -88,7 +88,7 @@ core::Status check_picture_name(const std::string& output) {
   if (output == "-" && is_terminal(stdout)) {
     return Error{
         ErrorCode::kInvalidArgument,
-        "stdout is a terminal, and a picture is no text; send it on, as in `-o - > picture.png`",
+        "stdout is a terminal, and an image is no text; send it on, as in `-o - > picture.png`",
         "-"};
   }
   const std::string extension = extension_of(output);

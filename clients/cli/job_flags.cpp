@@ -81,7 +81,7 @@ core::Result<Json> read_job_file(const std::string& path) {
 
 void add_denoise_option(CLI::App& app, std::string& denoise) {
   app.add_option("--denoise", denoise,
-                 "Picture that is written: off, mixed (denoised, with the plain one where that is "
+                 "Image that is written: off, mixed (denoised, with the plain one where that is "
                  "better), full (the denoiser's own)")
       ->check(CLI::IsMember({"off", "mixed", "full"}))
       ->type_name("MODE");
@@ -122,7 +122,7 @@ void add_view_flags(CLI::App& app, JobFlags& flags) {
       ->type_name("M");
   app.add_option("--variant", flags.variant, "Material variant of the scene, by name")
       ->type_name("NAME");
-  app.add_option("--crop", flags.crop, "Render this part of the picture only, pixels")
+  app.add_option("--crop", flags.crop, "Render this part of the image only, pixels")
       ->delimiter(',')
       ->expected(4)
       ->type_name("X,Y,W,H");
@@ -257,7 +257,7 @@ void put_view(const JobFlags& flags, Json& request) {
 void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help) {
   app.add_option("scene", flags.scene, scene_help)->type_name("SCENE");
   app.add_option("-o,--output", flags.output,
-                 "Picture to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
+                 "Image to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
       ->type_name("FILE");
   add_denoise_option(app, flags.denoise);
   app.add_option("--spp", flags.samples_per_pixel, "Stop after N samples per pixel (256)")
@@ -268,7 +268,7 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
   app.add_option("--denoised-error", flags.denoised_error,
-                 "Stop when the relative error of the denoised picture (mixed) is at most this")
+                 "Stop when the relative error of the denoised image (mixed) is at most this")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
   app.add_option("--seconds", flags.seconds, "Stop after so many seconds of rendering")

@@ -33,7 +33,7 @@ void print_table(const Json& list) {
     const Json& spec = object_in(job, "spec");
     const std::string name = text_at(spec, "name");
     const std::string scene = text_at(spec, "scene");
-    std::printf("%-36s  %-9s  %3d %%  %8.0f  %10s  %9s  %s\n", text_at(job, "id").c_str(),
+    std::printf("%-36s  %-9s  %4d%%  %8.0f  %10s  %9s  %s\n", text_at(job, "id").c_str(),
                 facts.state.c_str(), static_cast<int>(facts.fraction * 100),
                 facts.samples_per_pixel, error_text(facts.relative_error).c_str(),
                 duration_text(facts.elapsed_seconds).c_str(),

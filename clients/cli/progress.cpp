@@ -24,7 +24,7 @@ std::string three_digits(double value) {
 }
 
 std::string percent_done(double fraction) {
-  return std::to_string(static_cast<int>(std::clamp(fraction, 0.0, 1.0) * 100)) + " %";
+  return std::to_string(static_cast<int>(std::clamp(fraction, 0.0, 1.0) * 100)) + "%";
 }
 
 std::string error_part(const ProgressFacts& facts, bool with_interval) {
@@ -70,7 +70,7 @@ std::string duration_text(double seconds) {
 }
 
 std::string error_text(double relative_error) {
-  return std::isnan(relative_error) ? "unknown" : three_digits(relative_error * 100) + " %";
+  return std::isnan(relative_error) ? "unknown" : three_digits(relative_error * 100) + "%";
 }
 
 std::string interval_text(const ProgressFacts& facts) {

@@ -23,9 +23,9 @@ struct ProgressFacts {
 
 /// "0.83 s", "12 s", "3 min 20 s", "2 h 5 min".
 std::string duration_text(double seconds);
-/// "2.31 %" to three digits; "unknown" for NaN.
+/// "2.31%" to three digits; "unknown" for NaN.
 std::string error_text(double relative_error);
-/// "error 2.31 % (2.1 % to 2.5 %)".
+/// "error 2.31% (2.1% to 2.5%)".
 std::string interval_text(const ProgressFacts& facts);
 /// "4.21 Mrays/s".
 std::string rate_text(double rays_per_second);

@@ -254,8 +254,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
 
   const core::Progress progress = task.progress();
   if (progress.samples_max == 0) {
-    return complain("render",
-                    {ErrorCode::kCancelled, "interrupted before there was a picture", ""});
+    return complain("render", {ErrorCode::kCancelled, "interrupted before there was an image", ""});
   }
   const auto shown = shown_picture(denoiser, task.film(), flags);
   if (!shown) {
@@ -349,7 +348,7 @@ Choices choices() {
 }  // namespace
 
 int render(const Args& args) {
-  CLI::App app("Renders one picture on this machine, without a service.", "tessera render");
+  CLI::App app("Renders one image on this machine, without a service.", "tessera render");
   JobFlags flags;
   add_job_flags(app, flags,
                 "Built-in scene (--scenes lists them), a .glb or .gltf file, or a folder with one");

@@ -175,7 +175,7 @@ int print_meter(const ServerFlags& server, const std::string& id, bool json) {
 }  // namespace
 
 int merge(const Args& args) {
-  CLI::App app("Adds up films of the same picture to a job of its own, and prints its id.",
+  CLI::App app("Adds up films of the same image to a job of its own, and prints its id.",
                "tessera merge");
   ServerFlags server;
   std::vector<std::string> films;
@@ -197,7 +197,7 @@ int compare(const Args& args) {
   bool json = false;
   app.add_option("a", a.picture, "Job or image file")->required()->type_name("ID|FILE");
   app.add_option("b", b.picture, "Job or image file")->required()->type_name("ID|FILE");
-  app.add_option("--a-denoise", a.denoise, "Picture of job a: off, mixed, full")->type_name("MODE");
+  app.add_option("--a-denoise", a.denoise, "Image of job a: off, mixed, full")->type_name("MODE");
   app.add_option("--b-denoise", b.denoise, "The same of job b")->type_name("MODE");
   app.add_flag("--json", json, "Print the comparison as JSON");
   add_server_flags(app, server);

@@ -162,8 +162,7 @@ int extend_job(const ExtendFlags& flags) {
 }  // namespace
 
 int show(const Args& args) {
-  CLI::App app("Shows a job: what it renders, how far it is, and how wrong it still is.",
-               "tessera show");
+  CLI::App app("Shows a job: what it renders, its progress and its error.", "tessera show");
   ServerFlags server;
   std::string id = "latest";
   bool as_json = false;
@@ -203,7 +202,7 @@ int extend(const Args& args) {
   app.add_option("--relative-error", flags.relative_error, "Relative error: 0.02, or 2%")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
-  app.add_option("--denoised-error", flags.denoised_error, "The same of the denoised picture")
+  app.add_option("--denoised-error", flags.denoised_error, "The same of the denoised image")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
   app.add_option("--seconds", flags.seconds, "Seconds of rendering in all")

@@ -156,7 +156,7 @@ int check_and_run(const WatchFlags& flags) {
   }
   if (!is_terminal(stdout) && !flags.final_only) {
     return refuse(
-        "--picture redraws in a terminal, and the output is none; with --final one picture is "
+        "--picture redraws in a terminal, and the output is none; with --final one image is "
         "drawn "
         "when the job has ended");
   }
@@ -174,7 +174,7 @@ int watch(const Args& args) {
   app.add_option("id", flags.id, "Job; without one the newest")->type_name("ID");
   auto* json = app.add_flag("--json", flags.json, "Print every event as a line of JSON");
   app.add_flag("--picture{auto}", flags.picture,
-               "Draw the picture in the terminal while it converges; --picture=blocks, =sixel or "
+               "Draw the image in the terminal while it converges; --picture=blocks, =sixel or "
                "=kitty says how")
       ->excludes(json);
   app.add_flag("--final", flags.final_only,

@@ -48,7 +48,7 @@ class Redraw {
     }
     changed_ = false;
     if (const auto drawn = draw_newest(screen_, pictures_, path_); !drawn && !told_) {
-      printer_.say("no picture: " + drawn.error().message);
+      printer_.say("no image: " + drawn.error().message);
       screen_.leave();
       told_ = true;
     }

@@ -358,7 +358,7 @@ int worker(const Args& args) {
   WorkerFlags flags;
   flags.cache = default_cache();
   CLI::App app(
-      "Renders parts of the pictures of a server that was started with --queue. Joins and leaves "
+      "Renders parts of the images of a server that was started with --queue. Joins and leaves "
       "at "
       "any\ntime: SIGTERM lets it finish what it has.",
       "tessera worker");

@@ -1,5 +1,5 @@
 #!/bin/sh
-# A tour of the API with curl: what the server can do, a job, its picture, its errors, a scene of
+# A tour of the API with curl: what the server can do, a job, its image, its errors, a scene of
 # one's own.
 #   clients/examples/curl_tour.sh [FOLDER]      TESSERA_SERVER, TESSERA_KEY say which server
 set -eu
@@ -37,14 +37,14 @@ call "/v1/jobs/$job?wait=60" >job.json
 echo "relative error $(member error.relative_rmse <job.json)," \
   "95 % between $(member error.low <job.json) and $(member error.high <job.json)"
 
-# The picture, its error as a picture, everything as EXR, one pixel, the course of the error.
-call "/v1/jobs/$job/image.png?exposure=0.5" -o picture.png
+# The image, its error as an image, everything as EXR, one pixel, the course of the error.
+call "/v1/jobs/$job/image.png?exposure=0.5" -o image.png
 call "/v1/jobs/$job/image.png?layer=error" -o error.png
 call "/v1/jobs/$job/image.exr" -o all.exr
 call "/v1/jobs/$job/pixels/80/45" -o pixel.json
 call "/v1/jobs/$job/convergence" -o convergence.json
 
-# More of the same picture.
+# More of the same image.
 call "/v1/jobs/$job/extend" -H 'Content-Type: application/json' \
   -d '{"stop": {"samples_per_pixel": 64}}' -o /dev/null
 call "/v1/jobs/$job?wait=60" >job.json

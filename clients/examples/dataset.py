@@ -1,8 +1,8 @@
-"""A data set: labelled pictures of a scene from random places in random light, as a COCO folder.
+"""A data set: labelled images of a scene from random places in random light, as a COCO folder.
 
     python dataset.py [SCENE] [--count N] [--size WxH] [--samples N] [--seed N] [--out FOLDER]
 
-SCENE: built-in name or a .glb, .gltf or .zip file. Every picture has exact masks, boxes (of what is
+SCENE: built-in name or a .glb, .gltf or .zip file. Every image has exact masks, boxes (of what is
 seen, and of all of it) and the camera; see annotations/instances.json and panoptic.json.
 """
 
@@ -42,7 +42,7 @@ def chance(numbers: random.Random, options: argparse.Namespace) -> JobOptions:
 
 
 async def main() -> None:
-    parser = argparse.ArgumentParser(description="Renders labelled pictures of a scene.")
+    parser = argparse.ArgumentParser(description="Renders labelled images of a scene.")
     parser.add_argument("scene", nargs="?", default="glass")
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--size", default="320x240")

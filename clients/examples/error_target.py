@@ -1,4 +1,4 @@
-"""Renders until the picture is good enough, and tells how it comes along.
+"""Renders until the image is good enough, and tells how it comes along.
 
     python error_target.py [SCENE] [--error 0.05] [--out PICTURE.png]
 

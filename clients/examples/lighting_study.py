@@ -68,7 +68,7 @@ def illuminance(x: float, z: float, height_m: float) -> float:
 
 
 def reading(job: Job, x_m: float) -> tuple[float, float, float]:
-    """Illuminance at (x_m, 0) in lux, with its 95 % interval."""
+    """Illuminance at (x_m, 0) in lux, with its 95% interval."""
     column = math.floor((x_m / DESK_M + 0.5) * PIXELS)
     beauty = job.pixels(column, PIXELS // 2).beauty
     mean, low, high = (math.pi * float(v[1]) for v in (beauty.mean, beauty.low, beauty.high))

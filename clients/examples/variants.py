@@ -1,9 +1,9 @@
-"""A product sheet: every variant of a product (KHR_materials_variants) side by side in one picture.
+"""A product sheet: every variant of a product (KHR_materials_variants) side by side in one image.
 
     python variants.py [SCENE] [--out SHEET.png]
 
 Without SCENE a vase in four glazes is made here. The variants share one upload and one seed, so
-nothing but the material differs between the pictures.
+nothing but the material differs between the images.
 """
 
 from __future__ import annotations

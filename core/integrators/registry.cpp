@@ -46,7 +46,7 @@ constexpr std::array kIntegrators = {
                     .media = true,
                     .shares = true},
     IntegratorEntry{.name = "direct",
-                    .summary = "Emitted and direct light only: the path tracer's picture at "
+                    .summary = "Emitted and direct light only: the path tracer's image at "
                                "max_depth 1.",
                     .bias = "none",
                     .error = ErrorValidity::kValid,
@@ -105,7 +105,7 @@ constexpr std::array kIntegrators = {
     // Chosen before a picture is begun (core/render/choose_integrator.h), so that there is nothing
     // of its own to make; what either of the two needs room for has it here.
     IntegratorEntry{.name = kAutomaticIntegrator,
-                    .summary = "path or bdpt, whichever is the more efficient in small pictures "
+                    .summary = "path or bdpt, whichever is the more efficient in small images "
                                "made before; the job says which, and why.",
                     .bias = "none",
                     .error = ErrorValidity::kValid,

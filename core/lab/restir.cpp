@@ -162,7 +162,7 @@ const Experiment kRestirExperiment = {
     .look_for =
         "With MIS weights over what every neighbour could have drawn, the mean is right. With "
         "weights 1/M, "
-        "neighbours in shadow count although they could never have drawn the sample: the picture "
+        "neighbours in shadow count although they could never have drawn the sample: the image "
         "darkens at "
         "every edge, and no number of frames helps. Reuse lowers the error of a frame, as more "
         "candidates would; "

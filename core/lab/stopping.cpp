@@ -40,7 +40,7 @@ constexpr std::array kEstimators = {
 };
 constexpr std::array kParameters = {
     ParameterInfo{"distribution", 0, 3, 0, true,
-                  "0: 2 % events of 50; 1: lognormal, sigma 1.5; 2: coin, 0 or 2; 3: exponential. "
+                  "0: 2% events of 50; 1: lognormal, sigma 1.5; 2: coin, 0 or 2; 3: exponential. "
                   "All have mean 1."},
     ParameterInfo{"target", 0.01, 1, 0.1, false, "Relative standard error that is asked for."},
     ParameterInfo{"cap", 64, 4096, 1024, true, "Most samples of a pixel, or of a half."},

@@ -125,7 +125,7 @@ Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
   }
   if (row->fill_denoised != nullptr && (look == nullptr || look->picture == nullptr)) {
     return Error{ErrorCode::kInvalidArgument,
-                 "the layer '" + std::string(name) + "' needs a denoised picture", ""};
+                 "the layer '" + std::string(name) + "' needs a denoised image", ""};
   }
   FloatImage image = blank(film, channels_of(*row));
   if (row->fill_denoised != nullptr) {

@@ -5,6 +5,7 @@
 
 namespace core {
 
+Bytes make_still_life();
 Bytes make_cornell_box();
 Bytes make_furnace();
 Bytes make_veach_mis();

@@ -9,6 +9,8 @@ namespace core {
 namespace {
 
 constexpr std::array kScenes = {
+    BuiltinScene{"still-life", "Tea for two by a window: glazed clay, brass, fruit and flowers.",
+                 &make_still_life},
     BuiltinScene{"cornell-box", "The measured Cornell box, diffuse, lit by one panel.",
                  &make_cornell_box},
     BuiltinScene{

@@ -14,10 +14,9 @@ constexpr std::array kErrorValidities = {
                               "The halves estimate the variance of the mean."},
     NamedValue<ErrorValidity>{"from-chains", ErrorValidity::kFromChains,
                               "They do; independent are chains, not samples."},
-    NamedValue<ErrorValidity>{
-        "none", ErrorValidity::kNone,
-        "The error is unknown: the picture is biased, or its halves depend on "
-        "each other."},
+    NamedValue<ErrorValidity>{"none", ErrorValidity::kNone,
+                              "The error is unknown: the image is biased, or its halves depend on "
+                              "each other."},
 };
 
 constexpr std::array<std::string_view, 2> kReplicateOptions = {"/sampler/replicates",
@@ -135,7 +134,7 @@ constexpr std::array kSplittingTypes = {
     NamedValue<SplittingType>{
         "measured", SplittingType::kMeasured,
         "As fixed; the count, from 1 to 8, is the one that pays for variances and rays "
-        "that a pilot of 4096 paths measures before the picture begins."},
+        "that a pilot of 4096 paths measures before the image begins."},
 };
 
 constexpr std::array kControlVariateTypes = {
@@ -165,7 +164,7 @@ constexpr std::array kAdaptiveTypes = {
     NamedValue<AdaptiveType>{"none", AdaptiveType::kNone,
                              "Every pixel gets the same number of samples."},
     NamedValue<AdaptiveType>{"pilot", AdaptiveType::kPilot,
-                             "More where a pilot stream finds noise that is never in the picture "
+                             "More where a pilot stream finds noise that is never in the image "
                              "and takes at most a tenth "
                              "on top; errors are valid.",
                              kPilotOptions},
@@ -201,7 +200,7 @@ constexpr std::array kBackgrounds = {
     NamedValue<BackgroundType>{"environment", BackgroundType::kEnvironment,
                                "The environment that lights the scene; black without one."},
     NamedValue<BackgroundType>{"transparent", BackgroundType::kTransparent,
-                               "Nothing: the picture has alpha there."},
+                               "Nothing: the image has alpha there."},
     NamedValue<BackgroundType>{"color", BackgroundType::kColor, "One colour."},
     NamedValue<BackgroundType>{"blurred", BackgroundType::kBlurred,
                                "The environment, out of focus."},

@@ -117,7 +117,7 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
                                                            const core::Film& film,
                                                            std::chrono::milliseconds patience) {
   auto lease = memory_.take(core::denoising_bytes(pixels_of(film)) + film.bytes(),
-                            "the denoised picture", patience);
+                            "the denoised image", patience);
   if (!lease) {
     return Error{ErrorCode::kUnavailable, lease.error().message, ""};
   }

@@ -228,7 +228,7 @@ void LifeCycle::settle_cancelled(const JobPointer& job, const std::shared_ptr<Re
         record.view.build = build_;
         if (!saved) {
           record.view.warnings.emplace_back(
-              "The picture could not be stored as it was when the job was cancelled; that of the "
+              "The image could not be stored as it was when the job was cancelled; that of the "
               "last checkpoint is kept.");
         }
         if (saved && !job->memory_only() && record.view.progress.samples_max > 0) {

@@ -387,7 +387,7 @@ void WorkBoard::expire_leases() {
         for (const std::string& worker : held.lost) {
           names += " " + worker;
         }
-        failed.emplace_back(held.run, "a part of the picture was lost with " +
+        failed.emplace_back(held.run, "a part of the image was lost with " +
                                           std::to_string(held.lost.size()) +
                                           " workers, one after "
                                           "the other:" +

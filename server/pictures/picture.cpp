@@ -211,7 +211,7 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   if (const auto refused = refused_ids(picture)) {
     return *refused;
   }
-  auto lease = memory_.take(working_bytes(film, picture), "the picture", patience);
+  auto lease = memory_.take(working_bytes(film, picture), "the image", patience);
   if (!lease) {
     return Error{ErrorCode::kUnavailable, lease.error().message, ""};
   }

@@ -89,8 +89,7 @@ Response list(const RouteContext& context, Request& request) {
   }
   const auto before = cursor_sequence(query->cursor);
   if (!query->cursor.empty() && !before) {
-    return error_answer(request,
-                        Error{ErrorCode::kBadSyntax, "not a cursor of this list", "/cursor"});
+    return error_answer(request, Error{ErrorCode::kBadSyntax, "invalid page cursor", "/cursor"});
   }
   const auto page = context.batches.list(before, query->limit, request.access);
   if (!page) {
@@ -162,7 +161,7 @@ core::Result<std::vector<JobPointer>> pictured(const std::vector<JobPointer>& jo
     return Error{ErrorCode::kGone, "evicted to make room for others: " + evicted, ""};
   }
   return found.empty() ? core::Result<std::vector<JobPointer>>(
-                             Error{ErrorCode::kConflict, "no job of the batch has a picture", ""})
+                             Error{ErrorCode::kConflict, "no job of the batch has an image", ""})
                        : found;
 }
 

@@ -37,7 +37,7 @@ constexpr float kZScale = 5;
 
 Error too_many_pixels(int width, int height) {
   return Error{ErrorCode::kTooLarge,
-               "a picture of " + std::to_string(width) + " by " + std::to_string(height) +
+               "an image of " + std::to_string(width) + " by " + std::to_string(height) +
                    " pixels; " + std::to_string(api::limits::kComparisonPixels) +
                    " can be compared",
                ""};

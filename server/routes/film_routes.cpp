@@ -192,8 +192,7 @@ std::optional<api::Problem> misfit(const Source& first, const Source& next,
   std::vector<api::FieldError> errors;
   for (const std::string& pointer : differences) {
     errors.push_back(
-        {where,
-         "the film is of another picture than the first one: its job differs at " + pointer});
+        {where, "the film is of another image than the first one: its job differs at " + pointer});
   }
   return api::make_problem(ErrorCode::kInvalidArgument, std::move(errors));
 }

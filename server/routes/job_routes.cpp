@@ -180,8 +180,8 @@ Asked read_job(const RouteContext& context, Request& request, bool from_image) {
   if (from_image != (request.body_reader != nullptr)) {
     return {api::make_problem(
                 ErrorCode::kUnsupportedMedia,
-                from_image ? "with from=image the body is a picture: send image/png or image/x-exr"
-                           : "a picture is taken with ?from=image only; send application/json"),
+                from_image ? "with from=image the body is an image: send image/png or image/x-exr"
+                           : "an image is taken with ?from=image only; send application/json"),
             {}};
   }
   return from_image ? read_picture(context, request)
@@ -236,8 +236,7 @@ Response list(const RouteContext& context, Request& request) {
   wanted.title = query->name;
   wanted.before = cursor_sequence(query->cursor);
   if (!query->cursor.empty() && !wanted.before) {
-    return error_answer(request,
-                        Error{ErrorCode::kBadSyntax, "not a cursor of this list", "/cursor"});
+    return error_answer(request, Error{ErrorCode::kBadSyntax, "invalid page cursor", "/cursor"});
   }
   for (const api::JobState state : query->states) {
     wanted.states.emplace_back(api::to_text(state));

@@ -66,7 +66,7 @@ Error unknown_format() {
     list += (list.empty() ? "" : ", ") + std::string(format.mime) + " (." +
             std::string(format.extension) + ")";
   }
-  return Error{ErrorCode::kNotAcceptable, "pictures come as " + list, ""};
+  return Error{ErrorCode::kNotAcceptable, "images come as " + list, ""};
 }
 
 std::string picture_etag(const Request& request, const Picture& picture, std::uint32_t revision) {

@@ -116,8 +116,7 @@ Response list(const RouteContext& context, Request& request) {
   }
   const auto before = cursor_sequence(query->cursor);
   if (!query->cursor.empty() && !before) {
-    return error_answer(request,
-                        Error{ErrorCode::kBadSyntax, "not a cursor of this list", "/cursor"});
+    return error_answer(request, Error{ErrorCode::kBadSyntax, "invalid page cursor", "/cursor"});
   }
   auto rows = context.scenes.list(request.access, before, query->limit + 1);
   if (!rows) {

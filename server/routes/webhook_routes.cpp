@@ -56,8 +56,7 @@ Response list(const RouteContext& context, Request& request) {
                        .before = cursor_sequence(query->cursor),
                        .limit = query->limit + 1};
   if (!query->cursor.empty() && !wanted.before) {
-    return error_answer(request,
-                        Error{ErrorCode::kBadSyntax, "not a cursor of this list", "/cursor"});
+    return error_answer(request, Error{ErrorCode::kBadSyntax, "invalid page cursor", "/cursor"});
   }
   auto rows = context.deliveries.list(wanted, request.access);
   if (!rows) {

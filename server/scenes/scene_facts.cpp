@@ -125,16 +125,15 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
     const auto found = std::find(names.begin(), names.end(), *spec.camera.name);
     chosen = static_cast<std::size_t>(found - names.begin());
     if (found == names.end()) {
-      faults.push_back(
-          {"/camera/name",
-           '"' + *spec.camera.name + "\" is no camera of the scene, which has: " + listed(names)});
+      faults.push_back({"/camera/name", "The scene has no camera named \"" + *spec.camera.name +
+                                            "\" (available: " + listed(names) + ")"});
     }
   } else if (spec.camera.index) {
     chosen = static_cast<std::size_t>(std::max(0, *spec.camera.index));
     if (chosen >= names.size()) {
-      faults.push_back({"/camera/index", std::to_string(*spec.camera.index) +
-                                             " is no camera; the scene has " +
-                                             std::to_string(names.size())});
+      faults.push_back({"/camera/index", "The scene has no camera " +
+                                             std::to_string(*spec.camera.index) +
+                                             " (cameras: " + std::to_string(names.size()) + ")"});
     }
   }
   if (chosen < facts.cameras.size() && facts.cameras[chosen].orthographic &&

@@ -29,9 +29,8 @@ core::Result<DataDir> DataDir::open(const std::string& path) {
     const auto got = read_at(lock->get(), std::as_writable_bytes(std::span(owner)), 0, lock_path);
     owner.resize(got ? *got : 0);
     return core::Error{core::ErrorCode::kConflict,
-                       "another server (process " + owner +
-                           ") uses this data directory; stop it or "
-                           "give another one with --data",
+                       "data directory already in use by process " + owner +
+                           "; stop that server, or choose another directory with --data",
                        path};
   }
   const std::string me = std::to_string(::getpid());

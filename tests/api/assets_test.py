@@ -109,7 +109,7 @@ class Assets(ApiTest):
         self.server.post(f"/v1/jobs/{job}/cancel")
 
     def test_an_asset_that_is_no_picture_is_refused_as_environment(self):
-        asset = self.server.post("/v1/assets", b"no picture", BYTES).json()["id"]
+        asset = self.server.post("/v1/assets", b"no image", BYTES).json()["id"]
         answer = self.server.post("/v1/jobs", job_body(environment={"asset": asset}))
         self.assert_problem(answer, 422, "/environment/asset")
 

@@ -52,7 +52,7 @@ class CommandLine(ApiTest):
         for verb in ("render", "submit"):
             code, said = self.outcome(verb, "furnace", "--relative-error", "5")
             self.assertEqual(code, 2)
-            self.assertIn("5 is 500 %", said)
+            self.assertIn("5 is 500%", said)
             self.assertIn("5% is more likely", said)
 
     def test_the_view_comes_from_flags(self):

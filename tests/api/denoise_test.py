@@ -1,4 +1,4 @@
-"""Denoised pictures: made on demand, told from the plain ones, never part of the film."""
+"""Denoised images: made on demand, told from the plain ones, never part of the film."""
 
 import hashlib
 import json

@@ -266,7 +266,7 @@ class Check(unittest.TestCase):
     def test_a_directory_in_use_is_left_alone(self):
         code, _, said = tessera("check", "--data", self.server.data)
         self.assertEqual(code, 1)
-        self.assertIn("another server", said)
+        self.assertIn("already in use by process", said)
 
     def test_a_sound_directory_is_sound(self):
         self.server.stop()

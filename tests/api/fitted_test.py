@@ -1,4 +1,4 @@
-"""Estimators that learn from a picture's own samples: optimal weights, regression."""
+"""Estimators that learn from an image's own samples: optimal weights, regression."""
 
 import unittest
 

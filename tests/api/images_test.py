@@ -1,4 +1,4 @@
-"""The picture in every format and part, single pixels, the convergence curve."""
+"""The image in every format and part, single pixels, the convergence curve."""
 
 import math
 import struct

@@ -262,7 +262,7 @@ class Manual(ApiTest):
                 self.assertEqual(
                     (done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1)
                 )
-                self.assertIn(f'no verb "{word}"', done.stderr)
+                self.assertIn(f'unknown command "{word}"', done.stderr)
                 self.assertEqual("did you mean" in done.stderr, near is not None)
                 self.assertIn(near or "--help", done.stderr)
 

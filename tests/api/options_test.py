@@ -7,7 +7,7 @@ class Options(ApiTest):
     def warnings(self, samples=8, **members):
         answer = self.server.post("/v1/jobs?dry_run=1", job_body(samples=samples, **members))
         self.assertEqual(answer.status, 200, answer)
-        return [w for w in answer.json()["warnings"] if not w.startswith("environment")]
+        return [w for w in answer.json()["warnings"] if not w.startswith("No environment")]
 
     def test_what_has_no_effect_is_told(self):
         for strategy in ("bsdf", "cosine", "uniform"):
@@ -73,4 +73,4 @@ class Options(ApiTest):
         plain = next(e for e in experiments if not e["params"])
         answer = self.server.post("/v1/lab/runs", {"experiment": plain["name"], "params": {"x": 1}})
         problem = self.assert_problem(answer, 422, "/params/x")
-        self.assertEqual(problem["errors"][0]["detail"], "unknown member; none is known here")
+        self.assertEqual(problem["errors"][0]["detail"], "Unknown field; none is known here")

@@ -1,4 +1,4 @@
-"""Pictures that say which job made them, and make it again."""
+"""Images that say which job made them, and make it again."""
 
 import json
 import struct
@@ -89,7 +89,7 @@ class Origin(ApiTest):
                 self.assertNotEqual(other["id"], job["id"])
                 self.assertEqual(other["film_digest"], job["film_digest"], body)
                 self.assertEqual(other["spec"]["name"], job["spec"]["name"])
-                self.assertEqual([w for w in other["warnings"] if "picture" in w], [])
+                self.assertEqual([w for w in other["warnings"] if "image" in w], [])
 
     def test_another_layer_or_a_part_makes_the_whole(self):
         job = self.server.render(job_body(samples=8))

@@ -52,7 +52,7 @@ class Service(ApiTest):
         self.assertLessEqual({"srgb", "linear", "aces", "agx", "khronos-neutral"},
                              set(about["tone_maps"]))
         for name in ("cornell-box", "furnace", "veach-mis", "many-lights", "glass", "interior",
-                     "keyhole", "caustic-pool"):
+                     "keyhole", "caustic-pool", "still-life"):
             self.assertIn(name, [s["name"] for s in about["scenes"]])
         for entry in about["integrators"] + about["samplers"] + about["light_samplers"]:
             self.assertIn(entry["bias"], ("none", "consistent", "biased"))

@@ -85,7 +85,7 @@ class Tiles(ApiTest):
         self.assert_problem(self.server.get(f"/v1/jobs/{job}/tiles?denoise=yes"), 422, "/denoise")
 
     def assert_shown(self, tile, rows):
-        """rows: bytes of the whole picture, linear."""
+        """rows: bytes of the whole image, linear."""
         planes = tile.check()
         for y in range(tile.height):
             for x in range(tile.width):

@@ -1,4 +1,4 @@
-"""`tessera watch` with the picture in a terminal, and with the viewer tev beside it."""
+"""`tessera watch` with the image in a terminal, and with the viewer tev beside it."""
 
 import fcntl
 import os
@@ -28,7 +28,7 @@ COLUMNS, ROWS = 60, 24
 
 
 class Screen:
-    """A terminal as far as the pictures need one: half blocks in 24-bit colour, cursor, erasing."""
+    """A terminal as far as the images need one: half blocks in 24-bit colour, cursor, erasing."""
 
     def __init__(self):
         self.cells = {}

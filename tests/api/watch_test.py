@@ -1,4 +1,4 @@
-"""Several jobs on one event stream, and pictures that follow one another for a plain <img>."""
+"""Several jobs on one event stream, and images that follow one another for a plain <img>."""
 
 import unittest
 

@@ -30,9 +30,9 @@ async function renderOf(page) {
 
 test('a malformed address is one of a render that is not here', () =>
   withPage('#/jobs/%zz', async (page) => {
-    await page.waitForSelector('h1:text-is("This render is not here.")');
+    await page.waitForSelector('h1:text-is("This render does not exist.")');
     await page.evaluate(() => (location.hash = '#/compose/%E0%A4?pose=%'));
-    await page.waitForSelector('h1:text-is("Place the camera")');
+    await page.waitForSelector('h1:text-is("Position the camera")');
     await page.evaluate(() => (location.hash = '#/%'));
     await page.waitForSelector('main h1');
   }));
@@ -42,7 +42,7 @@ test('a comparison says which side is not here', { timeout: 120_000 }, () =>
     const id = await renderOf(page);
     await page.evaluate(() => (location.hash = '#/compare/nosuch/none'));
     for (const side of ['a', 'b'])
-      await page.waitForSelector(`[data-testid=missing-${side}]:has-text("is not here")`);
+      await page.waitForSelector(`[data-testid=missing-${side}]:has-text("does not exist")`);
     await page.evaluate((hash) => (location.hash = hash), `#/compare/${id}/none`);
     await until('one side', async () => !(await page.getByTestId('missing-a').count()));
     await page.waitForSelector('[data-testid=missing-b]');
@@ -52,7 +52,7 @@ test('a comparison says which side is not here', { timeout: 120_000 }, () =>
 
 test('a render that is deleted elsewhere has no actions left', { timeout: 120_000 }, () =>
   withPage('', async (page) => {
-    const gone = () => page.getByText('This render is not here any more.').waitFor();
+    const gone = () => page.getByText('This render no longer exists.').waitFor();
     for (const way of ['watched', 'used']) {
       const id = await renderOf(page);
       const watches = way === 'watched';

@@ -146,7 +146,7 @@ test('until it is turned the preview has the file’s own camera', filmedTest, (
     await page.waitForURL(/#\/compose\/[0-9a-f]{64}$/);
     await until('a preview', () => asked.length > 0 && pictureNow(page));
     assert.ok(asked.every((r) => r.camera === undefined));
-    await page.getByText('This camera of the file is orthographic').waitFor();
+    await page.getByText('The file’s camera is orthographic').waitFor();
     const cameras = page.getByLabel('Camera', { exact: true });
     const names = await until('both cameras', async () => {
       const all = await cameras.locator('option').evaluateAll((list) => list.map((o) => o.value));
@@ -155,7 +155,7 @@ test('until it is turned the preview has the file’s own camera', filmedTest, (
     await cameras.selectOption(names.at(-1));
     await until('the other camera', () => asked.at(-1).camera);
     assert.ok(!asked.at(-1).camera.position);
-    await page.getByText('Drag to turn').waitFor();
+    await page.getByText('Drag to orbit').waitFor();
     // Its 0.8 radians: it is known where turning begins.
     await page.waitForSelector('output:text-is("46°")');
     await page.locator('.stage').focus();

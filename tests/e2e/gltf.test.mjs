@@ -16,6 +16,7 @@ const names = [
   'interior',
   'keyhole',
   'caustic-pool',
+  'still-life',
 ];
 const server = new Server();
 before(() => skip || server.start());

@@ -55,7 +55,7 @@ test(
         return now?.share === 1 ? now : null;
       });
       assert.notEqual(early.hash, late.hash);
-      const interval = /\d+(\.\d+)? % to \d+(\.\d+)? % with 95 % confidence/;
+      const interval = /\d+(\.\d+)?% to \d+(\.\d+)?% with 95% confidence/;
       await until('the interval', async () => interval.test(await text(page, 'error')));
     }),
 );
@@ -229,7 +229,7 @@ test('a model and a panorama are taken together, and what is left out is named',
     await note.waitFor();
     assert.match(await note.textContent(), /^Left out: second\.glb\./);
     await page.waitForURL(/#\/compose\/[0-9a-f]{64}/);
-    assert.equal(await page.getByLabel('Light around the scene').inputValue(), 'file');
+    assert.equal(await page.getByLabel('Environment light').inputValue(), 'file');
     assert.match(await page.textContent('.submit-form'), /sky\.hdr/);
     await drop(page, [{ name: 'sky.hdr', bytes: panorama() }]);
     await until('no note', async () => !(await note.count()));
@@ -297,7 +297,7 @@ test('only a second press deletes a render', { timeout: 300_000 }, () =>
     const status = async () => (await ask(`${server.url}/v1/jobs/${id}`)).status;
     await page.click('[data-testid=more]');
     await page.click('[data-testid=delete]');
-    await page.waitForSelector('[data-testid=delete]:has-text("for good")');
+    await page.waitForSelector('[data-testid=delete]:has-text("permanently")');
     assert.equal(await status(), 200);
     await page.click('[data-testid=delete]');
     await until('the render to be gone', async () => (await status()) === 404);
@@ -325,7 +325,7 @@ test('a pixel that is clicked tells its value and interval', { timeout: 300_000 
     await until('its neighbour in the address', async () => (await pixel())?.[0] === x + 1);
     const link = new URL(page.url()).hash;
     await page.keyboard.press('Escape');
-    await until('no pixel', async () => /Point at the picture/.test(await text(page, 'inspector')));
+    await until('no pixel', async () => /Hover to read a pixel/.test(await text(page, 'inspector')));
     const other = await openPage(browser, server, desktop, link);
     await until('the same pixel', async () =>
       (await text(other, 'inspector')).includes(`${x + 1}, ${y}`),
@@ -349,7 +349,7 @@ test('what is measured stands beside or right below the picture', { timeout: 300
     // Half the error takes three to four times the samples and the time.
     const rows = await page.locator('[data-testid=prediction] > div').allTextContents();
     assert.ok(rows.length >= 1);
-    for (const row of rows) assert.match(row, /^[\d.]+ % error.* more, [\d.,k ]+ samples$/);
+    for (const row of rows) assert.match(row, /^[\d.]+% error.* more, [\d.,k ]+ samples$/);
     await page.setViewportSize(phone.viewport);
     await page.click('.stage', { position: { x: 100, y: 80 } });
     await until('the interval', async () => /±/.test(await text(page, 'inspector')));
@@ -367,7 +367,7 @@ test('the address of a job opens it, and an unknown one says so', { timeout: 300
     await until('the picture', () => pictureNow(other));
     await other.context().close();
     await page.goto(`${server.url}/#/jobs/00000000-0000-4000-8000-000000000000`);
-    await page.waitForSelector('text=This render is not here.');
+    await page.waitForSelector('text=This render does not exist.');
   }),
 );
 
@@ -416,7 +416,7 @@ if (accessKey || process.env.TESSERA_BINARY)
           );
         if (way === 'typed') {
           await page.goto(locked.url);
-          await page.waitForSelector('text=This server is locked');
+          await page.waitForSelector('text=Access key required');
           await page.fill('#key', 'no such key');
           await page.click('.key-form button');
           await page.waitForSelector('#key-wrong:has-text("not known or has expired")');

@@ -43,7 +43,7 @@ async function submitSeries(page, views) {
   await page.click('[data-testid=series-fields] summary');
   await page.fill('[data-testid=views]', String(views));
   const button = page.getByTestId('submit');
-  await settles('what is rendered', () => button.textContent(), `Render ${views} pictures`);
+  await settles('what is rendered', () => button.textContent(), `Render ${views} images`);
   await button.click();
   await page.waitForURL(/#\/series\//);
 }
@@ -71,7 +71,7 @@ for (const [name, device] of [
       await page.locator('.series-links a').first().click();
       await page.waitForSelector('[data-testid=series]');
       await page.getByRole('button', { name: 'Delete', exact: true }).click();
-      await page.getByRole('button', { name: 'Delete all pictures?' }).click();
+      await page.getByRole('button', { name: 'Delete all images?' }).click();
       await page.waitForURL(/#\/jobs$/);
     }),
   );
@@ -117,7 +117,7 @@ test('the settings of a render are shown, used again and written for other place
     await page.click('[data-testid=use-again]');
     const sent = page.waitForRequest((r) => r.method() === 'POST' && /\/v1\/jobs$/.test(r.url()));
     await until('the camera', async () =>
-      /Placed by hand/.test(await page.textContent('.submit-form')),
+      /Custom view/.test(await page.textContent('.submit-form')),
     );
     await page.click('[data-testid=submit]');
     const again = (await sent).postDataJSON();
@@ -143,3 +143,109 @@ test('what is wrong with a series is shown at its field', { skip, timeout: 120_0
     assert.match(await page.textContent('.stop .wrong'), /70000 is outside/);
   }),
 );
+
+for (const [name, device] of [
+  ['desktop', desktop],
+  ['phone', phone],
+])
+  test(`a camera, its crop and its light are placed by hand and by numbers on a ${name}`, {
+    skip,
+    timeout: 120_000,
+  }, () =>
+    withPageOf(browser, server, device, '#/compose/glass', async (page) => {
+      await page.waitForSelector('.compose .toolbar > .exposure input:enabled');
+      await page.selectOption('[data-testid=size]', 'custom');
+      await page.fill('[data-testid=width]', '48');
+      await page.fill('[data-testid=height]', '32');
+      await page.fill('[data-testid=stop-samples]', '4');
+      await page.getByLabel('Environment light').selectOption('studio');
+      await page.getByTestId('environment-rotation').fill('90');
+      await page.getByTestId('environment-strength').fill('1');
+      await page.click('[data-testid=compose-crop]');
+      const layer = await page.getByTestId('crop-layer').boundingBox();
+      // The image in the middle of its layer, as large as fits.
+      const scale = Math.min(layer.width / 48, layer.height / 32);
+      const at = (x, y) => [
+        layer.x + layer.width / 2 + (x - 24) * scale,
+        layer.y + layer.height / 2 + (y - 16) * scale,
+      ];
+      await page.mouse.move(...at(12, 8));
+      await page.mouse.down();
+      await page.mouse.move(...at(20, 12));
+      await page.mouse.move(...at(36, 24));
+      await page.mouse.up();
+      await page.click('[data-testid=camera-numbers] summary');
+      const value = (id) => page.getByTestId(id).inputValue();
+      const drawn = ['x', 'y', 'width', 'height'].map((member) => `crop-${member}`);
+      const crop = () => Promise.all(drawn.map(async (id) => Number(await value(id))));
+      await settles('the crop', crop, [12, 8, 24, 16]);
+      await page.fill('[data-testid=crop-width]', '20');
+      await page.fill('[data-testid=position-y]', '1.25');
+      await page.fill('[data-testid=fov]', '30');
+      assert.deepEqual(await accessibilityFaults(page), []);
+      // What it will take stands beside the button before it is pressed.
+      await until('an estimate', async () =>
+        /^About .* on an idle server/.test(await page.textContent('[data-testid=cost]')),
+      );
+      const sent = page.waitForRequest(
+        (r) => r.method() === 'POST' && /\/v1\/jobs$/.test(r.url()) && !r.postDataJSON().class,
+      );
+      await page.click('[data-testid=submit]');
+      const { camera, film, environment } = (await sent).postDataJSON();
+      assert.deepEqual(film.crop, { x: 12, y: 8, width: 20, height: 16 });
+      assert.equal(camera.position[1], 1.25);
+      assert.equal(camera.vertical_fov_degrees, 30);
+      assert.deepEqual(environment, { preset: 'studio', intensity: 2, rotation_degrees: 90 });
+      await page.waitForURL(/#\/jobs\//);
+    }),
+  );
+
+for (const [name, device] of [
+  ['desktop', desktop],
+  ['phone', phone],
+])
+  test(`two renders are told apart, and many are taken at once on a ${name}`, {
+    skip,
+    timeout: 120_000,
+  }, async () => {
+    const tag = `Many ${name}`;
+    const post = (seed) =>
+      fetch(`${server.url}/v1/jobs`, {
+        method: 'POST',
+        headers: { 'content-type': 'application/json' },
+        body: JSON.stringify({
+          scene: 'glass',
+          name: tag,
+          seed,
+          film: { width: 48, height: 32 },
+          stop: { samples_per_pixel: 4 },
+        }),
+      }).then((r) => r.json());
+    const [a, b] = [await post(1), await post(2)];
+    const job = (id) => fetch(`${server.url}/v1/jobs/${id}`).then((r) => r.json());
+    for (const { id } of [a, b])
+      await until('its end', async () => (await job(id)).state === 'finished');
+    await withPageOf(browser, server, device, `#/compare/${a.id}/${b.id}`, async (page) => {
+      const rows = page.locator('[data-testid=compare-settings] tbody tr');
+      await settles('what differs', () => rows.allTextContents(), ['seed12']);
+      assert.deepEqual(await accessibilityFaults(page), []);
+      await page.goto(`${server.url}/#/jobs?find=${encodeURIComponent(tag)}`);
+      await settles('both', () => page.locator('.job-card').count(), 2);
+      await page.click('[data-testid=choose-many]');
+      await page.getByRole('button', { name: 'Select all' }).click();
+      assert.deepEqual(await accessibilityFaults(page), []);
+      const [file] = await Promise.all([
+        page.waitForEvent('download'),
+        page.click('[data-testid=chosen-download]'),
+      ]);
+      const bytes = fs.readFileSync(await file.path());
+      assert.deepEqual(
+        [bytes.readUInt16LE(bytes.length - 12), bytes.includes(`${tag} 2.png`)],
+        [2, true],
+      );
+      const bar = page.getByTestId('chosen');
+      await bar.getByRole('button', { name: 'Delete (2)' }).click();
+      await bar.getByRole('button', { name: 'Delete 2 permanently?' }).click();
+      await until('no more', async () => (await job(a.id)).status === 404);
+    });
+  });

@@ -122,7 +122,7 @@ for (const [name, device] of [
           page.locator('.compare-film canvas').last().evaluate((c) => c.style.clipPath);
         await until('the line in the middle', async () => /50%/.test(await clip()));
         const note = () => page.textContent('.side-note-b');
-        await until('what B is', async () => /^B 32 samples, [\d.]+ %$/.test(await note()));
+        await until('what B is', async () => /^B 32 samples, [\d.]+%$/.test(await note()));
         await page.fill('[data-testid=wipe]', '25');
         await until('the line to move', async () => /75%/.test(await clip()));
         for (const view of ['difference', 'z']) {
@@ -150,7 +150,7 @@ for (const [name, device] of [
         assert.ok(Math.abs(read(await value('MSE')) / mse - 1) < 0.01);
         assert.ok(Math.abs(read(await value('Bias of A')) / bias.value - 1) < 0.01);
         assert.match(page.url(), /\?show=flip$/);
-        assert.match(await figures.textContent(), /95 %: /);
+        assert.match(await figures.textContent(), /95%: /);
       }),
   );
 }
@@ -171,9 +171,9 @@ test('an error older than the picture tells its samples, and two points make no 
     await renderOf(page, 'cornell-box', 8);
     await page.getByTestId('denoise').uncheck();  // The denoised picture has an error of its own.
     await page.getByTestId('error-age').waitFor();
-    assert.match(await page.textContent('[data-testid=error]'), /% at 2 samples, [\d.]+ % to/);
+    assert.match(await page.textContent('[data-testid=error]'), /% at 2 samples, [\d.]+% to/);
     await page.waitForSelector('.plot svg');
-    assert.match(await page.textContent('[data-testid=slope]'), /a few more passes/);
+    assert.match(await page.textContent('[data-testid=slope]'), /not enough passes yet/);
     assert.equal(await page.getByTestId('prediction').count(), 0);
   }),
 );
@@ -348,13 +348,13 @@ const states = [
     name: 'offline',
     address: '**/v1/**',
     answer: (route) => route.abort(),
-    says: ['main', /The server does not answer/],
+    says: ['main', /The server is not responding/],
   },
   {
     name: 'locked',
     address: '**/v1/**',
     answer: (route) => route.fulfill(problem(401, 'This server asks for an access key.')),
-    says: ['main', /This server is locked/],
+    says: ['main', /Access key required/],
   },
   {
     name: 'overloaded',
@@ -365,7 +365,7 @@ const states = [
         contentType: 'text/event-stream',
         body: 'event: overloaded\nretry: 60000\ndata: {}\n\n',
       }),
-    says: ['.job-header', /furnace.*many viewers; trying again/s],
+    says: ['.job-header', /furnace.*Too many viewers right now/s],
   },
 ];
 
@@ -405,7 +405,7 @@ test('what changes before the page listens is shown', { timeout: 300_000 }, asyn
   const page = await openPage(browser, server, desktop, '', (p) => p.addInitScript(refuseAtOnce));
   try {
     await until('offline', async () =>
-      /The server does not answer/.test(await page.textContent('main')),
+      /The server is not responding/.test(await page.textContent('main')),
     );
     await page.evaluate(() => (globalThis.answered = true));
     await until('online', async () => /Connected/.test(await page.textContent('.connection')));

@@ -1,4 +1,4 @@
-"""Bytes to events, tiles and pictures: whole, in pieces, and broken."""
+"""Bytes to events, tiles and images: whole, in pieces, and broken."""
 
 import json
 import struct

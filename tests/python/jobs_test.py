@@ -1,4 +1,4 @@
-"""Jobs, pictures, pixels, lists and errors against a real server."""
+"""Jobs, images, pixels, lists and errors against a real server."""
 
 import asyncio
 import math

@@ -1,4 +1,4 @@
-"""Labelled pictures, read by the tools that others use: OpenEXR and pycocotools."""
+"""Labelled images, read by the tools that others use: OpenEXR and pycocotools."""
 
 import contextlib
 import io

@@ -1,4 +1,4 @@
-"""The pure parts of the benchmark beside other engines: statistics, glTF, table and picture."""
+"""The pure parts of the benchmark beside other engines: statistics, glTF, table and image."""
 
 import copy
 import json

@@ -1,6 +1,7 @@
 // What the mock server says about itself at GET /v1/server.
 
 export const scenes = [
+  { name: 'still-life', summary: 'Tea for two by a window.' },
   { name: 'cornell-box', summary: 'The measured box: two blocks, one lamp, four walls.' },
   { name: 'furnace', summary: 'Every surface must come out exactly as bright as the sky.' },
   { name: 'veach-mis', summary: 'Four plates from mirror-like to dull under lamps of all sizes.' },

@@ -70,11 +70,10 @@ TEST(FromError, NamesNoFileOfTheServer) {
 TEST(ProblemJson, HasTheMembersOfTheRfc) {
   const auto problem =
       api::make_problem(ErrorCode::kInvalidArgument, {{"/film/width", "0 is outside [1, 16384]"}});
-  EXPECT_EQ(
-      api::problem_json(problem, "/v1/jobs"),
-      R"({"type":"/docs#problem-invalid-argument","title":"A value is not allowed","status":422,)"
-      R"("detail":"/film/width: 0 is outside [1, 16384]","instance":"/v1/jobs",)"
-      R"("errors":[{"pointer":"/film/width","detail":"0 is outside [1, 16384]"}]})");
+  EXPECT_EQ(api::problem_json(problem, "/v1/jobs"),
+            R"({"type":"/docs#problem-invalid-argument","title":"Invalid value","status":422,)"
+            R"("detail":"/film/width: 0 is outside [1, 16384]","instance":"/v1/jobs",)"
+            R"("errors":[{"pointer":"/film/width","detail":"0 is outside [1, 16384]"}]})");
 }
 
 TEST(ProblemJson, LeavesOutEmptyMembers) {

@@ -103,21 +103,21 @@ INSTANTIATE_TEST_SUITE_P(
     Names, JobRefusal,
     testing::Values(
         Case{R"("integrator":{"type":"ray-march"})", "/integrator/type",
-             "'ray-march' is not available in this build; available: path, direct, "
+             "Unknown value 'ray-march'; expected one of: path, direct, "
              "light-trace, bdpt, mlt, photon-map, sppm, auto"},
         Case{R"("integrator":"path")", "/integrator", "expected an object, got a string"},
         Case{R"("sampler":{"type":"dice"})", "/sampler/type",
-             "'dice' is not available in this build; available: independent, antithetic, "
+             "Unknown value 'dice'; expected one of: independent, antithetic, "
              "stratified, latin-hypercube, orthogonal-array, halton, sobol, zsobol"},
         Case{R"("light_sampler":{"type":"moon"})", "/light_sampler/type",
-             "'moon' is not available in this build; available: uniform, power, tree, ris, restir"},
+             "Unknown value 'moon'; expected one of: uniform, power, tree, ris, restir"},
         Case{R"("adaptive":{"type":"magic"})", "/adaptive/type",
-             "'magic' is not available in this build; available: none, pilot"},
+             "Unknown value 'magic'; expected one of: none, pilot"},
         Case{R"("adaptive":{"type":"crosshalf"})", "/adaptive/type",
-             "'crosshalf' is in the laboratory, because its picture or its error is not right: "
+             "'crosshalf' is in the laboratory, because its image or its error is not right: "
              "experiment 'stopping-bias', estimator 'cross-half'"},
         Case{R"("adaptive":{"type":"sequential"})", "/adaptive/type",
-             "'sequential' is in the laboratory, because its picture or its error is not right: "
+             "'sequential' is in the laboratory, because its image or its error is not right: "
              "experiment 'stopping-bias', estimator 'standard-error'"},
         Case{R"("adaptive":{"type":"none","min_samples":8})", "/adaptive/min_samples",
              "applies to type 'pilot' only"},
@@ -126,12 +126,11 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("adaptive":{"type":"pilot","dilation":9})", "/adaptive/dilation",
              "9 is outside [0, 8]"},
         Case{R"("adaptive":{"type":"pilot","granularity":"image"})", "/adaptive/granularity",
-             "'image' is not available in this build; available: pixel, tile"},
-        Case{
-            R"("estimator":{"strategy":"guess"})", "/estimator/strategy",
-            "'guess' is not available in this build; available: mis, light, bsdf, cosine, uniform"},
+             "Unknown value 'image'; expected one of: pixel, tile"},
+        Case{R"("estimator":{"strategy":"guess"})", "/estimator/strategy",
+             "Unknown value 'guess'; expected one of: mis, light, bsdf, cosine, uniform"},
         Case{R"("estimator":{"mis":{"type":"least"}})", "/estimator/mis/type",
-             "'least' is not available in this build; available: balance, power, maximum, optimal"},
+             "Unknown value 'least'; expected one of: balance, power, maximum, optimal"},
         Case{R"("estimator":{"strategy":"light","mis":{"type":"optimal"}})", "/estimator/mis",
              "applies to strategy 'mis' only"},
         Case{R"("estimator":{"mis":{"type":"optimal","exponent":2}})", "/estimator/mis/exponent",
@@ -148,20 +147,19 @@ INSTANTIATE_TEST_SUITE_P(
              "/estimator/mis/type",
              "'optimal' does not go with expected_values false, where paths end at random"},
         Case{R"("estimator":{"roulette":{"type":"adjoint"}})", "/estimator/roulette/type",
-             "'adjoint' is not available in this build; available: none, throughput, threshold"},
+             "Unknown value 'adjoint'; expected one of: none, throughput, threshold"},
         Case{R"("estimator":{"splitting":{"type":"ears"}})", "/estimator/splitting/type",
-             "'ears' is not available in this build; available: none, fixed, measured"},
+             "Unknown value 'ears'; expected one of: none, fixed, measured"},
         Case{R"("estimator":{"control_variate":{"type":"magic"}})",
              "/estimator/control_variate/type",
-             "'magic' is not available in this build; available: none, analytic, regression"},
+             "Unknown value 'magic'; expected one of: none, analytic, regression"},
         Case{R"("estimator":{"strategy":"cosine","control_variate":{"type":"regression"}})",
              "/estimator/control_variate", "applies to strategies 'mis' and 'light' only"},
         Case{R"("estimator":{"strategy":"bsdf","control_variate":{"type":"analytic"}})",
              "/estimator/control_variate", "applies to strategies 'mis' and 'light' only"},
-        Case{R"("spectral":true)", "/spectral",
-             "true is not available in this build; available: false"},
+        Case{R"("spectral":true)", "/spectral", "Unknown value true; expected one of: false"},
         Case{R"("medium":{"type":"fog"})", "/medium/type",
-             "'fog' is not available in this build; available: homogeneous"},
+             "Unknown value 'fog'; expected one of: homogeneous"},
         Case{R"("medium":{"scattering":[1,-1,1]})", "/medium/scattering/1",
              "-1 is outside [0, 1000000]"},
         Case{R"("medium":{},"estimator":{"control_variate":{"type":"analytic"}})",
@@ -172,18 +170,18 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("film":{"layers":["bounce:1"]},"integrator":{"type":"mlt"})", "/film/layers",
              "'bounce:1' is not kept by integrator 'mlt', but by 'path', 'bdpt', 'auto'"},
         Case{R"("class":"urgent")", "/class",
-             "'urgent' is not available in this build; available: normal, preview"},
+             "Unknown value 'urgent'; expected one of: normal, preview"},
         Case{R"("webhook":{"url":"x"})", "/webhook/url",
              "'x' is not http(s)://host[:port]/path without a user"},
         Case{R"("webhook":{"url":"http://x","events":["tile"]})", "/webhook/events/0",
              "'tile' is none of state, warning, end"},
         Case{R"("retention_seconds":-1)", "/retention_seconds", "-1 is outside [0, 315576000]"},
         Case{R"("film":{"filter":{"type":"sinc"}})", "/film/filter/type",
-             "'sinc' is not available in this build; available: box, tent, gaussian, mitchell, "
+             "Unknown value 'sinc'; expected one of: box, tent, gaussian, mitchell, "
              "blackman-harris"},
         Case{
             R"("film":{"layers":["albedo","heat"]})", "/film/layers/1",
-            "'heat' is not available in this build; available: beauty, albedo, normal, depth, "
+            "Unknown value 'heat'; expected one of: beauty, albedo, normal, depth, "
             "object, instance, material, primitive, position, uv, cryptomatte:object, "
             "cryptomatte:material, alpha, "
             "samples, variance, error, denoised, denoised_error, denoise_bias, denoise_bias_error"},
@@ -235,12 +233,13 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("estimator":{"strategy":"light","mis":{"type":"balance"}})", "/estimator/mis",
              "applies to strategy 'mis' only"},
         Case{R"("preview_key":"k")", "/preview_key", "applies to class 'preview' only"},
-        Case{R"("cameras":{})", "/cameras",
-             "unknown member; known: scene, name, labels, priority, seed, camera, variant, "
-             "time_seconds, "
-             "medium, class, preview_key, environment, background, ground, film, integrator, "
-             "estimator, sampler, light_sampler, adaptive, meter, spectral, stop, denoise, "
-             "webhook, retention_seconds"}));
+        Case{
+            R"("cameras":{})", "/cameras",
+            "Unknown field; expected one of: scene, name, labels, priority, seed, camera, variant, "
+            "time_seconds, "
+            "medium, class, preview_key, environment, background, ground, film, integrator, "
+            "estimator, sampler, light_sampler, adaptive, meter, spectral, stop, denoise, "
+            "webhook, retention_seconds"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Camera, JobRefusal,
@@ -308,14 +307,15 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("environment":{"asset":"sky.hdr"})", "/environment/asset",
              "'sky.hdr' is not an asset id (64 lower-case hex digits)"},
         Case{R"("environment":{"colour":[1,1,1]})", "/environment/colour",
-             "unknown member; known: asset, preset, sun, color, intensity, rotation_degrees, "
+             "Unknown field; expected one of: asset, preset, sun, color, intensity, "
+             "rotation_degrees, "
              "visible"},
         Case{R"("environment":{"preset":"studio","sun":{"latitude":0,"longitude":0,)"
              R"("time":"2026-06-21T12:00:00Z"}})",
              "/environment/preset",
              "asset, preset and sun are different environments; give one of them"},
         Case{R"("environment":{"preset":"beach"})", "/environment/preset",
-             "'beach' is not available in this build; available: studio, tent, rim"},
+             "Unknown value 'beach'; expected one of: studio, tent, rim"},
         Case{R"("environment":{"sun":{"latitude":0,"longitude":0}})", "/environment/sun/time",
              "is required"},
         Case{R"("environment":{"sun":{"latitude":91,"longitude":0,)"
@@ -356,7 +356,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("ground":{"type":"catcher"},"film":{"layers":["bounce:1"]})", "/film/layers",
              "'bounce:1' does not go with ground 'catcher'"},
         Case{R"("ground":{"type":"catcher"},"denoise":{"type":"auto"})", "/denoise/type",
-             "the noise of a transparent picture with ground 'catcher' is in its alpha, which is "
+             "the noise of a transparent image with ground 'catcher' is in its alpha, which is "
              "not denoised; give 'none' or another background"},
         Case{R"("ground":{"type":"catcher"},"stop":{"denoised_error":0.1})", "/stop/denoised_error",
              "the job's denoise.type is 'none'"}));
@@ -387,11 +387,11 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("stop":{"denoised_error":0.1},"integrator":{"type":"light-trace"})",
              "/stop/denoised_error",
              "errors of neighbouring pixels are correlated, so that the error of a denoised "
-             "picture has no interval; give samples_per_pixel or seconds"},
+             "image has no interval; give samples_per_pixel or seconds"},
         Case{R"("stop":{"relative_error":0.1,"confidence":1})", "/stop/confidence",
              "1 is outside [0.5, 0.9999]"},
         Case{R"("stop":{"relative_error":0.1,"scope":"tile"})", "/stop/scope",
-             "'tile' is not available in this build; available: image, worst_tile"},
+             "Unknown value 'tile'; expected one of: image, worst_tile"},
         Case{R"("stop":{"seconds":1,"scope":"worst_tile"})", "/stop/scope",
              "applies to relative_error only"},
         Case{R"("stop":{"seconds":0})", "/stop/seconds", "0 is outside (0, 604800]"},

@@ -293,9 +293,9 @@ TEST(JobSpec, CountsCharactersAndNotBytes) {
 TEST(SettleEnvironment, IsWhiteUnlessTheSceneHasItsOwnLights) {
   const core::SceneSummary plain;
   api::JobSpec spec = spec_of(R"({"scene":"x"})");
-  EXPECT_EQ(api::settle_environment(spec, plain),
-            "environment: none was given; it is white, since the scene has no lights or strong "
-            "emission of its own.");
+  EXPECT_EQ(
+      api::settle_environment(spec, plain),
+      "No environment was given, so it is white: the scene has no lights and no strong emission.");
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kGiven);
   EXPECT_FALSE(api::settle_environment(spec, plain).has_value());
 
@@ -303,14 +303,14 @@ TEST(SettleEnvironment, IsWhiteUnlessTheSceneHasItsOwnLights) {
   lit.lights.emplace_back();
   spec = spec_of(R"({"scene":"x"})");
   EXPECT_EQ(api::settle_environment(spec, lit),
-            "environment: none was given; it is black, since the scene has lights of its own.");
+            "No environment was given, so the background is black: the scene has its own lights.");
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kBlack);
 
   core::SceneSummary with_its_own = lit;
   with_its_own.has_environment = true;
   spec = spec_of(R"({"scene":"x"})");
   EXPECT_EQ(api::settle_environment(spec, with_its_own),
-            "environment: none was given; it is the scene's own.");
+            "No environment was given, so the scene's own is used.");
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kAutomatic);
 
   core::SceneSummary glowing;

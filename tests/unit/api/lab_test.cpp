@@ -28,8 +28,7 @@ TEST(LabRequest, TellsEveryFaultAtOnce) {
   EXPECT_EQ(parsed.problem().status, 422);
   ASSERT_EQ(parsed.problem().errors.size(), 3U);
   EXPECT_EQ(parsed.problem().errors[0],
-            (api::FieldError{"/estimator",
-                             "'x' is not available in this build; available: hit, height"}));
+            (api::FieldError{"/estimator", "Unknown value 'x'; expected one of: hit, height"}));
   EXPECT_EQ(parsed.problem().errors[1], (api::FieldError{"/n/0", "0 is outside [1, 100000000]"}));
   EXPECT_EQ(parsed.problem().errors[2], (api::FieldError{"/replicates", "1 is outside [2, 4096]"}));
 }

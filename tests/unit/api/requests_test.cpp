@@ -112,8 +112,9 @@ TEST(JobPatch, PausesAndResumes) {
 
 TEST(JobPatch, RefusesWithPointers) {
   const api::JobSpec spec = current_spec();
-  EXPECT_EQ(errors_of(api::parse_job_patch(R"({"seed":1})", spec)),
-            (Errors{{"/seed", "unknown member; known: priority, labels, name, stop, paused"}}));
+  EXPECT_EQ(
+      errors_of(api::parse_job_patch(R"({"seed":1})", spec)),
+      (Errors{{"/seed", "Unknown field; expected one of: priority, labels, name, stop, paused"}}));
   EXPECT_EQ(errors_of(api::parse_job_patch(R"({"priority":101})", spec)),
             (Errors{{"/priority", "101 is outside [-100, 100]"}}));
   EXPECT_EQ(errors_of(api::parse_job_patch(R"({"paused":1})", spec)),
@@ -128,7 +129,7 @@ TEST(JobPatch, RefusesWithPointers) {
                "cpu_seconds or deadline"}}));
   EXPECT_EQ(errors_of(api::parse_job_patch(R"({"stop":{"spp":null}})", spec)),
             (Errors{{"/stop/spp",
-                     "unknown member; known: samples_per_pixel, relative_error, "
+                     "Unknown field; expected one of: samples_per_pixel, relative_error, "
                      "denoised_error, confidence, scope, seconds, cpu_seconds, "
                      "deadline"}}));
   EXPECT_EQ(api::parse_job_patch("{", spec).problem().status, 400);

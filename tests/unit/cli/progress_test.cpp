@@ -29,20 +29,20 @@ int columns(const std::string& text) {
 TEST(ProgressText, HoldsEveryFact) {
   EXPECT_EQ(
       cli::progress_text(half_done()),
-      "rendering  50 %  128 samples  error 2.31 % (2.10 to 2.54)  4.21 Mrays/s  ETA 1 min 15 s");
+      "rendering  50%  128 samples  error 2.31% (2.10 to 2.54)  4.21 Mrays/s  ETA 1 min 15 s");
 }
 
 TEST(ProgressText, LeavesOutAnErrorThatIsNotKnown) {
   cli::ProgressFacts facts;
   facts.samples_per_pixel = 1;
   facts.elapsed_seconds = 0.5;
-  EXPECT_EQ(cli::progress_text(facts), "rendering  0 %  1 samples  0.50 s");
+  EXPECT_EQ(cli::progress_text(facts), "rendering  0%  1 samples  0.50 s");
 }
 
 TEST(ProgressText, NeverShowsAHundredPercentBeforeTheEnd) {
   cli::ProgressFacts facts;
   facts.fraction = 0.9999;
-  EXPECT_NE(cli::progress_text(facts).find(" 99 %"), std::string::npos);
+  EXPECT_NE(cli::progress_text(facts).find(" 99%"), std::string::npos);
 }
 
 TEST(ProgressBar, FitsIntoTheTerminal) {
@@ -56,12 +56,12 @@ TEST(ProgressBar, FitsIntoTheTerminal) {
 TEST(ProgressBar, TellsOnATerminalOf80ColumnsHowLongItTakes) {
   const std::string bar = cli::progress_bar(half_done(), 79, false);
   EXPECT_EQ(bar.substr(bar.find(']') + 1),
-            "  50 %  128 samples  error 2.31 %  4.21 Mrays/s  ETA 1 min 15 s");
+            "  50%  128 samples  error 2.31%  4.21 Mrays/s  ETA 1 min 15 s");
 }
 
 TEST(ProgressBar, KeepsTheTimeLongerThanTheSpeed) {
   const std::string bar = cli::progress_bar(half_done(), 64, false);
-  EXPECT_EQ(bar.substr(bar.find(']') + 1), "  50 %  128 samples  error 2.31 %  ETA 1 min 15 s");
+  EXPECT_EQ(bar.substr(bar.find(']') + 1), "  50%  128 samples  error 2.31%  ETA 1 min 15 s");
 }
 
 TEST(ProgressBar, IsFilledAsFarAsThePictureIs) {

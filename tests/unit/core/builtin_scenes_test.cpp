@@ -69,7 +69,8 @@ TEST_P(EachBuiltin, OnlyTheFurnaceGetsTheWhiteSky) {
 
 INSTANTIATE_TEST_SUITE_P(BuiltinScenes, EachBuiltin,
                          testing::Values("cornell-box", "furnace", "veach-mis", "many-lights",
-                                         "glass", "interior", "keyhole", "caustic-pool"),
+                                         "glass", "interior", "keyhole", "caustic-pool",
+                                         "still-life"),
                          [](const auto& test) {
                            std::string name = test.param;
                            std::replace(name.begin(), name.end(), '-', '_');

@@ -199,7 +199,7 @@ TEST(FilmFile, AdaptivePlansAreRestored) {
   }
   const std::uint32_t revision = film.revision();
   decide(film, {32, 64});
-  EXPECT_EQ(film.revision(), revision) << "the picture has not changed";
+  EXPECT_EQ(film.revision(), revision) << "the image has not changed";
   ASSERT_TRUE(file->write(film, record_of(32), false));
   fill(film, 64);
   decide(film, {64, 128});

@@ -332,7 +332,7 @@ TEST_F(JobBookMemory, OneThatNeverFitsGetsAPlaceWithoutMemoryAndDelaysNoOther) {
 
 TEST_F(JobBookMemory, MemoryOfRequestsIsNotGivenToJobs) {
   JobBook& book = make_book(BookLimits{}, kMost);
-  auto request = gate().take(800, "a picture");
+  auto request = gate().take(800, "an image");
   ASSERT_TRUE(request);
   ASSERT_TRUE(start(book, 1, kNormal, memory(600)));
   wait(book, 2, kNormal, memory(1));

@@ -148,7 +148,7 @@ TEST_F(Scenes, BuiltInScenesAreThereByName) {
 TEST_F(Scenes, AnUnknownEnvironmentIsNamedByItsPointer) {
   EXPECT_EQ(scenes->check_environment(std::string(64, '0'), Access::operators()).error().where,
             "/environment/asset");
-  const auto text = upload("no picture");
+  const auto text = upload("no image");
   const auto checked = scenes->check_environment(text->id, Access::operators());
   ASSERT_FALSE(checked);
   EXPECT_EQ(checked.error().code, ErrorCode::kInvalidArgument);

@@ -106,12 +106,12 @@ class JobData:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height of the picture: of the crop, if there is one."""
+        """Width and height of the image: of the crop, if there is one."""
         _, _, width, height = self._crop()
         return width, height
 
     def tile_image(self) -> TileImage:
-        """An empty picture of the job's size, to put its tiles into."""
+        """An empty image of the job's size, to put its tiles into."""
         x, y, width, height = self._crop()
         return TileImage(width, height, x, y)
 
@@ -160,7 +160,7 @@ class JobData:
     def picture_call(self, format: str, options: Mapping[str, Any]) -> Call:
         """options: layer, exposure, tonemap, denoise, revision, max_size, part; not None."""
         if format not in FORMATS:
-            raise ValueError(f'"{format}" is no picture format; there are {", ".join(FORMATS)}')
+            raise ValueError(f'"{format}" is no image format; there are {", ".join(FORMATS)}')
         params = {name: value for name, value in options.items() if value is not None}
         if FORMATS[format] in LINEAR:
             for name, plain in (("exposure", (0,)), ("tonemap", ("srgb", "linear"))):

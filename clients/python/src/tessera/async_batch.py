@@ -81,7 +81,7 @@ class AsyncBatch:
         return [await self._client.job(job["id"]) for job in self.data["jobs"]]
 
     async def cancel(self) -> AsyncBatch:
-        """Ends all jobs; pictures so far are kept."""
+        """Ends all jobs; images so far are kept."""
         return await self._take(Call("POST", self.path + "/cancel"))
 
     async def retry(self) -> AsyncBatch:
@@ -93,17 +93,17 @@ class AsyncBatch:
         await self._client.send(Call("DELETE", self.path))
 
     async def archive(self, path: str | PathLike[str], format: str = "png", **look: Any) -> Path:
-        """Writes a zip of all pictures. look: layer, exposure, tonemap, denoise, background."""
+        """Writes a zip of all images. look: layer, exposure, tonemap, denoise, background."""
         call = Call("GET", self.path + "/archive.zip", params=look | {"format": format})
         return await self._save(call, path)
 
     async def sheet(self, path: str | PathLike[str], **look: Any) -> Path:
-        """Writes a PNG of all pictures on one sheet. look: as of archive()."""
+        """Writes a PNG of all images on one sheet. look: as of archive()."""
         return await self._save(Call("GET", self.path + "/sheet.png", params=look), path)
 
     async def _save(self, call: Call, path: str | PathLike[str]) -> Path:
         place = Path(path)
-        # Many pictures take their time before the first byte.
+        # Many images take their time before the first byte.
         response = await self._client.send(
             Call(call.method, call.path, params=call.params, timeout_s=600)
         )

@@ -43,7 +43,7 @@ class AsyncJob(JobData):
         """Until the job has ended, through restarts of the server.
 
         timeout: seconds; then WaitTimeout. check: raise JobFailed if it failed. A cancelled job is
-        returned like a finished one: it keeps its picture so far.
+        returned like a finished one: it keeps its image so far.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         while not self.ended:
@@ -84,7 +84,7 @@ class AsyncJob(JobData):
             await asyncio.sleep(feed.pause_s(comeback.pause_s(broken)))
 
     async def tiles(self, after: int = 0, denoise: str = "off") -> AsyncGenerator[Tile, None]:
-        """Tiles as they come, to the job's end; every tile of the final picture is among them.
+        """Tiles as they come, to the job's end; every tile of the final image is among them.
 
         after: only tiles newer than this revision. denoise: mixed or full for tiles of the denoised
         picture too. A slow reader gets the newest state of a tile, no backlog.
@@ -105,7 +105,7 @@ class AsyncJob(JobData):
                 broken = error
             await asyncio.sleep(comeback.pause_s(broken))
 
-    # The picture.
+    # The image.
 
     async def image(
         self, layer: str = "beauty", *, part: tuple[int, int, int, int] | None = None,
@@ -117,7 +117,7 @@ class AsyncJob(JobData):
         [m], alpha, samples, variance (of the mean), error (relative), as far as the job records
         them; denoised, denoised_error, denoise_bias; object, instance, material, primitive (ids,
         see objects()), position [m], uv. part: x, y, width, height in pixels of the full film.
-        max_size: longest side. denoise: mixed or full for the denoised picture. Raises Conflict
+        max_size: longest side. denoise: mixed or full for the denoised image. Raises Conflict
         before the first sample.
         """
         options = {"layer": layer, "part": part, "max_size": max_size, "denoise": denoise}
@@ -125,7 +125,7 @@ class AsyncJob(JobData):
         return decode_tiff(response.content)
 
     async def picture(self, format: str = "png", **options: Any) -> bytes:
-        """The bytes of a picture file: png, jpg, webp, exr, hdr or tif.
+        """The bytes of an image file: png, jpg, webp, exr, hdr or tif.
 
         options: layer (without it beauty, or all layers for exr), exposure (stops), tonemap (srgb,
         linear, aces, agx, khronos-neutral), denoise (off, mixed, full), revision (at least), part,
@@ -135,7 +135,7 @@ class AsyncJob(JobData):
         return response.content
 
     async def save(self, path: str | PathLike[str], **options: Any) -> Path:
-        """Writes the picture; the format follows from the name. options: see picture()."""
+        """Writes the image; the format follows from the name. options: see picture()."""
         place = Path(path)
         format = place.suffix[1:].lower()
         if format not in FORMATS:
@@ -177,7 +177,7 @@ class AsyncJob(JobData):
         return await self._take(self.extend_call(stop))
 
     async def cancel(self) -> AsyncJob:
-        """Ends the job; the picture so far is kept. Cancelling twice is no error."""
+        """Ends the job; the image so far is kept. Cancelling twice is no error."""
         return await self._take(self.cancel_call())
 
     async def retry(self) -> AsyncJob:
@@ -214,7 +214,7 @@ class AsyncJob(JobData):
                 drawn = time.monotonic()
 
     def _repr_html_(self) -> str:
-        # A notebook does not await: the picture is left to show().
+        # A notebook does not await: the image is left to show().
         return display.job_html(self, None)
 
     async def _html(self) -> str:

@@ -81,7 +81,7 @@ class Batch:
         return [self._client.job(job["id"]) for job in self.data["jobs"]]
 
     def cancel(self) -> Batch:
-        """Ends all jobs; pictures so far are kept."""
+        """Ends all jobs; images so far are kept."""
         return self._take(Call("POST", self.path + "/cancel"))
 
     def retry(self) -> Batch:
@@ -93,17 +93,17 @@ class Batch:
         self._client.send(Call("DELETE", self.path))
 
     def archive(self, path: str | PathLike[str], format: str = "png", **look: Any) -> Path:
-        """Writes a zip of all pictures. look: layer, exposure, tonemap, denoise, background."""
+        """Writes a zip of all images. look: layer, exposure, tonemap, denoise, background."""
         call = Call("GET", self.path + "/archive.zip", params=look | {"format": format})
         return self._save(call, path)
 
     def sheet(self, path: str | PathLike[str], **look: Any) -> Path:
-        """Writes a PNG of all pictures on one sheet. look: as of archive()."""
+        """Writes a PNG of all images on one sheet. look: as of archive()."""
         return self._save(Call("GET", self.path + "/sheet.png", params=look), path)
 
     def _save(self, call: Call, path: str | PathLike[str]) -> Path:
         place = Path(path)
-        # Many pictures take their time before the first byte.
+        # Many images take their time before the first byte.
         response = self._client.send(
             Call(call.method, call.path, params=call.params, timeout_s=600)
         )

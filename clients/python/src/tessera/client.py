@@ -203,7 +203,7 @@ class Client:
     ) -> Comparison:  # fmt: skip
         """Two jobs, or a job and an image (a file, which is uploaded, or an asset id).
 
-        a_denoise, b_denoise: mixed or full for a job's denoised picture. NotOffered where the
+        a_denoise, b_denoise: mixed or full for a job's denoised image. NotOffered where the
         server's build has no comparisons.
         """
         sides = [self.upload_asset(s) if wants_upload(s) else s for s in (a, b)]

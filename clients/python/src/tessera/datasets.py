@@ -1,11 +1,11 @@
-"""Labelled pictures: masks, boxes, and the JSON of COCO, from the layers of ids of a job.
+"""Labelled images: masks, boxes, and the JSON of COCO, from the layers of ids of a job.
 
     job = client.submit("glass", layers=["instance"], samples_per_pixel=64).wait()
     folder = CocoFolder("out")
     folder.add("glass", job.picture(), job.image("instance"), job.objects())
     folder.write()
 
-Of whole films: a film with a crop has boxes of the full film, but a picture of the crop.
+Of whole films: a film with a crop has boxes of the full film, but an image of the crop.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def run_lengths(mask: Mask) -> dict[str, Any]:
 
 
 def panoptic_png(ids: npt.ArrayLike) -> bytes:
-    """COCO's picture of segments: id = R + 256 G + 256^2 B."""
+    """COCO's image of segments: id = R + 256 G + 256^2 B."""
     whole = ids_of(ids)
     return encode_png(
         np.stack([(whole >> shift & 255).astype(np.uint8) for shift in (0, 8, 16)], axis=2)
@@ -68,7 +68,7 @@ def panoptic_png(ids: npt.ArrayLike) -> bytes:
 
 @dataclass(frozen=True)
 class Segment:
-    """An instance that a picture shows."""
+    """An instance that an image shows."""
 
     id: int  # of the layer instance
     object: int
@@ -111,7 +111,7 @@ def name_without_number(segment: Segment) -> str:
 
 
 class CocoFolder:
-    """Pictures and what they show, as COCO has them: detection with masks, and panoptic.
+    """Images and what they show, as COCO has them: detection with masks, and panoptic.
 
     images/NAME.png, panoptic/NAME.png, annotations/instances.json, annotations/panoptic.json.
     Beside what COCO says, annotations have `amodal_bbox` and `instance_id`, images `camera`
@@ -134,7 +134,7 @@ class CocoFolder:
             (self.folder / name).mkdir(parents=True, exist_ok=True)
 
     def add(
-        self, name: str, picture: bytes, ids: npt.ArrayLike, objects: models.Objects
+        self, name: str, image: bytes, ids: npt.ArrayLike, objects: models.Objects
     ) -> list[Segment]:
         """name: of its files. picture: a PNG. ids: the layer instance. The segments kept."""
         whole = ids_of(ids)

@@ -29,7 +29,7 @@ def _row(name: str, value: str) -> str:
 
 
 def job_html(job: JobData, png: bytes | None) -> str:
-    """State, bar and error of a job, with its picture if there is one."""
+    """State, bar and error of a job, with its image if there is one."""
     progress, percent = job.progress, job.progress.fraction * 100
     reason = f" ({job.stop_reason})" if job.stop_reason and job.stop_reason != job.state else ""
     rows = [

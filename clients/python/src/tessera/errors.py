@@ -21,7 +21,7 @@ class ConnectionFailed(TesseraError):
 
 
 class CorruptData(TesseraError):
-    """Bytes that are no tile frame, event or picture, or whose checksum is wrong."""
+    """Bytes that are no tile frame, event or image, or whose checksum is wrong."""
 
 
 class WaitTimeout(TesseraError, TimeoutError):
@@ -100,11 +100,11 @@ class MethodNotAllowed(Problem):
 
 
 class NotAcceptable(Problem):
-    """406: no such picture format."""
+    """406: no such image format."""
 
 
 class Conflict(Problem):
-    """409: not in this state, e.g. a picture before the first sample."""
+    """409: not in this state, e.g. an image before the first sample."""
 
 
 class Gone(Problem):

@@ -43,7 +43,7 @@ class Job(JobData):
         """Until the job has ended, through restarts of the server.
 
         timeout: seconds; then WaitTimeout. check: raise JobFailed if it failed. A cancelled job is
-        returned like a finished one: it keeps its picture so far.
+        returned like a finished one: it keeps its image so far.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         while not self.ended:
@@ -84,7 +84,7 @@ class Job(JobData):
             time.sleep(feed.pause_s(comeback.pause_s(broken)))
 
     def tiles(self, after: int = 0, denoise: str = "off") -> Generator[Tile, None, None]:
-        """Tiles as they come, to the job's end; every tile of the final picture is among them.
+        """Tiles as they come, to the job's end; every tile of the final image is among them.
 
         after: only tiles newer than this revision. denoise: mixed or full for tiles of the denoised
         picture too. A slow reader gets the newest state of a tile, no backlog.
@@ -104,7 +104,7 @@ class Job(JobData):
                 broken = error
             time.sleep(comeback.pause_s(broken))
 
-    # The picture.
+    # The image.
 
     def image(
         self, layer: str = "beauty", *, part: tuple[int, int, int, int] | None = None,
@@ -116,7 +116,7 @@ class Job(JobData):
         [m], alpha, samples, variance (of the mean), error (relative), as far as the job records
         them; denoised, denoised_error, denoise_bias; object, instance, material, primitive (ids,
         see objects()), position [m], uv. part: x, y, width, height in pixels of the full film.
-        max_size: longest side. denoise: mixed or full for the denoised picture. Raises Conflict
+        max_size: longest side. denoise: mixed or full for the denoised image. Raises Conflict
         before the first sample.
         """
         options = {"layer": layer, "part": part, "max_size": max_size, "denoise": denoise}
@@ -124,7 +124,7 @@ class Job(JobData):
         return decode_tiff(response.content)
 
     def picture(self, format: str = "png", **options: Any) -> bytes:
-        """The bytes of a picture file: png, jpg, webp, exr, hdr or tif.
+        """The bytes of an image file: png, jpg, webp, exr, hdr or tif.
 
         options: layer (without it beauty, or all layers for exr), exposure (stops), tonemap (srgb,
         linear, aces, agx, khronos-neutral), denoise (off, mixed, full), revision (at least), part,
@@ -134,7 +134,7 @@ class Job(JobData):
         return response.content
 
     def save(self, path: str | PathLike[str], **options: Any) -> Path:
-        """Writes the picture; the format follows from the name. options: see picture()."""
+        """Writes the image; the format follows from the name. options: see picture()."""
         place = Path(path)
         format = place.suffix[1:].lower()
         if format not in FORMATS:
@@ -176,7 +176,7 @@ class Job(JobData):
         return self._take(self.extend_call(stop))
 
     def cancel(self) -> Job:
-        """Ends the job; the picture so far is kept. Cancelling twice is no error."""
+        """Ends the job; the image so far is kept. Cancelling twice is no error."""
         return self._take(self.cancel_call())
 
     def retry(self) -> Job:

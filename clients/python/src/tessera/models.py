@@ -207,7 +207,7 @@ class JobRequestMeterPlane(TypedDict):
 
 
 class JobRequestMeter(TypedDict):
-    """Where irradiance is measured beside the picture, by path tracing with 16 paths for each
+    """Where irradiance is measured beside the image, by path tracing with 16 paths for each
     sample of a pixel; GET /v1/jobs/{id}/meter.
     """
 
@@ -231,7 +231,7 @@ class JobRequestStop(TypedDict):
 
 
 class JobRequestDenoise(TypedDict):
-    """Denoised pictures, which are made on demand and are no part of the film."""
+    """Denoised images, which are made on demand and are no part of the film."""
 
     type: NotRequired[str]
     preview: NotRequired[bool]
@@ -569,7 +569,7 @@ class JobSpecMeterPlane(TypedDict):
 
 
 class JobSpecMeter(TypedDict):
-    """Where irradiance is measured beside the picture, by path tracing with 16 paths for each
+    """Where irradiance is measured beside the image, by path tracing with 16 paths for each
     sample of a pixel; GET /v1/jobs/{id}/meter.
     """
 
@@ -591,7 +591,7 @@ class JobSpecStop(TypedDict):
 
 
 class JobSpecDenoise(TypedDict):
-    """Denoised pictures, which are made on demand and are no part of the film."""
+    """Denoised images, which are made on demand and are no part of the film."""
 
     type: str
     preview: bool
@@ -657,7 +657,7 @@ class Progress(TypedDict):
 
 
 class ErrorEstimate(TypedDict):
-    """How wrong the picture still is."""
+    """Error estimate of the current image."""
 
     relative_rmse: float | None
     low: float | None
@@ -682,7 +682,7 @@ class Statistics(TypedDict):
 
 
 class Denoised(TypedDict):
-    """The newest denoised picture that was made; the mixed one's error."""
+    """The newest denoised image that was made; the mixed one's error."""
 
     type: str
     version: str
@@ -764,7 +764,7 @@ class DryRun(TypedDict):
 
 
 class Ticket(TypedDict):
-    """Leave to watch."""
+    """A stream ticket."""
 
     ticket: str
     expires_at: str
@@ -793,7 +793,7 @@ class StateEvent(TypedDict):
 
 
 class ProgressEvent(TypedDict):
-    """The picture has come on."""
+    """The image has come on."""
 
     state: JobState
     progress: Progress
@@ -938,7 +938,7 @@ class ConvergencePoint(TypedDict):
 
 
 class ConvergenceSlope(TypedDict):
-    """Of log error against log samples, least squares, 95 % interval."""
+    """Of log error against log samples, least squares, 95% interval."""
 
     value: float | None
     low: float | None
@@ -1019,7 +1019,7 @@ class ComparisonLinks(TypedDict):
 
 
 class Comparison(TypedDict):
-    """Two pictures compared; b is the reference."""
+    """Two images compared; b is the reference."""
 
     id: str
     mse: float | None
@@ -1096,7 +1096,7 @@ class ObjectInstanceAmodal(TypedDict):
 
 
 class ObjectInstance(TypedDict):
-    """An instance of an object that the picture shows."""
+    """An instance of an object that the image shows."""
 
     id: int
     object: int
@@ -1130,7 +1130,7 @@ class ObjectsCamera(TypedDict):
 
 
 class Objects(TypedDict):
-    """What the ids of a picture's layers are. They follow from the file alone: all views,
+    """What the ids of an image's layers are. They follow from the file alone: all views,
     variants and times of a scene have the same ones.
     """
 
@@ -1338,7 +1338,7 @@ class JobDefaultsMeterPlane(TypedDict):
 
 
 class JobDefaultsMeter(TypedDict):
-    """Where irradiance is measured beside the picture, by path tracing with 16 paths for each
+    """Where irradiance is measured beside the image, by path tracing with 16 paths for each
     sample of a pixel; GET /v1/jobs/{id}/meter.
     """
 
@@ -1360,7 +1360,7 @@ class JobDefaultsStop(TypedDict):
 
 
 class JobDefaultsDenoise(TypedDict):
-    """Denoised pictures, which are made on demand and are no part of the film."""
+    """Denoised images, which are made on demand and are no part of the film."""
 
     type: str
     preview: bool
@@ -1822,7 +1822,7 @@ class BatchDryRun(TypedDict):
 
 
 class ComparisonRequest(TypedDict):
-    """Two pictures; b is the reference."""
+    """Two images; b is the reference."""
 
     a: str
     b: str

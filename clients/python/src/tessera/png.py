@@ -23,7 +23,7 @@ def encode_png(pixels: npt.NDArray[np.uint8]) -> bytes:
         raise ValueError(f"a PNG is made of uint8, not {pixels.dtype}; see srgb8()")
     cube = pixels[:, :, np.newaxis] if pixels.ndim == 2 else pixels
     if cube.ndim != 3 or cube.shape[2] not in (1, 3, 4) or 0 in cube.shape:
-        raise ValueError(f"no picture: an array of shape {pixels.shape}")
+        raise ValueError(f"no image: an array of shape {pixels.shape}")
     height, width, channels = cube.shape
     rows = np.zeros((height, 1 + width * channels), dtype=np.uint8)  # filter 0, then the row
     rows[:, 1:] = cube.reshape(height, width * channels)

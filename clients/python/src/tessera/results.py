@@ -25,7 +25,7 @@ def numbers(values: Any) -> DoubleArray:
 
 @dataclass(frozen=True)
 class Interval:
-    """An estimate and the bounds that hold it: with 95 % confidence unless said otherwise."""
+    """An estimate and the bounds that hold it: with 95% confidence unless said otherwise."""
 
     value: float
     low: float
@@ -40,9 +40,9 @@ class Interval:
 
 @dataclass(frozen=True)
 class ErrorBar:
-    """How wrong the picture still is: the ratio of noise to signal of its average tile.
+    """How wrong the image still is: the ratio of noise to signal of its average tile.
 
-    bias: `none`, `consistent` or `biased`. unreliable: few places of the picture carry the error,
+    bias: `none`, `consistent` or `biased`. unreliable: few places of the image carry the error,
     and the interval is a guess.
     """
 
@@ -182,7 +182,7 @@ class Convergence:
 class Meter:
     """Light that falls on the points of a job's meter, one array element for each.
 
-    low, high: 95 % interval of illuminance_lux. irradiance_w_m2: that over 683 lm/W.
+    low, high: 95% interval of illuminance_lux. irradiance_w_m2: that over 683 lm/W.
     """
 
     position: DoubleArray
@@ -218,7 +218,7 @@ class Meter:
 
 @dataclass(frozen=True)
 class Comparison:
-    """How two pictures differ. relmse: mean of (a-b)^2 / (b^2 + 0.01). bias: signed, mean of a - b.
+    """How two images differ. relmse: mean of (a-b)^2 / (b^2 + 0.01). bias: signed, mean of a - b.
 
     z_*: of the differences over their standard errors; about 0, 1 and 0.0027 if only noise differs.
     `data` is the whole answer.

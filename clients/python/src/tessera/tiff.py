@@ -76,4 +76,4 @@ def _decode(data: bytes) -> npt.NDArray[np.float32]:
         parts.append(_undo_float_predictor(block, channels) if predictor == 3 else block)
     picture = np.concatenate(parts).view("<f4").astype(np.float32)
     shape = (height, width) if channels == 1 else (height, width, channels)
-    return picture.reshape(shape)
+    return image.reshape(shape)

@@ -1,4 +1,4 @@
-"""Tile frames (`application/vnd.tessera.tiles`) as numpy arrays, and the picture they make.
+"""Tile frames (`application/vnd.tessera.tiles`) as numpy arrays, and the image they make.
 
 A frame is a 32-byte header, little endian: bytes `T S R 1`, u32 payload bytes, u32 revision, u16 x,
 y, width, height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32,
@@ -31,13 +31,13 @@ _QUIET_S = 60.0
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """A part of the picture as it stood at `revision`.
+    """A part of the image as it stood at `revision`.
 
     x, y: its corner in pixels of the full film. mean: (height, width, 3), linear Rec.709. variance:
     of the mean, same shape; NaN while only one half of the samples is there. samples: (height,
     width). alpha: (height, width), or None where the background is opaque; mean is associated with
     it. relative_error: of the tile, NaN if unknown. correlated: errors of neighbouring pixels hang
-    together, so `variance` does not add up over a block. denoised: of the denoised picture, whose
+    together, so `variance` does not add up over a block. denoised: of the denoised image, whose
     variance and samples are NaN.
     """
 
@@ -171,7 +171,7 @@ class TileFeed:
 
 
 class TileImage:
-    """The picture as it grows: arrays over the job's crop, into which tiles are put.
+    """The image as it grows: arrays over the job's crop, into which tiles are put.
 
     mean, variance: (height, width, 3); samples, alpha: (height, width). What no tile has covered
     yet is NaN, with 0 samples. x, y: corner of the crop in pixels of the full film.
@@ -187,7 +187,7 @@ class TileImage:
     def put(self, tile: Tile) -> None:
         left, top = tile.x - self.x, tile.y - self.y
         if left < 0 or top < 0 or left + tile.width > self.width or top + tile.height > self.height:
-            raise ValueError(f"the tile at {tile.x}, {tile.y} reaches beyond the picture")
+            raise ValueError(f"the tile at {tile.x}, {tile.y} reaches beyond the image")
         part = (slice(top, top + tile.height), slice(left, left + tile.width))
         self.mean[part] = tile.mean
         self.variance[part] = tile.variance

@@ -125,8 +125,8 @@ export const api = {
       json: request,
       headers: { 'idempotency-key': crypto.randomUUID?.() ?? String(Math.random()) },
     }),
-  dryRun: (request: unknown) =>
-    json<DryRun>('/v1/jobs?dry_run=1', { method: 'POST', json: request }),
+  dryRun: (request: unknown, signal?: AbortSignal) =>
+    json<DryRun>('/v1/jobs?dry_run=1', { method: 'POST', json: request, signal }),
   patch: (id: string, patch: unknown) => json<Job>(job(id), { method: 'PATCH', json: patch }),
   cancel: (id: string) => json<Job>(`${job(id)}/cancel`, { method: 'POST' }),
   retry: (id: string) => json<Job>(`${job(id)}/retry`, { method: 'POST' }),

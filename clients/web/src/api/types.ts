@@ -88,7 +88,7 @@ export interface JobRequest {
    * above 1.
    */
   environment?: {
-    /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
+    /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
     asset?: string | null;
     /** Studio light made in code, as strong as a white environment; instead of an asset. */
     preset?: string;
@@ -105,9 +105,9 @@ export interface JobRequest {
       /** RFC 3339, by day. */
       time: string;
     } | null;
-    /** Linear Rec.709; multiplies the picture. Default: [1,1,1]. */
+    /** Linear Rec.709; multiplies the image. Default: [1,1,1]. */
     color?: [number, number, number];
-    /** Multiplies colour and picture. Default: 1. */
+    /** Multiplies colour and image. Default: 1. */
     intensity?: number;
     /** Positive turns it counter-clockwise seen from above. Default: 0. */
     rotation_degrees?: number;
@@ -284,8 +284,8 @@ export interface JobRequest {
     dilation?: number;
   };
   /**
-   * Where irradiance is measured beside the picture, by path tracing with 16 paths for each sample
-   * of a pixel; GET /v1/jobs/{id}/meter.
+   * Where irradiance is measured beside the image, by path tracing with 16 paths for each sample of
+   * a pixel; GET /v1/jobs/{id}/meter.
    */
   meter?: {
     /** Where it is measured. Default: []. */
@@ -326,8 +326,8 @@ export interface JobRequest {
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
-     * Stop when the relative error of the denoised picture (`mixed`) is at most this, with
-     * `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * Stop when the relative error of the denoised image (`mixed`) is at most this, with
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
      */
     denoised_error?: number | null;
     /**
@@ -344,7 +344,7 @@ export interface JobRequest {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Denoised pictures, which are made on demand and are no part of the film. */
+  /** Denoised images, which are made on demand and are no part of the film. */
   denoise?: {
     /** What makes them. Default: "auto". */
     type?: string;
@@ -368,7 +368,7 @@ export interface JobPatch {
   priority?: number;
   /** Labels to set; null removes one, the others stay. */
   labels?: Record<string, string | null>;
-  /** For people. */
+  /** Display name. */
   name?: string;
   /** Rules to raise or lower; null removes one, the others stay. */
   stop?: {
@@ -380,8 +380,8 @@ export interface JobPatch {
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
-     * Stop when the relative error of the denoised picture (`mixed`) is at most this, with
-     * `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * Stop when the relative error of the denoised image (`mixed`) is at most this, with
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
      */
     denoised_error?: number | null;
     /**
@@ -422,8 +422,8 @@ export interface ExtendRequest {
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
-     * Stop when the relative error of the denoised picture (`mixed`) is at most this, with
-     * `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * Stop when the relative error of the denoised image (`mixed`) is at most this, with
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
      */
     denoised_error?: number | null;
     /**
@@ -583,7 +583,7 @@ export interface JobSpec {
    * above 1.
    */
   environment?: {
-    /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
+    /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
     asset: string | null;
     /** Studio light made in code, as strong as a white environment; instead of an asset. */
     preset?: string;
@@ -600,9 +600,9 @@ export interface JobSpec {
       /** RFC 3339, by day. */
       time: string;
     } | null;
-    /** Linear Rec.709; multiplies the picture. */
+    /** Linear Rec.709; multiplies the image. */
     color: [number, number, number];
-    /** Multiplies colour and picture. */
+    /** Multiplies colour and image. */
     intensity: number;
     /** Positive turns it counter-clockwise seen from above. */
     rotation_degrees: number;
@@ -768,8 +768,8 @@ export interface JobSpec {
     dilation?: number;
   };
   /**
-   * Where irradiance is measured beside the picture, by path tracing with 16 paths for each sample
-   * of a pixel; GET /v1/jobs/{id}/meter.
+   * Where irradiance is measured beside the image, by path tracing with 16 paths for each sample of
+   * a pixel; GET /v1/jobs/{id}/meter.
    */
   meter?: {
     /** Where it is measured. */
@@ -805,8 +805,8 @@ export interface JobSpec {
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
-     * Stop when the relative error of the denoised picture (`mixed`) is at most this, with
-     * `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * Stop when the relative error of the denoised image (`mixed`) is at most this, with
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
      */
     denoised_error?: number | null;
     /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
@@ -820,7 +820,7 @@ export interface JobSpec {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Denoised pictures, which are made on demand and are no part of the film. */
+  /** Denoised images, which are made on demand and are no part of the film. */
   denoise?: {
     /** What makes them. */
     type: string;
@@ -850,7 +850,7 @@ export interface Progress {
   };
   /** Rendering time without pauses and downtime. */
   elapsed_seconds: number;
-  /** Of all threads. */
+  /** CPU time summed over all threads. */
   cpu_seconds: number;
   /** Until the end; null: unknown. */
   eta_seconds: number | null;
@@ -858,12 +858,12 @@ export interface Progress {
   eta_interval_seconds: [number, number] | null;
 }
 
-/** How wrong the picture still is. */
+/** Error estimate of the current image. */
 export interface ErrorEstimate {
   /**
    * Noise over signal of the average tile: sqrt(mean over tiles of N / (S + F)), N the sum of (A -
    * B)^2 / 4 over pixels and channels, S that of A B, A and B the halves' means, F the floor 3 n
-   * (0.05 L)^2 of n pixels in a picture of mean luminance L; null: unknown.
+   * (0.05 L)^2 of n pixels in an image of mean luminance L; null: unknown.
    */
   relative_rmse: number | null;
   /** Lower end of the interval; null: unknown, or not valid. */
@@ -872,11 +872,11 @@ export interface ErrorEstimate {
   high: number | null;
   /** Of the interval. */
   confidence: number;
-  /** How the expected picture relates to the truth. */
+  /** How the expected image relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
   /** False: the two halves depend on each other, and there is no interval. */
   valid: boolean;
-  /** Few places of the picture carry the error: the interval is a guess. */
+  /** Few places of the image carry the error: the interval is a guess. */
   unreliable: boolean;
 }
 
@@ -901,7 +901,7 @@ export interface Statistics {
   split_count: number | null;
 }
 
-/** The newest denoised picture that was made; the mixed one's error. */
+/** The newest denoised image that was made; the mixed one's error. */
 export interface Denoised {
   /** The denoiser. */
   type: string;
@@ -920,19 +920,19 @@ export interface Denoised {
    */
   relative_rmse: number | null;
   /**
-   * Of its 95 % interval; null: not valid; 0 where an error ended the job: `high` alone is promised
+   * Of its 95% interval; null: not valid; 0 where an error ended the job: `high` alone is promised
    * then.
    */
   low: number | null;
   high: number | null;
-  /** Of the denoiser's own picture. */
+  /** Of the denoiser's own image. */
   full_relative_rmse: number | null;
   /**
-   * (plain relative_rmse / this one)^2: samples that the plain picture needs for the same error,
-   * over those it has.
+   * (plain relative_rmse / this one)^2: samples that the plain image needs for the same error, over
+   * those it has.
    */
   gain: number | null;
-  /** Of the picture it was made from. */
+  /** Of the image it was made from. */
   revision: number;
   /** That it took. */
   seconds: number;
@@ -969,14 +969,14 @@ export interface Job {
   /** 0 is next; null: not waiting. */
   queue_position: number | null;
   statistics: Statistics;
-  /** Counts the changes of the picture. */
+  /** Counts the changes of the image. */
   revision: number;
   /** sha256 of the film's exact content, when finished. */
   film_digest: string | null;
   denoised: Denoised | null;
-  /** What is in force instead of what was asked, and the like. */
+  /** Adjustments made to the request, and other warnings. */
   warnings: string[];
-  /** Paths of what belongs to the job. */
+  /** URLs of related resources. */
   links: Record<string, string>;
 }
 
@@ -1004,7 +1004,7 @@ export interface DryRun {
     /** Of the interval. */
     confidence: number;
     cpu_seconds: number;
-    /** That will be needed. */
+    /** Estimated samples per pixel required. */
     samples_per_pixel: number;
     /** Film and scene. */
     memory_bytes: number;
@@ -1017,7 +1017,7 @@ export interface DryRun {
   };
 }
 
-/** Leave to watch. */
+/** A stream ticket. */
 export interface Ticket {
   /** Goes into `?ticket=`. */
   ticket: string;
@@ -1051,13 +1051,13 @@ export interface StateEvent {
   spec_version: number;
 }
 
-/** The picture has come on. */
+/** The image has come on. */
 export interface ProgressEvent {
   state: JobState;
   progress: Progress;
   error: ErrorEstimate;
   statistics: Statistics;
-  /** Counts the changes of the picture. */
+  /** Counts the changes of the image. */
   revision: number;
   denoised: Denoised | null;
 }
@@ -1070,7 +1070,7 @@ export interface TileEvent {
   y: number;
   width: number;
   height: number;
-  /** Of the picture. */
+  /** Of the image. */
   revision: number;
   /** Per pixel. */
   samples: number;
@@ -1102,7 +1102,7 @@ export interface EndEvent {
     | null;
   /** sha256 of the film's exact content, when finished. */
   film_digest: string | null;
-  /** Counts the changes of the picture. */
+  /** Counts the changes of the image. */
   revision: number;
   error: ErrorEstimate;
   failure: Problem | null;
@@ -1211,7 +1211,7 @@ export interface ConvergencePoint {
 export interface Convergence {
   /** One for each error check. */
   points: ConvergencePoint[];
-  /** Of log error against log samples, least squares, 95 % interval. */
+  /** Of log error against log samples, least squares, 95% interval. */
   slope: {
     value: number | null;
     low: number | null;
@@ -1223,9 +1223,9 @@ export interface Convergence {
 export interface PixelLayer {
   mean: (number | null)[];
   standard_error: (number | null)[];
-  /** Of the 95 % interval. */
+  /** Of the 95% interval. */
   low: (number | null)[];
-  /** Of the 95 % interval. */
+  /** Of the 95% interval. */
   high: (number | null)[];
   /** Halves A and B; null where the layer has none. */
   halves: ((number | null)[])[] | null;
@@ -1250,9 +1250,9 @@ export interface MeterReading {
   irradiance_w_m2: number;
   /** Luminance (Rec. 709) of irradiance_rgb. */
   illuminance_lux: number;
-  /** Of the 95 % interval of illuminance_lux. */
+  /** Of the 95% interval of illuminance_lux. */
   low: number;
-  /** Of the 95 % interval of illuminance_lux. */
+  /** Of the 95% interval of illuminance_lux. */
   high: number;
   /** In the scene's units, linear. */
   irradiance_rgb: [number, number, number];
@@ -1262,13 +1262,13 @@ export interface MeterReading {
 
 /** What a job's meter has measured so far. */
 export interface Meter {
-  /** How the expected picture relates to the truth. */
+  /** How the expected image relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
   /** The points, then the plane's cells. */
   points: MeterReading[];
 }
 
-/** Two pictures compared; b is the reference. */
+/** Two images compared; b is the reference. */
 export interface Comparison {
   id: string;
   mse: number | null;
@@ -1334,7 +1334,7 @@ export interface SceneObject {
   } | null;
 }
 
-/** An instance of an object that the picture shows. */
+/** An instance of an object that the image shows. */
 export interface ObjectInstance {
   /** Of the layer instance. */
   id: number;
@@ -1372,7 +1372,7 @@ export interface Label {
 }
 
 /**
- * What the ids of a picture's layers are. They follow from the file alone: all views, variants and
+ * What the ids of an image's layers are. They follow from the file alone: all views, variants and
  * times of a scene have the same ones.
  */
 export interface Objects {
@@ -1476,7 +1476,7 @@ export interface JobDefaults {
    * above 1.
    */
   environment?: {
-    /** Asset with an equirectangular picture (.hdr, .exr); null: one colour. */
+    /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
     asset: string | null;
     /** Studio light made in code, as strong as a white environment; instead of an asset. */
     preset?: string;
@@ -1493,9 +1493,9 @@ export interface JobDefaults {
       /** RFC 3339, by day. */
       time: string;
     } | null;
-    /** Linear Rec.709; multiplies the picture. */
+    /** Linear Rec.709; multiplies the image. */
     color: [number, number, number];
-    /** Multiplies colour and picture. */
+    /** Multiplies colour and image. */
     intensity: number;
     /** Positive turns it counter-clockwise seen from above. */
     rotation_degrees: number;
@@ -1661,8 +1661,8 @@ export interface JobDefaults {
     dilation?: number;
   };
   /**
-   * Where irradiance is measured beside the picture, by path tracing with 16 paths for each sample
-   * of a pixel; GET /v1/jobs/{id}/meter.
+   * Where irradiance is measured beside the image, by path tracing with 16 paths for each sample of
+   * a pixel; GET /v1/jobs/{id}/meter.
    */
   meter?: {
     /** Where it is measured. */
@@ -1698,8 +1698,8 @@ export interface JobDefaults {
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
-     * Stop when the relative error of the denoised picture (`mixed`) is at most this, with
-     * `confidence`. The picture is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * Stop when the relative error of the denoised image (`mixed`) is at most this, with
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
      */
     denoised_error?: number | null;
     /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
@@ -1713,7 +1713,7 @@ export interface JobDefaults {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Denoised pictures, which are made on demand and are no part of the film. */
+  /** Denoised images, which are made on demand and are no part of the film. */
   denoise?: {
     /** What makes them. */
     type: string;
@@ -1735,7 +1735,7 @@ export interface JobDefaults {
 export interface TypeInfo {
   /** Name in requests. */
   type: string;
-  /** How the expected picture relates to the truth. */
+  /** How the expected image relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
   summary: string;
   /** JSON pointers of the job request that it honours. */
@@ -1746,9 +1746,9 @@ export interface TypeInfo {
 export interface IntegratorInfo {
   /** Name in requests. */
   type: string;
-  /** How the expected picture relates to the truth. */
+  /** How the expected image relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
-  /** Do the halves of its pictures tell the error? */
+  /** Do the halves of its images tell the error? */
   error: 'valid' | 'from-chains' | 'none';
   summary: string;
   /** JSON pointers of the job request that it honours. */
@@ -1760,7 +1760,7 @@ export interface IntegratorInfo {
 /** A switch of the estimation. */
 export interface EstimationOption {
   name: string;
-  /** How the expected picture relates to the truth. */
+  /** How the expected image relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
   summary: string;
   /** Merge patch (RFC 7396) of the job request that turns it on. */
@@ -1779,7 +1779,7 @@ export interface Experiment {
   look_for: string;
   estimators: ({
     name: string;
-    /** How the expected picture relates to the truth. */
+    /** How the expected image relates to the truth. */
     bias: 'none' | 'consistent' | 'biased';
     summary: string;
   })[];
@@ -1890,7 +1890,7 @@ export interface LabOutcome {
   expected: number;
   /** Of log RMSE over log n, least squares; null with fewer than two n, or without an error. */
   slope: number | null;
-  /** 95 %, low and high; null without a slope. */
+  /** 95%, low and high; null without a slope. */
   slope_interval: [number, number] | null;
   /** Of theory; null where it gives none. */
   expected_slope: number | null;
@@ -1904,7 +1904,7 @@ export interface LabOutcome {
   /** The same with `cost` for seconds; reproducible. */
   efficiency_by_cost: number | null;
   /**
-   * agrees: means and slope are those of theory (a wrong `differs` has a chance of 0.2 %); biased:
+   * agrees: means and slope are those of theory (a wrong `differs` has a chance of 0.2%); biased:
    * as the estimator says of itself; undecided: nothing to compare, fewer than eight replicates, or
    * a slope whose interval is too wide to tell.
    */
@@ -1913,7 +1913,7 @@ export interface LabOutcome {
   explanation: string;
   experiment: string;
   estimator: string;
-  /** How the expected picture relates to the truth. */
+  /** How the expected image relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
   sampler: string;
   replicates: number;
@@ -1931,7 +1931,7 @@ export interface LabCancelled {
 
 /** A key that is to be made. */
 export interface KeyRequest {
-  /** For people. */
+  /** Display name. */
   name: string;
   /**
    * Whose work it sees and makes: letters, digits, `.`, `_`, `-`; null: its own. A key that
@@ -1955,7 +1955,7 @@ export interface KeyRequest {
 export interface Key {
   /** Names the key in lists and logs. */
   id: string;
-  /** For people. */
+  /** Display name. */
   name: string;
   /** Whose work it sees and makes. */
   tenant: string;
@@ -1974,7 +1974,7 @@ export interface Key {
 export interface NewKey {
   /** Names the key in lists and logs. */
   id: string;
-  /** For people. */
+  /** Display name. */
   name: string;
   /** Whose work it sees and makes. */
   tenant: string;
@@ -2262,14 +2262,14 @@ export interface BatchDryRun {
   names: string[];
 }
 
-/** Two pictures; b is the reference. */
+/** Two images; b is the reference. */
 export interface ComparisonRequest {
   /** Job id (UUID) or asset id (64 hex digits). */
   a: string;
   /** Job id (UUID) or asset id (64 hex digits). */
   b: string;
   /**
-   * Which picture of a job. Errors of the pixels of a denoised one are not known singly: bias.low,
+   * Which image of a job. Errors of the pixels of a denoised one are not known singly: bias.low,
    * bias.high and z are null then. Default: "off".
    */
   a_denoise?: 'off' | 'mixed' | 'full';

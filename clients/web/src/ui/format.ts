@@ -20,15 +20,15 @@ export function percent(v: number | null | undefined): string {
   if (!known(v)) return dash;
   const p = 100 * v;
   const digits = p >= 99.95 ? 0 : p >= 9.995 ? 1 : 2;
-  return `${p >= 0.0995 ? p.toFixed(digits) : p.toPrecision(2)} %`;
+  return `${p >= 0.0995 ? p.toFixed(digits) : p.toPrecision(2)}%`;
 }
 
 /** How much is done, rounded down: the last percent is not told before it is there. */
 export function doneShare(fraction: number): string {
   const p = 100 * fraction;
-  if (p <= 0) return '0 %';
-  if (p < 0.1) return 'under 0.1 %';
-  return p < 10 ? `${(Math.floor(10 * p) / 10).toFixed(1)} %` : `${Math.floor(p)} %`;
+  if (p <= 0) return '0%';
+  if (p < 0.1) return 'under 0.1%';
+  return p < 10 ? `${(Math.floor(10 * p) / 10).toFixed(1)}%` : `${Math.floor(p)}%`;
 }
 
 /** A value and the half width of its interval, both to the digits that the interval leaves. */
@@ -90,11 +90,11 @@ export function ago(iso: string | null | undefined): string {
 
 /** How a relative error looks to somebody who watches the picture. */
 export function errorInWords(error: number | null | undefined): string {
-  if (!known(error)) return 'Not enough samples to say yet.';
-  if (error > 0.3) return 'Mostly noise; only the layout can be judged.';
-  if (error > 0.1) return 'Noisy; light and composition can be judged.';
-  if (error > 0.03) return 'Grain is plain to see.';
+  if (!known(error)) return 'Too few samples to estimate.';
+  if (error > 0.3) return 'Very noisy: good enough to check composition.';
+  if (error > 0.1) return 'Noisy: good enough to check lighting and composition.';
+  if (error > 0.03) return 'Visible grain.';
   if (error > 0.01) return 'Fine grain in dark or glossy places.';
   if (error > 0.003) return 'Clean to the eye.';
-  return 'Clean enough to measure by.';
+  return 'Clean enough for measurements.';
 }

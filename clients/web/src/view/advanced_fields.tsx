@@ -31,7 +31,7 @@ function ChoiceField({ label, pointer, standard, value, choices, onValue }: Choi
     <Field label={label} pointers={[pointer]} hint={chosen?.summary ?? standard}>
       {(a) => (
         <select {...a} value={value} onChange={(e) => onValue(e.currentTarget.value)}>
-          <option value="">Standard</option>
+          <option value="">Default</option>
           {choices.map((c) => (
             <option key={c.type} value={c.type}>
               {choiceLabel(c)}
@@ -45,9 +45,9 @@ function ChoiceField({ label, pointer, standard, value, choices, onValue }: Choi
 
 const groupLabels: Record<string, string> = {
   'estimator.strategy': 'Strategy',
-  'estimator.mis': 'Weights of strategies',
-  'estimator.roulette': 'End of paths',
-  'estimator.splitting': 'Splitting of paths',
+  'estimator.mis': 'MIS weighting',
+  'estimator.roulette': 'Russian roulette',
+  'estimator.splitting': 'Path splitting',
   'estimator.expected_values': 'Expected values',
   'estimator.control_variate': 'Control variate',
 };
@@ -70,7 +70,7 @@ function OptionFields({ info, v }: { info: Server | null; v: FormValues }) {
           key={group}
           label={groupLabels[group] ?? group.replace(/[._]/g, ' ')}
           pointer={`/${group.replace(/\./g, '/')}`}
-          standard="As the server does it by default."
+          standard="Server default."
           value={v.options[group] ?? ''}
           choices={choices}
           onValue={(name) => change({ options: { ...v.options, [group]: name } })}
@@ -102,7 +102,7 @@ export function AdvancedFields({ info }: { info: Server | null }) {
   }, [wrong]);
   return (
     <details class="advanced" open={open} onToggle={(e) => setOpen(e.currentTarget.open)}>
-      <summary>Method, seed, name</summary>
+      <summary>Advanced settings</summary>
       {open && <AdvancedBody info={info} />}
     </details>
   );
@@ -115,15 +115,15 @@ function AdvancedBody({ info }: { info: Server | null }) {
       <ChoiceField
         label="Integrator"
         pointer="/integrator/type"
-        standard="How light is followed. The standard one is right for nearly everything."
+        standard="How light paths are traced. The default suits nearly every scene."
         value={v.integrator}
         choices={info?.integrators ?? []}
         onValue={(integrator) => change({ integrator })}
       />
       <Field
-        label="Longest path"
+        label="Maximum bounces"
         pointers={['/integrator/max_depth', '/integrator']}
-        hint="How often light may bounce. 1 is direct light only; glass needs many."
+        hint="How many times light may bounce. 1 is direct light only; glass needs many."
       >
         {(a) => (
           <NumberInput
@@ -138,25 +138,24 @@ function AdvancedBody({ info }: { info: Server | null }) {
       <ChoiceField
         label="Sampler"
         pointer="/sampler"
-        standard="How random numbers are spread. Even spreading means less grain."
+        standard="How sample points are distributed. More even points give less noise."
         value={v.sampler}
         choices={info?.samplers ?? []}
         onValue={(sampler) => change({ sampler })}
       />
       <ChoiceField
-        label="Light choice"
+        label="Light selection"
         pointer="/light_sampler"
-        standard="Which lamp is asked first when there are many."
+        standard="How a light is picked when there are many."
         value={v.lightSampler}
         choices={info?.light_samplers ?? []}
         onValue={(lightSampler) => change({ lightSampler })}
       />
       <ChoiceField
-        label="Where samples go"
+        label="Adaptive sampling"
         pointer="/adaptive"
         standard={
-          'The same number for every pixel; ' +
-          'with an error target, noisy regions get more than smooth ones.'
+          'Every pixel gets the same number of samples. With an error target, noisy areas get more.'
         }
         value={v.adaptive}
         choices={info?.adaptive ?? []}
@@ -198,7 +197,7 @@ function AdvancedBody({ info }: { info: Server | null }) {
         </Field>
       </div>
       <p class="hint">
-        The same seed gives the same picture, bit for bit. Another seed gives other grain.
+        The same seed gives exactly the same image. A different seed gives different noise.
       </p>
       <Field label="Name" pointers={['/name']}>
         {(a) => (

@@ -27,7 +27,7 @@ import { KeyForm, SettingsPage } from './settings_page';
 import { SubmitForm } from './submit_form';
 
 const nextTheme: Record<Theme, Theme> = { auto: 'dark', dark: 'light', light: 'auto' };
-const themeNames: Record<Theme, string> = { auto: 'like the system', dark: 'dark', light: 'light' };
+const themeNames: Record<Theme, string> = { auto: 'system', dark: 'dark', light: 'light' };
 
 /** Views that do without the form. */
 const isBare = (view: Route['view']): boolean =>
@@ -53,7 +53,7 @@ function TopBar({ current }: { current: Route['view'] }) {
   const words = {
     connecting: 'Connecting…',
     online: 'Connected',
-    offline: 'Server does not answer; trying again',
+    offline: 'Server not responding; reconnecting…',
     locked: 'Access key needed',
   }[link];
   const at = (view: Route['view']): 'page' | undefined => (current === view ? 'page' : undefined);
@@ -213,8 +213,8 @@ function Empty() {
       </svg>
       <h1>Nothing rendered yet</h1>
       <p>
-        Pick a scene and press Render, or drop a model anywhere on this page. You will see the
-        picture come together, and how far off it still is.
+        Pick a scene and press Render, or drop a model anywhere on this page. Watch it render, with
+        a live estimate of the remaining error.
       </p>
     </div>
   );
@@ -228,7 +228,7 @@ function Centre({ at }: { at: Route }) {
   if (link === 'locked')
     return (
       <div class="page page-narrow">
-        <h1>This server is locked</h1>
+        <h1>Access key required</h1>
         <KeyForm />
       </div>
     );
@@ -254,7 +254,7 @@ function Centre({ at }: { at: Route }) {
         <div class="center-note">
           <p class="pulse">
             {link === 'offline'
-              ? 'The server does not answer. This page keeps trying.'
+              ? 'The server is not responding. This page keeps trying to reconnect.'
               : 'Connecting…'}
           </p>
         </div>

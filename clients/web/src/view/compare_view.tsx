@@ -12,6 +12,7 @@ import { Later } from '../ui/later';
 import { choiceIn, go, keepChoice, route } from '../ui/router';
 import { display, jobs } from '../ui/server_state';
 import { useStore } from '../ui/store';
+import { CompareSettings } from './compare_settings';
 import { useFeed } from './job_view';
 import { absence } from './job_words';
 import { sameSize, sizeText, JobPick } from './job_pick';
@@ -21,21 +22,23 @@ import { errorRange, lookOf } from './view_modes';
 
 type View = 'wipe' | Measure | 'flip';
 const views: { view: View; label: string; meaning: string }[] = [
-  { view: 'wipe', label: 'Slider', meaning: 'Drag the line over the two pictures.' },
+  { view: 'wipe', label: 'Slider', meaning: 'Drag the line across the two images.' },
   {
     view: 'difference',
     label: 'Difference',
-    meaning: 'How far the two are apart, relative to the brightness of B.',
+    meaning: 'Difference between the two, relative to the brightness of B.',
   },
   {
     view: 'z',
-    label: 'Against chance',
-    meaning: 'Distance in standard errors. Above 3, noise alone does not explain it.',
+    label: 'Significance (z)',
+    meaning: 'Difference in standard errors. Above 3, noise alone is an unlikely explanation.',
   },
   {
     view: 'flip',
     label: 'FLIP',
-    meaning: 'FLIP: what a person sees who flips between the two. Black none, pale yellow most.',
+    meaning:
+      'FLIP: the difference a viewer would notice when flipping between the two. ' +
+      'Black: none; pale yellow: largest.',
   },
 ];
 const zRange = { low: 0.3, high: 10 };
@@ -179,7 +182,7 @@ export function CompareView({ a, b }: { a: string; b: string }) {
     return (
       <div class="center-note">
         <h1>Compare</h1>
-        <p>{list ? 'Two renders are needed for a comparison.' : 'Asking the server…'}</p>
+        <p>{list ? 'You need two renders to compare.' : 'Loading…'}</p>
       </div>
     );
   }
@@ -293,7 +296,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
                   label={meaning}
                 />
               ) : (
-                <p class="stage-notice pulse">Working it out…</p>
+                <p class="stage-notice pulse">Calculating…</p>
               )}
             </div>
             {view === 'flip' && server && <FlipLegend meaning={meaning} />}
@@ -323,10 +326,12 @@ function Comparing({ a, b }: { a: string; b: string }) {
             </div>
             {trouble && (
               <p class="compare-note" role="alert">
-                The server did not compare them: {trouble} What follows is the page's own reckoning.
+                The server did not compare them: {trouble} The figures below were calculated by this
+                page.
               </p>
             )}
             <Numbers server={server} own={difference?.figures ?? null} />
+            <CompareSettings a={left.job!} b={right.job!} />
           </Later>
         </>
       )}
@@ -367,14 +372,14 @@ function Numbers({ server, own }: { server: Comparison | null; own: Figures | nu
           number(server.bias.value),
           server.bias.low === null || server.bias.high === null
             ? 'mean of A - B; its interval is not known'
-            : `95 %: ${number(server.bias.low)} to ${number(server.bias.high)}`,
+            : `95%: ${number(server.bias.low)} to ${number(server.bias.high)}`,
         ],
         [
           'z of a pixel',
           `${number(server.z.mean)} ± ${number(deviation(server.z.variance))}`,
           'chance alone gives 0 ± 1',
         ],
-        ['Pixels beyond 3 σ', percent(server.z.share_above_3), 'chance alone gives 0.27 %'],
+        ['Pixels beyond 3 σ', percent(server.z.share_above_3), 'chance alone gives 0.27%'],
       ]
     : own
       ? [

@@ -8,6 +8,8 @@ import { Icon } from '../ui/icons';
 import { choiceIn, go, goInstead, keepChoice, route } from '../ui/router';
 import { connection, display, refresh } from '../ui/server_state';
 import { useStore } from '../ui/store';
+import { CameraNumbers } from './camera_numbers';
+import { CropLayer } from './crop_layer';
 import { change, form, requestOf, type FormValues } from './form_model';
 import {
   framed,
@@ -136,8 +138,8 @@ function useAddress(scene: string, values: FormValues): void {
 }
 
 const hints = matchMedia('(hover: none)').matches
-  ? 'Drag with one finger to turn, with two to move; pinch to come nearer.'
-  : 'Drag to turn, shift and drag to move, wheel or pinch to come nearer.';
+  ? 'Drag with one finger to orbit, two to pan; pinch to zoom.'
+  : 'Drag to orbit, Shift-drag to pan, scroll or pinch to zoom.';
 
 /** The camera is the form's own while it is placed: the Render button uses it at any moment. */
 export function ComposeView({ scene }: { scene: string }) {
@@ -147,14 +149,18 @@ export function ComposeView({ scene }: { scene: string }) {
   const byHand = values.pose !== null;
   const orbit = values.pose ? fromPose(values.pose) : (start?.orbit ?? null);
   const move = (next: Orbit): void => change({ pose: poseOf(next) });
+  const [cropping, setCropping] = useState(false);
+  const lit = values.environment !== 'scene' && values.environment !== 'none';
   return (
     <div class="compose">
       <header class="job-header">
         <div class="job-title">
-          <h1>Place the camera</h1>
+          <h1>Position the camera</h1>
           <p class="dim">
-            {start?.flat && !byHand
-              ? 'This camera of the file is orthographic; one that you place has perspective.'
+            {cropping
+              ? 'Drag over the image to choose the part to render. A click removes the crop.'
+              : start?.flat && !byHand
+              ? 'The file’s camera is orthographic; a custom view is always perspective.'
               : hints}
           </p>
         </div>
@@ -162,11 +168,20 @@ export function ComposeView({ scene }: { scene: string }) {
           <button
             type="button"
             class="quiet"
+            aria-pressed={cropping}
+            data-testid="compose-crop"
+            onClick={() => setCropping(!cropping)}
+          >
+            {cropping ? 'Finish crop' : 'Draw a crop'}
+          </button>
+          <button
+            type="button"
+            class="quiet"
             disabled={!byHand}
             data-testid="compose-reset"
             onClick={() => change({ pose: null })}
           >
-            <Icon name="again" /> Start over
+            <Icon name="again" /> Reset view
           </button>
           <button type="button" class="quiet" data-testid="compose-done" onClick={() => go('/')}>
             Done
@@ -180,7 +195,7 @@ export function ComposeView({ scene }: { scene: string }) {
           </button>
         </div>
       </header>
-      <Viewfinder values={values} orbit={orbit} onOrbit={move} />
+      <Viewfinder values={values} orbit={orbit} onOrbit={move} cropping={cropping} />
       <div class="toolbar">
         <LightControls film={null} disabled={false} />
         <label class="exposure">
@@ -196,8 +211,53 @@ export function ComposeView({ scene }: { scene: string }) {
           />
           <output class="mono">{Math.round(orbit?.fovDegrees ?? 45)}°</output>
         </label>
+        {lit && <EnvironmentSliders values={values} />}
       </div>
+      <CameraNumbers values={values} orbit={orbit} />
     </div>
+  );
+}
+
+/** Stops up and down that the slider of the strength covers. */
+const strengthStops = 5;
+
+/** The environment is turned and dimmed where its effect is seen. */
+function EnvironmentSliders({ values: v }: { values: FormValues }) {
+  const degrees = ((((v.environmentRotation + 180) % 360) + 360) % 360) - 180;
+  return (
+    <>
+      <label class="exposure">
+        <span>Rotation</span>
+        <input
+          type="range"
+          min={-180}
+          max={180}
+          step={1}
+          value={degrees}
+          data-testid="environment-rotation"
+          onInput={(e) => change({ environmentRotation: e.currentTarget.valueAsNumber })}
+        />
+        <output class="mono">{Math.round(degrees)}°</output>
+      </label>
+      <label class="exposure" title="In stops; double-click resets">
+        <span>Strength</span>
+        <input
+          type="range"
+          min={-strengthStops}
+          max={strengthStops}
+          step={0.1}
+          value={v.environmentIntensity > 0 ? Math.log2(v.environmentIntensity) : -strengthStops}
+          data-testid="environment-strength"
+          onInput={(e) =>
+            change({
+              environmentIntensity: Number((2 ** e.currentTarget.valueAsNumber).toPrecision(3)),
+            })
+          }
+          onDblClick={() => change({ environmentIntensity: 1 })}
+        />
+        <output class="mono">×{v.environmentIntensity}</output>
+      </label>
+    </>
   );
 }
 
@@ -206,9 +266,10 @@ interface ViewfinderProps {
   /** Null until it is known where a camera placed by hand begins. */
   orbit: Orbit | null;
   onOrbit: (orbit: Orbit) => void;
+  cropping: boolean;
 }
 
-function Viewfinder({ values, orbit, onOrbit }: ViewfinderProps) {
+function Viewfinder({ values, orbit, onOrbit, cropping }: ViewfinderProps) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const box = useRef<HTMLDivElement>(null);
   const picture = useRef<Picture | null>(null);
@@ -258,10 +319,7 @@ function Viewfinder({ values, orbit, onOrbit }: ViewfinderProps) {
       tabIndex={0}
       role="group"
       aria-roledescription="viewfinder"
-      aria-label={
-        'Preview. Arrow keys turn, shift and arrow keys move, ' +
-        'plus and minus come nearer or go back.'
-      }
+      aria-label="Preview. Arrow keys orbit, Shift+arrow keys pan, plus and minus zoom."
       style={{ '--aspect': `${values.width} / ${values.height}` }}
     >
       <canvas
@@ -272,6 +330,7 @@ function Viewfinder({ values, orbit, onOrbit }: ViewfinderProps) {
         role="img"
         aria-label="Preview of the scene"
       />
+      <CropLayer values={values} drawing={cropping} />
       {state === 'waiting' && (
         <p class="layer-note pulse" role="status">
           {preview.current?.detail || 'Reconnecting…'}

@@ -84,7 +84,7 @@ function Prediction({ job, data, last }: { job: Job; data: Convergence; last: Kn
     <dl class="figures prediction" data-testid="prediction">
       {rows.map(({ error, samples: n, left: wait, range }) => (
         <div key={error} title={range || undefined}>
-          <dt>{number(100 * error)} % error</dt>
+          <dt>{number(100 * error)}% error</dt>
           <dd>
             <span>{isFinal(job.state) ? `${wait} more` : `in ${wait}`}</span>,{' '}
             <span>{count(n)} samples</span>
@@ -154,7 +154,7 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
       </header>
       <div ref={box} class="plot">
         {points.length < 2 ? (
-          <p class="plot-empty">The curve begins with the second pass over the picture.</p>
+          <p class="plot-empty">The curve appears after the second pass.</p>
         ) : (
           width > 0 && (
             <Curve
@@ -180,7 +180,7 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
             . Plain random numbers give −0.5; steeper is better.
           </>
         ) : (
-          'Slope: a few more passes are needed.'
+          'Slope: not enough passes yet.'
         )}
       </p>
       {data && fitted && (
@@ -250,7 +250,7 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
         <g key={v}>
           <line class="grid" x1={margin.left} x2={width - margin.right} y1={py(v)} y2={py(v)} />
           <text x={margin.left - 6} y={py(v) + 4} text-anchor="end">
-            {Number((100 * v).toPrecision(2))} %
+            {Number((100 * v).toPrecision(2))}%
           </text>
         </g>
       ))}

@@ -115,7 +115,7 @@ export function DenoiseControls({ job, disabled }: { job: Job | null; disabled: 
   const on = shown.denoised !== false;
   return (
     <div class="denoise">
-      <label title="The denoised picture, mixed with the plain one where that is better">
+      <label title="The denoised image, mixed with the plain one where that is better">
         <input
           type="checkbox"
           checked={on}
@@ -125,7 +125,7 @@ export function DenoiseControls({ job, disabled }: { job: Job | null; disabled: 
         />{' '}
         Denoised
       </label>
-      <label title="Plain picture to the left, denoised to the right">
+      <label title="Plain image to the left, denoised to the right">
         <span class="visually-hidden">Split between plain and denoised</span>
         <input
           type="range"
@@ -135,7 +135,7 @@ export function DenoiseControls({ job, disabled }: { job: Job | null; disabled: 
           value={shown.split ?? 0}
           disabled={disabled || !on}
           data-testid="denoise-split"
-          aria-valuetext={`plain up to ${Math.round(100 * (shown.split ?? 0))} %`}
+          aria-valuetext={`plain up to ${Math.round(100 * (shown.split ?? 0))}%`}
           onInput={(e) => set({ split: e.currentTarget.valueAsNumber })}
         />
       </label>

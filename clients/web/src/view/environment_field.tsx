@@ -21,13 +21,13 @@ const kinds = [
 ];
 
 const environmentHints: Record<EnvironmentMode, string> = {
-  scene: 'The scene’s own lights; a model without any gets a white sky.',
+  scene: 'Uses the lights in the file. If there are none, the model is lit by a plain white sky.',
   studio: 'Soft boxes before grey: key, fill, one above and one behind.',
   tent: 'Bright cloth all around, as for small products.',
   rim: 'Two strips behind the model draw its outline.',
   sun: 'Sun and clear sky. North is away from the front of the model.',
-  colour: 'One colour from all sides, as in a light tent.',
-  file: 'A panorama (.hdr or .exr) lights the scene and shows behind it.',
+  colour: 'Even light of one colour from all directions, like a light tent.',
+  file: 'An environment map (.hdr or .exr) lights the scene and is its background.',
   none: 'Only lights that are in the scene.',
 };
 
@@ -37,7 +37,7 @@ export function EnvironmentField() {
   return (
     <>
       <Field
-        label="Light around the scene"
+        label="Environment light"
         pointers={['/environment']}
         hint={
           v.environment === 'file' && v.environmentName
@@ -55,13 +55,13 @@ export function EnvironmentField() {
               if (environment === 'file' && !v.environmentAsset) input.current?.click();
             }}
           >
-            <option value="scene">As the scene has it</option>
+            <option value="scene">From the scene file</option>
             <option value="studio">Studio</option>
             <option value="tent">Product tent</option>
             <option value="rim">Rim light</option>
             <option value="sun">Sun and sky</option>
             <option value="colour">Plain colour</option>
-            <option value="file">Panorama file</option>
+            <option value="file">Environment map (HDRI)…</option>
             <option value="none">None</option>
           </select>
         )}
@@ -85,7 +85,7 @@ export function EnvironmentField() {
       )}
       {v.environment === 'colour' && (
         <div class="pair pair-uneven">
-          <Field label="Kind of light" pointers={[]}>
+          <Field label="Preset" pointers={[]}>
             {(a) => (
               <select
                 {...a}
@@ -102,7 +102,7 @@ export function EnvironmentField() {
                     {k.name}
                   </option>
                 ))}
-                <option value="">Own colour</option>
+                <option value="">Custom</option>
               </select>
             )}
           </Field>
@@ -133,7 +133,7 @@ export function EnvironmentField() {
                 />
               )}
             </Field>
-            <Field label="Turn (degrees)" pointers={[]}>
+            <Field label="Rotation (°)" pointers={[]}>
               {(a) => (
                 <NumberInput
                   {...a}
@@ -184,7 +184,7 @@ function SunFields() {
       <Field
         label="Date and time (UTC)"
         pointers={[]}
-        hint="At noon a picture needs about 5 stops less exposure, or a strength of 0.03."
+        hint="At noon an image needs about 5 stops less exposure, or a strength of 0.03."
       >
         {(a) => (
           <input
@@ -213,8 +213,8 @@ function StageFields() {
               value={v.background}
               onChange={(e) => change({ background: e.currentTarget.value as Background })}
             >
-              <option value="environment">The light around</option>
-              <option value="blurred">The same, blurred</option>
+              <option value="environment">Environment</option>
+              <option value="blurred">Blurred environment</option>
               <option value="color">Colour</option>
               <option value="transparent">Transparent</option>
             </select>
@@ -240,8 +240,8 @@ function StageFields() {
               change(ground === 'catcher' ? { ground, background: 'transparent' } : { ground });
             }}
           >
-            <option value="none">As the scene has it</option>
-            <option value="catcher">Shadow alone</option>
+            <option value="none">None</option>
+            <option value="catcher">Shadow only</option>
             <option value="sweep">Studio sweep</option>
           </select>
         )}

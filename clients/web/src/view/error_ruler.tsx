@@ -43,7 +43,7 @@ export function ErrorRuler({
   const then = denoised ? null : samplesThen(job, points);
   const confidence = Math.round(100 * (error?.confidence ?? 0.95));
   return (
-    <section class="ruler" aria-label="Error of the picture">
+    <section class="ruler" aria-label="Error of the image">
       <div class="ruler-head">
         <p class="ruler-value" data-testid="error">
           <span class="ruler-label">Error</span>{' '}
@@ -66,7 +66,7 @@ export function ErrorRuler({
           {value != null && error?.low != null && error.high != null && (
             <span class="ruler-interval">
               {' '}
-              {percent(error.low)} to {percent(error.high)} with {confidence} % confidence
+              {percent(error.low)} to {percent(error.high)} with {confidence}% confidence
             </span>
           )}
         </p>
@@ -133,7 +133,7 @@ function Track({ job, points }: { job: Job; points: ConvergencePoint[] }) {
       <div class="ruler-ticks" aria-hidden="true">
         {ticksOf(range).map((v) => (
           <span key={v} style={{ left: `${at(v)}%` }}>
-            {v >= 0.1 ? `${100 * v} %` : `${Number((100 * v).toPrecision(1))} %`}
+            {v >= 0.1 ? `${100 * v}%` : `${Number((100 * v).toPrecision(1))}%`}
           </span>
         ))}
       </div>

@@ -19,6 +19,21 @@ export interface Pose {
   verticalFovDegrees: number;
 }
 
+/** Edges of the part that is rendered, as shares of the image: it keeps when the size changes. */
+export interface Crop {
+  left: number;
+  top: number;
+  right: number;
+  bottom: number;
+}
+
+export interface PixelRect {
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+}
+
 export interface FormValues {
   scene: string;
   name: string;
@@ -36,6 +51,7 @@ export interface FormValues {
   seconds: number;
   camera: string;
   pose: Pose | null;
+  crop: Crop | null;
   variant: string;
   environment: EnvironmentMode;
   environmentAsset: string;
@@ -83,6 +99,7 @@ export const initial: FormValues = {
   cpuSeconds: 60,
   camera: '',
   pose: null,
+  crop: null,
   variant: '',
   environment: 'scene',
   environmentAsset: '',
@@ -141,7 +158,12 @@ export function requestOf(
   if (v.useCpuSeconds) stop.cpu_seconds = v.cpuSeconds;
   const request: Record<string, unknown> = {
     scene: v.scene,
-    film: { width: v.width, height: v.height, ...(v.filter && { filter: { type: v.filter } }) },
+    film: {
+      width: v.width,
+      height: v.height,
+      ...(v.crop && { crop: cropPixels(v) }),
+      ...(v.filter && { filter: { type: v.filter } }),
+    },
     stop,
   };
   if (v.name) request.name = v.name;
@@ -166,6 +188,31 @@ export function requestOf(
   const chosen = new Set(Object.values(v.options));
   for (const option of offered) if (chosen.has(option.name)) merge(request, option.patch);
   return request;
+}
+
+/** The crop in pixels, at least one. */
+export function cropPixels({ crop, width, height }: FormValues): PixelRect | null {
+  if (!crop) return null;
+  const x = Math.min(width - 1, Math.round(crop.left * width));
+  const y = Math.min(height - 1, Math.round(crop.top * height));
+  return {
+    x,
+    y,
+    width: Math.max(1, Math.round(crop.right * width) - x),
+    height: Math.max(1, Math.round(crop.bottom * height) - y),
+  };
+}
+
+/** Null: that is the whole image. What reaches beyond it is cut. */
+export function cropOf(rect: PixelRect, width: number, height: number): Crop | null {
+  const share = (v: number, size: number): number => Math.max(0, Math.min(size, v)) / size;
+  const crop = {
+    left: share(rect.x, width),
+    top: share(rect.y, height),
+    right: share(rect.x + rect.width, width),
+    bottom: share(rect.y + rect.height, height),
+  };
+  return crop.left || crop.top || crop.right < 1 || crop.bottom < 1 ? crop : null;
 }
 
 /** RFC 7396 merge patch, in place; null would remove what is not there and is left out. */
@@ -234,7 +281,7 @@ export function check(v: FormValues): FieldError[] {
   if (!v.scene) out.push({ pointer: '/scene', detail: 'Choose a scene or drop a model.' });
   const rules = [v.useSamples, v.useError, v.useDenoisedError, v.useSeconds, v.useCpuSeconds];
   if (!rules.includes(true))
-    out.push({ pointer: '/stop', detail: 'Choose at least one rule, so that the render ends.' });
+    out.push({ pointer: '/stop', detail: 'Choose at least one stop condition.' });
   if (v.environment === 'file' && !v.environmentAsset)
     out.push({ pointer: '/environment', detail: 'Choose an .hdr or .exr file.' });
   if (v.environment === 'sun' && !v.sunTime)

@@ -1,5 +1,6 @@
 import type { Job, Server } from '../api/types';
 import {
+  cropOf,
   initial,
   type Background,
   type EnvironmentMode,
@@ -86,6 +87,7 @@ export function formOf(job: Job, info: Server | null): FormValues {
     name: spec.name,
     width: spec.film.width,
     height: spec.film.height,
+    crop: spec.film.crop && cropOf(spec.film.crop, spec.film.width, spec.film.height),
     useSamples: stop.samples_per_pixel != null,
     samples: stop.samples_per_pixel ?? initial.samples,
     useError: stop.relative_error != null,

@@ -103,11 +103,11 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
       {!chosen ? (
         <div class="center-note">
           <h1>There is no chapter “{chapter}”</h1>
-          <p>The list names those that there are.</p>
+          <p>See the list for available chapters.</p>
         </div>
       ) : failure ? (
         <div class="center-note" role="alert">
-          <h1>The chapter did not arrive</h1>
+          <h1>This chapter could not be loaded</h1>
           <p>{failure}</p>
         </div>
       ) : !shown ? (

@@ -81,8 +81,8 @@ export function HalfHistogram({ film, x, y }: { film: LiveFilm; x: number; y: nu
         <span>{number(high)}</span>
       </div>
       <figcaption class="hint">
-        Both halves of {count(halves.pixels)} pixels ({side} × {side}); lines are this one’s. Long
-        tails are rare bright paths.
+        Both halves of {count(halves.pixels)} pixels ({side} × {side}); the lines mark this
+        pixel. A long tail means rare bright paths (fireflies).
       </figcaption>
     </figure>
   );

@@ -65,8 +65,8 @@ export function Inspector({
         )}
         {probe?.pinned && (
           <button type="button" class="link" onClick={onRelease}>
-            Release
-          </button>
+            Unpin
+</button>
         )}
       </header>
       {probe ? (
@@ -74,8 +74,8 @@ export function Inspector({
       ) : (
         <p class="hint">
           {matchMedia('(hover: none)').matches
-            ? 'Tap the picture to read a pixel.'
-            : 'Point at the picture to read a pixel; click to keep it.'}
+            ? 'Tap the image to read a pixel.'
+            : 'Hover to read a pixel; click to pin it.'}
         </p>
       )}
     </section>
@@ -181,7 +181,7 @@ function Channel({
           <span
             class="whisker"
             title={
-              `95 % interval ${number(low, 3)} to ${number(high, 3)}; ` +
+              `95% interval ${number(low, 3)} to ${number(high, 3)}; ` +
               'the two short marks are the independent halves'
             }
           >

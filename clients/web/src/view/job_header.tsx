@@ -124,9 +124,9 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
           <h1>{sceneTitle(job)}</h1>
           <p role="alert">
             <span class="state state-failed" data-testid="state">
-              This render is not here any more.
+              This render no longer exists.
             </span>
-            <span class="dim">It was deleted; what is shown is all that is left.</span>
+            <span class="dim">It has been deleted. You are seeing a local copy.</span>
           </p>
         </div>
       </header>
@@ -249,7 +249,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
                 act(async () => {
                   await api.remove(job.id);
                   go('/');
-                  say('The render and its files are gone.');
+                  say('Render deleted.');
                 })
               }
             />
@@ -281,7 +281,7 @@ function DeleteButton({ onDelete }: { onDelete: () => void }) {
       }}
     >
       <Icon name="trash" />
-      <span aria-live="polite">{asked ? 'Delete for good?' : 'Delete'}</span>
+      <span aria-live="polite">{asked ? 'Delete permanently?' : 'Delete'}</span>
     </button>
   );
 }
@@ -327,7 +327,7 @@ function LinkNote({ link, running }: { link: LinkState; running: boolean }) {
   if (link === 'overloaded')
     return (
       <span class="link-note" role="status">
-        The server has many viewers; trying again.
+        Too many viewers right now; retrying.
       </span>
     );
   return null;

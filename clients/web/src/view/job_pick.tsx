@@ -95,7 +95,7 @@ function Choices({
       />
       {offered.length === 0 && (
         <p class={settled ? 'hint' : 'hint pulse'} role="status">
-          {settled ? 'No render matches.' : 'Asking the server…'}
+          {settled ? 'No render matches.' : 'Loading…'}
         </p>
       )}
       <ul class="pick-list" aria-busy={!settled}>

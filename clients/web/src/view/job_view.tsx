@@ -170,7 +170,7 @@ export function JobView({ jobId }: { jobId: string }) {
                 {link === 'reconnecting'
                   ? 'Waiting for the server…'
                   : link === 'overloaded'
-                    ? 'The server has many viewers; trying again.'
+                    ? 'Too many viewers right now; retrying.'
                     : 'Opening…'}
               </h1>
             </div>

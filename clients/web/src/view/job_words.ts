@@ -16,11 +16,11 @@ const labels: Record<JobState, string> = {
 };
 
 const reasons: Record<string, string> = {
-  samples_per_pixel: 'all samples taken',
-  relative_error: 'error reached',
-  denoised_error: 'error of the denoised picture reached',
-  seconds: 'time is up',
-  cpu_seconds: 'CPU time is used up',
+  samples_per_pixel: 'sample count reached',
+  relative_error: 'error target reached',
+  denoised_error: 'denoised error target reached',
+  seconds: 'time limit reached',
+  cpu_seconds: 'CPU time limit reached',
   deadline: 'deadline',
   limit: 'sample limit of the server',
 };
@@ -43,12 +43,12 @@ export function absence({ job, link, problem }: FeedState): { title: string; why
   if (job) return null;
   if (link === 'gone')
     return {
-      title: 'This render is not here.',
+      title: 'This render does not exist.',
       why: 'It was deleted, or the link belongs to another server.',
     };
   return link === 'refused'
     ? {
-        title: 'The server refuses to show this render.',
+        title: 'You do not have access to this render.',
         why: problem?.detail ?? problem?.title ?? '',
       }
     : null;

@@ -8,6 +8,7 @@ import { useGrowing } from '../ui/later';
 import { choiceIn, keepChoice, route } from '../ui/router';
 import { refresh, sayError, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
+import { ChosenJobs } from './chosen_jobs';
 import { useJobList } from './job_list';
 import { sceneTitle, stateLabel } from './job_words';
 import { SeriesLinks } from './series_view';
@@ -29,6 +30,7 @@ export function JobsPage() {
   const filter = (Object.keys(filters) as Filter[]).find((f) => f === asked) ?? 'all';
   const [text, setText] = useState(choiceIn(at, 'find'));
   const { list, settled, more, load } = useJobList(filters[filter].states, text.trim());
+  const [chosen, setChosen] = useState<Set<string> | null>(null);
   const drawn = useGrowing(list.length, cardsAtOnce);
   const narrowed = filter !== 'all' || text.trim() !== '';
   useEffect(() => void refresh(), []);
@@ -65,7 +67,25 @@ export function JobsPage() {
           value={text}
           onInput={(e) => setText(e.currentTarget.value)}
         />
+        {!chosen && list.length > 0 && (
+          <button
+            type="button"
+            class="quiet"
+            data-testid="choose-many"
+            onClick={() => setChosen(new Set())}
+          >
+            Select
+          </button>
+        )}
       </header>
+      {chosen && (
+        <ChosenJobs
+          list={list}
+          chosen={chosen}
+          onChoose={setChosen}
+          onDone={() => setChosen(null)}
+        />
+      )}
       <SeriesLinks />
       <p class="visually-hidden" role="status">
         {settled && narrowed && `${list.length}${more ? ' or more' : ''} found`}
@@ -73,15 +93,25 @@ export function JobsPage() {
       {list.length === 0 ? (
         <p class={settled ? 'center-note' : 'center-note pulse'}>
           {!settled
-            ? 'Asking the server…'
+            ? 'Loading…'
             : narrowed
               ? 'No render matches.'
-              : 'No render yet. Choose a scene and press Render.'}
+              : 'No renders yet. Choose a scene and press Render.'}
         </p>
       ) : (
         <ul class="job-grid" aria-busy={!settled}>
           {list.slice(0, drawn).map((j) => (
-            <JobCard key={j.id} job={j} />
+            <JobCard
+              key={j.id}
+              job={j}
+              chosen={chosen && chosen.has(j.id)}
+              onChoose={(on) => {
+                const next = new Set(chosen);
+                if (on) next.add(j.id);
+                else next.delete(j.id);
+                setChosen(next);
+              }}
+            />
           ))}
         </ul>
       )}
@@ -94,7 +124,14 @@ export function JobsPage() {
   );
 }
 
-function JobCard({ job }: { job: Job }) {
+interface JobCardProps {
+  job: Job;
+  /** Null: none can be chosen now. */
+  chosen: boolean | null;
+  onChoose: (chosen: boolean) => void;
+}
+
+function JobCard({ job, chosen, onChoose }: JobCardProps) {
   const most = useStore(serverInfo)?.limits.priority ?? Infinity;
   const raise = (by: number): void => {
     api
@@ -109,7 +146,18 @@ function JobCard({ job }: { job: Job }) {
     ago(job.created_at),
   ].filter((fact) => fact !== false);
   return (
-    <li class="job-card">
+    <li class={chosen ? 'job-card job-chosen' : 'job-card'}>
+      {chosen !== null && (
+        <label class="check choose">
+          <input
+            type="checkbox"
+            aria-label={`Select ${sceneTitle(job)}`}
+            checked={chosen}
+            onChange={(e) => onChoose(e.currentTarget.checked)}
+          />
+          Select
+        </label>
+      )}
       <a href={`#/jobs/${job.id}`}>
         <Thumbnail job={job} size={400} />
         <strong>{sceneTitle(job)}</strong>

@@ -46,7 +46,7 @@ function Row({ label, pointer, hint, wrong, children }: RowProps) {
 
 const biasWords: Record<string, string> = {
   none: 'Unbiased.',
-  consistent: 'Biased at finite n; the bias goes as n grows.',
+  consistent: 'Biased for finite n; the bias vanishes as n grows.',
   biased: 'Biased, at any n.',
 };
 
@@ -127,7 +127,7 @@ export function Choices({ experiment, form, wrong, onChange }: ChoicesProps) {
         label={`n, ${experiment.unit}`}
         pointer="/n"
         wrong={wrong}
-        hint="A list; one point of the plot each."
+        hint="Comma-separated; one plot point per value."
       >
         {(attributes) => (
           <input
@@ -152,7 +152,12 @@ export function Choices({ experiment, form, wrong, onChange }: ChoicesProps) {
             />
           )}
         </Row>
-        <Row label="Seed" pointer="/seed" wrong={wrong} hint="Same seed, same numbers.">
+        <Row
+          label="Seed"
+          pointer="/seed"
+          wrong={wrong}
+          hint="The same seed gives the same numbers."
+        >
           {(attributes) => (
             <NumberInput
               {...attributes}

@@ -29,7 +29,7 @@ export function Plots({ series, shown, unit }: PlotsProps) {
       </div>
       <div ref={box} class={`lab-plot${some ? '' : ' lab-plot-empty'}`}>
         {!some || !shown ? (
-          <p class="lab-nothing">Run it, and the error appears here point by point.</p>
+          <p class="lab-nothing">Press Run to plot the error here.</p>
         ) : plot === 'error' ? (
           <ErrorPlot series={series} shown={shown} unit={unit} width={width} />
         ) : (
@@ -74,7 +74,7 @@ function slopeWords({ outcome }: Series): string {
 const verdictWords = {
   agrees: 'Agrees with theory.',
   differs: 'Differs from theory.',
-  biased: 'Biased, as it says.',
+  biased: 'Biased, as expected.',
   undecided: 'Undecided.',
 };
 
@@ -88,7 +88,7 @@ export function Verdict({ series }: { series: Series }) {
       value <span class="mono">{number(outcome.expected, 7)}</span>.{' '}
       {withMinus(outcome.explanation)}
       {outcome.slope_interval &&
-        ' The 95 % interval of the slope is ' +
+        ' The 95% interval of the slope is ' +
           `${outcome.slope_interval.map((v) => number(v)).join(' to ')}.`}
       {outcome.efficiency_by_cost != null &&
         ` Efficiency ${number(outcome.efficiency_by_cost)} by counted cost, ` +
@@ -154,7 +154,7 @@ export function Lesson({ experiment }: { experiment: Experiment }) {
           </dd>
         </div>
         <div>
-          <dt>What to see</dt>
+          <dt>What to look for</dt>
           <dd>
             <MathText text={experiment.look_for} />
           </dd>
@@ -168,7 +168,7 @@ export function Lesson({ experiment }: { experiment: Experiment }) {
 export function Elsewhere({ experiment, form }: { experiment: Experiment; form: LabForm }) {
   return (
     <details class="lab-elsewhere">
-      <summary>The same run in a terminal</summary>
+      <summary>Run this from a terminal</summary>
       <pre tabIndex={0} aria-label="Without a server">
         {commandOf(experiment, form)}
       </pre>

@@ -61,7 +61,7 @@ export function LabView({ name, query }: { name: string; query: string }) {
       ) : (
         <div class="center-note">
           <h1>There is no experiment “{name}” here</h1>
-          <p>The list names those that this server has.</p>
+          <p>See the list for available experiments.</p>
         </div>
       )}
     </div>
@@ -234,7 +234,7 @@ function Bench({ experiment, query }: { experiment: Experiment; query: string })
             >
               {series.length > 1 && state !== 'running' && (
                 <button type="button" class="quiet" onClick={runs.keepShown}>
-                  Forget the other runs
+                  Clear other runs
                 </button>
               )}
             </Files>

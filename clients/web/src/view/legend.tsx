@@ -27,7 +27,7 @@ function powerOfTen(v: number): string {
 }
 
 const texts: Record<Unit, (v: number) => string> = {
-  percent: (v) => `${number(100 * v, 2)} %`,
+  percent: (v) => `${number(100 * v, 2)}%`,
   count,
   number: (v) => (v < 0.01 ? powerOfTen(v) : number(v, 2)),
 };

@@ -85,7 +85,7 @@ async function send(files: DroppedFile[]): Promise<void> {
 async function takePanorama(file: File, report: UploadReport): Promise<string> {
   const asset = await uploadEnvironment(file, report);
   change({ environment: 'file', environmentAsset: asset, environmentName: file.name });
-  return `${file.name} now lights the scene.`;
+  return `Lighting set to ${file.name}.`;
 }
 
 /** used: the files that the model is made of are added to it. */
@@ -129,7 +129,7 @@ function leftOut(files: DroppedFile[], used: File[]): string {
   if (!names.length) return '';
   const more = names.length - namedAtMost;
   const list = names.slice(0, namedAtMost).join(', ') + (more > 0 ? ` and ${more} more` : '');
-  return `Left out: ${list}. One model and one panorama are taken at a time.`;
+  return `Left out: ${list}. Only one model and one environment map can be added at a time.`;
 }
 
 export function chooseScene(scene: string): void {

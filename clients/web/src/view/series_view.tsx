@@ -15,7 +15,7 @@ const stateWords: Record<BatchSummary['state'], string> = {
   queued: 'Waiting',
   rendering: 'Rendering',
   paused: 'Paused',
-  failed: 'Ended; some pictures failed',
+  failed: 'Ended; some images failed',
   cancelled: 'Cancelled',
   finished: 'Finished',
 };
@@ -62,7 +62,7 @@ export function SeriesView({ id }: { id: string }) {
             <p>{fault}</p>
           </>
         ) : (
-          <p class="pulse">Asking the server…</p>
+          <p class="pulse">Loading…</p>
         )}
       </div>
     );
@@ -70,7 +70,7 @@ export function SeriesView({ id }: { id: string }) {
     <div class="page" data-testid="series">
       <header class="page-head">
         <div>
-          <h1>{batch.jobs.length} pictures</h1>
+          <h1>{batch.jobs.length} images</h1>
           <p class="dim" role="status" data-testid="series-state">
             {stateWords[batch.state]}
             {!ended(batch.state) && `: ${doneShare(batch.progress.fraction)}`}
@@ -128,7 +128,7 @@ function SeriesActions({ batch, onChange }: { batch: Batch; onChange: () => void
         </button>
       )}
       <label>
-        <span class="visually-hidden">Format of the pictures</span>
+        <span class="visually-hidden">Format of the images</span>
         <select value={format} onChange={(e) => setFormat(e.currentTarget.value)}>
           {formats.map((f) => (
             <option key={f} value={f}>
@@ -159,7 +159,7 @@ function SeriesActions({ batch, onChange }: { batch: Batch; onChange: () => void
             : setSure(true)
         }
       >
-        {sure ? 'Delete all pictures?' : 'Delete'}
+        {sure ? 'Delete all images?' : 'Delete'}
       </button>
     </div>
   );
@@ -214,7 +214,7 @@ export function SeriesLinks() {
       <span class="dim">Series</span>
       {batches.map((b) => (
         <a key={b.id} href={`#/series/${b.id}`}>
-          {Object.values(b.counts).reduce((sum, n) => sum + n, 0)} pictures, {ago(b.created_at)}
+          {Object.values(b.counts).reduce((sum, n) => sum + n, 0)} images, {ago(b.created_at)}
         </a>
       ))}
     </nav>

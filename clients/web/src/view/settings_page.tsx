@@ -13,7 +13,7 @@ import { useStore } from '../ui/store';
 import { limitName, limitText } from './limit_names';
 import { WorkersCard } from './workers_card';
 
-const themes: Record<Theme, string> = { auto: 'Like my system', dark: 'Dark', light: 'Light' };
+const themes: Record<Theme, string> = { auto: 'System', dark: 'Dark', light: 'Light' };
 
 export function SettingsPage() {
   const chosen = useStore(theme);
@@ -45,7 +45,7 @@ export function SettingsPage() {
             checked={shown.showTiles}
             onChange={(e) => display.set({ ...shown, showTiles: e.currentTarget.checked })}
           />
-          Outline tiles as they arrive
+          Highlight updated tiles
         </label>
       </section>
       <KeyForm />
@@ -102,7 +102,7 @@ export function KeyForm() {
     try {
       await api.openSession(key);
       setKey('');
-      say('This browser may now use the server.');
+      say('Access granted in this browser.');
     } catch (error) {
       setFault(explainKey(error));
     }
@@ -115,7 +115,7 @@ export function KeyForm() {
         {link === 'locked'
           ? 'This server asks for a key. It was printed when the server started.'
           : 'Only needed for servers that ask for one. ' +
-            'The key is exchanged for a cookie and not kept in the page.'}
+            'The key is exchanged for a session cookie and is not stored in the page.'}
       </p>
       <div class="key-row">
         <label class="visually-hidden" for="key">

@@ -7,6 +7,7 @@ import { useStore } from '../ui/store';
 import { DenoisedImage, useDenoised, type DenoisedError } from './denoised_image';
 import { ServerImage } from './server_image';
 import { samplesRange, varianceRange } from './film_reading';
+import { FirstLook } from './first_look';
 import { Legend, unitOf } from './legend';
 import { TileFlashes } from './tile_flashes';
 import { isHeat, isLayer, lookOf, planeModes, type Mode, type Range } from './view_modes';
@@ -97,11 +98,14 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
         ref={box}
         tabIndex={0}
         role="group"
-        aria-roledescription="picture viewer"
-        aria-label="Picture. Arrow keys move the pixel probe, plus and minus zoom, 0 fits."
+        aria-roledescription="image viewer"
+        aria-label="Image. Arrow keys move the pixel probe, plus and minus zoom, 0 fits."
         style={{ '--aspect': `${size.width} / ${size.height}` }}
       >
         <div class={`film${view.scale > 2.5 ? ' film-pixels' : ''}`} style={view.style}>
+          {job && mode === 'picture' && !state.tooLarge && (
+            <FirstLook key={`look-${job.id}`} job={job} film={film} />
+          )}
           <canvas
             ref={canvas}
             key={job?.id}
@@ -127,7 +131,7 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
         {job && <StageNotice state={state} />}
         {view.zoomed && (
           <button type="button" class="stage-fit" onClick={view.reset}>
-            {Math.round(view.scale * 100)} % · fit
+            {Math.round(view.scale * 100)}% · fit
           </button>
         )}
       </div>
@@ -153,7 +157,7 @@ function ProbeMark({ probe, view }: { probe: Probe; view: Viewport }) {
 /** States in which there is nothing to look at yet, or nothing more to come. */
 function StageNotice({ state }: { state: FeedState }) {
   const job = state.job!;
-  const empty = !state.tooLarge && !(state.film && state.film.tilesSeen > 0);
+  const empty = !state.tooLarge && !job.revision && !(state.film && state.film.tilesSeen > 0);
   if (job.state === 'failed') {
     return (
       <div class="stage-notice notice-failed" role="alert">
@@ -171,11 +175,11 @@ function StageNotice({ state }: { state: FeedState }) {
   const text = {
     queued: job.queue_position
       ? `Queued, ${job.queue_position} ahead.`
-      : 'Waiting for its turn.',
+      : 'Queued.',
     loading: 'Loading the scene.',
-    rendering: 'The first tiles are on their way.',
+    rendering: 'Waiting for the first tiles…',
     paused: 'Paused before the first tile.',
-    finished: 'Fetching the picture.',
+    finished: 'Fetching the image.',
     cancelled: 'Cancelled before the first tile.',
     failed: '',
   }[job.state];

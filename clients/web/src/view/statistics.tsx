@@ -2,7 +2,7 @@ import type { Job } from '../api/types';
 import { bytes, count, duration, number } from '../ui/format';
 
 /** The light that was chosen where none was asked for: worth knowing, but nothing is wrong. */
-const isChoice = (text: string): boolean => text.startsWith('environment: none was given');
+const isChoice = (text: string): boolean => text.startsWith('No environment was given');
 
 export function Statistics({ job }: { job: Job }) {
   const said = job.warnings;
@@ -38,15 +38,15 @@ export function Statistics({ job }: { job: Job }) {
     ],
     ['Peak memory', s?.peak_bytes ? bytes(s.peak_bytes) : '–'],
     [
-      'Rejected samples',
+      'Invalid samples',
       count(s?.rejected_samples),
-      'Samples that were not a finite number; they count as zero',
+      'NaN or infinite; counted as zero',
     ],
   ];
   return (
     <section class="card" aria-labelledby="statistics-title">
       <header class="card-head">
-        <h2 id="statistics-title">Figures</h2>
+        <h2 id="statistics-title">Statistics</h2>
       </header>
       <dl class="figures">
         {rows.map(([name, value, title]) => (

@@ -50,7 +50,7 @@ export function StopField() {
   const wrong = refusalsAt(useStore(refusals), ['/stop']);
   return (
     <fieldset class={`stop${wrong.length ? ' field-wrong' : ''}`}>
-      <legend>Stop when</legend>
+      <legend>Stop rendering when</legend>
       <Rule
         on={v.useError}
         label="error is below"
@@ -65,7 +65,7 @@ export function StopField() {
       />
       <Rule
         on={v.useDenoisedError}
-        label="denoised error"
+        label="denoised error is below"
         unit="%"
         value={v.denoisedErrorPercent}
         min={0.01}
@@ -77,8 +77,8 @@ export function StopField() {
       />
       <Rule
         on={v.useSamples}
-        label="samples reach"
-        unit="/ pixel"
+        label="samples per pixel reach"
+        unit=""
         value={v.samples}
         min={1}
         max={info?.limits.samples_per_pixel}
@@ -89,7 +89,7 @@ export function StopField() {
       />
       <Rule
         on={v.useSeconds}
-        label="time is up after"
+        label="time reaches"
         unit="s"
         value={v.seconds}
         min={0.1}
@@ -101,7 +101,7 @@ export function StopField() {
       />
       <Rule
         on={v.useCpuSeconds}
-        label="CPU time is used up after"
+        label="CPU time reaches"
         unit="s"
         value={v.cpuSeconds}
         min={0.1}
@@ -112,7 +112,8 @@ export function StopField() {
         onValue={(cpuSeconds) => change({ cpuSeconds })}
       />
       <p class="hint">
-        The first rule met ends the render. Half the error takes four times the samples.
+        Rendering stops at whichever comes first. Halving the error takes about four times as many
+        samples.
       </p>
       <p class="wrong" role={wrong.length ? 'alert' : undefined}>
         {wrong.map((w) => w.detail).join(' ')}

@@ -9,9 +9,11 @@ import { go, route } from '../ui/router';
 import { connection, refresh, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { AdvancedFields } from './advanced_fields';
+import { Cost } from './cost';
 import { EnvironmentField } from './environment_field';
 import { Field, NumberInput, refusalsAt } from './field';
 import { change, check, form, refusals, refusalsOf, requestOf, sizePresets } from './form_model';
+import { SceneGallery } from './scene_gallery';
 import {
   chooseScene,
   isModel,
@@ -124,6 +126,7 @@ function ScenePicker() {
           </select>
         )}
       </Field>
+      <SceneGallery />
       <DropZone />
       {v.scene && (
         <Field label="Camera" pointers={['/camera']}>
@@ -136,10 +139,10 @@ function ScenePicker() {
                 change({ camera: e.currentTarget.value, pose: null })
               }
             >
-              {v.pose && <option value="pose">Placed by hand</option>}
+              {v.pose && <option value="pose">Custom view</option>}
               <option value="">
                 {details?.cameras && !cameras.length
-                  ? 'Fitted to the model'
+                  ? 'Auto-fit to model'
                   : 'The scene’s first camera'}
               </option>
               {cameras.map((c, i) => (
@@ -158,18 +161,22 @@ function ScenePicker() {
           data-testid="compose"
           onClick={() => go(`/compose/${v.scene}`)}
         >
-          <Icon name="orbit" /> Place the camera by hand
+          <Icon name="orbit" /> Position the camera…
         </button>
       )}
       {variants.length > 0 && (
-        <Field label="Variant" pointers={['/variant']} hint="The model comes in several finishes.">
+        <Field
+          label="Variant"
+          pointers={['/variant']}
+          hint="This model has several material variants."
+        >
           {(a) => (
             <select
               {...a}
               value={v.variant}
               onChange={(e) => change({ variant: e.currentTarget.value })}
             >
-              <option value="">As delivered</option>
+              <option value="">Default</option>
               {variants.map((x) => (
                 <option key={x} value={x}>
                   {x}
@@ -211,8 +218,7 @@ function DropZone() {
         <progress max={1} value={busy.share} aria-label={`Sending ${busy.what}`} />
       ) : (
         <p class="hint">
-          Drop a .glb, a glTF folder or a .zip anywhere on this page. An .hdr or .exr becomes the
-          light around it.
+          Drop a .glb, glTF folder or .zip anywhere on this page. Add an .hdr or .exr to light it.
         </p>
       )}
       {note && (
@@ -314,6 +320,8 @@ export function SubmitForm() {
   const uploading = useStore(sending);
   const items = useStore(refusals);
   const [busy, setBusy] = useState(false);
+  /** Somebody is at the form. */
+  const [near, setNear] = useState(false);
   const values = useStore(form);
   const variants = useStore(sceneDetails)?.variants ?? [];
   const pictures = picturesOf(values, variants);
@@ -353,24 +361,34 @@ export function SubmitForm() {
   };
 
   return (
-    <form class="submit-form" id="new" onSubmit={submit} noValidate aria-labelledby="new-title">
-      <h2 id="new-title">New render</h2>
-      <ScenePicker />
-      <Later>
-        <EnvironmentField />
-      </Later>
-      <Later>
-        <SizeField />
-      </Later>
-      <Later>
-        <StopField />
-      </Later>
-      <Later>
-        <SeriesFields />
-      </Later>
-      <Later>
-        <AdvancedFields info={info} />
-      </Later>
+    <form
+      class="submit-form"
+      id="new"
+      onSubmit={submit}
+      onPointerEnter={() => setNear(true)}
+      onFocusCapture={() => setNear(true)}
+      noValidate
+      aria-labelledby="new-title"
+    >
+      <div class="submit-fields">
+        <h2 id="new-title">New render</h2>
+        <ScenePicker />
+        <Later>
+          <EnvironmentField />
+        </Later>
+        <Later>
+          <SizeField />
+        </Later>
+        <Later>
+          <StopField />
+        </Later>
+        <Later>
+          <SeriesFields />
+        </Later>
+        <Later>
+          <AdvancedFields info={info} />
+        </Later>
+      </div>
       <div class="submit-bar">
         {general.length > 0 && (
           <p class="wrong" role="alert">
@@ -383,8 +401,9 @@ export function SubmitForm() {
           disabled={busy || !!uploading || link === 'locked'}
           type="submit"
         >
-          {busy ? 'Submitting…' : pictures > 1 ? `Render ${pictures} pictures` : 'Render'}
+          {busy ? 'Submitting…' : pictures > 1 ? `Render ${pictures} images` : 'Render'}
         </button>
+        <Cost active={near} images={Math.max(1, pictures)} />
       </div>
     </form>
   );

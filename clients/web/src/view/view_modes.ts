@@ -25,16 +25,16 @@ export interface ModeInfo {
 }
 
 export const planeModes: ModeInfo[] = [
-  { mode: 'picture', label: 'Picture', meaning: 'The picture so far.' },
+  { mode: 'picture', label: 'Image', meaning: 'The image so far.' },
   {
     mode: 'error',
     label: 'Error',
-    meaning: 'How far each pixel may still be off, relative to its brightness.',
+    meaning: 'Estimated error of each pixel, relative to its brightness.',
   },
   {
     mode: 'tile-error',
     label: 'Tiles',
-    meaning: 'How far each tile of 32 × 32 pixels may still be off, as the server measured it.',
+    meaning: 'Estimated error of each 32 × 32 tile.',
   },
   {
     mode: 'variance',
@@ -51,7 +51,7 @@ export const layerModes: ModeInfo[] = [
     label: 'Normal',
     meaning: 'Direction of the surfaces: red is x, green y, blue z; middle grey is 0.',
   },
-  { mode: 'depth', label: 'Depth', meaning: 'Distance from the eye.' },
+  { mode: 'depth', label: 'Depth', meaning: 'Distance from the camera.' },
   {
     mode: 'denoise_bias',
     label: 'Bias',

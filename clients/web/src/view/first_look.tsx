@@ -1,0 +1,42 @@
+import { useEffect, useState } from 'preact/hooks';
+import { imageUrl } from '../api/client';
+import type { Job } from '../api/types';
+import type { LiveFilm } from '../live/film';
+import { display } from '../ui/server_state';
+
+const tileSide = 32;
+
+/**
+ * The image as the server encodes it, there with one small answer; tiles take its place, and when
+ * all are there it goes. What is rendered only now has none.
+ */
+export function FirstLook({ job, film }: { job: Job; film: LiveFilm | null }) {
+  const [src] = useState(() => {
+    if (!job.revision || (film && film.tilesSeen > 0)) return '';
+    const { exposure, tone: tonemap } = display.get();
+    // WebP has alpha, and is a tenth of PNG where there is noise.
+    return imageUrl(job.id, 'webp', { exposure, tonemap });
+  });
+  const { width, height, crop } = job.spec.film;
+  const part = crop ?? { x: 0, y: 0, width, height };
+  const last = (from: number, size: number): number =>
+    Math.ceil((from + size) / tileSide) - Math.floor(from / tileSide);
+  const tiles = last(part.x, part.width) * last(part.y, part.height);
+  const [covered, setCovered] = useState(false);
+  useEffect(() => film?.onChange(() => film.tilesSeen >= tiles && setCovered(true)), [film, tiles]);
+  if (!src || covered) return null;
+  return (
+    <img
+      class="first-look"
+      data-testid="first-look"
+      src={src}
+      alt=""
+      style={{
+        left: `${(100 * part.x) / width}%`,
+        top: `${(100 * part.y) / height}%`,
+        width: `${(100 * part.width) / width}%`,
+        height: `${(100 * part.height) / height}%`,
+      }}
+    />
+  );
+}

@@ -224,7 +224,7 @@ constexpr std::array kTicketProblems = {400, 404, 415, 422};
 constexpr std::array kPatchProblems = {400, 404, 409, 412, 415, 422, 507};
 constexpr std::array kExtendProblems = {400, 404, 409, 415, 422, 507};
 constexpr std::array kImageProblems = {404, 406, 409, 410, 422};
-constexpr std::array kMeterProblems = {404, 409, 410};
+constexpr std::array kSampledProblems = {404, 409, 410};
 constexpr std::array kMergeProblems = {400, 404, 409, 410, 413, 415, 422, 507};
 constexpr std::array kFilmProblems = {404, 409, 410, 416};
 constexpr std::array kBatchProblems = {400, 404, 409, 413, 415, 422, 507};
@@ -365,12 +365,13 @@ constexpr std::array kOperations = {
     Operation{"getMeter", "GET", "/v1/jobs/{id}/meter", "Results",
               "Irradiance at the points of the job's meter.",
               "409 before the first sample of all of them; 404 for a job without a meter.", "read",
-              kNoHeaders, kNoBody, kMeterAnswer, kMeterProblems, true},
+              kNoHeaders, kNoBody, kMeterAnswer, kSampledProblems, true},
     Operation{"getMeterTable", "GET", "/v1/jobs/{id}/meter.csv", "Results", "The same as CSV.", "",
-              "read", kNoHeaders, kNoBody, kMeterTableAnswer, kMeterProblems, true},
+              "read", kNoHeaders, kNoBody, kMeterTableAnswer, kSampledProblems, true},
     Operation{"getObjects", "GET", "/v1/jobs/{id}/objects", "Results",
-              "What the ids of an image's layers are.", "404 also once the scene is gone.", "read",
-              kNoHeaders, kNoBody, kObjectsAnswer, k404, true},
+              "What the ids of a image's layers are.",
+              "409 before the first sample; 404 also once the scene is gone.", "read", kNoHeaders,
+              kNoBody, kObjectsAnswer, kSampledProblems, true},
     Operation{
         "getFilm", "GET", "/v1/jobs/{id}/film", "Results", "Download the film (raw sample sums).",
         "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and text, "

@@ -61,10 +61,11 @@ bool PassPolicy::looks_at(int samples) const {
 
 int PassPolicy::stop_at(double samples) const {
   const double least = std::max(samples, static_cast<double>(kSamplesBeforeErrorStop));
-  return least >= samples_max_
-             ? samples_max_
-             : std::min(next_look(static_cast<int>(std::ceil(least)) - 1, replicates_, unit_),
-                        samples_max_);
+  // Of an error without bounds the count is infinite or not a number.
+  return least < samples_max_
+             ? std::min(next_look(static_cast<int>(std::ceil(least)) - 1, replicates_, unit_),
+                        samples_max_)
+             : samples_max_;
 }
 
 double PassPolicy::alpha() const { return (1 - stop_.confidence) / kLooksAtRisk; }

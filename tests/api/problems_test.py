@@ -9,6 +9,8 @@ NO_JOB = "/v1/jobs/00000000-0000-4000-8000-000000000000"
 
 
 class RequestProblems(ApiTest):
+    FLAGS = ("--max-running", "1")
+
     def submit(self, **members):
         return self.server.post("/v1/jobs", {"scene": "cornell-box", **members})
 
@@ -273,6 +275,23 @@ class RequestProblems(ApiTest):
                     self.assertIn(str(answer.status), operation["responses"], answer)
                     seen.add(answer.status)
         self.assertLessEqual({200, 400, 422}, seen)
+
+    def test_a_job_without_a_sample_gets_documented_statuses_everywhere(self):
+        release = self.hold()
+        job = self.submit().json()
+        self.assertEqual(self.server.post(f"/v1/jobs/{job['id']}/cancel").status, 200)
+        release()
+        self.assertEqual(self.server.job(job["id"])["progress"]["samples_per_pixel"]["max"], 0)
+        parts = {"{id}": job["id"], "{.format}": ".png", "{x}": "0", "{y}": "0"}
+        seen = []
+        for path, methods in self.server.get("/openapi.json").json()["paths"].items():
+            if path.startswith("/v1/jobs/{id}/") and "get" in methods:
+                for name, value in parts.items():
+                    path = path.replace(name, value)
+                answer = self.server.get(path)
+                self.assertIn(str(answer.status), methods["get"]["responses"], (path, answer))
+                seen.append(answer.status)
+        self.assertGreaterEqual(seen.count(409), 4, seen)
 
     def test_list_parameters_out_of_range_are_told(self):
         for query in ("limit=0", "limit=201", "limit=x", "state=sleeping"):

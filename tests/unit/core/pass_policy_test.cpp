@@ -129,6 +129,8 @@ TEST(PassPolicy, TellsTheLookThatMayEndAJob) {
   EXPECT_EQ(by.stop_at(80), 80);
   EXPECT_EQ(by.stop_at(99), 100);
   EXPECT_EQ(by.stop_at(1e9), 100);
+  EXPECT_EQ(by.stop_at(std::numeric_limits<double>::infinity()), 100);
+  EXPECT_EQ(by.stop_at(std::numeric_limits<double>::quiet_NaN()), 100);
 }
 
 }  // namespace

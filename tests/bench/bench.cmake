@@ -7,7 +7,8 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   target_link_libraries(load_bench PRIVATE test_support core_scene_io core_image_io core)
 
   # What each option of the estimators is worth; how light samplers scale.
-  add_executable(options_bench bench/options_bench.cpp)
+  add_executable(options_bench bench/options_bench.cpp bench/named_view.cpp bench/bench_views.cpp
+    render/asset_files.cpp)
   target_link_libraries(options_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 
   # Every integrator with equal time.
@@ -35,8 +36,8 @@ endif()
 
 # A render for callgrind.
 if(TARGET core_scene_io AND TARGET core_image_io)
-  add_executable(instructions_bench bench/instructions_bench.cpp bench/bench_views.cpp
-    render/asset_files.cpp)
+  add_executable(instructions_bench bench/instructions_bench.cpp bench/named_view.cpp
+    bench/bench_views.cpp render/asset_files.cpp)
   target_link_libraries(instructions_bench PRIVATE test_support core_scene_io core_image_io core
     tessera_lto)
 endif()

@@ -14,8 +14,7 @@
 
 #include "core/base/check.h"
 #include "core/scene/scene_data.h"
-#include "core/scene_io/builtin_scenes.h"
-#include "core/scene_io/gltf_load.h"
+#include "tests/bench/named_view.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -36,7 +35,7 @@ struct Plan {
   int rounds = 4;
   bool is_short = false;
   std::string only;   ///< options whose names begin so, beside the default
-  std::string scene;  ///< one of the built-in ones; empty: five
+  std::string scene;  ///< one of the built-in ones, or GLTF,HDR; empty: five built-in ones
 };
 
 struct Cost {
@@ -113,19 +112,6 @@ std::vector<Option> options() {
     all.push_back(option(name, [type = type](S& s) { s.estimator.control_variate = type; }));
   }
   return all;
-}
-
-View builtin(const char* name, const Plan& plan) {
-  const auto glb = core::find_builtin_scene(name)->make_glb();
-  auto description = core::load_gltf(glb, {}, {});
-  CHECK(description);
-  View view =
-      test_support::view_of(test_support::build(std::move(*description)), plan.width, plan.height);
-  const core::SceneData& data = view.scene->data();
-  if (data.punctual_lights.empty() && data.triangle_lights.empty()) {
-    view.environment = test_support::constant_sky(Rgb(1));
-  }
-  return view;
 }
 
 /// `emitters` small triangles, turned every way, over a square floor that alone is seen; the same
@@ -205,12 +191,16 @@ void print_options(const Plan& plan) {
   std::vector<Option> all = options();
   std::erase_if(
       all, [&](const Option& o) { return o.name != "default" && o.name.rfind(plan.only, 0) != 0; });
-  for (const char* name : {"cornell-box", "veach-mis", "many-lights", "glass", "interior"}) {
-    if (!plan.scene.empty() && plan.scene != name) {
-      continue;
-    }
-    const std::vector<Cost> costs = compare(builtin(name, plan), all, plan);
-    std::printf("\n%-26s%12s%12s%12s%12s\n", name, "efficiency", "variance", "seconds", "rays");
+  std::vector<std::string> scenes = {"cornell-box", "veach-mis", "many-lights", "glass",
+                                     "interior"};
+  if (!plan.scene.empty()) {
+    scenes = {plan.scene};
+  }
+  for (const std::string& name : scenes) {
+    const std::vector<Cost> costs =
+        compare(bench::named_view(name, plan.width, plan.height), all, plan);
+    std::printf("\n%-26s%12s%12s%12s%12s\n", name.c_str(), "efficiency", "variance", "seconds",
+                "rays");
     for (std::size_t i = 0; i < all.size(); ++i) {
       const Cost& c = costs[i];
       std::printf("%-26s%12.3f%12.3f%12.3f%12.3f\n", all[i].name.c_str(),

@@ -384,6 +384,10 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   Faults faults;
   read_members(table(), *value, job.spec, "", faults);
   settle_stage(*value, job.spec);
+  if (job.spec.render.light_sampler == core::LightSamplerType::kRestir &&
+      !value->contains(Json::json_pointer("/estimator/splitting"))) {
+    job.spec.render.estimator.splitting = core::SplittingType::kNone;
+  }
   // The rules between members speak about values that are fine by themselves.
   if (faults.empty()) {
     check_camera(job.spec, faults);

@@ -12,6 +12,7 @@
 #include "core/camera/orbit.h"
 #include "core/denoise/denoiser_type.h"
 #include "core/scene/scene.h"
+#include "core/settings/registry.h"
 #include "core/settings/settings.h"
 
 namespace api {
@@ -61,7 +62,7 @@ struct JobSpec {
   DenoiseSpec denoise;
   std::optional<Webhook> webhook;
   std::optional<double> retention_seconds;  ///< deleted so long after its end; empty: kept
-  core::RenderSettings render;
+  core::RenderSettings render = core::default_settings(core::RenderSettings{}.integrator);
   core::StopRules stop = {.samples_per_pixel = 256,
                           .relative_error = {},
                           .confidence = 0.95,

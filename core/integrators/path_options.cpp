@@ -18,13 +18,16 @@ StudyOptions::StudyOptions(const RenderSettings& s)
       split_count(s.estimator.splitting == SplittingType::kFixed ? s.estimator.split_count : 1),
       max_depth(s.max_depth) {}
 
+DefaultOptions::DefaultOptions(const RenderSettings& settings)
+    : split_count(StudyOptions(settings).split_count), max_depth(settings.max_depth) {}
+
 bool DefaultOptions::serves(const RenderSettings& settings) {
   const StudyOptions asked(settings);
   const bool power_of_two = asked.mis.type == mis.type && asked.mis.exponent == mis.exponent;
   return asked.strategy == strategy && power_of_two && asked.roulette == roulette &&
          asked.control_variate == control_variate && asked.fit == fit &&
          asked.candidates == candidates && asked.first_candidates == first_candidates &&
-         asked.expected_values == expected_values && asked.split_count == split_count &&
+         asked.expected_values == expected_values &&
          settings.light_sampler != LightSamplerType::kRestir;
 }
 

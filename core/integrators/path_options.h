@@ -2,8 +2,8 @@
 ///
 /// Types with the same members: StudyOptions holds whatever the settings ask for; WholeOptions also
 /// renders what few jobs have; DefaultOptions holds the defaults as constants, so that the default
-/// path is compiled without a branch for anything else. The loop (core/integrators/path_tracer.h)
-/// is one source for all.
+/// path is compiled without a branch for anything else but splitting. The loop
+/// (core/integrators/path_tracer.h) is one source for all.
 #pragma once
 
 #include "core/film/replicate_fit.h"
@@ -41,7 +41,7 @@ struct WholeOptions : StudyOptions {
 
 struct DefaultOptions {
   using Ledger = NoLedger;
-  explicit DefaultOptions(const RenderSettings& settings) : max_depth(settings.max_depth) {}
+  explicit DefaultOptions(const RenderSettings& settings);
   /// Do the settings ask for nothing else?
   static bool serves(const RenderSettings& settings);
   /// And has the scene nothing else?
@@ -57,9 +57,9 @@ struct DefaultOptions {
   static constexpr int candidates = 1;
   static constexpr int first_candidates = 1;
   static constexpr bool expected_values = true;
-  static constexpr int split_count = 1;
   static constexpr bool has_media = false;
   // NOLINTEND(readability-identifier-naming)
+  int split_count;
   int max_depth;
 };
 

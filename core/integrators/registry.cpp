@@ -44,7 +44,11 @@ constexpr std::array kIntegrators = {
                     .make = &make_path_tracer,
                     .accepts = kPathOptions,
                     .media = true,
-                    .shares = true},
+                    .shares = true,
+                    .set_defaults =
+                        [](RenderSettings& settings) {
+                          settings.estimator.splitting = SplittingType::kMeasured;
+                        }},
     IntegratorEntry{.name = "direct",
                     .summary = "Emitted and direct light only: the path tracer's image at "
                                "max_depth 1.",

@@ -45,7 +45,7 @@ Planned planned_integrator(const View& view, const Camera& camera) {
   const auto make = [&] { return make_integrator(input); };
   if (estimator.splitting == SplittingType::kMeasured) {
     estimator.splitting = SplittingType::kNone;
-    planned.split_count = best_split_count(measure_split(camera, *make(), settings));
+    planned.split_count = measured_split_count(camera, *make(), settings);
     estimator.split_count = planned.split_count;
     estimator.splitting = SplittingType::kFixed;
   }
@@ -166,7 +166,7 @@ bool PictureRenderer::render_waves(TileState& state, const FillRule& rule, int l
   // Not cleared: begin() sets what is read.
   const auto wave = std::make_unique_for_overwrite<Wave>();
   return fill_tile_in_waves(
-      state, rule, kWavePaths, last_sample, stop,
+      state, rule, planned_.waves->samples_max(), last_sample, stop,
       [&](std::span<const DueSample> due) {
         planned_.waves->begin(*wave, start, due);
         planned_.waves->trace(*wave, state.rays, state.rejected_samples);

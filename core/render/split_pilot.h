@@ -28,8 +28,15 @@ struct SplitCosts {
 /// branch_rays)).
 int best_split_count(const SplitCosts& costs);
 
-/// plain: does not split. The whole film, whatever the crop, so that parts agree with the whole.
+/// plain: does not split. pixels: even over the whole film, whatever the crop, so that parts agree
+/// with the whole.
 SplitCosts measure_split(const Camera& camera, const Integrator& plain,
+                         const RenderSettings& settings, int pixels = 1024);
+
+/// The best count for the film's sampler, but no more continuations than cost what leads to them:
+/// what well-spread points leave of the rest is not known beforehand. A power of two, as sobol's
+/// sets are.
+int measured_split_count(const Camera& camera, const Integrator& plain,
                          const RenderSettings& settings);
 
 }  // namespace core

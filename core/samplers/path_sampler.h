@@ -152,13 +152,17 @@ class PathSampler {
   PathSampler branch(int k, int count) const noexcept {
     PathSampler out = *this;
     const auto n = static_cast<std::uint32_t>(count);
-    out.base_ = hash_combine(base_, (std::uint64_t{0xb4a2} << 32) | n);
+    out.base_ = hash_combine(base_, branch_key(n));
     if (type_ == SamplerType::kSobol || type_ == SamplerType::kHalton) {
       out.index_ = index_ * n + static_cast<std::uint32_t>(k);
     } else {
       out.base_ = hash_combine(out.base_, static_cast<std::uint64_t>(k));
     }
     return out;
+  }
+
+  static constexpr std::uint64_t branch_key(std::uint32_t count) noexcept {
+    return (std::uint64_t{0xb4a2} << 32) | count;
   }
 
   /// What sobol numbers are made from, for those who draw them for many paths at once.

@@ -59,6 +59,12 @@ Hashes<N> mix_bits(Hashes<N> h) {
 }
 
 template <std::size_t N>
+Hashes<N> hash_combine(Hashes<N> a, std::uint64_t b) {
+  const std::uint64_t step = 0x9e3779b97f4a7c15ULL * (b + 1);
+  return mix_bits<N>(a.each([step](auto x) { return x + step; }));
+}
+
+template <std::size_t N>
 Words<N> scramble_reversed(Words<N> x, Words<N> seed) {
   x = x ^ x * Words<N>(0x3d20adeaU);
   x = x + seed;
@@ -98,8 +104,7 @@ Floats<N> to_unit_floats(Words<N> bits) {
 /// bits reversed.
 template <std::size_t N>
 Vec4s<N> sobol_4d(Hashes<N> base, Words<N> index_reversed, int group) {
-  const std::uint64_t step = 0x9e3779b97f4a7c15ULL * (static_cast<std::uint64_t>(group) + 1);
-  const Hashes<N> h = mix_bits<N>(base.each([step](auto x) { return x + step; }));
+  const Hashes<N> h = hash_combine<N>(base, static_cast<std::uint64_t>(group));
   const Hashes<N> h2 = mix_bits<N>(h.each([](auto x) { return x + 0x632be59bd9b4e019ULL; }));
   const Hashes<N> h0 = h.each([](auto x) { return x * 0xd1342543de82ef95ULL; });
   alignas(32) std::uint32_t shuffled[N];

@@ -41,7 +41,7 @@ struct WaveVec3 {
   Vec3 get(std::size_t i) const noexcept { return {x.at[i], y.at[i], z.at[i]}; }
 };
 
-/// PathState, one array a member; entry i is the i-th path that is still under way.
+/// PathState, one array a member; entries [first, first + count) are the paths under way.
 struct WavePaths {
   WaveVec3 origin;
   WaveVec3 direction;
@@ -54,7 +54,9 @@ struct WavePaths {
   WaveArray<std::int32_t> is_sharp;
   WaveArray<std::uint64_t> base;  ///< of the path's sampler, with sobol
   WaveArray<std::uint32_t> index_reversed;
-  WaveArray<std::int32_t> slot;  ///< place in WaveResults
+  WaveArray<std::int32_t> slot;  ///< see slot_of()
+  /// Camera paths stand at the end, so that their continuations find room before them.
+  std::size_t first = 0;
   std::size_t count = 0;
 };
 
@@ -113,7 +115,9 @@ class Wave {
 class WaveTracer {
  public:
   virtual ~WaveTracer() = default;
-  /// One path for each sample, at most kWavePaths.
+  /// Samples of a wave at most: continuations of a path that is split take places of their own.
+  virtual std::size_t samples_max() const noexcept = 0;
+  /// One path for each sample.
   virtual void begin(Wave& wave, const WaveStart& start, std::span<const DueSample> due) const = 0;
   /// Follows all paths to their ends. rays: counts those traced; rejected: the samples that are not
   /// finite, which become zero.

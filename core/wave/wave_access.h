@@ -2,10 +2,12 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 
 #include "core/accel/accel.h"
 #include "core/math/lane_math.h"
+#include "core/wave/lane_sampler.h"
 #include "core/wave/wave.h"
 
 namespace core {
@@ -26,11 +28,80 @@ void compress(WaveVec3& to, std::size_t first, Vec3s<N> value, unsigned taken) {
   compress(to.y.at + first, value.y, taken);
   compress(to.z.at + first, value.z, taken);
 }
-inline std::size_t slot_of(const WavePaths& paths, std::size_t i) {
-  return static_cast<std::size_t>(paths.slot.at[i]);
+/// A slot holds the place in WaveResults, and above it 1 plus the number of the continuation of a
+/// path that was split; 0 where it was not.
+inline constexpr int kContinuationShift = 16;
+inline std::size_t slot_of(std::int32_t slot) {
+  return static_cast<std::size_t>(slot) & ((1U << kContinuationShift) - 1);
 }
+inline std::size_t slot_of(const WavePaths& paths, std::size_t i) {
+  return slot_of(paths.slot.at[i]);
+}
+/// What the random numbers of N paths are made from: PathSampler's base and index, bits reversed.
+template <std::size_t N>
+struct PathNumbers {
+  Hashes<N> base;
+  Words<N> index_reversed;
+  Ints<N> slot;
+
+  static PathNumbers load(const WavePaths& paths, std::size_t first) {
+    return {Hashes<N>::load(paths.base.at + first), core::load<N>(paths.index_reversed.at + first),
+            core::load<N>(paths.slot.at + first)};
+  }
+  /// PathSampler::branch()
+  PathNumbers branch(int k, int count) const {
+    const auto n = static_cast<std::uint32_t>(count);
+    return {hash_combine<N>(base, PathSampler::branch_key(n)),
+            reverse_bits<N>(reverse_bits<N>(index_reversed) * Words<N>(n) +
+                            Words<N>(static_cast<std::uint32_t>(k))),
+            slot + Ints<N>((k + 1) << kContinuationShift)};
+  }
+  void compress(WavePaths& to, std::size_t first, unsigned taken) const {
+    std::uint64_t bases[N];
+    std::memcpy(bases, &base, sizeof bases);
+    for (unsigned rest = taken, k = 0; rest != 0; rest &= rest - 1, ++k) {
+      to.base.at[first + k] = bases[std::countr_zero(rest)];
+    }
+    core::compress(to.index_reversed.at + first, index_reversed, taken);
+    core::compress(to.slot.at + first, slot, taken);
+  }
+};
 inline void add_radiance(WaveResults& results, std::size_t slot, Vec3 value) {
   results.radiance.set(slot, results.radiance.get(slot) + value);
+}
+template <std::size_t N>
+struct FirstSurface {
+  Vec3s<N> albedo, normal;
+  Floats<N> depth_m;
+};
+/// Of the results from `slot` on, in the lanes of `on`.
+template <std::size_t N>
+void keep_first_surface(WaveResults& to, std::size_t slot, Mask<N> on, const FirstSurface<N>& s) {
+  const auto keep = [&](WaveFloats& floats, Floats<N> value) {
+    store(floats.at + slot, select(on, value, load<N>(floats.at + slot)));
+  };
+  keep(to.albedo.x, s.albedo.x);
+  keep(to.albedo.y, s.albedo.y);
+  keep(to.albedo.z, s.albedo.z);
+  keep(to.normal.x, s.normal.x);
+  keep(to.normal.y, s.normal.y);
+  keep(to.normal.z, s.normal.z);
+  keep(to.depth_m, s.depth_m);
+  store(to.hit.at + slot, select(on, Ints<N>(1), load<N>(to.hit.at + slot)));
+}
+/// Multiplies the first `count` results by the filter's weights; those that are not finite become
+/// zero. Their number.
+template <std::size_t N>
+std::uint64_t take_in_weights(WaveResults& results, std::size_t count) {
+  std::uint64_t rejected = 0;
+  for (std::size_t first = 0; first < count; first += N) {
+    const Vec3s<N> radiance = load<N>(results.radiance, first) * load<N>(results.weight.at + first);
+    const Mask<N> finite = is_finite(radiance.x + radiance.y + radiance.z);
+    store(results.radiance, first, select(finite, radiance, Vec3s<N>(Vec3{})));
+    const auto there = static_cast<unsigned>((1ULL << std::min(N, count - first)) - 1);
+    rejected += static_cast<std::uint64_t>(std::popcount(~finite.bits() & there));
+  }
+  return rejected;
 }
 inline unsigned lanes_below(std::size_t count) { return count >= 8 ? 0xffU : (1U << count) - 1; }
 /// The packet of eight that begins at `first`.

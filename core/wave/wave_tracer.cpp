@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "core/integrators/path_tracer.h"
 #include "core/samplers/dimensions.h"
@@ -34,19 +35,24 @@ class LaneTracer final : public WaveTracer {
         environment_(input.environment),
         backdrop_(input.settings.background, input.environment),
         max_depth_(input.settings.max_depth),
+        split_count_(DefaultOptions(input.settings).split_count),
+        share_(1 / static_cast<float>(split_count_)),
         is_sobol_(input.settings.sampler == SamplerType::kSobol),
         scalar_(input),
         lights_(scene_, scalar_.lights()),
         sky_(input.environment),
         surfaces_(scene_) {}
 
+  std::size_t samples_max() const noexcept override {
+    return kWavePaths / static_cast<std::size_t>(split_count_) / 8 * 8;
+  }
   void begin(Wave& wave, const WaveStart& start, std::span<const DueSample> due) const override;
   void trace(Wave& wave, std::uint64_t& rays, std::uint64_t& rejected) const noexcept override {
     for (int depth = 0; wave.paths.count > 0; ++depth) {
       find_hits(wave, depth, rays);
-      const std::size_t count = wave.paths.count;
+      const std::size_t end = wave.paths.first + wave.paths.count;
       wave.paths.count = 0;
-      for (std::size_t first = 0; first < count; first += N) {
+      for (std::size_t first = std::exchange(wave.paths.first, 0); first < end; first += N) {
         const unsigned met = wave.hits.is_hit.at[first / 8] >> (first % 8) & ((1U << N) - 1);
         if (met != 0) {
           advance(wave, first, met, depth, rays);
@@ -54,7 +60,7 @@ class LaneTracer final : public WaveTracer {
       }
       find_lights(wave, rays);
     }
-    finish(wave, rejected);
+    rejected += take_in_weights<N>(wave.results, wave.samplers.size());
   }
 
  private:
@@ -65,24 +71,38 @@ class LaneTracer final : public WaveTracer {
     Vec3s<N> beta;
     Frames<N> frame;
     Mask<N> on;
+    Floats<N> cone_spread_rad;
+    Ints<N> is_sharp;
   };
+  using Numbers = PathNumbers<N>;
 
   void find_hits(Wave& wave, int depth, std::uint64_t& rays) const;
   void find_lights(Wave& wave, std::uint64_t& rays) const;
-  static void finish(Wave& wave, std::uint64_t& rejected);
   void add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const;
-  void add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met, std::size_t lane) const;
+  void add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met, std::size_t lane,
+                    int depth) const;
   void finish_alone(Wave& wave, std::size_t i, const RawHit& met, int depth,
                     std::uint64_t& rays) const;
   void advance(Wave& wave, std::size_t first, unsigned met, int depth, std::uint64_t& rays) const;
-  void add_light_samples(Wave& wave, std::size_t first, const Vertex& at, const BsdfLanes<N>& bsdf,
-                         const Vec4s<N>& u) const;
-  Vec4s<N> draw(const Wave& wave, std::size_t first, unsigned on, int group) const;
+  void extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf, const Numbers& numbers,
+              int depth) const;
+  void add_light_samples(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
+                         const Numbers& numbers, const Vec4s<N>& u) const;
+  Vec4s<N> draw(const Wave& wave, const Numbers& numbers, unsigned on, int group) const;
+  PathSampler sampler_of(const Wave& wave, std::int32_t slot) const {
+    const PathSampler& whole = wave.samplers[slot_of(slot)];
+    const int continuation = slot >> kContinuationShift;
+    return continuation == 0 ? whole : whole.branch(continuation - 1, split_count_);
+  }
+  /// Of what a path at this depth finds.
+  float share(int depth) const { return depth == 0 ? 1.0F : share_; }
 
   const SceneData& scene_;
   const Environment* environment_;
   Backdrop backdrop_;
   int max_depth_;
+  int split_count_;  ///< continuations at the first surface
+  float share_;      ///< of each
   bool is_sobol_;
   PathTracer<DefaultOptions> scalar_;
   LaneLights lights_;
@@ -100,45 +120,33 @@ void LaneTracer<N>::begin(Wave& wave, const WaveStart& start,
   const LaneCamera camera(start.camera, start.filter);
   wave.samplers.assign(due.size(), start.sampler);
   paths.count = due.size();
+  paths.first = (kWavePaths - due.size()) / 8 * 8;
   for (std::size_t i = 0; i < due.size(); ++i) {
     PathSampler& sampler = wave.samplers[i];
     sampler.start(due[i].x, due[i].y, due[i].sample);
-    paths.base.at[i] = sampler.base();
-    paths.index_reversed.at[i] = reverse_bits(sampler.index());
-    paths.slot.at[i] = static_cast<std::int32_t>(i);
+    paths.base.at[paths.first + i] = sampler.base();
+    paths.index_reversed.at[paths.first + i] = reverse_bits(sampler.index());
+    paths.slot.at[paths.first + i] = static_cast<std::int32_t>(i);
   }
   const Vec3s<N> nothing(Vec3{});
   for (std::size_t first = 0; first < due.size(); first += N) {
+    const std::size_t to = paths.first + first;
     const auto some = due.subspan(first, std::min(N, due.size() - first));
-    const Vec4s<N> u = draw(wave, first, (1U << some.size()) - 1, kCameraGroup);
+    const Vec4s<N> u = draw(wave, Numbers::load(paths, to), (1U << some.size()) - 1, kCameraGroup);
     const CameraRayLanes<N> rays = camera.rays(some, u);
-    store(paths.origin, first, rays.origin);
-    store(paths.direction, first, rays.direction);
-    store(paths.cone_width_m.at + first, rays.width_m);
-    store(paths.cone_spread_rad.at + first, rays.spread_rad);
+    store(paths.origin, to, rays.origin);
+    store(paths.direction, to, rays.direction);
+    store(paths.cone_width_m.at + to, rays.width_m);
+    store(paths.cone_spread_rad.at + to, rays.spread_rad);
     store(results.weight.at + first, rays.weight);
-    store(paths.beta, first, Vec3s<N>(Vec3{1, 1, 1}));
-    store(paths.pdf_bsdf.at + first, Floats<N>(0));
-    store(paths.last_origin, first, nothing);
-    store(paths.last_normal, first, nothing);
-    store(paths.is_sharp.at + first, Ints<N>(1));
+    store(paths.beta, to, Vec3s<N>(Vec3{1, 1, 1}));
+    store(paths.pdf_bsdf.at + to, Floats<N>(0));
+    store(paths.last_origin, to, nothing);
+    store(paths.last_normal, to, nothing);
+    store(paths.is_sharp.at + to, Ints<N>(1));
     store(results.radiance, first, nothing);
     store(results.alpha.at + first, Floats<N>(1));
     store(results.hit.at + first, Ints<N>(0));
-  }
-}
-
-/// Takes the filter's weights in.
-template <std::size_t N>
-void LaneTracer<N>::finish(Wave& wave, std::uint64_t& rejected) {
-  WaveResults& results = wave.results;
-  const std::size_t count = wave.samplers.size();
-  for (std::size_t first = 0; first < count; first += N) {
-    const Vec3s<N> radiance = load<N>(results.radiance, first) * load<N>(results.weight.at + first);
-    const Mask<N> finite = is_finite(radiance.x + radiance.y + radiance.z);
-    store(results.radiance, first, select(finite, radiance, Vec3s<N>(Vec3{})));
-    const unsigned there = static_cast<unsigned>((1ULL << std::min(N, count - first)) - 1);
-    rejected += static_cast<std::uint64_t>(std::popcount(~finite.bits() & there));
   }
 }
 
@@ -150,8 +158,9 @@ void LaneTracer<N>::find_hits(Wave& wave, int depth, std::uint64_t& rays) const 
   const bool has_sky = environment_ != nullptr || (depth == 0 && !backdrop_.is_environment());
   RayPacket packet;
   std::fill_n(packet.t_max, 8, Ray{}.t_max);
-  for (std::size_t first = 0; first < paths.count; first += 8) {
-    const unsigned active = lanes_below(paths.count - first);
+  const std::size_t end = paths.first + paths.count;
+  for (std::size_t first = paths.first; first < end; first += 8) {
+    const unsigned active = lanes_below(end - first);
     fill(packet, paths.origin, paths.direction, first);
     HitPacket hits;
     const unsigned met = scene_.accel->intersect8(packet, active, hits);
@@ -177,8 +186,9 @@ void LaneTracer<N>::add_environment(Wave& wave, std::size_t first, unsigned left
       const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(left));
       const std::optional<Rgb> seen = backdrop_.seen(paths.direction.get(i));
       const Rgb value = seen.value_or(Rgb{});
-      wave.results.alpha.at[i] = seen ? 1.0F : 0.0F;
-      add_radiance(wave.results, i, {value.r, value.g, value.b});
+      const std::size_t slot = slot_of(paths, i);
+      wave.results.alpha.at[slot] = seen ? 1.0F : 0.0F;
+      add_radiance(wave.results, slot, {value.r, value.g, value.b});
     }
     return;
   }
@@ -204,7 +214,7 @@ void LaneTracer<N>::add_environment(Wave& wave, std::size_t first, unsigned left
     radiance =
         select(spread, (sky_.radiance(at) + sun) * mis_weight(pdf_bsdf, pdf_light), radiance);
   }
-  radiance = radiance * load<N>(paths.beta, first);
+  radiance = radiance * load<N>(paths.beta, first) * Floats<N>(share(depth));
   for (; left != 0; left &= left - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(left));
     add_radiance(wave.results, slot_of(paths, first + k), radiance.lane(k));
@@ -213,7 +223,7 @@ void LaneTracer<N>::add_environment(Wave& wave, std::size_t first, unsigned left
 
 template <std::size_t N>
 void LaneTracer<N>::add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met,
-                                 std::size_t lane) const {
+                                 std::size_t lane, int depth) const {
   const WavePaths& paths = wave.paths;
   const float pdf_bsdf = paths.pdf_bsdf.at[i];
   const auto light = static_cast<std::uint32_t>(met.light.v[lane]);
@@ -228,7 +238,7 @@ void LaneTracer<N>::add_emission(Wave& wave, std::size_t i, const MetLanes<N>& m
         scalar_.lights().pdf_triangle(light, last, paths.last_normal.get(i), length(d), cos_light));
   }
   add_radiance(wave.results, slot_of(paths, i),
-               paths.beta.get(i) * met.emitted.lane(lane) * weight);
+               paths.beta.get(i) * met.emitted.lane(lane) * (weight * share(depth)));
 }
 
 /// Hands a path to the scalar tracer, which follows it from what it has met to its end.
@@ -238,7 +248,7 @@ void LaneTracer<N>::finish_alone(Wave& wave, std::size_t i, const RawHit& met, i
   const WavePaths& paths = wave.paths;
   const std::size_t slot = slot_of(paths, i);
   const Vec3 beta = paths.beta.get(i);
-  TracedPath path{PathState{.sampler = wave.samplers[slot], .rays = rays}};
+  TracedPath path{PathState{.sampler = sampler_of(wave, paths.slot.at[i]), .rays = rays}};
   path.ray.origin = paths.origin.get(i);
   path.ray.direction = paths.direction.get(i);
   path.beta = {beta.x, beta.y, beta.z};
@@ -250,7 +260,8 @@ void LaneTracer<N>::finish_alone(Wave& wave, std::size_t i, const RawHit& met, i
   path.met = &met;
   path.out.hit = depth > 0;
   scalar_.follow(path);
-  add_radiance(wave.results, slot, {path.out.radiance.r, path.out.radiance.g, path.out.radiance.b});
+  const Rgb found = path.out.radiance * share(depth);
+  add_radiance(wave.results, slot, {found.r, found.g, found.b});
   if (depth == 0) {
     const Rgb albedo = path.out.albedo;
     wave.results.alpha.at[slot] = path.out.alpha;
@@ -262,15 +273,15 @@ void LaneTracer<N>::finish_alone(Wave& wave, std::size_t i, const RawHit& met, i
 }
 
 template <std::size_t N>
-Vec4s<N> LaneTracer<N>::draw(const Wave& wave, std::size_t first, unsigned on, int group) const {
+Vec4s<N> LaneTracer<N>::draw(const Wave& wave, const Numbers& numbers, unsigned on,
+                             int group) const {
   if (is_sobol_) {
-    return sobol_4d<N>(Hashes<N>::load(wave.paths.base.at + first),
-                       load<N>(wave.paths.index_reversed.at + first), group);
+    return sobol_4d<N>(numbers.base, numbers.index_reversed, group);
   }
   Vec4s<N> out = {0, 0, 0, 0};
   for (; on != 0; on &= on - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    const Vec4 u = wave.samplers[slot_of(wave.paths, first + k)].get_4d(group);
+    const Vec4 u = sampler_of(wave, numbers.slot.v[k]).get_4d(group);
     out.x.v[k] = u.x;
     out.y.v[k] = u.y;
     out.z.v[k] = u.z;
@@ -279,8 +290,7 @@ Vec4s<N> LaneTracer<N>::draw(const Wave& wave, std::size_t first, unsigned on, i
   return out;
 }
 
-/// Paths [first, first + N): their surfaces, what these emit, a light sample each and the next
-/// direction. What goes on closes up at the front of the arrays.
+/// Paths [first, first + N): their surfaces, what these emit, and how they go on.
 template <std::size_t N>
 void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int depth,
                             std::uint64_t& rays) const {
@@ -309,7 +319,7 @@ void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int dep
   at.on = Mask<N>::of(on);
   for (unsigned lit = (at.on & is_not_black(at.met.emitted)).bits(); lit != 0; lit &= lit - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(lit));
-    add_emission(wave, first + k, at.met, k);
+    add_emission(wave, first + k, at.met, k, depth);
   }
   if (depth >= max_depth_ && depth > 0) {
     return;
@@ -317,30 +327,38 @@ void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int dep
   const SurfaceLanes<N>& s = at.met.surface;
   at.wo_world = -segments.direction;
   at.beta = load<N>(paths.beta, first);
+  at.cone_spread_rad = segments.cone_spread_rad;
+  at.is_sharp = segments.is_sharp;
   at.frame = frame_from_normal(s.normal);
   const BsdfLanes<N> bsdf(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon), tables_);
   if (depth == 0) {
-    WaveResults& results = wave.results;
-    const Mask<N> foreign = Mask<N>::of(at.met.foreign);
-    const auto keep = [&](float* to, Floats<N> value) {
-      store(to, select(foreign, load<N>(to), value));
-    };
-    keep(results.albedo.x.at + first, bsdf.albedo().x);
-    keep(results.albedo.y.at + first, bsdf.albedo().y);
-    keep(results.albedo.z.at + first, bsdf.albedo().z);
-    keep(results.normal.x.at + first, s.normal.x);
-    keep(results.normal.y.at + first, s.normal.y);
-    keep(results.normal.z.at + first, s.normal.z);
-    keep(results.depth_m.at + first, at.met.distance_m);
-    store(results.hit.at + first, select(at.on, Ints<N>(1), load<N>(results.hit.at + first)));
+    keep_first_surface<N>(wave.results, slot_of(paths, first), at.on,
+                          {bsdf.albedo(), s.normal, at.met.distance_m});
     if (max_depth_ == 0) {
       return;
     }
   }
-  const Vec4s<N> u_light = draw(wave, first, on, dimension_group(depth, BounceGroup::kLight));
-  add_light_samples(wave, first, at, bsdf, u_light);
+  const Numbers numbers = Numbers::load(paths, first);
+  if (depth > 0 || split_count_ == 1) {
+    extend(wave, at, bsdf, numbers, depth);
+    return;
+  }
+  for (int k = 0; k < split_count_; ++k) {
+    extend(wave, at, bsdf, numbers.branch(k, split_count_), depth);
+  }
+}
 
-  const Vec4s<N> u = draw(wave, first, on, dimension_group(depth, BounceGroup::kBsdf));
+/// A light sample and the next direction. What goes on closes up at the front of the arrays, at or
+/// before the chunk's own place, where everything has been read.
+template <std::size_t N>
+void LaneTracer<N>::extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
+                           const Numbers& numbers, int depth) const {
+  const SurfaceLanes<N>& s = at.met.surface;
+  const unsigned on = at.on.bits();
+  const Vec4s<N> u_light = draw(wave, numbers, on, dimension_group(depth, BounceGroup::kLight));
+  add_light_samples(wave, at, bsdf, numbers, u_light);
+
+  const Vec4s<N> u = draw(wave, numbers, on, dimension_group(depth, BounceGroup::kBsdf));
   const auto sample = bsdf.sample(u.x, {u.y, u.z});
   Mask<N> alive = at.on & is_not_black(sample.weight);
   const Vec3s<N> wi = at.frame.to_world(sample.wi);
@@ -356,13 +374,9 @@ void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int dep
     return;
   }
   const Mask<N> spreads = ~sample.is_delta;
+  WavePaths& paths = wave.paths;
   const std::size_t to = paths.count;
-  // At or before the chunk's own place, where everything has been read.
-  const Ints<N> slot = load<N>(paths.slot.at + first);
-  const Words<N> index = load<N>(paths.index_reversed.at + first);
-  for (unsigned rest = taken, k = 0; rest != 0; rest &= rest - 1, ++k) {
-    paths.base.at[to + k] = paths.base.at[first + static_cast<std::size_t>(std::countr_zero(rest))];
-  }
+  numbers.compress(paths, to, taken);
   compress(paths.origin, to,
            offset_ray(s.origin, select(through, -s.normal_geometric, s.normal_geometric)), taken);
   compress(paths.direction, to, wi, taken);
@@ -372,18 +386,15 @@ void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int dep
   compress(paths.last_normal, to, s.horizon, taken);
   compress(paths.cone_width_m.at + to, at.met.cone_width_m, taken);
   compress(paths.cone_spread_rad.at + to,
-           segments.cone_spread_rad + select(spreads, Floats<N>(0.1F) * s.alpha, Floats<N>(0)),
-           taken);
-  compress(paths.is_sharp.at + to, select(spreads, Ints<N>(0), segments.is_sharp), taken);
-  compress(paths.index_reversed.at + to, index, taken);
-  compress(paths.slot.at + to, slot, taken);
+           at.cone_spread_rad + select(spreads, Floats<N>(0.1F) * s.alpha, Floats<N>(0)), taken);
+  compress(paths.is_sharp.at + to, select(spreads, Ints<N>(0), at.is_sharp), taken);
   paths.count += static_cast<std::size_t>(std::popcount(taken));
 }
 
 /// Light samples and their weights; shadow rays wait until all chunks have theirs.
 template <std::size_t N>
-void LaneTracer<N>::add_light_samples(Wave& wave, std::size_t first, const Vertex& at,
-                                      const BsdfLanes<N>& bsdf, const Vec4s<N>& u) const {
+void LaneTracer<N>::add_light_samples(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
+                                      const Numbers& numbers, const Vec4s<N>& u) const {
   const Mask<N> asked = at.on & bsdf.has_spread();
   if (scalar_.lights().empty() || !asked.any()) {
     return;
@@ -402,7 +413,8 @@ void LaneTracer<N>::add_light_samples(Wave& wave, std::size_t first, const Verte
   }
   const Floats<N> weight =
       select(light.is_delta, Floats<N>(1), mis_weight(light.pdf_solid_angle, f.pdf_solid_angle));
-  const Vec3s<N> value = at.beta * f.value_cos * light.radiance * (weight / light.pdf_solid_angle);
+  const Vec3s<N> value =
+      at.beta * f.value_cos * light.radiance * (weight / light.pdf_solid_angle * Floats<N>(share_));
   const Mask<N> above = dot(s.horizon, light.wi_world) >= zero;
   const Vec3s<N> origin =
       offset_ray(s.origin, select(above, s.normal_geometric, -s.normal_geometric));
@@ -413,8 +425,8 @@ void LaneTracer<N>::add_light_samples(Wave& wave, std::size_t first, const Verte
   compress(to.t_max.at + to.count, select(light.is_far, Floats<N>(kFar), Floats<N>(1)), taken);
   compress(to.value, to.count, value, taken);
   compress(to.cone_width_m.at + to.count, at.met.cone_width_m, taken);
-  compress(to.is_sharp.at + to.count, load<N>(wave.paths.is_sharp.at + first), taken);
-  compress(to.slot.at + to.count, load<N>(wave.paths.slot.at + first), taken);
+  compress(to.is_sharp.at + to.count, at.is_sharp, taken);
+  compress(to.slot.at + to.count, numbers.slot, taken);
   to.count += static_cast<std::size_t>(std::popcount(taken));
 }
 
@@ -432,18 +444,17 @@ void LaneTracer<N>::find_lights(Wave& wave, std::uint64_t& rays) const {
     unsigned open = active & ~scene_.accel->occluded8(packet, active);
     for (; open != 0; open &= open - 1) {
       const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(open));
-      add_radiance(wave.results, static_cast<std::size_t>(shadows.slot.at[i]),
-                   shadows.value.get(i));
+      add_radiance(wave.results, slot_of(shadows.slot.at[i]), shadows.value.get(i));
     }
   }
   for (std::size_t i = 0; i < shadows.count && !all_block; ++i) {
-    const auto slot = static_cast<std::size_t>(shadows.slot.at[i]);
-    PathState path{.sampler = wave.samplers[slot], .rays = rays};
+    PathState path{.sampler = sampler_of(wave, shadows.slot.at[i]), .rays = rays};
     path.cone_width_m = shadows.cone_width_m.at[i];
     path.is_sharp = shadows.is_sharp.at[i] != 0;
     const Ray ray = {shadows.origin.get(i), shadows.direction.get(i), 0, shadows.t_max.at[i]};
     const Rgb open = visibility(scene_, path, ray, path.media).transmittance;
-    add_radiance(wave.results, slot, shadows.value.get(i) * Vec3{open.r, open.g, open.b});
+    add_radiance(wave.results, slot_of(shadows.slot.at[i]),
+                 shadows.value.get(i) * Vec3{open.r, open.g, open.b});
   }
   shadows.count = 0;
 }

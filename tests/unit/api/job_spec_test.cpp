@@ -45,7 +45,7 @@ TEST(JobSpec, ShowsEveryDefaultInTheOrderOfTheContract) {
              "layers": ["albedo", "normal", "depth"]},
     "integrator": {"type": "path", "max_depth": 16},
     "estimator": {"strategy": "mis", "mis": {"type": "power", "exponent": 2},
-                  "roulette": {"type": "throughput"}, "splitting": {"type": "none"},
+                  "roulette": {"type": "throughput"}, "splitting": {"type": "measured"},
                   "control_variate": {"type": "none"}, "expected_values": true},
     "sampler": {"type": "sobol", "replicates": 2},
     "light_sampler": {"type": "tree"},

@@ -228,6 +228,25 @@ TEST(Waves, OfMetalsAndPlasticsFindWhatPathsOneByOneFind) {
   EXPECT_LT(differing(balls(metals_and_plastics()), 1), 0.01);
 }
 
+core::View split(core::View view, int count) {
+  view.settings.estimator.splitting = core::SplittingType::kFixed;
+  view.settings.estimator.split_count = count;
+  return view;
+}
+
+TEST(Waves, SplitPathsAsOneByOne) {
+  core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
+  glass.transmission = 1;
+  const core::View view = balls({metals_and_plastics()[0], metals_and_plastics()[1], glass});
+  EXPECT_LT(differing(split(view, 3)), 0.01);
+  EXPECT_LT(differing(split(view, 8), 1), 0.01);
+  core::View other = split(view, 3);
+  other.settings.sampler = core::SamplerType::kHalton;
+  EXPECT_LT(differing(other), 0.01);
+  // The twin: another count.
+  EXPECT_GT(differing(split(view, 2), 8, split(view, 3)), 0.5);
+}
+
 // The twin: a scattering less.
 TEST(Waves, OfShorterPathsAreDetected) {
   const core::View view = balls(metals_and_plastics());

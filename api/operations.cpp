@@ -229,6 +229,7 @@ constexpr std::array kMergeProblems = {400, 404, 409, 410, 413, 415, 422, 507};
 constexpr std::array kFilmProblems = {404, 409, 410, 416};
 constexpr std::array kBatchProblems = {400, 404, 409, 413, 415, 422, 507};
 constexpr std::array kArchiveProblems = {404, 409, 410, 422};
+constexpr auto kPixelProblems = kArchiveProblems;
 constexpr std::array kMapProblems = {404, 416};
 constexpr Headers kNoHeaders = {};
 constexpr Contents kNoBody = {};
@@ -358,7 +359,7 @@ constexpr std::array kOperations = {
         "read", kConditional, kNoBody, kImageAnswer, kImageProblems, true, &image_parameters},
     Operation{"getPixel", "GET", "/v1/jobs/{id}/pixels/{x}/{y}", "Results",
               "One pixel with its intervals.", "", "read", kNoHeaders, kNoBody, kPixelAnswer,
-              k404Or422, true},
+              kPixelProblems, true},
     Operation{"getConvergence", "GET", "/v1/jobs/{id}/convergence", "Results",
               "Error over samples and time.", "", "read", kNoHeaders, kNoBody, kConvergenceAnswer,
               k404, true},

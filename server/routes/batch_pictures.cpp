@@ -86,12 +86,13 @@ core::Result<EncodedPicture> BatchPictures::picture(const JobPointer& job,
   return maker_.make(**film, wanted, MemoryGate::kPatience);
 }
 
-void BatchPictures::write_archive(const std::vector<JobPointer>& jobs,
+void BatchPictures::write_archive(const std::vector<JobPointer>& jobs, const EncodedPicture& first,
                                   const core::ImageFormat& format, StreamWriter& writer) const {
   ZipWriter zip;
   std::set<std::string> names;
   for (const JobPointer& job : jobs) {
-    const auto made = picture(job, format, look_);
+    const auto made =
+        job == jobs.front() ? core::Result<EncodedPicture>(first) : picture(job, format, look_);
     if (!made) {
       log_.write(LogLevel::kError, "archive_ended",
                  {{"job", job->id()}, {"detail", made.error().message}});

@@ -25,18 +25,17 @@ class BatchPictures {
         maker_(context.memory, context.about),
         look_(std::move(look)) {}
 
-  /// One entry for each job, in their order. Ends without a directory, so that no reader takes it
-  /// for whole, when a picture cannot be made.
-  void write_archive(const std::vector<JobPointer>& jobs, const core::ImageFormat& format,
-                     StreamWriter& writer) const;
+  core::Result<EncodedPicture> picture(const JobPointer& job, const core::ImageFormat& format,
+                                       const api::ImageQuery& look) const;
+  /// One entry for each job, in their order; first: the picture of the first one. Ends without a
+  /// directory, so that no reader takes it for whole, when a picture cannot be made.
+  void write_archive(const std::vector<JobPointer>& jobs, const EncodedPicture& first,
+                     const core::ImageFormat& format, StreamWriter& writer) const;
   /// A PNG, row by row in the order of the jobs. Errors: kUnavailable without memory.
   core::Result<std::string> sheet(const std::vector<JobPointer>& jobs,
                                   const core::ImageFormat& png) const;
 
  private:
-  core::Result<EncodedPicture> picture(const JobPointer& job, const core::ImageFormat& format,
-                                       const api::ImageQuery& look) const;
-
   JobService& jobs_;
   DenoiseService& denoising_;
   MemoryGate& memory_;

@@ -183,10 +183,15 @@ Response archive(const RouteContext& context, Request& request) {
     return error_answer(request, found.error());
   }
   const BatchPictures pictures(context, query->look);
+  // What no picture can have is told while a status can still say so.
+  const auto first = pictures.picture(found->front(), format, query->look);
+  if (!first) {
+    return error_answer(request, first.error());
+  }
   Response response = stream_response(
-      "application/zip",
-      [pictures, &format, jobs_with_picture = *std::move(found)](StreamWriter& writer) {
-        pictures.write_archive(jobs_with_picture, format, writer);
+      "application/zip", [pictures, &format, first = *first,
+                          jobs_with_picture = *std::move(found)](StreamWriter& writer) {
+        pictures.write_archive(jobs_with_picture, first, format, writer);
       });
   response.headers.set("Content-Disposition",
                        "attachment; filename=\"batch-" + id_of(request).substr(0, 8) + ".zip\"");

@@ -190,6 +190,11 @@ class Batches(BatchTest):
         self.assertEqual(png_size(sheet.body)[:2], (2 * 248 + 8, 2 * 248 + 8))
         wrong = self.server.get(f"/v1/batches/{batch['id']}/archive.zip?format=gif")
         self.assertEqual(wrong.status, 422)
+        # What no picture can have is refused before the archive begins.
+        wrong = self.server.get(
+            f"/v1/batches/{batch['id']}/archive.zip?layer=normal&background=ff0000"
+        )
+        self.assert_problem(wrong, 422, "/background")
 
     def test_a_batch_is_cancelled_and_deleted_as_a_whole(self):
         made = self.make(batch_body({"seed": [1, 2, 3]}, template=job_body(samples=LONG)))

@@ -227,10 +227,8 @@ constexpr std::array kImageProblems = {404, 406, 409, 410, 422};
 constexpr std::array kSampledProblems = {404, 409, 410};
 constexpr std::array kMergeProblems = {400, 404, 409, 410, 413, 415, 422, 507};
 constexpr std::array kFilmProblems = {404, 409, 410, 416};
-constexpr std::array kBatchProblems = {400, 404, 409, 413, 415, 422, 507};
 constexpr std::array kArchiveProblems = {404, 409, 410, 422};
 constexpr auto kPixelProblems = kArchiveProblems;
-constexpr std::array kMapProblems = {404, 416};
 constexpr Headers kNoHeaders = {};
 constexpr Contents kNoBody = {};
 constexpr std::span<const int> kNoProblems = {};
@@ -326,7 +324,7 @@ constexpr std::array kOperations = {
               "409 while it runs.", "write", kNoHeaders, kNoBody, kGone, kRetryProblems, true},
     Operation{"createBatch", "POST", "/v1/batches", "Batches", "Submit jobs that vary a template.",
               "All of them or none. Jobs of the same scene share it in memory.", "write",
-              kBatchHeaders, kBatchBody, kBatchMade, kBatchProblems, true,
+              kBatchHeaders, kBatchBody, kBatchMade, kSubmitProblems, true,
               &batch_submit_parameters},
     Operation{"listBatches", "GET", "/v1/batches", "Batches", "List batches.",
               "A batch is forgotten with its last job.", "read", kNoHeaders, kNoBody,
@@ -370,7 +368,7 @@ constexpr std::array kOperations = {
     Operation{"getMeterTable", "GET", "/v1/jobs/{id}/meter.csv", "Results", "The same as CSV.", "",
               "read", kNoHeaders, kNoBody, kMeterTableAnswer, kSampledProblems, true},
     Operation{"getObjects", "GET", "/v1/jobs/{id}/objects", "Results",
-              "What the ids of a image's layers are.",
+              "What the ids of an image's layers are.",
               "409 before the first sample; 404 also once the scene is gone.", "read", kNoHeaders,
               kNoBody, kObjectsAnswer, kSampledProblems, true},
     Operation{
@@ -430,7 +428,7 @@ constexpr std::array kOperations = {
               "`difference.png`: blue where a is darker, red where it is brighter; the root of |a "
               "- b| / sqrt(b^2 + 0.01). `z.png`: the same colours from -5 to 5 standard errors. "
               "`flip.png`: 0 black to 1 pale yellow.",
-              "read", kFileHeaders, kNoBody, kMapAnswer, kMapProblems, true},
+              "read", kFileHeaders, kNoBody, kMapAnswer, kContentProblems, true},
     Operation{
         "runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.",
         "Trials with the renderer's own classes, at each n; the same request gives the same lines, "

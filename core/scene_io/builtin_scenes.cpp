@@ -23,7 +23,7 @@ constexpr std::array kScenes = {
                  &make_many_lights},
     BuiltinScene{"glass", "Caustics of a glass sphere, a tinted block and a goblet.", &make_glass},
     BuiltinScene{"interior", "A room lit only through a half-open door.", &make_interior},
-    BuiltinScene{"keyhole", "A dark room lit through a keyhole, by a lamp that faces away.",
+    BuiltinScene{"keyhole", "A dark room lit through a keyhole, by a light that faces away.",
                  &make_keyhole},
     BuiltinScene{"caustic-pool", "Caustics under the waves of a pool, seen through them.",
                  &make_caustic_pool},

@@ -42,6 +42,27 @@ const choose = (page, view) => page.check(`[data-testid=view-${view}]`, { force:
 
 const withPage = (device, use, hash) => withPageOf(browser, server, device, hash, use);
 
+let shared = null;
+/** The address of a finished render that tests only look at; rendered once for all of them. */
+const renderedOnce = () =>
+  (shared ??= (async () => {
+    const body = {
+      scene: 'cornell-box',
+      film: { width: 480, height: 270 },
+      stop: { samples_per_pixel: 32 },
+    };
+    const answer = await ask(`${server.url}/v1/jobs`, {
+      method: 'POST',
+      headers: { 'content-type': 'application/json' },
+      body: JSON.stringify(body),
+    });
+    const { id } = await answer.json();
+    const job = async () => (await ask(`${server.url}/v1/jobs/${id}`)).json();
+    await until('the shared render', async () => (await job()).state === 'finished');
+    return `#/jobs/${id}`;
+  })());
+const withRender = async (device, use) => withPage(device, use, await renderedOnce());
+
 test(
   'a click on Render shows a picture that changes while it converges',
   { timeout: 300_000 },
@@ -94,8 +115,7 @@ test('tiles bring means alone until somebody looks at errors', { timeout: 300_00
 );
 
 test('the measuring views show other pictures, each with a legend', { timeout: 300_000 }, () =>
-  withPage(desktop, async (page) => {
-    await submit(page, { scene: 'cornell-box', samples: 16 });
+  withRender(desktop, async (page) => {
     await finished(page);
     const seen = new Set([(await until('the picture', () => pictureNow(page))).hash]);
     for (const view of ['error', 'tile-error', 'variance', 'samples']) {
@@ -156,8 +176,7 @@ test('exposure changes the plain picture without a question, the denoised one wi
 );
 
 test('the PNG can be downloaded', { timeout: 300_000 }, () =>
-  withPage(desktop, async (page) => {
-    await submit(page, { scene: 'cornell-box', samples: 8 });
+  withRender(desktop, async (page) => {
     await finished(page);
     await page.click('[data-testid=download]');
     for (const format of ['png', 'jpg', 'webp', 'exr', 'hdr', 'tif']) {
@@ -306,8 +325,7 @@ test('only a second press deletes a render', { timeout: 300_000 }, () =>
 );
 
 test('a pixel that is clicked tells its value and interval', { timeout: 300_000 }, () =>
-  withPage(desktop, async (page) => {
-    await submit(page, { scene: 'cornell-box', samples: 16 });
+  withRender(desktop, async (page) => {
     await finished(page);
     await until('the picture', () => pictureNow(page));
     await page.click('.stage', { position: { x: 400, y: 200 } });
@@ -335,8 +353,7 @@ test('a pixel that is clicked tells its value and interval', { timeout: 300_000 
 );
 
 test('what is measured stands beside or right below the picture', { timeout: 300_000 }, () =>
-  withPage({ ...desktop, viewport: { width: 1280, height: 800 } }, async (page) => {
-    await submit(page, { scene: 'cornell-box', samples: 32 });
+  withRender({ ...desktop, viewport: { width: 1280, height: 800 } }, async (page) => {
     await finished(page);
     const inSight = (id) =>
       page.getByTestId(id).evaluate((element) => {
@@ -360,12 +377,8 @@ test('what is measured stands beside or right below the picture', { timeout: 300
 );
 
 test('the address of a job opens it, and an unknown one says so', { timeout: 300_000 }, () =>
-  withPage(desktop, async (page) => {
-    await submit(page, { scene: 'furnace', samples: 8 });
-    await finished(page);
-    const other = await openPage(browser, server, desktop, new URL(page.url()).hash);
-    await until('the picture', () => pictureNow(other));
-    await other.context().close();
+  withRender(desktop, async (page) => {
+    await until('the picture', () => pictureNow(page));
     await page.goto(`${server.url}/#/jobs/00000000-0000-4000-8000-000000000000`);
     await page.waitForSelector('text=This render does not exist.');
   }),
@@ -379,8 +392,7 @@ for (const [name, device] of [
     `WCAG 2.2 AA holds on a ${name}, and nothing is wider than the screen`,
     { timeout: 300_000 },
     () =>
-      withPage(device, async (page) => {
-        await submit(page, { scene: 'cornell-box', samples: 16 });
+      withRender(device, async (page) => {
         await finished(page);
         const job = new URL(page.url()).hash;
         for (const [hash, filled] of [

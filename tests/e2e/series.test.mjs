@@ -249,3 +249,42 @@ for (const [name, device] of [
       await until('no more', async () => (await job(a.id)).status === 404);
     });
   });
+
+test('a scene is chosen from images, and a render is seen before its tiles come', {
+  skip,
+  timeout: 120_000,
+}, async () => {
+  const answer = await fetch(`${server.url}/v1/jobs`, {
+    method: 'POST',
+    headers: { 'content-type': 'application/json' },
+    body: JSON.stringify({
+      scene: 'glass',
+      film: { width: 48, height: 32 },
+      stop: { samples_per_pixel: 4 },
+    }),
+  });
+  const { id } = await answer.json();
+  const job = async () => (await fetch(`${server.url}/v1/jobs/${id}`)).json();
+  await until('its end', async () => (await job()).state === 'finished');
+  await withPageOf(browser, server, desktop, '#/jobs', async (page) => {
+    const { scenes } = await (await fetch(`${server.url}/v1/server`)).json();
+    await page.click('[data-testid=scene-gallery]');
+    for (const { name } of scenes)
+      await page.locator(`[data-scene="${name}"] img`).evaluate((image) => image.decode());
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await page.click('[data-scene="many-lights"]');
+    await settles('the scene', () => sceneOf(page), 'many-lights');
+    await settles('the list', () => page.locator('dialog[open]').count(), 0);
+    // Tiles are kept back: the server's image is there all the same.
+    const held = [];
+    await page.route(/\/tiles/, (way) => void held.push(way));
+    await page.goto(`${server.url}/#/jobs/${id}`);
+    const look = page.getByTestId('first-look');
+    await look.waitFor();
+    assert.equal(await look.evaluate((image) => image.decode().then(() => image.naturalWidth)), 48);
+    await until('a question for tiles', () => held.length > 0);
+    await page.unroute(/\/tiles/);
+    for (const way of held) await way.continue();
+    await settles('tiles instead', () => look.count(), 0);
+  });
+});

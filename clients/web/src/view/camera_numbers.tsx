@@ -4,6 +4,9 @@ import { poseOf, type Orbit } from './orbit';
 
 const axes = ['x', 'y', 'z'] as const;
 
+/** To tenths of a millimetre: as many digits as a field shows. */
+const short = (v: number): number => Number(v.toFixed(4));
+
 /** A pose and a crop as numbers, for those who have them from elsewhere. */
 export function CameraNumbers({ values, orbit }: { values: FormValues; orbit: Orbit | null }) {
   const pose = values.pose ?? (orbit && poseOf(orbit));
@@ -28,7 +31,7 @@ export function CameraNumbers({ values, orbit }: { values: FormValues; orbit: Or
                 aria-label={`${part === 'position' ? 'Position' : 'Look at'} ${axis}, metres`}
                 data-testid={`${part}-${axis}`}
                 step="any"
-                value={pose[part][i]}
+                value={short(pose[part][i])}
                 onValue={(value) => place(part, i, value)}
               />
             ))}
@@ -42,7 +45,7 @@ export function CameraNumbers({ values, orbit }: { values: FormValues; orbit: Or
               min={1}
               max={179}
               step="any"
-              value={pose.verticalFovDegrees}
+              value={short(pose.verticalFovDegrees)}
               onValue={(degrees) =>
                 degrees > 0 &&
                 degrees < 180 &&

@@ -195,12 +195,14 @@ void add_flags(CLI::App& app, Config& config) {
   row("queue-creds", config.queue_creds, "FILE", "Credentials (JWT and seed) for --queue.");
   row("queue-ca", config.queue_ca, "FILE", "Certificates (PEM) that --queue is checked with.");
   row("render-threads", config.render_threads, "N",
-      "With --queue: threads of this server that render what workers can, too; others render "
-      "only what workers cannot.")
+      "With --queue: threads of this server that render beside the workers.")
       ->check(flags::within(0, 1024));
   row("lease", config.lease_seconds, "SECONDS",
       "With --queue: a part whose worker makes no progress for so long goes to another one.")
       ->check(flags::within(0.5, 3600));
+  row("verify", config.verify_share, "SHARE",
+      "With --queue: of the parts, so many are rendered by two workers, with equal results.")
+      ->check(flags::within(0, 1));
   row("announce", config.announce, "URL",
       "Public URL to print, if it differs from the listen address.")
       ->configurable(false);

@@ -68,11 +68,12 @@ struct Config {
   std::string tls_cert;                      ///< PEM; empty: plain HTTP
   std::string tls_key;                       ///< PEM
 
-  std::string queue;          ///< NATS server that workers take units from; empty: no workers
-  std::string queue_creds;    ///< file with the credentials of a user of it; empty: none
-  std::string queue_ca;       ///< PEM file that its certificate is checked with
-  int render_threads = 0;     ///< with a queue: threads that also render what workers can
-  double lease_seconds = 15;  ///< of a unit whose worker makes no progress
+  std::string queue;           ///< NATS server that workers take units from; empty: no workers
+  std::string queue_creds;     ///< file with the credentials of a user of it; empty: none
+  std::string queue_ca;        ///< PEM file that its certificate is checked with
+  int render_threads = 0;      ///< with a queue: threads that also render what workers can
+  float verify_share = 0.01F;  ///< of the units, that two workers render
+  double lease_seconds = 15;   ///< of a unit whose worker makes no progress
 
   std::string announce;     ///< address of the page as its users know it; empty: as it is
   std::string config_file;  ///< that was read

@@ -55,7 +55,8 @@ core::Result<JobServiceOptions> job_options(const Config& config, const MemoryLi
   options.work = {.lease_seconds = config.lease_seconds,
                   .build = about.build.id,
                   .arithmetic = about.build.arithmetic,
-                  .has_local_threads = config.render_threads > 0};
+                  .has_local_threads = config.render_threads > 0,
+                  .verify_share = config.verify_share};
   auto queue = open_queue(config);
   if (!queue) {
     return queue.error();

@@ -256,10 +256,8 @@ core::Result<std::string> Worker::render(Held& held, const std::string& input, A
       pthread_getcpuclockid(pthread_self(), &held.clock);
       held.start = seconds_of(held.clock);
     }
-    for (core::SliceWork& each : *work) {
-      if (!core::render_slice(**renderer, each, held.stop.get_token())) {
-        return Error{ErrorCode::kCancelled, "stopped", ""};
-      }
+    if (!(*renderer)->render(*work, held.stop.get_token())) {
+      return Error{ErrorCode::kCancelled, "stopped", ""};
     }
     return core::encode_work(*work, core::WorkPart::kResult);
   } catch (const std::exception& error) {

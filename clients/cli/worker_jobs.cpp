@@ -97,8 +97,8 @@ void WorkerJobs::keep_within_bounds(const fs::path& newest) const {
   }
 }
 
-core::Result<std::shared_ptr<const core::Renderer>> WorkerJobs::renderer(const std::string& job,
-                                                                         ApiClient& server) {
+core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(const std::string& job,
+                                                                       ApiClient& server) {
   const core::MutexLock lock(mutex_);
   const auto found = std::find_if(loaded_.begin(), loaded_.end(),
                                   [&job](const Loaded& each) { return each.job == job; });
@@ -182,11 +182,11 @@ core::Result<std::shared_ptr<const core::Renderer>> WorkerJobs::renderer(const s
   if (!made) {
     return made.error();
   }
-  loaded_.push_front({job, *made});
+  loaded_.push_front({job, std::make_shared<core::UnitRenderer>(*std::move(made))});
   if (loaded_.size() > kLoadedMax) {
     loaded_.pop_back();
   }
-  return made;
+  return loaded_.front().renderer;
 }
 
 }  // namespace cli

@@ -12,7 +12,7 @@
 #include "clients/cli/api_client.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
-#include "core/render/render_task.h"
+#include "core/render/unit_renderer.h"
 #include "core/scene/scene.h"
 
 namespace cli {
@@ -29,13 +29,13 @@ class WorkerJobs {
 
   /// Loads the job where it is not loaded yet; one at a time. Errors: kNotFound when no unit of it
   /// is open any more; kUnavailable when the server does not answer; those of loading.
-  core::Result<std::shared_ptr<const core::Renderer>> renderer(const std::string& job,
-                                                               ApiClient& server);
+  core::Result<std::shared_ptr<core::UnitRenderer>> renderer(const std::string& job,
+                                                             ApiClient& server);
 
  private:
   struct Loaded {
     std::string job;
-    std::shared_ptr<const core::Renderer> renderer;
+    std::shared_ptr<core::UnitRenderer> renderer;
   };
   core::Result<std::string> file(const std::string& job, const std::string& id, ApiClient& server);
   void keep_within_bounds(const std::filesystem::path& newest) const;

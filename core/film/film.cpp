@@ -164,41 +164,25 @@ std::uint32_t Film::commit(int tile, TileState state, const LightBatch& light) {
   return slot.revision;
 }
 
-void Film::commit_light(const LightBatch& light) {
+void Film::commit_light(std::span<const LightBatch> light) {
   MutexLock lock(mutex_);
-  add_light(light);
-  cpu_seconds_beside_ += light.cpu_seconds;
+  for (const LightBatch& each : light) {
+    add_light(each);
+    cpu_seconds_beside_ += each.cpu_seconds;
+  }
   ++revision_;
 }
 
 void Film::add_light(const LightBatch& light) {
+  add_sums(splat_layout(), light.sums, splats_.tiles);
   if (light.last_sample == light.first_sample) {
     return;
   }
-  const auto r = static_cast<std::size_t>(replicates_);
-  const int left = crop_.x / kTileSize;
-  const int columns = (crop_.x + crop_.width - 1) / kTileSize - left + 1;
-  for (std::size_t k = 0; k < r; ++k) {
-    for (const Splat& splat : light.splats[k]) {
-      const int x = splat.x - crop_.x;
-      const int y = splat.y - crop_.y;
-      if (x < 0 || y < 0 || x >= crop_.width || y >= crop_.height) {
-        continue;
-      }
-      const auto tile = static_cast<std::size_t>(
-          (splat.y / kTileSize - crop_.y / kTileSize) * columns + splat.x / kTileSize - left);
-      const PixelRect& rect = rects_[tile];
-      const auto pixel =
-          static_cast<std::size_t>((splat.y - rect.y) * rect.width + splat.x - rect.x);
-      std::vector<SplatPixel>& sums = splats_.tiles[tile];
-      sums.resize(splats_of(static_cast<int>(tile)));  // the first time
-      const std::size_t plane = static_cast<std::size_t>(splat.plane) * area(rect);
-      add_splat(sums[(plane + pixel) * r + k], splat.value);
-    }
-    const int replicate = static_cast<int>(k);
-    splats_.light_paths[k] += area(unit_rect(light.unit)) *
-                              (samples_of_replicate(light.last_sample, replicates_, replicate) -
-                               samples_of_replicate(light.first_sample, replicates_, replicate));
+  add_splats(splat_layout(), light, splats_.tiles);
+  for (int k = 0; k < replicates_; ++k) {
+    splats_.light_paths[static_cast<std::size_t>(k)] +=
+        area(unit_rect(light.unit)) * (samples_of_replicate(light.last_sample, replicates_, k) -
+                                       samples_of_replicate(light.first_sample, replicates_, k));
   }
   splats_.light_samples[static_cast<std::size_t>(light.unit)] = light.last_sample;
   splats_.rejected_samples += light.rejected_samples;
@@ -207,7 +191,7 @@ void Film::add_light(const LightBatch& light) {
 }
 
 std::size_t Film::splats_of(int tile) const noexcept {
-  return area(tile_rect(tile)) * static_cast<std::size_t>(replicates_) * (1 + shares_.size());
+  return splat_layout().size(static_cast<std::size_t>(tile));
 }
 
 double Film::paths_per_pixel(std::size_t replicate) const {

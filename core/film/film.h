@@ -31,6 +31,7 @@
 #include "core/film/replicate_fit.h"
 #include "core/film/replicate_pixel.h"
 #include "core/film/sample_plan.h"
+#include "core/film/splat_sums.h"
 #include "core/film/splats.h"
 #include "core/math/vec.h"
 #include "core/meter/meter_chunk.h"
@@ -98,7 +99,7 @@ struct SplatState {
   std::vector<int> light_samples;          ///< [unit]; empty in films of a file or a merge
   std::vector<std::uint64_t> light_paths;  ///< [replicate]
   /// [tile][pixel * R + replicate], then the same for each share of the light; empty: zeros.
-  std::vector<std::vector<SplatPixel>> tiles;
+  SplatTiles tiles;
   std::uint64_t rejected_samples = 0;
   std::uint64_t rays = 0;
 };
@@ -168,8 +169,8 @@ class Film {
   std::uint32_t commit(int tile, TileState state);
   /// The same with the light samples of its unit, both or neither.
   std::uint32_t commit(int tile, TileState state, const LightBatch& light);
-  /// Of a unit outside of the crop.
-  void commit_light(const LightBatch& light);
+  /// Of units outside of the crop, or before their tiles; all at once.
+  void commit_light(std::span<const LightBatch> light);
   int light_samples(int unit) const;
   /// Sums up the halves with the splats of now and gives every tile a new revision, if light was
   /// committed since the last time: tiles with their revisions. half_sums() stays until the next.
@@ -227,6 +228,9 @@ class Film {
 
  private:
   void add_light(const LightBatch& light) REQUIRES(mutex_);
+  SplatLayout splat_layout() const noexcept {
+    return {crop_, rects_, replicates_, 1 + shares_.size()};
+  }
   std::size_t splats_of(int tile) const noexcept;
   /// Pixels of a row, of a tile and of a snapshot.
   struct Run {

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/color/rgb.h"
@@ -41,7 +42,8 @@ struct LightBatch {
   int first_sample = 0;
   int last_sample = 0;
   std::vector<std::vector<Splat>> splats;  ///< [replicate]
-  std::uint64_t rejected_samples = 0;      ///< splats that are not finite or out of range
+  std::string sums = {};               ///< of splats that were summed up, as pack_sums() made them
+  std::uint64_t rejected_samples = 0;  ///< splats that are not finite or out of range
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
 

@@ -20,38 +20,38 @@ LightBatch RenderTask::Impl::light_of(int unit, int last_sample) const {
   return light;
 }
 
-bool RenderTask::can_lend() const {
-  const Film& film = *impl_->film;
-  return !film.has_splats() && film.meter_chunk_count() == 0 &&
-         !integrator_has_photons(impl_->settings());
-}
-
 SliceWork RenderTask::prepare(const Slice& slice, double seconds) const {
   const Impl& m = *impl_;
   SliceWork work;
   work.slice = slice;
-  const bool has_pixels = slice.tile < m.film->tile_count();
-  // Slices of units outside of the crop are as long as the first tile's.
-  TileState state = m.film->tile(has_pixels ? slice.tile : 0);
-  const double pixels = static_cast<double>(state.rect.width) * state.rect.height;
-  const int length = slice_length(pixels, state.samples, state.cpu_seconds, seconds);
-  const double each = seconds_of_sample(pixels, state.samples, state.cpu_seconds);
-  if (has_pixels) {
-    const int window = shared_window(m.settings());
-    const int end = slice.first_sample + length;
-    work.slice.last_sample =
-        integrator_has_photons(m.settings())
-            ? slice.first_sample + 1
-            : std::min(slice.last_sample, (end + window - 1) / window * window);
-    work.state = std::move(state);
-  } else {
+  const auto cut = [&](double pixels, const auto& state) {
+    const int length = slice_length(pixels, state.samples, state.cpu_seconds, seconds);
     work.slice.last_sample = std::min(slice.last_sample, slice.first_sample + length);
+    work.expected_seconds = seconds_of_sample(pixels, state.samples, state.cpu_seconds);
+  };
+  if (slice.tile >= m.film->unit_count()) {
+    work.chunk = slice.tile - m.film->unit_count();
+    work.meter = m.film->meter_chunk(work.chunk);
+    cut(kMeterChunk * kMeterReplicates, work.meter);
+  } else {
+    const bool has_pixels = slice.tile < m.film->tile_count();
+    // Slices of units outside of the crop are as long as the first tile's.
+    TileState state = m.film->tile(has_pixels ? slice.tile : 0);
+    cut(static_cast<double>(state.rect.width) * state.rect.height, state);
+    if (has_pixels) {
+      const int window = shared_window(m.settings());
+      const int end = (work.slice.last_sample + window - 1) / window * window;
+      work.slice.last_sample = integrator_has_photons(m.settings())
+                                   ? slice.first_sample + 1
+                                   : std::min(slice.last_sample, end);
+      work.state = std::move(state);
+    }
+    work.unit = m.film->unit_rect(slice.tile);
+    if (slice.kind == SliceKind::kPicture) {
+      work.light = m.light_of(slice.tile, work.slice.last_sample);
+    }
   }
-  work.expected_seconds = each * (work.slice.last_sample - slice.first_sample);
-  work.unit = m.film->unit_rect(slice.tile);
-  if (slice.kind == SliceKind::kPicture) {
-    work.light = m.light_of(slice.tile, work.slice.last_sample);
-  }
+  work.expected_seconds *= work.slice.last_sample - slice.first_sample;
   return work;
 }
 
@@ -61,13 +61,9 @@ void RenderTask::run(const Slice& slice) {
     m.run_photons(slice);
     return;
   }
-  if (slice.tile >= m.film->unit_count()) {
-    m.run_meter(slice);
-    return;
-  }
   SliceWork work = prepare(slice, m.slice_seconds);
   const bool looks_up_photons =
-      slice.kind == SliceKind::kPicture && integrator_has_photons(m.settings());
+      slice.kind == SliceKind::kPicture && work.chunk < 0 && integrator_has_photons(m.settings());
   const std::stop_token stop = m.stop_source.get_token();
   if (looks_up_photons ? m.gather(work.state, stop) : render_slice(*m.renderer, work, stop)) {
     accept(std::move(work));
@@ -80,15 +76,35 @@ void RenderTask::accept(SliceWork done) {
   Impl& m = *impl_;
   const Slice slice = done.slice;
   std::optional<TileState> before;
-  if (slice.kind == SliceKind::kPilot) {
+  if (done.chunk >= 0) {
+    m.film->commit_meter(done.chunk, std::move(done.meter));
+  } else if (slice.kind == SliceKind::kPilot) {
     m.film->keep(slice.tile, std::move(done.state));
   } else if (slice.tile < m.film->tile_count()) {
     before = m.film->tile(slice.tile);
+    done.state.cpu_seconds += done.light.cpu_seconds;
     m.sink.on_tile(slice.tile, m.film->commit(slice.tile, std::move(done.state), done.light));
   } else {
-    m.film->commit_light(done.light);
+    m.film->commit_light({&done.light, 1});
   }
   m.advance(m.complete(slice, slice.last_sample, std::move(before)));
+}
+
+void RenderTask::accept(std::vector<SliceWork> unit) {
+  // Sums of all slices are in the first: they go in together, before the tiles.
+  std::vector<LightBatch> light;
+  for (SliceWork& each : unit) {
+    light.push_back(std::exchange(each.light, {}));
+    if (each.slice.tile < impl_->film->tile_count()) {
+      each.light.cpu_seconds = std::exchange(light.back().cpu_seconds, 0);
+    }
+  }
+  if (impl_->film->has_splats()) {
+    impl_->film->commit_light(light);
+  }
+  for (SliceWork& each : unit) {
+    accept(std::move(each));
+  }
 }
 
 void RenderTask::give_back(const Slice& slice) {

@@ -77,18 +77,18 @@ std::optional<Slice> RenderTask::Impl::find_slice_of(SliceKind kind) {
   return std::nullopt;
 }
 
-std::optional<Slice> RenderTask::Impl::find_slice() {
+std::optional<Slice> RenderTask::Impl::find_slice(Place place) {
   if (phase == Phase::kPiloting) {
     return find_slice_of(SliceKind::kPilot);
   }
-  if (phase == Phase::kTracing) {
+  if (phase == Phase::kTracing && place == Place::kHere) {
     if (photons.parts_out == photons.pass->part_count()) {
       return std::nullopt;
     }
     ++in_flight;
     return Slice{photons.parts_out++, 0, 0, SliceKind::kPhotons};
   }
-  if (needs_photons()) {
+  if (phase == Phase::kRendering && needs_photons()) {
     return std::nullopt;
   }
   auto slice = find_slice_of(SliceKind::kPicture);
@@ -135,8 +135,6 @@ RenderTask::Impl::Due RenderTask::Impl::next_due() {
   if (phase == Phase::kPiloting) {
     due.step = all_have(&Tile::pilot_samples, pilot_target()) ? Step::kPlan : Step::kNone;
     due.samples = pass.planned_to;
-  } else if (phase == Phase::kTracing) {
-    due.step = photons.parts_done == photons.pass->part_count() ? Step::kMap : Step::kNone;
   } else if (all_have(&Tile::samples, pass.target) && pass.target >= policy.barrier(pass)) {
     due.step = Step::kPass;
     due.samples = pass.target;
@@ -146,6 +144,8 @@ RenderTask::Impl::Due RenderTask::Impl::next_due() {
     pass.base = pass.target;
     pass.base_is_whole = true;
     pass_base.clear();
+  } else if (phase == Phase::kTracing) {
+    due.step = photons.parts_done == photons.pass->part_count() ? Step::kMap : Step::kNone;
   } else if (needs_photons()) {
     due.step = Step::kTrace;
     due.samples = pass.base;
@@ -303,7 +303,7 @@ RenderTask::RenderTask(std::shared_ptr<const Renderer> renderer, std::shared_ptr
 
 RenderTask::~RenderTask() = default;
 
-std::optional<Slice> RenderTask::take() {
+std::optional<Slice> RenderTask::take(Place place) {
   Impl& m = *impl_;
   Impl::Due due;
   {
@@ -314,7 +314,7 @@ std::optional<Slice> RenderTask::take() {
     m.clock.start();
     m.note_clock();
     if (m.ending == StopReason::kNone) {
-      if (const auto slice = m.find_slice()) {
+      if (const auto slice = m.find_slice(place)) {
         return slice;
       }
     }
@@ -322,6 +322,24 @@ std::optional<Slice> RenderTask::take() {
   }
   m.advance(std::move(due));
   return std::nullopt;
+}
+
+double RenderTask::seconds_to_hand_out() const {
+  const Impl& m = *impl_;
+  const double cpu_seconds = m.film->cpu_seconds();
+  MutexLock lock(m.mutex);
+  const bool is_pilot = m.phase == Impl::Phase::kPiloting;
+  const int target =
+      is_pilot ? m.pilot_target() : std::max(m.pass.target, m.policy.barrier(m.pass));
+  double done = 0;
+  double waiting = 0;
+  for (const Impl::Tile& tile : m.tiles) {
+    const int has = is_pilot ? tile.pilot_samples : tile.samples;
+    done += tile.samples;
+    waiting += tile.is_out ? 0 : std::max(0, target - has);
+  }
+  const double pixels = static_cast<double>(kTileSize) * kTileSize;
+  return waiting * seconds_of_sample(pixels, static_cast<int>(std::min(done, 1e9)), cpu_seconds);
 }
 
 void RenderTask::cancel() {

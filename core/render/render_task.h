@@ -106,19 +106,25 @@ class RenderTask {
   RenderTask(const RenderTask&) = delete;
   RenderTask& operator=(const RenderTask&) = delete;
 
+  /// Where a slice is rendered.
+  enum class Place {
+    kHere,      ///< by run()
+    kElsewhere  ///< from what prepare() gives; photons that it looks up are traced there
+  };
   /// The next slice, or empty: nothing to hand out now (others are still running), paused or over.
-  std::optional<Slice> take();
+  std::optional<Slice> take(Place place = Place::kHere);
   /// Renders and commits a slice that take() gave. The last one of a pass takes the decisions.
   void run(const Slice& slice);
 
-  /// Can slices be rendered elsewhere, from what prepare() gives alone? Not where they need photons
-  /// or bring splats, nor with a meter.
-  bool can_lend() const;
   /// What a slice of take() needs, cut to some CPU seconds. accept() or give_back() has to follow.
-  /// Pre: not of photons, nor of a meter.
+  /// Pre: not of photons.
   SliceWork prepare(const Slice& slice, double seconds) const;
   /// Commits what became of it, as run() does.
   void accept(SliceWork done);
+  /// The same for slices that were rendered together elsewhere.
+  void accept(std::vector<SliceWork> unit);
+  /// CPU seconds that the slices of this pass take which are not out.
+  double seconds_to_hand_out() const;
   /// The slice was not rendered: take() gives it again.
   void give_back(const Slice& slice);
   /// The task wants no slice any more: those that are out need not be finished.

@@ -107,7 +107,7 @@ struct RenderTask::Impl {
   Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> f, TaskOptions o, RenderSink& s);
 
   const RenderSettings& settings() const { return renderer->view().settings; }
-  std::optional<Slice> find_slice() REQUIRES(mutex);
+  std::optional<Slice> find_slice(Place place) REQUIRES(mutex);
   std::optional<Slice> find_slice_of(SliceKind kind) REQUIRES(mutex);
   bool needs_photons() const REQUIRES(mutex);
   int pilot_target() const REQUIRES(mutex) {
@@ -120,7 +120,6 @@ struct RenderTask::Impl {
   Due complete(const Slice& slice, int last, std::optional<TileState> before) EXCLUDES(mutex);
 
   LightBatch light_of(int unit, int last_sample) const;
-  void run_meter(const Slice& slice) EXCLUDES(mutex);
   void run_photons(const Slice& slice) EXCLUDES(mutex);
   bool gather(TileState& state, std::stop_token stop) EXCLUDES(mutex);
   Due begin_photons(int sample) EXCLUDES(mutex);

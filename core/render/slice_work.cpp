@@ -19,7 +19,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "values are written as they are in memory");
 
-constexpr std::string_view kMagic = "TSRWORK1";
+constexpr std::string_view kMagic = "TSRWORK2";
 constexpr std::size_t kHashBytes = 64;
 
 struct Head {
@@ -47,11 +47,26 @@ struct SliceHead {
   std::uint64_t rejected_samples = 0;
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
+  std::int32_t light_unit = 0;
+  PixelRect unit;
+  std::int32_t first_light_sample = 0;
+  std::int32_t last_light_sample = 0;
+  std::int32_t chunk = 0;
+  std::int32_t meter_samples = 0;
+  std::uint32_t splat_bytes = 0;
+  std::uint32_t meter_sums = 0;
+  std::uint32_t zero = 0;
+  std::uint64_t light_rejected_samples = 0;
+  std::uint64_t light_rays = 0;
+  double light_cpu_seconds = 0;
+  std::uint64_t meter_rejected_samples = 0;
+  std::uint64_t meter_rays = 0;
+  double meter_cpu_seconds = 0;
 };
-static_assert(sizeof(Head) == 16 && sizeof(PixelRect) == 16 && sizeof(SliceHead) == 104);
+static_assert(sizeof(Head) == 16 && sizeof(PixelRect) == 16 && sizeof(SliceHead) == 200);
 static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(PixelPlan) == 8 &&
               sizeof(PilotPixel) == 32 && sizeof(ReplicateFit) == 48 && sizeof(Rgb) == 12 &&
-              sizeof(LabelPixel) == 36 && sizeof(MattePixel) == 72);
+              sizeof(LabelPixel) == 36 && sizeof(MattePixel) == 72 && sizeof(MeterSum) == 24);
 
 Error refused(std::string detail) {
   return Error{ErrorCode::kInvalidArgument, "not a usable piece of work: " + std::move(detail), ""};
@@ -78,9 +93,9 @@ class Reader {
     rest_.remove_prefix(bytes);
     return true;
   }
-  template <typename Value>
-  bool take(std::vector<Value>& values, std::uint32_t count) {
-    if (std::uint64_t{count} * sizeof(Value) > rest_.size()) {
+  template <typename Values>
+  bool take(Values& values, std::uint32_t count) {
+    if (std::uint64_t{count} * sizeof(typename Values::value_type) > rest_.size()) {
       return false;
     }
     values.resize(count);
@@ -135,113 +150,54 @@ bool has_counts(const TileState& state, const RenderSettings& settings) {
   return true;
 }
 
-}  // namespace
-
-bool render_slice(const Renderer& renderer, SliceWork& work, std::stop_token stop) {
-  const int last = work.slice.last_sample;
-  if (work.slice.kind == SliceKind::kPilot) {
-    return renderer.render_pilot(work.state, last, std::move(stop));
-  }
-  const bool has_pixels = !work.state.pixels.empty();
-  if (has_pixels && !renderer.render(work.state, std::max(last, work.state.samples), stop)) {
-    return false;
-  }
-  if (!renderer.render_light(work.unit, work.light, std::move(stop))) {
-    return false;
-  }
-  work.state.cpu_seconds += work.light.cpu_seconds;
-  return true;
+/// What the renderer counts only goes up.
+template <typename Counted>
+bool has_gone_on(const Counted& before, const Counted& after) {
+  return std::isfinite(after.cpu_seconds) && after.cpu_seconds >= before.cpu_seconds &&
+         after.rays >= before.rays && after.rejected_samples >= before.rejected_samples;
 }
 
-std::string encode_work(std::span<const SliceWork> work, WorkPart part) {
-  Head head;
-  std::copy_n(kMagic.begin(), head.magic.size(), head.magic.begin());
-  head.slices = static_cast<std::uint32_t>(work.size());
-  std::string bytes;
-  append(bytes, &head, 1);
-  for (const SliceWork& each : work) {
-    CHECK(each.light.splats.empty() && each.slice.kind != SliceKind::kPhotons);
-    const TileState& s = each.state;
-    const std::size_t plans = part == WorkPart::kInput ? s.plan.size() : 0;
-    const auto count = [](std::size_t size) { return static_cast<std::uint32_t>(size); };
-    const SliceHead slice = {each.slice.tile,
-                             each.slice.first_sample,
-                             each.slice.last_sample,
-                             static_cast<std::int32_t>(each.slice.kind),
-                             s.rect,
-                             s.samples,
-                             s.span,
-                             s.pilot_samples,
-                             count(s.pixels.size()),
-                             count(s.aux.size()),
-                             count(plans),
-                             count(s.pilot.size()),
-                             count(s.fit.size()),
-                             count(s.shares.size()),
-                             count(s.labels.size()),
-                             count(s.mattes.size()),
-                             s.rejected_samples,
-                             s.rays,
-                             s.cpu_seconds};
-    append(bytes, &slice, 1);
-    append(bytes, s.pixels.data(), s.pixels.size());
-    append(bytes, s.aux.data(), s.aux.size());
-    append(bytes, s.plan.data(), plans);
-    append(bytes, s.pilot.data(), s.pilot.size());
-    append(bytes, s.fit.data(), s.fit.size());
-    append(bytes, s.shares.data(), s.shares.size());
-    append(bytes, s.labels.data(), s.labels.size());
-    append(bytes, s.mattes.data(), s.mattes.size());
-  }
-  return bytes + sha256_hex(bytes.data(), bytes.size());
+Status check_meter(const SliceWork& given, const RenderSettings& settings, const SliceWork& done) {
+  const int last = given.chunk < 0 ? given.meter.samples : given.slice.last_sample;
+  const std::size_t first = static_cast<std::size_t>(std::max(given.chunk, 0)) * kMeterChunk;
+  const std::size_t sums =
+      given.chunk < 0
+          ? 0
+          : std::min<std::size_t>(kMeterChunk, settings.meter.count() - first) * kMeterReplicates;
+  const bool are_finite =
+      std::all_of(done.meter.sums.begin(), done.meter.sums.end(), [](const MeterSum& sum) {
+        return std::all_of(sum.begin(), sum.end(), [](double v) { return std::isfinite(v); });
+      });
+  return done.chunk == given.chunk && done.meter.samples == last &&
+                 done.meter.sums.size() == sums && are_finite &&
+                 has_gone_on(given.meter, done.meter)
+             ? ok_status()
+             : Status(refused("it has no such sums of a meter"));
 }
 
-Result<std::vector<SliceWork>> decode_work(std::string_view bytes) {
-  Head head;
-  if (bytes.size() < sizeof head + kHashBytes || !bytes.starts_with(kMagic)) {
-    return refused("it does not begin with TSRWORK1");
-  }
-  const std::string_view hashed = bytes.substr(0, bytes.size() - kHashBytes);
-  if (sha256_hex(hashed.data(), hashed.size()) != bytes.substr(hashed.size())) {
-    return refused("the checksum at its end does not fit");
-  }
-  Reader reader(hashed);
-  reader.take(&head, 1);
-  if (head.slices == 0 || head.slices > hashed.size() / sizeof(SliceHead) || head.zero != 0) {
-    return refused("it has " + std::to_string(head.slices) + " slices");
-  }
-  std::vector<SliceWork> work(head.slices);
-  for (SliceWork& each : work) {
-    SliceHead slice;
-    TileState& s = each.state;
-    if (!reader.take(&slice, 1) || !reader.take(s.pixels, slice.pixels) ||
-        !reader.take(s.aux, slice.aux) || !reader.take(s.plan, slice.plan) ||
-        !reader.take(s.pilot, slice.pilot) || !reader.take(s.fit, slice.fit) ||
-        !reader.take(s.shares, slice.shares) || !reader.take(s.labels, slice.labels) ||
-        !reader.take(s.mattes, slice.mattes)) {
-      return refused("it is cut off");
+Status check_light(std::span<const SliceWork> given, const RenderSettings& settings,
+                   std::span<const SliceWork> done) {
+  std::uint64_t paths = 0;
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const LightBatch& before = given[i].light;
+    const LightBatch& after = done[i].light;
+    if (after.unit != before.unit || !(done[i].unit == given[i].unit) ||
+        after.first_sample != before.first_sample || after.last_sample != before.last_sample ||
+        !has_gone_on(before, after) || (i > 0 && !after.sums.empty())) {
+      return refused("it is of other light paths than were asked for");
     }
-    if (slice.kind != static_cast<std::int32_t>(SliceKind::kPicture) &&
-        slice.kind != static_cast<std::int32_t>(SliceKind::kPilot)) {
-      return refused("a slice is of no kind");
-    }
-    each.slice = {slice.tile, slice.first_sample, slice.last_sample,
-                  static_cast<SliceKind>(slice.kind)};
-    s.rect = slice.rect;
-    s.samples = slice.samples;
-    s.span = slice.span;
-    s.pilot_samples = slice.pilot_samples;
-    s.rejected_samples = slice.rejected_samples;
-    s.rays = slice.rays;
-    s.cpu_seconds = slice.cpu_seconds;
+    const auto area = static_cast<std::uint64_t>(given[i].unit.width) *
+                      static_cast<std::uint64_t>(given[i].unit.height);
+    paths += area * static_cast<std::uint64_t>(before.last_sample - before.first_sample);
   }
-  if (!reader.is_empty()) {
-    return refused("something follows its slices");
-  }
-  return work;
+  const PixelRect all = {0, 0, settings.film.width, settings.film.height};
+  const std::vector<PixelRect> tiles = tile_rects(settings.film.crop.value_or(all));
+  return are_sums_of(splat_layout(settings, tiles), done.front().light.sums, paths)
+             ? ok_status()
+             : Status(refused("its sums are none that light paths bring"));
 }
 
-Status check_result(const SliceWork& given, const RenderSettings& settings, SliceWork& done) {
+Status check_tile(const SliceWork& given, const RenderSettings& settings, SliceWork& done) {
   const TileState& before = given.state;
   TileState& after = done.state;
   const bool is_pilot = given.slice.kind == SliceKind::kPilot;
@@ -250,7 +206,8 @@ Status check_result(const SliceWork& given, const RenderSettings& settings, Slic
       done.slice.last_sample != given.slice.last_sample) {
     return refused("it is of other samples than were asked for");
   }
-  const int last = given.slice.last_sample;
+  // Units outside of the crop and chunks of a meter have no pixels.
+  const int last = before.pixels.empty() ? before.samples : given.slice.last_sample;
   const std::size_t area = before.pixels.size() / static_cast<std::size_t>(settings.replicates);
   const std::size_t fits =
       is_pilot || fit_type(settings) == FitType::kNone ? before.fit.size() : before.pixels.size();
@@ -277,11 +234,166 @@ Status check_result(const SliceWork& given, const RenderSettings& settings, Slic
       !all(after.fit, [](const ReplicateFit& f) { return is_sane(f); }) ||
       !all(after.shares, [](Rgb c) { return is_finite(c); }) ||
       !all(after.labels, [](const LabelPixel& p) { return is_finite(p.position); }) ||
-      !std::isfinite(after.cpu_seconds) || after.cpu_seconds < before.cpu_seconds ||
-      after.rays < before.rays || after.rejected_samples < before.rejected_samples) {
+      !has_gone_on(before, after)) {
     return refused("tile " + std::to_string(given.slice.tile) + " holds what no renderer makes");
   }
   return ok_status();
+}
+
+}  // namespace
+
+bool render_slice(const Renderer& renderer, SliceWork& work, std::stop_token stop) {
+  const int last = work.slice.last_sample;
+  if (work.chunk >= 0) {
+    return renderer.render_meter(work.chunk, work.meter, last, std::move(stop));
+  }
+  if (work.slice.kind == SliceKind::kPilot) {
+    return renderer.render_pilot(work.state, last, std::move(stop));
+  }
+  const bool has_pixels = !work.state.pixels.empty();
+  if (has_pixels && !renderer.render(work.state, std::max(last, work.state.samples), stop)) {
+    return false;
+  }
+  return renderer.render_light(work.unit, work.light, std::move(stop));
+}
+
+std::string encode_work(std::span<const SliceWork> work, WorkPart part) {
+  Head head;
+  std::copy_n(kMagic.begin(), head.magic.size(), head.magic.begin());
+  head.slices = static_cast<std::uint32_t>(work.size());
+  std::string bytes;
+  append(bytes, &head, 1);
+  for (const SliceWork& each : work) {
+    CHECK(each.slice.kind != SliceKind::kPhotons);
+    const TileState& s = each.state;
+    const std::size_t plans = part == WorkPart::kInput ? s.plan.size() : 0;
+    const auto count = [](std::size_t size) { return static_cast<std::uint32_t>(size); };
+    const SliceHead slice = {each.slice.tile,
+                             each.slice.first_sample,
+                             each.slice.last_sample,
+                             static_cast<std::int32_t>(each.slice.kind),
+                             s.rect,
+                             s.samples,
+                             s.span,
+                             s.pilot_samples,
+                             count(s.pixels.size()),
+                             count(s.aux.size()),
+                             count(plans),
+                             count(s.pilot.size()),
+                             count(s.fit.size()),
+                             count(s.shares.size()),
+                             count(s.labels.size()),
+                             count(s.mattes.size()),
+                             s.rejected_samples,
+                             s.rays,
+                             s.cpu_seconds,
+                             each.light.unit,
+                             each.unit,
+                             each.light.first_sample,
+                             each.light.last_sample,
+                             each.chunk,
+                             each.meter.samples,
+                             count(each.light.sums.size()),
+                             count(each.meter.sums.size()),
+                             0,
+                             each.light.rejected_samples,
+                             each.light.rays,
+                             each.light.cpu_seconds,
+                             each.meter.rejected_samples,
+                             each.meter.rays,
+                             each.meter.cpu_seconds};
+    append(bytes, &slice, 1);
+    append(bytes, s.pixels.data(), s.pixels.size());
+    append(bytes, s.aux.data(), s.aux.size());
+    append(bytes, s.plan.data(), plans);
+    append(bytes, s.pilot.data(), s.pilot.size());
+    append(bytes, s.fit.data(), s.fit.size());
+    append(bytes, s.shares.data(), s.shares.size());
+    append(bytes, s.labels.data(), s.labels.size());
+    append(bytes, s.mattes.data(), s.mattes.size());
+    append(bytes, each.light.sums.data(), each.light.sums.size());
+    append(bytes, each.meter.sums.data(), each.meter.sums.size());
+  }
+  return bytes + sha256_hex(bytes.data(), bytes.size());
+}
+
+Result<std::vector<SliceWork>> decode_work(std::string_view bytes) {
+  Head head;
+  if (bytes.size() < sizeof head + kHashBytes || !bytes.starts_with(kMagic)) {
+    return refused("it does not begin with TSRWORK2");
+  }
+  const std::string_view hashed = bytes.substr(0, bytes.size() - kHashBytes);
+  if (sha256_hex(hashed.data(), hashed.size()) != bytes.substr(hashed.size())) {
+    return refused("the checksum at its end does not fit");
+  }
+  Reader reader(hashed);
+  reader.take(&head, 1);
+  if (head.slices == 0 || head.slices > hashed.size() / sizeof(SliceHead) || head.zero != 0) {
+    return refused("it has " + std::to_string(head.slices) + " slices");
+  }
+  std::vector<SliceWork> work(head.slices);
+  for (SliceWork& each : work) {
+    SliceHead slice;
+    TileState& s = each.state;
+    if (!reader.take(&slice, 1) || !reader.take(s.pixels, slice.pixels) ||
+        !reader.take(s.aux, slice.aux) || !reader.take(s.plan, slice.plan) ||
+        !reader.take(s.pilot, slice.pilot) || !reader.take(s.fit, slice.fit) ||
+        !reader.take(s.shares, slice.shares) || !reader.take(s.labels, slice.labels) ||
+        !reader.take(s.mattes, slice.mattes) || !reader.take(each.light.sums, slice.splat_bytes) ||
+        !reader.take(each.meter.sums, slice.meter_sums)) {
+      return refused("it is cut off");
+    }
+    if (slice.kind != static_cast<std::int32_t>(SliceKind::kPicture) &&
+        slice.kind != static_cast<std::int32_t>(SliceKind::kPilot)) {
+      return refused("a slice is of no kind");
+    }
+    each.slice = {slice.tile, slice.first_sample, slice.last_sample,
+                  static_cast<SliceKind>(slice.kind)};
+    s.rect = slice.rect;
+    s.samples = slice.samples;
+    s.span = slice.span;
+    s.pilot_samples = slice.pilot_samples;
+    s.rejected_samples = slice.rejected_samples;
+    s.rays = slice.rays;
+    s.cpu_seconds = slice.cpu_seconds;
+    each.unit = slice.unit;
+    each.light.unit = slice.light_unit;
+    each.light.first_sample = slice.first_light_sample;
+    each.light.last_sample = slice.last_light_sample;
+    each.light.rejected_samples = slice.light_rejected_samples;
+    each.light.rays = slice.light_rays;
+    each.light.cpu_seconds = slice.light_cpu_seconds;
+    each.chunk = slice.chunk;
+    each.meter.samples = slice.meter_samples;
+    each.meter.rejected_samples = slice.meter_rejected_samples;
+    each.meter.rays = slice.meter_rays;
+    each.meter.cpu_seconds = slice.meter_cpu_seconds;
+  }
+  if (!reader.is_empty()) {
+    return refused("something follows its slices");
+  }
+  return work;
+}
+
+std::string content_digest(std::vector<SliceWork> done) {
+  for (SliceWork& each : done) {
+    each.state.cpu_seconds = each.light.cpu_seconds = each.meter.cpu_seconds = 0;
+  }
+  const std::string bytes = encode_work(done, WorkPart::kResult);
+  return bytes.substr(bytes.size() - kHashBytes);
+}
+
+Status check_result(std::span<const SliceWork> given, const RenderSettings& settings,
+                    std::span<SliceWork> done) {
+  if (done.size() != given.size()) {
+    return refused("it has another number of slices");
+  }
+  Status checked = check_light(given, settings, done);
+  for (std::size_t i = 0; checked && i < given.size(); ++i) {
+    checked = check_tile(given[i], settings, done[i]);
+    checked = checked ? check_meter(given[i], settings, done[i]) : checked;
+  }
+  return checked;
 }
 
 }  // namespace core

@@ -1,11 +1,14 @@
 /// SliceWork: a slice with all that its renderer needs beside the job, and what becomes of it.
 ///
 /// The result is a function of the job and of the state before, so it may be made by any process of
-/// the same build and arithmetic class. As bytes, little endian: "TSRWORK1", u32 slices, u32 0; for
+/// the same build and arithmetic class. As bytes, little endian: "TSRWORK2", u32 slices, u32 0; for
 /// each slice i32 tile, first and last sample, kind, the tile's rectangle (x, y, width, height),
 /// samples, span (from, to), pilot samples; u32 pixels, auxiliary pixels, plans, pilot pixels,
-/// fits, shares, labels, mattes; u64 rejected samples, u64 rays, f64 CPU seconds; then these arrays
-/// as they are in memory. Last 64 bytes: sha256 (hex) of everything before.
+/// fits, shares, labels, mattes; u64 rejected samples, u64 rays, f64 CPU seconds; of light paths
+/// i32 unit, its rectangle, first and last sample; of a meter i32 chunk, samples; u32 bytes of
+/// splats' sums, sums of the meter; u64, u64, f64 of both, as above; then these arrays as they are
+/// in memory, splats as core/film/splat_sums.h says. Last 64 bytes: sha256 (hex) of everything
+/// before.
 #pragma once
 
 #include <cstddef>
@@ -25,21 +28,27 @@ struct SliceWork {
   TileState state;  ///< of the tile; without pixels: the unit is outside of the crop
   PixelRect unit;   ///< where light paths start
   LightBatch light;
-  double expected_seconds = 0;  ///< CPU time, from what the tile took so far
+  int chunk = -1;  ///< of the meter, where the slice is of that
+  MeterChunk meter;
+  double expected_seconds = 0;  ///< CPU time, from what it took so far
 };
 
-/// Brings work.state and work.light to the end of the slice. False, leaving them half done, when
-/// stop was requested.
+/// Brings work.state, work.light and work.meter to the end of the slice. False, leaving them half
+/// done, when stop was requested. Pre: it looks up no photons.
 bool render_slice(const Renderer& renderer, SliceWork& work, std::stop_token stop);
 
-/// Pre: no light paths. What the receiver knows is left out of a result: plans.
+/// Pre: splats are summed up. What the receiver knows is left out of a result: plans.
 enum class WorkPart { kInput, kResult };
 std::string encode_work(std::span<const SliceWork> work, WorkPart part);
 /// Sizes are checked before memory is taken. Errors: kInvalidArgument.
 Result<std::vector<SliceWork>> decode_work(std::string_view bytes);
 
+/// sha256 (hex) of the result, without the time that it took.
+std::string content_digest(std::vector<SliceWork> done);
+
 /// Is `done` what rendering `given` can have made? Geometry, range, numbers of samples, finite
 /// values; plans are taken over from `given`. Errors: kInvalidArgument, with what is wrong.
-Status check_result(const SliceWork& given, const RenderSettings& settings, SliceWork& done);
+Status check_result(std::span<const SliceWork> given, const RenderSettings& settings,
+                    std::span<SliceWork> done);
 
 }  // namespace core

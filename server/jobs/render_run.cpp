@@ -68,8 +68,7 @@ void RenderRun::note_start() {
 }
 
 bool RenderRun::run_slice() {
-  const bool is_shared = local_ != nullptr && task_.can_lend();
-  if (is_shared && local_->busy.fetch_add(1) >= local_->max) {
+  if (local_ != nullptr && local_->busy.fetch_add(1) >= local_->max) {
     --local_->busy;
     return false;
   }
@@ -82,24 +81,24 @@ bool RenderRun::run_slice() {
       task_.run(*slice);
     }
   });
-  if (is_shared) {
+  if (local_ != nullptr) {
     --local_->busy;
   }
   return ran;
 }
 
-std::vector<core::Slice> RenderRun::lend(double seconds, std::size_t count_max) {
-  std::vector<core::Slice> lent;
+RenderRun::Lent RenderRun::lend(double seconds, std::size_t count_max) {
+  Lent lent;
   guarded([&] {
-    for (double sum = 0; sum < seconds && lent.size() < count_max && task_.can_lend();) {
-      const auto slice = task_.take();
+    while (lent.expected_seconds < seconds && lent.slices.size() < count_max) {
+      const auto slice = task_.take(core::RenderTask::Place::kElsewhere);
       if (!slice) {
         return;
       }
       note_start();
       const core::SliceWork work = task_.prepare(*slice, seconds);
-      lent.push_back(work.slice);
-      sum += work.expected_seconds;
+      lent.slices.push_back(work.slice);
+      lent.expected_seconds += work.expected_seconds;
     }
   });
   return lent;
@@ -109,7 +108,7 @@ core::SliceWork RenderRun::prepare(const core::Slice& slice) const {
   return task_.prepare(slice, std::numeric_limits<double>::infinity());
 }
 
-void RenderRun::accept(core::SliceWork done) {
+void RenderRun::accept(std::vector<core::SliceWork> done) {
   guarded([&] { task_.accept(std::move(done)); });
 }
 

@@ -21,7 +21,7 @@ namespace server {
 
 class Job;
 
-/// How many threads of this process may render what workers can: with a queue, those of
+/// How many threads of this process may render beside workers: with a queue, those of
 /// --render-threads.
 struct LocalThreads {
   int max = 0;
@@ -59,10 +59,14 @@ class RenderRun final : public SliceSource,
 
   /// Slices for a worker, which take about so many CPU seconds together; empty: there are none now.
   /// accept() or give_back() has to follow for each.
-  std::vector<core::Slice> lend(double seconds, std::size_t count_max);
+  struct Lent {
+    std::vector<core::Slice> slices;
+    double expected_seconds = 0;
+  };
+  Lent lend(double seconds, std::size_t count_max);
   /// What the slice needs, as it was lent.
   core::SliceWork prepare(const core::Slice& slice) const;
-  void accept(core::SliceWork done);
+  void accept(std::vector<core::SliceWork> done);
   void give_back(const core::Slice& slice);
 
   /// Null: the job is gone.

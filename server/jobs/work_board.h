@@ -2,19 +2,21 @@
 ///
 /// A unit is some slices of one job. Which samples it holds is fixed when it is made; until its
 /// result is in, the task of the job keeps its tiles for it alone. So the film is the ledger: a
-/// result is taken once, from the worker that has the unit's lease, and what a crash of this
+/// result is taken once, from a worker that has the unit's lease, and what a crash of this
 /// process takes with it is rendered again from the last checkpoint, under other names. The broker
 /// only hands names of units out: it may lose any of them, or repeat them.
+///
+/// Two workers may have the same unit: a set share of them, whose results have to be equal, and the
+/// last ones of a pass, where the first result wins.
 #pragma once
 
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -23,8 +25,8 @@
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "queue/units.h"
-#include "server/jobs/job.h"
 #include "server/jobs/scheduler.h"
+#include "server/jobs/work_unit.h"
 #include "server/observe/log.h"
 
 namespace server {
@@ -34,6 +36,7 @@ struct WorkOptions {
   std::string build;          ///< That workers need to have.
   std::string arithmetic;
   bool has_local_threads = false;  ///< That render what workers can.
+  float verify_share = 0;          ///< Of the units, that two workers render.
 };
 
 class WorkBoard {
@@ -50,10 +53,12 @@ class WorkBoard {
   /// Errors: kTooManyRequests.
   core::Result<api::WorkerOrders> report(const std::string& worker,
                                          const api::WorkerReport& report);
-  /// The unit's slices. Errors: kNotFound, kConflict.
+  /// The unit's slices. Errors: kNotFound; kConflict when others have it; kUnavailable when others
+  /// are to have it.
   core::Result<std::string> lease(const std::string& unit, const std::string& worker);
-  /// Errors: kNotFound; kConflict when another worker has it; kInvalidArgument for what cannot be
-  /// its result.
+  /// Errors: kNotFound when it is in already, or not wanted any more; kConflict when another worker
+  /// has it; kUnavailable while another's result is being taken; kInvalidArgument for what cannot
+  /// be its result.
   core::Status take(const std::string& unit, const std::string& worker, std::string_view result);
   /// fault: empty when it has none. Errors: kNotFound, kConflict.
   core::Status hand_back(const std::string& unit, const std::string& worker,
@@ -67,42 +72,60 @@ class WorkBoard {
     std::uint64_t taken = 0;
     std::uint64_t expired = 0;
     std::uint64_t refused = 0;
+    std::uint64_t doubled = 0;   ///< For the end of a pass.
+    std::uint64_t verified = 0;  ///< Rendered by two workers, with equal results.
+    std::uint64_t differing = 0;
     bool has_broker = false;
   };
   Counts counts() const;
 
  private:
-  using Clock = std::chrono::steady_clock;
-  struct Unit {
-    std::shared_ptr<RenderRun> run;
-    std::vector<core::Slice> slices;
-    std::string worker;       ///< That has it; empty: no worker.
-    Clock::time_point since;  ///< That it has it, or that it was published.
-    Clock::time_point until;  ///< Of the lease.
-    double progress = 0;      ///< CPU seconds, as last reported.
-    bool is_published = false;
-    bool is_busy = false;        ///< Its result is being taken.
-    std::set<std::string> lost;  ///< Workers that it was lost with.
-  };
+  using Clock = WorkUnit::Clock;
   struct Worker {
     api::WorkerView view;
     Clock::time_point seen;
     bool is_draining = false;
+    double samples = 0;  ///< Of its results.
+    double seconds = 0;  ///< That it had their leases.
   };
-  using Units = std::map<std::string, Unit>;
+  using Units = std::map<std::string, WorkUnit>;
+  using Failures = std::vector<std::pair<std::shared_ptr<RenderRun>, std::string>>;
 
+  // For workers.
+  core::Result<std::vector<core::SliceWork>> read_result(const RenderRun& run,
+                                                         const std::vector<core::Slice>& slices,
+                                                         std::string_view result) const;
+  /// The work goes into the film now; empty: it waits for another worker's, or does not equal it.
+  std::optional<std::vector<core::SliceWork>> settle(Units::value_type& unit,
+                                                     const std::string& worker,
+                                                     std::vector<core::SliceWork> work,
+                                                     Failures& failures) REQUIRES(mutex_);
+  void note_result(WorkUnit& unit, const std::string& worker, std::size_t bytes)
+      REQUIRES(mutex_);
+  /// The worker has failed the unit: the next one gets it, or its job fails.
+  void lose(Units::value_type& unit, const std::string& worker, const std::string& reason)
+      REQUIRES(mutex_);
+  void tell() REQUIRES(mutex_);
+
+  // Of the thread.
   void run(const std::stop_token& stop);
   void drop_ended();
   /// Units that no worker has go back to the threads of this process while workers cannot get them.
   void drop_waiting();
   void expire_leases();
+  /// What was to be verified, where no other worker is left to do it.
+  void take_unverified();
   void plan();
+  bool plan_one(int slots);
+  void double_last_units();
   void publish();
   bool prepare_broker();
   static void give_back(const Units& units);
-  /// The worker has failed the unit: the next one gets it, or its job fails.
-  void lose(Units::value_type& unit, const std::string& reason) REQUIRES(mutex_);
+  static void fail(const Failures& failures);
+
+  bool works(const Worker& worker) const;
   int slots() const REQUIRES(mutex_);
+  std::map<std::string, int> leases() const REQUIRES(mutex_);  ///< By worker.
   bool is_live(const Worker& worker) const;
   Clock::duration lease_time() const;
   double report_seconds() const;
@@ -114,19 +137,16 @@ class WorkBoard {
   const std::string run_name_;                      ///< Units of other processes have other ones.
   std::optional<std::uint64_t> prepared_;           ///< Generation of the link; of run() alone.
   std::string broker_fault_;                        ///< The same.
-  Clock::time_point asked_broker_at_;               ///< The same.
   Clock::time_point had_broker_at_ = Clock::now();  ///< The same.
   std::atomic<bool> has_broker_ = false;
   mutable core::Mutex mutex_;
   core::CondVar changed_;
   bool is_news_ GUARDED_BY(mutex_) = false;
   Units units_ GUARDED_BY(mutex_);
-  std::deque<std::string> done_ GUARDED_BY(mutex_);  ///< The latest units whose result is in.
   std::map<std::string, Worker> workers_ GUARDED_BY(mutex_);
   std::uint64_t last_unit_ GUARDED_BY(mutex_) = 0;
-  std::uint64_t taken_ GUARDED_BY(mutex_) = 0;
-  std::uint64_t expired_ GUARDED_BY(mutex_) = 0;
-  std::uint64_t refused_ GUARDED_BY(mutex_) = 0;
+  Counts counts_ GUARDED_BY(mutex_);
+  std::mt19937_64 chance_ GUARDED_BY(mutex_){std::random_device()()};
   std::jthread thread_;
 };
 

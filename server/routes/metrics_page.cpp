@@ -63,6 +63,12 @@ void write_workers(MetricsText& text, const RouteContext& context) {
                static_cast<double>(counts.expired));
   text.counter("tessera_units_refused_total", "Results that were refused.",
                static_cast<double>(counts.refused));
+  text.counter("tessera_units_doubled_total", "Units that a second worker got as the last ones.",
+               static_cast<double>(counts.doubled));
+  text.counter("tessera_units_verified_total", "Units whose two results were equal.",
+               static_cast<double>(counts.verified));
+  text.counter("tessera_units_differing_total", "Units whose two results were not equal.",
+               static_cast<double>(counts.differing));
 }
 
 void write_storage(MetricsText& text, const RouteContext& context) {

@@ -51,8 +51,9 @@ class Server:
     """A server with a data directory, which outlives kill() and stop() until close()."""
 
     def __init__(self, *flags, threads=2, data=None, key=None, preexec=None, scheme="http",
-                 environ=None):
+                 environ=None, host="127.0.0.1"):
         self.flags = list(flags)
+        self.host = host
         self.environ = environ or {}  # On top of this process's, of which TESSERA_* is left out.
         self.scheme = scheme
         self.key = key  # Brought with every request.
@@ -64,8 +65,9 @@ class Server:
         self.log = os.path.join(self.data, "stderr.log")
 
     def start(self, threads=None):
-        command = [BINARY, "serve", "--port", "0", "--data", self.data, "--log-level", "warning",
-                   "--threads", str(threads or self.threads), *self.flags]
+        command = [BINARY, "serve", "--listen", self.host, "--port", "0", "--data", self.data,
+                   "--log-level", "warning", "--threads", str(threads or self.threads),
+                   *self.flags]
         environ = {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")}
         with open(self.log, "ab") as log:
             self.process = subprocess.Popen(
@@ -73,7 +75,7 @@ class Server:
                 preexec_fn=self.preexec
             )
         line = self.process.stdout.readline().decode()
-        if not line.startswith(f"listening on {self.scheme}://127.0.0.1:"):
+        if not line.startswith(f"listening on {self.scheme}://{self.host}:"):
             self.process.wait(10)
             raise RuntimeError(f"no address but {line!r}; {self.log_text()}")
         self.port = int(line.rsplit(":", 1)[1])
@@ -110,7 +112,7 @@ class Server:
         shutil.rmtree(self.data, ignore_errors=True)
 
     def connect(self, timeout=PATIENCE_S):
-        return http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout)
+        return http.client.HTTPConnection(self.host, self.port, timeout=timeout)
 
     def request(self, method, path, body=None, headers=None, timeout=PATIENCE_S):
         connection = self.connect(timeout)

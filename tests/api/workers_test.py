@@ -1,13 +1,18 @@
 """One job on many machines: the film is that of one process, whatever dies on the way."""
 
 import hashlib
+import os
+import shutil
+import signal
 import socket
 import subprocess
+import tempfile
 import threading
 import time
 import unittest
 
-from farm import Farm, HandWorker, clean_environ, free_port
+import nats_keys
+from farm import Broker, Farm, HandWorker, LyingProxy, clean_environ, free_port
 from harness import BINARY, PATIENCE_S, Server, job_body, tessera, triangle_glb
 
 # Long enough to be interrupted, on a fast machine too: whole seconds of one thread.
@@ -81,11 +86,34 @@ class WorkersTest(FarmTest):
             self.assertGreater(listed[worker.id]["rate"], 0)
             self.assertEqual(listed[worker.id]["faults"], 0)
 
-    def test_what_workers_cannot_render_the_coordinator_does(self):
+    def test_workers_render_what_every_integrator_does(self):
+        farm = self.farm(workers=2)
+        about = farm.server.get("/v1/server").json()
+        film = {"width": 70, "height": 50, "crop": {"x": 9, "y": 5, "width": 50, "height": 40}}
+        done = 0
+        for row in about["integrators"]:
+            with self.subTest(integrator=row["type"]):
+                body = job_body(samples=6, integrator={"type": row["type"]}) | {"film": film}
+                job = farm.server.render(body)
+                self.assertEqual(job["film_digest"], Alone.digest(body))
+                units = sum(worker["units"] for worker in farm.listed().values())
+                self.assertGreater(units, done)
+                done = units
+
+    def test_workers_measure_what_one_process_does(self):
+        points = [{"position": [0.1 * i, 0.01, -0.3], "normal": [0, 1, 0]} for i in range(20)]
+        body = job_body(samples=8, meter={"points": points})
+
+        def measured(server):
+            job = server.render(body)
+            return server.get(f"/v1/jobs/{job['id']}/meter").json()
+
+        alone = Server().start()
+        self.addCleanup(alone.close)
         farm = self.farm(workers=1)
-        body = job_body(samples=4, integrator={"type": "light-trace"})
-        self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
-        self.assertEqual(farm.listed()[farm.workers[0].id]["units"], 0)
+        result = measured(farm.server)
+        self.assertTrue(any(point["illuminance_lux"] for point in result["points"]), result)
+        self.assertEqual(result, measured(alone))
 
     def test_render_threads_work_beside_none(self):
         farm = self.farm("--render-threads", "1")
@@ -116,6 +144,66 @@ class WorkersTest(FarmTest):
         idle = farm.add_worker("--idle", "1")
         self.check_film(farm, job["id"], body)
         self.assertEqual(idle.end(), 0)
+
+
+    def test_what_is_not_done_in_the_grace_time_is_handed_back(self):
+        farm = self.farm(lease=600)
+        worker = farm.add_worker("--grace", "0")
+        body = long_job(seed=2)
+        job = farm.server.submit(body)
+        farm.wait_for_worker(worker.id, lambda w: w["leases"] > 0 and w["units"] > 0, "a lease")
+        self.assertEqual(worker.stop(), 0)
+        self.assertEqual(worker.complaints, "")
+        left = farm.listed()[worker.id]
+        self.assertEqual((left["leases"], left["faults"]), (0, 0))
+        farm.add_worker()
+        self.check_film(farm, job["id"], body)
+
+    def test_the_last_units_do_not_wait_for_a_slow_worker(self):
+        farm = self.farm(workers=2, lease=600)
+        body = long_job(seed=3)
+        job = farm.server.submit(body)
+        slow = farm.workers[0]
+        farm.wait_for_worker(slow.id, lambda w: w["leases"] > 0, "a lease")
+        slow.process.send_signal(signal.SIGSTOP)
+        self.check_film(farm, job["id"], body)
+        self.assertGreaterEqual(farm.metric("tessera_units_doubled_total"), 1)
+        slow.process.send_signal(signal.SIGCONT)
+        # What it still brings is not wanted, and no fault of it.
+        farm.wait_for_worker(slow.id, lambda w: w["state"] == "idle", "its return")
+        self.assertEqual(slow.stop(), 0)
+        self.assertEqual((slow.complaints, farm.listed()[slow.id]["faults"]), ("", 0))
+
+
+class VerifyTest(FarmTest):
+    def test_units_that_two_workers_render_are_equal(self):
+        farm = self.farm("--verify", "1", workers=2)
+        for body in (job_body(samples=32), job_body(samples=4, integrator={"type": "bdpt"})):
+            self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
+        verified = farm.metric("tessera_units_verified_total")
+        self.assertEqual(verified, farm.metric("tessera_units_taken_total"))
+        listed = farm.listed()
+        self.assertEqual([listed[w.id]["units"] for w in farm.workers], [verified] * 2)
+
+    def test_a_worker_that_lies_fails_the_job_and_is_named(self):
+        farm = self.farm("--verify", "1", workers=1)
+        proxy = LyingProxy(farm.server.port)
+        self.addCleanup(proxy.server_close)
+        self.addCleanup(proxy.shutdown)
+        liar = farm.add_worker(port=proxy.server_address[1])
+        farm.wait_for_worker(liar.id, lambda w: w["state"] == "idle", "the liar")
+        ended = farm.server.wait(farm.server.submit(long_job(seed=4))["id"])
+        self.assertEqual(ended["state"], "failed", ended)
+        for worker in farm.workers:
+            self.assertIn(worker.id, ended["failure"]["detail"])
+            self.assertIn(worker.id, farm.server.log_text())
+        self.assertIn("results_differ", farm.server.log_text())
+        self.assertGreaterEqual(farm.metric("tessera_units_differing_total"), 1)
+
+    def test_one_worker_alone_is_not_verified(self):
+        farm = self.farm("--verify", "1", workers=1)
+        body = job_body(samples=8)
+        self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
 
 
 class KillTest(FarmTest):
@@ -166,6 +254,32 @@ class KillTest(FarmTest):
             self.assertIn(name, ended["failure"]["detail"])
 
 
+class SecureQueueTest(FarmTest):
+    def test_the_queue_takes_tls_and_credentials_and_nobody_without(self):
+        folder = tempfile.mkdtemp(prefix="tessera-nats-keys-")
+        self.addCleanup(shutil.rmtree, folder)
+        lines, credentials = nats_keys.write_credentials(folder)
+        tls, certificate = nats_keys.write_certificate(folder)
+        config = os.path.join(folder, "nats.conf")
+        with open(config, "w", encoding="ascii") as file:
+            file.write("\n".join(lines + tls))
+        _, other = nats_keys.write_certificate(tempfile.mkdtemp(dir=folder))
+        _, strange = nats_keys.write_credentials(os.path.dirname(other))
+        farm = self.farm("--queue-ca", certificate, "--queue-creds", credentials,
+                         broker=Broker(config=config, scheme="tls"))
+        body = long_job(seed=5)
+        job = farm.server.submit(body)
+        refused = [
+            farm.add_worker("--queue-ca", certificate),
+            farm.add_worker("--queue-ca", certificate, "--queue-creds", strange),
+            farm.add_worker("--queue-ca", other, "--queue-creds", credentials),
+        ]
+        farm.add_worker("--queue-ca", certificate, "--queue-creds", credentials)
+        self.check_film(farm, job["id"], body)
+        listed = farm.listed()
+        self.assertEqual([listed[worker.id]["units"] for worker in refused], [0, 0, 0])
+
+
 class RefusedTest(FarmTest):
     def test_results_that_are_none_are_refused(self):
         farm = self.farm()
@@ -192,8 +306,8 @@ class RefusedTest(FarmTest):
             ("nothing", b""),
         ):
             with self.subTest(fault=fault):
-                self.assertEqual(hand.lease(unit).status, 200)
                 self.assertEqual(hand.deliver(unit, result).status, 422)
+                self.assertEqual(hand.lease(unit).status, 200)
         self.assertEqual(farm.listed()["hand"]["faults"], 6)
 
     def test_an_unsuitable_worker_is_listed_with_the_reason(self):

@@ -3,11 +3,13 @@
 #include "core/render/slice_work.h"
 
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include "core/base/sha256.h"
+#include "core/render/unit_renderer.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 
@@ -42,38 +44,64 @@ core::TaskOptions samples(int n) {
   return options;
 }
 
-/// The digest of the view's film when every slice goes as bytes to another renderer and back.
-std::string digest_of_lent(const core::View& view, int sample_count) {
+using Film = std::shared_ptr<const core::Film>;
+
+/// The view's film when every slice goes as bytes to another renderer and back.
+Film lent_film(
+    const core::View& view, int sample_count,
+    const std::function<void(SliceWork&)>& spoil = [](SliceWork&) {}) {
   const auto here = renderer_of(view);
-  const auto elsewhere = renderer_of(view);
+  core::UnitRenderer elsewhere(renderer_of(view));
   auto film = std::make_shared<core::Film>(view.settings);
   QuietSink sink;
   core::RenderTask task(here, film, samples(sample_count), sink);
-  EXPECT_TRUE(task.can_lend());
   while (!task.finished()) {
-    const auto slice = task.take();
-    if (!slice) {
+    std::vector<SliceWork> given;
+    while (given.size() < 3) {
+      const auto slice = task.take(core::RenderTask::Place::kElsewhere);
+      if (!slice) {
+        break;
+      }
+      given.push_back(task.prepare(*slice, 1e-4));
+    }
+    if (given.empty()) {
       continue;
     }
-    const SliceWork given = task.prepare(*slice, 1e-4);
-    auto sent = core::decode_work(core::encode_work({&given, 1}, WorkPart::kInput));
+    auto sent = core::decode_work(core::encode_work(given, WorkPart::kInput));
     EXPECT_TRUE(sent);
-    EXPECT_TRUE(core::render_slice(*elsewhere, sent->front(), {}));
+    EXPECT_TRUE(elsewhere.render(*sent, {}));
     auto done = core::decode_work(core::encode_work(*sent, WorkPart::kResult));
     EXPECT_TRUE(done);
-    const auto checked = core::check_result(given, view.settings, done->front());
+    const auto checked = core::check_result(given, view.settings, *done);
     EXPECT_TRUE(checked) << checked.error().message;
-    task.accept(std::move(done->front()));
+    spoil(done->front());
+    task.accept(*std::move(done));
   }
-  return film->digest();
+  return film;
 }
 
-std::string digest_of_local(const core::View& view, int sample_count) {
+Film local_film(const core::View& view, int sample_count) {
   auto film = std::make_shared<core::Film>(view.settings);
   QuietSink sink;
   core::RenderTask task(renderer_of(view), film, samples(sample_count), sink);
   core::run_to_end(task, 1);
-  return film->digest();
+  return film;
+}
+
+std::string digest_of_lent(const core::View& view, int sample_count) {
+  return lent_film(view, sample_count)->digest();
+}
+
+std::string digest_of_local(const core::View& view, int sample_count) {
+  return local_film(view, sample_count)->digest();
+}
+
+std::vector<core::MeterSum> meter_sums(const Film& film) {
+  std::vector<core::MeterSum> sums;
+  for (const core::MeterChunk& chunk : film->meter()) {
+    sums.insert(sums.end(), chunk.sums.begin(), chunk.sums.end());
+  }
+  return sums;
 }
 
 TEST(SliceWork, MakesTheSameFilmWithEverySampler) {
@@ -99,12 +127,33 @@ TEST(SliceWork, MakesTheSameFilmWithFittedCoefficientsAndSharedSamples) {
   EXPECT_EQ(digest_of_lent(shared, 16), digest_of_local(shared, 16));
 }
 
-TEST(SliceWork, IsNotLentWhereLightPathsSplat) {
+TEST(SliceWork, MakesTheSameFilmWithEveryIntegrator) {
+  for (const core::IntegratorEntry& row : core::integrators()) {
+    core::View view = small_view();
+    view.settings = core::default_settings(row.name);
+    view.settings.film = small_view().settings.film;
+    view.settings.film.crop = core::PixelRect{10, 5, 50, 30};
+    EXPECT_EQ(digest_of_lent(view, 3), digest_of_local(view, 3)) << row.name;
+  }
+}
+
+TEST(SliceWork, MakesTheSameFilmWithAMeter) {
+  core::View view = small_view();
+  for (int i = 0; i < 20; ++i) {
+    const float x = 0.04F * static_cast<float>(i) + 0.1F;
+    view.settings.meter.points.push_back({{x, 0.01F, 0.5F}, {0, 1, 0}});
+  }
+  const auto sums = meter_sums(local_film(view, 3));
+  EXPECT_EQ(sums.size(), 20U * core::kMeterReplicates);
+  EXPECT_EQ(meter_sums(lent_film(view, 3)), sums);
+}
+
+TEST(SliceWork, WithALightPathLessIsAnotherFilm) {
   core::View view = small_view();
   view.settings.integrator = "light-trace";
-  auto film = std::make_shared<core::Film>(view.settings);
-  QuietSink sink;
-  EXPECT_FALSE(core::RenderTask(renderer_of(view), film, samples(2), sink).can_lend());
+  const std::string whole = digest_of_local(view, 3);
+  const auto lose = [](SliceWork& done) { done.light.sums.clear(); };
+  EXPECT_NE(lent_film(view, 3, lose)->digest(), whole);
 }
 
 TEST(SliceWork, ThatIsGivenBackIsTakenAgain) {
@@ -133,7 +182,7 @@ class SliceResult : public ::testing::Test {
   }
   bool is_taken() {
     SliceWork copy = done_;
-    return core::check_result(given_, view_.settings, copy).has_value();
+    return core::check_result({&given_, 1}, view_.settings, {&copy, 1}).has_value();
   }
 
   core::View view_ = small_view();

@@ -122,7 +122,7 @@ TEST(Splats, UnitsCoverTheFullFilmUnderACropAndSplatsOutsideOfItAreLeftOut) {
     light.add(0, {x, y, Rgb(1)});
   }
   light.add(0, {47, 11, Rgb(1)});
-  film.commit_light(light);
+  film.commit_light({&light, 1});
   const core::SplatState splats = film.splats();
   core::SplatSum sum = 0;
   for (const SplatPixel& p : splats.tiles[0]) {

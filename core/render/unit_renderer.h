@@ -1,0 +1,40 @@
+/// UnitRenderer: slices of one job for a process that has nothing of its film.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <stop_token>
+
+#include "core/base/mutex.h"
+#include "core/integrators/photon_pass.h"
+#include "core/render/slice_work.h"
+
+namespace core {
+
+/// Thread-safe.
+class UnitRenderer {
+ public:
+  explicit UnitRenderer(std::shared_ptr<const Renderer> renderer)
+      : renderer_(std::move(renderer)) {}
+
+  /// Brings the work to the ends of its slices; what its light paths splat is summed up in the
+  /// first. Photons that it looks up are traced here, once for all threads that need them. False,
+  /// leaving it half done, when stop was requested.
+  bool render(std::span<SliceWork> work, const std::stop_token& stop);
+
+ private:
+  struct Photons;
+  bool render_one(SliceWork& work, const std::stop_token& stop);
+  bool render_light(SliceWork& work, const SplatLayout& layout, SplatTiles& sums,
+                    const std::stop_token& stop) const;
+  void trace_parts(Photons& photons, std::uint64_t& rays);
+  /// Those of a sample; takes part in making them.
+  std::shared_ptr<const PhotonPass> photons(int sample, std::uint64_t& rays);
+
+  const std::shared_ptr<const Renderer> renderer_;
+  Mutex mutex_;
+  CondVar built_;
+  std::shared_ptr<Photons> photons_ GUARDED_BY(mutex_);  ///< of the latest sample
+};
+
+}  // namespace core

@@ -1,0 +1,297 @@
+// WorkBoard's thread: makes units, has them published, and takes them from workers that are lost.
+#include <algorithm>
+#include <utility>
+
+#include "server/jobs/work_board.h"
+
+namespace server {
+
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+/// CPU time of a unit. At most: a worker half as fast as the mean needs 5 s. At least: ten times
+/// what it takes to hand a unit out and to take its result, which was 10 ms.
+constexpr double kUnitSecondsMost = 2.5;
+constexpr double kUnitSecondsLeast = 0.1;
+/// Tiles of a unit: some megabytes of a result.
+constexpr int kSlicesMax = 32;
+/// Each unit is a share of what is left of the pass, so that the last ones are short and end at
+/// about the same time. Source: Hummel, Schonberg and Flynn 1992, "Factoring", whose share is 1/2.
+constexpr int kShareOfRest = 2;
+constexpr std::size_t kLostMax = 3;
+constexpr std::chrono::milliseconds kTick{50};
+/// Workers are listed for so many leases after their last report: ten minutes of the usual ones.
+constexpr int kLeasesRemembered = 40;
+
+}  // namespace
+
+void WorkBoard::run(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    {
+      const core::MutexLock lock(mutex_);
+      changed_.wait_for(mutex_, stop, kTick, [this]() REQUIRES(mutex_) { return is_news_; });
+      is_news_ = false;
+    }
+    drop_ended();
+    expire_leases();
+    take_unverified();
+    has_broker_ = prepare_broker();
+    if (has_broker_) {
+      had_broker_at_ = Clock::now();
+      plan();
+      publish();
+    }
+    drop_waiting();
+  }
+}
+
+/// Units of runs that want no slices any more: a cancelled one ends when all have come back.
+void WorkBoard::drop_ended() {
+  Units ended;
+  {
+    const core::MutexLock lock(mutex_);
+    for (auto unit = units_.begin(); unit != units_.end();) {
+      const auto next = std::next(unit);
+      RenderRun& run = *unit->second.run;
+      const JobPointer job = run.job();
+      if (!unit->second.is_busy &&
+          (run.task().is_stopping() || run.end() || !job || job->run().get() != &run)) {
+        ended.insert(units_.extract(unit));
+      }
+      unit = next;
+    }
+  }
+  give_back(ended);
+}
+
+void WorkBoard::give_back(const Units& units) {
+  for (const auto& [name, unit] : units) {
+    for (const core::Slice& slice : unit.slices) {
+      unit.run->give_back(slice);
+    }
+  }
+}
+
+void WorkBoard::drop_waiting() {
+  if (!options_.has_local_threads) {
+    return;
+  }
+  Units waiting;
+  {
+    const core::MutexLock lock(mutex_);
+    if (slots() > 0 && Clock::now() - had_broker_at_ < lease_time()) {
+      return;
+    }
+    for (auto unit = units_.begin(); unit != units_.end();) {
+      const auto next = std::next(unit);
+      if (unit->second.leases.empty() && !unit->second.is_busy) {
+        waiting.insert(units_.extract(unit));
+      }
+      unit = next;
+    }
+  }
+  give_back(waiting);
+}
+
+void WorkBoard::fail(const Failures& failures) {
+  for (const auto& [run, reason] : failures) {
+    run->fail(Error{ErrorCode::kInternal, reason, ""});
+  }
+}
+
+void WorkBoard::expire_leases() {
+  Failures failures;
+  {
+    const core::MutexLock lock(mutex_);
+    const auto now = Clock::now();
+    for (auto& entry : units_) {
+      WorkUnit& unit = entry.second;
+      for (const WorkUnit::Lease& lease : std::vector(unit.leases)) {
+        if (!unit.is_busy && now > lease.until) {
+          ++counts_.expired;
+          lose(entry, lease.worker, "nothing was heard of it in time");
+        }
+      }
+      // A name that the broker has lost with a message is published again.
+      if (unit.published > 0 && now - unit.published_at > 2 * lease_time()) {
+        unit.published = 0;
+      }
+      if (unit.lost.size() >= kLostMax) {
+        std::string names;
+        for (const std::string& worker : unit.lost) {
+          names += " " + worker;
+        }
+        failures.emplace_back(unit.run, "a part of the image was lost with " +
+                                            std::to_string(unit.lost.size()) +
+                                            " workers, one after the other:" + names);
+      }
+    }
+    std::erase_if(workers_, [&](const auto& each) {
+      return now - each.second.seen > kLeasesRemembered * lease_time();
+    });
+  }
+  fail(failures);
+}
+
+void WorkBoard::take_unverified() {
+  struct Alone {
+    std::string name;
+    std::shared_ptr<RenderRun> run;
+    WorkUnit::Result result;
+  };
+  std::vector<Alone> alone;
+  {
+    const core::MutexLock lock(mutex_);
+    for (auto& [name, unit] : units_) {
+      const bool has_other =
+          unit.first && std::any_of(workers_.begin(), workers_.end(), [&](const auto& each) {
+            return each.first != unit.first->worker && works(each.second);
+          });
+      if (unit.first && !unit.is_busy && unit.leases.empty() && !has_other) {
+        unit.is_busy = true;
+        alone.push_back({name, unit.run, *std::exchange(unit.first, std::nullopt)});
+        log_.write(LogLevel::kWarning, "result_not_verified",
+                   {{"unit", name}, {"worker", alone.back().result.worker}});
+      }
+    }
+  }
+  for (Alone& each : alone) {
+    each.run->accept(std::move(each.result.work));
+    const core::MutexLock lock(mutex_);
+    ++counts_.taken;
+    units_.erase(each.name);
+  }
+}
+
+/// One unit in the queue for each thread of the workers: then each finds its next one there. One,
+/// too, where there are none: what starts workers sees that they are needed.
+void WorkBoard::plan() {
+  while (true) {
+    int slots = 0;
+    {
+      const core::MutexLock lock(mutex_);
+      slots = std::max(this->slots(), options_.has_local_threads ? 0 : 1);
+      int waiting = 0;
+      for (const auto& [name, unit] : units_) {
+        waiting += std::max(0, unit.wanted());
+      }
+      if (waiting >= slots) {
+        return;
+      }
+    }
+    if (!plan_one(slots)) {
+      double_last_units();
+      return;
+    }
+  }
+}
+
+bool WorkBoard::plan_one(int slots) {
+  for (const std::shared_ptr<SliceSource>& source : scheduler_.in_turn()) {
+    const auto run = std::dynamic_pointer_cast<RenderRun>(source);
+    const JobPointer job = run ? run->job() : nullptr;
+    if (!job) {
+      continue;
+    }
+    const int shares = kShareOfRest * slots;
+    const double seconds =
+        std::clamp(run->task().seconds_to_hand_out() / shares, kUnitSecondsLeast, kUnitSecondsMost);
+    // What the first slices take is not known.
+    const int most = std::clamp(run->film()->tile_count() / shares, 1, kSlicesMax);
+    RenderRun::Lent lent = run->lend(seconds, static_cast<std::size_t>(most));
+    if (lent.slices.empty()) {
+      continue;
+    }
+    scheduler_.charge(*source, lent.expected_seconds);
+    const core::MutexLock lock(mutex_);
+    WorkUnit& unit = units_[job->id() + "." + run_name_ + "." + std::to_string(++last_unit_)];
+    unit.run = run;
+    unit.slices = std::move(lent.slices);
+    unit.expected_seconds = lent.expected_seconds;
+    const auto live = std::count_if(workers_.begin(), workers_.end(),
+                                    [this](const auto& each) { return works(each.second); });
+    unit.is_checked = live > 1 && std::bernoulli_distribution(options_.verify_share)(chance_);
+    unit.copies = unit.is_checked ? 2 : 1;
+    return true;
+  }
+  return false;
+}
+
+/// Nothing is left to hand out: threads that have nothing to do help with what takes longest.
+void WorkBoard::double_last_units() {
+  const core::MutexLock lock(mutex_);
+  const auto now = Clock::now();
+  auto held = leases();
+  std::vector<WorkUnit*> late;
+  for (auto& [name, unit] : units_) {
+    const bool is_late = unit.copies == 1 && unit.leases.size() == 1 && !unit.is_busy &&
+                         std::chrono::duration<double>(now - unit.leases.front().since).count() >
+                             unit.expected_seconds;
+    if (is_late) {
+      late.push_back(&unit);
+    }
+  }
+  std::sort(late.begin(), late.end(), [](const WorkUnit* a, const WorkUnit* b) {
+    return a->leases.front().since < b->leases.front().since;
+  });
+  for (WorkUnit* unit : late) {
+    const auto helper = std::find_if(workers_.begin(), workers_.end(), [&](const auto& each) {
+      return works(each.second) && each.first != unit->leases.front().worker &&
+             held[each.first] < each.second.view.threads;
+    });
+    if (helper != workers_.end()) {
+      ++held[helper->first];
+      unit->copies = 2;
+      ++counts_.doubled;
+    }
+  }
+}
+
+void WorkBoard::publish() {
+  std::vector<std::string> names;
+  {
+    const core::MutexLock lock(mutex_);
+    for (auto& [name, unit] : units_) {
+      for (; unit.published < unit.wanted(); ++unit.published) {
+        names.push_back(name);
+        unit.published_at = Clock::now();
+      }
+    }
+  }
+  for (const std::string& name : names) {
+    if (const Status published = publisher_->publish(name); !published) {
+      log_.write(LogLevel::kWarning, "queue_fault", {{"detail", published.error().message}});
+      prepared_.reset();  // All that is open is published once there is a stream again.
+      return;
+    }
+  }
+}
+
+/// Makes the stream on each new connection and has all that is open published in it.
+bool WorkBoard::prepare_broker() {
+  const std::uint64_t generation = publisher_->link().generation();
+  if (prepared_ == generation && publisher_->link().is_connected()) {
+    return true;
+  }
+  const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(lease_time());
+  if (const Status ready = publisher_->prepare(silence); !ready) {
+    if (broker_fault_ != ready.error().message) {
+      broker_fault_ = ready.error().message;
+      log_.write(LogLevel::kWarning, "queue_fault", {{"detail", broker_fault_}});
+    }
+    return false;
+  }
+  log_.write(LogLevel::kInfo, "queue_ready", {{"queue", publisher_->link().name()}});
+  broker_fault_.clear();
+  prepared_ = generation;
+  const core::MutexLock lock(mutex_);
+  for (auto& [name, unit] : units_) {
+    unit.published = 0;
+  }
+  return true;
+}
+
+}  // namespace server

@@ -6,6 +6,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -401,6 +402,15 @@ class RefusedTest(FarmTest):
                               text=True, env=clean_environ())
         self.assertEqual(done.returncode, 2)
         self.assertIn("nats://HOST:4222", done.stderr)
+
+
+class StressTest(unittest.TestCase):
+    def test_two_rounds_of_random_faults_cost_nothing_but_time(self):
+        stress = os.path.join(os.path.dirname(__file__), "..", "stress", "farm")
+        done = subprocess.run(
+            [sys.executable, stress, "--rounds", "2", "--seed", "1", "--samples", "32", BINARY],
+            capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 
 if __name__ == "__main__":

@@ -1,26 +1,44 @@
-/// A film as a file for elsewhere: application/vnd.tessera.film, version 1.
+// clang-format off
+/// A film as a file for elsewhere: application/vnd.tessera.film, version 1. Little endian.
 ///
-/// Little endian. Head, 128 bytes:
-///     0  "TSRFILM1"          8  u32 bytes of head, ledger and text     12  u32 bytes of the text
-///    16  u32 ranges          20  u32 flags (below)                     24  i32 width, height of
-///    the full film 32  i32 crop x, y, width, height                                  48  u32
-///    replicates 52  u32 tiles           56  u64 bytes of the file                 64  sha256 of
-///    the content (Film::digest), hex
+/// Head, 128 bytes; the offset, then what stands there:
+///    0  "TSRFILM1"
+///    8  u32 bytes of head, ledger and text
+///   12  u32 bytes of the text
+///   16  u32 ranges
+///   20  u32 flags
+///   24  i32 width, height of the full film
+///   32  i32 crop x, y, width, height
+///   48  u32 replicates
+///   52  u32 tiles
+///   56  u64 bytes of the file
+///   64  sha256 of the content (Film::digest), hex
+///
 /// Flags: 1 auxiliary values, 2 errors of neighbouring pixels are correlated, 4 splats, 8 labels,
 /// 16 mattes of objects, 32 of materials, 64 errors are of the picture over white; from bit 8 on
-/// the number of shares of the picture's light, whose layers the text names. Ledger, 24 bytes a
-/// range: u64 seed, u32 first replicate, u32 replicates, u32 samples, u32 0. Text: what the caller
-/// wants to say about the film (UTF-8), then zeros up to a multiple of 8. If flag 4: u64 light
-/// paths of each replicate, u64 rejected splats, u64 rays of light paths. Tiles, row by row, 32x32
-/// anchored at the full film's origin and cut by the crop: i32 x, i32 y, u32 samples, u32 0, u64
-/// rejected samples, u64 rays, f64 CPU seconds (with an equal share of what was spent beside the
-/// samples); then for each pixel and replicate f32 mean r, g, b, alpha, f32 M2 of the luminance,
-/// u32 count; then, if flag 1, for each pixel f32 albedo r, g, b, normal x, y, z, depth, u32 hits;
-/// then, if flag 4, for each pixel and replicate i128 sums r, g, b of splats in units of 2^-40;
-/// then, for each pixel, replicate and share, f32 mean r, g, b; then, if flag 8, for each pixel u32
-/// object, instance, material, primitive, f32 position x, y, z, u, v; then, for each pixel and flag
-/// 16 and 32, six times u32 id of Cryptomatte, u32 samples of half A and B that met it. Last, 64
-/// bytes: sha256 (hex) of everything before.
+/// the number of shares of the picture's light, whose layers the text names.
+///
+/// Ledger, 24 bytes a range:
+///   u64 seed, u32 first replicate, u32 replicates, u32 samples, u32 0
+///
+/// Text: what the caller wants to say about the film (UTF-8), then zeros up to a multiple of 8.
+///
+/// With flag 4: u64 light paths of each replicate, u64 rejected splats, u64 rays of light paths.
+///
+/// Tiles, row by row, 32x32 anchored at the full film's origin and cut by the crop:
+///   i32 x, i32 y, u32 samples, u32 0, u64 rejected samples, u64 rays, f64 CPU seconds (with an
+///   equal share of what was spent beside the samples); then
+///             each pixel and replicate      f32 mean r, g, b, alpha, f32 M2 of luminance, u32 count
+///   flag 1    each pixel                    f32 albedo r, g, b, normal x, y, z, depth, u32 hits
+///   flag 4    each pixel and replicate      i128 sums r, g, b of splats in units of 2^-40
+///   shares    each pixel, replicate, share  f32 mean r, g, b
+///   flag 8    each pixel                    u32 object, instance, material, primitive,
+///                                           f32 position x, y, z, u, v
+///   16, 32    each pixel and flag           six times u32 id of Cryptomatte, u32 samples of half
+///                                           A and B that met it
+///
+/// Last, 64 bytes: sha256 (hex) of everything before.
+// clang-format on
 #pragma once
 
 #include <cstddef>

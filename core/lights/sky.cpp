@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/color/photometry.h"
 #include "core/color/wavelength.h"
 
 namespace core {
@@ -12,7 +13,6 @@ namespace {
 constexpr double kPiExact = std::numbers::pi;
 /// Haze: 2 is a very clear day, 3 a clear one (Preetham et al., figure 3).
 constexpr double kTurbidity = 3;
-constexpr double kLumensPerWatt = 683;
 
 /// Irradiance by the sun outside of the atmosphere, per nm [W/(m^2 nm)]: Planck's law at the sun's
 /// effective temperature. Source: IAU 2015 resolution B3 (5772 K, radius 695,700 km; astronomical

@@ -5,14 +5,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/color/photometry.h"
 #include "core/meter/meter_chunk.h"
 #include "core/settings/settings.h"
 
 namespace core {
-
-/// Lumens of a watt of nominal white. A scene's candelas, nits and lux are taken 1:1, so that the
-/// luminance of its irradiance is in lux. Source: SI, the luminous efficacy at 555 nm.
-inline constexpr double kLumensPerWatt = 683;
 
 /// Normals of length 1; the plane's cells follow the points, row by row.
 std::vector<MeterPoint> meter_points(const MeterSettings& settings);

@@ -11,6 +11,7 @@
 #include "core/base/check.h"
 #include "core/base/cpu_time.h"
 #include "core/camera/camera.h"
+#include "core/color/photometry.h"
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
 #include "core/labels/label.h"

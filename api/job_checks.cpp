@@ -99,6 +99,26 @@ void check_restir(const core::RenderSettings& render, Faults& faults) {
   }
 }
 
+/// Directions for study know one BSDF at each point, and irradiance is measured in colours.
+void check_spectral(const core::RenderSettings& render, Faults& faults) {
+  const core::Strategy strategy = render.estimator.strategy;
+  if (!render.spectral) {
+    return;
+  }
+  if (strategy == core::Strategy::kCosine || strategy == core::Strategy::kUniform) {
+    faults.add("/estimator/strategy", shown(Json(core::row_of(core::strategies(), strategy).name)) +
+                                          " does not go with spectral true");
+  }
+  const auto& shares = render.film.shares;
+  if (!render.meter.empty() ||
+      std::any_of(shares.begin(), shares.end(),
+                  [](const core::LightShare& share) { return share.is_irradiance; })) {
+    faults.add("/spectral",
+               "true does not go with a meter or layer 'irradiance', which measure "
+               "in colours");
+  }
+}
+
 /// What is not found along one path alone has no share.
 void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults& faults) {
   const core::RenderSettings& render = spec.render;
@@ -115,12 +135,13 @@ void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults&
     faults.add("/film/layers", "'" + share.layer + "' is not kept by integrator '" +
                                    std::string(row.name) + "'" + others);
   }
-  if (render.film.shares.empty() && !render.fog) {
+  if (render.film.shares.empty() && !render.fog && !render.spectral) {
     return;
   }
   const std::string reason =
-      render.fog ? "does not go with a medium"
-                 : "does not go with layers bounce:N, light:NAME, st:S,T and irradiance";
+      render.fog        ? "does not go with a medium"
+      : render.spectral ? "does not go with spectral true"
+                        : "does not go with layers bounce:N, light:NAME, st:S,T and irradiance";
   if (render.estimator.mis == core::MisType::kOptimal) {
     faults.add("/estimator/mis/type", "'optimal' " + reason);
   }
@@ -228,6 +249,7 @@ void check_options(const JobSpec& spec, Faults& faults) {
   CHECK(row != nullptr);
   check_error_target(spec.stop, spec, faults);
   check_shares(spec, *row, faults);
+  check_spectral(spec.render, faults);
   JobSpec plain;
   plain.render = core::default_settings(row->name, spec.stop.relative_error.has_value());
   const Json seen = to_json(spec);

@@ -302,7 +302,9 @@ const auto& table() {
       adaptive_row(),
       shown_if([](const JobSpec& s) { return !s.render.meter.empty(); },
                CustomRow<JobSpec>{"meter", &read_meter, &print_meter, &meter_schema}),
-      FixedRow{"spectral", "false", "Wavelengths instead of three colours."},
+      flag(
+          "spectral", [](auto& s) -> auto& { return s.render.spectral; },
+          "True: paths carry three wavelengths instead of three colours."),
       CustomRow<JobSpec>{
           "stop",
           [](const Json& value, JobSpec& s, const std::string& pointer, Faults& faults) {

@@ -163,6 +163,7 @@ std::vector<OptionRow> estimation_options() {
               core::control_variate_types());
   add_options(all, "/estimator/expected_values", "estimator.expected_values",
               core::expected_value_types());
+  add_options(all, "/spectral", "spectral", core::spectral_types());
   for (const auto& entry : core::granularities()) {
     all.push_back({"adaptive.granularity." + std::string(entry.name), std::string(entry.bias),
                    std::string(entry.summary),

@@ -229,6 +229,9 @@ void check_catcher(const JobSpec& spec, bool asks_for_denoising, Faults& faults)
   if (render.fog) {
     faults.add("/medium", std::string("a medium") + kWith);
   }
+  if (render.spectral) {
+    faults.add("/spectral", std::string("true") + kWith);
+  }
   if (!render.film.shares.empty()) {
     faults.add("/film/layers", "'" + render.film.shares.front().layer + "'" + kWith);
   }

@@ -298,6 +298,7 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
                  "Light known in closed form: none, analytic, regression")
       ->type_name("T");
   app.add_option("--adaptive", flags.adaptive, "Adaptive sampling: pilot, none")->type_name("T");
+  app.add_flag("--spectral", flags.is_spectral, "Paths carry wavelengths instead of colours");
   app.add_option("--seed", flags.seed, "Random seed (0); a different seed gives different noise")
       ->check(within(0, limits::kSeed))
       ->type_name("N");
@@ -357,6 +358,9 @@ core::Result<Json> make_request(const JobFlags& flags) {
   }
   if (flags.adaptive) {
     object_at(request, "adaptive")["type"] = *flags.adaptive;
+  }
+  if (flags.is_spectral) {
+    request["spectral"] = true;
   }
   if (flags.seed) {
     request["seed"] = *flags.seed;

@@ -51,6 +51,7 @@ struct JobFlags {
   std::optional<int> split;
   std::optional<std::string> control_variate;
   std::optional<std::string> adaptive;
+  bool is_spectral = false;
   std::optional<std::uint64_t> seed;
   int threads = 0;
   bool json = false;

@@ -52,7 +52,8 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   }
   ThinFilm film;
   if (layers != nullptr) {
-    film = {layers->iridescence, layers->iridescence_ior, layers->iridescence_thickness_nm};
+    film = {layers->iridescence, layers->iridescence_ior, layers->iridescence_thickness_nm,
+            layers->wavelengths_nm};
   }
   if (has_cover) {
     cover_ = Cover(p, film, facets_.roughness, mu, e, average);

@@ -54,6 +54,8 @@ class Bsdf {
   /// Share of light that goes straight through (smooth thin transmission, solids of the index
   /// around them), for shadow rays.
   Rgb straight() const noexcept;
+  /// Reflectance of the boundary of a solid, if smooth. Pre: sample() has taken it.
+  Rgb mirrored_by_glass() const noexcept { return glass_->mirrored(facets_); }
   /// What clearcoat and sheen leave of delta lobes below them.
   float delta_share() const noexcept;
   /// Share of light reflected or transmitted from wo, per channel, for the albedo layer.

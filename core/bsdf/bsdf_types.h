@@ -37,6 +37,7 @@ struct BsdfLayers {
   float iridescence = 0;
   float iridescence_ior = 1.3F;
   float iridescence_thickness_nm = 0;
+  Rgb wavelengths_nm;  ///< of the colours' components; 0: they are red, green and blue
   float diffuse_transmission = 0;
   Rgb diffuse_transmission_color = {1, 1, 1};
 };
@@ -54,6 +55,7 @@ struct BsdfSample {
   bool transmitted = false;  ///< wi is on the other side of the geometric plane
   bool is_mirrored = false;  ///< at the horizon
   bool is_straight = false;  ///< wi = -wo, as if through a hole: see straight()
+  bool is_glass = false;     ///< of the boundary of a solid
   float eta = 1;             ///< n(wi) / n(wo); 1 unless refracted
 };
 

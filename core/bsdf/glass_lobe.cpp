@@ -111,6 +111,7 @@ bool GlassLobe::sample(const Facets& s, LobeShare share, float u_lobe, Vec2 u,
   out.is_delta = s.is_smooth || index_matched;
   const Vec3 h = out.is_delta ? Vec3{0, 0, 1} : s.ggx.sample_visible(s.wo, u);
   const float cos_o = dot(s.wo, h);
+  out.is_glass = true;
   const Rgb f = index_matched ? Rgb{} : fresnel(cos_o);
   const float prob_reflect = max_component(f);
   if (u_lobe < prob_reflect) {

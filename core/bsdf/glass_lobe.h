@@ -27,6 +27,10 @@ class GlassLobe {
   bool has_multiple_below() const noexcept { return !is_black(multiple_below_); }
   Rgb multiple_above(float mu, float roughness) const noexcept;
   Rgb multiple_below(float mu, float roughness) const noexcept;
+  /// Reflectance of the smooth boundary.
+  Rgb mirrored(const Facets& s) const noexcept {
+    return is_index_matched() ? Rgb{} : fresnel(s.wo.z);
+  }
   /// Of light straight through, where the index is that of the surroundings.
   Rgb straight(float open) const noexcept { return color_ * (weight_ * open); }
 

@@ -36,9 +36,16 @@ Rgb sensitivity(float path_nm, Rgb shift) {
           (0.0556434F * x - 0.2040259F * y + 1.0572252F * z) * k};
 }
 
+/// Sum of a^m cos(m phase) over m from 1 on.
+float all_orders(float a, float phase) {
+  const float real = a * std::cos(phase);
+  return (real - a * a) / (1 - 2 * real + a * a);
+}
+
 }  // namespace
 
-Rgb thin_film_fresnel(float cos_outer, float film_ior, float thickness_nm, Rgb base_f0) noexcept {
+Rgb thin_film_fresnel(float cos_outer, float film_ior, float thickness_nm, Rgb base_f0,
+                      Rgb wavelengths_nm) noexcept {
   // A vanishing film is no film: its index goes to that of air.
   const float t = clamp01(thickness_nm / 30.0F);
   const float n1 = 1 + (film_ior - 1) * (t * t * (3 - 2 * t));
@@ -70,6 +77,12 @@ Rgb thin_film_fresnel(float cos_outer, float film_ior, float thickness_nm, Rgb b
   const Rgb rs = {series(r23.r, r123.r), series(r23.g, r123.g), series(r23.b, r123.b)};
   Rgb sum = Rgb(r12) + rs;
   Rgb c = rs - Rgb(t121);
+  if (wavelengths_nm.r > 0) {
+    const auto at = [&](int i) {
+      return sum[i] + 2 * c[i] * all_orders(root[i], kTwoPi * path_nm / wavelengths_nm[i] + phi[i]);
+    };
+    return {clamp01(at(0)), clamp01(at(1)), clamp01(at(2))};
+  }
   for (int m = 1; m <= 2; ++m) {
     const auto order = static_cast<float>(m);
     c *= root;

@@ -9,16 +9,19 @@ namespace core {
 /// reflectance of the base at normal incidence in air. Thickness 0: the base alone. Source: Belcour
 /// and Barla, A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence,
 /// 2017, in the form of KHR_materials_iridescence.
-Rgb thin_film_fresnel(float cos_outer, float film_ior, float thickness_nm, Rgb base_f0) noexcept;
+/// wavelengths_nm: of the components; 0: red, green and blue as the eye sees them.
+Rgb thin_film_fresnel(float cos_outer, float film_ior, float thickness_nm, Rgb base_f0,
+                      Rgb wavelengths_nm = {}) noexcept;
 
 /// A film over part of a surface.
 struct ThinFilm {
   float weight = 0;  ///< share of the surface; 0: none
   float ior = 1.3F;
   float thickness_nm = 0;
+  Rgb wavelengths_nm;
 
   Rgb fresnel(float cos_outer, Rgb base_f0) const noexcept {
-    return thin_film_fresnel(cos_outer, ior, thickness_nm, base_f0);
+    return thin_film_fresnel(cos_outer, ior, thickness_nm, base_f0, wavelengths_nm);
   }
 };
 

@@ -147,6 +147,9 @@ PathSample DirectIntegrator::trace(const Camera::CameraRay& camera_ray, const Pa
 }  // namespace
 
 std::unique_ptr<const Integrator> make_direct(const IntegratorInput& input) {
+  if (input.settings.spectral) {
+    return make_path_tracer(input);  // the same at max_depth 1
+  }
   return std::make_unique<DirectIntegrator>(input);
 }
 

@@ -33,6 +33,16 @@ PathSample PathTracer<Options>::trace_shares(const Camera::CameraRay& camera_ray
     path.fog = fog();
     path.shares = shares.empty() ? nullptr : shares.data();
   }
+  if constexpr (Options::is_spectral) {
+    const Wavelengths wavelengths(sampler.get_4d(dimension_group(0, BounceGroup::kVolume)).z);
+    path.wavelengths = &wavelengths;
+    std::optional<Fog> fog_seen;
+    if (fog_) {
+      path.fog = &fog_seen.emplace(fog_->with(colors(path).medium(fog_->medium())));
+    }
+    follow(path);
+    return path.out;
+  }
   follow(path);
   return path.out;
 }
@@ -41,7 +51,7 @@ template <typename Options>
 void PathTracer<Options>::follow(TracedPath& path) const noexcept {
   PathVertex vertex;
   while (next_vertex(path, vertex)) {
-    const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
+    const Surface bsdf = surface(path, vertex);
     if (!visit(path, vertex, bsdf)) {
       return;
     }
@@ -60,6 +70,9 @@ void PathTracer<Options>::follow(TracedPath& path) const noexcept {
 
 template <typename Options>
 bool PathTracer<Options>::reach_surface(TracedPath& path, PathVertex& vertex) const noexcept {
+  if constexpr (Options::has_media) {
+    return reach_through_media(path, vertex);
+  }
   if (!intersect(scene_, path, vertex)) {
     add_environment(path);
     return false;
@@ -84,17 +97,21 @@ bool PathTracer<Options>::next_vertex(TracedPath& path, PathVertex& vertex) cons
       vertex.shading.frame.n = vertex.point.normal_shading;
       record_first_surface(path.out, vertex, color);
     }
-    credit(path, path.beta * color, path.bounces(),
+    credit(path, path.beta * colors(path).values(color), path.bounces(),
            [&] { return scene_.placed[vertex.point.placed].group; });
     return false;
   }
-  surface_event(scene_, path, vertex);
+  if constexpr (Options::is_spectral) {
+    colors(path).surface_event(scene_, path, vertex, path.out);
+  } else {
+    surface_event(scene_, path, vertex);
+  }
   return true;
 }
 
 template <typename Options>
 bool PathTracer<Options>::visit(TracedPath& path, PathVertex& vertex,
-                                const Bsdf& bsdf) const noexcept {
+                                const Surface& bsdf) const noexcept {
   if (!path.out.hit) {
     record_first_surface(path.out, vertex, bsdf.albedo());
   }
@@ -116,7 +133,7 @@ void PathTracer<Options>::add_found(TracedPath& path, Rgb radiance, float pdf_li
   if (is_sampled && options_.strategy == Strategy::kMis) {
     weight = rule(path.last_fitted).weight(path.last.pdf_bsdf, path.last.light_samples * pdf_light);
   }
-  const Rgb value = path.beta * radiance * weight;
+  const Rgb value = path.beta * colors(path).values(radiance) * weight;
   credit(path, value, path.bounces(), [group] { return group; });
   if (is_sampled && path.in_pair && !path.passed_hole) {
     note_pair(path.out.fit, 1 - weight, value);
@@ -128,7 +145,8 @@ void PathTracer<Options>::add_environment(TracedPath& path) const noexcept {
   if (path.depth == 0 && !backdrop_.is_environment()) {
     const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
     path.out.alpha = seen ? 1.0F : 0.0F;
-    credit(path, seen ? path.beta * *seen : Rgb{}, 0, [] { return kEnvironmentGroup; });
+    credit(path, seen ? path.beta * colors(path).values(*seen) : Rgb{}, 0,
+           [] { return kEnvironmentGroup; });
     return;
   }
   if (environment_ == nullptr) {
@@ -173,7 +191,7 @@ void PathTracer<Options>::add_emission(TracedPath& path, const PathVertex& verte
 
 template <typename Options>
 void PathTracer<Options>::add_direct_light(TracedPath& path, const PathVertex& vertex,
-                                           const Bsdf& bsdf) const noexcept {
+                                           const Surface& bsdf) const noexcept {
   if (!bsdf.has_spread() || lights_.empty() || (!samples_lights() && !lights_.has_delta())) {
     return;
   }
@@ -194,7 +212,7 @@ void PathTracer<Options>::add_direct_light(TracedPath& path, const PathVertex& v
 /// (core/policies/light_candidates.h).
 template <typename Options>
 DirectLight PathTracer<Options>::sample_light(TracedPath& path, const PathVertex& vertex,
-                                              const Bsdf& bsdf) const noexcept {
+                                              const Surface& bsdf) const noexcept {
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
   path.u_roulette = u.w;
   const Vec3 p = vertex.shading.origin;
@@ -227,7 +245,7 @@ DirectLight PathTracer<Options>::sample_light(TracedPath& path, const PathVertex
 
 template <typename Options>
 DirectLight PathTracer<Options>::unoccluded(const TracedPath& path, const PathVertex& vertex,
-                                            const Bsdf& bsdf,
+                                            const Surface& bsdf,
                                             const LightSample& light) const noexcept {
   DirectLight out;
   if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
@@ -252,7 +270,7 @@ DirectLight PathTracer<Options>::unoccluded(const TracedPath& path, const PathVe
   }
   out.mis_weight = weight;
   out.light = light;
-  out.value = path.beta * f.value_cos * light.radiance;
+  out.value = path.beta * f.value_cos * colors(path).values(light.radiance);
   out.scale = weight / light.pdf_solid_angle;
   return out;
 }
@@ -275,8 +293,8 @@ Rgb PathTracer<Options>::arriving(TracedPath& path, const PathVertex& vertex,
     }
   }
   const LightSample& light = direct.light;
-  Visibility seen =
-      visibility_from(scene_, path, vertex, light.wi_world, light.target, light.is_far);
+  Visibility seen = visibility_from(scene_, path, vertex, light.wi_world, light.target,
+                                    light.is_far, ClearSurfaces::kPass, colors(path));
   if (is_black(seen.transmittance) || !survives(path, seen.transmittance)) {
     return {};
   }
@@ -286,17 +304,19 @@ Rgb PathTracer<Options>::arriving(TracedPath& path, const PathVertex& vertex,
 
 template <typename Options>
 BsdfSample PathTracer<Options>::sample_direction(TracedPath& path,
-                                                 const Bsdf& bsdf) const noexcept {
+                                                 const Surface& bsdf) const noexcept {
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
-  if (options_.strategy == Strategy::kCosine || options_.strategy == Strategy::kUniform) {
-    return sample_study_direction(bsdf, options_.strategy == Strategy::kCosine, u);
+  if constexpr (!Options::is_spectral) {
+    if (options_.strategy == Strategy::kCosine || options_.strategy == Strategy::kUniform) {
+      return sample_study_direction(bsdf, options_.strategy == Strategy::kCosine, u);
+    }
   }
   return bsdf.sample(u.x, {u.y, u.z});
 }
 
 template <typename Options>
 bool PathTracer<Options>::extend(TracedPath& path, const PathVertex& vertex,
-                                 const Bsdf& bsdf) const noexcept {
+                                 const Surface& bsdf) const noexcept {
   BsdfSample sample = sample_direction(path, bsdf);
   if (is_black(sample.weight) || !survives(path, sample.weight)) {
     return false;
@@ -330,7 +350,7 @@ bool PathTracer<Options>::extend(TracedPath& path, const PathVertex& vertex,
 /// of one camera segment; the continuations are averaged.
 template <typename Options>
 void PathTracer<Options>::split(TracedPath& path, const PathVertex& vertex,
-                                const Bsdf& bsdf) const noexcept {
+                                const Surface& bsdf) const noexcept {
   const float share = 1 / static_cast<float>(options_.split_count);
   Rgb sum;
   for (int i = 0; i < options_.split_count; ++i) {
@@ -381,10 +401,14 @@ std::unique_ptr<GroupTracer> StudyTracer::make_group_tracer() const {
 template class PathTracer<StudyOptions>;
 template class PathTracer<DefaultOptions>;
 template class PathTracer<WholeOptions>;
+template class PathTracer<SpectralOptions>;
 
 std::unique_ptr<const Integrator> make_path_tracer(const IntegratorInput& input) {
   if (has_catcher(input.settings)) {
     return make_catcher(input);
+  }
+  if (input.settings.spectral) {
+    return std::make_unique<SpectralTracer>(input);
   }
   if (needs_whole_options(input)) {
     return std::make_unique<WholeTracer>(input);

@@ -1,4 +1,4 @@
-// Paths through media that scatter: the steps of PathTracer<WholeOptions> that differ.
+// Paths through media that scatter: the steps of PathTracer that differ.
 #include "core/integrators/path_tracer.h"
 #include "core/samplers/dimensions.h"
 #include "core/transport/intersect.h"
@@ -19,12 +19,19 @@ constexpr float kConeSpread = 0.1F;
 
 }  // namespace
 
-template <>
-bool WholeTracer::reach_surface(TracedPath& path, PathVertex& vertex) const noexcept {
+template <typename Options>
+bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept {
   while (true) {
     const bool is_met = intersect(scene_, path, vertex);
     // Behind the last surface there is no solid: where the stack says so, a mesh has a hole.
     const Medium* solid = is_met ? segment_medium(scene_, path, vertex) : nullptr;
+    [[maybe_unused]] Medium seen;
+    if constexpr (Options::is_spectral) {
+      if (solid != nullptr) {
+        seen = colors(path).medium(*path.media.top());
+        solid = &seen;
+      }
+    }
     MediumSample sample;
     if (is_met || path.media.top() == nullptr) {
       sample = sample_medium(path, solid, is_met ? vertex.distance_m : kFar);
@@ -49,9 +56,9 @@ bool WholeTracer::reach_surface(TracedPath& path, PathVertex& vertex) const noex
 }
 
 /// Scatters in a medium: a light sample, the next direction, roulette. False: the path is over.
-template <>
-bool WholeTracer::scatter_within(TracedPath& path, const Medium& medium,
-                                 float distance_m) const noexcept {
+template <typename Options>
+bool PathTracer<Options>::scatter_within(TracedPath& path, const Medium& medium,
+                                         float distance_m) const noexcept {
   const Vec3 before = path.ray.direction;
   const Vec3 point = path.ray.origin + before * distance_m;
   if (!path.out.hit) {
@@ -83,9 +90,9 @@ bool WholeTracer::scatter_within(TracedPath& path, const Medium& medium,
   return survives_roulette(path, u_light.w, continuation_probability(path));
 }
 
-template <>
-void WholeTracer::add_light_within(TracedPath& path, const Medium& medium, Vec3 point,
-                                   Vec4 u) const noexcept {
+template <typename Options>
+void PathTracer<Options>::add_light_within(TracedPath& path, const Medium& medium, Vec3 point,
+                                           Vec4 u) const noexcept {
   if (lights_.empty() || (!samples_lights() && !lights_.has_delta())) {
     return;
   }
@@ -100,13 +107,17 @@ void WholeTracer::add_light_within(TracedPath& path, const Medium& medium, Vec3 
   Ray shadow{point, light.is_far ? light.wi_world : light.target - point, 0,
              light.is_far ? kFar : 1.0F};
   MediumStack media = path.media;
-  Visibility seen = visibility(scene_, path, shadow, media);
+  Visibility seen = visibility(scene_, path, shadow, media, ClearSurfaces::kPass, colors(path));
   if (is_black(seen.transmittance) || !survives(path, seen.transmittance)) {
     return;
   }
   credit(path,
-         path.beta * light.radiance * seen.transmittance * (phase * weight / light.pdf_solid_angle),
+         path.beta * colors(path).values(light.radiance) * seen.transmittance *
+             (phase * weight / light.pdf_solid_angle),
          path.bounces() + 1, [&] { return scene_.group_of_light(light.light); });
 }
+
+template bool WholeTracer::reach_through_media(TracedPath&, PathVertex&) const noexcept;
+template bool SpectralTracer::reach_through_media(TracedPath&, PathVertex&) const noexcept;
 
 }  // namespace core

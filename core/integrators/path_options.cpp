@@ -27,7 +27,7 @@ bool DefaultOptions::serves(const RenderSettings& settings) {
   return asked.strategy == strategy && power_of_two && asked.roulette == roulette &&
          asked.control_variate == control_variate && asked.fit == fit &&
          asked.candidates == candidates && asked.first_candidates == first_candidates &&
-         asked.expected_values == expected_values &&
+         asked.expected_values == expected_values && !settings.spectral &&
          settings.light_sampler != LightSamplerType::kRestir;
 }
 

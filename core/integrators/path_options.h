@@ -6,6 +6,7 @@
 /// (core/integrators/path_tracer.h) is one source for all.
 #pragma once
 
+#include "core/bsdf/spectral_bsdf.h"
 #include "core/film/replicate_fit.h"
 #include "core/integrators/light_ledger.h"
 #include "core/lights/environment.h"
@@ -16,7 +17,9 @@ namespace core {
 
 struct StudyOptions {
   using Ledger = NoLedger;
-  static constexpr bool has_media = false;  // NOLINT(readability-identifier-naming): a member
+  using Surface = Bsdf;
+  static constexpr bool has_media = false;    // NOLINT(readability-identifier-naming): a member
+  static constexpr bool is_spectral = false;  // NOLINT(readability-identifier-naming): as above
   explicit StudyOptions(const RenderSettings& settings);
 
   Strategy strategy;
@@ -39,8 +42,16 @@ struct WholeOptions : StudyOptions {
   static constexpr bool has_media = true;  // NOLINT(readability-identifier-naming): as above
 };
 
+/// The same with wavelengths instead of colours.
+struct SpectralOptions : WholeOptions {
+  using WholeOptions::WholeOptions;
+  using Surface = SpectralBsdf;
+  static constexpr bool is_spectral = true;  // NOLINT(readability-identifier-naming): as above
+};
+
 struct DefaultOptions {
   using Ledger = NoLedger;
+  using Surface = Bsdf;
   explicit DefaultOptions(const RenderSettings& settings);
   /// Do the settings ask for nothing else?
   static bool serves(const RenderSettings& settings);
@@ -58,6 +69,7 @@ struct DefaultOptions {
   static constexpr int first_candidates = 1;
   static constexpr bool expected_values = true;
   static constexpr bool has_media = false;
+  static constexpr bool is_spectral = false;
   // NOLINTEND(readability-identifier-naming)
   int split_count;
   int max_depth;

@@ -9,6 +9,7 @@
 #include "core/light_samplers/light_sampler.h"
 #include "core/lights/backdrop.h"
 #include "core/transport/path_state.h"
+#include "core/transport/scene_colors.h"
 #include "core/transport/vertex.h"
 #include "core/transport/visibility.h"
 
@@ -25,6 +26,7 @@ struct TracedPath : PathState {
   bool last_fitted = false;      ///< at the last vertex weights are fitted
   bool in_pair = false;   ///< nothing was met since: a light sample could have found this, too
   Rgb* shares = nullptr;  ///< of the light, one sum each; null: not asked for
+  const Wavelengths* wavelengths = nullptr;  ///< of throughput and light; null: they are colours
 };
 
 /// What a light sample adds to the pixel if nothing is in its way: value * scale.
@@ -40,6 +42,7 @@ struct DirectLight {
 template <typename Options>
 class PathTracer final : public Integrator {
  public:
+  using Surface = typename Options::Surface;
   explicit PathTracer(const IntegratorInput& input)
       : scene_(input.scene),
         environment_(input.environment),
@@ -67,15 +70,15 @@ class PathTracer final : public Integrator {
   /// Extends the path to its next surface and shades it. False: the path is over.
   bool next_vertex(TracedPath& path, PathVertex& vertex) const noexcept;
   /// Adds what the surface itself emits. False: the path is over.
-  bool visit(TracedPath& path, PathVertex& vertex, const Bsdf& bsdf) const noexcept;
+  bool visit(TracedPath& path, PathVertex& vertex, const Surface& bsdf) const noexcept;
   bool is_at_max_depth(const PathState& path) const noexcept {
     return path.scatterings() >= options_.max_depth;
   }
   /// Adds a light sample.
   void add_direct_light(TracedPath& path, const PathVertex& vertex,
-                        const Bsdf& bsdf) const noexcept;
+                        const Surface& bsdf) const noexcept;
   /// Samples the next direction, with roulette. False: the path is over.
-  bool extend(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf) const noexcept;
+  bool extend(TracedPath& path, const PathVertex& vertex, const Surface& bsdf) const noexcept;
   /// What a light sample brings; asks what is in the way.
   Rgb arriving(TracedPath& path, const PathVertex& vertex, DirectLight& direct) const noexcept;
 
@@ -100,31 +103,47 @@ class PathTracer final : public Integrator {
                                                       : static_cast<float>(candidates(path.depth));
   }
   /// Does the control variate stand in for BSDF samples at this surface?
-  bool is_controlled(const Bsdf& bsdf) const noexcept {
+  bool is_controlled(const Surface& bsdf) const noexcept {
     return options_.control_variate == ControlVariateType::kAnalytic && bsdf.is_wide() &&
            samples_lights();
   }
   /// Does a light sample here get a control variate with the pixel's own factor?
-  bool fits_control(int depth, const Bsdf& bsdf) const noexcept {
+  bool fits_control(int depth, const Surface& bsdf) const noexcept {
     return options_.fit == FitType::kRegression && depth == 0 && bsdf.is_wide() && samples_lights();
   }
   /// Are the samples at this surface weighted by the pixel's own 2x2 system?
-  bool fits_weights(int depth, const Bsdf& bsdf) const noexcept {
+  bool fits_weights(int depth, const Surface& bsdf) const noexcept {
     return options_.fit == FitType::kOptimalMis && depth == 0 && bsdf.has_spread() &&
            !lights_.empty();
   }
   MisRule rule(bool fitted) const noexcept {
     return fitted ? MisRule{MisType::kOptimal, 1} : options_.mis;
   }
+  auto colors(const TracedPath& path) const noexcept {
+    if constexpr (Options::is_spectral) {
+      return SpectralColors(*path.wavelengths);
+    } else {
+      return RgbColors{};
+    }
+  }
+  Surface surface(const TracedPath& path, const PathVertex& vertex) const noexcept {
+    if constexpr (Options::is_spectral) {
+      return colors(path).bsdf(scene_, path, vertex);
+    } else {
+      return make_bsdf(vertex.shading, vertex.wo_world);
+    }
+  }
   /// Adds light to the picture, and to its shares. scatterings: on the whole path; group(): of its
   /// light.
   template <typename Group>
   void credit(TracedPath& path, Rgb value, int scatterings, Group&& group) const noexcept {
-    path.out.radiance += value;
-    ledger_.add(path.shares, value * path.branch_weight, scatterings, group);
+    const Rgb color = colors(path).color(value);
+    path.out.radiance += color;
+    ledger_.add(path.shares, color * path.branch_weight, scatterings, group);
   }
   /// Extends the path to its next surface, through what is in between. False: the path is over.
   bool reach_surface(TracedPath& path, PathVertex& vertex) const noexcept;
+  bool reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept;
   bool scatter_within(TracedPath& path, const Medium& medium, float distance_m) const noexcept;
   void add_light_within(TracedPath& path, const Medium& medium, Vec3 point, Vec4 u) const noexcept;
   void add_environment(TracedPath& path) const noexcept;
@@ -132,11 +151,11 @@ class PathTracer final : public Integrator {
   void add_found(TracedPath& path, Rgb radiance, float pdf_light, bool is_sampled,
                  std::uint32_t group) const noexcept;
   DirectLight sample_light(TracedPath& path, const PathVertex& vertex,
-                           const Bsdf& bsdf) const noexcept;
-  DirectLight unoccluded(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
+                           const Surface& bsdf) const noexcept;
+  DirectLight unoccluded(const TracedPath& path, const PathVertex& vertex, const Surface& bsdf,
                          const LightSample& light) const noexcept;
-  BsdfSample sample_direction(TracedPath& path, const Bsdf& bsdf) const noexcept;
-  void split(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf) const noexcept;
+  BsdfSample sample_direction(TracedPath& path, const Surface& bsdf) const noexcept;
+  void split(TracedPath& path, const PathVertex& vertex, const Surface& bsdf) const noexcept;
   bool survives(TracedPath& path, Rgb& factor) const noexcept;
 
   const SceneData& scene_;
@@ -150,14 +169,9 @@ class PathTracer final : public Integrator {
 };
 
 using WholeTracer = PathTracer<WholeOptions>;
-template <>
-bool WholeTracer::reach_surface(TracedPath& path, PathVertex& vertex) const noexcept;
-template <>
-bool WholeTracer::scatter_within(TracedPath& path, const Medium& medium,
-                                 float distance_m) const noexcept;
-template <>
-void WholeTracer::add_light_within(TracedPath& path, const Medium& medium, Vec3 point,
-                                   Vec4 u) const noexcept;
+using SpectralTracer = PathTracer<SpectralOptions>;
+extern template bool WholeTracer::reach_through_media(TracedPath&, PathVertex&) const noexcept;
+extern template bool SpectralTracer::reach_through_media(TracedPath&, PathVertex&) const noexcept;
 
 using StudyTracer = PathTracer<StudyOptions>;
 std::unique_ptr<GroupTracer> make_shared_lights_tracer(const StudyTracer& owner);

@@ -8,7 +8,7 @@
 namespace core {
 namespace {
 
-constexpr std::array<std::string_view, 12> kPathOptions = {
+constexpr std::array<std::string_view, 13> kPathOptions = {
     "/integrator/max_depth",
     "/estimator/strategy",
     "/estimator/mis",
@@ -21,11 +21,14 @@ constexpr std::array<std::string_view, 12> kPathOptions = {
     "/light_sampler",
     "/adaptive",
     "/medium",
+    "/spectral",
 };
-constexpr std::array<std::string_view, 3> kDirectOptions = {"/sampler/type", "/sampler/replicates",
-                                                            "/adaptive"};
+constexpr std::array<std::string_view, 4> kDirectOptions = {"/sampler/type", "/sampler/replicates",
+                                                            "/adaptive", "/spectral"};
 constexpr std::array<std::string_view, 3> kLightTraceOptions = {
     "/integrator/max_depth", "/sampler/type", "/sampler/replicates"};
+constexpr std::array<std::string_view, 4> kAutomaticOptions = {
+    "/integrator/max_depth", "/sampler/type", "/sampler/replicates", "/spectral"};
 constexpr std::array<std::string_view, 2> kMltOptions = {"/integrator/max_depth",
                                                          "/sampler/replicates"};
 constexpr std::array<std::string_view, 6> kSppmOptions = {
@@ -114,7 +117,7 @@ constexpr std::array kIntegrators = {
                     .bias = "none",
                     .error = ErrorValidity::kValid,
                     .make = &make_path_tracer,
-                    .accepts = kLightTraceOptions,
+                    .accepts = kAutomaticOptions,
                     .splats = true,
                     .media = true,
                     .shares = true},

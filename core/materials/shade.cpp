@@ -193,6 +193,10 @@ void apply_anisotropy(const Material& material, const Seen& at, Shading& s) {
 }  // namespace
 
 Medium medium_within(const MaterialDescription& f) noexcept {
+  return medium_within(f, f.attenuation_color, f.multiscatter_color);
+}
+
+Medium medium_within(const MaterialDescription& f, Rgb color, Rgb deep) noexcept {
   Medium m;
   if (!(f.attenuation_distance > 0)) {
     return m;
@@ -203,8 +207,6 @@ Medium medium_within(const MaterialDescription& f) noexcept {
   const auto albedo = [&f](float c) {
     return c > 0 ? single_scattering_albedo(c, f.scatter_anisotropy) : 0.0F;
   };
-  const Rgb color = f.attenuation_color;
-  const Rgb deep = f.multiscatter_color;
   m.sigma_t = {sigma(color.r), sigma(color.g), sigma(color.b)};
   m.sigma_s = m.sigma_t * Rgb{albedo(deep.r), albedo(deep.g), albedo(deep.b)};
   m.g = f.scatter_anisotropy;

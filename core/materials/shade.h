@@ -41,6 +41,8 @@ void shade(const Material& material, const SurfacePoint& point, Vec3 wo_world, F
 
 /// What fills a solid of the material (KHR_materials_volume and its scattering extensions).
 Medium medium_within(const MaterialDescription& factors) noexcept;
+/// The same with other colours: of attenuation, and of multiple scattering.
+Medium medium_within(const MaterialDescription& factors, Rgb attenuation, Rgb deep) noexcept;
 
 /// Result of shade() for materials with neither textures nor vertex colours.
 BsdfParameters plain_parameters(const MaterialDescription& factors, bool is_volume) noexcept;

@@ -15,6 +15,12 @@ class Fog {
   Fog(const FogSettings& settings, Vec3 center, float radius_m) noexcept;
 
   const Medium& medium() const noexcept { return medium_; }
+  /// The same with other coefficients.
+  Fog with(const Medium& medium) const noexcept {
+    Fog other = *this;
+    other.medium_ = medium;
+    return other;
+  }
   /// Depth along a ray of unit direction up to `distance_m`, which may be infinite [m at y = 0].
   float depth(Vec3 origin, Vec3 direction, float distance_m) const noexcept;
   /// How far along the ray the depth is reached. Pre: it is less than depth() of the whole ray.

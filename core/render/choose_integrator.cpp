@@ -121,6 +121,9 @@ std::string in_words(double value) {
 
 /// Why there is nothing to choose; empty: there is.
 std::string without_pilot(const View& view) {
+  if (view.settings.spectral) {
+    return "paths carry wavelengths";
+  }
   const SceneData& scene = view.scene->data();
   const auto& materials = scene.materials;
   if (scene.has_scattering || view.settings.fog) {

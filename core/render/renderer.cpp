@@ -382,7 +382,7 @@ Status check_light(const View& view, const IntegratorEntry* integrator) {
     return Error{ErrorCode::kInvalidArgument, std::move(message), std::move(pointer)};
   };
   const bool has_media = scene.has_scattering || settings.fog;
-  if (integrator == nullptr || (!has_media && settings.film.shares.empty())) {
+  if (integrator == nullptr || (!has_media && settings.film.shares.empty() && !settings.spectral)) {
     return ok_status();
   }
   if (has_media && !integrator->media) {
@@ -399,8 +399,19 @@ Status check_light(const View& view, const IntegratorEntry* integrator) {
       return refused("'" + *share.group + "' is no group of lights of the scene", "/film/layers");
     }
   }
-  const std::string reason =
-      has_media ? "does not go with media that scatter" : "does not go with shares of the light";
+  const bool is_irradiance =
+      std::any_of(settings.film.shares.begin(), settings.film.shares.end(),
+                  [](const LightShare& share) { return share.is_irradiance; });
+  if (settings.spectral && (is_irradiance || !settings.meter.empty())) {
+    return refused("irradiance is measured in colours", "/spectral");
+  }
+  if (settings.spectral && (settings.estimator.strategy == Strategy::kCosine ||
+                            settings.estimator.strategy == Strategy::kUniform)) {
+    return refused("a strategy for study does not go with wavelengths", "/estimator/strategy");
+  }
+  const std::string reason = has_media           ? "does not go with media that scatter"
+                             : settings.spectral ? "does not go with wavelengths"
+                                                 : "does not go with shares of the light";
   if (settings.light_sampler == LightSamplerType::kRestir) {
     return refused("'restir' " + reason, "/light_sampler/type");
   }
@@ -443,11 +454,11 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
   const RenderSettings& settings = view.settings;
   if (has_catcher(settings) &&
       (settings.integrator != "path" || settings.estimator.strategy != Strategy::kMis ||
-       settings.light_sampler == LightSamplerType::kRestir || settings.fog ||
+       settings.light_sampler == LightSamplerType::kRestir || settings.fog || settings.spectral ||
        !film.shares.empty())) {
     return Error{ErrorCode::kInvalidArgument,
-                 "'catcher' goes with path and strategy 'mis', and not with 'restir', a medium or "
-                 "shares of the light",
+                 "'catcher' goes with path and strategy 'mis', and not with 'restir', a medium, "
+                 "wavelengths or shares of the light",
                  "/ground/type"};
   }
   const SceneSummary& summary = view.scene->summary();

@@ -45,7 +45,9 @@
 ///                   do not follow the BSDF
 ///   volume  x       which channel's extinction            transport/medium_sample
 ///   volume  y       how far within a medium               transport/medium_sample
+///   volume  z       wavelengths of a spectral path        integrators/path
 ///   volume  w       hero wavelength                       transport/surface_event
+///                                                         transport/scene_colors
 ///   choice  x       which of several light candidates     integrators/path
 ///                                                         integrators/shared_lights
 ///   choice  y       Russian roulette of the shadow ray    integrators/path

@@ -160,6 +160,12 @@ constexpr std::array kExpectedValues = {
         "path at random: the same mean, more noise."},
 };
 
+constexpr std::array kSpectral = {
+    NamedValue<bool>{"false", false, "Paths carry red, green and blue."},
+    NamedValue<bool>{"true", true,
+                     "Paths carry three wavelengths each: dispersion in all its colours, and "
+                     "colours that deepen over bounces as spectra do."},
+};
 constexpr std::array kAdaptiveTypes = {
     NamedValue<AdaptiveType>{"none", AdaptiveType::kNone,
                              "Every pixel gets the same number of samples."},
@@ -236,6 +242,7 @@ std::span<const NamedValue<ControlVariateType>> control_variate_types() {
   return kControlVariateTypes;
 }
 std::span<const NamedValue<bool>> expected_value_types() { return kExpectedValues; }
+std::span<const NamedValue<bool>> spectral_types() { return kSpectral; }
 std::span<const NamedValue<AdaptiveType>> adaptive_types() { return kAdaptiveTypes; }
 std::span<const LaboratoryRule> laboratory_rules() { return kLaboratoryRules; }
 std::span<const NamedValue<Granularity>> granularities() { return kGranularities; }

@@ -91,6 +91,7 @@ std::span<const NamedValue<RouletteType>> roulette_types();
 std::span<const NamedValue<SplittingType>> splitting_types();
 std::span<const NamedValue<ControlVariateType>> control_variate_types();
 std::span<const NamedValue<bool>> expected_value_types();
+std::span<const NamedValue<bool>> spectral_types();
 std::span<const NamedValue<AdaptiveType>> adaptive_types();
 std::span<const NamedValue<Granularity>> granularities();
 std::span<const NamedValue<FilterType>> filters();

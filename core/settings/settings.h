@@ -220,6 +220,7 @@ struct RenderSettings {
   MeterSettings meter;
   BackgroundSettings background;
   GroundSettings ground;
+  bool spectral = false;  ///< paths carry wavelengths instead of colours
   std::uint64_t seed = 0;
 };
 

@@ -5,13 +5,14 @@
 
 namespace core {
 
+template <typename Colors>
 Visibility visibility(const SceneData& scene, PathState& path, const Ray& shadow,
-                      MediumStack& media, ClearSurfaces clear) noexcept {
+                      MediumStack& media, ClearSurfaces clear, const Colors& colors) noexcept {
   ++path.rays;
   Rgb open(1);
-  const auto absorb = [&open, &media, &path](Vec3 from, Vec3 segment) {
+  const auto absorb = [&open, &media, &path, &colors](Vec3 from, Vec3 segment) {
     if (media.top() != nullptr) {
-      open *= transmittance(media.top()->medium.sigma_t, length(segment));
+      open *= transmittance(colors.medium(*media.top()).sigma_t, length(segment));
     } else if (path.fog != nullptr) {
       const float distance_m = length(segment);
       open *= path.fog->transmittance(from, segment * (1 / distance_m), distance_m);
@@ -61,8 +62,17 @@ Visibility visibility(const SceneData& scene, PathState& path, const Ray& shadow
       const Vec3 wo = -normalize(ray.direction);
       Shading shading;
       shade(scene.materials[hole.material], hole, wo, path.footprint(), shading);
+      if constexpr (Colors::is_spectral) {
+        colors.shade(shading);
+      }
       if (material.is_volume) {
         shading.bsdf.ior = relative_ior(path, media, material, shading.front);
+        if constexpr (Colors::is_spectral) {
+          const Rgb ior = colors.relative_ior(media, material, shading.front);
+          if (!(ior == Rgb(ior.r))) {
+            return {};  // not clear at more than one wavelength
+          }
+        }
         media.cross(material, shading.front);
       }
       transmitted += make_bsdf(shading, wo).straight() * coverage;
@@ -81,8 +91,10 @@ Visibility visibility(const SceneData& scene, PathState& path, const Ray& shadow
   return {};
 }
 
+template <typename Colors>
 Visibility visibility_from(const SceneData& scene, PathState& path, const PathVertex& vertex,
-                           Vec3 wi_world, Vec3 target, bool is_far, ClearSurfaces clear) noexcept {
+                           Vec3 wi_world, Vec3 target, bool is_far, ClearSurfaces clear,
+                           const Colors& colors) noexcept {
   const float side = dot(vertex.shading.horizon, wi_world) >= 0 ? 1.0F : -1.0F;
   Ray shadow;
   shadow.origin = offset_ray(vertex.shading.origin, vertex.shading.normal_geometric * side);
@@ -93,7 +105,16 @@ Visibility visibility_from(const SceneData& scene, PathState& path, const PathVe
   if (side < 0 && material.is_volume) {
     media.cross(material, vertex.shading.front);
   }
-  return visibility(scene, path, shadow, media, clear);
+  return visibility(scene, path, shadow, media, clear, colors);
 }
+
+template Visibility visibility(const SceneData&, PathState&, const Ray&, MediumStack&,
+                               ClearSurfaces, const RgbColors&) noexcept;
+template Visibility visibility(const SceneData&, PathState&, const Ray&, MediumStack&,
+                               ClearSurfaces, const SpectralColors&) noexcept;
+template Visibility visibility_from(const SceneData&, PathState&, const PathVertex&, Vec3, Vec3,
+                                    bool, ClearSurfaces, const RgbColors&) noexcept;
+template Visibility visibility_from(const SceneData&, PathState&, const PathVertex&, Vec3, Vec3,
+                                    bool, ClearSurfaces, const SpectralColors&) noexcept;
 
 }  // namespace core

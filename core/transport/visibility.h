@@ -3,6 +3,7 @@
 
 #include "core/scene/scene_data.h"
 #include "core/transport/path_state.h"
+#include "core/transport/scene_colors.h"
 #include "core/transport/vertex.h"
 
 namespace core {
@@ -24,13 +25,17 @@ enum class ClearSurfaces {
 /// `shadow` starts inside `media`; its direction is unit and t_max kFar for infinity, else its
 /// direction spans to the end point and t_max is 1. BLEND surfaces transmit 1 - alpha, solids
 /// absorb. The cone and wavelength are the path's.
+template <typename Colors = RgbColors>
 Visibility visibility(const SceneData& scene, PathState& path, const Ray& shadow,
-                      MediumStack& media, ClearSurfaces clear = ClearSurfaces::kPass) noexcept;
+                      MediumStack& media, ClearSurfaces clear = ClearSurfaces::kPass,
+                      const Colors& colors = {}) noexcept;
 
 /// Shadow ray from `vertex` to `target` (is_far: along the unit direction `wi_world` to infinity),
 /// leaving on the side of the surface that wi_world points to, through the media around it.
+template <typename Colors = RgbColors>
 Visibility visibility_from(const SceneData& scene, PathState& path, const PathVertex& vertex,
                            Vec3 wi_world, Vec3 target, bool is_far,
-                           ClearSurfaces clear = ClearSurfaces::kPass) noexcept;
+                           ClearSurfaces clear = ClearSurfaces::kPass,
+                           const Colors& colors = {}) noexcept;
 
 }  // namespace core

@@ -115,7 +115,7 @@ class RequestProblems(ApiTest):
             ({"sampler": {"replicates": 0}}, "/sampler/replicates"),
             ({"light_sampler": {"type": "moon"}}, "/light_sampler/type"),
             ({"adaptive": {"type": "magic"}}, "/adaptive/type"),
-            ({"spectral": True}, "/spectral"),
+            ({"spectral": True, "integrator": {"type": "bdpt"}}, "/spectral"),
             ({"spectral": 1}, "/spectral"),
             ({"medium": {"type": "fog"}}, "/medium/type"),
             ({"medium": {"g": 1}}, "/medium/g"),

@@ -9,6 +9,7 @@
 
 #include "core/bsdf/thin_film.h"
 #include "core/color/wavelength.h"
+#include "core/color/wavelengths.h"
 #include "tests/render/gltf_stage.h"
 
 namespace {
@@ -380,32 +381,48 @@ core::SceneDescription prism(float edge_nm) {
   return scene;
 }
 
-TEST(GltfDispersion, APrismSendsEachWavelengthWhereSnellSays) {
+/// Light of the prism's wall that arrives, by colour, if it begins at `edge_nm`: all shorter
+/// wavelengths, times (1 - F)^2 at both faces.
+std::array<double, 3> light_below(float edge_nm, bool is_spectral) {
+  const double incidence = std::asin(static_cast<double>(kBk7Index) * 0.5);
+  std::array<double, 3> sum{};
+  constexpr int kSteps = 50'000;
+  const auto add = [&](float nm, Rgb color) {
+    if (!(nm < edge_nm)) {
+      return;
+    }
+    const auto n = static_cast<double>(core::dispersive_ior(kBk7Index, kBk7Dispersion, nm));
+    const double inside1 = std::asin(std::sin(incidence) / n);
+    const double out = std::asin(n * std::sin(kPi / 3 - inside1));
+    const double share = (1 - fresnel(std::cos(incidence), n)) * (1 - fresnel(std::cos(out), n));
+    for (std::size_t c = 0; c < 3; ++c) {
+      sum[c] += static_cast<double>(color[static_cast<int>(c)]) * share / kSteps;
+    }
+  };
+  for (int i = 0; i < kSteps; ++i) {
+    const float u = (static_cast<float>(i) + 0.5F) / kSteps;
+    if (!is_spectral) {
+      const auto sample = core::sample_wavelength(u);
+      add(sample.wavelength_nm, sample.weight);
+      continue;
+    }
+    const core::Wavelengths at(u);
+    add(at.nm().r, at.color({1, 0, 0}));
+    add(at.nm().g, at.color({0, 1, 0}));
+    add(at.nm().b, at.color({0, 0, 1}));
+  }
+  return sum;
+}
+
+class Prism : public testing::TestWithParam<bool> {};
+
+TEST_P(Prism, SendsEachWavelengthWhereSnellSays) {
   for (const float edge_nm : {480.0F, 540.0F, 600.0F}) {
-    const Picture picture = test_support::shoot_glb(prism(edge_nm), {.samples = 1024, .depth = 2});
-    // Expected: all wavelengths below the edge, weighed as colour, times (1 - F)^2 at both faces.
-    const double incidence = std::asin(static_cast<double>(kBk7Index) * 0.5);
-    const auto expected_below = [incidence](float nm_edge) {
-      std::array<double, 3> sum{};
-      constexpr int kSteps = 200'000;
-      for (int i = 0; i < kSteps; ++i) {
-        const auto sample = core::sample_wavelength((static_cast<float>(i) + 0.5F) / kSteps);
-        if (sample.wavelength_nm < nm_edge) {
-          const auto n = static_cast<double>(
-              core::dispersive_ior(kBk7Index, kBk7Dispersion, sample.wavelength_nm));
-          const double inside1 = std::asin(std::sin(incidence) / n);
-          const double out = std::asin(n * std::sin(kPi / 3 - inside1));
-          const double share =
-              (1 - fresnel(std::cos(incidence), n)) * (1 - fresnel(std::cos(out), n));
-          for (std::size_t c = 0; c < 3; ++c) {
-            sum[c] += static_cast<double>(sample.weight[static_cast<int>(c)]) * share / kSteps;
-          }
-        }
-      }
-      return sum;
-    };
-    const auto expected = expected_below(edge_nm);
-    const auto planted = expected_below(edge_nm + 8);  // an index wrong by 2e-4 to 4e-4
+    const Picture picture = test_support::shoot_glb(
+        prism(edge_nm), {.samples = 1024, .depth = 2, .spectral = GetParam()});
+    const auto expected = light_below(edge_nm, GetParam());
+    // The twin: an index wrong by 2e-4 to 4e-4.
+    const auto planted = light_below(edge_nm + 8, GetParam());
     double planted_z = 0;
     for (std::size_t c = 0; c < 3; ++c) {
       const auto error = static_cast<double>(picture.standard_error()[static_cast<int>(c)]);
@@ -416,5 +433,7 @@ TEST(GltfDispersion, APrismSendsEachWavelengthWhereSnellSays) {
     EXPECT_GT(planted_z, kSigmas) << edge_nm;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(GltfDispersion, Prism, testing::Bool());
 
 }  // namespace

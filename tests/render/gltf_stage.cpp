@@ -78,6 +78,7 @@ Picture shoot(core::SceneDescription scene, const Shot& shot) {
   view.environment = shot.sky;
   view.settings.max_depth = shot.depth;
   view.settings.film.depth = shot.depth_layer;
+  view.settings.spectral = shot.spectral;
   view.settings.estimator.roulette =
       core::RouletteType::kNone;  // no randomness but that of the feature
   return render(view, shot.samples);

@@ -39,6 +39,7 @@ struct Shot {
   int depth = 1;  ///< scattering events
   std::shared_ptr<const core::Environment> sky = nullptr;
   bool depth_layer = false;
+  bool spectral = false;
 };
 /// Renders a description as it is.
 Picture shoot(core::SceneDescription scene, const Shot& shot);

@@ -265,13 +265,10 @@ TEST(OpenApi, OnlyTheSceneOfAJobIsRequired) {
   });
 }
 
-TEST(OpenApi, NamesTheSingleAvailableValue) {
+TEST(OpenApi, NamesTheDefaultOfAFlag) {
   const Json& properties = document()["components"]["schemas"]["JobRequest"]["properties"];
   EXPECT_EQ(properties["spectral"]["type"], "boolean");
-  EXPECT_FALSE(properties["spectral"].contains("const"));
-  EXPECT_EQ(properties["spectral"]["description"],
-            "Wavelengths instead of three colours. Only false is available in this build. "
-            "Default: false.");
+  EXPECT_EQ(properties["spectral"]["default"], false);
   EXPECT_EQ(properties["medium"]["type"], Json({"object", "null"}));
 }
 

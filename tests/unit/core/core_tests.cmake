@@ -29,6 +29,7 @@ set(CORE_TEST_SOURCES
   sampler_test.cpp
   shared_lights_test.cpp
   slice_work_test.cpp
+  spectrum_test.cpp
   splats_test.cpp
   split_pilot_test.cpp
   stage_light_test.cpp

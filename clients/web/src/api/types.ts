@@ -310,7 +310,7 @@ export interface JobRequest {
     } | null;
   } | null;
   /**
-   * Wavelengths instead of three colours. Only false is available in this build. Default: false.
+   * True: paths carry three wavelengths instead of three colours. Default: false.
    */
   spectral?: boolean;
   /**
@@ -793,7 +793,7 @@ export interface JobSpec {
       rows: number;
     } | null;
   } | null;
-  /** Wavelengths instead of three colours. Only false is available in this build. */
+  /** True: paths carry three wavelengths instead of three colours. */
   spectral: boolean;
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
   stop: {
@@ -1686,7 +1686,7 @@ export interface JobDefaults {
       rows: number;
     } | null;
   } | null;
-  /** Wavelengths instead of three colours. Only false is available in this build. */
+  /** True: paths carry three wavelengths instead of three colours. */
   spectral: boolean;
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
   stop: {

@@ -1,0 +1,82 @@
+#include "core/transport/scene_colors.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/color/wavelength.h"
+#include "core/samplers/dimensions.h"
+#include "core/transport/surface_event.h"
+
+namespace core {
+
+Medium SpectralColors::medium(const Material& material) const noexcept {
+  const MaterialDescription& f = material.factors;
+  return medium_within(f, values(f.attenuation_color), values(f.multiscatter_color));
+}
+
+Medium SpectralColors::medium(const Medium& coefficients) const noexcept {
+  return {values(coefficients.sigma_t), values(coefficients.sigma_s), coefficients.g};
+}
+
+void SpectralColors::shade(Shading& s) const noexcept {
+  s.bsdf.base_color = values(s.bsdf.base_color);
+  s.bsdf.f0 = values(s.bsdf.f0);
+  s.bsdf.specular_color = values(s.bsdf.specular_color);
+  if (s.has_layers) {
+    s.layers.sheen_color = values(s.layers.sheen_color);
+    s.layers.diffuse_transmission_color = values(s.layers.diffuse_transmission_color);
+    s.layers.wavelengths_nm = wavelengths_.nm();
+  }
+}
+
+void SpectralColors::surface_event(const SceneData& scene, const PathState& path,
+                                   PathVertex& vertex, PathSample& out) const noexcept {
+  const Material& material = scene.materials[vertex.point.material];
+  Shading& s = vertex.shading;
+  core::shade(material, vertex.point, vertex.wo_world, path.footprint(), s);
+  vertex.drew_wavelength = false;
+  if (material.is_volume) {
+    s.bsdf.ior = core::relative_ior(path, path.media, material, s.front);
+  }
+  if (!out.hit) {
+    record_first_surface(out, vertex, make_bsdf(s, vertex.wo_world).albedo());
+  }
+  shade(s);
+}
+
+Rgb SpectralColors::relative_ior(const MediumStack& media, const Material& material,
+                                 bool front) const noexcept {
+  const Rgb nm = wavelengths_.nm();
+  const auto ior = [nm](const Material* m) {
+    if (m == nullptr) {
+      return Rgb(1);
+    }
+    const MaterialDescription& f = m->factors;
+    const auto at = [&f](float one) { return dispersive_ior(f.ior, f.dispersion, one); };
+    return f.dispersion > 0 ? Rgb{at(nm.r), at(nm.g), at(nm.b)} : Rgb(std::max(f.ior, 1.0F));
+  };
+  const Rgb inner = ior(&material);
+  const Rgb outer = ior(front ? media.top() : media.without(&material));
+  return {inner.r / outer.r, inner.g / outer.g, inner.b / outer.b};
+}
+
+SpectralBsdf SpectralColors::bsdf(const SceneData& scene, const PathState& path,
+                                  const PathVertex& vertex) const noexcept {
+  const Shading& s = vertex.shading;
+  const Material& material = scene.materials[vertex.point.material];
+  SpectralSurface at{.ior = Rgb(s.bsdf.ior)};
+  if (material.is_volume) {
+    at.ior = relative_ior(path.media, material, s.front);
+    if (!(at.ior == Rgb(at.ior.r))) {
+      // All colours of wavelengths are equally long: what the path carries of each is what counts.
+      const Rgb size = {std::fabs(path.beta.r), std::fabs(path.beta.g), std::fabs(path.beta.b)};
+      const float sum = size.r + size.g + size.b;
+      at.prob = sum > 0 ? size / sum : at.prob;
+      at.u_pick = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kVolume)).w;
+    }
+  }
+  return SpectralBsdf(s.bsdf, s.frame.to_local(vertex.wo_world), s.frame.to_local(s.horizon),
+                      s.has_layers ? &s.layers : nullptr, at);
+}
+
+}  // namespace core

@@ -1,0 +1,49 @@
+/// What a path makes of the colours of a scene: policies of functions that follow paths.
+#pragma once
+
+#include "core/bsdf/spectral_bsdf.h"
+#include "core/color/wavelengths.h"
+#include "core/materials/shade.h"
+#include "core/scene/scene_data.h"
+#include "core/transport/path_state.h"
+#include "core/transport/vertex.h"
+
+namespace core {
+
+/// Takes them as they are.
+struct RgbColors {
+  static constexpr bool is_spectral = false;  // NOLINT(readability-identifier-naming): a trait
+  static Rgb values(Rgb color) noexcept { return color; }
+  static Rgb color(Rgb values) noexcept { return values; }
+  static const Medium& medium(const Material& material) noexcept { return material.medium; }
+};
+
+/// Takes them at three wavelengths.
+class SpectralColors {
+ public:
+  static constexpr bool is_spectral = true;  // NOLINT(readability-identifier-naming): a trait
+  /// wavelengths must outlive it.
+  explicit SpectralColors(const Wavelengths& wavelengths) noexcept : wavelengths_(wavelengths) {}
+
+  Rgb values(Rgb color) const noexcept { return wavelengths_.values(color); }
+  Rgb color(Rgb values) const noexcept { return wavelengths_.color(values); }
+  /// Absorption is as deep as its colour is at the distance that the material gives.
+  Medium medium(const Material& material) const noexcept;
+  /// Coefficients are colours.
+  Medium medium(const Medium& coefficients) const noexcept;
+  /// Colours of a shaded point.
+  void shade(Shading& shading) const noexcept;
+  /// Fills vertex.shading, and the auxiliary layers, in colours, at the path's first surface.
+  void surface_event(const SceneData& scene, const PathState& path, PathVertex& vertex,
+                     PathSample& out) const noexcept;
+  /// Index of refraction of a solid over that of its surroundings, for a path inside `media`.
+  Rgb relative_ior(const MediumStack& media, const Material& material, bool front) const noexcept;
+  /// The BSDF at a point shaded so.
+  SpectralBsdf bsdf(const SceneData& scene, const PathState& path,
+                    const PathVertex& vertex) const noexcept;
+
+ private:
+  const Wavelengths& wavelengths_;
+};
+
+}  // namespace core

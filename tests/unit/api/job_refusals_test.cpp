@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(
              "/estimator/control_variate", "applies to strategies 'mis' and 'light' only"},
         Case{R"("estimator":{"strategy":"bsdf","control_variate":{"type":"analytic"}})",
              "/estimator/control_variate", "applies to strategies 'mis' and 'light' only"},
-        Case{R"("spectral":1)", "/spectral", "expected true or false, got 1"},
+        Case{R"("spectral":1)", "/spectral", "expected true or false, got a number"},
         Case{R"("spectral":true,"integrator":{"type":"bdpt"})", "/spectral",
              "true is not used by integrator 'bdpt'; its only value there is false"},
         Case{R"("spectral":true,"estimator":{"strategy":"cosine"})", "/estimator/strategy",

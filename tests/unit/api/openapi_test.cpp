@@ -268,7 +268,8 @@ TEST(OpenApi, OnlyTheSceneOfAJobIsRequired) {
 TEST(OpenApi, NamesTheDefaultOfAFlag) {
   const Json& properties = document()["components"]["schemas"]["JobRequest"]["properties"];
   EXPECT_EQ(properties["spectral"]["type"], "boolean");
-  EXPECT_EQ(properties["spectral"]["default"], false);
+  EXPECT_EQ(properties["spectral"]["description"],
+            "True: paths carry three wavelengths instead of three colours. Default: false.");
   EXPECT_EQ(properties["medium"]["type"], Json({"object", "null"}));
 }
 

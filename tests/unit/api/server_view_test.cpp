@@ -96,7 +96,8 @@ TEST(ServerView, EveryOptionEnablesItsFeatureFromAnyStart) {
   EXPECT_EQ(names.size(), core::strategies().size() + core::mis_types().size() +
                               core::roulette_types().size() + core::splitting_types().size() +
                               core::control_variate_types().size() +
-                              core::expected_value_types().size() + core::granularities().size());
+                              core::expected_value_types().size() + core::spectral_types().size() +
+                              core::granularities().size());
 }
 
 /// The types of a group of the job, and the options that only some of them accept.

@@ -123,7 +123,7 @@ const View<WorkerView>& worker_view() {
         [](const WorkerView& w) -> Json { return w.arithmetic; }},
        {"threads", shape::count("Units that it renders at a time."),
         [](const WorkerView& w) -> Json { return w.threads; }},
-       {"rate", shape::real("Pixel samples a second, lately."),
+       {"rate", shape::real("Pixel samples a second while it renders."),
         [](const WorkerView& w) { return number_json(w.rate); }},
        {"leases", shape::count("Units that it holds."),
         [](const WorkerView& w) -> Json { return w.leases; }},

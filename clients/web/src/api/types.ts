@@ -2130,7 +2130,7 @@ export interface Worker {
   arithmetic: string;
   /** Units that it renders at a time. */
   threads: number;
-  /** Pixel samples a second, lately. */
+  /** Pixel samples a second while it renders. */
   rate: number;
   /** Units that it holds. */
   leases: number;

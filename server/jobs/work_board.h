@@ -100,8 +100,7 @@ class WorkBoard {
                                                      const std::string& worker,
                                                      std::vector<core::SliceWork> work,
                                                      Failures& failures) REQUIRES(mutex_);
-  void note_result(WorkUnit& unit, const std::string& worker, std::size_t bytes)
-      REQUIRES(mutex_);
+  void note_result(WorkUnit& unit, const std::string& worker, std::size_t bytes) REQUIRES(mutex_);
   /// The worker has failed the unit: the next one gets it, or its job fails.
   void lose(Units::value_type& unit, const std::string& worker, const std::string& reason)
       REQUIRES(mutex_);
